@@ -1,0 +1,61 @@
+"""Nonsmooth mechanics: rigid contact with friction and impact, Painlevé paradoxes, and their compliant limits.
+
+Public names are loaded when they are first used.
+"""
+
+import importlib
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "System": "system",
+    "Contact": "system",
+    "ContactMode": "system",
+    "Coulomb": "laws",
+    "StaticKinetic": "laws",
+    "Polynomial": "laws",
+    "Stribeck": "laws",
+    "Smoothed": "laws",
+    "simulate": "simulate",
+    "Solution": "solution",
+    "Stats": "solution",
+    "Event": "solution",
+    "ParadoxEvent": "solution",
+    "EventKind": "solution",
+    "MoreauJean": "integrators.moreau_jean",
+    "solve_lcp": "lcp.solve",
+    "solve_mlcp": "lcp.mixed",
+    "lcp_solutions": "lcp.enumerate",
+    "LCPResult": "lcp.result",
+    "LCPStatus": "lcp.result",
+    "solve_contact": "contact_solvers.solve",
+    "ContactResult": "contact_solvers.result",
+    "ContactStatus": "contact_solvers.result",
+    "ContactProblem": "contact_solvers.problem",
+    "read_fclib": "output.fclib",
+    "write_fclib": "output.fclib",
+    "NonsmoothError": "errors",
+    "InvalidInput": "errors",
+    "UnknownName": "errors",
+    "MissingExtra": "errors",
+    "StepFailure": "errors",
+    "ModelFunctionError": "errors",
+    "NonsmoothWarning": "errors",
+    "InterpretedWarning": "errors",
+    "InitialStateWarning": "errors",
+    "Status": "errors",
+}
+
+__all__ = ["__version__", *_HOME]
+
+
+def __getattr__(name):
+    if name not in _HOME:
+        raise AttributeError(f"module 'nonsmooth' has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"nonsmooth.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__():
+    return sorted(__all__)

@@ -1,0 +1,87 @@
+"""From a System to what the loops call: a machine address, or the same functions run by the interpreter."""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.errors import InterpretedWarning
+from nonsmooth.jit import CannotCompile, cache_directory, compile_model, interpreted
+from nonsmooth.system import TAKES_U, System
+
+
+class Model:
+    """A system's functions, ready to be called from a loop.
+
+    Attributes
+    ----------
+    handle : int or callable
+        The ``model`` argument of the loops: an address, or a Python function in the interpreted case.
+    is_compiled : bool
+    """
+
+    def __init__(self, handle: Any, keep: Any, is_compiled: bool) -> None:
+        self.handle = handle
+        self._keep = keep
+        self.is_compiled = is_compiled
+
+    def loop(self, integrator: Any, system: System) -> Callable:
+        """The integrator's loop that fits this model: compiled, or its source."""
+        if not self.is_compiled:
+            return interpreted(integrator.loop)
+        integrator.load(system)
+        return integrator.loop.dispatcher
+
+
+def model_of(system: System) -> Model:
+    """Compile a system's functions (once for all its parameter values), or fall back to the interpreter with a warning.
+
+    ``NONSMOOTH_INTERPRET=1`` asks for the interpreter.
+    """
+    key = tuple((which, function, system.shape(which)) for which, function in system.functions.items())
+    if os.environ.get("NONSMOOTH_INTERPRET") == "1":
+        return _interpreted_model(system)
+    try:
+        return _compiled(key, system.n_q, system.n_u, tuple(system.parameter_values), system.unpack)
+    except CannotCompile as reason:
+        warnings.warn(
+            f"numba cannot compile the model function {reason}; the same source runs in the interpreter, about a hundred "
+            "times slower. Write the function with numbers, math and loops only.",
+            InterpretedWarning,
+            stacklevel=3,
+        )
+        return _interpreted_model(system)
+
+
+@functools.lru_cache(maxsize=128)
+def _compiled(key: tuple, n_q: int, n_u: int, names: tuple[str, ...], unpack: Callable) -> Model:
+    announce_first_compile()
+    functions = {which: (function, which in TAKES_U, shape) for which, function, shape in key}
+    compiled = compile_model(functions, n_q, n_u, unpack, len(names))
+    return Model(compiled.address, compiled, True)
+
+
+def _interpreted_model(system: System) -> Model:
+    functions, unpack = system.functions, system.unpack
+
+    def model(which: int, t: float, q: np.ndarray, u: np.ndarray, p: np.ndarray, out: np.ndarray) -> None:
+        if which in TAKES_U:
+            functions[which](t, q, u, unpack(*p), out)
+        else:
+            functions[which](t, q, unpack(*p), out)
+
+    return Model(model, None, False)
+
+
+@functools.cache
+def announce_first_compile() -> None:
+    """Say once, on stderr, that the first use on this machine compiles."""
+    directory = cache_directory()
+    if not directory.exists():
+        print(f"nonsmooth: first use, compiling (kept in {directory})", file=sys.stderr)

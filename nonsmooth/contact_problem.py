@@ -1,0 +1,305 @@
+"""The contact problem of a step: rows, Delassus matrix, right-hand side.
+
+    gamma = G P + c,    G = W Mhat^-1 W^T,    c = W (u_0 + Mhat^-1 dt h) + w,    Mhat = M + theta dt C + theta^2 dt^2 K
+
+The rows of the closed contacts stand one below the other, per contact (N, T), N alone without friction, T alone for a
+contact with a given normal force. M, h and W are taken at the mid-point (t_0 + dt/2, q_0 + dt/2 u_0), the velocities at
+the ends of the step: where rows vary, c holds W_1 u, W_1 = W(q_0 + dt u_0), so that a contact that slides along a curve
+leaves it by O(dt^2) only and meets the very b = W M^-1 h + W' u + w' of the acceleration level. With theta = 1/2 and
+C = K = 0 this is Moreau's time stepping. Source: Jean,
+*Comput. Methods Appl. Mech. Engrg.* 177 (1999) 235.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from nonsmooth.blocks import Cube, Integers, Matrix, Vector
+from nonsmooth.dense import cholesky, cholesky_solve, cholesky_solve_rows, lu, lu_solve
+from nonsmooth.errors import Status
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.laws import LAW_E_F, LAW_E_N
+from nonsmooth.system import (
+    BILATERAL,
+    DAMPING,
+    FORCE,
+    GAP_RATE,
+    GIVEN_FORCE,
+    MASS,
+    NORMAL,
+    NORMAL_FORCE,
+    STIFFNESS,
+    SURFACE_VELOCITY,
+    TANGENT,
+    UNILATERAL,
+    System,
+)
+
+# Facts about a model, beside one bit for each function it has.
+MASS_IS_CONSTANT, ROWS_ARE_CONSTANT, SURFACES_ARE_CONSTANT = 1 << 16, 1 << 17, 1 << 18
+DAMPING_BY_DIFFERENCES, STIFFNESS_BY_DIFFERENCES = 1 << 19, 1 << 20
+SQRT_EPS = 1.5e-8  # relative increment of a forward difference
+
+
+class Work(NamedTuple):
+    """Arrays of one step, allocated once a run. n = n_u, c = n_c, r = most rows that can be closed."""
+
+    q_mid: Vector  # (n,)
+    h: Vector  # (n,) force, then the force actually applied
+    du: Vector  # (n,) Mhat^-1 dt h
+    trial: Vector  # (n,) scratch
+    rhs: Vector  # (n,) scratch
+    M: Matrix  # (n, n)
+    factor: Matrix  # (n, n) Cholesky factor of M, or LU factors of Mhat
+    C: Matrix  # (n, n)
+    K: Matrix  # (n, n)
+    order: Integers  # (n,) row order of the LU factors
+    g_N: Vector  # (c,)
+    W_N: Matrix  # (c, n)
+    W_F: Cube  # (c, d, n)
+    w_N: Vector  # (c,)
+    w_F: Matrix  # (c, d)
+    N: Vector  # (c,) given normal forces
+    rates: Matrix  # (c, 1 + d) W' u + w' as the model gives them
+    closed: Integers  # (c,) the closed contacts
+    start: Integers  # (c + 1,) first row of each closed contact
+    W: Matrix  # (r, n)
+    X: Matrix  # (r, n) rows of W Mhat^-1
+    G: Matrix  # (r, r)
+    w: Vector  # (r,)
+    gamma_0: Vector  # (r,) velocities before the step
+    c: Vector  # (r,)
+    P: Vector  # (r,)
+    gamma_1: Vector  # (r,) G P + c without restitution and feedback: the velocities after the step
+    u_1: Vector  # (n,) velocities after the step
+
+
+def work_shapes(n: int, n_c: int, d: int) -> dict[str, tuple[int, ...]]:
+    """Shapes of ``Work``."""
+    r = max(1, n_c * (1 + d))
+    per_velocity = dict.fromkeys(("q_mid", "h", "du", "trial", "rhs", "u_1", "order"), (n,))
+    square = dict.fromkeys(("M", "factor", "C", "K"), (n, n))
+    per_contact = dict.fromkeys(("g_N", "w_N", "N", "closed"), (n_c,))
+    rows = dict.fromkeys(("w", "gamma_0", "c", "P", "gamma_1"), (r,))
+    return {
+        **per_velocity, **square, **per_contact, **rows, "W_N": (n_c, n), "W_F": (n_c, d, n), "w_F": (n_c, d),
+        "rates": (n_c, 1 + d), "start": (n_c + 1,), "W": (r, n), "X": (r, n), "G": (r, r),
+    }  # fmt: skip
+
+
+def model_facts(system: System) -> int:
+    """The ``has`` argument of the kernels: a bit for each function of the model, and what is constant in it."""
+    has = sum(1 << which for which in system.functions)
+    if not system.reads(MASS, "t") and not system.reads(MASS, "q"):
+        has |= MASS_IS_CONSTANT
+    rows = (NORMAL, TANGENT)
+    if not any(system.reads(which, argument) for which in rows for argument in ("t", "q")):
+        has |= ROWS_ARE_CONSTANT
+    surfaces = (GAP_RATE, SURFACE_VELOCITY)
+    if not any(system.reads(which, argument) for which in surfaces for argument in ("t", "q")):
+        has |= SURFACES_ARE_CONSTANT
+    if DAMPING not in system.functions and system.reads(FORCE, "u"):
+        has |= DAMPING_BY_DIFFERENCES
+    if system.stiffness == "differences":
+        has |= STIFFNESS_BY_DIFFERENCES
+    return has
+
+
+@kernel
+def smooth_step(model, has, is_first, t, dt, theta, n, u, p, work):
+    """M, h and du = Mhat^-1 dt h at the mid-point; returns a Status."""
+    if is_first or not has & MASS_IS_CONSTANT:
+        if not call_model(model, MASS, t, work.q_mid, u, p, work.M):
+            return Status.NOT_FINITE
+        if not cholesky(n, work.M, work.factor):
+            return Status.MASS_NOT_POSITIVE
+    if not call_model(model, FORCE, t, work.q_mid, u, p, work.h):
+        return Status.NOT_FINITE
+    for i in range(n):
+        work.du[i] = dt * work.h[i]
+    if is_implicit(has):
+        return implicit_step(model, has, t, dt, theta, n, u, p, work)
+    cholesky_solve(n, work.factor, work.du)
+    return Status.RUNNING
+
+
+@kernel
+def is_implicit(has):
+    """Whether the step is linearly implicit in the force."""
+    return has & (1 << DAMPING | 1 << STIFFNESS | DAMPING_BY_DIFFERENCES | STIFFNESS_BY_DIFFERENCES) != 0
+
+
+@kernel
+def implicit_step(model, has, t, dt, theta, n, u, p, work):
+    """du = Mhat^-1 dt (h - (theta - 1/2) dt K u): the force at the mid-point carried to q_0 + theta dt u."""
+    if has & DAMPING_BY_DIFFERENCES:
+        cholesky(n, work.M, work.factor)  # a constant M was found positive definite, and its factor overwritten below
+        for i in range(n):
+            work.trial[i] = work.du[i]
+        cholesky_solve(n, work.factor, work.trial)
+        if not difference(model, t, n, work.q_mid, u, p, True, work):
+            return Status.NOT_FINITE
+    elif has & (1 << DAMPING) and not call_model(model, DAMPING, t, work.q_mid, u, p, work.C):
+        return Status.NOT_FINITE
+    if has & STIFFNESS_BY_DIFFERENCES:
+        for i in range(n):
+            work.trial[i] = dt * u[i]
+        if not difference(model, t, n, work.q_mid, u, p, False, work):
+            return Status.NOT_FINITE
+    elif has & (1 << STIFFNESS) and not call_model(model, STIFFNESS, t, work.q_mid, u, p, work.K):
+        return Status.NOT_FINITE
+    for i in range(n):
+        for j in range(n):
+            work.factor[i, j] = work.M[i, j] + theta * dt * (work.C[i, j] + theta * dt * work.K[i, j])
+            work.du[i] -= dt * (theta - 0.5) * dt * work.K[i, j] * u[j]
+        work.rhs[i] = work.du[i]
+    if not lu(n, work.factor, work.order):
+        return Status.MASS_NOT_POSITIVE
+    lu_solve(n, work.factor, work.order, work.rhs, work.du)
+    return Status.RUNNING
+
+
+@kernel
+def difference(model, t, n, q, u, p, by_velocity, work):
+    """C = -dh/du or K = -dh/dq by forward differences; ``work.trial`` holds the expected change of each variable."""
+    x = u if by_velocity else q
+    out = work.C if by_velocity else work.K
+    for j in range(n):
+        x_j = x[j]
+        size = abs(x_j) + abs(work.trial[j])
+        step = SQRT_EPS * size if size > 0.0 else SQRT_EPS
+        x[j] = x_j + step
+        step = x[j] - x_j
+        finished = call_model(model, FORCE, t, q, u, p, work.rhs)
+        x[j] = x_j
+        if not finished:
+            return False
+        for i in range(n):
+            out[i, j] = (work.h[i] - work.rhs[i]) / step
+    return True
+
+
+@kernel
+def apply_inverse(has, n, work, m):
+    """X = W Mhat^-1 for the first m rows."""
+    if is_implicit(has):
+        for r in range(m):
+            for i in range(n):
+                work.rhs[i] = work.W[r, i]
+            lu_solve(n, work.factor, work.order, work.rhs, work.trial)
+            for i in range(n):
+                work.X[r, i] = work.trial[i]
+    else:
+        for r in range(m):
+            for i in range(n):
+                work.X[r, i] = work.W[r, i]
+        cholesky_solve_rows(n, work.factor, m, work.X)
+
+
+@kernel
+def evaluate_rows(model, has, is_first, t, u, p, work):
+    """W_N, W_F, w_N, w_F at the mid-point; False if a model function raised."""
+    if is_first or not has & ROWS_ARE_CONSTANT:
+        if has & (1 << NORMAL) and not call_model(model, NORMAL, t, work.q_mid, u, p, work.W_N):
+            return False
+        if has & (1 << TANGENT) and not call_model(model, TANGENT, t, work.q_mid, u, p, work.W_F):
+            return False
+    if is_first or not has & SURFACES_ARE_CONSTANT:
+        if has & (1 << GAP_RATE) and not call_model(model, GAP_RATE, t, work.q_mid, u, p, work.w_N):
+            return False
+        if has & (1 << SURFACE_VELOCITY) and not call_model(model, SURFACE_VELOCITY, t, work.q_mid, u, p, work.w_F):
+            return False
+    return not has & (1 << NORMAL_FORCE) or call_model(model, NORMAL_FORCE, t, work.q_mid, u, p, work.N)
+
+
+@kernel
+def stack_rows(n, n_k, kinds, u, work):
+    """Stack the rows of the closed contacts and their velocities gamma_0; returns the number of rows."""
+    r = 0
+    for k in range(n_k):
+        i = work.closed[k]
+        work.start[k] = r
+        if kinds[i, 0] != GIVEN_FORCE:
+            for j in range(n):
+                work.W[r, j] = work.W_N[i, j]
+            work.w[r] = work.w_N[i]
+            r += 1
+        for axis in range(kinds[i, 1]):
+            for j in range(n):
+                work.W[r, j] = work.W_F[i, axis, j]
+            work.w[r] = work.w_F[i, axis]
+            r += 1
+    work.start[n_k] = r
+    for k in range(r):
+        total = work.w[k]
+        for j in range(n):
+            total += work.W[k, j] * u[j]
+        work.gamma_0[k] = total
+    return r
+
+
+@kernel
+def delassus(n, r, work):
+    """G = W X^T and c = gamma_0 + W du."""
+    for k in range(r):
+        for m in range(r):
+            total = 0.0
+            for j in range(n):
+                total += work.W[k, j] * work.X[m, j]
+            work.G[k, m] = total
+        total = work.gamma_0[k]
+        for j in range(n):
+            total += work.W[k, j] * work.du[j]
+        work.c[k] = total
+
+
+@kernel
+def carry_to_ends(model, has, t, dt, n, n_k, kinds, q, u, p, work, there):
+    """Carry the contact velocities from the rows of the mid-point to those of the ends: gamma_0 to the beginning, c to
+    the end. The change over half a step, (W_1 - W_mid) u_0 + w_1 - w_mid, is half the dt (W' u + w') of the step."""
+    if has & ROWS_ARE_CONSTANT and has & SURFACES_ARE_CONSTANT:
+        return True
+    for i in range(n):
+        there.q_mid[i] = q[i] + dt * u[i]
+    for k in range(n_k):
+        there.closed[k] = work.closed[k]
+    if not evaluate_rows(model, has, True, t + dt, u, p, there):
+        return False
+    r = stack_rows(n, n_k, kinds, u, there)
+    for k in range(r):
+        change = there.gamma_0[k] - work.gamma_0[k]
+        work.c[k] += change
+        work.gamma_0[k] -= change
+    return True
+
+
+@kernel
+def add_restitution(n_k, kinds, laws, feedback, work):
+    """Newton's law, c += e gamma_0, and the gap fed back to closed contacts, c_N += feedback g_N."""
+    for k in range(n_k):
+        i = work.closed[k]
+        r = work.start[k]
+        kind = kinds[i, 0]
+        if kind != GIVEN_FORCE:
+            if kind == UNILATERAL:
+                work.c[r] += laws[i, LAW_E_N] * work.gamma_0[r]
+            if kind == BILATERAL or work.g_N[i] > 0.0:
+                work.c[r] += feedback * work.g_N[i]
+            r += 1
+        if kinds[i, 1] > 0:
+            work.c[r] += laws[i, LAW_E_F] * work.gamma_0[r]
+
+
+@kernel
+def close_contacts(n_c, kinds, mode, work):
+    """List the contacts that take part in the step; returns their number.
+
+    A unilateral contact is closed where the mid-point gap is not positive, or where it was active in the step before
+    (then the gap fed back lets it part, but not hover). The given normal forces are not known yet: always listed.
+    """
+    n_k = 0
+    for i in range(n_c):
+        if kinds[i, 0] != UNILATERAL or not work.g_N[i] > 0.0 or mode[i] != 0:
+            work.closed[n_k] = i
+            n_k += 1
+    return n_k

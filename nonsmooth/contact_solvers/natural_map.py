@@ -1,0 +1,70 @@
+"""The error of a frictional contact problem, in one number without units.
+
+    gamma = G P + c,    uhat_i = gamma_i + mu_i |gamma_T,i| e_N
+    F_i = rho_i P_i - proj_K(rho_i P_i - uhat_i),    error = |F| / |c|
+
+with K = {|P_T| <= mu P_N} and rho_i the mean diagonal of G_ii. F = 0 is the inclusion K* contains uhat _|_ P in K.
+
+Source: De Saxce and Feng, Math. Comput. Model. 28 (1998) 225-245; Acary, Bremond and Huber, in: Advanced Topics in
+Nonsmooth Dynamics (2018) 375-457.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.jit import kernel
+
+
+@kernel
+def velocity(G, indices, indptr, c, P, gamma):
+    """gamma = G P + c for a block matrix G (n_blocks, dim, dim) of compressed rows."""
+    dim = G.shape[1]
+    for i in range(indptr.shape[0] - 1):
+        for a in range(dim):
+            total = 0.0
+            for k in range(indptr[i], indptr[i + 1]):
+                j = indices[k] * dim
+                for b in range(dim):
+                    total += G[k, a, b] * P[j + b]
+            gamma[i * dim + a] = total + c[i * dim + a]
+
+
+@kernel
+def cone_project(mu, y_N, y_1, y_2):
+    """Orthogonal projection of (y_N, y_1, y_2) on the cone |P_T| <= mu P_N."""
+    y_T = (y_1 * y_1 + y_2 * y_2) ** 0.5
+    if y_T <= mu * y_N:
+        return y_N, y_1, y_2
+    if mu * y_T <= -y_N:
+        return 0.0, 0.0, 0.0
+    x_N = (y_N + mu * y_T) / (1.0 + mu * mu)
+    return x_N, mu * x_N * (y_1 / y_T), mu * x_N * (y_2 / y_T)
+
+
+@kernel
+def natural_map(mu, rho, weight, P, gamma, dim):
+    """The norm of (weight_i |F_i|)_i."""
+    total = 0.0
+    for i in range(mu.shape[0]):
+        k = i * dim
+        P_2 = 0.0
+        gamma_2 = 0.0
+        if dim == 3:
+            P_2 = rho[i] * P[k + 2]
+            gamma_2 = gamma[k + 2]
+        P_N = rho[i] * P[k]
+        P_1 = rho[i] * P[k + 1]
+        gamma_N = gamma[k] + mu[i] * (gamma[k + 1] * gamma[k + 1] + gamma_2 * gamma_2) ** 0.5
+        x_N, x_1, x_2 = cone_project(mu[i], P_N - gamma_N, P_1 - gamma[k + 1], P_2 - gamma_2)
+        F_squared = (P_N - x_N) ** 2 + (P_1 - x_1) ** 2 + (P_2 - x_2) ** 2
+        total += weight[i] * weight[i] * F_squared
+    return total**0.5
+
+
+@kernel(
+    "float64(float64[:, :, ::1], int32[::1], int32[::1], float64[::1], float64[::1], float64[::1], float64[::1],"
+    " float64[::1], float64[::1])"
+)
+def natural_map_error(G, indices, indptr, c, mu, rho, weight, P, gamma):
+    """Fill gamma = G P + c and return the norm of (weight_i |F_i|)_i."""
+    velocity(G, indices, indptr, c, P, gamma)
+    return natural_map(mu, rho, weight, P, gamma, G.shape[1])

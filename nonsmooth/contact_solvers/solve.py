@@ -1,0 +1,211 @@
+"""The front door:  find P with  gamma = G P + c  and  K* contains gamma + mu |gamma_T| e_N  _|_  P in K.
+
+    border checks -> scaling -> one solver by name, or the ladder of "auto" -> natural map of the problem as given
+
+The ladder, each rung starting from the best iterate so far, until the error is within the tolerance:
+
+    one contact                     single (closed form in the plane, a bracketed root in space)
+    otherwise                       nsgs (100 sweeps), newton, admm, proximal
+    large: factors cost more        nsgs (100 sweeps), admm, nsgs while it pays, proximal
+    planar, up to 150 contacts      then the linear complementarity problem, newton
+    at last                         nsgs while it pays, nsgs (20 000 sweeps), newton
+
+then a polish where factors are cheap. "While it pays": as long as the observed rate promises to finish soon.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from nonsmooth.arrays import as_positive, as_vector
+from nonsmooth.contact_solvers.admm import ADMM
+from nonsmooth.contact_solvers.convex import Convex
+from nonsmooth.contact_solvers.faceted_lcp import FacetedLCP
+from nonsmooth.contact_solvers.newton import Newton
+from nonsmooth.contact_solvers.nsgs import NSGS
+from nonsmooth.contact_solvers.polish import polish
+from nonsmooth.contact_solvers.problem import Problem, check_problem, scaled
+from nonsmooth.contact_solvers.proximal import Proximal
+from nonsmooth.contact_solvers.result import ContactResult, ContactStatus
+from nonsmooth.errors import InvalidInput, UnknownName, nearest
+
+CHEAP = 50_000  # stored entries of G up to which a sparse LU takes a few milliseconds
+SHORT = 100  # sweeps: enough for most loose assemblies, and a good start for Newton on the others
+LONG = 20_000  # sweeps: the last resort
+WORTH_WAITING = 3_000  # further sweeps that Gauss-Seidel may promise to need
+LCP_CONTACTS = 150  # planar contacts: an LCP with 600 unknowns, about a second
+
+
+class Solver(Protocol):
+    """A frozen options object that improves an iterate of a scaled problem."""
+
+    name: str
+
+    def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
+        """The best iterate found, starting from P, and the iterations it took."""
+
+
+class Single(NamedTuple):
+    """One contact, exactly: a Gauss-Seidel sweep is its closed form."""
+
+    name: str = "single"
+
+    def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
+        """Solve; P is not used."""
+        if problem.n_c != 1:
+            raise InvalidInput(f"solver 'single' takes one contact; got {problem.n_c}; use solver='auto'")
+        return NSGS(max_sweeps=1).run(problem, np.zeros(problem.n), tol)
+
+
+class PatientNSGS(NamedTuple):
+    """Gauss-Seidel in portions, for as long as the observed rate promises an end."""
+
+    name: str = "nsgs"
+
+    def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
+        """Sweep from P; returns the best iterate and the number of sweeps."""
+        total, before = 0, problem.error(P)
+        while True:
+            P, sweeps = NSGS(max_sweeps=2 * SHORT).run(problem, P, tol)
+            total, error = total + sweeps, problem.error(P)
+            rate = np.log(before / error) / sweeps if 0 < error < before else 0.0
+            if error <= tol or rate == 0.0 or np.log(error / tol) / rate > WORTH_WAITING:
+                return P, total
+            before = error
+
+
+SOLVERS: dict[str, Solver] = {
+    "single": Single(),
+    "nsgs": NSGS(),
+    "newton": Newton(),
+    "proximal": Proximal(),
+    "admm": ADMM(),
+    "lcp": FacetedLCP(),
+    "convex": Convex(),
+}
+
+
+def solve_contact(
+    G: Any, c: Any, mu: Any, dim: int, solver: str = "auto", tol: float = 1e-8, guess: Any = None
+) -> ContactResult:
+    """Solve a contact problem with Coulomb friction, in the plane or in space.
+
+    gamma = G P + c; every contact is open (P = 0, gamma_N >= 0), sticks (gamma = 0, |P_T| <= mu P_N), or slides
+    (gamma_N = 0, P_T = -mu P_N gamma_T / |gamma_T|). The spatial cone is the round one.
+
+    Parameters
+    ----------
+    G : array_like or scipy.sparse matrix, shape (n, n)
+        Delassus matrix [1/kg], interleaved per contact (N, T1[, T2]). Used as given: it need be neither symmetric nor
+        of full rank.
+    c : array_like, shape (n,)
+        Velocity without contact impulses [m/s]; restitution is already in it.
+    mu : float or array_like, shape (n_c,)
+        Friction coefficients [-].
+    dim : {2, 3}
+        Planar or spatial.
+    solver : str
+        "auto", "single" (one contact), "nsgs", "newton", "proximal", "admm", "lcp" (exact in the plane only) or
+        "convex" (G positive semidefinite).
+    tol : float
+        Largest accepted natural-map error, relative to the norm of c [-].
+    guess : array_like, shape (n,), optional
+        Impulses to start from [N s].
+
+    Returns
+    -------
+    ContactResult
+        Not solved is a status, never an exception; P is then the best iterate.
+
+    Raises
+    ------
+    InvalidInput
+        When G is not square, sizes differ, an entry is not finite, mu < 0, dim is not 2 or 3, or tol <= 0.
+    UnknownName
+        When there is no solver of this name.
+
+    Source: V. Acary, M. Bremond, O. Huber, On solving contact problems with Coulomb friction: formulations and
+    numerical comparisons, in: Advanced Topics in Nonsmooth Dynamics, 2018.
+
+    Examples
+    --------
+    A block on a plane is pushed down at 1 m/s while it slides at 2 m/s; friction takes mu times the normal impulse:
+
+    >>> from nonsmooth.contact_solvers.solve import solve_contact
+    >>> result = solve_contact([[1.0, 0.0], [0.0, 1.0]], [-1.0, 2.0], 0.5, dim=2)
+    >>> result.status.name, result.P.tolist(), result.gamma.tolist()
+    ('SOLVED', [1.0, -0.5], [0.0, 1.5])
+    """
+    if solver != "auto" and solver not in SOLVERS:
+        raise UnknownName(f"no contact solver is called {solver!r}; {nearest(solver, ['auto', *SOLVERS])}")
+    given = check_problem(G, c, mu, dim)
+    tol = as_positive("tol", tol)
+    start = np.zeros(given.n) if guess is None else as_vector("guess", guess, given.n)
+    if given.n == 0:
+        return ContactResult(start, start.copy(), ContactStatus.SOLVED, 0.0, 0.0, 0, solver, "empty problem")
+    problem, factor = scaled(given)
+    if solver == "auto":
+        climb = _climb(problem, start / factor, tol, _ladder(problem), use_polish=_is_cheap(problem))
+    else:
+        climb = _climb(problem, start / factor, tol, [SOLVERS[solver]], use_polish=False)
+    return _judged(given, factor * climb.P, tol, climb)
+
+
+class Climb(NamedTuple):
+    """Where a ladder ended."""
+
+    P: np.ndarray
+    solver: str
+    iterations: int
+    notes: list[str]
+
+
+def _is_cheap(problem: Problem) -> bool:
+    return problem.blocks.is_full or problem.blocks.G.size <= CHEAP
+
+
+def _ladder(problem: Problem) -> list[Solver]:
+    if problem.n_c == 1:
+        return [Single()]
+    first = NSGS(max_sweeps=SHORT)
+    last: list[Solver] = [PatientNSGS(), NSGS(max_sweeps=LONG), Newton()]
+    if problem.dim == 2 and problem.n_c <= LCP_CONTACTS:
+        last = [FacetedLCP(), Newton(), *last]
+    if _is_cheap(problem):
+        return [first, Newton(), ADMM(max_iterations=1000), Proximal(), *last]
+    return [first, ADMM(max_iterations=300), PatientNSGS(), Proximal(), *last]
+
+
+def _climb(problem: Problem, P: np.ndarray, tol: float, ladder: list[Solver], use_polish: bool) -> Climb:
+    """Try the solvers in turn, each from the best iterate so far."""
+    least, name, iterations = problem.error(P), "guess", 0
+    notes = []
+    for solver in ladder:
+        if least <= tol and notes:
+            break
+        trial, count = solver.run(problem, P, tol)
+        error = problem.error(trial)
+        iterations += count
+        notes.append(f"{solver.name}: error {error:.1e} after {count}")
+        if error <= least or len(notes) == 1:
+            P, least, name = trial, error, solver.name
+    if use_polish and 1e-13 < least <= tol:
+        P, count = polish(problem, P)
+        iterations += count
+        notes.append(f"polish: error {problem.error(P):.1e} after {count}")
+    return Climb(P, name, iterations, notes)
+
+
+def _judged(given: Problem, P: np.ndarray, tol: float, climb: Climb) -> ContactResult:
+    error = given.error(P)
+    if error <= tol:
+        status = ContactStatus.SOLVED
+    elif climb.solver == "single" and given.dim == 2:
+        status = ContactStatus.NO_SOLUTION
+    else:
+        status = ContactStatus.STALLED if len(climb.notes) > 1 else ContactStatus.MAX_ITERATIONS
+    error_rho_1 = given.with_error_of(np.ones(given.n_c)).error(P)
+    message = f"{status.name.lower().replace('_', ' ')}; " + "; ".join(climb.notes)
+    return ContactResult(P, given.velocity(P), status, error, error_rho_1, climb.iterations, climb.solver, message)

@@ -1,0 +1,103 @@
+"""Small dense linear algebra for kernels: Cholesky and LU with explicit sizes.
+
+np.linalg would take 8 s to compile and about a microsecond a call; at the sizes of a contact problem (n <= 16) plain
+loops are ten times faster. Source: Golub, Van Loan, *Matrix Computations*, algorithms 4.2.2 and 3.4.1.
+"""
+
+from __future__ import annotations
+
+import math
+
+from nonsmooth.jit import kernel
+
+SINGULAR = 1e-13  # a pivot below this part of its matrix's largest entry counts as zero
+
+
+@kernel
+def cholesky(n, A, L):
+    """L with A = L L^T, its diagonal stored inverted; False unless A is positive definite (or holds NaN)."""
+    for i in range(n):
+        for j in range(i):
+            total = A[i, j]
+            for k in range(j):
+                total -= L[i, k] * L[j, k]
+            L[i, j] = total * L[j, j]
+        total = A[i, i]
+        for k in range(i):
+            total -= L[i, k] * L[i, k]
+        if not total > 0.0:
+            return False
+        L[i, i] = 1.0 / math.sqrt(total)
+    return True
+
+
+@kernel
+def cholesky_solve(n, L, x):
+    """Overwrite x with A^-1 x."""
+    for i in range(n):
+        total = x[i]
+        for k in range(i):
+            total -= L[i, k] * x[k]
+        x[i] = total * L[i, i]
+    for i in range(n - 1, -1, -1):
+        total = x[i]
+        for k in range(i + 1, n):
+            total -= L[k, i] * x[k]
+        x[i] = total * L[i, i]
+
+
+@kernel
+def cholesky_solve_rows(n, L, m, X):
+    """Overwrite the first m rows of X with A^-1 times each row."""
+    for r in range(m):
+        for i in range(n):
+            total = X[r, i]
+            for k in range(i):
+                total -= L[i, k] * X[r, k]
+            X[r, i] = total * L[i, i]
+        for i in range(n - 1, -1, -1):
+            total = X[r, i]
+            for k in range(i + 1, n):
+                total -= L[k, i] * X[r, k]
+            X[r, i] = total * L[i, i]
+
+
+@kernel
+def lu(n, A, order):
+    """Overwrite A with its LU factors (partial pivoting, rows permuted by ``order``); False when singular."""
+    largest = 0.0
+    for i in range(n):
+        order[i] = i
+        for j in range(n):
+            largest = max(largest, abs(A[i, j]))
+    for k in range(n):
+        pivot = k
+        for i in range(k + 1, n):
+            if abs(A[i, k]) > abs(A[pivot, k]):
+                pivot = i
+        if not abs(A[pivot, k]) > SINGULAR * largest:
+            return False
+        if pivot != k:
+            order[k], order[pivot] = order[pivot], order[k]
+            for j in range(n):
+                A[k, j], A[pivot, j] = A[pivot, j], A[k, j]
+        for i in range(k + 1, n):
+            A[i, k] /= A[k, k]
+            for j in range(k + 1, n):
+                A[i, j] -= A[i, k] * A[k, j]
+    return True
+
+
+@kernel
+def lu_solve(n, A, order, b, x):
+    """x = A^-1 b from the factors of ``lu``; b and x are different vectors."""
+    for i in range(n):
+        total = b[order[i]]
+        for k in range(i):
+            total -= A[i, k] * x[k]
+        x[i] = total
+    for i in range(n - 1, -1, -1):
+        total = x[i]
+        for k in range(i + 1, n):
+            total -= A[i, k] * x[k]
+        x[i] = total / A[i, i]

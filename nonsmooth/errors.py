@@ -1,0 +1,80 @@
+"""Exceptions, warnings and outcomes that users can meet. A message names the quantity, the rule, the value and the cure."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from nonsmooth.solution import Solution
+
+
+class NonsmoothError(Exception):
+    """Base class of every exception raised by this package."""
+
+
+class InvalidInput(NonsmoothError, ValueError):
+    """An argument breaks a rule; nothing was computed."""
+
+
+class UnknownName(InvalidInput):
+    """A model, parameter, solver or option of this name does not exist; the message suggests the nearest one."""
+
+
+class MissingExtra(NonsmoothError, ImportError):
+    """An optional dependency is not installed; the message says which extra brings it."""
+
+
+class StepFailure(NonsmoothError, RuntimeError):
+    """The integration stopped before its end.
+
+    Attributes
+    ----------
+    solution : Solution
+        Everything computed until then; its last record is the state before the step that failed.
+    t : float
+        Time of that state [s].
+    """
+
+    def __init__(self, message: str, solution: Solution, t: float) -> None:
+        super().__init__(message)
+        self.solution = solution
+        self.t = t
+
+
+class ModelFunctionError(StepFailure):
+    """A function of the model raised, or wrote NaN or inf; the message says which function, at which t, q and u."""
+
+
+class NonsmoothWarning(UserWarning):
+    """Base class of the package's warnings."""
+
+
+class InterpretedWarning(NonsmoothWarning):
+    """A model function could not be compiled: the same source runs in the interpreter, about a hundred times slower."""
+
+
+class InitialStateWarning(NonsmoothWarning):
+    """The initial state penetrates a contact or violates a bilateral one."""
+
+
+class Status(IntEnum):
+    """How an integration ended."""
+
+    RUNNING = 0
+    FINISHED = 1
+    NO_SOLUTION = 2  # the contact problem of a step has no solution at all
+    NOT_SOLVED = 3  # no solver reached an acceptable residual
+    NOT_FINITE = 4  # a model function raised or wrote NaN or inf
+    MASS_NOT_POSITIVE = 5  # the mass matrix (or M + theta dt C + theta^2 dt^2 K) is not positive definite
+    NEGATIVE_FRICTION = 6  # a law mu(v) became negative
+    INTERRUPTED = 7  # Ctrl-C, or a budget that ran out
+
+
+def nearest(name: str, known: Any) -> str:
+    """`` Did you mean 'x'?`` for the known name closest to a misspelt one, or the list of all."""
+    import difflib
+
+    names = sorted(known)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(names)}"

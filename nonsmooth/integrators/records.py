@@ -1,0 +1,177 @@
+"""What a run carries along and writes down: state, records, events, energy ledger.
+
+The ledger of a step, exact for any theta and constant M, with ubar = (u_0 + u_1)/2 and h the force that was applied:
+
+    T_1 - T_0 = dt ubar.h + P_N.(gammabar_N - wbar_N) + P_F.(gammabar_F - wbar_F)
+
+It is booked in columns: work of the forces, P_F.gammabar_F (friction), P_N.gammabar_N (normal loss), -P.w (work of the
+moving surfaces). A position projection changes no velocity; its column holds the work of the forces over its motion.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from nonsmooth.blocks import Cube, Integers, IntegerTable, Matrix, Vector
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+
+# counters: where the run is, and what it did
+INTERVAL, STEP, N_EVENTS, STEPS, SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL, EVENTS_LOST, FAILED_CONTACT, FOUND = range(12)
+N_COUNTERS = 12
+# worst figures
+RESIDUAL, PENETRATION, LEDGER_ERROR = range(3)
+# columns of the energy ledger
+FORCE_WORK, FRICTION_WORK, NORMAL_WORK, SURFACE_WORK, PROJECTION_WORK = range(5)
+N_LEDGER = 5
+# columns of an event
+EVENT_T, EVENT_KIND, EVENT_CONTACT, EVENT_MODE_0, EVENT_SLIP_0, EVENT_MODE_1, EVENT_SLIP_1 = range(7)
+EVENT_P_N, EVENT_P_F, EVENT_GAMMA_N, EVENT_GAMMA_F, EVENT_SOLUTIONS, EVENT_FOUND = range(7, 13)
+EVENT_WIDTH = 13
+MODE_CHANGE, IMPACT, INCONSISTENT, INDETERMINATE = range(4)
+
+
+class State(NamedTuple):
+    """What a step changes. n = n_u, c = n_c."""
+
+    q: Vector  # (n,)
+    u: Vector  # (n,)
+    mode: Integers  # (c,) ContactMode
+    slip: Integers  # (c,) sign of sliding
+    several: Integers  # (c,) whether the last step's problem had several solutions
+    P: Matrix  # (c, 1 + d) impulses of the last step
+    P_sum: Matrix  # (c, 1 + d) impulses since the last record
+    ledger: Vector  # (N_LEDGER,)
+    worst: Vector  # (3,)
+    counters: Integers  # (N_COUNTERS,)
+    events: Matrix  # (capacity, EVENT_WIDTH)
+
+
+class Record(NamedTuple):
+    """What a run writes down, one row a record, (m, ...)."""
+
+    q: Matrix
+    u: Matrix
+    g_N: Matrix
+    P: Cube  # (m, c, 1 + d)
+    mode: IntegerTable
+    slip: IntegerTable
+    ledger: Matrix  # (m, N_LEDGER)
+
+
+def state_shapes(n: int, n_c: int, d: int, event_capacity: int) -> dict[str, tuple[int, ...]]:
+    """Shapes of ``State``."""
+    per_contact = dict.fromkeys(("mode", "slip", "several"), (n_c,))
+    return {
+        "q": (n,), "u": (n,), **per_contact, "P": (n_c, 1 + d), "P_sum": (n_c, 1 + d), "ledger": (N_LEDGER,),
+        "worst": (3,), "counters": (N_COUNTERS,), "events": (event_capacity, EVENT_WIDTH),
+    }  # fmt: skip
+
+
+def record_shapes(m: int, n: int, n_c: int, d: int) -> dict[str, tuple[int, ...]]:
+    """Shapes of ``Record`` for m records."""
+    return {
+        "q": (m, n), "u": (m, n), "g_N": (m, n_c), "P": (m, n_c, 1 + d), "mode": (m, n_c), "slip": (m, n_c),
+        "ledger": (m, N_LEDGER),
+    }  # fmt: skip
+
+
+@kernel
+def set_mode(t, i, mode, slip, k, kinds, state, work):
+    """Give contact i its new mode; a change is an event, and an impact where an open contact closes with a shock."""
+    if mode == state.mode[i] and slip == state.slip[i]:
+        return
+    is_landing = state.mode[i] == ContactMode.OPEN and kinds[i, 0] == UNILATERAL
+    kind = IMPACT if is_landing and work.gamma_0[work.start[k]] < 0.0 else MODE_CHANGE
+    add_event(t, kind, i, mode, slip, k, 1, kinds, state, work)
+    state.mode[i] = mode
+    state.slip[i] = slip
+
+
+@kernel
+def add_event(t, kind, i, mode, slip, k, solutions, kinds, state, work):
+    """Append an event; k is the place of contact i among the closed ones."""
+    m = state.counters[N_EVENTS]
+    if m >= state.events.shape[0]:
+        state.counters[EVENTS_LOST] += 1
+        return
+    row = state.events
+    a = work.start[k]
+    b = work.start[k + 1] - 1
+    has_normal = kinds[i, 0] != GIVEN_FORCE
+    has_friction = kinds[i, 1] > 0
+    row[m, EVENT_T] = t
+    row[m, EVENT_KIND] = kind
+    row[m, EVENT_CONTACT] = i
+    row[m, EVENT_MODE_0] = state.mode[i]
+    row[m, EVENT_SLIP_0] = state.slip[i]
+    row[m, EVENT_MODE_1] = mode
+    row[m, EVENT_SLIP_1] = slip
+    row[m, EVENT_P_N] = work.P[a] if has_normal else 0.0
+    row[m, EVENT_P_F] = work.P[b] if has_friction else 0.0
+    row[m, EVENT_GAMMA_N] = work.gamma_0[a] if has_normal else 0.0
+    row[m, EVENT_GAMMA_F] = work.gamma_0[b] if has_friction else 0.0
+    row[m, EVENT_SOLUTIONS] = solutions
+    row[m, EVENT_FOUND] = state.counters[FOUND]
+    state.counters[N_EVENTS] += 1
+
+
+@kernel
+def book_contact_energy(n, n_k, kinds, u, ledger, work):
+    """Book friction, normal and surface work of a step; returns their sum."""
+    total = 0.0
+    for k in range(n_k):
+        i = work.closed[k]
+        for r in range(work.start[k], work.start[k + 1]):
+            velocity = 0.0
+            for j in range(n):
+                velocity += work.W[r, j] * 0.5 * (u[j] + work.u_1[j])
+            is_normal = r == work.start[k] and kinds[i, 0] != GIVEN_FORCE
+            ledger[NORMAL_WORK if is_normal else FRICTION_WORK] += work.P[r] * (velocity + work.w[r])
+            ledger[SURFACE_WORK] -= work.P[r] * work.w[r]
+            total += work.P[r] * velocity
+    return total
+
+
+@kernel
+def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
+    """Book the energy of a step and compare it with the change of kinetic energy, ubar.M (u_1 - u_0)."""
+    change, force, size = 0.0, 0.0, 0.0
+    for i in range(n):
+        impulse = dt * work.h[i]
+        momentum = 0.0
+        for j in range(n):
+            du = work.u_1[j] - state.u[j]
+            momentum += work.M[i, j] * du
+            if is_implicit:
+                impulse -= theta * dt * (work.C[i, j] + theta * dt * work.K[i, j]) * du
+                impulse -= (theta - 0.5) * dt * dt * work.K[i, j] * state.u[j]
+        ubar = 0.5 * (state.u[i] + work.u_1[i])
+        change += ubar * momentum
+        force += ubar * impulse
+        size += abs(ubar * impulse)
+    contact = book_contact_energy(n, n_k, kinds, state.u, state.ledger, work)
+    state.ledger[FORCE_WORK] += force
+    size = max(size, abs(contact))
+    if size > 0.0:
+        state.worst[LEDGER_ERROR] = max(state.worst[LEDGER_ERROR], abs(change - force - contact) / size)
+
+
+@kernel
+def write_record(model, has, m, t, p, n, n_c, state, record, work):
+    """Record m: the state, the gaps there, the impulses since the last record; False if the gap function raised."""
+    for i in range(n):
+        record.q[m, i] = state.q[i]
+        record.u[m, i] = state.u[i]
+    for i in range(N_LEDGER):
+        record.ledger[m, i] = state.ledger[i]
+    if has & (1 << GAP) and not call_model(model, GAP, t, state.q, state.u, p, work.g_N):
+        return False
+    for i in range(n_c):
+        record.g_N[m, i] = work.g_N[i]
+        record.mode[m, i] = state.mode[i]
+        record.slip[m, i] = state.slip[i]
+        for k in range(state.P.shape[1]):
+            record.P[m, i, k] = state.P_sum[i, k]
+            state.P_sum[i, k] = 0.0
+    return True

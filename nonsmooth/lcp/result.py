@@ -1,0 +1,136 @@
+"""What a solver of  w = A z + b,  0 <= w _|_ z >= 0  hands back, and the measure by which it is judged.
+
+    residual = max_i |min(d_i z_i, w_i)| / max_i |b_i|,     d_i = |A_ii|, or the norm of row i where A_ii = 0
+
+It vanishes at solutions only, has no unit and does not change when A, or b, or both are multiplied by a number. It is
+always computed from A, b and z alone: no solver's own statement of success is believed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.jit import kernel
+
+
+class LCPStatus(IntEnum):
+    """How the solution of a complementarity problem ended."""
+
+    SOLVED = 0  # the residual is within the tolerance
+    RAY = 1  # the path of Lemke's method went to infinity: a solution may exist or not
+    MAX_ITERATIONS = 2  # the iterations ran out, or no longer improved the iterate
+    INVALID = 3  # the numbers overflowed or a matrix met on the way was singular
+    INFEASIBLE = 4  # there is no z >= 0 with A z + b >= 0, and `certificate` proves it
+
+
+SOLVED, RAY, MAX_ITERATIONS, INVALID, INFEASIBLE = (int(status) for status in LCPStatus)  # for kernels
+
+
+@dataclass(frozen=True)
+class LCPResult:
+    """The outcome of one complementarity problem w = A z + b, 0 <= w _|_ z >= 0.
+
+    Attributes
+    ----------
+    z, w : ndarray, shape (n,)
+        The solution, or the best iterate when `success` is false; w is A z + b exactly as computed.
+    status : LCPStatus
+        How it ended.
+    residual : float
+        max |min(d z, w)| / max |b|, recomputed from A, b and z.
+    iterations : int
+        Pivots, sweeps or Newton steps, summed over the solvers tried.
+    solver : str
+        The solver that produced z.
+    message : str
+        What was done and why it stopped.
+    certificate : ndarray or None, shape (n,)
+        For INFEASIBLE: y >= 0 with A^T y <= 0 and b.y < 0, checked.
+    """
+
+    z: np.ndarray
+    w: np.ndarray
+    status: LCPStatus
+    residual: float
+    iterations: int
+    solver: str
+    message: str
+    certificate: np.ndarray | None = field(default=None, repr=False)
+
+    @property
+    def success(self) -> bool:
+        """Whether the problem is solved to the tolerance asked for."""
+        return self.status == LCPStatus.SOLVED
+
+
+@kernel
+def natural_scale(n, A, i):
+    """d_i: |A_ii|, or the norm of row i where that is 0, or the largest entry of A where that too is 0 (or 1)."""
+    if A[i, i] != 0.0:
+        return abs(A[i, i])
+    largest = 0.0
+    for j in range(n):
+        largest = max(largest, abs(A[i, j]))
+    if largest > 0.0:
+        total = 0.0
+        for j in range(n):
+            total += (A[i, j] / largest) ** 2
+        return largest * math.sqrt(total)
+    for k in range(n):
+        for j in range(n):
+            largest = max(largest, abs(A[k, j]))
+    return largest if largest > 0.0 else 1.0
+
+
+@kernel
+def lcp_residual(n, A, b, z):
+    """max |min(d z, A z + b)| / max |b|; where b = 0 it is 0 at a solution and inf elsewhere. NaN stays NaN."""
+    worst = 0.0
+    scale = 0.0
+    for i in range(n):
+        w = b[i]
+        for j in range(n):
+            w += A[i, j] * z[j]
+        dz = natural_scale(n, A, i) * z[i]
+        error = abs(w) if w < dz else abs(dz)
+        if not error <= worst or math.isnan(w):  # the first is also true when the error is NaN
+            worst = error + 0.0 * w
+        scale = max(scale, abs(b[i]))
+    if worst == 0.0:
+        return 0.0
+    return worst / scale if scale > 0.0 else math.inf * worst
+
+
+@kernel("float64(float64[:, ::1], float64[::1], float64[::1], float64[::1])")
+def judge(A, b, z, w):
+    """Write w = A z + b and return `lcp_residual`: the last step of every solver called from Python."""
+    n = b.shape[0]
+    for i in range(n):
+        w[i] = b[i]
+        for j in range(n):
+            w[i] += A[i, j] * z[j]
+    return lcp_residual(n, A, b, z)
+
+
+def judge_sparse(A: Any, b: np.ndarray, z: np.ndarray, w: np.ndarray) -> float:
+    """`judge` for a scipy.sparse CSR matrix."""
+    w[:] = A @ z + b
+    error = np.abs(np.minimum(natural_scales(A) * z, w)).max()
+    scale = np.abs(b).max()
+    if error == 0.0:
+        return 0.0
+    return float(error / scale) if scale > 0.0 else math.inf
+
+
+def natural_scales(A: Any) -> np.ndarray:
+    """The d_i of `natural_scale` for a dense or scipy.sparse matrix, shape (n,)."""
+    d = np.abs(A.diagonal())
+    if not d.all():
+        square = A**2 if isinstance(A, np.ndarray) else A.power(2)
+        d = np.where(d > 0, d, np.sqrt(np.asarray(square.sum(axis=1)).ravel()))
+    return np.where(d > 0, d, abs(A).max() or 1.0)

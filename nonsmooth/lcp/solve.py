@@ -1,0 +1,284 @@
+"""The front door:  find z with  w = A z + b,  0 <= w _|_ z >= 0.
+
+    border checks -> one solver by name, or the ladder of "auto" -> w and the residual computed here -> LCPResult
+
+The ladder, until the residual is within the tolerance:
+
+    n <= 300           pivoting if there is a guess, lemke, pivoting, newton, certificate, enumeration (n <= 20)
+    larger, dense      newton, lemke, certificate (n <= 1000)
+    larger, sparse     pgs (positive diagonal), newton started from it, lemke and certificate (n <= 1000)
+
+Sources and conditions are in the files of the solvers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nonsmooth.arrays import as_positive, as_square_matrix, as_vector
+from nonsmooth.errors import InvalidInput, UnknownName, nearest
+from nonsmooth.lcp.certificate import infeasibility_certificate
+from nonsmooth.lcp.enumerate import LARGEST_N, MANY, enumerate_solutions
+from nonsmooth.lcp.lemke import lemke_entry, lemke_workspace
+from nonsmooth.lcp.newton import newton as newton_iterations
+from nonsmooth.lcp.pgs import pgs_entry, pgs_sparse_entry
+from nonsmooth.lcp.pivoting import pivoting_entry, pivoting_workspace
+from nonsmooth.lcp.qp import qp, qp_solver_names
+from nonsmooth.lcp.result import LCPResult, LCPStatus, judge, judge_sparse, natural_scales
+
+SMALL_N = 300  # Lemke's n^3 kernel is faster than Newton with LAPACK up to about here (measured)
+DENSE_N = 4000  # a sparse matrix is made dense up to here where a solver needs it: 128 MB
+CERTIFICATE_N = 1000  # a linear program, or Lemke on a sparse matrix made dense, takes seconds from here on
+MAX_SWEEPS = 20_000  # of Gauss–Seidel
+MAX_NEWTON = 100
+PIVOTS_PER_ROW = 50  # Lemke needs 1 to 3 n pivots; exponential families excepted
+PIVOTS_AT_LEAST = 10_000  # lets the exponential family finish up to n = 13
+STATUSES = tuple(LCPStatus)
+
+
+class Attempt(NamedTuple):
+    """What one solver hands to the front door; `status` is its own word, not believed."""
+
+    z: np.ndarray
+    status: LCPStatus
+    iterations: int
+    note: str
+
+
+def solve_lcp(A: Any, b: Any, solver: str = "auto", tol: float = 1e-10, guess: Any = None) -> LCPResult:
+    """Solve the linear complementarity problem w = A z + b, 0 <= w _|_ z >= 0.
+
+    Parameters
+    ----------
+    A : array_like or scipy.sparse matrix, shape (n, n)
+    b : array_like, shape (n,)
+    solver : str
+        "auto", "lemke", "pivoting", "pgs", "newton", "enumeration", "qp" (osqp), or the name of an installed solver
+        that qpsolvers knows, for symmetric positive semidefinite A.
+    tol : float
+        Largest accepted residual max |min(d z, w)| / max |b|, d_i = |A_ii| (the norm of row i where that is 0).
+    guess : array_like, shape (n,), optional
+        Where to start; "auto", "pivoting", "pgs", "newton" and the QP solvers use it.
+
+    Returns
+    -------
+    LCPResult
+        Not solved is a status, never an exception; z is then the best iterate.
+
+    Raises
+    ------
+    InvalidInput
+        When A is not square, sizes differ, an entry is not finite, tol <= 0, a QP solver is asked to solve an
+        unsymmetric or indefinite problem, or a large one is sent to a solver for small ones.
+    UnknownName
+        When there is no solver of this name.
+
+    Source: R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem, 1992.
+
+    Examples
+    --------
+    >>> from nonsmooth.lcp.solve import solve_lcp
+    >>> result = solve_lcp([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
+    >>> result.status.name, result.z.round(12).tolist()
+    ('SOLVED', [1.333333333333, 2.333333333333])
+    >>> solve_lcp([[-1.0]], [-1.0]).status.name
+    'INFEASIBLE'
+    """
+    A = as_square(A)
+    b = as_vector("b", b, A.shape[0])
+    tol = as_positive("tol", tol)
+    start = None if guess is None else np.maximum(as_vector("guess", guess, len(b)), 0.0)
+    if solver != "auto" and solver not in SOLVERS:
+        _require_qp_solver(solver)
+    if len(b) == 0:
+        return LCPResult(b, b.copy(), LCPStatus.SOLVED, 0.0, 0, solver, "empty problem")
+    if solver == "auto":
+        return climb(A, b, _ladder(A, start is not None), tol, start)
+    return climb(A, b, (solver,), tol, start, use_certificate=False)
+
+
+def climb(A: Any, b: np.ndarray, ladder: tuple[str, ...], tol: float, guess: np.ndarray | None,
+          use_certificate: bool = True) -> LCPResult:  # fmt: skip
+    """Try the solvers in turn until the residual is within tol; the best iterate otherwise."""
+    best: LCPResult | None = None
+    notes: list[str] = []
+    iterations = 0
+    for name in ladder:
+        if name == "certificate":
+            y = infeasibility_certificate(A, b)
+            if y is not None and best is not None:
+                notes.append("certificate: no z >= 0 has A z + b >= 0")
+                return _infeasible(best, iterations, "; ".join(notes), y)
+            continue
+        attempt = (SOLVERS.get(name) or _quadratic(name))(A, b, guess, tol)
+        result = _judged(A, b, attempt, name, tol)
+        iterations += attempt.iterations
+        notes.append(result.message)
+        if result.success:
+            if not best:
+                return result
+            return _replaced(result, iterations, "; ".join(notes))
+        if best is None or not best.residual <= result.residual:
+            best = _ranked(result, best)
+        if name == "pgs" and use_certificate and np.isfinite(result.residual):
+            guess = result.z
+    assert best is not None
+    return _replaced(best, iterations, "; ".join(notes))
+
+
+def _ladder(A: Any, has_guess: bool) -> tuple[str, ...]:
+    n = A.shape[0]
+    if n <= SMALL_N:
+        first = ("pivoting",) if has_guess else ()
+        last = ("enumeration",) if n <= LARGEST_N else ()
+        return (*first, "lemke", "pivoting", "newton", "certificate", *last)
+    last = ("certificate",) if n <= CERTIFICATE_N else ()
+    if isinstance(A, np.ndarray):
+        return ("newton", "lemke", *last)
+    return ("pgs", "newton", *(("lemke",) if n <= CERTIFICATE_N else ()), *last)
+
+
+def _judged(A: Any, b: np.ndarray, attempt: Attempt, name: str, tol: float) -> LCPResult:
+    w = np.empty_like(b)
+    residual = judge(A, b, attempt.z, w) if isinstance(A, np.ndarray) else judge_sparse(A, b, attempt.z, w)
+    if residual <= tol:
+        return LCPResult(
+            attempt.z, w, LCPStatus.SOLVED, residual, attempt.iterations, name, f"{name}: solved, {attempt.note}"
+        )
+    if attempt.status != LCPStatus.SOLVED:
+        status = attempt.status
+    else:
+        status = LCPStatus.MAX_ITERATIONS if np.isfinite(residual) else LCPStatus.INVALID
+    message = f"{name}: {_REASONS[status]}, {attempt.note}, residual {residual:.1e} > {tol:.1e}"
+    return LCPResult(attempt.z, w, status, residual, attempt.iterations, name, message)
+
+
+_REASONS = {
+    LCPStatus.RAY: "secondary ray",
+    LCPStatus.MAX_ITERATIONS: "not converged",
+    LCPStatus.INVALID: "broke off at a singular matrix, a diagonal entry <= 0 or an overflow",
+}
+
+
+def _ranked(result: LCPResult, previous: LCPResult | None) -> LCPResult:
+    """The better iterate with the more telling status: a ray is remembered."""
+    status = LCPStatus.RAY if previous is not None and previous.status == LCPStatus.RAY else result.status
+    return LCPResult(result.z, result.w, status, result.residual, result.iterations, result.solver, result.message)
+
+
+def _replaced(result: LCPResult, iterations: int, message: str) -> LCPResult:
+    return LCPResult(result.z, result.w, result.status, result.residual, iterations, result.solver, message)
+
+
+def _infeasible(result: LCPResult, iterations: int, message: str, y: np.ndarray) -> LCPResult:
+    return LCPResult(
+        result.z, result.w, LCPStatus.INFEASIBLE, result.residual, iterations, result.solver, message, certificate=y
+    )
+
+
+# ---------------------------------------------------------------------------------------------------------------
+# The solvers by name
+
+
+def _lemke(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
+    n = len(b)
+    z = np.zeros(n)
+    most = max(PIVOTS_AT_LEAST, PIVOTS_PER_ROW * n)
+    status, pivots = lemke_entry(_dense(A, "lemke"), b, z, *lemke_workspace(n), most)
+    return Attempt(z, STATUSES[status], pivots, f"{pivots} pivots")
+
+
+def _pivoting(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
+    n = len(b)
+    z = np.zeros(n) if guess is None else guess.copy()
+    most = max(200, 4 * n)
+    status, iterations = pivoting_entry(_dense(A, "pivoting"), b, z, *pivoting_workspace(n), most)
+    return Attempt(z, STATUSES[status], iterations, f"{iterations} iterations")
+
+
+def _pgs(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
+    z = np.zeros(len(b)) if guess is None else guess.copy()
+    if isinstance(A, np.ndarray):
+        status, sweeps = pgs_entry(A, b, z, tol, MAX_SWEEPS)
+    else:
+        rows = A.indices.astype(np.int32, copy=False), A.indptr.astype(np.int32, copy=False)
+        status, sweeps = pgs_sparse_entry(A.data, *rows, A.diagonal(), b, z, tol, MAX_SWEEPS)
+    return Attempt(z, STATUSES[status], sweeps, f"{sweeps} sweeps")
+
+
+def _newton(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
+    n = len(b)
+    d = natural_scales(A)
+    starts = [np.zeros(n), np.maximum(-b, 0.0) / d, np.full(n, np.abs(b).max()) / d]
+    free = np.zeros(n, dtype=bool)
+    total = 0
+    for start in ([] if guess is None else [guess]) + starts:
+        z, is_converged, iterations = newton_iterations(A, b, start, free, min(tol, 1e-10), MAX_NEWTON)
+        total += iterations
+        if is_converged:
+            return Attempt(z, LCPStatus.SOLVED, total, f"{total} iterations")
+    return Attempt(np.maximum(z, 0.0), LCPStatus.MAX_ITERATIONS, total, f"{total} iterations")
+
+
+def _enumeration(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
+    n = len(b)
+    if n > LARGEST_N:
+        raise InvalidInput(f"solver 'enumeration' takes problems of at most {LARGEST_N} unknowns; got {n}; use 'auto'")
+    dense, free = _dense(A, "enumeration"), np.zeros(n, dtype=bool)
+    solutions = enumerate_solutions(dense, b, free, limit=1) or enumerate_solutions(dense, b, free, limit=MANY)
+    if not solutions:
+        note = f"none of the first {MANY} candidates among {2**n} active sets is a solution"
+        return Attempt(np.zeros(n), LCPStatus.MAX_ITERATIONS, 2**n, note)
+    return Attempt(solutions[0].z, LCPStatus.SOLVED, 2**n, "an active set found")
+
+
+def _quadratic(name: str) -> Callable[..., Attempt]:
+    def solve(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
+        backend = "osqp" if name == "qp" else name
+        z, is_claimed = qp(_dense(A, name), b, np.zeros(len(b)) if guess is None else guess, backend)
+        status = LCPStatus.SOLVED if is_claimed else LCPStatus.MAX_ITERATIONS
+        return Attempt(z, status, 1, "one quadratic program")
+
+    return solve
+
+
+SOLVERS: dict[str, Callable[..., Attempt]] = {
+    "lemke": _lemke,
+    "pivoting": _pivoting,
+    "pgs": _pgs,
+    "newton": _newton,
+    "enumeration": _enumeration,
+    "qp": _quadratic("qp"),
+}
+
+
+def _require_qp_solver(name: Any) -> None:
+    installed = qp_solver_names()
+    if name not in installed:
+        known = ["auto", *SOLVERS, *installed]
+        raise UnknownName(f"solver must be one of {', '.join(known)}; got {name!r}; {nearest(str(name), known)}")
+
+
+def as_square(A: Any) -> Any:
+    """A dense float64 array or a CSR matrix with sorted indices, square and finite, or `InvalidInput`."""
+    if isinstance(A, np.ndarray) or not hasattr(A, "tocsr"):
+        return as_square_matrix("A", A)
+    A = A.tocsr().astype(np.float64)
+    if A.shape[0] != A.shape[1]:
+        raise InvalidInput(f"A must be a square matrix; got shape {A.shape}")
+    if not np.isfinite(A.data).all():
+        raise InvalidInput(f"A must be finite; one of its entries is {A.data[~np.isfinite(A.data)][0]}")
+    return as_square_matrix("A", A.toarray()) if A.shape[0] <= SMALL_N else A
+
+
+def _dense(A: Any, solver: str) -> np.ndarray:
+    if isinstance(A, np.ndarray):
+        return A
+    if A.shape[0] > DENSE_N:
+        raise InvalidInput(
+            f"solver {solver!r} makes a sparse A dense and takes at most {DENSE_N} rows; got {A.shape[0]}; use 'auto'"
+        )
+    return A.toarray()

@@ -1,0 +1,293 @@
+"""FCLIB files (HDF5): frictional contact problems as other laboratories exchange them.
+
+    local     u = W r + V l + q,   0 = V^T r + R l + s                                   /fclib_local
+    global    M v = H r + G l + f,   0 = G^T v + b,   u = H^T v + w                      /fclib_global
+
+V, R, s and G, b, the bilateral constraints with multipliers l, may be absent. u and r are our gamma and P. A matrix is a
+group {nzmax, m, n, nz, p, i, x}: nz = -1 compressed columns, -2 compressed rows, nz >= 0 triplets. In triplet files p
+holds column and i row indices, although the header of the C library says the opposite.
+
+Source: Acary, Bremond, Koziara and Perignon, FCLIB: a collection of discrete 3D Frictional Contact problems, INRIA
+RT-0444 (2014).
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.errors import InvalidInput, MissingExtra, UnknownName, nearest
+
+FORMATS = {"csc": -1, "csr": -2, "triplet": 0}  # 0 stands for the number of entries
+
+
+@dataclass(frozen=True)
+class ContactProblem:
+    """A contact problem gamma = G P + c with friction coefficients mu.
+
+    Attributes
+    ----------
+    G : scipy.sparse matrix, shape (n, n)
+        Delassus matrix [1/kg], interleaved per contact (N, T1[, T2]).
+    c : ndarray, shape (n,)
+        Velocity without contact impulses [m/s].
+    mu : ndarray, shape (n_c,)
+        Friction coefficients [-].
+    dim : int
+        2 (planar) or 3 (spatial).
+    P : ndarray, shape (n,), optional
+        Impulses stored with the problem [N s]; see ``note``.
+    note : str
+        What is known of the stored impulses.
+    """
+
+    G: Any
+    c: np.ndarray
+    mu: np.ndarray
+    dim: int
+    P: np.ndarray | None = None
+    note: str = ""
+
+    def local(self) -> ContactProblem:
+        """This problem itself."""
+        return self
+
+
+@dataclass(frozen=True)
+class GlobalContactProblem:
+    """M v = H P + f (+ G l), gamma = H^T v + w, with optional bilateral constraints 0 = G^T v + b.
+
+    Attributes
+    ----------
+    M, H : scipy.sparse matrices, shapes (n_u, n_u) and (n_u, n)
+        Mass matrix [kg] and transposed directions of the contacts [-].
+    f, w, mu : ndarray, shapes (n_u,), (n,), (n_c,)
+        Momentum without contacts [N s], velocity of the surfaces [m/s], friction coefficients [-].
+    dim : int
+        2 (planar) or 3 (spatial).
+    G, b : scipy.sparse matrix (n_u, n_b) and ndarray (n_b,), optional
+        Bilateral constraints.
+    P, note
+        As for `ContactProblem`.
+    """
+
+    M: Any
+    H: Any
+    f: np.ndarray
+    w: np.ndarray
+    mu: np.ndarray
+    dim: int
+    G: Any = None
+    b: np.ndarray | None = None
+    P: np.ndarray | None = None
+    note: str = ""
+
+    def local(self) -> ContactProblem:
+        """The contact problem with velocities and multipliers eliminated: G = H^T M^-1 H, c = H^T M^-1 f + w."""
+        from scipy.sparse import block_array, csc_array, csr_array, vstack
+
+        K, H, f = csc_array(self.M), csc_array(self.H), self.f
+        if self.G is not None and self.G.shape[1]:
+            G = csc_array(self.G)
+            b = np.zeros(G.shape[1]) if self.b is None else self.b
+            K = block_array([[K, -G], [G.T, None]], format="csc")
+            H = csc_array(vstack([H, csc_array((G.shape[1], H.shape[1]))]))
+            f = np.concatenate([f, -b])
+        solve = _inverse(K, "M")
+        delassus = csr_array(H.T @ csc_array(solve(H.toarray())))
+        return ContactProblem(delassus, H.T @ solve(f) + self.w, self.mu, self.dim, self.P, self.note)
+
+
+def _inverse(K: Any, name: str) -> Any:
+    from scipy.sparse.linalg import splu
+
+    try:
+        return splu(K).solve
+    except RuntimeError:
+        raise InvalidInput(f"{name} with its constraints must be regular; its factorisation met a zero pivot") from None
+
+
+def read_fclib(path: str | os.PathLike[str]) -> ContactProblem | GlobalContactProblem:
+    """Read an FCLIB file, local or global.
+
+    Parameters
+    ----------
+    path : path-like
+        The HDF5 file.
+
+    Returns
+    -------
+    ContactProblem or GlobalContactProblem
+        ``.local()`` gives G, c, mu, dim for `solve_contact` in both cases. Bilateral constraints of a local problem are
+        eliminated while reading. ``note`` says whether the stored solution solves the problem.
+
+    Raises
+    ------
+    InvalidInput
+        When the file holds no contact problem.
+    MissingExtra
+        When h5py is not installed.
+
+    Source: FCLIB, INRIA RT-0444 (2014).
+    """
+    h5py = _h5py()
+    path = Path(path)
+    if not path.is_file():
+        raise InvalidInput(f"path must name a file; there is none at {path}")
+    try:
+        file = h5py.File(path, "r")
+    except OSError:
+        raise InvalidInput(f"{path.name} must be an HDF5 file; it cannot be opened as one") from None
+    with file:
+        try:
+            if "fclib_local" in file:
+                return _read_local(file["fclib_local"], file)
+            if "fclib_global" in file:
+                return _read_global(file["fclib_global"], file)
+        except KeyError as error:
+            raise InvalidInput(f"{path.name} is incomplete: {error.args[0]}") from None
+        raise InvalidInput(f"{path.name} must hold /fclib_local or /fclib_global; it holds {sorted(file)}")
+
+
+def _read_local(group: Any, file: Any) -> ContactProblem:
+    dim = int(np.ravel(group["spacedim"][()])[0])
+    vectors = group["vectors"]
+    G, c = _read_matrix(group["W"]), vectors["q"][()]
+    if "V" in group and "R" in group:
+        from scipy.sparse import csc_array, csr_array
+
+        V = csc_array(_read_matrix(group["V"]))
+        if V.shape[1]:
+            solve = _inverse(csc_array(_read_matrix(group["R"])), "R")
+            s = vectors["s"][()] if "s" in vectors else np.zeros(V.shape[1])
+            G = csr_array(G - V @ csc_array(solve(V.T.toarray())))
+            c = c - V @ solve(s)
+    P, note = _read_solution(file, G, c, vectors["mu"][()], dim)
+    return ContactProblem(G, c, vectors["mu"][()], dim, P, note)
+
+
+def _read_global(group: Any, file: Any) -> GlobalContactProblem:
+    vectors = group["vectors"]
+    problem = GlobalContactProblem(
+        M=_read_matrix(group["M"]),
+        H=_read_matrix(group["H"]),
+        f=vectors["f"][()],
+        w=vectors["w"][()],
+        mu=vectors["mu"][()],
+        dim=int(np.ravel(group["spacedim"][()])[0]),
+        G=_read_matrix(group["G"]) if "G" in group else None,
+        b=vectors["b"][()] if "b" in vectors else None,
+    )
+    if "solution" not in file:
+        return problem
+    local = problem.local()
+    P, note = _read_solution(file, local.G, local.c, local.mu, local.dim)
+    return GlobalContactProblem(**{**vars(problem), "P": P, "note": note})
+
+
+def _read_solution(file: Any, G: Any, c: np.ndarray, mu: np.ndarray, dim: int) -> tuple[np.ndarray | None, str]:
+    """The stored impulses and what they are worth: many files hold r = 0 as a placeholder."""
+    from nonsmooth.contact_solvers.problem import check_problem
+
+    if "solution" not in file or "r" not in file["solution"]:
+        return None, "no stored solution"
+    P = np.asarray(file["solution"]["r"][()], dtype=float)
+    if P.shape != c.shape or not np.isfinite(P).all():
+        return None, f"the stored solution has {P.size} entries instead of {c.size}, or not finite ones: left out"
+    error = check_problem(G, c, mu, dim).error(P)
+    kind = "a placeholder (r = 0)" if not P.any() and error > 1e-6 else "stored impulses"
+    return P, f"{kind} with a natural-map error of {error:.1e}"
+
+
+def _read_matrix(group: Any) -> Any:
+    from scipy.sparse import coo_array, csc_array, csr_array
+
+    m, n, nz = (int(np.ravel(group[key][()])[0]) for key in ("m", "n", "nz"))
+    p, i, x = group["p"][()], group["i"][()], group["x"][()]
+    if nz == FORMATS["csc"]:
+        return csr_array(csc_array((x[: p[n]], i[: p[n]], p), shape=(m, n)))
+    if nz == FORMATS["csr"]:
+        return csr_array((x[: p[m]], i[: p[m]], p), shape=(m, n))
+    if nz < 0:
+        raise InvalidInput(f"nz of an FCLIB matrix must be -2, -1 or a number of triplets; got {nz}")
+    return csr_array(coo_array((x[:nz], (i[:nz], p[:nz])), shape=(m, n)))  # i rows, p columns
+
+
+def write_fclib(
+    path: str | os.PathLike[str], problem: ContactProblem | GlobalContactProblem, matrix_format: str = "csr"
+) -> None:
+    """Write an FCLIB file; an existing one is replaced only once the new one is complete.
+
+    Parameters
+    ----------
+    path : path-like
+        The HDF5 file.
+    problem : ContactProblem or GlobalContactProblem
+        Its ``P``, where present, is stored as the solution.
+    matrix_format : {"csr", "csc", "triplet"}
+        How matrices are stored.
+
+    Raises
+    ------
+    InvalidInput
+        When ``problem`` is neither kind of problem.
+    UnknownName
+        When there is no such matrix format.
+    MissingExtra
+        When h5py is not installed.
+
+    Source: FCLIB, INRIA RT-0444 (2014).
+    """
+    h5py = _h5py()
+    if matrix_format not in FORMATS:
+        raise UnknownName(f"no matrix format is called {matrix_format!r}; {nearest(matrix_format, FORMATS)}")
+    if not isinstance(problem, ContactProblem | GlobalContactProblem):
+        raise InvalidInput(f"problem must be a ContactProblem or GlobalContactProblem; got {type(problem).__name__}")
+    part = Path(f"{os.fspath(path)}.part")
+    with h5py.File(part, "w") as file:
+        if isinstance(problem, ContactProblem):
+            group = file.create_group("fclib_local")
+            matrices = {"W": problem.G}
+            vectors = {"q": problem.c, "mu": problem.mu}
+        else:
+            group = file.create_group("fclib_global")
+            matrices = {"M": problem.M, "H": problem.H, "G": problem.G}
+            vectors = {"f": problem.f, "w": problem.w, "mu": problem.mu, "b": problem.b}
+        group["spacedim"] = np.array([problem.dim], dtype=np.int32)
+        for name, matrix in matrices.items():
+            if matrix is not None:
+                _write_matrix(group.create_group(name), matrix, matrix_format)
+        for name, vector in vectors.items():
+            if vector is not None:
+                group[f"vectors/{name}"] = np.asarray(vector, dtype=float)
+        if problem.P is not None:
+            local = problem.local()
+            file["solution/r"] = problem.P
+            file["solution/u"] = local.G @ problem.P + local.c
+    os.replace(part, path)
+
+
+def _write_matrix(group: Any, matrix: Any, matrix_format: str) -> None:
+    from scipy.sparse import coo_array, csc_array, csr_array
+
+    if matrix_format == "triplet":
+        triplets = coo_array(matrix)
+        p, i, x, nz = triplets.col, triplets.row, triplets.data, triplets.nnz
+    else:
+        compressed = (csr_array if matrix_format == "csr" else csc_array)(matrix)
+        p, i, x, nz = compressed.indptr, compressed.indices, compressed.data, FORMATS[matrix_format]
+    for key, value in {"nzmax": len(x), "m": matrix.shape[0], "n": matrix.shape[1], "nz": nz}.items():
+        group[key] = np.array([value], dtype=np.int32)
+    group["p"], group["i"], group["x"] = p.astype(np.int32), i.astype(np.int32), x.astype(float)
+
+
+def _h5py() -> Any:
+    try:
+        import h5py
+    except ImportError:
+        raise MissingExtra("FCLIB files need h5py; install it with: pip install nonsmooth[io]") from None
+    return h5py

@@ -1,0 +1,310 @@
+"""The front door: check the input once, run the integrator's loop in blocks, return a Solution.
+
+Between two blocks Python looks for Ctrl-C and shows progress; the loop itself never returns to Python.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.arrays import as_count, as_number, as_vector
+from nonsmooth.blocks import new_block
+from nonsmooth.compiled import Model, model_of
+from nonsmooth.contact_problem import model_facts
+from nonsmooth.contact_solvers.single import Selection
+from nonsmooth.errors import InitialStateWarning, InvalidInput, ModelFunctionError, Status, StepFailure, UnknownName, nearest
+from nonsmooth.initial_state import examine_state, project_state
+from nonsmooth.integrators.records import INTERVAL, N_EVENTS, STEP, Record, State, record_shapes, state_shapes
+from nonsmooth.solution import Solution, Stats
+from nonsmooth.system import FUNCTION_NAMES, System, as_system
+
+COMPILED_BLOCK = 50_000  # steps between two looks at the clock: about 10 ms
+INTERPRETED_BLOCK = 100
+EVENT_CAPACITY = 4096
+MAX_EVENTS = 200_000  # kept in a solution; the rest are counted
+
+SELECTIONS = {
+    "compliant-limit": Selection.COMPLIANT_LIMIT,
+    "lift-off": Selection.LIFT_OFF,
+    "impact": Selection.IMPACT,
+}
+
+MESSAGES = {
+    Status.NO_SOLUTION: "the contact problem of this step has no solution: every mode of {contact} was tried and none is "
+    "admissible (rigid mechanics ends here; a compliant contact would go on)",
+    Status.NOT_SOLVED: "the contact problem of this step was not solved to the accepted residual; try a smaller dt",
+    Status.MASS_NOT_POSITIVE: "the mass matrix is not positive definite; check mass(t, q, p, M) and the parameters",
+    Status.NEGATIVE_FRICTION: "the friction law of {contact} became negative; check its coefficients at this sliding speed",
+}
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Times of the records (m + 1,), and the steps between them (m,)."""
+
+    t: np.ndarray
+    dts: np.ndarray
+    steps: np.ndarray
+
+
+def simulate(
+    system: Any,
+    t_span: tuple[float, float],
+    q0: Sequence[float],
+    u0: Sequence[float],
+    *,
+    integrator: Any,
+    every: int = 1,
+    t_eval: Sequence[float] | None = None,
+    selection: str = "compliant-limit",
+    project: bool = False,
+    on_failure: str = "raise",
+    max_wall_time: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Solution:
+    """Integrate a system from t_span[0] to t_span[1].
+
+    Parameters
+    ----------
+    system : System or model
+    t_span : (float, float)
+        Start and end [s].
+    q0, u0 : array_like (n_q,), (n_u,)
+        Initial coordinates and velocities.
+    integrator : MoreauJean
+        The method and its step.
+    every : int
+        Record every so many steps.
+    t_eval : array_like, optional
+        Record at these times instead; steps end exactly there.
+    selection : {"compliant-limit", "lift-off", "impact"}
+        Which solution is taken where a contact problem has several.
+    project : bool
+        Move an inadmissible start to the nearest admissible one in the mass metric.
+    on_failure : {"raise", "return"}
+        Raise `StepFailure` carrying the partial solution, or return that solution.
+    max_wall_time : float, optional
+        Stop after this many seconds of wall time, with the status INTERRUPTED.
+    progress : callable, optional
+        Called now and then with the fraction done.
+
+    Returns
+    -------
+    Solution
+
+    Raises
+    ------
+    InvalidInput
+        For shapes, spans and options that break a rule.
+    StepFailure, ModelFunctionError
+        When a step cannot be taken, unless ``on_failure="return"``.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> from models import BouncingBall
+    >>> ball = BouncingBall(e=0.5)
+    >>> sol = ns.simulate(ball, (0, 2), *ball.state(height=1.0), integrator=ns.MoreauJean(dt=1e-3))
+    >>> sol.success, abs(float(sol.q[-1, 0])) < 1e-2
+    (True, True)
+    """
+    system = as_system(system)
+    if every != 1 and t_eval is not None:
+        raise InvalidInput("give either every or t_eval; got both")
+    if selection not in SELECTIONS:
+        raise UnknownName(f"there is no selection rule {selection!r}; {nearest(selection, SELECTIONS)}")
+    if on_failure not in ("raise", "return"):
+        raise InvalidInput(f"on_failure must be 'raise' or 'return'; got {on_failure!r}")
+    q0, u0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
+    grid = make_grid(integrator, t_span, every, t_eval)
+    run = Run(system, integrator, grid, q0, u0, SELECTIONS[selection], project)
+    run.advance(max_wall_time, progress)
+    solution = run.solution()
+    if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
+        raise run.failure(solution)
+    return solution
+
+
+def make_grid(integrator: Any, t_span: tuple[float, float], every: int, t_eval: Sequence[float] | None) -> Grid:
+    """The record times and the steps between them."""
+    try:
+        start, end = t_span
+    except (TypeError, ValueError):
+        raise InvalidInput(f"t_span must be a pair (start, end) [s]; got {t_span!r}") from None
+    t_0, t_1 = as_number("t_span[0]", start, "s"), as_number("t_span[1]", end, "s")
+    if not t_1 >= t_0:
+        raise InvalidInput(f"t_span must not run backwards; got ({t_0:g}, {t_1:g})")
+    if t_eval is not None:
+        t = as_vector("t_eval", t_eval)
+        if t.size == 0 or t[0] < t_0 or t[-1] > t_1 or (np.diff(t) <= 0).any():
+            raise InvalidInput(f"t_eval must increase within [{t_0:g}, {t_1:g}]")
+        if t[0] > t_0:
+            t = np.concatenate(([t_0], t))
+        return Grid(t, *integrator.steps_between(t))
+    every = as_count("every", every)
+    stride = integrator.dt * every
+    if not (t_1 - t_0) / integrator.dt < 2**62 or (t_1 > t_0 and t_0 + integrator.dt == t_0):
+        raise InvalidInput(f"dt = {integrator.dt:g} s is too small for the span ({t_0:g}, {t_1:g}); take a larger one")
+    whole = int((t_1 - t_0) / stride * (1 + 1e-12))
+    t = t_0 + stride * np.arange(whole + 1)
+    if t_1 - t[-1] > 1e-9 * integrator.dt:
+        t = np.append(t, t_1)
+    return Grid(t, *integrator.steps_between(t))
+
+
+class Run:
+    """One integration in progress."""
+
+    def __init__(
+        self, system: System, integrator: Any, grid: Grid, q0: np.ndarray, u0: np.ndarray, selection: int, project: bool
+    ) -> None:
+        self.system, self.integrator, self.grid = system, integrator, grid
+        started = time.perf_counter()
+        self.model: Model = model_of(system)
+        self.loop = self.model.loop(integrator, system)
+        self.has = model_facts(system)
+        self.compile_time = time.perf_counter() - started
+        start = examine_state(system, self.model, self.has, float(grid.t[0]), q0, u0)
+        if project and not start.is_admissible:
+            q0, u0 = project_state(system, float(grid.t[0]), q0, u0)
+            start = examine_state(system, self.model, self.has, float(grid.t[0]), q0, u0)
+        elif not start.is_admissible:
+            warnings.warn(start.message, InitialStateWarning, stacklevel=4)
+        shape = (system.n_u, system.n_c, system.d)
+        self.state_block = new_block(State, state_shapes(*shape, EVENT_CAPACITY))
+        self.record_block = new_block(Record, record_shapes(len(grid.t), *shape))
+        self.scratch_block = integrator.scratch(system)
+        self.state: State = self.state_block.arrays
+        self.record: Record = self.record_block.arrays
+        self.state.q[:], self.state.u[:] = q0, u0
+        self.state.mode[:] = start.mode
+        self.state.slip[:] = start.slip
+        self.options = integrator.options(selection)
+        self.events: list[np.ndarray] = []
+        self.events_dropped = 0
+        self.status = Status.RUNNING
+        self.wall_time = 0.0
+
+    def advance(self, max_wall_time: float | None, progress: Callable[[float], None] | None) -> None:
+        """Run block after block until the end, a failure, Ctrl-C or the end of the budget."""
+        block = COMPILED_BLOCK if self.model.is_compiled else INTERPRETED_BLOCK
+        started = time.perf_counter()
+        try:
+            while self.status == Status.RUNNING:
+                self.status = Status(self._block(block))
+                self._collect_events()
+                self.wall_time = time.perf_counter() - started
+                if progress is not None:
+                    progress(self._fraction_done())
+                if max_wall_time is not None and self.wall_time > max_wall_time and self.status == Status.RUNNING:
+                    self.status = Status.INTERRUPTED
+        except KeyboardInterrupt:
+            self.status = Status.INTERRUPTED
+        self.wall_time = time.perf_counter() - started
+
+    def _block(self, max_steps: int) -> int:
+        system, grid = self.system, self.grid
+        with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite is found by the loop itself
+            return self.loop(
+                self.model.handle, self.has, system.p, system.kinds, system.laws, self.options,
+                grid.t, grid.dts, grid.steps, max_steps, *self.blocks,
+            )  # fmt: skip
+
+    @property
+    def blocks(self) -> tuple[Any, ...]:
+        blocks = (self.state_block, self.record_block, self.scratch_block)
+        return tuple(block.address if self.model.is_compiled else block.arrays for block in blocks)
+
+    def _collect_events(self) -> None:
+        count = int(self.state.counters[N_EVENTS])
+        if count == 0:
+            return
+        room = MAX_EVENTS - sum(len(rows) for rows in self.events)
+        self.events.append(self.state.events[: min(count, room)].copy())
+        self.events_dropped += max(0, count - room)
+        self.state.counters[N_EVENTS] = 0
+
+    def _fraction_done(self) -> float:
+        span = self.grid.t[-1] - self.grid.t[0]
+        return float((self._time() - self.grid.t[0]) / span) if span > 0 else 1.0
+
+    def _time(self) -> float:
+        interval, step = self.state.counters[INTERVAL], self.state.counters[STEP]
+        if interval >= len(self.grid.steps):
+            return float(self.grid.t[-1])
+        return float(self.grid.t[interval] + step * self.grid.dts[interval])
+
+    def solution(self) -> Solution:
+        """What was computed; of an unfinished run, the records and the state it stopped at."""
+        m = int(self.state.counters[INTERVAL]) + 1
+        record, t = self.record, self.grid.t[:m].copy()
+        if self.status != Status.FINISHED and self.state.counters[STEP] > 0:
+            t = np.append(t, self._time())
+            record = _with_last(record, m, self.state, self.system, float(t[-1]))
+            m += 1
+        rows = np.concatenate(self.events) if self.events else self.state.events[:0]
+        return Solution.from_run(
+            self.system, self.integrator, t, type(record)(*(column[:m] for column in record)), rows, self.status,
+            "the end was reached" if self.status == Status.FINISHED else self._message(),
+            Stats.from_run(self.state, self.wall_time, self.compile_time, self.events_dropped, self.model.is_compiled),
+        )  # fmt: skip
+
+    def _message(self) -> str:
+        where = f"t = {self._time():.9g} s"
+        if self.status == Status.INTERRUPTED:
+            return f"interrupted at {where}"
+        if self.status == Status.NOT_FINITE:
+            return f"{self._culprit()} at {where}"
+        contact = int(self.state.counters[-3])
+        name = f"contact {contact}" if contact >= 0 else "the closed contacts"
+        return f"{MESSAGES[self.status].format(contact=name)}; stopped at {where}, {self._where()}"
+
+    def _where(self) -> str:
+        return f"q = {np.array2string(self.state.q, precision=6)}, u = {np.array2string(self.state.u, precision=6)}"
+
+    def _culprit(self) -> str:
+        """Which model function raised or wrote a number that is not finite: each is called again, in Python."""
+        t, (q, u) = self._time(), (self.state.q, self.state.u)
+        interval = min(int(self.state.counters[INTERVAL]), len(self.grid.dts) - 1)
+        half = 0.5 * self.grid.dts[interval] if interval >= 0 else 0.0
+        with np.errstate(all="ignore"):
+            for moment, place in ((t, q), (t + half, q + half * u)):
+                for name, which in FUNCTION_NAMES.items():
+                    if which not in self.system.functions:
+                        continue
+                    try:
+                        out = self.system.evaluate(which, moment, place, u)
+                    except Exception as error:
+                        self.cause = error
+                        return f"the model function {name} raised {type(error).__name__}: {error}; {self._where()};"
+                    if not np.isfinite(out).all():
+                        return f"the model function {name} wrote {out[~np.isfinite(out)][0]}; {self._where()};"
+        return f"the velocities are not finite: dt = {self.grid.dts[interval]:g} s is too large, or h or M is; {self._where()};"
+
+    def failure(self, solution: Solution) -> StepFailure:
+        kind = ModelFunctionError if self.status == Status.NOT_FINITE else StepFailure
+        error = kind(solution.message, solution, self._time())
+        error.__cause__ = getattr(self, "cause", None)
+        return error
+
+
+def _with_last(record: Any, m: int, state: Any, system: System, t: float) -> Any:
+    """The record with row m filled from a state between two records."""
+    from nonsmooth.system import GAP
+
+    columns = [np.concatenate((column[:m], np.zeros((1, *column.shape[1:]), column.dtype))) for column in record]
+    longer = type(record)(*columns)
+    longer.q[m], longer.u[m], longer.ledger[m] = state.q, state.u, state.ledger
+    longer.mode[m], longer.slip[m], longer.P[m] = state.mode, state.slip, state.P_sum
+    if GAP in system.functions:
+        try:
+            longer.g_N[m] = system.evaluate(GAP, t, state.q, state.u)
+        except Exception:  # the gap function is what failed: the gap there is not known
+            longer.g_N[m] = np.nan
+    return longer

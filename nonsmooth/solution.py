@@ -1,0 +1,270 @@
+"""What a run gives back: states, impulses, modes, events, energy ledger, figures of merit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.errors import Status
+from nonsmooth.integrators import records
+from nonsmooth.system import MASS, POTENTIAL, ContactMode, System
+
+
+class EventKind(IntEnum):
+    """What happened at an event."""
+
+    MODE_CHANGE = records.MODE_CHANGE
+    IMPACT = records.IMPACT
+    INCONSISTENT = records.INCONSISTENT
+    INDETERMINATE = records.INDETERMINATE
+
+
+CANDIDATE_NAMES = ("free", "stick", "slide +", "slide -", "slide + (P_N < 0)", "slide - (P_N < 0)")
+
+
+@dataclass(frozen=True)
+class Event:
+    """A change at one contact, found in the step that begins at t.
+
+    Attributes
+    ----------
+    t : float
+        Beginning of the step [s].
+    kind : EventKind
+    contact : int
+    mode_before, mode_after : ContactMode
+    slip_before, slip_after : int
+        Signs of sliding.
+    P_N, P_F : float
+        Impulses of the step [N s].
+    gamma_N, gamma_F : float
+        Contact velocities before the step [m/s].
+    """
+
+    t: float
+    kind: EventKind
+    contact: int
+    mode_before: ContactMode
+    slip_before: int
+    mode_after: ContactMode
+    slip_after: int
+    P_N: float
+    P_F: float
+    gamma_N: float
+    gamma_F: float
+
+
+@dataclass(frozen=True)
+class ParadoxEvent(Event):
+    """A step whose sliding had no force (INCONSISTENT: an impact without collision), or the first step of an episode in
+    which the contact problem had several solutions (INDETERMINATE).
+
+    Attributes
+    ----------
+    n_solutions : int
+        Number of solutions of the rigid problem: 0 where sliding was inconsistent.
+    alternatives : tuple of str
+        The admissible modes among which the selection rule chose, where they are known one by one.
+    """
+
+    n_solutions: int
+    alternatives: tuple[str, ...]
+
+    @property
+    def choice(self) -> str:
+        """The mode that was taken."""
+        return mode_name(self.mode_after, self.slip_after)
+
+
+@dataclass(frozen=True)
+class Stats:
+    """What a run cost, and its worst figures.
+
+    Attributes
+    ----------
+    steps, lcp_solved, lcp_skipped, lcp_kept : int
+        Steps; contact problems solved; steps without a closed contact; problems answered by the impulses of the step
+        before.
+    pivots : int
+        Of Lemke's method.
+    indeterminate_steps : int
+        Steps whose problem had several solutions.
+    worst_residual : float
+        Of the accepted contact problems, relative to max |c|.
+    worst_penetration : float
+        Deepest gap at a mid-point [m].
+    ledger_error : float
+        Largest error of the energy balance of one step, relative to its largest term.
+    wall_time, compile_time : float
+        [s]
+    """
+
+    steps: int
+    lcp_solved: int
+    lcp_skipped: int
+    lcp_kept: int
+    pivots: int
+    indeterminate_steps: int
+    events_dropped: int
+    worst_residual: float
+    worst_penetration: float
+    ledger_error: float
+    wall_time: float
+    compile_time: float
+    is_compiled: bool
+
+    @classmethod
+    def from_run(
+        cls, state: records.State, wall_time: float, compile_time: float, dropped: int, is_compiled: bool
+    ) -> Stats:
+        counters, worst = state.counters, state.worst
+        return cls(
+            int(counters[records.STEPS]), int(counters[records.SOLVED]), int(counters[records.SKIPPED]),
+            int(counters[records.KEPT]), int(counters[records.PIVOTS]), int(counters[records.SEVERAL]),
+            dropped + int(counters[records.EVENTS_LOST]), float(worst[records.RESIDUAL]),
+            float(worst[records.PENETRATION]), float(worst[records.LEDGER_ERROR]), wall_time, compile_time, is_compiled,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The result of `simulate`.
+
+    Attributes
+    ----------
+    t : (n_t,) times of the records [s]
+    q, u : (n_t, n_q), (n_t, n_u)
+    g_N : (n_t, n_c) gaps [m]
+    P_N : (n_t, n_c), P_F : (n_t, n_c, d)
+        Impulses since the record before [N s].
+    mode : (n_t, n_c) ContactMode, and slip : (n_t, n_c) sign of sliding, of the last step
+    event_rows : (n_events, 13)
+        The events as numbers; ``events`` and ``paradoxes`` give them as objects.
+    ledger : dict of (n_t,) arrays [J]
+        "kinetic", and the work since the start by "force", "friction", "normal", "surface", "projection";
+        "potential" where the system has one.
+    stats : Stats
+    status : Status, message : str, success : bool
+    """
+
+    t: np.ndarray
+    q: np.ndarray
+    u: np.ndarray
+    g_N: np.ndarray
+    P_N: np.ndarray
+    P_F: np.ndarray
+    mode: np.ndarray
+    slip: np.ndarray
+    event_rows: np.ndarray
+    ledger: dict[str, np.ndarray]
+    stats: Stats
+    status: Status
+    message: str
+    about: dict[str, Any] = field(default_factory=dict)
+    system: System | None = None
+
+    @classmethod
+    def from_run(
+        cls, system: System, integrator: Any, t: np.ndarray, record: records.Record, event_rows: np.ndarray,
+        status: Status, message: str, stats: Stats,
+    ) -> Solution:  # fmt: skip
+        """Assemble from the arrays of the loop."""
+        about = {"system": system.name or system.mass.__name__, "integrator": repr(integrator), **system.parameter_values}
+        return cls(
+            t, record.q, record.u, record.g_N, record.P[:, :, 0], record.P[:, :, 1:], record.mode, record.slip,
+            event_rows, _ledger(system, t, record), stats, status, message, about, system,
+        )  # fmt: skip
+
+    @property
+    def success(self) -> bool:
+        """Whether the end was reached."""
+        return self.status == Status.FINISHED
+
+    @property
+    def events(self) -> list[Event]:
+        """Mode changes, impacts and paradoxes, in order."""
+        return [_event(row) for row in self.event_rows]
+
+    @property
+    def paradoxes(self) -> list[ParadoxEvent]:
+        """The events at which rigid mechanics had no solution, or several."""
+        is_paradox = self.event_rows[:, records.EVENT_KIND] >= records.INCONSISTENT
+        return [_event(row) for row in self.event_rows[is_paradox]]  # type: ignore[misc]
+
+    def summary(self) -> str:
+        """The run in a few lines: modes with times, paradoxes, worst figures, energy, cost."""
+        from nonsmooth.output.summary import summary
+
+        return summary(self)
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """Draw the run (needs the extra [plot]); returns the Matplotlib figure, saved to ``path`` if given."""
+        from nonsmooth.output.plots import plot_solution
+
+        return plot_solution(self, path)
+
+    def animate(self, path: str | Path, fps: int = 25) -> Path:
+        """Write a gif of a planar scene (needs the extra [plot])."""
+        from nonsmooth.output.scene import animate
+
+        return animate(self, path, fps)
+
+    def save(self, path: str | Path) -> Path:
+        """Write to .npz, or to .h5 (needs the extra [io]); no pickle."""
+        from nonsmooth.output.store import save
+
+        return save(self, path)
+
+    @staticmethod
+    def load(path: str | Path) -> Solution:
+        """Read what `save` wrote."""
+        from nonsmooth.output.store import load
+
+        return load(path)
+
+    def __repr__(self) -> str:
+        return f"Solution({self.status.name}, t = {self.t[-1]:.6g} s, {self.stats.steps} steps)"
+
+    def _repr_html_(self) -> str:
+        from nonsmooth.output.summary import as_html
+
+        return as_html(self)
+
+
+def mode_name(mode: int, slip: int) -> str:
+    """A mode as a person would write it."""
+    return ContactMode(mode).name.lower() + {1: " +", -1: " -", 0: ""}[int(slip)]
+
+
+def _ledger(system: System, t: np.ndarray, record: records.Record) -> dict[str, np.ndarray]:
+    names = ("force", "friction", "normal", "surface", "projection")
+    ledger = {name: record.ledger[:, k] for k, name in enumerate(names)}
+    rows = range(len(t))
+    if system.reads(MASS, "q") or system.reads(MASS, "t"):
+        masses = np.array([system.evaluate(MASS, t[k], record.q[k], record.u[k]) for k in rows])
+        ledger["kinetic"] = 0.5 * np.einsum("ki,kij,kj->k", record.u, masses, record.u)
+    else:
+        M = system.evaluate(MASS, t[0], record.q[0], record.u[0])
+        ledger["kinetic"] = 0.5 * np.einsum("ki,ij,kj->k", record.u, M, record.u)
+    if POTENTIAL in system.functions:
+        ledger["potential"] = np.array([system.evaluate(POTENTIAL, t[k], record.q[k], record.u[k])[0] for k in rows])
+    return ledger
+
+
+def _event(row: np.ndarray) -> Event:
+    integer = [int(value) for value in row]
+    fields = (
+        float(row[records.EVENT_T]), EventKind(integer[records.EVENT_KIND]), integer[records.EVENT_CONTACT],
+        ContactMode(integer[records.EVENT_MODE_0]), integer[records.EVENT_SLIP_0],
+        ContactMode(integer[records.EVENT_MODE_1]), integer[records.EVENT_SLIP_1],
+        *(float(row[k]) for k in range(records.EVENT_P_N, records.EVENT_GAMMA_F + 1)),
+    )  # fmt: skip
+    if integer[records.EVENT_KIND] < records.INCONSISTENT:
+        return Event(*fields)
+    found = integer[records.EVENT_FOUND]
+    alternatives = tuple(name for k, name in enumerate(CANDIDATE_NAMES) if found >> k & 1)
+    return ParadoxEvent(*fields, integer[records.EVENT_SOLUTIONS], alternatives)

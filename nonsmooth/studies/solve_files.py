@@ -1,0 +1,189 @@
+"""Problems from files, solved one by one: a table, and the Dolan-More performance profile of several solvers.
+
+    rho_s(tau) = share of the problems that solver s solves within tau times the time of the fastest solver
+
+Files: npz with M, q (LCP), with is_comp too (mixed LCP), with data, indices, indptr, shape, q, mu, dim (friction); and
+FCLIB in HDF5. Source: Dolan and More, Math. Program. 91 (2002) 201-213.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError
+
+RANK_N = 400  # the singular values of a larger matrix take longer than its solution
+COLUMNS = ("file", "kind", "n", "contacts", "rank", "status", "error", "iterations", "time", "solver")
+
+
+def solve_files(paths: Iterable[str | os.PathLike[str]], solver: str = "auto", tol: float = 1e-8) -> list[dict]:
+    """Solve the complementarity or friction problem of every file.
+
+    Parameters
+    ----------
+    paths : iterable of path-like
+        npz or FCLIB (h5, hdf5) files.
+    solver : str
+        A name that `solve_lcp` or `solve_contact` knows, or "auto".
+    tol : float
+        Largest accepted error in the measure of the kind [-].
+
+    Returns
+    -------
+    list of dict
+        One per file: file, kind ("lcp", "mlcp", "fc2d", "fc3d"), n, contacts, rank (None for n > 400), status, error,
+        iterations, time [s] of the second of two solves, so without compilation, solver, message. What cannot be read
+        or solved has status "ERROR" and the reason in ``message``.
+
+    Raises
+    ------
+    InvalidInput
+        When a single path is given instead of a list.
+    """
+    if isinstance(paths, str | os.PathLike):
+        raise InvalidInput(f"paths must be a list of files; got the single path {os.fspath(paths)!r}")
+    return [_solve_file(Path(path), solver, tol) for path in paths]
+
+
+def _solve_file(path: Path, solver: str, tol: float) -> dict:
+    row: dict[str, Any] = dict.fromkeys(COLUMNS)
+    row |= {"file": path.name, "status": "ERROR", "solver": solver, "message": ""}
+    try:
+        kind, matrix, arguments = load_problem(path)
+        n = matrix.shape[0]
+        row |= {"kind": kind, "n": n, "contacts": len(arguments[2]) if kind.startswith("fc") else None}
+        if n <= RANK_N:
+            row["rank"] = int(np.linalg.matrix_rank(matrix.toarray() if hasattr(matrix, "toarray") else matrix))
+        for _ in range(2):
+            start = time.perf_counter()
+            result = _solve(kind, arguments, solver, tol)
+            row["time"] = time.perf_counter() - start
+    except (NonsmoothError, OSError) as error:
+        return row | {"message": str(error)}
+    error = result.error if kind.startswith("fc") else result.residual
+    return row | {
+        "status": result.status.name,
+        "error": float(error),
+        "iterations": int(result.iterations),
+        "solver": result.solver,
+        "message": result.message,
+    }
+
+
+def _solve(kind: str, arguments: tuple, solver: str, tol: float) -> Any:
+    if kind == "lcp":
+        from nonsmooth.lcp.solve import solve_lcp
+
+        return solve_lcp(*arguments, solver=solver, tol=tol)
+    if kind == "mlcp":
+        from nonsmooth.lcp.mixed import solve_mlcp
+
+        return solve_mlcp(*arguments, solver=solver, tol=tol)
+    from nonsmooth.contact_solvers.solve import solve_contact
+
+    return solve_contact(*arguments, solver=solver, tol=tol)
+
+
+def load_problem(path: Path) -> tuple[str, Any, tuple]:
+    """Kind, matrix and the positional arguments of the solve function of its kind."""
+    if path.suffix in (".h5", ".hdf5"):
+        from nonsmooth.output.fclib import read_fclib
+
+        problem = read_fclib(path).local()
+        return f"fc{problem.dim}d", problem.G, (problem.G, problem.c, problem.mu, problem.dim)
+    if path.suffix != ".npz":
+        raise InvalidInput(f"a problem file must end in .npz, .h5 or .hdf5; got {path.name}")
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            entries = dict(file)
+    except ValueError:
+        raise InvalidInput(f"{path.name} must be an npz archive of plain arrays") from None
+    if {"data", "indices", "indptr", "shape", "q", "mu", "dim"} <= entries.keys():
+        from scipy.sparse import csr_array
+
+        G = csr_array((entries["data"], entries["indices"], entries["indptr"]), shape=tuple(entries["shape"]))
+        dim = int(entries["dim"])
+        return f"fc{dim}d", G, (G, entries["q"], entries["mu"], dim)
+    if {"M", "q", "is_comp"} <= entries.keys():
+        return "mlcp", entries["M"], (entries["M"], entries["q"], entries["is_comp"].astype(bool))
+    if {"M", "q"} <= entries.keys():
+        return "lcp", entries["M"], (entries["M"], entries["q"])
+    raise InvalidInput(f"{path.name} must hold M and q, or W in compressed rows with q, mu, dim; it has {list(entries)}")
+
+
+def format_table(results: list[dict]) -> str:
+    """The results as a text table; errors of reading and solving stand under it."""
+    cells = [list(COLUMNS[:-2]) + ["time [ms]", "solver"]] + [[_cell(key, row[key]) for key in COLUMNS] for row in results]
+    widths = [max(len(line[k]) for line in cells) for k in range(len(COLUMNS))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in cells]
+    solved = sum(row["status"] == "SOLVED" for row in results)
+    reasons = [f"{row['file']}: {row['message']}" for row in results if row["status"] == "ERROR"]
+    return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:], "", f"{solved} of {len(results)} solved", *reasons])
+
+
+def _cell(key: str, value: Any) -> str:
+    if value is None:
+        return "-"
+    if key == "time":
+        return f"{1e3 * value:.2f}"
+    return f"{value:.1e}" if key == "error" else str(value)
+
+
+def performance_profile(results: dict[str, list[dict]] | list[dict], path: str | os.PathLike[str]) -> None:
+    """Draw the Dolan-More profile of one or several solvers.
+
+    Parameters
+    ----------
+    results : dict of str to list of dict, or list of dict
+        For every solver what `solve_files` returned for the same files; a list is one solver.
+    path : path-like
+        The figure; its ending names the format.
+
+    Raises
+    ------
+    InvalidInput
+        When the solvers were not run on the same files, or on none.
+    MissingExtra
+        When matplotlib is not installed.
+
+    Source: Dolan and More, Math. Program. 91 (2002) 201-213.
+    """
+    runs = results if isinstance(results, dict) else {results[0]["solver"] if len(results) == 1 else "auto": results}
+    ratios = time_ratios(runs)
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise MissingExtra("a performance profile needs matplotlib: pip install nonsmooth[plot]") from None
+    figure = Figure(figsize=(6.4, 4.0), layout="constrained")
+    axes = figure.add_subplot()
+    finite = [ratio[np.isfinite(ratio)] for ratio in ratios.values()]
+    right = 1.3 * max([10.0, *(float(r.max()) for r in finite if r.size)])
+    for (name, ratio), steps in zip(ratios.items(), finite, strict=True):
+        tau = np.concatenate([[1.0], np.sort(steps), [right]])
+        share = np.concatenate([[0.0], np.arange(1, steps.size + 1), [steps.size]]) / ratio.size
+        axes.step(tau, share, where="post", label=f"{name} ({steps.size} of {ratio.size})")
+    axes.set(xscale="log", xlim=(1.0, right), ylim=(0.0, 1.03), xlabel="time / time of the fastest solver, τ [-]",
+             ylabel="share of problems solved within τ [-]")  # fmt: skip
+    axes.grid(alpha=0.3)
+    axes.legend(loc="lower right")
+    figure.savefig(path, dpi=150)
+
+
+def time_ratios(runs: dict[str, list[dict]]) -> dict[str, np.ndarray]:
+    """Time over the fastest solver's time for every problem; inf where it was not solved."""
+    files = [[row["file"] for row in rows] for rows in runs.values()]
+    if not files or not files[0] or any(names != files[0] for names in files):
+        raise InvalidInput("results must hold the same files, at least one, in the same order for every solver")
+    times = np.array(
+        [[row["time"] if row["status"] == "SOLVED" else np.inf for row in rows] for rows in runs.values()], dtype=float
+    )
+    fastest = times.min(axis=0)
+    with np.errstate(invalid="ignore"):
+        ratios = np.where(np.isfinite(times), times / fastest, np.inf)
+    return dict(zip(runs, ratios, strict=True))

@@ -1,0 +1,369 @@
+"""The mechanical system: plain functions, parameters, contacts.
+
+Equation of motion, with q' = u:
+
+    M(t, q) du = h(t, q, u) dt + W_N^T dP_N + W_F^T dP_F
+    gamma_N = W_N u + w_N,    gamma_F = W_F u + w_F
+
+Source: Moreau, *Unilateral contact and dry friction in finite freedom dynamics* (1988); Glocker, *Set-Valued Force Laws*
+(2001). The symbols are those of docs/notation.md.
+"""
+
+from __future__ import annotations
+
+import dis
+import functools
+import inspect
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nonsmooth.arrays import as_count
+from nonsmooth.errors import InvalidInput, UnknownName, nearest
+from nonsmooth.laws import LAW_WIDTH, Coefficient, Coulomb, FrictionLaw, law_row
+
+# The model functions, in the order of the ``which`` argument of the compiled model.
+MASS, FORCE, GAP, NORMAL, TANGENT, SURFACE_VELOCITY, GAP_RATE, ROW_RATES = range(8)
+STIFFNESS, DAMPING, POTENTIAL, NORMAL_FORCE = range(8, 12)
+
+TAKES_U = {FORCE, ROW_RATES, STIFFNESS, DAMPING, NORMAL_FORCE}
+FUNCTION_NAMES = {
+    "mass": MASS,
+    "force": FORCE,
+    "gap": GAP,
+    "normal": NORMAL,
+    "tangent": TANGENT,
+    "surface_velocity": SURFACE_VELOCITY,
+    "gap_rate": GAP_RATE,
+    "row_rates": ROW_RATES,
+    "stiffness": STIFFNESS,
+    "damping": DAMPING,
+    "potential": POTENTIAL,
+    "normal_force": NORMAL_FORCE,
+}
+
+UNILATERAL, BILATERAL, GIVEN_FORCE = 0, 1, 2  # kinds of contact
+
+
+class ContactMode(IntEnum):
+    """What a contact does during a step. The direction of sliding is kept apart, in ``Solution.slip``."""
+
+    OPEN = 0  # no impulse
+    STICK = 1  # gamma_N = 0, gamma_F = 0
+    SLIDE = 2  # gamma_N = 0, friction at its limit
+    LOCKED = 3  # gamma_N = 0 and no friction in the contact's law
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One contact of a system.
+
+    Parameters
+    ----------
+    mu : float, str or FrictionLaw
+        Friction coefficient, or law mu(|gamma_F|); a string names a parameter. Zero: frictionless, no tangential rows.
+    e_N, e_F : float or str
+        Newton restitution coefficients in [0, 1]: gamma_plus = -e gamma_minus.
+    bilateral : bool
+        Keeps g_N = 0: the normal force may have either sign, and |P_F| <= mu |P_N|.
+    normal_force : bool
+        Friction only, under the force ``normal_force(t, q, u, p, N)``: |P_F| <= mu dt max(N, 0); no gap, no W_N.
+    """
+
+    mu: Coefficient | FrictionLaw = 0.0
+    e_N: Coefficient = 0.0
+    e_F: Coefficient = 0.0
+    bilateral: bool = False
+    normal_force: bool = False
+
+    def __post_init__(self) -> None:
+        if self.bilateral and self.normal_force:
+            raise InvalidInput("a contact is either bilateral or has a given normal force; both were asked for")
+        if self.normal_force and not self.has_friction:
+            raise InvalidInput("a contact with a given normal force needs friction; give it mu > 0")
+
+    @property
+    def law(self) -> FrictionLaw:
+        return self.mu if isinstance(self.mu, FrictionLaw) else Coulomb(self.mu)
+
+    @property
+    def has_friction(self) -> bool:
+        return not (isinstance(self.mu, int | float) and self.mu == 0)
+
+    @property
+    def kind(self) -> int:
+        return BILATERAL if self.bilateral else GIVEN_FORCE if self.normal_force else UNILATERAL
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """A mechanical system with contacts, from plain Python functions that write into their last argument.
+
+    Parameters
+    ----------
+    n_q : int
+        Number of coordinates.
+    n_u : int, optional
+        Number of velocities; equal to n_q (q' = u).
+    mass : callable
+        ``mass(t, q, p, M)`` writes M (n_u, n_u) [symmetric positive definite].
+    force : callable
+        ``force(t, q, u, p, h)`` writes h (n_u,): all smooth forces.
+    gap, normal, tangent : callable, optional
+        ``gap(t, q, p, g_N)`` (n_c,) [m]; ``normal(t, q, p, W_N)`` (n_c, n_u), the gradient of the gap;
+        ``tangent(t, q, p, W_F)`` (n_c, d, n_u), d = 1 for planar friction.
+    surface_velocity, gap_rate : callable, optional
+        ``surface_velocity(t, q, p, w_F)`` (n_c, d) and ``gap_rate(t, q, p, w_N)`` (n_c,) [m/s]: gamma_F = W_F u + w_F,
+        gamma_N = W_N u + w_N. Zero when left out.
+    row_rates : callable, optional
+        ``row_rates(t, q, u, p, r)`` (n_c, 1 + d) [m/s^2]: W' u + w' per contact, normal first. Computed by a fourth-order
+        difference along the motion when left out.
+    stiffness, damping : callable, optional
+        ``stiffness(t, q, u, p, K)``, ``damping(t, q, u, p, C)``, (n_u, n_u): K = -dh/dq, C = -dh/du. They make the step
+        linearly implicit in the force. Where damping is left out and the force reads u, C is computed by differences;
+        so is K with ``stiffness="differences"``.
+    potential : callable, optional
+        ``potential(t, q, p, V)`` writes V[0] [J]; its drift stands beside the energy ledger.
+    normal_force : callable, optional
+        ``normal_force(t, q, u, p, N)`` (n_c,) [N] for the contacts with a given normal force.
+    contacts : sequence of Contact
+    parameters : NamedTuple or dataclass instance
+        What the functions see as ``p``; every field that is a number is passed.
+    name : str
+        For messages and titles.
+
+    Raises
+    ------
+    InvalidInput
+        When functions are missing, take the wrong number of arguments, or a law is out of range.
+
+    Examples
+    --------
+    >>> from typing import NamedTuple
+    >>> import nonsmooth as ns
+    >>> class P(NamedTuple):
+    ...     m: float = 1.0
+    ...     g: float = 9.81
+    >>> def mass(t, q, p, M): M[0, 0] = p.m
+    >>> def force(t, q, u, p, h): h[0] = -p.m * p.g
+    >>> def gap(t, q, p, g_N): g_N[0] = q[0]
+    >>> def normal(t, q, p, W_N): W_N[0, 0] = 1.0
+    >>> ball = ns.System(n_q=1, mass=mass, force=force, gap=gap, normal=normal,
+    ...                  contacts=[ns.Contact(e_N=0.5)], parameters=P())
+    >>> ball
+    System('mass', n_q=1, n_c=1)
+    """
+
+    n_q: int
+    mass: Callable
+    force: Callable
+    n_u: int = None  # type: ignore[assignment]
+    gap: Callable | None = None
+    normal: Callable | None = None
+    tangent: Callable | None = None
+    surface_velocity: Callable | None = None
+    gap_rate: Callable | None = None
+    row_rates: Callable | None = None
+    stiffness: Callable | str | None = None
+    damping: Callable | None = None
+    potential: Callable | None = None
+    normal_force: Callable | None = None
+    contacts: Sequence[Contact] = ()
+    parameters: Any = ()
+    name: str = ""
+    d: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        set_ = functools.partial(object.__setattr__, self)
+        as_count("n_q", self.n_q)
+        set_("n_u", self.n_q if self.n_u is None else as_count("n_u", self.n_u))
+        if self.n_u != self.n_q:
+            raise InvalidInput(f"n_u must equal n_q (q' = u); got n_u = {self.n_u}, n_q = {self.n_q}")
+        set_("contacts", tuple(self.contacts))
+        set_("d", int(any(contact.has_friction for contact in self.contacts)))
+        _check_functions(self)
+        self.laws  # noqa: B018 - resolves the coefficients now, so that a wrong one is met here
+
+    @property
+    def n_c(self) -> int:
+        """Number of contacts."""
+        return len(self.contacts)
+
+    @functools.cached_property
+    def functions(self) -> dict[int, Callable]:
+        """The functions that were given, by their ``which`` number."""
+        given = {which: getattr(self, name) for name, which in FUNCTION_NAMES.items()}
+        return {which: function for which, function in given.items() if callable(function)}
+
+    @functools.cached_property
+    def parameter_values(self) -> dict[str, float]:
+        """The numeric parameters by name."""
+        return numeric_fields(self.parameters)
+
+    @functools.cached_property
+    def p(self) -> np.ndarray:
+        """The numeric parameters as the vector that the compiled model unpacks."""
+        return np.array(list(self.parameter_values.values()), dtype=np.float64)
+
+    @functools.cached_property
+    def laws(self) -> np.ndarray:
+        """(n_c, LAW_WIDTH) restitution and friction coefficients."""
+        rows = [law_row(contact.law, contact.e_N, contact.e_F, self.parameter_values) for contact in self.contacts]
+        return np.array(rows).reshape(self.n_c, LAW_WIDTH)
+
+    @functools.cached_property
+    def kinds(self) -> np.ndarray:
+        """(n_c, 2) kind of each contact and its number of friction directions."""
+        rows = [(contact.kind, int(contact.has_friction)) for contact in self.contacts]
+        return np.array(rows, dtype=np.int64).reshape(self.n_c, 2)
+
+    def shape(self, which: int) -> tuple[int, ...]:
+        """Shape of the array that a model function writes."""
+        n_u, n_c, d = self.n_u, self.n_c, self.d
+        shapes: dict[int, tuple[int, ...]] = {
+            MASS: (n_u, n_u),
+            FORCE: (n_u,),
+            GAP: (n_c,),
+            NORMAL: (n_c, n_u),
+            TANGENT: (n_c, d, n_u),
+            SURFACE_VELOCITY: (n_c, d),
+            GAP_RATE: (n_c,),
+            ROW_RATES: (n_c, 1 + d),
+            STIFFNESS: (n_u, n_u),
+            DAMPING: (n_u, n_u),
+            POTENTIAL: (1,),
+            NORMAL_FORCE: (n_c,),
+        }
+        return shapes[which]
+
+    def evaluate(self, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Call one model function in Python and return the array it wrote."""
+        out = np.zeros(self.shape(which))
+        p = self.unpack(*self.p)
+        arguments = (t, q, u, p, out) if which in TAKES_U else (t, q, p, out)
+        self.functions[which](*arguments)
+        return out
+
+    @functools.cached_property
+    def unpack(self) -> Callable:
+        """The NamedTuple class that model functions see as ``p``."""
+        return parameter_tuple(tuple(self.parameter_values))
+
+    def reads(self, which: int, argument: str) -> bool:
+        """Whether a model function reads one of its arguments ``t``, ``q``, ``u`` (True when in doubt)."""
+        if which not in self.functions:
+            return False
+        position = ("t", "q", "u").index(argument)
+        return _reads(self.functions[which], position)
+
+    def with_parameters(self, **changes: float) -> System:
+        """The same system with some parameters changed.
+
+        Raises
+        ------
+        UnknownName
+            For a name that is not a parameter.
+        """
+        return replace(self, parameters=changed(self.parameters, changes))
+
+    def __repr__(self) -> str:
+        return f"System({self.name or self.mass.__name__!r}, n_q={self.n_q}, n_c={self.n_c})"
+
+
+def as_system(candidate: Any) -> System:
+    """The system itself, or the one that a model builds with its ``system()`` method."""
+    if isinstance(candidate, System):
+        return candidate
+    try:
+        return _model_system(candidate)
+    except TypeError:  # an unhashable model
+        pass
+    if not callable(getattr(candidate, "system", None)):
+        raise InvalidInput(f"a system or a model is needed; got {type(candidate).__name__} without a system() method")
+    return candidate.system()
+
+
+@functools.lru_cache(maxsize=64)
+def _model_system(model: Any) -> System:
+    if not callable(getattr(model, "system", None)):
+        raise InvalidInput(f"a system or a model is needed; got {type(model).__name__} without a system() method")
+    return model.system()
+
+
+def numeric_fields(parameters: Any) -> dict[str, float]:
+    """The fields of a NamedTuple or dataclass whose values are numbers."""
+    if hasattr(parameters, "_asdict"):
+        values = parameters._asdict()
+    elif hasattr(parameters, "__dataclass_fields__"):
+        values = {name: getattr(parameters, name) for name in parameters.__dataclass_fields__}
+    elif parameters == ():
+        values = {}
+    else:
+        raise InvalidInput(f"parameters must be a NamedTuple or a dataclass; got {type(parameters).__name__}")
+    numbers = {name: float(v) for name, v in values.items() if isinstance(v, int | float | np.number)}
+    for name, value in numbers.items():
+        if not np.isfinite(value):
+            raise InvalidInput(f"the parameter {name} must be finite; got {value}")
+    return numbers
+
+
+def changed(parameters: Any, changes: dict[str, Any]) -> Any:
+    """A NamedTuple or dataclass with some fields replaced; unknown names are refused with the nearest one."""
+    is_tuple = hasattr(parameters, "_fields")
+    known = parameters._fields if is_tuple else tuple(getattr(parameters, "__dataclass_fields__", ()))
+    for name in changes:
+        if name not in known:
+            raise UnknownName(f"there is no parameter {name!r}; {nearest(name, known)}")
+    return parameters._replace(**changes) if is_tuple else replace(parameters, **changes)
+
+
+@functools.cache
+def parameter_tuple(names: tuple[str, ...]) -> Callable:
+    return NamedTuple("Parameters", [(name, float) for name in names])  # type: ignore[misc]
+
+
+@functools.cache
+def _reads(function: Callable, position: int) -> bool:
+    code = getattr(function, "__code__", None)
+    if code is None:
+        return True
+    name = code.co_varnames[position]
+    return name in code.co_cellvars or any(
+        instruction.opname.startswith("LOAD_FAST") and name in str(instruction.argrepr).replace(",", " ").split()
+        for instruction in dis.get_instructions(code)
+    )
+
+
+def _check_functions(system: System) -> None:
+    has_normal = [contact for contact in system.contacts if not contact.normal_force]
+    needed = {
+        "gap": bool(has_normal),
+        "normal": bool(has_normal),
+        "tangent": system.d > 0,
+        "normal_force": any(contact.normal_force for contact in system.contacts),
+    }
+    for name, is_needed in needed.items():
+        if is_needed and getattr(system, name) is None:
+            raise InvalidInput(f"the contacts of this system need the function {name}; it was not given")
+    for name, which in FUNCTION_NAMES.items():
+        function = getattr(system, name)
+        if function is None or (name == "stiffness" and function == "differences"):
+            continue
+        if not callable(function):
+            raise InvalidInput(f"{name} must be a function; got {type(function).__name__}")
+        expected = ("t", "q", "u", "p", "out") if which in TAKES_U else ("t", "q", "p", "out")
+        _check_arity(name, function, expected)
+
+
+def _check_arity(name: str, function: Callable, expected: tuple[str, ...]) -> None:
+    try:
+        inspect.signature(function).bind(*expected)
+    except ValueError:  # a callable without a signature
+        return
+    except TypeError:
+        raise InvalidInput(
+            f"{name} must take ({', '.join(expected)}); got {name}{inspect.signature(function)}"
+        ) from None
