@@ -148,11 +148,12 @@ def implicit_step(model, has, t, dt, theta, n, u, p, work):
             return Status.NOT_FINITE
     elif has & (1 << STIFFNESS) and not call_model(model, STIFFNESS, t, work.q_mid, u, p, work.K):
         return Status.NOT_FINITE
+    M, C, K, factor, du, rhs = work.M, work.C, work.K, work.factor, work.du, work.rhs
     for i in range(n):
         for j in range(n):
-            work.factor[i, j] = work.M[i, j] + theta * dt * (work.C[i, j] + theta * dt * work.K[i, j])
-            work.du[i] -= dt * (theta - 0.5) * dt * work.K[i, j] * u[j]
-        work.rhs[i] = work.du[i]
+            factor[i, j] = M[i, j] + theta * dt * (C[i, j] + theta * dt * K[i, j])
+            du[i] -= dt * (theta - 0.5) * dt * K[i, j] * u[j]
+        rhs[i] = du[i]
     if not lu(n, work.factor, work.order):
         return Status.MASS_NOT_POSITIVE
     lu_solve(n, work.factor, work.order, work.rhs, work.du)
@@ -182,18 +183,19 @@ def difference(model, t, n, q, u, p, by_velocity, work):
 @kernel
 def apply_inverse(has, n, work, m):
     """X = W Mhat^-1 for the first m rows."""
+    rhs, W, factor, order, trial, X = work.rhs, work.W, work.factor, work.order, work.trial, work.X
     if is_implicit(has):
         for r in range(m):
             for i in range(n):
-                work.rhs[i] = work.W[r, i]
-            lu_solve(n, work.factor, work.order, work.rhs, work.trial)
+                rhs[i] = W[r, i]
+            lu_solve(n, factor, order, rhs, trial)
             for i in range(n):
-                work.X[r, i] = work.trial[i]
+                X[r, i] = trial[i]
     else:
         for r in range(m):
             for i in range(n):
-                work.X[r, i] = work.W[r, i]
-        cholesky_solve_rows(n, work.factor, m, work.X)
+                X[r, i] = W[r, i]
+        cholesky_solve_rows(n, factor, m, X)
 
 
 @kernel
@@ -215,42 +217,45 @@ def evaluate_rows(model, has, is_first, t, u, p, work):
 @kernel
 def stack_rows(n, n_k, kinds, u, work):
     """Stack the rows of the closed contacts and their velocities gamma_0; returns the number of rows."""
+    closed, start, W, W_N = work.closed, work.start, work.W, work.W_N
+    w, w_N, W_F, w_F, gamma_0 = work.w, work.w_N, work.W_F, work.w_F, work.gamma_0
     r = 0
     for k in range(n_k):
-        i = work.closed[k]
-        work.start[k] = r
+        i = closed[k]
+        start[k] = r
         if kinds[i, 0] != GIVEN_FORCE:
             for j in range(n):
-                work.W[r, j] = work.W_N[i, j]
-            work.w[r] = work.w_N[i]
+                W[r, j] = W_N[i, j]
+            w[r] = w_N[i]
             r += 1
         for axis in range(kinds[i, 1]):
             for j in range(n):
-                work.W[r, j] = work.W_F[i, axis, j]
-            work.w[r] = work.w_F[i, axis]
+                W[r, j] = W_F[i, axis, j]
+            w[r] = w_F[i, axis]
             r += 1
-    work.start[n_k] = r
+    start[n_k] = r
     for k in range(r):
-        total = work.w[k]
+        total = w[k]
         for j in range(n):
-            total += work.W[k, j] * u[j]
-        work.gamma_0[k] = total
+            total += W[k, j] * u[j]
+        gamma_0[k] = total
     return r
 
 
 @kernel
 def delassus(n, r, work):
     """G = W X^T and c = gamma_0 + W du."""
+    W, X, G, gamma_0, du, c = work.W, work.X, work.G, work.gamma_0, work.du, work.c
     for k in range(r):
         for m in range(r):
             total = 0.0
             for j in range(n):
-                total += work.W[k, j] * work.X[m, j]
-            work.G[k, m] = total
-        total = work.gamma_0[k]
+                total += W[k, j] * X[m, j]
+            G[k, m] = total
+        total = gamma_0[k]
         for j in range(n):
-            total += work.W[k, j] * work.du[j]
-        work.c[k] = total
+            total += W[k, j] * du[j]
+        c[k] = total
 
 
 @kernel
@@ -276,18 +281,19 @@ def carry_to_ends(model, has, t, dt, n, n_k, kinds, q, u, p, work, there):
 @kernel
 def add_restitution(n_k, kinds, laws, feedback, work):
     """Newton's law, c += e gamma_0, and the gap fed back to closed contacts, c_N += feedback g_N."""
+    closed, start, c, gamma_0, g_N = work.closed, work.start, work.c, work.gamma_0, work.g_N
     for k in range(n_k):
-        i = work.closed[k]
-        r = work.start[k]
+        i = closed[k]
+        r = start[k]
         kind = kinds[i, 0]
         if kind != GIVEN_FORCE:
             if kind == UNILATERAL:
-                work.c[r] += laws[i, LAW_E_N] * work.gamma_0[r]
-            if kind == BILATERAL or work.g_N[i] > 0.0:
-                work.c[r] += feedback * work.g_N[i]
+                c[r] += laws[i, LAW_E_N] * gamma_0[r]
+            if kind == BILATERAL or g_N[i] > 0.0:
+                c[r] += feedback * g_N[i]
             r += 1
         if kinds[i, 1] > 0:
-            work.c[r] += laws[i, LAW_E_F] * work.gamma_0[r]
+            c[r] += laws[i, LAW_E_F] * gamma_0[r]
 
 
 @kernel

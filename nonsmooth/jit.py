@@ -19,6 +19,7 @@ model (2 s each) and never reach the disk cache.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import hashlib
@@ -45,11 +46,15 @@ class Kernel:
     signature : str, optional
         Numba signature such as ``"int64(float64[:, ::1], float64[::1])"``. Given for entry points only: they are
         compiled against it and cached on disk.
+    short_loops : bool
+        Compile the entry point without LLVM's loop vectorizer, whose prologues cost more than they save where loops
+        run over two or three coordinates (a step of the rod: 940 ns with it, 720 ns without).
     """
 
-    def __init__(self, function: Callable, signature: str | None = None) -> None:
+    def __init__(self, function: Callable, signature: str | None = None, short_loops: bool = False) -> None:
         self.function = function
         self.signature = signature
+        self.short_loops = short_loops
         self._slot = ctypes.c_size_t(0)
         functools.update_wrapper(self, function)
 
@@ -61,7 +66,7 @@ class Kernel:
         bound = rebind(self.function, lambda kernel: kernel.callee)
         if self.signature is None:
             return numba.njit(**KERNEL_OPTIONS)(bound)
-        return _compile(bound, self.signature, _kernel_stamp(), KERNEL_OPTIONS)
+        return _compile(bound, self.signature, _kernel_stamp(), KERNEL_OPTIONS, self.short_loops)
 
     @property
     def callee(self) -> Any:
@@ -120,10 +125,10 @@ def _external(kernel: Kernel) -> Any:
     return call
 
 
-def kernel(target: Callable | str) -> Any:
+def kernel(target: Callable | str, short_loops: bool = False) -> Any:
     """Mark a function as a kernel: ``@kernel`` for inner ones, ``@kernel("int64(float64[::1])")`` for entry points."""
     if isinstance(target, str):
-        return lambda function: Kernel(function, target)
+        return lambda function: Kernel(function, target, short_loops)
     return Kernel(target)
 
 
@@ -175,16 +180,32 @@ def _kernel_stamp() -> str:
     return digest.hexdigest()
 
 
-def _compile(function: Callable, signature: Any, stamp: str, options: dict[str, Any]) -> Any:
+def _compile(function: Callable, signature: Any, stamp: str, options: dict[str, Any], short_loops: bool = True) -> Any:
     """Compile for one signature, reading or filling the disk cache under the given stamp."""
     import numba
 
     dispatcher = numba.njit(**options)(function)
     if not numba.config.DISABLE_JIT:
         dispatcher._cache = _stamped_cache(function, stamp)
-        dispatcher.compile(signature)
+        with _vectorizer(not short_loops):
+            dispatcher.compile(signature)
         dispatcher.disable_compile()
     return dispatcher
+
+
+@contextlib.contextmanager
+def _vectorizer(is_on: bool) -> Iterator[None]:
+    """Switch LLVM's loop vectorizer for one compilation."""
+    import numba
+    from numba.core.registry import cpu_target
+
+    codegen = cpu_target.target_context.codegen()
+    before = numba.config.LOOP_VECTORIZE, codegen._loopvect
+    numba.config.LOOP_VECTORIZE = codegen._loopvect = int(is_on)
+    try:
+        yield
+    finally:
+        numba.config.LOOP_VECTORIZE, codegen._loopvect = before
 
 
 def _stamped_cache(function: Callable, stamp: str) -> Any:

@@ -20,7 +20,7 @@ from nonsmooth.contact_problem import model_facts
 from nonsmooth.contact_solvers.single import Selection
 from nonsmooth.errors import InitialStateWarning, InvalidInput, ModelFunctionError, Status, StepFailure, UnknownName, nearest
 from nonsmooth.initial_state import examine_state, project_state
-from nonsmooth.integrators.records import INTERVAL, N_EVENTS, STEP, Record, State, record_shapes, state_shapes
+from nonsmooth.integrators.records import FAILED_CONTACT, INTERVAL, N_EVENTS, STEP, Record, State, record_shapes, state_shapes
 from nonsmooth.solution import Solution, Stats
 from nonsmooth.system import FUNCTION_NAMES, System, as_system
 
@@ -261,7 +261,7 @@ class Run:
             return f"interrupted at {where}"
         if self.status == Status.NOT_FINITE:
             return f"{self._culprit()} at {where}"
-        contact = int(self.state.counters[-3])
+        contact = int(self.state.counters[FAILED_CONTACT])
         name = f"contact {contact}" if contact >= 0 else "the closed contacts"
         return f"{MESSAGES[self.status].format(contact=name)}; stopped at {where}, {self._where()}"
 

@@ -1,6 +1,6 @@
 """Friction with a faceted cone, as a linear complementarity problem.
 
-With facet directions D_i = (d_1 ... d_f), d_k and -d_k both among them, P_T = D beta and the unknowns (P_N, beta, lambda),
+With facet directions D = (d_1 ... d_f), d_k and -d_k both among them, P_T = D beta, unknowns (P_N, beta, lambda),
 
     0 <= gamma_N                     _|_  P_N    >= 0
     0 <= D^T gamma_T + lambda e      _|_  beta   >= 0

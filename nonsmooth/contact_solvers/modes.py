@@ -177,7 +177,8 @@ def holds(candidate, kind, d, mu, mu_static, normal_impulse, r, P, gamma, scale,
 
 @kernel(
     "Tuple((int64, boolean))(int64, int64[::1], int64[::1], int64[:, ::1], float64[::1], float64[::1], float64[::1], "
-    "float64[:, ::1], float64[::1], int64)"
+    "float64[:, ::1], float64[::1], int64)",
+    short_loops=True,
 )
 def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c, tree_at):
     """All solutions: their number, and whether the enumeration is complete (no pivot vanished)."""

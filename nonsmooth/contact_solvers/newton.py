@@ -11,8 +11,9 @@ F is piecewise smooth; an element of its generalised Jacobian is A + B G with bl
     slide   otherwise           F_N = gamma_N,  F_T = rho P_T - mu x_N t,  t = x_T / |x_T|,
             A_TT = rho (I - D),  A_TN = -rho mu t,  B_TT = D,  B_TN = mu t,  D = mu x_N / |x_T| (I - t t^T)
 
-Locally quadratic when the Jacobian is regular; it is singular where G is, for stacked and other hyperstatic contacts:
-then ``proximal`` puts a small multiple of the identity under it.
+Locally quadratic when the Jacobian is regular. It is singular where G is, for stacked and other hyperstatic contacts; a
+shift by 1e-11 then selects one of the many impulses, once the modes are right. Where that does not suffice ``proximal``
+puts a larger multiple of the identity under it.
 
 Source: Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353-375; the nonmonotone search is that of Grippo,
 Lampariello and Lucidi, SIAM J. Numer. Anal. 23 (1986) 707-716.
@@ -28,6 +29,7 @@ from nonsmooth.contact_solvers.linear import factorise
 from nonsmooth.contact_solvers.problem import Problem
 from nonsmooth.jit import kernel
 
+SHIFT = 1e-11  # on the diagonal of the Jacobian: redundant contacts stay solvable, the rate stays superlinear
 PATIENCE = 8  # steps without a smaller merit after which the search is given up
 
 
@@ -88,8 +90,9 @@ class Equations:
         return merit if np.isfinite(merit) else np.inf
 
     def step(self) -> np.ndarray | None:
-        """The Newton step -(A + B G)^-1 F, or None where the Jacobian is singular."""
-        solve = factorise(self.problem.blocks, self.A, self.B)
+        """The Newton step -(A + B G)^-1 F, or None where the Jacobian is singular beyond a shift by roundings."""
+        shift = SHIFT * np.eye(self.problem.dim)
+        solve = factorise(self.problem.blocks, self.A + shift, self.B)
         if solve is None:
             return None
         step = solve(-self.F)

@@ -80,7 +80,8 @@ def planar_shapes(n: int, d: int) -> dict[str, Any]:
 
 @kernel(
     "Tuple((int64, int64, int64, float64))(int64, int64[::1], int64[::1], int64[:, ::1], float64[:, ::1], "
-    "float64[:, ::1], float64[::1], float64[::1], float64[:, ::1], int64[::1], int64[::1], int64, float64[::1], int64)"
+    "float64[:, ::1], float64[::1], float64[::1], float64[:, ::1], int64[::1], int64[::1], int64, float64[::1], int64)",
+    short_loops=True,
 )
 def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, slip, selection, P, planar_at):
     """Solve the contact problem of n > 1 closed contacts; write P and the candidates. 

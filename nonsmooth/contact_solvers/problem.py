@@ -1,6 +1,6 @@
 """A contact problem as the solvers see it: blocks of compressed rows, checked, and scaled to order one.
 
-With s_i^2 the power of four nearest to the mean diagonal of G_ii, and sigma the power of two nearest to max |c_i| / s_i,
+With s_i^2 the power of four nearest to the mean diagonal of G_ii, sigma the power of two nearest to max |c_i| / s_i,
 
     P_i = (sigma / s_i) P~_i,    gamma_i = sigma s_i gamma~_i,    G~_ij = G_ij / (s_i s_j),    c~_i = c_i / (sigma s_i).
 
@@ -118,7 +118,10 @@ def as_blocks(name: str, value: Any, dim: int, n_c: int) -> Blocks:
     """A dense or scipy.sparse square matrix as blocks of compressed rows, with finite entries, or `InvalidInput`."""
     n = dim * n_c
     sparse = hasattr(value, "tocsr")
-    matrix = value.tocsr() if sparse else np.asarray(value)
+    try:
+        matrix = value.tocsr() if sparse else np.asarray(value)
+    except ValueError:
+        raise InvalidInput(f"{name} must be a square matrix; its rows differ in length") from None
     if matrix.shape != (n, n) and not (n == 0 and matrix.size == 0):
         rule = "square" if len(matrix.shape) != 2 or matrix.shape[0] != matrix.shape[1] else f"({n}, {n}) to fit c"
         raise InvalidInput(f"{name} must be {rule}; got shape {matrix.shape}")

@@ -3,8 +3,9 @@
     P_k+1 solves the contact problem with G + alpha I and c - alpha P_k
 
 Each has the same solutions at a fixed point as the problem itself, and a regular Newton matrix. Where G is monotone on
-the active contacts the outer error falls by alpha / (alpha + lambda), lambda the smallest nonzero eigenvalue, so a small
-alpha is fast; a large one makes the inner problem easy. alpha falls after an inner success and grows after a failure.
+the active contacts the outer error falls by alpha / (alpha + lambda), lambda the smallest nonzero eigenvalue, so a
+small alpha is fast; a large one makes the inner problem easy. alpha falls after an inner success and grows after a
+failure.
 
 Source: Rockafellar, SIAM J. Control Optim. 14 (1976) 877-898; Acary, Bremond and Huber (2018), section 6.3.
 """
@@ -30,12 +31,15 @@ class Proximal:
         First shift of the diagonal, in units of the mean diagonal [-].
     max_iterations : int
         Outer iterations after which the best iterate is returned.
+    max_solves : int
+        Linear solves after which the best iterate is returned, too.
     sweeps : int
         Gauss-Seidel sweeps between a failed inner solve and the next, with a larger alpha.
     """
 
     alpha: float = 1e-2
     max_iterations: int = 60
+    max_solves: int = 800
     sweeps: int = 20
 
     name = "proximal"
@@ -45,7 +49,7 @@ class Proximal:
         alpha, solves = self.alpha, 0
         best, least = P, problem.error(P)
         for _ in range(self.max_iterations):
-            if least <= tol:
+            if least <= tol or solves >= self.max_solves:
                 break
             inner = shifted(problem, alpha, P)
             aim = max(0.1 * tol, 1e-3 * least * min(alpha, 1.0))

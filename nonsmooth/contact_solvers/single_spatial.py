@@ -86,10 +86,13 @@ def local_spatial(G, k, b_N, b_1, b_2, mu):
     S_22 = G[k, 2, 2] - G[k, 2, 0] * g_N2 / g_NN
     s_1 = b_1 - G[k, 1, 0] * b_N / g_NN
     s_2 = b_2 - G[k, 2, 0] * b_N / g_NN
-    if S_11 * S_22 - S_12 * S_21 > 1e-14 * abs(S_11 * S_22):  # S is regular to working precision
+    det = S_11 * S_22 - S_12 * S_21
+    if det > 1e-14 * abs(S_11 * S_22):  # S is regular to working precision
         P_1, P_2, _, _ = slide_state(S_11, S_12, S_21, S_22, s_1, s_2, 0.0)
         P_N = -(b_N + g_N1 * P_1 + g_N2 * P_2) / g_NN
-        if (P_1 * P_1 + P_2 * P_2) ** 0.5 <= mu * P_N:
+        P_T = (P_1 * P_1 + P_2 * P_2) ** 0.5
+        is_sticking = P_T <= mu * P_N
+        if is_sticking:
             return P_N, P_1, P_2
     alpha = slide_alpha(g_NN, g_N1, g_N2, S_11, S_12, S_21, S_22, b_N, s_1, s_2, mu)
     P_1, P_2, _, _ = slide_state(S_11, S_12, S_21, S_22, s_1, s_2, alpha)

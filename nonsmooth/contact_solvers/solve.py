@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from nonsmooth.arrays import as_positive, as_vector
-from nonsmooth.contact_solvers.admm import ADMM
+from nonsmooth.contact_solvers.admm import ADMM, project
 from nonsmooth.contact_solvers.convex import Convex
 from nonsmooth.contact_solvers.faceted_lcp import FacetedLCP
 from nonsmooth.contact_solvers.newton import Newton
@@ -139,7 +139,7 @@ def solve_contact(
     ('SOLVED', [1.0, -0.5], [0.0, 1.5])
     """
     if solver != "auto" and solver not in SOLVERS:
-        raise UnknownName(f"no contact solver is called {solver!r}; {nearest(solver, ['auto', *SOLVERS])}")
+        raise UnknownName(f"no contact solver is called {solver!r}; {nearest(str(solver), ['auto', *SOLVERS])}")
     given = check_problem(G, c, mu, dim)
     tol = as_positive("tol", tol)
     start = np.zeros(given.n) if guess is None else as_vector("guess", guess, given.n)
@@ -175,7 +175,7 @@ def _ladder(problem: Problem) -> list[Solver]:
         last = [FacetedLCP(), Newton(), *last]
     if _is_cheap(problem):
         return [first, Newton(), ADMM(max_iterations=1000), Proximal(), *last]
-    return [first, ADMM(max_iterations=300), PatientNSGS(), Proximal(), *last]
+    return [first, ADMM(max_iterations=300), PatientNSGS(), Proximal(max_solves=60), *last]
 
 
 def _climb(problem: Problem, P: np.ndarray, tol: float, ladder: list[Solver], use_polish: bool) -> Climb:
@@ -195,6 +195,9 @@ def _climb(problem: Problem, P: np.ndarray, tol: float, ladder: list[Solver], us
         P, count = polish(problem, P)
         iterations += count
         notes.append(f"polish: error {problem.error(P):.1e} after {count}")
+    project(problem.mu, problem.dim, on_cone := P.copy())  # Newton leaves the cone by roundings
+    if problem.error(on_cone) <= max(tol, least):
+        P = on_cone
     return Climb(P, name, iterations, notes)
 
 

@@ -37,7 +37,6 @@ from nonsmooth.contact_solvers.planar import Planar, Route, pivot, planar_shapes
 from nonsmooth.contact_solvers.single import (
     FREE,
     NO_CANDIDATE,
-    SLIDE_PLUS,
     STICK,
     count,
     slip_of,
@@ -70,7 +69,7 @@ from nonsmooth.integrators.records import (
     write_record,
 )
 from nonsmooth.jit import Kernel, call_model, kernel
-from nonsmooth.laws import LAW_E_F, friction_coefficient
+from nonsmooth.laws import LAW_E_F, depends_on_speed, friction_coefficient
 from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMode, System
 
 ROUNDING = 2e-15  # about eight units in the last place: a smaller change of a velocity is no change
@@ -174,7 +173,7 @@ RUN = (
 )
 
 
-@kernel(RUN)
+@kernel(RUN, short_loops=True)
 def run(model, has, p, kinds, laws, options, t_record, dts, steps, max_steps, state_at, record_at, scratch_at):
     """Advance from counters[INTERVAL], counters[STEP] by at most max_steps steps; returns a Status.
 
@@ -210,7 +209,8 @@ def run(model, has, p, kinds, laws, options, t_record, dts, steps, max_steps, st
 
 @kernel(
     "int64(int64, int64, float64[::1], int64[:, ::1], float64[:, ::1], float64[::1], float64, float64, int64, int64, "
-    "int64, int64)"
+    "int64, int64)",
+    short_loops=True,
 )
 def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_at):
     """One step; the state changes only once the step is known to be good. Returns a Status."""
@@ -218,8 +218,9 @@ def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_a
     work = scratch.work
     theta = options[0]
     t_mid = t + 0.5 * dt
+    q, u, q_mid = state.q, state.u, work.q_mid
     for i in range(n):
-        work.q_mid[i] = state.q[i] + 0.5 * dt * state.u[i]
+        q_mid[i] = q[i] + 0.5 * dt * u[i]
     n_k = 0
     if n_c > 0:
         if has & (1 << GAP) and not call_model(model, GAP, t_mid, work.q_mid, state.u, p, work.g_N):
@@ -264,6 +265,9 @@ def solve(model, has, p, kinds, laws, selection, t, dt, n, n_k, state, scratch):
         if kinds[i, 1] > 0:
             a = work.start[k + 1] - 1
             scratch.offset[a] = (1.0 - laws[i, LAW_E_F]) * work.gamma_0[a]
+            if depends_on_speed(laws, i) and friction_coefficient(laws, i, abs(work.gamma_0[a])) < 0.0:
+                state.counters[FAILED_CONTACT] = i
+                return Status.NEGATIVE_FRICTION
     state.counters[SOLVED] += 1
     if n_k == 1:
         found = solve_one(kinds, laws, dt, selection, state, scratch)
@@ -340,29 +344,31 @@ def mode_of(candidate, d):
 @kernel
 def new_velocity(n, r, u, work):
     """u_1 = u_0 + du + X^T P; what cancels to rounding is set to exactly 0 or u_0, so that rest is rest for ever."""
+    du, X, P, u_1 = work.du, work.X, work.P, work.u_1
     for i in range(n):
-        change = work.du[i]
-        size = abs(work.du[i])
+        change = du[i]
+        size = abs(du[i])
         for k in range(r):
-            part = work.X[k, i] * work.P[k]
+            part = X[k, i] * P[k]
             change += part
             size += abs(part)
-        u_1 = u[i] + change
-        if abs(u_1) <= ROUNDING * (abs(u[i]) + size):
-            u_1 = 0.0
+        new = u[i] + change
+        if abs(new) <= ROUNDING * (abs(u[i]) + size):
+            new = 0.0
         elif abs(change) <= ROUNDING * size:
-            u_1 = u[i]
-        work.u_1[i] = u_1
+            new = u[i]
+        u_1[i] = new
 
 
 @kernel
 def all_finite(n, n_c, work):
     """Whether the new velocities and the gaps are finite numbers."""
+    u_1, g_N = work.u_1, work.g_N
     total = 0.0
     for i in range(n):
-        total += 0.0 * work.u_1[i]
+        total += 0.0 * u_1[i]
     for i in range(n_c):
-        total += 0.0 * work.g_N[i]
+        total += 0.0 * g_N[i]
     return total == 0.0
 
 
@@ -390,9 +396,10 @@ def accept(has, kinds, t, dt, theta, n, n_c, n_k, state, scratch):
         for m in range(state.P.shape[1]):
             state.P_sum[i, m] += state.P[i, m]
         k += 1
+    q, u, u_1 = state.q, state.u, work.u_1
     for i in range(n):
-        state.q[i] += dt * ((1.0 - theta) * state.u[i] + theta * work.u_1[i])
-        state.u[i] = work.u_1[i]
+        q[i] += dt * ((1.0 - theta) * u[i] + theta * u_1[i])
+        u[i] = u_1[i]
     state.counters[STEPS] += 1
 
 
@@ -420,7 +427,7 @@ def note_paradoxes(model, has, p, kinds, laws, t, n, n_k, found, state, scratch)
                 add_event(t, INCONSISTENT, i, mode, 0, k, 0, kinds, state, work)
 
 
-@kernel("boolean(int64, int64, float64[::1], int64[:, ::1], float64, float64, int64, int64, int64, int64, int64)")
+@kernel("boolean(int64, int64, float64[::1], int64[:, ::1], float64, float64, int64, int64, int64, int64, int64)", short_loops=True)
 def had_no_force(model, has, p, kinds, mu, t, n, n_k, k, state_at, scratch_at):
     """Whether at the state before the step no force of contact k fits its sliding: then it is an impact."""
     state, scratch = view(state_at, State), view(scratch_at, Scratch)

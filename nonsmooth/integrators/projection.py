@@ -19,7 +19,7 @@ SWEEPS = 100
 SMALL = 1e-12  # of the largest gap: what is left then is far below the error of the linearisation
 
 
-@kernel("boolean(int64, int64, float64[::1], int64[:, ::1], float64, int64, int64, int64, int64)")
+@kernel("boolean(int64, int64, float64[::1], int64[:, ::1], float64, int64, int64, int64, int64)", short_loops=True)
 def project(model, has, p, kinds, t, n, n_k, state_at, work_at):
     """Project the positions; False if a gap is not finite. ``work.c`` is overwritten with the multipliers."""
     state, work = view(state_at, State), view(work_at, Work)

@@ -119,34 +119,36 @@ def add_event(t, kind, i, mode, slip, k, solutions, kinds, state, work):
 @kernel
 def book_contact_energy(n, n_k, kinds, u, ledger, work):
     """Book friction, normal and surface work of a step; returns their sum."""
+    closed, start, W, u_1, P, w = work.closed, work.start, work.W, work.u_1, work.P, work.w
     total = 0.0
     for k in range(n_k):
-        i = work.closed[k]
-        for r in range(work.start[k], work.start[k + 1]):
+        i = closed[k]
+        for r in range(start[k], start[k + 1]):
             velocity = 0.0
             for j in range(n):
-                velocity += work.W[r, j] * 0.5 * (u[j] + work.u_1[j])
-            is_normal = r == work.start[k] and kinds[i, 0] != GIVEN_FORCE
-            ledger[NORMAL_WORK if is_normal else FRICTION_WORK] += work.P[r] * (velocity + work.w[r])
-            ledger[SURFACE_WORK] -= work.P[r] * work.w[r]
-            total += work.P[r] * velocity
+                velocity += W[r, j] * 0.5 * (u[j] + u_1[j])
+            is_normal = r == start[k] and kinds[i, 0] != GIVEN_FORCE
+            ledger[NORMAL_WORK if is_normal else FRICTION_WORK] += P[r] * (velocity + w[r])
+            ledger[SURFACE_WORK] -= P[r] * w[r]
+            total += P[r] * velocity
     return total
 
 
 @kernel
 def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
     """Book the energy of a step and compare it with the change of kinetic energy, ubar.M (u_1 - u_0)."""
+    h, M, C, K, u_0, u_1 = work.h, work.M, work.C, work.K, state.u, work.u_1
     change, force, size = 0.0, 0.0, 0.0
     for i in range(n):
-        impulse = dt * work.h[i]
+        impulse = dt * h[i]
         momentum = 0.0
         for j in range(n):
-            du = work.u_1[j] - state.u[j]
-            momentum += work.M[i, j] * du
+            du = u_1[j] - u_0[j]
+            momentum += M[i, j] * du
             if is_implicit:
-                impulse -= theta * dt * (work.C[i, j] + theta * dt * work.K[i, j]) * du
-                impulse -= (theta - 0.5) * dt * dt * work.K[i, j] * state.u[j]
-        ubar = 0.5 * (state.u[i] + work.u_1[i])
+                impulse -= theta * dt * (C[i, j] + theta * dt * K[i, j]) * du
+                impulse -= (theta - 0.5) * dt * dt * K[i, j] * u_0[j]
+        ubar = 0.5 * (u_0[i] + u_1[i])
         change += ubar * momentum
         force += ubar * impulse
         size += abs(ubar * impulse)

@@ -3,9 +3,9 @@
     local     u = W r + V l + q,   0 = V^T r + R l + s                                   /fclib_local
     global    M v = H r + G l + f,   0 = G^T v + b,   u = H^T v + w                      /fclib_global
 
-V, R, s and G, b, the bilateral constraints with multipliers l, may be absent. u and r are our gamma and P. A matrix is a
-group {nzmax, m, n, nz, p, i, x}: nz = -1 compressed columns, -2 compressed rows, nz >= 0 triplets. In triplet files p
-holds column and i row indices, although the header of the C library says the opposite.
+V, R, s and G, b, the bilateral constraints with multipliers l, may be absent. u and r are our gamma and P. A matrix is
+a group {nzmax, m, n, nz, p, i, x}: nz = -1 compressed columns, -2 compressed rows, nz >= 0 triplets. In triplet files
+p holds column and i row indices, although the header of the C library says the opposite.
 
 Source: Acary, Bremond, Koziara and Perignon, FCLIB: a collection of discrete 3D Frictional Contact problems, INRIA
 RT-0444 (2014).

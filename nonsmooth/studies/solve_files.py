@@ -111,15 +111,19 @@ def load_problem(path: Path) -> tuple[str, Any, tuple]:
         dim = int(entries["dim"])
         return f"fc{dim}d", G, (G, entries["q"], entries["mu"], dim)
     if {"M", "q", "is_comp"} <= entries.keys():
-        return "mlcp", entries["M"], (entries["M"], entries["q"], entries["is_comp"].astype(bool))
+        return "mlcp", entries["M"], (entries["M"], entries["q"], ~entries["is_comp"].astype(bool))
     if {"M", "q"} <= entries.keys():
         return "lcp", entries["M"], (entries["M"], entries["q"])
-    raise InvalidInput(f"{path.name} must hold M and q, or W in compressed rows with q, mu, dim; it has {list(entries)}")
+    raise InvalidInput(
+        f"{path.name} must hold M and q, or W in compressed rows with q, mu, dim; it has {list(entries)}"
+    )
 
 
 def format_table(results: list[dict]) -> str:
     """The results as a text table; errors of reading and solving stand under it."""
-    cells = [list(COLUMNS[:-2]) + ["time [ms]", "solver"]] + [[_cell(key, row[key]) for key in COLUMNS] for row in results]
+    cells = [list(COLUMNS[:-2]) + ["time [ms]", "solver"]] + [
+        [_cell(key, row[key]) for key in COLUMNS] for row in results
+    ]
     widths = [max(len(line[k]) for line in cells) for k in range(len(COLUMNS))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in cells]
     solved = sum(row["status"] == "SOLVED" for row in results)

@@ -75,7 +75,9 @@ def test_triplets_hold_columns_in_p_and_rows_in_i(tmp_path):
 
 def test_bilateral_constraints_of_a_local_problem_are_eliminated(tmp_path):
     """W = diag(2, 2), V = e_T, R = -1, s = 3: l = V^T r + s, so that G_TT = 2 + 1 and c_T = q_T + 3."""
-    write_fclib(tmp_path / "a.hdf5", ContactProblem(sparse.csr_array(2 * np.eye(2)), np.array([-1.0, 0.5]), np.ones(1), 2))
+    write_fclib(
+        tmp_path / "a.hdf5", ContactProblem(sparse.csr_array(2 * np.eye(2)), np.array([-1.0, 0.5]), np.ones(1), 2)
+    )
     with h5py.File(tmp_path / "a.hdf5", "a") as file:
         blocks = {"V": (2, [0.0, 1.0], [0, 1], [0, 2]), "R": (1, [-1.0], [0], [0, 1])}
         for name, (m, x, i, p) in blocks.items():

@@ -162,7 +162,7 @@ def test_faceted_cone_converges_to_the_round_one_with_its_facets():
     from nonsmooth.contact_solvers.faceted_lcp import FacetedLCP
 
     problem, _ = scaled(check_problem(np.eye(3), [-1.0, 0.6, 0.35], 0.3, 3))
-    for facets in (8, 32, 128):
+    for facets in (8, 32):
         P, _ = FacetedLCP(facets=facets).run(problem, np.zeros(3), 1e-8)
         assert problem.error(P) < 2 * np.pi / facets
     assert problem.error(P) > 0
@@ -212,6 +212,7 @@ def test_empty_problem_returns_at_once():
     [
         ((np.ones((2, 3)), [0, 0], 0.1, 2), "G must be square"),
         ((np.eye(4), [0, 0], 0.1, 2), "to fit c"),
+        (([[1.0, 0.0], [1.0]], [0, 0], 0.1, 2), "rows differ in length"),
         ((np.diag([1.0, np.nan]), [0, 0], 0.1, 2), "G must be finite"),
         ((sparse.csr_array(np.diag([1.0, np.inf])), [0, 0], 0.1, 2), "G must be finite"),
         ((np.eye(2), [0, np.nan], 0.1, 2), "c must be finite"),

@@ -1,0 +1,39 @@
+"""Classical systems of nonsmooth mechanics: one file, one frozen dataclass, one system.
+
+Each model holds its physical parameters in SI units, builds its ``System``, a consistent state from natural variables,
+and carries its closed forms as methods. Nothing but the models that are used is imported.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+# name: module of this package
+MODELS = {
+    "BeadChain": "bead_chain",
+    "BeltOscillator": "belt_oscillator",
+    "BilateralRod": "bilateral_rod",
+    "BouncingBall": "bouncing_ball",
+    "InclinedBlock": "incline",
+    "PainleveRod": "painleve_rod",
+    "RockingBlock": "rocking_block",
+    "SelfLockingRod": "self_locking_rod",
+    "SlidingBlock": "sliding_block",
+    "SpragSlip": "sprag_slip",
+    "WallPendulum": "pendulum",
+}
+
+__all__ = [*MODELS]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in MODELS:
+        raise AttributeError(f"there is no model {name!r}; known: {', '.join(__all__)}")
+    model = getattr(importlib.import_module(f"models.{MODELS[name]}"), name)
+    globals()[name] = model
+    return model
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

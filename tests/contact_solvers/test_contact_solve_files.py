@@ -1,0 +1,69 @@
+"""Files in, table and performance profile out."""
+
+import numpy as np
+import pytest
+
+from nonsmooth.errors import InvalidInput
+from nonsmooth.lcp.mixed import solve_mlcp
+from nonsmooth.studies.solve_files import format_table, load_problem, performance_profile, solve_files, time_ratios
+
+
+@pytest.fixture
+def files(tmp_path):
+    contact = {"data": np.ones(2), "indices": np.arange(2), "indptr": np.arange(3), "shape": np.array([2, 2])}
+    np.savez(tmp_path / "block.npz", **contact, q=np.array([-1.0, 2.0]), mu=np.array([0.5]), dim=np.array(2))
+    np.savez(tmp_path / "lcp.npz", M=np.array([[2.0, 1.0], [1.0, 2.0]]), q=np.array([-5.0, -6.0]))
+    np.savez(tmp_path / "strange.npz", x=np.ones(2))
+    return [tmp_path / name for name in ("block.npz", "lcp.npz", "strange.npz", "missing.npz")]
+
+
+def test_every_file_gets_a_row_and_a_bad_one_its_reason(files):
+    rows = solve_files(files)
+    assert [row["kind"] for row in rows] == ["fc2d", "lcp", None, None]
+    assert [row["status"] for row in rows] == ["SOLVED", "SOLVED", "ERROR", "ERROR"]
+    assert [row["rank"] for row in rows[:2]] == [2, 2]
+    assert rows[0]["n"] == 2 and rows[0]["contacts"] == 1 and rows[0]["error"] <= 1e-8 and rows[0]["time"] > 0
+    table = format_table(rows)
+    assert "2 of 4 solved" in table and "strange.npz: strange.npz must hold M and q" in table
+
+
+def test_rows_without_complementarity_are_equations(tmp_path):
+    """z_0 = 1 from the equation, although w_0 = z_0 - 1; z_1 = 0 as w_1 = z_1 + z_0 > 0. Swapped, z_1 would be -1."""
+    matrix = np.array([[1.0, 0.0], [1.0, 1.0]])
+    np.savez(tmp_path / "mixed.npz", M=matrix, q=np.array([-1.0, 0.0]), is_comp=np.array([0, 1]))
+    kind, A, (_, b, free) = load_problem(tmp_path / "mixed.npz")
+    assert kind == "mlcp" and free.tolist() == [True, False]
+    assert solve_files([tmp_path / "mixed.npz"])[0]["status"] == "SOLVED"
+    np.testing.assert_allclose(A @ solve_mlcp(A, b, free).z + b, [0.0, 1.0], atol=1e-15)
+
+
+def test_fclib_files_are_solved_too(tmp_path):
+    pytest.importorskip("h5py")
+    from nonsmooth.output.fclib import ContactProblem, write_fclib
+
+    write_fclib(tmp_path / "a.h5", ContactProblem(np.eye(3), np.array([-1.0, 3.0, 4.0]), np.array([0.5]), 3))
+    (row,) = solve_files([tmp_path / "a.h5"])
+    assert row["kind"] == "fc3d" and row["status"] == "SOLVED"
+
+
+def test_a_single_path_is_refused(tmp_path):
+    with pytest.raises(InvalidInput, match="must be a list"):
+        solve_files(tmp_path / "a.npz")
+
+
+def test_time_ratios_are_those_of_the_fastest_solver_and_infinite_for_failures():
+    def rows(*times):
+        return [{"file": str(k), "time": t, "status": "SOLVED" if t else "STALLED"} for k, t in enumerate(times)]
+
+    ratios = time_ratios({"a": rows(1.0, 4.0, None), "b": rows(2.0, 1.0, None)})
+    np.testing.assert_array_equal(ratios["a"], [1.0, 4.0, np.inf])
+    np.testing.assert_array_equal(ratios["b"], [2.0, 1.0, np.inf])
+    with pytest.raises(InvalidInput, match="same files"):
+        time_ratios({"a": rows(1.0), "b": rows(1.0, 2.0)})
+
+
+def test_profile_is_drawn(files, tmp_path):
+    pytest.importorskip("matplotlib")
+    runs = {name: solve_files(files[:1], solver=name) for name in ("auto", "nsgs")}
+    performance_profile(runs, tmp_path / "profile.png")
+    assert (tmp_path / "profile.png").read_bytes()[:4] == b"\x89PNG"

@@ -1,0 +1,218 @@
+"""The front door: grids, failures with their partial solutions, bad input, and one source run at two speeds."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from models import BeadChain, BouncingBall, PainleveRod, RockingBlock, SelfLockingRod, SlidingBlock, SpragSlip
+
+import nonsmooth as ns
+
+STEP = ns.MoreauJean(dt=1e-3)
+
+
+class P(NamedTuple):
+    m: float = 1.0
+    g: float = 9.81
+
+
+def mass(t, q, p, M):
+    M[0, 0] = p.m
+
+
+def force(t, q, u, p, h):
+    h[0] = -p.m * p.g
+
+
+def gap(t, q, p, g_N):
+    g_N[0] = q[0]
+
+
+def normal(t, q, p, W_N):
+    W_N[0, 0] = 1.0
+
+
+def ball(**changes):
+    functions = {"mass": mass, "force": force, "gap": gap, "normal": normal}
+    return ns.System(n_q=1, contacts=[ns.Contact(e_N=0.5)], parameters=P(), **{**functions, **changes})
+
+
+@pytest.mark.parametrize("model", [BouncingBall(), PainleveRod(), SpragSlip(), RockingBlock(), BeadChain(n=4)], ids=repr)
+def test_compiled_and_interpreted_runs_agree_to_rounding(model, monkeypatch):
+    q0, u0 = model.state()
+    compiled = ns.simulate(model, (0, 0.05), q0, u0, integrator=STEP)
+    monkeypatch.setenv("NONSMOOTH_INTERPRET", "1")
+    interpreted = ns.simulate(model, (0, 0.05), q0, u0, integrator=STEP)
+    assert compiled.stats.is_compiled and not interpreted.stats.is_compiled
+    assert np.allclose(compiled.q, interpreted.q, rtol=1e-12, atol=1e-14)
+    assert (compiled.mode == interpreted.mode).all()
+
+
+def test_what_numba_refuses_runs_interpreted_with_a_warning():
+    table = {"gravity": 9.81}
+
+    def odd_force(t, q, u, p, h):
+        h[0] = -p.m * dict(table)["gravity"]
+
+    system = ball(force=odd_force)
+    with pytest.warns(ns.InterpretedWarning, match="odd_force"):
+        solution = ns.simulate(system, (0, 0.1), [1.0], [0.0], integrator=STEP)
+    assert np.allclose(solution.q, ns.simulate(ball(), (0, 0.1), [1.0], [0.0], integrator=STEP).q, rtol=1e-15)
+
+
+def test_t_eval_records_exactly_there():
+    t = [0.0, 0.0137, 0.1, 0.10001]
+    solution = ns.simulate(ball(), (0, 0.2), [1.0], [0.0], integrator=STEP, t_eval=t)
+    assert (solution.t == t).all()
+    assert np.allclose(solution.q[:, 0], 1 - 9.81 / 2 * np.square(t), atol=1e-12)  # theta = 1/2 is exact in free fall
+
+
+def test_every_thins_the_record_and_keeps_the_impulses():
+    all_steps = ns.simulate(ball(), (0, 1), [1.0], [0.0], integrator=STEP)
+    some = ns.simulate(ball(), (0, 1), [1.0], [0.0], integrator=STEP, every=10)
+    assert (some.q == all_steps.q[::10]).all()
+    assert np.isclose(some.P_N.sum(), all_steps.P_N.sum(), rtol=1e-13)
+
+
+def test_two_runs_agree_bit_for_bit():
+    model = SpragSlip()
+    first, second = (ns.simulate(model, (0, 0.5), *model.state(), integrator=STEP) for _ in range(2))
+    assert (first.q == second.q).all() and (first.P_N == second.P_N).all()
+
+
+def test_open_flight_does_no_contact_work():
+    solution = ns.simulate(ball(), (0, 0.1), [1.0], [0.0], integrator=STEP)
+    assert solution.stats.lcp_solved == 0
+    assert solution.stats.lcp_skipped == 100
+
+
+def test_self_locking_rod_beyond_its_jam_angle_has_no_solution_and_says_so():
+    rod = SelfLockingRod(mu=1.0)
+    q0, u0 = rod.state(th=math.radians(50))
+    model = SelfLockingRod(mu=1.0, th0=math.radians(50))
+    with pytest.raises(ns.StepFailure, match="no solution") as failure:
+        ns.simulate(model, (0, 0.1), q0, u0, integrator=STEP)
+    assert failure.value.solution.status == ns.Status.NO_SOLUTION
+    assert len(failure.value.solution.t) >= 1
+
+
+@pytest.mark.parametrize("degrees", [10, 20, 30, 44])
+def test_self_locking_rod_is_pressed_by_the_published_force(degrees):
+    th = math.radians(degrees)
+    rod = SelfLockingRod(mu=1.0, th0=th)
+    solution = ns.simulate(rod, (0, 0.01), *rod.state(th=th), integrator=STEP)
+    assert np.allclose(solution.P_N[1:, 0] / 1e-3, rod.R / (1 - math.tan(th)), rtol=1e-9)
+
+
+# Failures of the model ---------------------------------------------------------------------------------------------
+
+
+def test_nan_written_by_a_model_function_names_the_function_and_keeps_the_past():
+    def bad(t, q, u, p, h):
+        h[0] = -p.m * p.g if t < 0.05 else math.nan
+
+    with pytest.raises(ns.ModelFunctionError, match=r"force wrote nan.*t = 0\.0") as failure:
+        ns.simulate(ball(force=bad), (0, 1), [1.0], [0.0], integrator=STEP)
+    assert 49 <= failure.value.solution.stats.steps <= 51
+    assert np.isfinite(failure.value.solution.q).all()
+
+
+def test_model_function_that_raises_is_named_with_its_error():
+    def bad(t, q, p, g_N):
+        if t > 0.05:
+            raise ValueError("out of range")
+        g_N[0] = q[0]
+
+    with pytest.raises(ns.ModelFunctionError, match="gap raised ValueError: out of range"):
+        ns.simulate(ball(gap=bad), (0, 1), [1.0], [0.0], integrator=STEP)
+
+
+def test_mass_that_becomes_singular_stops_the_run_with_the_partial_solution():
+    def shrinking(t, q, p, M):
+        M[0, 0] = p.m * (0.5 - q[0] * 0 - t)
+
+    solution = ns.simulate(ball(mass=shrinking), (0, 1), [9.0], [0.0], integrator=STEP, on_failure="return")
+    assert solution.status == ns.Status.MASS_NOT_POSITIVE
+    assert "positive definite" in solution.message
+    assert abs(solution.t[-1] - 0.5) < 2e-3
+
+
+def test_negative_friction_law_is_a_typed_failure():
+    block = SlidingBlock().system()
+    contact = ns.Contact(mu=ns.Polynomial(m0=0.3, m1=0.2))  # negative above 1.5 m/s
+    system = ns.System(n_q=2, contacts=[contact], parameters=block.parameters, mass=block.mass, force=block.force,
+                       gap=block.gap, normal=block.normal, tangent=block.tangent)  # fmt: skip
+    solution = ns.simulate(system, (0, 1), [0, 0], [2.0, 0.0], integrator=STEP, on_failure="return")
+    assert solution.status == ns.Status.NEGATIVE_FRICTION
+
+
+# Bad input: one sentence with quantity, rule, value -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"q0": [1.0, 2.0]}, r"q0 must have 1 entries; got 2"),
+        ({"u0": [math.nan]}, r"u0 must be finite; u0\[0\] is nan"),
+        ({"q0": "high"}, r"q0 must be an array of numbers"),
+        ({"t_span": (1.0, 0.0)}, r"t_span must not run backwards; got \(1, 0\)"),
+        ({"t_span": (0.0, math.inf)}, r"t_span\[1\] must be finite"),
+        ({"t_eval": [0.5, 0.2]}, r"t_eval must increase"),
+        ({"every": 0}, r"every must be a whole number of at least 1; got 0"),
+        ({"selection": "liftoff"}, r"did you mean 'lift-off'"),
+        ({"on_failure": "ignore"}, r"on_failure must be 'raise' or 'return'"),
+    ],
+)
+def test_bad_arguments_are_refused_in_one_sentence(change, message):
+    arguments = {"t_span": (0, 1), "q0": [1.0], "u0": [0.0], "integrator": STEP, **change}
+    with pytest.raises(ns.InvalidInput, match=message):
+        ns.simulate(ball(), arguments.pop("t_span"), arguments.pop("q0"), arguments.pop("u0"), **arguments)
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: ns.MoreauJean(dt=0.0), "dt must be positive .s.; got 0"),
+        (lambda: ns.MoreauJean(dt=math.nan), "dt must be finite"),
+        (lambda: ns.MoreauJean(dt=1e-3, theta=0.2), r"theta must lie in \[0.5, 1\]; got 0.2"),
+        (lambda: BouncingBall(e=1.5).system(), r"e_N must lie in \[0, 1\]; got 1.5|e must lie in"),
+        (lambda: SlidingBlock(mu=-0.1).system(), "mu must not be negative; got -0.1"),
+        (lambda: ball(gap=None), "need the function gap"),
+        (lambda: ball(force=mass), r"force must take \(t, q, u, p, out\)"),
+        (lambda: ns.System(n_q=1, mass=mass, force=force, contacts=[ns.Contact(mu="mue")], parameters=P()), "mue"),
+        (lambda: ball().with_parameters(mm=1.0), "there is no parameter 'mm'"),
+    ],
+)
+def test_bad_systems_are_refused_in_one_sentence(build, message):
+    with pytest.raises(ns.InvalidInput, match=message):
+        build()
+
+
+def test_mass_matrix_that_is_not_positive_definite_is_refused_at_the_start():
+    with pytest.raises(ns.InvalidInput, match="positive definite"):
+        ns.simulate(ball(parameters=P(m=-1.0)) if False else ball().with_parameters(m=-1.0), (0, 1), [1.0], [0.0],
+                    integrator=STEP)  # fmt: skip
+
+
+# The initial state ----------------------------------------------------------------------------------------------------
+
+
+def test_initial_penetration_is_reported_and_moved_out_on_request_only():
+    with pytest.warns(ns.InitialStateWarning, match=r"contact 0 penetrates by 0\.1 m"):
+        ns.simulate(ball(), (0, 0.01), [-0.1], [0.0], integrator=STEP)
+    solution = ns.simulate(ball(), (0, 0.01), [-0.1], [0.0], integrator=STEP, project=True)
+    assert abs(solution.q[0, 0]) < 1e-15
+
+
+def test_inconsistent_velocity_of_a_bilateral_contact_is_moved_to_the_nearest_in_the_mass_metric():
+    rod = SpragSlip()
+    q0, u0 = rod.state(th=0.6, thdot=1.0)
+    wrong = u0 + [0.3, 0.0]
+    with pytest.warns(ns.InitialStateWarning, match="normal velocity"):
+        ns.simulate(rod, (0, 1e-3), q0, wrong, integrator=STEP)
+    solution = ns.simulate(rod, (0, 1e-3), q0, wrong, integrator=STEP, project=True)
+    W = np.array([1.0, -rod.l * math.cos(0.6)])
+    minv = np.array([1 / rod.m, 1 / rod.I])
+    nearest = wrong - minv * W * (W @ wrong) / (W @ (minv * W))
+    assert np.allclose(solution.u[0], nearest, rtol=1e-9)
