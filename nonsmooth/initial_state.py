@@ -14,8 +14,18 @@ import numpy as np
 
 from nonsmooth.compiled import Model
 from nonsmooth.errors import InvalidInput, ModelFunctionError  # noqa: F401 - raised by callers with the same words
-from nonsmooth.system import BILATERAL, GAP, GAP_RATE, GIVEN_FORCE, MASS, NORMAL, SURFACE_VELOCITY, TANGENT, ContactMode
-from nonsmooth.system import System
+from nonsmooth.system import (
+    BILATERAL,
+    GAP,
+    GAP_RATE,
+    GIVEN_FORCE,
+    MASS,
+    NORMAL,
+    SURFACE_VELOCITY,
+    TANGENT,
+    ContactMode,
+    System,
+)
 
 # A gap or a velocity is zero within this part of the state's own scale: about the square root of the rounding unit, so
 # that states typed with eight digits count as consistent.

@@ -309,7 +309,12 @@ def _adapter(functions: dict, n_q: int, n_u: int, unpack: Callable, n_p: int, in
     """Generate ``model(which, t, q, u, p, out)``: views on the raw pointers, then a branch for each function."""
     import numba
 
-    scope: dict[str, Any] = {"__name__": __name__, "view_q": _view((n_q,)), "view_u": _view((n_u,)), "Parameters": unpack}
+    scope: dict[str, Any] = {
+        "__name__": __name__,
+        "view_q": _view((n_q,)),
+        "view_u": _view((n_u,)),
+        "Parameters": unpack,
+    }
     lines = [
         "def model(which, t, q_, u_, p_, out_):",
         "    q = view_q(q_)",
@@ -438,4 +443,3 @@ class _CallModel(Kernel):
 
 
 call_model = _CallModel(_call_model_interpreted)
-

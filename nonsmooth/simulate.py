@@ -18,9 +18,26 @@ from nonsmooth.blocks import new_block
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.contact_solvers.single import Selection
-from nonsmooth.errors import InitialStateWarning, InvalidInput, ModelFunctionError, Status, StepFailure, UnknownName, nearest
+from nonsmooth.errors import (
+    InitialStateWarning,
+    InvalidInput,
+    ModelFunctionError,
+    Status,
+    StepFailure,
+    UnknownName,
+    nearest,
+)
 from nonsmooth.initial_state import examine_state, project_state
-from nonsmooth.integrators.records import FAILED_CONTACT, INTERVAL, N_EVENTS, STEP, Record, State, record_shapes, state_shapes
+from nonsmooth.integrators.records import (
+    FAILED_CONTACT,
+    INTERVAL,
+    N_EVENTS,
+    STEP,
+    Record,
+    State,
+    record_shapes,
+    state_shapes,
+)
 from nonsmooth.solution import Solution, Stats
 from nonsmooth.system import FUNCTION_NAMES, System, as_system
 

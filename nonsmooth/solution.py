@@ -173,7 +173,11 @@ class Solution:
         status: Status, message: str, stats: Stats,
     ) -> Solution:  # fmt: skip
         """Assemble from the arrays of the loop."""
-        about = {"system": system.name or system.mass.__name__, "integrator": repr(integrator), **system.parameter_values}
+        about = {
+            "system": system.name or system.mass.__name__,
+            "integrator": repr(integrator),
+            **system.parameter_values,
+        }
         return cls(
             t, record.q, record.u, record.g_N, record.P[:, :, 0], record.P[:, :, 1:], record.mode, record.slip,
             event_rows, _ledger(system, t, record), stats, status, message, about, system,

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.blocks import Integers, Matrix, Vector, address, view
-from nonsmooth.contact_solvers.modes import MAX_LEAVES, Tree, tree_shapes, enumerate_modes, leaves, select
+from nonsmooth.contact_solvers.modes import MAX_LEAVES, Tree, enumerate_modes, leaves, select, tree_shapes
 from nonsmooth.contact_solvers.single import FREE, NO_CANDIDATE, STICK, slip_of, solve_given_force, solve_single
 from nonsmooth.jit import kernel
 from nonsmooth.laws import depends_on_speed, friction_coefficient, static_coefficient
@@ -84,7 +84,7 @@ def planar_shapes(n: int, d: int) -> dict[str, Any]:
     short_loops=True,
 )
 def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, slip, selection, P, planar_at):
-    """Solve the contact problem of n > 1 closed contacts; write P and the candidates. 
+    """Solve the contact problem of n > 1 closed contacts; write P and the candidates.
     Returns (route, solutions, pivots, residual).
 
     ``planar.normal_impulse`` holds the given normal impulses; ``mode`` and ``slip`` are those of the step before.
@@ -101,7 +101,9 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
     found = 0
     varies = has_varying_friction(n, closed, start, kinds, laws, offset, planar)
     for _ in range(SPEED_SWEEPS):
-        route, found = solve_with_fixed_friction(n, closed, start, kinds, laws, G, c, offset, slip, selection, P, planar)
+        route, found = solve_with_fixed_friction(
+            n, closed, start, kinds, laws, G, c, offset, slip, selection, P, planar
+        )
         if not varies or route <= Route.NO_SOLUTION or route == Route.GAUSS_SEIDEL:
             break
         if not update_friction(n, closed, start, kinds, laws, offset, planar):
@@ -260,10 +262,14 @@ def solve_by_lemke(n, closed, start, kinds, G, c, P, planar):
             if d > 0:
                 P[t] = planar.z[row + 1] - planar.mu[k] * planar.z[row]
             row += 1 + 2 * d
-    return residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED and name_modes(n, closed, start, kinds, P, planar)
+    return residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED and name_modes(
+        n, closed, start, kinds, P, planar
+    )
 
 
-@kernel("int64(int64, float64[:, ::1], float64[::1], float64[::1], float64[:, ::1], float64[:, ::1], int64[::1], int64)")
+@kernel(
+    "int64(int64, float64[:, ::1], float64[::1], float64[::1], float64[:, ::1], float64[:, ::1], int64[::1], int64)"
+)
 def pivot(size, A, b, z, tableau, scales, basis, max_pivots):
     """Lemke's method as a part compiled for itself; returns the number of pivots."""
     _, pivots = lemke(size, A, b, z, tableau, scales, basis, max_pivots)
@@ -397,7 +403,9 @@ def residual(n, closed, start, kinds, G, c, P, planar):
             worst = max(worst, abs(planar.gamma[a]))
         if kinds[i, 1] > 0:
             is_stuck = abs(planar.gamma[t]) <= ACCEPTED * scale
-            reach = (planar.mu_static[k] if is_stuck else planar.mu[k]) * max(0.0, abs(P_N) if kind == BILATERAL else P_N)
+            reach = (planar.mu_static[k] if is_stuck else planar.mu[k]) * max(
+                0.0, abs(P_N) if kind == BILATERAL else P_N
+            )
             pulled = P[t] - planar.gamma[t] / G[t, t]
             worst = max(worst, G[t, t] * abs(P[t] - max(-reach, min(reach, pulled))))
     if not worst < np.inf:  # NaN

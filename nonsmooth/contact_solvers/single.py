@@ -201,7 +201,19 @@ def solve_given_force(laws, i, G_FF, c_F, offset, P_N, was_stuck, previous_slip)
     With G_NF = 0 and G_NN = 1, c_N = -P_N the contact of this module is one whose normal impulse is P_N.
     """
     candidate, _, P_F, _ = solve_single(
-        GIVEN_FORCE, laws, i, 1.0, 0.0, 0.0, G_FF, -P_N, c_F, offset, was_stuck, previous_slip, Selection.COMPLIANT_LIMIT.value
+        GIVEN_FORCE,
+        laws,
+        i,
+        1.0,
+        0.0,
+        0.0,
+        G_FF,
+        -P_N,
+        c_F,
+        offset,
+        was_stuck,
+        previous_slip,
+        Selection.COMPLIANT_LIMIT.value,
     )
     if candidate == NO_CANDIDATE:  # P_N = 0: no friction
         return SLIDE_PLUS if c_F > 0.0 else SLIDE_MINUS, 0.0

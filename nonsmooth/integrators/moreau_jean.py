@@ -274,7 +274,7 @@ def solve(model, has, p, kinds, laws, selection, t, dt, n, n_k, state, scratch):
         if found == 0:
             state.counters[FAILED_CONTACT] = work.closed[0]
             return Status.NO_SOLUTION
-        note_paradoxes(model, has, p, kinds, laws, t, n, n_k, found, state, scratch)
+        note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, found, state, scratch)
         return Status.RUNNING
     for k in range(n_k):
         scratch.planar.normal_impulse[k] = dt * max(0.0, work.N[work.closed[k]])
@@ -292,7 +292,7 @@ def solve(model, has, p, kinds, laws, selection, t, dt, n, n_k, state, scratch):
         state.counters[KEPT] += 1
     for k in range(n_k):
         scratch.candidate[k] = scratch.planar.candidate[k]
-    note_paradoxes(model, has, p, kinds, laws, t, n, n_k, found, state, scratch)
+    note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, found, state, scratch)
     return Status.RUNNING
 
 
@@ -404,7 +404,7 @@ def accept(has, kinds, t, dt, theta, n, n_c, n_k, state, scratch):
 
 
 @kernel
-def note_paradoxes(model, has, p, kinds, laws, t, n, n_k, found, state, scratch):
+def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, found, state, scratch):
     """Record the beginning of an episode with several solutions, and sliding that no force could go with."""
     work = scratch.work
     is_indeterminate = found >= 3 or (found == 2 and n_k > 1)
@@ -423,18 +423,39 @@ def note_paradoxes(model, has, p, kinds, laws, t, n, n_k, found, state, scratch)
             a = work.start[k]
             mu = friction_coefficient(laws, i, abs(work.gamma_0[a + 1]))
             has_negative = work.G[a, a] < mu * abs(work.G[a, a + 1])
-            if has_negative and had_no_force(model, has, p, kinds, mu, t, n, n_k, k, address(state), address(scratch)):
+            if has_negative and had_no_force(
+                model, has, p, kinds, mu, t, dt, n, n_k, k, address(state), address(scratch)
+            ):
                 add_event(t, INCONSISTENT, i, mode, 0, k, 0, kinds, state, work)
 
 
-@kernel("boolean(int64, int64, float64[::1], int64[:, ::1], float64, float64, int64, int64, int64, int64, int64)", short_loops=True)
-def had_no_force(model, has, p, kinds, mu, t, n, n_k, k, state_at, scratch_at):
-    """Whether at the state before the step no force of contact k fits its sliding: then it is an impact."""
+@kernel(
+    "boolean(int64, int64, float64[::1], int64[:, ::1], float64, float64, float64, int64, int64, int64, int64, int64)",
+    short_loops=True,
+)
+def had_no_force(model, has, p, kinds, mu, t, dt, n, n_k, k, state_at, scratch_at):
+    """Whether the sliding of contact k ran out of forces: then its sticking is an impact without collision.
+
+    The acceleration-level problem is asked at the state before the step, and at the end of the step for the motion
+    without contact forces: where the force of a slide fades to zero the step itself crosses into the paradox.
+    """
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
+    work = scratch.work
+    if no_force_at(model, has, p, kinds, mu, t, n, n_k, k, state.q, state.u, state, scratch):
+        return True
+    for i in range(n):
+        work.trial[i] = state.q[i] + dt * state.u[i]
+        work.rhs[i] = state.u[i] + work.du[i]
+    return no_force_at(model, has, p, kinds, mu, t + dt, n, n_k, k, work.trial, work.rhs, state, scratch)
+
+
+@kernel
+def no_force_at(model, has, p, kinds, mu, t, n, n_k, k, q, u, state, scratch):
+    """Whether no normal force fits the slip that contact k had, at one state."""
     there = scratch.there
     for m in range(n_k):
         there.closed[m] = scratch.work.closed[m]
-    status, _ = acceleration_problem(model, has, t, n, state.q, state.u, p, n_k, kinds, scratch.rates, there)
+    status, _ = acceleration_problem(model, has, t, n, q, u, p, n_k, kinds, scratch.rates, there)
     if status != Status.RUNNING:
         return False
     i = there.closed[k]

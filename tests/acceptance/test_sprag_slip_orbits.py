@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from models import SpragSlip
 
 import nonsmooth as ns
+from models import SpragSlip
 from nonsmooth import EventKind
 
 CASES = {  # model, exact period [s], time of the transient [s]
@@ -29,8 +29,8 @@ def test_period_is_approached_with_first_order_or_better(case):
     dts = np.array([1e-3, 2e-4, 5e-5, 1e-5])
     errors = [abs(mean_period(model, transient, exact, dt)[0] / exact - 1) for dt in dts]
     assert np.polyfit(np.log(dts), np.log(errors), 1)[0] > 0.8
-    prototype = {"limit cycle": [3.9e-4, 7.3e-5, 1.8e-5, 3.6e-6], "seizure orbit": [1.9e-3, 5.8e-4, 3.5e-5, 3.5e-5]}
-    assert (np.array(errors) <= prototype[case]).all()
+    prototype = {"limit cycle": [3.9e-4, 7.3e-5, 1.8e-5, 3.6e-6], "seizure orbit": [1.9e-3, 5.8e-4, 3.4e-5, 3.4e-5]}
+    assert (np.array(errors) <= 1.1 * np.array(prototype[case])).all()  # its window of periods is not stated: 10 %
 
 
 def test_seizures_are_reported_as_impacts_without_collision():
