@@ -32,7 +32,7 @@ DIFFERENCE = 1e-4
 def acceleration_problem(model, has, t, n, q, u, p, n_k, kinds, rates, work):
     """Fill work.W, work.G and work.c = b for the contacts listed in work.closed; returns (Status, rows).
 
-    ``rates`` is scratch of shape (4, r) with r the number of rows; (n_c, 1 + d) is used where the model gives row_rates.
+    ``rates`` is scratch of shape (4, r), r the number of rows.
     """
     for i in range(n):
         work.q_mid[i] = q[i]

@@ -59,7 +59,7 @@ class Block:
                 shape = shapes[name]
                 rows += [base + WORD * start, *shape, *(1,) * (3 - len(shape))]
         self._table = np.array(rows, dtype=np.int64)
-        self.address = self._table.ctypes.data
+        self.address: int = self._table.ctypes.data
 
     @functools.cached_property
     def arrays(self) -> Any:

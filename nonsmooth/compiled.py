@@ -51,8 +51,8 @@ def model_of(system: System) -> Model:
         return _compiled(key, system.n_q, system.n_u, tuple(system.parameter_values), system.unpack)
     except CannotCompile as reason:
         warnings.warn(
-            f"numba cannot compile the model function {reason}; the same source runs in the interpreter, about a hundred "
-            "times slower. Write the function with numbers, math and loops only.",
+            f"numba cannot compile the model function {reason}; the same source runs in the interpreter, about a "
+            "hundred times slower. Write the function with numbers, math and loops only.",
             InterpretedWarning,
             stacklevel=3,
         )

@@ -1,4 +1,4 @@
-"""Exceptions, warnings and outcomes that users can meet. A message names the quantity, the rule, the value and the cure."""
+"""Exceptions, warnings and outcomes that users meet. A message names the quantity, the rule, the value and the cure."""
 
 from __future__ import annotations
 

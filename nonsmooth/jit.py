@@ -5,7 +5,8 @@ Two kinds of function are compiled.
 *Kernels* are ours. ``@kernel`` marks a plain function written for arrays and scalars; nothing happens, and numba is not
 imported, until the kernel is first called. A kernel that carries a signature is an *entry point*: it is compiled once,
 with the kernels it calls, and kept on disk. An entry point calls another through a slot that ``load`` fills: LLVM does
-not optimise the inner one again in each outer one, and what a scene does not need is never compiled. ``interpreted(kernel)`` is the same source run by Python.
+not optimise the inner one again in each outer one, and what a scene does not need is never compiled.
+``interpreted(kernel)`` is the same source run by Python.
 
 *Model functions* are the user's. ``compile_model`` binds them all into one function
 
@@ -350,7 +351,7 @@ def _identity(function: Callable) -> bytes:
     parts += [repr(cell.cell_contents) for cell in function.__closure__ or ()]
     identity = repr(parts).encode()
     for name in sorted(_names(code)):
-        value = function.__globals__.get(name)
+        value: Any = function.__globals__.get(name)
         if isinstance(value, types.FunctionType) and value is not function:
             identity += _identity(value)
         elif hasattr(value, "py_func"):  # a helper the user compiled himself

@@ -53,11 +53,11 @@ SELECTIONS = {
 }
 
 MESSAGES = {
-    Status.NO_SOLUTION: "the contact problem of this step has no solution: every mode of {contact} was tried and none is "
-    "admissible (rigid mechanics ends here; a compliant contact would go on)",
+    Status.NO_SOLUTION: "the contact problem of this step has no solution: every mode of {contact} was tried and none "
+    "is admissible (rigid mechanics ends here; a compliant contact would go on)",
     Status.NOT_SOLVED: "the contact problem of this step was not solved to the accepted residual; try a smaller dt",
     Status.MASS_NOT_POSITIVE: "the mass matrix is not positive definite; check mass(t, q, p, M) and the parameters",
-    Status.NEGATIVE_FRICTION: "the friction law of {contact} became negative; check its coefficients at this sliding speed",
+    Status.NEGATIVE_FRICTION: "the friction law of {contact} became negative; check its coefficients at this speed",
 }
 
 
@@ -138,9 +138,9 @@ def simulate(
         raise UnknownName(f"there is no selection rule {selection!r}; {nearest(selection, SELECTIONS)}")
     if on_failure not in ("raise", "return"):
         raise InvalidInput(f"on_failure must be 'raise' or 'return'; got {on_failure!r}")
-    q0, u0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
+    q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
     grid = make_grid(integrator, t_span, every, t_eval)
-    run = Run(system, integrator, grid, q0, u0, SELECTIONS[selection], project)
+    run = Run(system, integrator, grid, q_0, u_0, SELECTIONS[selection], project)
     run.advance(max_wall_time, progress)
     solution = run.solution()
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
@@ -302,7 +302,8 @@ class Run:
                         return f"the model function {name} raised {type(error).__name__}: {error}; {self._where()};"
                     if not np.isfinite(out).all():
                         return f"the model function {name} wrote {out[~np.isfinite(out)][0]}; {self._where()};"
-        return f"the velocities are not finite: dt = {self.grid.dts[interval]:g} s is too large, or h or M is; {self._where()};"
+        dt = self.grid.dts[interval]
+        return f"the velocities are not finite: dt = {dt:g} s is too large, or h or M is; {self._where()};"
 
     def failure(self, solution: Solution) -> StepFailure:
         kind = ModelFunctionError if self.status == Status.NOT_FINITE else StepFailure

@@ -261,14 +261,21 @@ def _ledger(system: System, t: np.ndarray, record: records.Record) -> dict[str, 
 
 def _event(row: np.ndarray) -> Event:
     integer = [int(value) for value in row]
-    fields = (
-        float(row[records.EVENT_T]), EventKind(integer[records.EVENT_KIND]), integer[records.EVENT_CONTACT],
-        ContactMode(integer[records.EVENT_MODE_0]), integer[records.EVENT_SLIP_0],
-        ContactMode(integer[records.EVENT_MODE_1]), integer[records.EVENT_SLIP_1],
-        *(float(row[k]) for k in range(records.EVENT_P_N, records.EVENT_GAMMA_F + 1)),
-    )  # fmt: skip
+    fields: dict[str, Any] = {
+        "t": float(row[records.EVENT_T]),
+        "kind": EventKind(integer[records.EVENT_KIND]),
+        "contact": integer[records.EVENT_CONTACT],
+        "mode_before": ContactMode(integer[records.EVENT_MODE_0]),
+        "slip_before": integer[records.EVENT_SLIP_0],
+        "mode_after": ContactMode(integer[records.EVENT_MODE_1]),
+        "slip_after": integer[records.EVENT_SLIP_1],
+        "P_N": float(row[records.EVENT_P_N]),
+        "P_F": float(row[records.EVENT_P_F]),
+        "gamma_N": float(row[records.EVENT_GAMMA_N]),
+        "gamma_F": float(row[records.EVENT_GAMMA_F]),
+    }
     if integer[records.EVENT_KIND] < records.INCONSISTENT:
-        return Event(*fields)
+        return Event(**fields)
     found = integer[records.EVENT_FOUND]
     alternatives = tuple(name for k, name in enumerate(CANDIDATE_NAMES) if found >> k & 1)
-    return ParadoxEvent(*fields, integer[records.EVENT_SOLUTIONS], alternatives)
+    return ParadoxEvent(**fields, n_solutions=integer[records.EVENT_SOLUTIONS], alternatives=alternatives)

@@ -5,8 +5,8 @@ Equation of motion, with q' = u:
     M(t, q) du = h(t, q, u) dt + W_N^T dP_N + W_F^T dP_F
     gamma_N = W_N u + w_N,    gamma_F = W_F u + w_F
 
-Source: Moreau, *Unilateral contact and dry friction in finite freedom dynamics* (1988); Glocker, *Set-Valued Force Laws*
-(2001). The symbols are those of docs/notation.md.
+Source: Moreau, *Unilateral contact and dry friction in finite freedom dynamics* (1988); Glocker, *Set-Valued Force
+Laws* (2001). The symbols are those of docs/notation.md.
 """
 
 from __future__ import annotations
@@ -119,8 +119,8 @@ class System:
         ``surface_velocity(t, q, p, w_F)`` (n_c, d) and ``gap_rate(t, q, p, w_N)`` (n_c,) [m/s]: gamma_F = W_F u + w_F,
         gamma_N = W_N u + w_N. Zero when left out.
     row_rates : callable, optional
-        ``row_rates(t, q, u, p, r)`` (n_c, 1 + d) [m/s^2]: W' u + w' per contact, normal first. Computed by a fourth-order
-        difference along the motion when left out.
+        ``row_rates(t, q, u, p, r)`` (n_c, 1 + d) [m/s^2]: W' u + w' per contact, normal first. Computed by a
+        fourth-order difference along the motion when left out.
     stiffness, damping : callable, optional
         ``stiffness(t, q, u, p, K)``, ``damping(t, q, u, p, C)``, (n_u, n_u): K = -dh/dq, C = -dh/du. They make the step
         linearly implicit in the force. Where damping is left out and the force reads u, C is computed by differences;
@@ -322,7 +322,7 @@ def changed(parameters: Any, changes: dict[str, Any]) -> Any:
 
 @functools.cache
 def parameter_tuple(names: tuple[str, ...]) -> Callable:
-    return NamedTuple("Parameters", [(name, float) for name in names])  # type: ignore[misc]
+    return NamedTuple("Parameters", [(name, float) for name in names])  # type: ignore[misc,return-value]
 
 
 @functools.cache

@@ -119,7 +119,7 @@ def as_blocks(name: str, value: Any, dim: int, n_c: int) -> Blocks:
     n = dim * n_c
     sparse = hasattr(value, "tocsr")
     try:
-        matrix = value.tocsr() if sparse else np.asarray(value)
+        matrix: Any = value.tocsr() if sparse else np.asarray(value)
     except ValueError:
         raise InvalidInput(f"{name} must be a square matrix; its rows differ in length") from None
     if matrix.shape != (n, n) and not (n == 0 and matrix.size == 0):

@@ -7,10 +7,10 @@ STICK           gamma_N = gamma_F = 0                                |P_F| <= mu
 SLIDE s, sigma  P_F = -s mu sigma P_N, P_N = -c_N / D,               sigma P_N >= 0, s gamma_F > 0
                 D = G_NN - s mu sigma G_NF
 
-s is the sign of sliding, sigma that of P_N (+1 for a unilateral contact, where D is called p_s). At most three modes are
-admissible. If p_+ and p_- are positive there is one, else {free, slide p < 0, stick} may coexist, and for a bilateral
-contact {slide D > 0, stick, slide D < 0}; which one is taken is the selection rule. Impulses and velocities may as well
-be forces and accelerations. Source: Génot, Brogliato, *Eur. J. Mech. A* 18 (1999) 653; docs/theory/moreau_jean.md.
+s is the sign of sliding, sigma that of P_N (+1 for a unilateral contact, where D is called p_s). At most three
+modes are admissible. If p_+ and p_- are positive there is one, else {free, slide p < 0, stick} may coexist, and for a
+bilateral contact {slide D > 0, stick, slide D < 0}; which one is taken is the selection rule. Impulses and velocities
+may as well be forces and accelerations. Source: Génot, Brogliato, *Eur. J. Mech. A* 18 (1999) 653; docs/theory/moreau_jean.md.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def slide(laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma):
     """Sliding impulses (P_N, P_F, gamma_F, D) for given signs.
 
     A law mu(v) is taken at v = s (offset + gamma_F) / 2, the speed in the middle of the step; ``offset`` is the sliding
-    velocity before it, gamma_F that after it. The scalar equation for v is solved by Newton steps kept inside a bracket.
+    velocity before it, gamma_F that after it. The scalar equation for v is solved by Newton steps inside a bracket.
     """
     mu = friction_coefficient(laws, i, max(0.0, s * offset))
     if depends_on_speed(laws, i):

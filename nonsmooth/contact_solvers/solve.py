@@ -41,7 +41,8 @@ LCP_CONTACTS = 150  # planar contacts: an LCP with 600 unknowns, about a second
 class Solver(Protocol):
     """A frozen options object that improves an iterate of a scaled problem."""
 
-    name: str
+    @property
+    def name(self) -> str: ...
 
     def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
         """The best iterate found, starting from P, and the iterations it took."""
@@ -181,7 +182,7 @@ def _ladder(problem: Problem) -> list[Solver]:
 def _climb(problem: Problem, P: np.ndarray, tol: float, ladder: list[Solver], use_polish: bool) -> Climb:
     """Try the solvers in turn, each from the best iterate so far."""
     least, name, iterations = problem.error(P), "guess", 0
-    notes = []
+    notes: list[str] = []
     for solver in ladder:
         if least <= tol and notes:
             break

@@ -249,6 +249,8 @@ def write_fclib(
         raise InvalidInput(f"problem must be a ContactProblem or GlobalContactProblem; got {type(problem).__name__}")
     part = Path(f"{os.fspath(path)}.part")
     with h5py.File(part, "w") as file:
+        matrices: dict[str, Any]
+        vectors: dict[str, Any]
         if isinstance(problem, ContactProblem):
             group = file.create_group("fclib_local")
             matrices = {"W": problem.G}

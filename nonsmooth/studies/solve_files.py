@@ -66,28 +66,31 @@ def _solve_file(path: Path, solver: str, tol: float) -> dict:
             row["time"] = time.perf_counter() - start
     except (NonsmoothError, OSError) as error:
         return row | {"message": str(error)}
-    error = result.error if kind.startswith("fc") else result.residual
+    reached = result.error if kind.startswith("fc") else result.residual
     return row | {
         "status": result.status.name,
-        "error": float(error),
+        "error": float(reached),
         "iterations": int(result.iterations),
         "solver": result.solver,
         "message": result.message,
     }
 
 
-def _solve(kind: str, arguments: tuple, solver: str, tol: float) -> Any:
+def _solve(kind: str, arguments: tuple[Any, ...], solver: str, tol: float) -> Any:
     if kind == "lcp":
         from nonsmooth.lcp.solve import solve_lcp
 
-        return solve_lcp(*arguments, solver=solver, tol=tol)
+        A, b = arguments
+        return solve_lcp(A, b, solver=solver, tol=tol)
     if kind == "mlcp":
         from nonsmooth.lcp.mixed import solve_mlcp
 
-        return solve_mlcp(*arguments, solver=solver, tol=tol)
+        A, b, free = arguments
+        return solve_mlcp(A, b, free, solver=solver, tol=tol)
     from nonsmooth.contact_solvers.solve import solve_contact
 
-    return solve_contact(*arguments, solver=solver, tol=tol)
+    G, c, mu, dim = arguments
+    return solve_contact(G, c, mu, dim, solver=solver, tol=tol)
 
 
 def load_problem(path: Path) -> tuple[str, Any, tuple]:
