@@ -17,7 +17,7 @@ from __future__ import annotations
 import functools
 import math
 import typing
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -42,36 +42,77 @@ def field_types(cls: type) -> dict[str, Any]:
     return {name: hint.__metadata__ if hasattr(hint, "__metadata__") else hint for name, hint in hints.items()}
 
 
+class Layout(NamedTuple):
+    """Where the arrays of a block stand: the same for every block of a class with the same shapes."""
+
+    fields: tuple[tuple[str, Any, Any], ...]  # name, (dtype, shape) or the nested class, start or the nested layout
+    size: int  # entries of the memory
+    table: np.ndarray  # the table with addresses counted from the beginnings of memory and table
+    of_memory: np.ndarray  # words of the table that are data addresses
+    of_table: np.ndarray  # words that are addresses of nested tables
+
+
+@functools.lru_cache(maxsize=256)
+def layout(cls: type, shapes: tuple) -> Layout:
+    """The layout of a class for ``((field, shape), ...)``; a nested block has such a tuple in place of its shape."""
+    given = dict(shapes)
+    kinds = field_types(cls)
+    fields: list[tuple[str, Any, Any]] = []
+    words: list[int] = []
+    of_memory: list[int] = []
+    of_table: list[int] = []
+    nested_words: list[int] = []
+    size = 0
+    for k, (name, kind) in enumerate(kinds.items()):
+        shape = given[name]
+        if isinstance(kind, tuple):
+            fields.append((name, (kind[0], shape), size))
+            of_memory.append(FIELD_WORDS * k)
+            words += [WORD * size, *shape, *(1,) * (3 - len(shape))]
+            size += math.prod(shape)
+            continue
+        inner = layout(kind, shape)
+        first = FIELD_WORDS * len(kinds) + len(nested_words)
+        fields.append((name, kind, (inner, size)))
+        of_table += [FIELD_WORDS * k, *(inner.of_table + first)]
+        of_memory += list(inner.of_memory + first)
+        moved = inner.table.copy()
+        moved[inner.of_memory] += WORD * size
+        moved[inner.of_table] += WORD * first
+        words += [WORD * first, 0, 0, 0]
+        nested_words += moved.tolist()
+        size += inner.size
+    integers = (np.array(part, dtype=np.int64) for part in (words + nested_words, of_memory, of_table))
+    return Layout(tuple(fields), size, *integers)
+
+
 class Block:
     """Memory of a block; alive as long as this object is."""
 
-    def __init__(self, cls: type, shapes: Shapes, nested: dict[str, Block]) -> None:
-        self._cls, self._shapes, self._nested = cls, shapes, nested
-        sizes = [0 if name in nested else math.prod(shapes[name]) for name in field_types(cls)]
-        self._starts = np.concatenate(([0], np.cumsum(sizes)))
-        self._memory = np.zeros(int(self._starts[-1]) + 1)
-        base = self._memory.ctypes.data
-        rows = []
-        for name, start in zip(field_types(cls), self._starts.tolist(), strict=False):
-            if name in nested:
-                rows += [nested[name].address, 0, 0, 0]
-            else:
-                shape = shapes[name]
-                rows += [base + WORD * start, *shape, *(1,) * (3 - len(shape))]
-        self._table = np.array(rows, dtype=np.int64)
+    def __init__(self, cls: type, plan: Layout) -> None:
+        self._cls, self._plan = cls, plan
+        self._memory = np.zeros(plan.size + 1)
+        self._table = plan.table.copy()
         self.address: int = self._table.ctypes.data
+        self._table[plan.of_memory] += self._memory.ctypes.data
+        self._table[plan.of_table] += self.address
 
     @functools.cached_property
     def arrays(self) -> Any:
         """The NamedTuple of arrays on the same memory."""
-        values: list[Any] = []
-        for k, (name, kind) in enumerate(field_types(self._cls).items()):
-            if name in self._nested:
-                values.append(self._nested[name].arrays)
-            else:
-                flat = self._memory[self._starts[k] : self._starts[k + 1]]
-                values.append(flat.view(kind[0]).reshape(self._shapes[name]))
-        return self._cls(*values)
+        return _arrays(self._cls, self._plan, self._memory)
+
+
+def _arrays(cls: type, plan: Layout, memory: np.ndarray) -> Any:
+    values = []
+    for _, kind, place in plan.fields:
+        if isinstance(kind, tuple):
+            dtype, shape = kind
+            values.append(memory[place : place + math.prod(shape)].view(dtype).reshape(shape))
+        else:
+            inner, start = place
+            values.append(_arrays(kind, inner, memory[start:]))
+    return cls(*values)
 
 
 def new_block(cls: type, shapes: Shapes) -> Block:
@@ -84,10 +125,11 @@ def new_block(cls: type, shapes: Shapes) -> Block:
     shapes : mapping
         Shape of each field; for a nested block, the mapping of its own shapes.
     """
-    nested = {
-        name: new_block(kind, shapes[name]) for name, kind in field_types(cls).items() if not isinstance(kind, tuple)
-    }
-    return Block(cls, shapes, nested)
+    return Block(cls, layout(cls, _as_key(shapes)))
+
+
+def _as_key(shapes: Shapes) -> tuple:
+    return tuple((name, _as_key(shape) if isinstance(shape, dict) else shape) for name, shape in shapes.items())
 
 
 def _view_interpreted(block: Any, cls: type) -> Any:

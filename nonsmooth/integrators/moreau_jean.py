@@ -11,6 +11,7 @@ motion and of first order across impacts. Sources: Moreau (1988); Jean, *Comput.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -157,6 +158,7 @@ class Scratch(NamedTuple):
     is_known: Integers  # (2,) 1 once M and the rows were evaluated, for those that are constant
 
 
+@functools.lru_cache(maxsize=64)
 def scratch_shapes(n: int, n_c: int, d: int) -> dict[str, Any]:
     """Shapes of ``Scratch``."""
     r = max(1, n_c * (1 + d))
