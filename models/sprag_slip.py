@@ -334,6 +334,14 @@ class SpragSlip:
         pivot = np.array([0.0, q[0]])
         return [np.array([pivot, pivot - self.l * np.array([math.cos(q[1]), math.sin(q[1])])])]
 
+    phase_axes = (1, 1)  # the coordinate and the velocity of the phase plane, th and th'
+
+    def phase_map(self, th: np.ndarray, thdot: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Numbers of solutions on a grid of the phase plane, and the fields whose zeros bound the regions."""
+        M = self.I + self.m * self.l**2 * np.cos(th) * (np.cos(th) - self.mu * np.sin(th))
+        fields = {"$v_t = 0$": self.v_t(th, thdot), "$N = 0$": self.Lambda(th, thdot), "$M = 0$": M + 0 * thdot}
+        return np.take(SOLUTIONS, self.region(th, thdot)), fields
+
     def outline(self) -> list[np.ndarray]:
         """The belt and the guide of the pivot."""
         return [np.array([[-1.5 * self.l, 0.0], [0.5 * self.l, 0.0]]), np.array([[0.0, 0.0], [0.0, 1.5 * self.l]])]

@@ -10,7 +10,7 @@ SLIDE s, sigma  P_F = -s mu sigma P_N, P_N = -c_N / D,               sigma P_N >
 s is the sign of sliding, sigma that of P_N (+1 for a unilateral contact, where D is called p_s). At most three
 modes are admissible. If p_+ and p_- are positive there is one, else {free, slide p < 0, stick} may coexist, and for a
 bilateral contact {slide D > 0, stick, slide D < 0}; which one is taken is the selection rule. Impulses and velocities
-may as well be forces and accelerations. Source: Génot, Brogliato, *Eur. J. Mech. A* 18 (1999) 653; docs/theory/moreau_jean.md.
+may as well be forces and accelerations. Source: Génot, Brogliato, *Eur. J. Mech. A* 18 (1999) 653.
 """
 
 from __future__ import annotations

@@ -1,0 +1,93 @@
+"""Solutions on disk: .npz always, .h5 with the extra [io]. No pickle; written beside and moved into place.
+
+The arrays stand under their attribute names, the ledger under ``ledger/<column>``, the rest as one JSON text ``about``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nonsmooth.errors import InvalidInput, MissingExtra, Status
+
+if TYPE_CHECKING:
+    from nonsmooth.solution import Solution
+
+SCHEMA = 1
+ARRAYS = ("t", "q", "u", "g_N", "P_N", "P_F", "mode", "slip", "event_rows")
+
+
+def save(solution: Solution, path: str | Path) -> Path:
+    """Write a solution; the ending of the path, .npz or .h5, names the format."""
+    path = Path(path)
+    arrays = {name: getattr(solution, name) for name in ARRAYS}
+    arrays |= {f"ledger/{name}": column for name, column in solution.ledger.items()}
+    about = {
+        "schema": SCHEMA,
+        "status": int(solution.status),
+        "message": solution.message,
+        "stats": asdict(solution.stats),
+        "about": solution.about,
+    }
+    part = path.with_name(path.name + ".part")
+    if path.suffix == ".npz":
+        with open(part, "wb") as file:
+            np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays)
+    elif path.suffix in (".h5", ".hdf5"):
+        with _h5py().File(part, "w") as file:
+            file.attrs["about"] = json.dumps(about)
+            for name, array in arrays.items():
+                file[name] = array
+    else:
+        raise InvalidInput(f"a solution is saved as .npz or .h5; got {path.name!r}")
+    os.replace(part, path)
+    return path
+
+
+def load(path: str | Path) -> Solution:
+    """Read what ``save`` wrote; the system itself is not stored."""
+    from nonsmooth.solution import Solution, Stats
+
+    path = Path(path)
+    try:
+        about, arrays = _read(path)
+        about = json.loads(about)
+        if about["schema"] != SCHEMA:
+            raise InvalidInput(f"{path.name} has schema {about['schema']}; this version reads {SCHEMA}")
+        ledger = {name.removeprefix("ledger/"): column for name, column in arrays.items() if name.startswith("ledger/")}
+        return Solution(
+            **{name: arrays[name] for name in ARRAYS}, ledger=ledger, stats=Stats(**about["stats"]),
+            status=Status(about["status"]), message=about["message"], about=about["about"],
+        )  # fmt: skip
+    except FileNotFoundError:
+        raise InvalidInput(f"there is no file {str(path)!r}") from None
+    except (OSError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        raise InvalidInput(f"{path.name} is not a saved solution, or is damaged: {error}") from error
+
+
+def _read(path: Path) -> tuple[str, dict[str, Any]]:
+    if path.suffix in (".h5", ".hdf5"):
+        with _h5py().File(path, "r") as file:
+            arrays = {name: file[name][()] for name in ARRAYS}
+            arrays |= {f"ledger/{name}": column[()] for name, column in file["ledger"].items()}
+            return str(file.attrs["about"]), arrays
+    with np.load(path, allow_pickle=False) as file:
+        return str(file["about"]), {name: file[name] for name in file.files if name != "about"}
+
+
+def _h5py() -> Any:
+    try:
+        import h5py
+    except ImportError:
+        raise MissingExtra(
+            '.h5 files need h5py; install it with pip install "nonsmooth[io]", or save as .npz'
+        ) from None
+    return h5py
