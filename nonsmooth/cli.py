@@ -18,7 +18,7 @@ from typing import Any
 from nonsmooth import __version__
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError
 
-OPERATORS = {
+OPERATORS: dict[type, Any] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,

@@ -25,6 +25,7 @@ MODE_COLOURS = {
 }
 MARGIN = 0.15  # of the orbit's extent, around it in the phase plane
 GRID = 400
+BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5), "fontsize": 8, "frameon": False}
 MAX_POINTS = 20_000  # drawn of one curve
 
 
@@ -70,7 +71,7 @@ def draw_states(above: Any, below: Any, solution: Solution, model: Any) -> None:
     above.set_ylabel("coordinates")
     below.set_ylabel("velocities")
     for axes in (above, below):
-        axes.legend(loc="upper right", fontsize=8, ncols=2)
+        axes.legend(**BESIDE)
 
 
 def draw_energy(axes: Any, solution: Solution) -> None:
@@ -81,7 +82,7 @@ def draw_energy(axes: Any, solution: Solution) -> None:
             label = name if name in ("kinetic", "potential") else f"work of {name}"
             axes.plot(solution.t[k], column[k], label=label)
     axes.set_ylabel("energy [J]")
-    axes.legend(loc="upper right", fontsize=8, ncols=2)
+    axes.legend(**BESIDE)
 
 
 def draw_forces(axes: Any, solution: Solution) -> None:
@@ -96,7 +97,7 @@ def draw_forces(axes: Any, solution: Solution) -> None:
         axes.set_title("impulsive peaks beyond the axis are cut", fontsize=8, loc="right")
     axes.set_ylabel("$P_N/\\Delta t$ [N]")
     if force.shape[1] > 1:
-        axes.legend(loc="upper right", fontsize=8)
+        axes.legend(**BESIDE)
 
 
 def draw_modes(axes: Any, solution: Solution) -> None:
@@ -136,7 +137,7 @@ def draw_phase_plane(axes: Any, solution: Solution, model: Any) -> None:
     colours, hatches = ["#f4a6a0", "#ffffff", "#bcd7ee"], ["///", None, "..."]
     axes.contourf(grid_x, grid_y, counts, levels=[-0.5, 0.5, 1.5, 2.5], colors=colours, hatches=hatches,
                   )  # fmt: skip
-    handles = [
+    handles: list[Any] = [
         Patch(facecolor=colours[n], hatch=hatches[n], edgecolor="grey", label=label)
         for n, label in enumerate(("no solution", "one solution", "two solutions"))
     ]

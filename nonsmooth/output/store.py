@@ -67,7 +67,7 @@ def load(path: str | Path) -> Solution:
         )  # fmt: skip
     except FileNotFoundError:
         raise InvalidInput(f"there is no file {str(path)!r}") from None
-    except (OSError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
+    except (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
         if isinstance(error, InvalidInput):
             raise
         raise InvalidInput(f"{path.name} is not a saved solution, or is damaged: {error}") from error
@@ -87,7 +87,5 @@ def _h5py() -> Any:
     try:
         import h5py
     except ImportError:
-        raise MissingExtra(
-            '.h5 files need h5py; install it with pip install "nonsmooth[io]", or save as .npz'
-        ) from None
+        raise MissingExtra('.h5 files need h5py; pip install "nonsmooth[io]" brings it, or save as .npz') from None
     return h5py

@@ -57,7 +57,8 @@ def _paradoxes(solution: Solution) -> list[str]:
 def _paradox(event: ParadoxEvent) -> str:
     impulses = f"P_N = {event.P_N:.6g} N s, P_F = {event.P_F:.6g} N s"
     if event.n_solutions == 0:
-        return f"  {event.t:12.6f} s  contact {event.contact}  no force fits the sliding: impact without collision, {impulses}"
+        outcome = f"no force fits the sliding: impact without collision, {impulses}"
+        return f"  {event.t:12.6f} s  contact {event.contact}  {outcome}"
     among = " | ".join(event.alternatives) or f"{event.n_solutions} solutions"
     return f"  {event.t:12.6f} s  contact {event.contact}  {among}: took {event.choice}"
 
@@ -81,7 +82,8 @@ def _figures(solution: Solution) -> list[str]:
         f"energy balance of a step {stats.ledger_error:.1e}",
         f"{stats.steps} steps; contact problems: {stats.lcp_solved} solved ({stats.lcp_kept} kept), "
         f"{stats.lcp_skipped} steps without any",
-        f"wall time {stats.wall_time:.3g} s ({per_step:.0f} ns a step), compiling and loading {stats.compile_time:.3g} s",
+        f"wall time {stats.wall_time:.3g} s ({per_step:.0f} ns a step), compiling or loading "
+        f"{stats.compile_time:.3g} s",
     ]
 
 
