@@ -62,7 +62,7 @@ def test_saved_runs_are_read_back(tmp_path, name, capsys):
         (["run", "sprag-slip", "--set", "mu"], "NAME=VALUE"),
         (["run", "sprag-slip", "--set", "mu=big"], "mu must be a number"),
         (["run", "sprag-slip", "--set", "mu=-1"], "mu"),
-        (["run", "sprag-slip", "--state", "theta=1"], "did you mean 'th'?"),
+        (["run", "sprag-slip", "--state", "tht=1"], "did you mean 'th'?"),
         (["run", "sprag-slip", "--q0", "1", "2"], "--q0 and --u0 go together"),
         (["run", "sprag-slip", "--dt", "0"], "dt must be positive"),
         (["run", "sprag-slip", "--t-end=-1"], "must not run backwards"),
