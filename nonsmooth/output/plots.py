@@ -75,13 +75,13 @@ def draw_states(above: Any, below: Any, solution: Solution, model: Any) -> None:
 
 
 def draw_energy(axes: Any, solution: Solution) -> None:
-    """Kinetic energy and the work done since the start."""
+    """Energies and works, all since the start."""
     k = thinning(solution)
     for name, column in solution.ledger.items():
         if np.ptp(column) > 0:
-            label = name if name in ("kinetic", "potential") else f"work of {name}"
-            axes.plot(solution.t[k], column[k], label=label)
-    axes.set_ylabel("energy [J]")
+            label = f"{name} energy" if name in ("kinetic", "potential") else f"work of {name}"
+            axes.plot(solution.t[k], column[k] - column[0], label=label)
+    axes.set_ylabel("change [J]")
     axes.legend(**BESIDE)
 
 
