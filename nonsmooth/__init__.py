@@ -31,7 +31,7 @@ _HOME = {
     "solve_contact": "contact_solvers.solve",
     "ContactResult": "contact_solvers.result",
     "ContactStatus": "contact_solvers.result",
-    "ContactProblem": "contact_solvers.problem",
+    "ContactProblem": "output.fclib",
     "read_fclib": "output.fclib",
     "write_fclib": "output.fclib",
     "NonsmoothError": "errors",
