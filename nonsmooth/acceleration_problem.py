@@ -16,6 +16,7 @@ from nonsmooth.contact_problem import (
     delassus,
     evaluate_rows,
     smooth_step,
+    row_velocities,
     stack_rows,
 )
 from nonsmooth.errors import Status
@@ -81,7 +82,7 @@ def find_row_rates(model, has, t, n, q, u, p, n_k, kinds, rates, work):
             work.q_mid[i] = q[i] + offset * u[i]
         if not evaluate_rows(model, has, True, t + offset, u, p, work):
             return False
-        r = stack_rows(n, n_k, kinds, u, work)
+        r = row_velocities(n, n_k, kinds, u, work)
         for m in range(r):
             rates[k, m] = work.gamma_0[m]
     for m in range(r):

@@ -140,7 +140,7 @@ class _View(Kernel):
     """``view(address, cls)``: the block of a class at an address."""
 
     @functools.cached_property
-    def dispatcher(self) -> Any:
+    def inlined(self) -> Any:
         from numba.extending import intrinsic
 
         @intrinsic
@@ -166,7 +166,7 @@ class _Address(Kernel):
     """``address(block)``: the integer that ``view`` takes, to hand a block to another entry point."""
 
     @functools.cached_property
-    def dispatcher(self) -> Any:
+    def inlined(self) -> Any:
         from numba import types as nb
         from numba.extending import intrinsic
 
@@ -230,6 +230,8 @@ def _numba_block_class() -> type:
             builder.load(builder.gep(table, [context.get_constant(nb.intp, first + k)]))
             for k in range(1 + getattr(field, "ndim", 0))
         ]
+        for word in words:
+            word.set_metadata("invariant.load", builder.module.add_metadata([]))
         if isinstance(field, BlockType):
             return builder.inttoptr(words[0], context.get_value_type(field))
         size = context.get_constant(nb.intp, WORD)

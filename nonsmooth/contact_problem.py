@@ -15,7 +15,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from nonsmooth.blocks import Cube, Integers, Matrix, Vector
-from nonsmooth.dense import cholesky, cholesky_solve, cholesky_solve_rows, lu, lu_solve
+from nonsmooth.dense import bandwidth, cholesky, cholesky_solve, cholesky_solve_rows, lu, lu_solve
 from nonsmooth.errors import Status
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.laws import LAW_E_F, LAW_E_N
@@ -50,7 +50,9 @@ class Work(NamedTuple):
     trial: Vector  # (n,) scratch
     rhs: Vector  # (n,) scratch
     M: Matrix  # (n, n)
-    factor: Matrix  # (n, n) Cholesky factor of M, or LU factors of Mhat
+    band: Integers  # (1,) bandwidth of M
+    factor: Matrix  # (n, n) Cholesky factor of M
+    Mhat: Matrix  # (n, n) LU factors of Mhat
     C: Matrix  # (n, n)
     K: Matrix  # (n, n)
     order: Integers  # (n,) row order of the LU factors
@@ -78,12 +80,12 @@ def work_shapes(n: int, n_c: int, d: int) -> dict[str, tuple[int, ...]]:
     """Shapes of ``Work``."""
     r = max(1, n_c * (1 + d))
     per_velocity = dict.fromkeys(("q_mid", "h", "du", "trial", "rhs", "u_1", "order"), (n,))
-    square = dict.fromkeys(("M", "factor", "C", "K"), (n, n))
+    square = dict.fromkeys(("M", "factor", "Mhat", "C", "K"), (n, n))
     per_contact = dict.fromkeys(("g_N", "w_N", "N", "closed"), (n_c,))
     rows = dict.fromkeys(("w", "gamma_0", "c", "P", "gamma_1"), (r,))
     return {
         **per_velocity, **square, **per_contact, **rows, "W_N": (n_c, n), "W_F": (n_c, d, n), "w_F": (n_c, d),
-        "rates": (n_c, 1 + d), "start": (n_c + 1,), "W": (r, n), "X": (r, n), "G": (r, r),
+        "band": (1,), "rates": (n_c, 1 + d), "start": (n_c + 1,), "W": (r, n), "X": (r, n), "G": (r, r),
     }  # fmt: skip
 
 
@@ -111,7 +113,8 @@ def smooth_step(model, has, is_first, t, dt, theta, n, u, p, work):
     if is_first or not has & MASS_IS_CONSTANT:
         if not call_model(model, MASS, t, work.q_mid, u, p, work.M):
             return Status.NOT_FINITE
-        if not cholesky(n, work.M, work.factor):
+        work.band[0] = bandwidth(n, work.M)
+        if not cholesky(n, work.band[0], work.M, work.factor):
             return Status.MASS_NOT_POSITIVE
     if not call_model(model, FORCE, t, work.q_mid, u, p, work.h):
         return Status.NOT_FINITE
@@ -119,7 +122,7 @@ def smooth_step(model, has, is_first, t, dt, theta, n, u, p, work):
         work.du[i] = dt * work.h[i]
     if is_implicit(has):
         return implicit_step(model, has, t, dt, theta, n, u, p, work)
-    cholesky_solve(n, work.factor, work.du)
+    cholesky_solve(n, work.band[0], work.factor, work.du)
     return Status.RUNNING
 
 
@@ -133,10 +136,9 @@ def is_implicit(has):
 def implicit_step(model, has, t, dt, theta, n, u, p, work):
     """du = Mhat^-1 dt (h - (theta - 1/2) dt K u): the force at the mid-point carried to q_0 + theta dt u."""
     if has & DAMPING_BY_DIFFERENCES:
-        cholesky(n, work.M, work.factor)  # a constant M was found positive definite, and its factor overwritten below
         for i in range(n):
             work.trial[i] = work.du[i]
-        cholesky_solve(n, work.factor, work.trial)
+        cholesky_solve(n, work.band[0], work.factor, work.trial)
         if not difference(model, t, n, work.q_mid, u, p, True, work):
             return Status.NOT_FINITE
     elif has & (1 << DAMPING) and not call_model(model, DAMPING, t, work.q_mid, u, p, work.C):
@@ -148,15 +150,15 @@ def implicit_step(model, has, t, dt, theta, n, u, p, work):
             return Status.NOT_FINITE
     elif has & (1 << STIFFNESS) and not call_model(model, STIFFNESS, t, work.q_mid, u, p, work.K):
         return Status.NOT_FINITE
-    M, C, K, factor, du, rhs = work.M, work.C, work.K, work.factor, work.du, work.rhs
+    M, C, K, Mhat, du, rhs = work.M, work.C, work.K, work.Mhat, work.du, work.rhs
     for i in range(n):
         for j in range(n):
-            factor[i, j] = M[i, j] + theta * dt * (C[i, j] + theta * dt * K[i, j])
+            Mhat[i, j] = M[i, j] + theta * dt * (C[i, j] + theta * dt * K[i, j])
             du[i] -= dt * (theta - 0.5) * dt * K[i, j] * u[j]
         rhs[i] = du[i]
-    if not lu(n, work.factor, work.order):
+    if not lu(n, work.Mhat, work.order):
         return Status.MASS_NOT_POSITIVE
-    lu_solve(n, work.factor, work.order, work.rhs, work.du)
+    lu_solve(n, work.Mhat, work.order, work.rhs, work.du)
     return Status.RUNNING
 
 
@@ -183,19 +185,20 @@ def difference(model, t, n, q, u, p, by_velocity, work):
 @kernel
 def apply_inverse(has, n, work, m):
     """X = W Mhat^-1 for the first m rows."""
-    rhs, W, factor, order, trial, X = work.rhs, work.W, work.factor, work.order, work.trial, work.X
+    W, X = work.W, work.X
     if is_implicit(has):
+        rhs, Mhat, order, trial = work.rhs, work.Mhat, work.order, work.trial
         for r in range(m):
             for i in range(n):
                 rhs[i] = W[r, i]
-            lu_solve(n, factor, order, rhs, trial)
+            lu_solve(n, Mhat, order, rhs, trial)
             for i in range(n):
                 X[r, i] = trial[i]
     else:
         for r in range(m):
             for i in range(n):
                 X[r, i] = W[r, i]
-        cholesky_solve_rows(n, factor, m, X)
+        cholesky_solve_rows(n, work.band[0], work.factor, m, X)
 
 
 @kernel
@@ -243,6 +246,28 @@ def stack_rows(n, n_k, kinds, u, work):
 
 
 @kernel
+def row_velocities(n, n_k, kinds, u, work):
+    """gamma_0 of the closed contacts alone, without stacking their rows; returns the number of rows."""
+    closed, gamma_0, W_N, w_N, W_F, w_F = work.closed, work.gamma_0, work.W_N, work.w_N, work.W_F, work.w_F
+    r = 0
+    for k in range(n_k):
+        i = closed[k]
+        if kinds[i, 0] != GIVEN_FORCE:
+            total = w_N[i]
+            for j in range(n):
+                total += W_N[i, j] * u[j]
+            gamma_0[r] = total
+            r += 1
+        for axis in range(kinds[i, 1]):
+            total = w_F[i, axis]
+            for j in range(n):
+                total += W_F[i, axis, j] * u[j]
+            gamma_0[r] = total
+            r += 1
+    return r
+
+
+@kernel
 def delassus(n, r, work):
     """G = W X^T and c = gamma_0 + W du."""
     W, X, G, gamma_0, du, c = work.W, work.X, work.G, work.gamma_0, work.du, work.c
@@ -270,11 +295,12 @@ def carry_to_ends(model, has, t, dt, n, n_k, kinds, q, u, p, work, there):
         there.closed[k] = work.closed[k]
     if not evaluate_rows(model, has, True, t + dt, u, p, there):
         return False
-    r = stack_rows(n, n_k, kinds, u, there)
+    r = row_velocities(n, n_k, kinds, u, there)
+    gamma_0, gamma_1, c = work.gamma_0, there.gamma_0, work.c
     for k in range(r):
-        change = there.gamma_0[k] - work.gamma_0[k]
-        work.c[k] += change
-        work.gamma_0[k] -= change
+        change = gamma_1[k] - gamma_0[k]
+        c[k] += change
+        gamma_0[k] -= change
     return True
 
 

@@ -14,16 +14,27 @@ SINGULAR = 1e-13  # a pivot below this part of its matrix's largest entry counts
 
 
 @kernel
-def cholesky(n, A, L):
+def bandwidth(n, A):
+    """Largest |i - j| with A_ij != 0; a diagonal matrix has 0, and its factor solves in n multiplications."""
+    for distance in range(n - 1, 0, -1):
+        for i in range(distance, n):
+            if A[i, i - distance] != 0.0 or A[i - distance, i] != 0.0:
+                return distance
+    return 0
+
+
+@kernel
+def cholesky(n, band, A, L):
     """L with A = L L^T, its diagonal stored inverted; False unless A is positive definite (or holds NaN)."""
     for i in range(n):
-        for j in range(i):
+        first = max(0, i - band)
+        for j in range(first, i):
             total = A[i, j]
-            for k in range(j):
+            for k in range(first, j):
                 total -= L[i, k] * L[j, k]
             L[i, j] = total * L[j, j]
         total = A[i, i]
-        for k in range(i):
+        for k in range(first, i):
             total -= L[i, k] * L[i, k]
         if not total > 0.0:
             return False
@@ -32,32 +43,32 @@ def cholesky(n, A, L):
 
 
 @kernel
-def cholesky_solve(n, L, x):
+def cholesky_solve(n, band, L, x):
     """Overwrite x with A^-1 x."""
     for i in range(n):
         total = x[i]
-        for k in range(i):
+        for k in range(max(0, i - band), i):
             total -= L[i, k] * x[k]
         x[i] = total * L[i, i]
     for i in range(n - 1, -1, -1):
         total = x[i]
-        for k in range(i + 1, n):
+        for k in range(i + 1, min(n, i + band + 1)):
             total -= L[k, i] * x[k]
         x[i] = total * L[i, i]
 
 
 @kernel
-def cholesky_solve_rows(n, L, m, X):
+def cholesky_solve_rows(n, band, L, m, X):
     """Overwrite the first m rows of X with A^-1 times each row."""
     for r in range(m):
         for i in range(n):
             total = X[r, i]
-            for k in range(i):
+            for k in range(max(0, i - band), i):
                 total -= L[i, k] * X[r, k]
             X[r, i] = total * L[i, i]
         for i in range(n - 1, -1, -1):
             total = X[r, i]
-            for k in range(i + 1, n):
+            for k in range(i + 1, min(n, i + band + 1)):
                 total -= L[k, i] * X[r, k]
             X[r, i] = total * L[i, i]
 

@@ -4,8 +4,9 @@ Two kinds of function are compiled.
 
 *Kernels* are ours. ``@kernel`` marks a plain function written for arrays and scalars; nothing happens, and numba is not
 imported, until the kernel is first called. A kernel that carries a signature is an *entry point*: it is compiled once,
-with the kernels it calls, and kept on disk. An entry point calls another through a slot that ``load`` fills: LLVM does
-not optimise the inner one again in each outer one, and what a scene does not need is never compiled.
+with the kernels it calls, and kept on disk under a hash of all that it depends on. An entry point calls another through
+a slot that ``load`` fills: LLVM does not optimise the inner one again in each outer one, and what a scene does not need
+is never compiled.
 ``interpreted(kernel)`` is the same source run by Python.
 
 *Model functions* are the user's. ``compile_model`` binds them all into one function
@@ -22,11 +23,13 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import enum
 import functools
 import hashlib
 import os
 import sys
 import types
+import typing
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -48,8 +51,8 @@ class Kernel:
         Numba signature such as ``"int64(float64[:, ::1], float64[::1])"``. Given for entry points only: they are
         compiled against it and cached on disk.
     short_loops : bool
-        Compile the entry point without LLVM's loop vectorizer, whose prologues cost more than they save where loops
-        run over two or three coordinates (a step of the rod: 940 ns with it, 720 ns without).
+        Compile the entry point without LLVM's loop vectorizer and unroller, whose prologues cost more than they save
+        where loops run over two or three coordinates (a step of the rod: 470 ns with them, 410 ns without).
     """
 
     def __init__(self, function: Callable, signature: str | None = None, short_loops: bool = False) -> None:
@@ -67,12 +70,22 @@ class Kernel:
         bound = rebind(self.function, lambda kernel: kernel.callee)
         if self.signature is None:
             return numba.njit(**KERNEL_OPTIONS)(bound)
-        return _compile(bound, self.signature, _kernel_stamp(), KERNEL_OPTIONS, self.short_loops)
+        compiler = _compiler(False, self.short_loops)
+        return _compile(bound, self.signature, _kernel_stamp(self), **KERNEL_OPTIONS, pipeline_class=compiler)
+
+    @functools.cached_property
+    def inlined(self) -> Any:
+        """The dispatcher that other kernels call."""
+        import numba
+
+        bound = rebind(self.function, lambda kernel: kernel.callee)
+        wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        return numba.njit(**KERNEL_OPTIONS, **wrappers, pipeline_class=_compiler(True, False))(bound)
 
     @property
     def callee(self) -> Any:
         """What other kernels call: the dispatcher; of an entry point, a call through its slot."""
-        return self.dispatcher if self.signature is None else _external(self)
+        return self.inlined if self.signature is None else _external(self)
 
     def slot_symbol(self) -> str:
         """The linker's name of the slot, which is made known to it here."""
@@ -93,6 +106,80 @@ class Kernel:
 
     def __call__(self, *args: Any) -> Any:
         return self.dispatcher(*args)
+
+
+@functools.cache
+def _compiler(is_inner: bool, short_loops: bool) -> type:
+    """The compiler class of inner kernels and of entry points.
+
+    An inner kernel stops at LLVM's intermediate code: machine code for each of the fifty functions of a step would be
+    made and never run. An entry point inlines them all: a call would hand arrays over word by word, and LLVM's own
+    judgement spares it too few (a step of the rod: 620 ns, inlined 470).
+    """
+    import llvmlite.binding as llvm
+    from numba.core.codegen import JITCodeLibrary
+    from numba.core.compiler import Compiler
+
+    class NoEnvironment:
+        def set_env(self, name: str, env: Any) -> None:
+            """Nothing to set: an inner kernel never runs by itself."""
+
+    class InnerLibrary(JITCodeLibrary):
+        codegen = NoEnvironment()
+
+        def _optimize_final_module(self) -> None:
+            """Left to the entry point."""
+
+        def _finalize_final_module(self) -> None:
+            self._finalize_dynamic_globals()
+            self._finalized = True
+
+        def get_pointer_to_function(self, name: str) -> int:
+            return 0
+
+    class EntryLibrary(JITCodeLibrary):
+        def _optimize_final_module(self) -> None:
+            for function in self._final_module.functions:
+                if not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr:
+                    function.linkage = "internal"
+                    function.add_function_attribute("alwaysinline")
+            if not short_loops:
+                return super()._optimize_final_module()
+            tuning = llvm.create_pipeline_tuning_options(speed_level=3)
+            tuning.loop_vectorization = tuning.slp_vectorization = tuning.loop_unrolling = False
+            passes = llvm.create_pass_builder(self._codegen._tm, tuning)
+            passes.getModulePassManager().run(self._final_module, passes)
+
+    class KernelCompiler(Compiler):
+        def __init__(self, typingctx: Any, targetctx: Any, _: Any, *rest: Any) -> None:
+            library = (InnerLibrary if is_inner else EntryLibrary)(targetctx.codegen(), "kernel")
+            library.enable_object_caching()
+            super().__init__(typingctx, targetctx, library, *rest)
+
+        def compile_extra(self, function: Callable) -> Any:
+            with _no_negative_indices():
+                return super().compile_extra(function)
+
+    return KernelCompiler
+
+
+@contextlib.contextmanager
+def _no_negative_indices() -> Iterator[None]:
+    """Compile without Python's negative indices: kernels use none, and the test for them costs as much as the sum it is
+    in (a step of the rod: 410 ns with it)."""
+    from numba import types as nb
+    from numba.np import arrayobj
+
+    before = arrayobj.fix_integer_index
+
+    def index(context: Any, builder: Any, kind: Any, value: Any, size: Any) -> Any:
+        return context.cast(builder, value, kind, nb.intp)
+
+    arrayobj.fix_integer_index = index
+    try:
+        yield
+    finally:
+        arrayobj.fix_integer_index = before
 
 
 @functools.cache
@@ -171,42 +258,30 @@ def cache_directory() -> Path:
 
 
 @functools.cache
-def _kernel_stamp() -> str:
-    """Hash of every source file that holds kernels: numba itself would miss an edit of an inlined kernel elsewhere."""
-    digest = hashlib.sha256()
-    for path in sorted(PACKAGE.rglob("*.py")):
-        source = path.read_bytes()
-        if b"@kernel" in source or path.name == "jit.py":
-            digest.update(source)
-    return digest.hexdigest()
+def _runtime_stamp() -> str:
+    """Hash of the sources that generate code themselves: they shape every compiled function."""
+    return hashlib.sha256(b"".join((PACKAGE / name).read_bytes() for name in ("jit.py", "blocks.py"))).hexdigest()
 
 
-def _compile(function: Callable, signature: Any, stamp: str, options: dict[str, Any], short_loops: bool = True) -> Any:
+@functools.cache
+def _kernel_stamp(kernel: Kernel) -> str:
+    """Hash of a kernel, of all it calls and of the constants and types they read.
+
+    numba itself would miss an edit of an inlined kernel in another file, and a changed constant.
+    """
+    return hashlib.sha256(_runtime_stamp().encode() + _identity(kernel.function)).hexdigest()
+
+
+def _compile(function: Callable, signature: Any, stamp: str, **options: Any) -> Any:
     """Compile for one signature, reading or filling the disk cache under the given stamp."""
     import numba
 
     dispatcher = numba.njit(**options)(function)
     if not numba.config.DISABLE_JIT:
         dispatcher._cache = _stamped_cache(function, stamp)
-        with _vectorizer(not short_loops):
-            dispatcher.compile(signature)
+        dispatcher.compile(signature)
         dispatcher.disable_compile()
     return dispatcher
-
-
-@contextlib.contextmanager
-def _vectorizer(is_on: bool) -> Iterator[None]:
-    """Switch LLVM's loop vectorizer for one compilation."""
-    import numba
-    from numba.core.registry import cpu_target
-
-    codegen = cpu_target.target_context.codegen()
-    before = numba.config.LOOP_VECTORIZE, codegen._loopvect
-    numba.config.LOOP_VECTORIZE = codegen._loopvect = int(is_on)
-    try:
-        yield
-    finally:
-        numba.config.LOOP_VECTORIZE, codegen._loopvect = before
 
 
 def _stamped_cache(function: Callable, stamp: str) -> Any:
@@ -287,7 +362,7 @@ def compile_model(functions: dict[int, tuple[Callable, bool, tuple[int, ...]]], 
         When numba refuses one of the functions; the message names it.
     """
     stamp = hashlib.sha256(
-        repr((_kernel_stamp(), n_q, n_u, n_p, unpack._fields)).encode()  # type: ignore[attr-defined]
+        repr((_runtime_stamp(), n_q, n_u, n_p, unpack._fields)).encode()  # type: ignore[attr-defined]
         + b"".join(
             repr((which, takes_u, shape)).encode() + _identity(function)
             for which, (function, takes_u, shape) in functions.items()
@@ -296,7 +371,7 @@ def compile_model(functions: dict[int, tuple[Callable, bool, tuple[int, ...]]], 
     for inline in ("always", "never"):  # inlining halves the compile time; numba refuses it for a few constructs
         try:
             adapter = _adapter(functions, n_q, n_u, unpack, n_p, inline)
-            return CompiledModel(_compile(adapter, MODEL_SIGNATURE, stamp, OPTIONS))
+            return CompiledModel(_compile(adapter, MODEL_SIGNATURE, stamp, **OPTIONS))
         except Exception as error:  # numba raises many unrelated types
             reason = error
     if len(functions) > 1:
@@ -344,23 +419,46 @@ def _with_compiled_helpers(function: Callable) -> Callable:
 
 
 def _identity(function: Callable) -> bytes:
-    """What a compiled user function depends on: its code, constants, defaults, closure and the globals it reads."""
+    """What a compiled function depends on: its code, constants, defaults, closure and the globals it reads."""
     code = function.__code__
     parts: list[Any] = [code.co_code, code.co_names, function.__defaults__]
-    parts += [repr(c) for c in code.co_consts if not isinstance(c, types.CodeType)]
+    parts += [repr(c) for c in code.co_consts if c != function.__doc__ and not isinstance(c, types.CodeType)]
     parts += [repr(cell.cell_contents) for cell in function.__closure__ or ()]
     identity = repr(parts).encode()
-    for name in sorted(_names(code)):
-        value: Any = function.__globals__.get(name)
-        if isinstance(value, types.FunctionType) and value is not function:
-            identity += _identity(value)
-        elif hasattr(value, "py_func"):  # a helper the user compiled himself
-            identity += _identity(value.py_func)
-        elif hasattr(value, "tobytes"):
-            identity += value.tobytes()
-        elif value is not None and not isinstance(value, types.ModuleType):
-            identity += repr(value).encode()
+    for name in sorted(set(_names(code))):
+        identity += _global_identity(function.__globals__.get(name), function)
     return identity
+
+
+def _global_identity(value: Any, reader: Callable) -> bytes:
+    """What a function depends on through one global that it reads."""
+    if isinstance(value, Kernel):
+        return repr((value.signature, value.short_loops)).encode() + _digest(value.function)
+    if isinstance(value, types.FunctionType):
+        return b"" if value is reader else _identity(value)
+    if hasattr(value, "py_func"):  # a helper the user compiled himself
+        return _identity(value.py_func)
+    if hasattr(value, "tobytes"):
+        return bytes(value.tobytes())
+    if isinstance(value, type):
+        return _type_identity(value)
+    return b"" if value is None or isinstance(value, types.ModuleType) else repr(value).encode()
+
+
+@functools.cache
+def _digest(function: Callable) -> bytes:
+    return hashlib.sha256(_identity(function)).digest()
+
+
+def _type_identity(cls: type) -> bytes:
+    """The members of an enumeration, or the fields of a NamedTuple, however deep."""
+    if issubclass(cls, enum.Enum):
+        return repr(list(cls)).encode()
+    hints = typing.get_type_hints(cls, include_extras=True) if hasattr(cls, "_fields") else {}
+    return b"".join(
+        name.encode() + (_type_identity(hint) if isinstance(hint, type) else repr(hint).encode())
+        for name, hint in hints.items()
+    )
 
 
 def _names(code: types.CodeType) -> Iterator[str]:
@@ -416,7 +514,7 @@ class _CallModel(Kernel):
     """``call_model(model, which, t, q, u, p, out) -> bool``: call a model function by address; False if it raised."""
 
     @functools.cached_property
-    def dispatcher(self) -> Any:
+    def inlined(self) -> Any:
         from numba import types as nb
         from numba.core import cgutils
         from numba.extending import intrinsic

@@ -117,17 +117,17 @@ def add_event(t, kind, i, mode, slip, k, solutions, kinds, state, work):
 
 
 @kernel
-def book_contact_energy(n, n_k, kinds, u, ledger, work):
+def book_contact_energy(n, n_k, kinds, ubar, ledger, work):
     """Book friction, normal and surface work of a step; returns their sum."""
-    closed, start, W, u_1, P, w = work.closed, work.start, work.W, work.u_1, work.P, work.w
+    closed, start, W, P, w = work.closed, work.start, work.W, work.P, work.w
     total = 0.0
     for k in range(n_k):
-        i = closed[k]
+        has_normal = kinds[closed[k], 0] != GIVEN_FORCE
         for r in range(start[k], start[k + 1]):
             velocity = 0.0
             for j in range(n):
-                velocity += W[r, j] * 0.5 * (u[j] + u_1[j])
-            is_normal = r == start[k] and kinds[i, 0] != GIVEN_FORCE
+                velocity += W[r, j] * ubar[j]
+            is_normal = has_normal and r == start[k]
             ledger[NORMAL_WORK if is_normal else FRICTION_WORK] += P[r] * (velocity + w[r])
             ledger[SURFACE_WORK] -= P[r] * w[r]
             total += P[r] * velocity
@@ -137,26 +137,38 @@ def book_contact_energy(n, n_k, kinds, u, ledger, work):
 @kernel
 def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
     """Book the energy of a step and compare it with the change of kinetic energy, ubar.M (u_1 - u_0)."""
-    h, M, C, K, u_0, u_1 = work.h, work.M, work.C, work.K, state.u, work.u_1
+    h, M, u_0, u_1, ubar = work.h, work.M, state.u, work.u_1, work.trial
+    ledger, worst, band = state.ledger, state.worst, work.band[0]
+    for i in range(n):
+        ubar[i] = 0.5 * (u_0[i] + u_1[i])
     change, force, size = 0.0, 0.0, 0.0
     for i in range(n):
-        impulse = dt * h[i]
         momentum = 0.0
-        for j in range(n):
-            du = u_1[j] - u_0[j]
-            momentum += M[i, j] * du
-            if is_implicit:
-                impulse -= theta * dt * (C[i, j] + theta * dt * K[i, j]) * du
-                impulse -= (theta - 0.5) * dt * dt * K[i, j] * u_0[j]
-        ubar = 0.5 * (u_0[i] + u_1[i])
-        change += ubar * momentum
-        force += ubar * impulse
-        size += abs(ubar * impulse)
-    contact = book_contact_energy(n, n_k, kinds, state.u, state.ledger, work)
-    state.ledger[FORCE_WORK] += force
+        for j in range(max(0, i - band), min(n, i + band + 1)):
+            momentum += M[i, j] * (u_1[j] - u_0[j])
+        impulse = dt * h[i]
+        if is_implicit:
+            impulse -= implicit_impulse(i, dt, theta, n, u_0, u_1, work)
+        change += ubar[i] * momentum
+        force += ubar[i] * impulse
+        size += abs(ubar[i] * impulse)
+    contact = book_contact_energy(n, n_k, kinds, ubar, ledger, work)
+    ledger[FORCE_WORK] += force
     size = max(size, abs(contact))
-    if size > 0.0:
-        state.worst[LEDGER_ERROR] = max(state.worst[LEDGER_ERROR], abs(change - force - contact) / size)
+    error = abs(change - force - contact)
+    if error > worst[LEDGER_ERROR] * size:
+        worst[LEDGER_ERROR] = error / size
+
+
+@kernel
+def implicit_impulse(i, dt, theta, n, u_0, u_1, work):
+    """What the linearly implicit step takes from the impulse dt h_i."""
+    C, K = work.C, work.K
+    total = 0.0
+    for j in range(n):
+        total += theta * dt * (C[i, j] + theta * dt * K[i, j]) * (u_1[j] - u_0[j])
+        total += (theta - 0.5) * dt * dt * K[i, j] * u_0[j]
+    return total
 
 
 @kernel

@@ -1,0 +1,77 @@
+"""Kernels: the interpreted twin, what the disk cache depends on, and Python's indices in model functions."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from nonsmooth import jit
+from nonsmooth.jit import interpreted, kernel
+
+FACTOR = 3.0
+
+
+@kernel
+def scaled(x):
+    """FACTOR x."""
+    return FACTOR * x
+
+
+@kernel("float64(float64[::1])")
+def scaled_sum(x):
+    """The sum of FACTOR x."""
+    total = 0.0
+    for i in range(x.shape[0]):
+        total += scaled(x[i])
+    return total
+
+
+def test_an_entry_point_agrees_with_its_source_run_by_python():
+    x = np.linspace(0.0, 1.0, 7)
+    assert scaled_sum(x) == interpreted(scaled_sum)(x) == pytest.approx(3.0 * x.sum(), rel=1e-15)
+
+
+def test_the_stamp_of_an_entry_point_follows_the_constants_of_the_kernels_it_calls(monkeypatch):
+    before = stamp(scaled_sum)
+    assert stamp(scaled_sum) == before
+    monkeypatch.setitem(scaled.function.__globals__, "FACTOR", 4.0)
+    assert stamp(scaled_sum) != before
+
+
+def stamp(entry_point):
+    jit._digest.cache_clear()
+    jit._kernel_stamp.cache_clear()
+    return jit._kernel_stamp(entry_point)
+
+
+def test_a_docstring_is_no_reason_to_compile_again():
+    def documented(x):
+        """One."""
+        return 2.0 * x
+
+    def redocumented(x):
+        """Another."""
+        return 2.0 * x
+
+    assert jit._identity(documented) == jit._identity(redocumented)
+
+
+class P(NamedTuple):
+    m: float = 2.0
+
+
+def mass(t, q, p, M):
+    M[0, 0] = p.m
+    M[1, 1] = p.m
+
+
+def force(t, q, u, p, h):
+    h[-1] = -p.m * q[-1]
+
+
+def test_a_model_function_may_count_from_the_end():
+    system = ns.System(n_q=2, mass=mass, force=force, parameters=P())
+    sol = ns.simulate(system, (0, np.pi), [1.0, 1.0], [0.0, 0.0], integrator=ns.MoreauJean(dt=np.pi / 2000))
+    # theta = 1/2 on a unit oscillator: phase error dt^2 pi / 24 at most, so q_1 = -1 + O(1e-12) and q_0 untouched
+    assert sol.q[-1] == pytest.approx([1.0, -1.0], abs=1e-6)
