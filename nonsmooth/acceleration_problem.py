@@ -15,8 +15,8 @@ from nonsmooth.contact_problem import (
     apply_inverse,
     delassus,
     evaluate_rows,
-    smooth_step,
     row_velocities,
+    smooth_step,
     stack_rows,
 )
 from nonsmooth.errors import Status

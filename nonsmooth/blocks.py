@@ -32,7 +32,7 @@ IntegerTable = Annotated[np.ndarray, "int64", 2]
 WORD = 8  # bytes of every entry
 FIELD_WORDS = 4  # data address and three lengths
 
-Shapes = typing.Mapping[str, typing.Any]  # field -> shape, or the shapes of a nested block
+Shapes = typing.Mapping[str, typing.Any] | tuple  # field -> shape, or the shapes of a nested block
 
 
 @functools.cache
@@ -125,11 +125,14 @@ def new_block(cls: type, shapes: Shapes) -> Block:
     shapes : mapping
         Shape of each field; for a nested block, the mapping of its own shapes.
     """
-    return Block(cls, layout(cls, _as_key(shapes)))
+    return Block(cls, layout(cls, frozen(shapes)))
 
 
-def _as_key(shapes: Shapes) -> tuple:
-    return tuple((name, _as_key(shape) if isinstance(shape, dict) else shape) for name, shape in shapes.items())
+def frozen(shapes: Shapes) -> tuple:
+    """Shapes as the tuple that layouts are kept by; a function that returns this spares each new block the search."""
+    if isinstance(shapes, tuple):
+        return shapes
+    return tuple((name, frozen(shape) if isinstance(shape, dict) else shape) for name, shape in shapes.items())
 
 
 def _view_interpreted(block: Any, cls: type) -> Any:

@@ -12,9 +12,10 @@ C = K = 0 this is Moreau's time stepping. Source: Jean,
 
 from __future__ import annotations
 
+import functools
 from typing import NamedTuple
 
-from nonsmooth.blocks import Cube, Integers, Matrix, Vector
+from nonsmooth.blocks import Cube, Integers, Matrix, Vector, frozen
 from nonsmooth.dense import bandwidth, cholesky, cholesky_solve, cholesky_solve_rows, lu, lu_solve
 from nonsmooth.errors import Status
 from nonsmooth.jit import call_model, kernel
@@ -76,17 +77,18 @@ class Work(NamedTuple):
     u_1: Vector  # (n,) velocities after the step
 
 
-def work_shapes(n: int, n_c: int, d: int) -> dict[str, tuple[int, ...]]:
+@functools.lru_cache(maxsize=64)
+def work_shapes(n: int, n_c: int, d: int) -> tuple:
     """Shapes of ``Work``."""
     r = max(1, n_c * (1 + d))
     per_velocity = dict.fromkeys(("q_mid", "h", "du", "trial", "rhs", "u_1", "order"), (n,))
     square = dict.fromkeys(("M", "factor", "Mhat", "C", "K"), (n, n))
     per_contact = dict.fromkeys(("g_N", "w_N", "N", "closed"), (n_c,))
     rows = dict.fromkeys(("w", "gamma_0", "c", "P", "gamma_1"), (r,))
-    return {
+    return frozen({
         **per_velocity, **square, **per_contact, **rows, "W_N": (n_c, n), "W_F": (n_c, d, n), "w_F": (n_c, d),
         "band": (1,), "rates": (n_c, 1 + d), "start": (n_c + 1,), "W": (r, n), "X": (r, n), "G": (r, r),
-    }  # fmt: skip
+    })  # fmt: skip
 
 
 def model_facts(system: System) -> int:

@@ -45,6 +45,10 @@ def cholesky(n, band, A, L):
 @kernel
 def cholesky_solve(n, band, L, x):
     """Overwrite x with A^-1 x."""
+    if band == 0:
+        for i in range(n):
+            x[i] *= L[i, i] * L[i, i]
+        return
     for i in range(n):
         total = x[i]
         for k in range(max(0, i - band), i):
@@ -60,6 +64,11 @@ def cholesky_solve(n, band, L, x):
 @kernel
 def cholesky_solve_rows(n, band, L, m, X):
     """Overwrite the first m rows of X with A^-1 times each row."""
+    if band == 0:
+        for r in range(m):
+            for i in range(n):
+                X[r, i] *= L[i, i] * L[i, i]
+        return
     for r in range(m):
         for i in range(n):
             total = X[r, i]

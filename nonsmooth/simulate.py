@@ -43,7 +43,7 @@ from nonsmooth.system import FUNCTION_NAMES, System, as_system
 
 COMPILED_BLOCK = 50_000  # steps between two looks at the clock: about 10 ms
 INTERPRETED_BLOCK = 100
-EVENT_CAPACITY = 4096
+EVENT_CAPACITY = 256  # 26 kB; the loop comes back to have them emptied
 MAX_EVENTS = 200_000  # kept in a solution; the rest are counted
 
 SELECTIONS = {
@@ -194,7 +194,7 @@ class Run:
         elif not start.is_admissible:
             warnings.warn(start.message, InitialStateWarning, stacklevel=4)
         shape = (system.n_u, system.n_c, system.d)
-        self.state_block = new_block(State, state_shapes(*shape, EVENT_CAPACITY))
+        self.state_block = new_block(State, state_shapes(*shape, EVENT_CAPACITY + 4 * system.n_c))
         self.record_block = new_block(Record, record_shapes(len(grid.t), *shape))
         self.scratch_block = integrator.scratch(system)
         self.state: State = self.state_block.arrays

@@ -222,8 +222,12 @@ class System:
 
     def shape(self, which: int) -> tuple[int, ...]:
         """Shape of the array that a model function writes."""
+        return self._shapes[which]
+
+    @functools.cached_property
+    def _shapes(self) -> dict[int, tuple[int, ...]]:
         n_u, n_c, d = self.n_u, self.n_c, self.d
-        shapes: dict[int, tuple[int, ...]] = {
+        return {
             MASS: (n_u, n_u),
             FORCE: (n_u,),
             GAP: (n_c,),
@@ -237,7 +241,6 @@ class System:
             POTENTIAL: (1,),
             NORMAL_FORCE: (n_c,),
         }
-        return shapes[which]
 
     def evaluate(self, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Call one model function in Python and return the array it wrote."""

@@ -223,6 +223,8 @@ def solve_given_force(laws, i, G_FF, c_F, offset, P_N, was_stuck, previous_slip)
 @kernel
 def count(found):
     """Number of admissible candidates."""
+    if found & (found - 1) == 0:
+        return 1 if found else 0
     total = 0
     for candidate in range(PULL_MINUS + 1):
         total += (found >> candidate) & 1

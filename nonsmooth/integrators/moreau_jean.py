@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from nonsmooth.acceleration_problem import acceleration_problem, has_no_sliding_force
 from nonsmooth.arrays import as_number, as_positive
-from nonsmooth.blocks import Block, Integers, Matrix, Vector, address, new_block, view
+from nonsmooth.blocks import Block, Integers, Matrix, Vector, address, frozen, new_block, view
 from nonsmooth.contact_problem import (
     Work,
     add_restitution,
@@ -159,14 +159,14 @@ class Scratch(NamedTuple):
 
 
 @functools.lru_cache(maxsize=64)
-def scratch_shapes(n: int, n_c: int, d: int) -> dict[str, Any]:
+def scratch_shapes(n: int, n_c: int, d: int) -> tuple:
     """Shapes of ``Scratch``."""
     r = max(1, n_c * (1 + d))
     work = work_shapes(n, n_c, d)
-    return {
-        "work": work, "there": work, "planar": planar_shapes(n_c, d), "candidate": (n_c,), "offset": (r,),
+    return frozen({
+        "work": work, "there": work, "planar": frozen(planar_shapes(n_c, d)), "candidate": (n_c,), "offset": (r,),
         "rates": (4, r), "is_known": (2,),
-    }  # fmt: skip
+    })  # fmt: skip
 
 
 RUN = (
@@ -329,7 +329,9 @@ def solve_one(kinds, laws, dt, selection, state, scratch):
         error = abs(c[0] + G[0, 0] * P[0] + G[0, 1] * P[1])
         if candidate == STICK:
             error = max(error, abs(c[1] + G[1, 0] * P[0] + G[1, 1] * P[1]))
-        state.worst[RESIDUAL] = max(state.worst[RESIDUAL], error / max(abs(c[0]), abs(c[1])) if error > 0.0 else 0.0)
+        size = max(abs(c[0]), abs(c[1]))
+        if error > state.worst[RESIDUAL] * size:
+            state.worst[RESIDUAL] = error / size
     return count(found)
 
 
