@@ -71,6 +71,7 @@ def _interpreted_model(system: System) -> Model:
     functions, unpack = system.functions, system.unpack
 
     def model(which: int, t: float, q: np.ndarray, u: np.ndarray, p: np.ndarray, out: np.ndarray) -> None:
+        out[...] = 0.0
         if which in TAKES_U:
             functions[which](t, q, u, unpack(*p), out)
         else:

@@ -26,6 +26,7 @@ import ctypes
 import enum
 import functools
 import hashlib
+import math
 import os
 import sys
 import types
@@ -399,7 +400,7 @@ def _adapter(functions: dict, n_q: int, n_u: int, unpack: Callable, n_p: int, in
     ]
     for which, (function, takes_u, shape) in functions.items():
         scope[f"function_{which}"] = numba.njit(inline=inline, **OPTIONS)(_with_compiled_helpers(function))
-        scope[f"view_{which}"] = _view(shape)
+        scope[f"view_{which}"] = _view(shape, cleared=True)
         arguments = "t, q, u, p" if takes_u else "t, q, p"
         lines += [f"    if which == {which}:", f"        function_{which}({arguments}, view_{which}(out_))"]
     exec(compile("\n".join(lines), "<nonsmooth model>", "exec"), scope)
@@ -474,8 +475,12 @@ def _first_line(error: Exception) -> str:
     return (useful or lines or [type(error).__name__])[0]
 
 
-def _view(shape: tuple[int, ...]) -> Any:
-    """An intrinsic that sees a raw pointer as a C array of fixed shape (``numba.carray`` takes longer to compile)."""
+def _view(shape: tuple[int, ...], cleared: bool = False) -> Any:
+    """An intrinsic that sees a raw pointer as a C array of fixed shape (``numba.carray`` takes longer to compile).
+
+    What a model function writes into is cleared first: ``h[0] += f``, or a branch that writes nothing, means what it
+    says.
+    """
     from numba import types as nb
     from numba.core import cgutils
     from numba.extending import intrinsic
@@ -488,6 +493,8 @@ def _view(shape: tuple[int, ...]) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         view = make_array(array)(context, builder)
+        if cleared:
+            cgutils.memset(builder, args[0], context.get_constant(nb.intp, 8 * math.prod(shape)), 0)
         populate_array(
             view,
             data=builder.bitcast(args[0], view.data.type),

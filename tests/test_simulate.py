@@ -64,6 +64,20 @@ def test_what_numba_refuses_runs_interpreted_with_a_warning():
     assert np.allclose(solution.q, ns.simulate(ball(), (0, 0.1), [1.0], [0.0], integrator=STEP).q, rtol=1e-15)
 
 
+@pytest.mark.parametrize("is_compiled", [True, False])
+def test_model_functions_write_into_cleared_arrays(is_compiled, monkeypatch):
+    def summed(t, q, u, p, h):
+        h[0] += -p.m * p.g
+        if t < 0.1:
+            h[0] += 2 * p.m * p.g
+
+    if not is_compiled:
+        monkeypatch.setenv("NONSMOOTH_INTERPRET", "1")
+    system = ns.System(n_q=1, mass=mass, force=summed, parameters=P())
+    sol = ns.simulate(system, (0, 0.3), [0.0], [0.0], integrator=STEP)
+    assert sol.u[-1, 0] == pytest.approx(9.81 * 0.1 - 9.81 * 0.2, rel=1e-12)
+
+
 def test_t_eval_records_exactly_there():
     t = [0.0, 0.0137, 0.1, 0.10001]
     solution = ns.simulate(ball(), (0, 0.2), [1.0], [0.0], integrator=STEP, t_eval=t)
@@ -88,6 +102,12 @@ def test_open_flight_does_no_contact_work():
     solution = ns.simulate(ball(), (0, 0.1), [1.0], [0.0], integrator=STEP)
     assert solution.stats.lcp_solved == 0
     assert solution.stats.lcp_skipped == 100
+
+
+def test_a_chain_with_more_contacts_than_room_for_events_goes_on():
+    beads = BeadChain(n=100)
+    sol = ns.simulate(beads, (0, 2e-3), *beads.state(), integrator=STEP)
+    assert sol.success and sol.stats.steps == 2
 
 
 def test_self_locking_rod_beyond_its_jam_angle_has_no_solution_and_says_so():
