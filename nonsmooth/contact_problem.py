@@ -67,6 +67,8 @@ class Work(NamedTuple):
     closed: Integers  # (c,) the closed contacts
     start: Integers  # (c + 1,) first row of each closed contact
     W: Matrix  # (r, n)
+    first: Integers  # (r,) each row of W is zero before this column
+    last: Integers  # (r,) and from this one on
     X: Matrix  # (r, n) rows of W Mhat^-1
     G: Matrix  # (r, r)
     w: Vector  # (r,)
@@ -87,7 +89,8 @@ def work_shapes(n: int, n_c: int, d: int) -> tuple:
     rows = dict.fromkeys(("w", "gamma_0", "c", "P", "gamma_1"), (r,))
     return frozen({
         **per_velocity, **square, **per_contact, **rows, "W_N": (n_c, n), "W_F": (n_c, d, n), "w_F": (n_c, d),
-        "band": (1,), "rates": (n_c, 1 + d), "start": (n_c + 1,), "W": (r, n), "X": (r, n), "G": (r, r),
+        "band": (1,), "rates": (n_c, 1 + d), "start": (n_c + 1,), "W": (r, n),
+        "first": (r,), "last": (r,), "X": (r, n), "G": (r, r),
     })  # fmt: skip
 
 
@@ -239,10 +242,16 @@ def stack_rows(n, n_k, kinds, u, work):
             w[r] = w_F[i, axis]
             r += 1
     start[n_k] = r
+    first, last = work.first, work.last
     for k in range(r):
         total = w[k]
+        first[k] = n
+        last[k] = 0
         for j in range(n):
-            total += W[k, j] * u[j]
+            if W[k, j] != 0.0:
+                total += W[k, j] * u[j]
+                first[k] = min(first[k], j)
+                last[k] = j + 1
         gamma_0[k] = total
     return r
 
@@ -272,15 +281,15 @@ def row_velocities(n, n_k, kinds, u, work):
 @kernel
 def delassus(n, r, work):
     """G = W X^T and c = gamma_0 + W du."""
-    W, X, G, gamma_0, du, c = work.W, work.X, work.G, work.gamma_0, work.du, work.c
+    W, X, G, gamma_0, du, c, first, last = work.W, work.X, work.G, work.gamma_0, work.du, work.c, work.first, work.last
     for k in range(r):
         for m in range(r):
             total = 0.0
-            for j in range(n):
+            for j in range(first[k], last[k]):
                 total += W[k, j] * X[m, j]
             G[k, m] = total
         total = gamma_0[k]
-        for j in range(n):
+        for j in range(first[k], last[k]):
             total += W[k, j] * du[j]
         c[k] = total
 

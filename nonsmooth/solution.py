@@ -87,8 +87,8 @@ class Stats:
     Attributes
     ----------
     steps, lcp_solved, lcp_skipped, lcp_kept : int
-        Steps; contact problems solved; steps without a closed contact; problems answered by the impulses of the step
-        before.
+        Steps; contact problems solved; steps without a closed contact; problems answered by the impulses or
+        the modes of the step before.
     pivots : int
         Of Lemke's method.
     indeterminate_steps : int

@@ -1,36 +1,42 @@
 """Several planar contacts at once: the ladder of methods of one step.
 
 1. the impulses of the step before, where every contact rested: kept if they still balance;
-2. the faceted linear complementarity problem by Lemke's method, where the solution is certified to be unique;
+2. where the solution is certified to be unique: the modes of the step before, if they still hold, else the faceted
+   linear complementarity problem by Lemke's method;
 3. every solution by enumeration of modes, and the selection rule, where it is not;
 4. Gauss–Seidel over the contacts, each solved in closed form, where there are too many to enumerate.
 
-The problem of (2), after Glocker, per contact with P_R = mu P_N + P_F and gamma_L the part of gamma_F to the left:
+Lemke's problem, after Glocker, per contact with P_R = mu P_N + P_F and gamma_L the part of gamma_F to the left:
 
     [gamma_N]   [G_NN - G_NF mu   G_NF   0] [P_N    ]   [c_N]
     [gamma_R] = [G_FN - G_FF mu   G_FF   1] [P_R    ] + [c_F]
     [P_L    ]   [     2 mu         -1    0] [gamma_L]   [ 0 ]
 
-Source: Glocker, Studer, *Multibody Syst. Dyn.* 13 (2005) 447. What is accepted satisfies the residual of ``residual``.
+Source: Glocker, Studer, *Multibody Syst. Dyn.* 13 (2005) 447.
+What is accepted satisfies the inclusions of ``planar_problem.residual``.
 """
 
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any, NamedTuple
 
-import numpy as np
-
-from nonsmooth.blocks import Integers, Matrix, Vector, address, view
-from nonsmooth.contact_solvers.modes import MAX_LEAVES, Tree, enumerate_modes, leaves, select, tree_shapes
-from nonsmooth.contact_solvers.single import FREE, NO_CANDIDATE, STICK, slip_of, solve_given_force, solve_single
+from nonsmooth.blocks import address, view
+from nonsmooth.contact_solvers.kept import keep_impulses, keep_modes
+from nonsmooth.contact_solvers.modes import MAX_LEAVES, enumerate_modes, leaves, select
+from nonsmooth.contact_solvers.planar_problem import (
+    ACCEPTED,
+    Planar,
+    has_varying_friction,
+    name_modes,
+    residual,
+    update_friction,
+)
+from nonsmooth.contact_solvers.single import STICK, solve_given_force, solve_single
 from nonsmooth.jit import kernel
-from nonsmooth.laws import depends_on_speed, friction_coefficient, static_coefficient
+from nonsmooth.laws import static_coefficient
 from nonsmooth.lcp.lemke import lemke
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL
 
-ACCEPTED = 1e-9  # largest relative residual of an accepted solution
-BALANCED = 1e-13  # largest relative residual of impulses kept from the step before
 SWEEPS = 20_000  # Gauss–Seidel
 SPEED_SWEEPS = 50  # fixed point on mu(v) where several contacts slide
 LEMKE_PIVOTS = 50  # times the number of unknowns
@@ -42,40 +48,10 @@ class Route(IntEnum):
     FAILED = 0  # no solution found, though one may exist
     NO_SOLUTION = 1  # enumerated completely: there is none
     KEPT = 2
-    LEMKE = 3
-    ENUMERATED = 4
-    GAUSS_SEIDEL = 5
-
-
-class Planar(NamedTuple):
-    """Arrays of the several-contact solvers. n = contacts, r = rows, m = unknowns of the LCP."""
-
-    A: Matrix  # (m, m)
-    b: Vector  # (m,)
-    z: Vector  # (m,)
-    tableau: Matrix
-    scales: Matrix
-    basis: Integers
-    mu: Vector  # (n,) coefficient of sliding
-    mu_static: Vector  # (n,)
-    normal_impulse: Vector  # (n,) of contacts with a given normal force
-    was_stuck: Integers  # (n,) 0 or 1
-    candidate: Integers  # (n,) what was chosen
-    gamma: Vector  # (r,)
-    pivots: Integers  # (1,)
-    tree: Tree
-
-
-def planar_shapes(n: int, d: int) -> dict[str, Any]:
-    """Shapes of ``Planar`` for up to n contacts; next to nothing when there is but one."""
-    m = 3 * n if n > 1 else 1
-    r = n * (1 + d) if n > 1 else 1
-    levels = min(n, 17) if n > 1 else 1  # 2^17 frictionless leaves exceed MAX_LEAVES
-    per_contact = dict.fromkeys(("mu", "mu_static", "normal_impulse", "was_stuck", "candidate"), (n,))
-    return {
-        **per_contact, "A": (m, m), "b": (m,), "z": (m,), "tableau": (m, m + 2), "scales": (4, m + 2),
-        "basis": (4 * m + 2,), "gamma": (r,), "pivots": (1,), "tree": tree_shapes(levels, min(r, 2 * levels)),
-    }  # fmt: skip
+    KEPT_MODES = 3
+    LEMKE = 4
+    ENUMERATED = 5
+    GAUSS_SEIDEL = 6
 
 
 @kernel(
@@ -102,7 +78,7 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
     varies = has_varying_friction(n, closed, start, kinds, laws, offset, planar)
     for _ in range(SPEED_SWEEPS):
         route, found = solve_with_fixed_friction(
-            n, closed, start, kinds, laws, G, c, offset, slip, selection, P, planar
+            n, closed, start, kinds, laws, G, c, offset, mode, slip, selection, P, planar
         )
         if not varies or route <= Route.NO_SOLUTION or route == Route.GAUSS_SEIDEL:
             break
@@ -112,38 +88,13 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
 
 
 @kernel
-def has_varying_friction(n, closed, start, kinds, laws, offset, planar):
-    """Set mu from the velocities before the step; True if any law depends on the speed."""
-    varies = False
-    for k in range(n):
-        i = closed[k]
-        t = start[k + 1] - 1
-        speed = abs(offset[t]) if kinds[i, 1] > 0 else 0.0
-        planar.mu[k] = friction_coefficient(laws, i, speed)
-        varies = varies or depends_on_speed(laws, i)
-    return varies
-
-
-@kernel
-def update_friction(n, closed, start, kinds, laws, offset, planar):
-    """Take mu at the speed in the middle of the step; True while it still changes."""
-    changed = False
-    for k in range(n):
-        i = closed[k]
-        t = start[k + 1] - 1
-        if kinds[i, 1] > 0 and depends_on_speed(laws, i):
-            mu = friction_coefficient(laws, i, 0.5 * abs(offset[t] + planar.gamma[t]))
-            changed = changed or abs(mu - planar.mu[k]) > 1e-14 * abs(mu)
-            planar.mu[k] = mu
-    return changed
-
-
-@kernel
-def solve_with_fixed_friction(n, closed, start, kinds, laws, G, c, offset, slip, selection, P, planar):
+def solve_with_fixed_friction(n, closed, start, kinds, laws, G, c, offset, mode, slip, selection, P, planar):
     """The ladder for given friction coefficients; the velocities reached are left in ``planar.gamma``."""
     n_leaves = leaves(n, closed, kinds)
     is_singular = False
     if is_certified(n, closed, start, kinds, G, planar):
+        if keep_modes(n, closed, start, kinds, G, c, mode, slip, P, planar):
+            return Route.KEPT_MODES.value, 1
         if solve_by_lemke(n, closed, start, kinds, G, c, P, planar):
             return Route.LEMKE.value, 1
     if n_leaves <= MAX_LEAVES:
@@ -168,37 +119,6 @@ def solve_with_fixed_friction(n, closed, start, kinds, laws, G, c, offset, slip,
     if is_singular or n_leaves > MAX_LEAVES:
         return Route.FAILED.value, 0
     return Route.NO_SOLUTION.value, 0
-
-
-@kernel
-def keep_impulses(n, closed, start, kinds, G, c, previous_P, mode, P, planar):
-    """Whether every contact rested and the impulses of the step before still balance the load."""
-    scale = 0.0
-    worst = 0.0
-    for k in range(n):
-        i = closed[k]
-        if mode[i] == 0 or mode[i] == 2:  # open or sliding
-            return False
-        for r in range(start[k], start[k + 1]):
-            P[r] = previous_P[i, r - start[k]]
-        planar.candidate[k] = STICK
-    for k in range(start[n]):
-        total = c[k]
-        for m in range(start[n]):
-            total += G[k, m] * P[m]
-        planar.gamma[k] = total
-        worst = max(worst, abs(total))
-        scale = max(scale, abs(c[k]))
-    if not worst <= BALANCED * scale:
-        return False
-    for k in range(n):
-        i = closed[k]
-        r = start[k]
-        P_N = planar.normal_impulse[k] if kinds[i, 0] == GIVEN_FORCE else P[r]
-        reach = abs(P_N) if kinds[i, 0] == BILATERAL else P_N
-        if reach < 0.0 or (kinds[i, 1] > 0 and abs(P[start[k + 1] - 1]) > planar.mu_static[k] * reach):
-            return False
-    return True
 
 
 @kernel
@@ -373,67 +293,3 @@ def _local_velocity(row, first, last, r, G, c, P):
 def _update_all_friction(n, closed, start, kinds, laws, G, c, offset, P, planar):
     residual(n, closed, start, kinds, G, c, P, planar)
     update_friction(n, closed, start, kinds, laws, offset, planar)
-
-
-@kernel
-def residual(n, closed, start, kinds, G, c, P, planar):
-    """Largest violation of the inclusions, relative to max |c|; the velocities are left in ``planar.gamma``.
-
-    Normal: |min(G_NN P_N, gamma_N)|. Tangential, by the projection on the disc of radius mu |P_N|:
-    G_FF |P_F - proj(P_F - gamma_F / G_FF)|.
-    """
-    r = start[n]
-    scale = 0.0
-    worst = 0.0
-    for k in range(r):
-        total = c[k]
-        for m in range(r):
-            total += G[k, m] * P[m]
-        planar.gamma[k] = total
-        scale = max(scale, abs(c[k]))
-    for k in range(n):
-        i = closed[k]
-        a = start[k]
-        t = start[k + 1] - 1
-        kind = kinds[i, 0]
-        P_N = planar.normal_impulse[k] if kind == GIVEN_FORCE else P[a]
-        if kind == UNILATERAL:
-            worst = max(worst, abs(min(G[a, a] * P_N, planar.gamma[a])))
-        elif kind == BILATERAL:
-            worst = max(worst, abs(planar.gamma[a]))
-        if kinds[i, 1] > 0:
-            is_stuck = abs(planar.gamma[t]) <= ACCEPTED * scale
-            reach = (planar.mu_static[k] if is_stuck else planar.mu[k]) * max(
-                0.0, abs(P_N) if kind == BILATERAL else P_N
-            )
-            pulled = P[t] - planar.gamma[t] / G[t, t]
-            worst = max(worst, G[t, t] * abs(P[t] - max(-reach, min(reach, pulled))))
-    if not worst < np.inf:  # NaN
-        return np.inf
-    return worst / scale if scale > 0.0 else worst
-
-
-@kernel
-def name_modes(n, closed, start, kinds, P, planar):
-    """Name the mode of each contact from its impulses and velocities; always True."""
-    for k in range(n):
-        i = closed[k]
-        t = start[k + 1] - 1
-        is_given = kinds[i, 0] == GIVEN_FORCE
-        P_N = planar.normal_impulse[k] if is_given else P[start[k]]
-        reach = planar.mu[k] * abs(P_N)
-        if P_N == 0.0:
-            planar.candidate[k] = FREE if kinds[i, 0] == UNILATERAL or is_given else STICK
-        elif kinds[i, 1] == 0 or abs(P[t]) < reach * (1.0 - 1e-9):
-            planar.candidate[k] = STICK
-        else:
-            s = -1 if P[t] > 0.0 else 1
-            stays = abs(planar.gamma[t]) <= 1e-12 * abs(P[t])
-            planar.candidate[k] = STICK if stays else (2 if s > 0 else 3) + (2 if P_N < 0.0 else 0)
-    return True
-
-
-@kernel
-def slip_sign(candidate):
-    """Sign of sliding of a chosen candidate, zero unless it slides."""
-    return 0 if candidate == NO_CANDIDATE else slip_of(candidate)

@@ -34,7 +34,8 @@ from nonsmooth.contact_problem import (
     work_shapes,
 )
 from nonsmooth.contact_solvers.modes import enumerate_modes
-from nonsmooth.contact_solvers.planar import Planar, Route, pivot, planar_shapes, solve_planar
+from nonsmooth.contact_solvers.planar import Route, pivot, solve_planar
+from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 from nonsmooth.contact_solvers.single import (
     FREE,
     NO_CANDIDATE,
@@ -290,7 +291,7 @@ def solve(model, has, p, kinds, laws, selection, t, dt, n, n_k, state, scratch):
         state.counters[FAILED_CONTACT] = -1
         return Status.NO_SOLUTION if route == Route.NO_SOLUTION else Status.NOT_SOLVED
     state.worst[RESIDUAL] = max(state.worst[RESIDUAL], residual)
-    if route == Route.KEPT:
+    if route == Route.KEPT or route == Route.KEPT_MODES:
         state.counters[KEPT] += 1
     for k in range(n_k):
         scratch.candidate[k] = scratch.planar.candidate[k]

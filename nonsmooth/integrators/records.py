@@ -117,15 +117,15 @@ def add_event(t, kind, i, mode, slip, k, solutions, kinds, state, work):
 
 
 @kernel
-def book_contact_energy(n, n_k, kinds, ubar, ledger, work):
+def book_contact_energy(n_k, kinds, ubar, ledger, work):
     """Book friction, normal and surface work of a step; returns their sum."""
-    closed, start, W, P, w = work.closed, work.start, work.W, work.P, work.w
+    closed, start, W, P, w, first, last = work.closed, work.start, work.W, work.P, work.w, work.first, work.last
     total = 0.0
     for k in range(n_k):
         has_normal = kinds[closed[k], 0] != GIVEN_FORCE
         for r in range(start[k], start[k + 1]):
             velocity = 0.0
-            for j in range(n):
+            for j in range(first[r], last[r]):
                 velocity += W[r, j] * ubar[j]
             is_normal = has_normal and r == start[k]
             ledger[NORMAL_WORK if is_normal else FRICTION_WORK] += P[r] * (velocity + w[r])
@@ -152,7 +152,7 @@ def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
         change += ubar[i] * momentum
         force += ubar[i] * impulse
         size += abs(ubar[i] * impulse)
-    contact = book_contact_energy(n, n_k, kinds, ubar, ledger, work)
+    contact = book_contact_energy(n_k, kinds, ubar, ledger, work)
     ledger[FORCE_WORK] += force
     size = max(size, abs(contact))
     error = abs(change - force - contact)

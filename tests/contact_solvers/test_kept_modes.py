@@ -1,0 +1,93 @@
+"""A row of sliding blocks: the modes of the step before are tried first, and agree with Lemke's method."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from nonsmooth.contact_solvers import kept, planar
+
+
+class P(NamedTuple):
+    m: float = 1.0
+    k: float = 100.0
+    g: float = 9.81
+    mu: float = 0.3
+
+
+def row_of_blocks(n):
+    """n blocks on a floor, coupled by springs: q = (x_1, y_1, x_2, ...)."""
+
+    def mass(t, q, p, M):
+        for i in range(2 * n):
+            M[i, i] = p.m
+
+    def force(t, q, u, p, h):
+        for i in range(n):
+            h[2 * i + 1] = -p.m * p.g
+        for i in range(n - 1):
+            pull = p.k * (q[2 * i + 2] - q[2 * i])
+            h[2 * i] += pull
+            h[2 * i + 2] -= pull
+
+    def gap(t, q, p, g_N):
+        for i in range(n):
+            g_N[i] = q[2 * i + 1]
+
+    def normal(t, q, p, W_N):
+        for i in range(n):
+            W_N[i, 2 * i + 1] = 1.0
+
+    def tangent(t, q, p, W_F):
+        for i in range(n):
+            W_F[i, 0, 2 * i] = 1.0
+
+    return ns.System(n_q=2 * n, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent,
+                     contacts=[ns.Contact(mu="mu")] * n, parameters=P())  # fmt: skip
+
+
+def run(n, t_end=0.6):
+    u0 = np.zeros(2 * n)
+    u0[::2] = np.linspace(1.0, 2.0, n)
+    return ns.simulate(row_of_blocks(n), (0, t_end), np.zeros(2 * n), u0, integrator=ns.MoreauJean(dt=1e-3))
+
+
+@pytest.mark.parametrize("n", [2, 6])
+def test_blocks_that_slide_on_are_answered_by_their_modes(n):
+    sol = run(n)
+    changed = len({event.t for event in sol.events})
+    assert sol.stats.lcp_kept >= sol.stats.steps - changed
+    assert (sol.P_N[1:] == pytest.approx(9.81e-3, rel=1e-12)) and (sol.g_N == 0).all()
+
+
+def test_modes_kept_and_lemke_give_one_motion(monkeypatch):
+    """The interpreted source, with and without the modes of the step before."""
+    monkeypatch.setenv("NONSMOOTH_INTERPRET", "1")
+    with_modes = run(3, 0.1)
+    monkeypatch.setitem(
+        ns.jit.interpreted(planar.solve_with_fixed_friction).__globals__, "keep_modes", lambda *arguments: False
+    )
+    by_lemke = run(3, 0.1)
+    assert with_modes.stats.lcp_kept > 0 and by_lemke.stats.lcp_kept == 0
+    # both satisfy G P + c to ROUNDING: velocities agree to 100 steps of 1e-15 m/s, positions to dt times their sum
+    assert np.abs(with_modes.u - by_lemke.u).max() < 1e-12
+
+
+def test_a_mode_that_no_longer_fits_is_refused():
+    """One frictionless contact that was closed and is now pulled away: P_N = -c/G < 0 does not satisfy P_N >= 0."""
+    system = row_of_blocks(2)
+    keep = ns.jit.interpreted(kept.keep_modes)
+    from nonsmooth.blocks import new_block
+    from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+
+    planar_arrays = new_block(Planar, planar_shapes(2, 1)).arrays
+    planar_arrays.mu[:] = planar_arrays.mu_static[:] = 0.3
+    G, P = np.eye(4), np.zeros(4)
+    problem = (2, np.arange(2), np.array([0, 2, 4]), system.kinds, G)
+    slide = np.array([ns.ContactMode.SLIDE] * 2)
+    pressed, pulled = np.array([-1.0, 2.0, -1.0, 2.0]), np.array([-1.0, 2.0, 1.0, 2.0])
+    assert keep(*problem, pressed, slide, np.array([1, 1]), P, planar_arrays)
+    assert P == pytest.approx([1.0, -0.3, 1.0, -0.3])
+    assert not keep(*problem, pulled, slide, np.array([1, 1]), P, planar_arrays)
+    assert not keep(*problem, pressed, slide, np.array([1, -1]), P, planar_arrays)  # slides the other way
