@@ -16,7 +16,7 @@ _HOME = {
     "Polynomial": "laws",
     "Stribeck": "laws",
     "Smoothed": "laws",
-    "simulate": "simulate",
+    "simulate": "simulation",
     "Solution": "solution",
     "Stats": "solution",
     "Event": "solution",

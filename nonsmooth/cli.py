@@ -103,7 +103,7 @@ def act_run(arguments: argparse.Namespace) -> int:
     from nonsmooth.catalogue import load_model
     from nonsmooth.errors import Status
     from nonsmooth.integrators.moreau_jean import MoreauJean
-    from nonsmooth.simulate import simulate
+    from nonsmooth.simulation import simulate
 
     figure = figure_path(arguments)
     for path in (arguments.out, figure, arguments.animate):

@@ -1,156 +1,121 @@
-"""``nonsmooth bench core``: nanoseconds a step, beside the same step written in C.
+"""``nonsmooth bench core``: nanoseconds a step, beside the same step written in C; compile, import and call times.
 
-The scene is a sliding rod (three coordinates, one frictional contact). The C program takes the same step with all
-known to the compiler: mid-point, rows at the mid-point and at the end, Delassus matrix, closed form of the contact. It
-is the floor, not a rival: it books no energy, keeps no modes and asks for no second solution. Medians of interleaved
-repeats; where there is no C compiler the column is left out.
+The rod is also stepped by two C programs compiled on the spot (where there is no C compiler, they are left out): one
+with all known to the compiler, one generic through function pointers. They take the same step, mid-point, rows at the
+mid-point and at the end, Delassus matrix, closed form of the contact, and end at the same angle; but they book no
+energy, keep no modes and ask for no second solution. Medians of interleaved repeats.
 """
 
 from __future__ import annotations
 
 import math
+import os
 import platform
 import shutil
 import statistics
 import subprocess
+import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+
+import numpy as np
+
+from nonsmooth.bench.scenes import row_of_blocks, sliding_rod
+from nonsmooth.catalogue import load_model
+from nonsmooth.integrators.moreau_jean import MoreauJean
+from nonsmooth.simulation import simulate
 
 REPEATS = 7
-STEPS = 300_000
+ROD_STEPS, STEPS = 300_000, 20_000
 SPAN = 0.3  # s
-
-
-class P(NamedTuple):
-    m: float = 1.0  # mass [kg]
-    l: float = 2.0  # length [m]
-    I: float = 1 / 3  # central inertia [kg m^2]
-    g: float = 9.81  # gravity [m/s^2]
-    mu: float = 0.5  # friction coefficient
-
-
-def mass(t, q, p, M):
-    M[0, 0] = p.m
-    M[1, 1] = p.m
-    M[2, 2] = p.I
-
-
-def force(t, q, u, p, h):
-    h[1] = -p.m * p.g
-
-
-def gap(t, q, p, g_N):
-    g_N[0] = q[1] - p.l / 2 * math.sin(q[2])
-
-
-def normal(t, q, p, W_N):
-    W_N[0, 1] = 1.0
-    W_N[0, 2] = -p.l / 2 * math.cos(q[2])
-
-
-def tangent(t, q, p, W_F):
-    W_F[0, 0, 0] = 1.0
-    W_F[0, 0, 2] = p.l / 2 * math.sin(q[2])
-
-
-C_SOURCE = r"""
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <time.h>
-int main(int argc, char **argv) {
-    long n = atol(argv[1]);
-    double dt = 0.3 / n, m = 1, s = 1, I = 1.0 / 3, g = 9.81, mu = 0.5;
-    double th0 = acos(-1.0) / 3, q[3] = {0, sin(th0), th0}, u[3] = {1, 0, 0};
-    struct timespec a, b;
-    clock_gettime(CLOCK_MONOTONIC, &a);
-    for (long k = 0; k < n; k++) {
-        double x = q[0] + dt / 2 * u[0], y = q[1] + dt / 2 * u[1], th = q[2] + dt / 2 * u[2], e = q[2] + dt * u[2];
-        double gN = y - s * sin(th), f[3] = {u[0], u[1] - g * dt, u[2]};
-        double N2 = -s * cos(th), T2 = s * sin(th), dN = -s * cos(e) - N2, dT = s * sin(e) - T2;
-        double GNN = 1 / m + N2 * N2 / I, GTT = 1 / m + T2 * T2 / I, GNT = N2 * T2 / I;
-        double cN = f[1] + N2 * f[2] + dN * u[2] + (gN > 0 ? gN / dt : 0), cT = f[0] + T2 * f[2] + dT * u[2];
-        double PN = 0, PT = 0;
-        if (cN < 0) {
-            double det = GNN * GTT - GNT * GNT;
-            PN = (GNT * cT - GTT * cN) / det;
-            PT = (GNT * cN - GNN * cT) / det;
-            if (!(PN >= 0 && fabs(PT) <= mu * PN)) {
-                double sign = cT - GNT * cN / GNN > 0 ? 1 : -1;
-                PN = -cN / (GNN - sign * mu * GNT);
-                PT = -sign * mu * PN;
-            }
-        }
-        double v[3] = {f[0] + PT / m, f[1] + PN / m, f[2] + (N2 * PN + T2 * PT) / I};
-        for (int i = 0; i < 3; i++) { q[i] += dt / 2 * (u[i] + v[i]); u[i] = v[i]; }
-        (void)x;
-    }
-    clock_gettime(CLOCK_MONOTONIC, &b);
-    printf("%.17g %.17g\n", ((b.tv_sec - a.tv_sec) * 1e9 + (b.tv_nsec - a.tv_nsec)) / n, q[2]);
-    return 0;
-}
-"""
+C_PROGRAMS = {"hard-coded in C": "rod.c", "C through function pointers": "rod_pointers.c"}
+FIRST_USE = "from nonsmooth.bench.core import run_rod; run_rod(100)"
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Print the table; returns the exit code."""
-    with tempfile.TemporaryDirectory() as folder:
-        program = compile_c(Path(folder))
-        run_rod(STEPS)  # compile, or load
-        ours, theirs = [], []
-        for _ in range(REPEATS):
-            time_ours, th = run_rod(STEPS)
-            ours.append(time_ours)
-            if program:
-                time_c, th_c = run_c(program, STEPS)
-                theirs.append(time_c)
-                if abs(th - th_c) > 1e-9:
-                    raise AssertionError(f"the two programs disagree: th = {th!r} and {th_c!r}")
-    print(f"{platform.platform()}, Python {platform.python_version()}, {STEPS} steps, median of {REPEATS}")
-    print(f"rod, this package       {statistics.median(ours):8.1f} ns a step")
-    if theirs:
-        ratio = statistics.median(a / b for a, b in zip(ours, theirs, strict=True))
-        print(f"rod, hard-coded in C    {statistics.median(theirs):8.1f} ns a step; ratio {ratio:.2f}")
-    else:
-        print("no C compiler (cc or gcc) was found: nothing to compare with")
-    print(f"one simulate call       {call_overhead() * 1e6:8.1f} us (one step)")
+    """Print the tables; returns the exit code."""
+    print(f"{platform.platform()}, Python {platform.python_version()}, medians of {REPEATS} interleaved repeats\n")
+    print_steps()
+    print_calls()
     return 0
 
 
-def rod() -> Any:
-    from nonsmooth.system import Contact, System
+def print_steps() -> None:
+    """Nanoseconds a step."""
+    runs: dict[str, Callable[[], float]] = {"rod": lambda: run_rod(ROD_STEPS)[0], "belt": run_belt}
+    for n in (2, 6, 12):
+        runs[f"row of {n} blocks"] = lambda n=n: run_row(n)  # type: ignore[misc]
+    with tempfile.TemporaryDirectory() as folder:
+        for name, program in compile_c(Path(folder)).items():
+            runs[name] = lambda program=program: run_c(program, ROD_STEPS)[0]  # type: ignore[misc]
+        times: dict[str, list[float]] = {name: [] for name in runs}
+        for name in runs:
+            runs[name]()  # compile, or load
+        for _ in range(REPEATS):
+            for name in runs:
+                times[name].append(runs[name]())
+    for name, values in times.items():
+        ratio = ""
+        if name in C_PROGRAMS:
+            ratio = f"; the rod takes {statistics.median(a / b for a, b in zip(times['rod'], values, strict=True)):.2f}"
+            ratio += " times this"
+        print(f"{name:30s} {statistics.median(values):9.0f} ns a step{ratio}")
+    if not set(C_PROGRAMS) & set(times):
+        print("no C compiler (cc or gcc) was found: nothing to compare with")
 
-    return System(n_q=3, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent,
-                  contacts=[Contact(mu="mu")], parameters=P(), name="rod")  # fmt: skip
+
+def print_calls() -> None:
+    """What a call, an import and a compilation cost."""
+    print(f"\n{'one simulate call':30s} {call_overhead() * 1e6:9.0f} us (one step of the rod)")
+    print(f"{'import nonsmooth':30s} {script('import nonsmooth') - script('pass'):9.3f} s")
+    with tempfile.TemporaryDirectory() as folder:
+        first, second = script(FIRST_USE, folder), script(FIRST_USE, folder)
+        another = script(FIRST_USE + "; import nonsmooth.bench.core as c; t = c.time.perf_counter(); c.run_row(1); "
+                         "print(c.time.perf_counter() - t)", folder, read=True)  # fmt: skip
+    print(f"{'first use on a machine':30s} {first - second:9.1f} s of compiling")
+    print(f"{'a new model':30s} {another:9.2f} s of compiling, once")
 
 
 def run_rod(steps: int) -> tuple[float, float]:
-    """Nanoseconds a step of this package, and the final angle."""
-    from nonsmooth.integrators.moreau_jean import MoreauJean
-    from nonsmooth.simulate import simulate
-
+    """Nanoseconds a step of the sliding rod, and its final angle."""
     th = math.pi / 3
-    solution = simulate(
-        rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=MoreauJean(dt=SPAN / steps), every=steps
-    )
+    integrator = MoreauJean(dt=SPAN / steps)
+    solution = simulate(sliding_rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=integrator, every=steps)
     return solution.stats.wall_time / steps * 1e9, float(solution.q[-1, 2])
 
 
-def compile_c(folder: Path) -> Path | None:
-    """The C program, if the system has a compiler."""
+def run_belt() -> float:
+    """Nanoseconds a step of the belt oscillator in its stick-slip cycle."""
+    belt = load_model("belt-oscillator")()
+    solution = simulate(belt, (0, STEPS * 1e-4), *belt.state(), integrator=MoreauJean(dt=1e-4), every=STEPS)
+    return float(solution.stats.wall_time / STEPS * 1e9)
+
+
+def run_row(n: int) -> float:
+    """Nanoseconds a step of n blocks sliding in a row."""
+    u_0 = np.zeros(2 * n)
+    u_0[::2] = np.linspace(1.0, 2.0, n)
+    solution = simulate(
+        row_of_blocks(n), (0, STEPS * 1e-5), np.zeros(2 * n), u_0, integrator=MoreauJean(dt=1e-5), every=STEPS
+    )
+    return solution.stats.wall_time / STEPS * 1e9
+
+
+def compile_c(folder: Path) -> dict[str, Path]:
+    """The C programs, if the system has a compiler."""
     compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        return None
-    source, program = folder / "rod.c", folder / "rod"
-    source.write_text(C_SOURCE)
-    subprocess.run([compiler, "-O2", str(source), "-o", str(program), "-lm"], check=True)
-    return program
+    programs = {}
+    for name, file in C_PROGRAMS.items() if compiler else ():
+        programs[name] = folder / Path(file).stem
+        source = Path(__file__).with_name(file)
+        subprocess.run([str(compiler), "-O2", str(source), "-o", str(programs[name]), "-lm"], check=True)
+    return programs
 
 
 def run_c(program: Path, steps: int) -> tuple[float, float]:
-    """Nanoseconds a step of the C program, and the final angle."""
+    """Nanoseconds a step of a C program, and the final angle."""
     printed = subprocess.run([str(program), str(steps)], capture_output=True, text=True, check=True).stdout
     nanoseconds, th = map(float, printed.split())
     return nanoseconds, th
@@ -158,13 +123,18 @@ def run_c(program: Path, steps: int) -> tuple[float, float]:
 
 def call_overhead() -> float:
     """Seconds of a `simulate` call that takes one step, median."""
-    from nonsmooth.integrators.moreau_jean import MoreauJean
-    from nonsmooth.simulate import simulate
-
-    system, integrator, th = rod(), MoreauJean(dt=1e-3), math.pi / 3
+    system, integrator, th = sliding_rod(), MoreauJean(dt=1e-3), math.pi / 3
     times = []
-    for _ in range(100):
+    for _ in range(200):
         started = time.perf_counter()
         simulate(system, (0, 1e-3), [0, math.sin(th), th], [1, 0, 0], integrator=integrator)
         times.append(time.perf_counter() - started)
     return statistics.median(times)
+
+
+def script(code: str, cache: str | None = None, read: bool = False) -> float:
+    """Seconds that a fresh interpreter takes for some code, or the number that it prints."""
+    environment = {**os.environ, **({"NONSMOOTH_CACHE_DIR": cache} if cache else {})}
+    started = time.perf_counter()
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    return float(done.stdout) if read else time.perf_counter() - started

@@ -1,50 +1,13 @@
 """A row of sliding blocks: the modes of the step before are tried first, and agree with Lemke's method."""
 
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 
 import nonsmooth as ns
+from nonsmooth.bench.scenes import row_of_blocks
+from nonsmooth.blocks import new_block
 from nonsmooth.contact_solvers import kept, planar
-
-
-class P(NamedTuple):
-    m: float = 1.0
-    k: float = 100.0
-    g: float = 9.81
-    mu: float = 0.3
-
-
-def row_of_blocks(n):
-    """n blocks on a floor, coupled by springs: q = (x_1, y_1, x_2, ...)."""
-
-    def mass(t, q, p, M):
-        for i in range(2 * n):
-            M[i, i] = p.m
-
-    def force(t, q, u, p, h):
-        for i in range(n):
-            h[2 * i + 1] = -p.m * p.g
-        for i in range(n - 1):
-            pull = p.k * (q[2 * i + 2] - q[2 * i])
-            h[2 * i] += pull
-            h[2 * i + 2] -= pull
-
-    def gap(t, q, p, g_N):
-        for i in range(n):
-            g_N[i] = q[2 * i + 1]
-
-    def normal(t, q, p, W_N):
-        for i in range(n):
-            W_N[i, 2 * i + 1] = 1.0
-
-    def tangent(t, q, p, W_F):
-        for i in range(n):
-            W_F[i, 0, 2 * i] = 1.0
-
-    return ns.System(n_q=2 * n, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent,
-                     contacts=[ns.Contact(mu="mu")] * n, parameters=P())  # fmt: skip
+from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 
 
 def run(n, t_end=0.6):
@@ -78,9 +41,6 @@ def test_a_mode_that_no_longer_fits_is_refused():
     """One frictionless contact that was closed and is now pulled away: P_N = -c/G < 0 does not satisfy P_N >= 0."""
     system = row_of_blocks(2)
     keep = ns.jit.interpreted(kept.keep_modes)
-    from nonsmooth.blocks import new_block
-    from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
-
     planar_arrays = new_block(Planar, planar_shapes(2, 1)).arrays
     planar_arrays.mu[:] = planar_arrays.mu_static[:] = 0.3
     G, P = np.eye(4), np.zeros(4)

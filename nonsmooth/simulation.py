@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nonsmooth.arrays import as_count, as_number, as_vector
 from nonsmooth.blocks import new_block
@@ -73,12 +74,12 @@ class Grid:
 def simulate(
     system: Any,
     t_span: tuple[float, float],
-    q0: Sequence[float],
-    u0: Sequence[float],
+    q0: ArrayLike,
+    u0: ArrayLike,
     *,
     integrator: Any,
     every: int = 1,
-    t_eval: Sequence[float] | None = None,
+    t_eval: ArrayLike | None = None,
     selection: str = "compliant-limit",
     project: bool = False,
     on_failure: str = "raise",
@@ -148,7 +149,7 @@ def simulate(
     return solution
 
 
-def make_grid(integrator: Any, t_span: tuple[float, float], every: int, t_eval: Sequence[float] | None) -> Grid:
+def make_grid(integrator: Any, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None) -> Grid:
     """The record times and the steps between them."""
     try:
         start, end = t_span
