@@ -54,12 +54,17 @@ class Kernel:
     short_loops : bool
         Compile the entry point without LLVM's loop vectorizer and unroller, whose prologues cost more than they save
         where loops run over two or three coordinates (a step of the rod: 470 ns with them, 410 ns without).
+    is_rare : bool
+        Called, not inlined: what few steps reach stays out of the instruction cache.
     """
 
-    def __init__(self, function: Callable, signature: str | None = None, short_loops: bool = False) -> None:
+    def __init__(
+        self, function: Callable, signature: str | None = None, short_loops: bool = False, is_rare: bool = False
+    ) -> None:
         self.function = function
         self.signature = signature
         self.short_loops = short_loops
+        self.is_rare = is_rare
         self._slot = ctypes.c_size_t(0)
         functools.update_wrapper(self, function)
 
@@ -71,7 +76,7 @@ class Kernel:
         bound = rebind(self.function, lambda kernel: kernel.callee)
         if self.signature is None:
             return numba.njit(**KERNEL_OPTIONS)(bound)
-        compiler = _compiler(False, self.short_loops)
+        compiler = _compiler("entry", self.short_loops)
         return _compile(bound, self.signature, _kernel_stamp(self), **KERNEL_OPTIONS, pipeline_class=compiler)
 
     @functools.cached_property
@@ -81,7 +86,9 @@ class Kernel:
 
         bound = rebind(self.function, lambda kernel: kernel.callee)
         wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        return numba.njit(**KERNEL_OPTIONS, **wrappers, pipeline_class=_compiler(True, False))(bound)
+        return numba.njit(**KERNEL_OPTIONS, **wrappers, pipeline_class=_compiler("rare" if self.is_rare else "inner"))(
+            bound
+        )
 
     @property
     def callee(self) -> Any:
@@ -110,8 +117,8 @@ class Kernel:
 
 
 @functools.cache
-def _compiler(is_inner: bool, short_loops: bool) -> type:
-    """The compiler class of inner kernels and of entry points.
+def _compiler(kind: str, short_loops: bool = False) -> type:
+    """The compiler class of inner kernels, of rare ones and of entry points.
 
     An inner kernel stops at LLVM's intermediate code: machine code for each of the fifty functions of a step would be
     made and never run. An entry point inlines them all: a call would hand arrays over word by word, and LLVM's own
@@ -138,12 +145,20 @@ def _compiler(is_inner: bool, short_loops: bool) -> type:
         def get_pointer_to_function(self, name: str) -> int:
             return 0
 
+    class RareLibrary(InnerLibrary):
+        def add_llvm_module(self, module: Any) -> None:
+            for function in module.functions:
+                if not function.is_declaration:
+                    function.add_function_attribute("noinline")
+            super().add_llvm_module(module)
+
     class EntryLibrary(JITCodeLibrary):
         def _optimize_final_module(self) -> None:
             for function in self._final_module.functions:
                 if not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr:
                     function.linkage = "internal"
-                    function.add_function_attribute("alwaysinline")
+                    if b"noinline" not in b" ".join(function.attributes):
+                        function.add_function_attribute("alwaysinline")
             if not short_loops:
                 return super()._optimize_final_module()
             tuning = llvm.create_pipeline_tuning_options(speed_level=3)
@@ -151,9 +166,11 @@ def _compiler(is_inner: bool, short_loops: bool) -> type:
             passes = llvm.create_pass_builder(self._codegen._tm, tuning)
             passes.getModulePassManager().run(self._final_module, passes)
 
+    libraries = {"inner": InnerLibrary, "rare": RareLibrary, "entry": EntryLibrary}
+
     class KernelCompiler(Compiler):
         def __init__(self, typingctx: Any, targetctx: Any, _: Any, *rest: Any) -> None:
-            library = (InnerLibrary if is_inner else EntryLibrary)(targetctx.codegen(), "kernel")
+            library = libraries[kind](targetctx.codegen(), "kernel")
             library.enable_object_caching()
             super().__init__(typingctx, targetctx, library, *rest)
 
@@ -219,6 +236,11 @@ def kernel(target: Callable | str, short_loops: bool = False) -> Any:
     if isinstance(target, str):
         return lambda function: Kernel(function, target, short_loops)
     return Kernel(target)
+
+
+def rare_kernel(function: Callable) -> Kernel:
+    """Mark an inner kernel that few steps reach: it is called, not inlined."""
+    return Kernel(function, is_rare=True)
 
 
 @functools.cache
@@ -434,7 +456,7 @@ def _identity(function: Callable) -> bytes:
 def _global_identity(value: Any, reader: Callable) -> bytes:
     """What a function depends on through one global that it reads."""
     if isinstance(value, Kernel):
-        return repr((value.signature, value.short_loops)).encode() + _digest(value.function)
+        return repr((value.signature, value.short_loops, value.is_rare)).encode() + _digest(value.function)
     if isinstance(value, types.FunctionType):
         return b"" if value is reader else _identity(value)
     if hasattr(value, "py_func"):  # a helper the user compiled himself

@@ -18,7 +18,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 from nonsmooth.dense import SINGULAR
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.laws import LAW_CODE, SMOOTHED, depends_on_speed, friction_coefficient, static_coefficient
 from nonsmooth.system import BILATERAL, GIVEN_FORCE
 
@@ -64,32 +64,39 @@ def slide(laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma):
     A law mu(v) is taken at v = s (offset + gamma_F) / 2, the speed in the middle of the step; ``offset`` is the sliding
     velocity before it, gamma_F that after it. The scalar equation for v is solved by Newton steps inside a bracket.
     """
-    mu = friction_coefficient(laws, i, max(0.0, s * offset))
+    v = max(0.0, s * offset)
     if depends_on_speed(laws, i):
-        low, high = 0.0, max(0.0, s * (offset + c_F - G_FN * c_N / G_NN) / 2)
-        v = min(max(0.0, s * offset), high)
-        for _ in range(SPEED_ITERATIONS):
-            mu = friction_coefficient(laws, i, v)
-            excess = v - mid_speed(G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma, mu)
-            if abs(excess) <= 4e-16 * (abs(v) + abs(offset)):
-                break
-            if excess > 0.0:
-                high = v
-            else:
-                low = v
-            step = 1e-7 * v + 1e-12 * abs(offset) + 1e-300
-            ahead = mid_speed(
-                G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma, friction_coefficient(laws, i, v + step)
-            )
-            slope = (v + step - ahead - excess) / step
-            v_new = v - excess / slope if slope > 0.0 else high
-            v = v_new if low < v_new < high else 0.5 * (low + high)
-            if not high - low > 4e-16 * high:
-                break
+        v = mid_point_speed(laws, i, v, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma)
+    mu = friction_coefficient(laws, i, v)
     D = G_NN - s * mu * sigma * G_NF
     P_N = -c_N / D if D != 0.0 else -sigma * 1e300
     P_F = -s * mu * sigma * P_N
     return P_N, P_F, c_F + G_FN * P_N + G_FF * P_F, D
+
+
+@rare_kernel
+def mid_point_speed(laws, i, v, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma):
+    """The speed v at which mu(v) leads to that very speed in the middle of the step; starts from a guess."""
+    low, high = 0.0, max(0.0, s * (offset + c_F - G_FN * c_N / G_NN) / 2)
+    v = min(v, high)
+    for _ in range(SPEED_ITERATIONS):
+        mu = friction_coefficient(laws, i, v)
+        excess = v - mid_speed(G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma, mu)
+        if abs(excess) <= 4e-16 * (abs(v) + abs(offset)):
+            break
+        if excess > 0.0:
+            high = v
+        else:
+            low = v
+        step = 1e-7 * v + 1e-12 * abs(offset) + 1e-300
+        mu = friction_coefficient(laws, i, v + step)
+        ahead = mid_speed(G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma, mu)
+        slope = (v + step - ahead - excess) / step
+        v_new = v - excess / slope if slope > 0.0 else high
+        v = v_new if low < v_new < high else 0.5 * (low + high)
+        if not high - low > 4e-16 * high:
+            break
+    return v
 
 
 @kernel
@@ -121,7 +128,7 @@ def candidate_impulses(candidate, laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, off
     return P_N, P_F
 
 
-@kernel
+@rare_kernel
 def admissible(kind, laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, tolerance):
     """Bits of all admissible candidates, and bits of the sliding ones with D > 0."""
     found = 0

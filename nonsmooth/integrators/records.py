@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from nonsmooth.blocks import Cube, Integers, IntegerTable, Matrix, Vector
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit import call_model, kernel, rare_kernel
 from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
 # counters: where the run is, and what it did
@@ -88,7 +88,7 @@ def set_mode(t, i, mode, slip, k, kinds, state, work):
     state.slip[i] = slip
 
 
-@kernel
+@rare_kernel
 def add_event(t, kind, i, mode, slip, k, solutions, kinds, state, work):
     """Append an event; k is the place of contact i among the closed ones."""
     m = state.counters[N_EVENTS]
