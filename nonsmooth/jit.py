@@ -166,7 +166,7 @@ def _compiler(kind: str, short_loops: bool = False) -> type:
             passes = llvm.create_pass_builder(self._codegen._tm, tuning)
             passes.getModulePassManager().run(self._final_module, passes)
 
-    libraries = {"inner": InnerLibrary, "rare": RareLibrary, "entry": EntryLibrary}
+    libraries: dict[str, Any] = {"inner": InnerLibrary, "rare": RareLibrary, "entry": EntryLibrary}
 
     class KernelCompiler(Compiler):
         def __init__(self, typingctx: Any, targetctx: Any, _: Any, *rest: Any) -> None:
