@@ -1,22 +1,28 @@
 """The command line: ``nonsmooth list | run | solve | bench``. Arguments in, library calls, text and files out.
 
-Exit codes: 0 done; 2 bad input; 3 the integration failed (what was computed is saved and summarised); 130 interrupted.
+Exit codes: 0 done; 2 bad input; 3 the integration failed (what was computed is saved and summarised), or a problem file
+was not solved; 130 interrupted.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import importlib.util
 import json
 import math
 import operator
 import os
+import re
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
 from nonsmooth import __version__
-from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError
+from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, NonsmoothWarning, UnknownName, nearest
+
+BAD_INPUT, FAILED, INTERRUPTED = 2, 3, 130
 
 OPERATORS: dict[type, Any] = {
     ast.Add: operator.add,
@@ -27,59 +33,68 @@ OPERATORS: dict[type, Any] = {
     ast.USub: operator.neg,
     ast.UAdd: operator.pos,
 }
+NAMES = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
+NEGATIVE = re.compile(r"-(\d|\.\d|pi\b|inf\b|nan\b|\()")  # -1e-3 and -pi/4 are numbers, not options
+
+SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
+FIGURE_ENDINGS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".webp")
+ANIMATION_ENDINGS = (".gif", ".webp")
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command line; returns the exit code."""
-    arguments = build_parser().parse_args(argv)
-    try:
-        return arguments.act(arguments)
-    except (InvalidInput, MissingExtra) as error:
-        print(f"nonsmooth: {error}", file=sys.stderr)
-        return 2
-    except NonsmoothError as error:
-        print(f"nonsmooth: {error}", file=sys.stderr)
-        return 3
-    except KeyboardInterrupt:
-        print("nonsmooth: interrupted", file=sys.stderr)
-        return 130
+    """Run the command line.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        The arguments; those of the process when left out.
+
+    Returns
+    -------
+    int
+        The exit code.
+    """
+    texts = sys.argv[1:] if argv is None else argv
+    arguments = build_parser().parse_args([" " + text if NEGATIVE.match(text) else text for text in texts])
+    with warnings.catch_warnings():
+        warnings.showwarning = show_warning  # type: ignore[assignment]
+        try:
+            code = arguments.act(arguments)
+            sys.stdout.flush()
+            return code
+        except BrokenPipeError:  # the reader of our output has left, as `| head` does
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 0
+        except (InvalidInput, MissingExtra, OSError) as error:
+            complain(str(error))
+            return BAD_INPUT
+        except MemoryError:
+            complain("there is not enough memory for so many records; take a larger --every, or a shorter run")
+            return BAD_INPUT
+        except NonsmoothError as error:
+            complain(str(error))
+            return FAILED
+        except KeyboardInterrupt:
+            complain("interrupted")
+            return INTERRUPTED
 
 
 def build_parser() -> argparse.ArgumentParser:
+    """Every command with its options."""
     parser = argparse.ArgumentParser(prog="nonsmooth", description="Nonsmooth mechanics with every paradox named.")
     parser.add_argument("--version", action="version", version=f"nonsmooth {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    listing = commands.add_parser("list", help="the models, with their parameters")
+    listing = commands.add_parser("list", help="the models, with their parameters and states")
     listing.set_defaults(act=act_list)
 
-    run = commands.add_parser("run", help="simulate a model")
-    run.set_defaults(act=act_run)
-    run.add_argument("model", help="a name of `nonsmooth list`")
-    run.add_argument("--set", nargs="+", default=[], metavar="NAME=VALUE", help="parameters, e.g. mu=2 l=1/2")
-    run.add_argument("--state", nargs="+", default=[], metavar="NAME=VALUE", help="initial state, e.g. th=pi/4 thdot=0")
-    run.add_argument("--q0", nargs="+", type=number, metavar="Q", help="initial coordinates (with --u0)")
-    run.add_argument("--u0", nargs="+", type=number, metavar="U", help="initial velocities (with --q0)")
-    run.add_argument("--t-end", type=number, metavar="T", help="end [s]; the model's own by default")
-    run.add_argument("--dt", type=number, help="step [s]; the model's own by default")
-    run.add_argument("--theta", type=number, default=0.5, help="weight of the new velocity, 0.5 to 1")
-    run.add_argument("--every", type=int, default=1, metavar="N", help="record every N steps")
-    run.add_argument("--selection", default="compliant-limit", help="compliant-limit, lift-off or impact")
-    run.add_argument(
-        "--project", action="store_true", help="move an inadmissible start to the nearest admissible state"
-    )
-    run.add_argument("--projection", action="store_true", help="move positions back to the surfaces after each step")
-    run.add_argument("--out", type=Path, metavar="FILE", help="save the solution (.npz or .h5)")
-    run.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL.png by default")
-    run.add_argument("--no-plot", action="store_true", help="draw nothing")
-    run.add_argument("--animate", type=Path, metavar="FILE.gif", help="write an animation")
-    run.add_argument("--json", action="store_true", help="print one JSON object instead of the summary")
+    add_run(commands.add_parser("run", help="simulate a model", epilog="Numbers may be typed as 1e-3, pi/4, -2*pi."))
 
     solve = commands.add_parser("solve", help="solve contact and complementarity problems from files")
     solve.set_defaults(act=act_solve)
-    solve.add_argument("files", nargs="+", metavar="FILE", help=".npz or FCLIB .hdf5")
-    solve.add_argument("--solver", default="auto")
-    solve.add_argument("--tol", type=number, default=1e-8)
+    solve.add_argument("files", nargs="+", metavar="FILE", type=Path, help=".npz or FCLIB .hdf5")
+    solve.add_argument("--solver", default="auto", metavar="NAME[,NAME]", help="solvers; auto by default")
+    solve.add_argument("--tol", type=number, default=1e-8, help="largest accepted error; 1e-8 by default")
     solve.add_argument("--plot", type=Path, metavar="FILE", help="draw a performance profile")
 
     bench = commands.add_parser("bench", help="measure run times")
@@ -88,144 +103,250 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
+def add_run(run: argparse.ArgumentParser) -> None:
+    """The options of ``nonsmooth run``."""
+    run.set_defaults(act=act_run)
+    run.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
+    for option, what in (("--set", "parameters, e.g. mu=2 l=1/2"), ("--state", "initial state, e.g. th=pi/4 thdot=0")):
+        run.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
+    run.add_argument("--q0", nargs="+", type=number, metavar="Q", help="initial coordinates (with --u0)")
+    run.add_argument("--u0", nargs="+", type=number, metavar="U", help="initial velocities (with --q0)")
+    run.add_argument("--t-end", type=number, metavar="T", help="end [s]; the model's own by default")
+    run.add_argument("--dt", type=number, help="step [s]; the model's own by default")
+    run.add_argument("--theta", type=number, default=0.5, help="weight of the new velocity, 0.5 (default) to 1")
+    run.add_argument("--every", type=int, default=1, metavar="N", help="record every N steps")
+    run.add_argument("--t-eval", nargs="+", type=number, metavar="T", help="record at these times [s] instead")
+    run.add_argument(
+        "--selection", default="compliant-limit", metavar="RULE",
+        help="which solution is taken where there are several: compliant-limit (default), lift-off or impact",
+    )  # fmt: skip
+    run.add_argument("--project", action="store_true", help="move an inadmissible start to the nearest admissible one")
+    run.add_argument("--projection", action="store_true", help="move positions back to the surfaces after each step")
+    run.add_argument("--out", type=Path, metavar="FILE", help="save the solution (.npz or .h5)")
+    run.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL.png by default")
+    run.add_argument("--no-plot", action="store_true", help="draw nothing")
+    run.add_argument("--animate", type=Path, metavar="FILE.gif", help="write an animation")
+    run.add_argument("--json", action="store_true", help="print one JSON object, and draw only what was asked for")
+    run.add_argument("--quiet", action="store_true", help="print neither progress nor summary")
+
+
 def act_list(arguments: argparse.Namespace) -> int:
+    """``nonsmooth list``."""
+    import inspect
+
     from nonsmooth.catalogue import load_model, model_entries
     from nonsmooth.system import numeric_fields
 
     for name in model_entries():
-        model = load_model(name)
-        print(f"{name:18} {(model.__doc__ or '').strip().splitlines()[0]}")
-        print(" " * 18, "  ".join(f"{key}={value:.6g}" for key, value in numeric_fields(model()).items()))
+        try:
+            model = load_model(name)
+        except InvalidInput as error:
+            complain(str(error))
+            continue
+        variables = inspect.signature(model.state).parameters if hasattr(model, "state") else ()
+        print(f"{name:18} {(inspect.getdoc(model) or 'no description').splitlines()[0]}")
+        print(f"{'':18} --set   ", "  ".join(f"{key}={value:.6g}" for key, value in numeric_fields(model()).items()))
+        print(f"{'':18} --state ", "  ".join(str(key) for key in variables if key != "self"))
     return 0
 
 
 def act_run(arguments: argparse.Namespace) -> int:
+    """``nonsmooth run``."""
     from nonsmooth.catalogue import load_model
-    from nonsmooth.errors import Status
-    from nonsmooth.integrators.moreau_jean import MoreauJean
-    from nonsmooth.simulation import simulate
 
+    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
+    require_writable(arguments.out, SOLUTION_ENDINGS)
+    if arguments.out and arguments.out.suffix != ".npz":
+        require_module("h5py", "io", ".h5 files")
+    require_writable(arguments.animate, ANIMATION_ENDINGS)
+    if arguments.animate:
+        require_module("matplotlib", "plot", "animations")
+        require_module("PIL", "plot", "animations")
+        if not hasattr(model, "shape"):
+            raise InvalidInput(f"the model {arguments.model} has no shape(q) to animate; leave --animate out")
     figure = figure_path(arguments)
-    for path in (arguments.out, figure, arguments.animate):
-        require_writable(path)
-    model = build_model(load_model(arguments.model), assignments(arguments.set))
     q0, u0 = initial_state(model, arguments)
-    dt = model.dt if arguments.dt is None else arguments.dt
-    t_end = model.t_end if arguments.t_end is None else arguments.t_end
-    solution = simulate(
-        model, (0.0, t_end), q0, u0, integrator=MoreauJean(dt, arguments.theta, arguments.projection),
-        every=arguments.every, selection=arguments.selection, project=arguments.project, on_failure="return",
-        progress=show_progress if sys.stderr.isatty() else None,
-    )  # fmt: skip
+    solution = simulate_model(model, q0, u0, arguments)
     if arguments.out:
         solution.save(arguments.out)
     if figure:
         solution.plot(figure)
     if arguments.animate:
         solution.animate(arguments.animate)
-    print(json.dumps(as_json(solution)) if arguments.json else solution.summary())
-    if figure and not arguments.json:
-        print(f"figure: {figure}")
-    return 0 if solution.success else 130 if solution.status == Status.INTERRUPTED else 3
+    report(solution, arguments, figure)
+    if solution.success:
+        return 0
+    complain(solution.message)
+    return INTERRUPTED if solution.status.name == "INTERRUPTED" else FAILED
+
+
+def simulate_model(model: Any, q0: Any, u0: Any, arguments: argparse.Namespace) -> Any:
+    """The run with the options of the command line; a failure comes back as a partial solution."""
+    from nonsmooth.integrators.moreau_jean import MoreauJean
+    from nonsmooth.simulation import simulate
+
+    dt = getattr(model, "dt", None) if arguments.dt is None else arguments.dt
+    t_end = getattr(model, "t_end", None) if arguments.t_end is None else arguments.t_end
+    if dt is None or t_end is None:
+        raise InvalidInput(f"the model {arguments.model} has no t_end and dt of its own; give --t-end and --dt")
+    has_progress = sys.stderr.isatty() and not arguments.quiet
+    integrator = MoreauJean(dt, arguments.theta, arguments.projection)
+    solution = simulate(
+        model, (0.0, t_end), q0, u0, integrator=integrator, every=arguments.every, t_eval=arguments.t_eval,
+        selection=arguments.selection, project=arguments.project, on_failure="return",
+        progress=show_progress if has_progress else None,
+    )  # fmt: skip
+    if has_progress:
+        print("\r\033[K", end="", file=sys.stderr, flush=True)
+    return solution
+
+
+def report(solution: Any, arguments: argparse.Namespace, figure: Path | None) -> None:
+    """The outcome on stdout."""
+    if arguments.json:
+        print(json.dumps(without_nan(as_json(solution)), allow_nan=False))
+    elif not arguments.quiet:
+        print(solution.summary())
+        written = {"solution": arguments.out, "figure": figure, "animation": arguments.animate}
+        for what, path in written.items():
+            if path:
+                print(f"{what}: {path}")
 
 
 def act_solve(arguments: argparse.Namespace) -> int:
+    """``nonsmooth solve``."""
     from nonsmooth.studies.solve_files import format_table, performance_profile, solve_files
 
-    require_writable(arguments.plot)
-    results = solve_files([Path(file) for file in arguments.files], solver=arguments.solver, tol=arguments.tol)
-    print(format_table(results))
+    require_writable(arguments.plot, FIGURE_ENDINGS)
+    if arguments.plot:
+        require_module("matplotlib", "plot", "figures")
+    results = {name: solve_files(arguments.files, name, arguments.tol) for name in arguments.solver.split(",")}
+    print("\n\n".join(format_table(rows) for rows in results.values()))
     if arguments.plot:
         performance_profile(results, arguments.plot)
-    return 0
+        print(f"figure: {arguments.plot}")
+    return 0 if all(row["status"] == "SOLVED" for rows in results.values() for row in rows) else FAILED
 
 
 def act_bench(arguments: argparse.Namespace) -> int:
-    import importlib
-
-    return importlib.import_module(f"nonsmooth.bench.{arguments.what}").main([])
+    """``nonsmooth bench``."""
+    return importlib.import_module(f"nonsmooth.bench.{arguments.what}").main([]) or 0
 
 
 def figure_path(arguments: argparse.Namespace) -> Path | None:
-    """Where to draw: what was asked for, else MODEL.png where Matplotlib is installed."""
+    """Where to draw: what was asked for, else MODEL.png where it can be drawn."""
     if arguments.no_plot:
+        if arguments.plot:
+            raise InvalidInput("give either --plot or --no-plot; got both")
         return None
     if arguments.plot:
+        require_writable(arguments.plot, FIGURE_ENDINGS)
+        require_module("matplotlib", "plot", "figures")
         return arguments.plot
-    import importlib.util
-
-    if importlib.util.find_spec("matplotlib") is None:
-        print('nonsmooth: no figure without Matplotlib; pip install "nonsmooth[plot]" brings it', file=sys.stderr)
+    if arguments.json:
         return None
-    return Path(f"{arguments.model}.png")
+    figure = Path(f"{arguments.model}.png")
+    try:
+        require_module("matplotlib", "plot", "figures")
+        require_writable(figure, FIGURE_ENDINGS)
+    except (MissingExtra, InvalidInput) as error:
+        complain(f"no figure will be drawn: {error}")
+        return None
+    return figure
 
 
-def require_writable(path: Path | None) -> None:
+def require_writable(path: Path | None, endings: tuple[str, ...]) -> None:
     """Raise before the run when a file could not be written after it."""
     if path is None:
         return
-    folder = path.parent
-    if not folder.is_dir():
-        raise InvalidInput(f"{str(path)!r} cannot be written: there is no folder {str(folder)!r}")
-    if path.is_dir() or not os.access(path if path.exists() else folder, os.W_OK):
-        raise InvalidInput(f"{str(path)!r} cannot be written; choose another path")
+    if path.suffix not in endings and not path.is_dir():
+        raise InvalidInput(f"{str(path)!r} must end in one of {', '.join(endings)}")
+    part = path.with_name(path.name + ".part")
+    try:
+        if not path.parent.is_dir():
+            raise FileNotFoundError(f"there is no folder {str(path.parent)!r}")
+        if path.is_dir():
+            raise IsADirectoryError("it is a folder")
+        is_left_over = part.exists()
+        if path.exists() and not os.access(path, os.W_OK):
+            raise PermissionError("the file there may not be changed")
+        part.open("ab").close()
+        if not is_left_over:
+            part.unlink()
+    except OSError as error:
+        raise InvalidInput(f"{str(path)!r} cannot be written: {error.strerror or error}; choose another path") from None
+
+
+def require_module(module: str, extra: str, what: str) -> None:
+    """Raise before the run when an optional dependency is not installed."""
+    if importlib.util.find_spec(module) is None:
+        raise MissingExtra(f'{what} need {module}; pip install "nonsmooth[{extra}]" brings it')
 
 
 def build_model(model: Any, changes: dict[str, float]) -> Any:
+    """The model with its defaults changed; a field declared int takes whole numbers."""
     from nonsmooth.system import changed
 
-    default = model()
-    whole = {name: int(value) for name, value in changes.items() if isinstance(getattr(default, name, None), int)}
-    return changed(default, {**changes, **whole})
+    values: dict[str, float] = {}
+    for name, value in changes.items():
+        field = getattr(model, "__dataclass_fields__", {}).get(name)
+        is_whole = field is not None and field.type in (int, "int")
+        if is_whole and not (math.isfinite(value) and value == int(value)):
+            raise InvalidInput(f"the parameter {name} must be a whole number; got {value:g}")
+        values[name] = int(value) if is_whole else value
+    return changed(model(), values)
 
 
 def initial_state(model: Any, arguments: argparse.Namespace) -> tuple[Any, Any]:
     """q0 and u0 as given, or from the model's natural variables."""
     import inspect
 
-    from nonsmooth.errors import UnknownName, nearest
-
     if (arguments.q0 is None) != (arguments.u0 is None):
-        raise InvalidInput("--q0 and --u0 go together; one of them is missing")
+        missing = "--q0" if arguments.q0 is None else "--u0"
+        raise InvalidInput(f"--q0 and --u0 go together; {missing} is missing")
     if arguments.q0 is not None:
         if arguments.state:
-            raise InvalidInput("give either --state or --q0 and --u0; got both")
+            raise InvalidInput("give either --state, or --q0 and --u0; got both")
         return arguments.q0, arguments.u0
-    values = assignments(arguments.state)
+    if not callable(getattr(model, "state", None)):
+        raise InvalidInput(f"the model {arguments.model} has no state(...) of its own; give --q0 and --u0")
+    values = assignments("--state", arguments.state)
     known = inspect.signature(model.state).parameters
     for name in values:
         if name not in known:
-            raise UnknownName(f"the state of this model has no variable {name!r}; {nearest(name, known)}")
+            raise UnknownName(f"the state of {arguments.model} has no variable {name!r}; {nearest(name, known)}")
     return model.state(**values)
 
 
-def assignments(texts: list[str]) -> dict[str, float]:
+def assignments(option: str, texts: list[str]) -> dict[str, float]:
     """NAME=VALUE texts as a dictionary."""
-    pairs = {}
+    pairs: dict[str, float] = {}
     for text in texts:
         name, sign, value = text.partition("=")
-        if not sign:
-            raise InvalidInput(f"a value is given as NAME=VALUE; got {text!r}")
+        if not sign or not name:
+            raise InvalidInput(f"{option} takes NAME=VALUE; got {text!r}")
+        if name in pairs:
+            raise InvalidInput(f"{option} gives {name} twice; give it once")
         try:
             pairs[name] = number(value)
         except argparse.ArgumentTypeError as error:
-            raise InvalidInput(f"{name} must be a number: {error}") from None
+            raise InvalidInput(f"{option} {name} must be a number: {error}") from None
     return pairs
 
 
 def number(text: str) -> float:
     """A number typed as arithmetic on numbers and pi: 1e-3, pi/4, -2*pi."""
     try:
-        return float(_evaluate(ast.parse(text, mode="eval").body))
-    except (SyntaxError, KeyError, TypeError, ValueError, ZeroDivisionError, OverflowError):
-        raise argparse.ArgumentTypeError(f"{text!r} is no number (try 0.5, 1e-3 or pi/4)") from None
+        return float(_evaluate(ast.parse(text.strip(), mode="eval").body))
+    except (ArithmeticError, KeyError, MemoryError, RecursionError, SyntaxError, TypeError, ValueError):
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is no number (try 0.5, 1e-3 or pi/4)") from None
 
 
 def _evaluate(node: Any) -> float:
-    if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
-        return node.value
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
+        return float(node.value)
     if isinstance(node, ast.Name):
-        return {"pi": math.pi, "inf": math.inf, "nan": math.nan}[node.id]
+        return NAMES[node.id]
     if isinstance(node, ast.UnaryOp):
         return OPERATORS[type(node.op)](_evaluate(node.operand))
     if isinstance(node, ast.BinOp):
@@ -234,7 +355,19 @@ def _evaluate(node: Any) -> float:
 
 
 def show_progress(done: float) -> None:
-    print(f"\r{done:6.1%}", end="\n" if done >= 1 else "", file=sys.stderr, flush=True)
+    """A line that is written over."""
+    print(f"\r{done:6.1%}", end="", file=sys.stderr, flush=True)
+
+
+def show_warning(message: Warning | str, category: type[Warning], *_: Any) -> None:
+    """A warning of ours as one line; those of other packages say nothing to a user of the command line."""
+    if issubclass(category, NonsmoothWarning):
+        complain(f"warning: {message}")
+
+
+def complain(text: str) -> None:
+    """One line on stderr."""
+    print(f"nonsmooth: {text}", file=sys.stderr)
 
 
 def as_json(solution: Any) -> dict[str, Any]:
@@ -248,12 +381,26 @@ def as_json(solution: Any) -> dict[str, Any]:
         "q": solution.q[-1].tolist(),
         "u": solution.u[-1].tolist(),
         "stats": asdict(solution.stats),
-        "n_events": len(solution.event_rows),
-        "paradoxes": [
-            {**asdict(event), "kind": event.kind.name, "mode_before": event.mode_before.name,
-             "mode_after": event.mode_after.name, "choice": event.choice}
-            for event in solution.paradoxes
-        ],
+        "events": [event_as_json(event) for event in solution.events],
+        "paradoxes": [event_as_json(event) for event in solution.paradoxes],
         "ledger": {name: float(column[-1]) for name, column in solution.ledger.items()},
         "about": solution.about,
-    }  # fmt: skip
+    }
+
+
+def event_as_json(event: Any) -> dict[str, Any]:
+    """An event with its kinds and modes by name."""
+    from dataclasses import asdict
+    from enum import IntEnum
+
+    fields = {key: value.name if isinstance(value, IntEnum) else value for key, value in asdict(event).items()}
+    return fields | ({"choice": event.choice} if hasattr(event, "choice") else {})
+
+
+def without_nan(value: Any) -> Any:
+    """JSON knows neither NaN nor inf: null in their place."""
+    if isinstance(value, dict):
+        return {key: without_nan(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [without_nan(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

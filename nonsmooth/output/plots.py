@@ -17,16 +17,23 @@ from nonsmooth.system import ContactMode
 if TYPE_CHECKING:
     from nonsmooth.solution import Solution
 
-MODE_COLOURS = {
-    ContactMode.OPEN: "#d9d9d9",
-    ContactMode.STICK: "#1b7837",
-    ContactMode.SLIDE: "#f1a340",
-    ContactMode.LOCKED: "#542788",
+STRIPS = {  # (mode, sign of sliding): colour
+    (ContactMode.OPEN, 0): "#d9d9d9",
+    (ContactMode.STICK, 0): "#1b7837",
+    (ContactMode.SLIDE, 1): "#fdb863",
+    (ContactMode.SLIDE, 0): "#f1a340",
+    (ContactMode.SLIDE, -1): "#b35806",
+    (ContactMode.LOCKED, 0): "#542788",
 }
-MARGIN = 0.15  # of the orbit's extent, around it in the phase plane
-GRID = 400
-BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5), "fontsize": 8, "frameon": False}
+REGIONS = (("no solution", "#f4a6a0", "//"), ("one solution", "#ffffff", ""), ("two solutions", "#d3e3f3", ".."))
+BLUE, RED = "#08306b", "#b2182b"
+MARGIN = 0.2  # of the orbit's extent, around it in the phase plane
+GRID = 400  # points of the phase map along each axis
 MAX_POINTS = 20_000  # drawn of one curve
+MAX_NAMES = 8  # coordinates drawn; a chain has hundreds
+MAX_STRIPS = 4000  # rectangles of a mode strip: an accumulation of impacts has more than a screen can show
+BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5), "fontsize": 8, "frameon": False}
+BELOW: dict[str, Any] = {"loc": "upper center", "fontsize": 8, "frameon": False}
 
 
 def new_figure(width: float, height: float) -> Any:
@@ -39,37 +46,67 @@ def new_figure(width: float, height: float) -> Any:
 
 
 def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
-    """Draw a run; returns the figure, saved to ``path`` if given."""
+    """Draw a run: states, energy, contact forces and modes against time, and the phase plane where the model has one.
+
+    Parameters
+    ----------
+    solution : Solution
+    path : path-like, optional
+        Where to save; the ending names the format.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    MissingExtra
+        When Matplotlib is not installed.
+    """
     model = solution.system.parameters if solution.system else None
     has_phase_plane = hasattr(model, "phase_map")
-    figure = new_figure(13 if has_phase_plane else 8, 8)
+    figure = new_figure(14 if has_phase_plane else 8.5, 8.5)
     histories = figure
     if has_phase_plane:
-        left, histories = figure.subfigures(1, 2, width_ratios=(1.15, 1))
+        left, histories = figure.subfigures(1, 2, width_ratios=(1.1, 1))
         draw_phase_plane(left.subplots(), solution, model)
     n_c = solution.mode.shape[1]
-    rows = histories.subplots(5 if n_c else 3, 1, sharex=True, height_ratios=(3, 3, 3, 3, 1) if n_c else None)
+    rows = histories.subplots(5 if n_c else 3, 1, sharex=True, height_ratios=(3, 3, 3, 3, 0.8) if n_c else None)
     draw_states(rows[0], rows[1], solution, model)
     draw_energy(rows[2], solution)
     if n_c:
         draw_forces(rows[3], solution)
         draw_modes(rows[4], solution)
+    for axes in rows[:4]:
+        axes.grid(alpha=0.25)
     rows[-1].set_xlabel("t [s]")
-    figure.suptitle(str(solution.about.get("system", "")))
+    if solution.t[-1] > solution.t[0]:
+        rows[-1].set_xlim(solution.t[0], solution.t[-1])
+    figure.suptitle(title_of(solution), fontsize=11)
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
 
 
+def title_of(solution: Solution) -> str:
+    """The system, its parameters and the integrator, and where an unfinished run stopped."""
+    about = solution.about
+    values = "  ".join(f"{name} = {value:.4g}" for name, value in about.items() if isinstance(value, int | float))
+    title = f"{about.get('system', '')}   {about.get('integrator', '')}\n{values}"
+    return title if solution.success else f"{title}\n{solution.status.name} at t = {solution.t[-1]:.6g} s"
+
+
 def draw_states(above: Any, below: Any, solution: Solution, model: Any) -> None:
-    """Coordinates and velocities; at most eight of them by name."""
-    names = getattr(model, "coordinates", None) or [(f"q{k}", "") for k in range(solution.q.shape[1])]
+    """Coordinates and velocities, the first eight of them."""
+    n = solution.q.shape[1]
+    names = list(getattr(model, "coordinates", None) or [(f"q[{k}]", "") for k in range(n)])
     k = thinning(solution)
-    for i, (name, unit) in list(enumerate(names))[:8]:
-        above.plot(solution.t[k], solution.q[k, i], label=f"{name} [{unit}]" if unit else name)
-        below.plot(solution.t[k], solution.u[k, i], label=f"{name}' [{unit}/s]" if unit else f"{name}'")
-    above.set_ylabel("coordinates")
-    below.set_ylabel("velocities")
+    for i, (name, unit) in enumerate(names[:MAX_NAMES]):
+        above.plot(solution.t[k], solution.q[k, i], label=f"{name} [{unit}]" if unit else name, lw=1.2)
+        below.plot(solution.t[k], solution.u[k, i], label=f"{name}' [{unit}/s]" if unit else f"{name}'", lw=1.2)
+    more = f"\n({MAX_NAMES} of {n})" if n > MAX_NAMES else ""
+    above.set_ylabel(f"coordinates{more}")
+    below.set_ylabel(f"velocities{more}")
     for axes in (above, below):
         axes.legend(**BESIDE)
 
@@ -77,52 +114,75 @@ def draw_states(above: Any, below: Any, solution: Solution, model: Any) -> None:
 def draw_energy(axes: Any, solution: Solution) -> None:
     """Energies and works, all since the start."""
     k = thinning(solution)
-    for name, column in solution.ledger.items():
+    for name, column in sorted(solution.ledger.items(), key=lambda item: item[0] not in ("kinetic", "potential")):
         if np.ptp(column) > 0:
-            label = f"{name} energy" if name in ("kinetic", "potential") else f"work of {name}"
-            axes.plot(solution.t[k], column[k] - column[0], label=label)
+            is_state = name in ("kinetic", "potential")
+            label = f"{name} energy" if is_state else f"work: {name}"
+            values = column[k] - column[0]
+            axes.plot(solution.t[k], values, label=label, lw=1.6 if is_state else 1.0, ls="-" if is_state else "--")
     axes.set_ylabel("change [J]")
-    axes.legend(**BESIDE)
-
-
-def draw_forces(axes: Any, solution: Solution) -> None:
-    """Mean normal force between records, clipped at the 99.5th percentile so that impacts do not hide the rest."""
-    force = solution.P_N[1:] / np.diff(solution.t)[:, None]
-    k = thinning(solution)[1:] - 1
-    for i in range(min(force.shape[1], 6)):
-        axes.step(solution.t[1:][k], force[k, i], where="post", label=f"contact {i}", lw=0.9)
-    limit = np.quantile(np.abs(force), 0.995) if force.size else 0.0
-    if limit > 0 and np.abs(force).max() > 2 * limit:
-        axes.set_ylim(-1.1 * limit if force.min() < 0 else -0.05 * limit, 1.1 * limit)
-        axes.set_title("impulsive peaks beyond the axis are cut", fontsize=8, loc="right")
-    axes.set_ylabel("$P_N/\\Delta t$ [N]")
-    if force.shape[1] > 1:
+    if axes.lines:
         axes.legend(**BESIDE)
 
 
+def draw_forces(axes: Any, solution: Solution) -> None:
+    """Mean contact forces between records; where impacts would hide the rest, the axis is cut and says so."""
+    span = np.diff(solution.t)[:, None]
+    normal, friction = solution.P_N[1:] / span, solution.P_F[1:].reshape(len(span), -1) / span
+    k = thinning(solution)[1:] - 1
+    n_c = normal.shape[1]
+    for i in range(min(n_c, MAX_NAMES)):
+        which = f"$_{{{i}}}$" if n_c > 1 else ""
+        axes.step(solution.t[1:][k], normal[k, i], where="pre", label=f"normal{which}", lw=1.0)
+        if friction.shape[1] == n_c and n_c <= 3 and friction[:, i].any():
+            axes.step(solution.t[1:][k], friction[k, i], where="pre", label=f"friction{which}", lw=1.0, ls="--")
+    force = np.concatenate((normal, friction), axis=1)
+    size = np.abs(force).max(axis=1)
+    limit = float(np.quantile(size, 0.99)) if len(size) else 0.0
+    if limit > 0 and size.max() > 4 * limit:
+        axes.set_ylim(-1.2 * limit if force.min() < 0 else -0.05 * limit, 1.2 * limit)
+        axes.set_title(f"impulsive peaks leave the axis: up to {size.max():.3g} N over a step", fontsize=8, loc="right")
+    axes.set_ylabel("force, $P/\\Delta t$ [N]")
+    axes.legend(**BESIDE)
+
+
 def draw_modes(axes: Any, solution: Solution) -> None:
-    """A strip for each contact, coloured by its mode."""
+    """A strip for each contact, coloured by its mode, with a mark above it at each paradox."""
+    from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     n_c = solution.mode.shape[1]
+    code = 3 * solution.mode + np.sign(solution.slip) + 1
+    met = {divmod(int(value), 3) for value in np.unique(code[1:])}
     for i in range(n_c):
-        mode = solution.mode[1:, i]
-        change = np.flatnonzero(np.diff(mode)) + 1
-        first = np.concatenate(([0], change))
-        last = np.concatenate((change, [len(mode)]))
-        for a, b in zip(first, last, strict=True):
-            if b > a:
-                axes.axvspan(
-                    solution.t[a], solution.t[b], i / n_c, (i + 1) / n_c, color=MODE_COLOURS[ContactMode(mode[a])], lw=0
-                )
-    axes.set_yticks([])
-    axes.set_ylabel("mode")
-    handles = [
-        Patch(color=MODE_COLOURS[mode], label=mode.name.lower())
-        for mode in ContactMode
-        if (solution.mode == mode).any()
+        draw_strip(axes, solution.t, code[1:, i], i, n_c)
+    axes.set_ylim(-0.5, n_c - 0.5 + 0.35 * bool(solution.paradoxes))
+    axes.set_yticks(range(n_c) if 1 < n_c <= 4 else [])
+    axes.set_ylabel("mode" if n_c <= 4 else f"mode ({n_c})")
+    handles: list[Any] = [
+        Patch(color=colour, label=f"{mode.name.lower()}{' +' if sign > 0 else ' -' if sign < 0 else ''}")
+        for (mode, sign), colour in STRIPS.items()
+        if (mode, sign + 1) in met
     ]
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.9), ncols=4, fontsize=8, frameon=False)
+    for has_none, marker, label in ((True, "v", "inconsistent"), (False, "|", "indeterminate from")):
+        times = [event.t for event in solution.paradoxes if (event.n_solutions == 0) == has_none]
+        if times:
+            style: dict[str, Any] = {"marker": marker, "color": RED, "ls": "", "ms": 6}
+            axes.plot(times, np.full(len(times), n_c - 0.3), clip_on=False, zorder=5, **style)
+            handles.append(Line2D([], [], label=label, **style))
+    axes.legend(handles=handles, bbox_to_anchor=(0.5, -0.9), ncols=4, **BELOW)
+
+
+def draw_strip(axes: Any, t: np.ndarray, code: np.ndarray, i: int, n_c: int) -> None:
+    """The intervals of equal mode of one contact."""
+    if not len(code):
+        return
+    first = np.concatenate(([0], np.flatnonzero(np.diff(code)) + 1))
+    last = np.append(first[1:], len(code))
+    k = np.unique(np.linspace(0, len(first) - 1, min(len(first), MAX_STRIPS)).astype(int))
+    colours = [STRIPS[(ContactMode(int(c) // 3), int(c) % 3 - 1)] for c in code[first[k]]]
+    spans = np.column_stack((t[first[k]], t[last[k]] - t[first[k]]))
+    axes.broken_barh(spans, (i - 0.45, 0.9) if n_c <= 20 else (i - 0.5, 1.0), facecolors=colours, linewidth=0)
 
 
 def draw_phase_plane(axes: Any, solution: Solution, model: Any) -> None:
@@ -134,24 +194,28 @@ def draw_phase_plane(axes: Any, solution: Solution, model: Any) -> None:
     x, y = solution.q[:, i], solution.u[:, j]
     grid_x, grid_y = (np.linspace(*extent(values), GRID) for values in (x, y))
     counts, fields = model.phase_map(*np.meshgrid(grid_x, grid_y))
-    colours, hatches = ["#f4a6a0", "#ffffff", "#bcd7ee"], ["///", None, "..."]
-    axes.contourf(grid_x, grid_y, counts, levels=[-0.5, 0.5, 1.5, 2.5], colors=colours, hatches=hatches,
-                  )  # fmt: skip
-    handles: list[Any] = [
-        Patch(facecolor=colours[n], hatch=hatches[n], edgecolor="grey", label=label)
-        for n, label in enumerate(("no solution", "one solution", "two solutions"))
-    ]
+    handles: list[Any] = []
+    for n, (label, colour, hatch) in enumerate(REGIONS):
+        if (counts == n).any():
+            area = axes.contourf(grid_x, grid_y, counts == n, levels=[0.5, 1.5], colors=[colour], hatches=[hatch])
+            area.set_edgecolor("#a0a0a0")
+            area.set_linewidth(0)
+            handles.append(Patch(facecolor=colour, hatch=hatch, edgecolor="#a0a0a0", label=f"{label} while it slides"))
     for (label, field), style in zip(fields.items(), ("-", "--", ":"), strict=False):
         if field.min() < 0 < field.max():
-            axes.contour(grid_x, grid_y, field, levels=[0.0], colors="black", linestyles=style, linewidths=1.2)
+            axes.contour(grid_x, grid_y, field, levels=[0.0], colors="black", linestyles=style, linewidths=1.4)
             handles.append(Line2D([], [], color="black", ls=style, label=label))
-    axes.plot(x, y, color="#08306b", lw=1.3)
-    axes.plot(x[0], y[0], "o", color="#08306b", ms=5)
-    handles.append(Line2D([], [], color="#08306b", marker="o", ms=5, label="motion from its start"))
+    axes.plot(x, y, color=BLUE, lw=1.8)
+    axes.plot(x[0], y[0], "o", color=BLUE, ms=6)
+    handles.append(Line2D([], [], color=BLUE, marker="o", ms=6, label="motion from its start"))
+    jumps = [np.searchsorted(solution.t, event.t, "right") - 1 for event in solution.paradoxes if not event.n_solutions]
+    if jumps:
+        axes.plot(x[jumps], y[jumps], "v", color=RED, ms=7, mec="white", zorder=5)
+        handles.append(Line2D([], [], color=RED, marker="v", ls="", ms=7, label="impact without collision from here"))
     names = model.coordinates
     axes.set_xlabel(f"{names[i][0]} [{names[i][1]}]")
     axes.set_ylabel(f"{names[j][0]}' [{names[j][1]}/s]")
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=3, fontsize=9, frameon=False)
+    axes.legend(handles=handles, bbox_to_anchor=(0.5, -0.08), ncols=3, **(BELOW | {"fontsize": 9}))
 
 
 def extent(values: np.ndarray) -> tuple[float, float]:

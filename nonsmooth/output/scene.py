@@ -7,50 +7,109 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput
+from nonsmooth.arrays import as_count
+from nonsmooth.errors import InvalidInput, MissingExtra
 from nonsmooth.output.plots import new_figure
 
 if TYPE_CHECKING:
     from nonsmooth.solution import Solution
 
-MAX_FRAMES = 400
+MAX_FRAMES = 150  # a frame takes about 30 ms to draw
+MIN_FRAMES = 25
+COLOUR = "#08306b"
 
 
-def still(solution: Solution, path: str | Path, instants: int = 6) -> Path:
-    """Draw the scene at equally spaced instants, the later the darker."""
+def still(solution: Solution, path: str | Path | None = None, n: int = 5) -> Any:
+    """Draw the scene at n equally spaced instants, the later the darker.
+
+    Parameters
+    ----------
+    solution : Solution
+    path : path-like, optional
+        Where to save; the ending names the format.
+    n : int
+        Number of instants.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InvalidInput
+        When the model has no ``shape(q)``.
+    """
     model = scene_model(solution)
     figure = new_figure(7, 6)
     axes = figure.subplots()
     prepare(axes, solution, model)
-    times = np.linspace(0, len(solution.t) - 1, instants).astype(int)
-    for k, shade in zip(times, np.linspace(0.25, 1.0, instants), strict=True):
+    times = np.linspace(0, len(solution.t) - 1, as_count("n", n)).astype(int)
+    for k, shade in zip(times, np.linspace(0.2, 1.0, n), strict=True):
         for line in model.shape(solution.q[k]):
-            axes.plot(line[:, 0], line[:, 1], color="#08306b", alpha=shade)
-    axes.set_title(f"t = {solution.t[0]:.3g} ... {solution.t[-1]:.3g} s, the later the darker", fontsize=10)
-    figure.savefig(path, dpi=150)
-    return Path(path)
+            axes.plot(line[:, 0], line[:, 1], color=COLOUR, alpha=shade, lw=1.8)
+    instants = ", ".join(f"{solution.t[k]:.3g}" for k in times)
+    axes.set_title(f"t = {instants} s, the later the darker", fontsize=10)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
 
 
 def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:
-    """Write a gif of at most 400 frames over the whole run."""
-    from matplotlib.animation import FuncAnimation, PillowWriter
+    """Write a gif (or webp) over the whole run, in at most 150 frames; its title says how slow the motion is shown.
 
+    Parameters
+    ----------
+    solution : Solution
+    path : path-like
+    fps : int
+        Frames a second.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InvalidInput
+        When the model has no ``shape(q)``, or the ending is neither .gif nor .webp.
+    MissingExtra
+        When Matplotlib or Pillow is not installed.
+    """
+    path, fps = Path(path), as_count("fps", fps)
+    if path.suffix not in (".gif", ".webp"):
+        raise InvalidInput(f"an animation is written as .gif or .webp; got {path.name!r}")
     model = scene_model(solution)
     figure = new_figure(6, 5)
+    figure.set_layout_engine("none")  # the layout of every frame anew would cost most of the time
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.collections import LineCollection
+        from PIL import Image
+    except ImportError:
+        raise MissingExtra('animations need Pillow; install it with pip install "nonsmooth[plot]"') from None
     axes = figure.subplots()
     prepare(axes, solution, model)
-    lines = [axes.plot(line[:, 0], line[:, 1], color="#08306b")[0] for line in model.shape(solution.q[0])]
-    title = axes.set_title("")
-    frames = np.unique(np.linspace(0, len(solution.t) - 1, min(len(solution.t), MAX_FRAMES)).astype(int))
+    lines = axes.add_collection(LineCollection([], colors=COLOUR, linewidths=1.8))
+    title, canvas = axes.set_title(""), FigureCanvasAgg(figure)
+    shown, slow = frames_of(solution, fps)
+    pictures = []
+    for k in shown:
+        lines.set_segments(model.shape(solution.q[k]))
+        title.set_text(f"t = {solution.t[k]:.3f} s{slow}")
+        canvas.draw()
+        pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
+    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=round(1000 / fps), loop=0)
+    return path
 
-    def draw(k: int) -> list[Any]:
-        for drawn, line in zip(lines, model.shape(solution.q[k]), strict=True):
-            drawn.set_data(line[:, 0], line[:, 1])
-        title.set_text(f"t = {solution.t[k]:.3f} s")
-        return [*lines, title]
 
-    FuncAnimation(figure, draw, frames=frames).save(path, writer=PillowWriter(fps=fps))
-    return Path(path)
+def frames_of(solution: Solution, fps: int) -> tuple[np.ndarray, str]:
+    """Indices of the records shown, equally spaced in time, and by how much the motion is slowed or hastened."""
+    span = float(solution.t[-1] - solution.t[0])
+    n = int(np.clip(span * fps, MIN_FRAMES, MAX_FRAMES))
+    times = np.linspace(solution.t[0], solution.t[-1], n)
+    shown = np.minimum(np.searchsorted(solution.t, times - 1e-9 * span), len(solution.t) - 1)
+    factor = n / fps / span if span > 0 else 1.0
+    return shown, "" if 0.9 < factor < 1.1 else f"  (time x {1 / factor:.2g})"
 
 
 def scene_model(solution: Solution) -> Any:

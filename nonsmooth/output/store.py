@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import zipfile
+import zlib
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
     from nonsmooth.solution import Solution
 
 SCHEMA = 1
+HDF5 = (".h5", ".hdf5")
 ARRAYS = ("t", "q", "u", "g_N", "P_N", "P_F", "mode", "slip", "event_rows")
+DAMAGE = (AttributeError, EOFError, KeyError, OSError, TypeError, ValueError, zipfile.BadZipFile, zlib.error)
 
 
 def save(solution: Solution, path: str | Path) -> Path:
@@ -35,18 +38,14 @@ def save(solution: Solution, path: str | Path) -> Path:
         "stats": asdict(solution.stats),
         "about": solution.about,
     }
-    part = path.with_name(path.name + ".part")
-    if path.suffix == ".npz":
-        with open(part, "wb") as file:
-            np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays)
-    elif path.suffix in (".h5", ".hdf5"):
-        with _h5py().File(part, "w") as file:
-            file.attrs["about"] = json.dumps(about)
-            for name, array in arrays.items():
-                file[name] = array
-    else:
+    if path.suffix not in (".npz", *HDF5):
         raise InvalidInput(f"a solution is saved as .npz or .h5; got {path.name!r}")
-    os.replace(part, path)
+    part = path.with_name(path.name + ".part")
+    try:
+        _write(part, path.suffix, json.dumps(about), arrays)
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
     return path
 
 
@@ -60,6 +59,8 @@ def load(path: str | Path) -> Solution:
         about = json.loads(about)
         if about["schema"] != SCHEMA:
             raise InvalidInput(f"{path.name} has schema {about['schema']}; this version reads {SCHEMA}")
+        if any(len(arrays[name]) != len(arrays["t"]) for name in arrays if name != "event_rows"):
+            raise InvalidInput(f"{path.name} is damaged: its arrays differ in length")
         ledger = {name.removeprefix("ledger/"): column for name, column in arrays.items() if name.startswith("ledger/")}
         return Solution(
             **{name: arrays[name] for name in ARRAYS}, ledger=ledger, stats=Stats(**about["stats"]),
@@ -67,14 +68,25 @@ def load(path: str | Path) -> Solution:
         )  # fmt: skip
     except FileNotFoundError:
         raise InvalidInput(f"there is no file {str(path)!r}") from None
-    except (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
+    except DAMAGE as error:
         if isinstance(error, InvalidInput):
             raise
         raise InvalidInput(f"{path.name} is not a saved solution, or is damaged: {error}") from error
 
 
+def _write(part: Path, suffix: str, about: str, arrays: dict[str, Any]) -> None:
+    if suffix in HDF5:
+        with _h5py().File(part, "w") as file:
+            file.attrs["about"] = about
+            for name, array in arrays.items():
+                file[name] = array
+    else:
+        with open(part, "wb") as file:
+            np.savez_compressed(file, about=np.array(about), **arrays)
+
+
 def _read(path: Path) -> tuple[str, dict[str, Any]]:
-    if path.suffix in (".h5", ".hdf5"):
+    if path.suffix in HDF5:
         with _h5py().File(path, "r") as file:
             arrays = {name: file[name][()] for name in ARRAYS}
             arrays |= {f"ledger/{name}": column[()] for name, column in file["ledger"].items()}

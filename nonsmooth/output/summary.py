@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import html
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nonsmooth.system import ContactMode
+from nonsmooth.solution import mode_name
 
 if TYPE_CHECKING:
     from nonsmooth.solution import Event, ParadoxEvent, Solution
@@ -28,14 +29,38 @@ def as_html(solution: Solution) -> str:
 
 
 def _modes(solution: Solution) -> list[str]:
+    if not solution.mode.shape[1]:
+        return ["no contacts"]
     events = [event for event in solution.events if _is_change(event)]
-    lines = [f"modes: {len(events)} changes"]
-    for event in events[:SHOWN]:
-        lines.append(
-            f"  {event.t:12.6f} s  contact {event.contact}  {_mode(event.mode_before, event.slip_before):8} -> "
-            f"{_mode(event.mode_after, event.slip_after):8}" + ("  impact" if event.kind.name == "IMPACT" else "")
-        )
-    return _shortened(lines, len(events))
+    dropped = solution.stats.events_dropped
+    several = f"; {dropped} more events were not kept" if dropped else ""
+    lines = [f"modes: {len(events)} changes{several}; at the end {_at_the_end(solution)}"]
+    lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_change(event)}" for event in events[:SHOWN]]
+    return lines + _counted([_change(event) for event in events[SHOWN:]])
+
+
+def _change(event: Event) -> str:
+    before, after = (mode_name(*pair) for pair in _modes_of(event))
+    return f"{before:8} -> {after:8}{'  impact' if event.kind.name == 'IMPACT' else ''}".rstrip()
+
+
+def _modes_of(event: Event) -> tuple[tuple[int, int], tuple[int, int]]:
+    return (event.mode_before, event.slip_before), (event.mode_after, event.slip_after)
+
+
+def _at_the_end(solution: Solution) -> str:
+    names = [mode_name(mode, np.sign(slip)) for mode, slip in zip(solution.mode[-1], solution.slip[-1], strict=True)]
+    if len(names) <= 4:
+        return ", ".join(names)
+    return ", ".join(f"{count} {name}" for name, count in Counter(names).most_common())
+
+
+def _counted(rest: list[str]) -> list[str]:
+    """The entries beyond those shown, each kind with its number."""
+    if not rest:
+        return []
+    kinds = [f"{count} times {' '.join(text.split())}" for text, count in Counter(rest).most_common(4)]
+    return [f"  ... and {len(rest)} more: {'; '.join(kinds)}{'; ...' if len(set(rest)) > 4 else ''}"]
 
 
 def _is_change(event: Event) -> bool:
@@ -50,27 +75,36 @@ def _paradoxes(solution: Solution) -> list[str]:
         f"paradoxes: {inconsistent} inconsistent, {len(paradoxes) - inconsistent} indeterminate episodes "
         f"({steps} of {solution.stats.steps} steps had several solutions)"
     ]
-    lines += [_paradox(event) for event in paradoxes[:SHOWN]]
-    return _shortened(lines, len(paradoxes))
+    lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_paradox(event)}" for event in paradoxes[:SHOWN]]
+    return lines + _counted([_outcome(event) for event in paradoxes[SHOWN:]])
 
 
 def _paradox(event: ParadoxEvent) -> str:
-    impulses = f"P_N = {event.P_N:.6g} N s, P_F = {event.P_F:.6g} N s"
+    return f"{_outcome(event)}, P_N = {event.P_N:.6g} N s, P_F = {event.P_F:.6g} N s"
+
+
+def _outcome(event: ParadoxEvent) -> str:
     if event.n_solutions == 0:
-        outcome = f"no force fits the sliding: impact without collision, {impulses}"
-        return f"  {event.t:12.6f} s  contact {event.contact}  {outcome}"
-    among = " | ".join(event.alternatives) or f"{event.n_solutions} solutions"
-    return f"  {event.t:12.6f} s  contact {event.contact}  {among}: took {event.choice}"
+        return f"no force fits the sliding: impact without collision, then {event.choice}"
+    among = f" ({' | '.join(event.alternatives)})" if event.alternatives else ""
+    return f"{event.n_solutions} solutions{among}: took {event.choice}"
 
 
 def _energy(solution: Solution) -> list[str]:
     ledger = solution.ledger
     change = ledger["kinetic"][-1] - ledger["kinetic"][0]
+    contact_work = sum(float(ledger[name][-1]) for name in ("friction", "normal", "surface"))
     works = ", ".join(f"{name} {ledger[name][-1]:.6g}" for name in ("force", "friction", "normal", "surface"))
-    lines = [f"energy: kinetic {change:+.6g} J = work of {works} J"]
+    error = change - ledger["force"][-1] - contact_work
+    lines = [f"energy: kinetic {change:+.6g} J = work of {works} J (to {abs(error):.1g} J)"]
+    if ledger["projection"].any():
+        lines.append(f"  moving positions back to the surfaces: {ledger['projection'][-1]:+.6g} J")
     if "potential" in ledger:
-        total = ledger["kinetic"] + ledger["potential"]
-        lines.append(f"  kinetic + potential changed by {total[-1] - total[0]:+.6g} J")
+        potential = ledger["potential"][-1] - ledger["potential"][0]
+        lines.append(
+            f"  kinetic + potential {change + potential:+.6g} J, of which contacts {contact_work:+.6g} J; the rest, "
+            f"{change + potential - contact_work:+.6g} J, is forces outside the potential and drift"
+        )
     return lines
 
 
@@ -85,11 +119,3 @@ def _figures(solution: Solution) -> list[str]:
         f"wall time {stats.wall_time:.3g} s ({per_step:.0f} ns a step), compiling or loading "
         f"{stats.compile_time:.3g} s",
     ]
-
-
-def _shortened(lines: list[str], total: int) -> list[str]:
-    return [*lines, f"  ... and {total - SHOWN} more"] if total > SHOWN else lines
-
-
-def _mode(mode: int, slip: int) -> str:
-    return ContactMode(mode).name.lower() + {1: " +", -1: " -", 0: ""}[int(np.sign(slip))]
