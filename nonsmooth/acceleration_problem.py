@@ -88,13 +88,3 @@ def find_row_rates(model, has, t, n, q, u, p, n_k, kinds, rates, work):
     for m in range(r):
         rates[0, m] = (rates[0, m] - 8.0 * rates[1, m] + 8.0 * rates[2, m] - rates[3, m]) / (12.0 * e)
     return True
-
-
-@kernel
-def has_no_sliding_force(is_bilateral, s, mu, G_NN, G_NF, b):
-    """Whether no normal force fits sliding with sign s: b + D la_N = 0 (or b >= 0 while la_N = 0) has no solution."""
-    p = G_NN - s * mu * G_NF
-    if not is_bilateral:
-        return p < 0.0 and b < 0.0
-    D = G_NN + s * mu * G_NF  # for la_N < 0
-    return -b / p < 0.0 < -b / D if p != 0.0 and D != 0.0 else True

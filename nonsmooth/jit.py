@@ -175,7 +175,7 @@ def _compiler(kind: str, short_loops: bool = False) -> type:
             super().__init__(typingctx, targetctx, library, *rest)
 
         def compile_extra(self, function: Callable) -> Any:
-            with _no_negative_indices():
+            with _no_negative_indices(), _known_calls():
                 return super().compile_extra(function)
 
     return KernelCompiler
@@ -198,6 +198,32 @@ def _no_negative_indices() -> Iterator[None]:
         yield
     finally:
         arrayobj.fix_integer_index = before
+
+
+@contextlib.contextmanager
+def _known_calls() -> Iterator[None]:
+    """Keep what an operation on given types resolves to: numba asks each of its dozen overloads of ``a + b`` anew for
+    every ``+`` in the source (the first use of a scene: 13 s without)."""
+    from numba.core.types import functions
+
+    operation: Any = functions.Function
+    before = operation.get_call_type
+
+    def resolve(self: Any, context: Any, args: Any, keywords: Any) -> Any:
+        if keywords:
+            return before(self, context, args, keywords)
+        if (self, args) not in _resolved_calls:
+            _resolved_calls[self, args] = before(self, context, args, keywords)
+        return _resolved_calls[self, args]
+
+    operation.get_call_type = resolve
+    try:
+        yield
+    finally:
+        operation.get_call_type = before
+
+
+_resolved_calls: dict[Any, Any] = {}
 
 
 @functools.cache

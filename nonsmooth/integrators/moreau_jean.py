@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nonsmooth.acceleration_problem import acceleration_problem, has_no_sliding_force
 from nonsmooth.arrays import as_number, as_positive
 from nonsmooth.blocks import Block, Integers, Matrix, Vector, address, frozen, new_block, view
 from nonsmooth.contact_problem import (
@@ -72,6 +71,7 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.jit import Kernel, call_model, kernel
 from nonsmooth.laws import LAW_E_F, depends_on_speed, friction_coefficient
+from nonsmooth.paradox.resolve import had_no_force
 from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMode, System
 
 ROUNDING = 2e-15  # about eight units in the last place: a smaller change of a velocity is no change
@@ -429,41 +429,7 @@ def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, found, state, scra
             mu = friction_coefficient(laws, i, abs(work.gamma_0[a + 1]))
             has_negative = work.G[a, a] < mu * abs(work.G[a, a + 1])
             if has_negative and had_no_force(
-                model, has, p, kinds, mu, t, dt, n, n_k, k, address(state), address(scratch)
-            ):
+                model, has, p, kinds, mu, state.slip[i], t, dt, n, n_k, k, state.q, state.u,
+                address(work), address(scratch.there), scratch.rates,
+            ):  # fmt: skip
                 add_event(t, INCONSISTENT, i, mode, 0, k, 0, kinds, state, work)
-
-
-@kernel(
-    "boolean(int64, int64, float64[::1], int64[:, ::1], float64, float64, float64, int64, int64, int64, int64, int64)",
-    short_loops=True,
-)
-def had_no_force(model, has, p, kinds, mu, t, dt, n, n_k, k, state_at, scratch_at):
-    """Whether the sliding of contact k ran out of forces: then its sticking is an impact without collision.
-
-    The acceleration-level problem is asked at the state before the step, and at the end of the step for the motion
-    without contact forces: where the force of a slide fades to zero the step itself crosses into the paradox.
-    """
-    state, scratch = view(state_at, State), view(scratch_at, Scratch)
-    work = scratch.work
-    if no_force_at(model, has, p, kinds, mu, t, n, n_k, k, state.q, state.u, state, scratch):
-        return True
-    for i in range(n):
-        work.trial[i] = state.q[i] + dt * state.u[i]
-        work.rhs[i] = state.u[i] + work.du[i]
-    return no_force_at(model, has, p, kinds, mu, t + dt, n, n_k, k, work.trial, work.rhs, state, scratch)
-
-
-@kernel
-def no_force_at(model, has, p, kinds, mu, t, n, n_k, k, q, u, state, scratch):
-    """Whether no normal force fits the slip that contact k had, at one state."""
-    there = scratch.there
-    for m in range(n_k):
-        there.closed[m] = scratch.work.closed[m]
-    status, _ = acceleration_problem(model, has, t, n, q, u, p, n_k, kinds, scratch.rates, there)
-    if status != Status.RUNNING:
-        return False
-    i = there.closed[k]
-    a = there.start[k]
-    is_bilateral = kinds[i, 0] == BILATERAL
-    return has_no_sliding_force(is_bilateral, state.slip[i], mu, there.G[a, a], there.G[a, a + 1], there.c[a])
