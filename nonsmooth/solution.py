@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
@@ -160,7 +162,7 @@ class Solution:
     mode: np.ndarray
     slip: np.ndarray
     event_rows: np.ndarray
-    ledger: dict[str, np.ndarray]
+    find_ledger: Callable[[], dict[str, np.ndarray]]
     stats: Stats
     status: Status
     message: str
@@ -180,13 +182,18 @@ class Solution:
         }
         return cls(
             t, record.q, record.u, record.g_N, record.P[:, :, 0], record.P[:, :, 1:], record.mode, record.slip,
-            event_rows, _ledger(system, t, record), stats, status, message, about, system,
+            event_rows, functools.partial(_ledger, system, t, record), stats, status, message, about, system,
         )  # fmt: skip
 
     @property
     def success(self) -> bool:
         """Whether the end was reached."""
         return self.status == Status.FINISHED
+
+    @functools.cached_property
+    def ledger(self) -> dict[str, np.ndarray]:
+        """Energies and works since the start, by name; found when first asked for."""
+        return self.find_ledger()
 
     @property
     def events(self) -> list[Event]:

@@ -245,7 +245,7 @@ class System:
     def evaluate(self, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Call one model function in Python and return the array it wrote."""
         out = np.zeros(self.shape(which))
-        p = self.unpack(*self.p)
+        p = self.unpacked
         arguments = (t, q, u, p, out) if which in TAKES_U else (t, q, p, out)
         self.functions[which](*arguments)
         return out
@@ -254,6 +254,11 @@ class System:
     def unpack(self) -> Callable:
         """The NamedTuple class that model functions see as ``p``."""
         return parameter_tuple(tuple(self.parameter_values))
+
+    @functools.cached_property
+    def unpacked(self) -> Any:
+        """The parameters as model functions see them."""
+        return self.unpack(*self.p)
 
     def reads(self, which: int, argument: str) -> bool:
         """Whether a model function reads one of its arguments ``t``, ``q``, ``u`` (True when in doubt)."""

@@ -5,6 +5,7 @@ The arrays stand under their attribute names, the ledger under ``ledger/<column>
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import zipfile
@@ -63,8 +64,8 @@ def load(path: str | Path) -> Solution:
             raise InvalidInput(f"{path.name} is damaged: its arrays differ in length")
         ledger = {name.removeprefix("ledger/"): column for name, column in arrays.items() if name.startswith("ledger/")}
         return Solution(
-            **{name: arrays[name] for name in ARRAYS}, ledger=ledger, stats=Stats(**about["stats"]),
-            status=Status(about["status"]), message=about["message"], about=about["about"],
+            **{name: arrays[name] for name in ARRAYS}, find_ledger=functools.partial(dict, ledger),
+            stats=Stats(**about["stats"]), status=Status(about["status"]), message=about["message"], about=about["about"],
         )  # fmt: skip
     except FileNotFoundError:
         raise InvalidInput(f"there is no file {str(path)!r}") from None
