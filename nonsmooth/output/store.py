@@ -65,7 +65,8 @@ def load(path: str | Path) -> Solution:
         ledger = {name.removeprefix("ledger/"): column for name, column in arrays.items() if name.startswith("ledger/")}
         return Solution(
             **{name: arrays[name] for name in ARRAYS}, find_ledger=functools.partial(dict, ledger),
-            stats=Stats(**about["stats"]), status=Status(about["status"]), message=about["message"], about=about["about"],
+            stats=Stats(**about["stats"]), status=Status(about["status"]), message=about["message"],
+            about=about["about"],
         )  # fmt: skip
     except FileNotFoundError:
         raise InvalidInput(f"there is no file {str(path)!r}") from None
