@@ -100,7 +100,7 @@ class Stats:
     worst_penetration : float
         Deepest gap at a mid-point [m].
     ledger_error : float
-        Largest error of the energy balance of one step, relative to its largest term.
+        Largest error of the energy balance of one step, relative to the sum of the sizes of its terms.
     wall_time, compile_time : float
         [s]
     """

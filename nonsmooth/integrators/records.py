@@ -118,43 +118,50 @@ def add_event(t, kind, i, mode, slip, k, solutions, kinds, state, work):
 
 @kernel
 def book_contact_energy(n_k, kinds, ubar, ledger, work):
-    """Book friction, normal and surface work of a step; returns their sum."""
+    """Book friction, normal and surface work of a step; returns their sum, and the sum of the sizes of all parts."""
     closed, start, W, P, w, first, last = work.closed, work.start, work.W, work.P, work.w, work.first, work.last
-    total = 0.0
+    total, size = 0.0, 0.0
     for k in range(n_k):
         has_normal = kinds[closed[k], 0] != GIVEN_FORCE
         for r in range(start[k], start[k + 1]):
-            velocity = 0.0
+            velocity, speed = 0.0, 0.0
             for j in range(first[r], last[r]):
-                velocity += W[r, j] * ubar[j]
+                part = W[r, j] * ubar[j]
+                velocity += part
+                speed += abs(part)
             is_normal = has_normal and r == start[k]
             ledger[NORMAL_WORK if is_normal else FRICTION_WORK] += P[r] * (velocity + w[r])
             ledger[SURFACE_WORK] -= P[r] * w[r]
             total += P[r] * velocity
-    return total
+            size += abs(P[r]) * speed
+    return total, size
 
 
 @kernel
 def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
-    """Book the energy of a step and compare it with the change of kinetic energy, ubar.M (u_1 - u_0)."""
+    """Book the energy of a step and compare it with the change of kinetic energy, ubar.M (u_1 - u_0).
+
+    The error is counted in the sum of the sizes of all parts: where large works cancel, their rounding remains.
+    """
     h, M, u_0, u_1, ubar = work.h, work.M, state.u, work.u_1, work.trial
     ledger, worst, band = state.ledger, state.worst, work.band[0]
     for i in range(n):
         ubar[i] = 0.5 * (u_0[i] + u_1[i])
     change, force, size = 0.0, 0.0, 0.0
     for i in range(n):
-        momentum = 0.0
+        momentum, moved = 0.0, 0.0
         for j in range(max(0, i - band), min(n, i + band + 1)):
             momentum += M[i, j] * (u_1[j] - u_0[j])
+            moved += abs(M[i, j]) * (abs(u_0[j]) + abs(u_1[j]))
         impulse = dt * h[i]
         if is_implicit:
             impulse -= implicit_impulse(i, dt, theta, n, u_0, u_1, work)
         change += ubar[i] * momentum
         force += ubar[i] * impulse
-        size += abs(ubar[i] * impulse)
-    contact = book_contact_energy(n_k, kinds, ubar, ledger, work)
+        size += (abs(u_0[i]) + abs(u_1[i])) * (moved + abs(impulse))
+    contact, contact_size = book_contact_energy(n_k, kinds, ubar, ledger, work)
     ledger[FORCE_WORK] += force
-    size = max(size, abs(contact))
+    size += contact_size
     error = abs(change - force - contact)
     if error > worst[LEDGER_ERROR] * size:
         worst[LEDGER_ERROR] = error / size
