@@ -217,6 +217,8 @@ class Run:
             while self.status == Status.RUNNING:
                 self.status = Status(self._block(block))
                 self._collect_events()
+                if self.status == Status.NOT_SOLVED and self._load_for_retry():
+                    self.status = Status.RUNNING
                 self.wall_time = time.perf_counter() - started
                 if progress is not None:
                     progress(self._fraction_done())
@@ -233,6 +235,12 @@ class Run:
                 self.model.handle, self.has, system.p, system.kinds, system.laws, self.options,
                 grid.t, grid.dts, grid.steps, max_steps, *self.blocks,
             )  # fmt: skip
+
+    def _load_for_retry(self) -> bool:
+        started = time.perf_counter()
+        is_ready = self.integrator.load_for_retry(self.system, self.scratch_block.arrays, self.model.is_compiled)
+        self.compile_time += time.perf_counter() - started
+        return bool(is_ready)
 
     @property
     def blocks(self) -> tuple[Any, ...]:

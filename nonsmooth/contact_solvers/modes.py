@@ -7,7 +7,8 @@ impulses of its contact an affine function of those of the contacts after it,
 
 which is eliminated from the remaining rows. The tree of modes is walked depth first, so that a leaf costs one small
 elimination and one back-substitution instead of a factorisation. A leaf is a solution if it satisfies the inclusions.
-Where a pivot vanishes (redundant contacts) the branch is cut and the answer says that it is not complete.
+Where a pivot vanishes (redundant contacts) the branch is cut and the answer says that it is not complete:
+``redundant.py`` decides such branches.
 
 Cost: up to 4^n leaves for unilateral contacts; 8 contacts take about 15 ms. Deciding whether a solution exists is
 NP-complete, so a bound there must be. Source: docs/theory/moreau_jean.md.
@@ -220,19 +221,25 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
                          tree.gamma, scale, impulse_scale):  # fmt: skip
                 is_solution = False
                 break
-        if is_solution and _is_new(min(found, MAX_SOLUTIONS), r, scale, tree):
-            if found < MAX_SOLUTIONS:
-                for k in range(r):
-                    tree.solutions[found, k] = tree.P[k]
-                    tree.motions[found, k] = tree.gamma[k]
-                for k in range(n):
-                    tree.modes[found, k] = tree.candidate[k]
+        if is_solution and is_new(min(found, MAX_SOLUTIONS), r, scale, tree):
+            keep_solution(found, n, r, tree)
             found += 1
     return found, is_complete
 
 
 @kernel
-def _is_new(found, r, scale, tree):
+def keep_solution(found, n, r, tree):
+    """Keep the present leaf as solution number ``found``, if there is room."""
+    if found < MAX_SOLUTIONS:
+        for k in range(r):
+            tree.solutions[found, k] = tree.P[k]
+            tree.motions[found, k] = tree.gamma[k]
+        for k in range(n):
+            tree.modes[found, k] = tree.candidate[k]
+
+
+@kernel
+def is_new(found, r, scale, tree):
     """Whether the present leaf moves otherwise than every solution found before."""
     for m in range(found):
         distance = 0.0

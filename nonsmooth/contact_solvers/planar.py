@@ -3,7 +3,9 @@
 1. the impulses of the step before, where every contact rested: kept if they still balance;
 2. where the solution is certified to be unique: the modes of the step before, if they still hold, else the faceted
    linear complementarity problem by Lemke's method;
-3. every solution by enumeration of modes, and the selection rule, where it is not;
+3. every solution by enumeration of modes, and the selection rule, where it is not; Lemke's method where contacts are
+   redundant and the enumeration is not complete, and at last the enumeration that decides redundant contacts, which is
+   compiled when a step first needs it;
 4. Gauss–Seidel over the contacts, each solved in closed form, where there are too many to enumerate.
 
 Lemke's problem, after Glocker, per contact with P_R = mu P_N + P_F and gamma_L the part of gamma_F to the left:
@@ -31,6 +33,7 @@ from nonsmooth.contact_solvers.planar_problem import (
     residual,
     update_friction,
 )
+from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.contact_solvers.single import STICK, solve_given_force, solve_single
 from nonsmooth.jit import kernel
 from nonsmooth.laws import static_coefficient
@@ -101,24 +104,35 @@ def solve_with_fixed_friction(n, closed, start, kinds, laws, G, c, offset, mode,
         found, is_complete = enumerate_modes(
             n, closed, start, kinds, planar.mu, planar.mu_static, planar.normal_impulse, G, c, address(planar.tree)
         )
-        if found > 0:
-            take = select(found, n, closed, start, kinds, planar.mu, G, planar.was_stuck, selection, planar.tree)
-            for k in range(start[n]):
-                P[k] = planar.tree.solutions[take, k]
-            for k in range(n):
-                planar.candidate[k] = planar.tree.modes[take, k]
-            if residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED:
-                return Route.ENUMERATED.value, found
+        if found > 0 and take_solution(found, n, closed, start, kinds, G, c, selection, P, planar):
+            return Route.ENUMERATED.value, found
         if found == 0 and is_complete:
             return Route.NO_SOLUTION.value, 0
         is_singular = not is_complete
     if can_be_faceted(n, closed, kinds) and solve_by_lemke(n, closed, start, kinds, G, c, P, planar):
         return Route.LEMKE.value, 1
+    if is_singular and planar.can_decide_redundant[0] == 1:
+        found = enumerate_redundant(n, closed, start, kinds, G, c, P, address(planar))
+        if found == 0:
+            return Route.NO_SOLUTION.value, 0
+        if take_solution(found, n, closed, start, kinds, G, c, selection, P, planar):
+            return Route.ENUMERATED.value, found
     if gauss_seidel(n, closed, start, kinds, laws, G, c, offset, slip, selection, P, planar):
         return Route.GAUSS_SEIDEL.value, 1
     if is_singular or n_leaves > MAX_LEAVES:
         return Route.FAILED.value, 0
     return Route.NO_SOLUTION.value, 0
+
+
+@kernel
+def take_solution(found, n, closed, start, kinds, G, c, selection, P, planar):
+    """Take one of the solutions in the tree by the selection rule; True if it satisfies the inclusions."""
+    take = select(found, n, closed, start, kinds, planar.mu, G, planar.was_stuck, selection, planar.tree)
+    for k in range(start[n]):
+        P[k] = planar.tree.solutions[take, k]
+    for k in range(n):
+        planar.candidate[k] = planar.tree.modes[take, k]
+    return residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
 
 
 @kernel

@@ -25,6 +25,31 @@ from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL
 ACCEPTED = 1e-9  # largest relative residual of an accepted solution
 
 
+class Family(NamedTuple):
+    """Arrays of the impulses that are possible with given modes. r = rows, m <= r unknowns, e inequalities."""
+
+    B: Matrix  # (r, r + 1)
+    column: Integers  # (r,) unknown in each column of B
+    row: Integers  # (r,) row of each unknown
+    first: Integers  # (n + 1,) first unknown of each contact
+    x: Vector  # (r,)
+    y: Vector  # (r,)
+    H: Matrix  # (r, r)
+    L: Matrix  # (r, r)
+    C: Matrix  # (e, r)
+    e: Vector  # (e,)
+    A: Matrix  # (e, r)
+    AH: Matrix  # (e, r)
+
+
+def family_shapes(n: int, r: int) -> dict[str, tuple[int, ...]]:
+    """Shapes of ``Family`` for n contacts with r rows; a contact has up to three inequalities."""
+    return {
+        "B": (r, r + 1), "column": (r,), "row": (r,), "first": (n + 1,), "x": (r,), "y": (r,), "H": (r, r),
+        "L": (r, r), "C": (3 * n, r), "e": (3 * n,), "A": (3 * n, r), "AH": (3 * n, r),
+    }  # fmt: skip
+
+
 class Planar(NamedTuple):
     """Arrays of the several-contact solvers. n = contacts, r = rows, m = unknowns of the LCP."""
 
@@ -43,7 +68,9 @@ class Planar(NamedTuple):
     order: Integers  # (r,) row order of LU factors
     gamma: Vector  # (r,)
     pivots: Integers  # (1,)
+    can_decide_redundant: Integers  # (1,) 1 once ``redundant.enumerate_redundant`` is loaded
     tree: Tree
+    family: Family
 
 
 def planar_shapes(n: int, d: int) -> dict[str, Any]:
@@ -55,7 +82,8 @@ def planar_shapes(n: int, d: int) -> dict[str, Any]:
     return {
         **per_contact, "A": (m, m), "b": (m,), "z": (m,), "tableau": (m, m + 2), "scales": (4, m + 2),
         "basis": (4 * m + 2,), "gamma": (r,),
-        "unknown": (r,), "order": (r,), "pivots": (1,), "tree": tree_shapes(levels, min(r, 2 * levels)),
+        "unknown": (r,), "order": (r,), "pivots": (1,), "can_decide_redundant": (1,),
+        "tree": tree_shapes(levels, min(r, 2 * levels)), "family": family_shapes(levels, min(r, 2 * levels)),
     }  # fmt: skip
 
 

@@ -35,6 +35,7 @@ from nonsmooth.contact_problem import (
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.planar import Route, pivot, solve_planar
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.contact_solvers.single import (
     FREE,
     NO_CANDIDATE,
@@ -145,6 +146,15 @@ class MoreauJean:
             entry_points.append(project)
         for entry_point in entry_points:
             entry_point.load()
+
+    def load_for_retry(self, system: System, scratch: Scratch, is_compiled: bool) -> bool:
+        """Get ready what decides a contact problem that was not solved; False if there is nothing more to try."""
+        if system.n_c < 2 or scratch.planar.can_decide_redundant[0] == 1:
+            return False
+        if is_compiled:
+            enumerate_redundant.load()
+        scratch.planar.can_decide_redundant[0] = 1
+        return True
 
 
 class Scratch(NamedTuple):
