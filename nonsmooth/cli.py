@@ -7,35 +7,31 @@ was not solved; 130 interrupted.
 from __future__ import annotations
 
 import argparse
-import ast
-import importlib.util
+import importlib
 import json
 import math
-import operator
 import os
-import re
 import sys
 import warnings
 from pathlib import Path
 from typing import Any
 
 from nonsmooth import __version__
-from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, NonsmoothWarning, UnknownName, nearest
+from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, NonsmoothWarning
+from nonsmooth.typed_input import (
+    BAD_INPUT,
+    NEGATIVE,
+    Parser,
+    assignments,
+    build_model,
+    initial_state,
+    number,
+    require_module,
+    require_writable,
+    whole_number,
+)
 
-BAD_INPUT, FAILED, INTERRUPTED = 2, 3, 130
-
-OPERATORS: dict[type, Any] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
-    ast.USub: operator.neg,
-    ast.UAdd: operator.pos,
-}
-NAMES = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
-NEGATIVE = re.compile(r"-(\d|\.\d|pi\b|inf\b|nan\b|\()")  # -1e-3 and -pi/4 are numbers, not options
-
+FAILED, INTERRUPTED = 3, 130
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
 FIGURE_ENDINGS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".webp")
 ANIMATION_ENDINGS = (".gif", ".webp")
@@ -69,7 +65,7 @@ def main(argv: list[str] | None = None) -> int:
             complain(str(error))
             return BAD_INPUT
         except MemoryError:
-            complain("there is not enough memory for so many records; take a larger --every, or a shorter run")
+            complain("there is not enough memory for this run; record less (--every), stop earlier, or make it smaller")
             return BAD_INPUT
         except NonsmoothError as error:
             complain(str(error))
@@ -81,7 +77,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def build_parser() -> argparse.ArgumentParser:
     """Every command with its options."""
-    parser = argparse.ArgumentParser(prog="nonsmooth", description="Nonsmooth mechanics with every paradox named.")
+    parser = Parser(prog="nonsmooth", description="Nonsmooth mechanics with every paradox named.")
     parser.add_argument("--version", action="version", version=f"nonsmooth {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
@@ -114,7 +110,7 @@ def add_run(run: argparse.ArgumentParser) -> None:
     run.add_argument("--t-end", type=number, metavar="T", help="end [s]; the model's own by default")
     run.add_argument("--dt", type=number, help="step [s]; the model's own by default")
     run.add_argument("--theta", type=number, default=0.5, help="weight of the new velocity, 0.5 (default) to 1")
-    run.add_argument("--every", type=int, default=1, metavar="N", help="record every N steps")
+    run.add_argument("--every", type=whole_number, default=1, metavar="N", help="record every N steps")
     run.add_argument("--t-eval", nargs="+", type=number, metavar="T", help="record at these times [s] instead")
     run.add_argument(
         "--selection", default="compliant-limit", metavar="RULE",
@@ -253,105 +249,6 @@ def figure_path(arguments: argparse.Namespace) -> Path | None:
         complain(f"no figure will be drawn: {error}")
         return None
     return figure
-
-
-def require_writable(path: Path | None, endings: tuple[str, ...]) -> None:
-    """Raise before the run when a file could not be written after it."""
-    if path is None:
-        return
-    if path.suffix not in endings and not path.is_dir():
-        raise InvalidInput(f"{str(path)!r} must end in one of {', '.join(endings)}")
-    part = path.with_name(path.name + ".part")
-    try:
-        if not path.parent.is_dir():
-            raise FileNotFoundError(f"there is no folder {str(path.parent)!r}")
-        if path.is_dir():
-            raise IsADirectoryError("it is a folder")
-        is_left_over = part.exists()
-        if path.exists() and not os.access(path, os.W_OK):
-            raise PermissionError("the file there may not be changed")
-        part.open("ab").close()
-        if not is_left_over:
-            part.unlink()
-    except OSError as error:
-        raise InvalidInput(f"{str(path)!r} cannot be written: {error.strerror or error}; choose another path") from None
-
-
-def require_module(module: str, extra: str, what: str) -> None:
-    """Raise before the run when an optional dependency is not installed."""
-    if importlib.util.find_spec(module) is None:
-        raise MissingExtra(f'{what} need {module}; pip install "nonsmooth[{extra}]" brings it')
-
-
-def build_model(model: Any, changes: dict[str, float]) -> Any:
-    """The model with its defaults changed; a field declared int takes whole numbers."""
-    from nonsmooth.system import changed
-
-    values: dict[str, float] = {}
-    for name, value in changes.items():
-        field = getattr(model, "__dataclass_fields__", {}).get(name)
-        is_whole = field is not None and field.type in (int, "int")
-        if is_whole and not (math.isfinite(value) and value == int(value)):
-            raise InvalidInput(f"the parameter {name} must be a whole number; got {value:g}")
-        values[name] = int(value) if is_whole else value
-    return changed(model(), values)
-
-
-def initial_state(model: Any, arguments: argparse.Namespace) -> tuple[Any, Any]:
-    """q0 and u0 as given, or from the model's natural variables."""
-    import inspect
-
-    if (arguments.q0 is None) != (arguments.u0 is None):
-        missing = "--q0" if arguments.q0 is None else "--u0"
-        raise InvalidInput(f"--q0 and --u0 go together; {missing} is missing")
-    if arguments.q0 is not None:
-        if arguments.state:
-            raise InvalidInput("give either --state, or --q0 and --u0; got both")
-        return arguments.q0, arguments.u0
-    if not callable(getattr(model, "state", None)):
-        raise InvalidInput(f"the model {arguments.model} has no state(...) of its own; give --q0 and --u0")
-    values = assignments("--state", arguments.state)
-    known = inspect.signature(model.state).parameters
-    for name in values:
-        if name not in known:
-            raise UnknownName(f"the state of {arguments.model} has no variable {name!r}; {nearest(name, known)}")
-    return model.state(**values)
-
-
-def assignments(option: str, texts: list[str]) -> dict[str, float]:
-    """NAME=VALUE texts as a dictionary."""
-    pairs: dict[str, float] = {}
-    for text in texts:
-        name, sign, value = text.partition("=")
-        if not sign or not name:
-            raise InvalidInput(f"{option} takes NAME=VALUE; got {text!r}")
-        if name in pairs:
-            raise InvalidInput(f"{option} gives {name} twice; give it once")
-        try:
-            pairs[name] = number(value)
-        except argparse.ArgumentTypeError as error:
-            raise InvalidInput(f"{option} {name} must be a number: {error}") from None
-    return pairs
-
-
-def number(text: str) -> float:
-    """A number typed as arithmetic on numbers and pi: 1e-3, pi/4, -2*pi."""
-    try:
-        return float(_evaluate(ast.parse(text.strip(), mode="eval").body))
-    except (ArithmeticError, KeyError, MemoryError, RecursionError, SyntaxError, TypeError, ValueError):
-        raise argparse.ArgumentTypeError(f"{text.strip()!r} is no number (try 0.5, 1e-3 or pi/4)") from None
-
-
-def _evaluate(node: Any) -> float:
-    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
-        return float(node.value)
-    if isinstance(node, ast.Name):
-        return NAMES[node.id]
-    if isinstance(node, ast.UnaryOp):
-        return OPERATORS[type(node.op)](_evaluate(node.operand))
-    if isinstance(node, ast.BinOp):
-        return OPERATORS[type(node.op)](_evaluate(node.left), _evaluate(node.right))
-    raise ValueError(node)
 
 
 def show_progress(done: float) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.arrays import as_count, as_number, as_vector
-from nonsmooth.blocks import new_block
+from nonsmooth.blocks import WORD, new_block
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.contact_solvers.single import Selection
@@ -36,9 +36,11 @@ from nonsmooth.integrators.records import (
     STEP,
     Record,
     State,
+    bytes_of_record,
     record_shapes,
     state_shapes,
 )
+from nonsmooth.memory import require_memory
 from nonsmooth.solution import Solution, Stats
 from nonsmooth.system import FUNCTION_NAMES, System, as_system
 
@@ -140,7 +142,7 @@ def simulate(
     if on_failure not in ("raise", "return"):
         raise InvalidInput(f"on_failure must be 'raise' or 'return'; got {on_failure!r}")
     q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
-    grid = make_grid(integrator, t_span, every, t_eval)
+    grid = make_grid(integrator, t_span, every, t_eval, bytes_of_record(system.n_u, system.n_c, system.d))
     run = Run(system, integrator, grid, q_0, u_0, SELECTIONS[selection], project)
     run.advance(max_wall_time, progress)
     solution = run.solution()
@@ -149,8 +151,10 @@ def simulate(
     return solution
 
 
-def make_grid(integrator: Any, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None) -> Grid:
-    """The record times and the steps between them."""
+def make_grid(
+    integrator: Any, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None, row_bytes: int = WORD
+) -> Grid:
+    """The record times and the steps between them; ``row_bytes`` is the size of one record."""
     try:
         start, end = t_span
     except (TypeError, ValueError):
@@ -161,7 +165,7 @@ def make_grid(integrator: Any, t_span: tuple[float, float], every: int, t_eval: 
     if t_eval is not None:
         t = as_vector("t_eval", t_eval)
         if t.size == 0 or t[0] < t_0 or t[-1] > t_1 or (np.diff(t) <= 0).any():
-            raise InvalidInput(f"t_eval must increase within [{t_0:g}, {t_1:g}]")
+            raise InvalidInput(f"t_eval must increase within [{t_0:g}, {t_1:g}]; got {np.array2string(t, threshold=6)}")
         if t[0] > t_0:
             t = np.concatenate(([t_0], t))
         return Grid(t, *integrator.steps_between(t))
@@ -170,8 +174,9 @@ def make_grid(integrator: Any, t_span: tuple[float, float], every: int, t_eval: 
     if not (t_1 - t_0) / integrator.dt < 2**62 or (t_1 > t_0 and t_0 + integrator.dt == t_0):
         raise InvalidInput(f"dt = {integrator.dt:g} s is too small for the span ({t_0:g}, {t_1:g}); take a larger one")
     whole = int((t_1 - t_0) / stride * (1 + 1e-12))
+    require_memory(row_bytes * (whole + 1.0), f"{whole + 1} records", "take a larger every or dt")
     t = t_0 + stride * np.arange(whole + 1)
-    if t_1 - t[-1] > 1e-9 * integrator.dt:
+    if t_1 - t[-1] > 1e-9 * min(integrator.dt, t_1 - t_0):
         t = np.append(t, t_1)
     return Grid(t, *integrator.steps_between(t))
 
@@ -226,6 +231,7 @@ class Run:
                     self.status = Status.INTERRUPTED
         except KeyboardInterrupt:
             self.status = Status.INTERRUPTED
+            self._collect_events()
         self.wall_time = time.perf_counter() - started
 
     def _block(self, max_steps: int) -> int:

@@ -25,6 +25,10 @@ class EventKind(IntEnum):
     INDETERMINATE = records.INDETERMINATE
 
 
+WHOLE_COLUMNS = (  # of an event; its impulses and velocities are no whole numbers, and may be infinite
+    records.EVENT_KIND, records.EVENT_CONTACT, records.EVENT_MODE_0, records.EVENT_SLIP_0, records.EVENT_MODE_1,
+    records.EVENT_SLIP_1, records.EVENT_SOLUTIONS, records.EVENT_FOUND,
+)  # fmt: skip
 CANDIDATE_NAMES = ("free", "stick", "slide +", "slide -", "slide + (P_N < 0)", "slide - (P_N < 0)")
 
 
@@ -267,7 +271,7 @@ def _ledger(system: System, t: np.ndarray, record: records.Record) -> dict[str, 
 
 
 def _event(row: np.ndarray) -> Event:
-    integer = [int(value) for value in row]
+    integer = {k: int(row[k]) for k in WHOLE_COLUMNS}
     fields: dict[str, Any] = {
         "t": float(row[records.EVENT_T]),
         "kind": EventKind(integer[records.EVENT_KIND]),

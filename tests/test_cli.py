@@ -22,6 +22,14 @@ QUICK = ["--t-end", "0.01", "--no-plot"]
 PATIENCE = 120  # s for another interpreter: on a new machine it compiles the loop first
 
 
+def refused(arguments):
+    """The exit code of arguments that may be refused by the parser already."""
+    try:
+        return main(arguments)
+    except SystemExit as stop:
+        return stop.code
+
+
 def in_python(code, *arguments, stdout=PIPE, stderr=PIPE):
     """The code, run by an interpreter of its own that never waits for a user."""
     command = [sys.executable, "-c", code, *map(str, arguments)]
@@ -118,13 +126,43 @@ def test_saved_runs_are_read_back(tmp_path, name, capsys):
         (["solve", "nowhere.npz", "--plot", "nowhere/profile.png"], "there is no folder 'nowhere'"),
         (["run", "sprag-slip", "--out", "nowhere/run.npz"], "there is no folder 'nowhere'"),
         (["run", "sprag-slip", "--plot", "nowhere/run.png"], "there is no folder 'nowhere'"),
+        (["run", "sprag-slip", "--plot", ""], "is a folder"),
+        (["run", "sprag-slip", "--out", "."], "is a folder"),
+        (["run", "sprag-slip", "--t-eval", "5", "7"], "t_eval must increase within [0, 1]; got [5. 7.]"),
+        (["run", "sprag-slip", "--t-eval", "0.1", "--every", "2"], "either every or t_eval"),
+        (["run", "sprag-slip", "--every", "1.5"], "'1.5' is no whole number"),
+        (["run", "sprag-slip", "--dt", "1e-12"], "GiB are free; take a larger every or dt"),
+        (["run", "bead-chain", "--set", "n=2.7"], "the parameter n must be a whole number; got 2.7"),
+        (["run", "sprag-slip", "--dt"], "argument --dt: expected one argument; see nonsmooth run --help"),
+        (["run", "sprag-slip", "--step", "1"], "unrecognized arguments: --step"),
+        (["run"], "the following arguments are required: MODEL"),
+        ([], "the following arguments are required: COMMAND"),
+        (["solve", "problem.npz", "--solver", "lemk"], "did you mean 'lemke'?"),
+        (["solve", "problem.npz", "--tol", "-1"], "tol must be positive; got -1"),
     ],
 )
 def test_bad_input_is_one_sentence_and_exit_code_2(arguments, message, capsys):
-    assert main(arguments) == 2
+    assert refused(arguments) == 2
     captured = capsys.readouterr()
-    assert message in captured.err
+    assert message in captured.err and captured.err.startswith("nonsmooth")
     assert captured.out == "" and captured.err.count("\n") == 1
+
+
+def test_a_step_longer_than_the_run_is_cut_to_it(capsys):
+    assert main(["run", "bouncing-ball", "--dt", "1e300", "--json", *QUICK]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert (result["t"], result["stats"]["steps"]) == (0.01, 1)
+
+
+def test_a_run_of_no_length_is_drawn_and_counted(tmp_path, capsys):
+    assert main(["run", "sprag-slip", "--t-end", "0", "--plot", str(tmp_path / "run.png")]) == 0
+    assert "nan" not in capsys.readouterr().out
+
+
+def test_a_state_beyond_all_bounds_ends_as_a_failed_run(capsys):
+    assert main(["run", "sprag-slip", "--state", "th=1e300", "--json", "--no-plot"]) == 3
+    printed = capsys.readouterr()
+    assert json.loads(printed.out)["status"] == "NOT_FINITE" and "row_rates wrote" in printed.err
 
 
 def test_a_run_that_fails_is_saved_and_ends_with_code_3(tmp_path, capsys):

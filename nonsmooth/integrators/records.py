@@ -10,9 +10,10 @@ moving surfaces). A position projection changes no velocity; its column holds th
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
-from nonsmooth.blocks import Cube, Integers, IntegerTable, Matrix, Vector
+from nonsmooth.blocks import WORD, Cube, Integers, IntegerTable, Matrix, Vector
 from nonsmooth.jit import call_model, kernel, rare_kernel
 from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
@@ -74,6 +75,12 @@ def record_shapes(m: int, n: int, n_c: int, d: int) -> dict[str, tuple[int, ...]
         "q": (m, n), "u": (m, n), "g_N": (m, n_c), "P": (m, n_c, 1 + d), "mode": (m, n_c), "slip": (m, n_c),
         "ledger": (m, N_LEDGER),
     }  # fmt: skip
+
+
+def bytes_of_record(n: int, n_c: int, d: int) -> int:
+    """Size of one record with its time and its steps."""
+    entries = 3 + sum(math.prod(shape) for shape in record_shapes(1, n, n_c, d).values())
+    return WORD * entries
 
 
 @kernel

@@ -128,7 +128,8 @@ def draw_energy(axes: Any, solution: Solution) -> None:
 def draw_forces(axes: Any, solution: Solution) -> None:
     """Mean contact forces between records; where impacts would hide the rest, the axis is cut and says so."""
     span = np.diff(solution.t)[:, None]
-    normal, friction = solution.P_N[1:] / span, solution.P_F[1:].reshape(len(span), -1) / span
+    normal = solution.P_N[1:] / span
+    friction = solution.P_F[1:].reshape(len(span), solution.P_F[0].size) / span
     k = thinning(solution)[1:] - 1
     n_c = normal.shape[1]
     for i in range(min(n_c, MAX_NAMES)):

@@ -34,7 +34,7 @@ def _modes(solution: Solution) -> list[str]:
     events = [event for event in solution.events if _is_change(event)]
     dropped = solution.stats.events_dropped
     several = f"; {dropped} more events were not kept" if dropped else ""
-    lines = [f"modes: {len(events)} changes{several}; at the end {_at_the_end(solution)}"]
+    lines = [f"modes: {_count(len(events), 'change')}{several}; at the end {_at_the_end(solution)}"]
     lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_change(event)}" for event in events[:SHOWN]]
     return lines + _counted([_change(event) for event in events[SHOWN:]])
 
@@ -59,8 +59,12 @@ def _counted(rest: list[str]) -> list[str]:
     """The entries beyond those shown, each kind with its number."""
     if not rest:
         return []
-    kinds = [f"{count} times {' '.join(text.split())}" for text, count in Counter(rest).most_common(4)]
+    kinds = [f"{_count(count, 'time')} {' '.join(text.split())}" for text, count in Counter(rest).most_common(4)]
     return [f"  ... and {len(rest)} more: {'; '.join(kinds)}{'; ...' if len(set(rest)) > 4 else ''}"]
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def _is_change(event: Event) -> bool:
@@ -72,7 +76,7 @@ def _paradoxes(solution: Solution) -> list[str]:
     inconsistent = sum(event.n_solutions == 0 for event in paradoxes)
     steps = solution.stats.indeterminate_steps
     lines = [
-        f"paradoxes: {inconsistent} inconsistent, {len(paradoxes) - inconsistent} indeterminate episodes "
+        f"paradoxes: {inconsistent} inconsistent, {_count(len(paradoxes) - inconsistent, 'indeterminate episode')} "
         f"({steps} of {solution.stats.steps} steps had several solutions)"
     ]
     lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_paradox(event)}" for event in paradoxes[:SHOWN]]
@@ -110,12 +114,11 @@ def _energy(solution: Solution) -> list[str]:
 
 def _figures(solution: Solution) -> list[str]:
     stats = solution.stats
-    per_step = stats.wall_time / stats.steps * 1e9 if stats.steps else float("nan")
+    per_step = f" ({stats.wall_time / stats.steps * 1e9:.0f} ns a step)" if stats.steps else ""
     return [
         f"worst residual {stats.worst_residual:.1e}, penetration {stats.worst_penetration:.3g} m, "
         f"energy balance of a step {stats.ledger_error:.1e}",
         f"{stats.steps} steps; contact problems: {stats.lcp_solved} solved ({stats.lcp_kept} kept), "
         f"{stats.lcp_skipped} steps without any",
-        f"wall time {stats.wall_time:.3g} s ({per_step:.0f} ns a step), compiling or loading "
-        f"{stats.compile_time:.3g} s",
+        f"wall time {stats.wall_time:.3g} s{per_step}, compiling or loading {stats.compile_time:.3g} s",
     ]

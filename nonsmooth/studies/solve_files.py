@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError
+from nonsmooth.arrays import as_positive
+from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, UnknownName, nearest
 
 RANK_N = 400  # the singular values of a larger matrix take longer than its solution
 COLUMNS = ("file", "kind", "n", "contacts", "rank", "status", "error", "iterations", "time", "solver")
@@ -44,11 +45,24 @@ def solve_files(paths: Iterable[str | os.PathLike[str]], solver: str = "auto", t
     Raises
     ------
     InvalidInput
-        When a single path is given instead of a list.
+        When a single path is given instead of a list, for a tolerance that is not positive, or a solver of no kind.
     """
+    tol = as_positive("tol", tol)
+    _require_solver(solver)
     if isinstance(paths, str | os.PathLike):
         raise InvalidInput(f"paths must be a list of files; got the single path {os.fspath(paths)!r}")
     return [_solve_file(Path(path), solver, tol) for path in paths]
+
+
+def _require_solver(name: str) -> None:
+    """Raise unless a solver of complementarity or friction problems has this name."""
+    from nonsmooth.contact_solvers.solve import SOLVERS as of_friction
+    from nonsmooth.lcp.qp import qp_solver_names
+    from nonsmooth.lcp.solve import SOLVERS as of_complementarity
+
+    known = {"auto", *of_complementarity, *of_friction}
+    if name not in known and name not in qp_solver_names():
+        raise UnknownName(f"no solver is called {name!r}; {nearest(name, known.union(qp_solver_names()))}")
 
 
 def _solve_file(path: Path, solver: str, tol: float) -> dict:

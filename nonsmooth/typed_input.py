@@ -1,0 +1,147 @@
+"""What a user types, as values: numbers, whole numbers, NAME=VALUE, initial states, and paths that can be written.
+
+Everything is checked before a run starts; a refusal is one sentence and the exit code 2.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import importlib.util
+import math
+import operator
+import os
+import re
+from pathlib import Path
+from typing import Any, NoReturn
+
+from nonsmooth.errors import InvalidInput, MissingExtra, UnknownName, nearest
+
+BAD_INPUT = 2  # exit code
+
+OPERATORS: dict[type, Any] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+}
+NAMES = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
+NEGATIVE = re.compile(r"-(\d|\.\d|pi\b|inf\b|nan\b|\()")  # -1e-3 and -pi/4 are numbers, not options
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that refuses in one line instead of ten."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(BAD_INPUT, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def require_writable(path: Path | None, endings: tuple[str, ...]) -> None:
+    """Raise before the run when a file could not be written after it."""
+    if path is None:
+        return
+    if path.suffix not in endings:
+        what = "is a folder; the file in it" if path.is_dir() else "is no file name here: it"
+        raise InvalidInput(f"{str(path)!r} {what} must end in one of {', '.join(endings)}")
+    part = path.with_name(path.name + ".part")
+    try:
+        if not path.parent.is_dir():
+            raise FileNotFoundError(f"there is no folder {str(path.parent)!r}")
+        if path.is_dir():
+            raise IsADirectoryError("it is a folder")
+        is_left_over = part.exists()
+        if path.exists() and not os.access(path, os.W_OK):
+            raise PermissionError("the file there may not be changed")
+        part.open("ab").close()
+        if not is_left_over:
+            part.unlink()
+    except OSError as error:
+        raise InvalidInput(f"{str(path)!r} cannot be written: {error.strerror or error}; choose another path") from None
+
+
+def require_module(module: str, extra: str, what: str) -> None:
+    """Raise before the run when an optional dependency is not installed."""
+    if importlib.util.find_spec(module) is None:
+        raise MissingExtra(f'{what} need {module}; pip install "nonsmooth[{extra}]" brings it')
+
+
+def build_model(model: Any, changes: dict[str, float]) -> Any:
+    """The model with its defaults changed; a field declared int takes whole numbers."""
+    from nonsmooth.system import changed
+
+    values: dict[str, float] = {}
+    for name, value in changes.items():
+        field = getattr(model, "__dataclass_fields__", {}).get(name)
+        is_whole = field is not None and field.type in (int, "int")
+        if is_whole and not (math.isfinite(value) and value == int(value)):
+            raise InvalidInput(f"the parameter {name} must be a whole number; got {value:g}")
+        values[name] = int(value) if is_whole else value
+    return changed(model(), values)
+
+
+def initial_state(model: Any, arguments: argparse.Namespace) -> tuple[Any, Any]:
+    """q0 and u0 as given, or from the model's natural variables."""
+    import inspect
+
+    if (arguments.q0 is None) != (arguments.u0 is None):
+        missing = "--q0" if arguments.q0 is None else "--u0"
+        raise InvalidInput(f"--q0 and --u0 go together; {missing} is missing")
+    if arguments.q0 is not None:
+        if arguments.state:
+            raise InvalidInput("give either --state, or --q0 and --u0; got both")
+        return arguments.q0, arguments.u0
+    if not callable(getattr(model, "state", None)):
+        raise InvalidInput(f"the model {arguments.model} has no state(...) of its own; give --q0 and --u0")
+    values = assignments("--state", arguments.state)
+    known = inspect.signature(model.state).parameters
+    for name in values:
+        if name not in known:
+            raise UnknownName(f"the state of {arguments.model} has no variable {name!r}; {nearest(name, known)}")
+    return model.state(**values)
+
+
+def assignments(option: str, texts: list[str]) -> dict[str, float]:
+    """NAME=VALUE texts as a dictionary."""
+    pairs: dict[str, float] = {}
+    for text in texts:
+        name, sign, value = text.partition("=")
+        if not sign or not name:
+            raise InvalidInput(f"{option} takes NAME=VALUE; got {text!r}")
+        if name in pairs:
+            raise InvalidInput(f"{option} gives {name} twice; give it once")
+        try:
+            pairs[name] = number(value)
+        except argparse.ArgumentTypeError as error:
+            raise InvalidInput(f"{option} {name} must be a number: {error}") from None
+    return pairs
+
+
+def whole_number(text: str) -> int:
+    """A whole number, which may be typed as 1000 or 1e3."""
+    value = number(text)
+    if not (math.isfinite(value) and value == int(value)):
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is no whole number (try 10 or 1e3)")
+    return int(value)
+
+
+def number(text: str) -> float:
+    """A number typed as arithmetic on numbers and pi: 1e-3, pi/4, -2*pi."""
+    try:
+        return float(_evaluate(ast.parse(text.strip(), mode="eval").body))
+    except (ArithmeticError, KeyError, MemoryError, RecursionError, SyntaxError, TypeError, ValueError):
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is no number (try 0.5, 1e-3 or pi/4)") from None
+
+
+def _evaluate(node: Any) -> float:
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
+        return float(node.value)
+    if isinstance(node, ast.Name):
+        return NAMES[node.id]
+    if isinstance(node, ast.UnaryOp):
+        return OPERATORS[type(node.op)](_evaluate(node.operand))
+    if isinstance(node, ast.BinOp):
+        return OPERATORS[type(node.op)](_evaluate(node.left), _evaluate(node.right))
+    raise ValueError(node)
