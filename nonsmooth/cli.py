@@ -121,6 +121,7 @@ def add_run(run: argparse.ArgumentParser) -> None:
     run.add_argument("--out", type=Path, metavar="FILE", help="save the solution (.npz or .h5)")
     run.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL.png by default")
     run.add_argument("--no-plot", action="store_true", help="draw nothing")
+    run.add_argument("--picture", type=Path, metavar="FILE", help="draw the scene at five instants")
     run.add_argument("--animate", type=Path, metavar="FILE.gif", help="write an animation")
     run.add_argument("--json", action="store_true", help="print one JSON object, and draw only what was asked for")
     run.add_argument("--quiet", action="store_true", help="print neither progress nor summary")
@@ -154,12 +155,13 @@ def act_run(arguments: argparse.Namespace) -> int:
     require_writable(arguments.out, SOLUTION_ENDINGS)
     if arguments.out and arguments.out.suffix != ".npz":
         require_module("h5py", "io", ".h5 files")
+    require_writable(arguments.picture, FIGURE_ENDINGS)
     require_writable(arguments.animate, ANIMATION_ENDINGS)
-    if arguments.animate:
-        require_module("matplotlib", "plot", "animations")
+    if arguments.picture or arguments.animate:
+        require_module("matplotlib", "plot", "pictures")
         require_module("PIL", "plot", "animations")
         if not hasattr(model, "shape"):
-            raise InvalidInput(f"the model {arguments.model} has no shape(q) to animate; leave --animate out")
+            raise InvalidInput(f"the model {arguments.model} has no shape(q) to draw; leave --picture, --animate out")
     figure = figure_path(arguments)
     q0, u0 = initial_state(model, arguments)
     solution = simulate_model(model, q0, u0, arguments)
@@ -167,6 +169,8 @@ def act_run(arguments: argparse.Namespace) -> int:
         solution.save(arguments.out)
     if figure:
         solution.plot(figure)
+    if arguments.picture:
+        solution.picture(arguments.picture)
     if arguments.animate:
         solution.animate(arguments.animate)
     report(solution, arguments, figure)
@@ -203,7 +207,12 @@ def report(solution: Any, arguments: argparse.Namespace, figure: Path | None) ->
         print(json.dumps(without_nan(as_json(solution)), allow_nan=False))
     elif not arguments.quiet:
         print(solution.summary())
-        written = {"solution": arguments.out, "figure": figure, "animation": arguments.animate}
+        written = {
+            "solution": arguments.out,
+            "figure": figure,
+            "picture": arguments.picture,
+            "animation": arguments.animate,
+        }
         for what, path in written.items():
             if path:
                 print(f"{what}: {path}")

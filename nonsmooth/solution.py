@@ -222,6 +222,12 @@ class Solution:
 
         return plot_solution(self, path)
 
+    def picture(self, path: str | Path | None = None, n: int = 5) -> Any:
+        """Draw a planar scene at n instants (needs the extra [plot]); returns the figure, saved to ``path`` if any."""
+        from nonsmooth.output.scene import picture
+
+        return picture(self, path, n)
+
     def animate(self, path: str | Path, fps: int = 25) -> Path:
         """Write a gif of a planar scene (needs the extra [plot])."""
         from nonsmooth.output.scene import animate

@@ -154,6 +154,14 @@ def test_a_step_longer_than_the_run_is_cut_to_it(capsys):
     assert (result["t"], result["stats"]["steps"]) == (0.01, 1)
 
 
+def test_a_picture_and_an_animation_are_written_where_asked(tmp_path, capsys):
+    picture, animation = tmp_path / "scene.svg", tmp_path / "scene.gif"
+    assert main(["run", "sliding-block", *QUICK, "--picture", str(picture), "--animate", str(animation)]) == 0
+    assert picture.exists() and animation.exists()
+    printed = capsys.readouterr().out
+    assert f"picture: {picture}" in printed and f"animation: {animation}" in printed
+
+
 def test_a_run_of_no_length_is_drawn_and_counted(tmp_path, capsys):
     assert main(["run", "sprag-slip", "--t-end", "0", "--plot", str(tmp_path / "run.png")]) == 0
     assert "nan" not in capsys.readouterr().out

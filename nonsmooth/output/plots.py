@@ -31,6 +31,8 @@ MARGIN = 0.2  # of the orbit's extent, around it in the phase plane
 GRID = 400  # points of the phase map along each axis
 MAX_POINTS = 20_000  # drawn of one curve
 MAX_NAMES = 8  # coordinates drawn; a chain has hundreds
+FLAT = 1e-6  # of its size: a curve that varies less is drawn as the constant it is
+HAIR = 2e-3  # of the run: a mode that lasts less would be thinner than a dot
 MAX_STRIPS = 4000  # rectangles of a mode strip: an accumulation of impacts has more than a screen can show
 BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5), "fontsize": 8, "frameon": False}
 BELOW: dict[str, Any] = {"loc": "upper center", "fontsize": 8, "frameon": False}
@@ -71,7 +73,8 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
         left, histories = figure.subfigures(1, 2, width_ratios=(1.1, 1))
         draw_phase_plane(left.subplots(), solution, model)
     n_c = solution.mode.shape[1]
-    rows = histories.subplots(5 if n_c else 3, 1, sharex=True, height_ratios=(3, 3, 3, 3, 0.8) if n_c else None)
+    strips = 0.8 if n_c <= 4 else 2.0
+    rows = histories.subplots(5 if n_c else 3, 1, sharex=True, height_ratios=(3, 3, 3, 3, strips) if n_c else None)
     draw_states(rows[0], rows[1], solution, model)
     draw_energy(rows[2], solution)
     if n_c:
@@ -79,10 +82,11 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
         draw_modes(rows[4], solution)
     for axes in rows[:4]:
         axes.grid(alpha=0.25)
+        show_no_rounding(axes)
     rows[-1].set_xlabel("t [s]")
     if solution.t[-1] > solution.t[0]:
         rows[-1].set_xlim(solution.t[0], solution.t[-1])
-    figure.suptitle(title_of(solution), fontsize=11)
+    figure.suptitle(title_of(solution), fontsize=10, family="monospace")  # tells l from I
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
@@ -97,11 +101,12 @@ def title_of(solution: Solution) -> str:
 
 
 def draw_states(above: Any, below: Any, solution: Solution, model: Any) -> None:
-    """Coordinates and velocities, the first eight of them."""
+    """Coordinates and velocities, eight of them at most."""
     n = solution.q.shape[1]
     names = list(getattr(model, "coordinates", None) or [(f"q[{k}]", "") for k in range(n)])
     k = thinning(solution)
-    for i, (name, unit) in enumerate(names[:MAX_NAMES]):
+    for i in some_of(n):
+        name, unit = names[i]
         above.plot(solution.t[k], solution.q[k, i], label=f"{name} [{unit}]" if unit else name, lw=1.2)
         below.plot(solution.t[k], solution.u[k, i], label=f"{name}' [{unit}/s]" if unit else f"{name}'", lw=1.2)
     more = f"\n({MAX_NAMES} of {n})" if n > MAX_NAMES else ""
@@ -123,6 +128,9 @@ def draw_energy(axes: Any, solution: Solution) -> None:
     axes.set_ylabel("change [J]")
     if axes.lines:
         axes.legend(**BESIDE)
+    else:
+        axes.plot(solution.t[[0, -1]], [0.0, 0.0], color="grey", lw=1.0)
+        axes.text(0.5, 0.6, "no energy changes and no work is done", transform=axes.transAxes, ha="center", fontsize=9)
 
 
 def draw_forces(axes: Any, solution: Solution) -> None:
@@ -132,7 +140,7 @@ def draw_forces(axes: Any, solution: Solution) -> None:
     friction = solution.P_F[1:].reshape(len(span), solution.P_F[0].size) / span
     k = thinning(solution)[1:] - 1
     n_c = normal.shape[1]
-    for i in range(min(n_c, MAX_NAMES)):
+    for i in some_of(n_c):
         which = f"$_{{{i}}}$" if n_c > 1 else ""
         axes.step(solution.t[1:][k], normal[k, i], where="pre", label=f"normal{which}", lw=1.0)
         if friction.shape[1] == n_c and n_c <= 3 and friction[:, i].any():
@@ -143,7 +151,8 @@ def draw_forces(axes: Any, solution: Solution) -> None:
     if limit > 0 and size.max() > 4 * limit:
         axes.set_ylim(-1.2 * limit if force.min() < 0 else -0.05 * limit, 1.2 * limit)
         axes.set_title(f"impulsive peaks leave the axis: up to {size.max():.3g} N over a step", fontsize=8, loc="right")
-    axes.set_ylabel("force, $P/\\Delta t$ [N]")
+    more = f"\n({MAX_NAMES} of {n_c})" if n_c > MAX_NAMES else ""
+    axes.set_ylabel(f"force, $P/\\Delta t$ [N]{more}")
     axes.legend(**BESIDE)
 
 
@@ -159,7 +168,7 @@ def draw_modes(axes: Any, solution: Solution) -> None:
         draw_strip(axes, solution.t, code[1:, i], i, n_c)
     axes.set_ylim(-0.5, n_c - 0.5 + 0.35 * bool(solution.paradoxes))
     axes.set_yticks(range(n_c) if 1 < n_c <= 4 else [])
-    axes.set_ylabel("mode" if n_c <= 4 else f"mode ({n_c})")
+    axes.set_ylabel("mode" if n_c <= 4 else f"modes of\n{n_c} contacts")
     handles: list[Any] = [
         Patch(color=colour, label=f"{mode.name.lower()}{' +' if sign > 0 else ' -' if sign < 0 else ''}")
         for (mode, sign), colour in STRIPS.items()
@@ -171,7 +180,7 @@ def draw_modes(axes: Any, solution: Solution) -> None:
             style: dict[str, Any] = {"marker": marker, "color": RED, "ls": "", "ms": 6}
             axes.plot(times, np.full(len(times), n_c - 0.3), clip_on=False, zorder=5, **style)
             handles.append(Line2D([], [], label=label, **style))
-    axes.legend(handles=handles, bbox_to_anchor=(0.5, -0.9), ncols=4, **BELOW)
+    axes.legend(handles=handles, bbox_to_anchor=(0.5, -0.9 if n_c <= 4 else -0.4), ncols=4, **BELOW)
 
 
 def draw_strip(axes: Any, t: np.ndarray, code: np.ndarray, i: int, n_c: int) -> None:
@@ -181,9 +190,14 @@ def draw_strip(axes: Any, t: np.ndarray, code: np.ndarray, i: int, n_c: int) -> 
     first = np.concatenate(([0], np.flatnonzero(np.diff(code)) + 1))
     last = np.append(first[1:], len(code))
     k = np.unique(np.linspace(0, len(first) - 1, min(len(first), MAX_STRIPS)).astype(int))
-    colours = [STRIPS[(ContactMode(int(c) // 3), int(c) % 3 - 1)] for c in code[first[k]]]
-    spans = np.column_stack((t[first[k]], t[last[k]] - t[first[k]]))
-    axes.broken_barh(spans, (i - 0.45, 0.9) if n_c <= 20 else (i - 0.5, 1.0), facecolors=colours, linewidth=0)
+    lasting = t[last[k]] - t[first[k]]
+    is_hair = lasting < HAIR * (t[-1] - t[0])
+    order = np.argsort(is_hair, kind="stable")  # hairs are drawn last, with an edge that makes them visible
+    colours = [STRIPS[(ContactMode(int(c) // 3), int(c) % 3 - 1)] for c in code[first[k[order]]]]
+    axes.broken_barh(
+        np.column_stack((t[first[k]], lasting))[order], (i - 0.45, 0.9) if n_c <= 20 else (i - 0.5, 1.0),
+        facecolors=colours, edgecolors=colours, linewidths=0.7 * is_hair[order] * (n_c <= 20),
+    )  # fmt: skip
 
 
 def draw_phase_plane(axes: Any, solution: Solution, model: Any) -> None:
@@ -217,6 +231,19 @@ def draw_phase_plane(axes: Any, solution: Solution, model: Any) -> None:
     axes.set_xlabel(f"{names[i][0]} [{names[i][1]}]")
     axes.set_ylabel(f"{names[j][0]}' [{names[j][1]}/s]")
     axes.legend(handles=handles, bbox_to_anchor=(0.5, -0.08), ncols=3, **(BELOW | {"fontsize": 9}))
+
+
+def some_of(n: int) -> np.ndarray:
+    """All of n numbers, or eight that are equally spaced."""
+    return np.unique(np.linspace(0, n - 1, min(n, MAX_NAMES)).astype(int))
+
+
+def show_no_rounding(axes: Any) -> None:
+    """Widen an axis whose curves are constant to rounding, which would fill it otherwise."""
+    low, high = axes.get_ylim()
+    size = max(abs(low), abs(high))
+    if high - low < FLAT * size:
+        axes.set_ylim(min(0.0, 1.2 * low), max(0.0, 1.2 * high))
 
 
 def extent(values: np.ndarray) -> tuple[float, float]:

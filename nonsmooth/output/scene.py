@@ -14,13 +14,16 @@ from nonsmooth.output.plots import new_figure
 if TYPE_CHECKING:
     from nonsmooth.solution import Solution
 
-MAX_FRAMES = 150  # a frame takes about 30 ms to draw
+MAX_FRAMES = 400  # a frame takes about 10 ms
 MIN_FRAMES = 25
+MAX_INSTANTS = 8  # named in the title of a picture
+WIDTH, LOWEST, HIGHEST = 7.0, 2.5, 7.0  # of a figure [in]; its height follows the scene
 COLOUR = "#08306b"
+COLOURS = 64  # of a gif's palette: shades of the lines and of the letters, taken from the first frame
 
 
-def still(solution: Solution, path: str | Path | None = None, n: int = 5) -> Any:
-    """Draw the scene at n equally spaced instants, the later the darker.
+def picture(solution: Solution, path: str | Path | None = None, n: int = 5) -> Any:
+    """Draw the scene at the records nearest to n equally spaced instants, the later the darker.
 
     Parameters
     ----------
@@ -38,24 +41,27 @@ def still(solution: Solution, path: str | Path | None = None, n: int = 5) -> Any
     ------
     InvalidInput
         When the model has no ``shape(q)``.
+    MissingExtra
+        When Matplotlib is not installed.
     """
     model = scene_model(solution)
-    figure = new_figure(7, 6)
+    figure = new_figure(WIDTH, HIGHEST)
     axes = figure.subplots()
     prepare(axes, solution, model)
-    times = np.linspace(0, len(solution.t) - 1, as_count("n", n)).astype(int)
-    for k, shade in zip(times, np.linspace(0.2, 1.0, n), strict=True):
+    shown = nearest_records(solution, as_count("n", n))
+    for k, shade in zip(shown, np.linspace(0.2 if n > 1 else 1.0, 1.0, n), strict=True):
         for line in model.shape(solution.q[k]):
             axes.plot(line[:, 0], line[:, 1], color=COLOUR, alpha=shade, lw=1.8)
-    instants = ", ".join(f"{solution.t[k]:.3g}" for k in times)
-    axes.set_title(f"t = {instants} s, the later the darker", fontsize=10)
+    instants = ", ".join(f"{t:.3g}" for t in solution.t[shown[:MAX_INSTANTS]])
+    instants += f", ... {solution.t[shown[-1]]:.3g}" if n > MAX_INSTANTS else ""
+    axes.set_title(f"t = {instants} s{', the later the darker' if n > 1 else ''}", fontsize=10)
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
 
 
 def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:
-    """Write a gif (or webp) over the whole run, in at most 150 frames; its title says how slow the motion is shown.
+    """Write a gif (or webp) over the whole run, in at most 400 frames; its title says how slow the motion is shown.
 
     Parameters
     ----------
@@ -79,8 +85,8 @@ def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:
     if path.suffix not in (".gif", ".webp"):
         raise InvalidInput(f"an animation is written as .gif or .webp; got {path.name!r}")
     model = scene_model(solution)
-    figure = new_figure(6, 5)
-    figure.set_layout_engine("none")  # the layout of every frame anew would cost most of the time
+    figure = new_figure(WIDTH, HIGHEST)
+    figure.set_layout_engine("none")  # the axes stay where they are; only the scene and the title are drawn again
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.collections import LineCollection
@@ -90,14 +96,21 @@ def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:
     axes = figure.subplots()
     prepare(axes, solution, model)
     lines = axes.add_collection(LineCollection([], colors=COLOUR, linewidths=1.8))
-    title, canvas = axes.set_title(""), FigureCanvasAgg(figure)
+    title, canvas = axes.set_title(" "), FigureCanvasAgg(figure)
+    canvas.draw()
+    background = canvas.copy_from_bbox(figure.bbox)
     shown, slow = frames_of(solution, fps)
-    pictures = []
+    pictures: list[Any] = []
     for k in shown:
+        canvas.restore_region(background)
         lines.set_segments(model.shape(solution.q[k]))
         title.set_text(f"t = {solution.t[k]:.3f} s{slow}")
-        canvas.draw()
-        pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
+        axes.draw_artist(lines)
+        axes.draw_artist(title)
+        frame = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        pictures.append(
+            frame.quantize(COLOURS, method=2) if not pictures else frame.quantize(palette=pictures[0], dither=0)
+        )
     pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=round(1000 / fps), loop=0)
     return path
 
@@ -106,10 +119,14 @@ def frames_of(solution: Solution, fps: int) -> tuple[np.ndarray, str]:
     """Indices of the records shown, equally spaced in time, and by how much the motion is slowed or hastened."""
     span = float(solution.t[-1] - solution.t[0])
     n = int(np.clip(span * fps, MIN_FRAMES, MAX_FRAMES))
-    times = np.linspace(solution.t[0], solution.t[-1], n)
-    shown = np.minimum(np.searchsorted(solution.t, times - 1e-9 * span), len(solution.t) - 1)
     factor = n / fps / span if span > 0 else 1.0
-    return shown, "" if 0.9 < factor < 1.1 else f"  (time x {1 / factor:.2g})"
+    return nearest_records(solution, n), "" if 0.9 < factor < 1.1 else f"  (time x {1 / factor:.2g})"
+
+
+def nearest_records(solution: Solution, n: int) -> np.ndarray:
+    """Indices of the records nearest to n equally spaced instants."""
+    t = solution.t
+    return np.searchsorted(0.5 * (t[1:] + t[:-1]), np.linspace(t[0], t[-1], n))
 
 
 def scene_model(solution: Solution) -> Any:
@@ -128,6 +145,8 @@ def prepare(axes: Any, solution: Solution, model: Any) -> None:
     margin = 0.08 * (high - low).max() or 1.0
     for line in model.outline() if hasattr(model, "outline") else []:
         axes.plot(line[:, 0], line[:, 1], color="grey", lw=1)
+    width, height = high - low + 2 * margin
+    axes.figure.set_size_inches(WIDTH, float(np.clip(WIDTH * height / width + 1.0, LOWEST, HIGHEST)))
     axes.set_xlim(low[0] - margin, high[0] + margin)
     axes.set_ylim(low[1] - margin, high[1] + margin)
     axes.set_aspect("equal")

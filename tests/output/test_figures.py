@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import BeltOscillator, BouncingBall, SpragSlip
+from models import BeadChain, BeltOscillator, BouncingBall, InclinedBlock, SelfLockingRod, SpragSlip
 from nonsmooth.output.plots import draw_strip, new_figure
-from nonsmooth.output.scene import frames_of, still
+from nonsmooth.output.scene import frames_of
 
 
 @pytest.fixture(scope="module")
@@ -76,16 +76,68 @@ def test_mode_strip_covers_the_whole_run_once():
     assert np.allclose([e.x1 for e in extents], [0.2, 0.5, 0.8, 1.0])
 
 
+def test_a_mode_that_lasts_one_step_is_seen_in_its_strip():
+    axes = new_figure(3, 2).subplots()
+    t, code = np.linspace(0, 1, 2001), np.ones(2000, int)
+    code[700] = 10  # locked for one step of 2000
+    draw_strip(axes, t, code, 0, 1)
+    (bars,) = axes.collections
+    hair = bars.get_paths()[-1].get_extents()
+    assert np.isclose(hair.x0, 0.35) and np.isclose(hair.width, 5e-4)
+    assert bars.get_linewidths()[-1] > 0 and not any(bars.get_linewidths()[:-1])
+
+
+def test_a_force_that_is_constant_to_rounding_is_drawn_as_a_constant():
+    rod = SelfLockingRod()
+    solution = ns.simulate(rod, (0, 1), *rod.state(), integrator=ns.MoreauJean(dt=1e-3))
+    forces = solution.plot().axes[3]
+    assert np.ptp(solution.P_N[1:, 0] / np.diff(solution.t)) > 0  # the rounding that would fill the axis
+    assert forces.get_ylim()[0] == 0.0 < solution.P_N[-1, 0] / 1e-3 < forces.get_ylim()[1]
+
+
+def test_a_run_at_rest_says_that_nothing_changes():
+    block = InclinedBlock()
+    solution = ns.simulate(block, (0, 0.1), *block.state(), integrator=ns.MoreauJean(dt=1e-3))
+    assert "no energy changes" in solution.plot().axes[2].texts[0].get_text()
+
+
+def test_a_chain_is_drawn_from_its_first_bead_to_its_last():
+    chain = BeadChain(n=30)
+    solution = ns.simulate(chain, (0, 0.01), *chain.state(), integrator=ns.MoreauJean(dt=1e-3))
+    shown = texts(solution.plot())
+    assert "x_0 [m]" in shown and "x_29 [m]" in shown and "coordinates\n(8 of 30)" in shown
+
+
 def test_frames_are_equally_spaced_in_time_and_title_says_how_slow(ball):
     shown, slow = frames_of(ball, 25)
     assert slow == "" and np.allclose(np.diff(ball.t[shown]), 2 / 49, atol=1.01e-3)
-    assert frames_of(ball, 100)[1] == "  (time x 1.3)"
+    assert frames_of(ball, 300)[1] == "  (time x 1.5)"
 
 
-def test_still_needs_a_model_with_a_shape(ball, tmp_path):
-    still(ball, tmp_path / "still.png", n=3)
+def test_a_picture_shows_the_scene_at_its_instants(ball, tmp_path):
+    figure = ball.picture(tmp_path / "ball.png", n=3)
+    (axes,) = figure.axes
+    assert axes.get_title() == "t = 0, 1, 2 s, the later the darker"
+    centres = sorted(line.get_ydata().mean() for line in axes.lines if line.get_alpha())
+    at_instants = ball.q[np.searchsorted(ball.t, [0, 1 - 1e-9, 2 - 1e-9]), 0]
+    radius = np.ptp(axes.lines[-1].get_ydata()) / 2
+    assert np.allclose(np.diff(centres), np.diff(np.sort(at_instants)), atol=radius / 8)  # the mean of 17 points
+
+
+def test_a_picture_needs_a_model_with_a_shape(ball, tmp_path):
     with pytest.raises(ns.InvalidInput, match="shape"):
-        still(ns.Solution.load(ball.save(tmp_path / "ball.npz")))
+        ns.Solution.load(ball.save(tmp_path / "ball.npz")).picture()
+
+
+def test_an_animation_has_a_frame_for_each_instant_and_a_white_ground(ball, tmp_path):
+    from PIL import Image
+
+    with Image.open(ball.animate(tmp_path / "ball.gif", fps=10)) as gif:
+        assert (gif.n_frames, gif.info["duration"]) == (25, 100)
+        first = np.asarray(gif.convert("RGB"))
+        gif.seek(12)
+        assert (np.asarray(gif.convert("RGB")) != first).any()
+    assert (first[0, 0] >= 254).all()
 
 
 def test_animation_refuses_an_ending_it_cannot_write(ball, tmp_path):
