@@ -14,6 +14,7 @@ import numpy as np
 
 from nonsmooth.compiled import Model
 from nonsmooth.errors import InvalidInput, ModelFunctionError  # noqa: F401 - raised by callers with the same words
+from nonsmooth.quadratic_program import minimise
 from nonsmooth.system import (
     BILATERAL,
     GAP,
@@ -141,9 +142,6 @@ def _normal_rows(
 
 def _nearest(M: np.ndarray, W: np.ndarray, bound: np.ndarray, equality: np.ndarray) -> np.ndarray:
     """argmin x.M x / 2 subject to W x >= bound (= bound where equality holds)."""
-    import scipy.sparse as sp
-    from qpsolvers import solve_qp
-
     if len(bound) == 0 or not np.abs(bound).max() > 0:
         return np.zeros(len(M))
     size = np.abs(bound).max() / np.abs(W).max()
@@ -151,12 +149,7 @@ def _nearest(M: np.ndarray, W: np.ndarray, bound: np.ndarray, equality: np.ndarr
     rows = np.abs(W).max(axis=1)
     G, h = -W[~equality] / rows[~equality, None], -bound[~equality] / (rows[~equality] * size)
     A, b = W[equality] / rows[equality, None], bound[equality] / (rows[equality] * size)
-    x = solve_qp(
-        sp.csc_matrix(M / mass), np.zeros(len(M)),
-        sp.csc_matrix(G) if len(G) else None, h if len(G) else None,
-        sp.csc_matrix(A) if len(A) else None, b if len(A) else None,
-        solver="osqp", eps_abs=1e-9, eps_rel=0.0, max_iter=50_000,
-    )  # fmt: skip
+    x = minimise(M / mass, np.zeros(len(M)), G, h, A, b)
     if x is None:
         raise InvalidInput("no admissible state is near the initial one: the closed contacts exclude each other")
     return _on_active_rows(M, W, bound, equality, x * size)

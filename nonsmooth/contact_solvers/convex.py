@@ -21,8 +21,7 @@ import numpy as np
 
 from nonsmooth.contact_solvers.problem import Problem, as_matrix
 from nonsmooth.errors import InvalidInput, MissingExtra
-
-OSQP = {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 20_000}  # osqp's defaults leave errors of order one
+from nonsmooth.quadratic_program import minimise
 
 ROUNDED = 1e-7  # of the norm of G: matrices that were stored in single precision still count as semidefinite
 
@@ -73,17 +72,14 @@ class Convex:
 
 
 def _planar(S: np.ndarray, c: np.ndarray, mu: np.ndarray, P: np.ndarray) -> np.ndarray | None:
-    import qpsolvers
-    from scipy.sparse import csc_matrix
-
     i = np.arange(mu.shape[0])
     rows = np.zeros((2, mu.shape[0], c.shape[0]))
     rows[:, i, 2 * i] = -mu
     rows[0, i, 2 * i + 1], rows[1, i, 2 * i + 1] = 1.0, -1.0
     normal = np.zeros((mu.shape[0], c.shape[0]))
     normal[i, 2 * i] = -1.0  # where mu = 0 the cone's rows leave P_N free
-    cone = csc_matrix(np.vstack([rows.reshape(-1, c.shape[0]), normal]))
-    return qpsolvers.solve_qp(csc_matrix(S), c, cone, np.zeros(cone.shape[0]), solver="osqp", initvals=P, **OSQP)
+    cone = np.vstack([rows.reshape(-1, c.shape[0]), normal])
+    return minimise(S, c, cone, np.zeros(cone.shape[0]), guess=P)
 
 
 def _spatial(S: np.ndarray, c: np.ndarray, mu: np.ndarray, P: np.ndarray) -> np.ndarray | None:

@@ -11,16 +11,14 @@ Source: R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Proble
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.lcp.newton import linear_solve
+from nonsmooth.quadratic_program import minimise
 
 SYMMETRY = 1e-12  # |A - A^T| allowed, relative to the largest entry: rounding of a product W M^-1 W^T
 DEFINITENESS = 1e-10  # negative eigenvalue allowed, relative to the largest: rounding of a rank-deficient one
-SETTINGS = {"osqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 50_000, "polishing": False}}
 
 
 def why_not_a_qp(A: np.ndarray) -> str:
@@ -44,41 +42,21 @@ def qp(A: np.ndarray, b: np.ndarray, guess: np.ndarray, name: str) -> tuple[np.n
     InvalidInput
         When A is unsymmetric or indefinite.
     """
-    import qpsolvers
-    from scipy import sparse
-
     reason = why_not_a_qp(A)
     if reason:
         raise InvalidInput(f"solver {name!r} solves quadratic programs only: {reason}; choose another, such as 'lemke'")
     d = _symmetric_scale(A)
     size = np.abs(d * b).max() or 1.0
     P, q = d[:, None] * (0.5 * (A + A.T)) * d, d * b / size
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # what a solver thinks of its answer is not asked
-        if name in qpsolvers.sparse_solvers:
-            P = sparse.csc_matrix(P)
-        try:
-            x = qpsolvers.solve_qp(
-                P, q, lb=np.zeros(len(b)), initvals=guess / (d * size), solver=name, **SETTINGS.get(name, {})
-            )
-        except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError):
-            x = None
-    if x is None or not np.isfinite(x).all():
+    x = minimise(P, q, lower=np.zeros(len(b)), guess=guess / (d * size), solver=name)
+    if x is None:
         return guess, False
     z = np.maximum(x, 0.0)
     return size * d * _on_active_set(P, q, z), True
 
 
-def qp_solver_names() -> list[str]:
-    """The installed solvers that qpsolvers finds."""
-    import qpsolvers
-
-    return sorted(qpsolvers.available_solvers)
-
-
 def _on_active_set(P: np.ndarray, q: np.ndarray, z: np.ndarray) -> np.ndarray:
     """The solution with the active set {z_i > w_i}, if its error is less than that of z."""
-    P = P if isinstance(P, np.ndarray) else P.toarray()
     active = np.flatnonzero(z > P @ z + q)
     block = P[np.ix_(active, active)]
     solution = linear_solve(block, -q[active])

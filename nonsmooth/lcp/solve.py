@@ -26,8 +26,9 @@ from nonsmooth.lcp.lemke import lemke_entry, lemke_workspace
 from nonsmooth.lcp.newton import newton as newton_iterations
 from nonsmooth.lcp.pgs import pgs_entry, pgs_sparse_entry
 from nonsmooth.lcp.pivoting import pivoting_entry, pivoting_workspace
-from nonsmooth.lcp.qp import qp, qp_solver_names
+from nonsmooth.lcp.qp import qp
 from nonsmooth.lcp.result import LCPResult, LCPStatus, judge, judge_sparse, natural_scales
+from nonsmooth.quadratic_program import solver_names
 
 SMALL_N = 300  # Lemke's n^3 kernel is faster than Newton with LAPACK up to about here (measured)
 DENSE_N = 4000  # a sparse matrix is made dense up to here where a solver needs it: 128 MB
@@ -256,7 +257,7 @@ SOLVERS: dict[str, Callable[..., Attempt]] = {
 
 
 def _require_qp_solver(name: Any) -> None:
-    installed = qp_solver_names()
+    installed = solver_names()
     if name not in installed:
         known = ["auto", *SOLVERS, *installed]
         raise UnknownName(f"solver must be one of {', '.join(known)}; got {name!r}; {nearest(str(name), known)}")

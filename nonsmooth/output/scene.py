@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 MAX_FRAMES = 400  # a frame takes about 10 ms
 MIN_FRAMES = 25
 MAX_INSTANTS = 8  # named in the title of a picture
-WIDTH, LOWEST, HIGHEST = 7.0, 2.5, 7.0  # of a figure [in]; its height follows the scene
+WIDTH, LOWEST, HIGHEST = 6.0, 2.5, 6.0  # of a figure [in]; its height follows the scene
 COLOUR = "#08306b"
 COLOURS = 64  # of a gif's palette: shades of the lines and of the letters, taken from the first frame
 
@@ -100,18 +100,18 @@ def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:
     canvas.draw()
     background = canvas.copy_from_bbox(figure.bbox)
     shown, slow = frames_of(solution, fps)
-    pictures: list[Any] = []
-    for k in shown:
+
+    def frame(k: int) -> Any:
         canvas.restore_region(background)
         lines.set_segments(model.shape(solution.q[k]))
         title.set_text(f"t = {solution.t[k]:.3f} s{slow}")
         axes.draw_artist(lines)
         axes.draw_artist(title)
-        frame = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-        pictures.append(
-            frame.quantize(COLOURS, method=2) if not pictures else frame.quantize(palette=pictures[0], dither=0)
-        )
-    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=round(1000 / fps), loop=0)
+        return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+
+    palette = frame(shown[0]).quantize(COLOURS, Image.Quantize.FASTOCTREE)
+    frames = (frame(k).quantize(palette=palette, dither=Image.Dither.NONE) for k in shown)
+    next(frames).save(path, save_all=True, append_images=frames, duration=round(1000 / fps), loop=0)
     return path
 
 

@@ -57,12 +57,12 @@ def solve_files(paths: Iterable[str | os.PathLike[str]], solver: str = "auto", t
 def _require_solver(name: str) -> None:
     """Raise unless a solver of complementarity or friction problems has this name."""
     from nonsmooth.contact_solvers.solve import SOLVERS as of_friction
-    from nonsmooth.lcp.qp import qp_solver_names
     from nonsmooth.lcp.solve import SOLVERS as of_complementarity
+    from nonsmooth.quadratic_program import solver_names
 
     known = {"auto", *of_complementarity, *of_friction}
-    if name not in known and name not in qp_solver_names():
-        raise UnknownName(f"no solver is called {name!r}; {nearest(name, known.union(qp_solver_names()))}")
+    if name not in known and name not in solver_names():
+        raise UnknownName(f"no solver is called {name!r}; {nearest(name, known.union(solver_names()))}")
 
 
 def _solve_file(path: Path, solver: str, tol: float) -> dict:

@@ -2,11 +2,12 @@ import numpy as np
 import pytest
 
 from nonsmooth.errors import InvalidInput
-from nonsmooth.lcp.qp import qp_solver_names, why_not_a_qp
+from nonsmooth.lcp.qp import why_not_a_qp
 from nonsmooth.lcp.solve import solve_lcp
+from nonsmooth.quadratic_program import solver_names
 
 
-@pytest.mark.parametrize("name", ["qp", *qp_solver_names()])
+@pytest.mark.parametrize("name", ["qp", *solver_names()])
 def test_every_installed_solver_solves_positive_definite_problems(families, name):
     rng = np.random.default_rng(0)
     for scale in (1.0, 1e12, 1e-12):
