@@ -1,7 +1,81 @@
-"""Sphinx: ``sphinx-build -W docs docs/_build`` with the extra [docs]."""
+"""Sphinx: ``sphinx-build -W docs docs/_build`` with the extra [docs].
+
+The page of the public names and the page of the command line are written from the package itself, so that they are
+complete: every name of ``nonsmooth.__all__`` and of ``models.__all__``, and the help text of every command.
+"""
+
+import argparse
+import importlib
+import os
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
+import models
+import nonsmooth
+from nonsmooth.cli import build_parser
 
 project = "nonsmooth"
 author = "nonsmooth developers"
-extensions = ["myst_parser"]
+version = release = nonsmooth.__version__
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "numpydoc"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
-exclude_patterns = ["_build"]
+myst_heading_anchors = 3
+exclude_patterns = ["_build", "generated/commands.md"]
+numpydoc_show_class_members = False
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # the docstrings give types with shapes and units
+html_theme = "alabaster"
+
+GENERATED = Path(__file__).parent / "generated"
+
+
+def directive(path: str, value: object) -> str:
+    """The autodoc directive of a public name."""
+    if isinstance(value, type):
+        members = "" if issubclass(value, Exception) else "\n   :members:"
+        return f".. autoclass:: {path}{members}"
+    return f".. autofunction:: {path}" if callable(value) else f".. autodata:: {path}"
+
+
+def api_page() -> str:
+    """The public names under the module that holds them, in the order of ``nonsmooth.__all__``."""
+    lines = ["# Public names", "", "`import nonsmooth as ns` loads each of these when it is first used."]
+    homes = dict.fromkeys(nonsmooth._HOME.values())
+    for home in homes:
+        module = importlib.import_module(f"nonsmooth.{home}")
+        lines += ["", f"## {home.split('.')[-1].replace('_', ' ').capitalize()}", "", f"`{module.__name__}`: "]
+        lines[-1] += (module.__doc__ or "").strip().splitlines()[0]
+        for name in (name for name, of in nonsmooth._HOME.items() if of == home):
+            lines += ["", "```{eval-rst}", directive(f"nonsmooth.{name}", getattr(nonsmooth, name)), "```"]
+    lines += ["", "## Models", "", "`from models import ...`; [their physics](../models.md)."]
+    for name in models.__all__:
+        path = f"models.{name}"
+        lines += ["", "```{eval-rst}", directive(path, getattr(models, name)), "```"]
+    return "\n".join(lines) + "\n"
+
+
+def commands_page() -> str:
+    """The help text of every command, as a terminal of 100 columns shows it."""
+    os.environ["COLUMNS"] = "100"
+    parser = build_parser()
+    (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    lines = []
+    for name, command in commands.choices.items():
+        lines += [f"## nonsmooth {name}", "", "```text", command.format_help().rstrip(), "```", ""]
+    return "\n".join(lines)
+
+
+def keep_bars(app: Sphinx, what: str, name: str, value: object, options: object, lines: list[str]) -> None:
+    """|x| in a docstring is an absolute value, not a substitution of reStructuredText."""
+    for k, line in enumerate(lines):
+        if not line.lstrip().startswith((">>>", "...")):
+            parts = line.split("``")
+            lines[k] = "``".join(part if i % 2 else part.replace("|", "\\|") for i, part in enumerate(parts))
+
+
+def setup(app: Sphinx) -> None:
+    app.connect("autodoc-process-docstring", keep_bars, priority=900)
+    GENERATED.mkdir(exist_ok=True)
+    (GENERATED / "api.md").write_text(api_page())
+    (GENERATED / "commands.md").write_text(commands_page())

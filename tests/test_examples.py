@@ -1,0 +1,54 @@
+"""Every example runs: those in the docstrings, the Python of the pages, and the commands of the pages."""
+
+import doctest
+import importlib
+import os
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+import models
+import nonsmooth
+from nonsmooth.cli import main
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted({*(ROOT / "docs").rglob("*.md")} - {*(ROOT / "docs/generated").rglob("*.md")})]
+PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+COMMAND = re.compile(r"^ {4}(nonsmooth (?:run|list) [^|\n]*|nonsmooth list)$", re.MULTILINE)
+
+
+def modules_with_examples():
+    for package in (nonsmooth, models):
+        folder = Path(package.__file__).parent
+        for path in sorted(folder.rglob("*.py")):
+            if ">>>" in path.read_text():
+                yield ".".join((package.__name__, *path.relative_to(folder).with_suffix("").parts))
+
+
+def pages_with(pattern):
+    return [pytest.param(page, id=page.name) for page in PAGES if pattern.search(page.read_text())]
+
+
+@pytest.mark.parametrize("module", list(modules_with_examples()))
+def test_examples_of_docstrings_give_what_they_show(module, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    outcome = doctest.testmod(importlib.import_module(module))
+    assert outcome.attempted > 0 and outcome.failed == 0
+
+
+@pytest.mark.parametrize("page", pages_with(PYTHON))
+def test_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    script = tmp_path / "page.py"  # a file: model functions are read back from their source
+    script.write_text("\n".join(PYTHON.findall(page.read_text())))
+    exec(compile(script.read_text(), script, "exec"), {"__name__": "page"})
+
+
+@pytest.mark.parametrize("page", pages_with(COMMAND))
+def test_commands_of_a_page_run(page, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for line in COMMAND.findall(page.read_text()):
+        assert main(shlex.split(line)[1:]) == 0, line
+    assert os.listdir(tmp_path) or "--plot" not in page.read_text()
