@@ -87,20 +87,28 @@ def layout(cls: type, shapes: tuple) -> Layout:
 
 
 class Block:
-    """Memory of a block; alive as long as this object is."""
+    """Memory of a block; alive as long as this object is.
+
+    Attributes
+    ----------
+    address : int
+        What ``view`` takes.
+    memory : (m,)
+        All entries of all arrays, to clear them at once; integers stand in it by their bits.
+    """
 
     def __init__(self, cls: type, plan: Layout) -> None:
         self._cls, self._plan = cls, plan
-        self._memory = np.zeros(plan.size + 1)
+        self.memory = np.zeros(plan.size + 1)
         self._table = plan.table.copy()
         self.address: int = self._table.ctypes.data
-        self._table[plan.of_memory] += self._memory.ctypes.data
+        self._table[plan.of_memory] += self.memory.ctypes.data
         self._table[plan.of_table] += self.address
 
     @functools.cached_property
     def arrays(self) -> Any:
         """The NamedTuple of arrays on the same memory."""
-        return _arrays(self._cls, self._plan, self._memory)
+        return _arrays(self._cls, self._plan, self.memory)
 
 
 def _arrays(cls: type, plan: Layout, memory: np.ndarray) -> Any:

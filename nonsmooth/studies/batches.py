@@ -1,0 +1,169 @@
+"""Cells in batches through an executor: sizes from measured times, retries one by one where a worker died.
+
+A batch holds about TARGET seconds of work, so that what an executor charges per task (0.2 ms for a local worker, a few
+ms for a scheduler on the network) stays below some per cent. The results do not depend on the sizes.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import pickle
+import time
+from collections import deque
+from collections.abc import Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.studies.axes import Plan
+from nonsmooth.studies.pool import WorkerDied, WorkerTimedOut
+from nonsmooth.studies.task import Batch, CellStatus, Task
+
+TARGET = 0.1  # s of work in a batch; at least 0.02 is left when the estimate is five times too large
+GROWTH = 8  # a batch is at most this many times larger than the one before
+MAX_CELLS = 8192  # cells in a batch: bounds the memory of its arrays
+AHEAD = 2  # batches waiting per worker
+
+
+class InThisProcess(Executor):
+    """Calls at once, in the calling thread."""
+
+    _max_workers = 1
+
+    def submit(self, function: Any, /, *args: Any, **kwargs: Any) -> Future:
+        """The call, already made."""
+        future: Future = Future()
+        try:
+            future.set_result(function(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+@functools.lru_cache(maxsize=4)
+def _task_of(pickled: bytes) -> Task:
+    return pickle.loads(pickled)
+
+
+def run_batch(task: Task | bytes, columns: dict[str, np.ndarray]) -> Batch:
+    """Run a batch and time it; a task that came as bytes is kept for the next batch."""
+    if isinstance(task, bytes):
+        task = _task_of(task)
+    started = time.perf_counter()
+    batch = task(columns)
+    batch.elapsed = time.perf_counter() - started
+    return batch
+
+
+@dataclass
+class Driver:
+    """Sends the cells of a plan through an executor.
+
+    Parameters
+    ----------
+    task : Task or bytes
+        Pickled for executors that leave this process.
+    plan : Plan
+    executor : Executor
+    workers : int
+        How many calls the executor runs at a time.
+    timeout : float or None
+        Seconds for one cell.
+    retries : int
+        How often a cell is tried again, alone, after its worker died.
+    first_size : int
+        Cells in the first batch, whose time is not known.
+    batch : int or None
+        Cells in every batch, instead of sizes from measured times.
+    """
+
+    task: Any
+    plan: Plan
+    executor: Executor
+    workers: int
+    timeout: float | None
+    retries: int
+    first_size: int
+    batch: int | None = None
+    _alone: deque[int] = field(default_factory=deque)  # cells to be tried one by one
+    _deaths: dict[int, int] = field(default_factory=dict)  # of workers, per cell that they ran alone
+    _size: int = 0
+
+    def run(self, cells: np.ndarray) -> Iterator[tuple[np.ndarray, Batch]]:
+        """The cells with these numbers: (numbers, results) of each batch as it comes in."""
+        pending: dict[Future, np.ndarray] = {}
+        self._size = self.batch or self.first_size
+        taken = 0
+        try:
+            while True:
+                while len(pending) < self._room and (self._alone or taken < len(cells)):
+                    if self._alone:
+                        chosen = np.array([self._alone.popleft()])
+                    else:
+                        chosen = cells[taken : taken + self._next_size(len(cells) - taken)]
+                        taken += len(chosen)
+                    pending[self._submit(chosen)] = chosen
+                if not pending:
+                    return
+                done, _ = wait(pending, return_when=FIRST_COMPLETED)
+                for future in done:
+                    chosen = pending.pop(future)
+                    batch = self._result(future, chosen)
+                    if batch is not None:
+                        yield chosen, batch
+        finally:
+            for future in pending:
+                future.cancel()
+
+    @property
+    def _room(self) -> int:
+        return 1 if isinstance(self.executor, InThisProcess) else AHEAD * self.workers
+
+    def _next_size(self, left: int) -> int:
+        if self.batch:
+            return self.batch
+        return max(1, min(self._size, MAX_CELLS, math.ceil(left / (AHEAD * self.workers))))
+
+    def _submit(self, chosen: np.ndarray) -> Future:
+        columns = self.plan.columns(chosen)
+        if self.timeout is None:
+            return self.executor.submit(run_batch, self.task, columns)
+        return self.executor.submit_within(  # type: ignore[attr-defined]
+            self.timeout * len(chosen), run_batch, self.task, columns
+        )
+
+    def _result(self, future: Future, chosen: np.ndarray) -> Batch | None:
+        """The results of a batch; None where its cells go back to be tried alone."""
+        try:
+            batch: Batch = future.result()
+        except Exception as error:
+            if not is_death(error):
+                raise
+            return self._bury(chosen, error)
+        if batch.elapsed > 0:
+            wanted = TARGET / batch.elapsed * len(chosen)
+            self._size = int(min(max(1.0, wanted), GROWTH * max(self._size, 1), MAX_CELLS))
+        return batch
+
+    def _bury(self, chosen: np.ndarray, error: Exception) -> Batch | None:
+        """A worker died, or was ended: cells that were in company are tried alone, a cell that was alone so often."""
+        if len(chosen) > 1:
+            self._alone.extend(chosen.tolist())
+            return None
+        cell = int(chosen[0])
+        self._deaths[cell] = self._deaths.get(cell, 0) + 1
+        is_late = isinstance(error, WorkerTimedOut)
+        if not is_late and self._deaths[cell] <= self.retries:
+            self._alone.append(cell)
+            return None
+        status = CellStatus.TIMED_OUT if is_late else CellStatus.CRASHED
+        return Batch({}, np.array([int(status)]), {0: str(error) or type(error).__name__})
+
+
+def is_death(error: Exception) -> bool:
+    """Whether an exception says that the process of a call is gone (Dask says KilledWorker)."""
+    is_ours = isinstance(error, WorkerDied | WorkerTimedOut)
+    return is_ours or (type(error).__name__ == "KilledWorker" and not isinstance(error, BrokenExecutor))

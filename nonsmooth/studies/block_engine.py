@@ -1,0 +1,249 @@
+"""Many runs of a compiled model in one compiled call.
+
+For each cell i of a block: clear the memory of one run, write the parameters and the start of cell i, find the modes of
+its contacts, step to the end, reduce events and motion to the numbers of the cell. Nothing is allocated per run and
+nothing returns to Python between runs; the call holds no lock of the interpreter, so that threads take a block each.
+A run begins from cleared memory: its result depends on its cell alone, not on the block that it is in.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nonsmooth.blocks import Block, Cube, Integers, IntegerTable, Matrix, Vector, new_block, view
+from nonsmooth.compiled import Model, model_of
+from nonsmooth.contact_problem import model_facts
+from nonsmooth.errors import Status
+from nonsmooth.initial_modes import RAISED, initial_modes
+from nonsmooth.integrators.moreau_jean import Scratch, run
+from nonsmooth.integrators.records import (
+    EVENT_CONTACT,
+    EVENT_KIND,
+    EVENT_MODE_1,
+    EVENT_SLIP_1,
+    IMPACT,
+    INTERVAL,
+    MODE_CHANGE,
+    N_COUNTERS,
+    N_EVENTS,
+    N_LEDGER,
+    STEP,
+    Record,
+    State,
+    record_shapes,
+    state_shapes,
+)
+from nonsmooth.jit import interpreted, kernel
+from nonsmooth.laws import LAW_WIDTH
+from nonsmooth.system import System
+
+WITHOUT_END = 2**62  # steps: a run ends by its grid
+EVENT_CAPACITY = 32  # rows, and three a contact; the kernel empties them
+N_KINDS = 4  # kinds of event
+N_CODES = 64  # changes of mode kept for a mode sequence
+STILL = 1e-12  # a coordinate whose range is below this part of its size does not move
+
+
+class Cells(NamedTuple):
+    """What N runs start from and leave behind; n = n_u, c = n_c."""
+
+    p: Matrix  # (N, n_p) parameters
+    laws: Cube  # (N, c, LAW_WIDTH)
+    q: Matrix  # (N, n) start, then end
+    u: Matrix  # (N, n)
+    t: Vector  # (N,) time reached
+    status: Integers  # (N,) Status
+    start: Integers  # (N,) RAISED, INADMISSIBLE, ADMISSIBLE
+    mode: IntegerTable  # (N, c) at the end
+    slip: IntegerTable  # (N, c)
+    ledger: Matrix  # (N, N_LEDGER)
+    worst: Matrix  # (N, 3)
+    counters: IntegerTable  # (N, N_COUNTERS)
+    events: IntegerTable  # (N, N_KINDS) number of events of each kind
+    codes: IntegerTable  # (N, k) modes in the order of their beginning; -1: no more
+    n_codes: Integers  # (N,) how many there were
+    low: Matrix  # (N, n) least coordinates over the records of the window
+    high: Matrix  # (N, n) largest
+    period: Matrix  # (N, n) mean time between upward crossings of the middle; NaN: fewer than two
+
+
+def cells_shapes(N: int, n_p: int, n: int, n_c: int, n_codes: int) -> dict[str, tuple[int, ...]]:
+    """Shapes of ``Cells``."""
+    each = dict.fromkeys(("t", "status", "start", "n_codes"), (N,))
+    per_coordinate = dict.fromkeys(("q", "u", "low", "high", "period"), (N, n))
+    return {
+        **each, **per_coordinate, "p": (N, n_p), "laws": (N, n_c, LAW_WIDTH), "mode": (N, n_c), "slip": (N, n_c),
+        "ledger": (N, N_LEDGER), "worst": (N, 3), "counters": (N, N_COUNTERS), "events": (N, N_KINDS),
+        "codes": (N, n_codes),
+    }  # fmt: skip
+
+
+@kernel(
+    "void(int64, int64, int64[:, ::1], float64[::1], float64[::1], float64[::1], int64[::1], int64, int64, "
+    "float64[::1], float64[::1], int64, int64, int64, int64)",
+    short_loops=True,
+)
+def run_cells(model, has, kinds, options, t_record, dts, steps, window, N, state_memory, scratch_memory,
+              cells_at, state_at, record_at, scratch_at):  # fmt: skip
+    """Run every cell; the records from number ``window`` on are reduced to low, high, period (none where < 0)."""
+    cells, state, record = view(cells_at, Cells), view(state_at, State), view(record_at, Record)
+    scratch = view(scratch_at, Scratch)
+    n, n_c, m = cells.q.shape[1], kinds.shape[0], t_record.shape[0]
+    for i in range(N):
+        clear(state_memory)
+        clear(scratch_memory)
+        p, laws = cells.p[i], cells.laws[i]
+        for j in range(n):
+            state.q[j], state.u[j] = cells.q[i, j], cells.u[i, j]
+        cells.start[i] = initial_modes(model, has, t_record[0], n, n_c, kinds, p, state, scratch.work)
+        status = Status.RUNNING.value if cells.start[i] != RAISED else Status.NOT_FINITE.value
+        note_modes(i, n_c, state, cells)
+        while status == Status.RUNNING:
+            status = run(
+                model, has, p, kinds, laws, options, t_record, dts, steps, WITHOUT_END, state_at, record_at, scratch_at
+            )
+            note_events(i, state, cells)
+        store(i, n, n_c, status, t_record, dts, state, cells)
+        if window >= 0 and status == Status.FINISHED:
+            reduce_motion(i, n, window, m, t_record, record, cells)
+
+
+@kernel
+def clear(memory):
+    """Set all entries to zero, of integers too."""
+    for k in range(memory.shape[0]):
+        memory[k] = 0.0
+
+
+@kernel
+def note_code(i, contact, mode, slip, cells):
+    """Append a mode to the sequence of cell i."""
+    m = cells.n_codes[i]
+    if m < cells.codes.shape[1]:
+        cells.codes[i, m] = 16 * contact + 4 * mode + slip + 1
+    cells.n_codes[i] = m + 1
+
+
+@kernel
+def note_modes(i, n_c, state, cells):
+    """Begin the sequence of cell i with the modes at the start."""
+    for k in range(cells.codes.shape[1]):
+        cells.codes[i, k] = -1
+    cells.n_codes[i] = 0
+    for contact in range(n_c):
+        note_code(i, contact, state.mode[contact], state.slip[contact], cells)
+
+
+@kernel
+def note_events(i, state, cells):
+    """Count the events by kind, continue the sequence, and empty them."""
+    for m in range(state.counters[N_EVENTS]):
+        kind = int(state.events[m, EVENT_KIND])
+        cells.events[i, kind] += 1
+        if kind == MODE_CHANGE or kind == IMPACT:
+            contact, mode = int(state.events[m, EVENT_CONTACT]), int(state.events[m, EVENT_MODE_1])
+            note_code(i, contact, mode, int(state.events[m, EVENT_SLIP_1]), cells)
+    state.counters[N_EVENTS] = 0
+
+
+@kernel
+def store(i, n, n_c, status, t_record, dts, state, cells):
+    """Write down where the run of cell i ended."""
+    counters = state.counters
+    cells.status[i] = status
+    interval = counters[INTERVAL]
+    cells.t[i] = t_record[interval]
+    if interval < dts.shape[0]:
+        cells.t[i] += counters[STEP] * dts[interval]
+    for j in range(n):
+        cells.q[i, j], cells.u[i, j] = state.q[j], state.u[j]
+        cells.low[i, j] = cells.high[i, j] = cells.period[i, j] = np.nan
+    for k in range(n_c):
+        cells.mode[i, k], cells.slip[i, k] = state.mode[k], state.slip[k]
+    for k in range(N_LEDGER):
+        cells.ledger[i, k] = state.ledger[k]
+    for k in range(3):
+        cells.worst[i, k] = state.worst[k]
+    for k in range(N_COUNTERS):
+        cells.counters[i, k] = counters[k]
+
+
+@kernel
+def reduce_motion(i, n, first, m, t_record, record, cells):
+    """Range of each coordinate over the records [first, m), and the mean time between its upward crossings of the
+    middle of that range (linear between two records)."""
+    q = record.q
+    for j in range(n):
+        low, high = q[first, j], q[first, j]
+        for k in range(first + 1, m):
+            low, high = min(low, q[k, j]), max(high, q[k, j])
+        cells.low[i, j], cells.high[i, j] = low, high
+        if high - low <= STILL * max(abs(low), abs(high)):
+            continue
+        middle = 0.5 * (low + high)
+        crossings, t_first, t_last = 0, 0.0, 0.0
+        for k in range(first + 1, m):
+            below, above = q[k - 1, j] - middle, q[k, j] - middle
+            if below < 0.0 <= above:
+                t_last = t_record[k - 1] + (t_record[k] - t_record[k - 1]) * below / (below - above)
+                if crossings == 0:
+                    t_first = t_last
+                crossings += 1
+        if crossings > 1:
+            cells.period[i, j] = (t_last - t_first) / (crossings - 1)
+
+
+class BlockEngine:
+    """Runs blocks of cells of one system shape with one integrator.
+
+    Parameters
+    ----------
+    system : System
+        Its functions and kinds of contact; parameters and laws come with the cells.
+    integrator : MoreauJean
+    grid : Grid
+        Record times, and the steps between them.
+    selection : int
+        Which solution is taken where there are several.
+    window : int
+        First record that is reduced to ranges and periods; -1: none.
+    has_sequence : bool
+        Whether the sequence of modes is kept.
+    """
+
+    def __init__(self, system: System, integrator: Any, grid: Any, selection: int, window: int, has_sequence: bool):
+        self.system, self.integrator, self.grid, self.window = system, integrator, grid, window
+        self.model: Model = model_of(system)
+        self.has = model_facts(system)
+        self.options = integrator.options(selection)
+        self.n_codes = N_CODES if has_sequence else 0
+        if self.model.is_compiled:
+            integrator.load(system)
+            run.load()
+
+    def new_cells(self, N: int) -> Block:
+        """Room for N cells."""
+        system = self.system
+        return new_block(Cells, cells_shapes(N, len(system.p), system.n_u, system.n_c, self.n_codes))
+
+    def run(self, cells: Block) -> None:
+        """Run every cell of a block whose p, laws, q and u are set; the rest of its arrays is the result."""
+        system, grid = self.system, self.grid
+        shape = (system.n_u, system.n_c, system.d)
+        state = new_block(State, state_shapes(*shape, EVENT_CAPACITY + 3 * system.n_c))
+        record = new_block(Record, record_shapes(len(grid.t), *shape))
+        scratch = self.integrator.scratch(system)
+        blocks = (cells, state, record, scratch)
+        with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite is found by the loop itself
+            self.kernel(
+                self.model.handle, self.has, system.kinds, self.options, grid.t, grid.dts, grid.steps, self.window,
+                len(cells.arrays.p), state.memory, scratch.memory,
+                *(block.address if self.model.is_compiled else block.arrays for block in blocks),
+            )  # fmt: skip
+
+    @functools.cached_property
+    def kernel(self) -> Any:
+        return run_cells.dispatcher if self.model.is_compiled else interpreted(run_cells)

@@ -1,0 +1,177 @@
+"""Worker processes of this machine that are replaced when they die.
+
+A thread for each worker hands it one call after another. When the process dies, only the call that it ran fails, with
+`WorkerDied`; the thread starts another process for the next call. (A pool of `concurrent.futures` breaks as a whole.)
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import pickle
+import queue
+import signal
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from typing import Any
+
+from nonsmooth.arrays import as_count
+from nonsmooth.errors import NonsmoothError
+
+START_TIME = 60.0  # s for a fresh interpreter to answer
+READY = b"ready"
+
+
+class WorkerDied(NonsmoothError, RuntimeError):
+    """The process that ran a call ended before the call did."""
+
+
+class WorkerTimedOut(NonsmoothError, TimeoutError):
+    """A call took longer than it was given; its process was ended."""
+
+
+class LocalPool(Executor):
+    """Processes on this machine.
+
+    Parameters
+    ----------
+    workers : int
+        Their number.
+
+    Raises
+    ------
+    InvalidInput
+        Unless ``workers`` is a whole number of at least 1.
+    """
+
+    def __init__(self, workers: int) -> None:
+        self._max_workers = as_count("workers", workers)
+        self._calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._workers = [_Worker() for _ in range(self._max_workers)]
+        self._is_closed = False
+        self._threads = [threading.Thread(target=self._serve, args=(w,), daemon=True) for w in self._workers]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def pids(self) -> list[int]:
+        """Process numbers of the workers that run."""
+        return [worker.process.pid for worker in self._workers if worker.process is not None]
+
+    def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
+        """Call ``function(*args, **kwargs)`` in a worker."""
+        return self.submit_within(None, function, *args, **kwargs)
+
+    def submit_within(self, seconds: float | None, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
+        """The same with an end: the worker is killed when the call takes longer than this."""
+        if self._is_closed:
+            raise RuntimeError("the pool is closed")
+        future: Future = Future()
+        self._calls.put((future, seconds, pickle.dumps((function, args, kwargs))))
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers; with ``cancel_futures`` at once, whatever they run."""
+        self._is_closed = True
+        if cancel_futures:
+            while not self._calls.empty():
+                self._calls.get()[0].cancel()
+        for _ in self._threads:
+            self._calls.put(None)
+        if cancel_futures:
+            for worker in self._workers:
+                worker.kill()
+        for thread in self._threads if wait else ():
+            thread.join()
+
+    def _serve(self, worker: _Worker) -> None:
+        while (call := self._calls.get()) is not None:
+            future, seconds, payload = call
+            if not future.set_running_or_notify_cancel():
+                continue
+            try:
+                is_good, result = worker.call(payload, seconds)
+            except BaseException as error:
+                future.set_exception(error)
+            else:
+                (future.set_result if is_good else future.set_exception)(result)
+        worker.close()
+
+
+class _Worker:
+    """One process and the pipe to it."""
+
+    def __init__(self) -> None:
+        self.process: Any = None
+        self.pipe: Any = None
+
+    def call(self, payload: bytes, seconds: float | None) -> tuple[bool, Any]:
+        """(True, result) or (False, exception) of the call."""
+        if self.process is None or not self.process.is_alive():
+            self._start()
+        try:
+            self.pipe.send_bytes(payload)
+            if not self.pipe.poll(seconds):
+                self.kill()
+                raise WorkerTimedOut(f"not done within {seconds:g} s")
+            return pickle.loads(self.pipe.recv_bytes())
+        except (EOFError, OSError):
+            self.process.join()
+            raise WorkerDied(f"the worker process ended {_how(self.process.exitcode)}") from None
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.pipe, theirs = context.Pipe()
+        self.process = context.Process(target=_work, args=(theirs,), daemon=True)
+        self.process.start()
+        theirs.close()
+        try:
+            if self.pipe.poll(START_TIME) and self.pipe.recv_bytes() == READY:
+                return
+        except (EOFError, OSError):
+            pass
+        self.kill()
+        raise RuntimeError(
+            "a worker process could not start; a script that uses workers must guard its own start with "
+            "`if __name__ == '__main__':`"
+        )
+
+    def kill(self) -> None:
+        """End the process at once."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.join()
+
+    def close(self) -> None:
+        """Let the process go: it ends when its pipe does."""
+        if self.process is not None:
+            self.pipe.close()
+            self.process.join()
+
+
+def _how(exit_code: int) -> str:
+    return f"by the signal {signal.Signals(-exit_code).name}" if exit_code < 0 else f"with the exit code {exit_code}"
+
+
+def _work(pipe: Any) -> None:
+    """The life of a worker process: calls in, results out, until the pipe ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+    pipe.send_bytes(READY)
+    while True:
+        try:
+            payload = pipe.recv_bytes()
+        except (EOFError, OSError):
+            return
+        pipe.send_bytes(_answer(payload))
+
+
+def _answer(payload: bytes) -> bytes:
+    try:
+        function, args, kwargs = pickle.loads(payload)
+        return pickle.dumps((True, function(*args, **kwargs)))
+    except Exception as error:
+        try:
+            pickle.loads(pickle.dumps(error))
+            return pickle.dumps((False, error))
+        except Exception:
+            return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))

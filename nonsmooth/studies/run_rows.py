@@ -1,0 +1,244 @@
+"""From columns of axis values to what the runs of a block start from: parameters, laws, q_0, u_0, without a model per
+run.
+
+A model whose ``system()`` hands its own fields on as parameters lets a column of values be written straight into the
+parameters; its laws are found once for each combination of the coefficients that vary. What ``model.state(...)`` gives
+is found once for each combination of what it reads: its arguments and the fields it was seen to read.
+"""
+
+from __future__ import annotations
+
+import copy
+import functools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.arrays import as_vector
+from nonsmooth.errors import InvalidInput
+from nonsmooth.laws import law_row
+from nonsmooth.studies.axis_names import Columns, Parts
+from nonsmooth.system import System, as_system, changed
+
+Failures = Callable[[np.ndarray, Exception], None]  # takes the numbers of cells and what went wrong in them
+SAMPLES = 9  # values of an axis at which a system is built to see what depends on it
+
+
+@dataclass
+class Rows:
+    """The runs of some cells of one system shape.
+
+    Attributes
+    ----------
+    system : System
+        Gives functions and kinds of contact.
+    cells : (N,) numbers of the cells within the batch
+    p : (N, n_p), laws : (N, n_c, LAW_WIDTH), q : (N, n_q), u : (N, n_u)
+    """
+
+    system: System
+    cells: np.ndarray
+    p: np.ndarray
+    laws: np.ndarray
+    q: np.ndarray
+    u: np.ndarray
+
+
+def combinations(columns: Columns, cells: np.ndarray) -> tuple[list[dict[str, Any]], np.ndarray]:
+    """The different rows that some columns have at these cells, and which of them each cell has."""
+    if not columns:
+        return [{}], np.zeros(len(cells), dtype=np.intp)
+    place = np.zeros(len(cells), dtype=np.intp)
+    for values in columns.values():
+        unique, inverse = np.unique(values[cells], return_inverse=True)
+        place = place * len(unique) + inverse
+    _, first, inverse = np.unique(place, return_index=True, return_inverse=True)
+    texts = [{name: values[cells[k]].item() for name, values in columns.items()} for k in first]
+    return texts, inverse
+
+
+def with_fields(model: Any, changes: Mapping[str, Any]) -> Any:
+    """The model with some fields changed; a field declared int takes whole numbers."""
+    if not changes:
+        return model
+    values = dict(changes)
+    for name in whole_fields(model) & values.keys():
+        if values[name] != int(values[name]):
+            raise InvalidInput(f"{name} must be a whole number; got {values[name]:g}")
+        values[name] = int(values[name])
+    return model.with_parameters(**values) if isinstance(model, System) else changed(model, values)
+
+
+def whole_fields(model: Any) -> set[str]:
+    """Names of the fields that are declared int."""
+    fields = getattr(model, "__dataclass_fields__", {})
+    return {name for name, field in fields.items() if field.type in (int, "int")}
+
+
+class RowBuilder:
+    """Makes the rows of batches of cells.
+
+    Parameters
+    ----------
+    model : System or model
+    state : mapping
+        Arguments of ``model.state`` that stay as they are; or "q0" and "u0".
+    """
+
+    def __init__(self, model: Any, state: Mapping[str, Any]) -> None:
+        self.model, self.state = model, dict(state)
+        self._reads: set[str] = set()  # fields that model.state was seen to read
+        self._is_direct: bool | None = None
+
+    def rows(self, parts: Parts, cells: np.ndarray, fail: Failures) -> Iterator[Rows]:
+        """The rows of these cells, those of each system apart; ``fail(cells, error)`` takes those that cannot run."""
+        good = self._check_models(parts.fields, cells, fail)
+        make = self._direct_rows if self.is_direct(parts.fields) else self._built_rows
+        for system, these, p, laws in make(parts.fields, good, fail) if len(good) else ():
+            q, u, keep = self._starts(parts, these, fail)
+            if keep.any():
+                yield Rows(system, these[keep], p[keep], laws[keep], q, u)
+
+    def is_direct(self, fields: Columns) -> bool:
+        """Whether the swept fields reach the system as parameters only."""
+        if self._is_direct is None:
+            self._is_direct = isinstance(self.model, System) or self._passes_fields_on(fields)
+        return self._is_direct
+
+    def _passes_fields_on(self, fields: Columns) -> bool:
+        names = set(type(self.model).system.__code__.co_names)
+        if names & fields.keys() or whole_fields(self.model) & fields.keys():
+            return False
+        base = as_system(self.model)
+        for name, values in fields.items():
+            for value in np.unique(values)[:: max(1, len(values) // SAMPLES)]:
+                try:
+                    system = as_system(with_fields(self.model, {name: value.item()}))
+                except InvalidInput:
+                    continue
+                expected = {**base.parameter_values, name: value.item()}
+                if (
+                    system.parameter_values != expected
+                    or system.functions != base.functions
+                    or system.contacts != base.contacts
+                    or not np.array_equal(system.laws, laws_of(base, expected))
+                ):
+                    return False
+        return True
+
+    def _check_models(self, fields: Columns, cells: np.ndarray, fail: Failures) -> np.ndarray:
+        """The cells whose model can be built: its own rules are applied."""
+        if isinstance(self.model, System) or not fields:
+            return cells
+        rows, place = combinations(fields, cells)
+        is_good = np.ones(len(rows), dtype=bool)
+        for k, row in enumerate(rows):
+            try:
+                with_fields(self.model, row)
+            except InvalidInput as error:
+                is_good[k] = False
+                fail(cells[place == k], error)
+        return cells[is_good[place]]
+
+    def _starts(self, parts: Parts, cells: np.ndarray, fail: Failures) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """q_0 and u_0 of the cells that have a start, and which these are."""
+        while True:
+            known = self._reads & parts.fields.keys()
+            read = {name: parts.fields[name] for name in known}
+            rows, place = combinations({**read, **parts.arguments}, cells)
+            starts = [self._start(row, known) for row in rows]
+            if self._reads & parts.fields.keys() == known:
+                break
+        is_good = np.array([not isinstance(start, Exception) for start in starts])
+        for k in np.flatnonzero(~is_good):
+            fail(cells[place == k], starts[k])
+        keep = is_good[place]
+        if not keep.any():
+            return np.zeros((0, 0)), np.zeros((0, 0)), keep
+        place = (np.cumsum(is_good) - 1)[place[keep]]
+        found = [start for start in starts if not isinstance(start, Exception)]
+        q, u = (np.array([start[part] for start in found])[place] for part in (0, 1))
+        for name, values in parts.components.items():
+            (q if name[0] == "q" else u)[:, int(name[3:-1])] = values[cells[keep]]
+        return q, u, keep
+
+    def _start(self, row: Mapping[str, Any], known: set[str]) -> Any:
+        """(q_0, u_0) for one row of fields and arguments, or why there is none."""
+        if "q0" in self.state:
+            return self.state["q0"], self.state["u0"]
+        arguments = {**self.state, **{name: value for name, value in row.items() if name not in known}}
+        try:
+            model = with_fields(self.model, {name: row[name] for name in known})
+            q, u = watched(model, self._reads).state(**arguments)
+            return as_vector("q0", q), as_vector("u0", u)
+        except InvalidInput as error:
+            return error
+
+    def _direct_rows(self, fields: Columns, cells: np.ndarray, fail: Failures) -> Iterator[tuple]:
+        """All cells in one: the columns are written into the parameters."""
+        system = as_system(self.model)
+        names = list(system.parameter_values)
+        p = np.tile(system.p, (len(cells), 1))
+        for name, values in fields.items():
+            p[:, names.index(name)] = values[cells]
+        rows, place = combinations({name: fields[name] for name in law_names(system) & fields.keys()}, cells)
+        laws = np.zeros((len(rows), *system.laws.shape))
+        is_good = np.ones(len(rows), dtype=bool)
+        for k, row in enumerate(rows):
+            try:
+                laws[k] = laws_of(system, {**system.parameter_values, **row})
+            except InvalidInput as error:
+                is_good[k] = False
+                fail(cells[place == k], error)
+        keep = is_good[place]
+        yield system, cells[keep], p[keep], laws[place[keep]]
+
+    def _built_rows(self, fields: Columns, cells: np.ndarray, fail: Failures) -> Iterator[tuple]:
+        """A system for each combination of the swept fields."""
+        rows, place = combinations(fields, cells)
+        for k, row in enumerate(rows):
+            these = cells[place == k]
+            try:
+                system = as_system(with_fields(self.model, row))
+            except InvalidInput as error:
+                fail(these, error)
+                continue
+            yield system, these, np.tile(system.p, (len(these), 1)), np.tile(system.laws, (len(these), 1, 1))
+
+
+def laws_of(system: System, values: Mapping[str, float]) -> np.ndarray:
+    """(n_c, LAW_WIDTH) laws of the contacts for other parameters."""
+    rows = [law_row(contact.law, contact.e_N, contact.e_F, values) for contact in system.contacts]
+    return np.array(rows).reshape(system.laws.shape)
+
+
+def law_names(system: System) -> set[str]:
+    """The parameters that stand in friction laws and restitution coefficients."""
+    coefficients: list[Any] = []
+    for contact in system.contacts:
+        coefficients += [contact.e_N, contact.e_F, *vars(contact.law).values()]
+    return {name for name in coefficients if isinstance(name, str)}
+
+
+def watched(model: Any, reads: set[str]) -> Any:
+    """A copy of a model that notes which of its fields are read."""
+    twin = copy.copy(model)
+    object.__setattr__(twin, "_reads", reads)
+    cls: Any = type(model)
+    object.__setattr__(twin, "__class__", _watched_class(cls))
+    return twin
+
+
+@functools.cache
+def _watched_class(cls: type) -> type:
+    fields = frozenset(getattr(cls, "__dataclass_fields__", ()))
+
+    class Watched(cls):  # type: ignore[misc,valid-type]
+        def __getattribute__(self, name: str) -> Any:
+            if name in fields:
+                object.__getattribute__(self, "_reads").add(name)
+            return object.__getattribute__(self, name)
+
+    return Watched

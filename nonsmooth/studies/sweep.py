@@ -1,0 +1,294 @@
+"""Sweeps: one task at every combination of some axes, on one core, on all of them, or on a cluster.
+
+The front door: checks, an executor, the journal, and the Dataset at the end. The cells run in batches (batches.py); a
+batch of runs of a model is one compiled call (block_engine.py).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pickle
+import warnings
+from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nonsmooth.arrays import as_count, as_positive
+from nonsmooth.errors import CellFailure, InitialStateWarning, InvalidInput, MissingExtra
+from nonsmooth.studies.axes import Plan, as_plan
+from nonsmooth.studies.batches import Driver, InThisProcess
+from nonsmooth.studies.journal import Journal, study_of
+from nonsmooth.studies.pool import LocalPool
+from nonsmooth.studies.progress import Progress
+from nonsmooth.studies.sweep_files import check_path, save_sweep
+from nonsmooth.studies.task import Batch, CellStatus, FunctionTask, Task, Variable, put
+from nonsmooth.system import System
+
+if TYPE_CHECKING:
+    import xarray
+
+FIRST_BATCH = {True: 1, False: 64}  # cells, of tasks that hold the interpreter and of compiled ones
+
+
+def sweep(
+    task: Any,
+    axes: Any,
+    *,
+    workers: int = 1,
+    executor: Executor | None = None,
+    scheduler: str | None = None,
+    journal: str | os.PathLike[str] | None = None,
+    resume: bool = True,
+    out: str | os.PathLike[str] | None = None,
+    progress: Any = True,
+    timeout: float | None = None,
+    retries: int = 1,
+    fail_fast: bool = False,
+    batch: int | None = None,
+) -> xarray.Dataset:
+    """Run a task at every combination of the axes, or at every row of a table.
+
+    Parameters
+    ----------
+    task : RunTask, model, System or callable
+        Runs of a model with measures (`RunTask`; a model alone stands for its final state), or a function that takes
+        the axes as keywords and returns a number, an array, or a dict of those.
+    axes : mapping, sequence of Axis, or table
+        ``{name: values}`` or ``{name: (values, unit)}``: every combination. A DataFrame, a structured array or a list
+        of dicts: each row. Names of a model's axes are its parameters, the arguments of its ``state``, "q0[i]",
+        "u0[i]", the integrator's options and "t_end".
+    workers : int
+        Threads for compiled runs, processes for functions and for runs that call Python; 1: in this process.
+    executor : concurrent.futures.Executor, optional
+        Takes the batches instead; it is not shut down.
+    scheduler : str, optional
+        Address of a Dask scheduler, "tcp://host:8786", that takes them instead (needs the extra [cluster]).
+    journal : path-like, optional
+        Where finished cells are written as they come, one line of JSON each.
+    resume : bool
+        Go on with the journal that is there; cells that stand in it are not run again.
+    out : path-like, optional
+        Where the result is written at the end, .npz or .nc.
+    progress : bool, "json" or callable
+        True: a line on a terminal, nothing in a pipe. "json": a line of JSON a second on stderr. A callable gets each
+        `Snapshot`.
+    timeout : float, optional
+        Seconds for a cell; what takes longer is ended, with its process.
+    retries : int
+        How often a cell is tried again after the process that ran it, alone, has died.
+    fail_fast : bool
+        Raise at the first cell that fails; else it is a value of the result.
+    batch : int, optional
+        Cells in each batch; by default batches of about 0.1 s.
+
+    Returns
+    -------
+    xarray.Dataset
+        The results over the axes (over "cell" for a table), "status" (`CellStatus`) and "message"; NaN where a cell has
+        no result. The same for any batch, number of workers and order. ``.to_dataframe()`` makes a table of it.
+        After Ctrl-C: what was finished; the rest has the status NOT_RUN.
+
+    Raises
+    ------
+    InvalidInput
+        For unknown, doubled or non-finite axes, a task that cannot be pickled, a journal of another study, a scheduler
+        that does not answer.
+    CellFailure
+        With ``fail_fast``.
+    MissingExtra
+        When xarray, or distributed, is needed and not installed.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> found = ns.sweep(lambda x, y: x + y, {"x": [1, 2], "y": [10, 20, 30]})
+    >>> found.value.values.tolist()
+    [[11.0, 21.0, 31.0], [12.0, 22.0, 32.0]]
+    """
+    plan = as_plan(axes)
+    task = as_task(task)
+    task.check(plan.names)
+    retries = retries if retries == 0 else as_count("retries", retries)
+    timeout = None if timeout is None else as_positive("timeout", timeout, "s")
+    batch = None if batch is None else as_count("batch", batch)
+    require_xarray()
+    if out is not None:
+        check_path(out)
+    result = Result(task, plan)
+    with contextlib.ExitStack() as stack:
+        book = None if journal is None else stack.enter_context(Journal(journal, result.study, plan, resume))
+        if book is not None:
+            result.read(book)
+        shown = stack.enter_context(Progress(progress, len(plan), result.n_resumed))
+        engine, threads = stack.enter_context(open_executor(task, executor, scheduler, workers, timeout))
+        sent = task if isinstance(engine, InThisProcess | ThreadPoolExecutor) else pickled(task)
+        first = FIRST_BATCH[task.holds_interpreter]
+        collect(Driver(sent, plan, engine, threads, timeout, retries, first, batch), result, book, shown, fail_fast)
+    if result.inadmissible:
+        warnings.warn(
+            f"the initial state is not admissible in {result.inadmissible} of the cells that were run: it penetrates "
+            "a contact or violates a bilateral one",
+            InitialStateWarning, stacklevel=2,
+        )  # fmt: skip
+    found = result.dataset()
+    if out is not None:
+        save_sweep(found, out)
+    return found
+
+
+def collect(driver: Driver, result: Result, book: Journal | None, shown: Progress, fail_fast: bool) -> None:
+    """Run what is missing of a result; Ctrl-C leaves it unfinished."""
+    try:
+        for cells, batch in driver.run(result.missing()):
+            if book is not None:
+                book.write(cells, batch)
+            result.add(cells, batch)
+            shown.add(len(cells), int((batch.status != CellStatus.FINISHED).sum()))
+            if fail_fast:
+                raise_failure(driver.plan, cells, batch)
+    except KeyboardInterrupt:
+        result.is_interrupted = True
+    except BrokenExecutor as error:
+        raise InvalidInput(
+            f"the executor broke ({type(error).__name__}: {error}); the cells that were finished stand in the journal, "
+            "if there is one. workers=... is a pool that survives the death of a worker"
+        ) from error
+
+
+def as_task(candidate: Any) -> Task:
+    """A task as it is, a model's runs, or a function's calls."""
+    if all(hasattr(candidate, name) for name in ("identity", "check", "holds_interpreter")):
+        return candidate
+    if isinstance(candidate, System) or callable(getattr(candidate, "system", None)):
+        from nonsmooth.studies.run_task import RunTask
+
+        return RunTask(candidate)
+    if callable(candidate):
+        return FunctionTask(candidate)
+    raise InvalidInput(f"a task must be a RunTask, a model or a function; got {type(candidate).__name__}")
+
+
+def require_xarray() -> None:
+    """Raise before the sweep when xarray is not installed."""
+    from importlib.util import find_spec
+
+    if find_spec("xarray") is None:
+        raise MissingExtra('sweeps need xarray; pip install "nonsmooth[map]" brings it')
+
+
+@contextlib.contextmanager
+def open_executor(
+    task: Task, executor: Executor | None, scheduler: str | None, workers: int, timeout: float | None
+) -> Iterator[tuple[Executor, int]]:
+    """The executor, and how many calls it runs at a time; ours are shut down at the end."""
+    workers = as_count("workers", workers)
+    if executor is not None and scheduler is not None:
+        raise InvalidInput("give either executor or scheduler; got both")
+    if timeout is not None and (scheduler or not hasattr(executor or LocalPool, "submit_within")):
+        raise InvalidInput("timeout needs worker processes that can be ended: leave it out, or use workers=...")
+    if scheduler is not None:
+        from nonsmooth.studies.cluster import connect
+
+        remote, threads, client = connect(scheduler)
+        with client:
+            yield remote, threads
+    elif executor is not None:
+        yield executor, getattr(executor, "_max_workers", os.cpu_count() or 1)
+    elif workers == 1 and timeout is None:
+        yield InThisProcess(), 1
+    else:
+        needs_processes = task.holds_interpreter or timeout is not None
+        own = LocalPool(workers) if needs_processes else ThreadPoolExecutor(workers)
+        try:
+            yield own, workers
+        except BaseException:
+            own.shutdown(cancel_futures=True)
+            raise
+        own.shutdown()
+
+
+def pickled(task: Task) -> bytes:
+    """The task as it travels to another process, or a sentence on why it cannot."""
+    try:
+        return pickle.dumps(task)
+    except Exception as error:
+        what = getattr(task, "function", getattr(task, "model", task))
+        raise InvalidInput(
+            f"the task {getattr(what, '__qualname__', type(what).__name__)} cannot be pickled, so no other process can "
+            f"run it: {error}. Define its functions at the top level of a module, or use workers=1"
+        ) from None
+
+
+def raise_failure(plan: Plan, cells: np.ndarray, batch: Batch) -> None:
+    """Raise for the first cell of a batch that failed."""
+    for k in np.flatnonzero(batch.status != CellStatus.FINISHED)[:1]:
+        place = ", ".join(f"{name} = {values[0]}" for name, values in plan.columns(cells[k : k + 1]).items())
+        status = CellStatus(int(batch.status[k])).name
+        raise CellFailure(f"the cell {place} ended with {status}: {batch.messages.get(int(k), '')}")
+
+
+class Result:
+    """The results of a sweep while they come in."""
+
+    def __init__(self, task: Task, plan: Plan) -> None:
+        self.task, self.plan = task, plan
+        self.study = study_of(task, plan)
+        self.values: dict[str, np.ndarray] = {}
+        self.status = np.full(len(plan), int(CellStatus.NOT_RUN), dtype=np.int8)
+        self.messages: dict[int, str] = {}
+        self.n_resumed = self.inadmissible = 0
+        self.is_interrupted = False
+
+    def read(self, journal: Journal) -> None:
+        """Take the finished cells of a journal."""
+        for cell, status, values, message in journal.read():
+            self.status[cell] = status
+            if message:
+                self.messages[cell] = message
+            for name, value in values.items():
+                put(self.values, name, np.array([cell]), np.array([value]), (len(self.plan),))
+        self.n_resumed = int((self.status != CellStatus.NOT_RUN).sum())
+
+    def missing(self) -> np.ndarray:
+        """Numbers of the cells that are not there."""
+        return np.flatnonzero(self.status == CellStatus.NOT_RUN)
+
+    def add(self, cells: np.ndarray, batch: Batch) -> None:
+        """Take the results of a batch."""
+        self.status[cells] = batch.status
+        self.inadmissible += batch.inadmissible
+        self.messages.update({int(cells[k]): message for k, message in batch.messages.items()})
+        for name, values in batch.values.items():
+            put(self.values, name, cells, values, (len(self.plan),))
+
+    def dataset(self) -> xarray.Dataset:
+        """The Dataset over the axes."""
+        import xarray
+
+        plan = self.plan
+        columns = {name: self._variable(name, self.values[name]) for name in sorted(self.values)}
+        flags = {"flag_values": [int(s) for s in CellStatus], "flag_meanings": " ".join(s.name for s in CellStatus)}
+        columns["status"] = (plan.dims, self.status.reshape(plan.shape), flags)
+        messages = np.full(len(plan), "", dtype=object)
+        messages[list(self.messages)] = list(self.messages.values())
+        columns["message"] = (plan.dims, messages.reshape(plan.shape), {})
+        coordinates: dict[str, Any] = {
+            axis.name: ("cell" if plan.is_table else axis.name, axis.values, {"units": axis.unit} if axis.unit else {})
+            for axis in plan.axes
+        }
+        used = {dim for dims, *_ in columns.values() for dim in dims}
+        coordinates |= {name: labels for name, labels in self.task.coordinates.items() if name in used}
+        return xarray.Dataset(columns, coordinates, {
+            "study": self.study, "cells": len(plan), "cells_from_journal": self.n_resumed,
+            "cells_failed": int((~np.isin(self.status, (CellStatus.FINISHED, CellStatus.NOT_RUN))).sum()),
+            "interrupted": int(self.is_interrupted),
+        })  # fmt: skip
+
+    def _variable(self, name: str, values: np.ndarray) -> tuple[Any, ...]:
+        known = self.task.variables.get(name, Variable(tuple(f"{name}_{k}" for k in range(values.ndim - 1))))
+        attrs = {"units": known.unit, "long_name": known.meaning}
+        shape = (*self.plan.shape, *values.shape[1:])
+        return (*self.plan.dims, *known.dims), values.reshape(shape), {key: text for key, text in attrs.items() if text}

@@ -1,0 +1,127 @@
+"""Results of sweeps on disk: npz without any extra, NetCDF with one; written beside and moved into place at once."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from nonsmooth.errors import InvalidInput, MissingExtra
+
+if TYPE_CHECKING:
+    import xarray
+
+ENDINGS = (".npz", ".nc")
+
+
+def check_path(path: str | os.PathLike[str]) -> Path:
+    """Raise where a result could not be written at the end."""
+    path = Path(path)
+    if path.suffix not in ENDINGS:
+        raise InvalidInput(f"the result must end in {' or '.join(ENDINGS)}; got {path.name}")
+    if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
+        raise InvalidInput(f"the folder {str(path.parent)!r} must be there and writable; choose another path")
+    if path.suffix == ".nc":
+        _engine()
+    return path
+
+
+def save_sweep(found: xarray.Dataset, path: str | os.PathLike[str]) -> Path:
+    """Write the result of `sweep`.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+    path : path-like
+        .npz, or .nc (NetCDF; needs the extra [netcdf]).
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InvalidInput, MissingExtra
+        For another ending, a folder that cannot be written, a library that is not installed.
+    """
+    path = check_path(path)
+    if path.suffix == ".nc":
+        _replace(path, lambda part: found.to_netcdf(str(part), engine=_engine()))
+    else:
+        arrays = _as_arrays(found)
+        _replace(path, lambda part: _write_npz(part, arrays))
+    return path
+
+
+def load_sweep(path: str | os.PathLike[str]) -> xarray.Dataset:
+    """Read what `save_sweep` wrote."""
+    import xarray
+
+    path = Path(path)
+    if path.suffix == ".nc":
+        with xarray.open_dataset(path, engine=_engine()) as found:
+            return found.load()
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            about = json.loads(str(file["about"]))
+            columns = {name: _column(file, name, entry) for name, entry in about["variables"].items()}
+    except (ValueError, KeyError):
+        raise InvalidInput(f"{path.name} is no result of a sweep") from None
+    coordinates = {name: columns.pop(name) for name in about["coordinates"]}
+    return xarray.Dataset(columns, coordinates, about["attrs"])
+
+
+def _as_arrays(found: xarray.Dataset) -> dict[str, Any]:
+    """The Dataset as plain arrays: texts as numbers of a list of the different ones."""
+    arrays: dict[str, Any] = {}
+    variables = {}
+    for name, variable in found.variables.items():
+        values = variable.values
+        is_text = values.dtype.kind in "OUT"
+        if is_text:
+            texts, values = np.unique(values.astype(str).reshape(-1), return_inverse=True)
+            arrays[f"{name}/texts"], values = texts, values.astype(np.int32).reshape(variable.shape)
+        arrays[str(name)] = values
+        attrs = {key: value.tolist() if hasattr(value, "tolist") else value for key, value in variable.attrs.items()}
+        variables[str(name)] = {"dims": variable.dims, "attrs": attrs, "is_text": is_text}
+    about = {"variables": variables, "coordinates": list(found.coords), "attrs": dict(found.attrs)}
+    return arrays | {"about": np.array(json.dumps(about))}
+
+
+def _column(file: Any, name: str, entry: dict[str, Any]) -> tuple[Any, ...]:
+    values = file[name]
+    if entry["is_text"]:
+        values = file[f"{name}/texts"].astype(object)[values]
+    return entry["dims"], values, entry["attrs"]
+
+
+def _write_npz(path: Path, arrays: dict[str, Any]) -> None:
+    with open(path, "wb") as file:
+        np.savez_compressed(file, **arrays)
+
+
+def _replace(path: Path, write: Callable[[Path], Any]) -> None:
+    """Write a file beside and move it into place: a reader sees the old one or the new one, whole."""
+    part = path.with_name(path.name + ".part")
+    try:
+        write(part)
+        with open(part, "rb") as file:
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _engine() -> Literal["netcdf4", "h5netcdf"]:
+    """What xarray writes NetCDF 4 with."""
+    from importlib.util import find_spec
+
+    if find_spec("netCDF4"):
+        return "netcdf4"
+    if find_spec("h5netcdf"):
+        return "h5netcdf"
+    raise MissingExtra('.nc files need netCDF4; pip install "nonsmooth[netcdf]" brings it; .npz needs nothing')

@@ -1,0 +1,212 @@
+"""What a sweep runs: the contract of a task, and the task made of a plain function.
+
+A task answers for a batch of cells at once: columns of axis values in, columns of results out. A cell that fails has a
+status and a message instead of an exception; its results are NaN.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import inspect
+import pickle
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any, Protocol
+
+import numpy as np
+
+from nonsmooth.errors import InvalidInput, Status, UnknownName, nearest
+from nonsmooth.jit import _identity as identity_of
+
+
+class CellStatus(IntEnum):
+    """How a cell ended: as the integration did (the members of `Status`), or in one of the ways added here."""
+
+    NOT_RUN = 0
+    FINISHED = Status.FINISHED
+    NO_SOLUTION = Status.NO_SOLUTION
+    NOT_SOLVED = Status.NOT_SOLVED
+    NOT_FINITE = Status.NOT_FINITE
+    MASS_NOT_POSITIVE = Status.MASS_NOT_POSITIVE
+    NEGATIVE_FRICTION = Status.NEGATIVE_FRICTION
+    INTERRUPTED = Status.INTERRUPTED
+    FAILED = 20  # an exception: parameters out of range, or raised by the task's own function
+    CRASHED = 21  # the process that ran the cell died, also when it ran this cell alone
+    TIMED_OUT = 22
+
+
+@dataclass
+class Batch:
+    """The results of N cells.
+
+    Attributes
+    ----------
+    values : dict of arrays (N, ...)
+    status : (N,) CellStatus
+    messages : dict
+        Number of the cell within the batch -> what went wrong.
+    inadmissible : int
+        Number of cells whose initial state penetrates a contact or violates a bilateral one.
+    elapsed : float
+        Wall time [s].
+    """
+
+    values: dict[str, np.ndarray]
+    status: np.ndarray
+    messages: dict[int, str] = field(default_factory=dict)
+    inadmissible: int = 0
+    elapsed: float = 0.0
+
+    def put(self, name: str, cells: np.ndarray, values: np.ndarray) -> None:
+        """Write the results (k, ...) of k cells."""
+        put(self.values, name, cells, values, (len(self.status),))
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A result of each cell: its further dimensions, unit and meaning."""
+
+    dims: tuple[str, ...] = ()
+    unit: str = ""
+    meaning: str = ""
+
+
+class Task(Protocol):
+    """What `sweep` asks of a task."""
+
+    holds_interpreter: bool  # whether threads would wait for each other
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """What is known of the results before the first cell; names that are missing here have no unit."""
+
+    @property
+    def coordinates(self) -> dict[str, list[str]]:
+        """Labels along further dimensions."""
+
+    def check(self, names: tuple[str, ...]) -> None:
+        """Raise `UnknownName` for an axis that the task does not take."""
+
+    def identity(self) -> str:
+        """A text that is equal for equal tasks, in every process."""
+
+    def __call__(self, columns: Mapping[str, np.ndarray]) -> Batch:
+        """Run a batch."""
+
+
+class FunctionTask:
+    """A function of the axes, called once a cell.
+
+    Parameters
+    ----------
+    function : callable
+        ``function(**cell)``, one keyword an axis; returns a number, an array of numbers, or a dict of those. To leave
+        this process it must be picklable.
+    """
+
+    holds_interpreter = True
+    variables: dict[str, Variable] = {}
+    coordinates: dict[str, list[str]] = {}
+
+    def __init__(self, function: Callable) -> None:
+        self.function = function
+
+    def check(self, names: tuple[str, ...]) -> None:
+        """Raise unless the function takes these keywords."""
+        try:
+            signature = inspect.signature(self.function)
+        except ValueError:
+            return
+        kinds = {name: parameter.kind for name, parameter in signature.parameters.items()}
+        if inspect.Parameter.VAR_KEYWORD not in kinds.values():
+            for name in names:
+                if name not in kinds:
+                    raise UnknownName(f"the task {name_of(self.function)} takes no {name!r}; {nearest(name, kinds)}")
+        try:
+            signature.bind(**dict.fromkeys(names))
+        except TypeError as error:
+            raise InvalidInput(
+                f"the task {name_of(self.function)}{signature} needs another axis, or a default: {error}"
+            ) from None
+
+    def identity(self) -> str:
+        """Name and code of the function, and what it carries along."""
+        function = self.function
+        parts = [name_of(function)]
+        while isinstance(function, functools.partial):
+            parts.append(repr((function.args, sorted(function.keywords.items()))))
+            function = function.func
+        if inspect.isfunction(function):
+            parts.append(hashlib.sha256(identity_of(function)).hexdigest())
+        elif not inspect.isbuiltin(function):
+            parts.append(hashlib.sha256(pickle.dumps(function)).hexdigest())
+        return "\n".join(parts)
+
+    def __call__(self, columns: Mapping[str, np.ndarray]) -> Batch:
+        """Call the function for each cell of a batch."""
+        N = len(next(iter(columns.values())))
+        results: list[dict[str, Any] | None] = []
+        messages: dict[int, str] = {}
+        for i in range(N):
+            try:
+                results.append(as_values(self.function(**{name: values[i].item() for name, values in columns.items()})))
+            except Exception as error:
+                results.append(None)
+                messages[i] = f"{type(error).__name__}: {error}"
+        return stack(results, messages)
+
+
+def name_of(function: Any) -> str:
+    """A callable as a person would call it."""
+    while isinstance(function, functools.partial):
+        function = function.func
+    module, name = getattr(function, "__module__", ""), getattr(function, "__qualname__", type(function).__qualname__)
+    return f"{module}.{name}"
+
+
+def as_values(result: Any) -> dict[str, Any]:
+    """What a function gave back for a cell, as named numbers, arrays and texts."""
+    named = result if isinstance(result, Mapping) else {"value": result}
+    values: dict[str, Any] = {}
+    for name, value in named.items():
+        if isinstance(value, str):
+            values[str(name)] = value
+            continue
+        try:
+            values[str(name)] = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InvalidInput(f"{name} must be a number, an array of numbers or a text; got {value!r}") from None
+    return values
+
+
+def stack(results: list[dict[str, Any] | None], messages: dict[int, str]) -> Batch:
+    """The results of cells one by one as columns; NaN where a cell has no such result."""
+    batch = Batch({}, np.full(len(results), int(CellStatus.FAILED)), messages)
+    for i, result in enumerate(results):
+        if result is not None:
+            batch.status[i] = CellStatus.FINISHED
+            for name, value in result.items():
+                batch.put(name, np.array([i]), np.array([value]))
+    return batch
+
+
+def put(columns: dict[str, np.ndarray], name: str, cells: np.ndarray, values: np.ndarray, lengths: tuple) -> None:
+    """Write the results of some cells into columns that hold NaN, or an empty text, where nothing was written.
+
+    Raises
+    ------
+    InvalidInput
+        When the results differ in shape or kind from those written before.
+    """
+    is_text = values.dtype.kind in "OU"
+    if name not in columns:
+        columns[name] = np.full((*lengths, *values.shape[1:]), "" if is_text else np.nan, object if is_text else float)
+    column = columns[name]
+    if column.shape[1:] != values.shape[1:] or (column.dtype == object) != is_text:
+        raise InvalidInput(
+            f"the result {name} must be alike in every cell; it has shape {column.shape[1:]} in one and "
+            f"{values.shape[1:]} in another" + (", or is a text in one of them" if is_text else "")
+        )
+    column[cells] = values

@@ -1,0 +1,239 @@
+"""Runs in compiled blocks: the same bits as `simulate`, whatever the block, the worker and the order."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import nonsmooth as ns
+from models.bead_chain import BeadChain
+from models.belt_oscillator import BeltOscillator
+from models.bilateral_rod import BilateralRod
+from models.painleve_rod import PainleveRod
+from models.pendulum import WallPendulum
+from models.rocking_block import RockingBlock
+from models.sprag_slip import SpragSlip
+from nonsmooth.blocks import new_block
+from nonsmooth.compiled import model_of
+from nonsmooth.contact_problem import Work, model_facts, work_shapes
+from nonsmooth.initial_modes import ADMISSIBLE, initial_modes
+from nonsmooth.initial_state import examine_state
+from nonsmooth.integrators.records import State, state_shapes
+from nonsmooth.jit import interpreted
+from nonsmooth.studies.run_rows import RowBuilder
+from nonsmooth.system import Contact, System
+
+EVERYTHING = ["final_state", "amplitude", "period", "modes", "paradoxes", "impacts", "mode_changes", "residual"]
+SCENES = {
+    "belt": (BeltOscillator(), 4.0, 1e-2, {"vb": [0.1, 0.42], "m1": [0.0, 0.45], "x": [0.0, 0.05]}),
+    "rod": (PainleveRod(), 0.3, 1e-3, {"mu": [0.5, 1.8], "l": [1.0, 2.0], "th": [0.5, 1.0]}),
+    "sprag-slip": (SpragSlip(), 0.4, 1e-3, {"mu": [0.5, 1.5], "th": [0.6, 0.78], "dt": [1e-3, 5e-4]}),
+    "bilateral rod": (BilateralRod(), 0.2, 1e-3, {"mu": [0.3, 0.8], "slip": [-1.0, 1.0]}),
+    "rocking block": (RockingBlock(), 0.5, 1e-3, {"e": [0.0, 0.5], "tilt": [0.05, 0.1]}),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_cell_has_the_bits_of_a_run_by_itself(name):
+    model, t_end, dt, axes = SCENES[name]
+    task = ns.RunTask(model, EVERYTHING, t_span=(0, t_end), integrator=ns.MoreauJean(dt))
+    found = ns.sweep(task, axes, progress=False)
+    assert (found.status == ns.Status.FINISHED).all()
+    for cell in np.ndindex(*found.status.shape):
+        values = {axis: axes[axis][k] for axis, k in zip(axes, cell, strict=True)}
+        fields = {key: value for key, value in values.items() if hasattr(model, key) and key != "dt"}
+        state = {key: value for key, value in values.items() if key not in fields and key != "dt"}
+        varied = type(model)(**fields)
+        integrator = ns.MoreauJean(values.get("dt", dt))
+        alone = ns.simulate(varied, (0, t_end), *varied.state(**state), integrator=integrator)
+        expected = {}
+        for measure in task.measures.values():
+            expected |= measure.of_solution(alone, int(np.searchsorted(alone.t, t_end / 2)))
+        for key, value in expected.items():
+            here = found[key].values[cell]
+            assert here == value if isinstance(value, str) else np.array_equal(here, value, equal_nan=True), (key, cell)
+
+
+def test_cells_depend_on_no_block_worker_or_order():
+    """A row of contacts whose solver begins from the step before: what a cell leaves behind must not reach the next."""
+    axes = {"mu": np.linspace(0.1, 1.5, 7), "tilt": np.linspace(0.02, 0.2, 5)}
+    task = ns.RunTask(RockingBlock(), EVERYTHING, t_span=(0, 0.4), integrator=ns.MoreauJean(1e-3))
+    whole = ns.sweep(task, axes, progress=False, batch=35)
+    for options in ({"batch": 1}, {"batch": 4}, {"workers": 2}, {"workers": 2, "batch": 3}):
+        xr.testing.assert_identical(whole, ns.sweep(task, axes, progress=False, **options))
+    backwards = ns.sweep(task, {name: values[::-1] for name, values in axes.items()}, progress=False)
+    xr.testing.assert_equal(whole, backwards.isel(mu=slice(None, None, -1), tilt=slice(None, None, -1)))
+
+
+def test_compiled_block_and_its_source_agree(monkeypatch):
+    axes = {"mu": [0.5, 1.8], "th": [0.5, 1.0]}
+    task = ns.RunTask(PainleveRod(), EVERYTHING, t_span=(0, 0.05), integrator=ns.MoreauJean(1e-3))
+    compiled = ns.sweep(task, axes, progress=False)
+    monkeypatch.setenv("NONSMOOTH_INTERPRET", "1")
+    task = ns.RunTask(PainleveRod(), EVERYTHING, t_span=(0, 0.05), integrator=ns.MoreauJean(1e-3))
+    source = ns.sweep(task, axes, progress=False)
+    for name in ("modes", "paradoxes", "impacts", "status"):
+        assert (compiled[name] == source[name]).all()
+    np.testing.assert_allclose(compiled.q, source.q, rtol=1e-12, atol=1e-14)
+
+
+MODELS = (BeltOscillator(), PainleveRod(), BilateralRod(), RockingBlock(), WallPendulum(), BeadChain())
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+def test_modes_at_a_start_are_those_that_simulate_finds(model):
+    system = model.system()
+    rng = np.random.default_rng(3)
+    n, n_c, d = system.n_u, system.n_c, system.d
+    q_0, u_0 = model.state()
+    for trial in range(40):
+        q = q_0 + (0 if trial % 2 else 0.1) * rng.standard_normal(n)
+        u = u_0 * (trial % 3) + (trial % 5 == 0) * rng.standard_normal(n)
+        expected = examine_state(system, model_of(system), model_facts(system), 0.0, q, u)
+        state = new_block(State, state_shapes(n, n_c, d, 1)).arrays
+        work = new_block(Work, work_shapes(n, n_c, d)).arrays
+        state.q[:], state.u[:] = q, u
+        verdict = interpreted(initial_modes)(
+            in_python(system), model_facts(system), 0.0, n, n_c, system.kinds, system.p, state, work
+        )
+        assert (verdict == ADMISSIBLE) == expected.is_admissible
+        assert state.mode.tolist() == expected.mode.tolist() and state.slip.tolist() == expected.slip.tolist()
+
+
+def in_python(system):
+    def model(which, t, q, u, p, out):
+        out[...] = system.evaluate(which, t, q, u)
+
+    return model
+
+
+@dataclass(frozen=True)
+class Sledge:
+    """A block whose contact has no friction at all where mu = 0: the shape of its system depends on a field."""
+
+    mu: float = 0.2
+    n: int = 1
+
+    t_end, dt = 0.1, 1e-3
+
+    def system(self):
+        def mass(t, q, p, M):
+            M[0, 0] = 1.0
+            M[1, 1] = 1.0
+
+        def force(t, q, u, p, h):
+            h[1] = -9.81
+
+        def gap(t, q, p, g_N):
+            g_N[0] = q[1]
+
+        def normal(t, q, p, W_N):
+            W_N[0, 1] = 1.0
+
+        def tangent(t, q, p, W_F):
+            W_F[0, 0, 0] = 1.0
+
+        friction = {"tangent": tangent} if self.mu else {}
+        return System(n_q=2, mass=mass, force=force, gap=gap, normal=normal, contacts=[Contact(mu=self.mu)],
+                      parameters=self, **friction)  # fmt: skip
+
+    def state(self, speed=1.0):
+        return np.zeros(2), np.array([speed * self.n, 0.0])
+
+
+def test_a_model_whose_system_reads_a_swept_field_is_built_for_each_value():
+    sledge = Sledge()
+    assert not RowBuilder(sledge, {}).is_direct({"mu": np.array([0.1, 0.2])})
+    found = ns.sweep(ns.RunTask(sledge), {"mu": [0.0, 0.2, 0.5], "speed": [1.0, 2.0]}, progress=False)
+    mu, speed = np.array([0.0, 0.2, 0.5])[:, None], np.array([1.0, 2.0])
+    # constant deceleration is integrated exactly by the mid-point rule; 100 sums of order 1 round by 100 eps
+    np.testing.assert_allclose(found.u.values[..., 0], speed - mu * 9.81 * 0.1, atol=100 * np.finfo(float).eps * 2)
+
+
+def test_a_whole_field_takes_whole_numbers_and_sets_the_size():
+    chain = BeadChain()
+    task = ns.RunTask(chain, "impacts", t_span=(0, 0.5), integrator=ns.MoreauJean(1e-3))
+    found = ns.sweep(task, {"n": [2, 3, 4]}, progress=False)
+    for n, impacts in zip((2, 3, 4), found.impacts.values, strict=True):
+        alone = BeadChain(n=n)
+        run = ns.simulate(alone, (0, 0.5), *alone.state(), integrator=ns.MoreauJean(1e-3))
+        assert impacts == sum(event.kind == ns.EventKind.IMPACT for event in run.events)
+    listed = ns.sweep(ns.RunTask(chain, t_span=(0, 0.1)), {"n": [chain.n, chain.n + 1]}, progress=False)
+    assert listed.status.values.tolist() == [ns.CellStatus.FINISHED, ns.CellStatus.FAILED]
+    assert "coordinates" in str(listed.message.values[1])
+    halves = ns.sweep(task, {"n": [2.0, 2.5]}, progress=False)
+    assert halves.status.values.tolist() == [ns.CellStatus.FINISHED, ns.CellStatus.FAILED]
+
+
+def test_amplitude_and_period_of_a_free_oscillator():
+    """Without friction and damping the step is the trapezoidal rule: w_dt = (2/dt) atan(w dt/2), amplitude kept."""
+    dt, amplitude = 1e-2, 0.3
+    belt = BeltOscillator(c=0.0, m0=0.0, m1=0.0, m3=0.0)
+    task = ns.RunTask(belt, ["amplitude", "period"], t_span=(0, 30), integrator=ns.MoreauJean(dt), state={"x": 0.3})
+    found = ns.sweep(task, {"k": [5.0, 10.0, 40.0], "m": [1.0, 2.0]}, progress=False)
+    omega = np.sqrt(np.array([5.0, 10.0, 40.0])[:, None] / np.array([1.0, 2.0]))
+    period = math.pi * dt / np.arctan(omega * dt / 2)
+    # the extremes stand between two records: (1 - cos(w dt/2)) of the amplitude is missed at most
+    missed = amplitude * (1 - np.cos(omega * dt / 2))
+    assert (np.abs(found.amplitude.values[..., 0] - amplitude) <= missed + 1e-12).all()
+    # a crossing is interpolated linearly, off by at most (w dt)^2 / 8 of a step, and by the shift of the middle
+    error = 2 * ((omega * dt) ** 2 / 8 * dt + missed / (amplitude * omega))
+    assert (np.abs(found.period.values[..., 0] - period) <= error).all()
+
+
+def test_a_mass_at_rest_has_no_period():
+    task = ns.RunTask(BeltOscillator(vb=0.0), ["amplitude", "period"], t_span=(0, 1), integrator=ns.MoreauJean(1e-2))
+    found = ns.sweep(task, {"x": [0.0]}, progress=False)
+    assert found.amplitude.item() == 0.0 and np.isnan(found.period.item())
+
+
+def test_the_state_may_be_varied_entry_by_entry():
+    belt = BeltOscillator()
+    task = ns.RunTask(belt, t_span=(0, 0.5), integrator=ns.MoreauJean(1e-2))
+    by_name = ns.sweep(task, {"x": [0.0, 0.1], "velocity": [0.0, 0.2]}, progress=False)
+    by_entry = ns.sweep(task, {"q0[0]": [0.0, 0.1], "u0[0]": [0.0, 0.2]}, progress=False)
+    np.testing.assert_array_equal(by_name.q.values, by_entry.q.values)
+    whole = ns.RunTask(belt.system(), t_span=(0, 0.5), integrator=ns.MoreauJean(1e-2), state={"q0": [0.1], "u0": [0.2]})
+    np.testing.assert_array_equal(ns.sweep(whole, {"vb": [0.2]}, progress=False).q.values[0], by_name.q.values[1, 1])
+
+
+def test_a_cell_out_of_range_fails_alone():
+    task = ns.RunTask(PainleveRod(), ["paradoxes", "final_state"], t_span=(0, 0.01))
+    found = ns.sweep(task, {"mu": [-0.5, 0.5], "th": [0.5, 1.0]}, progress=False)
+    assert found.status.values.tolist() == [[ns.CellStatus.FAILED] * 2, [ns.CellStatus.FINISHED] * 2]
+    assert "mu must not be negative" in str(found.message.values[0, 0])
+    assert np.isnan(found.q.values[0]).all() and np.isfinite(found.q.values[1]).all()
+    assert found.attrs["cells_failed"] == 2
+
+
+def test_a_run_that_stops_says_where():
+    """mu(v) = m0 - m1 v becomes negative above v = m0/m1: the law of a cell, not of the sweep."""
+    task = ns.RunTask(BeltOscillator(m3=0.0), "end_time", t_span=(0, 1), integrator=ns.MoreauJean(1e-3))
+    found = ns.sweep(task, {"vb": [0.2, 2.0]}, progress=False)
+    assert found.status.values.tolist() == [ns.CellStatus.FINISHED, ns.CellStatus.NEGATIVE_FRICTION]
+    assert found.end_time.values[1] == 0.0 and "t = 0 s" in str(found.message.values[1])
+
+
+def test_a_function_of_the_solution_is_a_measure():
+    def top_speed(solution):
+        return abs(solution.u).max()
+
+    task = ns.RunTask(BeltOscillator(), [top_speed, "amplitude"], t_span=(0, 3), integrator=ns.MoreauJean(1e-2))
+    found = ns.sweep(task, {"vb": [0.1, 0.3]}, progress=False)
+    named = ns.RunTask(BeltOscillator(), "amplitude", t_span=(0, 3), integrator=ns.MoreauJean(1e-2))
+    np.testing.assert_array_equal(
+        found.amplitude.values, ns.sweep(named, {"vb": [0.1, 0.3]}, progress=False).amplitude.values
+    )
+    for vb, speed in zip((0.1, 0.3), found.top_speed.values, strict=True):
+        belt = BeltOscillator(vb=vb)
+        assert speed == abs(ns.simulate(belt, (0, 3), *belt.state(), integrator=ns.MoreauJean(1e-2)).u).max()
+
+
+def test_inadmissible_starts_are_counted_once():
+    task = ns.RunTask(BilateralRod(), t_span=(0, 0.01), state={"q0": [0, 3.0, 1.0], "u0": [0, 0, 0]})
+    with pytest.warns(ns.InitialStateWarning, match="in 3 of the cells"):
+        ns.sweep(task, {"mu": [0.1, 0.2, 0.3]}, progress=False)
