@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from models import BeltOscillator
 from nonsmooth.jit import interpreted
-from nonsmooth.laws import Polynomial, friction_coefficient
+from nonsmooth.laws import Polynomial, friction_coefficient, static_coefficient
 from nonsmooth.system import NORMAL_FORCE, SURFACE_VELOCITY
 
 
@@ -74,3 +75,81 @@ def test_constant_friction_keeps_steady_sliding_stable_at_any_speed():
 
 def test_friction_that_only_falls_is_unstable_at_any_speed():
     assert BeltOscillator(m3=0.0).vb_max() == math.inf
+
+
+LAWS = ["cubic", "smoothed", "two-coefficient", "stribeck"]
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_friction_of_the_model_is_the_law_that_its_contact_integrates(law):
+    belt = BeltOscillator(law=law, r=7.0, mu_k=0.25, v_s=0.3, m_v=0.05, vb=0.3)
+    laws, mu = belt.system().laws, interpreted(friction_coefficient)
+    v = np.array([0.02, 0.3, 0.9])
+    np.testing.assert_allclose(belt.friction(v), [mu(laws, 0, x) for x in v], rtol=1e-15)
+    np.testing.assert_array_equal(belt.friction(-v), -belt.friction(v))
+    h = 1e-5  # central difference: truncation r^2 h^2/6 = 1e-9 of the slope, rounding 1e-11
+    np.testing.assert_allclose(belt.slope(v), (belt.friction(v + h) - belt.friction(v - h)) / (2 * h), atol=1e-7)
+    assert belt.slope() == belt.slope(belt.vb)
+
+
+@pytest.mark.parametrize("law, limit", [("cubic", 0.4), ("smoothed", 0.0), ("two-coefficient", 0.4), ("stribeck", 0.4)])
+def test_limit_of_sticking_is_m0_except_under_the_smoothed_law(law, limit):
+    assert interpreted(static_coefficient)(BeltOscillator(law=law).system().laws, 0) == limit
+
+
+@pytest.mark.parametrize("r, low, high", [(20.0, 0.163896782, 0.440201331), (200.0, 0.027178274, 0.440958552)])
+def test_smoothed_friction_is_unstable_between_the_printed_speeds(r, low, high):
+    belt = BeltOscillator(law="smoothed", r=r)
+    assert belt.unstable_speeds() == pytest.approx((low, high), abs=6e-10)
+
+
+@pytest.mark.parametrize("belt", [
+    BeltOscillator(), BeltOscillator(law="smoothed"), BeltOscillator(law="smoothed", r=200.0),
+    BeltOscillator(law="stribeck"),
+])  # fmt: skip
+def test_growth_changes_its_sign_at_the_ends_of_the_unstable_speeds(belt):
+    low, high = belt.unstable_speeds()
+    for end, inwards in ((low, 1), (high, -1)):
+        for step in (1e-6, -1e-6):
+            if end + inwards * step > 0:
+                growth = replace(belt, vb=end + inwards * step).eigenvalues().real.max()
+                assert (growth > 0) == (step > 0)
+
+
+@pytest.mark.parametrize("belt", [
+    BeltOscillator(law="two-coefficient"), BeltOscillator(law="smoothed", r=1.0), BeltOscillator(law="stribeck", c=9.0),
+    BeltOscillator(law="smoothed", N=0.0), BeltOscillator(c=1.0),
+])  # fmt: skip
+def test_friction_that_does_not_fall_enough_is_stable_at_every_speed(belt):
+    assert belt.unstable_speeds() is None
+    assert all(replace(belt, vb=vb).eigenvalues().real.max() <= 0 for vb in np.linspace(0.01, 2.0, 50))
+
+
+def test_stribeck_speed_of_instability_is_its_closed_form():
+    belt = BeltOscillator(law="stribeck", m0=0.4, mu_k=0.3, v_s=0.1, c=0.1, N=2.0)
+    assert belt.unstable_speeds() == (0.0, pytest.approx(0.1 * math.log(2.0 / 0.1), rel=1e-14))
+
+
+def test_averaged_rate_vanishes_at_the_averaged_amplitude_and_beyond_the_belt_speed_friction_brakes():
+    belt = BeltOscillator(vb=0.42)
+    assert belt.averaged_rate(belt.averaged_amplitude()) == pytest.approx(0.0, abs=1e-15)
+    Lo = belt.N / math.sqrt(belt.k * belt.m)
+    touching = belt.vb / Lo
+    assert belt.averaged_rate(1.01 * touching) < belt.averaged_rate(touching) - 0.03  # (2 m0/pi) sqrt(0.02) = 0.036
+
+
+@pytest.mark.parametrize("vb, a", [
+    (0.2, 0.369234), (0.25, 0.590843), (0.3, 0.752423), (0.35, 0.856938), (0.4, 0.828605), (0.44, 0.078412),
+])  # fmt: skip
+def test_averaged_rate_of_the_smoothed_law_vanishes_at_the_printed_amplitudes(vb, a):
+    belt = BeltOscillator(law="smoothed", r=20.0, vb=vb)
+    assert belt.averaged_rate(a - 6e-7) > 0 > belt.averaged_rate(a + 6e-7)
+
+
+def test_power_series_of_the_averaged_equation_has_the_corrected_coefficients():
+    belt = BeltOscillator(law="smoothed", r=20.0, vb=0.3)
+    Lo, k_4 = belt.N / math.sqrt(belt.k * belt.m), belt.m0 * math.exp(-belt.r * belt.vb)
+    without = replace(belt, law="cubic")
+    for a in (0.1, 0.5, 0.9):
+        terms = [(belt.r * Lo * a / 2) ** (2 * n + 1) / (math.factorial(n) * math.factorial(n + 1)) for n in range(40)]
+        assert belt.averaged_rate(a) - without.averaged_rate(a) == pytest.approx(-k_4 * sum(terms), rel=1e-13)
