@@ -366,6 +366,7 @@ def _check_functions(system: System) -> None:
         _check_arity(name, function, expected)
 
 
+@functools.lru_cache(maxsize=512)
 def _check_arity(name: str, function: Callable, expected: tuple[str, ...]) -> None:
     try:
         inspect.signature(function).bind(*expected)

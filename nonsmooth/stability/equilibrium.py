@@ -10,7 +10,7 @@ section 3.3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,10 @@ from nonsmooth.system import BILATERAL, GIVEN_FORCE, NORMAL_FORCE, System, as_sy
 ITERATIONS = 60
 SHORTEST = 1e-6  # part of a Newton correction below which there is no descent left
 CONVERGED = 1e-8  # relative correction after which one more step reaches rounding: convergence is quadratic
+
+
+class NotIsolated(InvalidInput):
+    """The stiffness of the sliding system is singular: equilibria form a curve, or one is about to vanish."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,8 +117,23 @@ def equilibrium(
     system = as_system(system)
     q = _start(system, given) if guess is None else as_vector("guess", guess, system.n_q)
     mode = sliding_mode(system, q, sliding, normal, as_number("t", t, "s"))
-    q, la_N, residual = _newton(mode, q)
-    return _described(mode, q, la_N, residual)
+    return _solved(mode, q, np.zeros(mode.n_a))
+
+
+def follow(at: Equilibrium, **changes: float) -> Equilibrium:
+    """The equilibrium of the same contacts and signs after some parameters have changed.
+
+    Raises
+    ------
+    InvalidInput
+        When there is none near the old one; the message says for which values.
+    """
+    mode = replace(at.mode, system=at.mode.system.with_parameters(**changes))
+    try:
+        return _solved(mode, at.q, at.multipliers)
+    except InvalidInput as error:
+        values = ", ".join(f"{name} = {value:g}" for name, value in changes.items())
+        raise type(error)(f"at {values}: {error}") from None
 
 
 def sliding_mode(
@@ -151,9 +170,9 @@ def _start(system: System, given: Any) -> np.ndarray:
     return np.array(model.state()[0], float) if hasattr(model, "state") else np.zeros(system.n_q)
 
 
-def _newton(mode: SlidingMode, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """q, la_N of the constraints and the relative residual."""
-    n, x = q.size, np.concatenate([q, np.zeros(mode.n_a)])
+def _solved(mode: SlidingMode, q: np.ndarray, la_N: np.ndarray) -> Equilibrium:
+    """Newton's method from q and la_N of the constraints."""
+    n, x = q.size, np.concatenate([q, la_N])
     for _ in range(ITERATIONS):
         J = balance_jacobian(mode, x[:n], x[n:])
         dx = _solve(J, -balance(mode, x))
@@ -161,7 +180,7 @@ def _newton(mode: SlidingMode, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, f
         if all(np.abs(dx[k]).max(initial=0.0) <= CONVERGED * np.abs(x[k]).max(initial=0.0) for k in groups):
             x = x + dx
             x = x + _solve(J, -balance(mode, x))
-            return x[:n], x[n:], _relative_residual(mode, x, J)
+            return _described(mode, x[:n], x[n:], _relative_residual(mode, x, J))
         x = _damped(mode, x, dx, J)
     raise InvalidInput(
         f"no equilibrium was found from the guess: {ITERATIONS} Newton steps end at q = {np.array2string(x[:n])}; "
@@ -185,8 +204,8 @@ def balance_jacobian(mode: SlidingMode, q: np.ndarray, la_N: np.ndarray) -> np.n
 def _solve(J: np.ndarray, b: np.ndarray) -> np.ndarray:
     rows = np.abs(J).max(axis=1, keepdims=True)
     columns = np.abs(J).max(axis=0)
-    if not (rows > 0).all() or not (columns > 0).all() or np.linalg.cond(J / rows / columns) > 1e13:
-        raise InvalidInput(
+    if not (rows > 0).all() or not (columns > 0).all() or np.linalg.cond(J / rows / columns, 1) > 1e13:
+        raise NotIsolated(
             "the equilibria near the guess are not isolated: the stiffness of the sliding system is singular, so some "
             "motion meets no restoring force"
         )

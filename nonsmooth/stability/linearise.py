@@ -67,14 +67,19 @@ class Linearisation:
     equilibrium: Equilibrium
 
     @cached_property
-    def _eigen(self) -> tuple[np.ndarray, np.ndarray]:
+    def companion(self) -> np.ndarray:
+        """A (2 n_r, 2 n_r) of d(x, x')/dt = A (x, x')."""
         n = len(self.kept)
         try:
             inverse = np.linalg.inv(self.M)
         except np.linalg.LinAlgError:
             raise InvalidInput("the effective inertia vanishes here: the motion has no equation; move off it") from None
-        companion = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ self.K, -inverse @ self.C]])
-        s, x = np.linalg.eig(companion)
+        return np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ self.K, -inverse @ self.C]])
+
+    @cached_property
+    def _eigen(self) -> tuple[np.ndarray, np.ndarray]:
+        n = len(self.kept)
+        s, x = np.linalg.eig(self.companion)
         s = s.astype(complex)
         order = np.lexsort((-s.imag, -s.real, np.abs(s.imag)))
         return s[order], x[:n, order].astype(complex)
@@ -119,20 +124,23 @@ class Linearisation:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """What becomes of a small disturbance; for growth, by which forces.
-
-        With the growing mode x, 0 = x^H (s^2 M + s C + K) x = a_M (s^2 + s z + k): the imaginary part says that the
-        growth 2 Re s Im s is fed by -Im s Re z, the work of velocity-dependent forces, and by -Im k, that of
-        unsymmetric position-dependent ones. The larger names the instability.
-        """
+        """What becomes of a small disturbance; for growth, by which forces."""
         if self.has_negative_inertia:
             return Verdict.NEGATIVE_INERTIA
         s = self.dominant
         if abs(s.real) <= NEUTRAL * np.abs(self.eigenvalues).max():
             return Verdict.MARGINAL
-        if s.real < 0:
-            return Verdict.STABLE
-        x = self._eigen[1][:, self._dominant]
+        return Verdict.STABLE if s.real < 0 else self.cause
+
+    @property
+    def cause(self) -> Verdict:
+        """Which forces feed the dominant mode: flutter, negative damping or divergence.
+
+        With the mode x, 0 = x^H (s^2 M + s C + K) x = a_M (s^2 + s z + k): the imaginary part says that 2 Re s Im s is
+        fed by -Im s Re z, the work of velocity-dependent forces, and by -Im k, that of unsymmetric position-dependent
+        ones. The larger names the instability.
+        """
+        s, x = self.dominant, self._eigen[1][:, self._dominant]
         a_M, a_C, a_K = (np.vdot(x, A @ x) for A in (self.M, self.C, self.K))
         z, k = a_C / a_M, a_K / a_M
         if abs(s.imag) <= NEUTRAL * abs(s):

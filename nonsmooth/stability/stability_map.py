@@ -1,0 +1,85 @@
+"""Stability of steady sliding over two parameters, with the slopes of the growth rate."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nonsmooth.arrays import as_vector
+from nonsmooth.errors import InvalidInput, MissingExtra
+from nonsmooth.stability.equilibrium import Equilibrium, equilibrium, follow
+from nonsmooth.stability.linearise import linearise
+from nonsmooth.stability.sensitivity import eigenvalue_sensitivity
+from nonsmooth.system import as_system
+
+
+def stability_map(
+    system: Any, axes: dict[str, ArrayLike], at: Equilibrium | None = None, sensitivities: bool = True
+) -> Any:
+    """Growth rate, frequency and verdict of steady sliding over a grid of two parameters.
+
+    Parameters
+    ----------
+    system : System or model
+    axes : dict
+        Two parameters and their values.
+    at : Equilibrium, optional
+        Where to start; its contacts and signs are kept. ``equilibrium`` at the first values when left out.
+    sensitivities : bool
+        Whether to compute d growth/dp for both parameters as well (five times the work).
+
+    Returns
+    -------
+    xarray.Dataset
+        ``growth`` max Re s [1/s], ``frequency`` of that eigenvalue [rad/s], ``verdict`` (Verdict), ``is_virtual``, and
+        ``d_growth_d_NAME``. Growth is NaN where no equilibrium is found.
+
+    Raises
+    ------
+    InvalidInput
+        When ``axes`` does not name two parameters.
+    MissingExtra
+        When xarray is not installed.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> from models import ModeCoupling
+    >>> chart = ns.stability_map(ModeCoupling(), {"mu": [0.4, 0.6], "cz": [0.5, 1.0]})
+    >>> [[ns.Verdict(v).name for v in row] for row in chart.verdict.values]
+    [['STABLE', 'STABLE'], ['FLUTTER', 'FLUTTER']]
+    """
+    try:
+        import xarray
+    except ImportError:
+        raise MissingExtra('maps need xarray; install it with pip install "nonsmooth[map]"') from None
+    if len(axes) != 2:
+        raise InvalidInput(f"axes must name two parameters; got {list(axes)}")
+    (first, x), (second, y) = ((name, as_vector(name, values)) for name, values in axes.items())
+    system = as_system(system)
+    corner = {first: float(x[0]), second: float(y[0])}
+    at = equilibrium(system.with_parameters(**corner)) if at is None else follow(at, **corner)
+    names = ["growth", "frequency", "verdict", "is_virtual"]
+    names += [f"d_growth_d_{name}" for name in axes] if sensitivities else []
+    table = {name: np.full((x.size, y.size), np.nan) for name in names}
+    for i, j in np.ndindex(x.size, y.size):
+        k = j if i % 2 == 0 else y.size - 1 - j  # to and fro, so that each point starts from a neighbour
+        try:
+            at = follow(at, **{first: float(x[i]), second: float(y[k])})
+        except InvalidInput:
+            continue
+        for name, value in zip(names, _figures(at, list(axes) if sensitivities else []), strict=True):
+            table[name][i, k] = value
+    data = {name: ((first, second), values) for name, values in table.items()}
+    return xarray.Dataset(data, coords={first: x, second: y})
+
+
+def _figures(at: Equilibrium, parameters: list[str]) -> list[float]:
+    """Growth, frequency, verdict, whether virtual, and the slopes of the growth."""
+    system = at.mode.system
+    small = linearise(system, at)
+    k = int(np.abs(small.eigenvalues - small.dominant).argmin())
+    slopes = [float(eigenvalue_sensitivity(system, name, small)[k].real) for name in parameters]
+    return [small.growth, abs(small.dominant.imag), int(small.verdict), at.is_virtual, *slopes]

@@ -1,0 +1,122 @@
+"""Eigenvalues along parameters: tracking of modes, slopes, maps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from models import BeltOscillator, FollowerForceArm, ModeCoupling, SpragSlip
+
+
+def test_uncoupled_modes_keep_their_names_where_their_frequencies_cross():
+    # Without the oblique spring and friction, x has the frequency sqrt(kx/m) and z sqrt(kz/m): they cross at kx = kz.
+    path = ns.eigen_path(ModeCoupling(k=0.0, mu=0.0, cx=0.0, cz=0.0), "kx", np.linspace(100.0, 301.0, 24))
+    for k in range(4):
+        shape = np.abs(path.mode_shapes[:, :, k])
+        assert np.abs(np.diff(shape, axis=0)).max() < 1e-9  # a mode that swapped would turn from x to z
+        moves = shape[0, 0] > 0.5
+        expected = np.sqrt(path.values) if moves else np.sqrt(200.0) + 0 * path.values
+        np.testing.assert_allclose(np.abs(path.eigenvalues[:, k].imag), expected, rtol=1e-12)
+
+
+def test_frequencies_of_the_arm_meet_and_part_into_growth_and_decay():
+    path = ns.eigen_path(FollowerForceArm(), "P", np.linspace(0.0, 1200.0, 61))
+    ((before, after, was, became),) = path.changes
+    assert before < 948.126555160 < after
+    assert (was, became) == (ns.Verdict.MARGINAL, ns.Verdict.FLUTTER)
+    stable = path.values < 948.0
+    assert np.abs(path.growth[stable]).max() < 1e-9
+    for P, s in zip(path.values, path.eigenvalues, strict=True):
+        exact = FollowerForceArm(P=P).eigenvalues()
+        assert max(np.abs(exact - x).min() for x in s) < 1e-9 * 60
+    assert np.abs(np.diff(path.eigenvalues[stable].imag, axis=0)).max() < 3.0  # no curve jumps to another
+
+
+def test_path_backwards_finds_the_same_eigenvalues():
+    values = np.linspace(0.3, 0.7, 9)
+    forth, back = (ns.eigen_path(ModeCoupling(), "mu", v) for v in (values, values[::-1]))
+    np.testing.assert_allclose(
+        np.sort_complex(forth.eigenvalues), np.sort_complex(back.eigenvalues[::-1]), rtol=1e-11, atol=1e-11
+    )
+
+
+def test_path_through_an_equilibrium_that_becomes_virtual_says_so():
+    path = ns.eigen_path(ModeCoupling(), "R", np.linspace(500.0, -100.0, 7))
+    np.testing.assert_array_equal(path.is_virtual, path.values <= 0)
+
+
+@pytest.mark.parametrize("values, message", [([0.3, 0.3], "order"), ([0.3, 0.5, 0.4], "order"), ([], "at least one")])
+def test_values_out_of_order_are_refused(values, message):
+    with pytest.raises(ns.InvalidInput, match=message):
+        ns.eigen_path(ModeCoupling(), "mu", values)
+
+
+def test_path_names_the_value_at_which_no_equilibrium_is_left():
+    with pytest.raises(ns.InvalidInput, match=r"at kx = 0.*not isolated"):
+        ns.eigen_path(ModeCoupling(k=0.0), "kx", [10.0, 5.0, 0.0])
+
+
+@pytest.mark.parametrize("name, slope", [
+    ("c", lambda b: -0.5 / b.m),
+    ("N", lambda b: -0.5 * b.slope() / b.m),
+    ("vb", lambda b: -0.5 * b.N * 6 * b.m3 * b.vb / b.m),
+    ("m", lambda b: 0.5 * (b.c + b.N * b.slope()) / b.m**2),
+])  # fmt: skip
+def test_slope_of_the_belts_growth_is_that_of_its_closed_form(name, slope):
+    belt = BeltOscillator(vb=0.3)
+    assert ns.eigenvalue_sensitivity(belt, name).real == pytest.approx(2 * [slope(belt)], rel=1e-8)
+
+
+@pytest.mark.parametrize("model, name", [
+    (ModeCoupling(), "mu"), (ModeCoupling(), "cz"), (FollowerForceArm(P=1000.0), "P"), (SpragSlip.set_1(), "cth"),
+    (SpragSlip.set_1(), "th0"),
+])  # fmt: skip
+def test_slopes_are_those_of_the_eigenvalues_themselves(model, name):
+    p = getattr(model, name)
+    h = 1e-4 * p  # a fourth-order difference: truncation (1e-4)^4 of a scale of 100 p, rounding 1e-11 of the slope
+    s = [ns.linearise(replace(model, **{name: p + k * h})).eigenvalues for k in (-2, -1, 0, 1, 2)]
+    s = [np.array([row[np.abs(row - x).argmin()] for x in s[2]]) for row in s]
+    slope = (s[0] - 8 * s[1] + 8 * s[3] - s[4]) / (12 * h)
+    exact = ns.eigenvalue_sensitivity(model, name)
+    np.testing.assert_allclose(exact, slope, rtol=1e-7, atol=1e-7 * np.abs(slope).max())
+
+
+def test_slope_at_the_end_of_a_parameters_range_is_taken_to_one_side():
+    slopes = ns.eigenvalue_sensitivity(ModeCoupling(cz=0.0, mu=0.0), "cz")
+    ahead = (
+        ns.linearise(ModeCoupling(cz=1e-6, mu=0.0)).eigenvalues - ns.linearise(ModeCoupling(cz=0.0, mu=0.0)).eigenvalues
+    )
+    np.testing.assert_allclose(slopes, ahead / 1e-6, rtol=1e-5, atol=1e-7)
+
+
+def test_unknown_parameter_of_a_slope_is_refused():
+    with pytest.raises(ns.UnknownName, match="vb"):
+        ns.eigenvalue_sensitivity(BeltOscillator(), "vbb")
+
+
+def test_map_agrees_with_single_points_and_its_slopes_with_its_own_differences():
+    mu, cz = np.linspace(0.4, 0.7, 4), np.linspace(0.5, 3.0, 3)
+    chart = ns.stability_map(ModeCoupling(), {"mu": mu, "cz": cz})
+    assert chart.growth.dims == ("mu", "cz")
+    for i, j in np.ndindex(4, 3):
+        small = ns.linearise(ModeCoupling(mu=mu[i], cz=cz[j]))
+        assert chart.growth.values[i, j] == pytest.approx(small.growth, rel=1e-10)
+        assert chart.verdict.values[i, j] == small.verdict
+    fine = ns.stability_map(ModeCoupling(), {"mu": [0.6, 0.6 + 1e-6], "cz": [1.0, 1.0 + 1e-6]})
+    g = fine.growth.values
+    assert fine.d_growth_d_mu.values[0, 0] == pytest.approx((g[1, 0] - g[0, 0]) / 1e-6, rel=1e-5)
+    assert fine.d_growth_d_cz.values[0, 0] == pytest.approx((g[0, 1] - g[0, 0]) / 1e-6, rel=1e-4)
+
+
+def test_map_without_slopes_has_none_and_marks_what_has_no_equilibrium():
+    chart = ns.stability_map(ModeCoupling(k=0.0), {"kx": [100.0, 0.0], "cx": [1.0]}, sensitivities=False)
+    assert np.isfinite(chart.growth.values[0, 0]) and np.isnan(chart.growth.values[1, 0])
+    assert "d_growth_d_kx" not in chart
+
+
+def test_map_needs_two_parameters():
+    with pytest.raises(ns.InvalidInput, match="two parameters"):
+        ns.stability_map(ModeCoupling(), {"mu": [0.5]})
