@@ -53,6 +53,8 @@ _HOME = {
     "flutter_boundary": "stability.flutter_boundary",
     "StabilityBoundary": "stability.flutter_boundary",
     "stability_map": "stability.stability_map",
+    "averaged_amplitude": "stability.averaging",
+    "AveragedMotion": "stability.averaging",
     "NonsmoothError": "errors",
     "InvalidInput": "errors",
     "UnknownName": "errors",
