@@ -95,7 +95,8 @@ def build_parser() -> argparse.ArgumentParser:
 
     bench = commands.add_parser("bench", help="measure run times")
     bench.set_defaults(act=act_bench)
-    bench.add_argument("what", choices=["core"])
+    bench.add_argument("what", choices=["core", "solvers"])
+    bench.add_argument("files", nargs="*", help="solvers: also time the problems in these files")
     return parser
 
 
@@ -235,7 +236,7 @@ def act_solve(arguments: argparse.Namespace) -> int:
 
 def act_bench(arguments: argparse.Namespace) -> int:
     """``nonsmooth bench``."""
-    return importlib.import_module(f"nonsmooth.bench.{arguments.what}").main([]) or 0
+    return importlib.import_module(f"nonsmooth.bench.{arguments.what}").main(arguments.files) or 0
 
 
 def figure_path(arguments: argparse.Namespace) -> Path | None:

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from nonsmooth.bench.problems import frictional_lcp
+
 DATA = Path(__file__).parents[1] / "data"
 
 
@@ -46,20 +48,6 @@ def murty(n):
     return np.eye(n) + 2 * np.triu(np.ones((n, n)), 1), -np.ones(n)
 
 
-def glocker(rng, n_c):
-    """n_c planar contacts with friction on a random system: unknowns P_N, P_F + mu P_N, and the positive slip."""
-    n_u = 2 * n_c + 3
-    W, B = rng.standard_normal((2 * n_c, n_u)), rng.standard_normal((n_u, n_u))
-    G = W @ np.linalg.solve(B @ B.T + 0.1 * n_u * np.eye(n_u), W.T)
-    c = W @ rng.standard_normal(n_u)
-    mu, eye, zero = np.diag(rng.uniform(0, 1, n_c)), np.eye(n_c), np.zeros((n_c, n_c))
-    N, F = slice(0, None, 2), slice(1, None, 2)
-    A = np.block(
-        [[G[N, N] - G[N, F] @ mu, G[N, F], zero], [G[F, N] - G[F, F] @ mu, G[F, F], eye], [2 * mu, -eye, zero]]
-    )
-    return A, np.concatenate([c[N], c[F], np.zeros(n_c)])
-
-
 class Families:
     """The functions of this file, for the fixture."""
 
@@ -69,7 +57,7 @@ class Families:
     m_matrix = staticmethod(m_matrix)
     copositive = staticmethod(copositive)
     murty = staticmethod(murty)
-    glocker = staticmethod(glocker)
+    frictional_lcp = staticmethod(frictional_lcp)
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,7 @@ def failures(families, n_c, count):
     rng = np.random.default_rng(n_c)
     failed = 0
     for _ in range(count):
-        A, b = families.glocker(rng, n_c)
+        A, b = families.frictional_lcp(rng, n_c)
         status, _, z = solve(A, b)
         failed += status != SOLVED or not families.residual(A, b, z) <= 1e-10
     return failed

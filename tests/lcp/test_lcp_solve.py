@@ -113,7 +113,7 @@ def test_integer_problems_with_ties_and_zero_rows_never_yield_a_wrong_answer(see
 @pytest.mark.parametrize("scale_b", [1e-12, 1.0, 1e12])
 def test_scaled_problems_take_the_same_path(families, scale_A, scale_b):
     rng = np.random.default_rng(0)
-    A, b = families.glocker(rng, 4)
+    A, b = families.frictional_lcp(rng, 4)
     reference = solve_lcp(A, b)
     result = solve_lcp(scale_A * A, scale_b * b)
     assert (result.success, result.solver, result.iterations) == (True, reference.solver, reference.iterations)
@@ -139,7 +139,7 @@ def test_a_good_guess_saves_iterations(families):
 def test_a_bad_guess_does_no_harm(families):
     rng = np.random.default_rng(3)
     for _ in range(10):
-        A, b = families.glocker(rng, 6)
+        A, b = families.frictional_lcp(rng, 6)
         assert solve_lcp(A, b, guess=rng.uniform(0, 100, 18)).success
 
 
