@@ -36,7 +36,7 @@ from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL
 
 LOCKED = STICK  # a contact without friction that is closed: its only row is zero, as when it sticks
 MAX_LEAVES = 70_000  # 4^8 = 65536 planar unilateral contacts
-MAX_SOLUTIONS = 32  # kept; the number found is counted beyond it
+MAX_SOLUTIONS = 32  # kept of a step; the number found is counted beyond it
 SAME_MOTION = 1e-9  # relative distance below which two solutions are one motion
 
 
@@ -50,16 +50,16 @@ class Tree(NamedTuple):
     candidate: Integers  # (n,) mode of each contact on the present branch
     P: Vector  # (r,) impulses of the present leaf
     gamma: Vector  # (r,)
-    solutions: Matrix  # (MAX_SOLUTIONS, r) impulses
-    motions: Matrix  # (MAX_SOLUTIONS, r) contact velocities
-    modes: IntegerTable  # (MAX_SOLUTIONS, n)
+    solutions: Matrix  # (kept, r) impulses
+    motions: Matrix  # (kept, r) contact velocities
+    modes: IntegerTable  # (kept, n)
 
 
-def tree_shapes(n: int, r: int) -> dict[str, tuple[int, ...]]:
-    """Shapes of ``Tree`` for a walk over n contacts with r rows."""
+def tree_shapes(n: int, r: int, kept: int = MAX_SOLUTIONS) -> dict[str, tuple[int, ...]]:
+    """Shapes of ``Tree`` for a walk over n contacts with r rows that keeps the first ``kept`` solutions."""
     return {
         "S": (n + 1, r, r), "s": (n + 1, r), "alpha": (r,), "beta": (r, r), "candidate": (n,), "P": (r,), "gamma": (r,),
-        "solutions": (MAX_SOLUTIONS, r), "motions": (MAX_SOLUTIONS, r), "modes": (MAX_SOLUTIONS, n),
+        "solutions": (kept, r), "motions": (kept, r), "modes": (kept, n),
     }  # fmt: skip
 
 
@@ -108,7 +108,7 @@ def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
             beta[first, m] = -S[level, first, m] / D
             beta[first + 1, m] = f * beta[first, m]
     elif candidate == STICK and width == 1:
-        if S[level, first, first] <= SINGULAR:
+        if not abs(S[level, first, first]) > SINGULAR * abs(S[0, first, first]):
             return False
         alpha[first] = -s[level, first] / S[level, first, first]
         for m in range(last, r):
@@ -142,6 +142,18 @@ def _stick_block(level, a, last, r, tree):
         beta[a, m] = (S[level, a, b] * S[level, b, m] - S[level, b, b] * S[level, a, m]) / determinant
         beta[b, m] = (S[level, b, a] * S[level, a, m] - S[level, a, a] * S[level, b, m]) / determinant
     return True
+
+
+@kernel
+def contradicts(level, candidate, d, first, scale, tree):
+    """Whether the singular equations of the last contact have no solution at all: s is not in the range of S."""
+    S, s = tree.S, tree.s
+    slack = SAME_MOTION * scale
+    if d == 0 or candidate >= SLIDE_PLUS:
+        return abs(s[level, first]) > slack
+    a, b = first, first + 1
+    largest = max(abs(S[level, a, a]), abs(S[level, b, a]))
+    return abs(S[level, a, a] * s[level, b] - S[level, b, a] * s[level, a]) > slack * largest
 
 
 @kernel
@@ -195,6 +207,7 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
             tree.S[0, k, m] = G[k, m]
     impulse_scale = scale / largest if largest > 0.0 else 0.0
     found = 0
+    kept = tree.modes.shape[0]
     is_complete = True
     level = 0
     tree.candidate[0] = NO_CANDIDATE
@@ -207,7 +220,8 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
             level -= 1
             continue
         if not eliminate(level, candidate, kind, d, mu[level], normal_impulse[level], start[level], r, tree):
-            is_complete = False
+            if level < n - 1 or not contradicts(level, candidate, d, start[level], scale, tree):
+                is_complete = False
             continue
         if level < n - 1:
             level += 1
@@ -221,7 +235,7 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
                          tree.gamma, scale, impulse_scale):  # fmt: skip
                 is_solution = False
                 break
-        if is_solution and is_new(min(found, MAX_SOLUTIONS), r, scale, tree):
+        if is_solution and is_new(min(found, kept), r, scale, tree):
             keep_solution(found, n, r, tree)
             found += 1
     return found, is_complete
@@ -230,7 +244,7 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
 @kernel
 def keep_solution(found, n, r, tree):
     """Keep the present leaf as solution number ``found``, if there is room."""
-    if found < MAX_SOLUTIONS:
+    if found < tree.modes.shape[0]:
         for k in range(r):
             tree.solutions[found, k] = tree.P[k]
             tree.motions[found, k] = tree.gamma[k]

@@ -20,7 +20,7 @@ Source: Cottle, Pang, Stone, *The Linear Complementarity Problem* (1992), theore
 from __future__ import annotations
 
 from nonsmooth.blocks import view
-from nonsmooth.contact_solvers.modes import MAX_SOLUTIONS, is_new, keep_solution, next_candidate
+from nonsmooth.contact_solvers.modes import is_new, keep_solution, next_candidate
 from nonsmooth.contact_solvers.planar_problem import ACCEPTED, Planar, residual
 from nonsmooth.contact_solvers.single import BOUNDARY, FREE, NO_CANDIDATE, SLIDE_PLUS, STICK, sigma_of, slip_of
 from nonsmooth.dense import cholesky, cholesky_solve
@@ -64,7 +64,7 @@ def enumerate_redundant(n, closed, start, kinds, G, c, P, planar_at):
                 for k in range(r):
                     tree.P[k] = P[k]
                     tree.gamma[k] = planar.gamma[k]
-                if is_new(min(found, MAX_SOLUTIONS), r, scale, tree):
+                if is_new(min(found, tree.modes.shape[0]), r, scale, tree):
                     keep_solution(found, n, r, tree)
                     found += 1
     return found

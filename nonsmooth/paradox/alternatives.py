@@ -1,0 +1,122 @@
+"""Impacts without collision: the way out of a state by velocities that jump though nothing collides.
+
+One unilateral contact that slides with p_s < 0: the impulse map of ``paradox.impact``, under each law of impact. One
+bilateral contact: plastic, both velocities zero, where sticking needs |P_F| <= mu |P_N|. Several closed contacts: laws
+that divide an impact into compression and expansion are not defined; with Newton's law, gamma_N- = 0 makes
+
+    gamma+ = G P + gamma-,    P != 0
+
+the contact problem of the velocities, and each of its solutions is listed. Source: docs/theory/painleve.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nonsmooth.blocks import new_block
+from nonsmooth.contact_solvers.modes import MAX_LEAVES, Tree, enumerate_modes, leaves, tree_shapes
+from nonsmooth.jit import interpreted
+from nonsmooth.paradox.forces import KEPT
+from nonsmooth.paradox.impact import ImpactLaw, impulse_map
+from nonsmooth.paradox.state_problem import Problem
+from nonsmooth.system import BILATERAL, GIVEN_FORCE
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactAlternative:
+    """An impact without collision that a state admits.
+
+    Attributes
+    ----------
+    law : ImpactLaw
+    e : float
+        Coefficient of restitution (of the law).
+    P_N, P_F : ndarray (n_c,)
+        Impulses [N s].
+    u : ndarray (n_u,)
+        Velocities after it.
+    gamma_N, gamma_F : ndarray (n_c,)
+        Contact velocities after it [m/s]; nan for open contacts.
+    """
+
+    law: ImpactLaw
+    e: float
+    P_N: np.ndarray
+    P_F: np.ndarray
+    u: np.ndarray
+    gamma_N: np.ndarray
+    gamma_F: np.ndarray
+
+
+def impacts_without_collision(problem: Problem, restitution: np.ndarray) -> tuple[ImpactAlternative, ...]:
+    """Every impact without collision at a state; ``restitution`` (n_c,)."""
+    if not any(slip != 0 and problem.kind(k) != GIVEN_FORCE for k, slip in enumerate(problem.slip)):
+        return ()
+    if len(problem.closed) > 1:
+        return impacts_of_several(problem)
+    return impacts_of_one(problem, float(restitution[problem.closed[0]]))
+
+
+def impacts_of_one(problem: Problem, e: float) -> tuple[ImpactAlternative, ...]:
+    """The impacts of the only closed contact, where p < 0."""
+    (G_NN, G_NF), (_, G_FF) = problem.G
+    gamma_F = problem.gamma[problem.closed[0], 1]
+    mu, s = problem.mu[0], problem.slip[0]
+    if problem.kind(0) == BILATERAL:
+        P = sticking_impulse(problem.G, gamma_F)
+        if P is None or not mu * abs(G_NF) > G_NN:
+            return ()
+        return (outcome_of(problem, ImpactLaw.NEWTON, 0.0, P),)
+    if not G_NN - s * mu * G_NF < 0.0:
+        return ()
+    found = []
+    for law in ImpactLaw:
+        P_N, P_F, _, _ = interpreted(impulse_map)(law, e, mu, G_NN, G_NF, G_FF, 0.0, gamma_F)
+        if np.isfinite(P_N):
+            found.append(outcome_of(problem, law, e, np.array([P_N, P_F])))
+    return tuple(found)
+
+
+def sticking_impulse(G: np.ndarray, gamma_F: float) -> np.ndarray | None:
+    """(P_N, P_F) that bring both velocities of a contact to zero; None where G is singular."""
+    if not np.linalg.det(G) > 1e-12 * G[0, 0] * G[1, 1]:
+        return None
+    return -np.linalg.solve(G, np.array([0.0, gamma_F]))
+
+
+def impacts_of_several(problem: Problem) -> tuple[ImpactAlternative, ...]:
+    """Every solution P != 0 of the velocity-level problem with gamma_N- = 0."""
+    n, r = len(problem.closed), len(problem.c)
+    kinds = np.ascontiguousarray(problem.system.kinds[problem.closed])
+    listed = np.arange(n)
+    if interpreted(leaves)(n, listed, kinds) > MAX_LEAVES:
+        return ()
+    gamma = velocities(problem)
+    tree = new_block(Tree, tree_shapes(n, r, KEPT))
+    found, _ = enumerate_modes(
+        n, listed, problem.start, kinds, problem.mu, problem.mu_static, 0.0 * problem.normal, problem.G, gamma,
+        tree.address,
+    )  # fmt: skip
+    impulses = tree.arrays.solutions[: min(found, KEPT)]
+    largest = np.abs(gamma).max(initial=0.0) / np.diag(problem.G).max()
+    return tuple(
+        outcome_of(problem, ImpactLaw.NEWTON, 0.0, P) for P in impulses if np.abs(P).max(initial=0.0) > 1e-9 * largest
+    )
+
+
+def velocities(problem: Problem) -> np.ndarray:
+    """gamma- (r,) of the closed contacts, its normal part exactly zero."""
+    gamma = np.zeros(len(problem.c))
+    for k, i in enumerate(problem.closed):
+        if problem.d(k) > 0:
+            gamma[problem.start[k + 1] - 1] = problem.gamma[i, 1]
+    return gamma
+
+
+def outcome_of(problem: Problem, law: ImpactLaw, e: float, P: np.ndarray) -> ImpactAlternative:
+    """Velocities after the impulses P (r,)."""
+    P_N, P_F = problem.spread(P, 0.0)
+    gamma_N, gamma_F = problem.spread(problem.rates(velocities(problem), P), np.nan)
+    return ImpactAlternative(law, e, P_N, P_F, problem.u + problem.X.T @ P, gamma_N, gamma_F)

@@ -1,0 +1,151 @@
+"""The contact problem of a state as plain arrays: what ``classify`` reads once the compiled search has run.
+
+gamma' = G la + c,    u' = du + X^T la,    X = W M^-1,    du = M^-1 h
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nonsmooth.blocks import new_block
+from nonsmooth.compiled import model_of
+from nonsmooth.contact_problem import model_facts
+from nonsmooth.contact_solvers.modes import enumerate_modes
+from nonsmooth.errors import InvalidInput
+from nonsmooth.jit import interpreted
+from nonsmooth.paradox.forces import Forces, Outcome, Situation, forces_at_state, forces_shapes
+from nonsmooth.system import FORCE, GIVEN_FORCE, MASS, System
+
+ROUNDING = 1e-13  # of the terms of a sum: a smaller sum is zero
+WHY = {
+    Situation.LANDING: "contact {i} approaches with gamma_N = {gamma_N:g} m/s: an impact comes first; classify the "
+    "state after it",
+    Situation.PENETRATING: "contact {i} penetrates by {depth:g} m",
+    Situation.VIOLATED: "the bilateral contact {i} has the gap {g_N:g} m, which must be 0",
+    Situation.MOVING_APART: "the bilateral contact {i} has the normal velocity {gamma_N:g} m/s, which must be 0",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """The acceleration-level problem of a state, and the solutions that were enumerated. n = closed contacts, r = rows.
+
+    Attributes
+    ----------
+    G, c, X, du
+        See above; ``c_scale`` (r,) is the size of the terms that c is the sum of.
+    closed : (n,) the closed contacts; start : (n + 1,) their first rows.
+    slip, mu, mu_static, normal : (n,)
+    candidate : (m, n) modes; la : (m, r) forces of the solutions kept.
+    found : int
+        Number of solutions enumerated.
+    """
+
+    system: System
+    q: np.ndarray
+    u: np.ndarray
+    outcome: Outcome
+    found: int
+    situation: np.ndarray
+    gamma: np.ndarray
+    closed: np.ndarray
+    start: np.ndarray
+    slip: np.ndarray
+    mu: np.ndarray
+    mu_static: np.ndarray
+    normal: np.ndarray
+    G: np.ndarray
+    c: np.ndarray
+    c_scale: np.ndarray
+    X: np.ndarray
+    du: np.ndarray
+    candidate: np.ndarray
+    la: np.ndarray
+
+    def kind(self, k: int) -> int:
+        """Kind of the closed contact k."""
+        return int(self.system.kinds[self.closed[k], 0])
+
+    def d(self, k: int) -> int:
+        """Directions of friction of the closed contact k."""
+        return int(self.system.kinds[self.closed[k], 1])
+
+    def rates(self, free: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """free + G rows, what cancels to rounding set to exactly zero."""
+        change = self.G @ rows
+        size = np.abs(free) + np.abs(self.G) @ np.abs(rows)
+        return np.where(np.abs(free + change) <= ROUNDING * size, 0.0, free + change)
+
+    def spread(self, rows: np.ndarray, absent: float) -> tuple[np.ndarray, np.ndarray]:
+        """Values of the rows (r,) as normal and tangential parts (n_c,) each; ``absent`` where there is no row."""
+        normal, tangential = np.full(self.system.n_c, absent), np.full(self.system.n_c, absent)
+        for k, i in enumerate(self.closed):
+            if self.kind(k) != GIVEN_FORCE:
+                normal[i] = rows[self.start[k]]
+            if self.d(k) > 0:
+                tangential[i] = rows[self.start[k + 1] - 1]
+        return normal, tangential
+
+    def mu_of_contacts(self) -> np.ndarray:
+        """mu (n_c,) at the present speeds; nan where a contact is open."""
+        mu = np.full(self.system.n_c, np.nan)
+        mu[self.closed] = self.mu
+        return mu
+
+
+def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Problem:
+    """Assemble the problem of a state and enumerate its solutions.
+
+    Raises
+    ------
+    InvalidInput
+        Where a contact lands, penetrates or is violated, and where a model function wrote NaN.
+    """
+    model = model_of(system)
+    block = new_block(Forces, forces_shapes(system.n_u, system.n_c, system.d))
+    arguments = (model.handle, model_facts(system), t, q, u, system.p, system.kinds, system.laws)
+    if model.is_compiled:
+        load_search()
+        outcome, found, n, r = forces_at_state(*arguments, block.address)
+    else:
+        outcome, found, n, r = interpreted(forces_at_state)(*arguments, block.arrays)
+    arrays = block.arrays
+    if outcome == Outcome.INADMISSIBLE:
+        raise InvalidInput(f"the state has no acceleration-level problem: {'; '.join(_reasons(arrays))}")
+    if outcome == Outcome.NOT_FINITE:
+        raise InvalidInput(f"a model function raised, or the mass matrix is not positive definite, at t = {t:g}")
+    work = arrays.work
+    kept = min(found, len(arrays.la)) if n else found
+    c, W, du = work.c[:r].copy(), work.W[:r], work.du if n else free_motion(system, t, q, u)
+    if not (np.isfinite(c).all() and np.isfinite(work.G[:r, :r]).all() and np.isfinite(du).all()):
+        raise InvalidInput(f"a model function wrote a number that is not finite at t = {t:g}, q = {q}, u = {u}")
+    return Problem(
+        system, q, u, Outcome(outcome), found, arrays.situation[: system.n_c].copy(),
+        arrays.gamma[: system.n_c].copy(), work.closed[:n].copy(), work.start[: n + 1].copy(),
+        arrays.slip[:n].copy(), arrays.mu[:n].copy(), arrays.mu_static[:n].copy(), arrays.normal[:n].copy(),
+        work.G[:r, :r].copy(), c, np.abs(W) @ np.abs(du) + np.abs(work.gamma_0[:r]), work.X[:r].copy(), du.copy(),
+        arrays.candidate[:kept, :n].copy(), arrays.la[:kept, :r].copy(),
+    )  # fmt: skip
+
+
+def load_search() -> None:
+    """Compile the search, or read it from disk."""
+    enumerate_modes.load()
+    forces_at_state.load()
+
+
+def free_motion(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """M^-1 h, where no contact is closed."""
+    return np.linalg.solve(system.evaluate(MASS, t, q, u), system.evaluate(FORCE, t, q, u))
+
+
+def _reasons(arrays: Forces) -> list[str]:
+    return [
+        WHY[Situation(situation)].format(
+            i=i, g_N=arrays.work.g_N[i], depth=-arrays.work.g_N[i], gamma_N=arrays.gamma[i, 0]
+        )
+        for i, situation in enumerate(arrays.situation)
+        if situation in WHY
+    ]
