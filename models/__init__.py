@@ -18,6 +18,7 @@ MODELS = {
     "FollowerForceArm": "follower_force_arm",
     "InclinedBlock": "incline",
     "ModeCoupling": "mode_coupling",
+    "LeadScrew": "lead_screw",
     "PainleveRod": "painleve_rod",
     "RockingBlock": "rocking_block",
     "SelfLockingRod": "self_locking_rod",

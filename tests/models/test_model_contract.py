@@ -16,6 +16,7 @@ from models import (
     BouncingBall,
     FollowerForceArm,
     InclinedBlock,
+    LeadScrew,
     ModeCoupling,
     PainleveRod,
     RockingBlock,
@@ -49,6 +50,7 @@ MODELS = [
     FollowerForceArm(P=0.0),  # with P the force has no potential
     InclinedBlock(alpha=0.4, F=0.7),
     ModeCoupling(),
+    LeadScrew(m=1.3, I=0.7, r=0.8, lam=0.4, mu=0.5, R=2.0, cx=0.3),
     PainleveRod(l=1.4, m=0.7, I=0.2),
     RockingBlock(),
     SelfLockingRod(l=1.4, vb=-0.6),
@@ -129,6 +131,8 @@ def contact_points(model, q):
         return np.array([q[0] - 0.5 * model.l * math.cos(q[2])])
     if isinstance(model, SelfLockingRod | SpragSlip):
         return np.array([-model.l * math.cos(q[-1])])
+    if isinstance(model, LeadScrew):
+        return np.array([q[0] * math.sin(model.lam) + model.r * q[1] * math.cos(model.lam)])
     if isinstance(model, InclinedBlock):
         return np.array([q[0] * math.cos(model.alpha) + q[1] * math.sin(model.alpha)])
     if isinstance(model, RockingBlock):
