@@ -7,7 +7,8 @@ thi + omega t; the nut (mass m) moves against the load R:
     m x''  = la_N cos lam + la_F sin lam - cx x' - R
     g_N = x cos lam - r th sin lam,    W_N = [cos lam, -r sin lam],    W_F = [sin lam, r cos lam]
 
-with |la_F| <= mu |la_N|. On the constraint x = r th tan lam, with mu_s = mu sgn(la_N th') and xi = tan(lam + arctan mu_s),
+with |la_F| <= mu |la_N|. On the constraint x = r th tan lam, with mu_s = mu sgn(la_N th') and
+xi = tan(lam + arctan mu_s),
 
     Gamma th'' + (c + cx r^2 xi tan lam) th' + k (th - thi) + r xi R = 0,    Gamma = I + m r^2 xi tan lam
     la_N = Lambda_0/((cos lam - mu_s sin lam) Gamma)
@@ -69,6 +70,14 @@ def potential(t, q, p, V):
     V[0] = p.R * q[0] + 0.5 * p.k * (p.thi + p.omega * t - q[1]) ** 2
 
 
+def natural_state(t, s, p, x):
+    lead = p.r * math.tan(p.lam)
+    x[0] = lead * s[0]
+    x[1] = s[0]
+    x[2] = lead * s[1]
+    x[3] = s[1]
+
+
 @dataclass(frozen=True)
 class LeadScrew:
     """Lead screw with rigid threads: q = (x, th), the nut and the screw; bilateral contact.
@@ -118,6 +127,7 @@ class LeadScrew:
     name = "lead-screw"
     source = "Vahid-Araghi and Golnaraghi, Friction-Induced Vibration in Lead Screw Drives (2011), chapters 4 and 8"
     coordinates = (("x", "m"), ("th", "rad"))
+    natural_state = staticmethod(natural_state)
     t_end = 0.05  # s
     dt = 1e-5  # s
 
@@ -149,9 +159,9 @@ class LeadScrew:
 
     def state(self, th: float = 0.0, thdot: float = -1.0) -> tuple[np.ndarray, np.ndarray]:
         """q0 (2,) and u0 (2,) on the constraint x = r th tan(lam), from the angle [rad] and its rate [rad/s]."""
-        lead = self.r * math.tan(self.lam)
-        th, thdot = as_number("th", th, "rad"), as_number("thdot", thdot, "rad/s")
-        return np.array([lead * th, th]), np.array([lead * thdot, thdot])
+        state = np.zeros(4)
+        natural_state(0.0, (as_number("th", th, "rad"), as_number("thdot", thdot, "rad/s")), self, state)
+        return state[:2], state[2:]
 
     def xi(self, branch: int) -> float:
         """tan(lam + arctan mu_s), with mu_s = branch mu and branch = sgn(la_N th')."""

@@ -56,6 +56,17 @@ def potential(t, q, p, V):
     V[0] = p.m * p.g * q[1]
 
 
+def tip_state(t, s, p, x):
+    th, thdot, slip = s[0], s[1], s[2]
+    half = 0.5 * p.l
+    x[0] = s[3]
+    x[1] = half * math.sin(th)
+    x[2] = th
+    x[3] = slip - half * math.sin(th) * thdot
+    x[4] = half * math.cos(th) * thdot
+    x[5] = thdot
+
+
 FUNCTIONS = {
     "mass": mass,
     "force": force,
@@ -97,6 +108,7 @@ class TipRod:
     g: float = 9.81  # gravity [m/s^2]
 
     coordinates = (("x", "m"), ("y", "m"), ("th", "rad"))
+    natural_state = staticmethod(tip_state)
 
     def __post_init__(self) -> None:
         as_positive("m", self.m, "kg")
@@ -114,9 +126,9 @@ class TipRod:
         """q0 (3,) and u0 (3,) with the tip on the ground, gamma_N = 0 and gamma_F = slip."""
         th, thdot = as_number("th", th, "rad"), as_number("thdot", thdot, "rad/s")
         slip, x = as_number("slip", slip, "m/s"), as_number("x", x, "m")
-        s = 0.5 * self.l
-        q0 = np.array([x, s * math.sin(th), th])
-        return q0, np.array([slip - s * math.sin(th) * thdot, s * math.cos(th) * thdot, thdot])
+        state = np.zeros(6)
+        tip_state(0.0, (th, thdot, slip, x), self, state)
+        return state[:3], state[3:]
 
     def kappa(self) -> float:
         """m l^2/(4 I); 3 for a uniform slender rod."""

@@ -77,6 +77,14 @@ def potential(t, q, p, V):
     V[0] = 0.5 * p.ky * q[0] ** 2 + 0.5 * p.kth * (q[1] - p.th0) ** 2 + p.R * (q[0] - p.l * math.sin(q[1]))
 
 
+def natural_state(t, s, p, x):
+    th, thdot = s[0], s[1]
+    x[0] = p.l * math.sin(th)
+    x[1] = th
+    x[2] = p.l * math.cos(th) * thdot
+    x[3] = thdot
+
+
 class Reduced(NamedTuple):
     """Coefficients of M th'' + C th' + G th'^2 + F = 0 on one branch, and K = dF/dth."""
 
@@ -152,6 +160,7 @@ class SpragSlip:
     name = "sprag-slip"
     source = "textbook chapter on friction-induced instability: sprag-slip, kinematic constraint (corrected)"
     coordinates = (("y", "m"), ("th", "rad"))
+    natural_state = staticmethod(natural_state)
     t_end = 1.0  # s
     dt = 1e-4  # s
 
@@ -186,8 +195,9 @@ class SpragSlip:
 
         The default state lies in region A3 of set 2: it has no solution with finite forces.
         """
-        th, thdot = as_number("th", th, "rad"), as_number("thdot", thdot, "rad/s")
-        return np.array([self.l * math.sin(th), th]), np.array([self.l * math.cos(th) * thdot, thdot])
+        state = np.zeros(4)
+        natural_state(0.0, (as_number("th", th, "rad"), as_number("thdot", thdot, "rad/s")), self, state)
+        return state[:2], state[2:]
 
     def v_t(self, th: float, thdot: float) -> float:
         """vb - l th' sin th = -gamma_F: velocity of the belt relative to the tip [m/s]."""

@@ -28,6 +28,7 @@ _HOME = {
     "ParadoxKind": "paradox.classify",
     "ParadoxFlag": "paradox.classify",
     "ImpactLaw": "paradox.impact",
+    "paradox_map": "paradox.map",
     "solve_lcp": "lcp.solve",
     "solve_mlcp": "lcp.mixed",
     "lcp_solutions": "lcp.enumerate",
