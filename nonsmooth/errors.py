@@ -73,6 +73,8 @@ class Status(IntEnum):
     MASS_NOT_POSITIVE = 5  # the mass matrix (or M + theta dt C + theta^2 dt^2 K) is not positive definite
     NEGATIVE_FRICTION = 6  # a law mu(v) became negative
     INTERRUPTED = 7  # Ctrl-C, or a budget that ran out
+    STEP_VANISHED = 8  # an adaptive step fell below the resolution of time
+    CHATTERING = 9  # one contact after the other changed its mode without time passing
 
 
 def nearest(name: str, known: Any) -> str:

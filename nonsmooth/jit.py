@@ -112,6 +112,12 @@ class Kernel:
             result = next(iter(self.dispatcher.overloads.values()))
             self._slot.value = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
 
+    @property
+    def address(self) -> int:
+        """Where the machine code of an entry point begins: what a `Callback` calls."""
+        self.load()
+        return int(self._slot.value)
+
     def __call__(self, *args: Any) -> Any:
         return self.dispatcher(*args)
 
@@ -255,6 +261,43 @@ def _external(kernel: Kernel) -> Any:
         return result(nb.StarArgTuple.from_types(args)), generate
 
     return call
+
+
+class Callback(Kernel):
+    """``callback(address, *arguments)``: call an entry point of a fixed signature by its address.
+
+    So a kernel that serves several problems (an integrator of differential equations) is compiled once. In the
+    interpreter the address is a Python function.
+    """
+
+    def __init__(self, signature: str) -> None:
+        super().__init__(_call_back_interpreted, signature)
+
+    @functools.cached_property
+    def callee(self) -> Any:  # type: ignore[override]
+        from numba.core import cgutils, sigutils
+        from numba.extending import intrinsic
+
+        arguments, result = sigutils.normalize_signature(self.signature)
+
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            pointer, *given = cgutils.unpack_tuple(builder, args[0])
+            convention = context.call_conv
+            function = builder.inttoptr(pointer, convention.get_function_type(result, arguments).as_pointer())
+            _, value = convention.call_function(builder, function, result, arguments, given)
+            return value
+
+        @intrinsic
+        def call(typing_context, *args):  # type: ignore[no-untyped-def]
+            from numba import types as nb
+
+            return result(nb.StarArgTuple.from_types(args)), generate
+
+        return call
+
+
+def _call_back_interpreted(function: Callable, *arguments: Any) -> Any:
+    return function(*arguments)
 
 
 def kernel(target: Callable | str, short_loops: bool = False) -> Any:

@@ -1,0 +1,158 @@
+"""Events of an ordinary differential equation: where a function of the state falls through zero.
+
+An event function is positive while its mode lasts. It is watched at the stages of each step; its first zero is
+enclosed by bisection of the collocation polynomial, and the step is then taken anew to that time and corrected by
+Newton's method, so that the state at the event has the order of the method, not that of the polynomial.
+
+A function that begins at zero, within its own tolerance, is *armed* only once it has been above it: what rounding
+leaves at the beginning of a mode is no event. What falls below minus its tolerance without having been armed is one,
+at the beginning of the step: another mode is to be tried there. Where that has been done at this instant and has not
+helped (the motion would leave zero and return to it without ever being seen), the event is where minus the tolerance
+is reached. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.6;
+Shampine, Thompson, *Comput. Math. Appl.* 39 (2000) 43.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from nonsmooth.blocks import Integers, Vector, address, view
+from nonsmooth.errors import Status
+from nonsmooth.integrators.radau import radau_interpolate, radau_shorten
+from nonsmooth.integrators.radau_stages import DONE, EPS, NOW, RATES, C, Radau
+from nonsmooth.jit import Callback, kernel
+
+BISECTIONS = 50
+CORRECTIONS = 4
+SLOPE_STEP = 1e-3  # of the distance to the event: the difference that gives the slope of the event function
+NO_EVENT = -1
+# found
+WHICH, IS_IMMEDIATE, CHECK_START, IS_RETRIED = range(4)
+
+# event_values(address, model, p, context, t, x, out) -> Status writes E values, then their E tolerances
+event_values = Callback(RATES)
+
+
+class Events(NamedTuple):
+    """What is known of the event functions, E of them."""
+
+    armed: Integers  # (E,)
+    value: Vector  # (2E,) values and tolerances
+    x: Vector  # (N,) a state within the step
+    found: Integers  # (4,)
+
+
+def events_shapes(n_events: int, n_x: int) -> dict[str, tuple[int, ...]]:
+    """Shapes of ``Events``."""
+    return {"armed": (n_events,), "value": (2 * n_events,), "x": (n_x,), "found": (4,)}
+
+
+@kernel("int64(int64, int64, int64, float64[::1], int64, int64, int64)", short_loops=True)
+def locate_event(rates, functions, model, p, context, ode_at, events_block):
+    """Look for the first event within the step that was tried, and shorten the step to it.
+
+    found[WHICH] is the event or NO_EVENT; found[IS_IMMEDIATE] tells that it lies at the beginning of the step.
+    Returns a Status.
+    """
+    ode, events = view(ode_at, Radau), view(events_block, Events)
+    found, clock = events.found, ode.clock
+    found[WHICH] = NO_EVENT
+    found[IS_IMMEDIATE] = 0
+    low = 0.0
+    for sample in range(-1 if found[CHECK_START] != 0 else 0, 3):
+        theta = C[sample] if sample >= 0 else 0.0
+        for i in range(ode.x.shape[0]):
+            events.x[i] = ode.x[i] + ode.Z[sample, i] if sample >= 0 else ode.x[i]
+        status = event_values(functions, model, p, context, clock[NOW] + theta * clock[DONE], events.x, events.value)
+        if status != Status.RUNNING:
+            return status
+        which, is_armed = first_fallen(events)
+        if which != NO_EVENT and (sample < 0 or not (is_armed or found[IS_RETRIED] != 0)):
+            found[WHICH] = which
+            found[IS_IMMEDIATE] = 1
+            found[IS_RETRIED] = sample >= 0
+            return Status.RUNNING.value
+        if which != NO_EVENT:
+            return shorten_to_event(rates, functions, model, p, context, low, theta, ode, events)
+        arm(events)
+        low = theta
+    found[CHECK_START] = 0
+    found[IS_RETRIED] = 0
+    return Status.RUNNING.value
+
+
+@kernel
+def first_fallen(events):
+    """(The first event function that fell, whether it was armed), or NO_EVENT; the unarmed ones come first."""
+    E = events.armed.shape[0]
+    which = NO_EVENT
+    for e in range(E):
+        if events.armed[e] == 0 and events.value[e] < -events.value[E + e]:
+            return e, False
+        if which == NO_EVENT and events.armed[e] != 0 and events.value[e] < 0.0:
+            which = e
+    return which, True
+
+
+@kernel
+def arm(events):
+    """Arm the functions that are above their tolerance."""
+    E = events.armed.shape[0]
+    for e in range(E):
+        if events.value[e] > events.value[E + e]:
+            events.armed[e] = 1
+
+
+@kernel
+def shorten_to_event(rates, functions, model, p, context, low, high, ode, events):
+    """Enclose the first zero in (low, high) of the step, take the step to it and correct it; returns a Status."""
+    clock, x, value = ode.clock, events.x, events.value
+    t, h = clock[NOW], clock[DONE]
+    events.found[IS_RETRIED] = 0
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if (high - low) * h <= EPS * abs(t) or high - low <= EPS * high:
+            break
+        radau_interpolate(middle, ode, x)
+        status = event_values(functions, model, p, context, t + middle * h, x, value)
+        if status != Status.RUNNING:
+            return status
+        which, _ = first_fallen(events)
+        if which != NO_EVENT:
+            high = middle
+        else:
+            low = middle
+    radau_interpolate(high, ode, x)
+    status = event_values(functions, model, p, context, t + high * h, x, value)
+    if status != Status.RUNNING:
+        return status
+    which, is_armed = first_fallen(events)
+    at_event = value[which]
+    level = 0.0 if is_armed else -value[events.armed.shape[0] + which]
+    radau_interpolate(high * (1.0 - SLOPE_STEP), ode, x)
+    status = event_values(functions, model, p, context, t + high * (1.0 - SLOPE_STEP) * h, x, value)
+    if status != Status.RUNNING:
+        return status
+    events.found[WHICH] = which
+    slope = (at_event - value[which]) / (SLOPE_STEP * high * h)
+    return correct(rates, functions, model, p, context, high * h, slope, which, level, ode, events)
+
+
+@kernel
+def correct(rates, functions, model, p, context, length, slope, which, level, ode, events):
+    """Newton's method on the length of the step, until the event function has fallen to the level; each of its values
+    is from a step taken anew."""
+    t = ode.clock[NOW]
+    for _ in range(CORRECTIONS):
+        status = radau_shorten(rates, model, p, context, length, address(ode))
+        if status != Status.RUNNING:
+            return status
+        status = event_values(functions, model, p, context, t + length, ode.x_1, events.value)
+        if status != Status.RUNNING:
+            return status
+        change = (level - events.value[which]) / slope if slope < 0.0 else 0.0
+        if abs(change) <= 4.0 * EPS * max(abs(t), length) or not abs(change) < 0.1 * length:
+            break
+        length += change
+    arm(events)
+    return Status.RUNNING.value

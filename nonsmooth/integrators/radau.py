@@ -1,0 +1,213 @@
+"""Radau IIA of order 5 with error control: stiff ordinary differential equations x' = f(t, x), in compiled code.
+
+A step is tried (`radau_step`), may be shortened to an event within it (`radau_shorten`), and is then accepted
+(`radau_accept`); after a change of f the method begins anew (`radau_restart`). The stages and the refusal of saddles
+are in radau_stages.py. Source: Hairer, Wanner, *Solving Ordinary Differential Equations II* (1996), section IV.8
+(RADAU5); step control of Gustafsson, *ACM Trans. Math. Softw.* 20 (1994) 496.
+"""
+
+from __future__ import annotations
+
+import math
+
+from nonsmooth.blocks import view
+from nonsmooth.errors import Status
+from nonsmooth.integrators.radau_stages import (
+    ACCEPTED,
+    DENSE,
+    DONE,
+    EPS,
+    ERROR_OLD,
+    EVALUATIONS,
+    FACTORED,
+    HAS_DENSE,
+    HAS_JACOBIAN,
+    HAS_RATES,
+    IS_CURRENT,
+    IS_WORN,
+    LIMIT,
+    NEWTON_ITERATIONS,
+    NOW,
+    REFUSAL,
+    REJECTED,
+    RTOL,
+    STEP,
+    STEP_OLD,
+    T_INVERSE,
+    C,
+    Radau,
+    dense_value,
+    estimate_error,
+    factorise,
+    finish_stages,
+    guess_stages,
+    jacobian,
+    newton,
+    rates_at,
+)
+from nonsmooth.jit import kernel
+
+SAFETY = 0.9
+SHRINK, GROW = 0.1, 10.0  # bounds of the change of step
+KEEP = 1.2  # a step that would grow by less keeps its length, and with it the factors
+RECOVER = 1.2  # growth of the longest step after Newton's method failed with a longer one
+SLOW = 1e-3  # rate of convergence of Newton's method above which the Jacobian is renewed
+SMALLEST = 16.0 * EPS  # step, relative to t
+
+
+@kernel("int64(int64, int64, float64[::1], int64, float64, int64)", short_loops=True)
+def radau_step(rates, model, p, context, h_max, ode_at):
+    """Try steps until one is good: Z, x_1 and clock[DONE] describe it; x and the time stay. Returns a Status."""
+    ode = view(ode_at, Radau)
+    clock, flags, counters = ode.clock, ode.flags, ode.counters
+    if flags[HAS_RATES] == 0:
+        status = begin(rates, model, p, context, h_max, ode)
+        if status != Status.RUNNING:
+            return status
+    while True:
+        h = min(clock[STEP], h_max)
+        if not h > SMALLEST * abs(clock[NOW]):
+            return flags[REFUSAL] if flags[REFUSAL] != 0 else Status.STEP_VANISHED.value
+        if flags[HAS_JACOBIAN] == 0:
+            status = jacobian(rates, model, p, context, ode)
+            if status != Status.RUNNING:
+                return status
+        flags[REFUSAL] = 0
+        if clock[FACTORED] != h and not factorise(h, ode):
+            counters[REJECTED] += 1
+            clock[STEP] = 0.5 * h
+            continue
+        guess_stages(h, ode)
+        converged, iterations, rate = newton(rates, model, p, context, h, ode)
+        if not converged:
+            if flags[IS_CURRENT] == 0:
+                flags[HAS_JACOBIAN] = 0
+            else:
+                counters[REJECTED] += 1
+                clock[STEP] = 0.5 * h
+                clock[LIMIT] = 0.5 * h
+                flags[HAS_DENSE] = 0
+            continue
+        finish_stages(h, ode)
+        error = estimate_error(h, ode)
+        safety = SAFETY * (2.0 * NEWTON_ITERATIONS + 1.0) / (2.0 * NEWTON_ITERATIONS + iterations)
+        factor = safety * step_factor(h, error, clock)
+        if not error <= 1.0:
+            counters[REJECTED] += 1
+            clock[STEP] = h * max(SHRINK, factor)
+            continue
+        is_slow = iterations > 2 and rate > SLOW
+        if not is_slow and factor < KEEP and h == clock[STEP]:
+            factor = 1.0
+        if h == clock[STEP] or factor < 1.0:
+            clock[STEP] = h * min(GROW, factor)
+        clock[LIMIT] *= RECOVER
+        clock[STEP] = min(clock[STEP], clock[LIMIT])
+        clock[DONE] = h
+        clock[STEP_OLD] = h
+        clock[ERROR_OLD] = error
+        flags[IS_WORN] = is_slow
+        return Status.RUNNING.value
+
+
+@kernel
+def begin(rates, model, p, context, h_max, ode):
+    """Rates, scales and a first step at a start: h = |x| / (100 |x'|), norms as in the error test."""
+    clock, x, f_0, scale = ode.clock, ode.x, ode.f_0, ode.scale
+    status = rates_at(rates, model, p, context, clock[NOW], x, f_0)
+    ode.counters[EVALUATIONS] += 1
+    if status != Status.RUNNING:
+        return status
+    size, speed = 0.0, 0.0
+    for i in range(scale.shape[0]):
+        scale[i] = ode.atol[i] + clock[RTOL] * abs(x[i])
+        size += (x[i] / scale[i]) ** 2
+        speed += (f_0[i] / scale[i]) ** 2
+    ode.flags[HAS_RATES] = 1
+    ode.flags[HAS_JACOBIAN] = 0
+    ode.flags[HAS_DENSE] = 0
+    clock[FACTORED] = 0.0
+    clock[ERROR_OLD] = 0.0
+    clock[LIMIT] = math.inf
+    # one part of a component, or of its tolerance where all are zero, in the first step
+    clock[STEP] = min(h_max, 0.01 * math.sqrt(max(size, 1.0) / speed)) if speed > 0.0 else h_max
+    return Status.RUNNING.value
+
+
+@kernel
+def step_factor(h, error, clock):
+    """The change of step that would bring the error to 1, from this step and the one before (Gustafsson)."""
+    if not error > 1e-12:
+        return GROW
+    factor = 1.0
+    if clock[ERROR_OLD] > 0.0:
+        factor = min(1.0, h / clock[STEP_OLD] * (clock[ERROR_OLD] / error) ** 0.25)
+    return factor * error**-0.25
+
+
+@kernel("int64(int64, int64, float64[::1], int64, float64, int64)", short_loops=True)
+def radau_shorten(rates, model, p, context, h, ode_at):
+    """Take the step of ``radau_step`` anew with a smaller h: to an event that was found within it."""
+    ode = view(ode_at, Radau)
+    if ode.flags[IS_CURRENT] == 0:
+        status = jacobian(rates, model, p, context, ode)
+        if status != Status.RUNNING:
+            return status
+    if not factorise(h, ode):
+        return Status.STEP_VANISHED.value
+    ratio = h / ode.clock[DONE]
+    for i in range(ode.x.shape[0]):  # the polynomial of the longer step is the first guess
+        ode.trial[i] = ode.Z[0, i]
+        ode.f[i] = ode.Z[1, i]
+        ode.x_1[i] = ode.Z[2, i]
+    for s in range(3):
+        for i in range(ode.W.shape[1]):
+            ode.Z[s, i] = dense_value(C[s] * ratio, ode.trial[i], ode.f[i], ode.x_1[i])
+    for s in range(3):
+        for i in range(ode.W.shape[1]):
+            total = 0.0
+            for r in range(3):
+                total += T_INVERSE[s][r] * ode.Z[r, i]
+            ode.W[s, i] = total
+    converged, _, _ = newton(rates, model, p, context, h, ode)
+    if not converged:
+        return Status.STEP_VANISHED.value
+    finish_stages(h, ode)
+    ode.clock[DONE] = h
+    return Status.RUNNING.value
+
+
+@kernel
+def radau_interpolate(theta, ode, out):
+    """x(t + theta h) within the step that was tried, not yet accepted."""
+    Z, x = ode.Z, ode.x
+    for i in range(x.shape[0]):
+        out[i] = x[i] + dense_value(theta, Z[0, i], Z[1, i], Z[2, i])
+
+
+@kernel
+def radau_accept(rates, model, p, context, ode):
+    """Move to the end of the step that was tried; returns the Status of the rates there."""
+    clock, Z, x, x_1, dense, scale = ode.clock, ode.Z, ode.x, ode.x_1, ode.dense, ode.scale
+    for i in range(x.shape[0]):
+        for k in range(3):
+            dense[k, i] = DENSE[0][k] * Z[0, i] + DENSE[1][k] * Z[1, i] + DENSE[2][k] * Z[2, i]
+        x[i] = x_1[i]
+    clock[NOW] += clock[DONE]
+    clock[STEP_OLD] = clock[DONE]
+    ode.flags[HAS_DENSE] = 1
+    ode.flags[IS_CURRENT] = 0
+    if ode.flags[IS_WORN] != 0:
+        ode.flags[HAS_JACOBIAN] = 0
+    ode.counters[ACCEPTED] += 1
+    ode.counters[EVALUATIONS] += 1
+    for i in range(scale.shape[0]):
+        scale[i] = ode.atol[i] + clock[RTOL] * abs(x[i])
+    return rates_at(rates, model, p, context, clock[NOW], x, ode.f_0)
+
+
+@kernel
+def radau_restart(ode):
+    """Forget what belongs to the rates before a change of them."""
+    for k in range(ode.flags.shape[0]):
+        ode.flags[k] = 0
