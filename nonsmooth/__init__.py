@@ -32,6 +32,8 @@ _HOME = {
     "paradox_boundaries": "paradox.boundaries",
     "critical_friction": "paradox.friction",
     "least_critical_friction": "paradox.friction",
+    "Penalty": "integrators.penalty",
+    "Regularised": "integrators.compliant_law",
     "solve_lcp": "lcp.solve",
     "solve_mlcp": "lcp.mixed",
     "lcp_solutions": "lcp.enumerate",

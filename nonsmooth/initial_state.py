@@ -26,6 +26,7 @@ from nonsmooth.system import (
     TANGENT,
     ContactMode,
     System,
+    evaluate,
 )
 
 # A gap or a velocity is zero within this part of the state's own scale: about the square root of the rounding unit, so
@@ -90,11 +91,6 @@ def contact_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tup
         return gaps, gamma_N, np.zeros(system.n_c)
     gamma_F = evaluate(system, TANGENT, t, q, u)[:, 0, :] @ u + evaluate(system, SURFACE_VELOCITY, t, q, u)[:, 0]
     return gaps, gamma_N, gamma_F
-
-
-def evaluate(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """A model function's array, zeros where the system has no such function."""
-    return system.evaluate(which, t, q, u) if which in system.functions else np.zeros(system.shape(which))
 
 
 def check_mass(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:

@@ -60,6 +60,9 @@ MESSAGES = {
     "is admissible (rigid mechanics ends here; a compliant contact would go on)",
     Status.NOT_SOLVED: "the contact problem of this step was not solved to the accepted residual; try a smaller dt",
     Status.MASS_NOT_POSITIVE: "the mass matrix is not positive definite; check mass(t, q, p, M) and the parameters",
+    Status.STEP_VANISHED: "the step fell below the resolution of time: the tolerance cannot be met in double precision "
+    "(a larger rtol, or a smaller stiffness, can)",
+    Status.CHATTERING: "one contact after the other changes its mode and no time passes",
     Status.NEGATIVE_FRICTION: "the friction law of {contact} became negative; check its coefficients at this speed",
 }
 
@@ -97,14 +100,14 @@ def simulate(
         Start and end [s].
     q0, u0 : array_like (n_q,), (n_u,)
         Initial coordinates and velocities.
-    integrator : MoreauJean
-        The method and its step.
+    integrator : MoreauJean or Penalty
+        The method and its step or tolerances.
     every : int
-        Record every so many steps.
+        Record every so many steps; of an integrator that chooses its steps also every event.
     t_eval : array_like, optional
-        Record at these times instead; steps end exactly there.
+        Record at these times instead: the steps of a fixed length end exactly there, chosen ones are interpolated.
     selection : {"compliant-limit", "lift-off", "impact"}
-        Which solution is taken where a contact problem has several.
+        Which solution is taken where a rigid contact problem has several.
     project : bool
         Move an inadmissible start to the nearest admissible one in the mass metric.
     on_failure : {"raise", "return"}
@@ -142,8 +145,7 @@ def simulate(
     if on_failure not in ("raise", "return"):
         raise InvalidInput(f"on_failure must be 'raise' or 'return'; got {on_failure!r}")
     q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
-    grid = make_grid(integrator, t_span, every, t_eval, bytes_of_record(system.n_u, system.n_c, system.d))
-    run = Run(system, integrator, grid, q_0, u_0, SELECTIONS[selection], project)
+    run = new_run(system, integrator, t_span, every, t_eval, q_0, u_0, SELECTIONS[selection], project)
     run.advance(max_wall_time, progress)
     solution = run.solution()
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
@@ -151,23 +153,27 @@ def simulate(
     return solution
 
 
+def new_run(
+    system: System, integrator: Any, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None,
+    q0: np.ndarray, u0: np.ndarray, selection: int, project: bool,
+) -> Run:  # fmt: skip
+    """The run of an integrator: on a grid of steps, or with steps that it chooses itself."""
+    if getattr(integrator, "chooses_steps", False):
+        from nonsmooth.adaptive_run import AdaptiveRun, record_times  # it extends Run: loaded once this module is
+
+        return AdaptiveRun(system, integrator, *record_times(t_span, every, t_eval), q0, u0, project)
+    row_bytes = bytes_of_record(system.n_u, system.n_c, system.d)
+    grid = make_grid(integrator, t_span, every, t_eval, row_bytes)
+    return Run(system, integrator, grid, q0, u0, selection, project)
+
+
 def make_grid(
     integrator: Any, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None, row_bytes: int = WORD
 ) -> Grid:
     """The record times and the steps between them; ``row_bytes`` is the size of one record."""
-    try:
-        start, end = t_span
-    except (TypeError, ValueError):
-        raise InvalidInput(f"t_span must be a pair (start, end) [s]; got {t_span!r}") from None
-    t_0, t_1 = as_number("t_span[0]", start, "s"), as_number("t_span[1]", end, "s")
-    if not t_1 >= t_0:
-        raise InvalidInput(f"t_span must not run backwards; got ({t_0:g}, {t_1:g})")
+    t_0, t_1 = as_span(t_span)
     if t_eval is not None:
-        t = as_vector("t_eval", t_eval)
-        if t.size == 0 or t[0] < t_0 or t[-1] > t_1 or (np.diff(t) <= 0).any():
-            raise InvalidInput(f"t_eval must increase within [{t_0:g}, {t_1:g}]; got {np.array2string(t, threshold=6)}")
-        if t[0] > t_0:
-            t = np.concatenate(([t_0], t))
+        t = as_record_times(t_eval, t_0, t_1)
         return Grid(t, *integrator.steps_between(t))
     every = as_count("every", every)
     stride = integrator.dt * every
@@ -179,6 +185,26 @@ def make_grid(
     if t_1 - t[-1] > 1e-9 * min(integrator.dt, t_1 - t_0):
         t = np.append(t, t_1)
     return Grid(t, *integrator.steps_between(t))
+
+
+def as_span(t_span: tuple[float, float]) -> tuple[float, float]:
+    """Start and end [s]."""
+    try:
+        start, end = t_span
+    except (TypeError, ValueError):
+        raise InvalidInput(f"t_span must be a pair (start, end) [s]; got {t_span!r}") from None
+    t_0, t_1 = as_number("t_span[0]", start, "s"), as_number("t_span[1]", end, "s")
+    if not t_1 >= t_0:
+        raise InvalidInput(f"t_span must not run backwards; got ({t_0:g}, {t_1:g})")
+    return t_0, t_1
+
+
+def as_record_times(t_eval: ArrayLike, t_0: float, t_1: float) -> np.ndarray:
+    """The start and the times of ``t_eval`` [s]."""
+    t = as_vector("t_eval", t_eval)
+    if t.size == 0 or t[0] < t_0 or t[-1] > t_1 or (np.diff(t) <= 0).any():
+        raise InvalidInput(f"t_eval must increase within [{t_0:g}, {t_1:g}]; got {np.array2string(t, threshold=6)}")
+    return np.concatenate(([t_0], t)) if t[0] > t_0 else t
 
 
 class Run:
@@ -302,11 +328,8 @@ class Run:
 
     def _culprit(self) -> str:
         """Which model function raised or wrote a number that is not finite: each is called again, in Python."""
-        t, (q, u) = self._time(), (self.state.q, self.state.u)
-        interval = min(int(self.state.counters[INTERVAL]), len(self.grid.dts) - 1)
-        half = 0.5 * self.grid.dts[interval] if interval >= 0 else 0.0
         with np.errstate(all="ignore"):
-            for moment, place in ((t, q), (t + half, q + half * u)):
+            for moment, place, u in self._suspects():
                 for name, which in FUNCTION_NAMES.items():
                     if which not in self.system.functions:
                         continue
@@ -317,8 +340,14 @@ class Run:
                         return f"the model function {name} raised {type(error).__name__}: {error}; {self._where()};"
                     if not np.isfinite(out).all():
                         return f"the model function {name} wrote {out[~np.isfinite(out)][0]}; {self._where()};"
-        dt = self.grid.dts[interval]
-        return f"the velocities are not finite: dt = {dt:g} s is too large, or h or M is; {self._where()};"
+        return f"the velocities are not finite: the step is too large, or h or M is; {self._where()};"
+
+    def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
+        """(t, q, u) at which the step that failed called the model functions."""
+        t, q, u = self._time(), self.state.q, self.state.u
+        interval = min(int(self.state.counters[INTERVAL]), len(self.grid.dts) - 1)
+        half = 0.5 * self.grid.dts[interval] if interval >= 0 else 0.0
+        return [(t, q, u), (t + half, q + half * u, u)]
 
     def failure(self, solution: Solution) -> StepFailure:
         kind = ModelFunctionError if self.status == Status.NOT_FINITE else StepFailure

@@ -107,6 +107,9 @@ class Stats:
         Largest error of the energy balance of one step, relative to the sum of the sizes of its terms.
     wall_time, compile_time : float
         [s]
+    rejected, evaluations, jacobians, factorisations : int
+        Of an integrator that chooses its steps: steps that were refused, evaluations of the rates, Jacobians, and
+        factorisations of its linear systems.
     """
 
     steps: int
@@ -122,17 +125,23 @@ class Stats:
     wall_time: float
     compile_time: float
     is_compiled: bool
+    rejected: int = 0
+    evaluations: int = 0
+    jacobians: int = 0
+    factorisations: int = 0
 
     @classmethod
     def from_run(
-        cls, state: records.State, wall_time: float, compile_time: float, dropped: int, is_compiled: bool
-    ) -> Stats:
+        cls, state: records.State, wall_time: float, compile_time: float, dropped: int, is_compiled: bool,
+        **adaptive: int,
+    ) -> Stats:  # fmt: skip
         counters, worst = state.counters, state.worst
         return cls(
             int(counters[records.STEPS]), int(counters[records.SOLVED]), int(counters[records.SKIPPED]),
             int(counters[records.KEPT]), int(counters[records.PIVOTS]), int(counters[records.SEVERAL]),
             dropped + int(counters[records.EVENTS_LOST]), float(worst[records.RESIDUAL]),
             float(worst[records.PENETRATION]), float(worst[records.LEDGER_ERROR]), wall_time, compile_time, is_compiled,
+            **adaptive,
         )  # fmt: skip
 
 
@@ -153,6 +162,7 @@ class Solution:
     ledger : dict of (n_t,) arrays [J]
         "kinetic", and the work since the start by "force", "friction", "normal", "surface", "projection";
         "potential" where the system has one.
+    la : (n_t, n_c, 2) normal and friction forces [N], or None where the integrator works with impulses
     stats : Stats
     status : Status, message : str, success : bool
     """
@@ -172,11 +182,12 @@ class Solution:
     message: str
     about: dict[str, Any] = field(default_factory=dict)
     system: System | None = None
+    la: np.ndarray | None = None
 
     @classmethod
     def from_run(
         cls, system: System, integrator: Any, t: np.ndarray, record: records.Record, event_rows: np.ndarray,
-        status: Status, message: str, stats: Stats,
+        status: Status, message: str, stats: Stats, la: np.ndarray | None = None,
     ) -> Solution:  # fmt: skip
         """Assemble from the arrays of the loop."""
         about = {
@@ -186,7 +197,7 @@ class Solution:
         }
         return cls(
             t, record.q, record.u, record.g_N, record.P[:, :, 0], record.P[:, :, 1:], record.mode, record.slip,
-            event_rows, functools.partial(_ledger, system, t, record), stats, status, message, about, system,
+            event_rows, functools.partial(_ledger, system, t, record), stats, status, message, about, system, la,
         )  # fmt: skip
 
     @property

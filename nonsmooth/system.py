@@ -294,6 +294,11 @@ def as_system(candidate: Any) -> System:
     return candidate.system()
 
 
+def evaluate(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """A model function's array, zeros where the system has no such function."""
+    return system.evaluate(which, t, q, u) if which in system.functions else np.zeros(system.shape(which))
+
+
 @functools.lru_cache(maxsize=64)
 def _model_system(model: Any) -> System:
     if not callable(getattr(model, "system", None)):

@@ -27,7 +27,7 @@ CORRECTIONS = 4
 SLOPE_STEP = 1e-3  # of the distance to the event: the difference that gives the slope of the event function
 NO_EVENT = -1
 # found
-WHICH, IS_IMMEDIATE, CHECK_START, IS_RETRIED = range(4)
+WHICH, IS_IMMEDIATE, CHECK_START, IS_RETRIED, HANDLED = range(5)
 
 # event_values(address, model, p, context, t, x, out) -> Status writes E values, then their E tolerances
 event_values = Callback(RATES)
@@ -37,14 +37,15 @@ class Events(NamedTuple):
     """What is known of the event functions, E of them."""
 
     armed: Integers  # (E,)
+    floor: Vector  # (E,) what the rounding of its time left of an event that was handled
     value: Vector  # (2E,) values and tolerances
     x: Vector  # (N,) a state within the step
-    found: Integers  # (4,)
+    found: Integers  # (5,)
 
 
 def events_shapes(n_events: int, n_x: int) -> dict[str, tuple[int, ...]]:
     """Shapes of ``Events``."""
-    return {"armed": (n_events,), "value": (2 * n_events,), "x": (n_x,), "found": (4,)}
+    return {"armed": (n_events,), "floor": (n_events,), "value": (2 * n_events,), "x": (n_x,), "found": (5,)}
 
 
 @kernel("int64(int64, int64, int64, float64[::1], int64, int64, int64)", short_loops=True)
@@ -66,6 +67,9 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
         status = event_values(functions, model, p, context, clock[NOW] + theta * clock[DONE], events.x, events.value)
         if status != Status.RUNNING:
             return status
+        if sample < 0 and found[HANDLED] != NO_EVENT:
+            events.floor[found[HANDLED]] = max(0.0, -events.value[found[HANDLED]])
+            found[HANDLED] = NO_EVENT
         which, is_armed = first_fallen(events)
         if which != NO_EVENT and (sample < 0 or not (is_armed or found[IS_RETRIED] != 0)):
             found[WHICH] = which
@@ -87,7 +91,7 @@ def first_fallen(events):
     E = events.armed.shape[0]
     which = NO_EVENT
     for e in range(E):
-        if events.armed[e] == 0 and events.value[e] < -events.value[E + e]:
+        if events.armed[e] == 0 and events.value[e] < -events.value[E + e] - events.floor[e]:
             return e, False
         if which == NO_EVENT and events.armed[e] != 0 and events.value[e] < 0.0:
             which = e
@@ -101,6 +105,7 @@ def arm(events):
     for e in range(E):
         if events.value[e] > events.value[E + e]:
             events.armed[e] = 1
+            events.floor[e] = 0.0
 
 
 @kernel
@@ -128,7 +133,7 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
         return status
     which, is_armed = first_fallen(events)
     at_event = value[which]
-    level = 0.0 if is_armed else -value[events.armed.shape[0] + which]
+    level = 0.0 if is_armed else -value[events.armed.shape[0] + which] - events.floor[which]
     radau_interpolate(high * (1.0 - SLOPE_STEP), ode, x)
     status = event_values(functions, model, p, context, t + high * (1.0 - SLOPE_STEP) * h, x, value)
     if status != Status.RUNNING:

@@ -7,7 +7,15 @@ import pytest
 
 from nonsmooth.blocks import new_block, view
 from nonsmooth.errors import Status
-from nonsmooth.integrators.event_location import CHECK_START, NO_EVENT, WHICH, Events, events_shapes, locate_event
+from nonsmooth.integrators.event_location import (
+    CHECK_START,
+    HANDLED,
+    NO_EVENT,
+    WHICH,
+    Events,
+    events_shapes,
+    locate_event,
+)
 from nonsmooth.integrators.radau import radau_accept, radau_shorten, radau_step
 from nonsmooth.integrators.radau_stages import ACCEPTED, DONE, NOW, RATES, RTOL, Radau, radau_shapes
 from nonsmooth.jit import interpreted, kernel
@@ -63,6 +71,7 @@ def march_to_event(rates, functions, p, t_end, ode_at, events_at):
     """Step to the first event."""
     ode, events = view(ode_at, Radau), view(events_at, Events)
     events.found[CHECK_START] = 1
+    events.found[HANDLED] = NO_EVENT
     while ode.clock[NOW] < t_end:
         status = radau_step(rates, 0, p, 0, t_end - ode.clock[NOW], ode_at)
         if status == Status.RUNNING:

@@ -1,0 +1,136 @@
+"""A run whose integrator chooses its own steps: the rows are as many as the motion needs, or at the times asked for."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.arrays import as_count
+from nonsmooth.blocks import new_block
+from nonsmooth.compiled import Model, model_of
+from nonsmooth.contact_problem import model_facts
+from nonsmooth.errors import Status
+from nonsmooth.initial_state import check_mass, project_state
+from nonsmooth.integrators.compliant_contacts import N_WORKS, OMEGA
+from nonsmooth.integrators.penalty_loop import ROWS, Trail, trail_shapes
+from nonsmooth.integrators.radau import SMALLEST
+from nonsmooth.integrators.radau_stages import EVALUATIONS, FACTORISATIONS, JACOBIANS, NOW, REJECTED
+from nonsmooth.integrators.records import N_LEDGER, Record, State, state_shapes
+from nonsmooth.jit import interpreted
+from nonsmooth.simulation import Run, as_record_times, as_span
+from nonsmooth.solution import Solution, Stats
+from nonsmooth.system import System
+
+EVENT_CAPACITY = 1024
+ROW_CAPACITY = 4096  # rows between two visits of Python
+BLOCK = 512  # steps between two visits: 10 ms of a rod, 5 s of a hundred beads
+
+
+class AdaptiveRun(Run):
+    """One integration in progress, of an integrator with ``chooses_steps``."""
+
+    def __init__(
+        self,
+        system: System,
+        integrator: Any,
+        t_record: np.ndarray,
+        every: int,
+        q0: np.ndarray,
+        u0: np.ndarray,
+        project: bool,
+    ) -> None:
+        self.system, self.integrator, self.t_record, self.every = system, integrator, t_record, every
+        started = time.perf_counter()
+        self.model: Model = model_of(system)
+        self.loop = self.model.loop(integrator, system)
+        self.has = model_facts(system)
+        self.compile_time = time.perf_counter() - started
+        t_0 = float(t_record[0])
+        check_mass(system, t_0, q0, u0)
+        if project:
+            q0, u0 = project_state(system, t_0, q0, u0)
+        n, n_c, d = system.n_u, system.n_c, system.d
+        self.state_block = new_block(State, state_shapes(n, n_c, d, EVENT_CAPACITY + 4 * n_c))
+        self.scratch_block = integrator.scratch(system, self.has, t_0, float(t_record[-1]), q0, u0)
+        capacity = len(t_record) if every == 0 else ROW_CAPACITY
+        self.trail_block = new_block(Trail, trail_shapes(capacity, n, n_c))
+        self.state: State = self.state_block.arrays
+        self.state.q[:], self.state.u[:] = q0, u0
+        self.rows: list[tuple[np.ndarray, ...]] = []
+        self.events: list[np.ndarray] = []
+        self.events_dropped = 0
+        self.status = Status.RUNNING
+        self.wall_time = 0.0
+
+    def _block(self, max_steps: int) -> int:
+        callbacks = self.integrator.callbacks
+        if self.model.is_compiled:
+            addresses = tuple(kernel.address for kernel in callbacks)
+        else:
+            addresses = tuple(interpreted(kernel) for kernel in callbacks)
+        with np.errstate(all="ignore"):
+            status = self.loop(
+                self.model.handle, *addresses, self.system.p, self.t_record, self.every, min(max_steps, BLOCK),
+                *self.blocks,
+            )  # fmt: skip
+        if self.every > 0:
+            self.rows.append(self._written())
+            self.trail_block.arrays.counts[ROWS] = 0
+        return status
+
+    @property
+    def blocks(self) -> tuple[Any, ...]:
+        blocks = (self.state_block, self.trail_block, self.scratch_block)
+        return tuple(block.address if self.model.is_compiled else block.arrays for block in blocks)
+
+    def _written(self) -> tuple[np.ndarray, ...]:
+        """The columns of the trail's rows."""
+        counts, *columns = self.trail_block.arrays
+        return tuple(column[: counts[ROWS]].copy() for column in columns)
+
+    def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
+        t, n, trial = self._time(), self.system.n_u, self.scratch_block.arrays.ode.trial
+        return [(t, self.state.q, self.state.u), (t + SMALLEST * abs(t), trial[:n], trial[n : 2 * n])]
+
+    def _time(self) -> float:
+        return float(self.scratch_block.arrays.ode.clock[NOW])
+
+    def _fraction_done(self) -> float:
+        span = self.t_record[-1] - self.t_record[0]
+        return float((self._time() - self.t_record[0]) / span) if span > 0 else 1.0
+
+    def solution(self) -> Solution:
+        """What was computed."""
+        columns = zip(*self.rows, self._written(), strict=True)
+        trail = Trail(self.trail_block.arrays.counts, *(np.concatenate(parts) for parts in columns))
+        n, n_c, d = self.system.n_u, self.system.n_c, self.system.d
+        q, u, z, P_N, P_F, works = np.split(trail.x, np.cumsum([n, n, n_c, n_c, n_c]), axis=1)
+        P = np.diff(np.stack((P_N, P_F), axis=2), axis=0, prepend=0.0)[:, :, : 1 + d]
+        ledger = np.zeros((len(trail.t), N_LEDGER))
+        ledger[:, :N_WORKS] = works
+        omega = self.scratch_block.arrays.contacts.constants[:, OMEGA]
+        mode, slip = trail.mode.astype(np.int64), trail.slip.astype(np.int64)
+        record = Record(q, u, z / omega, P, mode, slip, ledger)
+        events = np.concatenate(self.events) if self.events else self.state.events[:0]
+        message = "the end was reached" if self.status == Status.FINISHED else self._message()
+        return Solution.from_run(
+            self.system, self.integrator, trail.t, record, events, self.status, message, self._stats(), trail.la
+        )  # fmt: skip
+
+    def _stats(self) -> Stats:
+        counters = self.scratch_block.arrays.ode.counters
+        return Stats.from_run(
+            self.state, self.wall_time, self.compile_time, self.events_dropped, self.model.is_compiled,
+            rejected=int(counters[REJECTED]), evaluations=int(counters[EVALUATIONS]),
+            jacobians=int(counters[JACOBIANS]), factorisations=int(counters[FACTORISATIONS]),
+        )  # fmt: skip
+
+
+def record_times(t_span: tuple[float, float], every: int, t_eval: Any) -> tuple[np.ndarray, int]:
+    """The times to record and 0, or start and end and to record every so many steps."""
+    t_0, t_1 = as_span(t_span)
+    if t_eval is None:
+        return np.array([t_0, t_1]), as_count("every", every)
+    return as_record_times(t_eval, t_0, t_1), 0

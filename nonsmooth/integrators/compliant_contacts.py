@@ -1,0 +1,264 @@
+"""The equations of motion with compliant contacts, mode by mode.
+
+    q' = u,    M u' = h + W_N^T la_N + W_F^T la_F,    z' = omega gamma_N,    z = omega g_N
+
+The gap is a variable of its own, beside the coordinates: computed from them, an indentation of 1e-11 m at a
+coordinate of 1 m keeps five digits only, and so would the force. Times the contact frequency omega it has the size of
+a velocity, and the Jacobian is balanced. The normal force is a function of (g_N, gamma_N); friction is
+
+    sliding with sign s      la_F = -s mu(|gamma_F|) |la_N|
+    sticking                 la_F from gamma_F' = W_F u' + W_F' u + w_F' = 0, with the normal forces given
+    regularised              la_F = -mu(|gamma_F|) |la_N| tanh(gamma_F / v_s)
+
+where redundant sticking contacts share their load with the least squares. The rates are smooth in each mode; the
+events that end a mode are those of contact_switching.py. Trailing components are the impulses and the energy ledger.
+Source: Brogliato, *Nonsmooth Mechanics* (2016), chapter 2; docs/penalty.md.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import NamedTuple
+
+from nonsmooth.acceleration_problem import IMPLICIT, find_row_rates
+from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, frozen, view
+from nonsmooth.contact_problem import Work, evaluate_rows, smooth_step, stack_rows, work_shapes
+from nonsmooth.dense import bandwidth, cholesky, cholesky_solve
+from nonsmooth.errors import Status
+from nonsmooth.integrators.compliant_law import NormalLaw, normal_force
+from nonsmooth.integrators.radau_stages import RATES
+from nonsmooth.jit import kernel
+from nonsmooth.laws import friction_coefficient
+from nonsmooth.system import BILATERAL, GIVEN_FORCE, ContactMode
+
+# facts
+HAS, N_U, LAW, IS_REGULARISED, IS_KNOWN = range(5)
+# columns of a contact's constants
+K, C_N, OMEGA = range(3)
+# numbers of the run
+V_S, ATOL, RTOL, ZETA = range(4)
+N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfaces
+REGULARISATION = 1e-10  # of the trace: makes redundant sticking contacts share their load
+REFINEMENTS = 3
+
+
+class Contacts(NamedTuple):
+    """The contacts of a run. n = n_u, c = n_c."""
+
+    work: Work
+    facts: Integers  # (5,)
+    numbers: Vector  # (4,) v_s, atol, rtol, zeta (-1 where c is given)
+    kinds: IntegerTable  # (c, 2)
+    laws: Matrix  # (c, LAW_WIDTH)
+    constants: Matrix  # (c, 3) k, c, omega
+    mode: Integers  # (c,) ContactMode
+    slip: Integers  # (c,) sign of sliding
+    sign: Integers  # (c,) sign of la_N
+    q: Vector  # (n,)
+    u: Vector  # (n,)
+    la: Matrix  # (c, 2) forces
+    gamma: Matrix  # (c, 2) contact velocities
+    stuck: Integers  # (c,) sticking contacts
+    A: Matrix  # (c, c) W_F M^-1 W_F^T of these
+    factor: Matrix  # (c, c)
+    rhs: Vector  # (c,)
+    residual: Vector  # (c,)
+    rates: Matrix  # (4, r) W' u + w'
+
+
+@functools.lru_cache(maxsize=64)
+def contacts_shapes(n: int, n_c: int, d: int, law_width: int) -> tuple:
+    """Shapes of ``Contacts``."""
+    r = max(1, n_c * (1 + d))
+    return frozen({
+        "work": work_shapes(n, n_c, d), "facts": (5,), "numbers": (4,), "kinds": (n_c, 2), "laws": (n_c, law_width),
+        "constants": (n_c, 3), **dict.fromkeys(("mode", "slip", "sign", "stuck", "rhs", "residual"), (n_c,)),
+        "q": (n,), "u": (n,), "la": (n_c, 2), "gamma": (n_c, 2), "A": (n_c, n_c), "factor": (n_c, n_c), "rates": (4, r),
+    })  # fmt: skip
+
+
+@kernel(RATES, short_loops=True)
+def contact_rates(model, p, contacts_at, t, x, out):
+    """x' with x = (q, u, z, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
+    contacts = view(contacts_at, Contacts)
+    work, facts, la, gamma = contacts.work, contacts.facts, contacts.la, contacts.gamma
+    n, n_c = facts[N_U], contacts.kinds.shape[0]
+    status = find_forces(model, p, t, x, contacts)
+    if status != Status.RUNNING:
+        return status
+    total = 0.0
+    for i in range(n):
+        out[i] = contacts.u[i]
+        out[n + i] = work.du[i]
+        total += 0.0 * work.du[i]
+    W_N_end = 2 * n + n_c
+    force, friction, normal, surface = 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        force += work.h[i] * contacts.u[i]
+    for i in range(n_c):
+        out[2 * n + i] = contacts.constants[i, OMEGA] * gamma[i, 0]
+        out[W_N_end + i] = la[i, 0]
+        out[W_N_end + n_c + i] = la[i, 1]
+        friction += la[i, 1] * gamma[i, 1]
+        if contacts.kinds[i, 0] != GIVEN_FORCE:
+            normal += la[i, 0] * gamma[i, 0]
+            surface -= la[i, 0] * work.w_N[i]
+        if contacts.kinds[i, 1] > 0:
+            surface -= la[i, 1] * work.w_F[i, 0]
+    end = W_N_end + 2 * n_c
+    out[end], out[end + 1], out[end + 2], out[end + 3] = force, friction, normal, surface
+    return Status.RUNNING.value if total == 0.0 else Status.NOT_FINITE.value
+
+
+@kernel
+def find_forces(model, p, t, x, contacts):
+    """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
+    work, facts = contacts.work, contacts.facts
+    has, n, n_c = facts[HAS], facts[N_U], contacts.kinds.shape[0]
+    n_stuck = 0
+    for i in range(n_c):
+        if contacts.mode[i] == ContactMode.STICK:
+            contacts.stuck[n_stuck] = i
+            n_stuck += 1
+        work.closed[i] = i
+    for i in range(n):
+        contacts.q[i], contacts.u[i] = x[i], x[n + i]
+    if n_stuck > 0:
+        if not find_row_rates(model, has, t, n, contacts.q, contacts.u, p, n_c, contacts.kinds, contacts.rates, work):
+            return Status.NOT_FINITE
+    for i in range(n):
+        work.q_mid[i] = contacts.q[i]
+    is_first = facts[IS_KNOWN] == 0
+    status = smooth_step(model, has & ~IMPLICIT, is_first, t, 1.0, 0.5, n, contacts.u, p, work)
+    if status != Status.RUNNING:
+        return status
+    if n_c == 0:
+        return Status.RUNNING
+    if not evaluate_rows(model, has, is_first or n_stuck > 0, t, contacts.u, p, work):
+        return Status.NOT_FINITE
+    facts[IS_KNOWN] = 1
+    stack_rows(n, n_c, contacts.kinds, contacts.u, work)
+    if not given_forces(n, x, contacts):
+        return Status.NEGATIVE_FRICTION
+    accelerate(n, n_c, contacts)
+    if n_stuck > 0:
+        hold(n, n_stuck, contacts)
+    return Status.RUNNING
+
+
+@kernel
+def given_forces(n, x, contacts):
+    """The forces that the state gives: all but the friction of sticking contacts; False where mu(v) < 0."""
+    work, la, gamma, law = contacts.work, contacts.la, contacts.gamma, contacts.facts[LAW]
+    for i in range(contacts.kinds.shape[0]):
+        kind, d = contacts.kinds[i, 0], contacts.kinds[i, 1]
+        mode = contacts.mode[i]
+        a = work.start[i]
+        la[i, 0], la[i, 1], gamma[i, 0], gamma[i, 1] = 0.0, 0.0, 0.0, 0.0
+        if kind == GIVEN_FORCE:
+            la[i, 0] = max(0.0, work.N[i])
+        else:
+            gamma[i, 0] = work.gamma_0[a]
+            if mode != ContactMode.OPEN:
+                k, c, omega = contacts.constants[i, K], contacts.constants[i, C_N], contacts.constants[i, OMEGA]
+                a_law = NormalLaw.KELVIN_VOIGT.value if kind == BILATERAL else law
+                la[i, 0] = normal_force(a_law, k, c, -x[2 * n + i] / omega, -gamma[i, 0])
+        if d == 0:
+            continue
+        v = work.gamma_0[work.start[i + 1] - 1]
+        gamma[i, 1] = v
+        if mode != ContactMode.SLIDE:
+            continue
+        limit = la[i, 0] * contacts.sign[i]
+        if contacts.facts[IS_REGULARISED] != 0:
+            mu = friction_coefficient(contacts.laws, i, abs(v))
+            la[i, 1] = -mu * limit * math.tanh(v / contacts.numbers[V_S])
+        else:
+            mu = friction_coefficient(contacts.laws, i, max(0.0, contacts.slip[i] * v))
+            la[i, 1] = -contacts.slip[i] * mu * limit
+        if mu < 0.0:
+            return False
+    return True
+
+
+@kernel
+def accelerate(n, n_c, contacts):
+    """work.du = M^-1 (h + W^T la) with the forces that are known."""
+    work, la = contacts.work, contacts.la
+    rhs, W, W_N = work.rhs, work.W, work.W_N
+    for j in range(n):
+        rhs[j] = 0.0
+    for i in range(n_c):
+        if contacts.kinds[i, 0] != GIVEN_FORCE and la[i, 0] != 0.0:
+            for j in range(n):
+                rhs[j] += W_N[i, j] * la[i, 0]
+        if la[i, 1] != 0.0:
+            b = work.start[i + 1] - 1
+            for j in range(n):
+                rhs[j] += W[b, j] * la[i, 1]
+    cholesky_solve(n, work.band[0], work.factor, rhs)
+    for j in range(n):
+        work.du[j] += rhs[j]
+
+
+@kernel
+def hold(n, n_stuck, contacts):
+    """The friction of the sticking contacts, A la_F = -(W_F u' + W_F' u + w_F'), added to la and to work.du."""
+    work, stuck, rhs = contacts.work, contacts.stuck, contacts.rhs
+    sticking_matrix(n, n_stuck, contacts)
+    for a in range(n_stuck):
+        b = work.start[stuck[a] + 1] - 1
+        total = contacts.rates[0, b]
+        for j in range(n):
+            total += work.W[b, j] * work.du[j]
+        rhs[a] = -total
+    share(n_stuck, contacts)
+    for a in range(n_stuck):
+        i = stuck[a]
+        contacts.la[i, 1] = rhs[a]
+        b = work.start[i + 1] - 1
+        for j in range(n):
+            work.du[j] += work.X[b, j] * rhs[a]
+
+
+@kernel
+def sticking_matrix(n, n_stuck, contacts):
+    """A = W_F M^-1 W_F^T of the sticking contacts."""
+    work, stuck, A, trial = contacts.work, contacts.stuck, contacts.A, contacts.work.trial
+    for a in range(n_stuck):
+        row = work.start[stuck[a] + 1] - 1
+        for j in range(n):
+            trial[j] = work.W[row, j]
+        cholesky_solve(n, work.band[0], work.factor, trial)
+        for j in range(n):
+            work.X[row, j] = trial[j]
+        for b in range(n_stuck):
+            other = work.start[stuck[b] + 1] - 1
+            total = 0.0
+            for j in range(n):
+                total += work.W[other, j] * trial[j]
+            A[b, a] = total
+
+
+@kernel
+def share(n_stuck, contacts):
+    """Overwrite rhs with the least solution of A la = rhs, by proximal iterations on (A + shift)."""
+    A, factor, rhs, residual = contacts.A, contacts.factor, contacts.rhs, contacts.residual
+    if n_stuck == 1:
+        rhs[0] /= A[0, 0]
+        return
+    shift = 0.0
+    for a in range(n_stuck):
+        shift += REGULARISATION * A[a, a]
+    for a in range(n_stuck):
+        A[a, a] += shift
+        residual[a] = rhs[a]
+        rhs[a] = 0.0
+    band = bandwidth(n_stuck, A)
+    cholesky(n_stuck, band, A, factor)
+    for _ in range(REFINEMENTS):
+        cholesky_solve(n_stuck, band, factor, residual)
+        for a in range(n_stuck):
+            rhs[a] += residual[a]
+            residual[a] *= shift  # (A + shift) x = r leaves r - A x = shift x
