@@ -114,17 +114,16 @@ class Points:
 
     def check(self, axes: list[np.ndarray]) -> None:
         """Let the model judge the ends of each axis, and refuse parameters that change more than numbers."""
+        first = {name: float(values[0]) for name, values in zip(self.names, axes, strict=True)} | self.fixed
+        variables = {name: value for name, value in first.items() if name in self.variables}
         for name, values in zip(self.names, axes, strict=True):
             for value in (values.min(), values.max()):
                 if name in self.variables:
-                    (self._state or self.model.state)(**{**self._given_variables(), name: float(value)})
+                    (self._state or self.model.state)(**{**variables, name: float(value)})
                     continue
                 other = as_system(with_values(self.model, {name: float(value)}))
                 if other.functions != self.system.functions or other.contacts != self.system.contacts:
                     raise InvalidInput(f"{name} shapes the system itself; it cannot be an axis of a map")
-
-    def _given_variables(self) -> dict[str, float]:
-        return {name: value for name, value in self.fixed.items() if name in self.variables}
 
     def search(self, axes: list[np.ndarray], kept: int, is_list: bool = False, workers: int = 1) -> Found:
         """Solve every point of the grid of the axes; of a list, whose axes have equal lengths, point by point."""
@@ -155,9 +154,9 @@ class Points:
         forces = new_block(
             Forces, forces_shapes(system.n_u, system.n_c, system.d, max(kept, KEPT if n_c > 1 else kept))
         )
-        grid = self._new_grid(axes, min(CHUNK, size), kept, n_c)
-        arrays = grid.arrays
         natural = self.natural.address if self.natural and model.is_compiled else 0
+        grid = self._new_grid(axes, min(CHUNK, size), kept, n_c, natural != 0)
+        arrays = grid.arrays
         has, kinds = model_facts(system), system.kinds
         run = search_points if model.is_compiled else interpreted(search_points)
         handles = [block.address if model.is_compiled else block.arrays for block in (forces, grid)]
@@ -175,7 +174,7 @@ class Points:
             found.la_N[first:last] = arrays.la_N[m].reshape(-1, kept, n_c)
             found.modes[first:last] = arrays.modes[m].reshape(-1, kept, n_c)
 
-    def _new_grid(self, axes: list[np.ndarray], m: int, kept: int, n_c: int) -> Block:
+    def _new_grid(self, axes: list[np.ndarray], m: int, kept: int, n_c: int, has_natural: bool) -> Block:
         """A block with the axes, the defaults and the laws filled in."""
         system = self.system
         n = system.n_q + system.n_u
@@ -184,7 +183,7 @@ class Points:
         grid = new_block(Grid, {
             "values": (len(axes), max(len(axis) for axis in axes)), "shape": (len(axes),), "axes": (len(axes), 2),
             "links": (len(links), 3), "laws": (n_c, LAW_WIDTH), "s": (len(self.variables),), "p": (len(system.p),),
-            "x": (n,), "q": (system.n_q,), "u": (system.n_u,), "states": (1 if self.natural else m, n),
+            "x": (n,), "q": (system.n_q,), "u": (system.n_u,), "states": (1 if has_natural else m, n),
             "number": (m,), "outcome": (m,), "p_s": (m, n_c), "b": (m, n_c), "gamma_F": (m, n_c),
             "la_N": (m, kept * n_c), "modes": (m, kept * n_c),
         })  # fmt: skip
@@ -197,7 +196,7 @@ class Points:
         arrays.links[:] = links
         arrays.laws[: system.n_c] = system.laws
         arrays.p[:] = system.p
-        if self.natural:
+        if has_natural:
             arrays.s[:] = [self.default(name) for name in self.variables]
         return grid
 
