@@ -324,7 +324,7 @@ def flags_of(problem: Problem, kind: ParadoxKind, solutions: tuple[ForceSolution
         flags |= ParadoxFlag.P_ZERO if is_p_zero else ParadoxFlag(0)
         flags |= ParadoxFlag.B_ZERO if is_b_zero else ParadoxFlag(0)
         flags |= ParadoxFlag.GENOT_BROGLIATO if is_p_zero and is_b_zero else ParadoxFlag(0)
-    if (chatter > 1.0).any() and any("stick" in solution.modes for solution in solutions):
+    if (chatter > 1.0 + tolerance).any() and any("stick" in solution.modes for solution in solutions):
         flags |= ParadoxFlag.REVERSE_CHATTER
     if any(solution.stability.kind == Stability.FLUTTER for solution in solutions):
         flags |= ParadoxFlag.CONTACT_FLUTTER
