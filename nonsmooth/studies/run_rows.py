@@ -23,6 +23,7 @@ from nonsmooth.studies.axis_names import Columns, Parts
 from nonsmooth.system import System, as_system, changed
 
 Failures = Callable[[np.ndarray, Exception], None]  # takes the numbers of cells and what went wrong in them
+STARTS_KEPT = 20_000  # of model.state: those of an axis of a grid come back in every batch
 SAMPLES = 9  # values of an axis at which a system is built to see what depends on it
 
 
@@ -90,6 +91,7 @@ class RowBuilder:
     def __init__(self, model: Any, state: Mapping[str, Any]) -> None:
         self.model, self.state = model, dict(state)
         self._reads: set[str] = set()  # fields that model.state was seen to read
+        self._starts_known: dict[tuple, Any] = {}
         self._is_direct: bool | None = None
 
     def rows(self, parts: Parts, cells: np.ndarray, fail: Failures) -> Iterator[Rows]:
@@ -97,7 +99,7 @@ class RowBuilder:
         good = self._check_models(parts.fields, cells, fail)
         make = self._direct_rows if self.is_direct(parts.fields) else self._built_rows
         for system, these, p, laws in make(parts.fields, good, fail) if len(good) else ():
-            q, u, keep = self._starts(parts, these, fail)
+            q, u, keep = self._starts(parts, these, system.n_q, fail)
             if keep.any():
                 yield Rows(system, these[keep], p[keep], laws[keep], q, u)
 
@@ -142,36 +144,47 @@ class RowBuilder:
                 fail(cells[place == k], error)
         return cells[is_good[place]]
 
-    def _starts(self, parts: Parts, cells: np.ndarray, fail: Failures) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _starts(
+        self, parts: Parts, cells: np.ndarray, n: int, fail: Failures
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """q_0 and u_0 of the cells that have a start, and which these are."""
         while True:
             known = self._reads & parts.fields.keys()
-            read = {name: parts.fields[name] for name in known}
+            read = {name: parts.fields[name] for name in sorted(known)}
             rows, place = combinations({**read, **parts.arguments}, cells)
             starts = [self._start(row, known) for row in rows]
             if self._reads & parts.fields.keys() == known:
                 break
-        is_good = np.array([not isinstance(start, Exception) for start in starts])
-        for k in np.flatnonzero(~is_good):
-            fail(cells[place == k], starts[k])
+        is_good = np.array([isinstance(start, tuple) for start in starts])
+        table = np.zeros((len(starts), 2 * n))
+        for k, start in enumerate(starts):
+            if is_good[k]:
+                table[k, :n], table[k, n:] = start
+            else:
+                fail(cells[place == k], start)
         keep = is_good[place]
-        if not keep.any():
-            return np.zeros((0, 0)), np.zeros((0, 0)), keep
-        place = (np.cumsum(is_good) - 1)[place[keep]]
-        found = [start for start in starts if not isinstance(start, Exception)]
-        q, u = (np.array([start[part] for start in found])[place] for part in (0, 1))
+        q, u = np.ascontiguousarray(table[place[keep], :n]), np.ascontiguousarray(table[place[keep], n:])
         for name, values in parts.components.items():
             (q if name[0] == "q" else u)[:, int(name[3:-1])] = values[cells[keep]]
         return q, u, keep
 
     def _start(self, row: Mapping[str, Any], known: set[str]) -> Any:
-        """(q_0, u_0) for one row of fields and arguments, or why there is none."""
+        """(q_0, u_0) for one row of fields and arguments, or why there is none; kept for the cells to come."""
+        key = tuple(row.items())
+        if key in self._starts_known:
+            return self._starts_known[key]
+        if len(self._starts_known) >= STARTS_KEPT:
+            self._starts_known.clear()
+        start = self._starts_known[key] = self._new_start(row, known)
+        return start
+
+    def _new_start(self, row: Mapping[str, Any], known: set[str]) -> Any:
         if "q0" in self.state:
             return self.state["q0"], self.state["u0"]
         arguments = {**self.state, **{name: value for name, value in row.items() if name not in known}}
         try:
-            model = with_fields(self.model, {name: row[name] for name in known})
-            q, u = watched(model, self._reads).state(**arguments)
+            model = watched(with_fields(self.model, {name: row[name] for name in known}), self._reads)
+            q, u = model.state(**arguments)
             return as_vector("q0", q), as_vector("u0", u)
         except InvalidInput as error:
             return error

@@ -1,0 +1,142 @@
+"""``nonsmooth bench sweep``: what a sweep costs beside the bare loop, on one and two workers, and what each part adds.
+
+The bare time of a run is that of the compiled loop alone, called for single cells of the same sweep; a call that takes
+no step is subtracted, so that it holds nothing but steps. Times of the processor, which other programs on the machine
+disturb less, and of the clock; medians of interleaved repeats.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import platform
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import wait
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.catalogue import load_model
+from nonsmooth.contact_solvers.single import Selection
+from nonsmooth.integrators.moreau_jean import MoreauJean
+from nonsmooth.simulation import Grid, Run, make_grid
+from nonsmooth.studies.pool import LocalPool
+from nonsmooth.studies.run_task import RunTask
+from nonsmooth.studies.sweep import sweep
+
+REPEATS = 5
+STEPS, DT = 200, 1e-3
+SIDE = 316  # cells along each axis: 10^5 together
+SAMPLE = 1000  # cells of which the bare loop is timed
+CALLS = 200  # of an executor
+AXES = {"vb": np.linspace(0.05, 0.5, SIDE), "x": np.linspace(0.0, 0.1, SIDE)}
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Print the tables; returns the exit code."""
+    print(f"{platform.platform()}, Python {platform.python_version()}, medians of {REPEATS} interleaved repeats\n")
+    print_runs()
+    print_parts()
+    return 0
+
+
+def belt_task() -> RunTask:
+    """Runs of the belt oscillator: 200 steps, final state and number of paradoxes."""
+    belt = load_model("belt-oscillator")()
+    return RunTask(belt, ["final_state", "paradoxes"], t_span=(0, STEPS * DT), integrator=MoreauJean(DT))
+
+
+def print_runs() -> None:
+    """Time a run: bare, in a sweep, with two workers, with a journal."""
+    task, cells = belt_task(), SIDE * SIDE
+    with tempfile.TemporaryDirectory() as folder:
+        book = Path(folder) / "journal.jsonl"
+        ways: dict[str, Callable[[], np.ndarray]] = {
+            "the bare loop": bare_run,
+            "sweep, 1 worker": lambda: timed(task) / cells,
+            "sweep, 2 workers": lambda: timed(task, workers=2) / cells,
+            "sweep, 1 worker, journal": lambda: timed(task, journal=book, resume=False) / cells,
+        }
+        times: dict[str, list[np.ndarray]] = {name: [] for name in ways}
+        for name in ways:
+            ways[name]()  # compile, or load
+        for _ in range(REPEATS):
+            for name in ways:
+                times[name].append(ways[name]())
+        size = book.stat().st_size / cells
+    print(f"belt oscillator, {STEPS} steps a run, {cells} runs: us a run, and its ratio to the bare loop")
+    print(f"{'':30s} {'processor':>18s} {'clock':>18s}")
+    bare = np.array(times["the bare loop"])
+    for name, values in times.items():
+        (cpu, wall), (cpu_ratio, wall_ratio) = np.median(values, axis=0) * 1e6, np.median(values / bare, axis=0)
+        print(f"{name:30s} {cpu:9.2f} ({cpu_ratio:6.2f}) {wall:9.2f} ({wall_ratio:6.2f})")
+    print(f"{'journal':30s} {size:9.0f} bytes a cell")
+
+
+def now() -> np.ndarray:
+    """Processor time and clock [s]."""
+    return np.array([time.process_time(), time.perf_counter()])
+
+
+def timed(task: RunTask, **options: Any) -> np.ndarray:
+    """Seconds of a sweep: of the processor, of the clock."""
+    started = now()
+    sweep(task, AXES, progress=False, **options)
+    return now() - started
+
+
+def bare_run() -> np.ndarray:
+    """Seconds of the steps of one run, mean over cells spread over the sweep."""
+    belt, integrator = load_model("belt-oscillator"), MoreauJean(DT)
+    grid = make_grid(integrator, (0, STEPS * DT), STEPS, None)
+    total = np.zeros(2)
+    rng = np.random.default_rng(1)
+    for vb, x in zip(rng.choice(AXES["vb"], SAMPLE), rng.choice(AXES["x"], SAMPLE), strict=True):
+        model = belt(vb=float(vb))
+        total += loop_time(model, grid, integrator, float(x), STEPS) - loop_time(model, grid, integrator, float(x), 0)
+    return total / SAMPLE
+
+
+def loop_time(model: Any, grid: Grid, integrator: MoreauJean, x: float, steps: int) -> np.ndarray:
+    """Seconds of one call of the compiled loop."""
+    run = Run(model.system(), integrator, grid, *model.state(x=x), Selection.COMPLIANT_LIMIT, False)
+    started = now()
+    run._block(steps)
+    return now() - started
+
+
+def nothing(x: float = 0.0) -> float:
+    """The cheapest task."""
+    return x
+
+
+def print_parts() -> None:
+    """What the parts cost: a cell of a Python function, a call of each executor."""
+    print("\nwhat each part costs")
+    x = np.arange(20_000.0)
+    started = time.perf_counter()
+    sweep(nothing, {"x": x}, progress=False)
+    print(f"{'a Python function':30s} {(time.perf_counter() - started) / x.size * 1e6:9.2f} us a cell")
+    with LocalPool(2) as pool:
+        print(f"{'a batch, local processes':30s} {call_time(pool) * 1e6:9.0f} us")
+    if importlib.util.find_spec("distributed") is None:
+        print("distributed is not installed: no figure for a scheduler")
+        return
+    from distributed import LocalCluster
+
+    from nonsmooth.studies.cluster import connect
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        executor, _, client = connect(cluster.scheduler_address)
+        with client:
+            print(f"{'a batch, Dask on this machine':30s} {call_time(executor) * 1e6:9.0f} us")
+
+
+def call_time(executor: Any) -> float:
+    """Seconds a call, of many that wait together."""
+    wait([executor.submit(nothing, float(k)) for k in range(4)])  # the workers have started
+    started = time.perf_counter()
+    wait([executor.submit(nothing, float(k)) for k in range(CALLS)])
+    return (time.perf_counter() - started) / CALLS
