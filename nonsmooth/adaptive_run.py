@@ -97,6 +97,9 @@ class AdaptiveRun(Run):
     def _time(self) -> float:
         return float(self.scratch_block.arrays.ode.clock[NOW])
 
+    def _load_for_retry(self) -> bool:
+        return False  # compliant contacts have no contact problem to solve
+
     def _fraction_done(self) -> float:
         span = self.t_record[-1] - self.t_record[0]
         return float((self._time() - self.t_record[0]) / span) if span > 0 else 1.0

@@ -101,7 +101,8 @@ def bare_run() -> np.ndarray:
 
 def loop_time(model: Any, grid: Grid, integrator: MoreauJean, x: float, steps: int) -> np.ndarray:
     """Seconds of one call of the compiled loop."""
-    run = Run(model.system(), integrator, grid, *model.state(x=x), Selection.COMPLIANT_LIMIT, False)
+    q_0, u_0 = model.state(x=x)
+    run = Run(model.system(), integrator, grid, q_0, u_0, Selection.COMPLIANT_LIMIT, False)
     started = now()
     run._block(steps)
     return now() - started
