@@ -8,12 +8,13 @@ Source: Moreau (1988), section 5; Boyd, Vandenberghe, *Convex Optimization* (200
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass
 
 import numpy as np
 
 from nonsmooth.compiled import Model
-from nonsmooth.errors import InvalidInput, ModelFunctionError  # noqa: F401 - raised by callers with the same words
+from nonsmooth.errors import InvalidInput
 from nonsmooth.quadratic_program import minimise
 from nonsmooth.system import (
     BILATERAL,
@@ -34,6 +35,8 @@ from nonsmooth.system import (
 CONSISTENT = 1e-7
 PROJECTIONS = 20  # linearisations of the gap
 
+_tried: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose functions have been called once
+
 
 @dataclass(frozen=True)
 class InitialState:
@@ -52,6 +55,7 @@ def examine_state(system: System, model: Model, has: int, t: float, q: np.ndarra
     """Modes at the start, and a sentence on penetration and inconsistent velocities if there is any."""
     n_c = system.n_c
     mode, slip = np.zeros(n_c, np.int64), np.zeros(n_c, np.int64)
+    try_functions(system, t, q, u)
     check_mass(system, t, q, u)
     if n_c == 0:
         return InitialState(mode, slip, "")
@@ -93,9 +97,22 @@ def contact_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tup
     return gaps, gamma_N, gamma_F
 
 
+def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Call every function of a system once in Python: compiled code would not notice an index out of range."""
+    if system in _tried:
+        return
+    for which in system.functions:
+        try:
+            evaluate(system, which, t, q, u)
+        except InvalidInput as refusal:
+            if not isinstance(refusal.__cause__, ArithmeticError):  # 1/0 is inf in compiled code
+                raise
+    _tried.add(system)
+
+
 def check_mass(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
     """Raise unless the mass matrix is finite, symmetric and positive definite."""
-    M = system.evaluate(MASS, t, q, u)
+    M = evaluate(system, MASS, t, q, u)
     if not np.isfinite(M).all():
         return  # the loop names the function
     if (np.abs(M - M.T) > 1e-10 * np.abs(M).max()).any():
@@ -115,10 +132,10 @@ def project_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tup
         violation = np.where(equality, np.abs(gaps), np.maximum(0.0, -gaps)).max(initial=0.0)
         if violation <= 1e-14 * np.abs(q).max(initial=0.0):
             break
-        q = q + _nearest(system.evaluate(MASS, t, q, u), rows, -gaps, equality)
+        q = q + _nearest(evaluate(system, MASS, t, q, u), rows, -gaps, equality)
     rows, _, equality = _normal_rows(system, t, q, u, CONSISTENT * np.abs(q).max(initial=0.0))
     rates = evaluate(system, GAP_RATE, t, q, u)[_selected(system, t, q, u, CONSISTENT * np.abs(q).max(initial=0.0))]
-    return q, u + _nearest(system.evaluate(MASS, t, q, u), rows, -(rows @ u + rates), equality)
+    return q, u + _nearest(evaluate(system, MASS, t, q, u), rows, -(rows @ u + rates), equality)
 
 
 def _selected(system: System, t: float, q: np.ndarray, u: np.ndarray, reach: float) -> np.ndarray:

@@ -259,6 +259,8 @@ class Run:
             self.status = Status.INTERRUPTED
             self._collect_events()
         self.wall_time = time.perf_counter() - started
+        if self.status not in (Status.FINISHED, Status.INTERRUPTED) and self._culprit():
+            self.status = Status.NOT_FINITE  # whatever NaN looked like to the step: no mode admissible, M indefinite
 
     def _block(self, max_steps: int) -> int:
         system, grid = self.system, self.grid
@@ -318,13 +320,18 @@ class Run:
         if self.status == Status.INTERRUPTED:
             return f"interrupted at {where}"
         if self.status == Status.NOT_FINITE:
-            return f"{self._culprit()} at {where}"
+            what = self._culprit() or "the velocities are not finite: the step is too large, or h or M is"
+            return f"{what}; {self._where()}; at {where}"
         contact = int(self.state.counters[FAILED_CONTACT])
         name = f"contact {contact}" if contact >= 0 else "the closed contacts"
         return f"{MESSAGES[self.status].format(contact=name)}; stopped at {where}, {self._where()}"
 
     def _where(self) -> str:
         return f"q = {np.array2string(self.state.q, precision=6)}, u = {np.array2string(self.state.u, precision=6)}"
+
+    def _dt(self) -> float:
+        interval = min(int(self.state.counters[INTERVAL]), len(self.grid.dts) - 1)
+        return float(self.grid.dts[interval]) if interval >= 0 else 0.0
 
     def _culprit(self) -> str:
         """Which model function raised or wrote a number that is not finite: each is called again, in Python."""
@@ -337,17 +344,15 @@ class Run:
                         out = self.system.evaluate(which, moment, place, u)
                     except Exception as error:
                         self.cause = error
-                        return f"the model function {name} raised {type(error).__name__}: {error}; {self._where()};"
+                        return f"the model function {name} raised {type(error).__name__}: {error}"
                     if not np.isfinite(out).all():
-                        return f"the model function {name} wrote {out[~np.isfinite(out)][0]}; {self._where()};"
-        return f"the velocities are not finite: the step is too large, or h or M is; {self._where()};"
+                        return f"the model function {name} wrote {out[~np.isfinite(out)][0]}"
+        return ""
 
     def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         """(t, q, u) at which the step that failed called the model functions."""
-        t, q, u = self._time(), self.state.q, self.state.u
-        interval = min(int(self.state.counters[INTERVAL]), len(self.grid.dts) - 1)
-        half = 0.5 * self.grid.dts[interval] if interval >= 0 else 0.0
-        return [(t, q, u), (t + half, q + half * u, u)]
+        t, dt, (q, u) = self._time(), self._dt(), (self.state.q, self.state.u)
+        return [(t + part * dt, q + part * dt * u, u) for part in (0.0, 0.5, 1.0)]
 
     def failure(self, solution: Solution) -> StepFailure:
         kind = ModelFunctionError if self.status == Status.NOT_FINITE else StepFailure

@@ -295,8 +295,17 @@ def as_system(candidate: Any) -> System:
 
 
 def evaluate(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """A model function's array, zeros where the system has no such function."""
-    return system.evaluate(which, t, q, u) if which in system.functions else np.zeros(system.shape(which))
+    """A model function's array, zeros where the system has no such function; `InvalidInput` when it raises."""
+    if which not in system.functions:
+        return np.zeros(system.shape(which))
+    try:
+        return system.evaluate(which, t, q, u)
+    except Exception as error:
+        name = next(name for name, number in FUNCTION_NAMES.items() if number == which)
+        raise InvalidInput(
+            f"the model function {name} raised {type(error).__name__}: {error}, in the initial state at t = {t:g} s; "
+            f"it writes an array of shape {system.shape(which)}"
+        ) from error
 
 
 @functools.lru_cache(maxsize=64)
