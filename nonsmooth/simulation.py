@@ -220,7 +220,7 @@ class Run:
         self.has = model_facts(system)
         self.compile_time = time.perf_counter() - started
         start = examine_state(system, self.model, self.has, float(grid.t[0]), q0, u0)
-        if project and not start.is_admissible:
+        if project:
             q0, u0 = project_state(system, float(grid.t[0]), q0, u0)
             start = examine_state(system, self.model, self.has, float(grid.t[0]), q0, u0)
         elif not start.is_admissible:

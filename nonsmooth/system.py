@@ -183,7 +183,7 @@ class System:
         if self.n_u != self.n_q:
             raise InvalidInput(f"n_u must equal n_q (q' = u); got n_u = {self.n_u}, n_q = {self.n_q}")
         set_("contacts", tuple(self.contacts))
-        set_("d", int(any(contact.has_friction for contact in self.contacts)))
+        set_("d", int(self.tangent is not None or any(contact.has_friction for contact in self.contacts)))
         _check_functions(self)
         self.laws  # noqa: B018 - resolves the coefficients now, so that a wrong one is met here
 

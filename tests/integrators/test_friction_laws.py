@@ -88,6 +88,48 @@ def test_stribeck_friction_follows_its_own_equation_of_motion():
     assert 3.5 < errors[0] / errors[1] < 4.5  # second order with mu at the mid-point
 
 
+def test_polynomial_friction_follows_its_own_equation_of_motion():
+    from scipy.integrate import solve_ivp
+
+    law = ns.Polynomial(m0=0.4, m1=0.1, m3=0.02)  # falling, then rising above 1.3 m/s
+
+    def rate(t, v):
+        return [-9.81 * (0.4 - 0.1 * v[0] + 0.02 * v[0] ** 3)]
+
+    exact = solve_ivp(rate, (0, 0.4), [2.5], rtol=1e-11, atol=1e-12).y[0, -1]
+    errors = [abs(run(law, 0.4, dt, (2.5, 0.0)).u[-1, 0] - exact) for dt in (1e-2, 5e-3)]
+    assert 3.5 < errors[0] / errors[1] < 4.5
+
+
+@pytest.mark.parametrize("load", [0.35, 0.45])
+def test_polynomial_friction_holds_up_to_its_value_at_rest(load):
+    solution = run(ns.Polynomial(m0=0.4, m1=0.1), F=load * 9.81)
+    assert (solution.q[-1, 0] > 0) == (load > 0.4)
+
+
+def test_stribeck_friction_holds_up_to_its_static_value_and_then_weakens():
+    law = ns.Stribeck(mu_s=0.5, mu_k=0.2, v_s=0.1)
+    assert run(law, F=0.49 * 9.81).q[-1, 0] == 0.0
+    assert run(law, F=0.51 * 9.81).u[-1, 0] > (0.51 - 0.5) * 9.81  # faster than under the static coefficient
+
+
+def test_friction_without_coefficient_is_none():
+    solution = run(0.0, u0=(1.0, 0.0))
+    assert (solution.u[:, 0] == 1.0).all() and set(solution.mode[1:, 0]) == {ns.ContactMode.LOCKED}
+
+
+@pytest.mark.parametrize("e_F", [0.0, 0.5, 1.0])
+def test_tangential_restitution_returns_the_sliding_velocity_of_an_impact_that_sticks(e_F):
+    contact = ns.Contact(mu=10.0, e_N=0.5, e_F=e_F)
+    system = ns.System(
+        n_q=2, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, contacts=[contact], parameters=Block()
+    )
+    solution = ns.simulate(system, (0, 0.11), [0.0, 0.1], [0.3, -1.0], integrator=ns.MoreauJean(dt=1e-3))
+    (impact,) = [event for event in solution.events if event.kind == ns.EventKind.IMPACT]
+    after = solution.u[np.searchsorted(solution.t, impact.t + 1.5e-3)]
+    assert np.allclose(after, [-e_F * 0.3, -0.5 * impact.gamma_N], atol=2 * 9.81e-3)  # gravity of two steps
+
+
 def test_smoothed_friction_never_sticks_and_agrees_with_a_stiff_integrator():
     from scipy.integrate import solve_ivp
 

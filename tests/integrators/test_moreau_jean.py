@@ -118,6 +118,40 @@ def test_bead_chain_approaches_its_exact_energy(dt, tolerance):
     assert abs(solution.ledger["kinetic"][-1] / 0.0080414 - 1) < tolerance  # first order in dt
 
 
+def stiff_beam(stiffness=None, damping=None):
+    """Two masses, a stiff nonlinear spring and a dash-pot between them, on a soft spring."""
+
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+        M[1, 1] = 2.0
+
+    def force(t, q, u, p, h):
+        stretch, rate = q[1] - q[0], u[1] - u[0]
+        tension = 1e4 * (stretch + stretch**3) + 50.0 * rate
+        h[0] = tension - q[0]
+        h[1] = -tension
+
+    return ns.System(n_q=2, mass=mass, force=force, stiffness=stiffness, damping=damping)
+
+
+def test_jacobians_that_are_given_and_computed_take_the_same_steps():
+    def stiffness(t, q, u, p, K):
+        k = 1e4 * (1 + 3 * (q[1] - q[0]) ** 2)
+        K[0, 0] = k + 1.0
+        K[1, 1] = k
+        K[0, 1] = K[1, 0] = -k
+
+    def damping(t, q, u, p, C):
+        C[0, 0] = C[1, 1] = 50.0
+        C[0, 1] = C[1, 0] = -50.0
+
+    start, integrator = ([0.0, 0.1], [1.0, 0.0]), ns.MoreauJean(dt=1e-2, theta=0.6)
+    given = ns.simulate(stiff_beam(stiffness, damping), (0, 1), *start, integrator=integrator)
+    computed = ns.simulate(stiff_beam("differences"), (0, 1), *start, integrator=integrator)
+    # forward differences have a relative error of about sqrt(eps), amplified over 100 steps by less than 1000
+    assert np.allclose(given.q, computed.q, atol=1e-5) and np.abs(given.q).max() < 2.0
+
+
 def test_implicit_step_is_stable_where_an_explicit_one_is_not():
     from models import SpragSlip
 
@@ -181,6 +215,17 @@ def test_regular_motions_of_the_rod_change_mode_at_the_published_times(th, thdot
     reached = [min(times, key=lambda t: abs(t - exact)) for exact in events]  # a reversal may stick for one step
     assert np.allclose(reached, events, atol=2 * dt)
     assert len(times) <= 2 * len(events)
+
+
+def test_rod_of_t1_slips_left_to_the_end_at_the_published_time():
+    dt = 1e-5
+    rod = PainleveRod(mu=0.3)
+    solution = run(rod, 0.362, dt, rod.state(th=math.radians(50), thdot=0.0, slip=-0.4), every=1)
+    th = solution.q[:, 2]
+    k = int(np.flatnonzero(th <= math.radians(2))[0])
+    end = solution.t[k] - dt * (math.radians(2) - th[k]) / (th[k - 1] - th[k])
+    assert abs(end - 0.361904031) < dt  # second order in dt, and the printed digits
+    assert (solution.slip[1 : k + 1, 0] == -1).all() and solution.events == []
 
 
 def test_bilateral_rod_changes_the_sign_of_its_normal_force_at_the_published_time():

@@ -1,0 +1,58 @@
+"""The energy of every step is accounted for, whatever moves, for any theta: T_1 - T_0 = the works booked."""
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from models import BeadChain, BeltOscillator, BouncingBall, PainleveRod, RockingBlock, SlidingBlock, SpragSlip
+
+MODELS = [BouncingBall(), SlidingBlock(), BeltOscillator(), PainleveRod(), SpragSlip(), RockingBlock(), BeadChain(n=8)]
+WORKS = ("force", "friction", "normal", "surface")
+
+
+def run(model, t_end=0.5, **options):
+    return ns.simulate(model, (0, t_end), *model.state(), integrator=ns.MoreauJean(dt=1e-3, **options))
+
+
+@pytest.mark.parametrize("theta", [0.5, 0.7, 1.0])
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+def test_kinetic_energy_changes_by_the_works_in_every_record(model, theta):
+    ledger = run(model, theta=theta).ledger
+    works = np.column_stack([ledger[name] for name in WORKS])
+    sizes = np.abs(np.diff(works, axis=0)).sum(axis=0).sum() + ledger["kinetic"].max()
+    # one rounding of each term a step, all summed: far below the work of a single step
+    rounding = len(works) * np.finfo(float).eps * sizes
+    assert np.abs(ledger["kinetic"] - ledger["kinetic"][0] - works.sum(axis=1)).max() <= rounding
+
+
+@pytest.mark.parametrize("theta", [0.5, 1.0])
+def test_friction_takes_energy_and_the_belt_gives_it(theta):
+    ledger = run(SpragSlip(), theta=theta).ledger
+    slip_work, belt_work = np.diff(ledger["friction"]), ledger["surface"][-1]
+    # where the tip sticks, the mean of the end velocities at the mid-point's rows is not 0 but O(dt^2)
+    assert slip_work[slip_work > 0].sum() < 1e-3**2 * -slip_work.sum() < belt_work
+
+
+def test_potential_drift_stands_beside_the_ledger_and_is_of_second_order():
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = -q[0] - q[0] ** 3
+
+    def potential(t, q, p, V):
+        V[0] = q[0] ** 2 / 2 + q[0] ** 4 / 4
+
+    spring = ns.System(n_q=1, mass=mass, force=force, potential=potential)
+    drifts = []
+    for dt in (1e-2, 5e-3):
+        ledger = ns.simulate(spring, (0, 3), [1.0], [0.0], integrator=ns.MoreauJean(dt=dt)).ledger
+        drifts.append(np.abs(np.diff(ledger["kinetic"] + ledger["potential"])).sum())
+    assert 3.5 < drifts[0] / drifts[1] < 4.5
+
+
+def test_restitution_loses_the_share_of_energy_that_newton_says():
+    e = 0.6
+    solution = run(BouncingBall(e=e), t_end=0.6)  # one impact, at 0.4515 s
+    landing = solution.ledger["kinetic"].max()
+    assert np.isclose(solution.ledger["normal"][-1], -(1 - e**2) * landing, rtol=5e-3)  # the step of the impact: O(dt)
