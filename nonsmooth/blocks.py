@@ -154,6 +154,8 @@ class _View(Kernel):
     def inlined(self) -> Any:
         from numba.extending import intrinsic
 
+        _numba_block_class()  # known to numba before it types the first kernel that views a block
+
         @intrinsic
         def view(typing_context, address, cls):  # type: ignore[no-untyped-def]
             block = _block_type(cls.instance_class)
