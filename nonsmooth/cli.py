@@ -1,4 +1,4 @@
-"""The command line: ``nonsmooth list | run | solve | bench``. Arguments in, library calls, text and files out.
+"""The command line: ``nonsmooth list | run | solve | study | bench``. Arguments in, library calls, text and files out.
 
 Exit codes: 0 done; 2 bad input; 3 the integration failed (what was computed is saved and summarised), or a problem file
 was not solved; 130 interrupted.
@@ -26,6 +26,7 @@ from nonsmooth.typed_input import (
     build_model,
     initial_state,
     number,
+    ranges,
     require_module,
     require_writable,
     whole_number,
@@ -93,6 +94,9 @@ def build_parser() -> argparse.ArgumentParser:
     solve.add_argument("--tol", type=number, default=1e-8, help="largest accepted error; 1e-8 by default")
     solve.add_argument("--plot", type=Path, metavar="FILE", help="draw a performance profile")
 
+    studies = commands.add_parser("study", help="study a model").add_subparsers(required=True, metavar="STUDY")
+    add_stability(studies.add_parser("stability", help="steady sliding: eigenvalues, and their change with parameters"))
+
     bench = commands.add_parser("bench", help="measure run times")
     bench.set_defaults(act=act_bench)
     bench.add_argument("what", choices=["core", "solvers", "sweep"])
@@ -126,6 +130,19 @@ def add_run(run: argparse.ArgumentParser) -> None:
     run.add_argument("--animate", type=Path, metavar="FILE.gif", help="write an animation")
     run.add_argument("--json", action="store_true", help="print one JSON object, and draw only what was asked for")
     run.add_argument("--quiet", action="store_true", help="print neither progress nor summary")
+
+
+def add_stability(study: argparse.ArgumentParser) -> None:
+    """The options of ``nonsmooth study stability``."""
+    study.set_defaults(act=act_stability, json=False)
+    study.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
+    study.add_argument("--set", nargs="+", action="extend", default=[], metavar="NAME=VALUE", help="parameters")
+    study.add_argument(
+        "--vary", nargs="+", action="extend", default=[], metavar="NAME=LOW:HIGH:N",
+        help="follow the eigenvalues along a parameter, or map the stability over two",
+    )  # fmt: skip
+    study.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL.png by default")
+    study.add_argument("--no-plot", action="store_true", help="draw nothing")
 
 
 def act_list(arguments: argparse.Namespace) -> int:
@@ -232,6 +249,22 @@ def act_solve(arguments: argparse.Namespace) -> int:
         performance_profile(results, arguments.plot)
         print(f"figure: {arguments.plot}")
     return 0 if all(row["status"] == "SOLVED" for rows in results.values() for row in rows) else FAILED
+
+
+def act_stability(arguments: argparse.Namespace) -> int:
+    """``nonsmooth study stability``."""
+    from nonsmooth.catalogue import load_model
+    from nonsmooth.studies.stability import study_stability
+
+    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
+    axes = ranges("--vary", arguments.vary)
+    figure = figure_path(arguments) if axes else None
+    study = study_stability(model, axes)
+    print(study.text)
+    if figure and study.draw:
+        study.draw(figure)
+        print(f"figure: {figure}")
+    return 0
 
 
 def act_bench(arguments: argparse.Namespace) -> int:

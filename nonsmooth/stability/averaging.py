@@ -73,8 +73,8 @@ class AveragedMotion:
         return self.equation(as_non_negative("a", a))
 
     def plot(self, path: str | Path | None = None) -> Any:
-        """a' against a with its equilibria; see `nonsmooth.output.stability`."""
-        from nonsmooth.output.stability import plot_averaged
+        """The averaged rate against the amplitude, with its equilibria: see `plot_averaged`."""
+        from nonsmooth.output.stability_plots import plot_averaged
 
         return plot_averaged([("", self)], path)
 

@@ -66,8 +66,8 @@ class EigenPath:
         ]
 
     def plot(self, path: str | Path | None = None, unit: str = "") -> Any:
-        """Growth rates and frequencies against the parameter, and the root locus; see `nonsmooth.output.stability`."""
-        from nonsmooth.output.stability import plot_eigen_path
+        """Growth rates and frequencies against the parameter, and the root locus: see `plot_eigen_path`."""
+        from nonsmooth.output.stability_plots import plot_eigen_path
 
         return plot_eigen_path(self, path, unit)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,14 +17,14 @@ from nonsmooth.system import as_system
 
 
 def stability_map(
-    system: Any, axes: dict[str, ArrayLike], at: Equilibrium | None = None, sensitivities: bool = True
+    system: Any, axes: Mapping[str, ArrayLike], at: Equilibrium | None = None, sensitivities: bool = True
 ) -> Any:
     """Growth rate, frequency and verdict of steady sliding over a grid of two parameters.
 
     Parameters
     ----------
     system : System or model
-    axes : dict
+    axes : mapping
         Two parameters and their values.
     at : Equilibrium, optional
         Where to start; its contacts and signs are kept. ``equilibrium`` at the first values when left out.

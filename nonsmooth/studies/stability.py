@@ -1,0 +1,110 @@
+"""The study behind ``nonsmooth study stability``: what becomes of steady sliding, at one point, along one parameter or
+over two."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nonsmooth.errors import InvalidInput
+from nonsmooth.stability.eigen_path import EigenPath, eigen_path
+from nonsmooth.stability.equilibrium import equilibrium
+from nonsmooth.stability.flutter_boundary import flutter_boundary
+from nonsmooth.stability.linearise import Linearisation, Verdict, linearise
+from nonsmooth.stability.stability_map import stability_map
+from nonsmooth.system import System, as_system
+
+
+@dataclass(frozen=True)
+class StabilityStudy:
+    """A table as text, and the function that draws the figure (None at a single point)."""
+
+    text: str
+    draw: Callable[[Path], Any] | None
+
+
+def study_stability(model: Any, axes: Mapping[str, ArrayLike]) -> StabilityStudy:
+    """Steady sliding of a model, and how its stability changes with up to two parameters.
+
+    Parameters
+    ----------
+    model : System or model
+    axes : dict
+        Names of parameters and their values.
+
+    Returns
+    -------
+    StabilityStudy
+
+    Raises
+    ------
+    InvalidInput
+        When there are more than two parameters, or no steady sliding is found.
+    """
+    system = as_system(model)
+    if len(axes) > 2:
+        raise InvalidInput(f"one or two parameters can be varied; got {', '.join(axes)}")
+    at = equilibrium(system)
+    text = describe(model, linearise(system, at))
+    if not axes:
+        return StabilityStudy(text, None)
+    if len(axes) == 2:
+        chart = stability_map(system, axes, at, sensitivities=False)
+        return StabilityStudy(f"{text}\n\n{count(chart.verdict.values)}", partial(_draw_map, chart))
+    (parameter, values), = axes.items()  # fmt: skip
+    path = eigen_path(system, parameter, values, at)
+    return StabilityStudy(f"{text}\n\n{changes(system, path)}", path.plot)
+
+
+def describe(model: Any, small: Linearisation) -> str:
+    """Where the system rests, under which forces, and its eigenvalues."""
+    at = small.equilibrium
+    n = at.q.size
+    names = [name for name, _ in getattr(model, "coordinates", ())] or [f"q[{k}]" for k in range(n)]
+    lines = ["steady sliding: " + ", ".join(f"{a} = {x:.9g}" for a, x in zip(names, at.q, strict=True))]
+    for i in at.mode.closed:
+        lines.append(
+            f"contact {i}: la_N = {at.la_N[i]:.9g} N, la_F = {at.la_F[i]:.9g} N, gamma_F = {at.gamma_F[i]:g} m/s"
+        )
+    return "\n".join([*lines, small.summary()])
+
+
+def changes(system: System, path: EigenPath) -> str:
+    """Every change of the verdict along the path; the boundary of stability to rounding."""
+    if not path.changes:
+        verdict = Verdict(path.verdicts[0])
+        ends = f"{path.parameter} = {path.values[0]:g} ... {path.values[-1]:g}"
+        return f"{spelt(verdict)} throughout {ends}"
+    lines = []
+    for before, after, was, becomes in path.changes:
+        where = f"between {before:g} and {after:g}"
+        if (was > Verdict.MARGINAL) != (becomes > Verdict.MARGINAL):
+            point = path.points[int(np.argmin(np.abs(path.values - before)))]
+            edge = flutter_boundary(system, path.parameter, (before, after), point.equilibrium)
+            where = f"= {edge.value:.12g}, frequency {edge.frequency:.9g} rad/s"
+        lines.append(f"{path.parameter} {where}: {spelt(was)} -> {spelt(becomes)}")
+    return "\n".join(lines)
+
+
+def count(verdicts: np.ndarray) -> str:
+    """How many points of a map have each verdict."""
+    lines = [f"{int((verdicts == v).sum()):6d} points {spelt(v)}" for v in Verdict if (verdicts == v).any()]
+    missing = int(np.isnan(verdicts).sum())
+    return "\n".join(lines + ([f"{missing:6d} points without an equilibrium"] if missing else []))
+
+
+def spelt(verdict: Verdict) -> str:
+    """The verdict in words."""
+    return verdict.name.lower().replace("_", " ")
+
+
+def _draw_map(chart: Any, path: Path) -> Any:
+    from nonsmooth.output.stability_plots import plot_stability_map
+
+    return plot_stability_map(chart, path)
