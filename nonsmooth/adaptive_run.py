@@ -65,20 +65,20 @@ class AdaptiveRun(Run):
         self.wall_time = 0.0
 
     def _block(self, max_steps: int) -> int:
-        callbacks = self.integrator.callbacks
-        if self.model.is_compiled:
-            addresses = tuple(kernel.address for kernel in callbacks)
-        else:
-            addresses = tuple(interpreted(kernel) for kernel in callbacks)
         with np.errstate(all="ignore"):
             status = self.loop(
-                self.model.handle, *addresses, self.system.p, self.t_record, self.every, min(max_steps, BLOCK),
+                self.model.handle, *self._callbacks(), self.system.p, self.t_record, self.every, min(max_steps, BLOCK),
                 *self.blocks,
             )  # fmt: skip
         if self.every > 0:
             self.rows.append(self._written())
             self.trail_block.arrays.counts[ROWS] = 0
         return status
+
+    def _callbacks(self) -> tuple[Any, ...]:
+        """The rates and the event functions, as the loop calls them."""
+        callbacks = self.integrator.callbacks
+        return tuple(kernel.address if self.model.is_compiled else interpreted(kernel) for kernel in callbacks)
 
     @property
     def blocks(self) -> tuple[Any, ...]:
@@ -129,6 +129,19 @@ class AdaptiveRun(Run):
             rejected=int(counters[REJECTED]), evaluations=int(counters[EVALUATIONS]),
             jacobians=int(counters[JACOBIANS]), factorisations=int(counters[FACTORISATIONS]),
         )  # fmt: skip
+
+
+def new_adaptive_run(
+    system: System, integrator: Any, t_span: tuple[float, float], every: int, t_eval: Any, q0: np.ndarray,
+    u0: np.ndarray, project: bool,
+) -> AdaptiveRun:  # fmt: skip
+    """The run of the integrator's method: compiled, or SciPy's."""
+    times = record_times(t_span, every, t_eval)
+    if integrator.is_compiled:
+        return AdaptiveRun(system, integrator, *times, q0, u0, project)
+    from nonsmooth.scipy_run import ScipyRun  # it extends AdaptiveRun
+
+    return ScipyRun(system, integrator, *times, q0, u0, project)
 
 
 def record_times(t_span: tuple[float, float], every: int, t_eval: Any) -> tuple[np.ndarray, int]:

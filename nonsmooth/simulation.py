@@ -159,9 +159,9 @@ def new_run(
 ) -> Run:  # fmt: skip
     """The run of an integrator: on a grid of steps, or with steps that it chooses itself."""
     if getattr(integrator, "chooses_steps", False):
-        from nonsmooth.adaptive_run import AdaptiveRun, record_times  # it extends Run: loaded once this module is
+        from nonsmooth.adaptive_run import new_adaptive_run  # it extends Run: loaded once this module is
 
-        return AdaptiveRun(system, integrator, *record_times(t_span, every, t_eval), q0, u0, project)
+        return new_adaptive_run(system, integrator, t_span, every, t_eval, q0, u0, project)
     row_bytes = bytes_of_record(system.n_u, system.n_c, system.d)
     grid = make_grid(integrator, t_span, every, t_eval, row_bytes)
     return Run(system, integrator, grid, q0, u0, selection, project)

@@ -73,7 +73,7 @@ def contact_events(model, p, contacts_at, t, x, out):
             out[E + e + FRICTION] = speed
         elif mode == ContactMode.STICK:
             mu = static_coefficient(contacts.laws, i)
-            out[e + FRICTION] = mu * abs(contacts.la[i, 0]) - abs(contacts.la[i, 1])
+            out[e + FRICTION] = mu * contacts.sign[i] * contacts.la[i, 0] - abs(contacts.la[i, 1])
             out[E + e + FRICTION] = (1.0 + mu) * force + contacts.numbers[RTOL] * abs(contacts.la[i, 1])
     return Status.RUNNING.value
 

@@ -21,12 +21,13 @@ from nonsmooth.integrators.compliant_contacts import OMEGA, contact_rates
 from nonsmooth.integrators.compliant_law import EXPONENTS, LAWS, Regularised
 from nonsmooth.integrators.contact_switching import begin_contacts, contact_events
 from nonsmooth.integrators.event_location import locate_event
-from nonsmooth.integrators.penalty_loop import Scratch, run, scratch_shapes, switch
+from nonsmooth.integrators.penalty_loop import Scratch, begin_run, evaluate_contacts, run, scratch_shapes, switch
 from nonsmooth.integrators.radau import radau_shorten, radau_step
 from nonsmooth.integrators.radau_stages import EPS, NOW, RTOL
 from nonsmooth.jit import Kernel
 from nonsmooth.system import BILATERAL, FORCE, GAP, GIVEN_FORCE, MASS, NORMAL, System, evaluate
 
+METHODS = ("compiled", "Radau", "BDF", "LSODA")
 SMALLEST_RTOL = 100 * EPS
 # A start is a slip of the pen where a contact is indented by more than both: this part of the largest coordinate, and
 # so many times what the smooth forces press it in at rest.
@@ -53,6 +54,9 @@ class Penalty:
         Of unilateral contacts; bilateral ones are Kelvin-Voigt.
     friction : "coulomb" or Regularised
         Coulomb's law with true sticking, or a smooth function of the sliding velocity.
+    method : {"compiled", "Radau", "BDF", "LSODA"}
+        The compiled Radau IIA of order 5, or one of SciPy's solvers on the same equations: a cross-check, some hundred
+        times slower. What SciPy leaves unfinished, not finite or beyond an event is refused, whatever it reports.
     rtol, atol : float
         Tolerances of the error of a step: relative, and absolute in SI units of coordinates and velocities; gaps are
         held to atol sqrt(m/k), which has the energy of a velocity error atol.
@@ -79,6 +83,7 @@ class Penalty:
     mass: float | None = None
     law: str = "clipped"
     friction: str | Regularised = "coulomb"
+    method: str = "compiled"
     rtol: float = 1e-8
     atol: float = 1e-10
 
@@ -98,11 +103,18 @@ class Penalty:
             raise InvalidInput("hunt-crossley has no damping ratio: its damping grows with the depth; give damping")
         if not isinstance(self.friction, Regularised) and self.friction != "coulomb":
             raise InvalidInput(f"friction must be 'coulomb' or Regularised(v_s); got {self.friction!r}")
+        if self.method not in METHODS:
+            raise UnknownName(f"there is no method {self.method!r}; {nearest(self.method, METHODS)}")
         as_positive("atol", self.atol)
         if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
 
     chooses_steps = True
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether the steps are taken by compiled code."""
+        return self.method == "compiled"
 
     @property
     def loop(self) -> Kernel:
@@ -116,9 +128,9 @@ class Penalty:
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach."""
-        of_method = (radau_step, radau_shorten, locate_event)
-        of_contacts = (contact_rates, contact_events, begin_contacts, switch)
-        for entry_point in (*of_method, *of_contacts):
+        of_contacts = (contact_rates, contact_events, begin_contacts, begin_run, switch)
+        of_method = (radau_step, radau_shorten, locate_event) if self.is_compiled else (evaluate_contacts,)
+        for entry_point in (*of_contacts, *of_method):
             entry_point.load()
 
     def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Block:

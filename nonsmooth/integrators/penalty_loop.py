@@ -107,11 +107,9 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
     clock = ode.clock
     t_end = t_record[t_record.shape[0] - 1]
     if state.counters[STEPS] == 0 and trail.counts[NEXT] == 0:
-        status = begin_contacts(rates, model, p, clock[NOW], ode.x, address(contacts), ode.f)
+        status = begin_run(rates, model, p, scratch_at)
         if status != Status.RUNNING:
             return status
-        events.found[CHECK_START] = 1
-        events.found[HANDLED] = NO_EVENT
         write_row(clock[NOW], ode.x, contacts, trail)
         trail.counts[NEXT] = 1
     for _ in range(max_steps):
@@ -121,7 +119,7 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             return Status.FINISHED.value
         if every > 0 and trail.counts[ROWS] >= trail.t.shape[0]:
             return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
-        if state.counters[N_EVENTS] >= state.events.shape[0]:
+        if state.counters[N_EVENTS] + contacts.kinds.shape[0] > state.events.shape[0]:
             return Status.RUNNING.value
         status = radau_step(rates, model, p, address(contacts), h_max, address(ode))
         if status != Status.RUNNING:
@@ -152,6 +150,22 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             if status != Status.RUNNING:
                 return status
     return Status.RUNNING.value
+
+
+@kernel("int64(int64, int64, float64[::1], int64)", short_loops=True)
+def begin_run(rates, model, p, scratch_at):
+    """The modes at the start; returns a Status."""
+    scratch = view(scratch_at, Scratch)
+    ode, events = scratch.ode, scratch.events
+    events.found[CHECK_START] = 1
+    events.found[HANDLED] = NO_EVENT
+    return begin_contacts(rates, model, p, ode.clock[NOW], ode.x, address(scratch.contacts), ode.f)
+
+
+@kernel("int64(int64, int64, float64[::1], float64, float64[::1], float64[::1], int64)", short_loops=True)
+def evaluate_contacts(function, model, p, t, x, out, scratch_at):
+    """The rates or the event functions at a state; returns a Status."""
+    return rates_at(function, model, p, address(view(scratch_at, Scratch).contacts), t, x, out)
 
 
 @kernel

@@ -124,7 +124,7 @@ def test_regular_motion_is_that_of_the_rigid_rod_up_to_1_over_k(mu, th, thdot, s
 
 
 def test_reversal_at_which_the_normal_force_jumps_costs_half_an_order():
-    """The rigid force jumps, the compliant one follows within k^-1/2; meanwhile the friction is wrong by a part of it."""
+    """The rigid force jumps, the compliant one follows within k^-1/2; meanwhile the friction is wrong."""
     rod = PainleveRod(mu=0.3)
     q0, u0 = rod.state(th=math.radians(50), thdot=0.0, slip=0.8)
     errors, delays = [], []

@@ -1,5 +1,6 @@
-"""The sprag-slip rod with a compliant contact: trajectories through every region, seizures, orbits, orders. SYSTEMS H of
-the design papers; its numbers are copied here."""
+"""The sprag-slip rod with a compliant contact: trajectories through every region, seizures, orbits, orders.
+
+SYSTEMS H of the design papers; its numbers are copied here."""
 
 import math
 
@@ -61,8 +62,8 @@ def test_time_and_place_of_the_seizure(start, t, th):
 
 @pytest.mark.parametrize(
     ("kappa", "t", "excess", "force"),
-    [(1e4, 1.634599e-3, -5.93e-3, 2.9730e4), (1e5, 2.21393e-4, -7.66e-4, 2.9337e5), (1e6, 2.7867e-5, -9.32e-5, 2.92795e6),
-     (1e7, 3.358e-6, -1.10e-5, 2.92719e7)],
+    [(1e4, 1.634599e-3, -5.93e-3, 2.9730e4), (1e5, 2.21393e-4, -7.66e-4, 2.9337e5),
+     (1e6, 2.7867e-5, -9.32e-5, 2.92795e6), (1e7, 3.358e-6, -1.10e-5, 2.92719e7)],
 )  # fmt: skip
 def test_force_history_of_a_seizure(kappa, t, excess, force):
     solution = run(kappa, 0.78, 1.0, 1.2 * t)
@@ -75,7 +76,7 @@ def test_force_history_of_a_seizure(kappa, t, excess, force):
 
 
 def test_impulse_of_a_seizure_tends_to_that_of_the_impact():
-    """Up to the end of slip P = 7.253789216, in all 13.107965209 N s; the spring is loaded and unloaded within O(1/kappa)."""
+    """Up to the end of slip P = 7.253789216, in all 13.107965209 N s, within O(1/kappa)."""
     assert abs(ROD.seizure(0.78, 1.0).P_N - 13.107965209) < 1e-8
     to_stick, total = [], []
     for kappa in (1e5, 1e6, 1e7):
@@ -120,7 +121,7 @@ def mean_period(rod, kappa, first, last):
     ids=["seizure orbit", "limit cycle"],
 )  # fmt: skip
 def test_period_of_the_attracting_orbit(rod, rigid, periods):
-    """The contact creeps with rate kc/cc = 1 1/s, and the period with it by some 1e-7 s: 1e-6 s is what can be asked."""
+    """The contact creeps with rate kc/cc = 1 1/s, and the period with it by some 1e-7 s: 1e-6 s can be asked."""
     found = {kappa: mean_period(rod, kappa, 4.0, 7.0) for kappa in periods}
     for kappa, period in periods.items():
         assert abs(found[kappa] - period) < 1e-6

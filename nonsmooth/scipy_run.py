@@ -1,0 +1,173 @@
+"""Compliant contact by one of SciPy's solvers: the same rates, events and modes, other steps. A cross-check.
+
+Each call of ``solve_ivp`` ends at the first event; the mode changes, and the next call begins there. Nothing is taken
+on trust: a run that SciPy calls a success and that holds NaN (LSODA does that), stops before its end, or has gone
+through an event unseen is a failure here. The last happens where a saddle is stepped over and damped: SciPy's solvers
+do not look for growing modes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.adaptive_run import AdaptiveRun
+from nonsmooth.errors import Status
+from nonsmooth.integrators.contact_switching import N_FUNCTIONS, ROUNDINGS
+from nonsmooth.integrators.event_location import HANDLED, NO_EVENT
+from nonsmooth.integrators.penalty_loop import MAX_STALLS, accept, begin_run, evaluate_contacts, switch
+from nonsmooth.integrators.radau_stages import EPS, EVALUATIONS, FACTORISATIONS, JACOBIANS, NOW
+from nonsmooth.integrators.records import N_EVENTS
+from nonsmooth.jit import Kernel, interpreted
+
+PASSED = 10.0  # tolerances by which an event function may be negative where no event was found
+
+
+class RatesRefused(Exception):
+    """The rates cannot be computed at a state that the solver asked for."""
+
+    def __init__(self, status: int) -> None:
+        self.status = status
+
+
+class ScipyRun(AdaptiveRun):
+    """One integration in progress, by ``scipy.integrate.solve_ivp``."""
+
+    stalls = 0  # changes of mode without a step between
+    known: tuple[Any, np.ndarray] = (None, np.zeros(0))  # the state of the last event functions, and their values
+
+    def _block(self, max_steps: int) -> int:
+        """Integrate to the next event, or to the end."""
+        try:
+            with np.errstate(all="ignore"):
+                return self._to_next_event()
+        except RatesRefused as refused:
+            return refused.status
+        except ValueError:  # the root of an event function has no bracket on the solver's own interpolant
+            return Status.NOT_SOLVED
+
+    def _to_next_event(self) -> int:
+        ode = self.scratch_block.arrays.ode
+        rates, functions = self._callbacks()
+        if not self.rows:
+            self._accept(self._call(begin_run, rates, self.model.handle, self.system.p, self.blocks[2]))
+            self._write(ode.clock[NOW], ode.x)
+        if self.state.counters[N_EVENTS] + self.system.n_c > len(self.state.events):
+            return Status.RUNNING
+        which = self._fallen(self._evaluate(functions, ode.clock[NOW], ode.x), 1.0)
+        if which == NO_EVENT:
+            which, status = self._solve(rates, functions)
+            if status != Status.RUNNING or which == NO_EVENT:
+                return status if status != Status.RUNNING else Status.FINISHED
+            self.stalls = 0
+        self.stalls += 1
+        if self.stalls > MAX_STALLS * N_FUNCTIONS * self.system.n_c:
+            return Status.CHATTERING
+        state, _, scratch = self.blocks
+        self._accept(self._call(switch, rates, self.model.handle, self.system.p, which, state, scratch))
+        self.scratch_block.arrays.events.found[HANDLED] = which
+        return Status.RUNNING
+
+    def _solve(self, rates: Any, functions: Any) -> tuple[int, int]:
+        """(the event that ended it, RUNNING), NO_EVENT at the end, or the status of a failure."""
+        from scipy.integrate import solve_ivp
+
+        ode, contacts = self.scratch_block.arrays.ode, self.scratch_block.arrays.contacts
+        start, end = float(ode.clock[NOW]), float(self.t_record[-1])
+        if not end > start:
+            return NO_EVENT, Status.RUNNING
+        n_events = N_FUNCTIONS * self.system.n_c
+        atol = np.full(len(ode.x), self.integrator.rtol)  # of impulses and works [N s, J]
+        atol[: len(ode.atol)] = ode.atol
+        with np.errstate(all="ignore"):
+            found = solve_ivp(
+                lambda t, x: self._evaluate(rates, t, x), (start, end), ode.x.copy(), method=self.integrator.method,
+                rtol=self.integrator.rtol, atol=atol, dense_output=True,
+                events=[self._event(functions, e) for e in range(n_events)],
+            )  # fmt: skip
+        ode.counters[EVALUATIONS] += found.nfev
+        ode.counters[JACOBIANS] += found.njev or 0
+        ode.counters[FACTORISATIONS] += found.nlu or 0
+        if not np.isfinite(found.y).all():
+            return NO_EVENT, Status.NOT_FINITE
+        if not found.success or (found.status == 0 and found.t[-1] != end):
+            return NO_EVENT, Status.STEP_VANISHED
+        moment = found.t[-1]
+        which = next((e for e in range(n_events) if len(found.t_events[e])), NO_EVENT)
+        loose = PASSED * max(1.0, self.integrator.rtol / (ROUNDINGS * EPS))
+        passed = self._fallen(self._evaluate(functions, moment, found.y[:, -1]), loose)
+        if passed not in (NO_EVENT, which):
+            return NO_EVENT, Status.NOT_SOLVED
+        self._record(found, start, moment)
+        ode.clock[NOW], ode.x[:] = moment, found.y[:, -1]
+        for _ in found.t[1:]:
+            interpreted(accept)(self.state, contacts, ode)
+        return which, Status.RUNNING
+
+    def _record(self, found: Any, start: float, moment: float) -> None:
+        """Write the rows that were asked for, of the steps of one call."""
+        if self.every == 0:
+            for t in self.t_record[(self.t_record > start) & (self.t_record <= moment)]:
+                self._write(t, found.sol(t))
+            return
+        last = len(found.t) - 1
+        for k in range(1, last + 1):
+            if k % self.every == 0 or k == last:
+                self._write(found.t[k], found.y[:, k])
+
+    def _write(self, t: float, x: np.ndarray) -> None:
+        contacts = self.scratch_block.arrays.contacts
+        x = np.ascontiguousarray(x)
+        self._evaluate(self._callbacks()[0], t, x)
+        columns = (np.array([t]), x.copy(), contacts.la.copy(), contacts.mode.copy(), contacts.slip.copy())
+        self.rows.append((columns[0], *(column[None] for column in columns[1:])))
+
+    def _evaluate(self, function: Any, t: float, x: np.ndarray) -> np.ndarray:
+        out = np.zeros(max(len(x), 2 * N_FUNCTIONS * self.system.n_c))
+        x = np.ascontiguousarray(x)
+        self._accept(
+            self._call(evaluate_contacts, function, self.model.handle, self.system.p, t, x, out, self.blocks[2])
+        )
+        return out[: len(x)] if function == self._callbacks()[0] else out
+
+    def _event(self, functions: Any, e: int) -> Callable:
+        """Event function e for SciPy; all of them are asked for at the same state, one after the other."""
+
+        def event(t: float, x: np.ndarray) -> float:
+            key = (t, x.tobytes())
+            if self.known[0] != key:
+                self.known = key, self._evaluate(functions, t, x)
+            return float(self.known[1][e])
+
+        self.known = (None, np.zeros(0))
+        event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
+        return event
+
+    def _fallen(self, values: np.ndarray, loose: float) -> int:
+        """The first event function below minus its tolerance; of an event just handled, below what is left of it."""
+        events = self.scratch_block.arrays.events
+        n = N_FUNCTIONS * self.system.n_c
+        handled = events.found[HANDLED]
+        events.floor[:] = 0.0
+        if handled != NO_EVENT:
+            events.floor[handled] = max(0.0, -values[handled])
+            events.found[HANDLED] = NO_EVENT
+        below = np.flatnonzero(values[:n] < -loose * values[n : 2 * n] - events.floor)
+        return int(below[0]) if len(below) else NO_EVENT
+
+    def _message(self) -> str:
+        if self.status != Status.NOT_SOLVED:
+            return super()._message()
+        return (
+            f"SciPy's {self.integrator.method} went past the end of a contact mode without seeing it, after "
+            f"t = {self._time():.9g} s, {self._where()}; take method='compiled', or a smaller rtol"
+        )
+
+    def _call(self, kernel: Kernel, *arguments: Any) -> int:
+        return (kernel.dispatcher if self.model.is_compiled else interpreted(kernel))(*arguments)
+
+    def _accept(self, status: int) -> None:
+        if status != Status.RUNNING:
+            raise RatesRefused(status)
