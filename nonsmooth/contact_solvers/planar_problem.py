@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.blocks import Integers, Matrix, Vector
-from nonsmooth.contact_solvers.modes import Tree, tree_shapes
+from nonsmooth.contact_solvers.modes import MAX_SOLUTIONS, Tree, tree_shapes
 from nonsmooth.contact_solvers.single import FREE, STICK
 from nonsmooth.jit import kernel
 from nonsmooth.laws import depends_on_speed, friction_coefficient
@@ -73,8 +73,8 @@ class Planar(NamedTuple):
     family: Family
 
 
-def planar_shapes(n: int, d: int) -> dict[str, Any]:
-    """Shapes of ``Planar`` for up to n contacts; next to nothing when there is but one."""
+def planar_shapes(n: int, d: int, kept: int = MAX_SOLUTIONS) -> dict[str, Any]:
+    """Shapes of ``Planar`` for up to n contacts and ``kept`` solutions; next to nothing when there is but one."""
     m = 3 * n if n > 1 else 1
     r = n * (1 + d) if n > 1 else 1
     levels = min(n, 17) if n > 1 else 1  # 2^17 frictionless leaves exceed MAX_LEAVES
@@ -83,7 +83,7 @@ def planar_shapes(n: int, d: int) -> dict[str, Any]:
         **per_contact, "A": (m, m), "b": (m,), "z": (m,), "tableau": (m, m + 2), "scales": (4, m + 2),
         "basis": (4 * m + 2,), "gamma": (r,),
         "unknown": (r,), "order": (r,), "pivots": (1,), "can_decide_redundant": (1,),
-        "tree": tree_shapes(levels, min(r, 2 * levels)), "family": family_shapes(levels, min(r, 2 * levels)),
+        "tree": tree_shapes(levels, min(r, 2 * levels), kept), "family": family_shapes(levels, min(r, 2 * levels)),
     }  # fmt: skip
 
 
@@ -91,7 +91,7 @@ def planar_shapes(n: int, d: int) -> dict[str, Any]:
 def residual(n, closed, start, kinds, G, c, P, planar):
     """Largest violation of the inclusions, relative to max |c|; the velocities are left in ``planar.gamma``.
 
-    Normal: |min(G_NN P_N, gamma_N)|. Tangential, by the projection on the disc of radius mu |P_N|:
+    Normal: |min(|G_NN| P_N, gamma_N)|. Tangential, by the projection on the disc of radius mu |P_N|:
     G_FF |P_F - proj(P_F - gamma_F / G_FF)|.
     """
     r = start[n]
@@ -110,7 +110,7 @@ def residual(n, closed, start, kinds, G, c, P, planar):
         kind = kinds[i, 0]
         P_N = planar.normal_impulse[k] if kind == GIVEN_FORCE else P[a]
         if kind == UNILATERAL:
-            worst = max(worst, abs(min(G[a, a] * P_N, planar.gamma[a])))
+            worst = max(worst, abs(min(abs(G[a, a]) * P_N, planar.gamma[a])))
         elif kind == BILATERAL:
             worst = max(worst, abs(planar.gamma[a]))
         if kinds[i, 1] > 0:

@@ -24,8 +24,14 @@ from nonsmooth.laws import LAW_E_N
 from nonsmooth.paradox.alternatives import ImpactAlternative, impacts_without_collision, sticking_impulse
 from nonsmooth.paradox.chatter import chatter_ratio
 from nonsmooth.paradox.forces import Outcome
-from nonsmooth.paradox.redundant import every_combination
-from nonsmooth.paradox.stability import Stability, StabilityTag, effective_matrix, stability_of
+from nonsmooth.paradox.stability import (
+    Stability,
+    StabilityTag,
+    effective_matrix,
+    force_columns,
+    is_regular,
+    stability_of,
+)
 from nonsmooth.paradox.state_problem import Problem, problem_at
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, as_system
 
@@ -42,7 +48,7 @@ class ParadoxKind(IntEnum):
     INCONSISTENT = 0  # none
     REGULAR = 1  # one
     INDETERMINATE = 2  # several
-    NOT_ENUMERATED = 3  # more contacts than are enumerated, or equations that hide solutions
+    NOT_ENUMERATED = 3  # more contacts than are enumerated
     INADMISSIBLE = 4  # (maps only) the state penetrates or lands: there is no acceleration-level problem
 
 
@@ -225,24 +231,16 @@ def kind_of(n_solutions: int, is_complete: bool) -> ParadoxKind:
 
 
 def all_solutions(problem: Problem) -> tuple[tuple[ForceSolution, ...], bool]:
-    """The solutions, and whether none can be missing; where equations are singular every combination is tried."""
+    """The solutions, and whether none can be missing."""
     if len(problem.closed) == 0:
-        return (force_solution(problem, np.zeros(0, int), np.zeros(0), True),), True
-    solutions = [
-        force_solution(problem, candidate, la, True)
-        for candidate, la in zip(problem.candidate, problem.la, strict=True)
-    ]
-    if problem.outcome == Outcome.TOO_MANY:
-        return tuple(solutions), False
-    if problem.outcome == Outcome.COMPLETE:
-        return tuple(solutions), problem.found == len(solutions)
-    answers = every_combination(problem)
-    if answers is None:
-        return tuple(solutions), False
-    return tuple(force_solution(problem, *answer) for answer in answers), True
+        return (force_solution(problem, np.zeros(0, int), np.zeros(0)),), True
+    solutions = tuple(
+        force_solution(problem, candidate, la) for candidate, la in zip(problem.candidate, problem.la, strict=True)
+    )
+    return solutions, problem.outcome == Outcome.COMPLETE and problem.found == len(solutions)
 
 
-def force_solution(problem: Problem, candidate: np.ndarray, la: np.ndarray, is_unique: bool) -> ForceSolution:
+def force_solution(problem: Problem, candidate: np.ndarray, la: np.ndarray) -> ForceSolution:
     """One solution in the terms of the system: ``candidate`` (n,) and ``la`` (r,) of the closed contacts."""
     modes = [OPEN_NAME] * problem.system.n_c
     for k, i in enumerate(problem.closed):
@@ -253,29 +251,32 @@ def force_solution(problem: Problem, candidate: np.ndarray, la: np.ndarray, is_u
         if problem.kind(k) == GIVEN_FORCE:
             la_N[i] = problem.normal[k]
     dgamma_N, dgamma_F = problem.spread(problem.rates(problem.c, la), np.nan)
-    tag = stability_tag(problem, candidate, la)
+    tag, is_unique = judge_modes(problem, candidate)
     return ForceSolution(tuple(modes), la_N, la_F, problem.du + problem.X.T @ la, dgamma_N, dgamma_F, tag, is_unique)
 
 
-def stability_tag(problem: Problem, candidate: np.ndarray, la: np.ndarray) -> StabilityTag:
-    """The stability of a solution under stiff contacts: only contacts that press (or pull) are springs."""
-    normal, slides, ratio, sticks = [], [], [], []
+def judge_modes(problem: Problem, candidate: np.ndarray) -> tuple[StabilityTag, bool]:
+    """The stability of modes under stiff contacts, and whether their equations determine the forces."""
+    rows: list[int] = []  # closed normal rows, each a spring of the stiff contact
+    slides: list[int] = []  # their rows of sliding friction, -1 without
+    ratio: list[float] = []  # la_F/la_N there
+    sticks: list[int] = []
     for k, mode in enumerate(candidate):
-        N, T = problem.start[k], problem.start[k + 1] - 1
-        is_given = problem.kind(k) == GIVEN_FORCE
+        T = problem.start[k + 1] - 1
+        is_slide = mode >= SLIDE_PLUS
         if mode == FREE:
             continue
-        is_slide = mode >= SLIDE_PLUS
         if not is_slide and problem.d(k) > 0:
             sticks.append(T)
-        if not is_given:
-            normal.append(N)
+        if problem.kind(k) != GIVEN_FORCE:
+            rows.append(problem.start[k])
             slides.append(T if is_slide else -1)
             ratio.append(-slip_sign(mode) * sigma_sign(mode) * problem.mu[k] if is_slide else 0.0)
-    P = effective_matrix(
-        problem.G, np.array(normal, int), np.array(slides, int), np.array(ratio, float), np.array(sticks, int)
-    )  # fmt: skip
-    return stability_of(P)
+    normal, stuck = np.array(rows, int), np.array(sticks, int)
+    columns = force_columns(problem.G, normal, np.array(slides, int), np.array(ratio, float))
+    return stability_of(effective_matrix(problem.G, columns, normal, stuck)), is_regular(
+        problem.G, columns, normal, stuck
+    )
 
 
 def coefficients(problem: Problem) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -22,7 +22,9 @@ from typing import NamedTuple
 from nonsmooth.acceleration_problem import acceleration_problem
 from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, address, view
 from nonsmooth.contact_problem import Work, evaluate_rows, row_velocities, work_shapes
-from nonsmooth.contact_solvers.modes import MAX_LEAVES, Tree, enumerate_modes, leaves, tree_shapes
+from nonsmooth.contact_solvers.modes import MAX_LEAVES, enumerate_modes, leaves
+from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.contact_solvers.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
 from nonsmooth.errors import Status
 from nonsmooth.jit import call_model, kernel
@@ -66,10 +68,8 @@ class Forces(NamedTuple):
     row: Integers  # (r,) row of the full problem
     G: Matrix  # (r, r)
     b: Vector  # (r,)
-    reduced_mu: Vector  # (c,)
-    reduced_static: Vector  # (c,)
-    reduced_normal: Vector  # (c,)
-    tree: Tree
+    P: Vector  # (r,) scratch
+    planar: Planar  # friction of the reduced problem, and its solutions
     candidate: IntegerTable  # (kept, c) modes of each solution, by closed contact
     la: Matrix  # (kept, r) forces of each solution, by row of the full problem
 
@@ -78,15 +78,13 @@ def forces_shapes(n: int, n_c: int, d: int, kept: int = KEPT) -> dict:
     """Shapes of ``Forces``."""
     r = max(1, n_c * (1 + d))
     c = max(1, n_c)
-    levels = min(c, MAX_CONTACTS)
     per_contact = dict.fromkeys(
-        ("situation", "slip", "mu", "mu_static", "normal", "sigma", "contact", "listed", "reduced_mu", "reduced_static",
-         "reduced_normal"), (c,)
+        ("situation", "slip", "mu", "mu_static", "normal", "sigma", "contact", "listed"), (c,)
     )  # fmt: skip
     return {
         **per_contact, "work": work_shapes(n, n_c, d), "rates": (4, r), "gamma": (c, 2), "kinds": (c, 2),
-        "start": (c + 1,), "row": (r,), "G": (r, r), "b": (r,), "candidate": (kept, c),
-        "la": (kept, r), "tree": tree_shapes(levels, min(r, 2 * levels), kept),
+        "start": (c + 1,), "row": (r,), "G": (r, r), "b": (r,), "P": (r,), "candidate": (kept, c),
+        "la": (kept, r), "planar": planar_shapes(min(max(c, 2), MAX_CONTACTS), d, kept),
     }  # fmt: skip
 
 
@@ -94,7 +92,7 @@ class Outcome(IntEnum):
     """How far the search went."""
 
     COMPLETE = 0
-    SINGULAR = 1  # the equations of some modes are singular and may hide solutions
+    SINGULAR = 1  # some modes have singular equations, and ``enumerate_redundant`` is not loaded yet
     TOO_MANY = 2  # more modes than are enumerated
     INADMISSIBLE = 3  # no acceleration-level problem: a contact lands, penetrates or is violated
     NOT_FINITE = 4  # a model function raised or wrote NaN
@@ -196,7 +194,7 @@ def situation_of(kind, g_N, gamma_N, gamma_F, length, speed, surface):
 @kernel
 def find_forces(n_k, kinds, forces):
     """Every solution of the problem in forces.work for given slip signs: (Outcome, number)."""
-    work, tree = forces.work, forces.tree
+    work, planar, tree = forces.work, forces.planar, forces.planar.tree
     found = 0
     outcome = Outcome.COMPLETE.value
     pairs = 1
@@ -205,17 +203,21 @@ def find_forces(n_k, kinds, forces):
             pairs *= 2
     for signs in range(pairs):
         n = reduce_problem(n_k, kinds, signs, forces)
-        if n > MAX_CONTACTS or pairs * leaves(n, forces.listed, forces.kinds) > MAX_LEAVES:
+        if n > forces.planar.mu.shape[0] or pairs * leaves(n, forces.listed, forces.kinds) > MAX_LEAVES:
             return Outcome.TOO_MANY.value, 0
         number = 1
         is_complete = True
         if n > 0:
             number, is_complete = enumerate_modes(
-                n, forces.listed, forces.start, forces.kinds, forces.reduced_mu, forces.reduced_static,
-                forces.reduced_normal, forces.G, forces.b, address(tree),
+                n, forces.listed, forces.start, forces.kinds, planar.mu, planar.mu_static, planar.normal_impulse,
+                forces.G, forces.b, address(tree),
             )  # fmt: skip
-        if not is_complete:
+        if not is_complete and planar.can_decide_redundant[0] == 0:
             outcome = Outcome.SINGULAR.value
+        elif not is_complete:
+            number = enumerate_redundant(
+                n, forces.listed, forces.start, forces.kinds, forces.G, forces.b, forces.P, address(planar)
+            )
         for m in range(min(number, tree.modes.shape[0])):
             found += keep_solution(n_k, n, m, found, kinds, forces)
         if number > tree.modes.shape[0]:
@@ -243,9 +245,9 @@ def reduce_problem(n_k, kinds, signs, forces):
         start[n] = r
         forces.kinds[n, 0] = kind
         forces.kinds[n, 1] = 0 if is_sliding else d
-        forces.reduced_mu[n] = mu[k]
-        forces.reduced_static[n] = forces.mu_static[k]
-        forces.reduced_normal[n] = forces.normal[k]
+        forces.planar.mu[n] = mu[k]
+        forces.planar.mu_static[n] = forces.mu_static[k]
+        forces.planar.normal_impulse[n] = forces.normal[k]
         last = work.start[k] + 1 if is_sliding else work.start[k + 1]
         for row in range(work.start[k], last):
             forces.row[r] = row
@@ -279,7 +281,7 @@ def reduced_free(n_k, row, kinds, forces):
 @kernel
 def keep_solution(n_k, n, m, found, kinds, forces):
     """Write solution m of the reduced problem among those found; 0 if its la_N contradicts the signs tried, else 1."""
-    work, tree, slip, sigma = forces.work, forces.tree, forces.slip, forces.sigma
+    work, tree, slip, sigma = forces.work, forces.planar.tree, forces.slip, forces.sigma
     for a in range(n):
         k = forces.contact[a]
         if slip[k] != 0 and kinds[work.closed[k], 0] == BILATERAL:

@@ -11,7 +11,6 @@ import math
 from typing import NamedTuple
 
 from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, view
-from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.single import PULL_MINUS
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.paradox.forces import Forces, Outcome, forces_at_state
@@ -129,9 +128,3 @@ def write_solutions(m, found, n_k, kinds, forces, grid):
             grid.modes[m, j * n_c + i] = forces.candidate[j, k]
             given = kinds[i, 0] == GIVEN_FORCE
             grid.la_N[m, j * n_c + i] = forces.normal[k] if given else forces.la[j, forces.work.start[k]]
-
-
-def load_grid() -> None:
-    """Compile the loop and what it calls, or read it from disk."""
-    for entry_point in (enumerate_modes, forces_at_state, search_points):
-        entry_point.load()

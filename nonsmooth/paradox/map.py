@@ -67,8 +67,8 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
 
     Notes
     -----
-    States that penetrate or land have the kind INADMISSIBLE and no solution counted. Where equations are singular
-    (redundant contacts at rest) the kind is NOT_ENUMERATED; `classify` decides such a state.
+    States that penetrate or land have the kind INADMISSIBLE and no solution counted; states with more contacts than are
+    enumerated the kind NOT_ENUMERATED.
 
     Examples
     --------
@@ -105,8 +105,7 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
 def kinds_of(found: Found) -> np.ndarray:
     """`ParadoxKind` of each point."""
     kind = np.minimum(found.number, 2)  # INCONSISTENT, REGULAR, INDETERMINATE
-    is_short = (found.outcome == Outcome.SINGULAR) | (found.outcome == Outcome.TOO_MANY)
-    kind = np.where(is_short & (found.number < 2), ParadoxKind.NOT_ENUMERATED, kind)
+    kind = np.where(found.outcome == Outcome.TOO_MANY, ParadoxKind.NOT_ENUMERATED, kind)
     is_no_problem = (found.outcome == Outcome.INADMISSIBLE) | (found.outcome == Outcome.NOT_FINITE)
     return np.where(is_no_problem, ParadoxKind.INADMISSIBLE, kind).astype(np.int8)
 

@@ -7,7 +7,7 @@ coefficients of friction depend on. ``search`` then runs ``paradox.grid`` over c
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
 from typing import Any
@@ -21,8 +21,9 @@ from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
 from nonsmooth.jit import CannotCompile, CompiledModel, compile_model, interpreted
 from nonsmooth.laws import LAW_C, LAW_E_F, LAW_E_N, LAW_WIDTH
-from nonsmooth.paradox.forces import KEPT, Forces, forces_shapes
-from nonsmooth.paradox.grid import NATURAL, PARAMETER, VARIABLE, Grid, load_grid, search_points
+from nonsmooth.paradox.forces import KEPT, Forces, Outcome, forces_shapes
+from nonsmooth.paradox.grid import NATURAL, PARAMETER, VARIABLE, Grid, search_points
+from nonsmooth.paradox.state_problem import ENTRY_POINTS, decide_redundant
 from nonsmooth.system import System, as_system, changed, parameter_tuple
 
 CHUNK = 16_384  # points of one call: a few megabytes of results
@@ -133,27 +134,40 @@ class Points:
             np.zeros(size, np.int32), np.zeros(size, np.int8), np.zeros((size, n_c)), np.zeros((size, n_c)),
             np.zeros((size, n_c)), np.zeros((size, kept, n_c)), np.zeros((size, kept, n_c), np.int8),
         )  # fmt: skip
-        starts = range(0, size, CHUNK)
         model = model_of(self.system)
-        if not model.is_compiled:
-            workers = 1
-        else:
-            load_grid()
-        stripes = [starts[k::workers] for k in range(min(workers, len(starts)))]
-        with ThreadPoolExecutor(len(stripes)) as pool:
-            jobs = [pool.submit(self._search_stripe, model, axes, stripe, size, is_list, found) for stripe in stripes]
-            for job in jobs:
-                job.result()
+        for entry_point in (*ENTRY_POINTS, search_points) if model.is_compiled else ():
+            entry_point.load()
+        workers = workers if model.is_compiled else 1
+        starts = range(0, size, CHUNK)
+        self._search_chunks(model, axes, starts, is_list, found, workers, False)
+        left_open = sorted({int(point) // CHUNK for point in np.flatnonzero(found.outcome == Outcome.SINGULAR)})
+        if left_open:
+            chunks = [starts[k] for k in left_open]
+            self._search_chunks(model, axes, chunks, is_list, found, workers, True)
         return found
 
-    def _search_stripe(self, model: Model, axes: list[np.ndarray], stripe: range, size: int, is_list: bool,
-                       found: Found) -> None:  # fmt: skip
+    def _search_chunks(self, model: Model, axes: list[np.ndarray], starts: Sequence[int], is_list: bool, found: Found,
+                       workers: int, is_redundant: bool) -> None:  # fmt: skip
+        """Chunks from the points ``starts``, in threads; with redundant contacts decided if that is asked for."""
+        stripes = [starts[k::workers] for k in range(min(workers, len(starts)))]
+        with ThreadPoolExecutor(len(stripes)) as pool:
+            jobs = [
+                pool.submit(self._search_stripe, model, axes, stripe, is_list, found, is_redundant)
+                for stripe in stripes
+            ]  # fmt: skip
+            for job in jobs:
+                job.result()
+
+    def _search_stripe(self, model: Model, axes: list[np.ndarray], stripe: Sequence[int], is_list: bool, found: Found,
+                       is_redundant: bool) -> None:  # fmt: skip
         """The chunks of one thread: blocks of its own, results into their places."""
         system = self.system
-        kept, n_c = found.la_N.shape[1:]
+        size, kept, n_c = found.la_N.shape
         forces = new_block(
             Forces, forces_shapes(system.n_u, system.n_c, system.d, max(kept, KEPT if n_c > 1 else kept))
         )
+        if is_redundant:
+            decide_redundant(forces.arrays, model.is_compiled)
         natural = self.natural.address if self.natural and model.is_compiled else 0
         grid = self._new_grid(axes, min(CHUNK, size), kept, n_c, natural != 0)
         arrays = grid.arrays

@@ -21,6 +21,7 @@ from enum import IntEnum
 
 import numpy as np
 
+REDUNDANT = 1e-12  # singular values below this part of the largest count as zero
 ROUNDING = 1e-12  # an imaginary part below this part of |rho| counts as rounding of a real eigenvalue
 
 
@@ -50,9 +51,8 @@ class StabilityTag:
     rho: np.ndarray
 
 
-def effective_matrix(G: np.ndarray, normal: np.ndarray, slides: np.ndarray, ratio: np.ndarray,
-                     sticks: np.ndarray) -> np.ndarray:  # fmt: skip
-    """P_aa (m, m) of m active contacts.
+def force_columns(G: np.ndarray, normal: np.ndarray, slides: np.ndarray, ratio: np.ndarray) -> np.ndarray:
+    """G applied to unit normal forces and the sliding friction that goes with them (r, m).
 
     Parameters
     ----------
@@ -60,15 +60,26 @@ def effective_matrix(G: np.ndarray, normal: np.ndarray, slides: np.ndarray, rati
     normal : (m,) rows of the normal forces of the active contacts.
     slides, ratio : (m,)
         For each the row of its sliding friction, -1 if it has none, and la_F/la_N there.
-    sticks : (j,) rows of friction that stick.
     """
     columns = G[:, normal].copy()
     has_slide = slides >= 0
     columns[:, has_slide] += G[:, slides[has_slide]] * ratio[has_slide]
+    return columns
+
+
+def effective_matrix(G: np.ndarray, columns: np.ndarray, normal: np.ndarray, sticks: np.ndarray) -> np.ndarray:
+    """P_aa (m, m) of m active contacts: their ``columns``, and the friction rows ``sticks`` (j,) held at rest."""
     if len(sticks) == 0:
         return columns[normal]
-    held = np.linalg.lstsq(G[np.ix_(sticks, sticks)], columns[sticks], rcond=1e-12)[0]
+    held = np.linalg.lstsq(G[np.ix_(sticks, sticks)], columns[sticks], rcond=REDUNDANT)[0]
     return columns[normal] - G[np.ix_(normal, sticks)] @ held
+
+
+def is_regular(G: np.ndarray, columns: np.ndarray, normal: np.ndarray, sticks: np.ndarray) -> bool:
+    """Whether the equations of the modes, gamma' = 0 in the closed rows, determine the forces."""
+    rows = np.concatenate([normal, sticks])
+    equations = np.column_stack([columns, G[:, sticks]])[rows]
+    return len(rows) == 0 or int(np.linalg.matrix_rank(equations, rtol=REDUNDANT)) == len(rows)
 
 
 def stability_of(P: np.ndarray) -> StabilityTag:

@@ -13,12 +13,14 @@ from nonsmooth.blocks import new_block
 from nonsmooth.compiled import model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.contact_solvers.modes import enumerate_modes
+from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import interpreted
 from nonsmooth.paradox.forces import Forces, Outcome, Situation, forces_at_state, forces_shapes
 from nonsmooth.system import FORCE, GIVEN_FORCE, MASS, System
 
 ROUNDING = 1e-13  # of the terms of a sum: a smaller sum is zero
+ENTRY_POINTS = (enumerate_modes, forces_at_state)  # what a search may reach, but for redundant contacts
 WHY = {
     Situation.LANDING: "contact {i} approaches with gamma_N = {gamma_N:g} m/s: an impact comes first; classify the "
     "state after it",
@@ -106,12 +108,15 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
     model = model_of(system)
     block = new_block(Forces, forces_shapes(system.n_u, system.n_c, system.d))
     arguments = (model.handle, model_facts(system), t, q, u, system.p, system.kinds, system.laws)
-    if model.is_compiled:
-        load_search()
-        outcome, found, n, r = forces_at_state(*arguments, block.address)
-    else:
-        outcome, found, n, r = interpreted(forces_at_state)(*arguments, block.arrays)
     arrays = block.arrays
+    search = forces_at_state if model.is_compiled else interpreted(forces_at_state)
+    for entry_point in ENTRY_POINTS if model.is_compiled else ():
+        entry_point.load()
+    handle = block.address if model.is_compiled else arrays
+    outcome, found, n, r = search(*arguments, handle)
+    if outcome == Outcome.SINGULAR:
+        decide_redundant(arrays, model.is_compiled)
+        outcome, found, n, r = search(*arguments, handle)
     if outcome == Outcome.INADMISSIBLE:
         raise InvalidInput(f"the state has no acceleration-level problem: {'; '.join(_reasons(arrays))}")
     if outcome == Outcome.NOT_FINITE:
@@ -130,10 +135,11 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
     )  # fmt: skip
 
 
-def load_search() -> None:
-    """Compile the search, or read it from disk."""
-    enumerate_modes.load()
-    forces_at_state.load()
+def decide_redundant(arrays: Forces, is_compiled: bool) -> None:
+    """Let a search decide modes with singular equations; compiled when first met."""
+    if is_compiled:
+        enumerate_redundant.load()
+    arrays.planar.can_decide_redundant[0] = 1
 
 
 def free_motion(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
