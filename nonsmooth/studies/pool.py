@@ -111,13 +111,14 @@ class _Worker:
             self._start()
         try:
             self.pipe.send_bytes(payload)
-            if not self.pipe.poll(seconds):
-                self.kill()
-                raise WorkerTimedOut(f"not done within {seconds:g} s")
-            return pickle.loads(self.pipe.recv_bytes())
+            answer = self.pipe.recv_bytes() if self.pipe.poll(seconds) else None
         except (EOFError, OSError):
             self.process.join()
             raise WorkerDied(f"the worker process ended {_how(self.process.exitcode)}") from None
+        if answer is None:
+            self.kill()
+            raise WorkerTimedOut(f"not done within {seconds:g} s")
+        return pickle.loads(answer)
 
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")

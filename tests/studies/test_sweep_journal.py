@@ -1,0 +1,174 @@
+"""The journal: what was finished is never lost, never computed again, and never taken from another study."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import nonsmooth as ns
+from models.belt_oscillator import BeltOscillator
+
+AXES = {"x": [1.0, 2.0, 3.0], "y": [10.0, 20.0]}
+
+
+def counting(tasks, folder):
+    return functools.partial(tasks.counted, folder=str(folder))
+
+
+def calls(folder):
+    return (folder / "calls.txt").read_text().splitlines()
+
+
+def test_a_finished_journal_is_read_instead_of_computed(tasks, tmp_path):
+    task, journal = counting(tasks, tmp_path), tmp_path / "journal.jsonl"
+    first = ns.sweep(task, AXES, journal=journal, progress=False)
+    again = ns.sweep(task, AXES, journal=journal, progress=False)
+    assert len(calls(tmp_path)) == 6 and again.attrs["cells_from_journal"] == 6
+    xr.testing.assert_equal(first, again)
+
+
+def test_resume_false_begins_anew(tasks, tmp_path):
+    task, journal = counting(tasks, tmp_path), tmp_path / "journal.jsonl"
+    for _ in range(2):
+        ns.sweep(task, AXES, journal=journal, resume=False, progress=False)
+    assert len(calls(tmp_path)) == 12 and len(journal.read_text().splitlines()) == 7
+
+
+def test_numbers_come_back_to_the_bit(tasks, tmp_path):
+    axes = {"x": [1.0, 2.0, 3.0, 0.1 + 0.2, 1e-308, 1 / 3]}
+    first = ns.sweep(tasks.several, axes, journal=tmp_path / "j.jsonl", progress=False)
+    again = ns.sweep(tasks.several, axes, journal=tmp_path / "j.jsonl", progress=False)
+    assert np.isnan(first.pair.values[1, 1])
+    xr.testing.assert_equal(first, again)
+    for line in (tmp_path / "j.jsonl").read_text().splitlines():
+        json.loads(line, parse_constant=pytest.fail)  # strict JSON: no NaN
+
+
+def test_failures_are_finished_cells_with_their_message(tasks, tmp_path):
+    first = ns.sweep(tasks.picky, AXES, journal=tmp_path / "j.jsonl", progress=False)
+    again = ns.sweep(tasks.picky, AXES, journal=tmp_path / "j.jsonl", progress=False)
+    assert again.attrs["cells_from_journal"] == 6 and again.attrs["cells_failed"] == 2
+    xr.testing.assert_equal(first, again)
+
+
+@pytest.mark.parametrize("cut", (1, 9, 25))
+def test_a_torn_last_line_is_computed_again(tasks, tmp_path, cut):
+    task, journal = counting(tasks, tmp_path), tmp_path / "journal.jsonl"
+    whole = ns.sweep(task, AXES, journal=journal, progress=False)
+    with open(journal, "r+b") as file:
+        file.truncate(journal.stat().st_size - cut)
+    again = ns.sweep(task, AXES, journal=journal, progress=False)
+    assert again.attrs["cells_from_journal"] == 5 and len(calls(tmp_path)) == 7
+    xr.testing.assert_equal(whole, again)
+    assert all(json.loads(line) for line in journal.read_text().splitlines())
+
+
+def test_a_torn_head_is_an_empty_journal(tasks, tmp_path):
+    journal = tmp_path / "j.jsonl"
+    journal.write_text('{"journal": "nonsmooth sweep", "for')
+    assert ns.sweep(tasks.product, AXES, journal=journal, progress=False).attrs["cells_from_journal"] == 0
+    assert len(journal.read_text().splitlines()) == 7
+
+
+def test_a_damaged_line_inside_is_named(tasks, tmp_path):
+    journal = tmp_path / "j.jsonl"
+    ns.sweep(tasks.product, AXES, journal=journal, progress=False)
+    lines = journal.read_text().splitlines()
+    lines[3] = lines[3][:-5]
+    journal.write_text("\n".join(lines) + "\n")
+    with pytest.raises(ns.InvalidInput, match="line 4 of the journal"):
+        ns.sweep(tasks.product, AXES, journal=journal, progress=False)
+
+
+def studies():
+    belt, dt = BeltOscillator(), ns.MoreauJean(1e-2)
+    axes = {"vb": [0.1, 0.2]}
+    yield "the study itself", ns.RunTask(belt, t_span=(0, 1), integrator=dt), axes
+    yield "another parameter", ns.RunTask(BeltOscillator(k=11.0), t_span=(0, 1), integrator=dt), axes
+    yield "another step", ns.RunTask(belt, t_span=(0, 1), integrator=ns.MoreauJean(5e-3)), axes
+    yield "another end", ns.RunTask(belt, t_span=(0, 2), integrator=dt), axes
+    yield "another start", ns.RunTask(belt, t_span=(0, 1), integrator=dt, state={"x": 0.1}), axes
+    yield "another measure", ns.RunTask(belt, "amplitude", t_span=(0, 1), integrator=dt), axes
+    yield "another axis", ns.RunTask(belt, t_span=(0, 1), integrator=dt), {"vb": [0.1, 0.3]}
+    yield "another name", ns.RunTask(belt, t_span=(0, 1), integrator=dt), {"N": [0.1, 0.2]}
+    yield "a function", (lambda vb: vb), axes
+
+
+def test_a_journal_of_another_study_is_refused(tmp_path):
+    (_, task, axes), *others = studies()
+    journal = tmp_path / "j.jsonl"
+    ns.sweep(task, axes, journal=journal, progress=False)
+    before = journal.read_bytes()
+    for what, other, its_axes in others:
+        with pytest.raises(ns.InvalidInput, match="belongs to another study"):
+            ns.sweep(other, its_axes, journal=journal, progress=False)
+            pytest.fail(what)
+    assert journal.read_bytes() == before
+
+
+def test_an_edited_function_is_another_study(tmp_path):
+    journal = tmp_path / "j.jsonl"
+    namespace = {}
+    exec("def f(x): return x + 1\ndef g(x): return x + 2", namespace)
+    namespace["g"].__qualname__ = namespace["f"].__qualname__
+    ns.sweep(namespace["f"], {"x": [1]}, journal=journal, progress=False)
+    with pytest.raises(ns.InvalidInput, match="belongs to another study"):
+        ns.sweep(namespace["g"], {"x": [1]}, journal=journal, progress=False)
+
+
+@pytest.mark.parametrize("content", ("hello\n", '{"cell": 1}\n', "\x00\x01binary", "[1, 2]\n"))
+def test_a_file_that_is_no_journal_is_refused_and_left_alone(tasks, tmp_path, content):
+    journal = tmp_path / "precious.txt"
+    journal.write_text(content)
+    with pytest.raises(ns.InvalidInput, match="no journal of a sweep"):
+        ns.sweep(tasks.product, AXES, journal=journal, progress=False)
+    assert journal.read_text() == content
+
+
+def test_a_journal_that_cannot_be_written_is_refused_before_the_sweep(tasks, tmp_path):
+    for path in (tmp_path, tmp_path / "no folder" / "j.jsonl"):
+        with pytest.raises(ns.InvalidInput, match="cannot be used"):
+            ns.sweep(tasks.product, AXES, journal=path, progress=False)
+
+
+SCRIPT = """
+import functools, sys
+import nonsmooth as ns
+module, folder, workers = sys.argv[1:]
+task = functools.partial(__import__(module).counted, folder=folder, seconds=0.05)
+
+if __name__ == "__main__":
+    ns.sweep(task, {"x": range(1, 7), "y": range(10)}, journal=folder + "/j.jsonl", workers=int(workers), batch=2)
+"""
+
+
+@pytest.mark.parametrize("workers", (1, 2))
+def test_a_program_killed_outright_resumes_where_it_was(tasks, tmp_path, entries, workers):
+    script, journal = tmp_path / "script.py", tmp_path / "j.jsonl"
+    script.write_text(SCRIPT)
+    arguments = [sys.executable, str(script), tasks.__name__, str(tmp_path), str(workers)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, sys.path)])}
+    program = subprocess.Popen(arguments, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline and (not journal.exists() or len(journal.read_bytes().splitlines()) < 10):
+        time.sleep(0.02)
+    program.send_signal(signal.SIGKILL)
+    program.wait()
+    time.sleep(0.5)  # its workers notice, and end after the batch they are in
+    finished, called = len(entries(journal)), len(calls(tmp_path))
+    assert 9 <= finished < 60
+    task = functools.partial(tasks.counted, folder=str(tmp_path), seconds=0.05)
+    axes = {"x": range(1, 7), "y": range(10)}
+    found = ns.sweep(task, axes, journal=journal, progress=False)
+    assert found.attrs["cells_from_journal"] == finished
+    assert len(calls(tmp_path)) == called + 60 - finished
+    xr.testing.assert_equal(found, ns.sweep(tasks.product, axes, progress=False))
