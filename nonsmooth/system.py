@@ -333,13 +333,39 @@ def numeric_fields(parameters: Any) -> dict[str, float]:
 
 
 def changed(parameters: Any, changes: dict[str, Any]) -> Any:
-    """A NamedTuple or dataclass with some fields replaced; unknown names are refused with the nearest one."""
+    """A NamedTuple or dataclass with some fields replaced; a field declared int takes whole numbers only.
+
+    Raises
+    ------
+    UnknownName
+        For a name that is no field; the message suggests the nearest.
+    InvalidInput
+        For a part of a whole.
+    """
     is_tuple = hasattr(parameters, "_fields")
     known = parameters._fields if is_tuple else tuple(getattr(parameters, "__dataclass_fields__", ()))
     for name in changes:
         if name not in known:
             raise UnknownName(f"there is no parameter {name!r}; {nearest(name, known)}")
-    return parameters._replace(**changes) if is_tuple else replace(parameters, **changes)
+    values = dict(changes)
+    for name in whole_fields(parameters) & values.keys():
+        if not (np.isfinite(values[name]) and values[name] == int(values[name])):
+            raise InvalidInput(f"the parameter {name} must be a whole number; got {values[name]:g}")
+        values[name] = int(values[name])
+    return parameters._replace(**values) if is_tuple else replace(parameters, **values)
+
+
+def whole_fields(parameters: Any) -> set[str]:
+    """The fields of a dataclass that are declared int: numbers of parts, not quantities."""
+    fields = getattr(parameters, "__dataclass_fields__", {})
+    return {name for name, field in fields.items() if field.type in (int, "int")}
+
+
+def with_values(model: Any, changes: dict[str, Any]) -> Any:
+    """A model or system with some parameters changed."""
+    if not changes:
+        return model
+    return model.with_parameters(**changes) if isinstance(model, System) else changed(model, changes)
 
 
 @functools.cache

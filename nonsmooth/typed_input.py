@@ -72,14 +72,7 @@ def build_model(model: Any, changes: dict[str, float]) -> Any:
     """The model with its defaults changed; a field declared int takes whole numbers."""
     from nonsmooth.system import changed
 
-    values: dict[str, float] = {}
-    for name, value in changes.items():
-        field = getattr(model, "__dataclass_fields__", {}).get(name)
-        is_whole = field is not None and field.type in (int, "int")
-        if is_whole and not (math.isfinite(value) and value == int(value)):
-            raise InvalidInput(f"the parameter {name} must be a whole number; got {value:g}")
-        values[name] = int(value) if is_whole else value
-    return changed(model(), values)
+    return changed(model(), changes)
 
 
 def initial_state(model: Any, arguments: argparse.Namespace) -> tuple[Any, Any]:

@@ -24,7 +24,7 @@ from nonsmooth.laws import LAW_C, LAW_E_F, LAW_E_N, LAW_WIDTH
 from nonsmooth.paradox.forces import KEPT, Forces, Outcome, forces_shapes
 from nonsmooth.paradox.grid import NATURAL, PARAMETER, VARIABLE, Grid, search_points
 from nonsmooth.paradox.state_problem import ENTRY_POINTS, decide_redundant
-from nonsmooth.system import System, as_system, changed, parameter_tuple
+from nonsmooth.system import System, as_system, parameter_tuple, with_values
 
 CHUNK = 16_384  # points of one call: a few megabytes of results
 
@@ -221,13 +221,6 @@ def variables_of(state: Callable) -> dict[str, Any]:
         name: None if parameter.default is inspect.Parameter.empty else parameter.default
         for name, parameter in inspect.signature(state).parameters.items()
     }
-
-
-def with_values(model: Any, changes: dict[str, float]) -> Any:
-    """A model or system with some parameters changed."""
-    if not changes:
-        return model
-    return model.with_parameters(**changes) if isinstance(model, System) else changed(model, changes)
 
 
 def law_links(system: System) -> np.ndarray:

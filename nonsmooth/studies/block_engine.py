@@ -52,7 +52,9 @@ class Cells(NamedTuple):
 
     p: Matrix  # (N, n_p) parameters
     laws: Cube  # (N, c, LAW_WIDTH)
-    q: Matrix  # (N, n) start, then end
+    q_0: Matrix  # (N, n) start
+    u_0: Matrix  # (N, n)
+    q: Matrix  # (N, n) end
     u: Matrix  # (N, n)
     t: Vector  # (N,) time reached
     status: Integers  # (N,) Status
@@ -73,7 +75,7 @@ class Cells(NamedTuple):
 def cells_shapes(N: int, n_p: int, n: int, n_c: int, n_codes: int) -> dict[str, tuple[int, ...]]:
     """Shapes of ``Cells``."""
     each = dict.fromkeys(("t", "status", "start", "n_codes"), (N,))
-    per_coordinate = dict.fromkeys(("q", "u", "low", "high", "period"), (N, n))
+    per_coordinate = dict.fromkeys(("q_0", "u_0", "q", "u", "low", "high", "period"), (N, n))
     return {
         **each, **per_coordinate, "p": (N, n_p), "laws": (N, n_c, LAW_WIDTH), "mode": (N, n_c), "slip": (N, n_c),
         "ledger": (N, N_LEDGER), "worst": (N, 3), "counters": (N, N_COUNTERS), "events": (N, N_KINDS),
@@ -82,22 +84,23 @@ def cells_shapes(N: int, n_p: int, n: int, n_c: int, n_codes: int) -> dict[str, 
 
 
 @kernel(
-    "void(int64, int64, int64[:, ::1], float64[::1], float64[::1], float64[::1], int64[::1], int64, int64, "
-    "float64[::1], float64[::1], int64, int64, int64, int64)",
+    "void(int64, int64, int64[:, ::1], float64[::1], float64[::1], float64[::1], int64[::1], int64, boolean, int64, "
+    "int64, float64[::1], float64[::1], int64, int64, int64, int64)",
     short_loops=True,
 )
-def run_cells(model, has, kinds, options, t_record, dts, steps, window, N, state_memory, scratch_memory,
-              cells_at, state_at, record_at, scratch_at):  # fmt: skip
-    """Run every cell; the records from number ``window`` on are reduced to low, high, period (none where < 0)."""
+def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry, first, last, state_memory,
+              scratch_memory, cells_at, state_at, record_at, scratch_at):  # fmt: skip
+    """Run the cells ``first`` to ``last``; the records from number ``window`` on are reduced to low, high, period (none
+    where it is negative). In a retry, ``enumerate_redundant`` is loaded and decides the problems that stopped a run."""
     cells, state, record = view(cells_at, Cells), view(state_at, State), view(record_at, Record)
     scratch = view(scratch_at, Scratch)
     n, n_c, m = cells.q.shape[1], kinds.shape[0], t_record.shape[0]
-    for i in range(N):
+    for i in range(first, last):
         clear(state_memory)
         clear(scratch_memory)
         p, laws = cells.p[i], cells.laws[i]
         for j in range(n):
-            state.q[j], state.u[j] = cells.q[i, j], cells.u[i, j]
+            state.q[j], state.u[j] = cells.q_0[i, j], cells.u_0[i, j]
         cells.start[i] = initial_modes(model, has, t_record[0], n, n_c, kinds, p, state, scratch.work)
         status = Status.RUNNING.value if cells.start[i] != RAISED else Status.NOT_FINITE.value
         note_modes(i, n_c, state, cells)
@@ -106,6 +109,9 @@ def run_cells(model, has, kinds, options, t_record, dts, steps, window, N, state
                 model, has, p, kinds, laws, options, t_record, dts, steps, WITHOUT_END, state_at, record_at, scratch_at
             )
             note_events(i, state, cells)
+            if is_retry and status == Status.NOT_SOLVED and scratch.planar.can_decide_redundant[0] == 0:
+                scratch.planar.can_decide_redundant[0] = 1
+                status = Status.RUNNING.value
         store(i, n, n_c, status, t_record, dts, state, cells)
         if window >= 0 and status == Status.FINISHED:
             reduce_motion(i, n, window, m, t_record, record, cells)
@@ -129,10 +135,12 @@ def note_code(i, contact, mode, slip, cells):
 
 @kernel
 def note_modes(i, n_c, state, cells):
-    """Begin the sequence of cell i with the modes at the start."""
+    """Begin the sequence of cell i with the modes at the start, and its counts of events with zero."""
     for k in range(cells.codes.shape[1]):
         cells.codes[i, k] = -1
     cells.n_codes[i] = 0
+    for kind in range(N_KINDS):
+        cells.events[i, kind] = 0
     for contact in range(n_c):
         note_code(i, contact, state.mode[contact], state.slip[contact], cells)
 
@@ -230,19 +238,28 @@ class BlockEngine:
         return new_block(Cells, cells_shapes(N, len(system.p), system.n_u, system.n_c, self.n_codes))
 
     def run(self, cells: Block) -> None:
-        """Run every cell of a block whose p, laws, q and u are set; the rest of its arrays is the result."""
+        """Run every cell of a block whose p, laws, q_0 and u_0 are set; the rest of its arrays is the result."""
         system, grid = self.system, self.grid
         shape = (system.n_u, system.n_c, system.d)
         state = new_block(State, state_shapes(*shape, EVENT_CAPACITY + 3 * system.n_c))
         record = new_block(Record, record_shapes(len(grid.t), *shape))
         scratch = self.integrator.scratch(system)
-        blocks = (cells, state, record, scratch)
-        with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite is found by the loop itself
-            self.kernel(
-                self.model.handle, self.has, system.kinds, self.options, grid.t, grid.dts, grid.steps, self.window,
-                len(cells.arrays.p), state.memory, scratch.memory,
-                *(block.address if self.model.is_compiled else block.arrays for block in blocks),
-            )  # fmt: skip
+        blocks = [
+            block.address if self.model.is_compiled else block.arrays for block in (cells, state, record, scratch)
+        ]
+
+        def call(first: int, last: int, is_retry: bool) -> None:
+            with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite is found by the loop itself
+                self.kernel(
+                    self.model.handle, self.has, system.kinds, self.options, grid.t, grid.dts, grid.steps, self.window,
+                    is_retry, first, last, state.memory, scratch.memory, *blocks,
+                )  # fmt: skip
+
+        call(0, len(cells.arrays.p), False)
+        stopped = np.flatnonzero(cells.arrays.status == Status.NOT_SOLVED).tolist()
+        if stopped and self.integrator.load_for_retry(system, scratch.arrays, self.model.is_compiled):
+            for i in stopped:
+                call(i, i + 1, True)
 
     @functools.cached_property
     def kernel(self) -> Any:

@@ -20,7 +20,7 @@ from nonsmooth.arrays import as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.laws import law_row
 from nonsmooth.studies.axis_names import Columns, Parts
-from nonsmooth.system import System, as_system, changed
+from nonsmooth.system import System, as_system, whole_fields, with_values
 
 Failures = Callable[[np.ndarray, Exception], None]  # takes the numbers of cells and what went wrong in them
 STARTS_KEPT = 20_000  # of model.state: those of an axis of a grid come back in every batch
@@ -58,24 +58,6 @@ def combinations(columns: Columns, cells: np.ndarray) -> tuple[list[dict[str, An
     _, first, inverse = np.unique(place, return_index=True, return_inverse=True)
     texts = [{name: values[cells[k]].item() for name, values in columns.items()} for k in first]
     return texts, inverse
-
-
-def with_fields(model: Any, changes: Mapping[str, Any]) -> Any:
-    """The model with some fields changed; a field declared int takes whole numbers."""
-    if not changes:
-        return model
-    values = dict(changes)
-    for name in whole_fields(model) & values.keys():
-        if values[name] != int(values[name]):
-            raise InvalidInput(f"{name} must be a whole number; got {values[name]:g}")
-        values[name] = int(values[name])
-    return model.with_parameters(**values) if isinstance(model, System) else changed(model, values)
-
-
-def whole_fields(model: Any) -> set[str]:
-    """Names of the fields that are declared int."""
-    fields = getattr(model, "__dataclass_fields__", {})
-    return {name for name, field in fields.items() if field.type in (int, "int")}
 
 
 class RowBuilder:
@@ -117,7 +99,7 @@ class RowBuilder:
         for name, values in fields.items():
             for value in np.unique(values)[:: max(1, len(values) // SAMPLES)]:
                 try:
-                    system = as_system(with_fields(self.model, {name: value.item()}))
+                    system = as_system(with_values(self.model, {name: value.item()}))
                 except InvalidInput:
                     continue
                 expected = {**base.parameter_values, name: value.item()}
@@ -138,7 +120,7 @@ class RowBuilder:
         is_good = np.ones(len(rows), dtype=bool)
         for k, row in enumerate(rows):
             try:
-                with_fields(self.model, row)
+                with_values(self.model, row)
             except InvalidInput as error:
                 is_good[k] = False
                 fail(cells[place == k], error)
@@ -183,7 +165,7 @@ class RowBuilder:
             return self.state["q0"], self.state["u0"]
         arguments = {**self.state, **{name: value for name, value in row.items() if name not in known}}
         try:
-            model = watched(with_fields(self.model, {name: row[name] for name in known}), self._reads)
+            model = watched(with_values(self.model, {name: row[name] for name in known}), self._reads)
             q, u = model.state(**arguments)
             return as_vector("q0", q), as_vector("u0", u)
         except InvalidInput as error:
@@ -214,7 +196,7 @@ class RowBuilder:
         for k, row in enumerate(rows):
             these = cells[place == k]
             try:
-                system = as_system(with_fields(self.model, row))
+                system = as_system(with_values(self.model, row))
             except InvalidInput as error:
                 fail(these, error)
                 continue

@@ -231,7 +231,7 @@ class RunTask:
         engine = self._engine(rows.system, integrator, t_end)
         block = engine.new_cells(len(rows.cells))
         cells = block.arrays
-        cells.p[:], cells.laws[:], cells.q[:], cells.u[:] = rows.p, rows.laws, rows.q, rows.u
+        cells.p[:], cells.laws[:], cells.q_0[:], cells.u_0[:] = rows.p, rows.laws, rows.q, rows.u
         engine.run(block)
         result.status[rows.cells] = cells.status
         result.inadmissible += int((cells.start == INADMISSIBLE).sum())
