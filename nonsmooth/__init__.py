@@ -47,6 +47,7 @@ _HOME = {
     "write_fclib": "output.fclib",
     "sweep": "studies.sweep",
     "RunTask": "studies.run_task",
+    "MapTask": "studies.map_task",
     "Axis": "studies.axes",
     "CellStatus": "studies.task",
     "LocalPool": "studies.pool",

@@ -1,0 +1,150 @@
+"""The task of a sweep over single states: which contact forces each has. A map of paradoxes with journal and workers.
+
+The search itself is that of `paradox_map` (paradox/points.py), a list of states at a time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.arrays import as_count, as_number
+from nonsmooth.errors import InvalidInput
+from nonsmooth.jit import _identity as identity_of
+from nonsmooth.paradox.forces import Outcome
+from nonsmooth.paradox.map import KEPT_OF_ONE, KEPT_OF_SEVERAL, kinds_of
+from nonsmooth.paradox.points import Found, Points
+from nonsmooth.studies.axis_names import Columns
+from nonsmooth.studies.run_rows import combinations
+from nonsmooth.studies.task import Batch, CellStatus, Variable
+from nonsmooth.system import as_system, with_values
+
+
+class MapTask:
+    """States of a model, and the contact forces that each admits.
+
+    Parameters
+    ----------
+    model : System or model
+    t : float
+        Time [s].
+    state : callable, optional
+        ``state(**variables) -> (q, u)`` for a system that has no ``state`` method.
+    kept : int, optional
+        Solutions written out for each state (3 for one contact, else 8); all of them are counted.
+    **fixed : float
+        Variables of ``state(...)`` and parameters that no axis varies.
+
+    Raises
+    ------
+    InvalidInput
+        For a system without contacts.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> from models import PainleveRod
+    >>> found = ns.sweep(ns.MapTask(PainleveRod(), th=1.0472, slip=-1.0), {"mu": [0.5, 2.0], "thdot": [0.0, 6.0]})
+    >>> found.n_solutions.values.tolist()
+    [[1.0, 1.0], [0.0, 2.0]]
+    """
+
+    holds_interpreter = False
+    coordinates: dict[str, list[str]] = {}
+
+    def __init__(
+        self, model: Any, *, t: float = 0.0, state: Callable | None = None, kept: int | None = None, **fixed: float
+    ) -> None:
+        self.model, self.t, self.state, self.fixed = model, as_number("t", t, "s"), state, fixed
+        n_c = as_system(model).n_c
+        if n_c == 0:
+            raise InvalidInput("a map needs a system with contacts; this one has none")
+        self.is_one = n_c == 1
+        self.kept = (KEPT_OF_ONE if self.is_one else KEPT_OF_SEVERAL) if kept is None else as_count("kept", kept)
+        self._points: dict[tuple[str, ...], Points] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_points": {}}
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """The results."""
+        contact = () if self.is_one else ("contact",)
+        return {
+            "n_solutions": Variable(meaning="number of solutions"),
+            "kind": Variable(meaning="kind of paradox, a ParadoxKind"),
+            "p": Variable(contact, "1/kg", "least p of the slides admitted"),
+            "b": Variable(contact, "m/s^2", "free normal acceleration"),
+            "gamma_F": Variable(contact, "m/s", "sliding velocity"),
+            "la_N": Variable(("solution", *contact), "N", "normal force"),
+            "modes": Variable(("solution", *contact), meaning="mode of contact"),
+        }
+
+    def check(self, names: tuple[str, ...]) -> None:
+        """Raise for an axis that is neither a variable of the state nor a parameter."""
+        self._points_of(names)
+
+    def _points_of(self, names: tuple[str, ...]) -> Points:
+        if names not in self._points:
+            self._points[names] = Points(self.model, names, self.fixed, self.t, self.state)
+        return self._points[names]
+
+    def identity(self) -> str:
+        """Model, parameters, fixed variables, and the code of the model's functions."""
+        system, digest = as_system(self.model), hashlib.sha256()
+        state = self.state or getattr(type(self.model), "state", None)
+        natural = getattr(self.model, "natural_state", None)
+        for function in (*(f for _, f in sorted(system.functions.items())), state, natural):
+            digest.update(identity_of(function) if hasattr(function, "__code__") else b"")
+        parts = (system.name, system.parameter_values, system.contacts, self.t, self.kept, sorted(self.fixed.items()))
+        return "\n".join([type(self.model).__qualname__, *map(repr, parts), digest.hexdigest()])
+
+    def __call__(self, columns: Columns) -> Batch:
+        """Search the states of a batch."""
+        points = self._points_of(tuple(columns))
+        N = len(next(iter(columns.values())))
+        result = Batch({}, np.full(N, int(CellStatus.FINISHED)))
+
+        def fail(cells: np.ndarray, error: Exception) -> None:
+            result.status[cells] = CellStatus.FAILED
+            result.messages.update(dict.fromkeys(cells.tolist(), str(error)))
+
+        for cells in self._groups(points, columns, N, fail):
+            found = points.search([values[cells].astype(float) for values in columns.values()], self.kept, is_list=True)
+            result.status[cells[found.outcome == Outcome.NOT_FINITE]] = CellStatus.NOT_FINITE
+            for name, values in self._values(found).items():
+                result.put(name, cells, values)
+        return result
+
+    def _groups(self, points: Points, columns: Columns, N: int, fail: Callable) -> list[np.ndarray]:
+        """The cells whose parameters the model accepts; one by one where the state is found by a Python function."""
+        fields = {name: values for name, values in columns.items() if name not in points.variables}
+        rows, place = combinations(fields, np.arange(N))
+        is_good = np.ones(len(rows), dtype=bool)
+        for k, row in enumerate(rows):
+            try:
+                with_values(self.model, row)
+            except InvalidInput as error:
+                is_good[k] = False
+                fail(np.flatnonzero(place == k), error)
+        cells = np.flatnonzero(is_good[place])
+        if points.natural is not None:
+            return [cells] if len(cells) else []
+        has_state = []
+        for cell in cells:
+            try:
+                points.states(np.array([[values[cell] for values in columns.values()]]))
+                has_state.append(cell)
+            except InvalidInput as error:
+                fail(np.array([cell]), error)
+        return [np.array(has_state)] if has_state else []
+
+    def _values(self, found: Found) -> Mapping[str, np.ndarray]:
+        values = {"n_solutions": found.number, "kind": kinds_of(found)}
+        for name in ("p", "b", "gamma_F", "la_N", "modes"):
+            column = getattr(found, name)
+            values[name] = column[..., 0] if self.is_one else column
+        return {name: column.astype(float) for name, column in values.items()}
