@@ -98,7 +98,8 @@ class MapTask:
         state = self.state or getattr(type(self.model), "state", None)
         natural = getattr(self.model, "natural_state", None)
         for function in (*(f for _, f in sorted(system.functions.items())), state, natural):
-            digest.update(identity_of(function) if hasattr(function, "__code__") else b"")
+            if function is not None and hasattr(function, "__code__"):
+                digest.update(identity_of(function))
         parts = (system.name, system.parameter_values, system.contacts, self.t, self.kept, sorted(self.fixed.items()))
         return "\n".join([type(self.model).__qualname__, *map(repr, parts), digest.hexdigest()])
 
