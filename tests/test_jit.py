@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from nonsmooth import jit
-from nonsmooth.jit import interpreted, kernel
+from nonsmooth.jit import fingerprint, interpreted, kernel, kernels
 
 FACTOR = 3.0
 
@@ -40,9 +39,9 @@ def test_the_stamp_of_an_entry_point_follows_the_constants_of_the_kernels_it_cal
 
 
 def stamp(entry_point):
-    jit._digest.cache_clear()
-    jit._kernel_stamp.cache_clear()
-    return jit._kernel_stamp(entry_point)
+    fingerprint.digest.cache_clear()
+    kernels.kernel_stamp.cache_clear()
+    return kernels.kernel_stamp(entry_point)
 
 
 def test_a_docstring_is_no_reason_to_compile_again():
@@ -54,7 +53,7 @@ def test_a_docstring_is_no_reason_to_compile_again():
         """Another."""
         return 2.0 * x
 
-    assert jit._identity(documented) == jit._identity(redocumented)
+    assert fingerprint.identity(documented) == fingerprint.identity(redocumented)
 
 
 class P(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_count, as_number
 from nonsmooth.errors import InvalidInput
-from nonsmooth.jit import _identity as identity_of
+from nonsmooth.jit import identity as identity_of
 from nonsmooth.paradox.forces import Outcome
 from nonsmooth.paradox.map import KEPT_OF_ONE, KEPT_OF_SEVERAL, kinds_of
 from nonsmooth.paradox.points import Found, Points

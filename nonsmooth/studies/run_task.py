@@ -17,7 +17,7 @@ from nonsmooth.arrays import as_fraction, as_number, as_vector
 from nonsmooth.errors import InvalidInput, NonsmoothError, Status, UnknownName, nearest
 from nonsmooth.initial_modes import INADMISSIBLE
 from nonsmooth.integrators.moreau_jean import MoreauJean, run
-from nonsmooth.jit import _identity as identity_of
+from nonsmooth.jit import identity as identity_of
 from nonsmooth.simulation import MESSAGES, SELECTIONS, Grid, make_grid, simulate
 from nonsmooth.solution import Solution
 from nonsmooth.studies.axis_names import END, AxisNames, Columns, state_names

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from nonsmooth.errors import InvalidInput, Status, UnknownName, nearest
-from nonsmooth.jit import _identity as identity_of
+from nonsmooth.jit import identity as identity_of
 
 
 class CellStatus(IntEnum):

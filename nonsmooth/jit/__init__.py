@@ -1,0 +1,33 @@
+"""Compilation: the only package, beside ``blocks``, that touches numba.
+
+Two kinds of function are compiled.
+
+*Kernels* are ours. ``@kernel`` marks a plain function written for arrays and scalars; nothing happens, and numba is not
+imported, until the kernel is first called. A kernel that carries a signature is an *entry point*: it is compiled once,
+with the kernels it calls, and kept on disk under a hash of all that it depends on. An entry point calls another through
+a slot that ``load`` fills: LLVM does not optimise the inner one again in each outer one, and what a scene does not need
+is never compiled.
+``interpreted(kernel)`` is the same source run by Python.
+
+*Model functions* are the user's. ``compile_model`` binds them all into one function
+
+    model(which, t, q*, u*, p*, out*)        which = MASS, FORCE, GAP, ...
+
+and returns its machine address, an integer that the compiled loops receive as an argument and call through
+``call_model``. So a loop is compiled once for every model, and a model once for every parameter value. A call costs
+about 2 ns more than a C function pointer; handing dispatchers to the loop instead would compile the loop anew for every
+model (2 s each) and never reach the disk cache.
+
+``kernels`` marks them, ``compilers`` says how numba compiles them, ``cache`` where the result is kept, ``fingerprint``
+what it depends on, and ``models`` binds a user's functions.
+"""
+
+from nonsmooth.jit.cache import cache_directory
+from nonsmooth.jit.fingerprint import identity
+from nonsmooth.jit.kernels import Callback, Kernel, interpreted, kernel, rare_kernel
+from nonsmooth.jit.models import CannotCompile, CompiledModel, call_model, compile_model
+
+__all__ = [
+    "Callback", "CannotCompile", "CompiledModel", "Kernel", "cache_directory", "call_model", "compile_model",
+    "identity", "interpreted", "kernel", "rare_kernel",
+]  # fmt: skip

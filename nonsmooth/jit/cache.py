@@ -1,0 +1,76 @@
+"""The disk cache of compiled code: what was compiled once is read by every later process."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+PACKAGE = Path(__file__).parent
+GENERATORS = (*sorted(PACKAGE.glob("*.py")), PACKAGE.parent / "blocks.py")  # sources that generate code themselves
+
+
+def cache_directory() -> Path:
+    """Where compiled code is kept: ``$NONSMOOTH_CACHE_DIR``, else ``nonsmooth`` under the user's cache directory."""
+    if "NONSMOOTH_CACHE_DIR" in os.environ:
+        return Path(os.environ["NONSMOOTH_CACHE_DIR"])
+    if sys.platform == "win32":
+        root = Path(os.environ.get("LOCALAPPDATA", "~"))
+    else:
+        root = Path(os.environ.get("XDG_CACHE_HOME", "~/.cache"))
+    return (root / "nonsmooth").expanduser()
+
+
+@functools.cache
+def runtime_stamp() -> str:
+    """Hash of the sources that generate code themselves: they shape every compiled function."""
+    return hashlib.sha256(b"".join(path.read_bytes() for path in GENERATORS)).hexdigest()
+
+
+def compile_cached(function: Callable, signature: Any, stamp: str, **options: Any) -> Any:
+    """Compile for one signature, reading or filling the disk cache under the given stamp."""
+    import numba
+
+    dispatcher = numba.njit(**options)(function)
+    if not numba.config.DISABLE_JIT:
+        dispatcher._cache = _stamped_cache(function, stamp)
+        dispatcher.compile(signature)
+        dispatcher.disable_compile()
+    return dispatcher
+
+
+def _stamped_cache(function: Callable, stamp: str) -> Any:
+    """A numba function cache whose freshness is our stamp, not the file's date, so that generated code is kept too."""
+    from numba.core import caching
+
+    directory = cache_directory() / stamp[:16]
+
+    class Locator(caching._CacheLocator):
+        def get_cache_path(self) -> str:
+            return str(directory)
+
+        def get_source_stamp(self) -> str:
+            return stamp
+
+        def get_disambiguator(self) -> str:
+            return stamp[16:24]
+
+        @classmethod
+        def from_function(cls, py_func: Callable, py_file: str) -> Locator:
+            return cls()
+
+    class Implementation(caching.CompileResultCacheImpl):
+        _locator_classes = [Locator]
+
+    class Cache(caching.FunctionCache):
+        _impl_class = Implementation
+
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return caching.NullCache()  # nowhere to write: compile in every process
+    return Cache(function)

@@ -1,0 +1,207 @@
+"""Kernels: plain functions of arrays and scalars, compiled on first use or run by the interpreter."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import hashlib
+import types
+from collections.abc import Callable
+from typing import Any
+
+from nonsmooth.jit.cache import compile_cached, runtime_stamp
+from nonsmooth.jit.compilers import KERNEL_OPTIONS, compiler
+from nonsmooth.jit.fingerprint import digest, identity, names_of
+
+
+class Kernel:
+    """A function of arrays and scalars, compiled on first call.
+
+    Parameters
+    ----------
+    function : callable
+        The source, in the subset of Python that numba compiles. It may call other kernels by their global name.
+    signature : str, optional
+        Numba signature such as ``"int64(float64[:, ::1], float64[::1])"``. Given for entry points only: they are
+        compiled against it and cached on disk.
+    short_loops : bool
+        Compile the entry point without LLVM's loop vectorizer and unroller, whose prologues cost more than they save
+        where loops run over two or three coordinates (a step of the rod: 470 ns with them, 410 ns without).
+    is_rare : bool
+        Called, not inlined: what few steps reach stays out of the instruction cache.
+    """
+
+    def __init__(
+        self, function: Callable, signature: str | None = None, short_loops: bool = False, is_rare: bool = False
+    ) -> None:
+        self.function = function
+        self.signature = signature
+        self.short_loops = short_loops
+        self.is_rare = is_rare
+        self._slot = ctypes.c_size_t(0)
+        functools.update_wrapper(self, function)
+
+    @functools.cached_property
+    def dispatcher(self) -> Any:
+        """The numba dispatcher of this kernel."""
+        import numba
+
+        bound = rebind(self.function, lambda kernel: kernel.callee)
+        if self.signature is None:
+            return numba.njit(**KERNEL_OPTIONS)(bound)
+        pipeline = compiler("entry", self.short_loops)
+        return compile_cached(bound, self.signature, kernel_stamp(self), **KERNEL_OPTIONS, pipeline_class=pipeline)
+
+    @functools.cached_property
+    def inlined(self) -> Any:
+        """The dispatcher that other kernels call."""
+        import numba
+
+        bound = rebind(self.function, lambda kernel: kernel.callee)
+        wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        return numba.njit(**KERNEL_OPTIONS, **wrappers, pipeline_class=compiler("rare" if self.is_rare else "inner"))(
+            bound
+        )
+
+    @property
+    def callee(self) -> Any:
+        """What other kernels call: the dispatcher; of an entry point, a call through its slot."""
+        return self.inlined if self.signature is None else _external(self)
+
+    def call_identity(self) -> bytes:
+        """What a kernel that calls this one depends on."""
+        return repr((self.signature, self.short_loops, self.is_rare)).encode() + digest(self.function)
+
+    def slot_symbol(self) -> str:
+        """The linker's name of the slot, which is made known to it here."""
+        import llvmlite.binding as llvm
+
+        symbol = f"nonsmooth.{self.function.__module__}.{self.function.__name__}"
+        llvm.add_symbol(symbol, ctypes.addressof(self._slot))
+        return symbol
+
+    def load(self) -> None:
+        """Compile an entry point, or read it from disk, and fill its slot.
+
+        Whoever runs a loop loads the entry points that it may reach: what a scene does not need is not compiled.
+        """
+        if not self._slot.value:
+            result = next(iter(self.dispatcher.overloads.values()))
+            self._slot.value = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+
+    @property
+    def address(self) -> int:
+        """Where the machine code of an entry point begins: what a `Callback` calls."""
+        self.load()
+        return int(self._slot.value)
+
+    def __call__(self, *args: Any) -> Any:
+        return self.dispatcher(*args)
+
+
+@functools.cache
+def kernel_stamp(kernel: Kernel) -> str:
+    """Hash of a kernel, of all it calls and of the constants and types they read."""
+    return hashlib.sha256(runtime_stamp().encode() + identity(kernel.function)).hexdigest()
+
+
+@functools.cache
+def _external(kernel: Kernel) -> Any:
+    """An intrinsic that calls an entry point through its slot: a word that holds its address once it is loaded."""
+    from numba.core import cgutils, sigutils
+    from numba.extending import intrinsic
+
+    arguments, result = sigutils.normalize_signature(kernel.signature)
+    symbol = kernel.slot_symbol()
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        given = cgutils.unpack_tuple(builder, args[0])
+        values = [
+            context.cast(builder, value, kind, wanted)
+            for value, kind, wanted in zip(given, signature.args[0].types, arguments, strict=True)
+        ]
+        convention = context.call_conv
+        pointer_type = convention.get_function_type(result, arguments).as_pointer()
+        slot = cgutils.add_global_variable(builder.module, pointer_type, symbol)
+        slot.linkage = "external"
+        _, value = convention.call_function(builder, builder.load(slot), result, arguments, values)
+        return value
+
+    @intrinsic
+    def call(typing_context, *args):  # type: ignore[no-untyped-def]
+        from numba import types as nb
+
+        return result(nb.StarArgTuple.from_types(args)), generate
+
+    return call
+
+
+class Callback(Kernel):
+    """``callback(address, *arguments)``: call an entry point of a fixed signature by its address.
+
+    So a kernel that serves several problems (an integrator of differential equations) is compiled once. In the
+    interpreter the address is a Python function.
+    """
+
+    def __init__(self, signature: str) -> None:
+        super().__init__(_call_back_interpreted, signature)
+
+    @functools.cached_property
+    def callee(self) -> Any:  # type: ignore[override]
+        from numba.core import cgutils, sigutils
+        from numba.extending import intrinsic
+
+        arguments, result = sigutils.normalize_signature(self.signature)
+
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            pointer, *given = cgutils.unpack_tuple(builder, args[0])
+            convention = context.call_conv
+            function = builder.inttoptr(pointer, convention.get_function_type(result, arguments).as_pointer())
+            _, value = convention.call_function(builder, function, result, arguments, given)
+            return value
+
+        @intrinsic
+        def call(typing_context, *args):  # type: ignore[no-untyped-def]
+            from numba import types as nb
+
+            return result(nb.StarArgTuple.from_types(args)), generate
+
+        return call
+
+
+def _call_back_interpreted(function: Callable, *arguments: Any) -> Any:
+    return function(*arguments)
+
+
+def kernel(target: Callable | str, short_loops: bool = False) -> Any:
+    """Mark a function as a kernel: ``@kernel`` for inner ones, ``@kernel("int64(float64[::1])")`` for entry points."""
+    if isinstance(target, str):
+        return lambda function: Kernel(function, target, short_loops)
+    return Kernel(target)
+
+
+def rare_kernel(function: Callable) -> Kernel:
+    """Mark an inner kernel that few steps reach: it is called, not inlined."""
+    return Kernel(function, is_rare=True)
+
+
+@functools.cache
+def interpreted(kernel: Kernel) -> Callable:
+    """The source of a kernel, and of every kernel it calls, run by the Python interpreter."""
+    return rebind(kernel.function, interpreted)
+
+
+def rebind(function: Callable, replace: Callable[[Kernel], Callable]) -> Callable:
+    """Copy a function with each kernel among the globals it reads replaced."""
+    bound = dict(function.__globals__)
+    for name in names_of(function.__code__):
+        if isinstance(bound.get(name), Kernel):
+            bound[name] = replace(bound[name])
+    return with_globals(function, bound)
+
+
+def with_globals(function: Callable, scope: dict[str, Any]) -> Callable:
+    copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, function.__closure__)
+    copy.__module__ = function.__module__
+    copy.__qualname__ = function.__qualname__
+    return copy

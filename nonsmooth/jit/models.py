@@ -1,0 +1,197 @@
+"""A user's model functions as one machine address, and the call through it."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import math
+import types
+from collections.abc import Callable
+from typing import Any
+
+from nonsmooth.jit.cache import compile_cached, runtime_stamp
+from nonsmooth.jit.compilers import OPTIONS
+from nonsmooth.jit.fingerprint import identity, names_of
+from nonsmooth.jit.kernels import Kernel, with_globals
+
+
+class CannotCompile(Exception):
+    """Numba refused a model function; ``str`` says which and why."""
+
+
+class CompiledModel:
+    """The machine address of a model's functions.
+
+    Attributes
+    ----------
+    address : int
+        What the compiled loops take as ``model``.
+    """
+
+    def __init__(self, dispatcher: Any) -> None:
+        self._dispatcher = dispatcher  # keeps the machine code alive
+        result = next(iter(dispatcher.overloads.values()))
+        self.address = int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+
+
+MODEL_SIGNATURE = "void(int64, float64, CPointer(float64), CPointer(float64), CPointer(float64), CPointer(float64))"
+
+
+def compile_model(functions: dict[int, tuple[Callable, bool, tuple[int, ...]]], n_q: int, n_u: int, unpack: Callable,
+                  n_p: int) -> CompiledModel:  # fmt: skip
+    """Compile a model's functions into one and return its address.
+
+    Parameters
+    ----------
+    functions : dict
+        ``which -> (function, takes_u, shape of out)``.
+    n_q, n_u, n_p : int
+        Numbers of coordinates, velocities and parameters.
+    unpack : type
+        The NamedTuple class that user functions see as ``p``; its fields are the parameters in order.
+
+    Raises
+    ------
+    CannotCompile
+        When numba refuses one of the functions; the message names it.
+    """
+    stamp = hashlib.sha256(
+        repr((runtime_stamp(), n_q, n_u, n_p, unpack._fields)).encode()  # type: ignore[attr-defined]
+        + b"".join(
+            repr((which, takes_u, shape)).encode() + identity(function)
+            for which, (function, takes_u, shape) in functions.items()
+        )
+    ).hexdigest()
+    for inline in ("always", "never"):  # inlining halves the compile time; numba refuses it for a few constructs
+        try:
+            adapter = _adapter(functions, n_q, n_u, unpack, n_p, inline)
+            return CompiledModel(compile_cached(adapter, MODEL_SIGNATURE, stamp, **OPTIONS))
+        except Exception as error:  # numba raises many unrelated types
+            reason = error
+    if len(functions) > 1:
+        for which, entry in functions.items():
+            compile_model({which: entry}, n_q, n_u, unpack, n_p)
+    (function, _, _), *_ = functions.values()
+    raise CannotCompile(f"{function.__name__}: {_first_line(reason)}") from reason
+
+
+def _adapter(functions: dict, n_q: int, n_u: int, unpack: Callable, n_p: int, inline: str) -> Callable:
+    """Generate ``model(which, t, q, u, p, out)``: views on the raw pointers, then a branch for each function."""
+    import numba
+
+    scope: dict[str, Any] = {
+        "__name__": __name__,
+        "view_q": _view((n_q,)),
+        "view_u": _view((n_u,)),
+        "Parameters": unpack,
+    }
+    lines = [
+        "def model(which, t, q_, u_, p_, out_):",
+        "    q = view_q(q_)",
+        "    u = view_u(u_)",
+        f"    p = Parameters({', '.join(f'p_[{i}]' for i in range(n_p))})",
+    ]
+    for which, (function, takes_u, shape) in functions.items():
+        scope[f"function_{which}"] = numba.njit(inline=inline, **OPTIONS)(_with_compiled_helpers(function))
+        scope[f"view_{which}"] = _view(shape, cleared=True)
+        arguments = "t, q, u, p" if takes_u else "t, q, p"
+        lines += [f"    if which == {which}:", f"        function_{which}({arguments}, view_{which}(out_))"]
+    exec(compile("\n".join(lines), "<nonsmooth model>", "exec"), scope)
+    return scope["model"]
+
+
+def _with_compiled_helpers(function: Callable) -> Callable:
+    """Copy a user's function with the plain Python functions it calls marked for compilation."""
+    import numba
+
+    bound = dict(function.__globals__)
+    for name in names_of(function.__code__):
+        helper = bound.get(name)
+        if isinstance(helper, types.FunctionType) and helper is not function:
+            bound[name] = numba.njit(**OPTIONS)(_with_compiled_helpers(helper))
+    return with_globals(function, bound)
+
+
+def _first_line(error: Exception) -> str:
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    useful = [line for line in lines if not line.startswith(("Failed in", "[1m", "During:"))]
+    return (useful or lines or [type(error).__name__])[0]
+
+
+def _view(shape: tuple[int, ...], cleared: bool = False) -> Any:
+    """An intrinsic that sees a raw pointer as a C array of fixed shape (``numba.carray`` takes longer to compile).
+
+    What a model function writes into is cleared first: ``h[0] += f``, or a branch that writes nothing, means what it
+    says.
+    """
+    from numba import types as nb
+    from numba.core import cgutils
+    from numba.extending import intrinsic
+    from numba.np.arrayobj import make_array, populate_array
+
+    array = nb.Array(nb.float64, len(shape), "C")
+    strides = [8] * len(shape)
+    for axis in range(len(shape) - 2, -1, -1):
+        strides[axis] = strides[axis + 1] * shape[axis + 1]
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        view = make_array(array)(context, builder)
+        if cleared:
+            cgutils.memset(builder, args[0], context.get_constant(nb.intp, 8 * math.prod(shape)), 0)
+        populate_array(
+            view,
+            data=builder.bitcast(args[0], view.data.type),
+            shape=cgutils.pack_array(builder, [context.get_constant(nb.intp, n) for n in shape]),
+            strides=cgutils.pack_array(builder, [context.get_constant(nb.intp, n) for n in strides]),
+            itemsize=context.get_constant(nb.intp, 8),
+            meminfo=None,
+        )
+        return view._getvalue()
+
+    @intrinsic
+    def view(typing_context, pointer):  # type: ignore[no-untyped-def]
+        return array(pointer), generate
+
+    return view
+
+
+def _call_model_interpreted(model: Callable, which: int, t: float, q: Any, u: Any, p: Any, out: Any) -> bool:
+    try:
+        model(which, t, q, u, p, out)
+    except Exception:  # the run ends, and then asks each function again to name the one that raised
+        return False
+    return True
+
+
+class _CallModel(Kernel):
+    """``call_model(model, which, t, q, u, p, out) -> bool``: call a model function by address; False if it raised."""
+
+    @functools.cached_property
+    def inlined(self) -> Any:
+        from numba import types as nb
+        from numba.core import cgutils
+        from numba.extending import intrinsic
+
+        pointer = nb.CPointer(nb.float64)
+        argument_types = [nb.int64, nb.float64, pointer, pointer, pointer, pointer]
+
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            address, which, t, *arrays = args
+            data = [
+                cgutils.create_struct_proxy(kind)(context, builder, value=array).data
+                for kind, array in zip(signature.args[3:], arrays, strict=True)
+            ]
+            convention = context.call_conv
+            function_type = convention.get_function_type(nb.none, argument_types)
+            function = builder.inttoptr(address, function_type.as_pointer())
+            status, _ = convention.call_function(builder, function, nb.none, argument_types, [which, t, *data])
+            return status.is_ok
+
+        @intrinsic
+        def call_model(typing_context, model, which, t, q, u, p, out):  # type: ignore[no-untyped-def]
+            return nb.boolean(nb.int64, nb.int64, nb.float64, q, u, p, out), generate
+
+        return call_model
+
+
+call_model = _CallModel(_call_model_interpreted)
