@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_count, as_number, as_vector
+from nonsmooth.arrays import as_count, as_number, as_positive, as_vector
 from nonsmooth.blocks import WORD, new_block
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
@@ -141,9 +141,13 @@ def simulate(
     if every != 1 and t_eval is not None:
         raise InvalidInput("give either every or t_eval; got both")
     if selection not in SELECTIONS:
-        raise UnknownName(f"there is no selection rule {selection!r}; {nearest(selection, SELECTIONS)}")
+        raise UnknownName(f"there is no selection rule {selection!r}; {nearest(str(selection), SELECTIONS)}")
     if on_failure not in ("raise", "return"):
         raise InvalidInput(f"on_failure must be 'raise' or 'return'; got {on_failure!r}")
+    if isinstance(integrator, type) or not callable(getattr(integrator, "scratch", None)):
+        raise InvalidInput(f"integrator must be an integrator, as ns.MoreauJean(dt=1e-3) is; got {integrator!r}")
+    if max_wall_time is not None:
+        as_positive("max_wall_time", max_wall_time, "s")
     q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
     run = new_run(system, integrator, t_span, every, t_eval, q_0, u_0, SELECTIONS[selection], project)
     run.advance(max_wall_time, progress)
@@ -329,10 +333,6 @@ class Run:
     def _where(self) -> str:
         return f"q = {np.array2string(self.state.q, precision=6)}, u = {np.array2string(self.state.u, precision=6)}"
 
-    def _dt(self) -> float:
-        interval = min(int(self.state.counters[INTERVAL]), len(self.grid.dts) - 1)
-        return float(self.grid.dts[interval]) if interval >= 0 else 0.0
-
     def _culprit(self) -> str:
         """Which model function raised or wrote a number that is not finite: each is called again, in Python."""
         with np.errstate(all="ignore"):
@@ -351,7 +351,9 @@ class Run:
 
     def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         """(t, q, u) at which the step that failed called the model functions."""
-        t, dt, (q, u) = self._time(), self._dt(), (self.state.q, self.state.u)
+        t, q, u = self._time(), self.state.q, self.state.u
+        interval = min(int(self.state.counters[INTERVAL]), len(self.grid.dts) - 1)
+        dt = float(self.grid.dts[interval]) if interval >= 0 else 0.0
         return [(t + part * dt, q + part * dt * u, u) for part in (0.0, 0.5, 1.0)]
 
     def failure(self, solution: Solution) -> StepFailure:

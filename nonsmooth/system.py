@@ -14,14 +14,14 @@ from __future__ import annotations
 import dis
 import functools
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.arrays import as_count
+from nonsmooth.arrays import as_count, as_number
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
 from nonsmooth.laws import LAW_WIDTH, Coefficient, Coulomb, FrictionLaw, law_row
 
@@ -182,7 +182,10 @@ class System:
         set_("n_u", self.n_q if self.n_u is None else as_count("n_u", self.n_u))
         if self.n_u != self.n_q:
             raise InvalidInput(f"n_u must equal n_q (q' = u); got n_u = {self.n_u}, n_q = {self.n_q}")
-        set_("contacts", tuple(self.contacts))
+        contacts = self.contacts if isinstance(self.contacts, Iterable) else (self.contacts,)
+        if not all(isinstance(contact, Contact) for contact in contacts):
+            raise InvalidInput(f"contacts must be a list of Contact, one for each gap; got {self.contacts!r}")
+        set_("contacts", tuple(contacts))
         set_("d", int(self.tangent is not None or any(contact.has_friction for contact in self.contacts)))
         _check_functions(self)
         self.laws  # noqa: B018 - resolves the coefficients now, so that a wrong one is met here
@@ -285,6 +288,8 @@ def as_system(candidate: Any) -> System:
     """The system itself, or the one that a model builds with its ``system()`` method."""
     if isinstance(candidate, System):
         return candidate
+    if isinstance(candidate, type):
+        raise InvalidInput(f"a system or a model is needed; got the class {candidate.__name__}: call it first")
     try:
         return _model_system(candidate)
     except TypeError:  # an unhashable model
@@ -303,8 +308,8 @@ def evaluate(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray)
     except Exception as error:
         name = next(name for name, number in FUNCTION_NAMES.items() if number == which)
         raise InvalidInput(
-            f"the model function {name} raised {type(error).__name__}: {error}, in the initial state at t = {t:g} s; "
-            f"it writes an array of shape {system.shape(which)}"
+            f"the model function {name} raised {type(error).__name__}: {error}, at t = {t:g} s; it writes an array of "
+            f"shape {system.shape(which)}"
         ) from error
 
 
@@ -347,9 +352,11 @@ def changed(parameters: Any, changes: dict[str, Any]) -> Any:
     for name in changes:
         if name not in known:
             raise UnknownName(f"there is no parameter {name!r}; {nearest(name, known)}")
+        if name in numeric_fields(parameters):
+            as_number(f"the parameter {name}", changes[name])
     values = dict(changes)
     for name in whole_fields(parameters) & values.keys():
-        if not (np.isfinite(values[name]) and values[name] == int(values[name])):
+        if values[name] != int(values[name]):
             raise InvalidInput(f"the parameter {name} must be a whole number; got {values[name]:g}")
         values[name] = int(values[name])
     return parameters._replace(**values) if is_tuple else replace(parameters, **values)
@@ -388,6 +395,8 @@ def _reads(function: Callable, position: int) -> bool:
 def _check_functions(system: System) -> None:
     has_normal = [contact for contact in system.contacts if not contact.normal_force]
     needed = {
+        "mass": True,
+        "force": True,
         "gap": bool(has_normal),
         "normal": bool(has_normal),
         "tangent": system.d > 0,
@@ -395,7 +404,7 @@ def _check_functions(system: System) -> None:
     }
     for name, is_needed in needed.items():
         if is_needed and getattr(system, name) is None:
-            raise InvalidInput(f"the contacts of this system need the function {name}; it was not given")
+            raise InvalidInput(f"this system with its contacts needs the function {name}; it was not given")
     for name, which in FUNCTION_NAMES.items():
         function = getattr(system, name)
         if function is None or (name == "stiffness" and function == "differences"):

@@ -161,6 +161,21 @@ def test_mass_that_becomes_singular_stops_the_run_with_the_partial_solution():
     assert abs(solution.t[-1] - 0.5) < 2e-3
 
 
+def test_ctrl_c_gives_back_what_was_computed_with_its_events():
+    def interrupt(done):
+        if done > 0.5:
+            raise KeyboardInterrupt
+
+    step = ns.MoreauJean(dt=1e-5)
+    solution = ns.simulate(ball(), (0, 3), [1.0], [0.0], integrator=step, every=1000, progress=interrupt)
+    assert solution.status == ns.Status.INTERRUPTED and not solution.success
+    assert 1.5 <= solution.t[-1] < 3.0 and solution.message.startswith("interrupted at t = ")
+    whole = ns.simulate(ball(), (0, 3), [1.0], [0.0], integrator=step, every=1000)
+    n = len(solution.t) - 1  # the last record is the state at the interruption, between two records
+    assert (solution.q[:n] == whole.q[:n]).all()
+    assert (solution.event_rows == whole.event_rows[: len(solution.event_rows)]).all() and len(solution.events) > 10
+
+
 def test_negative_friction_law_is_a_typed_failure():
     block = SlidingBlock().system()
     contact = ns.Contact(mu=ns.Polynomial(m0=0.3, m1=0.2))  # negative above 1.5 m/s
@@ -185,6 +200,15 @@ def test_negative_friction_law_is_a_typed_failure():
         ({"every": 0}, r"every must be a whole number of at least 1; got 0"),
         ({"selection": "liftoff"}, r"did you mean 'lift-off'"),
         ({"on_failure": "ignore"}, r"on_failure must be 'raise' or 'return'"),
+        ({"selection": None}, r"there is no selection rule None"),
+        ({"q0": [[1.0]]}, r"q0 must be a vector; got shape \(1, 1\)"),
+        ({"u0": [-math.inf]}, r"u0 must be finite; u0\[0\] is -inf"),
+        ({"t_span": 1.0}, r"t_span must be a pair \(start, end\)"),
+        ({"t_eval": [0.5, math.nan]}, r"t_eval must be finite; t_eval\[1\] is nan"),
+        ({"every": 2.0}, r"every must be a whole number"),
+        ({"max_wall_time": -1.0}, r"max_wall_time must be positive \[s\]; got -1"),
+        ({"integrator": ns.MoreauJean}, r"integrator must be an integrator, as ns.MoreauJean\(dt=1e-3\) is; got"),
+        ({"integrator": "MoreauJean"}, r"integrator must be an integrator.*got 'MoreauJean'"),
     ],
 )
 def test_bad_arguments_are_refused_in_one_sentence(change, message):
@@ -201,10 +225,26 @@ def test_bad_arguments_are_refused_in_one_sentence(change, message):
         (lambda: ns.MoreauJean(dt=1e-3, theta=0.2), r"theta must lie in \[0.5, 1\]; got 0.2"),
         (lambda: BouncingBall(e=1.5).system(), r"e_N must lie in \[0, 1\]; got 1.5|e must lie in"),
         (lambda: SlidingBlock(mu=-0.1).system(), "mu must not be negative; got -0.1"),
-        (lambda: ball(gap=None), "need the function gap"),
+        (lambda: ball(gap=None), "needs the function gap"),
         (lambda: ball(force=mass), r"force must take \(t, q, u, p, out\)"),
         (lambda: ball(tangent=normal, contacts=[ns.Contact(mu="mue")]), "the parameter 'mue', which does not exist"),
         (lambda: ball().with_parameters(mm=1.0), "there is no parameter 'mm'"),
+        (lambda: ball().with_parameters(m=math.nan), "the parameter m must be finite; got nan"),
+        (lambda: ball().with_parameters(m="heavy"), "the parameter m must be a number; got 'heavy'"),
+        (lambda: ball(mass=None), "needs the function mass; it was not given"),
+        (lambda: ball(force=1.0), "force must be a function; got float"),
+        (lambda: ball(contacts=ns.Contact(e_N=2.0)), r"e_N must lie in \[0, 1\]; got 2"),
+        (lambda: ball(contacts=[ns.Contact(e_N=-0.1)]), r"e_N must lie in \[0, 1\]; got -0.1"),
+        (lambda: ball(contacts=[ns.Contact(e_F=math.nan)]), "e_F must be finite; got nan"),
+        (lambda: ball(contacts=[1.0]), r"contacts must be a list of Contact, one for each gap; got \[1.0\]"),
+        (lambda: ball(tangent=normal, contacts=[ns.Contact(mu=math.nan)]), "mu must be finite; got nan"),
+        (lambda: ball(tangent=normal, contacts=[ns.Contact(mu=-0.5)]), "mu must not be negative; got -0.5"),
+        (lambda: ball(tangent=normal, contacts=[ns.Contact(mu=ns.Stribeck(0.5, 0.2, 0.0))]), "v_s must be positive"),
+        (lambda: ball(tangent=normal, contacts=[ns.Contact(mu=ns.StaticKinetic(0.2, 0.3))]), "mu_s - mu_k must not be"),
+        (lambda: ns.simulate(BouncingBall, (0, 1), [1], [0], integrator=STEP), "got the class BouncingBall: call it"),
+        (lambda: ns.MoreauJean(dt=-1e-3), "dt must be positive .s.; got -0.001"),
+        (lambda: ns.MoreauJean(dt=math.inf), "dt must be finite; got inf"),
+        (lambda: ns.MoreauJean(dt=1e-3, projection="no"), "projection must be True or False; got 'no'"),
     ],
 )
 def test_bad_systems_are_refused_in_one_sentence(build, message):

@@ -113,6 +113,8 @@ class MoreauJean:
         theta = as_number("theta", self.theta)
         if not 0.5 <= theta <= 1.0:
             raise InvalidInput(f"theta must lie in [0.5, 1]; got {theta:g}")
+        if not isinstance(self.projection, bool):
+            raise InvalidInput(f"projection must be True or False; got {self.projection!r}")
 
     def steps_between(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Equal steps, none longer than dt, between the times t (m + 1,): their lengths and numbers, (m,) each."""
