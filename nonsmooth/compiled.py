@@ -5,13 +5,12 @@ from __future__ import annotations
 import functools
 import os
 import sys
-import warnings
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from nonsmooth.errors import InterpretedWarning
+from nonsmooth.errors import InterpretedWarning, warn_caller
 from nonsmooth.jit import CannotCompile, cache_directory, compile_model, interpreted
 from nonsmooth.system import TAKES_U, System
 
@@ -50,11 +49,10 @@ def model_of(system: System) -> Model:
     try:
         return _compiled(key, system.n_q, system.n_u, tuple(system.parameter_values), system.unpack)
     except CannotCompile as reason:
-        warnings.warn(
+        warn_caller(
             f"numba cannot compile the model function {reason}; the same source runs in the interpreter, about a "
             "hundred times slower. Write the function with numbers, math and loops only.",
             InterpretedWarning,
-            stacklevel=3,
         )
         return _interpreted_model(system)
 

@@ -77,6 +77,17 @@ class Status(IntEnum):
     CHATTERING = 9  # one contact after the other changed its mode without time passing
 
 
+def warn_caller(message: str, category: type[Warning]) -> None:
+    """Warn at the line outside this package that led here."""
+    import sys
+    import warnings
+
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] == "nonsmooth":
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, category, stacklevel=level)
+
+
 def nearest(name: str, known: Any) -> str:
     """`` Did you mean 'x'?`` for the known name closest to a misspelt one, or the list of all."""
     import difflib

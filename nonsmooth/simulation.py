@@ -6,7 +6,6 @@ Between two blocks Python looks for Ctrl-C and shows progress; the loop itself n
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -27,6 +26,7 @@ from nonsmooth.errors import (
     StepFailure,
     UnknownName,
     nearest,
+    warn_caller,
 )
 from nonsmooth.initial_state import examine_state, project_state
 from nonsmooth.integrators.records import (
@@ -228,7 +228,7 @@ class Run:
             q0, u0 = project_state(system, float(grid.t[0]), q0, u0)
             start = examine_state(system, self.model, self.has, float(grid.t[0]), q0, u0)
         elif not start.is_admissible:
-            warnings.warn(start.message, InitialStateWarning, stacklevel=4)
+            warn_caller(start.message, InitialStateWarning)
         shape = (system.n_u, system.n_c, system.d)
         self.state_block = new_block(State, state_shapes(*shape, EVENT_CAPACITY + 4 * system.n_c))
         self.record_block = new_block(Record, record_shapes(len(grid.t), *shape))

@@ -161,6 +161,12 @@ def test_mass_that_becomes_singular_stops_the_run_with_the_partial_solution():
     assert abs(solution.t[-1] - 0.5) < 2e-3
 
 
+def test_warnings_point_at_the_line_of_the_user():
+    with pytest.warns(ns.InitialStateWarning) as caught:
+        ns.simulate(ball(), (0, 0.01), [-0.1], [0.0], integrator=STEP)
+    assert [warning.filename for warning in caught] == [__file__]
+
+
 def test_ctrl_c_gives_back_what_was_computed_with_its_events():
     def interrupt(done):
         if done > 0.5:
