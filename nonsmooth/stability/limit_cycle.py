@@ -1,0 +1,402 @@
+"""Periodic motions through a sequence of events, and their stability.
+
+Unknown are the state x_i at the beginning and the duration T_i of every phase of the period; they satisfy
+
+    phi_i(T_i, x_i) = x_{i+1},    e_i(phi_i(T_i, x_i)) = 0,    x_{m+1} = x_1
+
+with phi_i the flow of the phase's mode and e_i the margin that vanishes at its end. Newton's method with the exact
+derivatives of the flows solves them (multiple shooting); a motion without events has one phase and a plane across it in
+place of e. A small change of x_1 returns as
+
+    S_m Phi_m ... S_1 Phi_1,    S_i = 1 + (f_{i+1} - f_i) grad e_i^T/(grad e_i . f_i)
+
+whose eigenvalues are the Floquet multipliers: one is 1, each stick gives an exact zero. Sources: Stoer and Bulirsch,
+*Introduction to Numerical Analysis* (2002), section 7.3.5; Leine and Nijmeijer, *Dynamics and Bifurcations of Non-Smooth
+Mechanical Systems* (2004), chapter 7 (saltation matrices).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.moreau_jean import MoreauJean
+from nonsmooth.simulation import simulate
+from nonsmooth.solution import Solution
+from nonsmooth.stability.complex_step import jacobian
+from nonsmooth.stability.flow_map import flow_curve, flow_map
+from nonsmooth.stability.mode_flow import ContactState, ModeFlow, mode_flow
+from nonsmooth.stability.mode_sequence import PhaseGuess, period_of
+from nonsmooth.system import ContactMode, System, as_system
+
+ITERATIONS = 20
+CONVERGED = 1e-9  # of the states' scale; Newton's method converges quadratically, so one more step reaches 1e-13
+SAMPLES = 48  # of a phase, at which its margins are looked at and its curve is kept
+BROKEN = 1e-7  # of a margin's largest value: so far below zero it may fall by rounding at an event
+ATTRACTING = 1e-7  # a multiplier must lie so far inside the unit circle to count as attracting
+
+Margin = tuple[int, str]  # contact, kind
+
+
+@dataclass(frozen=True, eq=False)
+class CyclePhase:
+    """One phase of a cycle.
+
+    Attributes
+    ----------
+    states : tuple of ContactState
+        What each contact does.
+    begins, duration : float
+        Since the beginning of the cycle [s].
+    q, u : ndarray (n_q,)
+        The state at the beginning.
+    ends_by : tuple (contact, kind) or None
+        The margin that vanishes at the end: "slip", "normal", "friction +" or "friction -".
+    """
+
+    states: tuple[ContactState, ...]
+    begins: float
+    duration: float
+    q: np.ndarray
+    u: np.ndarray
+    ends_by: Margin | None
+
+    @property
+    def sticks(self) -> bool:
+        """Whether a contact sticks."""
+        return any(state.mode == ContactMode.STICK for state in self.states)
+
+
+@dataclass(frozen=True, eq=False)
+class LimitCycle:
+    """A periodic motion.
+
+    Attributes
+    ----------
+    system : System
+    phases : tuple of CyclePhase
+    t : ndarray (k,)
+        Times of one period [s], with the states q, u (k, n_q).
+    multipliers : ndarray (2 n_r - 1,)
+        Floquet multipliers in the directions that the constraints leave, by decreasing modulus, without the 1 that
+        belongs to a shift in time.
+    time_shift : float
+        |multiplier - 1| of that one: zero but for rounding.
+    residual : float
+        Largest mismatch of the phases, relative to the extent of the motion.
+    """
+
+    system: System
+    phases: tuple[CyclePhase, ...]
+    t: np.ndarray
+    q: np.ndarray
+    u: np.ndarray
+    multipliers: np.ndarray
+    time_shift: float
+    residual: float
+
+    @property
+    def period(self) -> float:
+        """[s]"""
+        return float(sum(phase.duration for phase in self.phases))
+
+    @property
+    def stick_duration(self) -> float:
+        """How long a contact sticks in a period [s]."""
+        return float(sum(phase.duration for phase in self.phases if phase.sticks))
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether every multiplier lies inside the unit circle."""
+        return bool((np.abs(self.multipliers) < 1 - ATTRACTING).all())
+
+    @cached_property
+    def extremes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and largest (q, u), (2 n_q,) each."""
+        return _extremes(self)
+
+    @property
+    def amplitudes(self) -> np.ndarray:
+        """(max q - min q)/2 of each coordinate."""
+        low, high = self.extremes
+        return 0.5 * (high - low)[: self.system.n_q]
+
+    def sequence(self) -> tuple[tuple[ContactState, ...], ...]:
+        """What the contacts do, phase by phase."""
+        return tuple(phase.states for phase in self.phases)
+
+
+def limit_cycle(
+    system: Any,
+    guess: Solution | LimitCycle | tuple[Any, Any] | None = None,
+    duration: float | None = None,
+    dt: float | None = None,
+) -> LimitCycle:
+    """The periodic motion near a guess.
+
+    Parameters
+    ----------
+    system : System or model
+    guess : Solution, LimitCycle or (q0, u0), optional
+        A simulated motion whose end is nearly periodic; a cycle of the system at other parameters; or a start from
+        which to simulate. The model's default state when left out.
+    duration, dt : float, optional
+        Of the simulation; the model's ``t_end`` and ``dt`` when left out [s].
+
+    Returns
+    -------
+    LimitCycle
+        Stable or not: the multipliers tell.
+
+    Raises
+    ------
+    InvalidInput
+        When the motion comes to rest or has no period, when a contact opens and closes on the way, or when the
+        cycle of the guessed sequence of modes does not close; the message says which event broke it.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> from models import BeltOscillator
+    >>> cycle = ns.limit_cycle(BeltOscillator(vb=0.2))
+    >>> round(cycle.period, 8), round(cycle.stick_duration, 8), cycle.is_stable
+    (2.02034826, 0.25014763, True)
+    """
+    model, system = system, as_system(system)
+    if isinstance(guess, LimitCycle):
+        phases = [PhaseGuess(p.states, np.concatenate([p.q, p.u]), p.duration) for p in guess.phases]
+    elif isinstance(guess, Solution):
+        phases = period_of(guess)
+    else:
+        phases = period_of(_simulated(model, system, guess, duration, dt))
+    return Shooting(system, phases).solve()
+
+
+def _simulated(model: Any, system: System, guess: Any, duration: float | None, dt: float | None) -> Solution:
+    source = model if hasattr(model, "state") else system.parameters
+    if guess is None:
+        if not hasattr(source, "state"):
+            raise InvalidInput("this system has no default state; give guess=(q0, u0)")
+        guess = source.state()
+    duration = getattr(source, "t_end", None) if duration is None else duration
+    dt = getattr(source, "dt", None) if dt is None else dt
+    if duration is None or dt is None:
+        raise InvalidInput("this system has no t_end and dt of its own; give duration= and dt=")
+    q0, u0 = guess
+    return simulate(system, (0.0, duration), q0, u0, integrator=MoreauJean(dt=dt))
+
+
+class Link(NamedTuple):
+    """A phase as the Newton iteration sees it."""
+
+    flow: ModeFlow
+    ends_by: Margin | None
+
+
+class Shooting:
+    """The boundary value problem of a cycle with a given sequence of modes."""
+
+    def __init__(self, system: System, guess: Sequence[PhaseGuess]) -> None:
+        self.system, self.guess = system, list(guess)
+        m = len(self.guess)
+        self.links = [
+            Link(mode_flow(system, phase.states), None if m == 1 else ending(phase.states, self.guess[(k + 1) % m].states))
+            for k, phase in enumerate(self.guess)
+        ]
+        self.x = np.array([phase.x for phase in self.guess])
+        self.T = np.array([phase.duration for phase in self.guess])
+        self.scale = self._scale()
+        first = self.links[0].flow.rate(self.x[0]).real / self.scale
+        self.section = first / np.linalg.norm(first) / self.scale, self.x[0].copy()  # for a motion without events
+
+    def _scale(self) -> np.ndarray:
+        """Extents of the coordinates and of the velocities over the guess."""
+        states = [self.x]
+        for link, x, T in zip(self.links, self.x, self.T, strict=True):
+            curve = flow_curve(link.flow, x, T, np.maximum(np.abs(x), 1e-3))
+            states.append(np.array([curve(s) for s in np.linspace(0, T, SAMPLES)]))
+        extent = np.ptp(np.concatenate(states), axis=0)
+        n = self.system.n_q
+        for part in (slice(0, n), slice(n, None)):
+            extent[part] = np.maximum(extent[part], 1e-3 * extent[part].max())
+        return extent
+
+    def solve(self) -> LimitCycle:
+        """Newton's method, then every check."""
+        for _ in range(ITERATIONS):
+            residual, J = self._linearised()
+            step = -np.linalg.lstsq(J, residual, rcond=1e-13)[0]
+            self._move(step)
+            if np.abs(step).max() <= CONVERGED:
+                break
+        else:
+            raise InvalidInput(
+                f"the cycle does not close: after {ITERATIONS} Newton steps the phases still miss one another by "
+                f"{np.abs(residual).max():.2g} of the motion's extent; simulate for longer, or give a nearer guess"
+            )
+        return self._cycle()
+
+    def _move(self, step: np.ndarray) -> None:
+        m, d = self.x.shape
+        change = step.reshape(m, d + 1)
+        shrink = min(1.0, *(0.5 * T / abs(c * T) if c < -0.5 else 1.0 for T, c in zip(self.T, change[:, d], strict=True)))
+        self.x = self.x + shrink * change[:, :d] * self.scale
+        self.T = self.T * (1 + shrink * change[:, d])
+
+    def _linearised(self) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals and their derivative by (x_i/scale, T_i relative), phase after phase."""
+        m, d = self.x.shape
+        residuals, rows = [], []
+        for i, link in enumerate(self.links):
+            y, Phi = flow_map(link.flow, self.x[i], self.T[i], self.scale)
+            f = link.flow.rate(y).real
+            here, following = slice(i * (d + 1), (i + 1) * (d + 1)), (i + 1) % m
+            by_phase = np.column_stack([Phi * self.scale, f * self.T[i]])
+            row = np.zeros((d, m * (d + 1)))
+            row[:, here] = by_phase / self.scale[:, None]
+            row[:, following * (d + 1) : following * (d + 1) + d] -= np.eye(d)
+            residuals.append((y - self.x[following]) / self.scale)
+            rows.append(row)
+            value, gradient, size = self._end(link, y)
+            row = np.zeros((1, m * (d + 1)))
+            if link.ends_by is None:
+                row[0, :d] = gradient * self.scale
+            else:
+                row[0, here] = gradient @ by_phase
+            residuals.append([value / size])
+            rows.append(row / size)
+            held, by_state = self._held(link.flow, self.x[i])
+            row = np.zeros((held.size, m * (d + 1)))
+            row[:, i * (d + 1) : i * (d + 1) + d] = by_state
+            residuals.append(held)
+            rows.append(row)
+        return np.concatenate(residuals), np.concatenate(rows)
+
+    def _end(self, link: Link, y: np.ndarray) -> tuple[float, np.ndarray, float]:
+        """The margin that ends a phase, its gradient and its size; for a single phase, the plane across it."""
+        if link.ends_by is None:
+            normal, origin = self.section
+            return float(normal @ (self.x[0] - origin)), normal, 1.0
+        gradient = margin_gradient(link.flow, link.ends_by, y)
+        value = link.flow.margins(y)[link.ends_by].real
+        return float(value), gradient, float(np.abs(gradient * self.scale).max()) or 1.0
+
+    def _held(self, flow: ModeFlow, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What the mode holds at zero, each divided by its size, with its derivative by x/scale."""
+        if not (flow.n_a or flow.stuck):
+            return np.zeros(0), np.zeros((0, x.size))
+        value, J = jacobian(flow.holds, x)
+        size = np.abs(J * self.scale).max(axis=1)
+        return value / size, J * self.scale / size[:, None]
+
+    def _cycle(self) -> LimitCycle:
+        residual = float(np.abs(self._linearised()[0]).max())
+        begins = np.concatenate([[0.0], np.cumsum(self.T)])
+        n = self.system.n_q
+        times, states, phases = [], [], []
+        for i, link in enumerate(self.links):
+            curve = flow_curve(link.flow, self.x[i], self.T[i], self.scale)
+            s = np.linspace(0, self.T[i], SAMPLES + 1)
+            path = np.array([curve(time) for time in s])
+            self._check(i, s, path)
+            times.append(begins[i] + s)
+            states.append(path)
+            phases.append(CyclePhase(self.guess[i].states, float(begins[i]), float(self.T[i]), self.x[i, :n].copy(),
+                                     self.x[i, n:].copy(), link.ends_by))  # fmt: skip
+        x = np.concatenate(states)
+        multipliers, shift = self._multipliers()
+        return LimitCycle(
+            self.system, tuple(phases), np.concatenate(times), x[:, :n], x[:, n:], multipliers, shift, residual
+        )
+
+    def _check(self, i: int, s: np.ndarray, path: np.ndarray) -> None:
+        """Raise when a margin falls below zero within a phase: another event would have come first."""
+        link = self.links[i]
+        margins = [link.flow.margins(x) for x in path]
+        for key in margins[0]:
+            values = np.array([margin[key].real for margin in margins])
+            low = int(values.argmin())
+            if values[low] < -BROKEN * np.abs(values).max():
+                contact, kind = key
+                what = {"slip": "would reverse its sliding", "normal": "would lose its normal force"}
+                raise InvalidInput(
+                    f"the cycle does not close: {s[low]:.6g} s after the beginning of phase {i} contact {contact} "
+                    f"{what.get(kind, 'would begin to slide')}; its sequence of modes is another one here"
+                )
+
+    def _multipliers(self) -> tuple[np.ndarray, float]:
+        """Floquet multipliers without the trivial one, and how far that one is from 1."""
+        m, d = self.x.shape
+        total = np.eye(d)
+        for i, link in enumerate(self.links):
+            y, Phi = flow_map(link.flow, self.x[i], self.T[i], self.scale)
+            total = Phi @ total
+            if link.ends_by is not None:
+                before, after = link.flow.rate(y).real, self.links[(i + 1) % m].flow.rate(y).real
+                gradient = margin_gradient(link.flow, link.ends_by, y)
+                total = total + np.outer(after - before, gradient @ total) / (gradient @ before)
+        tangent = self._tangent()
+        reduced = np.linalg.lstsq(tangent, total @ tangent, rcond=None)[0]
+        values = np.linalg.eigvals(reduced)
+        trivial = int(np.abs(values - 1).argmin())
+        others = np.delete(values, trivial)
+        return others[np.argsort(-np.abs(others), kind="stable")], float(abs(values[trivial] - 1))
+
+    def _tangent(self) -> np.ndarray:
+        """Directions that the constraints leave at the beginning of the cycle, (2 n, 2 n_r)."""
+        flow, d = self.links[0].flow, self.x.shape[1]
+        if not flow.n_a:
+            return np.diag(self.scale)
+        J = jacobian(flow.holds, self.x[0])[1][: 2 * flow.n_a] * self.scale
+        return self.scale[:, None] * np.linalg.svd(J)[2][2 * flow.n_a : d].T
+
+
+def ending(states: tuple[ContactState, ...], following: tuple[ContactState, ...]) -> Margin:
+    """Which margin vanishes between two phases.
+
+    Raises
+    ------
+    InvalidInput
+        When a contact closes (an impact), or several contacts change at once.
+    """
+    changed = [i for i, (a, b) in enumerate(zip(states, following, strict=True)) if a != b]
+    if len(changed) != 1:
+        raise InvalidInput(f"contacts {changed} change their modes at once; a smaller time step may part them")
+    (i,) = changed
+    a, b = states[i], following[i]
+    if ContactMode.OPEN in (a.mode, b.mode):
+        raise InvalidInput(f"contact {i} opens or closes on the way; cycles with impacts are not computed")
+    if a.mode == ContactMode.STICK:
+        return i, "friction +" if b.slip > 0 else "friction -"
+    if b.mode == ContactMode.STICK or a.slip != b.slip:
+        return i, "slip"
+    return i, "normal"
+
+
+def margin_gradient(flow: ModeFlow, key: Margin, x: np.ndarray) -> np.ndarray:
+    """Gradient of a margin by the state, (2 n,)."""
+    return jacobian(lambda z: np.array([flow.margins(z)[key]]), x)[1][0]
+
+
+def _extremes(cycle: LimitCycle) -> tuple[np.ndarray, np.ndarray]:
+    """Least and largest of every state: from samples, then the vertex where the rate changes its sign."""
+    from scipy.optimize import brentq
+
+    x = np.concatenate([cycle.q, cycle.u], axis=1)
+    low, high = x.min(axis=0), x.max(axis=0)
+    scale = np.ptp(x, axis=0) + 1e-300
+    for phase in cycle.phases:
+        flow, start = mode_flow(cycle.system, phase.states), np.concatenate([phase.q, phase.u])
+        curve = flow_curve(flow, start, phase.duration, scale)
+        s = np.linspace(0, phase.duration, SAMPLES + 1)
+        rates = np.array([flow.rate(curve(time)).real for time in s])
+        for k, j in zip(*np.nonzero(rates[:-1] * rates[1:] < 0), strict=True):
+            vertex = brentq(lambda time, j=j, c=curve, f=flow: f.rate(c(time)).real[j], s[k], s[k + 1], xtol=1e-14)
+            value = curve(vertex)[j]
+            low[j], high[j] = min(low[j], value), max(high[j], value)
+    return low, high

@@ -1,0 +1,170 @@
+"""The smooth flow between two events: each contact open, sticking, or sliding in a known direction.
+
+    [ M   -R^T  -W_s^T ] [ u'   ]   [ h - sum mu N s W_F^T ]       R = W_N - mu n s W_F   of contacts with a gap
+    [ W_N   0     0    ] [ la_N ] = [ -(W_N' u + w_N')     ]       W_s = W_F              of contacts that stick
+    [ W_s   0     0    ] [ la_F ]   [ -(W_s' u + w_s')     ]
+
+with the signs s of sliding and n of the normal force as in ``sliding_mode``. A mode lasts while its margins are positive:
+the sliding velocity s gamma_F, the normal force n la_N, and for a contact that sticks mu_s n la_N -+ la_F. All of it runs
+with complex numbers, so that the flow and its margins can be differentiated exactly. Source: Glocker, *Set-Valued Force
+Laws* (2001), chapter 5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from nonsmooth.acceleration_problem import DIFFERENCE
+from nonsmooth.laws import static_coefficient
+from nonsmooth.stability.complex_step import complexified
+from nonsmooth.stability.sliding_mode import SlidingMode, mu_of
+from nonsmooth.system import (
+    FORCE,
+    GAP_RATE,
+    MASS,
+    NORMAL,
+    NORMAL_FORCE,
+    ROW_RATES,
+    SURFACE_VELOCITY,
+    TANGENT,
+    ContactMode,
+)
+
+mu_static = complexified(static_coefficient)
+
+
+class ContactState(NamedTuple):
+    """What one contact does during a phase."""
+
+    mode: ContactMode
+    slip: int  # s, the sign of gamma_F; 0 unless it slides
+    normal: int  # n, the sign of la_N; 1 unless the contact is bilateral
+
+
+class Instant(NamedTuple):
+    """The flow at a state: everything complex where the state is."""
+
+    acceleration: np.ndarray  # (n,)
+    la_N: np.ndarray  # (n_c,) la_N, or the given normal force
+    la_F: np.ndarray  # (n_c,)
+    gamma_F: np.ndarray  # (n_c,)
+
+
+@dataclass(frozen=True, eq=False)
+class ModeFlow(SlidingMode):
+    """A system whose closed contacts slide as told, but for those that stick.
+
+    Parameters
+    ----------
+    stuck : tuple of int
+        The contacts that stick; they are among ``closed``.
+    """
+
+    stuck: tuple[int, ...] = ()
+
+    def instant(self, x: np.ndarray) -> Instant:
+        """Accelerations and forces at the state x = (q, u)."""
+        system, n = self.system, self.system.n_u
+        q, u = x[:n], x[n:]
+        h = self.call(FORCE, q, u)
+        gamma_F, mu = np.zeros(system.n_c, complex), np.zeros(system.n_c, complex)
+        W_N, W_F = self.call(NORMAL, q, u), np.zeros((system.n_c, n), complex)
+        pressing = self.call(NORMAL_FORCE, q, u)
+        if system.d:
+            W_F, w_F = self.call(TANGENT, q, u)[:, 0], self.call(SURFACE_VELOCITY, q, u)[:, 0]
+            gamma_F = W_F @ u + w_F
+        forces, rows, rates = [], [], []
+        of_row = self.row_rates(q, u) if self.constrained or self.stuck else np.zeros((0, 2))
+        for i in self.closed:
+            s = self.sliding[i]
+            if i not in self.stuck and system.kinds[i, 1]:
+                mu[i] = mu_of(system.laws, i, s * gamma_F[i])
+            if i in self.constrained:
+                forces.append(W_N[i] - mu[i] * self.normal[i] * s * W_F[i])
+                rows.append(W_N[i])
+                rates.append(of_row[i, 0])
+            else:
+                h = h - mu[i] * pressing[i] * s * W_F[i]
+        for i in self.stuck:
+            forces.append(W_F[i])
+            rows.append(W_F[i])
+            rates.append(of_row[i, 1])
+        a, la = _solve(self.call(MASS, q, u), h, forces, rows, rates)
+        la_N, la_F = pressing, np.zeros(system.n_c, complex)
+        la_N[self.constrained] = la[: self.n_a]
+        for i in self.closed:
+            la_F[i] = -mu[i] * self.normal[i] * la_N[i] * self.sliding[i]
+        la_F[list(self.stuck)] = la[self.n_a :]
+        return Instant(a, la_N, la_F, gamma_F)
+
+    def rate(self, x: np.ndarray) -> np.ndarray:
+        """x' = (u, u')."""
+        return np.concatenate([x[self.system.n_u :], self.instant(x).acceleration])
+
+    def row_rates(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """W' u + w' (n_c, 1 + d), from the model or by a fourth-order difference along the motion."""
+        if ROW_RATES in self.system.functions:
+            return self.call(ROW_RATES, q, u)
+        e = DIFFERENCE / max(float(np.abs(u).max()), 1.0)
+        ahead = [self.row_velocities(q + k * e * u, u) for k in (-2, -1, 1, 2)]
+        return (ahead[0] - 8 * ahead[1] + 8 * ahead[2] - ahead[3]) / (12 * e)
+
+    def row_velocities(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """gamma_N and gamma_F (n_c, 1 + d)."""
+        gamma_N = self.call(NORMAL, q, u) @ u + self.call(GAP_RATE, q, u)
+        if not self.system.d:
+            return gamma_N[:, None]
+        gamma_F = self.call(TANGENT, q, u)[:, 0] @ u + self.call(SURFACE_VELOCITY, q, u)[:, 0]
+        return np.stack([gamma_N, gamma_F], axis=1)
+
+    def margins(self, x: np.ndarray) -> dict[tuple[int, str], complex]:
+        """What must stay positive while the mode lasts, by contact and kind.
+
+        "slip": s gamma_F; "normal": n la_N; "friction +", "friction -": mu_s n la_N + la_F and - la_F of a contact that
+        sticks: the first vanishes where it begins to slide with s = +1.
+        """
+        now, found = self.instant(x), {}
+        for i in self.closed:
+            pressing = self.normal[i] * now.la_N[i]
+            if i in self.stuck:
+                reach = mu_static(self.system.laws, i) * (pressing if pressing.real > 0 else -pressing)
+                found[i, "friction +"] = reach + now.la_F[i]
+                found[i, "friction -"] = reach - now.la_F[i]
+                continue
+            if self.system.kinds[i, 1]:
+                found[i, "slip"] = self.sliding[i] * now.gamma_F[i]
+            found[i, "normal"] = pressing
+        return found
+
+    def holds(self, x: np.ndarray) -> np.ndarray:
+        """What the mode keeps at zero: g_N and gamma_N of the constraints, gamma_F of the contacts that stick."""
+        n = self.system.n_u
+        q, u = x[:n], x[n:]
+        gamma = self.row_velocities(q, u)
+        stuck = gamma[list(self.stuck), 1] if self.stuck else np.zeros(0)
+        return np.concatenate([self.gaps(q), gamma[self.constrained, 0], stuck])
+
+
+def mode_flow(system, states: tuple[ContactState, ...], t: float = 0.0) -> ModeFlow:  # type: ignore[no-untyped-def]
+    """The flow in which each contact does what its state says."""
+    closed = tuple(i for i, state in enumerate(states) if state.mode != ContactMode.OPEN)
+    stuck = tuple(i for i in closed if states[i].mode == ContactMode.STICK)
+    sliding = np.array([float(state.slip) for state in states])
+    normal = np.array([float(state.normal) for state in states])
+    return ModeFlow(system, closed, sliding, normal, t, stuck)
+
+
+def _solve(M, h, forces, rows, rates):  # type: ignore[no-untyped-def]
+    """a and the forces of M a = h + forces^T la, rows a = -rates."""
+    n, k = h.size, len(rows)
+    if k == 0:
+        return np.linalg.solve(M, h), np.zeros(0)
+    A = np.zeros((n + k, n + k), complex)
+    A[:n, :n] = M
+    A[:n, n:] = -np.array(forces).T
+    A[n:, :n] = rows
+    x = np.linalg.solve(A, np.concatenate([h, -np.array(rates)]))
+    return x[:n], x[n:]
