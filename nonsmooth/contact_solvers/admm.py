@@ -76,7 +76,7 @@ class ADMM:
 
 def _shifted_solve(problem: Problem, beta: float):  # type: ignore[no-untyped-def]
     identity = np.broadcast_to(np.eye(problem.dim), (problem.n_c, problem.dim, problem.dim)).copy()
-    return factorise(problem.blocks, beta * identity, identity)
+    return factorise(problem.blocks, beta * identity, identity, keeps_diagonal=True)
 
 
 def _uhat(problem: Problem, P: np.ndarray) -> np.ndarray:

@@ -13,9 +13,15 @@ import numpy as np
 from nonsmooth.contact_solvers.problem import Blocks
 from nonsmooth.jit import kernel
 
+Solve = Callable[[np.ndarray], np.ndarray]
 
-def factorise(blocks: Blocks, A: np.ndarray, B: np.ndarray) -> Callable[[np.ndarray], np.ndarray] | None:
-    """A function f -> (A + B G)^-1 f, or None where the matrix is singular."""
+
+def factorise(blocks: Blocks, A: np.ndarray, B: np.ndarray, keeps_diagonal: bool = False) -> Solve | None:
+    """A function f -> (A + B G)^-1 f, or None where the matrix is singular.
+
+    With ``keeps_diagonal`` the pivots of a sparse matrix are taken from its diagonal: right for positive definite ones
+    and those near them, and the factors stay as sparse as those of Cholesky.
+    """
     n = blocks.n
     if blocks.is_full:
         return _factorise_full(blocks, A, B)
@@ -28,13 +34,17 @@ def factorise(blocks: Blocks, A: np.ndarray, B: np.ndarray) -> Callable[[np.ndar
     fill_rows(blocks.G, blocks.indices, blocks.indptr, A, B, data, columns, starts)
     transpose = csc_array((data, columns, starts), shape=(n, n))
     try:
-        factors = splu(transpose, permc_spec="MMD_AT_PLUS_A")
+        if keeps_diagonal:
+            symmetric = {"SymmetricMode": True}
+            factors = splu(transpose, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=symmetric)
+        else:
+            factors = splu(transpose, permc_spec="MMD_AT_PLUS_A")
     except RuntimeError:  # SuperLU: factor is exactly singular
         return None
     return lambda f: factors.solve(f, trans="T")
 
 
-def _factorise_full(blocks: Blocks, A: np.ndarray, B: np.ndarray) -> Callable[[np.ndarray], np.ndarray] | None:
+def _factorise_full(blocks: Blocks, A: np.ndarray, B: np.ndarray) -> Solve | None:
     from scipy.linalg import get_lapack_funcs
 
     matrix = np.zeros((blocks.n, blocks.n), order="F")

@@ -50,7 +50,7 @@ def inclusion_error(G, c, mu, dim, P):
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("solver", ["auto", "nsgs", "newton", "proximal", "admm", "convex"])
+@pytest.mark.parametrize("solver", ["auto", "nsgs", "newton", "interior", "proximal", "admm", "convex"])
 def test_every_solver_solves_a_loose_assembly(solver, dim):
     G, c, mu = assembly(3, 6, 5, dim)
     if solver == "convex" and dim == 3:
@@ -62,7 +62,7 @@ def test_every_solver_solves_a_loose_assembly(solver, dim):
 
 
 @settings(max_examples=25, deadline=None)
-@given(SEEDS, st.sampled_from([2, 3]), st.integers(2, 15), st.sampled_from([1.0, 30.0]))
+@given(SEEDS, st.sampled_from([2, 3]), st.integers(2, 15), st.sampled_from([1.0, 1e3]))
 def test_auto_solves_redundant_assemblies_of_rigid_bodies(seed, dim, n_bodies, mass_ratio):
     G, c, mu = assembly(seed, n_bodies, 2 * n_bodies, dim, mass_ratio)
     result = solve_contact(G, c, mu, dim)
@@ -152,7 +152,7 @@ def test_unsymmetric_matrix_is_not_symmetrised():
     G, c, mu = assembly(8, 6, 5, 3)
     skew = np.triu(np.full_like(G, 0.01), 1)
     G = G + skew - skew.T
-    for solver in ("auto", "newton", "proximal", "admm", "convex"):
+    for solver in ("auto", "newton", "interior", "proximal", "admm", "convex"):
         result = solve_contact(G, c, mu, 3, solver=solver)
         assert inclusion_error(G, c, mu, 3, result.P) <= 1.1e-8, solver
 
