@@ -1,0 +1,179 @@
+"""Figures of convergence studies: errors with slope triangles, errors over cost, orders, and what the contact did.
+
+Matplotlib is imported inside the functions.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nonsmooth.output.plots import BLUE, RED, new_figure
+
+if TYPE_CHECKING:
+    from nonsmooth.studies.study import Study
+
+NAMES = {  # label, colour
+    "error_q": ("coordinates", BLUE),
+    "error_u": ("velocities", RED),
+    "error_gamma_N": ("$\\gamma_N$ after the impact", "#1b7837"),
+}
+SYMBOLS = {"stiffness": "k", "dt": "\\Delta t"}
+SLOPES = {"stiffness": ((-0.5, 0.06), (-1.0, 0.32)), "dt": ((1.0, 0.45), (2.0, 0.73))}  # and places of the triangles
+MARKERS = "osD^v<>"
+X_LABELS = {"stiffness": "stiffness $k$ [N/m]", "dt": "step $\\Delta t$ [s]"}
+GREY = "#7f7f7f"
+LEGEND: dict[str, Any] = {"fontsize": 8, "frameon": False}
+
+
+def plot_study(study: Study, path: str | Path | None = None) -> Any:
+    """Draw a study: errors, cost, observed orders, and for a stiffness the force history of the contact.
+
+    Parameters
+    ----------
+    study : Study
+    path : path-like, optional
+        Where to save; the ending names the format.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    is_limit = study.of == "stiffness"
+    figure = new_figure(10.5, 7.6) if is_limit else new_figure(14.0, 4.4)
+    axes = figure.subplots(2, 2).ravel() if is_limit else figure.subplots(1, 3)
+    figure.suptitle(study.title, fontsize=11)
+    draw_errors(axes[0], study)
+    draw_cost(axes[1], study)
+    draw_orders(axes[2], study)
+    if is_limit:
+        draw_contact(axes[3], study)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
+
+def draw_errors(axes: Any, study: Study) -> None:
+    """Errors at every time, those below the floor as crosses, and triangles of the slopes that occur."""
+    times = study.data.time.values
+    is_hidden = False
+    for name, (label, colour) in kinds(study).items():
+        for j in range(len(times) if has_times(study, name) else 1):
+            at = f", $t={times[j]:.3g}$ s" if has_times(study, name) else ""
+            errors = study.errors(name, j)
+            axes.loglog(
+                study.x, errors, MARKERS[j % len(MARKERS)] + "-", color=colour, ms=4.5, lw=1, label=label + at,
+                mfc="white" if j else colour,
+            )  # fmt: skip
+            if has_times(study, name):
+                hidden = np.where(np.isfinite(errors), np.nan, study.data[name].isel(time=j).values)
+                is_hidden |= bool(np.isfinite(hidden).any())
+                axes.loglog(study.x, hidden, "x", color=colour, ms=5, alpha=0.5)
+    if is_hidden:
+        axes.plot([], [], "x", color=GREY, label="below the floor")
+    for slope, place in SLOPES[study.of]:
+        slope_triangle(axes, study, slope, place)
+    axes.set(xlabel=X_LABELS[study.of], ylabel="distance to the reference [m, rad; m/s, rad/s]")
+    axes.legend(**LEGEND)
+    axes.grid(True, which="major", color="#e6e6e6")
+
+
+def slope_triangle(axes: Any, study: Study, slope: float, place: float) -> None:
+    """A triangle of about a decade below the errors; its corner stands at a part of the width."""
+    values = np.concatenate([study.errors(name) for name in kinds(study)])
+    values = values[np.isfinite(values) & (values > 0)]
+    if len(values) == 0:
+        return
+    left, right = np.log10(study.x.min()), np.log10(study.x.max())
+    width = min(1.0, 0.22 * (right - left))
+    x_0 = left + place * (right - left)
+    top = np.log10(values.min()) + (0.0 if slope < 0 else 1.2 * abs(slope) * width)
+    x = 10.0 ** np.array([x_0, x_0 + width, x_0 + width if slope > 0 else x_0, x_0])
+    if slope > 0:
+        y = 10.0 ** (top - slope * width * np.array([1.0, 0.0, 1.0, 1.0]))
+    else:
+        y = 10.0 ** (top + slope * width * np.array([0.0, 1.0, 1.0, 0.0]))
+    axes.plot(x, y, color=GREY, lw=1)
+    axes.annotate(
+        f"{abs(slope):g}", (x[2], np.sqrt(y[0] * y[1])), xytext=(4 if slope > 0 else -4, 0),
+        textcoords="offset points", ha="left" if slope > 0 else "right", va="center", fontsize=8, color=GREY,
+    )  # fmt: skip
+
+
+def draw_cost(axes: Any, study: Study) -> None:
+    """Errors at the last time that stand above the floor over the wall time, the rigid runs beside."""
+    wall = 1e3 * study.data.wall_time.values
+    for name, (label, colour) in kinds(study).items():
+        if not has_times(study, name):
+            continue
+        errors = study.errors(name)
+        axes.loglog(wall, errors, "o-", color=colour, ms=4.5, lw=1, label=label)
+        if f"beside_{name}" in study.data:
+            rigid = 1e3 * study.data.beside_wall_time.values
+            axes.loglog(
+                rigid, study.data[f"beside_{name}"].values, "s--", color=colour, mfc="white", ms=4.5, lw=1,
+                label=f"{label}, rigid contact",
+            )  # fmt: skip
+        known = np.flatnonzero(np.isfinite(errors))
+        if name == "error_u" and len(known):
+            for i in {int(known[0]), int(known[-1])}:
+                text = f"${SYMBOLS[study.of]}=10^{{{np.log10(study.x[i]):.3g}}}$"
+                axes.annotate(
+                    text,
+                    (wall[i], errors[i]),
+                    xytext=(6, 5 if i == known[0] else -10),
+                    textcoords="offset points",
+                    fontsize=8,
+                )
+    axes.margins(x=0.14, y=0.1)
+    axes.set(xlabel="wall time [ms]", ylabel=f"distance at $t={study.data.time.values[-1]:.3g}$ s")
+    axes.legend(**LEGEND)
+    axes.grid(True, which="major", color="#e6e6e6")
+
+
+def draw_orders(axes: Any, study: Study) -> None:
+    """Observed orders between neighbours, at the geometric mean of both."""
+    middle = np.sqrt(study.x[1:] * study.x[:-1])
+    for name, (label, colour) in kinds(study).items():
+        axes.semilogx(middle, study.orders(name), "o-", color=colour, ms=4.5, lw=1, label=label)
+    for order in (0.5, 1.0) if study.of == "stiffness" else (1.0, 2.0):
+        axes.axhline(order, color=GREY, lw=0.8, ls=":")
+    axes.set(
+        xlabel=X_LABELS[study.of],
+        ylabel="observed order",
+        xlim=(study.x.min(), study.x.max()),
+        ylim=(-0.2, 1.4 if study.of == "stiffness" else 2.6),
+    )
+    axes.legend(**LEGEND)
+
+
+def draw_contact(axes: Any, study: Study) -> None:
+    """Effective restitution where the contact opens, else peak force and time to the end of slip."""
+    data = study.data
+    if "restitution" in data and np.isfinite(data.restitution.values).any():
+        axes.semilogx(study.x, data.restitution.values, "o-", color=BLUE, ms=4.5, lw=1)
+        axes.set(xlabel=X_LABELS["stiffness"], ylabel="effective energetic restitution $e$", ylim=(-0.05, 1.1))
+        return
+    if "peak_force" not in data or not np.isfinite(data.peak_force.values).any():
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, "no episode of contact", ha="center", va="center", fontsize=9, color=GREY)
+        return
+    axes.loglog(study.x, np.abs(data.peak_force.values), "o-", color=BLUE, ms=4.5, lw=1)
+    axes.set(xlabel=X_LABELS["stiffness"])
+    axes.set_ylabel("peak normal force [N]", color=BLUE)
+    if np.isfinite(data.stop_time.values).any():
+        right = axes.twinx()
+        right.loglog(study.x, data.stop_time.values, "s-", color=RED, mfc="white", ms=4.5, lw=1)
+        right.set_ylabel("time at which the slip ends [s]", color=RED)
+
+
+def kinds(study: Study) -> dict[str, tuple[str, str]]:
+    """The kinds of error that the study has."""
+    return {name: entry for name, entry in NAMES.items() if name in study.data}
+
+
+def has_times(study: Study, name: str) -> bool:
+    """Whether an error is measured at times."""
+    return "time" in study.data[name].dims

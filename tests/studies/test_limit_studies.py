@@ -1,0 +1,158 @@
+"""Studies of the penalty limit and of the step: laws found, branches told, errors hidden by the reference left out."""
+
+import math
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from models import BouncingBall, PainleveRod, SpragSlip, WallPendulum
+from nonsmooth.studies.laws_of_convergence import fit_laws, observed_orders
+
+pytest.importorskip("xarray")
+
+
+@pytest.mark.parametrize("law", ["k^-1", "ln k/k", "k^-1/2", "k^-1/2 ln k"])
+def test_each_law_is_told_from_the_others(law):
+    k = np.logspace(4, 12, 9)
+    shapes = {"k^-1": 1 / k, "ln k/k": np.log(k) / k, "k^-1/2": k**-0.5, "k^-1/2 ln k": k**-0.5 * np.log(k)}
+    fits = fit_laws("stiffness", k, 3.0 * shapes[law])
+    assert fits[0].law == law
+    assert abs(fits[0].constant - 3.0) < 1e-12 and fits[0].spread < 1e-12
+
+
+def test_unknown_errors_take_no_part_in_orders_and_laws():
+    dt = np.array([1e-1, 1e-2, 1e-3, 1e-4])
+    errors = np.array([1e-1, 1e-2, np.nan, 1e-4])
+    assert observed_orders(dt, errors)[0] == pytest.approx(1.0)
+    assert np.isnan(observed_orders(dt, errors)[1:]).all()
+    assert fit_laws("dt", dt, errors)[0].law == "dt"
+    assert fit_laws("dt", dt[:2], errors[:2]) == []
+
+
+def test_seizure_costs_a_logarithm():
+    """After a seizure th(t) - limit = O(ln k/k); c/k = 1 s, against the rigid rod with a million steps."""
+    rod = SpragSlip()
+    study = ns.penalty_study(
+        rod, (0, 0.1), *rod.state(th=0.78, thdot=1.0), stiffness=[1e4, 1e5, 1e6, 1e7], damping=lambda k: k, beside=[]
+    )
+    assert study.fits("error_q")[0].law == "ln k/k"
+    assert (np.diff(study.orders("error_q")) > 0).all() and 0.8 < study.orders("error_q")[0] < 1
+    P_N = rod.seizure(0.78, 1.0).P_N
+    assert abs(study.data.P_N.values[-1] - P_N) < 0.01 * P_N  # the episode ends at a hundredth of the peak force
+
+
+def test_impact_without_collision_converges_to_another_solution_than_the_plastic_one():
+    rod = PainleveRod(mu=2.0)
+    limit = rod.impact_without_collision(e=1.0, law="energetic").gamma_N
+    study = ns.penalty_study(
+        rod,
+        (0, 0.01),
+        *rod.state(slip=-1.0),
+        stiffness=np.logspace(8, 12, 5),
+        limit=limit,
+        beside=[ns.MoreauJean(1e-5)],
+    )
+    assert study.fits("error_gamma_N")[0].law == "k^-1/2 ln k"
+    assert np.allclose(study.data.restitution.values, 1.0, atol=1e-6)  # an undamped contact gives its work back
+    assert abs(study.orders("error_u")[-1]) < 0.01  # the distance to the plastic impact does not fall
+    assert float(study.data.beside_error_u[0]) < 1e-3 * study.errors("error_u")[-1]
+    assert set(study.data.branch.values) == {"open, stick, slide +, open"}
+
+
+def test_damping_ratio_fixes_the_restitution_of_a_bounce():
+    ball, zeta = BouncingBall(), 0.5
+    study = ns.penalty_study(
+        ball, (0, 0.5), *ball.state(height=1.0), stiffness=[1e8, 1e10], damping_ratio=zeta,
+        reference=([[0.0]], [[0.0]]), beside=[],
+    )  # fmt: skip
+    e = math.exp(-2 * zeta * math.acos(zeta) / math.sqrt(1 - zeta**2))
+    assert np.allclose(study.data.restitution.values, e, atol=1e-3)  # gravity over the contact, 1e-4 at k = 1e8
+
+
+def test_moreau_jean_is_of_second_order_in_smooth_motion():
+    pendulum = WallPendulum(th_w=-1.5)  # the wall is out of reach
+    study = ns.convergence_study(pendulum, (0, 1), *pendulum.state(th=1.0), dt=[1e-2, 5e-3, 2.5e-3])
+    assert study.fits("error_q")[0].law == "dt^2"
+
+
+def test_moreau_jean_finds_an_impact_within_a_step():
+    ball, t, e = BouncingBall(e=0.5), 0.6, 0.5
+    t_1 = math.sqrt(2 / 9.81)
+    v = e * 9.81 * t_1  # upwards, after the impact at t_1
+    exact = ([[v * (t - t_1) - 0.5 * 9.81 * (t - t_1) ** 2]], [[v - 9.81 * (t - t_1)]])
+    study = ns.convergence_study(ball, (0, t), *ball.state(height=1.0), dt=np.logspace(-3, -5, 9), reference=exact)
+    shift = (1 + e) * 9.81 * t_1  # of the position, times the delay of the impact
+    assert (study.errors("error_q") < 1.5 * shift * study.x).all()
+    assert (
+        study.errors("error_q").max() > 0.1 * shift * study.x.min()
+    )  # and not closer than some of them come by chance
+
+
+def test_errors_within_the_error_of_the_reference_are_unknown():
+    pendulum = WallPendulum(th_w=-1.5)
+    study = ns.convergence_study(
+        pendulum, (0, 1), *pendulum.state(th=1.0), dt=[1e-2, 1e-3, 1e-4], reference=ns.MoreauJean(dt=1e-3)
+    )
+    errors = study.errors("error_q")
+    assert np.isfinite(errors[0]) and np.isnan(errors[1:]).all()
+    assert "below the floor" in study.table()
+
+
+def test_run_that_fails_is_a_row_with_its_reason():
+    ball = BouncingBall()
+    study = ns.penalty_study(
+        ball, (0, 0.6), *ball.state(height=1.0), stiffness=[1e8, 1e26], reference=([[0.0]], [[0.0]]), beside=[]
+    )
+    assert study.data.status.values.tolist() == [1, 0]
+    assert "cannot be met in double precision" in study.table()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"stiffness": [1e6, 1e5]}, "stiffness must increase"),
+        ({"stiffness": [-1.0, 1e5]}, "stiffness must be positive"),
+        ({"damping": 1.0, "damping_ratio": 0.1}, "either damping or damping_ratio"),
+        ({"times": [2.0]}, "times must increase within"),
+        ({"reference": ([0.0, 1.0], [0.0])}, "reference must be a pair of arrays"),
+        ({"reference": 3.0}, "reference must be an integrator"),
+    ],
+)
+def test_bad_input_is_refused_in_a_sentence(options, words):
+    ball = BouncingBall()
+    with pytest.raises(ns.InvalidInput, match=words):
+        ns.penalty_study(ball, (0, 0.1), *ball.state(height=1.0), **{"stiffness": [1e6], "beside": [], **options})
+
+
+def test_force_episode_needs_forces_and_a_contact_that_closes():
+    ball = BouncingBall()
+    rigid = ns.simulate(ball, (0, 0.1), *ball.state(height=1.0), integrator=ns.MoreauJean(1e-3))
+    with pytest.raises(ns.InvalidInput, match="holds no contact forces"):
+        ns.force_episode(rigid)
+    flying = ns.simulate(ball, (0, 0.1), *ball.state(height=1.0), integrator=ns.Penalty(1e6))
+    with pytest.raises(ns.InvalidInput, match="contact 0 never closes"):
+        ns.force_episode(flying)
+
+
+def test_force_episode_of_an_elastic_bounce():
+    """Peak m v omega, duration pi/omega, impulse 2 m v and that of gravity, which changes the rest by g/(omega v)."""
+    ball, k = BouncingBall(), 1e8
+    run = ns.simulate(ball, (0, 0.6), *ball.state(height=1.0), integrator=ns.Penalty(k, rtol=1e-10))
+    bounce = ns.force_episode(run)
+    v, omega = math.sqrt(2 * 9.81), math.sqrt(k)
+    assert abs(bounce.end - bounce.start - math.pi / omega) < 1e-3 * math.pi / omega
+    assert abs(bounce.P_N - 2 * v - 9.81 * (bounce.end - bounce.start)) < 1e-7
+    assert abs(bounce.restitution - 1) < 1e-6
+    assert 0.99 * v * omega < bounce.peak_force < 1.001 * v * omega  # the highest of a few dozen recorded steps
+
+
+def test_figures_are_drawn(tmp_path):
+    pytest.importorskip("matplotlib")
+    ball = BouncingBall()
+    limit = ns.penalty_study(ball, (0, 0.6), *ball.state(height=1.0), stiffness=[1e5, 1e6, 1e7], beside=[])
+    step = ns.convergence_study(ball, (0, 0.4), *ball.state(height=1.0), dt=[1e-2, 1e-3])
+    for study, panels in ((limit, 4), (step, 3)):
+        figure = study.plot(tmp_path / f"{study.of}.png")
+        assert len(figure.axes) >= panels
+        assert (tmp_path / f"{study.of}.png").stat().st_size > 10_000
