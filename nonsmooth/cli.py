@@ -18,6 +18,7 @@ from typing import Any
 
 from nonsmooth import __version__
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, NonsmoothWarning
+from nonsmooth.limit_commands import add_limits, limit_study
 from nonsmooth.typed_input import (
     BAD_INPUT,
     NEGATIVE,
@@ -96,6 +97,7 @@ def build_parser() -> argparse.ArgumentParser:
 
     studies = commands.add_parser("study", help="study a model").add_subparsers(required=True, metavar="STUDY")
     add_stability(studies.add_parser("stability", help="steady sliding: eigenvalues, and their change with parameters"))
+    add_limits(studies, act_limit)
 
     bench = commands.add_parser("bench", help="measure run times")
     bench.set_defaults(act=act_bench)
@@ -263,6 +265,17 @@ def act_stability(arguments: argparse.Namespace) -> int:
     print(study.text)
     if figure and study.draw:
         study.draw(figure)
+        print(f"figure: {figure}")
+    return 0
+
+
+def act_limit(arguments: argparse.Namespace) -> int:
+    """``nonsmooth study penalty`` and ``nonsmooth study convergence``."""
+    figure = figure_path(arguments)
+    study = limit_study(arguments)
+    print(study.table())
+    if figure:
+        study.plot(figure)
         print(f"figure: {figure}")
     return 0
 

@@ -23,6 +23,7 @@ from nonsmooth.system import System, as_system
 
 OVER_TIME = ("error_q", "error_u", "own_q", "own_u")
 REPEATS, SHORT = 4, 0.05  # a run shorter than so many seconds is timed again, the least time counts
+STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)  # s
 FINER = 8.0  # the step of a reference that is not given is so much smaller than the smallest of the study
 
 
@@ -32,7 +33,7 @@ def convergence_study(
     q0: ArrayLike,
     u0: ArrayLike,
     *,
-    dt: ArrayLike = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4),
+    dt: ArrayLike = STEPS,
     integrator: Callable[[float], Any] = MoreauJean,
     reference: Any = None,
     times: ArrayLike | None = None,

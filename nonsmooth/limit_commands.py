@@ -1,0 +1,75 @@
+"""``nonsmooth study penalty | convergence``: options in, a Study out."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nonsmooth.errors import InvalidInput
+from nonsmooth.typed_input import assignments, build_model, initial_state, number
+
+if TYPE_CHECKING:
+    from nonsmooth.studies.study import Study
+
+INTEGRATORS = ("moreau-jean",)
+
+
+def add_limits(studies: Any, act: Callable) -> None:
+    """The options of both commands."""
+    penalty = studies.add_parser("penalty", help="compliant contact against rigid contact, over the stiffness")
+    penalty.add_argument("--stiffness", nargs="+", type=number, metavar="K", help="[N/m]; 1e4 to 1e12 by default")
+    penalty.add_argument("--damping-ratio", type=number, metavar="ZETA", help="c = 2 zeta sqrt(k m)")
+    penalty.add_argument("--damping", type=number, metavar="C", help="[N s/m]")
+    penalty.add_argument("--damping-time", type=number, metavar="T", help="c = k T [s]")
+    step = studies.add_parser("convergence", help="errors of an integrator over its step")
+    step.add_argument("--integrator", choices=INTEGRATORS, default="moreau-jean")
+    step.add_argument("--dt", nargs="+", type=number, metavar="DT", help="steps [s]; 1e-2 to 1e-4 by default")
+    step.add_argument("--theta", type=number, default=0.5, help="weight of the new velocity, 0.5 (default) to 1")
+    for command, make in ((penalty, study_penalty), (step, study_convergence)):
+        command.set_defaults(act=act, make=make, json=False)
+        command.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
+        for option, what in (("--set", "parameters, e.g. mu=2"), ("--state", "initial state, e.g. th=pi/4")):
+            command.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
+        command.add_argument("--q0", nargs="+", type=number, metavar="Q", help="initial coordinates (with --u0)")
+        command.add_argument("--u0", nargs="+", type=number, metavar="U", help="initial velocities (with --q0)")
+        command.add_argument("--t-end", type=number, metavar="T", help="end [s]; the model's own by default")
+        command.add_argument("--times", nargs="+", type=number, metavar="T", help="when errors are measured [s]")
+        command.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL.png by default")
+        command.add_argument("--no-plot", action="store_true", help="draw nothing")
+
+
+def limit_study(arguments: argparse.Namespace) -> Study:
+    """The study that the arguments ask for."""
+    from nonsmooth.catalogue import load_model
+
+    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
+    t_end = getattr(model, "t_end", None) if arguments.t_end is None else arguments.t_end
+    if t_end is None:
+        raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
+    return arguments.make(model, (0.0, t_end), *initial_state(model, arguments), arguments)
+
+
+def study_penalty(model: Any, span: tuple[float, float], q0: Any, u0: Any, arguments: argparse.Namespace) -> Study:
+    """``nonsmooth study penalty``."""
+    from nonsmooth.studies.penalty_study import STIFFNESSES, penalty_study
+
+    time = arguments.damping_time
+    if time is not None and arguments.damping is not None:
+        raise InvalidInput("give either --damping or --damping-time; got both")
+    return penalty_study(
+        model, span, q0, u0, stiffness=arguments.stiffness or STIFFNESSES, damping_ratio=arguments.damping_ratio,
+        damping=arguments.damping if time is None else lambda k: k * time, times=arguments.times,
+    )  # fmt: skip
+
+
+def study_convergence(model: Any, span: tuple[float, float], q0: Any, u0: Any, arguments: argparse.Namespace) -> Study:
+    """``nonsmooth study convergence``."""
+    from nonsmooth.integrators.moreau_jean import MoreauJean
+    from nonsmooth.studies.convergence_study import STEPS, convergence_study
+
+    return convergence_study(
+        model, span, q0, u0, dt=arguments.dt or STEPS, times=arguments.times,
+        integrator=lambda dt: MoreauJean(dt, theta=arguments.theta),
+    )  # fmt: skip

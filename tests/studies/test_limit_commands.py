@@ -1,0 +1,44 @@
+"""``nonsmooth study penalty`` and ``nonsmooth study convergence``."""
+
+import pytest
+
+from nonsmooth.cli import main
+
+pytest.importorskip("xarray")
+
+
+def test_study_penalty_prints_a_line_a_stiffness_and_draws(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("matplotlib")
+    monkeypatch.chdir(tmp_path)
+    start = ["--state", "th=0.78", "thdot=1", "--t-end", "0.05"]
+    assert (
+        main(["study", "penalty", "sprag-slip", *start, "--damping-time", "1", "--stiffness", "1e4", "1e5", "1e6"]) == 0
+    )
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "sprag-slip: the penalty limit"
+    assert [line.split()[0] for line in lines[2:5]] == ["1e+04", "1e+05", "1e+06"]
+    assert lines[-1] == "figure: sprag-slip.png" and (tmp_path / "sprag-slip.png").exists()
+
+
+def test_study_convergence_prints_orders(capsys):
+    start = ["--set", "th_w=-1.5", "--state", "th=1", "--t-end", "1"]
+    dt = ["--dt", "1e-2", "5e-3", "2.5e-3"]
+    assert main(["study", "convergence", "wall-pendulum", "--no-plot", *start, *dt]) == 0
+    out = capsys.readouterr().out
+    assert "wall-pendulum: convergence with the step" in out and "dt^2" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["penalty", "sprag-slip", "--damping", "1", "--damping-time", "1"], "either --damping or --damping-time"),
+        (["penalty", "sprag-slip", "--damping", "1", "--damping-ratio", "1"], "either damping or damping_ratio"),
+        (["penalty", "sprag-slip", "--stiffness", "1e6", "1e5"], "stiffness must increase"),
+        (["convergence", "sprag-slip", "--dt", "0"], "dt must be positive"),
+        (["convergence", "sprag-slip", "--times", "99"], "times must increase within"),
+    ],
+)
+def test_bad_input_is_one_line_and_code_2(arguments, words, capsys):
+    assert main(["study", *arguments, "--no-plot"]) == 2
+    error = capsys.readouterr().err.strip().splitlines()
+    assert words in error[-1]
