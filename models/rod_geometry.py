@@ -109,6 +109,7 @@ class TipRod:
 
     coordinates = (("x", "m"), ("y", "m"), ("th", "rad"))
     natural_state = staticmethod(tip_state)
+    map_axes = (("th", 0.0, math.pi / 2), ("mu", 0.0, 3.0))
 
     def __post_init__(self) -> None:
         as_positive("m", self.m, "kg")

@@ -161,6 +161,7 @@ class SpragSlip:
     source = "textbook chapter on friction-induced instability: sprag-slip, kinematic constraint (corrected)"
     coordinates = (("y", "m"), ("th", "rad"))
     natural_state = staticmethod(natural_state)
+    map_axes = (("th", 0.65, 1.25), ("thdot", -4.5, 4.5))
     t_end = 1.0  # s
     dt = 1e-4  # s
 

@@ -1,4 +1,6 @@
-"""The command line: ``nonsmooth list | run | solve | study | bench``. Arguments in, library calls, text and files out.
+"""The command line: ``nonsmooth list | run | classify | map | solve | study | bench``.
+
+Arguments in, library calls, text and files out.
 
 Exit codes: 0 done; 2 bad input; 3 the integration failed (what was computed is saved and summarised), or a problem file
 was not solved; 130 interrupted.
@@ -9,7 +11,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
-import math
 import os
 import sys
 import warnings
@@ -19,8 +20,10 @@ from typing import Any
 from nonsmooth import __version__
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, NonsmoothWarning
 from nonsmooth.limit_commands import add_limits, limit_study
+from nonsmooth.paradox_commands import add_classify, add_map
 from nonsmooth.typed_input import (
     BAD_INPUT,
+    FIGURE_ENDINGS,
     NEGATIVE,
     Parser,
     assignments,
@@ -31,11 +34,11 @@ from nonsmooth.typed_input import (
     require_module,
     require_writable,
     whole_number,
+    without_nan,
 )
 
 FAILED, INTERRUPTED = 3, 130
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
-FIGURE_ENDINGS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".webp")
 ANIMATION_ENDINGS = (".gif", ".webp")
 
 
@@ -87,6 +90,9 @@ def build_parser() -> argparse.ArgumentParser:
     listing.set_defaults(act=act_list)
 
     add_run(commands.add_parser("run", help="simulate a model", epilog="Numbers may be typed as 1e-3, pi/4, -2*pi."))
+
+    add_classify(commands.add_parser("classify", help="find every set of contact forces that fits a state"))
+    add_map(commands.add_parser("map", help="map the numbers of solutions over states and parameters"))
 
     solve = commands.add_parser("solve", help="solve contact and complementarity problems from files")
     solve.set_defaults(act=act_solve)
@@ -348,12 +354,3 @@ def event_as_json(event: Any) -> dict[str, Any]:
 
     fields = {key: value.name if isinstance(value, IntEnum) else value for key, value in asdict(event).items()}
     return fields | ({"choice": event.choice} if hasattr(event, "choice") else {})
-
-
-def without_nan(value: Any) -> Any:
-    """JSON knows neither NaN nor inf: null in their place."""
-    if isinstance(value, dict):
-        return {key: without_nan(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [without_nan(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

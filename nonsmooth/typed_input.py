@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 from nonsmooth.errors import InvalidInput, MissingExtra, UnknownName, nearest
 
 BAD_INPUT = 2  # exit code
+FIGURE_ENDINGS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".webp")
 
 OPERATORS: dict[type, Any] = {
     ast.Add: operator.add,
@@ -159,3 +160,12 @@ def _evaluate(node: Any) -> float:
     if isinstance(node, ast.BinOp):
         return OPERATORS[type(node.op)](_evaluate(node.left), _evaluate(node.right))
     raise ValueError(node)
+
+
+def without_nan(value: Any) -> Any:
+    """JSON knows neither NaN nor inf: null in their place."""
+    if isinstance(value, dict):
+        return {key: without_nan(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [without_nan(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

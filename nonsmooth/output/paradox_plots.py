@@ -182,12 +182,13 @@ def draw_forces_along(axes: Any, chart: xarray.Dataset, name: str) -> None:
     size = np.nanquantile(np.abs(la_N), 0.95) if np.isfinite(la_N).any() else 0.0
     if size > 0 and np.nanmax(np.abs(la_N)) > 4 * size:
         axes.set_ylim(-4 * size if np.nanmin(la_N) < 0 else -0.2 * size, 4 * size)
-        axes.set_title("forces beyond the axis are not shown", fontsize=8, loc="right")
+        axes.text(0.99, 0.985, f"up to {np.nanmax(np.abs(la_N)):.3g} N beyond the axis", transform=axes.transAxes,
+                  ha="right", va="top", fontsize=8)  # fmt: skip
     axes.set_xlim(x.min(), x.max())
     axes.set_ylabel("$\\lambda_N$ of each solution [N]")
     axes.grid(alpha=0.25)
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=9)
+        axes.legend(fontsize=9, loc="upper left")
 
 
 def axis_label(chart: xarray.Dataset, name: str) -> str:

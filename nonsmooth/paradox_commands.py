@@ -1,0 +1,178 @@
+"""The commands ``nonsmooth classify`` and ``nonsmooth map``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from nonsmooth.errors import InvalidInput
+from nonsmooth.typed_input import (
+    FIGURE_ENDINGS,
+    assignments,
+    build_model,
+    initial_state,
+    number,
+    require_module,
+    require_writable,
+    whole_number,
+    without_nan,
+)
+
+POINTS = 400  # along each axis of a map that was given by its ends
+CURVE_POINTS = 80  # of the coarser grid that boundary curves are sought on
+
+
+def add_classify(command: argparse.ArgumentParser) -> None:
+    """The options of ``nonsmooth classify``."""
+    command.set_defaults(act=act_classify)
+    add_model(command)
+    command.add_argument("--q", "--q0", dest="q0", nargs="+", type=number, metavar="Q", help="coordinates (with --u)")
+    command.add_argument("--u", "--u0", dest="u0", nargs="+", type=number, metavar="U", help="velocities (with --q)")
+    command.add_argument("--t", type=number, default=0.0, metavar="T", help="time [s]; 0 by default")
+    command.add_argument(
+        "--restitution", type=number, metavar="E", help="of the impacts listed; the model's by default"
+    )
+    command.add_argument("--plot", type=Path, metavar="FILE", help="draw gamma_N' against la_N of a sliding contact")
+    command.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def add_map(command: argparse.ArgumentParser) -> None:
+    """The options of ``nonsmooth map``."""
+    command.set_defaults(act=act_map)
+    add_model(command)
+    command.add_argument(
+        "--axis", action="append", default=[], metavar="NAME=LOW:HIGH[:N]",
+        help="an axis of the map, N values (400 by default) of a variable of the state or a parameter, or NAME=A,B,C; "
+        "at most two are drawn; the model's own axes by default",
+    )  # fmt: skip
+    command.add_argument("--out", type=Path, metavar="FILE", help="where to save, .nc or .npz; MODEL-map.nc by default")
+    command.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL-map.png by default")
+    command.add_argument("--workers", type=whole_number, metavar="N", help="threads; one a processor by default")
+
+
+def add_model(command: argparse.ArgumentParser) -> None:
+    """The model and what is changed in it."""
+    command.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
+    for option, what in (("--set", "parameters, e.g. mu=2 l=1/2"), ("--state", "state, e.g. th=pi/4 thdot=0")):
+        command.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
+
+
+def act_classify(arguments: argparse.Namespace) -> int:
+    """``nonsmooth classify``."""
+    from nonsmooth.catalogue import load_model
+
+    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
+    require_writable(arguments.plot, FIGURE_ENDINGS)
+    if arguments.plot:
+        require_module("matplotlib", "plot", "figures")
+    q, u = initial_state(model, arguments)
+    from nonsmooth.paradox.classify import classify
+
+    classification = classify(model, arguments.t, q, u, restitution=arguments.restitution)
+    if arguments.plot:
+        from nonsmooth.output.paradox_plots import plot_graphical_problem
+
+        plot_graphical_problem(classification, arguments.plot)
+    if arguments.json:
+        print(json.dumps(without_nan(classification.to_dict()), allow_nan=False))
+    else:
+        print(classification)
+        if arguments.plot:
+            print(f"figure: {arguments.plot}")
+    return 0
+
+
+def act_map(arguments: argparse.Namespace) -> int:
+    """``nonsmooth map``."""
+    from nonsmooth.catalogue import load_model
+    from nonsmooth.output.maps import MAP_ENDINGS, save_map
+
+    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
+    out = arguments.out or Path(f"{arguments.model}-map.nc")
+    figure = arguments.plot or Path(f"{arguments.model}-map.png")
+    require_writable(out, MAP_ENDINGS)
+    require_writable(figure, FIGURE_ENDINGS)
+    require_module("xarray", "map", "maps")
+    require_module("matplotlib", "map", "maps")
+    axes = dict(typed_axis(text) for text in arguments.axis) or own_axes(model, arguments.model)
+    if len(axes) < len(arguments.axis):
+        raise InvalidInput("--axis gives a name twice; give it once")
+    fixed: dict[str, Any] = dict(assignments("--state", arguments.state))
+    for name in fixed.keys() & axes.keys():
+        raise InvalidInput(f"{name} is an axis of the map and fixed by --state; give it once")
+    from nonsmooth.paradox.map import paradox_map
+
+    chart = paradox_map(model, workers=arguments.workers, **axes, **fixed)
+    save_map(chart, out)
+    print(summary(chart))
+    print(f"map: {out}")
+    if draw(model, chart, axes, fixed, figure):
+        print(f"figure: {figure}")
+    return 0
+
+
+def draw(model: Any, chart: Any, axes: dict[str, Any], fixed: dict[str, Any], figure: Path) -> bool:
+    """Draw a map of one or two axes, with its boundary curves; False for more."""
+    import numpy as np
+
+    from nonsmooth.output.paradox_plots import plot_map
+    from nonsmooth.paradox.boundaries import paradox_boundaries
+
+    if len(axes) > 2:
+        return False
+    boundaries = None
+    is_increasing = all(len(values) > 1 and (np.diff(values) > 0).all() for values in axes.values())
+    if len(axes) == 2 and is_increasing and chart.p.ndim == 2:
+        coarse = {name: np.interp(np.linspace(0, 1, CURVE_POINTS), np.linspace(0, 1, len(values)), values)
+                  for name, values in axes.items()}  # fmt: skip
+        boundaries = paradox_boundaries(model, **coarse, **fixed)
+    plot_map(chart, figure, boundaries=boundaries)
+    return True
+
+
+def summary(chart: Any) -> str:
+    """How many states there are of each kind."""
+    import numpy as np
+
+    from nonsmooth.paradox.classify import ParadoxKind
+
+    kinds, counts = np.unique(chart.kind.values, return_counts=True)
+    shape = " x ".join(f"{name} ({length})" for name, length in zip(chart.kind.dims, chart.kind.shape, strict=True))
+    lines = [f"{chart.attrs['system']}: {chart.kind.size} states, {shape}"]
+    lines += [
+        f"  {ParadoxKind(int(kind)).name.lower():14} {count:9d}  {count / chart.kind.size:7.2%}"
+        for kind, count in zip(kinds, counts, strict=True)
+    ]
+    return "\n".join(lines)
+
+
+def own_axes(model: Any, name: str) -> dict[str, Any]:
+    """The axes that a model proposes for its map."""
+    import numpy as np
+
+    proposed = getattr(model, "map_axes", None)
+    if proposed is None:
+        raise InvalidInput(f"the model {name} has no map of its own; give axes, as in --axis th=0:pi/2 --axis mu=0:3")
+    return {axis: np.linspace(low, high, POINTS) for axis, low, high in proposed}
+
+
+def typed_axis(text: str) -> tuple[str, Any]:
+    """NAME=LOW:HIGH[:N] or NAME=A,B,C as a name and its values."""
+    import numpy as np
+
+    name, sign, values = text.partition("=")
+    parts = values.split(":")
+    if not sign or not name or len(parts) > 3 or not values:
+        raise InvalidInput(f"--axis takes NAME=LOW:HIGH[:N] or NAME=A,B,C; got {text!r}")
+    try:
+        if len(parts) == 1:
+            return name, np.array([number(part) for part in values.split(",")])
+        count = whole_number(parts[2]) if len(parts) == 3 else POINTS
+        low, high = number(parts[0]), number(parts[1])
+    except argparse.ArgumentTypeError as error:
+        raise InvalidInput(f"--axis {name} must hold numbers: {error}") from None
+    if count < 2 or not low < high:
+        raise InvalidInput(f"--axis {name} needs LOW < HIGH and at least 2 values; got {values!r}")
+    return name, np.linspace(low, high, count)
