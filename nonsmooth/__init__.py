@@ -30,6 +30,8 @@ _HOME = {
     "ImpactLaw": "paradox.impact",
     "paradox_map": "paradox.map",
     "paradox_boundaries": "paradox.boundaries",
+    "plot_map": "output.paradox_plots",
+    "plot_graphical_problem": "output.paradox_plots",
     "critical_friction": "paradox.friction",
     "least_critical_friction": "paradox.friction",
     "Penalty": "integrators.penalty",

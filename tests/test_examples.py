@@ -16,7 +16,7 @@ from nonsmooth.cli import main
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted({*(ROOT / "docs").rglob("*.md")} - {*(ROOT / "docs/generated").rglob("*.md")})]
 PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
-COMMAND = re.compile(r"^ {4}(nonsmooth (?:run|list) [^|\n]*|nonsmooth list)$", re.MULTILINE)
+COMMAND = re.compile(r"^ {4}(nonsmooth (?:run|list|classify|map) [^|\n]*|nonsmooth list)$", re.MULTILINE)
 
 
 def modules_with_examples():

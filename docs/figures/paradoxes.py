@@ -10,7 +10,6 @@ import numpy as np
 
 import nonsmooth as ns
 from models import PainleveRod, SpragSlip
-from nonsmooth.output.paradox_plots import plot_graphical_problem, plot_map
 
 
 def four_cases(folder: Path) -> None:
@@ -21,7 +20,7 @@ def four_cases(folder: Path) -> None:
                              (2.0, 0.0, "$p < 0$, $b < 0$: inconsistent")]:  # fmt: skip
         rod = PainleveRod(mu=mu)
         cases.append((title, ns.classify(rod, 0.0, *rod.state(th=math.pi / 3, thdot=thdot))))
-    plot_graphical_problem(cases, folder / "graphical_lcp.png")
+    ns.plot_graphical_problem(cases, folder / "graphical_lcp.png")
 
 
 def sprag_slip(folder: Path) -> None:
@@ -35,7 +34,7 @@ def sprag_slip(folder: Path) -> None:
     for th, thdot, t_end in [(0.78, 1.0, 0.46), (0.90, 2.0, 0.40)]:
         sol = ns.simulate(rod, (0.0, t_end), *rod.state(th=th, thdot=thdot), integrator=ns.MoreauJean(dt=2e-5))
         motions.append(np.column_stack([sol.q[:, 1], sol.u[:, 1]]))
-    plot_map(
+    ns.plot_map(
         chart, folder / "sprag_slip_regions.png", boundaries=ns.paradox_boundaries(rod, **coarse), motions=motions,
         regions=(code, lambda k: f"$A_{k}$: {chart.n_solutions.values[code == k].max()}"),
         title="sprag-slip rod, set 2: regions and their numbers of solutions",
@@ -48,7 +47,7 @@ def rod_in_angle_and_friction(folder: Path) -> None:
     fixed = {"thdot": 5.0, "slip": -1.0}
     chart = ns.paradox_map(PainleveRod(), **axes, **fixed)
     coarse = {name: values[::10] for name, values in axes.items()}
-    figure = plot_map(
+    figure = ns.plot_map(
         chart, boundaries=ns.paradox_boundaries(PainleveRod(), **coarse, **fixed),
         title="Painlevé's rod, $\\kappa = 3$, $\\dot\\theta = 5$ rad/s, tip pushed ahead: numbers of solutions",
     )  # fmt: skip
@@ -73,7 +72,7 @@ def rod_in_its_phase_plane(folder: Path) -> None:
         slides = np.cumsum(np.diff(sol.mode[:, 0], prepend=sol.mode[1, 0]) != 0)[: len(sol.t)] == 0
         last = int(np.argmin(slides)) if not slides.all() else len(slides)
         motions.append(np.column_stack([sol.q[:last, 2], sol.u[:last, 2]]))
-    plot_map(
+    ns.plot_map(
         chart, folder / "rod_phase_plane.png", boundaries=ns.paradox_boundaries(rod, **coarse, slip=-1.0),
         motions=motions, title="Painlevé's rod, $\\mu = 1.4$: sliding motions until the contact opens, sticks or jumps",
     )  # fmt: skip
