@@ -60,6 +60,7 @@ _HOME = {
     "LocalPool": "studies.pool",
     "load_sweep": "studies.sweep_files",
     "save_sweep": "studies.sweep_files",
+    "plot_sweep": "studies.sweep_plot",
     "CellFailure": "errors",
     "equilibrium": "stability.equilibrium",
     "Equilibrium": "stability.equilibrium",

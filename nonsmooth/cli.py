@@ -1,4 +1,4 @@
-"""The command line: ``nonsmooth list | run | classify | map | solve | study | bench``.
+"""The command line: ``nonsmooth list | run | classify | map | solve | study | sweep | bench``.
 
 Arguments in, library calls, text and files out.
 
@@ -21,6 +21,7 @@ from nonsmooth import __version__
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, NonsmoothWarning
 from nonsmooth.limit_commands import add_limits, limit_study
 from nonsmooth.paradox_commands import add_classify, add_map
+from nonsmooth.sweep_command import add_sweep
 from nonsmooth.typed_input import (
     BAD_INPUT,
     FIGURE_ENDINGS,
@@ -104,6 +105,7 @@ def build_parser() -> argparse.ArgumentParser:
     studies = commands.add_parser("study", help="study a model").add_subparsers(required=True, metavar="STUDY")
     add_stability(studies.add_parser("stability", help="steady sliding: eigenvalues, and their change with parameters"))
     add_limits(studies, act_limit)
+    add_sweep(commands.add_parser("sweep", help="run a model at every combination of some axes"))
 
     bench = commands.add_parser("bench", help="measure run times")
     bench.set_defaults(act=act_bench)

@@ -14,8 +14,6 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput
 
-UNITS = {"dt": "s", "t_end": "s"}  # of the names that every model shares
-
 
 @dataclass(frozen=True, eq=False)
 class Axis:
@@ -27,7 +25,7 @@ class Axis:
     values : array_like (k,)
         Finite numbers; or texts, for tasks that take them.
     unit : str
-        "" for a number without one.
+        What stands on figures; "": the task may know it.
 
     Raises
     ------
@@ -44,8 +42,6 @@ class Axis:
         if values.size == 0:
             raise InvalidInput(f"the axis {self.name} must have at least one value; it is empty")
         object.__setattr__(self, "values", values)
-        if not self.unit:
-            object.__setattr__(self, "unit", UNITS.get(self.name, ""))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ The search itself is that of `paradox_map` (paradox/points.py), a list of states
 from __future__ import annotations
 
 import hashlib
+import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -15,7 +16,7 @@ from nonsmooth.arrays import as_count, as_number
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import identity as identity_of
 from nonsmooth.paradox.forces import Outcome
-from nonsmooth.paradox.map import KEPT_OF_ONE, KEPT_OF_SEVERAL, kinds_of
+from nonsmooth.paradox.map import KEPT_OF_ONE, KEPT_OF_SEVERAL, kinds_of, unit_of
 from nonsmooth.paradox.points import Found, Points
 from nonsmooth.studies.axis_names import Columns
 from nonsmooth.studies.run_rows import combinations
@@ -83,6 +84,10 @@ class MapTask:
             "modes": Variable(("solution", *contact), meaning="mode of contact"),
         }
 
+    def unit(self, name: str) -> str:
+        """Unit of an axis that is a coordinate or its rate."""
+        return unit_of(as_system(self.model), name)
+
     def check(self, names: tuple[str, ...]) -> None:
         """Raise for an axis that is neither a variable of the state nor a parameter."""
         self._points_of(names)
@@ -98,8 +103,7 @@ class MapTask:
         state = self.state or getattr(type(self.model), "state", None)
         natural = getattr(self.model, "natural_state", None)
         for function in (*(f for _, f in sorted(system.functions.items())), state, natural):
-            if function is not None and hasattr(function, "__code__"):
-                digest.update(identity_of(function))
+            digest.update(identity_of(function) if inspect.isfunction(function) else b"")
         parts = (system.name, system.parameter_values, system.contacts, self.t, self.kept, sorted(self.fixed.items()))
         return "\n".join([type(self.model).__qualname__, *map(repr, parts), digest.hexdigest()])
 

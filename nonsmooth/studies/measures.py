@@ -30,7 +30,7 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.solution import Solution, mode_name
 from nonsmooth.studies.block_engine import N_CODES, STILL, Cells
-from nonsmooth.studies.task import Variable
+from nonsmooth.studies.task import OF_COORDINATE, Variable
 
 Values = dict[str, np.ndarray]
 
@@ -119,13 +119,13 @@ def sequence(codes: np.ndarray, n_c: int, total: int) -> str:
 
 MEASURES = {
     "final_state": Measure(
-        {"q": Variable(("coordinate",), meaning="coordinates at the end"),
-         "u": Variable(("coordinate",), meaning="velocities at the end")},
+        {"q": Variable(("coordinate",), OF_COORDINATE, "coordinates at the end"),
+         "u": Variable(("coordinate",), f"{OF_COORDINATE}/s", "velocities at the end")},
         lambda cells: {"q": cells.q, "u": cells.u},
         lambda solution, _: {"q": solution.q[-1], "u": solution.u[-1]},
     ),
     "amplitude": Measure(
-        {"amplitude": Variable(("coordinate",), meaning="half the range over the window")},
+        {"amplitude": Variable(("coordinate",), OF_COORDINATE, "half the range over the window")},
         lambda cells: {"amplitude": 0.5 * (cells.high - cells.low)}, amplitude_of, needs_motion=True,
     ),
     "period": Measure(

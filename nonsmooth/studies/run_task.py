@@ -18,6 +18,7 @@ from nonsmooth.errors import InvalidInput, NonsmoothError, Status, UnknownName, 
 from nonsmooth.initial_modes import INADMISSIBLE
 from nonsmooth.integrators.moreau_jean import MoreauJean, run
 from nonsmooth.jit import identity as identity_of
+from nonsmooth.paradox.map import unit_of
 from nonsmooth.simulation import MESSAGES, SELECTIONS, Grid, make_grid, simulate
 from nonsmooth.solution import Solution
 from nonsmooth.studies.axis_names import END, AxisNames, Columns, state_names
@@ -140,9 +141,13 @@ class RunTask:
 
     @property
     def coordinates(self) -> dict[str, list[str]]:
-        """Names of the coordinates."""
+        """Names and units of the coordinates."""
         named = getattr(self.model, "coordinates", None) or [(f"q{i}", "") for i in range(self.system.n_q)]
-        return {"coordinate": [name for name, *_ in named]}
+        return {"coordinate": [name for name, _ in named], "coordinate_unit": [unit for _, unit in named]}
+
+    def unit(self, name: str) -> str:
+        """Unit of an axis that is a coordinate, its rate, a time step or the end."""
+        return "s" if name in ("dt", END) else unit_of(self.system, name)
 
     @property
     def _has_coordinates(self) -> bool:

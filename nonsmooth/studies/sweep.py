@@ -24,7 +24,7 @@ from nonsmooth.studies.journal import Journal, study_of
 from nonsmooth.studies.pool import LocalPool
 from nonsmooth.studies.progress import Progress
 from nonsmooth.studies.sweep_files import check_path, save_sweep
-from nonsmooth.studies.task import Batch, CellStatus, FunctionTask, Task, Variable, put
+from nonsmooth.studies.task import OF_COORDINATE, Batch, CellStatus, FunctionTask, Task, Variable, put
 from nonsmooth.system import System
 
 if TYPE_CHECKING:
@@ -275,12 +275,16 @@ class Result:
         messages = np.full(len(plan), "", dtype=object)
         messages[list(self.messages)] = list(self.messages.values())
         columns["message"] = (plan.dims, messages.reshape(plan.shape), {})
-        coordinates: dict[str, Any] = {
-            axis.name: ("cell" if plan.is_table else axis.name, axis.values, {"units": axis.unit} if axis.unit else {})
-            for axis in plan.axes
-        }
+        coordinates: dict[str, Any] = {}
+        for axis in plan.axes:
+            unit = axis.unit or self.task.unit(axis.name)
+            attrs = {"units": unit} if unit else {}
+            coordinates[axis.name] = ("cell" if plan.is_table else axis.name, axis.values, attrs)
         used = {dim for dims, *_ in columns.values() for dim in dims}
-        coordinates |= {name: labels for name, labels in self.task.coordinates.items() if name in used}
+        for name, labels in self.task.coordinates.items():
+            dim = name.removesuffix("_unit")
+            if dim in used:
+                coordinates[name] = (dim, labels)
         return xarray.Dataset(columns, coordinates, {
             "study": self.study, "cells": len(plan), "cells_from_journal": self.n_resumed,
             "cells_failed": int((~np.isin(self.status, (CellStatus.FINISHED, CellStatus.NOT_RUN))).sum()),
@@ -289,6 +293,11 @@ class Result:
 
     def _variable(self, name: str, values: np.ndarray) -> tuple[Any, ...]:
         known = self.task.variables.get(name, Variable(tuple(f"{name}_{k}" for k in range(values.ndim - 1))))
-        attrs = {"units": known.unit, "long_name": known.meaning}
+        attrs = {"units": known.unit.replace(OF_COORDINATE, self._only_unit()), "long_name": known.meaning}
         shape = (*self.plan.shape, *values.shape[1:])
         return (*self.plan.dims, *known.dims), values.reshape(shape), {key: text for key, text in attrs.items() if text}
+
+    def _only_unit(self) -> str:
+        """The unit of all coordinates, or what stands for the unit of each."""
+        units = set(self.task.coordinates.get("coordinate_unit", ()))
+        return units.pop() if len(units) == 1 else OF_COORDINATE

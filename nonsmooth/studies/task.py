@@ -64,6 +64,9 @@ class Batch:
         put(self.values, name, cells, values, (len(self.status),))
 
 
+OF_COORDINATE = "[q]"  # stands in a unit for that of each coordinate
+
+
 @dataclass(frozen=True)
 class Variable:
     """A result of each cell: its further dimensions, unit and meaning."""
@@ -84,7 +87,10 @@ class Task(Protocol):
 
     @property
     def coordinates(self) -> dict[str, list[str]]:
-        """Labels along further dimensions."""
+        """Labels along further dimensions; "coordinate_unit" are the units of "coordinate"."""
+
+    def unit(self, name: str) -> str:
+        """Unit of an axis, "" where it is not known."""
 
     def check(self, names: tuple[str, ...]) -> None:
         """Raise `UnknownName` for an axis that the task does not take."""
@@ -130,6 +136,10 @@ class FunctionTask:
             raise InvalidInput(
                 f"the task {name_of(self.function)}{signature} needs another axis, or a default: {error}"
             ) from None
+
+    def unit(self, name: str) -> str:
+        """Not known of a function's arguments."""
+        return ""
 
     def identity(self) -> str:
         """Name and code of the function, and what it carries along."""

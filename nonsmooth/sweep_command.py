@@ -1,0 +1,175 @@
+"""``nonsmooth sweep``: a sweep from the command line.
+
+    nonsmooth sweep painleve-rod --axis mu=0:2:200 --axis th=0.1:1.5:200 --measure paradoxes --workers 2 \\
+        --out map.nc --plot map.png
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nonsmooth.errors import InvalidInput
+from nonsmooth.typed_input import (
+    FIGURE_ENDINGS,
+    assignments,
+    build_model,
+    number,
+    require_module,
+    require_writable,
+    whole_number,
+)
+
+if TYPE_CHECKING:
+    from nonsmooth.studies.axes import Axis
+
+FAILED, INTERRUPTED = 3, 130
+SHOWN_FAILURES = 5
+AXIS = "NAME=START:STOP:COUNT[:log][:UNIT] or NAME=V,V,...[:UNIT]"
+
+
+def add_sweep(sweep: argparse.ArgumentParser) -> None:
+    """The options of ``nonsmooth sweep``."""
+    sweep.set_defaults(act=act_sweep)
+    sweep.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
+    sweep.add_argument("--axis", nargs="+", action="extend", required=True, metavar="AXIS", dest="axes", help=AXIS)
+    sweep.add_argument(
+        "--measure", nargs="+", action="extend", default=[], metavar="NAME",
+        help="what is kept of each run: final_state (default), amplitude, period, modes, paradoxes, inconsistent, "
+        "indeterminate, impacts, mode_changes, residual, penetration, end_time",
+    )  # fmt: skip
+    for option, what in (("--set", "parameters, e.g. mu=2 l=1/2"), ("--state", "initial state, e.g. th=pi/4 thdot=0")):
+        sweep.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
+    sweep.add_argument("--t-end", type=number, metavar="T", help="end [s]; the model's own by default")
+    sweep.add_argument("--dt", type=number, help="step [s]; the model's own by default")
+    sweep.add_argument("--theta", type=number, default=0.5, help="weight of the new velocity, 0.5 (default) to 1")
+    sweep.add_argument("--selection", default="compliant-limit", metavar="RULE", help="as for run")
+    sweep.add_argument("--window", type=number, default=0.5, metavar="PART",
+                       help="amplitude and period from this part of the run on; 0.5 by default")  # fmt: skip
+    sweep.add_argument("--workers", type=whole_number, default=1, metavar="N", help="threads; 1 by default")
+    sweep.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, e.g. tcp://host:8786")
+    sweep.add_argument("--journal", type=Path, metavar="FILE", help="write cells as they are finished, and resume")
+    sweep.add_argument("--anew", action="store_true", help="begin the journal anew instead of resuming")
+    sweep.add_argument("--fail-fast", action="store_true", help="stop at the first cell that fails")
+    sweep.add_argument("--progress", choices=["line", "json", "none"], default="line",
+                       help="on stderr: a line on a terminal (default), or a line of JSON each second")  # fmt: skip
+    sweep.add_argument("--out", type=Path, metavar="FILE", help="save the result (.npz or .nc)")
+    sweep.add_argument("--plot", type=Path, metavar="FILE", help="draw the first measure over one or two axes")
+    sweep.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def act_sweep(arguments: argparse.Namespace) -> int:
+    """``nonsmooth sweep``."""
+    from nonsmooth.studies.sweep import sweep
+    from nonsmooth.studies.sweep_files import ENDINGS
+    from nonsmooth.studies.sweep_plot import plot_sweep
+
+    axes = [read_axis(text) for text in arguments.axes]
+    require_writable(arguments.out, ENDINGS)
+    require_writable(arguments.plot, FIGURE_ENDINGS)
+    if arguments.plot:
+        require_module("matplotlib", "plot", "figures")
+        if not 1 <= sum(len(axis.values) > 1 for axis in axes) <= 2:
+            raise InvalidInput("--plot needs one or two axes of more than one value; leave it out, or an axis")
+    task = make_task(arguments)
+    progress = {"line": True, "json": "json", "none": False}[arguments.progress]
+    found = sweep(
+        task, axes, workers=arguments.workers, scheduler=arguments.scheduler, journal=arguments.journal,
+        resume=not arguments.anew, out=arguments.out, progress=progress, fail_fast=arguments.fail_fast,
+    )  # fmt: skip
+    if arguments.plot:
+        plot_sweep(found, arguments.plot, next(iter(task.variables)))
+    print(json.dumps(as_json(found)) if arguments.json else summary(found, arguments))
+    if found.attrs["interrupted"]:
+        return INTERRUPTED
+    return FAILED if found.attrs["cells_failed"] == found.attrs["cells"] else 0
+
+
+def make_task(arguments: argparse.Namespace) -> Any:
+    """Runs of the model with the options of the command line."""
+    from nonsmooth.catalogue import load_model
+    from nonsmooth.integrators.moreau_jean import MoreauJean
+    from nonsmooth.studies.run_task import RunTask
+
+    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
+    dt = getattr(model, "dt", None) if arguments.dt is None else arguments.dt
+    t_end = getattr(model, "t_end", None) if arguments.t_end is None else arguments.t_end
+    if dt is None or t_end is None:
+        raise InvalidInput(f"the model {arguments.model} has no t_end and dt of its own; give --t-end and --dt")
+    return RunTask(
+        model, arguments.measure or ["final_state"], t_span=(0.0, t_end), integrator=MoreauJean(dt, arguments.theta),
+        state=assignments("--state", arguments.state), selection=arguments.selection, window=arguments.window,
+    )  # fmt: skip
+
+
+def read_axis(text: str) -> Axis:
+    """An axis as it is typed: a range with a count, or a list of values."""
+    import numpy as np
+
+    from nonsmooth.studies.axes import Axis
+
+    name, sign, rest = text.partition("=")
+    if not sign or not name or not rest:
+        raise InvalidInput(f"--axis takes {AXIS}; got {text!r}")
+    parts = rest.split(":")
+    try:
+        if len(parts) <= 2:
+            return Axis(name, np.array([number(part) for part in parts[0].split(",")]), *parts[1:])
+        start, stop, count = number(parts[0]), number(parts[1]), whole_number(parts[2])
+    except argparse.ArgumentTypeError as error:
+        raise InvalidInput(f"--axis {name}: {error}; it takes {AXIS}") from None
+    is_log = parts[3:4] == ["log"]
+    units = parts[4:] if is_log else parts[3:]
+    if len(units) > 1 or count < 1 or (is_log and not min(start, stop) > 0):
+        raise InvalidInput(f"--axis takes {AXIS}, COUNT >= 1, and positive ends for log; got {text!r}")
+    values = np.geomspace(start, stop, count) if is_log else np.linspace(start, stop, count)
+    return Axis(name, values, *units)
+
+
+def summary(found: Any, arguments: argparse.Namespace) -> str:
+    """The sweep in a few lines: cells, ranges, failures, files."""
+    import numpy as np
+
+    attrs, lines = found.attrs, []
+    shape = " x ".join(str(found.sizes[dim]) for dim in found.status.dims)
+    resumed = f", {attrs['cells_from_journal']} of them from the journal" if attrs["cells_from_journal"] else ""
+    lines.append(f"{attrs['cells']} cells ({shape}){resumed}")
+    for name, column in found.data_vars.items():
+        values = column.values
+        if name not in ("status", "message") and values.dtype.kind == "f" and np.isfinite(values).any():
+            unit = column.attrs.get("units", "")
+            lines.append(f"{name:14} {np.nanmin(values):.6g} to {np.nanmax(values):.6g} {unit}".rstrip())
+        elif name == "modes":
+            lines.append(f"{name:14} {len(np.unique(values.astype(str)))} different sequences")
+    lines += failures(found)
+    lines += [f"{what}: {path}" for what, path in (("result", arguments.out), ("figure", arguments.plot)) if path]
+    return "\n".join(lines)
+
+
+def failures(found: Any) -> list[str]:
+    """The cells that failed: how many, and the first of them with their axis values."""
+    import numpy as np
+
+    from nonsmooth.studies.task import CellStatus
+
+    status = found.status.values
+    cells = np.argwhere((status != CellStatus.FINISHED) & (status != CellStatus.NOT_RUN))
+    if not len(cells):
+        return []
+    lines = [f"{len(cells)} cells failed:"]
+    for cell in cells[:SHOWN_FAILURES]:
+        place = found.isel(dict(zip(found.status.dims, cell.tolist(), strict=True)))
+        values = ", ".join(f"{dim} = {place[dim].item():.6g}" for dim in found.status.dims)
+        lines.append(f"  {values}: {CellStatus(place.status.item()).name}, {place.message.item()}")
+    return lines + ([f"  and {len(cells) - SHOWN_FAILURES} more"] if len(cells) > SHOWN_FAILURES else [])
+
+
+def as_json(found: Any) -> dict[str, Any]:
+    """What a script wants to know of a sweep."""
+    from nonsmooth.studies.task import CellStatus
+
+    status = found.status.values
+    counts = {member.name: int((status == member).sum()) for member in CellStatus if (status == member).any()}
+    return {**found.attrs, "status": counts, "axes": {str(dim): found.sizes[dim] for dim in found.status.dims}}
