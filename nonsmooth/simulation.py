@@ -34,6 +34,7 @@ from nonsmooth.integrators.records import (
     INTERVAL,
     N_EVENTS,
     STEP,
+    STEPS,
     Record,
     State,
     bytes_of_record,
@@ -44,8 +45,8 @@ from nonsmooth.memory import require_memory
 from nonsmooth.solution import Solution, Stats
 from nonsmooth.system import FUNCTION_NAMES, System, as_system
 
-COMPILED_BLOCK = 50_000  # steps between two looks at the clock: about 10 ms
-INTERPRETED_BLOCK = 100
+FIRST_BLOCK = 100  # steps before the first look at the clock
+LOOK_EVERY = 0.02  # s between two looks at the clock and at Ctrl-C
 EVENT_CAPACITY = 256  # 26 kB; the loop comes back to have them emptied
 MAX_EVENTS = 200_000  # kept in a solution; the rest are counted
 
@@ -246,15 +247,17 @@ class Run:
 
     def advance(self, max_wall_time: float | None, progress: Callable[[float], None] | None) -> None:
         """Run block after block until the end, a failure, Ctrl-C or the end of the budget."""
-        block = COMPILED_BLOCK if self.model.is_compiled else INTERPRETED_BLOCK
-        started = time.perf_counter()
+        block, started = FIRST_BLOCK, time.perf_counter()
         try:
             while self.status == Status.RUNNING:
+                began, before = time.perf_counter(), int(self.state.counters[STEPS])
                 self.status = Status(self._block(block))
                 self._collect_events()
                 if self.status == Status.NOT_SOLVED and self._load_for_retry():
                     self.status = Status.RUNNING
-                self.wall_time = time.perf_counter() - started
+                now = time.perf_counter()
+                self.wall_time = now - started
+                block = next_block(int(self.state.counters[STEPS]) - before, now - began)
                 if progress is not None:
                     progress(self._fraction_done())
                 if max_wall_time is not None and self.wall_time > max_wall_time and self.status == Status.RUNNING:
@@ -361,6 +364,11 @@ class Run:
         error = kind(solution.message, solution, self._time())
         error.__cause__ = getattr(self, "cause", None)
         return error
+
+
+def next_block(steps: int, elapsed: float) -> int:
+    """Steps until the next look at the clock, from those just taken and their seconds; at most ten times more."""
+    return max(1, int(steps * min(10.0, LOOK_EVERY / max(elapsed, 1e-9))))
 
 
 def _with_last(record: Any, m: int, state: Any, system: System, t: float) -> Any:
