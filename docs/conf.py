@@ -58,12 +58,15 @@ def api_page() -> str:
 def commands_page() -> str:
     """The help text of every command, as a terminal of 100 columns shows it."""
     os.environ["COLUMNS"] = "100"
-    parser = build_parser()
-    (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
-    lines = []
-    for name, command in commands.choices.items():
-        lines += [f"## nonsmooth {name}", "", "```text", command.format_help().rstrip(), "```", ""]
-    return "\n".join(lines)
+    return "\n".join(help_texts(build_parser()))
+
+
+def help_texts(parser: argparse.ArgumentParser) -> list[str]:
+    """The help of a command, or of the commands that it has."""
+    groups = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    if groups:
+        return [text for command in groups[0].choices.values() for text in help_texts(command)]
+    return [f"## {parser.prog}", "", "```text", parser.format_help().rstrip(), "```", ""]
 
 
 def keep_bars(app: Sphinx, what: str, name: str, value: object, options: object, lines: list[str]) -> None:
