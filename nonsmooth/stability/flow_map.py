@@ -2,8 +2,8 @@
 
     x' = f(x),    Phi' = (df/dx) Phi,  Phi(0) = 1;    (df/dx) Phi_j = Im f(x + i h Phi_j)/h
 
-The eighth-order method of Dormand and Prince carries the state and the columns of Phi together. Source: Hairer, Norsett,
-Wanner, *Solving Ordinary Differential Equations I* (1993), sections I.14 and II.10.
+The eighth-order method of Dormand and Prince carries the state and the columns of Phi together. Source: Hairer,
+Norsett, Wanner, *Solving Ordinary Differential Equations I* (1993), sections I.14 and II.10.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from nonsmooth.stability.complex_step import STEP
 from nonsmooth.stability.mode_flow import ModeFlow
 
 RTOL = 1e-12  # of the state and, with it, of the derivative
-PIECES = 48  # of a phase whose curve is asked for: interpolation within a step then is as good as its end
 
 
-def flow_map(flow: ModeFlow, x: np.ndarray, duration: float, scale: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def flow_map(
+    flow: ModeFlow, x: np.ndarray, duration: float, scale: np.ndarray, rtol: float = RTOL
+) -> tuple[np.ndarray, np.ndarray]:
     """The state (m,) after a duration and Phi (m, m).
 
     ``scale`` (m,) holds the sizes of the states, against which the error is measured.
@@ -41,18 +42,23 @@ def flow_map(flow: ModeFlow, x: np.ndarray, duration: float, scale: np.ndarray) 
 
     start = np.concatenate([x, np.eye(m).ravel()])
     sizes = np.concatenate([scale, np.outer(scale, 1 / scale).ravel()])
-    run = solve_ivp(rate, (0.0, duration), start, method="DOP853", rtol=RTOL, atol=RTOL * sizes)
+    run = solve_ivp(rate, (0.0, duration), start, method="DOP853", rtol=rtol, atol=rtol * sizes)
     if not run.success or not np.isfinite(run.y[:, -1]).all():
         raise InvalidInput(f"the motion of a phase could not be integrated: {run.message}")
     return run.y[:m, -1], run.y[m:, -1].reshape(m, m)
 
 
-def flow_curve(flow: ModeFlow, x: np.ndarray, duration: float, scale: np.ndarray) -> Callable[[float], np.ndarray]:
-    """The state as a function of the time since the beginning of the phase."""
+def flow_curve(
+    flow: ModeFlow, x: np.ndarray, duration: float, scale: np.ndarray, rtol: float = RTOL, pieces: int = 1
+) -> Callable[[float], np.ndarray]:
+    """The state as a function of the time since the beginning of the phase.
+
+    At least ``pieces`` steps are taken: with many, interpolation within a step is as good as the step's end.
+    """
     from scipy.integrate import solve_ivp
 
     run = solve_ivp(
-        lambda _, z: flow.rate(z).real, (0.0, duration), x, method="DOP853", rtol=RTOL, atol=RTOL * scale,
-        max_step=duration / PIECES, dense_output=True,
+        lambda _, z: flow.rate(z).real, (0.0, duration), x, method="DOP853", rtol=rtol, atol=rtol * scale,
+        max_step=duration / pieces, dense_output=True,
     )  # fmt: skip
     return run.sol

@@ -10,9 +10,9 @@ place of e. A small change of x_1 returns as
 
     S_m Phi_m ... S_1 Phi_1,    S_i = 1 + (f_{i+1} - f_i) grad e_i^T/(grad e_i . f_i)
 
-whose eigenvalues are the Floquet multipliers: one is 1, each stick gives an exact zero. Sources: Stoer and Bulirsch,
-*Introduction to Numerical Analysis* (2002), section 7.3.5; Leine and Nijmeijer, *Dynamics and Bifurcations of Non-Smooth
-Mechanical Systems* (2004), chapter 7 (saltation matrices).
+whose eigenvalues are the Floquet multipliers: one is 1, each stick gives a zero. Sources: Stoer and Bulirsch,
+*Introduction to Numerical Analysis* (2002), section 7.3.5; Leine and Nijmeijer, *Dynamics and Bifurcations of
+Non-Smooth Mechanical Systems* (2004), chapter 7 (saltation matrices).
 """
 
 from __future__ import annotations
@@ -24,18 +24,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nonsmooth.arrays import as_positive
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.simulation import simulate
 from nonsmooth.solution import Solution
 from nonsmooth.stability.complex_step import jacobian
-from nonsmooth.stability.flow_map import flow_curve, flow_map
+from nonsmooth.stability.flow_map import RTOL, flow_curve, flow_map
 from nonsmooth.stability.mode_flow import ContactState, ModeFlow, mode_flow
 from nonsmooth.stability.mode_sequence import PhaseGuess, period_of
 from nonsmooth.system import ContactMode, System, as_system
 
 ITERATIONS = 20
-CONVERGED = 1e-9  # of the states' scale; Newton's method converges quadratically, so one more step reaches 1e-13
+COARSE, ROUGH = 1e-4, 1e-7  # tolerances of the integration while scales are looked for, and far from the cycle
+NEARLY = 1e-3  # of the states' scale: smaller corrections deserve the full tolerance
+CONVERGED = 1e-7  # of the states' scale; after such a step 1e-14 is left, Newton's method converging quadratically
+ATTEMPTS = 4  # simulations, each twice as long as the one before
 SAMPLES = 48  # of a phase, at which its margins are looked at and its curve is kept
 BROKEN = 1e-7  # of a margin's largest value: so far below zero it may fall by rounding at an event
 ATTRACTING = 1e-7  # a multiplier must lie so far inside the unit circle to count as attracting
@@ -89,6 +93,8 @@ class LimitCycle:
         |multiplier - 1| of that one: zero but for rounding.
     residual : float
         Largest mismatch of the phases, relative to the extent of the motion.
+    scale : ndarray (2 n_q,)
+        That extent.
     """
 
     system: System
@@ -99,6 +105,7 @@ class LimitCycle:
     multipliers: np.ndarray
     time_shift: float
     residual: float
+    scale: np.ndarray
 
     @property
     def period(self) -> float:
@@ -126,6 +133,10 @@ class LimitCycle:
         low, high = self.extremes
         return 0.5 * (high - low)[: self.system.n_q]
 
+    def guesses(self) -> list[PhaseGuess]:
+        """The phases as a guess for a cycle nearby."""
+        return [PhaseGuess(phase.states, np.concatenate([phase.q, phase.u]), phase.duration) for phase in self.phases]
+
     def sequence(self) -> tuple[tuple[ContactState, ...], ...]:
         """What the contacts do, phase by phase."""
         return tuple(phase.states for phase in self.phases)
@@ -146,7 +157,8 @@ def limit_cycle(
         A simulated motion whose end is nearly periodic; a cycle of the system at other parameters; or a start from
         which to simulate. The model's default state when left out.
     duration, dt : float, optional
-        Of the simulation; the model's ``t_end`` and ``dt`` when left out [s].
+        Of the simulation; the model's ``t_end`` and ``dt`` when left out [s]. A motion that has not settled is
+        continued for twice, four and eight times as long.
 
     Returns
     -------
@@ -169,26 +181,31 @@ def limit_cycle(
     """
     model, system = system, as_system(system)
     if isinstance(guess, LimitCycle):
-        phases = [PhaseGuess(p.states, np.concatenate([p.q, p.u]), p.duration) for p in guess.phases]
-    elif isinstance(guess, Solution):
-        phases = period_of(guess)
-    else:
-        phases = period_of(_simulated(model, system, guess, duration, dt))
-    return Shooting(system, phases).solve()
+        return Shooting(system, guess.guesses(), guess.scale).solve()
+    if isinstance(guess, Solution):
+        return Shooting(system, period_of(guess)).solve()
+    return _settled(model, system, guess, duration, dt)
 
 
-def _simulated(model: Any, system: System, guess: Any, duration: float | None, dt: float | None) -> Solution:
+def _settled(model: Any, system: System, guess: Any, duration: float | None, dt: float | None) -> LimitCycle:
+    """The cycle of a simulated motion, continued for longer while it has not settled."""
     source = model if hasattr(model, "state") else system.parameters
-    if guess is None:
-        if not hasattr(source, "state"):
-            raise InvalidInput("this system has no default state; give guess=(q0, u0)")
-        guess = source.state()
-    duration = getattr(source, "t_end", None) if duration is None else duration
+    if guess is None and not hasattr(source, "state"):
+        raise InvalidInput("this system has no default state; give guess=(q0, u0)")
+    q, u = source.state() if guess is None else guess
+    duration = getattr(source, "t_end", None) if duration is None else as_positive("duration", duration, "s")
     dt = getattr(source, "dt", None) if dt is None else dt
     if duration is None or dt is None:
         raise InvalidInput("this system has no t_end and dt of its own; give duration= and dt=")
-    q0, u0 = guess
-    return simulate(system, (0.0, duration), q0, u0, integrator=MoreauJean(dt=dt))
+    for attempt in range(ATTEMPTS):
+        run = simulate(system, (0.0, duration * 2**attempt), q, u, integrator=MoreauJean(dt=dt), project=attempt > 0)
+        try:
+            return Shooting(system, period_of(run)).solve()
+        except InvalidInput:
+            if attempt == ATTEMPTS - 1:
+                raise
+        q, u = run.q[-1], run.u[-1]
+    raise AssertionError
 
 
 class Link(NamedTuple):
@@ -201,16 +218,20 @@ class Link(NamedTuple):
 class Shooting:
     """The boundary value problem of a cycle with a given sequence of modes."""
 
-    def __init__(self, system: System, guess: Sequence[PhaseGuess]) -> None:
+    def __init__(self, system: System, guess: Sequence[PhaseGuess], scale: np.ndarray | None = None) -> None:
         self.system, self.guess = system, list(guess)
         m = len(self.guess)
         self.links = [
-            Link(mode_flow(system, phase.states), None if m == 1 else ending(phase.states, self.guess[(k + 1) % m].states))
+            Link(
+                mode_flow(system, phase.states),
+                None if m == 1 else ending(phase.states, self.guess[(k + 1) % m].states),
+            )
             for k, phase in enumerate(self.guess)
         ]
         self.x = np.array([phase.x for phase in self.guess])
         self.T = np.array([phase.duration for phase in self.guess])
-        self.scale = self._scale()
+        self.is_near = scale is not None
+        self.scale = self._scale() if scale is None else scale
         first = self.links[0].flow.rate(self.x[0]).real / self.scale
         self.section = first / np.linalg.norm(first) / self.scale, self.x[0].copy()  # for a motion without events
 
@@ -218,42 +239,50 @@ class Shooting:
         """Extents of the coordinates and of the velocities over the guess."""
         states = [self.x]
         for link, x, T in zip(self.links, self.x, self.T, strict=True):
-            curve = flow_curve(link.flow, x, T, np.maximum(np.abs(x), 1e-3))
-            states.append(np.array([curve(s) for s in np.linspace(0, T, SAMPLES)]))
+            curve = flow_curve(link.flow, x, T, np.maximum(np.abs(x), 1e-3), rtol=COARSE)
+            states.append(curve(np.linspace(0, T, SAMPLES)).T)
         extent = np.ptp(np.concatenate(states), axis=0)
         n = self.system.n_q
         for part in (slice(0, n), slice(n, None)):
             extent[part] = np.maximum(extent[part], 1e-3 * extent[part].max())
         return extent
 
-    def solve(self) -> LimitCycle:
-        """Newton's method, then every check."""
+    def solve(self, checked: bool = True) -> LimitCycle:
+        """Newton's method; then, unless told otherwise, whether the modes last as long as they should."""
+        rtol = RTOL if self.is_near else ROUGH
         for _ in range(ITERATIONS):
-            residual, J = self._linearised()
+            residual, J = self._linearised(rtol)
             step = -np.linalg.lstsq(J, residual, rcond=1e-13)[0]
             self._move(step)
-            if np.abs(step).max() <= CONVERGED:
+            size = np.abs(step).max()
+            if rtol == RTOL and size <= CONVERGED:
                 break
+            rtol = RTOL if size <= NEARLY else ROUGH
         else:
             raise InvalidInput(
                 f"the cycle does not close: after {ITERATIONS} Newton steps the phases still miss one another by "
                 f"{np.abs(residual).max():.2g} of the motion's extent; simulate for longer, or give a nearer guess"
             )
-        return self._cycle()
+        return self._cycle(checked)
 
     def _move(self, step: np.ndarray) -> None:
         m, d = self.x.shape
         change = step.reshape(m, d + 1)
-        shrink = min(1.0, *(0.5 * T / abs(c * T) if c < -0.5 else 1.0 for T, c in zip(self.T, change[:, d], strict=True)))
+        shrink = min(
+            1.0, *(0.5 * T / abs(c * T) if c < -0.5 else 1.0 for T, c in zip(self.T, change[:, d], strict=True))
+        )
         self.x = self.x + shrink * change[:, :d] * self.scale
         self.T = self.T * (1 + shrink * change[:, d])
 
-    def _linearised(self) -> tuple[np.ndarray, np.ndarray]:
+    def _linearised(self, rtol: float) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and their derivative by (x_i/scale, T_i relative), phase after phase."""
         m, d = self.x.shape
         residuals, rows = [], []
+        self.ends = [
+            flow_map(link.flow, x, T, self.scale, rtol) for link, x, T in zip(self.links, self.x, self.T, strict=True)
+        ]
         for i, link in enumerate(self.links):
-            y, Phi = flow_map(link.flow, self.x[i], self.T[i], self.scale)
+            y, Phi = self.ends[i]
             f = link.flow.rate(y).real
             here, following = slice(i * (d + 1), (i + 1) * (d + 1)), (i + 1) % m
             by_phase = np.column_stack([Phi * self.scale, f * self.T[i]])
@@ -294,16 +323,18 @@ class Shooting:
         size = np.abs(J * self.scale).max(axis=1)
         return value / size, J * self.scale / size[:, None]
 
-    def _cycle(self) -> LimitCycle:
-        residual = float(np.abs(self._linearised()[0]).max())
+    def _cycle(self, checked: bool) -> LimitCycle:
         begins = np.concatenate([[0.0], np.cumsum(self.T)])
         n = self.system.n_q
-        times, states, phases = [], [], []
+        times, states, phases, residual = [], [], [], 0.0
         for i, link in enumerate(self.links):
             curve = flow_curve(link.flow, self.x[i], self.T[i], self.scale)
             s = np.linspace(0, self.T[i], SAMPLES + 1)
-            path = np.array([curve(time) for time in s])
-            self._check(i, s, path)
+            path = curve(s).T
+            if checked:
+                self._check(i, s, path)
+            mismatch = (path[-1] - self.x[(i + 1) % len(self.links)]) / self.scale
+            residual = max(residual, float(np.abs(mismatch).max()))
             times.append(begins[i] + s)
             states.append(path)
             phases.append(CyclePhase(self.guess[i].states, float(begins[i]), float(self.T[i]), self.x[i, :n].copy(),
@@ -311,7 +342,15 @@ class Shooting:
         x = np.concatenate(states)
         multipliers, shift = self._multipliers()
         return LimitCycle(
-            self.system, tuple(phases), np.concatenate(times), x[:, :n], x[:, n:], multipliers, shift, residual
+            self.system,
+            tuple(phases),
+            np.concatenate(times),
+            x[:, :n],
+            x[:, n:],
+            multipliers,
+            shift,
+            residual,
+            self.scale,
         )
 
     def _check(self, i: int, s: np.ndarray, path: np.ndarray) -> None:
@@ -334,7 +373,7 @@ class Shooting:
         m, d = self.x.shape
         total = np.eye(d)
         for i, link in enumerate(self.links):
-            y, Phi = flow_map(link.flow, self.x[i], self.T[i], self.scale)
+            y, Phi = self.ends[i]
             total = Phi @ total
             if link.ends_by is not None:
                 before, after = link.flow.rate(y).real, self.links[(i + 1) % m].flow.rate(y).real
@@ -392,9 +431,9 @@ def _extremes(cycle: LimitCycle) -> tuple[np.ndarray, np.ndarray]:
     scale = np.ptp(x, axis=0) + 1e-300
     for phase in cycle.phases:
         flow, start = mode_flow(cycle.system, phase.states), np.concatenate([phase.q, phase.u])
-        curve = flow_curve(flow, start, phase.duration, scale)
+        curve = flow_curve(flow, start, phase.duration, scale, pieces=SAMPLES)
         s = np.linspace(0, phase.duration, SAMPLES + 1)
-        rates = np.array([flow.rate(curve(time)).real for time in s])
+        rates = np.array([flow.rate(x).real for x in curve(s).T])
         for k, j in zip(*np.nonzero(rates[:-1] * rates[1:] < 0), strict=True):
             vertex = brentq(lambda time, j=j, c=curve, f=flow: f.rate(c(time)).real[j], s[k], s[k + 1], xtol=1e-14)
             value = curve(vertex)[j]

@@ -4,15 +4,16 @@
     [ W_N   0     0    ] [ la_N ] = [ -(W_N' u + w_N')     ]       W_s = W_F              of contacts that stick
     [ W_s   0     0    ] [ la_F ]   [ -(W_s' u + w_s')     ]
 
-with the signs s of sliding and n of the normal force as in ``sliding_mode``. A mode lasts while its margins are positive:
-the sliding velocity s gamma_F, the normal force n la_N, and for a contact that sticks mu_s n la_N -+ la_F. All of it runs
-with complex numbers, so that the flow and its margins can be differentiated exactly. Source: Glocker, *Set-Valued Force
-Laws* (2001), chapter 5.
+with the signs s of sliding and n of the normal force as in ``sliding_mode``. A mode lasts while its margins are
+positive: the sliding velocity s gamma_F, the normal force n la_N, and for a contact that sticks mu_s n la_N -+ la_F.
+All of it runs with complex numbers, so that the flow and its margins can be differentiated exactly. Source: Glocker,
+*Set-Valued Force Laws* (2001), chapter 5.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -65,13 +66,19 @@ class ModeFlow(SlidingMode):
 
     stuck: tuple[int, ...] = ()
 
+    @cached_property
+    def inverse_mass(self) -> np.ndarray | None:
+        """M^-1 where the mass is constant."""
+        return np.linalg.inv(self.constants[MASS]) if MASS in self.constants else None
+
     def instant(self, x: np.ndarray) -> Instant:
         """Accelerations and forces at the state x = (q, u)."""
         system, n = self.system, self.system.n_u
         q, u = x[:n], x[n:]
         h = self.call(FORCE, q, u)
         gamma_F, mu = np.zeros(system.n_c, complex), np.zeros(system.n_c, complex)
-        W_N, W_F = self.call(NORMAL, q, u), np.zeros((system.n_c, n), complex)
+        W_N = self.call(NORMAL, q, u) if self.constrained else h[:0]
+        W_F = h[:0]
         pressing = self.call(NORMAL_FORCE, q, u)
         if system.d:
             W_F, w_F = self.call(TANGENT, q, u)[:, 0], self.call(SURFACE_VELOCITY, q, u)[:, 0]
@@ -92,7 +99,12 @@ class ModeFlow(SlidingMode):
             forces.append(W_F[i])
             rows.append(W_F[i])
             rates.append(of_row[i, 1])
-        a, la = _solve(self.call(MASS, q, u), h, forces, rows, rates)
+        if forces:
+            a, la = _constrained(self.call(MASS, q, u), h, forces, rows, rates)
+        elif self.inverse_mass is not None:
+            a, la = self.inverse_mass @ h, h[:0]
+        else:
+            a, la = np.linalg.solve(self.call(MASS, q, u), h), h[:0]
         la_N, la_F = pressing, np.zeros(system.n_c, complex)
         la_N[self.constrained] = la[: self.n_a]
         for i in self.closed:
@@ -157,11 +169,9 @@ def mode_flow(system, states: tuple[ContactState, ...], t: float = 0.0) -> ModeF
     return ModeFlow(system, closed, sliding, normal, t, stuck)
 
 
-def _solve(M, h, forces, rows, rates):  # type: ignore[no-untyped-def]
-    """a and the forces of M a = h + forces^T la, rows a = -rates."""
+def _constrained(M, h, forces, rows, rates):  # type: ignore[no-untyped-def]
+    """a and la of M a = h + forces^T la, rows a = -rates."""
     n, k = h.size, len(rows)
-    if k == 0:
-        return np.linalg.solve(M, h), np.zeros(0)
     A = np.zeros((n + k, n + k), complex)
     A[:n, :n] = M
     A[:n, n:] = -np.array(forces).T

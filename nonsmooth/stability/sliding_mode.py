@@ -62,21 +62,33 @@ class SlidingMode:
         """The closed contacts that have a gap."""
         return [i for i in self.closed if self.system.kinds[i, 0] != GIVEN_FORCE]
 
-    @property
+    @cached_property
     def n_a(self) -> int:
         """Number of constraints."""
         return len(self.constrained)
 
     @cached_property
-    def p(self) -> tuple:
-        return self.system.unpack(*self.system.p)
+    def constants(self) -> dict[int, np.ndarray]:
+        """What those model functions write that read neither t nor the state."""
+        zero, found = np.zeros(self.system.n_q), {}
+        for which in (MASS, NORMAL, TANGENT, SURFACE_VELOCITY, NORMAL_FORCE):
+            reads = ("t", "q", "u") if which in TAKES_U else ("t", "q")
+            if which in self.system.functions and not any(self.system.reads(which, name) for name in reads):
+                found[which] = self.system.evaluate(which, self.t, zero, zero).astype(complex)
+        return found
 
     def call(self, which: int, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """A model function of complex arguments; zeros where the model leaves it out."""
+        if which in self.constants:
+            return self.constants[which].copy()
         out = np.zeros(self.system.shape(which), complex)
         if which in self.system.functions:
             function = complexified(self.system.functions[which])
-            arguments = (self.t, q, u, self.p, out) if which in TAKES_U else (self.t, q, self.p, out)
+            arguments = (
+                (self.t, q, u, self.system.unpacked, out)
+                if which in TAKES_U
+                else (self.t, q, self.system.unpacked, out)
+            )
             function(*arguments)
         return out
 

@@ -1,0 +1,221 @@
+"""Cycles along a parameter, and what happens to them on the way.
+
+Each cycle starts from the two before it, continued linearly. Where the sequence of modes no longer closes, the motion
+is simulated from the last cycle and a new sequence is read from it; where stick begins or ends between two values, the
+value at which the cycle without it touches the limit (grazing) is found as the root of its least margin. Multipliers
+that cross the unit circle name folds (+1), period doublings (-1) and tori. Source: di Bernardo, Budd, Champneys,
+Kowalczyk, *Piecewise-smooth Dynamical Systems* (2008), chapters 7 and 8.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nonsmooth.arrays import as_vector
+from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.moreau_jean import MoreauJean
+from nonsmooth.simulation import simulate
+from nonsmooth.stability.flow_map import flow_curve
+from nonsmooth.stability.limit_cycle import SAMPLES, LimitCycle, Shooting, limit_cycle
+from nonsmooth.stability.mode_flow import mode_flow
+from nonsmooth.stability.mode_sequence import PhaseGuess, period_of
+from nonsmooth.system import System, as_system
+
+SETTLE = 60  # periods that a motion is given to settle where its sequence of modes has changed
+STEPS = 2000  # steps of a period of that simulation
+GRAZE = 1e-12  # relative accuracy of the value at which a cycle grazes
+
+
+@dataclass(frozen=True)
+class CycleChange:
+    """What happens to the cycle between two values of the parameter.
+
+    Attributes
+    ----------
+    kind : str
+        "stick begins", "stick ends", "new sequence", "fold", "period doubling", "torus", or "end" of the branch.
+    value : float
+        Where: to about 1e-10 for stick that begins or ends by grazing, else the middle of the two values.
+    before, after : float
+        The two values.
+    message : str
+        Why, where a sequence of modes did not close.
+    """
+
+    kind: str
+    value: float
+    before: float
+    after: float
+    message: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class CycleBranch:
+    """Cycles along a parameter.
+
+    Attributes
+    ----------
+    parameter : str
+    values : ndarray (k,)
+        Those at which a cycle was found.
+    cycles : tuple of LimitCycle
+    changes : tuple of CycleChange
+    """
+
+    parameter: str
+    values: np.ndarray
+    cycles: tuple[LimitCycle, ...]
+    changes: tuple[CycleChange, ...]
+
+    @property
+    def periods(self) -> np.ndarray:
+        """(k,) [s]"""
+        return np.array([cycle.period for cycle in self.cycles])
+
+    @property
+    def stick_durations(self) -> np.ndarray:
+        """(k,) [s]"""
+        return np.array([cycle.stick_duration for cycle in self.cycles])
+
+    @property
+    def amplitudes(self) -> np.ndarray:
+        """Half peak-to-peak (k, n_q)."""
+        return np.array([cycle.amplitudes for cycle in self.cycles])
+
+
+def continue_cycle(system: Any, parameter: str, values: ArrayLike, cycle: LimitCycle | None = None) -> CycleBranch:
+    """Follow a cycle along a parameter.
+
+    Parameters
+    ----------
+    system : System or model
+    parameter : str
+    values : (k,)
+        In the order in which they are visited.
+    cycle : LimitCycle, optional
+        Near the first value; ``limit_cycle`` of the system there when left out.
+
+    Returns
+    -------
+    CycleBranch
+        It ends early, with a change of the kind "end", where no cycle is left.
+
+    Raises
+    ------
+    InvalidInput
+        When there is no cycle at the first value.
+    """
+    grid, system = as_vector("values", values), as_system(system)
+    first = system.with_parameters(**{parameter: float(grid[0])})
+    cycles = [limit_cycle(first, cycle)]
+    changes: list[CycleChange] = []
+    for before, value in zip(grid[:-1].tolist(), grid[1:].tolist(), strict=True):
+        moved = system.with_parameters(**{parameter: value})
+        try:
+            found = Shooting(moved, _predicted(grid, cycles, len(cycles)), cycles[-1].scale).solve()
+        except InvalidInput as broken:
+            try:
+                found = _resimulated(moved, cycles[-1])
+            except InvalidInput as lost:
+                changes.append(CycleChange("end", 0.5 * (before + value), before, value, str(lost)))
+                break
+            if found.sequence() != cycles[-1].sequence():
+                changes.append(_changed(system, parameter, (before, value), (cycles[-1], found), str(broken)))
+        kind = crossing(cycles[-1].multipliers, found.multipliers)
+        if kind and found.sequence() == cycles[-1].sequence():
+            changes.append(CycleChange(kind, 0.5 * (before + value), before, value))
+        cycles.append(found)
+    return CycleBranch(parameter, grid[: len(cycles)], tuple(cycles), tuple(changes))
+
+
+def _predicted(grid: np.ndarray, cycles: list[LimitCycle], k: int) -> list[PhaseGuess]:
+    """The phases at grid[k], continued linearly where the last two cycles have the same sequence."""
+    last = cycles[-1].guesses()
+    if k < 2 or cycles[-1].sequence() != cycles[-2].sequence():
+        return last
+    part = (grid[k] - grid[k - 1]) / (grid[k - 1] - grid[k - 2])
+    return [
+        PhaseGuess(
+            b.states, b.x + part * (b.x - a.x), max(b.duration + part * (b.duration - a.duration), 0.1 * b.duration)
+        )
+        for a, b in zip(cycles[-2].guesses(), last, strict=True)
+    ]
+
+
+def _resimulated(system: System, last: LimitCycle) -> LimitCycle:
+    """The cycle that the motion from the last one settles in."""
+    start = last.phases[0]
+    run = simulate(
+        system,
+        (0.0, SETTLE * last.period),
+        start.q,
+        start.u,
+        integrator=MoreauJean(dt=last.period / STEPS),
+        project=True,
+    )
+    return Shooting(system, period_of(run)).solve()
+
+
+def _changed(
+    system: System, parameter: str, values: tuple[float, float], cycles: tuple[LimitCycle, LimitCycle], message: str
+) -> CycleChange:
+    """What changed between two cycles with different sequences, and where."""
+    sticks = [sum(phase.sticks for phase in cycle.phases) for cycle in cycles]
+    kind = "stick begins" if sticks[1] > sticks[0] else "stick ends" if sticks[1] < sticks[0] else "new sequence"
+    value = 0.5 * (values[0] + values[1])
+    free = cycles[int(np.argmin(sticks))]
+    if kind != "new sequence" and len(free.phases) == 1:
+        value = _grazing(system, parameter, values, free)
+    return CycleChange(kind, value, *values, message)
+
+
+def _grazing(system: System, parameter: str, values: tuple[float, float], free: LimitCycle) -> float:
+    """Where the cycle without events first touches the limit of its mode."""
+    from scipy.optimize import brentq
+
+    def margin(value: float) -> float:
+        moved = system.with_parameters(**{parameter: value})
+        return least_margin(Shooting(moved, free.guesses(), free.scale).solve(checked=False))
+
+    low, high = margin(values[0]), margin(values[1])
+    if low * high > 0:
+        return 0.5 * (values[0] + values[1])
+    return float(brentq(margin, *values, xtol=1e-300, rtol=GRAZE))
+
+
+def least_margin(cycle: LimitCycle) -> float:
+    """Least sliding velocity s gamma_F [m/s] of a cycle without events, negative where the mode's limit is passed."""
+    from scipy.optimize import minimize_scalar
+
+    (phase,) = cycle.phases
+    flow = mode_flow(cycle.system, phase.states)
+    curve = flow_curve(flow, np.concatenate([phase.q, phase.u]), phase.duration, cycle.scale, pieces=SAMPLES)
+    sliding = [i for i in flow.closed if cycle.system.kinds[i, 1]]
+    least = np.inf
+    for i in sliding:
+
+        def slip(s: float, i: int = i) -> float:
+            return float(flow.margins(curve(s))[i, "slip"].real)
+
+        s = np.linspace(0, phase.duration, SAMPLES + 1)
+        k = int(np.argmin([slip(time) for time in s[:-1]]))
+        for j in (k - 1, k):  # the samples' neighbours, around the end of the period
+            ends = s[j % SAMPLES], s[j % SAMPLES + 1]
+            least = min(
+                least, float(minimize_scalar(slip, bounds=ends, method="bounded", options={"xatol": 1e-12}).fun)
+            )
+    return least
+
+
+def crossing(before: np.ndarray, after: np.ndarray) -> str:
+    """Which bifurcation lies between two sets of multipliers: "", "fold", "period doubling" or "torus"."""
+    if before.size != after.size or (np.abs(before).max(initial=0) < 1) == (np.abs(after).max(initial=0) < 1):
+        return ""
+    outside = max(np.concatenate([before, after]), key=abs)
+    if abs(outside.imag) > 1e-6 * abs(outside):
+        return "torus"
+    return "fold" if outside.real > 0 else "period doubling"
