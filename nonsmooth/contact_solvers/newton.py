@@ -30,7 +30,6 @@ from nonsmooth.contact_solvers.problem import Problem
 from nonsmooth.jit import kernel
 
 SHIFT = 1e-11  # on the diagonal of the Jacobian: redundant contacts stay solvable, the rate stays superlinear
-PATIENCE = 8  # steps without a smaller merit after which the search is given up
 
 
 @dataclass(frozen=True)
@@ -43,10 +42,13 @@ class Newton:
         Linear solves after which the best iterate is returned.
     memory : int
         The merit |F| must fall below the largest of this many previous ones: 1 is a monotone search.
+    patience : int
+        Steps within which the error must halve, lest the search be given up.
     """
 
     max_iterations: int = 100
     memory: int = 4
+    patience: int = 12
 
     name = "newton"
 
@@ -55,9 +57,9 @@ class Newton:
         equations = Equations(problem)
         merit = equations.evaluate(P)
         best, least = P, problem.error(P)
-        past = [merit]
+        past, mark, since = [merit], least, 0
         for count in range(self.max_iterations):
-            if least <= tol:
+            if least <= tol or since == self.patience:
                 return best, count
             step = equations.step()
             if step is None:
@@ -67,7 +69,10 @@ class Newton:
             error = problem.error(P)
             if error < least:
                 best, least = P, error
-            if not np.isfinite(merit) or len(past) > PATIENCE and min(past[-PATIENCE:]) >= past[-PATIENCE - 1]:
+            since += 1
+            if least <= 0.5 * mark:
+                mark, since = least, 0
+            if not np.isfinite(merit):
                 return best, count + 1
         return best, self.max_iterations
 

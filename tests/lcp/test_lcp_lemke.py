@@ -106,3 +106,16 @@ def test_accuracy_of_an_ill_conditioned_problem_is_that_of_one_refined_solve(fam
     status, _, z = solve(A, b)
     assert status == SOLVED
     assert families.residual(A, b, z) <= 2e-16 * n * (A @ z).max() / np.abs(b).max() * 4
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_towers_with_masses_over_six_decades_do_not_mislead_the_pivots(seed):
+    """Redundant contacts leave zeros in the tableau that rounding fills."""
+    from nonsmooth.bench.problems import tower
+    from nonsmooth.contact_solvers.faceted_lcp import faceted
+    from nonsmooth.contact_solvers.problem import check_problem, scaled
+
+    problem, _ = scaled(check_problem(*tower(np.random.default_rng([seed, 40, 2]), 40, 2)))
+    A, b, impulses = faceted(problem, 2)
+    status, _, z = solve(A, b)
+    assert status == SOLVED and problem.error(impulses @ z) <= 1e-8
