@@ -160,13 +160,23 @@ def draw_contact(axes: Any, study: Study) -> None:
         axes.set_axis_off()
         axes.text(0.5, 0.5, "no episode of contact", ha="center", va="center", fontsize=9, color=GREY)
         return
-    axes.loglog(study.x, np.abs(data.peak_force.values), "o-", color=BLUE, ms=4.5, lw=1)
+    draw_positive(axes, study.x, np.abs(data.peak_force.values), "o-", BLUE)
     axes.set(xlabel=X_LABELS["stiffness"])
     axes.set_ylabel("peak normal force [N]", color=BLUE)
     if np.isfinite(data.stop_time.values).any():
         right = axes.twinx()
-        right.loglog(study.x, data.stop_time.values, "s-", color=RED, mfc="white", ms=4.5, lw=1)
+        draw_positive(right, study.x, data.stop_time.values, "s-", RED)
         right.set_ylabel("time at which the slip ends [s]", color=RED)
+
+
+def draw_positive(axes: Any, x: np.ndarray, y: np.ndarray, style: str, colour: str) -> None:
+    """A curve on a logarithmic scale where it spans decades, on a linear one otherwise."""
+    axes.semilogx(x, y, style, color=colour, mfc="white" if style == "s-" else colour, ms=4.5, lw=1)
+    known = y[np.isfinite(y) & (y > 0)]
+    if len(known) and known.max() > 10 * known.min():
+        axes.set_yscale("log")
+    else:
+        axes.set_ylim(bottom=0.0)
 
 
 def kinds(study: Study) -> dict[str, tuple[str, str]]:

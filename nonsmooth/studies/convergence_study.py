@@ -53,7 +53,7 @@ def convergence_study(
         Makes the integrator of a step: `MoreauJean`, or ``lambda dt: MoreauJean(dt, theta=1.0)``.
     reference : (q, u) or integrator, optional
         States at the times, or what computes them; the integrator itself with an eighth of the smallest step when left
-        out. An error within three times that of the reference counts as unknown.
+        out. An error within ten times that of the reference counts as unknown.
     times : array_like, optional
         When errors are measured [s]; at the end when left out.
 

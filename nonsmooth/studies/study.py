@@ -14,7 +14,7 @@ from nonsmooth.studies.laws_of_convergence import Fit, fit_laws, observed_orders
 if TYPE_CHECKING:
     import xarray
 
-ABOVE_FLOOR = 3.0  # errors of the reference: an error below is not told from it, and no order is read from it
+ABOVE_FLOOR = 10.0  # errors of the reference: an error below is not told from it, and no order is read from it
 
 
 @dataclass(frozen=True)
