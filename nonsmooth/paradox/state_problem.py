@@ -5,11 +5,12 @@ gamma' = G la + c,    u' = du + X^T la,    X = W M^-1,    du = M^-1 h
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.blocks import new_block
+from nonsmooth.blocks import Block, new_block
 from nonsmooth.compiled import model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.contact_solvers.modes import enumerate_modes
@@ -20,6 +21,7 @@ from nonsmooth.paradox.forces import Forces, Outcome, Situation, forces_at_state
 from nonsmooth.system import FORCE, GIVEN_FORCE, MASS, System
 
 ROUNDING = 1e-13  # of the terms of a sum: a smaller sum is zero
+_memory = threading.local()
 ENTRY_POINTS = (enumerate_modes, forces_at_state)  # what a search may reach, but for redundant contacts
 WHY = {
     Situation.LANDING: "contact {i} approaches with gamma_N = {gamma_N:g} m/s: an impact comes first; classify the "
@@ -106,7 +108,7 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
         Where a contact lands, penetrates or is violated, and where a model function wrote NaN.
     """
     model = model_of(system)
-    block = new_block(Forces, forces_shapes(system.n_u, system.n_c, system.d))
+    block = kept_block(system.n_u, system.n_c, system.d)
     arguments = (model.handle, model_facts(system), t, q, u, system.p, system.kinds, system.laws)
     arrays = block.arrays
     search = forces_at_state if model.is_compiled else interpreted(forces_at_state)
@@ -133,6 +135,14 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
         work.G[:r, :r].copy(), c, np.abs(W) @ np.abs(du) + np.abs(work.gamma_0[:r]), work.X[:r].copy(), du.copy(),
         arrays.candidate[:kept, :n].copy(), arrays.la[:kept, :r].copy(),
     )  # fmt: skip
+
+
+def kept_block(n: int, n_c: int, d: int) -> Block:
+    """The thread's memory for a search of this size: making it anew would take longer than the search."""
+    blocks = _memory.__dict__.setdefault("blocks", {})
+    if (n, n_c, d) not in blocks:
+        blocks[n, n_c, d] = new_block(Forces, forces_shapes(n, n_c, d))
+    return blocks[n, n_c, d]
 
 
 def decide_redundant(arrays: Forces, is_compiled: bool) -> None:
