@@ -43,6 +43,7 @@ _HOME = {
     "Study": "studies.study",
     "solve_lcp": "lcp.solve",
     "solve_mlcp": "lcp.mixed",
+    "is_p_matrix": "lcp.p_matrix",
     "lcp_solutions": "lcp.enumerate",
     "LCPResult": "lcp.result",
     "LCPStatus": "lcp.result",

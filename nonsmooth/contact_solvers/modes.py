@@ -93,7 +93,7 @@ def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
     last = first + width
     for k in range(first, last):
         alpha[k] = 0.0
-        for m in range(last, r):
+        for m in range(k + 1, r):  # from the next row on: contacts listed before may have had other rows
             beta[k, m] = 0.0
     if candidate >= SLIDE_PLUS and kind == GIVEN_FORCE:
         alpha[first] = -slip_of(candidate) * mu * normal_impulse

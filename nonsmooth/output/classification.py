@@ -98,6 +98,7 @@ def as_dictionary(c: Classification) -> dict[str, Any]:
         "kind": c.kind.name,
         "n_solutions": c.n_solutions,
         "is_complete": c.is_complete,
+        "is_always_regular": c.is_always_regular,
         "flags": [flag.name for flag in type(c.flags) if flag & c.flags],
         "mode": list(c.mode),
         **{

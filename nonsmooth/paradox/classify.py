@@ -22,6 +22,7 @@ from nonsmooth.contact_solvers.single import FREE, SLIDE_PLUS, STICK, sigma_of, 
 from nonsmooth.jit import interpreted
 from nonsmooth.laws import LAW_E_N
 from nonsmooth.paradox.alternatives import ImpactAlternative, impacts_without_collision, sticking_impulse
+from nonsmooth.paradox.certificate import is_always_regular, solve_sliding
 from nonsmooth.paradox.chatter import chatter_ratio
 from nonsmooth.paradox.forces import Outcome
 from nonsmooth.paradox.stability import (
@@ -119,6 +120,9 @@ class Classification:
     p, k : ndarray (n_c, 2)
         p_s = G_NN - s mu G_NF and k_s = G_NF - s mu G_FF [1/kg] for s = +1 and s = -1: gamma_N' = p la_N + b and
         gamma_F' = k la_N + a of a contact that slides alone. For la_N < 0 (bilateral) exchange the columns.
+    is_always_regular : bool or None
+        Where all closed contacts slide: whether there is one solution for every load (a P-matrix); None where it is not
+        known.
     impacts : tuple of ImpactAlternative
         Impacts without collision that the state admits.
     chatter_ratio : ndarray (n_c,)
@@ -141,6 +145,7 @@ class Classification:
     b: np.ndarray
     p: np.ndarray
     k: np.ndarray
+    is_always_regular: bool | None
     impacts: tuple[ImpactAlternative, ...]
     chatter_ratio: np.ndarray
 
@@ -187,7 +192,8 @@ def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None
 
     Notes
     -----
-    Complete as far as the modes can be enumerated: about 8 planar contacts at rest, 16 that slide.
+    Complete as far as the modes can be enumerated: about 8 planar contacts at rest, 16 that slide; beyond, where a
+    P-matrix says that there is one solution.
     Source: docs/theory/painleve.md.
 
     Examples
@@ -206,7 +212,8 @@ def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None
     q, u = as_vector("q", q, system.n_q), as_vector("u", u, system.n_u)
     e = None if restitution is None else as_fraction("restitution", restitution)
     problem = problem_at(system, t, q, u)
-    solutions, is_complete = all_solutions(problem)
+    is_always = is_always_regular(problem)
+    solutions, is_complete = all_solutions(problem, bool(is_always))
     n_solutions = len(solutions) if is_complete else max(problem.found, len(solutions))
     a, b, p, k = coefficients(problem)
     restitutions = system.laws[:, LAW_E_N] if e is None else np.full(system.n_c, e)
@@ -217,7 +224,7 @@ def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None
         t, q, u, kind, solutions, n_solutions, is_complete,
         flags_of(problem, kind, solutions, impacts, chatter, tolerance), mode_names(problem),
         problem.gamma[:, 0].copy(), problem.gamma[:, 1].copy(), problem.mu_of_contacts(),
-        a, b, p, k, impacts, chatter,
+        a, b, p, k, is_always, impacts, chatter,
     )  # fmt: skip
 
 
@@ -230,10 +237,13 @@ def kind_of(n_solutions: int, is_complete: bool) -> ParadoxKind:
     return ParadoxKind(n_solutions)
 
 
-def all_solutions(problem: Problem) -> tuple[tuple[ForceSolution, ...], bool]:
-    """The solutions, and whether none can be missing."""
+def all_solutions(problem: Problem, is_always: bool) -> tuple[tuple[ForceSolution, ...], bool]:
+    """The solutions, and whether none can be missing; ``is_always`` says that there is exactly one."""
     if len(problem.closed) == 0:
         return (force_solution(problem, np.zeros(0, int), np.zeros(0)),), True
+    if problem.outcome == Outcome.TOO_MANY:
+        one = solve_sliding(problem)
+        return (() if one is None else (force_solution(problem, *one),)), is_always and one is not None
     solutions = tuple(
         force_solution(problem, candidate, la) for candidate, la in zip(problem.candidate, problem.la, strict=True)
     )

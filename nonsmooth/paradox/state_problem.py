@@ -108,8 +108,9 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
         Where a contact lands, penetrates or is violated, and where a model function wrote NaN.
     """
     model = model_of(system)
-    block = kept_block(system.n_u, system.n_c, system.d)
-    arguments = (model.handle, model_facts(system), t, q, u, system.p, system.kinds, system.laws)
+    has = model_facts(system)
+    block = kept_block(has, system.n_u, system.n_c, system.d)
+    arguments = (model.handle, has, t, q, u, system.p, system.kinds, system.laws)
     arrays = block.arrays
     search = forces_at_state if model.is_compiled else interpreted(forces_at_state)
     for entry_point in ENTRY_POINTS if model.is_compiled else ():
@@ -137,12 +138,15 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
     )  # fmt: skip
 
 
-def kept_block(n: int, n_c: int, d: int) -> Block:
-    """The thread's memory for a search of this size: making it anew would take longer than the search."""
+def kept_block(has: int, n: int, n_c: int, d: int) -> Block:
+    """The thread's memory for systems with these functions and sizes; making it anew takes longer than the search.
+
+    What a function of the system writes is written in every search; what no function writes stays zero.
+    """
     blocks = _memory.__dict__.setdefault("blocks", {})
-    if (n, n_c, d) not in blocks:
-        blocks[n, n_c, d] = new_block(Forces, forces_shapes(n, n_c, d))
-    return blocks[n, n_c, d]
+    if (has, n, n_c, d) not in blocks:
+        blocks[has, n, n_c, d] = new_block(Forces, forces_shapes(n, n_c, d))
+    return blocks[has, n, n_c, d]
 
 
 def decide_redundant(arrays: Forces, is_compiled: bool) -> None:

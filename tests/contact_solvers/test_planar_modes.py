@@ -113,3 +113,22 @@ def test_enumeration_finds_what_brute_force_finds(n):
         for motion in expected:
             assert min(np.abs(tree.arrays.motions[:found] - motion).max(axis=1)) < 1e-8 * np.abs(c).max()
     assert several > 0 or n == 1
+
+
+def test_contacts_listed_before_leave_nothing_behind():
+    # the same memory serves rows (N, N F) and then (N F, N F): impulses of a contact must not keep coefficients of rows
+    # that belonged to two contacts before
+    rng = np.random.default_rng(7)
+    used, fresh = (new_block(Tree, tree_shapes(2, 4)) for _ in range(2))
+
+    def solve(tree, d_0, G, c, mu):
+        kinds, start = np.array([[UNILATERAL, d_0], [UNILATERAL, 1]]), np.array([0, 1 + d_0, 3 + d_0])
+        G, c = G[: start[-1], : start[-1]].copy(), c[: start[-1]].copy()
+        found, _ = enumerate_modes(2, np.arange(2), start, kinds, mu, mu, np.zeros(2), G, c, tree.address)
+        return tree.arrays.solutions[:found, : start[-1]].copy()
+
+    for _ in range(40):
+        W = rng.normal(size=(4, 6))
+        G, c, mu = W @ W.T, rng.normal(size=4) - 0.5, rng.uniform(0.2, 2.0, 2)
+        solve(used, 0, G, c, mu)
+        np.testing.assert_array_equal(solve(used, 1, G, c, mu), solve(fresh, 1, G, c, mu))

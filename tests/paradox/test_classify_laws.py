@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import BeltOscillator, SlidingBlock
+from models import BeltOscillator, LeadScrew, SlidingBlock, SpragSlip
 
 
 class Block(NamedTuple):
@@ -91,6 +91,14 @@ def test_system_without_contacts_moves_freely():
     assert c.kind == ns.ParadoxKind.REGULAR and c.n_solutions == 1 and c.mode == ()
     assert c.solutions[0].du.tolist() == [2.5, -10.0]
     assert str(c).startswith("REGULAR")
+
+
+def test_belt_of_one_system_does_not_drive_the_next():
+    # systems of equal size share memory: what one writes (here the belt's speed) must not reach another
+    sprag, screw = SpragSlip(), LeadScrew()
+    before = str(ns.classify(screw, 0.0, *screw.state(thdot=2.0)).to_dict())
+    ns.classify(sprag, 0.0, *sprag.state())
+    assert str(ns.classify(screw, 0.0, *screw.state(thdot=2.0)).to_dict()) == before
 
 
 def test_classifications_of_one_system_do_not_share_their_arrays():

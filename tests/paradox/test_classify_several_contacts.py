@@ -264,3 +264,62 @@ def test_eight_contacts_at_rest_are_enumerated(references):
     c = ns.classify(feet, 0.0, np.zeros(16), np.zeros(16))
     assert c.is_complete and c.n_solutions == 1
     assert c.solutions[0].modes == ("stick",) * 4 + ("slide +",) * 4  # 0.3 i <= 1 sticks
+
+
+def feet(n):
+    """n independent unit feet that slide with a coupling of their own: p = 1 + mu c for slip -, weight 1."""
+
+    class Feet(NamedTuple):
+        g: float = 1.0
+        c: float = 0.5
+        mu: float = 0.5
+
+    def mass(t, q, p, M):
+        for j in range(2 * n):
+            M[j, j] = 1.0
+
+    def force(t, q, u, p, h):
+        for i in range(n):
+            h[2 * i + 1] = -p.g
+
+    def gap(t, q, p, g_N):
+        for i in range(n):
+            g_N[i] = q[2 * i + 1]
+
+    def normal(t, q, p, W_N):
+        for i in range(n):
+            W_N[i, 2 * i + 1] = 1.0
+
+    def tangent(t, q, p, W_F):
+        for i in range(n):
+            W_F[i, 0, 2 * i] = 1.0
+            W_F[i, 0, 2 * i + 1] = p.c
+
+    return ns.System(n_q=2 * n, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent,
+                     contacts=[ns.Contact(mu="mu")] * n, parameters=Feet())  # fmt: skip
+
+
+def test_sliding_contacts_beyond_enumeration_are_certified_by_a_p_matrix():
+    system, u = feet(20), np.tile([1.0, 0.0], 20)  # 2^20 modes
+    c = ns.classify(system, 0.0, np.zeros(40), u)
+    assert c.is_always_regular and c.is_complete and c.kind == ns.ParadoxKind.REGULAR
+    assert c.solutions[0].la_N == pytest.approx(np.full(20, 1 / (1 - 0.5 * 0.5)), rel=1e-12)  # p = 1 - mu c
+    assert c.solutions[0].la_F == pytest.approx(np.full(20, -0.5 / 0.75), rel=1e-12)
+    steep = ns.classify(system.with_parameters(mu=3.0), 0.0, np.zeros(40), u)  # p = -1/2 each: 0 or 2^20 solutions
+    assert steep.is_always_regular is False and not steep.is_complete
+    assert steep.kind == ns.ParadoxKind.NOT_ENUMERATED
+
+
+def test_certificate_is_true_to_the_number_of_solutions(references):
+    make, randomise, _ = references
+    template = make(3, "uuu")
+    rng = np.random.default_rng(21)
+    met = set()
+    for _ in range(80):
+        slip = rng.choice([-1.0, 1.0], 3)
+        system, u = randomise(template, rng, slip)
+        c = ns.classify(system, 0.0, np.ones(6), u)
+        met.add((c.is_always_regular, c.n_solutions))
+        assert c.n_solutions == 1 or not c.is_always_regular
+    assert {(True, 1), (False, 1)} < met and len(met) > 3
+    assert ns.classify(system, 0.0, np.ones(6), np.zeros(6)).is_always_regular is None
