@@ -2,7 +2,7 @@
 
 The bare time of a run is that of the compiled loop alone, called for single cells of the same sweep; a call that takes
 no step is subtracted, so that it holds nothing but steps. Times of the processor, which other programs on the machine
-disturb less, and of the clock; medians of interleaved repeats.
+disturb less, and of the clock; medians of interleaved repeats. The processor time of other processes is not counted.
 """
 
 from __future__ import annotations
@@ -51,12 +51,13 @@ def belt_task() -> RunTask:
 def print_runs() -> None:
     """Time a run: bare, in a sweep, with two workers, with a journal."""
     task, cells = belt_task(), SIDE * SIDE
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, LocalPool(2) as pool:
         book = Path(folder) / "journal.jsonl"
         ways: dict[str, Callable[[], np.ndarray]] = {
             "the bare loop": bare_run,
             "sweep, 1 worker": lambda: timed(task) / cells,
             "sweep, 2 workers": lambda: timed(task, workers=2) / cells,
+            "sweep, 2 processes": lambda: timed(task, executor=pool) / cells,
             "sweep, 1 worker, journal": lambda: timed(task, journal=book, resume=False) / cells,
         }
         times: dict[str, list[np.ndarray]] = {name: [] for name in ways}

@@ -11,6 +11,7 @@ journal is opened again. Numbers are written so that they read back to the same 
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import math
 import os
@@ -28,6 +29,8 @@ from nonsmooth.studies.task import Batch, Task
 
 KIND, FORMAT = "nonsmooth sweep", 1
 HEAD = b'{"journal": "nonsmooth sweep"'
+ENTRY = {"cell", "status", "values"}
+CHUNK = 4096  # lines read at a time
 SYNC = 1.0  # s between two orders to put what was written on the disk
 
 
@@ -101,30 +104,46 @@ class Journal:
             os.truncate(self.path, end)
         return True
 
-    def read(self) -> Iterator[tuple[int, int, dict[str, Any], str]]:
-        """The finished cells: number, status, values, message."""
+    def read(self) -> Iterator[tuple[np.ndarray, Batch]]:
+        """The finished cells, some at a time: their numbers and results."""
         with open(self.path, "rb") as file:
             next(file)
-            for k, line in enumerate(file, start=2):
-                entry = _parse(line)
-                if entry is None or not 0 <= entry.get("cell", -1) < len(self.plan):
-                    raise InvalidInput(
-                        f"line {k} of the journal {str(self.path)!r} is damaged; delete that line and its cell is "
-                        "computed again"
-                    )
-                values = {name: _number(value) for name, value in entry["values"].items()}
-                yield entry["cell"], entry["status"], values, entry.get("message", "")
+            first = 2
+            while lines := list(itertools.islice(file, CHUNK)):
+                yield self._batch(self._entries(lines, first))
+                first += len(lines)
+
+    def _entries(self, lines: list[bytes], first: int) -> list[dict[str, Any]]:
+        try:
+            entries = json.loads(b"[" + b",".join(lines) + b"]")
+        except ValueError:
+            entries = [_parse(line) for line in lines]
+        N = len(self.plan)
+        for k, entry in enumerate(entries, start=first):
+            if not isinstance(entry, dict) or not entry.keys() >= ENTRY or not 0 <= entry["cell"] < N:
+                raise InvalidInput(
+                    f"line {k} of the journal {str(self.path)!r} is damaged; delete that line and its cell is computed "
+                    "again"
+                )
+        return entries
+
+    def _batch(self, entries: list[dict[str, Any]]) -> tuple[np.ndarray, Batch]:
+        batch = Batch({}, np.array([entry["status"] for entry in entries]))
+        batch.messages = {k: entry["message"] for k, entry in enumerate(entries) if "message" in entry}
+        values = [entry["values"] for entry in entries]
+        for name in dict.fromkeys(itertools.chain.from_iterable(values)):
+            rows = [k for k, row in enumerate(values) if name in row]
+            batch.put(name, np.array(rows), as_array([values[k][name] for k in rows]))
+        return np.array([entry["cell"] for entry in entries]), batch
 
     def write(self, cells: np.ndarray, batch: Batch) -> None:
         """Append the cells of a batch."""
-        columns = {name: values.tolist() for name, values in batch.values.items()}
+        columns = {json.dumps(name): as_json(values) for name, values in batch.values.items()}
         lines = []
-        for k, cell in enumerate(cells.tolist()):
-            entry: dict[str, Any] = {"cell": cell, "status": int(batch.status[k])}
-            entry["values"] = {name: column[k] for name, column in columns.items()}
-            if k in batch.messages:
-                entry["message"] = batch.messages[k]
-            lines.append(_dump(entry))
+        for k, (cell, status) in enumerate(zip(cells.tolist(), batch.status.tolist(), strict=True)):
+            values = ", ".join([f"{name}: {column[k]}" for name, column in columns.items()])
+            message = f', "message": {json.dumps(batch.messages[k])}' if k in batch.messages else ""
+            lines.append(f'{{"cell": {cell}, "status": {status}, "values": {{{values}}}{message}}}\n')
         self._file.write("".join(lines).encode())
         if time.monotonic() - self._synced > SYNC:
             os.fsync(self._file.fileno())
@@ -150,21 +169,34 @@ def _parse(line: bytes) -> dict[str, Any] | None:
     return entry if isinstance(entry, dict) else None
 
 
-def _dump(entry: dict[str, Any]) -> str:
+def as_json(values: np.ndarray) -> list[str]:
+    """Each of N results as JSON, which knows neither NaN nor inf: {"float": "nan"} stands for NaN."""
+    if values.dtype == object:
+        return [json.dumps(text) for text in values]
+    is_finite = np.isfinite(values).reshape(len(values), -1).all(axis=1)
+    return [
+        repr(value) if finite else json.dumps(_marked(value))
+        for value, finite in zip(values.tolist(), is_finite.tolist(), strict=True)
+    ]
+
+
+def _marked(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_marked(part) for part in value]
+    return value if math.isfinite(value) else {"float": repr(value)}
+
+
+def as_array(values: list[Any]) -> np.ndarray:
+    """The results of some cells as `as_json` wrote them."""
+    if isinstance(values[0], str):
+        return np.array(values, dtype=object)
     try:
-        return json.dumps(entry, allow_nan=False) + "\n"
-    except ValueError:  # JSON has neither NaN nor inf: they stand in it as {"float": "nan"}
-        entry["values"] = {name: _finite(value) for name, value in entry["values"].items()}
-        return json.dumps(entry, allow_nan=False) + "\n"
+        return np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        return np.array([_unmarked(value) for value in values], dtype=np.float64)
 
 
-def _finite(value: Any) -> Any:
+def _unmarked(value: Any) -> Any:
     if isinstance(value, list):
-        return [_finite(part) for part in value]
-    return {"float": repr(value)} if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _number(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_number(part) for part in value]
+        return [_unmarked(part) for part in value]
     return float(value["float"]) if isinstance(value, dict) else value

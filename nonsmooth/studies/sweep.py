@@ -244,12 +244,8 @@ class Result:
 
     def read(self, journal: Journal) -> None:
         """Take the finished cells of a journal."""
-        for cell, status, values, message in journal.read():
-            self.status[cell] = status
-            if message:
-                self.messages[cell] = message
-            for name, value in values.items():
-                put(self.values, name, np.array([cell]), np.array([value]), (len(self.plan),))
+        for cells, batch in journal.read():
+            self.add(cells, batch)
         self.n_resumed = int((self.status != CellStatus.NOT_RUN).sum())
 
     def missing(self) -> np.ndarray:
