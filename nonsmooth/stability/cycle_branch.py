@@ -87,7 +87,9 @@ class CycleBranch:
         return np.array([cycle.amplitudes for cycle in self.cycles])
 
 
-def continue_cycle(system: Any, parameter: str, values: ArrayLike, cycle: LimitCycle | None = None) -> CycleBranch:
+def continue_cycle(
+    system: Any, parameter: str, values: ArrayLike, cycle: LimitCycle | None = None, rtol: float = 1e-9
+) -> CycleBranch:
     """Follow a cycle along a parameter.
 
     Parameters
@@ -98,6 +100,8 @@ def continue_cycle(system: Any, parameter: str, values: ArrayLike, cycle: LimitC
         In the order in which they are visited.
     cycle : LimitCycle, optional
         Near the first value; ``limit_cycle`` of the system there when left out.
+    rtol : float
+        Relative accuracy of the integration along the branch.
 
     Returns
     -------
@@ -116,7 +120,7 @@ def continue_cycle(system: Any, parameter: str, values: ArrayLike, cycle: LimitC
     for before, value in zip(grid[:-1].tolist(), grid[1:].tolist(), strict=True):
         moved = system.with_parameters(**{parameter: value})
         try:
-            found = Shooting(moved, _predicted(grid, cycles, len(cycles)), cycles[-1].scale).solve()
+            found = Shooting(moved, _predicted(grid, cycles, len(cycles)), cycles[-1].scale, rtol).solve()
         except InvalidInput as broken:
             try:
                 found = _resimulated(moved, cycles[-1])

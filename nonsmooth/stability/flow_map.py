@@ -9,6 +9,7 @@ Norsett, Wanner, *Solving Ordinary Differential Equations I* (1993), sections I.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +43,8 @@ def flow_map(
 
     start = np.concatenate([x, np.eye(m).ravel()])
     sizes = np.concatenate([scale, np.outer(scale, 1 / scale).ravel()])
-    run = solve_ivp(rate, (0.0, duration), start, method="DOP853", rtol=rtol, atol=rtol * sizes)
+    with np.errstate(over="ignore", invalid="ignore"):  # of steps that are tried and refused
+        run = solve_ivp(rate, (0.0, duration), start, method="DOP853", rtol=rtol, atol=rtol * sizes)
     if not run.success or not np.isfinite(run.y[:, -1]).all():
         raise InvalidInput(f"the motion of a phase could not be integrated: {run.message}")
     return run.y[:m, -1], run.y[m:, -1].reshape(m, m)
@@ -50,15 +52,16 @@ def flow_map(
 
 def flow_curve(
     flow: ModeFlow, x: np.ndarray, duration: float, scale: np.ndarray, rtol: float = RTOL, pieces: int = 1
-) -> Callable[[float], np.ndarray]:
-    """The state as a function of the time since the beginning of the phase.
+) -> Callable[[Any], np.ndarray]:
+    """The state (m,) as a function of the time since the beginning of the phase, (m, k) of k times.
 
     At least ``pieces`` steps are taken: with many, interpolation within a step is as good as the step's end.
     """
     from scipy.integrate import solve_ivp
 
-    run = solve_ivp(
-        lambda _, z: flow.rate(z).real, (0.0, duration), x, method="DOP853", rtol=rtol, atol=rtol * scale,
-        max_step=duration / pieces, dense_output=True,
-    )  # fmt: skip
+    with np.errstate(over="ignore", invalid="ignore"):
+        run = solve_ivp(
+            lambda _, z: flow.rate(z).real, (0.0, duration), x, method="DOP853", rtol=rtol, atol=rtol * scale,
+            max_step=duration / pieces, dense_output=True,
+        )  # fmt: skip
     return run.sol

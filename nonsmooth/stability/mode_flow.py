@@ -76,41 +76,50 @@ class ModeFlow(SlidingMode):
         system, n = self.system, self.system.n_u
         q, u = x[:n], x[n:]
         h = self.call(FORCE, q, u)
-        gamma_F, mu = np.zeros(system.n_c, complex), np.zeros(system.n_c, complex)
-        W_N = self.call(NORMAL, q, u) if self.constrained else h[:0]
-        W_F = h[:0]
         pressing = self.call(NORMAL_FORCE, q, u)
+        W_N = self.call(NORMAL, q, u) if self.constrained else h[:0]
+        W_F, gamma_F = h[:0], pressing * 0
         if system.d:
-            W_F, w_F = self.call(TANGENT, q, u)[:, 0], self.call(SURFACE_VELOCITY, q, u)[:, 0]
-            gamma_F = W_F @ u + w_F
+            W_F = self.call(TANGENT, q, u)[:, 0]
+            gamma_F = W_F @ u + self.call(SURFACE_VELOCITY, q, u)[:, 0]
+        slopes = pressing * 0  # la_F/la_N of the contacts that slide
         forces, rows, rates = [], [], []
-        of_row = self.row_rates(q, u) if self.constrained or self.stuck else np.zeros((0, 2))
-        for i in self.closed:
-            s = self.sliding[i]
-            if i not in self.stuck and system.kinds[i, 1]:
-                mu[i] = mu_of(system.laws, i, s * gamma_F[i])
-            if i in self.constrained:
-                forces.append(W_N[i] - mu[i] * self.normal[i] * s * W_F[i])
+        row_rates = self.row_rates(q, u) if self.constrained or self.stuck else None
+        for i, s, normal, is_constrained, slides in self.contacts:
+            if slides:
+                slopes[i] = -mu_of(system.laws, i, s * gamma_F[i]) * normal * s
+            if is_constrained:
+                forces.append(W_N[i] + slopes[i] * W_F[i] if slides else W_N[i])
                 rows.append(W_N[i])
-                rates.append(of_row[i, 0])
-            else:
-                h = h - mu[i] * pressing[i] * s * W_F[i]
+                rates.append(row_rates[i, 0])  # type: ignore[index]
+            elif slides:
+                h = h + slopes[i] * pressing[i] * W_F[i]
         for i in self.stuck:
             forces.append(W_F[i])
             rows.append(W_F[i])
-            rates.append(of_row[i, 1])
+            rates.append(row_rates[i, 1])  # type: ignore[index]
         if forces:
             a, la = _constrained(self.call(MASS, q, u), h, forces, rows, rates)
-        elif self.inverse_mass is not None:
-            a, la = self.inverse_mass @ h, h[:0]
+            pressing[self.constrained] = la[: self.n_a]
         else:
-            a, la = np.linalg.solve(self.call(MASS, q, u), h), h[:0]
-        la_N, la_F = pressing, np.zeros(system.n_c, complex)
-        la_N[self.constrained] = la[: self.n_a]
-        for i in self.closed:
-            la_F[i] = -mu[i] * self.normal[i] * la_N[i] * self.sliding[i]
-        la_F[list(self.stuck)] = la[self.n_a :]
-        return Instant(a, la_N, la_F, gamma_F)
+            a, la = self._accelerated(q, u, h), h[:0]
+        la_F = slopes * pressing
+        if self.stuck:
+            la_F[list(self.stuck)] = la[self.n_a :]
+        return Instant(a, pressing, la_F, gamma_F)
+
+    @cached_property
+    def contacts(self) -> list[tuple[int, float, float, bool, bool]]:
+        """Of each closed contact: its number, s, n, whether it has a gap, and whether it slides with friction."""
+        return [
+            (i, self.sliding[i], self.normal[i], i in self.constrained,
+             i not in self.stuck and bool(self.system.kinds[i, 1]))
+            for i in self.closed
+        ]  # fmt: skip
+
+    def _accelerated(self, q: np.ndarray, u: np.ndarray, h: np.ndarray) -> np.ndarray:
+        """M^-1 h."""
+        return np.linalg.solve(self.call(MASS, q, u), h) if self.inverse_mass is None else self.inverse_mass @ h
 
     def rate(self, x: np.ndarray) -> np.ndarray:
         """x' = (u, u')."""

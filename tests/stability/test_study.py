@@ -91,8 +91,9 @@ def test_eigenvalues_of_two_systems_are_drawn_together_with_the_upper_half_of_th
     }
     figure = plot_eigen_path(paths)
     assert len(figure.axes) == 3
-    drawn = [line.get_ydata() for line in figure.axes[2].lines if line.get_color() != "0.5"]
-    assert min(np.nanmin(y, initial=0.0) for y in drawn) >= 0
+    assert (
+        min(np.nanmin(line.get_ydata(), initial=0.0) for line in figure.axes[2].lines if line.get_color() != "0.5") >= 0
+    )
 
 
 def test_amplitudes_are_drawn_against_the_speed_and_end_where_sliding_is_stable():
