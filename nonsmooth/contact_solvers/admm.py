@@ -36,7 +36,7 @@ class ADMM:
         Iterations after which the best iterate is returned.
     """
 
-    beta: float = 0.3
+    beta: float = 0.05
     relaxation: float = 1.6
     max_iterations: int = 3000
 

@@ -5,9 +5,10 @@
 The ladder, each rung starting from the best iterate so far, until the error is within the tolerance:
 
     one contact                     single (closed form in the plane, a bracketed root in space)
-    otherwise                       nsgs (100 sweeps), newton         , then interior and newton, from three distances
+    otherwise                       nsgs (100 sweeps), newton, then interior and newton, from three distances
     large: factors cost more        nsgs (25 sweeps), admm, nsgs while it pays, then interior and newton once
     planar, up to 150 contacts      then the linear complementarity problem, newton
+    spatial, up to 50 contacts      then the one of the cone with four facets, from it interior and newton
     at last                         proximal, admm, nsgs while it pays, nsgs (20 000 sweeps), newton
 
 then a polish where factors are cheap. "While it pays": as long as the observed rate promises to finish soon.
@@ -44,6 +45,7 @@ STARTS = (
 LONG = 20_000  # sweeps: the last resort
 WORTH_WAITING = 3_000  # further sweeps that Gauss-Seidel may promise to need
 LCP_CONTACTS = 150  # planar contacts: an LCP with 600 unknowns, about a second
+FACET_CONTACTS = 50  # spatial contacts with four facets: an LCP with 300 unknowns, a tenth of a second
 
 
 class Solver(Protocol):
@@ -83,6 +85,18 @@ class PatientNSGS(NamedTuple):
             if error <= tol or rate == 0.0 or np.log(error / tol) / rate > WORTH_WAITING:
                 return P, total
             before = error
+
+
+class FromFacets(NamedTuple):
+    """Spatial contacts afresh: the complementarity problem of the coarsest faceted cone, then inside the round one."""
+
+    name: str = "facets"
+
+    def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
+        """The best iterate from the faceted solution; P is not used."""
+        P, pivots = FacetedLCP(facets=4).run(problem, P, tol)
+        climb = _climb(problem, P, tol, _from_inside(), use_polish=False)
+        return climb.P, pivots + climb.iterations
 
 
 SOLVERS: dict[str, Solver] = {
@@ -183,13 +197,19 @@ def _ladder(problem: Problem) -> list[Solver]:
     last = [Proximal(alpha=1e-4, max_solves=200), ADMM(max_iterations=1000), Proximal(), *last]
     if problem.dim == 2 and problem.n_c <= LCP_CONTACTS:
         last = [FacetedLCP(), Newton(), *last]
+    if problem.dim == 3 and problem.n_c <= FACET_CONTACTS:
+        last = [FromFacets(), *last]
     if _is_cheap(problem):
-        inside: list[Solver] = []
-        for start in STARTS:
-            inside += [Interior(start=start), Newton(patience=STEPS)]
-        return [NSGS(max_sweeps=SHORT), Newton(patience=STEPS), *inside, *last]
+        return [NSGS(max_sweeps=SHORT), Newton(patience=STEPS), *_from_inside(), *last]
     first: list[Solver] = [NSGS(max_sweeps=BRIEF), ADMM(max_iterations=300), PatientNSGS()]
     return [*first, Interior(), Newton(patience=STEPS), *last]
+
+
+def _from_inside() -> list[Solver]:
+    rungs: list[Solver] = []
+    for start in STARTS:
+        rungs += [Interior(start=start), Newton(patience=STEPS)]
+    return rungs
 
 
 def _climb(problem: Problem, P: np.ndarray, tol: float, ladder: list[Solver], use_polish: bool) -> Climb:
