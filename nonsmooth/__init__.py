@@ -34,6 +34,7 @@ _HOME = {
     "plot_graphical_problem": "output.paradox_plots",
     "critical_friction": "paradox.friction",
     "least_critical_friction": "paradox.friction",
+    "Compliance": "integrators.compliance",
     "Penalty": "integrators.penalty",
     "Regularised": "integrators.compliant_law",
     "penalty_study": "studies.penalty_study",

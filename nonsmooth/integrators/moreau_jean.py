@@ -46,6 +46,7 @@ from nonsmooth.contact_solvers.single import (
     solve_single,
 )
 from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.integrators.compliance import Compliance, add_compliance, find_end_gaps
 from nonsmooth.integrators.projection import project
 from nonsmooth.integrators.records import (
     FAILED_CONTACT,
@@ -91,22 +92,25 @@ class MoreauJean:
     projection : bool
         Move the positions back to g_N = 0 after each step where contacts hold (closed contacts drift otherwise by
         O(dt); bilateral ones do not need it, their gap is fed back).
+    compliance : Compliance, optional
+        A spring and damper at every contact, implicit in the step, in place of e_N; needs theta = 1.
 
     Raises
     ------
     InvalidInput
-        Unless dt > 0 and 1/2 <= theta <= 1.
+        Unless dt > 0 and 1/2 <= theta <= 1, and theta = 1 with a compliance.
 
     Examples
     --------
     >>> import nonsmooth as ns
     >>> ns.MoreauJean(dt=1e-3)
-    MoreauJean(dt=0.001, theta=0.5, projection=False)
+    MoreauJean(dt=0.001, theta=0.5, projection=False, compliance=None)
     """
 
     dt: float
     theta: float = 0.5
     projection: bool = False
+    compliance: Compliance | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dt", as_positive("dt", self.dt, "s"))
@@ -115,6 +119,16 @@ class MoreauJean:
             raise InvalidInput(f"theta must lie in [0.5, 1]; got {theta:g}")
         if not isinstance(self.projection, bool):
             raise InvalidInput(f"projection must be True or False; got {self.projection!r}")
+        if self.compliance is not None:
+            self._check_compliance(theta)
+
+    def _check_compliance(self, theta: float) -> None:
+        if not isinstance(self.compliance, Compliance):
+            raise InvalidInput(f"compliance must be a Compliance(stiffness, damping); got {self.compliance!r}")
+        if theta != 1.0:
+            raise InvalidInput(f"a compliance needs theta = 1, with less a stiff contact rings; got theta = {theta:g}")
+        if self.projection:
+            raise InvalidInput("give either compliance or projection: a compliant contact has an indentation to keep")
 
     def steps_between(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Equal steps, none longer than dt, between the times t (m + 1,): their lengths and numbers, (m,) each."""
@@ -126,7 +140,8 @@ class MoreauJean:
 
     def options(self, selection: int) -> np.ndarray:
         """The numbers that the compiled loop reads."""
-        return np.array([self.theta, float(selection), float(self.projection)])
+        law = (0.0, 0.0) if self.compliance is None else (self.compliance.stiffness, self.compliance.damping)
+        return np.array([self.theta, float(selection), float(self.projection), *law])
 
     def scratch(self, system: System) -> Block:
         """The arrays that the loop works in."""
@@ -193,7 +208,7 @@ def run(model, has, p, kinds, laws, options, t_record, dts, steps, max_steps, st
     """Advance from counters[INTERVAL], counters[STEP] by at most max_steps steps; returns a Status.
 
     Interval j takes steps[j] steps of dts[j] from t_record[j] and ends with record j + 1. options: theta, selection,
-    projection.
+    projection, stiffness (0 of a rigid contact), damping.
     """
     state, record, scratch = view(state_at, State), view(record_at, Record), view(scratch_at, Scratch)
     counters = state.counters
@@ -237,8 +252,12 @@ def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_a
     for i in range(n):
         q_mid[i] = q[i] + 0.5 * dt * u[i]
     n_k = 0
+    is_rigid = options[3] == 0.0
     if n_c > 0:
-        if has & (1 << GAP) and not call_model(model, GAP, t_mid, work.q_mid, state.u, p, work.g_N):
+        reach = 0.5 * dt if is_rigid else dt
+        for i in range(n):
+            work.trial[i] = q[i] + reach * u[i]
+        if has & (1 << GAP) and not call_model(model, GAP, t + reach, work.trial, state.u, p, work.g_N):
             return Status.NOT_FINITE
         n_k = close_contacts(n_c, kinds, state.mode, work)
     status = smooth_step(model, has, scratch.is_known[0] == 0, t_mid, dt, theta, n, state.u, p, work)
@@ -258,11 +277,16 @@ def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_a
         delassus(n, r, work)
         if not carry_to_ends(model, has, t, dt, n, n_k, kinds, state.q, state.u, p, work, scratch.there):
             return Status.NOT_FINITE
-        add_restitution(n_k, kinds, laws, 1.0 / ((theta + 0.5) * dt), work)
+        if is_rigid:
+            add_restitution(n_k, kinds, laws, 1.0 / ((theta + 0.5) * dt), work)
+        else:
+            add_compliance(n_k, kinds, laws, options[3], options[4], dt, work)
         status = solve(model, has, p, kinds, laws, int(options[1]), t, dt, n, n_k, state, scratch)
         if status != Status.RUNNING:
             return status
         new_velocity(n, r, state.u, work)
+        if not is_rigid:
+            find_end_gaps(n, n_k, kinds, dt, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE
     accept(has, kinds, t, dt, theta, n, n_c, n_k, state, scratch)
