@@ -17,8 +17,10 @@ import numpy as np
 
 from nonsmooth.blocks import new_block
 from nonsmooth.contact_solvers.modes import MAX_LEAVES, Tree, enumerate_modes, leaves, tree_shapes
+from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.jit import interpreted
-from nonsmooth.paradox.forces import KEPT
+from nonsmooth.paradox.forces import KEPT, MAX_CONTACTS
 from nonsmooth.paradox.impact import ImpactLaw, impulse_map
 from nonsmooth.paradox.state_problem import Problem
 from nonsmooth.system import BILATERAL, GIVEN_FORCE
@@ -50,8 +52,8 @@ class ImpactAlternative:
     gamma_F: np.ndarray
 
 
-def impacts_without_collision(problem: Problem, restitution: np.ndarray) -> tuple[ImpactAlternative, ...]:
-    """Every impact without collision at a state; ``restitution`` (n_c,)."""
+def impacts_without_collision(problem: Problem, restitution: np.ndarray) -> tuple[ImpactAlternative, ...] | None:
+    """Every impact without collision at a state, ``restitution`` (n_c,); None where they were not sought."""
     if not any(slip != 0 and problem.kind(k) != GIVEN_FORCE for k, slip in enumerate(problem.slip)):
         return ()
     if len(problem.closed) > 1:
@@ -86,24 +88,34 @@ def sticking_impulse(G: np.ndarray, gamma_F: float) -> np.ndarray | None:
     return -np.linalg.solve(G, np.array([0.0, gamma_F]))
 
 
-def impacts_of_several(problem: Problem) -> tuple[ImpactAlternative, ...]:
-    """Every solution P != 0 of the velocity-level problem with gamma_N- = 0."""
+def impacts_of_several(problem: Problem) -> tuple[ImpactAlternative, ...] | None:
+    """Every solution P != 0 of the velocity-level problem with gamma_N- = 0; None where they are too many to try."""
     n, r = len(problem.closed), len(problem.c)
     kinds = np.ascontiguousarray(problem.system.kinds[problem.closed])
-    listed = np.arange(n)
-    if interpreted(leaves)(n, listed, kinds) > MAX_LEAVES:
-        return ()
+    if n > MAX_CONTACTS or interpreted(leaves)(n, np.arange(n), kinds) > MAX_LEAVES:
+        return None
     gamma = velocities(problem)
-    tree = new_block(Tree, tree_shapes(n, r, KEPT))
-    found, _ = enumerate_modes(
-        n, listed, problem.start, kinds, problem.mu, problem.mu_static, 0.0 * problem.normal, problem.G, gamma,
-        tree.address,
-    )  # fmt: skip
-    impulses = tree.arrays.solutions[: min(found, KEPT)]
+    impulses = solve_velocities(problem, kinds, gamma)
     largest = np.abs(gamma).max(initial=0.0) / np.diag(problem.G).max()
     return tuple(
-        outcome_of(problem, ImpactLaw.NEWTON, 0.0, P) for P in impulses if np.abs(P).max(initial=0.0) > 1e-9 * largest
+        outcome_of(problem, ImpactLaw.NEWTON, 0.0, P[:r]) for P in impulses if np.abs(P).max() > 1e-9 * largest
     )
+
+
+def solve_velocities(problem: Problem, kinds: np.ndarray, gamma: np.ndarray) -> np.ndarray:
+    """Every impulse P (m, r) with gamma+ = G P + gamma within the laws; redundant contacts are decided if need be."""
+    n, r = len(problem.closed), len(problem.c)
+    listed, no_force = np.arange(n), np.zeros(n)
+    tree = new_block(Tree, tree_shapes(n, r, KEPT))
+    found, is_complete = enumerate_modes(
+        n, listed, problem.start, kinds, problem.mu, problem.mu_static, no_force, problem.G, gamma, tree.address
+    )
+    if is_complete:
+        return tree.arrays.solutions[: min(found, KEPT)]
+    planar = new_block(Planar, planar_shapes(n, 1, KEPT))
+    planar.arrays.mu[:], planar.arrays.mu_static[:] = problem.mu, problem.mu_static
+    found = enumerate_redundant(n, listed, problem.start, kinds, problem.G, gamma, np.zeros(r), planar.address)
+    return planar.arrays.tree.solutions[: min(found, KEPT)]
 
 
 def velocities(problem: Problem) -> np.ndarray:

@@ -224,7 +224,7 @@ def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None
         t, q, u, kind, solutions, n_solutions, is_complete,
         flags_of(problem, kind, solutions, impacts, chatter, tolerance), mode_names(problem),
         problem.gamma[:, 0].copy(), problem.gamma[:, 1].copy(), problem.mu_of_contacts(),
-        a, b, p, k, is_always, impacts, chatter,
+        a, b, p, k, is_always, impacts or (), chatter,
     )  # fmt: skip
 
 
@@ -317,7 +317,7 @@ def chatter_ratios(problem: Problem, restitution: np.ndarray) -> np.ndarray:
     return ratios
 
 
-def flags_of(problem: Problem, kind: ParadoxKind, solutions: tuple[ForceSolution, ...], impacts: tuple,
+def flags_of(problem: Problem, kind: ParadoxKind, solutions: tuple[ForceSolution, ...], impacts: tuple | None,
              chatter: np.ndarray, tolerance: float) -> ParadoxFlag:  # fmt: skip
     """The flags of a state."""
     flags = ParadoxFlag(0)
@@ -339,7 +339,7 @@ def flags_of(problem: Problem, kind: ParadoxKind, solutions: tuple[ForceSolution
         flags |= ParadoxFlag.REVERSE_CHATTER
     if any(solution.stability.kind == Stability.FLUTTER for solution in solutions):
         flags |= ParadoxFlag.CONTACT_FLUTTER
-    if kind == ParadoxKind.INCONSISTENT and not impacts:
+    if kind == ParadoxKind.INCONSISTENT and impacts == ():
         flags |= ParadoxFlag.JAMMED
     return flags
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
 
 import numpy as np
@@ -308,3 +309,21 @@ def test_compiled_functions_agree_with_the_interpreted_ones(model):
 def test_values_out_of_range_are_refused(build):
     with pytest.raises(InvalidInput):
         build()
+
+
+@pytest.mark.parametrize("model", [m for m in MODELS if hasattr(m, "natural_state")], ids=name)
+def test_natural_state_takes_the_variables_in_the_order_of_state(model):
+    names = [key for key in inspect.signature(model.state).parameters]
+    s = np.random.default_rng(3).uniform(0.2, 0.9, len(names))
+    x = np.zeros(2 * len(model.coordinates))
+    model.natural_state(0.0, s, model, x)
+    q, u = model.state(**dict(zip(names, s.tolist(), strict=True)))
+    np.testing.assert_array_equal(x, np.concatenate([q, u]))
+
+
+def test_models_that_propose_a_map_have_its_axes():
+    proposed = [m for m in MODELS if hasattr(m, "map_axes")]
+    assert len(proposed) >= 4
+    for model in proposed:
+        known = {*inspect.signature(model.state).parameters, *model.system().parameter_values}
+        assert all(axis in known and low < high for axis, low, high in model.map_axes)

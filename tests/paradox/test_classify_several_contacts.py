@@ -323,3 +323,21 @@ def test_certificate_is_true_to_the_number_of_solutions(references):
         assert c.n_solutions == 1 or not c.is_always_regular
     assert {(True, 1), (False, 1)} < met and len(met) > 3
     assert ns.classify(system, 0.0, np.ones(6), np.zeros(6)).is_always_regular is None
+
+
+def test_impacts_of_bodies_with_redundant_contacts_are_all_found(references):
+    # velocities gamma+ = G P + gamma-: brute force, where the motion without impulses is one more
+    *_, brute_force = references
+    block = tall_block(2.0)
+    stool = STOOL.with_parameters(mu=2.5)
+    for system, q in [(block.system(), block.state(tilt=0.0)[0]), (stool, np.array([0.0, 1.2, 0.0]))]:
+        n = system.n_c
+        for speed in (-1.0, 1.0):
+            c = ns.classify(system, 0.0, q, [speed, 0.0, 0.0])
+            G, _ = assembled(system, q, np.zeros(3))
+            before = np.column_stack([np.zeros(n), np.full(n, speed)]).ravel()
+            motions = brute_force(G, before, system.laws[:, 3], np.zeros(n), "u" * n)
+            assert len(c.impacts) == len(motions) - 1 > 0
+            for impact in c.impacts:
+                after = np.column_stack([impact.gamma_N, impact.gamma_F]).ravel()
+                assert min(np.abs(after - motion).max() for motion in motions) <= 1e-6
