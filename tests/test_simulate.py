@@ -177,18 +177,21 @@ def test_warnings_point_at_the_line_of_the_user():
 
 
 def test_ctrl_c_gives_back_what_was_computed_with_its_events():
+    looks = []
+
     def interrupt(done):
-        if done > 0.5:
+        looks.append(done)
+        if len(looks) == 3:  # after 100, at most 1000 and at most 10 000 steps of 300 000
             raise KeyboardInterrupt
 
-    step = ns.MoreauJean(dt=1e-5)
-    solution = ns.simulate(ball(), (0, 3), [1.0], [0.0], integrator=step, every=1000, progress=interrupt)
+    step, start = ns.MoreauJean(dt=1e-5), ([1e-6], [0.0])  # the first impact is in step 45
+    solution = ns.simulate(ball(), (0, 3), *start, integrator=step, every=30, progress=interrupt)
     assert solution.status == ns.Status.INTERRUPTED and not solution.success
-    assert 1.5 <= solution.t[-1] < 3.0 and solution.message.startswith("interrupted at t = ")
-    whole = ns.simulate(ball(), (0, 3), [1.0], [0.0], integrator=step, every=1000)
+    assert 1e-3 < solution.t[-1] < 0.112 and solution.message.startswith("interrupted at t = ")
+    whole = ns.simulate(ball(), (0, 3), *start, integrator=step, every=30)
     n = len(solution.t) - 1  # the last record is the state at the interruption, between two records
     assert (solution.q[:n] == whole.q[:n]).all()
-    assert (solution.event_rows == whole.event_rows[: len(solution.event_rows)]).all() and len(solution.events) > 10
+    assert (solution.event_rows == whole.event_rows[: len(solution.event_rows)]).all() and len(solution.events) > 1
 
 
 def test_negative_friction_law_is_a_typed_failure():
