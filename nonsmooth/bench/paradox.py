@@ -5,6 +5,7 @@ Times are of the processor, not of the clock: a map of 10^6 states in one thread
 
 from __future__ import annotations
 
+import functools
 import platform
 import time
 from collections.abc import Callable
@@ -35,7 +36,7 @@ def main(argv: list[str] | None = None) -> int:
         axes: dict[str, Any] = {axis: np.linspace(*end, SIDE) for axis, end in ends.items()}
         model = load_model(name)()
         paradox_map(model, **{axis: values[:2] for axis, values in axes.items()})  # compile
-        seconds = least_time(lambda model=model, axes=axes: paradox_map(model, workers=1, **axes))
+        seconds = least_time(functools.partial(paradox_map, model, workers=1, **axes))
         print(f"map of {SIDE**2} states, {name:14} {seconds:7.3f} s  ({1e9 * seconds / SIDE**2:.0f} ns a state)")
     print()
     for n in BLOCKS:

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_number, as_vector
+from nonsmooth.arrays import as_number
 from nonsmooth.errors import InvalidInput, MissingExtra
-from nonsmooth.paradox.points import Points
+from nonsmooth.paradox.points import Points, split_axes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -85,10 +85,9 @@ def paradox_boundaries(system: Any, *, contact: int = 0, t: float = 0.0, state: 
         from contourpy import contour_generator
     except ImportError:
         raise MissingExtra('boundaries need contourpy; pip install "nonsmooth[map]" brings it') from None
-    plane = {name: as_vector(name, value) for name, value in axes.items() if np.ndim(value) > 0}
+    plane, fixed = split_axes(axes)
     if len(plane) != 2 or any(len(values) < 2 or (np.diff(values) <= 0).any() for values in plane.values()):
         raise InvalidInput("boundaries need two axes, each of increasing values; got " + (", ".join(plane) or "none"))
-    fixed = {name: value for name, value in axes.items() if name not in plane}
     points = Points(system, tuple(plane), fixed, as_number("t", t, "s"), state)
     if not 0 <= contact < points.system.n_c:
         raise InvalidInput(f"contact must be a whole number from 0 to {points.system.n_c - 1}; got {contact!r}")
@@ -105,15 +104,21 @@ def paradox_boundaries(system: Any, *, contact: int = 0, t: float = 0.0, state: 
     for j, name in enumerate(FIELDS):
         lines: Any = contour_generator(x, y, np.ma.masked_invalid(grid[:, :, j])).lines(0.0)
         curves[name] = [refined(line, x, y, lambda xy, j=j: fields(xy)[:, j]) for line in lines]
-    extent = np.array([np.ptp(x), np.ptp(y)])
+    crossings = all_crossings(curves, np.array([np.ptp(x), np.ptp(y)]), fields)
+    names = tuple(plane)
+    return Boundaries((names[0], names[1]), curves["p"], curves["b"], curves["gamma_F"], crossings)
+
+
+def all_crossings(curves: dict[str, list[np.ndarray]], extent: np.ndarray,
+                  fields: Callable) -> dict[tuple[str, str], np.ndarray]:  # fmt: skip
+    """The points where the curves of each two fields meet."""
     crossings = {}
     for pair in itertools.combinations(range(len(FIELDS)), 2):
         one, other = FIELDS[pair[0]], FIELDS[pair[1]]
         crossings[one, other] = common_zeros(
             curves[one], curves[other], extent, lambda xy, pair=pair: fields(xy)[:, pair]
         )  # fmt: skip
-    names = tuple(plane)
-    return Boundaries((names[0], names[1]), curves["p"], curves["b"], curves["gamma_F"], crossings)
+    return crossings
 
 
 def refined(line: np.ndarray, x: np.ndarray, y: np.ndarray, field: Callable) -> np.ndarray:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_count, as_number, as_vector
+from nonsmooth.arrays import as_count, as_number
 from nonsmooth.errors import InvalidInput, MissingExtra
 from nonsmooth.paradox.classify import ParadoxKind
 from nonsmooth.paradox.forces import Outcome
-from nonsmooth.paradox.points import Found, Points
+from nonsmooth.paradox.points import Found, Points, split_axes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -84,8 +84,7 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
         import xarray
     except ImportError:
         raise MissingExtra('paradox_map needs xarray; install it with pip install "nonsmooth[map]"') from None
-    grid = {name: as_vector(name, value) for name, value in axes.items() if np.ndim(value) > 0}
-    fixed = {name: value for name, value in axes.items() if np.ndim(value) == 0}
+    grid, fixed = split_axes(axes)
     if not grid:
         raise InvalidInput("a map needs at least one axis, as in th=np.linspace(0, 1, 100); for one state, classify")
     shape = tuple(len(values) for values in grid.values())

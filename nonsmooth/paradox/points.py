@@ -215,6 +215,12 @@ class Points:
         return grid
 
 
+def split_axes(axes: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """The arrays among the arguments, which are axes, and the numbers, which are held fixed."""
+    grid = {name: as_vector(name, value) for name, value in axes.items() if np.ndim(value) > 0}
+    return grid, {name: value for name, value in axes.items() if name not in grid}
+
+
 def variables_of(state: Callable) -> dict[str, Any]:
     """The variables of a state function and their defaults."""
     return {
