@@ -74,14 +74,14 @@ def next_candidate(kind, d, candidate):
 
 
 @kernel
-def leaves(n, closed, kinds):
-    """Number of mode combinations, at most MAX_LEAVES + 1."""
+def leaves(n, closed, kinds, most):
+    """Number of mode combinations, at most ``most`` + 1."""
     total = 1
     for k in range(n):
         kind, d = kinds[closed[k], 0], kinds[closed[k], 1]
         total *= (1 if d == 0 else 5 if kind == BILATERAL else 3) + (1 if kind == UNILATERAL else 0)
-        if total > MAX_LEAVES:
-            return MAX_LEAVES + 1
+        if total > most:
+            return most + 1
     return total
 
 

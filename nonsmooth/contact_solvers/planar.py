@@ -93,7 +93,7 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
 @kernel
 def solve_with_fixed_friction(n, closed, start, kinds, laws, G, c, offset, mode, slip, selection, P, planar):
     """The ladder for given friction coefficients; the velocities reached are left in ``planar.gamma``."""
-    n_leaves = leaves(n, closed, kinds)
+    n_leaves = leaves(n, closed, kinds, MAX_LEAVES)
     is_singular = False
     if is_certified(n, closed, start, kinds, G, planar):
         if keep_modes(n, closed, start, kinds, G, c, mode, slip, P, planar):

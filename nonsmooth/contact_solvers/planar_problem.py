@@ -77,7 +77,7 @@ def planar_shapes(n: int, d: int, kept: int = MAX_SOLUTIONS) -> dict[str, Any]:
     """Shapes of ``Planar`` for up to n contacts and ``kept`` solutions; next to nothing when there is but one."""
     m = 3 * n if n > 1 else 1
     r = n * (1 + d) if n > 1 else 1
-    levels = min(n, 17) if n > 1 else 1  # 2^17 frictionless leaves exceed MAX_LEAVES
+    levels = min(n, 18) if n > 1 else 1  # more are not enumerated, even where each has two modes
     per_contact = dict.fromkeys(("mu", "mu_static", "normal_impulse", "was_stuck", "candidate"), (n,))
     return {
         **per_contact, "A": (m, m), "b": (m,), "z": (m,), "tableau": (m, m + 2), "scales": (4, m + 2),

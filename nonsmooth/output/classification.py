@@ -49,7 +49,7 @@ def as_text(c: Classification) -> str:
             lines.append(f"  ... and {c.n_solutions - SHOWN} more")
     if c.impacts:
         lines += ["", "impact without collision (impulses in N s, velocities after it in m/s)"]
-        lines += _table([_impact_row(impact) for impact in c.impacts[:SHOWN]], IMPACT_HEAD)
+        lines += _table(_impact_rows(c.impacts[:SHOWN]), IMPACT_HEAD)
     return "\n".join(lines)
 
 
@@ -77,6 +77,15 @@ def _solution_row(j: int, s: ForceSolution) -> tuple[str, ...]:
 def _impact_row(impact: ImpactAlternative) -> tuple[str, ...]:
     columns = (_numbers(column) for column in (impact.P_N, impact.P_F, impact.gamma_N, impact.gamma_F))
     return ("", ImpactLaw(impact.law).name.lower(), f"{impact.e:g}", *columns)
+
+
+def _impact_rows(impacts: tuple[ImpactAlternative, ...]) -> list[tuple[str, ...]]:
+    """A row for each outcome, with the names of all the laws that lead to it."""
+    laws: dict[tuple[str, ...], list[str]] = {}
+    for impact in impacts:
+        _, law, *outcome = _impact_row(impact)
+        laws.setdefault(tuple(outcome), []).append(law)
+    return [("", ", ".join(dict.fromkeys(names)), *outcome) for outcome, names in laws.items()]
 
 
 def _numbers(values: np.ndarray) -> str:

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from nonsmooth.blocks import new_block
-from nonsmooth.contact_solvers.modes import MAX_LEAVES, Tree, enumerate_modes, leaves, tree_shapes
+from nonsmooth.contact_solvers.modes import Tree, enumerate_modes, leaves, tree_shapes
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.jit import interpreted
-from nonsmooth.paradox.forces import KEPT, MAX_CONTACTS
+from nonsmooth.paradox.forces import KEPT, MAX_CONTACTS, MAX_MODES
 from nonsmooth.paradox.impact import ImpactLaw, impulse_map
 from nonsmooth.paradox.state_problem import Problem
 from nonsmooth.system import BILATERAL, GIVEN_FORCE
@@ -92,7 +92,7 @@ def impacts_of_several(problem: Problem) -> tuple[ImpactAlternative, ...] | None
     """Every solution P != 0 of the velocity-level problem with gamma_N- = 0; None where they are too many to try."""
     n, r = len(problem.closed), len(problem.c)
     kinds = np.ascontiguousarray(problem.system.kinds[problem.closed])
-    if n > MAX_CONTACTS or interpreted(leaves)(n, np.arange(n), kinds) > MAX_LEAVES:
+    if n > MAX_CONTACTS or interpreted(leaves)(n, np.arange(n), kinds, MAX_MODES) > MAX_MODES:
         return None
     gamma = velocities(problem)
     impulses = solve_velocities(problem, kinds, gamma)

@@ -192,7 +192,7 @@ def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None
 
     Notes
     -----
-    Complete as far as the modes can be enumerated: about 8 planar contacts at rest, 16 that slide; beyond, where a
+    Complete as far as the modes can be enumerated: 8 planar contacts at rest, 18 that slide; beyond, where a
     P-matrix says that there is one solution.
     Source: docs/theory/painleve.md.
 

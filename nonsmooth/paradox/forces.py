@@ -22,7 +22,7 @@ from typing import NamedTuple
 from nonsmooth.acceleration_problem import acceleration_problem
 from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, address, view
 from nonsmooth.contact_problem import Work, evaluate_rows, row_velocities, work_shapes
-from nonsmooth.contact_solvers.modes import MAX_LEAVES, enumerate_modes, leaves
+from nonsmooth.contact_solvers.modes import enumerate_modes, leaves
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.contact_solvers.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
@@ -33,7 +33,8 @@ from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL
 
 # A gap or a velocity is zero within this part of the state's own scale (the tolerance of initial states).
 CONSISTENT = 1e-7
-MAX_CONTACTS = 17  # 2^17 modes of sliding contacts exceed MAX_LEAVES
+MAX_MODES = 400_000  # 5^8: eight bilateral contacts at rest, a fifth of a second
+MAX_CONTACTS = 18  # 2^18 modes of sliding contacts are fewer, 2^19 more
 KEPT = 256  # solutions kept of one state: eight sliding contacts have at most that many
 
 
@@ -199,11 +200,11 @@ def find_forces(n_k, kinds, forces):
     outcome = Outcome.COMPLETE.value
     pairs = 1
     for k in range(n_k):
-        if kinds[work.closed[k], 0] == BILATERAL and forces.slip[k] != 0 and pairs <= MAX_LEAVES:
+        if kinds[work.closed[k], 0] == BILATERAL and forces.slip[k] != 0 and pairs <= MAX_MODES:
             pairs *= 2
     for signs in range(pairs):
         n = reduce_problem(n_k, kinds, signs, forces)
-        if n > forces.planar.mu.shape[0] or pairs * leaves(n, forces.listed, forces.kinds) > MAX_LEAVES:
+        if n > forces.planar.mu.shape[0] or pairs * leaves(n, forces.listed, forces.kinds, MAX_MODES) > MAX_MODES:
             return Outcome.TOO_MANY.value, 0
         number = 1
         is_complete = True

@@ -225,8 +225,8 @@ def test_rod_leaves_a_paradox_through_the_velocities_of_both_its_contacts(refere
 
 def test_more_contacts_than_are_enumerated_are_said_to_be_so(references):
     make, randomise, _ = references
-    template = make(9, "u" * 9)  # 4^9 modes at rest
-    system, _ = randomise(template, np.random.default_rng(1), np.zeros(9))
+    template = make(10, "u" * 10)  # 4^10 modes at rest
+    system, _ = randomise(template, np.random.default_rng(1), np.zeros(10))
     c = ns.classify(system, 0.0, np.ones(6), np.zeros(6))
     assert not c.is_complete and c.kind == ns.ParadoxKind.NOT_ENUMERATED
     assert "NOT_ENUMERATED" in str(c)
@@ -341,3 +341,17 @@ def test_impacts_of_bodies_with_redundant_contacts_are_all_found(references):
             for impact in c.impacts:
                 after = np.column_stack([impact.gamma_N, impact.gamma_F]).ravel()
                 assert min(np.abs(after - motion).max() for motion in motions) <= 1e-6
+
+
+def test_eight_bilateral_contacts_at_rest_are_enumerated():
+    # independent guides, each loaded by g with the coupling c: p_+- = 1 -+ mu c > 0, one mode each, 5^8 are tried
+    system = feet(8)
+    guides = ns.System(**{name: getattr(system, name) for name in ("n_q", "mass", "force", "gap", "normal", "tangent")},
+                       contacts=[ns.Contact(mu="mu", bilateral=True)] * 8, parameters=system.parameters)  # fmt: skip
+    c = ns.classify(guides, 0.0, np.zeros(16), np.zeros(16))
+    assert c.is_complete and c.n_solutions == 1
+    # stick: la_F = -c la_N/(1 + c^2) ... within the cone iff |la_F| <= mu |la_N|
+    G = np.array([[1.0, 0.5], [0.5, 1.25]])
+    la_N, la_F = -np.linalg.solve(G, [-1.0, -0.5])
+    assert abs(la_F) <= 0.5 * la_N
+    assert c.solutions[0].la_N == pytest.approx(np.full(8, la_N), rel=1e-12)
