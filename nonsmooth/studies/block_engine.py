@@ -9,6 +9,7 @@ A run begins from cleared memory: its result depends on its cell alone, not on t
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,6 +39,7 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.jit import interpreted, kernel
 from nonsmooth.laws import LAW_WIDTH
+from nonsmooth.memory import require_memory
 from nonsmooth.system import System
 
 WITHOUT_END = 2**62  # steps: a run ends by its grid
@@ -227,6 +229,9 @@ class BlockEngine:
         self.model: Model = model_of(system)
         self.has = model_facts(system)
         self.options = integrator.options(selection)
+        self.record_shapes = record_shapes(len(grid.t), system.n_u, system.n_c, system.d)
+        needed = 8.0 * sum(math.prod(shape) for shape in self.record_shapes.values())
+        require_memory(needed, f"the {len(grid.t)} records of a run", "record less (every=), or stop earlier")
         self.n_codes = N_CODES if has_sequence else 0
         if self.model.is_compiled:
             integrator.load(system)
@@ -242,7 +247,7 @@ class BlockEngine:
         system, grid = self.system, self.grid
         shape = (system.n_u, system.n_c, system.d)
         state = new_block(State, state_shapes(*shape, EVENT_CAPACITY + 3 * system.n_c))
-        record = new_block(Record, record_shapes(len(grid.t), *shape))
+        record = new_block(Record, self.record_shapes)
         scratch = self.integrator.scratch(system)
         blocks = [
             block.address if self.model.is_compiled else block.arrays for block in (cells, state, record, scratch)

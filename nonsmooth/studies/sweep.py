@@ -18,6 +18,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_count, as_positive
 from nonsmooth.errors import CellFailure, InitialStateWarning, InvalidInput, MissingExtra
+from nonsmooth.memory import require_memory
 from nonsmooth.studies.axes import Plan, as_plan
 from nonsmooth.studies.batches import Driver, InThisProcess
 from nonsmooth.studies.journal import Journal, study_of
@@ -30,6 +31,7 @@ from nonsmooth.system import System
 if TYPE_CHECKING:
     import xarray
 
+CELL_BYTES = 17  # of a cell without results: status, message, its number among those that are missing
 FIRST_BATCH = {True: 1, False: 64}  # cells, of tasks that hold the interpreter and of compiled ones
 
 
@@ -234,6 +236,10 @@ class Result:
     """The results of a sweep while they come in."""
 
     def __init__(self, task: Task, plan: Plan) -> None:
+        per_cell = CELL_BYTES + 8 * max(1, len(task.variables))
+        require_memory(
+            per_cell * float(len(plan)), f"the results of {len(plan)} cells", "take fewer, or some at a time"
+        )
         self.task, self.plan = task, plan
         self.study = study_of(task, plan)
         self.values: dict[str, np.ndarray] = {}

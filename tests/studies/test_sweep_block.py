@@ -14,6 +14,7 @@ import nonsmooth as ns
 from models.bead_chain import BeadChain
 from models.belt_oscillator import BeltOscillator
 from models.bilateral_rod import BilateralRod
+from models.bouncing_ball import BouncingBall
 from models.painleve_rod import PainleveRod
 from models.pendulum import WallPendulum
 from models.rocking_block import RockingBlock
@@ -287,6 +288,20 @@ def test_a_function_of_the_solution_is_a_measure():
     for vb, speed in zip((0.1, 0.3), found.top_speed.values, strict=True):
         belt = BeltOscillator(vb=vb)
         assert speed == abs(ns.simulate(belt, (0, 3), *belt.state(), integrator=ns.MoreauJean(1e-2)).u).max()
+
+
+def test_an_integrator_with_a_loop_of_its_own_runs_cell_by_cell():
+    ball = BouncingBall()
+    measures = ["final_state", "impacts", "modes", "penetration", "amplitude"]
+    task = ns.RunTask(ball, measures, t_span=(0, 0.6), integrator=ns.Penalty(stiffness=1e5))
+    found = ns.sweep(task, {"stiffness": [1e4, 1e6], "height": [0.5, 1.0]}, progress=False)
+    for i, stiffness in enumerate((1e4, 1e6)):
+        for k, height in enumerate((0.5, 1.0)):
+            alone = ns.simulate(ball, (0, 0.6), *ball.state(height=height), integrator=ns.Penalty(stiffness=stiffness))
+            assert (
+                found.q.values[i, k] == alone.q[-1] and found.penetration.values[i, k] == alone.stats.worst_penetration
+            )
+            assert found.impacts.values[i, k] == 1 and found.modes.values[i, k] == "open, locked, open"
 
 
 def test_inadmissible_starts_are_counted_once():
