@@ -22,7 +22,9 @@ from nonsmooth.catalogue import load_model
 from nonsmooth.contact_solvers.single import Selection
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.simulation import Grid, Run, make_grid
+from nonsmooth.studies.axis_names import AxisNames
 from nonsmooth.studies.pool import LocalPool
+from nonsmooth.studies.run_rows import RowBuilder
 from nonsmooth.studies.run_task import RunTask
 from nonsmooth.studies.sweep import sweep
 
@@ -121,6 +123,8 @@ def print_parts() -> None:
     started = time.perf_counter()
     sweep(nothing, {"x": x}, progress=False)
     print(f"{'a Python function':30s} {(time.perf_counter() - started) / x.size * 1e6:9.2f} us a cell")
+    print(f"{'a start that no other cell has':30s} {row_time('x') * 1e6:9.2f} us")
+    print(f"{'a model that no other cell has':30s} {row_time('vb') * 1e6:9.2f} us")
     with LocalPool(2) as pool:
         print(f"{'a batch, local processes':30s} {call_time(pool) * 1e6:9.0f} us")
     if importlib.util.find_spec("distributed") is None:
@@ -134,6 +138,19 @@ def print_parts() -> None:
         executor, _, client = connect(cluster.scheduler_address)
         with client:
             print(f"{'a batch, Dask on this machine':30s} {call_time(executor) * 1e6:9.0f} us")
+
+
+def row_time(axis: str) -> float:
+    """Processor seconds in Python for a cell whose value of one axis no other cell has."""
+    task = belt_task()
+    values = np.random.default_rng(1).random(20_000)
+    names = AxisNames(task.model, task.integrator)
+    builder = RowBuilder(task.model, {})
+    started = time.process_time()
+    for part in np.split(values, 20):
+        for _ in builder.rows(names.split({axis: part}), np.arange(part.size), lambda cells, error: None):
+            pass
+    return (time.process_time() - started) / values.size
 
 
 def call_time(executor: Any) -> float:

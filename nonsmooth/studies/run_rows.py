@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import copy
 import functools
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.laws import law_row
 from nonsmooth.studies.axis_names import Columns, Parts
@@ -137,21 +137,20 @@ class RowBuilder:
             starts = [self._start(row, known) for row in rows]
             if self._reads & parts.fields.keys() == known:
                 break
-        is_good = np.array([isinstance(start, tuple) for start in starts])
-        table = np.zeros((len(starts), 2 * n))
+        table = np.full((len(starts), 2 * n), np.nan)
         for k, start in enumerate(starts):
-            if is_good[k]:
-                table[k, :n], table[k, n:] = start
-            else:
+            if isinstance(start, Exception):
                 fail(cells[place == k], start)
-        keep = is_good[place]
+            else:
+                table[k] = start
+        keep = np.isfinite(table).all(axis=1)[place]
         q, u = np.ascontiguousarray(table[place[keep], :n]), np.ascontiguousarray(table[place[keep], n:])
         for name, values in parts.components.items():
             (q if name[0] == "q" else u)[:, int(name[3:-1])] = values[cells[keep]]
         return q, u, keep
 
     def _start(self, row: Mapping[str, Any], known: set[str]) -> Any:
-        """(q_0, u_0) for one row of fields and arguments, or why there is none; kept for the cells to come."""
+        """q_0 and u_0 in one list for a row of fields and arguments, or why there is none; kept for cells to come."""
         key = tuple(row.items())
         if key in self._starts_known:
             return self._starts_known[key]
@@ -162,14 +161,21 @@ class RowBuilder:
 
     def _new_start(self, row: Mapping[str, Any], known: set[str]) -> Any:
         if "q0" in self.state:
-            return self.state["q0"], self.state["u0"]
+            return [*self.state["q0"], *self.state["u0"]]
         arguments = {**self.state, **{name: value for name, value in row.items() if name not in known}}
         try:
-            model = watched(with_values(self.model, {name: row[name] for name in known}), self._reads)
-            q, u = model.state(**arguments)
-            return as_vector("q0", q), as_vector("u0", u)
+            model = with_values(self.model, {name: row[name] for name in known})
+            q, u = (watched(model, self._reads) if known else self._watched_model).state(**arguments)
         except InvalidInput as error:
             return error
+        start = [float(x) for part in (q, u) for x in part]
+        if not all(map(math.isfinite, start)):
+            return InvalidInput(f"the initial state must be finite; state(...) gave q0 = {q}, u0 = {u}")
+        return start
+
+    @functools.cached_property
+    def _watched_model(self) -> Any:
+        return watched(self.model, self._reads)
 
     def _direct_rows(self, fields: Columns, cells: np.ndarray, fail: Failures) -> Iterator[tuple]:
         """All cells in one: the columns are written into the parameters."""

@@ -236,10 +236,8 @@ class Result:
     """The results of a sweep while they come in."""
 
     def __init__(self, task: Task, plan: Plan) -> None:
-        per_cell = CELL_BYTES + 8 * max(1, len(task.variables))
-        require_memory(
-            per_cell * float(len(plan)), f"the results of {len(plan)} cells", "take fewer, or some at a time"
-        )
+        needed = len(plan) * (CELL_BYTES + 8.0 * max(1, len(task.variables)))
+        require_memory(needed, f"the results of {len(plan)} cells", "take fewer, or some at a time")
         self.task, self.plan = task, plan
         self.study = study_of(task, plan)
         self.values: dict[str, np.ndarray] = {}
