@@ -235,3 +235,11 @@ def test_bilateral_rod_changes_the_sign_of_its_normal_force_at_the_published_tim
     P_N = solution.P_N[1:, 0]
     change = solution.t[1:][np.flatnonzero(np.diff(np.sign(P_N)))[0]]
     assert abs(change - 0.042777016) < 2 * dt
+
+
+@pytest.mark.parametrize("theta", [0.5, 0.75, 1.0])
+def test_positions_take_the_new_velocity_with_the_weight_theta(theta):
+    """Free fall: u_n = -n g dt, so q_N = q_0 - g dt^2 (N (N - 1) / 2 + theta N)."""
+    ball, dt, N = BouncingBall(g=10.0), 1e-3, 50
+    solution = ns.simulate(ball, (0, N * dt), *ball.state(height=1.0), integrator=ns.MoreauJean(dt=dt, theta=theta))
+    assert solution.q[-1, 0] == pytest.approx(1.0 - 10.0 * dt**2 * (N * (N - 1) / 2 + theta * N), rel=1e-14)
