@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from nonsmooth.cli import main, number
+from nonsmooth.cli import main
+from nonsmooth.commands.typed_input import number
 
 QUICK = ["--t-end", "0.01", "--no-plot"]
 PATIENCE = 120  # s for another interpreter: on a new machine it compiles the loop first

@@ -17,7 +17,8 @@ def test_study_penalty_prints_a_line_a_stiffness_and_draws(tmp_path, monkeypatch
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "sprag-slip: the penalty limit"
     assert [line.split()[0] for line in lines[2:5]] == ["1e+04", "1e+05", "1e+06"]
-    assert lines[-1] == "figure: sprag-slip.png" and (tmp_path / "sprag-slip.png").exists()
+    assert lines[-1] == "figure: sprag-slip-penalty.png"
+    assert (tmp_path / "sprag-slip-penalty.png").exists()
 
 
 def test_study_convergence_prints_orders(capsys):

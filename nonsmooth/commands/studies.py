@@ -1,14 +1,14 @@
-"""``nonsmooth study penalty | convergence``: options in, a Study out."""
+"""``nonsmooth study stability | penalty | convergence``."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nonsmooth.commands.terminal import figure_path
+from nonsmooth.commands.typed_input import assignments, build_model, initial_state, number, ranges
 from nonsmooth.errors import InvalidInput
-from nonsmooth.typed_input import assignments, build_model, initial_state, number
 
 if TYPE_CHECKING:
     from nonsmooth.studies.study import Study
@@ -16,8 +16,14 @@ if TYPE_CHECKING:
 INTEGRATORS = ("moreau-jean",)
 
 
-def add_limits(studies: Any, act: Callable) -> None:
-    """The options of both commands."""
+def add_studies(studies: Any) -> None:
+    """Every study with its options."""
+    add_stability(studies.add_parser("stability", help="steady sliding: eigenvalues, and their change with parameters"))
+    add_limits(studies)
+
+
+def add_limits(studies: Any) -> None:
+    """The options of the studies of limits."""
     penalty = studies.add_parser("penalty", help="compliant contact against rigid contact, over the stiffness")
     penalty.add_argument("--stiffness", nargs="+", type=number, metavar="K", help="[N/m]; 1e4 to 1e12 by default")
     penalty.add_argument("--damping-ratio", type=number, metavar="ZETA", help="c = 2 zeta sqrt(k m)")
@@ -27,8 +33,9 @@ def add_limits(studies: Any, act: Callable) -> None:
     step.add_argument("--integrator", choices=INTEGRATORS, default="moreau-jean")
     step.add_argument("--dt", nargs="+", type=number, metavar="DT", help="steps [s]; 1e-2 to 1e-4 by default")
     step.add_argument("--theta", type=number, default=0.5, help="weight of the new velocity, 0.5 (default) to 1")
-    for command, make in ((penalty, study_penalty), (step, study_convergence)):
-        command.set_defaults(act=act, make=make, json=False)
+    makers = {"penalty": (penalty, study_penalty), "convergence": (step, study_convergence)}
+    for name, (command, make) in makers.items():
+        command.set_defaults(act=act_limit, make=make, json=False, suffix=f"-{name}")
         command.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
         for option, what in (("--set", "parameters, e.g. mu=2"), ("--state", "initial state, e.g. th=pi/4")):
             command.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
@@ -36,8 +43,48 @@ def add_limits(studies: Any, act: Callable) -> None:
         command.add_argument("--u0", nargs="+", type=number, metavar="U", help="initial velocities (with --q0)")
         command.add_argument("--t-end", type=number, metavar="T", help="end [s]; the model's own by default")
         command.add_argument("--times", nargs="+", type=number, metavar="T", help="when errors are measured [s]")
-        command.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL.png by default")
+        command.add_argument("--plot", type=Path, metavar="FILE", help=f"where to draw; MODEL-{name}.png by default")
         command.add_argument("--no-plot", action="store_true", help="draw nothing")
+
+
+def add_stability(study: argparse.ArgumentParser) -> None:
+    """The options of ``nonsmooth study stability``."""
+    study.set_defaults(act=act_stability, json=False, suffix="-stability")
+    study.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
+    study.add_argument("--set", nargs="+", action="extend", default=[], metavar="NAME=VALUE", help="parameters")
+    study.add_argument(
+        "--vary", nargs="+", action="extend", default=[], metavar="NAME=LOW:HIGH:N",
+        help="follow the eigenvalues along a parameter, or map the stability over two",
+    )  # fmt: skip
+    study.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL-stability.png by default")
+    study.add_argument("--no-plot", action="store_true", help="draw nothing")
+
+
+def act_stability(arguments: argparse.Namespace) -> int:
+    """``nonsmooth study stability``."""
+    from nonsmooth.catalogue import load_model
+    from nonsmooth.studies.stability import study_stability
+
+    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
+    axes = ranges("--vary", arguments.vary)
+    figure = figure_path(arguments) if axes else None
+    study = study_stability(model, axes)
+    print(study.text)
+    if figure and study.draw:
+        study.draw(figure)
+        print(f"figure: {figure}")
+    return 0
+
+
+def act_limit(arguments: argparse.Namespace) -> int:
+    """``nonsmooth study penalty`` and ``nonsmooth study convergence``."""
+    figure = figure_path(arguments)
+    study = limit_study(arguments)
+    print(study.table())
+    if figure:
+        study.plot(figure)
+        print(f"figure: {figure}")
+    return 0
 
 
 def limit_study(arguments: argparse.Namespace) -> Study:

@@ -11,8 +11,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nonsmooth.errors import InvalidInput
-from nonsmooth.typed_input import (
+from nonsmooth.commands.terminal import FAILED, INTERRUPTED
+from nonsmooth.commands.typed_input import (
     FIGURE_ENDINGS,
     assignments,
     build_model,
@@ -21,11 +21,11 @@ from nonsmooth.typed_input import (
     require_writable,
     whole_number,
 )
+from nonsmooth.errors import InvalidInput
 
 if TYPE_CHECKING:
     from nonsmooth.studies.axes import Axis
 
-FAILED, INTERRUPTED = 3, 130
 SHOWN_FAILURES = 5
 AXIS = "NAME=START:STOP:COUNT[:log][:UNIT] or NAME=V,V,...[:UNIT]"
 

@@ -7,8 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from nonsmooth.errors import InvalidInput
-from nonsmooth.typed_input import (
+from nonsmooth.commands.typed_input import (
     FIGURE_ENDINGS,
     assignments,
     build_model,
@@ -19,6 +18,7 @@ from nonsmooth.typed_input import (
     whole_number,
     without_nan,
 )
+from nonsmooth.errors import InvalidInput
 
 POINTS = 400  # along each axis of a map that was given by its ends
 CURVE_POINTS = 80  # of the coarser grid that boundary curves are sought on

@@ -1,0 +1,51 @@
+"""What commands share on a terminal: exit codes, lines on stderr, and where a figure goes."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from nonsmooth.commands.typed_input import FIGURE_ENDINGS, require_module, require_writable
+from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothWarning
+
+FAILED, INTERRUPTED = 3, 130  # exit codes, beside 0 and typed_input.BAD_INPUT
+
+
+def figure_path(arguments: argparse.Namespace) -> Path | None:
+    """Where to draw: what was asked for, else MODEL.png, or MODEL-STUDY.png, where it can be drawn."""
+    if arguments.no_plot:
+        if arguments.plot:
+            raise InvalidInput("give either --plot or --no-plot; got both")
+        return None
+    if arguments.plot:
+        require_writable(arguments.plot, FIGURE_ENDINGS)
+        require_module("matplotlib", "plot", "figures")
+        return arguments.plot
+    if arguments.json:
+        return None
+    figure = Path(f"{arguments.model}{arguments.suffix}.png")
+    try:
+        require_module("matplotlib", "plot", "figures")
+        require_writable(figure, FIGURE_ENDINGS)
+    except (MissingExtra, InvalidInput) as error:
+        complain(f"no figure will be drawn: {error}")
+        return None
+    return figure
+
+
+def show_progress(done: float) -> None:
+    """A line that is written over."""
+    print(f"\r{done:6.1%}", end="", file=sys.stderr, flush=True)
+
+
+def show_warning(message: Warning | str, category: type[Warning], *_: Any) -> None:
+    """A warning of ours as one line; those of other packages say nothing to a user of the command line."""
+    if issubclass(category, NonsmoothWarning):
+        complain(f"warning: {message}")
+
+
+def complain(text: str) -> None:
+    """One line on stderr."""
+    print(f"nonsmooth: {text}", file=sys.stderr)
