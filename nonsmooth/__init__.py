@@ -81,6 +81,8 @@ _HOME = {
     "LimitCycle": "stability.limit_cycle",
     "continue_cycle": "stability.cycle_branch",
     "CycleBranch": "stability.cycle_branch",
+    "bifurcation_diagram": "stability.bifurcation_diagram",
+    "BifurcationDiagram": "stability.bifurcation_diagram",
     "NonsmoothError": "errors",
     "InvalidInput": "errors",
     "UnknownName": "errors",

@@ -1,6 +1,6 @@
 """Figures of docs/stability.md and the theory pages on vibration: ``python docs/figures/vibration.py [NAME ...]``.
 
-Each is drawn beside this file; without a name all of them, in about a minute.
+Each is drawn beside this file; without a name all of them, in a few minutes.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 import nonsmooth as ns
 from models import BeltOscillator, FollowerForceArm, ModeCoupling, SpragSlip
+from nonsmooth.output.cycle_plots import plot_branch, plot_cycle, plot_waterfall
 from nonsmooth.output.plots import draw_phase_plane, new_figure
 from nonsmooth.output.stability_plots import (
     plot_amplitudes,
@@ -152,10 +153,39 @@ def snapshots(path: Path) -> None:
     plot_snapshots(run, np.linspace(0.75, 0.95, 9), path)
 
 
+def cycle(path: Path) -> None:
+    """The cycle of the sprag-slip rod, set 1, c_theta = 0.5."""
+    rod = SpragSlip.set_1(cth=0.5)
+    plot_cycle(ns.limit_cycle(rod, rod.state(th=0.78, thdot=0.0), duration=6.0), path)
+
+
+def branch(path: Path) -> None:
+    """The cycle of the belt along its speed."""
+    plot_branch(belt_branch(), path, "belt speed $v_b$ [m/s]")
+
+
+def waterfall(path: Path) -> None:
+    """Cycles of the belt in the phase plane, by its speed."""
+    plot_waterfall(belt_branch(), path, "belt speed $v_b$ [m/s]")
+
+
+def belt_branch() -> ns.CycleBranch:
+    """Cycles from 0.05 m/s to just below the loss of instability."""
+    start = ns.limit_cycle(BeltOscillator(vb=0.05), duration=60.0)
+    return ns.continue_cycle(BeltOscillator(), "vb", np.linspace(0.05, 0.44, 79), start)
+
+
+def bifurcations(path: Path) -> None:
+    """Maxima of the belt's motion upwards and downwards."""
+    diagram = ns.bifurcation_diagram(BeltOscillator(), "vb", np.linspace(0.05, 0.5, 31), duration=800.0, dt=2e-3)
+    diagram.plot(path, "belt speed $v_b$ [m/s]")
+
+
 FIGURES = {
     f.__name__: f for f in (
         friction_laws, amplitude_equation, amplitude_equation_smoothed, amplitude_against_speed, eigenvalues,
-        arm_eigenvalues, unequal_damping, phase_planes, limit_cycles, projections, snapshots,
+        arm_eigenvalues, unequal_damping, phase_planes, limit_cycles, projections, snapshots, cycle, branch, waterfall,
+        bifurcations,
     )
 }  # fmt: skip
 

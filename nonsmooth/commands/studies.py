@@ -1,4 +1,4 @@
-"""``nonsmooth study stability | penalty | convergence``."""
+"""``nonsmooth study stability | cycle | penalty | convergence``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,11 @@ INTEGRATORS = ("moreau-jean",)
 
 def add_studies(studies: Any) -> None:
     """Every study with its options."""
-    add_stability(studies.add_parser("stability", help="steady sliding: eigenvalues, and their change with parameters"))
+    for name, what, act in (
+        ("stability", "steady sliding: eigenvalues, and their change with one or two parameters", act_stability),
+        ("cycle", "the periodic motion: phases, Floquet multipliers, and their change with a parameter", act_cycle),
+    ):
+        add_vibration(studies.add_parser(name, help=what), act, name)
     add_limits(studies)
 
 
@@ -47,31 +51,41 @@ def add_limits(studies: Any) -> None:
         command.add_argument("--no-plot", action="store_true", help="draw nothing")
 
 
-def add_stability(study: argparse.ArgumentParser) -> None:
-    """The options of ``nonsmooth study stability``."""
-    study.set_defaults(act=act_stability, json=False, suffix="-stability")
+def add_vibration(study: argparse.ArgumentParser, act: Any, name: str) -> None:
+    """The options of the studies of equilibria and cycles."""
+    study.set_defaults(act=act, json=False, suffix=f"-{name}")
     study.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
     study.add_argument("--set", nargs="+", action="extend", default=[], metavar="NAME=VALUE", help="parameters")
-    study.add_argument(
-        "--vary", nargs="+", action="extend", default=[], metavar="NAME=LOW:HIGH:N",
-        help="follow the eigenvalues along a parameter, or map the stability over two",
-    )  # fmt: skip
-    study.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL-stability.png by default")
+    study.add_argument("--axis", nargs="+", action="extend", default=[], metavar="NAME=LOW:HIGH:N", help="what varies")
+    study.add_argument("--plot", type=Path, metavar="FILE", help=f"where to draw; MODEL-{name}.png by default")
     study.add_argument("--no-plot", action="store_true", help="draw nothing")
 
 
 def act_stability(arguments: argparse.Namespace) -> int:
     """``nonsmooth study stability``."""
-    from nonsmooth.catalogue import load_model
     from nonsmooth.studies.stability import study_stability
 
+    return act_vibration(arguments, study_stability)
+
+
+def act_cycle(arguments: argparse.Namespace) -> int:
+    """``nonsmooth study cycle``."""
+    from nonsmooth.studies.cycle import study_cycle
+
+    return act_vibration(arguments, study_cycle)
+
+
+def act_vibration(arguments: argparse.Namespace, study: Any) -> int:
+    """A study of a model along the given axes: its table, then its figure."""
+    from nonsmooth.catalogue import load_model
+
     model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
-    axes = ranges("--vary", arguments.vary)
-    figure = figure_path(arguments) if axes else None
-    study = study_stability(model, axes)
-    print(study.text)
-    if figure and study.draw:
-        study.draw(figure)
+    axes = ranges("--axis", arguments.axis)
+    figure = figure_path(arguments)
+    found = study(model, axes)
+    print(found.text)
+    if figure and found.draw:
+        found.draw(figure)
         print(f"figure: {figure}")
     return 0
 

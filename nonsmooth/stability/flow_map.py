@@ -46,7 +46,10 @@ def flow_map(
     with np.errstate(over="ignore", invalid="ignore"):  # of steps that are tried and refused
         run = solve_ivp(rate, (0.0, duration), start, method="DOP853", rtol=rtol, atol=rtol * sizes)
     if not run.success or not np.isfinite(run.y[:, -1]).all():
-        raise InvalidInput(f"the motion of a phase could not be integrated: {run.message}")
+        raise InvalidInput(
+            f"a phase of the guess ends before its time, after {run.t[-1]:.6g} of {duration:.6g} s: its forces grow "
+            "without bound (a paradox, or a guess too far from the cycle)"
+        )
     return run.y[:m, -1], run.y[m:, -1].reshape(m, m)
 
 

@@ -39,8 +39,10 @@ ITERATIONS = 20
 COARSE, ROUGH = 1e-4, 1e-7  # tolerances of the integration while scales are looked for, and far from the cycle
 NEARLY = 1e-3  # of the states' scale: smaller corrections deserve the full tolerance
 ATTEMPTS = 4  # simulations, each twice as long as the one before
-SAMPLES = 48  # of a phase, at which its margins are looked at and its curve is kept
+SAMPLES = 48  # of a phase, at which its margins are looked at
+CURVE = 4  # times as many points of its curve are kept
 BROKEN = 1e-7  # of a margin's largest value: so far below zero it may fall by rounding at an event
+COLLAPSED = 1e-3  # of the guess's extent: a smaller cycle is an equilibrium, which solves the same equations
 ATTRACTING = 1e-7  # a multiplier must lie so far inside the unit circle to count as attracting
 
 Margin = tuple[int, str]  # contact, kind
@@ -333,10 +335,10 @@ class Shooting:
         times, states, phases, residual = [], [], [], 0.0
         for i, link in enumerate(self.links):
             curve = flow_curve(link.flow, self.x[i], self.T[i], self.scale, self.rtol)
-            s = np.linspace(0, self.T[i], SAMPLES + 1)
+            s = np.linspace(0, self.T[i], CURVE * SAMPLES + 1)
             path = curve(s).T
             if checked:
-                self._check(i, s, path)
+                self._check(i, s[::CURVE], path[::CURVE])
             mismatch = (path[-1] - self.x[(i + 1) % len(self.links)]) / self.scale
             residual = max(residual, float(np.abs(mismatch).max()))
             times.append(begins[i] + s)
@@ -344,6 +346,8 @@ class Shooting:
             phases.append(CyclePhase(self.guess[i].states, float(begins[i]), float(self.T[i]), self.x[i, :n].copy(),
                                      self.x[i, n:].copy(), link.ends_by))  # fmt: skip
         x = np.concatenate(states)
+        if (np.ptp(x, axis=0) <= COLLAPSED * self.scale).all():
+            raise InvalidInput("the guess leads back to a state of rest, not to a cycle; give a nearer one")
         multipliers, shift = self._multipliers()
         return LimitCycle(
             self.system,

@@ -60,12 +60,23 @@ def period_of(solution: Solution) -> list[PhaseGuess]:
         repeats = all(a.states == b.states for a, b in zip(here, before, strict=True))
         returns = np.abs((x[here[0].start] - x[settled[-1].start]) / scale).max() <= NEAR
         if repeats and returns and settled[-1].states == here[0].states:
+            _require_no_jump(solution, float(t[here[0].start]))
             return [PhaseGuess(run.states, x[run.start], float(t[run.end] - t[run.start])) for run in here]
     if len(settled) <= 1:
         return [_smooth_period(t, x, scale, runs[-1])]
     raise InvalidInput(
         f"the modes of the motion do not repeat yet ({len(settled)} changes in its second half); simulate for longer"
     )
+
+
+def _require_no_jump(solution: Solution, start: float) -> None:
+    """Raise when the motion after ``start`` passes an impact without collision."""
+    jumps = [event.t for event in solution.paradoxes if event.n_solutions == 0 and event.t >= start]
+    if jumps:
+        raise InvalidInput(
+            f"the motion passes an impact without collision at t = {jumps[0]:.6g} s; cycles with jumps of the "
+            "velocity are not computed"
+        )
 
 
 def runs_of(solution: Solution) -> list[Run]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import BeltOscillator, BouncingBall, ModeCoupling, SpragSlip
+from models import BeltOscillator, BouncingBall, FollowerForceArm, ModeCoupling, SpragSlip
 from nonsmooth.stability.limit_cycle import ending
 from nonsmooth.stability.mode_flow import ContactState
 from nonsmooth.system import ContactMode
@@ -223,6 +223,16 @@ def test_a_phase_ends_where_the_right_margin_vanishes(before, after, margin):
 def test_an_impact_or_two_changes_at_once_are_refused(before, after, message):
     with pytest.raises(ns.InvalidInput, match=message):
         ending(before, after)
+
+
+def test_a_motion_through_an_impact_without_collision_is_refused_by_name():
+    with pytest.raises(ns.InvalidInput, match="impact without collision"):
+        ns.limit_cycle(SpragSlip(), duration=4.0)
+
+
+def test_newtons_method_that_falls_back_to_rest_is_not_taken_for_a_cycle():
+    with pytest.raises(ns.InvalidInput, match="rest|does not oscillate|before its time|does not close"):
+        ns.limit_cycle(FollowerForceArm(P=1000.0))
 
 
 def test_a_ball_that_comes_to_rest_has_no_cycle():

@@ -51,18 +51,18 @@ def test_three_parameters_are_refused():
 
 def test_command_prints_the_speed_at_which_the_belt_loses_its_stability(capsys, tmp_path):
     figure = tmp_path / "belt.png"
-    assert main(["study", "stability", "belt-oscillator", "--vary", "vb=0.05:0.6:12", "--plot", str(figure)]) == 0
+    assert main(["study", "stability", "belt-oscillator", "--axis", "vb=0.05:0.6:12", "--plot", str(figure)]) == 0
     assert "vb = 0.4409585518" in capsys.readouterr().out
     assert figure.stat().st_size > 10_000
 
 
 @pytest.mark.parametrize("arguments, message", [
     (["sliding-block"], "does not slide"),
-    (["belt-oscillator", "--vary", "vb=1"], "LOW:HIGH"),
-    (["belt-oscillator", "--vary", "vb=0:1:1"], "at least 2"),
-    (["belt-oscillator", "--vary", "vb=0:x"], "no number"),
-    (["belt-oscillator", "--vary", "vbb=0.1:1"], "did you mean"),
-    (["belt-oscillator", "--vary", "vb=0.1:1", "vb=1:2"], "twice"),
+    (["belt-oscillator", "--axis", "vb=1"], "LOW:HIGH"),
+    (["belt-oscillator", "--axis", "vb=0:1:1"], "at least 2"),
+    (["belt-oscillator", "--axis", "vb=0:x"], "no number"),
+    (["belt-oscillator", "--axis", "vbb=0.1:1"], "did you mean"),
+    (["belt-oscillator", "--axis", "vb=0.1:1", "vb=1:2"], "twice"),
 ])  # fmt: skip
 def test_command_refuses_in_one_line(capsys, arguments, message):
     assert main(["study", "stability", *arguments, "--no-plot"]) == 2

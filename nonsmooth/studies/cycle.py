@@ -1,0 +1,84 @@
+"""The study behind ``nonsmooth study cycle``: the periodic motion of a model, and its change along one parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nonsmooth.errors import InvalidInput
+from nonsmooth.stability.cycle_branch import CycleBranch, continue_cycle
+from nonsmooth.stability.limit_cycle import LimitCycle, limit_cycle
+from nonsmooth.studies.stability import StabilityStudy
+
+ROWS = 40  # of the printed table of a branch
+
+
+def study_cycle(model: Any, axes: Mapping[str, ArrayLike]) -> StabilityStudy:
+    """The cycle that the model's default state tends to, and its branch along a parameter.
+
+    Parameters
+    ----------
+    model : System or model
+    axes : mapping
+        At most one parameter and its values.
+
+    Returns
+    -------
+    StabilityStudy
+
+    Raises
+    ------
+    InvalidInput
+        When there is no cycle, or there are several parameters.
+    """
+    if len(axes) > 1:
+        raise InvalidInput(f"a cycle is followed along one parameter; got {', '.join(axes)}")
+    if not axes:
+        cycle = limit_cycle(model)
+        return StabilityStudy(describe(cycle), partial(_draw_cycle, cycle))
+    ((parameter, values),) = axes.items()
+    branch = continue_cycle(model, parameter, values)
+    return StabilityStudy(table(branch), partial(_draw_branch, branch))
+
+
+def describe(cycle: LimitCycle) -> str:
+    """Period, multipliers and phases of a cycle."""
+    from nonsmooth.output.cycle_plots import what
+
+    multipliers = ", ".join(f"{m:.6f}" for m in np.round(cycle.multipliers, 6) + 0.0)
+    lines = [
+        f"period {cycle.period:.12g} s, {'stable' if cycle.is_stable else 'unstable'}, residual {cycle.residual:.1e}",
+        f"Floquet multipliers {multipliers}",
+        f"{'begins [s]':>14} {'duration [s]':>14}  phase",
+    ]
+    lines += [f"{phase.begins:14.9f} {phase.duration:14.9f}  {what(phase)}" for phase in cycle.phases]
+    return "\n".join(lines)
+
+
+def table(branch: CycleBranch) -> str:
+    """A line for each of about forty cycles, then every change."""
+    lines = [f"{branch.parameter:>12} {'period [s]':>14} {'stick [s]':>12} {'largest multiplier':>19}  (max - min)/2"]
+    stride = max(1, -(-len(branch.cycles) // ROWS))
+    for value, cycle in list(zip(branch.values, branch.cycles, strict=True))[::stride]:
+        largest = abs(cycle.multipliers).max() if cycle.multipliers.size else 0.0
+        halves = " ".join(f"{half:.8g}" for half in cycle.amplitudes)
+        lines.append(f"{value:12.6g} {cycle.period:14.9f} {cycle.stick_duration:12.9f} {largest:19.6f}  {halves}")
+    lines += [f"{change.kind} at {branch.parameter} = {change.value:.10g}" for change in branch.changes]
+    return "\n".join(lines)
+
+
+def _draw_cycle(cycle: LimitCycle, path: Path) -> Any:
+    from nonsmooth.output.cycle_plots import plot_cycle
+
+    return plot_cycle(cycle, path)
+
+
+def _draw_branch(branch: CycleBranch, path: Path) -> Any:
+    from nonsmooth.output.cycle_plots import plot_branch
+
+    return plot_branch(branch, path)
