@@ -160,3 +160,28 @@ def test_wrong_axes_are_refused():
     free = ns.System(n_q=1, mass=mass, force=force, parameters=Nothing())
     with pytest.raises(ns.InvalidInput, match="system with contacts"):
         ns.paradox_map(free, state=lambda: ([0.0], [0.0]), m=[1.0, 2.0])
+
+
+@pytest.mark.parametrize("rod_type", [PainleveRod, BilateralRod])
+def test_units_do_not_change_the_counts(rod_type):
+    # mass, length and time in units m, l, T: forces scale with m l/T^2, the numbers of solutions stay
+    th, mu = np.linspace(0.01, 3.1, 31), [0.3, 1.4, 2.0, 5.0]
+    reference = None
+    for m, l, T in [(1.0, 1.0, 1.0), (1e-3, 1e3, 1.0), (1e6, 1e-3, 1.0), (1e-9, 1e3, 1e-3)]:
+        rod = rod_type(m=m, l=l, I=m * l * l / 12, g=9.81 * l / T**2)
+        slip, thdot = np.array([-1.0, 0.0, 1.0]) * l / T, np.array([0.0, 3.0, 6.0]) / T
+        chart = ns.paradox_map(rod, th=th, mu=mu, slip=slip, thdot=thdot)
+        found = chart.n_solutions.values, chart.la_N.values / (m * l / T**2)
+        reference = reference or found
+        np.testing.assert_array_equal(found[0], reference[0])
+        np.testing.assert_allclose(found[1], reference[1], rtol=1e-9)  # p cancels to a thousandth of its terms
+
+
+def test_exactly_at_critical_friction_the_slide_is_gone():
+    rod = PainleveRod()
+    th = math.pi / 3
+    critical = PainleveRod(mu=rod.critical_friction(th))
+    for thdot, modes in [(0.0, ()), (6.0, ("free",))]:
+        c = ns.classify(critical, 0.0, *critical.state(th=th, thdot=thdot))
+        assert c.is_complete and tuple(s.modes[0] for s in c.solutions) == modes
+        assert c.flags & ns.ParadoxFlag.P_ZERO and not c.flags & ns.ParadoxFlag.B_ZERO
