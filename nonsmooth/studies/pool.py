@@ -16,7 +16,7 @@ from concurrent.futures import Executor, Future
 from typing import Any
 
 from nonsmooth.arrays import as_count
-from nonsmooth.errors import NonsmoothError
+from nonsmooth.errors import InvalidInput, NonsmoothError
 
 START_TIME = 60.0  # s for a fresh interpreter to answer
 READY = b"ready"
@@ -56,7 +56,8 @@ class LocalPool(Executor):
     @property
     def pids(self) -> list[int]:
         """Process numbers of the workers that run."""
-        return [worker.process.pid for worker in self._workers if worker.process is not None]
+        processes = [worker.process for worker in self._workers]
+        return [process.pid for process in processes if process and process.pid and process.is_alive()]
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
         """Call ``function(*args, **kwargs)`` in a worker."""
@@ -130,10 +131,12 @@ class _Worker:
             if self.pipe.poll(START_TIME) and self.pipe.recv_bytes() == READY:
                 return
         except (EOFError, OSError):
-            pass
+            self.process.join()
+            if self.process.exitcode < 0:
+                raise WorkerDied(f"the worker process ended {_how(self.process.exitcode)} while it started") from None
         self.kill()
-        raise RuntimeError(
-            "a worker process could not start; a script that uses workers must guard its own start with "
+        raise InvalidInput(
+            "the worker processes could not start; a script that uses them must guard its own start with "
             "`if __name__ == '__main__':`"
         )
 

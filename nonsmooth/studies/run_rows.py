@@ -152,11 +152,11 @@ class RowBuilder:
     def _start(self, row: Mapping[str, Any], known: set[str]) -> Any:
         """q_0 and u_0 in one list for a row of fields and arguments, or why there is none; kept for cells to come."""
         key = tuple(row.items())
-        if key in self._starts_known:
-            return self._starts_known[key]
-        if len(self._starts_known) >= STARTS_KEPT:
-            self._starts_known.clear()
-        start = self._starts_known[key] = self._new_start(row, known)
+        start = self._starts_known.get(key)
+        if start is None:
+            if len(self._starts_known) >= STARTS_KEPT:
+                self._starts_known.clear()
+            start = self._starts_known[key] = self._new_start(row, known)
         return start
 
     def _new_start(self, row: Mapping[str, Any], known: set[str]) -> Any:

@@ -120,15 +120,18 @@ def sweep(
     if out is not None:
         check_path(out)
     result = Result(task, plan)
-    with contextlib.ExitStack() as stack:
-        book = None if journal is None else stack.enter_context(Journal(journal, result.study, plan, resume))
-        if book is not None:
-            result.read(book)
-        shown = stack.enter_context(Progress(progress, len(plan), result.n_resumed))
-        engine, threads = stack.enter_context(open_executor(task, executor, scheduler, workers, timeout))
-        sent = task if isinstance(engine, InThisProcess | ThreadPoolExecutor) else pickled(task)
-        first = FIRST_BATCH[task.holds_interpreter]
-        collect(Driver(sent, plan, engine, threads, timeout, retries, first, batch), result, book, shown, fail_fast)
+    try:
+        with contextlib.ExitStack() as stack:
+            engine, threads = stack.enter_context(open_executor(task, executor, scheduler, workers, timeout))
+            sent = task if isinstance(engine, InThisProcess | ThreadPoolExecutor) else pickled(task)
+            book = None if journal is None else stack.enter_context(Journal(journal, result.study, plan, resume))
+            if book is not None:
+                result.read(book)
+            shown = stack.enter_context(Progress(progress, len(plan), result.n_resumed))
+            first = FIRST_BATCH[task.holds_interpreter]
+            collect(Driver(sent, plan, engine, threads, timeout, retries, first, batch), result, book, shown, fail_fast)
+    except KeyboardInterrupt:
+        result.is_interrupted = True
     if result.inadmissible:
         warnings.warn(
             f"the initial state is not admissible in {result.inadmissible} of the cells that were run: it penetrates "
@@ -142,7 +145,7 @@ def sweep(
 
 
 def collect(driver: Driver, result: Result, book: Journal | None, shown: Progress, fail_fast: bool) -> None:
-    """Run what is missing of a result; Ctrl-C leaves it unfinished."""
+    """Run what is missing of a result; every batch is in the journal before it is in the result."""
     try:
         for cells, batch in driver.run(result.missing()):
             if book is not None:
@@ -151,8 +154,6 @@ def collect(driver: Driver, result: Result, book: Journal | None, shown: Progres
             shown.add(len(cells), int((batch.status != CellStatus.FINISHED).sum()))
             if fail_fast:
                 raise_failure(driver.plan, cells, batch)
-    except KeyboardInterrupt:
-        result.is_interrupted = True
     except BrokenExecutor as error:
         raise InvalidInput(
             f"the executor broke ({type(error).__name__}: {error}); the cells that were finished stand in the journal, "

@@ -172,3 +172,40 @@ def test_a_program_killed_outright_resumes_where_it_was(tasks, tmp_path, entries
     assert found.attrs["cells_from_journal"] == finished
     assert len(calls(tmp_path)) == called + 60 - finished
     xr.testing.assert_equal(found, ns.sweep(tasks.product, axes, progress=False))
+
+
+INTERRUPTED = """
+import functools, sys
+import nonsmooth as ns
+module, folder, workers = sys.argv[1:]
+task = functools.partial(__import__(module).slow_product, seconds=0.2)
+
+if __name__ == "__main__":
+    found = ns.sweep(task, {"x": range(100), "y": [1]}, journal=folder + "/j.jsonl", workers=int(workers), batch=1)
+    print(found.attrs["interrupted"], int((found.status == ns.CellStatus.FINISHED).sum()), flush=True)
+"""
+
+
+@pytest.mark.parametrize("workers", (1, 2))
+def test_control_c_returns_what_is_finished(tasks, tmp_path, entries, workers):
+    script, journal = tmp_path / "script.py", tmp_path / "j.jsonl"
+    script.write_text(INTERRUPTED)
+    arguments = [sys.executable, str(script), tasks.__name__, str(tmp_path), str(workers)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, sys.path)])}
+    program = subprocess.Popen(arguments, env=environment, stdout=subprocess.PIPE, text=True, start_new_session=True)
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline and (not journal.exists() or len(journal.read_bytes().splitlines()) < 4):
+        time.sleep(0.02)
+    os.killpg(program.pid, signal.SIGINT)  # a terminal sends it to the workers too
+    printed, _ = program.communicate(timeout=60)
+    interrupted, finished = map(int, printed.split())
+    assert interrupted == 1 and 3 <= finished < 100 and finished == len(entries(journal))
+
+
+def test_a_refused_task_leaves_the_journal_alone(tasks, tmp_path):
+    journal = tmp_path / "j.jsonl"
+    ns.sweep(tasks.product, AXES, journal=journal, progress=False)
+    before = journal.read_bytes()
+    with pytest.raises(ns.InvalidInput, match="cannot be pickled"):
+        ns.sweep(lambda x, y: x, AXES, journal=journal, resume=False, workers=2, progress=False)
+    assert journal.read_bytes() == before

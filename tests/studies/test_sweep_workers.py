@@ -5,6 +5,8 @@ from __future__ import annotations
 import functools
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -56,6 +58,17 @@ def test_a_worker_killed_at_a_random_moment_costs_nothing(tasks):
         found = ns.sweep(tasks.slow_product, axes, executor=pool, progress=False)
         killer.join()
     xr.testing.assert_identical(found.drop_attrs(), ns.sweep(tasks.slow_product, axes, progress=False).drop_attrs())
+
+
+def test_a_worker_killed_while_it_starts_costs_nothing(tasks):
+    with LocalPool(1) as pool:
+        first = pool.submit(tasks.product, 2, 3)
+        while not pool.pids:
+            time.sleep(0.001)
+        os.kill(pool.pids[0], signal.SIGKILL)
+        with pytest.raises(WorkerDied, match="SIGKILL"):
+            first.result(timeout=60)
+        assert pool.submit(tasks.product, 2, 3).result(timeout=60) == 6
 
 
 def test_a_cell_whose_worker_died_once_is_tried_again(tasks, tmp_path):
@@ -143,3 +156,11 @@ def test_a_result_may_hold_arrays_and_texts(tasks):
     assert found.pair.dims == ("x", "pair_0") and found.word.values.tolist() == ["odd", "even", "odd"]
     with pytest.raises(ns.InvalidInput, match="alike in every cell"):
         ns.sweep(tasks.uneven, {"x": [1, 2]}, progress=False)
+
+
+def test_a_script_without_a_guard_is_told_of_it(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("import nonsmooth as ns\ndef f(x): return x\nns.sweep(f, {'x': [1, 2]}, workers=2)\n")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    done = subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1 and "must guard its own start with" in done.stderr.splitlines()[-1]
