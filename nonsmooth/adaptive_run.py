@@ -113,14 +113,17 @@ class AdaptiveRun(Run):
         P = np.diff(np.stack((P_N, P_F), axis=2), axis=0, prepend=0.0)[:, :, : 1 + d]
         ledger = np.zeros((len(trail.t), N_LEDGER))
         ledger[:, :N_WORKS] = works
-        omega = self.scratch_block.arrays.contacts.constants[:, OMEGA]
         mode, slip = trail.mode.astype(np.int64), trail.slip.astype(np.int64)
-        record = Record(q, u, z / omega, P, mode, slip, ledger)
+        record = Record(q, u, z / self.gap_scale(), P, mode, slip, ledger)
         events = np.concatenate(self.events) if self.events else self.state.events[:0]
         message = "the end was reached" if self.status == Status.FINISHED else self._message()
         return Solution.from_run(
             self.system, self.integrator, trail.t, record, events, self.status, message, self._stats(), trail.la
         )  # fmt: skip
+
+    def gap_scale(self) -> np.ndarray:
+        """(n_c,) What the trail holds in place of a gap, z = scale g_N."""
+        return self.scratch_block.arrays.contacts.constants[:, OMEGA]
 
     def _stats(self) -> Stats:
         counters = self.scratch_block.arrays.ode.counters
@@ -133,10 +136,14 @@ class AdaptiveRun(Run):
 
 def new_adaptive_run(
     system: System, integrator: Any, t_span: tuple[float, float], every: int, t_eval: Any, q0: np.ndarray,
-    u0: np.ndarray, project: bool,
+    u0: np.ndarray, selection: int, project: bool,
 ) -> AdaptiveRun:  # fmt: skip
     """The run of the integrator's method: compiled, or SciPy's."""
     times = record_times(t_span, every, t_eval)
+    if getattr(integrator, "has_rigid_contacts", False):
+        from nonsmooth.event_run import EventRun  # it extends AdaptiveRun
+
+        return EventRun(system, integrator, *times, q0, u0, selection, project)
     if integrator.is_compiled:
         return AdaptiveRun(system, integrator, *times, q0, u0, project)
     from nonsmooth.scipy_run import ScipyRun  # it extends AdaptiveRun

@@ -101,7 +101,7 @@ def simulate(
         Start and end [s].
     q0, u0 : array_like (n_q,), (n_u,)
         Initial coordinates and velocities.
-    integrator : MoreauJean or Penalty
+    integrator : MoreauJean, EventDriven or Penalty
         The method and its step or tolerances.
     every : int
         Record every so many steps; of an integrator that chooses its steps also every event.
@@ -166,7 +166,7 @@ def new_run(
     if getattr(integrator, "chooses_steps", False):
         from nonsmooth.adaptive_run import new_adaptive_run  # it extends Run: loaded once this module is
 
-        return new_adaptive_run(system, integrator, t_span, every, t_eval, q0, u0, project)
+        return new_adaptive_run(system, integrator, t_span, every, t_eval, q0, u0, selection, project)
     row_bytes = bytes_of_record(system.n_u, system.n_c, system.d)
     grid = make_grid(integrator, t_span, every, t_eval, row_bytes)
     return Run(system, integrator, grid, q0, u0, selection, project)

@@ -116,20 +116,30 @@ def forces_at_state(model, has, t, q, u, p, kinds, laws, forces_at):
         return (Outcome.INADMISSIBLE if n_k == -1 else Outcome.NOT_FINITE).value, 0, 0, 0
     if n_k == 0:
         return Outcome.COMPLETE.value, 1, 0, 0
-    status, r = acceleration_problem(model, has, t, u.shape[0], q, u, p, n_k, kinds, forces.rates, work)
-    if status != Status.RUNNING:
-        return Outcome.NOT_FINITE.value, 0, n_k, r
     for k in range(n_k):
         i = work.closed[k]
-        v = abs(forces.gamma[i, 1])
         forces.slip[k] = 0
         if forces.situation[i] == Situation.SLIDING:
             forces.slip[k] = 1 if forces.gamma[i, 1] > 0.0 else -1
+    outcome, found, r = forces_of_closed(model, has, t, q, u, p, n_k, kinds, laws, forces)
+    return outcome, found, n_k, r
+
+
+@kernel
+def forces_of_closed(model, has, t, q, u, p, n_k, kinds, laws, forces):
+    """All forces of the n_k contacts in work.closed, whose slip and gamma are known: (outcome, solutions, rows)."""
+    work = forces.work
+    status, r = acceleration_problem(model, has, t, u.shape[0], q, u, p, n_k, kinds, forces.rates, work)
+    if status != Status.RUNNING:
+        return Outcome.NOT_FINITE.value, 0, r
+    for k in range(n_k):
+        i = work.closed[k]
+        v = abs(forces.gamma[i, 1])
         forces.mu[k] = friction_coefficient(laws, i, v) if kinds[i, 1] > 0 else 0.0
         forces.mu_static[k] = static_coefficient(laws, i) if kinds[i, 1] > 0 else 0.0
         forces.normal[k] = max(0.0, work.N[i])
     outcome, found = find_forces(n_k, kinds, forces)
-    return outcome, found, n_k, r
+    return outcome, found, r
 
 
 @kernel

@@ -1,0 +1,39 @@
+"""A run with rigid contacts and located events."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.adaptive_run import AdaptiveRun
+from nonsmooth.errors import InitialStateWarning
+from nonsmooth.initial_state import examine_state
+from nonsmooth.integrators.records import EVENT_T
+from nonsmooth.solution import Solution
+from nonsmooth.system import System
+
+
+class EventRun(AdaptiveRun):
+    """One integration in progress, of an integrator with ``has_rigid_contacts``."""
+
+    def __init__(
+        self, system: System, integrator: Any, t_record: np.ndarray, every: int, q0: np.ndarray, u0: np.ndarray,
+        selection: int, project: bool,
+    ) -> None:  # fmt: skip
+        super().__init__(system, integrator, t_record, every, q0, u0, project)
+        start = examine_state(system, self.model, self.has, float(t_record[0]), self.state.q, self.state.u)
+        if not start.is_admissible:
+            warnings.warn(start.message, InitialStateWarning, stacklevel=5)
+        integrator.begin(self.scratch_block.arrays, start.mode, start.slip, selection)
+
+    def solution(self) -> Solution:
+        """What was computed; a contact that closes after bounces is dated by their end, so the events are sorted."""
+        if self.events:
+            rows = np.concatenate(self.events)
+            self.events = [rows[np.argsort(rows[:, EVENT_T], kind="stable")]]
+        return super().solution()
+
+    def gap_scale(self) -> np.ndarray:
+        return np.ones(self.system.n_c)

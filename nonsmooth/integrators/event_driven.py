@@ -1,0 +1,112 @@
+"""Event-driven integration of rigid contacts: high order between events, every event located.
+
+    M u' = h + W_N^T la_N + W_F^T la_F,    the forces from the modes of the contacts
+
+Between two events the modes are fixed and the motion is smooth: Radau IIA of order 5 (radau.py) integrates it within a
+tolerance, through stiff springs as well. At an event (rigid_switching.py) come impacts, new modes, and where sliding
+has no force an impact without collision. Theory and limits: docs/theory/event_driven.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nonsmooth.arrays import as_number, as_positive
+from nonsmooth.blocks import Block, new_block
+from nonsmooth.contact_solvers.modes import enumerate_modes
+from nonsmooth.contact_solvers.planar import pivot, solve_planar
+from nonsmooth.contact_solvers.redundant import enumerate_redundant
+from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.event_location import locate_event
+from nonsmooth.integrators.radau import radau_shorten, radau_step
+from nonsmooth.integrators.radau_stages import EPS, NOW
+from nonsmooth.integrators.radau_stages import RTOL as RADAU_RTOL
+from nonsmooth.integrators.rigid_loop import Scratch, run, scratch_shapes
+from nonsmooth.integrators.rigid_modes import ATOL, EVENT, FLIGHT, HAS, N_U, RTOL, SELECTION, rigid_events, rigid_rates
+from nonsmooth.integrators.rigid_switching import START, switch_modes
+from nonsmooth.jit import Kernel
+from nonsmooth.system import System
+
+SMALLEST_RTOL = 100 * EPS
+
+
+@dataclass(frozen=True)
+class EventDriven:
+    """Rigid contact, integrated with high order between located events.
+
+    Parameters
+    ----------
+    rtol, atol : float
+        Tolerances of the error of a step: relative, and absolute in SI units of coordinates and velocities. A contact
+        whose next bounce is lower than atol [m] is closed.
+
+    Raises
+    ------
+    InvalidInput
+        Unless 2.2e-14 <= rtol < 1 and atol > 0.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> from models import BouncingBall
+    >>> ball = BouncingBall(e=0.8)
+    >>> sol = ns.simulate(ball, (0, 5), *ball.state(height=1.0), integrator=ns.EventDriven(rtol=1e-9))
+    >>> round(sol.events[-1].t, 6), round(ball.t_inf(height=1.0), 6), float(sol.q[-1, 0])
+    (4.063713, 4.063713, 0.0)
+    """
+
+    rtol: float = 1e-8
+    atol: float = 1e-10
+
+    def __post_init__(self) -> None:
+        as_positive("atol", self.atol)
+        if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
+            raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
+
+    chooses_steps = True
+    has_rigid_contacts = True
+    is_compiled = True
+
+    @property
+    def loop(self) -> Kernel:
+        """The loop over the steps."""
+        return run
+
+    @property
+    def callbacks(self) -> tuple[Kernel, Kernel]:
+        """The rates and the event functions that the loop integrates."""
+        return rigid_rates, rigid_events
+
+    def load(self, system: System) -> None:
+        """Compile what the loop may reach for this system."""
+        entry_points = [rigid_rates, rigid_events, switch_modes, radau_step, radau_shorten, locate_event]
+        if system.n_c > 0:
+            entry_points.append(enumerate_modes)
+        if system.n_c > 1:
+            entry_points += [enumerate_redundant, solve_planar, pivot]
+        for entry_point in entry_points:
+            entry_point.load()
+
+    def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Block:
+        """The arrays of a run from t, filled with its start."""
+        block = new_block(Scratch, scratch_shapes(system.n_u, system.n_c, system.d))
+        n = system.n_u
+        arrays: Scratch = block.arrays
+        contacts, ode = arrays.contacts, arrays.ode
+        contacts.facts[[HAS, N_U, EVENT]] = has, n, START
+        contacts.numbers[[ATOL, RTOL, FLIGHT]] = self.atol, self.rtol, np.inf
+        contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
+        decides = int(system.n_c > 1)
+        arrays.forces.planar.can_decide_redundant[0] = arrays.touch.planar.can_decide_redundant[0] = decides
+        ode.x[:n], ode.x[n : 2 * n] = q, u
+        ode.atol[:] = self.atol
+        ode.clock[[NOW, RADAU_RTOL]] = t, self.rtol
+        return block
+
+    def begin(self, scratch: Scratch, mode: np.ndarray, slip: np.ndarray, selection: int) -> None:
+        """Set the modes at the start (n_c,) and the selection rule."""
+        contacts = scratch.contacts
+        contacts.mode[:], contacts.slip[:] = mode, slip
+        contacts.facts[SELECTION] = selection

@@ -1,0 +1,105 @@
+"""Impacts of the contacts that touch: the contact problem at velocity level, at one instant.
+
+    M (u_+ - u_-) = W^T P,    (gamma_+ + e gamma_-, P) in the laws of contact and friction (Newton)
+
+It is the problem of a Moreau–Jean step without duration, so that both integrators mean the same impact. An *impact
+without collision* has gamma_N = 0 before: P = 0 solves it too, and the solution that sticks is asked for; for one
+contact that is the end of the impulse map of paradox/impact.py. Source: Moreau (1988); Génot, Brogliato, *Eur. J. Mech.
+A/Solids* 18 (1999) 653.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.acceleration_problem import acceleration_problem
+from nonsmooth.blocks import address
+from nonsmooth.contact_problem import add_restitution, row_velocities
+from nonsmooth.contact_solvers.planar import Route, solve_planar
+from nonsmooth.contact_solvers.single import NO_CANDIDATE, Selection, solve_single
+from nonsmooth.errors import Status
+from nonsmooth.integrators.records import book_contact_energy
+from nonsmooth.integrators.rigid_modes import HAS, N_U, SELECTION
+from nonsmooth.jit import kernel
+from nonsmooth.laws import LAW_E_F
+from nonsmooth.system import GIVEN_FORCE, UNILATERAL, ContactMode
+
+
+@kernel
+def impact(model, p, t, x, must_stick, contacts, touch):
+    """Change u by the impulses of the contacts that touch, book them in x and in touch.P; returns a Status."""
+    work, kinds, facts = contacts.work, contacts.kinds, contacts.facts
+    n, n_c = facts[N_U], kinds.shape[0]
+    for j in range(n):
+        contacts.q[j], contacts.u[j] = x[j], x[n + j]
+    n_k = 0
+    for i in range(n_c):
+        if touch.is_touching[i] == 1 and kinds[i, 0] != GIVEN_FORCE:
+            work.closed[n_k] = i
+            n_k += 1
+    status, _ = acceleration_problem(
+        model, facts[HAS], t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
+    )
+    if status != Status.RUNNING:
+        return status
+    r = row_velocities(n, n_k, kinds, contacts.u, work)
+    for a in range(r):
+        work.c[a] = work.gamma_0[a]
+    add_restitution(n_k, kinds, contacts.laws, 0.0, work)
+    if not find_impulses(n_k, must_stick, contacts, touch):
+        return Status.NO_SOLUTION
+    apply_impulses(n, n_k, r, x, contacts, touch)
+    return Status.RUNNING
+
+
+@kernel
+def find_impulses(n_k, must_stick, contacts, touch):
+    """Solve for work.P; False where there is no solution."""
+    work, kinds, laws = contacts.work, contacts.kinds, contacts.laws
+    G, c, P = work.G, work.c, work.P
+    selection = Selection.IMPACT.value if must_stick else contacts.facts[SELECTION]
+    for k in range(n_k):
+        i = work.closed[k]
+        b = work.start[k + 1] - 1
+        touch.offset[b] = (1.0 - laws[i, LAW_E_F]) * work.gamma_0[b]
+        touch.planar.normal_impulse[k] = 0.0
+    i = work.closed[0]
+    if n_k == 1 and kinds[i, 1] == 0:
+        P[0] = -c[0] / G[0, 0]
+        if kinds[i, 0] == UNILATERAL:
+            P[0] = max(0.0, P[0])
+        return True
+    if n_k == 1:
+        candidate, P[0], P[1], _ = solve_single(
+            kinds[i, 0], laws, i, G[0, 0], G[0, 1], G[1, 0], G[1, 1], c[0], c[1], touch.offset[1],
+            contacts.mode[i] == ContactMode.STICK, contacts.slip[i], selection,
+        )  # fmt: skip
+        return candidate != NO_CANDIDATE
+    route, _, _, _ = solve_planar(
+        n_k, work.closed, work.start, kinds, laws, G, c, touch.offset, touch.none, contacts.mode, contacts.slip,
+        selection, P, address(touch.planar),
+    )  # fmt: skip
+    return route > Route.NO_SOLUTION
+
+
+@kernel
+def apply_impulses(n, n_k, r, x, contacts, touch):
+    """u += X^T P; impulses and works are added to the quadratures of x, with the mean velocities of the impact."""
+    work, kinds = contacts.work, contacts.kinds
+    n_c = kinds.shape[0]
+    for j in range(n):
+        before = x[n + j]
+        for a in range(r):
+            x[n + j] += work.X[a, j] * work.P[a]
+        work.trial[j] = 0.5 * (before + x[n + j])
+    for m in range(touch.ledger.shape[0]):
+        touch.ledger[m] = 0.0
+    book_contact_energy(n_k, kinds, work.trial, touch.ledger, work)
+    for m in range(4):
+        x[2 * n + 3 * n_c + m] += touch.ledger[m]
+    for k in range(n_k):
+        i = work.closed[k]
+        a, b = work.start[k], work.start[k + 1] - 1
+        touch.P[i, 0] += work.P[a]
+        x[2 * n + n_c + i] += work.P[a]
+        if kinds[i, 1] > 0:
+            touch.P[i, 1] += work.P[b]
+            x[2 * n + 2 * n_c + i] += work.P[b]

@@ -1,0 +1,201 @@
+"""The loop of an event-driven run: step, look for an event, accept, write, change the modes.
+
+The step is that of radau.py, the events those of event_location.py; the equations of the modes are in rigid_modes.py,
+what follows an event in rigid_switching.py.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import NamedTuple
+
+from nonsmooth.blocks import address, frozen, view
+from nonsmooth.errors import Status
+from nonsmooth.integrators.event_location import (
+    CHECK_START,
+    HANDLED,
+    IS_IMMEDIATE,
+    NO_EVENT,
+    WHICH,
+    Events,
+    events_shapes,
+    locate_event,
+)
+from nonsmooth.integrators.penalty_loop import NEXT, ROWS, STALLS, Trail, write_row
+from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_interpolate, radau_restart, radau_step
+from nonsmooth.integrators.radau_stages import DONE, NOW, STEP, Radau, radau_shapes, rates_at
+from nonsmooth.integrators.records import N_EVENTS, PENETRATION, STEPS, State
+from nonsmooth.integrators.rigid_modes import (
+    EVENT,
+    FLIGHT,
+    HAS,
+    N_FUNCTIONS,
+    N_U,
+    N_WORKS,
+    RigidContacts,
+    contacts_shapes,
+    hold,
+)
+from nonsmooth.integrators.rigid_switching import START, Touch, search_shapes, switch_modes, touch_shapes
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.paradox.forces import Forces
+from nonsmooth.system import GAP
+
+MAX_STALLS = 8  # events at one instant, per event function
+# Of the step that the motion would take: how far ahead an event on the border of two modes is decided. What changes of
+# the forces until then, 1e-5 of what they change in a step, is far above their rounding.
+MOMENT = 1e-5
+ONE_FLIGHT = 0.75  # of the flight that has begun: the longest first step, whose stages then all see the gap open
+
+
+class Scratch(NamedTuple):
+    """Arrays of an event-driven run."""
+
+    ode: Radau
+    events: Events
+    contacts: RigidContacts
+    touch: Touch
+    forces: Forces
+
+
+@functools.lru_cache(maxsize=64)
+def scratch_shapes(n: int, n_c: int, d: int) -> tuple:
+    """Shapes of ``Scratch``."""
+    others = 3 * n_c + N_WORKS
+    return frozen({
+        "ode": radau_shapes(n, 2 * n, others), "events": events_shapes(N_FUNCTIONS * n_c + 1, 2 * n + others),
+        "contacts": contacts_shapes(n, n_c, d), "touch": touch_shapes(n, n_c, d), "forces": search_shapes(n, n_c, d),
+    })  # fmt: skip
+
+
+@kernel("int64(int64, int64, int64, float64[::1], float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
+def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_at, scratch_at):
+    """Advance by at most max_steps steps; returns a Status.
+
+    Rows are written every so many steps and at every event, before and after it, or, where every = 0, at the times
+    t_record. The last of these is the end.
+    """
+    state, trail, scratch = view(state_at, State), view(trail_at, Trail), view(scratch_at, Scratch)
+    ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
+    clock = ode.clock
+    t_end = t_record[t_record.shape[0] - 1]
+    for _ in range(max_steps):
+        t = clock[NOW]
+        if every > 0 and trail.counts[ROWS] + 2 > trail.t.shape[0]:
+            return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
+        if state.counters[N_EVENTS] + contacts.kinds.shape[0] > state.events.shape[0]:
+            return Status.RUNNING.value
+        if contacts.facts[EVENT] != NO_EVENT:
+            status = handle_event(rates, model, p, every, state, trail, scratch)
+            if status != Status.RUNNING:
+                return status
+        if not t_end - t > SMALLEST * abs(t):
+            return Status.FINISHED.value
+        h_max = min(t_end - t, ONE_FLIGHT * contacts.numbers[FLIGHT])
+        status = radau_step(rates, model, p, address(contacts), h_max, address(ode))
+        if status != Status.RUNNING:
+            return status
+        status = locate_event(rates, functions, model, p, address(contacts), address(ode), address(events))
+        if status != Status.RUNNING:
+            return status
+        contacts.facts[EVENT] = events.found[WHICH]
+        if events.found[IS_IMMEDIATE] != 0:
+            continue
+        contacts.numbers[FLIGHT] = math.inf
+        t_1 = t_end if clock[DONE] == t_end - t else t + clock[DONE]
+        if every == 0:
+            status = write_rows(rates, model, p, t, t_1, t_record, scratch, trail)
+            if status != Status.RUNNING:
+                return status
+        status = hold(model, p, t_1, ode.x_1, False, contacts)
+        if status == Status.RUNNING:
+            status = radau_accept(rates, model, p, address(contacts), ode)
+        if status != Status.RUNNING:
+            return status
+        clock[NOW] = t_1
+        accept(state, contacts, ode)
+        is_end = t_1 == t_end or events.found[WHICH] != NO_EVENT
+        if every > 0 and (state.counters[STEPS] % every == 0 or is_end):
+            write_row(t_1, ode.x, contacts, trail)
+        trail.counts[STALLS] = 0
+    return Status.RUNNING.value
+
+
+@kernel
+def accept(state, contacts, ode):
+    """Count the step, keep the state and the deepest penetration."""
+    n = contacts.facts[N_U]
+    for i in range(n):
+        state.q[i], state.u[i] = ode.x[i], ode.x[n + i]
+    for i in range(contacts.kinds.shape[0]):
+        state.worst[PENETRATION] = max(state.worst[PENETRATION], -ode.x[2 * n + i])
+    state.counters[STEPS] += 1
+
+
+@kernel
+def handle_event(rates, model, p, every, state, trail, scratch):
+    """Change the modes and begin anew with the rates of the new ones; returns a Status."""
+    ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
+    n, event = contacts.facts[N_U], contacts.facts[EVENT]
+    trail.counts[STALLS] += 1
+    if trail.counts[STALLS] > MAX_STALLS * events.armed.shape[0]:
+        return Status.CHATTERING
+    t, is_start = ode.clock[NOW], event == START
+    u_0 = scratch.touch.u_0
+    for j in range(n):
+        u_0[j] = ode.x[n + j]
+    status = switch_modes(
+        model, p, t, MOMENT * ode.clock[STEP], ode.x, address(state), address(contacts), address(scratch.touch),
+        address(scratch.forces),
+    )  # fmt: skip
+    if status != Status.RUNNING:
+        return status
+    for e in range(events.armed.shape[0]):
+        events.armed[e] = 0
+    events.found[CHECK_START] = 1
+    events.found[HANDLED] = NO_EVENT if is_start else event
+    radau_restart(ode)
+    has_jumped = False
+    for j in range(n):
+        has_jumped = has_jumped or u_0[j] != ode.x[n + j]
+        state.q[j], state.u[j] = ode.x[j], ode.x[n + j]
+    if not is_start and (every == 0 or not has_jumped):
+        return status
+    status = rates_at(rates, model, p, address(contacts), t, ode.x, ode.f)
+    if is_start:
+        write_start(t, n, ode.x, u_0, events.x, contacts, trail)
+    if every > 0 and has_jumped:
+        write_row(t, ode.x, contacts, trail)
+    return status
+
+
+@kernel
+def write_start(t, n, x, u_0, x_0, contacts, trail):
+    """Write the row of the start: the velocities before an impact there, and nothing in the quadratures yet."""
+    for i in range(x.shape[0]):
+        x_0[i] = x[i] if i < n + n + contacts.kinds.shape[0] else 0.0
+    for j in range(n):
+        x_0[n + j] = u_0[j]
+    write_row(t, x_0, contacts, trail)
+    trail.counts[NEXT] = 1
+
+
+@kernel
+def write_rows(rates, model, p, t, t_1, t_record, scratch, trail):
+    """Write the rows of the record times in (t, t_1] with their gaps; returns a Status."""
+    ode, contacts, x = scratch.ode, scratch.contacts, scratch.events.x
+    n, has_gap = contacts.facts[N_U], contacts.facts[HAS] & (1 << GAP)
+    while trail.counts[NEXT] < t_record.shape[0] and t_record[trail.counts[NEXT]] <= t_1:
+        moment = t_record[trail.counts[NEXT]]
+        radau_interpolate((moment - t) / ode.clock[DONE], ode, x)
+        status = rates_at(rates, model, p, address(contacts), moment, x, ode.f)
+        if status != Status.RUNNING:
+            return status
+        if has_gap and not call_model(model, GAP, moment, contacts.q, contacts.u, p, contacts.work.g_N):
+            return Status.NOT_FINITE
+        for i in range(contacts.kinds.shape[0]):
+            x[2 * n + i] = contacts.work.g_N[i] if has_gap else 0.0
+        write_row(moment, x, contacts, trail)
+        trail.counts[NEXT] += 1
+    return Status.RUNNING

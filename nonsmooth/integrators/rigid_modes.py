@@ -1,0 +1,401 @@
+"""The equations of motion with rigid contacts, mode by mode.
+
+    q' = u,    M u' = h + W_N^T la_N + W_F^T la_F
+
+Each contact has a mode, and the modes make the forces the solution of one linear system in (la_N, la_F):
+
+    closed              gamma_N' = 0
+    sticking            gamma_F' = 0 as well
+    sliding, sign s     la_F = -s mu(|gamma_F|) sigma la_N,  sigma the sign of la_N
+    open                la = 0
+
+with gamma' = G la + b, the acceleration-level problem by which paradoxes are judged. Its matrix A is G without the rows
+of sliding friction, whose columns are added to those of the normal forces: one contact that slides has A = p =
+G_NN - s mu sigma G_NF. Redundant contacts share their load with the least squares. Event functions end a mode:
+
+    CLOSURE     g_N of an open contact, la_N of a closed one (unilateral)
+    FRICTION    s gamma_F of sliding; mu |la_N| - |la_F| of sticking
+    SIGN        sigma la_N of a bilateral contact that slides
+    REGULAR     det A, one for all: a slide whose p falls to zero has lost its force (Génot–Brogliato point)
+
+What follows an event is in rigid_switching.py. Trailing components of the state are the gaps, which are evaluated and
+not integrated, the impulses and the energy ledger. Source: Pfeiffer, Glocker, *Multibody Dynamics with Unilateral
+Contacts* (1996), chapter 5; Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653; docs/theory/event_driven.md.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import NamedTuple
+
+from nonsmooth.acceleration_problem import IMPLICIT, acceleration_problem
+from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, frozen, view
+from nonsmooth.contact_problem import Work, row_velocities, smooth_step, work_shapes
+from nonsmooth.dense import lu, lu_solve
+from nonsmooth.errors import Status
+from nonsmooth.integrators.contact_switching import ROUNDINGS, rounded_speed
+from nonsmooth.integrators.radau_stages import EPS, RATES, determinant_is_positive
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.laws import LAW_WIDTH, friction_coefficient, static_coefficient
+from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+
+# facts; EVENT is the event that waits to be handled
+HAS, N_U, SELECTION, EVENT = range(4)
+# numbers of the run: tolerances; det A, and the shift of its diagonal where contacts are redundant; the time that the
+# shortest flight lasts which has just begun
+ATOL, RTOL, DETERMINANT, SHIFT, FLIGHT = range(5)
+# event functions of a contact; the last of all is REGULAR
+CLOSURE, FRICTION, SIGN = range(3)
+N_FUNCTIONS = 3
+N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfaces
+# det A over the product of the entries G_ii at which a slide ends. Towards a Génot–Brogliato point la_N grows like
+# p^(chi - 1), 0 < chi: what is left of its impulse there is 1e-9^chi of the whole.
+SINGULAR_SLIDE = 1e-9
+REGULARISATION = 1e-10  # of the trace: makes redundant contacts share their load
+REFINEMENTS = 3
+
+
+class RigidContacts(NamedTuple):
+    """The contacts of a run. n = n_u, c = n_c, r = rows."""
+
+    work: Work
+    facts: Integers  # (4,)
+    numbers: Vector  # (5,)
+    kinds: IntegerTable  # (c, 2)
+    laws: Matrix  # (c, LAW_WIDTH)
+    mode: Integers  # (c,) ContactMode
+    slip: Integers  # (c,) sign of sliding
+    sign: Integers  # (c,) sign of la_N
+    q: Vector  # (n,)
+    u: Vector  # (n,)
+    la: Matrix  # (c, 2) forces
+    gamma: Matrix  # (c, 2) contact velocities
+    size: Vector  # (c,) what the terms of la_N add up to without their signs
+    ratio: Vector  # (c,) la_F/la_N of a slide
+    rates: Matrix  # (4, r) W' u + w'
+    row: Integers  # (r,) row of G of each equation
+    contact: Integers  # (r,) contact of each equation
+    part: Integers  # (r,) whether an equation is normal (0) or tangential (1)
+    A: Matrix  # (r, r)
+    factor: Matrix  # (r, r)
+    order: Integers  # (r,)
+    b: Vector  # (r,)
+    z: Vector  # (r,)
+    left: Vector  # (r,) scratch
+    sum: Vector  # (r,) scratch
+
+
+@functools.lru_cache(maxsize=64)
+def contacts_shapes(n: int, n_c: int, d: int) -> tuple:
+    """Shapes of ``RigidContacts``."""
+    r = max(1, n_c * (1 + d))
+    return frozen({
+        "work": work_shapes(n, n_c, d), "facts": (4,), "numbers": (5,), "kinds": (n_c, 2), "laws": (n_c, LAW_WIDTH),
+        **dict.fromkeys(("mode", "slip", "sign", "size", "ratio"), (n_c,)), "q": (n,), "u": (n,), "la": (n_c, 2),
+        "gamma": (n_c, 2), "rates": (4, r), "A": (r, r), "factor": (r, r),
+        **dict.fromkeys(("row", "contact", "part", "order", "b", "z", "left", "sum"), (r,)),
+    })  # fmt: skip
+
+
+@kernel(RATES, short_loops=True)
+def rigid_rates(model, p, contacts_at, t, x, out):
+    """x' with x = (q, u, g_N, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
+    contacts = view(contacts_at, RigidContacts)
+    work, la, gamma = contacts.work, contacts.la, contacts.gamma
+    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    status = find_forces(model, p, t, x, contacts)
+    if status != Status.RUNNING:
+        return status
+    total = 0.0
+    force, friction, normal, surface = 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        out[i] = contacts.u[i]
+        out[n + i] = work.du[i]
+        total += 0.0 * work.du[i]
+        force += work.h[i] * contacts.u[i]
+    for i in range(n_c):
+        out[2 * n + i] = 0.0
+        out[2 * n + n_c + i] = la[i, 0]
+        out[2 * n + 2 * n_c + i] = la[i, 1]
+        friction += la[i, 1] * gamma[i, 1]
+        if contacts.kinds[i, 0] != GIVEN_FORCE:
+            normal += la[i, 0] * gamma[i, 0]
+            surface -= la[i, 0] * work.w_N[i]
+        if contacts.kinds[i, 1] > 0:
+            surface -= la[i, 1] * work.w_F[i, 0]
+    end = 2 * n + 3 * n_c
+    out[end], out[end + 1], out[end + 2], out[end + 3] = force, friction, normal, surface
+    return Status.RUNNING.value if total == 0.0 else Status.NOT_FINITE.value
+
+
+@kernel(RATES, short_loops=True)
+def rigid_events(model, p, contacts_at, t, x, out):
+    """The event functions and their tolerances, an ``event_values`` function; one that does not apply is 1."""
+    contacts = view(contacts_at, RigidContacts)
+    status = find_forces(model, p, t, x, contacts)
+    if status != Status.RUNNING:
+        return status
+    work, la = contacts.work, contacts.la
+    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    E = N_FUNCTIONS * n_c + 1
+    if contacts.facts[HAS] & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
+        return Status.NOT_FINITE.value
+    speed, length = rounded_speed(n, contacts), rounded_length(n, contacts)
+    for i in range(n_c):
+        e = N_FUNCTIONS * i
+        for m in range(N_FUNCTIONS):
+            out[e + m] = 1.0
+            out[E + e + m] = 0.0
+        kind, mode = contacts.kinds[i, 0], contacts.mode[i]
+        force = contacts.numbers[RTOL] * contacts.size[i]
+        if kind == UNILATERAL:
+            out[e + CLOSURE] = work.g_N[i] if mode == ContactMode.OPEN else la[i, 0]
+            out[E + e + CLOSURE] = length if mode == ContactMode.OPEN else force
+        if mode == ContactMode.SLIDE:
+            out[e + FRICTION] = contacts.slip[i] * contacts.gamma[i, 1]
+            out[E + e + FRICTION] = speed
+            if kind == BILATERAL:
+                out[e + SIGN] = contacts.sign[i] * la[i, 0]
+                out[E + e + SIGN] = force
+        elif mode == ContactMode.STICK:
+            out[e + FRICTION] = static_coefficient(contacts.laws, i) * abs(la[i, 0]) - abs(la[i, 1])
+            out[E + e + FRICTION] = force
+    out[E - 1] = contacts.numbers[DETERMINANT] - SINGULAR_SLIDE
+    out[2 * E - 1] = 0.0
+    return Status.RUNNING.value
+
+
+@kernel
+def rounded_length(n, contacts):
+    """What rounding leaves of a gap that is zero [m]."""
+    longest = 0.0
+    for j in range(n):
+        longest = max(longest, abs(contacts.q[j]))
+    return ROUNDINGS * EPS * longest
+
+
+@kernel
+def find_forces(model, p, t, x, contacts):
+    """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
+    work, facts, kinds, la = contacts.work, contacts.facts, contacts.kinds, contacts.la
+    n, n_c = facts[N_U], kinds.shape[0]
+    status, n_k = closed_problem(model, p, t, x, contacts)
+    if status != Status.RUNNING:
+        return status
+    contacts.numbers[DETERMINANT] = 1.0
+    for i in range(n_c):
+        la[i, 0], la[i, 1] = 0.0, 0.0
+    if n_k == 0:
+        return Status.RUNNING
+    if not find_ratios(n_k, contacts):
+        return Status.NEGATIVE_FRICTION
+    m = list_equations(n_k, contacts)
+    for e in range(m):
+        a = contacts.row[e]
+        contacts.b[e] = -work.c[a]
+        for k in range(n_k):
+            i = work.closed[k]
+            if kinds[i, 0] == GIVEN_FORCE:
+                contacts.b[e] -= work.G[a, work.start[k]] * la[i, 1]
+    factorise(m, True, contacts)
+    solve_equations(m, contacts)
+    for e in range(m):
+        i = contacts.contact[e]
+        la[i, contacts.part[e]] = contacts.z[e]
+        if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:
+            la[i, 1] = contacts.ratio[i] * contacts.z[e]
+    add_forces(n, n_k, contacts)
+    return Status.RUNNING
+
+
+@kernel
+def closed_problem(model, p, t, x, contacts):
+    """The acceleration-level problem of the contacts that are not open, and their velocities: (Status, contacts)."""
+    work, facts, kinds = contacts.work, contacts.facts, contacts.kinds
+    n, n_c = facts[N_U], kinds.shape[0]
+    for j in range(n):
+        contacts.q[j], contacts.u[j] = x[j], x[n + j]
+        work.q_mid[j] = x[j]
+    n_k = 0
+    for i in range(n_c):
+        contacts.gamma[i, 0], contacts.gamma[i, 1] = 0.0, 0.0
+        if contacts.mode[i] != ContactMode.OPEN:
+            work.closed[n_k] = i
+            n_k += 1
+    if n_k == 0:
+        return smooth_step(model, facts[HAS] & ~IMPLICIT, True, t, 1.0, 0.5, n, contacts.u, p, work), 0
+    status, _ = acceleration_problem(
+        model, facts[HAS], t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
+    )
+    row_velocities(n, n_k, kinds, contacts.u, work)
+    for k in range(n_k):
+        i = work.closed[k]
+        if kinds[i, 0] != GIVEN_FORCE:
+            contacts.gamma[i, 0] = work.gamma_0[work.start[k]]
+        if kinds[i, 1] > 0:
+            contacts.gamma[i, 1] = work.gamma_0[work.start[k + 1] - 1]
+    return status, n_k
+
+
+@kernel
+def find_ratios(n_k, contacts):
+    """la_F/la_N of the contacts that slide, and la_F where the normal force is given; False where mu(v) < 0."""
+    work, la = contacts.work, contacts.la
+    for k in range(n_k):
+        i = work.closed[k]
+        is_given = contacts.kinds[i, 0] == GIVEN_FORCE
+        if is_given:
+            la[i, 0] = max(0.0, work.N[i])
+        if contacts.mode[i] != ContactMode.SLIDE:
+            continue
+        s = contacts.slip[i]
+        mu = friction_coefficient(contacts.laws, i, max(0.0, s * contacts.gamma[i, 1]))
+        contacts.ratio[i] = -s * mu * contacts.sign[i]
+        if is_given:
+            la[i, 1] = -s * mu * la[i, 0]
+        if mu < 0.0:
+            return False
+    return True
+
+
+@kernel
+def list_equations(n_k, contacts):
+    """The rows that the modes hold at zero: normal, then tangential where a contact sticks; returns their number."""
+    work = contacts.work
+    m = 0
+    for k in range(n_k):
+        i = work.closed[k]
+        if contacts.kinds[i, 0] != GIVEN_FORCE:
+            contacts.row[m], contacts.contact[m], contacts.part[m] = work.start[k], i, 0
+            m += 1
+        if contacts.mode[i] == ContactMode.STICK:
+            contacts.row[m], contacts.contact[m], contacts.part[m] = work.start[k + 1] - 1, i, 1
+            m += 1
+    return m
+
+
+@kernel
+def factorise(m, with_friction, contacts):
+    """LU factors of A, of A + shift where contacts are redundant; with_friction adds the columns of sliding friction.
+
+    Leaves the determinant and the shift in numbers.
+    """
+    work, A, factor, row = contacts.work, contacts.A, contacts.factor, contacts.row
+    scale, trace = 1.0, 0.0
+    for f in range(m):
+        i = contacts.contact[f]
+        slides = with_friction and contacts.mode[i] == ContactMode.SLIDE
+        for e in range(m):
+            A[e, f] = work.G[row[e], row[f]]
+            if slides:
+                A[e, f] += contacts.ratio[i] * work.G[row[e], row[f] + 1]
+            factor[e, f] = A[e, f]
+        scale *= work.G[row[f], row[f]]
+        trace += work.G[row[f], row[f]]
+    contacts.numbers[SHIFT] = 0.0
+    if lu(m, factor, contacts.order):
+        determinant = 1.0
+        for e in range(m):
+            determinant *= abs(factor[e, e])
+        is_positive = determinant_is_positive(m, factor, contacts.order, contacts.sum)
+        contacts.numbers[DETERMINANT] = determinant / scale if is_positive else -determinant / scale
+        return
+    shift = REGULARISATION * trace
+    for e in range(m):
+        for f in range(m):
+            factor[e, f] = A[e, f]
+        factor[e, e] += shift
+    lu(m, factor, contacts.order)
+    contacts.numbers[SHIFT] = shift
+    contacts.numbers[DETERMINANT] = 1.0
+
+
+@kernel
+def solve_equations(m, contacts):
+    """A z = b, by proximal iterations where A is singular."""
+    b, z, left, total = contacts.b, contacts.z, contacts.left, contacts.sum
+    lu_solve(m, contacts.factor, contacts.order, b, z)
+    if contacts.numbers[SHIFT] == 0.0:
+        return
+    for _ in range(REFINEMENTS):
+        for e in range(m):
+            left[e] = b[e]
+            for f in range(m):
+                left[e] -= contacts.A[e, f] * z[f]
+        lu_solve(m, contacts.factor, contacts.order, left, total)
+        for e in range(m):
+            z[e] += total[e]
+
+
+@kernel
+def add_forces(n, n_k, contacts):
+    """work.du += X^T la, and the sizes of the terms that each force is the sum of."""
+    work, la = contacts.work, contacts.la
+    for k in range(n_k):
+        i = work.closed[k]
+        a, b = work.start[k], work.start[k + 1] - 1
+        contacts.size[i] = abs(la[i, 0]) + abs(work.c[a]) / work.G[a, a]
+        for j in range(n):
+            if contacts.kinds[i, 0] != GIVEN_FORCE:
+                work.du[j] += work.X[a, j] * la[i, 0]
+            if contacts.kinds[i, 1] > 0:
+                work.du[j] += work.X[b, j] * la[i, 1]
+
+
+@kernel
+def hold(model, p, t, x, with_friction, contacts):
+    """Move the state back onto the constraints of its modes, g_N = 0, gamma_N = 0 and gamma_F = 0; returns a Status.
+
+    What drifted in a step is taken off in the mass metric. A rebound that is given up (with_friction) is taken off with
+    the friction that belongs to its impulse. The gaps are written to the state.
+    """
+    work, kinds = contacts.work, contacts.kinds
+    n, n_c = contacts.facts[N_U], kinds.shape[0]
+    if n_c == 0:
+        return Status.RUNNING
+    status, n_k = closed_problem(model, p, t, x, contacts)
+    if status != Status.RUNNING:
+        return status
+    if contacts.facts[HAS] & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
+        return Status.NOT_FINITE
+    for i in range(n_c):
+        x[2 * n + i] = work.g_N[i]
+    if n_k == 0:
+        return Status.RUNNING
+    if with_friction and not find_ratios(n_k, contacts):
+        return Status.NEGATIVE_FRICTION
+    m = list_equations(n_k, contacts)
+    factorise(m, with_friction, contacts)
+    for e in range(m):
+        contacts.b[e] = -contacts.gamma[contacts.contact[e], contacts.part[e]]
+    solve_equations(m, contacts)
+    move(n, m, n, with_friction, x, contacts)
+    for e in range(m):
+        i = contacts.contact[e]
+        contacts.b[e] = 0.0
+        if contacts.part[e] == 0:
+            contacts.b[e] = -work.g_N[i]
+            x[2 * n + i] = 0.0
+    solve_equations(m, contacts)
+    move(n, m, 0, False, x, contacts)
+    return Status.RUNNING
+
+
+@kernel
+def move(n, m, first, with_friction, x, contacts):
+    """Add the columns of the equations, times z, to the coordinates (first = 0) or the velocities (first = n) of x.
+
+    With friction z are impulses, and booked.
+    """
+    work, n_c = contacts.work, contacts.kinds.shape[0]
+    for e in range(m):
+        i, a, z = contacts.contact[e], contacts.row[e], contacts.z[e]
+        slides = with_friction and contacts.mode[i] == ContactMode.SLIDE
+        for j in range(n):
+            x[first + j] += work.X[a, j] * z
+            if slides:
+                x[first + j] += work.X[a + 1, j] * contacts.ratio[i] * z
+        if with_friction:
+            x[2 * n + n_c + contacts.part[e] * n_c + i] += z
+            if slides:
+                x[2 * n + 2 * n_c + i] += contacts.ratio[i] * z

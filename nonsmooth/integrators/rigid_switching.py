@@ -1,0 +1,415 @@
+"""What follows an event of rigid contacts: impacts, then new modes; where no force exists, an impact without collision.
+
+1. Contacts that touch and approach strike (rigid_impact.py); those that part are open.
+2. Every set of forces of the contacts that still touch is enumerated (paradox/forces.py) with the sliding directions
+   of the instant, and one is taken by the rule of docs/theory/selection.md. An event that lies on the border of two
+   modes is decided a moment later on the motion that the old modes would have gone on with: there one of the two no
+   longer holds.
+3. Where there is none, sliding is inconsistent: an impact without collision follows, then step 2 again.
+4. A contact that leaves with the velocity v and will come back, gamma_N' = a < 0, begins a series of bounces. Where
+   the next is lower than the tolerance, v^2/(2 |a|) < atol, it is closed instead: with the restitution e the series
+   ends after the time 2 v/(|a| (1 - e)), by which the event is dated.
+
+Source: Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653; Lötstedt, *SIAM J. Sci. Stat. Comput.* 5 (1984) 370.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import NamedTuple
+
+from nonsmooth.acceleration_problem import find_row_rates
+from nonsmooth.blocks import Integers, Matrix, Vector, frozen, view
+from nonsmooth.contact_problem import evaluate_rows, row_velocities
+from nonsmooth.contact_solvers.modes import select
+from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.contact_solvers.single import sigma_of, slip_of
+from nonsmooth.errors import Status
+from nonsmooth.integrators.contact_switching import rounded_speed
+from nonsmooth.integrators.event_location import NO_EVENT
+from nonsmooth.integrators.moreau_jean import mode_of
+from nonsmooth.integrators.records import (
+    EVENT_CONTACT,
+    EVENT_FOUND,
+    EVENT_GAMMA_F,
+    EVENT_GAMMA_N,
+    EVENT_KIND,
+    EVENT_MODE_0,
+    EVENT_MODE_1,
+    EVENT_P_F,
+    EVENT_P_N,
+    EVENT_SLIP_0,
+    EVENT_SLIP_1,
+    EVENT_SOLUTIONS,
+    EVENT_T,
+    FAILED_CONTACT,
+    IMPACT,
+    INCONSISTENT,
+    INDETERMINATE,
+    MODE_CHANGE,
+    N_EVENTS,
+    N_LEDGER,
+    SEVERAL,
+    STEPS,
+    State,
+)
+from nonsmooth.integrators.rigid_impact import impact
+from nonsmooth.integrators.rigid_modes import (
+    ATOL,
+    CLOSURE,
+    EVENT,
+    FLIGHT,
+    FRICTION,
+    HAS,
+    N_FUNCTIONS,
+    N_U,
+    SELECTION,
+    RigidContacts,
+    find_forces,
+    hold,
+    rounded_length,
+)
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.laws import LAW_E_N
+from nonsmooth.paradox.forces import Forces, Outcome, forces_of_closed, forces_shapes
+from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+
+START = -2  # the event with which a run begins
+KEPT = 64  # solutions kept of one state
+MAX_IMPACTS = 8  # at one instant, per contact
+RESOLVED = 10.0  # times what rounding leaves of a gap: a lower bounce cannot be told from none
+
+
+class Touch(NamedTuple):
+    """What is known of the contacts at the instant of an event."""
+
+    is_touching: Integers  # (c,) closed, and gamma_N = 0 once impacts are over
+    is_resting: Integers  # (c,) gamma_F = 0
+    gamma: Matrix  # (c, 2) contact velocities
+    before: Matrix  # (c, 2) those before the impacts
+    P: Matrix  # (c, 2) impulses of the event
+    kind: Integers  # (c,) kind of the event
+    accumulates: Vector  # (c,) time that the bounces still take, which are given up; 0 where there are none
+    offset: Vector  # (r,)
+    none: Matrix  # (c, 1 + d) zero impulses
+    ledger: Vector  # (N_LEDGER,)
+    q: Vector  # (n,) the change of the state a moment later
+    u: Vector  # (n,)
+    u_0: Vector  # (n,) velocities before the event
+    found: Integers  # (2,) number of solutions, bits of the modes of a single contact
+    planar: Planar
+
+
+@functools.lru_cache(maxsize=64)
+def touch_shapes(n: int, n_c: int, d: int) -> tuple:
+    """Shapes of ``Touch``."""
+    r = max(1, n_c * (1 + d))
+    return frozen({
+        **dict.fromkeys(("is_touching", "is_resting", "kind", "accumulates"), (n_c,)),
+        **dict.fromkeys(("gamma", "before", "P"), (n_c, 2)), "offset": (r,), "none": (n_c, 1 + d),
+        "ledger": (N_LEDGER,),
+        **dict.fromkeys(("q", "u", "u_0"), (n,)), "found": (2,),
+        "planar": frozen(planar_shapes(max(1, n_c), d)),
+    })  # fmt: skip
+
+
+def search_shapes(n: int, n_c: int, d: int) -> tuple:
+    """Shapes of the search for forces."""
+    return frozen(forces_shapes(n, n_c, d, KEPT))
+
+
+@kernel("int64(int64, float64[::1], float64, float64, float64[::1], int64, int64, int64, int64)", short_loops=True)
+def switch_modes(model, p, t, moment, x, state_at, contacts_at, touch_at, forces_at):
+    """Handle the event contacts.facts[EVENT] at the state x; ``moment`` [s] is short against the motion.
+
+    Returns a Status; RUNNING with the new modes, and with x moved by the impulses.
+    """
+    state, contacts = view(state_at, State), view(contacts_at, RigidContacts)
+    touch, forces = view(touch_at, Touch), view(forces_at, Forces)
+    n, n_c, event = contacts.facts[N_U], contacts.kinds.shape[0], contacts.facts[EVENT]
+    contacts.numbers[FLIGHT] = math.inf
+    for i in range(n_c):
+        state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
+        touch.P[i, 0], touch.P[i, 1], touch.accumulates[i], touch.kind[i] = 0.0, 0.0, 0.0, MODE_CHANGE
+    is_border = on_border(event, n_c, contacts)
+    if is_border:
+        status = find_forces(model, p, t, x, contacts)
+        if status != Status.RUNNING:
+            return status
+    for j in range(n):
+        touch.q[j] = moment * x[n + j] if is_border else 0.0
+        touch.u[j] = moment * contacts.work.du[j] if is_border else 0.0
+    status, has_struck = strike(model, p, t, x, event, contacts, touch)
+    if status == Status.RUNNING:
+        later = t + moment if is_border and not has_struck else t
+        is_lost = event == N_FUNCTIONS * n_c and n_c > 0
+        status = settle(model, p, t, later, x, is_lost, state, contacts, touch, forces)
+    if status == Status.RUNNING and has_struck:
+        status = give_up_bounces(model, p, t, x, state, contacts, touch, forces)
+    if status != Status.RUNNING:
+        return status
+    gives_up = False
+    for i in range(n_c):
+        gives_up = gives_up or touch.accumulates[i] > 0.0
+    status = hold(model, p, t, x, gives_up, contacts)
+    note_events(t, state, contacts, touch)
+    contacts.facts[EVENT] = NO_EVENT
+    return status
+
+
+@kernel
+def on_border(event, n_c, contacts):
+    """Whether an event is where one mode passes into another, and not where a contact comes to touch or to rest."""
+    if event < 0 or event == N_FUNCTIONS * n_c:
+        return False
+    mode, function = contacts.mode[event // N_FUNCTIONS], event % N_FUNCTIONS
+    if function == CLOSURE:
+        return mode != ContactMode.OPEN
+    return function != FRICTION or mode == ContactMode.STICK
+
+
+@kernel
+def strike(model, p, t, x, event, contacts, touch):
+    """Impacts until no contact that touches approaches: (Status, whether there was one)."""
+    n_c = contacts.kinds.shape[0]
+    has_struck = False
+    for attempt in range(MAX_IMPACTS * n_c + 1):
+        if not look(model, p, t, x, event, contacts, touch):
+            return Status.NOT_FINITE.value, has_struck
+        speed = rounded_speed(contacts.facts[N_U], contacts)
+        is_struck = False
+        for i in range(n_c):
+            if attempt == 0:
+                touch.before[i, 0], touch.before[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
+            kind, gamma_N = contacts.kinds[i, 0], touch.gamma[i, 0]
+            approaches = gamma_N < -speed if kind == UNILATERAL else kind == BILATERAL and abs(gamma_N) > speed
+            if touch.is_touching[i] == 1 and approaches:
+                touch.kind[i] = IMPACT
+                is_struck = True
+        if not is_struck:
+            return Status.RUNNING.value, has_struck
+        status = impact(model, p, t, x, False, contacts, touch)
+        if status != Status.RUNNING:
+            return status, has_struck
+        has_struck = True
+        event = NO_EVENT
+    return Status.CHATTERING.value, has_struck
+
+
+@kernel
+def look(model, p, t, x, event, contacts, touch):
+    """Which contacts touch, with which velocities; False if a model function raised.
+
+    A contact touches where its mode is not open, where its gap has just closed, and where the gap is zero to rounding;
+    unless it parts.
+    """
+    work, kinds, has = contacts.work, contacts.kinds, contacts.facts[HAS]
+    n, n_c = contacts.facts[N_U], kinds.shape[0]
+    for j in range(n):
+        contacts.q[j], contacts.u[j] = x[j], x[n + j]
+        work.q_mid[j] = x[j]
+    for i in range(n_c):
+        work.closed[i] = i
+    if has & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
+        return False
+    if not evaluate_rows(model, has, True, t, contacts.u, p, work):
+        return False
+    row_velocities(n, n_c, kinds, contacts.u, work)
+    r = 0
+    for i in range(n_c):
+        touch.gamma[i, 0], touch.gamma[i, 1] = 0.0, 0.0
+        if kinds[i, 0] != GIVEN_FORCE:
+            touch.gamma[i, 0] = work.gamma_0[r]
+            r += 1
+        if kinds[i, 1] > 0:
+            touch.gamma[i, 1] = work.gamma_0[r]
+            r += 1
+        contacts.gamma[i, 0], contacts.gamma[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
+    speed, length = rounded_speed(n, contacts), rounded_length(n, contacts)
+    for i in range(n_c):
+        is_closing = event >= 0 and event // N_FUNCTIONS == i
+        is_closed = contacts.mode[i] != ContactMode.OPEN or is_closing or work.g_N[i] <= length
+        parts = kinds[i, 0] == UNILATERAL and touch.gamma[i, 0] > speed
+        touch.is_touching[i] = 1 if is_closed and not parts else 0
+        is_arrested = is_closing and contacts.mode[i] == ContactMode.SLIDE and event % N_FUNCTIONS == FRICTION
+        is_slow = abs(touch.gamma[i, 1]) <= speed + contacts.numbers[ATOL]
+        if event == START:  # a start says itself what rests
+            is_slow = contacts.mode[i] == ContactMode.STICK
+        touch.is_resting[i] = 1 if is_slow or is_arrested else 0
+    return True
+
+
+@kernel
+def settle(model, p, t, later, x, is_lost, state, contacts, touch, forces):
+    """Give the contacts that touch their modes, with an impact without collision where they have none.
+
+    ``is_lost`` tells that there are no forces even before they are looked for. Returns a Status.
+    """
+    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    for attempt in range(n_c + 1):
+        for j in range(n):
+            is_ahead = later > t
+            contacts.q[j] = x[j] + (touch.q[j] if is_ahead else 0.0)
+            contacts.u[j] = x[n + j] + (touch.u[j] if is_ahead else 0.0)
+        n_k = list_touching(contacts, touch, forces)
+        found = 0
+        if not is_lost or attempt > 0:
+            outcome, found, _ = forces_of_closed(
+                model, contacts.facts[HAS], later, contacts.q, contacts.u, p, n_k, contacts.kinds, contacts.laws, forces
+            )
+            if outcome != Outcome.COMPLETE:
+                return Status.NOT_FINITE if outcome == Outcome.NOT_FINITE else Status.NOT_SOLVED
+        if found > 0:
+            take_modes(found, n_k, state, contacts, touch, forces)
+            return Status.RUNNING
+        status = strike_without_collision(model, p, t, x, state, contacts, touch)
+        if status != Status.RUNNING:
+            return status
+        later = t
+    return Status.NO_SOLUTION
+
+
+@kernel
+def list_touching(contacts, touch, forces):
+    """Hand the contacts that touch over to the search for forces; returns their number."""
+    n_k = 0
+    for i in range(contacts.kinds.shape[0]):
+        forces.gamma[i, 0], forces.gamma[i, 1] = 0.0, touch.gamma[i, 1]
+        if touch.is_touching[i] == 0:
+            contacts.mode[i], contacts.slip[i], contacts.sign[i] = ContactMode.OPEN.value, 0, 1
+            continue
+        forces.work.closed[n_k] = i
+        forces.slip[n_k] = 0
+        if contacts.kinds[i, 1] > 0 and touch.is_resting[i] == 0:
+            forces.slip[n_k] = 1 if touch.gamma[i, 1] > 0.0 else -1
+        n_k += 1
+    return n_k
+
+
+@kernel
+def take_modes(found, n_k, state, contacts, touch, forces):
+    """Take one of the solutions found by the selection rule."""
+    work, tree, kinds = forces.work, forces.planar.tree, contacts.kinds
+    kept = min(found, forces.candidate.shape[0], tree.modes.shape[0])
+    slides = False
+    touch.found[0], touch.found[1] = found, 0
+    for k in range(n_k):
+        i = work.closed[k]
+        slides = slides or forces.slip[k] != 0
+        was_caught = touch.is_resting[i] == 1 and forces.mu_static[k] > forces.mu[k]  # by the static friction
+        was_stuck = state.mode[i] == ContactMode.STICK or touch.kind[i] == INCONSISTENT
+        forces.planar.was_stuck[k] = 1 if was_stuck or was_caught else 0
+        for m in range(kept):
+            tree.modes[m, k] = forces.candidate[m, k]
+            touch.found[1] |= 1 << forces.candidate[m, k]
+    take = select(
+        kept, n_k, work.closed, work.start, kinds, forces.mu, work.G, forces.planar.was_stuck,
+        contacts.facts[SELECTION], tree,
+    )  # fmt: skip
+    if n_k != 1:
+        touch.found[1] = 0
+    is_indeterminate = found >= 3 or (found == 2 and slides)
+    for k in range(n_k):
+        i = work.closed[k]
+        candidate = tree.modes[take, k]
+        contacts.mode[i] = mode_of(candidate, kinds[i, 1])
+        contacts.slip[i] = slip_of(candidate)
+        contacts.sign[i] = sigma_of(candidate) if kinds[i, 0] == BILATERAL else 1
+        if is_indeterminate and kinds[i, 1] > 0 and touch.kind[i] == MODE_CHANGE:
+            touch.kind[i] = INDETERMINATE
+    if is_indeterminate:
+        state.counters[SEVERAL] += 1
+
+
+@kernel
+def strike_without_collision(model, p, t, x, state, contacts, touch):
+    """The impact that resolves sliding without force; NO_SOLUTION where no impulse does."""
+    n_c = contacts.kinds.shape[0]
+    for i in range(n_c):
+        touch.before[i, 0], touch.before[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
+    before = 0.0
+    for i in range(n_c):
+        before += abs(touch.P[i, 0]) + abs(touch.P[i, 1])
+    status = impact(model, p, t, x, True, contacts, touch)
+    if status != Status.RUNNING:
+        state.counters[FAILED_CONTACT] = -1
+        return status
+    after = 0.0
+    for i in range(n_c):
+        after += abs(touch.P[i, 0]) + abs(touch.P[i, 1])
+        if touch.P[i, 0] != 0.0 and contacts.kinds[i, 1] > 0 and touch.is_resting[i] == 0:
+            touch.kind[i] = INCONSISTENT
+    if after == before:
+        state.counters[FAILED_CONTACT] = -1
+        return Status.NO_SOLUTION
+    return Status.RUNNING if look(model, p, t, x, NO_EVENT, contacts, touch) else Status.NOT_FINITE
+
+
+@kernel
+def give_up_bounces(model, p, t, x, state, contacts, touch, forces):
+    """Close the contacts whose next bounce is lower than the tolerance; note how long the shortest other flight is."""
+    work, kinds = contacts.work, contacts.kinds
+    n, n_c = contacts.facts[N_U], kinds.shape[0]
+    status = find_forces(model, p, t, x, contacts)
+    if status != Status.RUNNING:
+        return status
+    for i in range(n_c):
+        work.closed[i] = i
+    if not find_row_rates(
+        model, contacts.facts[HAS], t, n, contacts.q, contacts.u, p, n_c, kinds, contacts.rates, work
+    ):
+        return Status.NOT_FINITE
+    for j in range(n):
+        work.q_mid[j] = contacts.q[j]
+    if not evaluate_rows(model, contacts.facts[HAS], True, t, contacts.u, p, work):
+        return Status.NOT_FINITE
+    height = max(contacts.numbers[ATOL], RESOLVED * rounded_length(n, contacts))
+    r = 0
+    has_closed = False
+    for i in range(n_c):
+        v = touch.gamma[i, 0]
+        if kinds[i, 0] == UNILATERAL and touch.is_touching[i] == 0 and v > 0.0 and work.g_N[i] <= height:
+            a = contacts.rates[0, r]
+            for j in range(n):
+                a += work.W_N[i, j] * work.du[j]
+            e = contacts.laws[i, LAW_E_N]
+            if a < 0.0 and e < 1.0 and v * v < 2.0 * -a * height:
+                touch.is_touching[i] = 1
+                touch.accumulates[i] = 2.0 * v / (-a * (1.0 - e))
+                has_closed = True
+            elif a < 0.0:
+                contacts.numbers[FLIGHT] = min(contacts.numbers[FLIGHT], 2.0 * v / -a)
+        r += (1 if kinds[i, 0] != GIVEN_FORCE else 0) + kinds[i, 1]
+    if not has_closed:
+        return Status.RUNNING
+    return settle(model, p, t, t, x, False, state, contacts, touch, forces)
+
+
+@kernel
+def note_events(t, state, contacts, touch):
+    """Append what changed: modes, impacts, paradoxes. The modes of a start are no event."""
+    row = state.events
+    is_start = contacts.facts[EVENT] == START and state.counters[STEPS] == 0
+    for i in range(contacts.kinds.shape[0]):
+        changed = contacts.mode[i] != state.mode[i] or contacts.slip[i] != state.slip[i]
+        kind = touch.kind[i]
+        if kind == MODE_CHANGE and (not changed or is_start):
+            continue
+        m = state.counters[N_EVENTS]
+        row[m, EVENT_T] = t + touch.accumulates[i]
+        row[m, EVENT_KIND] = kind
+        row[m, EVENT_CONTACT] = i
+        row[m, EVENT_MODE_0], row[m, EVENT_SLIP_0] = state.mode[i], state.slip[i]
+        row[m, EVENT_MODE_1], row[m, EVENT_SLIP_1] = contacts.mode[i], contacts.slip[i]
+        row[m, EVENT_P_N], row[m, EVENT_P_F] = touch.P[i, 0], touch.P[i, 1]
+        row[m, EVENT_GAMMA_N], row[m, EVENT_GAMMA_F] = touch.before[i, 0], touch.before[i, 1]
+        row[m, EVENT_SOLUTIONS] = 1
+        row[m, EVENT_FOUND] = 0
+        if kind == INCONSISTENT:
+            row[m, EVENT_SOLUTIONS] = 0
+        elif kind == INDETERMINATE:
+            row[m, EVENT_SOLUTIONS], row[m, EVENT_FOUND] = touch.found[0], touch.found[1]
+        state.counters[N_EVENTS] += 1
+    for i in range(contacts.kinds.shape[0]):
+        state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
