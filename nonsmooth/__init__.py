@@ -28,7 +28,7 @@ _HOME = {
     "Classification": "paradox.classify",
     "ParadoxKind": "paradox.classify",
     "ParadoxFlag": "paradox.classify",
-    "ImpactLaw": "paradox.impact",
+    "ImpactLaw": "laws",
     "paradox_map": "paradox.map",
     "paradox_boundaries": "paradox.boundaries",
     "plot_map": "output.paradox_plots",

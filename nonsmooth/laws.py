@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from enum import IntEnum
 from typing import ClassVar
 
 import numpy as np
@@ -29,9 +30,21 @@ from nonsmooth.jit import kernel
 CONSTANT, STATIC_KINETIC, POLYNOMIAL, STRIBECK, SMOOTHED = 0, 1, 2, 3, 4
 
 LAW_E_N, LAW_E_F, LAW_CODE, LAW_C = 0, 1, 2, 3  # columns of a contact's row of laws
-LAW_WIDTH = 8
+LAW_IMPACT = 8
+LAW_WIDTH = 9
 
 Coefficient = float | str
+
+
+class ImpactLaw(IntEnum):
+    """How an impact ends: which quantity the coefficient e is a ratio of."""
+
+    NEWTON = 0  # velocities
+    POISSON = 1  # impulses
+    ENERGETIC = 2  # works, e^2
+
+
+IMPACT_LAWS = {law.name.lower(): law for law in ImpactLaw}
 
 
 @dataclass(frozen=True)
@@ -133,12 +146,15 @@ def resolve(name: str, value: Coefficient, parameters: Mapping[str, float]) -> f
     return as_number(name, value)
 
 
-def law_row(law: FrictionLaw, e_N: Coefficient, e_F: Coefficient, parameters: Mapping[str, float]) -> np.ndarray:
+def law_row(
+    law: FrictionLaw, e_N: Coefficient, e_F: Coefficient, impact: str, parameters: Mapping[str, float]
+) -> np.ndarray:
     """One contact's laws as the row of numbers that the kernels read."""
     row = np.zeros(LAW_WIDTH)
     row[LAW_E_N] = as_fraction("e_N", resolve("e_N", e_N, parameters))
     row[LAW_E_F] = as_fraction("e_F", resolve("e_F", e_F, parameters))
     row[LAW_CODE] = law.code
+    row[LAW_IMPACT] = IMPACT_LAWS[impact]
     coefficients = law.coefficients(parameters)
     law.check(coefficients)
     row[LAW_C : LAW_C + len(coefficients)] = coefficients

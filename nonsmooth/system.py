@@ -23,7 +23,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_count, as_number
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
-from nonsmooth.laws import LAW_WIDTH, Coefficient, Coulomb, FrictionLaw, law_row
+from nonsmooth.laws import IMPACT_LAWS, LAW_WIDTH, Coefficient, Coulomb, FrictionLaw, law_row
 
 # The model functions, in the order of the ``which`` argument of the compiled model.
 MASS, FORCE, GAP, NORMAL, TANGENT, SURFACE_VELOCITY, GAP_RATE, ROW_RATES = range(8)
@@ -66,11 +66,13 @@ class Contact:
     mu : float, str or FrictionLaw
         Friction coefficient, or law mu(|gamma_F|); a string names a parameter. Zero: frictionless, no tangential rows.
     e_N, e_F : float or str
-        Newton restitution coefficients in [0, 1]: gamma_plus = -e gamma_minus.
+        Restitution coefficients in [0, 1]; Newton's gamma_plus = -e gamma_minus unless ``impact`` says otherwise.
     bilateral : bool
         Keeps g_N = 0: the normal force may have either sign, and |P_F| <= mu |P_N|.
     normal_force : bool
         Friction only, under the force ``normal_force(t, q, u, p, N)``: |P_F| <= mu dt max(N, 0); no gap, no W_N.
+    impact : {"newton", "poisson", "energetic"}
+        What e_N is a ratio of: velocities, impulses, or works (e_N^2); the last two for the only contact of a system.
     """
 
     mu: Coefficient | FrictionLaw = 0.0
@@ -78,8 +80,11 @@ class Contact:
     e_F: Coefficient = 0.0
     bilateral: bool = False
     normal_force: bool = False
+    impact: str = "newton"
 
     def __post_init__(self) -> None:
+        if self.impact not in IMPACT_LAWS:
+            raise UnknownName(f"there is no impact law {self.impact!r}; {nearest(self.impact, IMPACT_LAWS)}")
         if self.bilateral and self.normal_force:
             raise InvalidInput("a contact is either bilateral or has a given normal force; both were asked for")
         if self.normal_force and not self.has_friction:
@@ -188,6 +193,7 @@ class System:
         set_("contacts", tuple(contacts))
         set_("d", int(self.tangent is not None or any(contact.has_friction for contact in self.contacts)))
         _check_functions(self)
+        _check_impact_laws(self.contacts)
         self.laws  # noqa: B018 - resolves the coefficients now, so that a wrong one is met here
 
     @property
@@ -214,7 +220,10 @@ class System:
     @functools.cached_property
     def laws(self) -> np.ndarray:
         """(n_c, LAW_WIDTH) restitution and friction coefficients."""
-        rows = [law_row(contact.law, contact.e_N, contact.e_F, self.parameter_values) for contact in self.contacts]
+        rows = [
+            law_row(contact.law, contact.e_N, contact.e_F, contact.impact, self.parameter_values)
+            for contact in self.contacts
+        ]
         return np.array(rows).reshape(self.n_c, LAW_WIDTH)
 
     @functools.cached_property
@@ -282,6 +291,16 @@ class System:
 
     def __repr__(self) -> str:
         return f"System({self.name or self.mass.__name__!r}, n_q={self.n_q}, n_c={self.n_c})"
+
+
+def _check_impact_laws(contacts: Sequence[Contact]) -> None:
+    """Impacts of several contacts at once are defined by Newton's law alone."""
+    for contact in contacts:
+        if contact.impact != "newton" and len(contacts) > 1:
+            raise InvalidInput(
+                f"impact = {contact.impact!r} needs a system with one contact, several at once follow Newton's law; "
+                f"got {len(contacts)} contacts"
+            )
 
 
 def as_system(candidate: Any) -> System:

@@ -37,8 +37,11 @@ from nonsmooth.contact_solvers.planar import Route, pivot, solve_planar
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.contact_solvers.single import (
+    BOUNDARY,
     FREE,
     NO_CANDIDATE,
+    SLIDE_MINUS,
+    SLIDE_PLUS,
     STICK,
     count,
     slip_of,
@@ -72,7 +75,8 @@ from nonsmooth.integrators.records import (
     write_record,
 )
 from nonsmooth.jit import Kernel, call_model, kernel
-from nonsmooth.laws import LAW_E_F, depends_on_speed, friction_coefficient
+from nonsmooth.laws import LAW_E_F, LAW_E_N, LAW_IMPACT, depends_on_speed, friction_coefficient
+from nonsmooth.paradox.impact import impulses_by_law
 from nonsmooth.paradox.resolve import had_no_force
 from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMode, System
 
@@ -313,6 +317,8 @@ def solve(model, has, p, kinds, laws, selection, t, dt, n, n_k, state, scratch):
         if found == 0:
             state.counters[FAILED_CONTACT] = work.closed[0]
             return Status.NO_SOLUTION
+        if work.gamma_0[0] < 0.0 and has_impact_law(work.closed[0], kinds, laws):
+            follow_impact_law(laws, scratch)
         note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, found, state, scratch)
         return Status.RUNNING
     for k in range(n_k):
@@ -370,6 +376,25 @@ def solve_one(kinds, laws, dt, selection, state, scratch):
         if error > state.worst[RESIDUAL] * size:
             state.worst[RESIDUAL] = error / size
     return count(found)
+
+
+@kernel
+def has_impact_law(i, kinds, laws):
+    """Whether impacts of contact i, the only one of its system, follow another law than Newton's, which c holds."""
+    return laws[i, LAW_IMPACT] != 0.0 and laws[i, LAW_E_N] > 0.0 and kinds[i, 0] == UNILATERAL and kinds[i, 1] > 0
+
+
+@kernel
+def follow_impact_law(laws, scratch):
+    """Replace the impulses of the single closed contact, which collides, by those of its law, and its mode."""
+    work = scratch.work
+    G, P, gamma_0 = work.G, work.P, work.gamma_0
+    if impulses_by_law(laws, work.closed[0], gamma_0, G, P):
+        gamma_F = gamma_0[1] + G[1, 0] * P[0] + G[1, 1] * P[1]
+        if abs(gamma_F) <= BOUNDARY * abs(gamma_0[1]):
+            scratch.candidate[0] = STICK
+        else:
+            scratch.candidate[0] = SLIDE_PLUS if gamma_F > 0.0 else SLIDE_MINUS
 
 
 @kernel
@@ -468,4 +493,6 @@ def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, found, state, scra
                 model, has, p, kinds, mu, state.slip[i], t, dt, n, n_k, k, state.q, state.u,
                 address(work), address(scratch.there), scratch.rates,
             ):  # fmt: skip
+                if has_impact_law(i, kinds, laws):
+                    impulses_by_law(laws, i, work.gamma_0, work.G, work.P)
                 add_event(t, INCONSISTENT, i, mode, 0, k, 0, kinds, state, work)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.paradox.impact import ImpactLaw
+from nonsmooth.laws import ImpactLaw
 from nonsmooth.paradox.stability import Stability
 
 if TYPE_CHECKING:

@@ -20,8 +20,9 @@ from nonsmooth.contact_solvers.modes import Tree, enumerate_modes, leaves, tree_
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.jit import interpreted
+from nonsmooth.laws import ImpactLaw
 from nonsmooth.paradox.forces import KEPT, MAX_CONTACTS, MAX_MODES
-from nonsmooth.paradox.impact import ImpactLaw, impulse_map
+from nonsmooth.paradox.impact import impulse_map
 from nonsmooth.paradox.state_problem import Problem
 from nonsmooth.system import BILATERAL, GIVEN_FORCE
 

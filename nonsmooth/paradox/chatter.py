@@ -19,7 +19,8 @@ import math
 import numpy as np
 
 from nonsmooth.jit import interpreted
-from nonsmooth.paradox.impact import ImpactLaw, impulse_map
+from nonsmooth.laws import ImpactLaw
+from nonsmooth.paradox.impact import impulse_map
 
 DIRECTIONS = 721  # starts, x = tan(angle): a quarter of a degree apart
 

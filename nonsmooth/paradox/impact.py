@@ -18,18 +18,10 @@ Source: Stronge, *Impact Mechanics* (2000), chapter 4; Keller, *J. Appl. Mech.* 
 from __future__ import annotations
 
 import math
-from enum import IntEnum
 
 from nonsmooth.dense import SINGULAR
-from nonsmooth.jit import kernel
-
-
-class ImpactLaw(IntEnum):
-    """How an impact ends: which quantity the coefficient e is a ratio of."""
-
-    NEWTON = 0  # velocities
-    POISSON = 1  # impulses
-    ENERGETIC = 2  # works, e^2
+from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.laws import LAW_E_N, LAW_IMPACT, ImpactLaw, friction_coefficient
 
 
 @kernel
@@ -100,3 +92,17 @@ def compression_work(gamma_N, p_1, P_1, P_c):
         return -0.5 * gamma_N * P_c
     w = gamma_N + p_1 * P_1
     return -0.5 * (gamma_N + w) * P_1 - 0.5 * w * (P_c - P_1)
+
+
+@rare_kernel
+def impulses_by_law(laws, i, gamma_0, G, P):
+    """Write the impulses of contact i, the only one that is closed, by its own law of impact; False where compression
+    never ends, and P stays. The coefficient of friction is that before the impact."""
+    mu = friction_coefficient(laws, i, abs(gamma_0[1]))
+    P_N, P_F, _, P_c = impulse_map(
+        int(laws[i, LAW_IMPACT]), laws[i, LAW_E_N], mu, G[0, 0], G[0, 1], G[1, 1], min(0.0, gamma_0[0]), gamma_0[1]
+    )
+    if P_c == math.inf:
+        return False
+    P[0], P[1] = P_N, P_F
+    return True

@@ -17,7 +17,7 @@ popcount = interpreted(count)
 
 
 def laws_of(mu):
-    return law_row(Coulomb(mu), 0.0, 0.0, {}).reshape(1, -1)
+    return law_row(Coulomb(mu), 0.0, 0.0, "newton", {}).reshape(1, -1)
 
 
 def random_contact(rng):

@@ -10,8 +10,9 @@ import pytest
 import nonsmooth as ns
 from models import SpragSlip
 from nonsmooth.jit import interpreted
+from nonsmooth.laws import ImpactLaw
 from nonsmooth.paradox.chatter import bounce, chatter_ratio
-from nonsmooth.paradox.impact import ImpactLaw, impulse_map
+from nonsmooth.paradox.impact import impulse_map
 
 closed_form = interpreted(impulse_map)
 STEPS = 20_000  # of a reference; its error is a few steps of dP, relative to P
