@@ -79,7 +79,7 @@ _HOME = {
     "averaged_amplitude": "stability.averaging",
     "AveragedMotion": "stability.averaging",
     "limit_cycle": "stability.limit_cycle",
-    "LimitCycle": "stability.limit_cycle",
+    "LimitCycle": "stability.cycle",
     "continue_cycle": "stability.cycle_branch",
     "CycleBranch": "stability.cycle_branch",
     "bifurcation_diagram": "stability.bifurcation_diagram",

@@ -16,8 +16,8 @@ from nonsmooth.output.stability_plots import COLOURS, saved
 
 if TYPE_CHECKING:
     from nonsmooth.stability.bifurcation_diagram import BifurcationDiagram
+    from nonsmooth.stability.cycle import CyclePhase, LimitCycle
     from nonsmooth.stability.cycle_branch import CycleBranch
-    from nonsmooth.stability.limit_cycle import CyclePhase, LimitCycle
 
 
 def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:

@@ -19,10 +19,12 @@ from nonsmooth.arrays import as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.simulation import simulate
+from nonsmooth.stability.cycle import LimitCycle
 from nonsmooth.stability.flow_map import flow_curve
-from nonsmooth.stability.limit_cycle import SAMPLES, LimitCycle, Shooting, limit_cycle
+from nonsmooth.stability.limit_cycle import limit_cycle
 from nonsmooth.stability.mode_flow import mode_flow
 from nonsmooth.stability.mode_sequence import PhaseGuess, period_of
+from nonsmooth.stability.shooting import SAMPLES, Shooting
 from nonsmooth.system import System, as_system
 
 SETTLE = 60  # periods that a motion is given to settle where its sequence of modes has changed

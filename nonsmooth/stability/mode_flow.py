@@ -34,6 +34,7 @@ from nonsmooth.system import (
     ContactMode,
 )
 
+Margin = tuple[int, str]  # contact, kind: see ``ModeFlow.margins``
 mu_static = complexified(static_coefficient)
 
 
@@ -141,7 +142,7 @@ class ModeFlow(SlidingMode):
         gamma_F = self.call(TANGENT, q, u)[:, 0] @ u + self.call(SURFACE_VELOCITY, q, u)[:, 0]
         return np.stack([gamma_N, gamma_F], axis=1)
 
-    def margins(self, x: np.ndarray) -> dict[tuple[int, str], complex]:
+    def margins(self, x: np.ndarray) -> dict[Margin, complex]:
         """What must stay positive while the mode lasts, by contact and kind.
 
         "slip": s gamma_F; "normal": n la_N; "friction +", "friction -": mu_s n la_N + la_F and - la_F of a contact that

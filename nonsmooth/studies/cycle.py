@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.errors import InvalidInput
+from nonsmooth.stability.cycle import LimitCycle
 from nonsmooth.stability.cycle_branch import CycleBranch, continue_cycle
-from nonsmooth.stability.limit_cycle import LimitCycle, limit_cycle
+from nonsmooth.stability.limit_cycle import limit_cycle
 from nonsmooth.studies.stability import StabilityStudy
 
 ROWS = 40  # of the printed table of a branch

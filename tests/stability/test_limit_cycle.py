@@ -9,8 +9,8 @@ import pytest
 
 import nonsmooth as ns
 from models import BeltOscillator, BouncingBall, FollowerForceArm, ModeCoupling, SpragSlip
-from nonsmooth.stability.limit_cycle import ending
 from nonsmooth.stability.mode_flow import ContactState
+from nonsmooth.stability.shooting import ending
 from nonsmooth.system import ContactMode
 
 SLIDE, STICK, OPEN = ContactMode.SLIDE, ContactMode.STICK, ContactMode.OPEN
@@ -121,6 +121,19 @@ def test_cycle_of_mode_coupling_scales_with_the_belts_speed_and_does_not_depend_
     np.testing.assert_allclose(faster.amplitudes, 1.1 * coupled.amplitudes, rtol=1e-10)
     heavy = ns.limit_cycle(ModeCoupling(mu=0.6, R=1500.0), duration=60.0, dt=5e-4)
     assert heavy.period == pytest.approx(coupled.period, rel=1e-10)
+
+
+def test_load_below_which_the_mass_lifts_off_is_the_printed_one(coupled):
+    model = ModeCoupling(mu=0.6)
+    highest = coupled.extremes[1][1] - model.equilibrium()[1]
+    assert model.lift_off_load(highest) == pytest.approx(399.1795, abs=6e-5)
+
+
+def test_branch_ends_where_the_contact_is_lost_and_says_so(coupled):
+    branch = ns.continue_cycle(ModeCoupling(mu=0.6), "R", [1000.0, 420.0, 400.0, 390.0], coupled)
+    assert branch.values.tolist() == [1000.0, 420.0, 400.0]
+    np.testing.assert_allclose(branch.periods, coupled.period, rtol=1e-7)
+    assert branch.changes[-1].kind == "end" and "opens or closes" in branch.changes[-1].message
 
 
 def test_cycle_that_loses_its_contact_is_refused():

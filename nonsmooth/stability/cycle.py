@@ -1,0 +1,130 @@
+"""A periodic motion: its phases, its Floquet multipliers, its extremes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from nonsmooth.stability.flow_map import flow_curve
+from nonsmooth.stability.mode_flow import ContactState, Margin, mode_flow
+from nonsmooth.stability.mode_sequence import PhaseGuess
+from nonsmooth.system import ContactMode, System
+
+PIECES = 48  # of a phase, between which its rates change their sign at most once
+ATTRACTING = 1e-7  # a multiplier must lie so far inside the unit circle to count as attracting
+
+
+@dataclass(frozen=True, eq=False)
+class CyclePhase:
+    """One phase of a cycle.
+
+    Attributes
+    ----------
+    states : tuple of ContactState
+        What each contact does.
+    begins, duration : float
+        Since the beginning of the cycle [s].
+    q, u : ndarray (n_q,)
+        The state at the beginning.
+    ends_by : tuple (contact, kind) or None
+        The margin that vanishes at the end: "slip", "normal", "friction +" or "friction -".
+    """
+
+    states: tuple[ContactState, ...]
+    begins: float
+    duration: float
+    q: np.ndarray
+    u: np.ndarray
+    ends_by: Margin | None
+
+    @property
+    def sticks(self) -> bool:
+        """Whether a contact sticks."""
+        return any(state.mode == ContactMode.STICK for state in self.states)
+
+
+@dataclass(frozen=True, eq=False)
+class LimitCycle:
+    """A periodic motion.
+
+    Attributes
+    ----------
+    system : System
+    phases : tuple of CyclePhase
+    t : ndarray (k,)
+        Times of one period [s], with the states q, u (k, n_q).
+    multipliers : ndarray (2 n_r - 1,)
+        Floquet multipliers in the directions that the constraints leave, by decreasing modulus, without the 1 that
+        belongs to a shift in time. Their accuracy is the square root of the integration's, 1e-6.
+    time_shift : float
+        |multiplier - 1| of that one: zero but for rounding.
+    residual : float
+        Largest mismatch of the phases, relative to the extent of the motion.
+    scale : ndarray (2 n_q,)
+        That extent.
+    """
+
+    system: System
+    phases: tuple[CyclePhase, ...]
+    t: np.ndarray
+    q: np.ndarray
+    u: np.ndarray
+    multipliers: np.ndarray
+    time_shift: float
+    residual: float
+    scale: np.ndarray
+
+    @property
+    def period(self) -> float:
+        """[s]"""
+        return float(sum(phase.duration for phase in self.phases))
+
+    @property
+    def stick_duration(self) -> float:
+        """How long a contact sticks in a period [s]."""
+        return float(sum(phase.duration for phase in self.phases if phase.sticks))
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether every multiplier lies inside the unit circle."""
+        return bool((np.abs(self.multipliers) < 1 - ATTRACTING).all())
+
+    @cached_property
+    def extremes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and largest (q, u), (2 n_q,) each."""
+        return _extremes(self)
+
+    @property
+    def amplitudes(self) -> np.ndarray:
+        """(max q - min q)/2 of each coordinate."""
+        low, high = self.extremes
+        return 0.5 * (high - low)[: self.system.n_q]
+
+    def guesses(self) -> list[PhaseGuess]:
+        """The phases as a guess for a cycle nearby."""
+        return [PhaseGuess(phase.states, np.concatenate([phase.q, phase.u]), phase.duration) for phase in self.phases]
+
+    def sequence(self) -> tuple[tuple[ContactState, ...], ...]:
+        """What the contacts do, phase by phase."""
+        return tuple(phase.states for phase in self.phases)
+
+
+def _extremes(cycle: LimitCycle) -> tuple[np.ndarray, np.ndarray]:
+    """Least and largest of every state: from samples, then the vertex where the rate changes its sign."""
+    from scipy.optimize import brentq
+
+    x = np.concatenate([cycle.q, cycle.u], axis=1)
+    low, high = x.min(axis=0), x.max(axis=0)
+    scale = np.ptp(x, axis=0) + 1e-300
+    for phase in cycle.phases:
+        flow, start = mode_flow(cycle.system, phase.states), np.concatenate([phase.q, phase.u])
+        curve = flow_curve(flow, start, phase.duration, scale, pieces=PIECES)
+        s = np.linspace(0, phase.duration, PIECES + 1)
+        rates = np.array([flow.rate(x).real for x in curve(s).T])
+        for k, j in zip(*np.nonzero(rates[:-1] * rates[1:] < 0), strict=True):
+            vertex = brentq(lambda time, j=j, c=curve, f=flow: f.rate(c(time)).real[j], s[k], s[k + 1], xtol=1e-14)
+            value = curve(vertex)[j]
+            low[j], high[j] = min(low[j], value), max(high[j], value)
+    return low, high

@@ -1,0 +1,261 @@
+"""Periodic motions through a sequence of events, and their stability.
+
+Unknown are the state x_i at the beginning and the duration T_i of every phase of the period; they satisfy
+
+    phi_i(T_i, x_i) = x_{i+1},    e_i(phi_i(T_i, x_i)) = 0,    x_{m+1} = x_1
+
+with phi_i the flow of the phase's mode and e_i the margin that vanishes at its end. Newton's method with the exact
+derivatives of the flows solves them (multiple shooting); a motion without events has one phase and a plane across it in
+place of e. A small change of x_1 returns as
+
+    S_m Phi_m ... S_1 Phi_1,    S_i = 1 + (f_{i+1} - f_i) grad e_i^T/(grad e_i . f_i)
+
+whose eigenvalues are the Floquet multipliers: one is 1, each stick gives a zero. Sources: Stoer and Bulirsch,
+*Introduction to Numerical Analysis* (2002), section 7.3.5; Leine and Nijmeijer, *Dynamics and Bifurcations of
+Non-Smooth Mechanical Systems* (2004), chapter 7 (saltation matrices).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from nonsmooth.errors import InvalidInput
+from nonsmooth.stability.complex_step import jacobian
+from nonsmooth.stability.cycle import CyclePhase, LimitCycle
+from nonsmooth.stability.flow_map import RTOL, flow_curve, flow_map
+from nonsmooth.stability.mode_flow import ContactState, Margin, ModeFlow, mode_flow
+from nonsmooth.stability.mode_sequence import PhaseGuess
+from nonsmooth.system import ContactMode, System
+
+ITERATIONS = 20
+COARSE, ROUGH = 1e-4, 1e-7  # tolerances of the integration while scales are looked for, and far from the cycle
+NEARLY = 1e-3  # of the states' scale: smaller corrections deserve the full tolerance
+SAMPLES = 48  # of a phase, at which its margins are looked at
+CURVE = 4  # times as many points of its curve are kept
+BROKEN = 1e-7  # of a margin's largest value: so far below zero it may fall by rounding at an event
+COLLAPSED = 1e-3  # of the guess's extent: a smaller cycle is an equilibrium, which solves the same equations
+
+
+class Link(NamedTuple):
+    """A phase as the Newton iteration sees it."""
+
+    flow: ModeFlow
+    ends_by: Margin | None
+
+
+class Shooting:
+    """The boundary value problem of a cycle with a given sequence of modes.
+
+    With ``scale`` given, the guess counts as near: the full accuracy ``rtol`` is used from the first step on.
+    """
+
+    def __init__(
+        self, system: System, guess: Sequence[PhaseGuess], scale: np.ndarray | None = None, rtol: float = RTOL
+    ) -> None:
+        self.system, self.guess, self.rtol = system, list(guess), rtol
+        m = len(self.guess)
+        self.links = [
+            Link(
+                mode_flow(system, phase.states),
+                None if m == 1 else ending(phase.states, self.guess[(k + 1) % m].states),
+            )
+            for k, phase in enumerate(self.guess)
+        ]
+        self.x = np.array([phase.x for phase in self.guess])
+        self.T = np.array([phase.duration for phase in self.guess])
+        self.is_near = scale is not None
+        self.scale = self._scale() if scale is None else scale
+        first = self.links[0].flow.rate(self.x[0]).real / self.scale
+        self.section = first / np.linalg.norm(first) / self.scale, self.x[0].copy()  # for a motion without events
+
+    def _scale(self) -> np.ndarray:
+        """Extents of the coordinates and of the velocities over the guess."""
+        states = [self.x]
+        for link, x, T in zip(self.links, self.x, self.T, strict=True):
+            curve = flow_curve(link.flow, x, T, np.maximum(np.abs(x), 1e-3), rtol=COARSE)
+            states.append(curve(np.linspace(0, T, SAMPLES)).T)
+        extent = np.ptp(np.concatenate(states), axis=0)
+        n = self.system.n_q
+        for part in (slice(0, n), slice(n, None)):
+            extent[part] = np.maximum(extent[part], 1e-3 * extent[part].max())
+        return extent
+
+    def solve(self, checked: bool = True) -> LimitCycle:
+        """Newton's method; then, unless told otherwise, whether the modes last as long as they should."""
+        rtol = self.rtol if self.is_near else ROUGH
+        for _ in range(ITERATIONS):
+            residual, J = self._linearised(rtol)
+            step = -np.linalg.lstsq(J, residual, rcond=1e-13)[0]
+            self._move(step)
+            size = np.abs(step).max()
+            if rtol == self.rtol and (size**2 <= rtol or np.abs(residual).max() <= 10 * rtol):
+                break  # Newton's method leaves size^2; near grazing the residual vanishes while steps stay large
+            rtol = self.rtol if size <= NEARLY else ROUGH
+        else:
+            raise InvalidInput(
+                f"the cycle does not close: after {ITERATIONS} Newton steps the phases still miss one another by "
+                f"{np.abs(residual).max():.2g} of the motion's extent; simulate for longer, or give a nearer guess"
+            )
+        return self._cycle(checked)
+
+    def _move(self, step: np.ndarray) -> None:
+        m, d = self.x.shape
+        change = step.reshape(m, d + 1)
+        shrink = min(
+            1.0, *(0.5 * T / abs(c * T) if c < -0.5 else 1.0 for T, c in zip(self.T, change[:, d], strict=True))
+        )
+        self.x = self.x + shrink * change[:, :d] * self.scale
+        self.T = self.T * (1 + shrink * change[:, d])
+
+    def _linearised(self, rtol: float) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals and their derivative by (x_i/scale, T_i relative), phase after phase."""
+        m, d = self.x.shape
+        residuals, rows = [], []
+        self.ends = [
+            flow_map(link.flow, x, T, self.scale, rtol) for link, x, T in zip(self.links, self.x, self.T, strict=True)
+        ]
+        for i, link in enumerate(self.links):
+            y, Phi = self.ends[i]
+            f = link.flow.rate(y).real
+            here, following = slice(i * (d + 1), (i + 1) * (d + 1)), (i + 1) % m
+            by_phase = np.column_stack([Phi * self.scale, f * self.T[i]])
+            row = np.zeros((d, m * (d + 1)))
+            row[:, here] = by_phase / self.scale[:, None]
+            row[:, following * (d + 1) : following * (d + 1) + d] -= np.eye(d)
+            residuals.append((y - self.x[following]) / self.scale)
+            rows.append(row)
+            value, gradient, size = self._end(link, y)
+            row = np.zeros((1, m * (d + 1)))
+            if link.ends_by is None:
+                row[0, :d] = gradient * self.scale
+            else:
+                row[0, here] = gradient @ by_phase
+            residuals.append([value / size])
+            rows.append(row / size)
+            held, by_state = self._held(link.flow, self.x[i])
+            row = np.zeros((held.size, m * (d + 1)))
+            row[:, i * (d + 1) : i * (d + 1) + d] = by_state
+            residuals.append(held)
+            rows.append(row)
+        return np.concatenate(residuals), np.concatenate(rows)
+
+    def _end(self, link: Link, y: np.ndarray) -> tuple[float, np.ndarray, float]:
+        """The margin that ends a phase, its gradient and its size; for a single phase, the plane across it."""
+        if link.ends_by is None:
+            normal, origin = self.section
+            return float(normal @ (self.x[0] - origin)), normal, 1.0
+        gradient = margin_gradient(link.flow, link.ends_by, y)
+        value = link.flow.margins(y)[link.ends_by].real
+        return float(value), gradient, float(np.abs(gradient * self.scale).max()) or 1.0
+
+    def _held(self, flow: ModeFlow, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What the mode holds at zero, each divided by its size, with its derivative by x/scale."""
+        if not (flow.n_a or flow.stuck):
+            return np.zeros(0), np.zeros((0, x.size))
+        value, J = jacobian(flow.holds, x)
+        size = np.abs(J * self.scale).max(axis=1)
+        return value / size, J * self.scale / size[:, None]
+
+    def _cycle(self, checked: bool) -> LimitCycle:
+        begins = np.concatenate([[0.0], np.cumsum(self.T)])
+        n = self.system.n_q
+        times, states, phases, residual = [], [], [], 0.0
+        for i, link in enumerate(self.links):
+            curve = flow_curve(link.flow, self.x[i], self.T[i], self.scale, self.rtol)
+            s = np.linspace(0, self.T[i], CURVE * SAMPLES + 1)
+            path = curve(s).T
+            if checked:
+                self._check(i, s[::CURVE], path[::CURVE])
+            mismatch = (path[-1] - self.x[(i + 1) % len(self.links)]) / self.scale
+            residual = max(residual, float(np.abs(mismatch).max()))
+            times.append(begins[i] + s)
+            states.append(path)
+            phases.append(CyclePhase(self.guess[i].states, float(begins[i]), float(self.T[i]), self.x[i, :n].copy(),
+                                     self.x[i, n:].copy(), link.ends_by))  # fmt: skip
+        x = np.concatenate(states)
+        if (np.ptp(x, axis=0) <= COLLAPSED * self.scale).all():
+            raise InvalidInput("the guess leads back to a state of rest, not to a cycle; give a nearer one")
+        multipliers, shift = self._multipliers()
+        return LimitCycle(
+            self.system,
+            tuple(phases),
+            np.concatenate(times),
+            x[:, :n],
+            x[:, n:],
+            multipliers,
+            shift,
+            residual,
+            self.scale,
+        )
+
+    def _check(self, i: int, s: np.ndarray, path: np.ndarray) -> None:
+        """Raise when a margin falls below zero within a phase: another event would have come first."""
+        link = self.links[i]
+        margins = [link.flow.margins(x) for x in path]
+        for key in margins[0]:
+            values = np.array([margin[key].real for margin in margins])
+            low = int(values.argmin())
+            contact, kind = key
+            is_lost = kind == "normal" and contact not in link.flow.constrained and values[low] <= 0  # N is cut at zero
+            if is_lost or values[low] < -BROKEN * np.abs(values).max():
+                what = {"slip": "would reverse its sliding", "normal": "would lose its normal force"}
+                raise InvalidInput(
+                    f"the cycle does not close: {s[low]:.6g} s after the beginning of phase {i} contact {contact} "
+                    f"{what.get(kind, 'would begin to slide')}; its sequence of modes is another one here"
+                )
+
+    def _multipliers(self) -> tuple[np.ndarray, float]:
+        """Floquet multipliers without the trivial one, and how far that one is from 1."""
+        m, d = self.x.shape
+        total = np.eye(d)
+        for i, link in enumerate(self.links):
+            y, Phi = self.ends[i]
+            total = Phi @ total
+            if link.ends_by is not None:
+                before, after = link.flow.rate(y).real, self.links[(i + 1) % m].flow.rate(y).real
+                gradient = margin_gradient(link.flow, link.ends_by, y)
+                total = total + np.outer(after - before, gradient @ total) / (gradient @ before)
+        tangent = self._tangent()
+        reduced = np.linalg.lstsq(tangent, total @ tangent, rcond=None)[0]
+        values = np.linalg.eigvals(reduced)
+        trivial = int(np.abs(values - 1).argmin())
+        others = np.delete(values, trivial)
+        return others[np.argsort(-np.abs(others), kind="stable")], float(abs(values[trivial] - 1))
+
+    def _tangent(self) -> np.ndarray:
+        """Directions that the constraints leave at the beginning of the cycle, (2 n, 2 n_r)."""
+        flow, d = self.links[0].flow, self.x.shape[1]
+        if not flow.n_a:
+            return np.diag(self.scale)
+        J = jacobian(flow.holds, self.x[0])[1][: 2 * flow.n_a] * self.scale
+        return self.scale[:, None] * np.linalg.svd(J)[2][2 * flow.n_a : d].T
+
+
+def ending(states: tuple[ContactState, ...], following: tuple[ContactState, ...]) -> Margin:
+    """Which margin vanishes between two phases.
+
+    Raises
+    ------
+    InvalidInput
+        When a contact closes (an impact), or several contacts change at once.
+    """
+    changed = [i for i, (a, b) in enumerate(zip(states, following, strict=True)) if a != b]
+    if len(changed) != 1:
+        raise InvalidInput(f"contacts {changed} change their modes at once; a smaller time step may part them")
+    (i,) = changed
+    a, b = states[i], following[i]
+    if ContactMode.OPEN in (a.mode, b.mode):
+        raise InvalidInput(f"contact {i} opens or closes on the way; cycles with impacts are not computed")
+    if a.mode == ContactMode.STICK:
+        return i, "friction +" if b.slip > 0 else "friction -"
+    if b.mode == ContactMode.STICK or a.slip != b.slip:
+        return i, "slip"
+    return i, "normal"
+
+
+def margin_gradient(flow: ModeFlow, key: Margin, x: np.ndarray) -> np.ndarray:
+    """Gradient of a margin by the state, (2 n,)."""
+    return jacobian(lambda z: np.array([flow.margins(z)[key]]), x)[1][0]
