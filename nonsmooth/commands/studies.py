@@ -6,8 +6,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nonsmooth.commands.sweep import AXIS, read_axis
 from nonsmooth.commands.terminal import figure_path
-from nonsmooth.commands.typed_input import assignments, build_model, initial_state, number, ranges
+from nonsmooth.commands.typed_input import assignments, build_model, initial_state, number
 from nonsmooth.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ def add_vibration(study: argparse.ArgumentParser, act: Any, name: str) -> None:
     study.set_defaults(act=act, json=False, suffix=f"-{name}")
     study.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
     study.add_argument("--set", nargs="+", action="extend", default=[], metavar="NAME=VALUE", help="parameters")
-    study.add_argument("--axis", nargs="+", action="extend", default=[], metavar="NAME=LOW:HIGH:N", help="what varies")
+    study.add_argument("--axis", nargs="+", action="extend", default=[], metavar="AXIS", help=AXIS)
     study.add_argument("--plot", type=Path, metavar="FILE", help=f"where to draw; MODEL-{name}.png by default")
     study.add_argument("--no-plot", action="store_true", help="draw nothing")
 
@@ -80,7 +81,9 @@ def act_vibration(arguments: argparse.Namespace, study: Any) -> int:
     from nonsmooth.catalogue import load_model
 
     model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
-    axes = ranges("--axis", arguments.axis)
+    axes = {axis.name: axis.values for axis in map(read_axis, arguments.axis)}
+    if len(axes) < len(arguments.axis):
+        raise InvalidInput("--axis gives a parameter twice; give it once")
     figure = figure_path(arguments)
     found = study(model, axes)
     print(found.text)

@@ -113,27 +113,6 @@ def assignments(option: str, texts: list[str]) -> dict[str, float]:
     return pairs
 
 
-def ranges(option: str, texts: list[str]) -> dict[str, list[float]]:
-    """NAME=LOW:HIGH:N texts as equally spaced values by name; N is 101 when left out."""
-    axes: dict[str, list[float]] = {}
-    for text in texts:
-        name, sign, value = text.partition("=")
-        parts = value.split(":")
-        if not sign or not name or len(parts) not in (2, 3):
-            raise InvalidInput(f"{option} takes NAME=LOW:HIGH:N; got {text!r}")
-        if name in axes:
-            raise InvalidInput(f"{option} gives {name} twice; give it once")
-        try:
-            low, high = number(parts[0]), number(parts[1])
-            n = whole_number(parts[2]) if len(parts) == 3 else 101
-        except argparse.ArgumentTypeError as error:
-            raise InvalidInput(f"{option} {name}: {error}") from None
-        if n < 2:
-            raise InvalidInput(f"{option} {name} must take at least 2 values; got {n}")
-        axes[name] = [low + (high - low) * k / (n - 1) for k in range(n)]
-    return axes
-
-
 def whole_number(text: str) -> int:
     """A whole number, which may be typed as 1000 or 1e3."""
     value = number(text)

@@ -58,11 +58,11 @@ def test_command_prints_the_speed_at_which_the_belt_loses_its_stability(capsys, 
 
 @pytest.mark.parametrize("arguments, message", [
     (["sliding-block"], "does not slide"),
-    (["belt-oscillator", "--axis", "vb=1"], "LOW:HIGH"),
-    (["belt-oscillator", "--axis", "vb=0:1:1"], "at least 2"),
-    (["belt-oscillator", "--axis", "vb=0:x"], "no number"),
-    (["belt-oscillator", "--axis", "vbb=0.1:1"], "did you mean"),
-    (["belt-oscillator", "--axis", "vb=0.1:1", "vb=1:2"], "twice"),
+    (["belt-oscillator", "--axis", "vb"], "START:STOP"),
+    (["belt-oscillator", "--axis", "vb=0:x:3"], "no number"),
+    (["belt-oscillator", "--axis", "vbb=0.1:1:5"], "did you mean"),
+    (["belt-oscillator", "--axis", "vb=0.1:1:3", "vb=1:2:3"], "twice"),
+    (["belt-oscillator", "--axis", "vb=0.3:0.3:2"], "order"),
 ])  # fmt: skip
 def test_command_refuses_in_one_line(capsys, arguments, message):
     assert main(["study", "stability", *arguments, "--no-plot"]) == 2
