@@ -53,6 +53,7 @@ _HOME = {
     "ContactResult": "contact_solvers.result",
     "ContactStatus": "contact_solvers.result",
     "ContactProblem": "output.fclib",
+    "GlobalContactProblem": "output.fclib",
     "read_fclib": "output.fclib",
     "write_fclib": "output.fclib",
     "sweep": "studies.sweep",

@@ -19,6 +19,7 @@ import numpy as np
 from nonsmooth.bench import siconos
 from nonsmooth.bench.lcp_times import (
     MOST,
+    OSQP,
     REPEATS,
     by_osqp,
     call_time,
@@ -27,10 +28,10 @@ from nonsmooth.bench.lcp_times import (
     pivoting_time,
     warm_pivoting_time,
 )
-from nonsmooth.bench.problems import FAMILIES, frictional_lcp, frictionless_lcp
+from nonsmooth.bench.problems import FAMILIES, frictional_lcp, frictionless_lcp, normals
 from nonsmooth.contact_solvers.solve import solve_contact
 from nonsmooth.lcp.lemke import lemke_entry, lemke_workspace
-from nonsmooth.lcp.result import judge
+from nonsmooth.lcp.result import judge, judge_sparse
 from nonsmooth.lcp.solve import solve_lcp
 from nonsmooth.studies.solve_files import format_table, solve_files
 
@@ -41,6 +42,9 @@ CONTACTS = (8, 16, 32)
 RANDOM = 1000  # frictional problems a size for the count of failures
 FAMILY_SIZES = (10, 30, 100)
 FAMILY_SAMPLES = 10
+LARGE = (("packing", 300, 2), ("packing", 1000, 2), ("packing", 1000, 3), ("wall", 1000, 2), ("assembly", 3000, 3))
+LARGE_TOLERANCE = 1e-8
+QP_SOLVERS = ("osqp", "piqp")
 
 Batch = tuple[np.ndarray, np.ndarray]  # A (count, n, n), b (count, n)
 
@@ -52,7 +56,7 @@ def main(files: list[str] | None = None) -> int:
         f"Made by `nonsmooth bench solvers` on {platform.machine()}, Python {platform.python_version()}. Times of one"
     )
     print(f"problem are in microseconds: the median over {SAMPLES} random ones of the least of {REPEATS} repeats.\n")
-    for section in (frictionless, frictional, failures, families):
+    for section in (frictionless, frictional, failures, families, many_frictionless):
         print("\n".join(section()), flush=True)
     if files:
         print("\n".join(real_problems(files)))
@@ -123,6 +127,21 @@ def families() -> Iterator[str]:
     yield from table("family", list(FAMILIES), columns)
 
 
+def many_frictionless() -> Iterator[str]:
+    """Convex programming against Gauss-Seidel and interior points."""
+    yield "\n## Many contacts without friction\n"
+    yield "Normals of packings, walls and loose assemblies, sparse, mostly of deficient rank: milliseconds, and the"
+    yield "residual where it misses 1e-8. Quadratic programs go straight to qpsolvers, scaled to order one.\n"
+    problems = {}
+    for family, size, dim in LARGE:
+        A, b = normals(FAMILIES[family](np.random.default_rng(size), size, dim))
+        problems[f"{family} {dim}-D, n = {len(b)}"] = A, b
+    columns = {name: [milliseconds(A, b, name) for A, b in problems.values()] for name in ("pgs", "interior", "auto")}
+    for name in QP_SOLVERS:
+        columns[name] = [milliseconds_of_qp(A, b, name) for A, b in problems.values()]
+    yield from table("contacts", list(problems), columns)
+
+
 def real_problems(files: list[str]) -> Iterator[str]:
     """Problems from files, one row each."""
     yield "\n## Problems from files\n\n```text"
@@ -178,6 +197,35 @@ def solved_and_time(name: str, size: int, dim: int) -> str:
         solved += solve_contact(*case).success
         times.append(time.perf_counter() - start)
     return f"{solved}; {1e3 * statistics.median(times):.2g}, {1e3 * max(times):.2g}"
+
+
+def milliseconds(A: Any, b: np.ndarray, solver: str) -> str:
+    """Time of `solve_lcp` on one large problem."""
+    start = time.perf_counter()
+    result = solve_lcp(A, b, solver=solver, tol=LARGE_TOLERANCE)
+    return _cell(time.perf_counter() - start, result.residual)
+
+
+def milliseconds_of_qp(A: Any, b: np.ndarray, solver: str) -> str:
+    """Time of the quadratic program."""
+    import qpsolvers
+    from scipy.sparse import csc_matrix
+
+    if solver not in qpsolvers.available_solvers:
+        return "-"
+    d = 1.0 / np.sqrt(A.diagonal())
+    size = np.abs(d * b).max()
+    P = csc_matrix(A.multiply(d[:, None]).multiply(d))
+    start = time.perf_counter()
+    x = qpsolvers.solve_qp(P, d * b / size, lb=np.zeros(len(b)), solver=solver, **(OSQP if solver == "osqp" else {}))
+    elapsed = time.perf_counter() - start
+    z = np.zeros(len(b)) if x is None else d * size * np.maximum(x, 0.0)
+    return _cell(elapsed, judge_sparse(A, b, z, np.empty(len(b))))
+
+
+def _cell(seconds: float, residual: float) -> str:
+    missed = "" if residual <= LARGE_TOLERANCE else f" ({residual:.0e})"
+    return f"{1e3 * seconds:.3g}{missed}"
 
 
 def table(name: str, rows: Any, columns: dict[str, list]) -> Iterator[str]:

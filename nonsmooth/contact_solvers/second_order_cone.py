@@ -69,7 +69,7 @@ def way_out(x_N, x_1, x_2, d_N, d_1, d_2):
     half = x_N * d_N - x_1 * d_1 - x_2 * d_2
     constant = inner_length(x_N, x_1, x_2) ** 2
     discriminant = half * half - quadratic * constant
-    if discriminant < 0.0:
+    if discriminant < -1e-14 * half * half:  # along the axis it is 0 up to roundings
         return math.inf
-    denominator = math.sqrt(discriminant) - half
+    denominator = math.sqrt(max(discriminant, 0.0)) - half
     return constant / denominator if denominator > 0.0 else math.inf

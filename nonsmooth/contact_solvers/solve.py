@@ -5,6 +5,7 @@
 The ladder, each rung starting from the best iterate so far, until the error is within the tolerance:
 
     one contact                     single (closed form in the plane, a bracketed root in space)
+    no friction anywhere            the linear complementarity problem of the normals first
     otherwise                       nsgs (100 sweeps), newton, then interior and newton, from three distances
     large: factors cost more        nsgs (25 sweeps), admm, nsgs while it pays, then interior and newton once
     planar, up to 150 contacts      then the linear complementarity problem, newton
@@ -24,6 +25,7 @@ from nonsmooth.arrays import as_positive, as_vector
 from nonsmooth.contact_solvers.admm import ADMM, project
 from nonsmooth.contact_solvers.convex import Convex
 from nonsmooth.contact_solvers.faceted_lcp import FacetedLCP
+from nonsmooth.contact_solvers.frictionless import Frictionless
 from nonsmooth.contact_solvers.interior import Interior
 from nonsmooth.contact_solvers.newton import Newton
 from nonsmooth.contact_solvers.nsgs import NSGS
@@ -107,6 +109,7 @@ SOLVERS: dict[str, Solver] = {
     "proximal": Proximal(),
     "admm": ADMM(),
     "lcp": FacetedLCP(),
+    "frictionless": Frictionless(),
     "convex": Convex(),
 }
 
@@ -132,7 +135,7 @@ def solve_contact(
         Planar or spatial.
     solver : str
         "auto", "single" (one contact), "nsgs", "newton", "interior", "proximal", "admm", "lcp" (exact in the plane
-        only) or "convex" (G positive semidefinite).
+        only), "frictionless" (mu = 0) or "convex" (G positive semidefinite).
     tol : float
         Largest accepted natural-map error, relative to the norm of c [-].
     guess : array_like, shape (n,), optional
@@ -193,6 +196,12 @@ def _is_cheap(problem: Problem) -> bool:
 def _ladder(problem: Problem) -> list[Solver]:
     if problem.n_c == 1:
         return [Single()]
+    if not problem.mu.any():
+        return [Frictionless(), *_rungs(problem)]
+    return _rungs(problem)
+
+
+def _rungs(problem: Problem) -> list[Solver]:
     last: list[Solver] = [PatientNSGS(), NSGS(max_sweeps=LONG), Newton()]
     last = [Proximal(alpha=1e-4, max_solves=200), ADMM(max_iterations=1000), Proximal(), *last]
     if problem.dim == 2 and problem.n_c <= LCP_CONTACTS:

@@ -53,7 +53,7 @@ def newton(A: Any, b: np.ndarray, z: np.ndarray, free: np.ndarray, tol: float,
         if not np.isfinite(length):
             return z * column, False, iteration
         if length < NEAR:
-            corner = _solve_active_set(A, b, (z > w) | free)
+            corner = solve_active_set(A, b, (z > w) | free)
             if corner is not None and _error(A, b, corner, free) <= tol:
                 return np.where(free, corner, np.maximum(corner, 0.0)) * column, True, iteration + 1
         if length <= 0.1 * tol:
@@ -123,7 +123,8 @@ def _direction(J: Any, phi: np.ndarray, gradient: np.ndarray, damping: float | N
     return linear_solve(_diagonal_plus(nu, np.ones(len(phi)), normal), -gradient)
 
 
-def _solve_active_set(A: Any, b: np.ndarray, active: np.ndarray) -> np.ndarray | None:
+def solve_active_set(A: Any, b: np.ndarray, active: np.ndarray) -> np.ndarray | None:
+    """z with w_i = 0 on the active set and z_i = 0 elsewhere, refined once; None if there is none."""
     index = np.flatnonzero(active)
     z = np.zeros(len(b))
     if len(index):

@@ -5,8 +5,8 @@
 The ladder, until the residual is within the tolerance:
 
     n <= 300           pivoting if there is a guess, lemke, pivoting, newton, certificate, enumeration (n <= 20)
-    larger, dense      newton, lemke, certificate (n <= 1000)
-    larger, sparse     pgs (positive diagonal), newton started from it, lemke and certificate (n <= 1000)
+    larger, dense      interior, newton, lemke, certificate (n <= 1000)
+    larger, sparse     pgs (positive diagonal), interior, newton, lemke and certificate (n <= 1000)
 
 Sources and conditions are in the files of the solvers.
 """
@@ -22,6 +22,7 @@ from nonsmooth.arrays import as_positive, as_square_matrix, as_vector
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import LARGEST_N, MANY, enumerate_solutions
+from nonsmooth.lcp.interior import interior
 from nonsmooth.lcp.lemke import lemke_entry, lemke_workspace
 from nonsmooth.lcp.newton import newton as newton_iterations
 from nonsmooth.lcp.pgs import pgs_entry, pgs_sparse_entry
@@ -35,6 +36,7 @@ DENSE_N = 4000  # a sparse matrix is made dense up to here where a solver needs 
 CERTIFICATE_N = 1000  # a linear program, or Lemke on a sparse matrix made dense, takes seconds from here on
 MAX_SWEEPS = 20_000  # of Gauss–Seidel
 MAX_NEWTON = 100
+MAX_INTERIOR = 60
 PIVOTS_PER_ROW = 50  # Lemke needs 1 to 3 n pivots; exponential families excepted
 PIVOTS_AT_LEAST = 10_000  # lets the exponential family finish up to n = 13
 STATUSES = tuple(LCPStatus)
@@ -57,12 +59,12 @@ def solve_lcp(A: Any, b: Any, solver: str = "auto", tol: float = 1e-10, guess: A
     A : array_like or scipy.sparse matrix, shape (n, n)
     b : array_like, shape (n,)
     solver : str
-        "auto", "lemke", "pivoting", "pgs", "newton", "enumeration", "qp" (osqp), or the name of an installed solver
-        that qpsolvers knows, for symmetric positive semidefinite A.
+        "auto", "lemke", "pivoting", "pgs", "newton", "interior", "enumeration", "qp" (osqp), or the name of an
+        installed solver that qpsolvers knows, for symmetric positive semidefinite A.
     tol : float
         Largest accepted residual max |min(d z, w)| / max |b|, d_i = |A_ii| (the norm of row i where that is 0).
     guess : array_like, shape (n,), optional
-        Where to start; "auto", "pivoting", "pgs", "newton" and the QP solvers use it.
+        Where to start; "auto", "pivoting", "pgs", "newton", "interior" and the QP solvers use it.
 
     Returns
     -------
@@ -138,8 +140,8 @@ def _ladder(A: Any, has_guess: bool) -> tuple[str, ...]:
         return (*first, "lemke", "pivoting", "newton", "certificate", *last)
     last = ("certificate",) if n <= CERTIFICATE_N else ()
     if isinstance(A, np.ndarray):
-        return ("newton", "lemke", *last)
-    return ("pgs", "newton", *(("lemke",) if n <= CERTIFICATE_N else ()), *last)
+        return ("interior", "newton", "lemke", *last)
+    return ("pgs", "interior", "newton", *(("lemke",) if n <= CERTIFICATE_N else ()), *last)
 
 
 def _judged(A: Any, b: np.ndarray, attempt: Attempt, name: str, tol: float) -> LCPResult:
@@ -224,6 +226,13 @@ def _newton(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Atte
     return Attempt(np.maximum(z, 0.0), LCPStatus.MAX_ITERATIONS, total, f"{total} iterations")
 
 
+def _interior(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
+    start = np.zeros(len(b)) if guess is None else guess
+    z, is_converged, steps = interior(A, b, start, 0.5 * tol, MAX_INTERIOR)
+    status = LCPStatus.SOLVED if is_converged else LCPStatus.MAX_ITERATIONS
+    return Attempt(z, status, steps, f"{steps} steps")
+
+
 def _enumeration(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
     n = len(b)
     if n > LARGEST_N:
@@ -251,6 +260,7 @@ SOLVERS: dict[str, Callable[..., Attempt]] = {
     "pivoting": _pivoting,
     "pgs": _pgs,
     "newton": _newton,
+    "interior": _interior,
     "enumeration": _enumeration,
     "qp": _quadratic("qp"),
 }

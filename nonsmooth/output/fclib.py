@@ -73,6 +73,18 @@ class GlobalContactProblem:
         Bilateral constraints.
     P, note
         As for `ContactProblem`.
+
+    Examples
+    --------
+    A mass of 2 kg falls at 1 m/s and slides at 3 m/s onto a floor with mu = 0.5 (f = M v):
+
+    >>> import numpy as np
+    >>> from nonsmooth.contact_solvers.solve import solve_contact
+    >>> from nonsmooth.output.fclib import GlobalContactProblem
+    >>> problem = GlobalContactProblem(2 * np.eye(2), np.eye(2), np.array([-2.0, 6.0]), np.zeros(2), np.array([0.5]), 2)
+    >>> local = problem.local()
+    >>> solve_contact(local.G, local.c, local.mu, local.dim).P.tolist()
+    [2.0, -1.0]
     """
 
     M: Any

@@ -95,6 +95,18 @@ def test_renumbering_contacts_renumbers_velocities(seed, dim):
     np.testing.assert_allclose(moved.gamma, plain.gamma[rows], atol=bound)
 
 
+def test_hundreds_of_redundant_contacts_without_friction_are_one_problem_of_their_normals():
+    """A packing on which Gauss-Seidel stalls above 1e-3."""
+    from nonsmooth.bench.problems import packing
+
+    case = packing(np.random.default_rng(0), 500, 2)
+    result = solve_contact(case.G, case.c, 0.0, 2)
+    assert result.success and result.solver == "frictionless", result.message
+    assert not result.P[1::2].any()
+    with pytest.raises(InvalidInput, match="mu = 0 at every contact"):
+        solve_contact(case.G, case.c, case.mu, 2, solver="frictionless")
+
+
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([2, 3]))
 def test_without_friction_the_normal_impulses_solve_the_lcp_of_the_normals(seed, dim):

@@ -57,6 +57,14 @@ def test_the_way_out_ends_on_the_boundary(seed):
         assert before[0] > np.hypot(*before[1:])
 
 
+@settings(max_examples=50, deadline=None)
+@given(SEEDS)
+def test_the_way_out_along_the_axis_ends_at_the_apex(seed):
+    rng = np.random.default_rng(seed)
+    x_N, d_N = rng.uniform(0.1, 1), -rng.uniform(0.1, 1)
+    assert interpreted(way_out)(x_N, 0.0, 0.0, d_N, 0.0, 0.0) == pytest.approx(-x_N / d_N, rel=1e-6)
+
+
 def test_the_interpreted_corrector_agrees():
     rng = np.random.default_rng(0)
     n_c = 4
