@@ -15,8 +15,8 @@ import numpy as np
 
 from nonsmooth.adaptive_run import AdaptiveRun
 from nonsmooth.errors import Status
-from nonsmooth.integrators.contact_switching import N_FUNCTIONS, ROUNDINGS
-from nonsmooth.integrators.event_location import HANDLED, NO_EVENT
+from nonsmooth.integrators.contact_switching import N_FUNCTIONS
+from nonsmooth.integrators.event_location import HANDLED, NO_EVENT, ROUNDINGS
 from nonsmooth.integrators.penalty_loop import MAX_STALLS, accept, begin_run, evaluate_contacts, switch
 from nonsmooth.integrators.radau_stages import EPS, EVALUATIONS, FACTORISATIONS, JACOBIANS, NOW
 from nonsmooth.integrators.records import N_EVENTS

@@ -29,6 +29,7 @@ from nonsmooth.integrators.compliant_contacts import (
     sticking_matrix,
 )
 from nonsmooth.integrators.compliant_law import NormalLaw, normal_force
+from nonsmooth.integrators.event_location import ROUNDINGS
 from nonsmooth.integrators.radau_stages import EPS, RATES, rates_at
 from nonsmooth.jit import kernel
 from nonsmooth.laws import static_coefficient
@@ -37,7 +38,6 @@ from nonsmooth.system import GIVEN_FORCE, UNILATERAL, ContactMode
 # event functions of a contact
 CLOSURE, FRICTION, SIGN = range(3)
 N_FUNCTIONS = 3
-ROUNDINGS = 1000.0  # units of rounding that a velocity gathers over the steps of a mode
 
 
 @kernel(RATES, short_loops=True)
@@ -179,14 +179,13 @@ def settle(rates, model, p, t, x, arrested, contacts, out):
         if i == arrested or (contacts.mode[i] == ContactMode.SLIDE and abs(contacts.gamma[i, 1]) <= speed):
             contacts.mode[i] = ContactMode.STICK.value
             contacts.slip[i] = 0
-    status = rates_at(rates, model, p, address(contacts), t, x, out)
-    if status != Status.RUNNING:
-        return status
-    stop_sliding(n, x, contacts)
-    for _ in range(n_c):
-        status = rates_at(rates, model, p, address(contacts), t, x, out)
-        if status != Status.RUNNING:
-            return status
+    for _ in range(n_c + 1):
+        for is_stopped in range(2):
+            status = rates_at(rates, model, p, address(contacts), t, x, out)
+            if status != Status.RUNNING:
+                return status
+            if is_stopped == 0:
+                stop_sliding(n, x, contacts)
         worst, excess = -1, 0.0
         for i in range(n_c):
             if contacts.mode[i] == ContactMode.STICK:

@@ -8,8 +8,10 @@ A function that begins at zero, within its own tolerance, is *armed* only once i
 leaves at the beginning of a mode is no event. What falls below minus its tolerance without having been armed is one,
 at the beginning of the step: another mode is to be tried there. Where that has been done at this instant and has not
 helped (the motion would leave zero and return to it without ever being seen), the event is where minus the tolerance
-is reached. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.6;
-Shampine, Thompson, *Comput. Math. Appl.* 39 (2000) 43.
+is reached. The tolerance is that of rounding; the error between the stages may be larger, so what has fallen there
+must have fallen at the end of the shortened step too, or the step is tried again with a tenth of its length.
+Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.6; Shampine, Thompson,
+*Comput. Math. Appl.* 39 (2000) 43.
 """
 
 from __future__ import annotations
@@ -25,9 +27,11 @@ from nonsmooth.jit import Callback, kernel
 BISECTIONS = 50
 CORRECTIONS = 4
 SLOPE_STEP = 1e-3  # of the distance to the event: the difference that gives the slope of the event function
-NO_EVENT = -1
+NO_EVENT, TOO_LONG = -1, -2
+ROUNDINGS = 1000.0  # units of rounding that the tolerance of an event function stands for
+REDUCTION, MOST_REDUCTIONS = 0.1, 6  # of a step whose error hides the sign of an event function
 # found
-WHICH, IS_IMMEDIATE, CHECK_START, IS_RETRIED, HANDLED = range(5)
+WHICH, IS_IMMEDIATE, CHECK_START, IS_RETRIED, HANDLED, REDUCTIONS = range(6)
 
 # event_values(address, model, p, context, t, x, out) -> Status writes E values, then their E tolerances
 event_values = Callback(RATES)
@@ -40,20 +44,20 @@ class Events(NamedTuple):
     floor: Vector  # (E,) what the rounding of its time left of an event that was handled
     value: Vector  # (2E,) values and tolerances
     x: Vector  # (N,) a state within the step
-    found: Integers  # (5,)
+    found: Integers  # (6,)
 
 
 def events_shapes(n_events: int, n_x: int) -> dict[str, tuple[int, ...]]:
     """Shapes of ``Events``."""
-    return {"armed": (n_events,), "floor": (n_events,), "value": (2 * n_events,), "x": (n_x,), "found": (5,)}
+    return {"armed": (n_events,), "floor": (n_events,), "value": (2 * n_events,), "x": (n_x,), "found": (6,)}
 
 
 @kernel("int64(int64, int64, int64, float64[::1], int64, int64, int64)", short_loops=True)
 def locate_event(rates, functions, model, p, context, ode_at, events_block):
     """Look for the first event within the step that was tried, and shorten the step to it.
 
-    found[WHICH] is the event or NO_EVENT; found[IS_IMMEDIATE] tells that it lies at the beginning of the step.
-    Returns a Status.
+    found[WHICH] is the event, NO_EVENT, or TOO_LONG where the step is to be tried again with a tenth of its length;
+    found[IS_IMMEDIATE] tells that the event lies at the beginning of the step. Returns a Status.
     """
     ode, events = view(ode_at, Radau), view(events_block, Events)
     found, clock = events.found, ode.clock
@@ -82,6 +86,7 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
         low = theta
     found[CHECK_START] = 0
     found[IS_RETRIED] = 0
+    found[REDUCTIONS] = 0
     return Status.RUNNING.value
 
 
@@ -140,7 +145,15 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
         return status
     events.found[WHICH] = which
     slope = (at_event - value[which]) / (SLOPE_STEP * high * h)
-    return correct(rates, functions, model, p, context, high * h, slope, which, level, ode, events)
+    reductions = events.found[REDUCTIONS]
+    events.found[REDUCTIONS] = 0
+    status = correct(rates, functions, model, p, context, high * h, slope, which, level, ode, events)
+    rounded = value[events.armed.shape[0] + which] + 8.0 * EPS * abs(slope * t)
+    if value[which] > level + rounded and reductions < MOST_REDUCTIONS:
+        events.found[WHICH] = TOO_LONG  # the polynomial fell, the motion does not
+        events.found[REDUCTIONS] = reductions + 1
+        clock[DONE] = h
+    return status
 
 
 @kernel
