@@ -267,6 +267,15 @@ def test_a_cell_out_of_range_fails_alone():
     assert found.attrs["cells_failed"] == 2
 
 
+def test_rules_between_two_fields_hold_cell_by_cell():
+    """Stribeck's law asks for m0 >= mu_k: neither axis alone breaks the rule."""
+    task = ns.RunTask(BeltOscillator(law="stribeck"), t_span=(0, 0.1), integrator=ns.MoreauJean(1e-2))
+    m0, mu_k = np.array([0.2, 0.3, 0.4]), np.array([0.1, 0.25, 0.35])
+    found = ns.sweep(task, {"m0": m0, "mu_k": mu_k}, progress=False)
+    np.testing.assert_array_equal(found.status == ns.CellStatus.FAILED, m0[:, None] < mu_k)
+    assert "m0 - mu_k must not be negative" in str(found.message.values[0, 1])
+
+
 def test_a_run_that_stops_says_where():
     """mu(v) = m0 - m1 v becomes negative above v = m0/m1: the law of a cell, not of the sweep."""
     task = ns.RunTask(BeltOscillator(m3=0.0), "end_time", t_span=(0, 1), integrator=ns.MoreauJean(1e-3))
