@@ -3,8 +3,9 @@
     M (u_+ - u_-) = W^T P,    (gamma_+ + e gamma_-, P) in the laws of contact and friction (Newton)
 
 It is the problem of a Moreau–Jean step without duration, so that both integrators mean the same impact. An *impact
-without collision* has gamma_N = 0 before: P = 0 solves it too, and the solution that sticks is asked for; for one
-contact that is the end of the impulse map of paradox/impact.py. Source: Moreau (1988); Génot, Brogliato, *Eur. J. Mech.
+without collision* has gamma_N = 0 before: P = 0 solves it too, and the solution that sticks is asked for. For one
+contact that is where the impulse map of paradox/impact.py ends, with P_F/P_N = -G_NN/G_NF, which is inside the cone
+where p < 0 and on it where p = 0, at a Génot–Brogliato point. Source: Moreau (1988); Génot, Brogliato, *Eur. J. Mech.
 A/Solids* 18 (1999) 653.
 """
 
@@ -14,13 +15,15 @@ from nonsmooth.acceleration_problem import acceleration_problem
 from nonsmooth.blocks import address
 from nonsmooth.contact_problem import add_restitution, row_velocities
 from nonsmooth.contact_solvers.planar import Route, solve_planar
-from nonsmooth.contact_solvers.single import NO_CANDIDATE, Selection, solve_single
+from nonsmooth.contact_solvers.single import NO_CANDIDATE, Selection, solve_single, stick
 from nonsmooth.errors import Status
 from nonsmooth.integrators.records import book_contact_energy
-from nonsmooth.integrators.rigid_modes import HAS, N_U, SELECTION
+from nonsmooth.integrators.rigid_modes import HAS, N_U, SELECTION, SINGULAR_SLIDE
 from nonsmooth.jit import kernel
-from nonsmooth.laws import LAW_E_F
+from nonsmooth.laws import LAW_E_F, static_coefficient
 from nonsmooth.system import GIVEN_FORCE, UNILATERAL, ContactMode
+
+CONE = 1e3 * SINGULAR_SLIDE  # relative width by which P_F/P_N may exceed mu: p need not be exactly 0 where slides end
 
 
 @kernel
@@ -44,6 +47,9 @@ def impact(model, p, t, x, must_stick, contacts, touch):
     for a in range(r):
         work.c[a] = work.gamma_0[a]
     add_restitution(n_k, kinds, contacts.laws, 0.0, work)
+    if must_stick:
+        for k in range(n_k):
+            work.c[work.start[k]] = 0.0  # what is left of gamma_N is rounding
     if not find_impulses(n_k, must_stick, contacts, touch):
         return Status.NO_SOLUTION
     apply_impulses(n, n_k, r, x, contacts, touch)
@@ -67,6 +73,10 @@ def find_impulses(n_k, must_stick, contacts, touch):
         if kinds[i, 0] == UNILATERAL:
             P[0] = max(0.0, P[0])
         return True
+    if n_k == 1 and must_stick:
+        P[0], P[1], exists = stick(G[0, 0], G[0, 1], G[1, 0], G[1, 1], 0.0, c[1])
+        reach = P[0] if kinds[i, 0] == UNILATERAL else abs(P[0])
+        return exists and abs(P[1]) <= static_coefficient(laws, i) * reach * (1.0 + CONE)
     if n_k == 1:
         candidate, P[0], P[1], _ = solve_single(
             kinds[i, 0], laws, i, G[0, 0], G[0, 1], G[1, 0], G[1, 1], c[0], c[1], touch.offset[1],
