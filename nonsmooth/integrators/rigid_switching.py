@@ -28,7 +28,7 @@ from nonsmooth.contact_solvers.single import sigma_of, slip_of
 from nonsmooth.errors import Status
 from nonsmooth.integrators.contact_switching import rounded_speed
 from nonsmooth.integrators.event_location import NO_EVENT
-from nonsmooth.integrators.moreau_jean import mode_of
+from nonsmooth.integrators.moreau_jean_contact import mode_of
 from nonsmooth.integrators.records import (
     EVENT_CONTACT,
     EVENT_FOUND,

@@ -16,7 +16,8 @@ import numpy as np
 from nonsmooth.arrays import as_fraction, as_number, as_vector
 from nonsmooth.errors import InvalidInput, NonsmoothError, Status, UnknownName, nearest
 from nonsmooth.initial_modes import INADMISSIBLE
-from nonsmooth.integrators.moreau_jean import MoreauJean, run
+from nonsmooth.integrators.moreau_jean import MoreauJean
+from nonsmooth.integrators.moreau_jean_step import run
 from nonsmooth.jit import identity as identity_of
 from nonsmooth.paradox.map import unit_of
 from nonsmooth.simulation import MESSAGES, SELECTIONS, Grid, make_grid, simulate
