@@ -11,7 +11,7 @@ import pytest
 import nonsmooth as ns
 from models.painleve_rod import PainleveRod
 from nonsmooth.cli import main
-from nonsmooth.commands.sweep import read_axis
+from nonsmooth.commands.typed_input import read_axis
 
 SHORT = ["--t-end", "0.05", "--dt", "1e-3"]
 

@@ -6,9 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nonsmooth.commands.sweep import AXIS, read_axis
 from nonsmooth.commands.terminal import figure_path
-from nonsmooth.commands.typed_input import assignments, build_model, initial_state, number
+from nonsmooth.commands.typed_input import AXIS, assignments, build_model, initial_state, number, read_axis
 from nonsmooth.errors import InvalidInput
 
 if TYPE_CHECKING:

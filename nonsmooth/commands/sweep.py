@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 from nonsmooth.commands.terminal import FAILED, INTERRUPTED
 from nonsmooth.commands.typed_input import (
+    AXIS,
     FIGURE_ENDINGS,
     assignments,
     build_model,
     number,
+    read_axis,
     require_module,
     require_writable,
     whole_number,
@@ -24,10 +26,9 @@ from nonsmooth.commands.typed_input import (
 from nonsmooth.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from nonsmooth.studies.axes import Axis
+    pass
 
 SHOWN_FAILURES = 5
-AXIS = "NAME=START:STOP:COUNT[:log][:UNIT] or NAME=V,V,...[:UNIT]"
 
 
 def add_sweep(sweep: argparse.ArgumentParser) -> None:
@@ -102,30 +103,6 @@ def make_task(arguments: argparse.Namespace) -> Any:
         model, arguments.measure or ["final_state"], t_span=(0.0, t_end), integrator=MoreauJean(dt, arguments.theta),
         state=assignments("--state", arguments.state), selection=arguments.selection, window=arguments.window,
     )  # fmt: skip
-
-
-def read_axis(text: str) -> Axis:
-    """An axis as it is typed: a range with a count, or a list of values."""
-    import numpy as np
-
-    from nonsmooth.studies.axes import Axis
-
-    name, sign, rest = text.partition("=")
-    if not sign or not name or not rest:
-        raise InvalidInput(f"--axis takes {AXIS}; got {text!r}")
-    parts = rest.split(":")
-    try:
-        if len(parts) <= 2:
-            return Axis(name, np.array([number(part) for part in parts[0].split(",")]), *parts[1:])
-        start, stop, count = number(parts[0]), number(parts[1]), whole_number(parts[2])
-    except argparse.ArgumentTypeError as error:
-        raise InvalidInput(f"--axis {name}: {error}; it takes {AXIS}") from None
-    is_log = parts[3:4] == ["log"]
-    units = parts[4:] if is_log else parts[3:]
-    if len(units) > 1 or count < 1 or (is_log and not min(start, stop) > 0):
-        raise InvalidInput(f"--axis takes {AXIS}, COUNT >= 1, and positive ends for log; got {text!r}")
-    values = np.geomspace(start, stop, count) if is_log else np.linspace(start, stop, count)
-    return Axis(name, values, *units)
 
 
 def summary(found: Any, arguments: argparse.Namespace) -> str:

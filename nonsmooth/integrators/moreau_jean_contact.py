@@ -34,8 +34,8 @@ from nonsmooth.integrators.records import (
     add_event,
 )
 from nonsmooth.jit import kernel
-from nonsmooth.laws import LAW_E_F, LAW_E_N, LAW_IMPACT, depends_on_speed, friction_coefficient
-from nonsmooth.paradox.impact import impulses_by_law
+from nonsmooth.laws import LAW_E_F, depends_on_speed, friction_coefficient
+from nonsmooth.paradox.impact import follows_own_law, impulses_by_law
 from nonsmooth.paradox.resolve import had_no_force
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
@@ -58,7 +58,7 @@ def solve(model, has, p, kinds, laws, selection, t, dt, n, n_k, state, scratch):
         if found == 0:
             state.counters[FAILED_CONTACT] = work.closed[0]
             return Status.NO_SOLUTION
-        if work.gamma_0[0] < 0.0 and has_impact_law(work.closed[0], kinds, laws):
+        if work.gamma_0[0] < 0.0 and follows_own_law(work.closed[0], kinds, laws):
             follow_impact_law(laws, scratch)
         note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, found, state, scratch)
         return Status.RUNNING
@@ -120,12 +120,6 @@ def solve_one(kinds, laws, dt, selection, state, scratch):
 
 
 @kernel
-def has_impact_law(i, kinds, laws):
-    """Whether impacts of contact i, the only one of its system, follow another law than Newton's, which c holds."""
-    return laws[i, LAW_IMPACT] != 0.0 and laws[i, LAW_E_N] > 0.0 and kinds[i, 0] == UNILATERAL and kinds[i, 1] > 0
-
-
-@kernel
 def follow_impact_law(laws, scratch):
     """Replace the impulses of the single closed contact, which collides, by those of its law, and its mode."""
     work = scratch.work
@@ -172,6 +166,6 @@ def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, found, state, scra
                 model, has, p, kinds, mu, state.slip[i], t, dt, n, n_k, k, state.q, state.u,
                 address(work), address(scratch.there), scratch.rates,
             ):  # fmt: skip
-                if has_impact_law(i, kinds, laws):
+                if follows_own_law(i, kinds, laws):
                     impulses_by_law(laws, i, work.gamma_0, work.G, work.P)
                 add_event(t, INCONSISTENT, i, mode, 0, k, 0, kinds, state, work)

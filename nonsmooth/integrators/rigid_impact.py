@@ -21,6 +21,7 @@ from nonsmooth.integrators.records import book_contact_energy
 from nonsmooth.integrators.rigid_modes import HAS, N_U, SELECTION, SINGULAR_SLIDE
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_E_F, static_coefficient
+from nonsmooth.paradox.impact import follows_own_law, impulses_by_law
 from nonsmooth.system import GIVEN_FORCE, UNILATERAL, ContactMode
 
 CONE = 1e3 * SINGULAR_SLIDE  # relative width by which P_F/P_N may exceed mu: p need not be exactly 0 where slides end
@@ -74,9 +75,13 @@ def find_impulses(n_k, must_stick, contacts, touch):
             P[0] = max(0.0, P[0])
         return True
     if n_k == 1 and must_stick:
+        if follows_own_law(i, kinds, laws) and impulses_by_law(laws, i, work.gamma_0, G, P):
+            return True
         P[0], P[1], exists = stick(G[0, 0], G[0, 1], G[1, 0], G[1, 1], 0.0, c[1])
         reach = P[0] if kinds[i, 0] == UNILATERAL else abs(P[0])
         return exists and abs(P[1]) <= static_coefficient(laws, i) * reach * (1.0 + CONE)
+    if n_k == 1 and work.gamma_0[0] < 0.0 and follows_own_law(i, kinds, laws):
+        return impulses_by_law(laws, i, work.gamma_0, G, P)
     if n_k == 1:
         candidate, P[0], P[1], _ = solve_single(
             kinds[i, 0], laws, i, G[0, 0], G[0, 1], G[1, 0], G[1, 1], c[0], c[1], touch.offset[1],

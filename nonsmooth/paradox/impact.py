@@ -22,6 +22,7 @@ import math
 from nonsmooth.dense import SINGULAR
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.laws import LAW_E_N, LAW_IMPACT, ImpactLaw, friction_coefficient
+from nonsmooth.system import UNILATERAL
 
 
 @kernel
@@ -92,6 +93,12 @@ def compression_work(gamma_N, p_1, P_1, P_c):
         return -0.5 * gamma_N * P_c
     w = gamma_N + p_1 * P_1
     return -0.5 * (gamma_N + w) * P_1 - 0.5 * w * (P_c - P_1)
+
+
+@kernel
+def follows_own_law(i, kinds, laws):
+    """Whether impacts of contact i, the only one of its system, follow another law than Newton's."""
+    return laws[i, LAW_IMPACT] != 0.0 and laws[i, LAW_E_N] > 0.0 and kinds[i, 0] == UNILATERAL and kinds[i, 1] > 0
 
 
 @rare_kernel

@@ -35,6 +35,19 @@ def test_impact_without_collision_ends_by_the_law_of_the_contact(impact, gamma_N
     assert paradox.P_N == pytest.approx(exact.P_N, abs=2 * rod.g * dt)
 
 
+@pytest.mark.parametrize(("impact", "gamma_N"), [("newton", 0.0), ("energetic", 0.22730317), ("poisson", 0.39970403)])
+def test_event_driven_takes_the_same_impact_without_collision(impact, gamma_N):
+    rod, system = rod_with(impact)
+    solution = ns.simulate(
+        system, (0, 1e-3), *rod.state(th=math.pi / 3), t_eval=[1e-9, 1e-3], integrator=ns.EventDriven()
+    )
+    paradox = solution.paradoxes[0]
+    exact = rod.impact_without_collision(e=1.0, law=impact)
+    assert paradox.kind.name == "INCONSISTENT" and paradox.P_N == pytest.approx(exact.P_N, rel=1e-9)
+    assert np.abs(solution.u[1] - exact.u).max() < 1e-7  # gravity in 1e-9 s: 1e-8 m/s
+    assert (solution.mode[-1] == ns.ContactMode.OPEN) == (gamma_N > 0.0)
+
+
 @pytest.mark.parametrize("impact", ["poisson", "energetic"])
 @pytest.mark.parametrize("slip", [-3.0, -0.05, 0.4])
 def test_collision_ends_by_the_law_of_the_contact(impact, slip):
