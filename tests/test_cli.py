@@ -311,3 +311,27 @@ def test_a_user_module_that_hides_ours_is_named(tmp_path):
     ended = in_python(code, tmp_path)
     assert ended.returncode == 2
     assert str(tmp_path / "models.py") in ended.stderr and ended.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "ending"),
+    [(["event-driven", "--rtol", "1e-6"], "EventDriven(rtol=1e-06"), (["penalty", "--stiffness", "1e6"], "Penalty(")],
+)
+def test_other_integrators_run_from_the_command_line(options, ending, capsys):
+    assert main(["run", "bouncing-ball", "--t-end", "0.5", "--json", "--integrator", *options]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["status"] == "FINISHED" and result["about"]["integrator"].startswith(ending)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["penalty"], "--integrator penalty needs --stiffness"),
+        (["event-driven", "--dt", "1e-3"], "--dt is no option of --integrator event-driven"),
+        (["event-driven", "--rtol", "0"], "rtol must lie in"),
+        (["moreau-jean", "--damping-ratio", "0.1"], "--damping-ratio is no option of --integrator moreau-jean"),
+    ],
+)
+def test_options_of_another_integrator_are_refused(options, words, capsys):
+    assert main(["run", "bouncing-ball", "--no-plot", "--integrator", *options]) == 2
+    assert words in capsys.readouterr().err

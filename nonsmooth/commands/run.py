@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from nonsmooth.commands.integrators import add_integrator, new_integrator
 from nonsmooth.commands.terminal import FAILED, INTERRUPTED, complain, figure_path, show_progress
 from nonsmooth.commands.typed_input import (
     FIGURE_ENDINGS,
@@ -35,8 +36,7 @@ def add_run(run: argparse.ArgumentParser) -> None:
     run.add_argument("--q0", nargs="+", type=number, metavar="Q", help="initial coordinates (with --u0)")
     run.add_argument("--u0", nargs="+", type=number, metavar="U", help="initial velocities (with --q0)")
     run.add_argument("--t-end", type=number, metavar="T", help="end [s]; the model's own by default")
-    run.add_argument("--dt", type=number, help="step [s]; the model's own by default")
-    run.add_argument("--theta", type=number, default=0.5, help="weight of the new velocity, 0.5 (default) to 1")
+    add_integrator(run)
     run.add_argument("--every", type=whole_number, default=1, metavar="N", help="record every N steps")
     run.add_argument("--t-eval", nargs="+", type=number, metavar="T", help="record at these times [s] instead")
     run.add_argument(
@@ -44,7 +44,6 @@ def add_run(run: argparse.ArgumentParser) -> None:
         help="which solution is taken where there are several: compliant-limit (default), lift-off or impact",
     )  # fmt: skip
     run.add_argument("--project", action="store_true", help="move an inadmissible start to the nearest admissible one")
-    run.add_argument("--projection", action="store_true", help="move positions back to the surfaces after each step")
     run.add_argument("--out", type=Path, metavar="FILE", help="save the solution (.npz or .h5)")
     run.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL.png by default")
     run.add_argument("--no-plot", action="store_true", help="draw nothing")
@@ -89,15 +88,13 @@ def act_run(arguments: argparse.Namespace) -> int:
 
 def simulate_model(model: Any, q0: Any, u0: Any, arguments: argparse.Namespace) -> Any:
     """The run with the options of the command line; a failure comes back as a partial solution."""
-    from nonsmooth.integrators.moreau_jean import MoreauJean
     from nonsmooth.simulation import simulate
 
-    dt = getattr(model, "dt", None) if arguments.dt is None else arguments.dt
+    integrator = new_integrator(arguments, model)
     t_end = getattr(model, "t_end", None) if arguments.t_end is None else arguments.t_end
-    if dt is None or t_end is None:
-        raise InvalidInput(f"the model {arguments.model} has no t_end and dt of its own; give --t-end and --dt")
+    if t_end is None:
+        raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
     has_progress = sys.stderr.isatty() and not arguments.quiet
-    integrator = MoreauJean(dt, arguments.theta, arguments.projection)
     solution = simulate(
         model, (0.0, t_end), q0, u0, integrator=integrator, every=arguments.every, t_eval=arguments.t_eval,
         selection=arguments.selection, project=arguments.project, on_failure="return",
