@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nonsmooth.commands.terminal import FAILED, INTERRUPTED
 from nonsmooth.commands.typed_input import (
@@ -24,9 +24,6 @@ from nonsmooth.commands.typed_input import (
     whole_number,
 )
 from nonsmooth.errors import InvalidInput
-
-if TYPE_CHECKING:
-    pass
 
 SHOWN_FAILURES = 5
 
