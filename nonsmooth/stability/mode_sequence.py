@@ -16,7 +16,7 @@ from nonsmooth.solution import Solution
 from nonsmooth.stability.mode_flow import ContactState
 from nonsmooth.system import BILATERAL, ContactMode
 
-ARTEFACT = 2  # runs of no more records are transitions blurred by the time step
+ARTEFACT = 2  # runs of no more records are transitions blurred by a fixed time step
 NEAR = 0.25  # of the motion's extent: states of successive periods lie closer, also while the motion still grows
 LONGEST = 24  # changes of mode in a period
 REST = 1e-7  # of the motion's whole extent: a motion that ends smaller has died out
@@ -81,7 +81,9 @@ def _require_no_jump(solution: Solution, start: float) -> None:
 
 def runs_of(solution: Solution) -> list[Run]:
     """The runs of equal modes, without those that are no longer than a blurred transition."""
-    signs = np.where(solution.P_N < 0, -1, 1)
+    normal = solution.P_N if solution.la is None else solution.la[:, :, 0]
+    artefact = ARTEFACT if solution.la is None else 0  # located events are not blurred
+    signs = np.where(normal < 0, -1, 1)
     bilateral = solution.system.kinds[:, 0] == BILATERAL if solution.system else np.zeros(0, bool)
     table = np.stack([solution.mode, solution.slip, np.where(bilateral, signs, 1)], axis=2)[1:]
     cuts = np.flatnonzero((table[1:] != table[:-1]).any(axis=(1, 2))) + 1
@@ -89,7 +91,7 @@ def runs_of(solution: Solution) -> list[Run]:
     kept: list[Run] = []
     for start, end in zip(edges[:-1], edges[1:], strict=True):
         states = tuple(contact_state(*row) for row in table[start])
-        if kept and (kept[-1].states == states or end - start <= ARTEFACT):
+        if kept and (kept[-1].states == states or end - start <= artefact):
             kept[-1] = kept[-1]._replace(end=end)
         else:
             kept.append(Run(states, start, end))

@@ -163,6 +163,14 @@ def test_sprag_slip_has_the_printed_cycle_phase_by_phase(sprag):
     assert sprag.stick_duration == pytest.approx(0.016087590, abs=6e-10)
 
 
+def test_cycle_read_from_an_event_driven_motion_is_the_same(sprag):
+    rod = SpragSlip.set_1(cth=0.5)
+    run = ns.simulate(rod, (0.0, 4.0), *rod.state(th=0.78, thdot=0.0), integrator=ns.EventDriven(rtol=1e-7))
+    again = ns.limit_cycle(rod, run)
+    assert again.period == pytest.approx(sprag.period, abs=1e-11)
+    assert len(again.phases) == len(sprag.phases) == 4
+
+
 def test_sprag_slip_returns_to_one_cycle_and_keeps_its_constraint(sprag):
     assert sprag.is_stable and sprag.multipliers.size == 1 and abs(sprag.multipliers[0]) < 1e-6
     rod = SpragSlip.set_1(cth=0.5)
