@@ -55,7 +55,10 @@ def main(files: list[str] | None = None) -> int:
     print(
         f"Made by `nonsmooth bench solvers` on {platform.machine()}, Python {platform.python_version()}. Times of one"
     )
-    print(f"problem are in microseconds: the median over {SAMPLES} random ones of the least of {REPEATS} repeats.\n")
+    print(
+        f"problem are in microseconds: the median over {SAMPLES} random ones of the least of {REPEATS} repeats. Where"
+    )
+    print("the machine is shared, single long runs may take two or three times as long as on a quiet one.\n")
     for section in (frictionless, frictional, failures, families, many_frictionless):
         print("\n".join(section()), flush=True)
     if files:

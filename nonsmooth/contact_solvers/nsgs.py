@@ -16,6 +16,7 @@ import numpy as np
 
 from nonsmooth.contact_solvers.natural_map import cone_project, natural_map, velocity
 from nonsmooth.contact_solvers.problem import Problem
+from nonsmooth.contact_solvers.single import stick
 from nonsmooth.contact_solvers.single_spatial import local_spatial
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import kernel
@@ -55,19 +56,17 @@ class NSGS:
 
 @kernel
 def local_planar(G, k, b_N, b_T, mu):
-    """P = (P_N, P_T) of the single planar contact with block G[k] and free velocity b: open, stick, else slide."""
+    """P = (P_N, P_T) of the planar contact with block G[k] and free velocity b: open, else stick, else slide.
+
+    The modes are those of ``single``, with one mu and no rule of selection. Where none is admissible the sliding one
+    that is nearest to it is returned: sweeps go on, and the error tells.
+    """
     if b_N >= 0.0:
         return 0.0, 0.0
-    g_NN = G[k, 0, 0]
-    g_NT = G[k, 0, 1]
-    g_TN = G[k, 1, 0]
-    g_TT = G[k, 1, 1]
-    det = g_NN * g_TT - g_NT * g_TN
-    if det > 1e-14 * abs(g_NN * g_TT):  # the block is regular to working precision
-        P_N = (g_NT * b_T - g_TT * b_N) / det
-        P_T = (g_TN * b_N - g_NN * b_T) / det
-        if abs(P_T) <= mu * P_N:
-            return P_N, P_T
+    g_NN, g_NT, g_TN, g_TT = G[k, 0, 0], G[k, 0, 1], G[k, 1, 0], G[k, 1, 1]
+    P_N, P_T, sticks = stick(g_NN, g_NT, g_TN, g_TT, b_N, b_T)
+    if sticks and abs(P_T) <= mu * P_N:
+        return P_N, P_T
     best = -np.inf
     P_N = 0.0
     P_T = 0.0

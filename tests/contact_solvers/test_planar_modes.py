@@ -7,6 +7,7 @@ import pytest
 
 from nonsmooth.blocks import new_block
 from nonsmooth.contact_solvers.modes import Tree, enumerate_modes, tree_shapes
+from nonsmooth.contact_solvers.nsgs import local_planar
 from nonsmooth.contact_solvers.single import Selection, count, solve_single
 from nonsmooth.jit import interpreted
 from nonsmooth.laws import Coulomb, law_row
@@ -25,6 +26,21 @@ def random_contact(rng):
     A = rng.uniform(0.1, 3)
     C = B * B / A * rng.uniform(1.02, 3)
     return C, B, A, rng.normal(), rng.normal(), rng.uniform(0, 4)
+
+
+def test_a_sweep_takes_a_mode_that_the_enumeration_of_one_contact_finds():
+    """The planar closed form of Gauss-Seidel against the one of the integrator."""
+    rng = np.random.default_rng(3)
+    for _ in range(2000):
+        C, B, A, c_N, c_F, mu = random_contact(rng)
+        P_N, P_F = interpreted(local_planar)(np.array([[[C, B], [B, A]]]), 0, c_N, c_F, mu)
+        found = []
+        for rule in Selection:
+            for was_stuck in (False, True):
+                for slip in (-1, 0, 1):
+                    _, *P, _ = single(UNILATERAL, laws_of(mu), 0, C, B, B, A, c_N, c_F, c_F, was_stuck, slip, rule)
+                    found.append(P)
+        assert min(np.abs(np.subtract(P, (P_N, P_F))).max() for P in found) <= 1e-9 * (1 + abs(P_N) + abs(P_F))
 
 
 @pytest.mark.parametrize("kind", [UNILATERAL, BILATERAL])

@@ -9,7 +9,14 @@ from nonsmooth.lcp.enumerate import lcp_solutions
 from nonsmooth.lcp.result import LCPStatus
 from nonsmooth.lcp.solve import SOLVERS, solve_lcp
 
-GENERAL = ["auto", "lemke", "pivoting", "newton", "enumeration"]  # need no symmetry and no diagonal dominance
+GENERAL = [
+    "auto",
+    "lemke",
+    "pivoting",
+    "newton",
+    "interior",
+    "enumeration",
+]  # need no symmetry and no diagonal dominance
 NAMES = ["CPS_1", "CPS_2", "CPS_3", "CPS_4", "Pang_isolated_sol", "deudeu", "exp_murty", "mmc", "ortiz", "trivial"]
 seeds = st.integers(0, 2**32 - 1)
 few = settings(max_examples=25, derandomize=True, deadline=None)
