@@ -17,6 +17,7 @@ then a polish where factors are cheap. "While it pays": as long as the observed 
 
 from __future__ import annotations
 
+import functools
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -196,19 +197,18 @@ def _is_cheap(problem: Problem) -> bool:
 def _ladder(problem: Problem) -> list[Solver]:
     if problem.n_c == 1:
         return [Single()]
-    if not problem.mu.any():
-        return [Frictionless(), *_rungs(problem)]
-    return _rungs(problem)
+    has_lcp = problem.n_c <= (LCP_CONTACTS if problem.dim == 2 else FACET_CONTACTS)
+    rungs = _rungs(problem.dim, has_lcp, _is_cheap(problem))
+    return rungs if problem.mu.any() else [Frictionless(), *rungs]
 
 
-def _rungs(problem: Problem) -> list[Solver]:
+@functools.cache
+def _rungs(dim: int, has_lcp: bool, is_cheap: bool) -> list[Solver]:
     last: list[Solver] = [PatientNSGS(), NSGS(max_sweeps=LONG), Newton()]
     last = [Proximal(alpha=1e-4, max_solves=200), ADMM(max_iterations=1000), Proximal(), *last]
-    if problem.dim == 2 and problem.n_c <= LCP_CONTACTS:
-        last = [FacetedLCP(), Newton(), *last]
-    if problem.dim == 3 and problem.n_c <= FACET_CONTACTS:
-        last = [FromFacets(), *last]
-    if _is_cheap(problem):
+    if has_lcp:
+        last = [FacetedLCP(), Newton(), *last] if dim == 2 else [FromFacets(), *last]
+    if is_cheap:
         return [NSGS(max_sweeps=SHORT), Newton(patience=STEPS), *_from_inside(), *last]
     first: list[Solver] = [NSGS(max_sweeps=BRIEF), ADMM(max_iterations=300), PatientNSGS()]
     return [*first, Interior(), Newton(patience=STEPS), *last]
