@@ -25,7 +25,8 @@ from nonsmooth.integrators.radau_stages import DONE, EPS, NOW, RATES, C, Radau
 from nonsmooth.jit import Callback, kernel
 
 BISECTIONS = 50
-CORRECTIONS = 4
+CORRECTIONS = 6
+NEAR = 0.1  # of the length of the step: a larger correction means that the polynomial was wrong
 SLOPE_STEP = 1e-3  # of the distance to the event: the difference that gives the slope of the event function
 NO_EVENT, TOO_LONG = -1, -2
 ROUNDINGS = 1000.0  # units of rounding that the tolerance of an event function stands for
@@ -118,7 +119,6 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
     """Enclose the first zero in (low, high) of the step, take the step to it and correct it; returns a Status."""
     clock, x, value = ode.clock, events.x, events.value
     t, h = clock[NOW], clock[DONE]
-    events.found[IS_RETRIED] = 0
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         if (high - low) * h <= EPS * abs(t) or high - low <= EPS * high:
@@ -145,32 +145,35 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
         return status
     events.found[WHICH] = which
     slope = (at_event - value[which]) / (SLOPE_STEP * high * h)
-    reductions = events.found[REDUCTIONS]
-    events.found[REDUCTIONS] = 0
-    status = correct(rates, functions, model, p, context, high * h, slope, which, level, ode, events)
-    rounded = value[events.armed.shape[0] + which] + 8.0 * EPS * abs(slope * t)
-    if value[which] > level + rounded and reductions < MOST_REDUCTIONS:
-        events.found[WHICH] = TOO_LONG  # the polynomial fell, the motion does not
-        events.found[REDUCTIONS] = reductions + 1
+    status, is_met = correct(rates, functions, model, p, context, high * h, slope, which, level, ode, events)
+    is_refused = status != Status.RUNNING and status != Status.STEP_VANISHED
+    if not is_met and not is_refused and events.found[REDUCTIONS] < MOST_REDUCTIONS:
+        events.found[WHICH] = TOO_LONG  # the polynomial fell, the motion does not; or the shorter step was not solved
+        events.found[REDUCTIONS] += 1
         clock[DONE] = h
+        return Status.RUNNING.value
+    events.found[REDUCTIONS] = 0
+    events.found[IS_RETRIED] = 0
     return status
 
 
 @kernel
 def correct(rates, functions, model, p, context, length, slope, which, level, ode, events):
     """Newton's method on the length of the step, until the event function has fallen to the level; each of its values
-    is from a step taken anew."""
+    is from a step taken anew. Returns (Status, whether it falls there)."""
     t = ode.clock[NOW]
+    is_met = False
     for _ in range(CORRECTIONS):
         status = radau_shorten(rates, model, p, context, length, address(ode))
         if status != Status.RUNNING:
-            return status
+            return status, False
         status = event_values(functions, model, p, context, t + length, ode.x_1, events.value)
         if status != Status.RUNNING:
-            return status
+            return status, False
         change = (level - events.value[which]) / slope if slope < 0.0 else 0.0
-        if abs(change) <= 4.0 * EPS * max(abs(t), length) or not abs(change) < 0.1 * length:
+        is_met = abs(change) < NEAR * length
+        if abs(change) <= 4.0 * EPS * max(abs(t), length) or not is_met:
             break
         length += change
     arm(events)
-    return Status.RUNNING.value
+    return Status.RUNNING.value, is_met
