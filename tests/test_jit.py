@@ -44,6 +44,26 @@ def stamp(entry_point):
     return kernels.kernel_stamp(entry_point)
 
 
+def test_the_stamp_follows_an_entry_point_that_moved_to_another_module():
+    """It is called through a slot that bears the name of its module: code in the cache would look for the old one."""
+    signature = "float64(float64)"
+
+    def half(x):
+        return 0.5 * x
+
+    here, there = kernels.Kernel(half, signature), kernels.Kernel(half, signature)
+    assert here.call_identity() == there.call_identity()
+    half.__module__ = "another.module"
+    assert here.slot_name == "nonsmooth.another.module.half"
+    elsewhere = here.call_identity()
+    half.__module__ = "a.third.one"
+    assert elsewhere != here.call_identity()
+    inner = kernels.Kernel(half)  # inlined: it has no slot
+    moved = inner.call_identity()
+    half.__module__ = "another.module"
+    assert moved == inner.call_identity()
+
+
 def test_a_docstring_is_no_reason_to_compile_again():
     def documented(x):
         """One."""

@@ -69,16 +69,21 @@ class Kernel:
         return self.inlined if self.signature is None else _external(self)
 
     def call_identity(self) -> bytes:
-        """What a kernel that calls this one depends on."""
-        return repr((self.signature, self.short_loops, self.is_rare)).encode() + digest(self.function)
+        """What a kernel that calls this one depends on: its code, and the slot that it is called through."""
+        facts = (self.signature, self.short_loops, self.is_rare, self.slot_name if self.signature else None)
+        return repr(facts).encode() + digest(self.function)
+
+    @property
+    def slot_name(self) -> str:
+        """The linker's name of the slot of an entry point."""
+        return f"nonsmooth.{self.function.__module__}.{self.function.__name__}"
 
     def slot_symbol(self) -> str:
-        """The linker's name of the slot, which is made known to it here."""
+        """The name of the slot, which is made known to the linker here."""
         import llvmlite.binding as llvm
 
-        symbol = f"nonsmooth.{self.function.__module__}.{self.function.__name__}"
-        llvm.add_symbol(symbol, ctypes.addressof(self._slot))
-        return symbol
+        llvm.add_symbol(self.slot_name, ctypes.addressof(self._slot))
+        return self.slot_name
 
     def load(self) -> None:
         """Compile an entry point, or read it from disk, and fill its slot.
