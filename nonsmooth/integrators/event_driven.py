@@ -25,7 +25,8 @@ from nonsmooth.integrators.radau_stages import EPS, NOW
 from nonsmooth.integrators.radau_stages import RTOL as RADAU_RTOL
 from nonsmooth.integrators.rigid_loop import Scratch, run, scratch_shapes
 from nonsmooth.integrators.rigid_modes import ATOL, EVENT, FLIGHT, HAS, N_U, RTOL, SELECTION, rigid_events, rigid_rates
-from nonsmooth.integrators.rigid_switching import START, switch_modes
+from nonsmooth.integrators.rigid_switching import switch_modes
+from nonsmooth.integrators.rigid_touch import START
 from nonsmooth.jit import Kernel
 from nonsmooth.system import System
 

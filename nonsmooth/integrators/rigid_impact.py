@@ -18,7 +18,7 @@ from nonsmooth.contact_solvers.planar import Route, solve_planar
 from nonsmooth.contact_solvers.single import NO_CANDIDATE, Selection, solve_single, stick
 from nonsmooth.errors import Status
 from nonsmooth.integrators.records import book_contact_energy
-from nonsmooth.integrators.rigid_modes import HAS, N_U, SELECTION, SINGULAR_SLIDE
+from nonsmooth.integrators.rigid_modes import ATOL, HAS, N_U, SELECTION, SINGULAR_SLIDE
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_E_F, static_coefficient
 from nonsmooth.paradox.impact import follows_own_law, impulses_by_law
@@ -48,9 +48,12 @@ def impact(model, p, t, x, must_stick, contacts, touch):
     for a in range(r):
         work.c[a] = work.gamma_0[a]
     add_restitution(n_k, kinds, contacts.laws, 0.0, work)
-    if must_stick:
-        for k in range(n_k):
-            work.c[work.start[k]] = 0.0  # what is left of gamma_N is rounding
+    for k in range(n_k):
+        a = work.start[k]
+        if must_stick:
+            work.c[a] = 0.0  # what is left of gamma_N is rounding
+        elif abs(work.gamma_0[a]) <= contacts.numbers[ATOL]:
+            work.c[a] = work.gamma_0[a]
     if not find_impulses(n_k, must_stick, contacts, touch):
         return Status.NO_SOLUTION
     apply_impulses(n, n_k, r, x, contacts, touch)

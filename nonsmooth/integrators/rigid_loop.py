@@ -26,6 +26,7 @@ from nonsmooth.integrators.penalty_loop import NEXT, ROWS, STALLS, Trail, write_
 from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_interpolate, radau_restart, radau_step
 from nonsmooth.integrators.radau_stages import DONE, NOW, STEP, Radau, radau_shapes, rates_at
 from nonsmooth.integrators.records import N_EVENTS, PENETRATION, STEPS, State
+from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.integrators.rigid_modes import (
     EVENT,
     FLIGHT,
@@ -35,9 +36,9 @@ from nonsmooth.integrators.rigid_modes import (
     N_WORKS,
     RigidContacts,
     contacts_shapes,
-    hold,
 )
-from nonsmooth.integrators.rigid_switching import START, Touch, search_shapes, switch_modes, touch_shapes
+from nonsmooth.integrators.rigid_switching import search_shapes, switch_modes
+from nonsmooth.integrators.rigid_touch import START, Touch, touch_shapes
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.paradox.forces import Forces
 from nonsmooth.system import GAP

@@ -34,6 +34,7 @@ from nonsmooth.contact_problem import Work, row_velocities, smooth_step, work_sh
 from nonsmooth.dense import lu, lu_solve
 from nonsmooth.errors import Status
 from nonsmooth.integrators.contact_switching import ROUNDINGS, rounded_speed
+from nonsmooth.integrators.moreau_jean import ROUNDING
 from nonsmooth.integrators.radau_stages import EPS, RATES, determinant_is_positive
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.laws import LAW_WIDTH, friction_coefficient, static_coefficient
@@ -168,10 +169,16 @@ def rigid_events(model, p, contacts_at, t, x, out):
 @kernel
 def rounded_length(n, contacts):
     """What rounding leaves of a gap that is zero [m]."""
-    longest = 0.0
+    return ROUNDINGS * EPS * longest(n, contacts)
+
+
+@kernel
+def longest(n, contacts):
+    """The largest coordinate."""
+    largest = 0.0
     for j in range(n):
-        longest = max(longest, abs(contacts.q[j]))
-    return ROUNDINGS * EPS * longest
+        largest = max(largest, abs(contacts.q[j]))
+    return largest
 
 
 @kernel
@@ -329,73 +336,19 @@ def solve_equations(m, contacts):
 
 @kernel
 def add_forces(n, n_k, contacts):
-    """work.du += X^T la, and the sizes of the terms that each force is the sum of."""
+    """work.du += X^T la, what cancels to rounding set to exactly 0, so that rest is rest for ever; and the sizes of the
+    terms that each force is the sum of."""
     work, la = contacts.work, contacts.la
     for k in range(n_k):
-        i = work.closed[k]
-        a, b = work.start[k], work.start[k + 1] - 1
+        i, a = work.closed[k], work.start[k]
         contacts.size[i] = abs(la[i, 0]) + abs(work.c[a]) / work.G[a, a]
-        for j in range(n):
-            if contacts.kinds[i, 0] != GIVEN_FORCE:
-                work.du[j] += work.X[a, j] * la[i, 0]
-            if contacts.kinds[i, 1] > 0:
-                work.du[j] += work.X[b, j] * la[i, 1]
-
-
-@kernel
-def hold(model, p, t, x, with_friction, contacts):
-    """Move the state back onto the constraints of its modes, g_N = 0, gamma_N = 0 and gamma_F = 0; returns a Status.
-
-    What drifted in a step is taken off in the mass metric. A rebound that is given up (with_friction) is taken off with
-    the friction that belongs to its impulse. The gaps are written to the state.
-    """
-    work, kinds = contacts.work, contacts.kinds
-    n, n_c = contacts.facts[N_U], kinds.shape[0]
-    if n_c == 0:
-        return Status.RUNNING
-    status, n_k = closed_problem(model, p, t, x, contacts)
-    if status != Status.RUNNING:
-        return status
-    if contacts.facts[HAS] & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
-        return Status.NOT_FINITE
-    for i in range(n_c):
-        x[2 * n + i] = work.g_N[i]
-    if n_k == 0:
-        return Status.RUNNING
-    if with_friction and not find_ratios(n_k, contacts):
-        return Status.NEGATIVE_FRICTION
-    m = list_equations(n_k, contacts)
-    factorise(m, with_friction, contacts)
-    for e in range(m):
-        contacts.b[e] = -contacts.gamma[contacts.contact[e], contacts.part[e]]
-    solve_equations(m, contacts)
-    move(n, m, n, with_friction, x, contacts)
-    for e in range(m):
-        i = contacts.contact[e]
-        contacts.b[e] = 0.0
-        if contacts.part[e] == 0:
-            contacts.b[e] = -work.g_N[i]
-            x[2 * n + i] = 0.0
-    solve_equations(m, contacts)
-    move(n, m, 0, False, x, contacts)
-    return Status.RUNNING
-
-
-@kernel
-def move(n, m, first, with_friction, x, contacts):
-    """Add the columns of the equations, times z, to the coordinates (first = 0) or the velocities (first = n) of x.
-
-    With friction z are impulses, and booked.
-    """
-    work, n_c = contacts.work, contacts.kinds.shape[0]
-    for e in range(m):
-        i, a, z = contacts.contact[e], contacts.row[e], contacts.z[e]
-        slides = with_friction and contacts.mode[i] == ContactMode.SLIDE
-        for j in range(n):
-            x[first + j] += work.X[a, j] * z
-            if slides:
-                x[first + j] += work.X[a + 1, j] * contacts.ratio[i] * z
-        if with_friction:
-            x[2 * n + n_c + contacts.part[e] * n_c + i] += z
-            if slides:
-                x[2 * n + 2 * n_c + i] += contacts.ratio[i] * z
+    for j in range(n):
+        total, size = work.du[j], abs(work.du[j])
+        for k in range(n_k):
+            i = work.closed[k]
+            first = 0 if contacts.kinds[i, 0] != GIVEN_FORCE else 1
+            for a in range(work.start[k], work.start[k + 1]):
+                part = work.X[a, j] * la[i, a - work.start[k] + first]
+                total += part
+                size += abs(part)
+        work.du[j] = total if abs(total) > ROUNDING * size else 0.0

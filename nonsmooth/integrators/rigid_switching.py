@@ -5,26 +5,24 @@
    of the instant, and one is taken by the rule of docs/theory/selection.md. An event that lies on the border of two
    modes is decided a moment later on the motion that the old modes would have gone on with: there one of the two no
    longer holds.
-3. Where there is none, sliding is inconsistent: an impact without collision follows, then step 2 again.
-4. A contact that leaves with the velocity v and will come back, gamma_N' = a < 0, begins a series of bounces. Where
-   the next is lower than the tolerance, v^2/(2 |a|) < atol, it is closed instead: with the restitution e the series
-   ends after the time 2 v/(|a| (1 - e)), by which the event is dated.
+3. Where there is none, sliding is inconsistent: an impact without collision follows, then step 2 again. With
+   selection="impact" the same is done where there are several.
+4. Impacts slower than atol [m/s] have no restitution. A contact that leaves with the velocity v and will come back,
+   gamma_N' = a < 0, begins a series of bounces. Where the next is lower than the tolerance, v^2/(2 |a|) < atol, it is
+   closed instead: with the restitution e the series ends after the time 2 v/(|a| (1 - e)), by which the event is dated.
 
 Source: Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653; Lötstedt, *SIAM J. Sci. Stat. Comput.* 5 (1984) 370.
 """
 
 from __future__ import annotations
 
-import functools
 import math
-from typing import NamedTuple
 
 from nonsmooth.acceleration_problem import find_row_rates
-from nonsmooth.blocks import Integers, Matrix, Vector, frozen, view
-from nonsmooth.contact_problem import evaluate_rows, row_velocities
+from nonsmooth.blocks import frozen, view
+from nonsmooth.contact_problem import evaluate_rows
 from nonsmooth.contact_solvers.modes import select
-from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
-from nonsmooth.contact_solvers.single import sigma_of, slip_of
+from nonsmooth.contact_solvers.single import Selection, sigma_of, slip_of
 from nonsmooth.errors import Status
 from nonsmooth.integrators.contact_switching import rounded_speed
 from nonsmooth.integrators.event_location import NO_EVENT
@@ -49,11 +47,11 @@ from nonsmooth.integrators.records import (
     INDETERMINATE,
     MODE_CHANGE,
     N_EVENTS,
-    N_LEDGER,
     SEVERAL,
     STEPS,
     State,
 )
+from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.integrators.rigid_impact import impact
 from nonsmooth.integrators.rigid_modes import (
     ATOL,
@@ -67,51 +65,17 @@ from nonsmooth.integrators.rigid_modes import (
     SELECTION,
     RigidContacts,
     find_forces,
-    hold,
     rounded_length,
 )
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.integrators.rigid_touch import START, Touch, look
+from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_E_N
 from nonsmooth.paradox.forces import Forces, Outcome, forces_of_closed, forces_shapes
-from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
-START = -2  # the event with which a run begins
 KEPT = 64  # solutions kept of one state
-MAX_IMPACTS = 8  # at one instant, per contact
+MAX_IMPACTS = 64  # at one instant, per contact
 RESOLVED = 10.0  # times what rounding leaves of a gap: a lower bounce cannot be told from none
-
-
-class Touch(NamedTuple):
-    """What is known of the contacts at the instant of an event."""
-
-    is_touching: Integers  # (c,) closed, and gamma_N = 0 once impacts are over
-    is_resting: Integers  # (c,) gamma_F = 0
-    gamma: Matrix  # (c, 2) contact velocities
-    before: Matrix  # (c, 2) those before the impacts
-    P: Matrix  # (c, 2) impulses of the event
-    kind: Integers  # (c,) kind of the event
-    accumulates: Vector  # (c,) time that the bounces still take, which are given up; 0 where there are none
-    offset: Vector  # (r,)
-    none: Matrix  # (c, 1 + d) zero impulses
-    ledger: Vector  # (N_LEDGER,)
-    q: Vector  # (n,) the change of the state a moment later
-    u: Vector  # (n,)
-    u_0: Vector  # (n,) velocities before the event
-    found: Integers  # (2,) number of solutions, bits of the modes of a single contact
-    planar: Planar
-
-
-@functools.lru_cache(maxsize=64)
-def touch_shapes(n: int, n_c: int, d: int) -> tuple:
-    """Shapes of ``Touch``."""
-    r = max(1, n_c * (1 + d))
-    return frozen({
-        **dict.fromkeys(("is_touching", "is_resting", "kind", "accumulates"), (n_c,)),
-        **dict.fromkeys(("gamma", "before", "P"), (n_c, 2)), "offset": (r,), "none": (n_c, 1 + d),
-        "ledger": (N_LEDGER,),
-        **dict.fromkeys(("q", "u", "u_0"), (n,)), "found": (2,),
-        "planar": frozen(planar_shapes(max(1, n_c), d)),
-    })  # fmt: skip
 
 
 def search_shapes(n: int, n_c: int, d: int) -> tuple:
@@ -198,49 +162,6 @@ def strike(model, p, t, x, event, contacts, touch):
 
 
 @kernel
-def look(model, p, t, x, event, contacts, touch):
-    """Which contacts touch, with which velocities; False if a model function raised.
-
-    A contact touches where its mode is not open, where its gap has just closed, and where the gap is zero to rounding;
-    unless it parts.
-    """
-    work, kinds, has = contacts.work, contacts.kinds, contacts.facts[HAS]
-    n, n_c = contacts.facts[N_U], kinds.shape[0]
-    for j in range(n):
-        contacts.q[j], contacts.u[j] = x[j], x[n + j]
-        work.q_mid[j] = x[j]
-    for i in range(n_c):
-        work.closed[i] = i
-    if has & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
-        return False
-    if not evaluate_rows(model, has, True, t, contacts.u, p, work):
-        return False
-    row_velocities(n, n_c, kinds, contacts.u, work)
-    r = 0
-    for i in range(n_c):
-        touch.gamma[i, 0], touch.gamma[i, 1] = 0.0, 0.0
-        if kinds[i, 0] != GIVEN_FORCE:
-            touch.gamma[i, 0] = work.gamma_0[r]
-            r += 1
-        if kinds[i, 1] > 0:
-            touch.gamma[i, 1] = work.gamma_0[r]
-            r += 1
-        contacts.gamma[i, 0], contacts.gamma[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
-    speed, length = rounded_speed(n, contacts), rounded_length(n, contacts)
-    for i in range(n_c):
-        is_closing = event >= 0 and event // N_FUNCTIONS == i
-        is_closed = contacts.mode[i] != ContactMode.OPEN or is_closing or work.g_N[i] <= length
-        parts = kinds[i, 0] == UNILATERAL and touch.gamma[i, 0] > speed
-        touch.is_touching[i] = 1 if is_closed and not parts else 0
-        is_arrested = is_closing and contacts.mode[i] == ContactMode.SLIDE and event % N_FUNCTIONS == FRICTION
-        is_slow = abs(touch.gamma[i, 1]) <= speed + contacts.numbers[ATOL]
-        if event == START:  # a start says itself what rests
-            is_slow = contacts.mode[i] == ContactMode.STICK
-        touch.is_resting[i] = 1 if is_slow or is_arrested else 0
-    return True
-
-
-@kernel
 def settle(model, p, t, later, x, is_lost, state, contacts, touch, forces):
     """Give the contacts that touch their modes, with an impact without collision where they have none.
 
@@ -261,8 +182,9 @@ def settle(model, p, t, later, x, is_lost, state, contacts, touch, forces):
             if outcome != Outcome.COMPLETE:
                 return Status.NOT_FINITE if outcome == Outcome.NOT_FINITE else Status.NOT_SOLVED
         if found > 0:
-            take_modes(found, n_k, state, contacts, touch, forces)
-            return Status.RUNNING
+            slides = take_modes(found, n_k, state, contacts, touch, forces)
+            if not (found > 1 and slides and attempt == 0 and contacts.facts[SELECTION] == Selection.IMPACT):
+                return Status.RUNNING
         status = strike_without_collision(model, p, t, x, state, contacts, touch)
         if status != Status.RUNNING:
             return status
@@ -289,11 +211,11 @@ def list_touching(contacts, touch, forces):
 
 @kernel
 def take_modes(found, n_k, state, contacts, touch, forces):
-    """Take one of the solutions found by the selection rule."""
+    """Take one of the solutions found by the selection rule; tells whether a contact slides before."""
     work, tree, kinds = forces.work, forces.planar.tree, contacts.kinds
     kept = min(found, forces.candidate.shape[0], tree.modes.shape[0])
     slides = False
-    touch.found[0], touch.found[1] = found, 0
+    bits = 0
     for k in range(n_k):
         i = work.closed[k]
         slides = slides or forces.slip[k] != 0
@@ -302,13 +224,11 @@ def take_modes(found, n_k, state, contacts, touch, forces):
         forces.planar.was_stuck[k] = 1 if was_stuck or was_caught else 0
         for m in range(kept):
             tree.modes[m, k] = forces.candidate[m, k]
-            touch.found[1] |= 1 << forces.candidate[m, k]
+            bits |= 1 << forces.candidate[m, k]
     take = select(
         kept, n_k, work.closed, work.start, kinds, forces.mu, work.G, forces.planar.was_stuck,
         contacts.facts[SELECTION], tree,
     )  # fmt: skip
-    if n_k != 1:
-        touch.found[1] = 0
     is_indeterminate = found >= 3 or (found == 2 and slides)
     for k in range(n_k):
         i = work.closed[k]
@@ -320,6 +240,8 @@ def take_modes(found, n_k, state, contacts, touch, forces):
             touch.kind[i] = INDETERMINATE
     if is_indeterminate:
         state.counters[SEVERAL] += 1
+        touch.found[0], touch.found[1] = found, bits if n_k == 1 else 0
+    return slides
 
 
 @kernel
@@ -338,7 +260,8 @@ def strike_without_collision(model, p, t, x, state, contacts, touch):
     after = 0.0
     for i in range(n_c):
         after += abs(touch.P[i, 0]) + abs(touch.P[i, 1])
-        if touch.P[i, 0] != 0.0 and contacts.kinds[i, 1] > 0 and touch.is_resting[i] == 0:
+        is_sliding = contacts.kinds[i, 1] > 0 and touch.is_resting[i] == 0
+        if touch.P[i, 0] != 0.0 and is_sliding and touch.kind[i] != INDETERMINATE:
             touch.kind[i] = INCONSISTENT
     if after == before:
         state.counters[FAILED_CONTACT] = -1

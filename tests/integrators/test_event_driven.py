@@ -82,7 +82,7 @@ def test_bouncing_block_slides_as_far_as_its_impulses_allow():
     q0, u0 = block.state(speed=5.0)
     sol = run(block, 1.0, (q0, u0 + [0.0, 2.0]))
     assert abs(sol.u[-1, 0] - (5.0 - block.mu * (block.g * 1.0 - 2.0))) < 1e-12
-    assert sol.q[-1, 1] == 0.0
+    assert abs(sol.q[-1, 1]) < 1e-15
 
 
 # SYSTEMS section D: motions of the rod

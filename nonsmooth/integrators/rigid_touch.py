@@ -1,0 +1,93 @@
+"""The contacts at the instant of an event: which touch, with which velocities, and what becomes of them.
+
+A contact touches where its mode is not open, where its gap has just closed, and where the gap is zero to rounding;
+unless it parts, gamma_N > 0. It rests where gamma_F = 0: to rounding and atol, or because that is the event.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import NamedTuple
+
+from nonsmooth.blocks import Integers, Matrix, Vector, frozen
+from nonsmooth.contact_problem import evaluate_rows, row_velocities
+from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.integrators.contact_switching import rounded_speed
+from nonsmooth.integrators.records import N_LEDGER
+from nonsmooth.integrators.rigid_modes import ATOL, FRICTION, HAS, N_FUNCTIONS, N_U, rounded_length
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+
+START = -2  # the event with which a run begins
+
+
+class Touch(NamedTuple):
+    """What is known of the contacts at the instant of an event."""
+
+    is_touching: Integers  # (c,) closed, and gamma_N = 0 once impacts are over
+    is_resting: Integers  # (c,) gamma_F = 0
+    gamma: Matrix  # (c, 2) contact velocities
+    before: Matrix  # (c, 2) those before the impacts
+    P: Matrix  # (c, 2) impulses of the event
+    kind: Integers  # (c,) kind of the event
+    accumulates: Vector  # (c,) time that the bounces still take, which are given up; 0 where there are none
+    offset: Vector  # (r,)
+    none: Matrix  # (c, 1 + d) zero impulses
+    ledger: Vector  # (N_LEDGER,)
+    q: Vector  # (n,) the change of the state a moment later
+    u: Vector  # (n,)
+    u_0: Vector  # (n,) velocities before the event
+    found: Integers  # (2,) number of solutions, bits of the modes of a single contact
+    planar: Planar
+
+
+@functools.lru_cache(maxsize=64)
+def touch_shapes(n: int, n_c: int, d: int) -> tuple:
+    """Shapes of ``Touch``."""
+    r = max(1, n_c * (1 + d))
+    return frozen({
+        **dict.fromkeys(("is_touching", "is_resting", "kind", "accumulates"), (n_c,)),
+        **dict.fromkeys(("gamma", "before", "P"), (n_c, 2)), "offset": (r,), "none": (n_c, 1 + d),
+        "ledger": (N_LEDGER,),
+        **dict.fromkeys(("q", "u", "u_0"), (n,)), "found": (2,),
+        "planar": frozen(planar_shapes(max(1, n_c), d)),
+    })  # fmt: skip
+
+
+@kernel
+def look(model, p, t, x, event, contacts, touch):
+    """Which contacts touch and rest, and their velocities; False if a model function raised."""
+    work, kinds, has = contacts.work, contacts.kinds, contacts.facts[HAS]
+    n, n_c = contacts.facts[N_U], kinds.shape[0]
+    for j in range(n):
+        contacts.q[j], contacts.u[j] = x[j], x[n + j]
+        work.q_mid[j] = x[j]
+    for i in range(n_c):
+        work.closed[i] = i
+    if has & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
+        return False
+    if not evaluate_rows(model, has, True, t, contacts.u, p, work):
+        return False
+    row_velocities(n, n_c, kinds, contacts.u, work)
+    r = 0
+    for i in range(n_c):
+        touch.gamma[i, 0], touch.gamma[i, 1] = 0.0, 0.0
+        if kinds[i, 0] != GIVEN_FORCE:
+            touch.gamma[i, 0] = work.gamma_0[r]
+            r += 1
+        if kinds[i, 1] > 0:
+            touch.gamma[i, 1] = work.gamma_0[r]
+            r += 1
+        contacts.gamma[i, 0], contacts.gamma[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
+    speed, length = rounded_speed(n, contacts), rounded_length(n, contacts)
+    for i in range(n_c):
+        is_closing = event >= 0 and event // N_FUNCTIONS == i
+        is_closed = contacts.mode[i] != ContactMode.OPEN or is_closing or work.g_N[i] <= length
+        parts = kinds[i, 0] == UNILATERAL and touch.gamma[i, 0] > speed
+        touch.is_touching[i] = 1 if is_closed and not parts else 0
+        is_arrested = is_closing and contacts.mode[i] == ContactMode.SLIDE and event % N_FUNCTIONS == FRICTION
+        is_slow = abs(touch.gamma[i, 1]) <= speed + contacts.numbers[ATOL]
+        if event == START:  # a start says itself what rests
+            is_slow = contacts.mode[i] == ContactMode.STICK
+        touch.is_resting[i] = 1 if is_slow or is_arrested else 0
+    return True
