@@ -177,27 +177,3 @@ def without_nan(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [without_nan(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def read_axis(text: str) -> Axis:
-    """An axis as it is typed: a range with a count, or a list of values."""
-    import numpy as np
-
-    from nonsmooth.studies.axes import Axis
-
-    name, sign, rest = text.partition("=")
-    if not sign or not name or not rest:
-        raise InvalidInput(f"--axis takes {AXIS}; got {text!r}")
-    parts = rest.split(":")
-    try:
-        if len(parts) <= 2:
-            return Axis(name, np.array([number(part) for part in parts[0].split(",")]), *parts[1:])
-        start, stop, count = number(parts[0]), number(parts[1]), whole_number(parts[2])
-    except argparse.ArgumentTypeError as error:
-        raise InvalidInput(f"--axis {name}: {error}; it takes {AXIS}") from None
-    is_log = parts[3:4] == ["log"]
-    units = parts[4:] if is_log else parts[3:]
-    if len(units) > 1 or count < 1 or (is_log and not min(start, stop) > 0):
-        raise InvalidInput(f"--axis takes {AXIS}, COUNT >= 1, and positive ends for log; got {text!r}")
-    values = np.geomspace(start, stop, count) if is_log else np.linspace(start, stop, count)
-    return Axis(name, values, *units)

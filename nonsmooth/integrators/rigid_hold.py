@@ -10,7 +10,7 @@ error. Source: Eich, *SIAM J. Numer. Anal.* 30 (1993) 1467; Hairer, Wanner, *Sol
 from __future__ import annotations
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.moreau_jean import ROUNDING
+from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.rigid_modes import (
     HAS,
     N_U,

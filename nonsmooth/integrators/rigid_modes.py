@@ -34,7 +34,7 @@ from nonsmooth.contact_problem import Work, row_velocities, smooth_step, work_sh
 from nonsmooth.dense import lu, lu_solve
 from nonsmooth.errors import Status
 from nonsmooth.integrators.contact_switching import ROUNDINGS, rounded_speed
-from nonsmooth.integrators.moreau_jean import ROUNDING
+from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.radau_stages import EPS, RATES, determinant_is_positive
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.laws import LAW_WIDTH, friction_coefficient, static_coefficient
