@@ -14,7 +14,6 @@ from nonsmooth.blocks import address, view
 from nonsmooth.dense import cholesky_solve
 from nonsmooth.errors import Status
 from nonsmooth.integrators.compliant_contacts import (
-    ATOL,
     C_N,
     IS_REGULARISED,
     LAW,
@@ -174,7 +173,7 @@ def settle(rates, model, p, t, x, arrested, contacts, out):
     """Let a contact stick, and every other that slides without velocity; then let go, one by one, those that would hold
     too much."""
     n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
-    speed = contacts.numbers[ATOL] + rounded_speed(n, contacts)
+    speed = rounded_speed(n, contacts)
     for i in range(n_c):
         if i == arrested or (contacts.mode[i] == ContactMode.SLIDE and abs(contacts.gamma[i, 1]) <= speed):
             contacts.mode[i] = ContactMode.STICK.value

@@ -5,11 +5,10 @@ enclosed by bisection of the collocation polynomial, and the step is then taken 
 Newton's method, so that the state at the event has the order of the method, not that of the polynomial.
 
 A function that begins at zero, within its own tolerance, is *armed* only once it has been above it: what rounding
-leaves at the beginning of a mode is no event. What falls below minus its tolerance without having been armed is one,
-at the beginning of the step: another mode is to be tried there. Where that has been done at this instant and has not
-helped (the motion would leave zero and return to it without ever being seen), the event is where minus the tolerance
-is reached. The tolerance is that of rounding; the error between the stages may be larger, so what has fallen there
-must have fallen at the end of the shortened step too, or the step is tried again with a tenth of its length.
+leaves at the beginning of a mode is no event. What falls without having been armed is one where minus the tolerance is
+reached; at the beginning of a mode, at once. The tolerance is that of rounding; the error between the stages may be
+larger, so what has fallen there must have fallen at the end of the shortened step too, or the step is tried again with
+a tenth of its length.
 Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.6; Shampine, Thompson,
 *Comput. Math. Appl.* 39 (2000) 43.
 """
@@ -32,7 +31,7 @@ NO_EVENT, TOO_LONG = -1, -2
 ROUNDINGS = 1000.0  # units of rounding that the tolerance of an event function stands for
 REDUCTION, MOST_REDUCTIONS = 0.1, 6  # of a step whose error hides the sign of an event function
 # found
-WHICH, IS_IMMEDIATE, CHECK_START, IS_RETRIED, HANDLED, REDUCTIONS = range(6)
+WHICH, IS_IMMEDIATE, CHECK_START, HANDLED, REDUCTIONS = range(5)
 
 # event_values(address, model, p, context, t, x, out) -> Status writes E values, then their E tolerances
 event_values = Callback(RATES)
@@ -45,12 +44,12 @@ class Events(NamedTuple):
     floor: Vector  # (E,) what the rounding of its time left of an event that was handled
     value: Vector  # (2E,) values and tolerances
     x: Vector  # (N,) a state within the step
-    found: Integers  # (6,)
+    found: Integers  # (5,)
 
 
 def events_shapes(n_events: int, n_x: int) -> dict[str, tuple[int, ...]]:
     """Shapes of ``Events``."""
-    return {"armed": (n_events,), "floor": (n_events,), "value": (2 * n_events,), "x": (n_x,), "found": (6,)}
+    return {"armed": (n_events,), "floor": (n_events,), "value": (2 * n_events,), "x": (n_x,), "found": (5,)}
 
 
 @kernel("int64(int64, int64, int64, float64[::1], int64, int64, int64)", short_loops=True)
@@ -75,18 +74,16 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
         if sample < 0 and found[HANDLED] != NO_EVENT:
             events.floor[found[HANDLED]] = max(0.0, -events.value[found[HANDLED]])
             found[HANDLED] = NO_EVENT
-        which, is_armed = first_fallen(events)
-        if which != NO_EVENT and (sample < 0 or not (is_armed or found[IS_RETRIED] != 0)):
+        which, _ = first_fallen(events)
+        if which != NO_EVENT and sample < 0:
             found[WHICH] = which
             found[IS_IMMEDIATE] = 1
-            found[IS_RETRIED] = sample >= 0
             return Status.RUNNING.value
         if which != NO_EVENT:
             return shorten_to_event(rates, functions, model, p, context, low, theta, ode, events)
         arm(events)
         low = theta
     found[CHECK_START] = 0
-    found[IS_RETRIED] = 0
     found[REDUCTIONS] = 0
     return Status.RUNNING.value
 
@@ -153,7 +150,6 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
         clock[DONE] = h
         return Status.RUNNING.value
     events.found[REDUCTIONS] = 0
-    events.found[IS_RETRIED] = 0
     return status
 
 

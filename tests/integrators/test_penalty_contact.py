@@ -108,6 +108,22 @@ def test_two_feet_share_the_weight_of_a_block_at_rest():
     assert abs(la_N[0] - la_N[1]) < 1e-6 * block.m * G
 
 
+@pytest.mark.parametrize(
+    ("mu", "tilt", "options"),
+    [
+        (0.2549, -0.00187, {"stiffness": 1.77e6, "law": "kelvin-voigt", "damping_ratio": 0.5}),
+        (0.1303, 0.00923, {"stiffness": 4.63e6, "law": "hunt-crossley", "damping": 2.3e4}),
+        (0.1517, 0.0829, {"stiffness": 5.1e4, "damping_ratio": 0.5}),
+    ],
+)
+def test_rocking_on_two_feet_dies_out_in_steps_of_the_contact(mu, tilt, options):
+    """The feet slip against each other by a part tilt^2 of their distance: thousands of steps, not millions."""
+    block = RockingBlock(mu=mu)
+    solution = run(block, 1.0, block.state(tilt=tilt), rtol=1e-7, **options)
+    assert solution.stats.steps < 20_000  # a few dozen in each of the contact's periods that energy lasts for
+    assert abs(solution.q[-1, 2]) < abs(tilt)
+
+
 def test_work_of_the_contact_closes_the_energy_balance():
     """T - T_0 = works of forces and friction, plus that of the normal force: none of it is computed from the state."""
     rod = PainleveRod(mu=0.3)
