@@ -2,9 +2,9 @@
 
     min |q - q_1|_M  subject to  g_N = 0 (closed);    min |u - u_1|_M  subject to  gamma_N = 0, gamma_F = 0 (sticking)
 
-One linearisation each, with the matrix of rigid_modes.py without friction: the drift of a step is of the size of its
-error. Source: Eich, *SIAM J. Numer. Anal.* 30 (1993) 1467; Hairer, Wanner, *Solving Ordinary Differential Equations II*
-(1996), section VII.2.
+with the matrix of rigid_modes.py without friction; the rows of the velocities are those of the new positions. Source:
+Eich, *SIAM J. Numer. Anal.* 30 (1993) 1467; Hairer, Wanner, *Solving Ordinary Differential Equations II* (1996),
+section VII.2.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 from nonsmooth.errors import Status
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.rigid_modes import (
+    DRIFT,
     HAS,
     N_U,
     closed_problem,
@@ -19,49 +20,73 @@ from nonsmooth.integrators.rigid_modes import (
     find_ratios,
     list_equations,
     longest,
+    rounded_length,
     solve_equations,
 )
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.system import GAP, ContactMode
 
+LINEARISATIONS = 4  # the drift of a step is small: each squares it
+
 
 @kernel
 def hold(model, p, t, x, with_friction, contacts):
-    """Move the state back onto the constraints of its modes, g_N = 0, gamma_N = 0 and gamma_F = 0; returns a Status.
+    """Move the state back onto the constraints of its modes, positions first; returns a Status.
 
-    What drifted in a step is taken off in the mass metric. A rebound that is given up (with_friction) is taken off with
-    the friction that belongs to its impulse. The gaps are written to the state.
+    A rebound that is given up (with_friction) is taken off with the friction that belongs to its impulse. The gaps are
+    written to the state.
     """
-    work, kinds = contacts.work, contacts.kinds
-    n, n_c = contacts.facts[N_U], kinds.shape[0]
+    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
     if n_c == 0:
         return Status.RUNNING
-    status, n_k = closed_problem(model, p, t, x, contacts)
-    if status != Status.RUNNING:
-        return status
-    if contacts.facts[HAS] & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
-        return Status.NOT_FINITE
-    for i in range(n_c):
-        x[2 * n + i] = work.g_N[i]
-    if n_k == 0:
+    n_k, m = 0, 0
+    for _ in range(LINEARISATIONS):
+        status, n_k = closed_problem(model, p, t, x, contacts)
+        if status != Status.RUNNING:
+            return status
+        m = list_equations(n_k, contacts)
+        if m > 0:
+            factorise(m, False, contacts)
+        if not move_positions(model, p, t, m, x, contacts):
+            return Status.NOT_FINITE
+        if not contacts.numbers[DRIFT] > rounded_length(n, contacts):
+            break
+    if m == 0:
         return Status.RUNNING
-    if with_friction and not find_ratios(n_k, contacts):
-        return Status.NEGATIVE_FRICTION
-    m = list_equations(n_k, contacts)
-    factorise(m, with_friction, contacts)
+    if with_friction:
+        if not find_ratios(n_k, contacts):
+            return Status.NEGATIVE_FRICTION
+        factorise(m, True, contacts)
     for e in range(m):
         contacts.b[e] = -contacts.gamma[contacts.contact[e], contacts.part[e]]
     solve_equations(m, contacts)
     move(n, m, n, with_friction, x, contacts)
+    return Status.RUNNING
+
+
+@kernel
+def move_positions(model, p, t, m, x, contacts):
+    """Close the gaps of the closed contacts by one linearisation, and write all gaps; False if the gap raised."""
+    work, has = contacts.work, contacts.facts[HAS]
+    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    contacts.numbers[DRIFT] = 0.0
+    if has & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
+        return False
+    for i in range(n_c):
+        x[2 * n + i] = work.g_N[i]
     for e in range(m):
         i = contacts.contact[e]
         contacts.b[e] = 0.0
         if contacts.part[e] == 0:
-            contacts.b[e] = -work.g_N[i] if abs(work.g_N[i]) > ROUNDING * longest(n, contacts) else 0.0
             x[2 * n + i] = 0.0
-    solve_equations(m, contacts)
-    move(n, m, 0, False, x, contacts)
-    return Status.RUNNING
+            gap = abs(work.g_N[i])
+            contacts.numbers[DRIFT] = max(contacts.numbers[DRIFT], gap)
+            if gap > ROUNDING * longest(n, contacts):
+                contacts.b[e] = -work.g_N[i]
+    if contacts.numbers[DRIFT] > 0.0:
+        solve_equations(m, contacts)
+        move(n, m, 0, False, x, contacts)
+    return True
 
 
 @kernel

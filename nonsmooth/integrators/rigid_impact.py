@@ -18,13 +18,13 @@ from nonsmooth.contact_solvers.planar import Route, solve_planar
 from nonsmooth.contact_solvers.single import NO_CANDIDATE, Selection, solve_single, stick
 from nonsmooth.errors import Status
 from nonsmooth.integrators.records import book_contact_energy
-from nonsmooth.integrators.rigid_modes import ATOL, HAS, N_U, SELECTION, SINGULAR_SLIDE
+from nonsmooth.integrators.rigid_modes import ATOL, HAS, N_U, NEARLY_SINGULAR, SELECTION
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_E_F, static_coefficient
 from nonsmooth.paradox.impact import follows_own_law, impulses_by_law
 from nonsmooth.system import GIVEN_FORCE, UNILATERAL, ContactMode
 
-CONE = 1e3 * SINGULAR_SLIDE  # relative width by which P_F/P_N may exceed mu: p need not be exactly 0 where slides end
+CONE = 2.0 * NEARLY_SINGULAR  # P_F/P_N exceeds mu by the part p/(G_NN - p), where a slide ends before p is exactly 0
 
 
 @kernel

@@ -28,12 +28,14 @@ from nonsmooth.integrators.radau_stages import DONE, NOW, STEP, Radau, radau_sha
 from nonsmooth.integrators.records import N_EVENTS, PENETRATION, STEPS, State
 from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.integrators.rigid_modes import (
+    DETERMINANT,
     EVENT,
     FLIGHT,
     HAS,
     N_FUNCTIONS,
     N_U,
     N_WORKS,
+    NEARLY_SINGULAR,
     RigidContacts,
     contacts_shapes,
 )
@@ -95,9 +97,11 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             return Status.FINISHED.value
         h_max = min(t_end - t, ONE_FLIGHT * contacts.numbers[FLIGHT])
         status = radau_step(rates, model, p, address(contacts), h_max, address(ode))
-        if status != Status.RUNNING:
-            return status
-        status = locate_event(rates, functions, model, p, address(contacts), address(ode), address(events))
+        if status == Status.RUNNING:
+            status = locate_event(rates, functions, model, p, address(contacts), address(ode), address(events))
+        if status == Status.STEP_VANISHED and slide_is_lost(rates, model, p, contacts, ode):
+            contacts.facts[EVENT] = events.armed.shape[0] - 1
+            continue
         if status != Status.RUNNING:
             return status
         contacts.facts[EVENT] = events.found[WHICH]
@@ -121,6 +125,13 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             write_row(t_1, ode.x, contacts, trail)
         trail.counts[STALLS] = 0
     return Status.RUNNING.value
+
+
+@kernel
+def slide_is_lost(rates, model, p, contacts, ode):
+    """Whether the steps vanish because the motion has come to a Génot–Brogliato point."""
+    status = rates_at(rates, model, p, address(contacts), ode.clock[NOW], ode.x, ode.f)
+    return status == Status.RUNNING and contacts.numbers[DETERMINANT] < NEARLY_SINGULAR
 
 
 @kernel

@@ -43,8 +43,8 @@ from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMod
 # facts; EVENT is the event that waits to be handled
 HAS, N_U, SELECTION, EVENT = range(4)
 # numbers of the run: tolerances; det A, and the shift of its diagonal where contacts are redundant; the time that the
-# shortest flight lasts which has just begun
-ATOL, RTOL, DETERMINANT, SHIFT, FLIGHT = range(5)
+# shortest flight lasts which has just begun; the largest gap of a closed contact
+ATOL, RTOL, DETERMINANT, SHIFT, FLIGHT, DRIFT = range(6)
 # event functions of a contact; the last of all is REGULAR
 CLOSURE, FRICTION, SIGN = range(3)
 N_FUNCTIONS = 3
@@ -52,6 +52,7 @@ N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfa
 # det A over the product of the entries G_ii at which a slide ends. Towards a Génot–Brogliato point la_N grows like
 # p^(chi - 1), 0 < chi: what is left of its impulse there is 1e-9^chi of the whole.
 SINGULAR_SLIDE = 1e-9
+NEARLY_SINGULAR = 1e-3  # below it a step that vanishes has come to such a point: the force grows without bound there
 REGULARISATION = 1e-10  # of the trace: makes redundant contacts share their load
 REFINEMENTS = 3
 
@@ -61,7 +62,7 @@ class RigidContacts(NamedTuple):
 
     work: Work
     facts: Integers  # (4,)
-    numbers: Vector  # (5,)
+    numbers: Vector  # (6,)
     kinds: IntegerTable  # (c, 2)
     laws: Matrix  # (c, LAW_WIDTH)
     mode: Integers  # (c,) ContactMode
@@ -91,7 +92,7 @@ def contacts_shapes(n: int, n_c: int, d: int) -> tuple:
     """Shapes of ``RigidContacts``."""
     r = max(1, n_c * (1 + d))
     return frozen({
-        "work": work_shapes(n, n_c, d), "facts": (4,), "numbers": (5,), "kinds": (n_c, 2), "laws": (n_c, LAW_WIDTH),
+        "work": work_shapes(n, n_c, d), "facts": (4,), "numbers": (6,), "kinds": (n_c, 2), "laws": (n_c, LAW_WIDTH),
         **dict.fromkeys(("mode", "slip", "sign", "size", "ratio"), (n_c,)), "q": (n,), "u": (n,), "la": (n_c, 2),
         "gamma": (n_c, 2), "rates": (4, r), "A": (r, r), "factor": (r, r),
         **dict.fromkeys(("row", "contact", "part", "order", "b", "z", "left", "sum"), (r,)),

@@ -10,7 +10,16 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import BeadChain, BilateralRod, InclinedBlock, ModeCoupling, PainleveRod, RockingBlock, SelfLockingRod
+from models import (
+    BeadChain,
+    BilateralRod,
+    InclinedBlock,
+    ModeCoupling,
+    PainleveRod,
+    RockingBlock,
+    SelfLockingRod,
+    SpragSlip,
+)
 
 FINE = ns.EventDriven(rtol=1e-11, atol=1e-13)
 INCONSISTENT = ns.EventKind.INCONSISTENT
@@ -88,6 +97,19 @@ def test_interpreted_loop_agrees_bit_for_bit_with_two_contacts(monkeypatch):
 # bilateral contacts: SYSTEMS section E
 
 
+@pytest.mark.parametrize("mu, th, thdot", [(1.549807886758189, 0.45682152, -0.98834987)])
+@pytest.mark.parametrize("rtol", [1e-5, 1e-7, 1e-10])
+def test_seized_rod_stays_seized_as_its_stiff_contact_does(mu, th, thdot, rtol):
+    """After the seizure three solutions exist, and a stiff contact sticks. Its distance from the rigid limit is of the
+    size ln(kappa)/kappa, 1.6e-6 rad at kappa = 1e7."""
+    rod = SpragSlip(mu=mu)
+    start = rod.state(th=th, thdot=thdot)
+    sol = run(rod, 0.6, start, ns.EventDriven(rtol, 1e-2 * rtol))
+    stiff = run(rod, 0.6, start, ns.Penalty(stiffness=1e7, damping=1e7))
+    assert abs(sol.q[-1, 1] - stiff.q[-1, 1]) < 5e-6 + 10 * rtol
+    assert len(sol.paradoxes) == 1
+
+
 def test_bilateral_rod_changes_the_sign_of_its_force_and_reverses():
     """U1: N changes sign at 0.042777016 s and no mode changes; the slip reverses twice."""
     rod = BilateralRod(mu=0.3)
@@ -138,6 +160,16 @@ def test_rod_finds_the_genot_brogliato_point_at_every_tolerance(rtol):
     assert np.abs(tip).max() < 1e-14  # both velocities of the tip end at zero
     assert abs(event.t - 0.0203153845) < 10 * rtol + 1e-9
     assert np.abs(sol.q[-1] - [-0.71942599, 0.71102366, 2.64361064]).max() < 10 * rtol + 1e-8
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-5, 1e-6, 1e-8, 1e-10])
+def test_point_where_the_steps_vanish_is_the_same_point(rtol):
+    """Found among random starts: coarse tolerances stop at p = 1e-5 already, and the impact is the same."""
+    rod = PainleveRod(mu=1.5842920063731072, e=1.0)
+    start = rod.state(th=0.5513768573407218, thdot=3.5967919140249034, slip=-2.753602)
+    sol, fine = (run(rod, 0.3, start, ns.EventDriven(r, 1e-2 * r)) for r in (rtol, 1e-12))
+    (event,) = sol.paradoxes
+    assert event.kind == INCONSISTENT and np.abs(sol.q[-1] - fine.q[-1]).max() < 10 * rtol + 1e-8
 
 
 def test_self_locking_rod_has_no_solution_beyond_its_jamming_angle():
