@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-import nonsmooth.simulation as simulation
+import nonsmooth.runs.run as runs
 from models import BeadChain, BouncingBall, PainleveRod, RockingBlock, SelfLockingRod, SlidingBlock, SpragSlip
 
 STEP = ns.MoreauJean(dt=1e-3)
@@ -164,10 +164,10 @@ def test_mass_that_becomes_singular_stops_the_run_with_the_partial_solution():
 
 @pytest.mark.parametrize("cost", [1e-7, 1e-5, 1e-3, 1.0])
 def test_the_clock_is_looked_at_as_often_whatever_a_step_costs(cost):
-    block = simulation.FIRST_BLOCK
+    block = runs.FIRST_BLOCK
     for _ in range(20):
-        block = simulation.next_block(block, block * cost)
-    assert block == max(1, int(simulation.LOOK_EVERY / cost)) or abs(block * cost / simulation.LOOK_EVERY - 1) < 0.1
+        block = runs.next_block(block, block * cost)
+    assert block == max(1, int(runs.LOOK_EVERY / cost)) or abs(block * cost / runs.LOOK_EVERY - 1) < 0.1
 
 
 def test_warnings_point_at_the_line_of_the_user():

@@ -21,7 +21,8 @@ import numpy as np
 from nonsmooth.catalogue import load_model
 from nonsmooth.contact_solvers.single import Selection
 from nonsmooth.integrators.moreau_jean import MoreauJean
-from nonsmooth.simulation import Grid, Run, make_grid
+from nonsmooth.runs.run import Run
+from nonsmooth.runs.times import Grid, make_grid
 from nonsmooth.studies.axis_names import AxisNames
 from nonsmooth.studies.pool import LocalPool
 from nonsmooth.studies.run_rows import RowBuilder

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from nonsmooth.arrays import as_positive, as_vector
 from nonsmooth.errors import InvalidInput, StepFailure
 from nonsmooth.integrators.moreau_jean import MoreauJean
-from nonsmooth.simulation import as_span
+from nonsmooth.runs.times import as_span
 from nonsmooth.studies.reference import Reference, as_reference, run_at
 from nonsmooth.studies.study import Study, require_xarray
 from nonsmooth.system import System, as_system

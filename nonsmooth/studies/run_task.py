@@ -20,7 +20,9 @@ from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.moreau_jean_step import run
 from nonsmooth.jit import identity as identity_of
 from nonsmooth.paradox.map import unit_of
-from nonsmooth.simulation import MESSAGES, SELECTIONS, Grid, make_grid, simulate
+from nonsmooth.runs.run import MESSAGES
+from nonsmooth.runs.times import Grid, make_grid
+from nonsmooth.simulation import SELECTIONS, simulate
 from nonsmooth.solution import Solution
 from nonsmooth.studies.axis_names import END, AxisNames, Columns, state_names
 from nonsmooth.studies.block_engine import BlockEngine

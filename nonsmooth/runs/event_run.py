@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.adaptive_run import AdaptiveRun
 from nonsmooth.errors import InitialStateWarning
 from nonsmooth.initial_state import examine_state
 from nonsmooth.integrators.records import EVENT_T
+from nonsmooth.runs.adaptive_run import AdaptiveRun
 from nonsmooth.solution import Solution
 from nonsmooth.system import System
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_count
 from nonsmooth.blocks import new_block
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
@@ -19,7 +18,7 @@ from nonsmooth.integrators.radau import SMALLEST
 from nonsmooth.integrators.radau_stages import EVALUATIONS, FACTORISATIONS, JACOBIANS, NOW, REJECTED
 from nonsmooth.integrators.records import N_LEDGER, Record, State, state_shapes
 from nonsmooth.jit import interpreted
-from nonsmooth.simulation import Run, as_record_times, as_span
+from nonsmooth.runs.run import Run
 from nonsmooth.solution import Solution, Stats
 from nonsmooth.system import System
 
@@ -132,28 +131,3 @@ class AdaptiveRun(Run):
             rejected=int(counters[REJECTED]), evaluations=int(counters[EVALUATIONS]),
             jacobians=int(counters[JACOBIANS]), factorisations=int(counters[FACTORISATIONS]),
         )  # fmt: skip
-
-
-def new_adaptive_run(
-    system: System, integrator: Any, t_span: tuple[float, float], every: int, t_eval: Any, q0: np.ndarray,
-    u0: np.ndarray, selection: int, project: bool,
-) -> AdaptiveRun:  # fmt: skip
-    """The run of the integrator's method: compiled, or SciPy's."""
-    times = record_times(t_span, every, t_eval)
-    if getattr(integrator, "has_rigid_contacts", False):
-        from nonsmooth.event_run import EventRun  # it extends AdaptiveRun
-
-        return EventRun(system, integrator, *times, q0, u0, selection, project)
-    if integrator.is_compiled:
-        return AdaptiveRun(system, integrator, *times, q0, u0, project)
-    from nonsmooth.scipy_run import ScipyRun  # it extends AdaptiveRun
-
-    return ScipyRun(system, integrator, *times, q0, u0, project)
-
-
-def record_times(t_span: tuple[float, float], every: int, t_eval: Any) -> tuple[np.ndarray, int]:
-    """The times to record and 0, or start and end and to record every so many steps."""
-    t_0, t_1 = as_span(t_span)
-    if t_eval is None:
-        return np.array([t_0, t_1]), as_count("every", every)
-    return as_record_times(t_eval, t_0, t_1), 0

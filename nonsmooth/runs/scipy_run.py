@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.adaptive_run import AdaptiveRun
 from nonsmooth.errors import Status
 from nonsmooth.integrators.contact_switching import N_FUNCTIONS
 from nonsmooth.integrators.event_location import HANDLED, NO_EVENT, ROUNDINGS
@@ -21,6 +20,7 @@ from nonsmooth.integrators.penalty_loop import MAX_STALLS, accept, begin_run, ev
 from nonsmooth.integrators.radau_stages import EPS, EVALUATIONS, FACTORISATIONS, JACOBIANS, NOW
 from nonsmooth.integrators.records import N_EVENTS
 from nonsmooth.jit import Kernel, interpreted
+from nonsmooth.runs.adaptive_run import AdaptiveRun
 
 PASSED = 10.0  # tolerances by which an event function may be negative where no event was found
 

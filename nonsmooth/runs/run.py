@@ -1,0 +1,229 @@
+"""One integration in progress: the integrator's loop, block after block, until the end, a failure or Ctrl-C.
+
+Between two blocks Python looks for Ctrl-C and shows progress; the loop itself never returns to Python.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.blocks import new_block
+from nonsmooth.compiled import Model, model_of
+from nonsmooth.contact_problem import model_facts
+from nonsmooth.errors import (
+    InitialStateWarning,
+    ModelFunctionError,
+    Status,
+    StepFailure,
+    warn_caller,
+)
+from nonsmooth.initial_state import examine_state, project_state
+from nonsmooth.integrators.records import (
+    FAILED_CONTACT,
+    INTERVAL,
+    N_EVENTS,
+    STEP,
+    STEPS,
+    Record,
+    State,
+    record_shapes,
+    state_shapes,
+)
+from nonsmooth.runs.times import Grid
+from nonsmooth.solution import Solution, Stats
+from nonsmooth.system import FUNCTION_NAMES, System
+
+FIRST_BLOCK = 100  # steps before the first look at the clock
+LOOK_EVERY = 0.02  # s between two looks at the clock and at Ctrl-C
+EVENT_CAPACITY = 256  # 26 kB; the loop comes back to have them emptied
+MAX_EVENTS = 200_000  # kept in a solution; the rest are counted
+
+MESSAGES = {
+    Status.NO_SOLUTION: "the contact problem of this step has no solution: every mode of {contact} was tried and none "
+    "is admissible (rigid mechanics ends here; a compliant contact would go on)",
+    Status.NOT_SOLVED: "the contact problem of this step was not solved to the accepted residual; try a smaller dt",
+    Status.MASS_NOT_POSITIVE: "the mass matrix is not positive definite; check mass(t, q, p, M) and the parameters",
+    Status.STEP_VANISHED: "the step fell below the resolution of time: the tolerance cannot be met in double precision "
+    "(a larger rtol, or a smaller stiffness, can)",
+    Status.CHATTERING: "one contact after the other changes its mode and no time passes",
+    Status.NEGATIVE_FRICTION: "the friction law of {contact} became negative; check its coefficients at this speed",
+}
+
+
+class Run:
+    """One integration in progress."""
+
+    def __init__(
+        self, system: System, integrator: Any, grid: Grid, q0: np.ndarray, u0: np.ndarray, selection: int, project: bool
+    ) -> None:
+        self.system, self.integrator, self.grid = system, integrator, grid
+        started = time.perf_counter()
+        self.model: Model = model_of(system)
+        self.loop = self.model.loop(integrator, system)
+        self.has = model_facts(system)
+        self.compile_time = time.perf_counter() - started
+        start = examine_state(system, self.model, self.has, float(grid.t[0]), q0, u0)
+        if project:
+            q0, u0 = project_state(system, float(grid.t[0]), q0, u0)
+            start = examine_state(system, self.model, self.has, float(grid.t[0]), q0, u0)
+        elif not start.is_admissible:
+            warn_caller(start.message, InitialStateWarning)
+        shape = (system.n_u, system.n_c, system.d)
+        self.state_block = new_block(State, state_shapes(*shape, EVENT_CAPACITY + 4 * system.n_c))
+        self.record_block = new_block(Record, record_shapes(len(grid.t), *shape))
+        self.scratch_block = integrator.scratch(system)
+        self.state: State = self.state_block.arrays
+        self.record: Record = self.record_block.arrays
+        self.state.q[:], self.state.u[:] = q0, u0
+        self.state.mode[:] = start.mode
+        self.state.slip[:] = start.slip
+        self.options = integrator.options(selection)
+        self.events: list[np.ndarray] = []
+        self.events_dropped = 0
+        self.status = Status.RUNNING
+        self.wall_time = 0.0
+
+    def advance(self, max_wall_time: float | None, progress: Callable[[float], None] | None) -> None:
+        """Run block after block until the end, a failure, Ctrl-C or the end of the budget."""
+        block, started = FIRST_BLOCK, time.perf_counter()
+        try:
+            while self.status == Status.RUNNING:
+                began, before = time.perf_counter(), int(self.state.counters[STEPS])
+                self.status = Status(self._block(block))
+                self._collect_events()
+                if self.status == Status.NOT_SOLVED and self._load_for_retry():
+                    self.status = Status.RUNNING
+                now = time.perf_counter()
+                self.wall_time = now - started
+                block = next_block(int(self.state.counters[STEPS]) - before, now - began)
+                if progress is not None:
+                    progress(self._fraction_done())
+                if max_wall_time is not None and self.wall_time > max_wall_time and self.status == Status.RUNNING:
+                    self.status = Status.INTERRUPTED
+        except KeyboardInterrupt:
+            self.status = Status.INTERRUPTED
+            self._collect_events()
+        self.wall_time = time.perf_counter() - started
+        if self.status not in (Status.FINISHED, Status.INTERRUPTED) and self._culprit():
+            self.status = Status.NOT_FINITE  # whatever NaN looked like to the step: no mode admissible, M indefinite
+
+    def _block(self, max_steps: int) -> int:
+        system, grid = self.system, self.grid
+        with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite is found by the loop itself
+            return self.loop(
+                self.model.handle, self.has, system.p, system.kinds, system.laws, self.options,
+                grid.t, grid.dts, grid.steps, max_steps, *self.blocks,
+            )  # fmt: skip
+
+    def _load_for_retry(self) -> bool:
+        started = time.perf_counter()
+        is_ready = self.integrator.load_for_retry(self.system, self.scratch_block.arrays, self.model.is_compiled)
+        self.compile_time += time.perf_counter() - started
+        return bool(is_ready)
+
+    @property
+    def blocks(self) -> tuple[Any, ...]:
+        blocks = (self.state_block, self.record_block, self.scratch_block)
+        return tuple(block.address if self.model.is_compiled else block.arrays for block in blocks)
+
+    def _collect_events(self) -> None:
+        count = int(self.state.counters[N_EVENTS])
+        if count == 0:
+            return
+        room = MAX_EVENTS - sum(len(rows) for rows in self.events)
+        self.events.append(self.state.events[: min(count, room)].copy())
+        self.events_dropped += max(0, count - room)
+        self.state.counters[N_EVENTS] = 0
+
+    def _fraction_done(self) -> float:
+        span = self.grid.t[-1] - self.grid.t[0]
+        return float((self._time() - self.grid.t[0]) / span) if span > 0 else 1.0
+
+    def _time(self) -> float:
+        interval, step = self.state.counters[INTERVAL], self.state.counters[STEP]
+        if interval >= len(self.grid.steps):
+            return float(self.grid.t[-1])
+        return float(self.grid.t[interval] + step * self.grid.dts[interval])
+
+    def solution(self) -> Solution:
+        """What was computed; of an unfinished run, the records and the state it stopped at."""
+        m = int(self.state.counters[INTERVAL]) + 1
+        record, t = self.record, self.grid.t[:m].copy()
+        if self.status != Status.FINISHED and self.state.counters[STEP] > 0:
+            t = np.append(t, self._time())
+            record = _with_last(record, m, self.state, self.system, float(t[-1]))
+            m += 1
+        rows = np.concatenate(self.events) if self.events else self.state.events[:0]
+        return Solution.from_run(
+            self.system, self.integrator, t, type(record)(*(column[:m] for column in record)), rows, self.status,
+            "the end was reached" if self.status == Status.FINISHED else self._message(),
+            Stats.from_run(self.state, self.wall_time, self.compile_time, self.events_dropped, self.model.is_compiled),
+        )  # fmt: skip
+
+    def _message(self) -> str:
+        where = f"t = {self._time():.9g} s"
+        if self.status == Status.INTERRUPTED:
+            return f"interrupted at {where}"
+        if self.status == Status.NOT_FINITE:
+            what = self._culprit() or "the velocities are not finite: the step is too large, or h or M is"
+            return f"{what}; {self._where()}; at {where}"
+        contact = int(self.state.counters[FAILED_CONTACT])
+        name = f"contact {contact}" if contact >= 0 else "the closed contacts"
+        return f"{MESSAGES[self.status].format(contact=name)}; stopped at {where}, {self._where()}"
+
+    def _where(self) -> str:
+        return f"q = {np.array2string(self.state.q, precision=6)}, u = {np.array2string(self.state.u, precision=6)}"
+
+    def _culprit(self) -> str:
+        """Which model function raised or wrote a number that is not finite: each is called again, in Python."""
+        with np.errstate(all="ignore"):
+            for moment, place, u in self._suspects():
+                for name, which in FUNCTION_NAMES.items():
+                    if which not in self.system.functions:
+                        continue
+                    try:
+                        out = self.system.evaluate(which, moment, place, u)
+                    except Exception as error:
+                        self.cause = error
+                        return f"the model function {name} raised {type(error).__name__}: {error}"
+                    if not np.isfinite(out).all():
+                        return f"the model function {name} wrote {out[~np.isfinite(out)][0]}"
+        return ""
+
+    def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
+        """(t, q, u) at which the step that failed called the model functions."""
+        t, q, u = self._time(), self.state.q, self.state.u
+        interval = min(int(self.state.counters[INTERVAL]), len(self.grid.dts) - 1)
+        dt = float(self.grid.dts[interval]) if interval >= 0 else 0.0
+        return [(t + part * dt, q + part * dt * u, u) for part in (0.0, 0.5, 1.0)]
+
+    def failure(self, solution: Solution) -> StepFailure:
+        kind = ModelFunctionError if self.status == Status.NOT_FINITE else StepFailure
+        error = kind(solution.message, solution, self._time())
+        error.__cause__ = getattr(self, "cause", None)
+        return error
+
+
+def next_block(steps: int, elapsed: float) -> int:
+    """Steps until the next look at the clock, from those just taken and their seconds; at most ten times more."""
+    return max(1, int(steps * min(10.0, LOOK_EVERY / max(elapsed, 1e-9))))
+
+
+def _with_last(record: Any, m: int, state: Any, system: System, t: float) -> Any:
+    """The record with row m filled from a state between two records."""
+    from nonsmooth.system import GAP
+
+    columns = [np.concatenate((column[:m], np.zeros((1, *column.shape[1:]), column.dtype))) for column in record]
+    longer = type(record)(*columns)
+    longer.q[m], longer.u[m], longer.ledger[m] = state.q, state.u, state.ledger
+    longer.mode[m], longer.slip[m], longer.P[m] = state.mode, state.slip, state.P_sum
+    if GAP in system.functions:
+        try:
+            longer.g_N[m] = system.evaluate(GAP, t, state.q, state.u)
+        except Exception:  # the gap function is what failed: the gap there is not known
+            longer.g_N[m] = np.nan
+    return longer

@@ -1,0 +1,73 @@
+"""When a run steps and records: its span, its record times, its grid of equal steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nonsmooth.arrays import as_count, as_number, as_vector
+from nonsmooth.blocks import WORD
+from nonsmooth.errors import (
+    InvalidInput,
+)
+from nonsmooth.memory import require_memory
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Times of the records (m + 1,), and the steps between them (m,)."""
+
+    t: np.ndarray
+    dts: np.ndarray
+    steps: np.ndarray
+
+
+def make_grid(
+    integrator: Any, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None, row_bytes: int = WORD
+) -> Grid:
+    """The record times and the steps between them; ``row_bytes`` is the size of one record."""
+    t_0, t_1 = as_span(t_span)
+    if t_eval is not None:
+        t = as_record_times(t_eval, t_0, t_1)
+        return Grid(t, *integrator.steps_between(t))
+    every = as_count("every", every)
+    stride = integrator.dt * every
+    if not (t_1 - t_0) / integrator.dt < 2**62 or (t_1 > t_0 and t_0 + integrator.dt == t_0):
+        raise InvalidInput(f"dt = {integrator.dt:g} s is too small for the span ({t_0:g}, {t_1:g}); take a larger one")
+    whole = int((t_1 - t_0) / stride * (1 + 1e-12))
+    require_memory(row_bytes * (whole + 1.0), f"{whole + 1} records", "take a larger every or dt")
+    t = t_0 + stride * np.arange(whole + 1)
+    if t_1 - t[-1] > 1e-9 * min(integrator.dt, t_1 - t_0):
+        t = np.append(t, t_1)
+    return Grid(t, *integrator.steps_between(t))
+
+
+def as_span(t_span: tuple[float, float]) -> tuple[float, float]:
+    """Start and end [s]."""
+    try:
+        start, end = t_span
+    except (TypeError, ValueError):
+        raise InvalidInput(f"t_span must be a pair (start, end) [s]; got {t_span!r}") from None
+    t_0, t_1 = as_number("t_span[0]", start, "s"), as_number("t_span[1]", end, "s")
+    if not t_1 >= t_0:
+        raise InvalidInput(f"t_span must not run backwards; got ({t_0:g}, {t_1:g})")
+    return t_0, t_1
+
+
+def as_record_times(t_eval: ArrayLike, t_0: float, t_1: float) -> np.ndarray:
+    """The start and the times of ``t_eval`` [s]."""
+    t = as_vector("t_eval", t_eval)
+    if t.size == 0 or t[0] < t_0 or t[-1] > t_1 or (np.diff(t) <= 0).any():
+        raise InvalidInput(f"t_eval must increase within [{t_0:g}, {t_1:g}]; got {np.array2string(t, threshold=6)}")
+    return np.concatenate(([t_0], t)) if t[0] > t_0 else t
+
+
+def record_times(t_span: tuple[float, float], every: int, t_eval: Any) -> tuple[np.ndarray, int]:
+    """The times to record and 0, or start and end and to record every so many steps."""
+    t_0, t_1 = as_span(t_span)
+    if t_eval is None:
+        return np.array([t_0, t_1]), as_count("every", every)
+    return as_record_times(t_eval, t_0, t_1), 0
