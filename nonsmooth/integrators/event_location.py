@@ -20,7 +20,7 @@ from typing import NamedTuple
 from nonsmooth.blocks import Integers, Vector, address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.radau import radau_interpolate, radau_shorten
-from nonsmooth.integrators.radau_stages import DONE, EPS, NOW, RATES, C, Radau
+from nonsmooth.integrators.radau_stages import DONE, EPS, NOW, RATES, STEP, C, Radau
 from nonsmooth.jit import Callback, kernel
 
 BISECTIONS = 50
@@ -56,7 +56,7 @@ def events_shapes(n_events: int, n_x: int) -> dict[str, tuple[int, ...]]:
 def locate_event(rates, functions, model, p, context, ode_at, events_block):
     """Look for the first event within the step that was tried, and shorten the step to it.
 
-    found[WHICH] is the event, NO_EVENT, or TOO_LONG where the step is to be tried again with a tenth of its length;
+    found[WHICH] is the event, NO_EVENT, or TOO_LONG where a step is to be tried anew, with the clock[STEP] set here;
     found[IS_IMMEDIATE] tells that the event lies at the beginning of the step. Returns a Status.
     """
     ode, events = view(ode_at, Radau), view(events_block, Events)
@@ -147,7 +147,7 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
     if not is_met and not is_refused and events.found[REDUCTIONS] < MOST_REDUCTIONS:
         events.found[WHICH] = TOO_LONG  # the polynomial fell, the motion does not; or the shorter step was not solved
         events.found[REDUCTIONS] += 1
-        clock[DONE] = h
+        clock[STEP] = REDUCTION * h
         return Status.RUNNING.value
     events.found[REDUCTIONS] = 0
     return status

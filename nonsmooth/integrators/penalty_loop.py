@@ -18,7 +18,6 @@ from nonsmooth.integrators.event_location import (
     HANDLED,
     IS_IMMEDIATE,
     NO_EVENT,
-    REDUCTION,
     TOO_LONG,
     WHICH,
     Events,
@@ -26,7 +25,7 @@ from nonsmooth.integrators.event_location import (
     locate_event,
 )
 from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_interpolate, radau_restart, radau_step
-from nonsmooth.integrators.radau_stages import DONE, NOW, STEP, Radau, radau_shapes, rates_at
+from nonsmooth.integrators.radau_stages import DONE, NOW, Radau, radau_shapes, rates_at
 from nonsmooth.integrators.records import (
     EVENT_CONTACT,
     EVENT_GAMMA_F,
@@ -131,7 +130,6 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             return status
         which = events.found[WHICH]
         if which == TOO_LONG:
-            clock[STEP] = REDUCTION * clock[DONE]
             continue
         if events.found[IS_IMMEDIATE] == 0:
             t_1 = t_end if clock[DONE] == h_max else t + clock[DONE]

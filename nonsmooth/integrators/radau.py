@@ -104,7 +104,6 @@ def radau_step(rates, model, p, context, h_max, ode_at):
         clock[LIMIT] *= RECOVER
         clock[STEP] = min(clock[STEP], clock[LIMIT])
         clock[DONE] = h
-        clock[STEP_OLD] = h
         clock[ERROR_OLD] = error
         flags[IS_WORN] = is_slow
         return Status.RUNNING.value

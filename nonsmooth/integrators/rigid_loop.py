@@ -17,6 +17,7 @@ from nonsmooth.integrators.event_location import (
     HANDLED,
     IS_IMMEDIATE,
     NO_EVENT,
+    TOO_LONG,
     WHICH,
     Events,
     events_shapes,
@@ -104,6 +105,8 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             continue
         if status != Status.RUNNING:
             return status
+        if events.found[WHICH] == TOO_LONG:
+            continue
         contacts.facts[EVENT] = events.found[WHICH]
         if events.found[IS_IMMEDIATE] != 0:
             continue
