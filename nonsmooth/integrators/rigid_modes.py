@@ -142,7 +142,7 @@ def rigid_events(model, p, contacts_at, t, x, out):
     E = N_FUNCTIONS * n_c + 1
     if contacts.facts[HAS] & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
         return Status.NOT_FINITE.value
-    speed, length = rounded_speed(n, contacts), rounded_length(n, contacts)
+    speed, length = small_speed(n, contacts), rounded_length(n, contacts)
     for i in range(n_c):
         e = N_FUNCTIONS * i
         for m in range(N_FUNCTIONS):
@@ -165,6 +165,12 @@ def rigid_events(model, p, contacts_at, t, x, out):
     out[E - 1] = contacts.numbers[DETERMINANT] - SINGULAR_SLIDE
     out[2 * E - 1] = 0.0
     return Status.RUNNING.value
+
+
+@kernel
+def small_speed(n, contacts):
+    """A contact velocity that counts as zero [m/s]: rounding of the velocities, of atol where all are smaller."""
+    return rounded_speed(n, contacts) + ROUNDINGS * EPS * contacts.numbers[ATOL]
 
 
 @kernel

@@ -24,7 +24,6 @@ from nonsmooth.contact_problem import evaluate_rows
 from nonsmooth.contact_solvers.modes import select
 from nonsmooth.contact_solvers.single import Selection, sigma_of, slip_of
 from nonsmooth.errors import Status
-from nonsmooth.integrators.contact_switching import rounded_speed
 from nonsmooth.integrators.event_location import NO_EVENT
 from nonsmooth.integrators.moreau_jean_contact import mode_of
 from nonsmooth.integrators.records import (
@@ -66,6 +65,7 @@ from nonsmooth.integrators.rigid_modes import (
     RigidContacts,
     find_forces,
     rounded_length,
+    small_speed,
 )
 from nonsmooth.integrators.rigid_touch import START, Touch, look
 from nonsmooth.jit import kernel
@@ -141,7 +141,7 @@ def strike(model, p, t, x, event, contacts, touch):
     for attempt in range(MAX_IMPACTS * n_c + 1):
         if not look(model, p, t, x, event, contacts, touch):
             return Status.NOT_FINITE.value, has_struck
-        speed = rounded_speed(contacts.facts[N_U], contacts)
+        speed = small_speed(contacts.facts[N_U], contacts)
         is_struck = False
         for i in range(n_c):
             if attempt == 0:

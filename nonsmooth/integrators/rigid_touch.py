@@ -12,9 +12,8 @@ from typing import NamedTuple
 from nonsmooth.blocks import Integers, Matrix, Vector, frozen
 from nonsmooth.contact_problem import evaluate_rows, row_velocities
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
-from nonsmooth.integrators.contact_switching import rounded_speed
 from nonsmooth.integrators.records import N_LEDGER
-from nonsmooth.integrators.rigid_modes import ATOL, FRICTION, HAS, N_FUNCTIONS, N_U, rounded_length
+from nonsmooth.integrators.rigid_modes import ATOL, FRICTION, HAS, N_FUNCTIONS, N_U, rounded_length, small_speed
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
@@ -79,7 +78,7 @@ def look(model, p, t, x, event, contacts, touch):
             touch.gamma[i, 1] = work.gamma_0[r]
             r += 1
         contacts.gamma[i, 0], contacts.gamma[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
-    speed, length = rounded_speed(n, contacts), rounded_length(n, contacts)
+    speed, length = small_speed(n, contacts), rounded_length(n, contacts)
     for i in range(n_c):
         is_closing = event >= 0 and event // N_FUNCTIONS == i
         is_closed = contacts.mode[i] != ContactMode.OPEN or is_closing or work.g_N[i] <= length

@@ -79,7 +79,7 @@ def random_scene(rng):
 
 
 def reaches_its_end(seed):
-    """One random run; the deepest penetration is within the tolerance of the gap."""
+    """One random run; no gap is deeper than atol."""
     rng = np.random.default_rng(seed)
     model, start, t_end = random_scene(rng)
     rtol = 10.0 ** rng.uniform(-11, -3)
@@ -92,7 +92,7 @@ def reaches_its_end(seed):
         selection=str(rule),
         on_failure="return",
     )
-    return sol.success and np.isfinite(sol.q).all() and sol.g_N.min() > -1e-9
+    return sol.success and np.isfinite(sol.q).all() and sol.g_N.min() > -1e-2 * rtol - 1e-12
 
 
 def test_random_starts_reach_their_end():
