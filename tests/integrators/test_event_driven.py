@@ -5,9 +5,11 @@ for the accumulated error at rtol = 1e-11.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import nonsmooth as ns
 from models import (
@@ -63,6 +65,79 @@ def test_elastic_ball_bounces_for_ever_at_its_height():
     sol = run(ball, 20.0, ball.state(height=1.0))
     impacts = times(sol, ns.EventKind.IMPACT)
     assert np.abs(impacts - ball.impact_times(len(impacts), height=1.0)).max() < 1e-12
+
+
+class Table(NamedTuple):
+    """A ball on a table that is shaken with the amplitude a and the frequency omega."""
+
+    g: float = 9.81  # m/s^2
+    a: float = 0.1  # m
+    omega: float = 20.0  # 1/s
+
+
+def unit_mass(t, q, p, M):
+    M[0, 0] = 1.0
+
+
+def gravity(t, q, u, p, h):
+    h[0] = -p.g
+
+
+def table_gap(t, q, p, g_N):
+    g_N[0] = q[0] - p.a * math.sin(p.omega * t)
+
+
+def table_rate(t, q, p, w_N):
+    w_N[0] = -p.a * p.omega * math.cos(p.omega * t)
+
+
+def upwards(t, q, p, W_N):
+    W_N[0, 0] = 1.0
+
+
+def shaken_ball(t_end, y, e, table):
+    """Height at t_end of a ball released at y, impact by impact: a parabola until its first root over the table."""
+    t, v = 0.0, 0.0
+
+    def above(s):
+        return y + v * s - 0.5 * table.g * s * s - table.a * math.sin(table.omega * (t + s))
+
+    while True:
+        s = 1e-6
+        while above(s) > 0.0 and t + s < t_end:
+            s += 1e-4
+        if t + s >= t_end:
+            s = t_end - t
+            return y + v * s - 0.5 * table.g * s * s
+        s = brentq(above, s - 1e-4, s, xtol=1e-15)
+        y, t = y + v * s - 0.5 * table.g * s * s, t + s
+        w = table.a * table.omega * math.cos(table.omega * t)
+        v = w - e * (v - table.g * s - w)
+
+
+def test_ball_on_a_shaken_table_flies_its_parabolas():
+    """Four impacts amplify an error of their times some hundred times."""
+    ball = ns.System(
+        n_q=1, mass=unit_mass, force=gravity, gap=table_gap, gap_rate=table_rate, normal=upwards,
+        contacts=[ns.Contact(e_N=0.5)], parameters=Table(),
+    )  # fmt: skip
+    sol = run(ball, 3.0, ([0.5], [0.0]))
+    assert len(times(sol, ns.EventKind.IMPACT)) == 4
+    assert abs(sol.q[-1, 0] - shaken_ball(3.0, 0.5, 0.5, Table())) < 1e-11
+
+
+def test_start_in_the_air_below_a_failing_force_names_the_time():
+    """A force that is not a number from t = 1/2 on ends the run there, with what was computed."""
+
+    def failing(t, q, u, p, h):
+        h[0] = -math.sqrt(0.5 - t)
+
+    ball = ns.System(
+        n_q=1, mass=unit_mass, force=failing, gap=table_gap, normal=upwards, contacts=[ns.Contact()], parameters=Table()
+    )
+    with pytest.raises(ns.ModelFunctionError) as failure:
+        ns.simulate(ball, (0, 1), [1.0], [0.0], integrator=FINE)
+    assert abs(failure.value.t - 0.5) < 1e-6 and failure.value.solution.t[-1] == failure.value.t
 
 
 # friction
