@@ -11,16 +11,19 @@ A/Solids* 18 (1999) 653.
 
 from __future__ import annotations
 
+import math
+
 from nonsmooth.acceleration_problem import acceleration_problem
 from nonsmooth.blocks import address
 from nonsmooth.contact_problem import add_restitution, row_velocities
 from nonsmooth.contact_solvers.planar import Route, solve_planar
 from nonsmooth.contact_solvers.single import NO_CANDIDATE, Selection, solve_single, stick
+from nonsmooth.dense import SINGULAR
 from nonsmooth.errors import Status
 from nonsmooth.integrators.records import book_contact_energy
 from nonsmooth.integrators.rigid_modes import ATOL, HAS, N_U, NEARLY_SINGULAR, SELECTION
 from nonsmooth.jit import kernel
-from nonsmooth.laws import LAW_E_F, static_coefficient
+from nonsmooth.laws import LAW_E_F, friction_coefficient, static_coefficient
 from nonsmooth.paradox.impact import follows_own_law, impulses_by_law
 from nonsmooth.system import GIVEN_FORCE, UNILATERAL, ContactMode
 
@@ -78,7 +81,7 @@ def find_impulses(n_k, must_stick, contacts, touch):
             P[0] = max(0.0, P[0])
         return True
     if n_k == 1 and must_stick:
-        if follows_own_law(i, kinds, laws) and impulses_by_law(laws, i, work.gamma_0, G, P):
+        if follows_own_law(i, kinds, laws) and impulses_of_lost_slide(laws, i, work.gamma_0, G, P):
             return True
         P[0], P[1], exists = stick(G[0, 0], G[0, 1], G[1, 0], G[1, 1], 0.0, c[1])
         reach = P[0] if kinds[i, 0] == UNILATERAL else abs(P[0])
@@ -96,6 +99,18 @@ def find_impulses(n_k, must_stick, contacts, touch):
         selection, P, address(touch.planar),
     )  # fmt: skip
     return route > Route.NO_SOLUTION
+
+
+@kernel
+def impulses_of_lost_slide(laws, i, gamma_0, G, P):
+    """``impulses_by_law`` of a slide without force: where p is not quite 0 yet, it is taken as just below."""
+    G_NN = G[0, 0]
+    p = G_NN - math.copysign(friction_coefficient(laws, i, abs(gamma_0[1])), gamma_0[1]) * G[0, 1]
+    if p >= 0.0:
+        G[0, 0] -= p + SINGULAR * G_NN
+    is_found = impulses_by_law(laws, i, gamma_0, G, P)
+    G[0, 0] = G_NN
+    return is_found
 
 
 @kernel

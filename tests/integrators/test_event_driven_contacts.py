@@ -20,6 +20,7 @@ from models import (
     SelfLockingRod,
     SpragSlip,
 )
+from models.rod_geometry import FUNCTIONS
 
 FINE = ns.EventDriven(rtol=1e-11, atol=1e-13)
 INCONSISTENT = ns.EventKind.INCONSISTENT
@@ -160,6 +161,27 @@ def test_rod_finds_the_genot_brogliato_point_at_every_tolerance(rtol):
     assert np.abs(tip).max() < 1e-14  # both velocities of the tip end at zero
     assert abs(event.t - 0.0203153845) < 10 * rtol + 1e-9
     assert np.abs(sol.q[-1] - [-0.71942599, 0.71102366, 2.64361064]).max() < 10 * rtol + 1e-8
+
+
+@pytest.mark.parametrize("law", ["poisson", "energetic"])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-9])
+def test_genot_brogliato_point_under_other_laws_of_impact(law, rtol):
+    """With p = 0 nothing is compressed before the slide stops, at P_1: Poisson's law leaves gamma_N = e P_1 C_s with
+    C_s = G_NN - G_NF^2/G_FF, the energetic one 0. p is below 1e-3 where the slide ends."""
+    rod = PainleveRod(mu=2.0)
+    contacts = [ns.Contact(mu="mu", e_N=0.5, impact=law)]
+    system = ns.System(n_q=3, **FUNCTIONS, contacts=contacts, parameters=rod)
+    start = rod.state(th=math.radians(34), thdot=2.0, slip=-6.0)
+    sol = ns.simulate(system, (0, 0.03), *start, integrator=ns.EventDriven(rtol, 1e-2 * rtol))
+    event = next(e for e in sol.paradoxes if e.kind == INCONSISTENT)
+    k = np.searchsorted(sol.t, event.t)
+    (G_NN, G_NF), (_, G_FF) = rod.delassus(sol.q[k, 2])
+    P_1 = event.gamma_F / (G_NF + rod.mu * G_FF)
+    C_s = G_NN - G_NF**2 / G_FF
+    expected = 0.5 * abs(P_1) * C_s if law == "poisson" else 0.0
+    th, u = sol.q[k, 2], sol.u[k + 1]
+    gamma_N = u[1] - 0.5 * rod.l * u[2] * math.cos(th)
+    assert abs(gamma_N - expected) < 2e-3 * abs(P_1) * C_s + 1e-12
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-5, 1e-6, 1e-8, 1e-10])
