@@ -6,7 +6,8 @@
    modes is decided a moment later on the motion that the old modes would have gone on with: there one of the two no
    longer holds.
 3. Where there is none, sliding is inconsistent: an impact without collision follows, then step 2 again. With
-   selection="impact" the same is done where there are several.
+   selection="impact" the same is done where there are several. The contact has then stuck, if the force that holds it
+   has the sign of the impulse; the force of a stiff contact falls through zero otherwise, and there it lets go.
 4. Impacts slower than atol [m/s] have no restitution. A contact that leaves with the velocity v and will come back,
    gamma_N' = a < 0, begins a series of bounces. Where the next is lower than the tolerance, v^2/(2 |a|) < atol, it is
    closed instead: with the restitution e the series ends after the time 2 v/(|a| (1 - e)), by which the event is dated.
@@ -22,7 +23,7 @@ from nonsmooth.acceleration_problem import find_row_rates
 from nonsmooth.blocks import frozen, view
 from nonsmooth.contact_problem import evaluate_rows
 from nonsmooth.contact_solvers.modes import select
-from nonsmooth.contact_solvers.single import Selection, sigma_of, slip_of
+from nonsmooth.contact_solvers.single import STICK, Selection, sigma_of, slip_of
 from nonsmooth.errors import Status
 from nonsmooth.integrators.event_location import NO_EVENT
 from nonsmooth.integrators.moreau_jean_contact import mode_of
@@ -220,11 +221,13 @@ def take_modes(found, n_k, state, contacts, touch, forces):
         i = work.closed[k]
         slides = slides or forces.slip[k] != 0
         was_caught = touch.is_resting[i] == 1 and forces.mu_static[k] > forces.mu[k]  # by the static friction
-        was_stuck = state.mode[i] == ContactMode.STICK or touch.kind[i] == INCONSISTENT
-        forces.planar.was_stuck[k] = 1 if was_stuck or was_caught else 0
+        was_stuck = state.mode[i] == ContactMode.STICK
         for m in range(kept):
+            if touch.kind[i] == INCONSISTENT and forces.candidate[m, k] == STICK:
+                was_stuck = forces.la[m, work.start[k]] * touch.P[i, 0] > 0.0
             tree.modes[m, k] = forces.candidate[m, k]
             bits |= 1 << forces.candidate[m, k]
+        forces.planar.was_stuck[k] = 1 if was_stuck or was_caught else 0
     take = select(
         kept, n_k, work.closed, work.start, kinds, forces.mu, work.G, forces.planar.was_stuck,
         contacts.facts[SELECTION], tree,
