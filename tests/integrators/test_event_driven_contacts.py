@@ -223,3 +223,18 @@ def test_block_on_a_slope_below_the_friction_angle_stays_exactly():
     q0, u0 = block.state()
     sol = run(block, 100.0, (q0, u0))
     assert (sol.q == sol.q[0]).all() and (sol.u == 0.0).all()
+
+
+@pytest.mark.parametrize(("model", "state", "order"), [
+    (BilateralRod(m=1.7, mu=1.78, g=15.4), {}, 1.5),
+    (SpragSlip(mu=1.549807886758189), dict(th=0.45682152, thdot=-0.98834987), 0.8),
+])  # fmt: skip
+def test_time_stepping_takes_the_same_branch_from_an_indeterminate_state(model, state, order):
+    """Small forces among several solutions: the gap that is fed back must not disturb them. Errors fall with dt."""
+    q, u = model.state(**state)
+    end = run(model, 0.3, (q, u)).q[-1]
+    errors = []
+    for dt in (1e-3, 1e-4, 1e-5):
+        stepped = ns.simulate(model, (0, 0.3), q, u, integrator=ns.MoreauJean(dt=dt))
+        errors.append(np.abs(stepped.q[-1] - end).max())
+    assert errors[0] < 1e-3 and errors[2] < errors[0] / 10 ** (2 * order)
