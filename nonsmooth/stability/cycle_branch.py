@@ -1,10 +1,10 @@
 """Cycles along a parameter, and what happens to them on the way.
 
-Each cycle starts from the two before it, continued linearly. Where the sequence of modes no longer closes, the motion
-is simulated from the last cycle and a new sequence is read from it; where stick begins or ends between two values, the
-value at which the cycle without it touches the limit (grazing) is found as the root of its least margin. Multipliers
-that cross the unit circle name folds (+1), period doublings (-1) and tori. Source: di Bernardo, Budd, Champneys,
-Kowalczyk, *Piecewise-smooth Dynamical Systems* (2008), chapters 7 and 8.
+Each cycle starts from the four before it, continued by a cubic. Where the sequence of modes no longer closes, the
+motion is simulated from the last cycle and a new sequence is read from it; where stick begins or ends between two
+values, the value at which the cycle without it touches the limit (grazing) is found as the root of its least margin.
+Multipliers that cross the unit circle name folds (+1), period doublings (-1) and tori. Source: di Bernardo, Budd,
+Champneys, Kowalczyk, *Piecewise-smooth Dynamical Systems* (2008), chapters 7 and 8.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from nonsmooth.system import System, as_system
 
 SETTLE = 60  # periods that a motion is given to settle where its sequence of modes has changed
 STEPS = 2000  # steps of a period of that simulation
+DEGREE = 3  # of the polynomial along the branch by which the next cycle is predicted
 GRAZE = 1e-12  # relative accuracy of the value at which a cycle grazes
 
 
@@ -139,17 +140,28 @@ def continue_cycle(
 
 
 def _predicted(grid: np.ndarray, cycles: list[LimitCycle], k: int) -> list[PhaseGuess]:
-    """The phases at grid[k], continued linearly where the last two cycles have the same sequence."""
+    """The phases at grid[k], on the polynomial through the last cycles with the same sequence (Lagrange)."""
     last = cycles[-1].guesses()
-    if k < 2 or cycles[-1].sequence() != cycles[-2].sequence():
-        return last
-    part = (grid[k] - grid[k - 1]) / (grid[k - 1] - grid[k - 2])
-    return [
-        PhaseGuess(
-            b.states, b.x + part * (b.x - a.x), max(b.duration + part * (b.duration - a.duration), 0.1 * b.duration)
-        )
-        for a, b in zip(cycles[-2].guesses(), last, strict=True)
-    ]
+    known = [k - 1]
+    for j in range(k - 2, max(k - 2 - DEGREE, -1), -1):
+        if cycles[j].sequence() != cycles[-1].sequence() or grid[j] in grid[known]:
+            break
+        known.append(j)
+    weights = lagrange_weights(grid[known], grid[k])
+    paths = [cycles[j].guesses() for j in known]
+    guess = []
+    for i, phase in enumerate(last):
+        x = sum(w * path[i].x for w, path in zip(weights, paths, strict=True))
+        duration = sum(w * path[i].duration for w, path in zip(weights, paths, strict=True))
+        guess.append(PhaseGuess(phase.states, np.asarray(x), max(float(duration), 0.1 * phase.duration)))
+    return guess
+
+
+def lagrange_weights(points: np.ndarray, at: float) -> np.ndarray:
+    """Weights (k,) of the values at k distinct points in their polynomial's value elsewhere."""
+    return np.array(
+        [np.prod([(at - other) / (point - other) for other in points if other != point]) for point in points]
+    )
 
 
 def _resimulated(system: System, last: LimitCycle) -> LimitCycle:

@@ -9,6 +9,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BeltOscillator, BouncingBall, FollowerForceArm, ModeCoupling, SpragSlip
+from nonsmooth.stability.cycle_branch import lagrange_weights
 from nonsmooth.stability.mode_flow import ContactState
 from nonsmooth.stability.shooting import ending
 from nonsmooth.system import ContactMode
@@ -86,6 +87,14 @@ def test_cycles_of_the_smoothed_law_have_the_printed_amplitudes(r, vb):
     cycle = cycle_of(BeltOscillator(law="smoothed", r=r, vb=vb))
     assert cycle.amplitudes[0] / LENGTH == pytest.approx(SMOOTHED[r][vb], abs=6e-7)
     assert cycle.is_stable and cycle.stick_duration == 0
+
+
+@pytest.mark.parametrize("r", SMOOTHED)
+def test_weak_cycle_of_the_smoothed_law_has_the_printed_amplitude(r):
+    """Just below the end of its range the cycle attracts by 0.1 % a period: it is started at the averaged amplitude."""
+    cycle = near(0.44, law="smoothed", r=r)
+    assert cycle.amplitudes[0] / LENGTH == pytest.approx(SMOOTHED[r][0.44], abs=6e-7)
+    assert cycle.is_stable and len(cycle.phases) == 1
 
 
 def test_smoothed_friction_below_its_unstable_range_brings_the_mass_to_rest():
@@ -215,8 +224,22 @@ def test_branch_agrees_with_single_cycles_and_tells_where_no_cycle_is_left():
     assert branch.stick_durations.max() == 0
 
 
-def near(vb):
-    belt = BeltOscillator(vb=vb)
+def test_cycle_is_predicted_exactly_where_it_moves_as_a_cubic():
+    points = np.array([0.3, 0.1, 0.25, 0.0])
+    weights = lagrange_weights(points, 0.37)
+    for power in range(4):
+        assert weights @ points**power == pytest.approx(0.37**power, rel=1e-12)
+    assert lagrange_weights(points[:1], 0.37).tolist() == [1.0]
+
+
+def test_branch_may_visit_a_value_twice_and_turn_back():
+    branch = ns.continue_cycle(BeltOscillator(), "vb", [0.2, 0.2, 0.21, 0.21, 0.2], cycle_of(BeltOscillator(vb=0.2)))
+    assert not branch.changes
+    np.testing.assert_allclose(branch.periods[[0, 1, 4]], STICK_SLIP[0.20][0], atol=2e-9)
+
+
+def near(vb, **law):
+    belt = BeltOscillator(vb=vb, **law)
     a = ns.averaged_amplitude(belt).amplitude
     run = ns.simulate(belt, (0.0, 200.0), *belt.state(x=belt.equilibrium() + a), integrator=ns.MoreauJean(dt=1e-3))
     return ns.limit_cycle(belt, run)

@@ -1,0 +1,53 @@
+"""``nonsmooth bench stability``: equilibria, boundaries, cycles, and a cycle along a hundred values of a parameter.
+
+Times of the processor and of the clock [s], the least of a few repeats, after a first call that compiles.
+"""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.catalogue import load_model
+from nonsmooth.stability.cycle_branch import continue_cycle
+from nonsmooth.stability.equilibrium import equilibrium
+from nonsmooth.stability.flutter_boundary import flutter_boundary
+from nonsmooth.stability.limit_cycle import limit_cycle
+from nonsmooth.stability.linearise import linearise
+
+REPEATS = 2
+SPEEDS = (0.05, 0.44)  # of the belt, between which its cycle is followed [m/s]
+VALUES = 100
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Print the table; returns the exit code."""
+    belt, coupling = load_model("belt-oscillator"), load_model("mode-coupling")
+    slow, values = belt(vb=SPEEDS[0]), np.linspace(*SPEEDS, VALUES)
+    first = limit_cycle(slow)
+    print(f"{platform.platform()}, Python {platform.python_version()}, least of {REPEATS}: processor and clock [s]\n")
+    show("equilibrium and eigenvalues, mode coupling", lambda: linearise(coupling(), equilibrium(coupling())))
+    show("flutter boundary, mode coupling", lambda: flutter_boundary(coupling(), "mu", (0.0, 1.0)))
+    show("cycle from a near one, belt oscillator", lambda: limit_cycle(slow, first))
+    show("cycle from simulation, belt oscillator", lambda: limit_cycle(slow))
+    branch = show(f"{VALUES} cycles along the belt's speed", lambda: continue_cycle(slow, "vb", values, first))
+    print(f"\ncycles found: {branch.values.size}")
+    for change in branch.changes:
+        print(f"{change.kind} at vb = {change.value:.10f}")
+    return 0
+
+
+def show(what: str, call: Callable[[], Any]) -> Any:
+    """Print the time of a call, and return what it returns."""
+    result, times = call(), []
+    for _ in range(REPEATS):
+        before = np.array([time.process_time(), time.perf_counter()])
+        result = call()
+        times.append(np.array([time.process_time(), time.perf_counter()]) - before)
+    cpu, wall = np.min(times, axis=0)
+    print(f"{what:46s} {cpu:10.4f} {wall:10.4f}")
+    return result
