@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from nonsmooth.arrays import as_positive
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean import MoreauJean
@@ -14,6 +16,7 @@ from nonsmooth.stability.mode_sequence import period_of
 from nonsmooth.stability.shooting import Shooting
 from nonsmooth.system import System, as_system
 
+DYING = 0.1  # a motion whose extent falls so far, from one fifth of a simulation to the last, has no cycle
 ATTEMPTS = 4  # simulations, each twice as long as the one before
 
 
@@ -76,8 +79,20 @@ def _settled(model: Any, system: System, guess: Any, duration: float | None, dt:
         run = simulate(system, (0.0, duration * 2**attempt), q, u, integrator=MoreauJean(dt=dt), project=attempt > 0)
         try:
             return Shooting(system, period_of(run)).solve()
-        except InvalidInput:
+        except InvalidInput as broken:
             if attempt == ATTEMPTS - 1:
+                _require_alive(run, broken)
                 raise
         q, u = run.q[-1], run.u[-1]
     raise AssertionError
+
+
+def _require_alive(run: Solution, broken: InvalidInput) -> None:
+    """Raise when the motion has become much smaller on its way: it has no cycle because it dies out."""
+    fifth = max(len(run.t) // 5, 2)
+    first, last = np.ptp(run.q[:fifth], axis=0), np.ptp(run.q[-fifth:], axis=0)
+    if 0 < last.max() and (last <= DYING * first).all():
+        raise InvalidInput(
+            f"the motion dies out: it shrinks by a factor {(last.max() / first.max()):.2g} from t = {run.t[0]:g} to "
+            f"{run.t[-1]:g} s of the last simulation, so there is no cycle near this start; give another one"
+        ) from broken

@@ -37,6 +37,8 @@ SAMPLES = 48  # of a phase, at which its margins are looked at
 CURVE = 4  # times as many points of its curve are kept
 BROKEN = 1e-7  # of a margin's largest value: so far below zero it may fall by rounding at an event
 COLLAPSED = 1e-3  # of the guess's extent: a smaller cycle is an equilibrium, which solves the same equations
+STRETCHED = 10  # times the period of the guess: a longer one is a Newton iteration gone astray
+AT_REST = "the guess leads back to a state of rest, not to a cycle; give a nearer one"
 
 
 class Link(NamedTuple):
@@ -90,6 +92,7 @@ class Shooting:
             residual, J = self._linearised(rtol)
             step = -np.linalg.lstsq(J, residual, rcond=1e-13)[0]
             self._move(step)
+            self._require_cycle()
             size = np.abs(step).max()
             if rtol == self.rtol and (size**2 <= rtol or np.abs(residual).max() <= 10 * rtol):
                 break  # Newton's method leaves size^2; near grazing the residual vanishes while steps stay large
@@ -104,11 +107,21 @@ class Shooting:
     def _move(self, step: np.ndarray) -> None:
         m, d = self.x.shape
         change = step.reshape(m, d + 1)
-        shrink = min(
-            1.0, *(0.5 * T / abs(c * T) if c < -0.5 else 1.0 for T, c in zip(self.T, change[:, d], strict=True))
-        )
+        shrink = min(1.0, *(1 / max(-2 * c, c, 1.0) for c in change[:, d]))  # no T_i halves, or doubles, in one step
         self.x = self.x + shrink * change[:, :d] * self.scale
         self.T = self.T * (1 + shrink * change[:, d])
+
+    def _require_cycle(self) -> None:
+        """Raise when the iteration has come to an equilibrium, whose period is any, or to a period without end."""
+        guessed = sum(phase.duration for phase in self.guess)
+        moves = np.abs(self.links[0].flow.rate(self.x[0]).real * guessed / self.scale).max()
+        if len(self.links) == 1 and moves <= COLLAPSED:
+            raise InvalidInput(AT_REST)
+        if not self.T.sum() <= STRETCHED * guessed:
+            raise InvalidInput(
+                f"the cycle does not close: its period grew from {guessed:.6g} to {self.T.sum():.6g} s; simulate for "
+                "longer, or give a nearer guess"
+            )
 
     def _linearised(self, rtol: float) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and their derivative by (x_i/scale, T_i relative), phase after phase."""
@@ -177,7 +190,7 @@ class Shooting:
                                      self.x[i, n:].copy(), link.ends_by))  # fmt: skip
         x = np.concatenate(states)
         if (np.ptp(x, axis=0) <= COLLAPSED * self.scale).all():
-            raise InvalidInput("the guess leads back to a state of rest, not to a cycle; give a nearer one")
+            raise InvalidInput(AT_REST)
         multipliers, shift = self._multipliers()
         return LimitCycle(
             self.system,

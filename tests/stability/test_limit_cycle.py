@@ -11,7 +11,8 @@ import nonsmooth as ns
 from models import BeltOscillator, BouncingBall, FollowerForceArm, ModeCoupling, SpragSlip
 from nonsmooth.stability.cycle_branch import lagrange_weights
 from nonsmooth.stability.mode_flow import ContactState
-from nonsmooth.stability.shooting import ending
+from nonsmooth.stability.mode_sequence import PhaseGuess
+from nonsmooth.stability.shooting import Shooting, ending
 from nonsmooth.system import ContactMode
 
 SLIDE, STICK, OPEN = ContactMode.SLIDE, ContactMode.STICK, ContactMode.OPEN
@@ -280,6 +281,24 @@ def test_periodic_motions_of_the_undamped_arm_form_a_family_and_are_not_called_s
     assert not motion.is_stable and motion.residual < 1e-9
     fast = 2 * np.pi / 54.716541708  # of a mode of small vibration: the period is near it
     assert motion.period == pytest.approx(fast, rel=1e-3)
+
+
+@pytest.mark.parametrize("law, vb, c", [("two-coefficient", 0.288, 0.103), ("stribeck", 0.3694, 0.135)])
+def test_a_motion_that_dies_out_slowly_is_said_to(law, vb, c):
+    belt = BeltOscillator(law=law, vb=vb, c=c)
+    assert (ns.linearise(belt, ns.equilibrium(belt)).eigenvalues.real < 0).all()
+    with pytest.raises(ns.InvalidInput, match="dies out"):
+        ns.limit_cycle(belt)
+
+
+def test_newtons_iteration_does_not_run_away_to_endless_periods():
+    """A guess on a spiral into the equilibrium of a belt that is too fast: no cycle solves the equations."""
+    belt = BeltOscillator(law="stribeck", vb=0.3694, c=0.135)
+    start = np.concatenate(belt.state(x=belt.equilibrium() + 0.05))
+    problem = Shooting(belt.system(), [PhaseGuess(contact(SLIDE, -1), start, 2.0)])
+    with pytest.raises(ns.InvalidInput, match="does not close|state of rest"):
+        problem.solve()
+    assert problem.T.sum() <= 2 * 10 * 2.0  # the last step at most doubles a period that was below ten times the guess
 
 
 def test_a_ball_that_comes_to_rest_has_no_cycle():
