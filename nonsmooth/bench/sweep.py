@@ -1,4 +1,8 @@
-"""``nonsmooth bench sweep``: what a sweep costs beside the bare loop, on one and two workers, and what each part adds.
+"""``nonsmooth bench sweep``: what a sweep costs beside the bare loop, on one and two workers, what each part adds,
+and a map of 10^6 states.
+
+The cells of the grid share their speeds and starts; those of the two tables share none, and their starts come from
+``model.state(...)``, or are numbers of their own (q0[0]).
 
 The bare time of a run is that of the compiled loop alone, called for single cells of the same sweep; a call that takes
 no step is subtracted, so that it holds nothing but steps. Times of the processor, which other programs on the machine
@@ -24,6 +28,7 @@ from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.times import Grid, make_grid
 from nonsmooth.studies.axis_names import AxisNames
+from nonsmooth.studies.map_task import MapTask
 from nonsmooth.studies.pool import LocalPool
 from nonsmooth.studies.run_rows import RowBuilder
 from nonsmooth.studies.run_task import RunTask
@@ -34,13 +39,15 @@ STEPS, DT = 200, 1e-3
 SIDE = 316  # cells along each axis: 10^5 together
 SAMPLE = 1000  # cells of which the bare loop is timed
 CALLS = 200  # of an executor
-AXES = {"vb": np.linspace(0.05, 0.5, SIDE), "x": np.linspace(0.0, 0.1, SIDE)}
+MAP_SIDE = 1000  # states along each axis of the map
+AXES: dict[str, np.ndarray] = {"vb": np.linspace(0.05, 0.5, SIDE), "x": np.linspace(0.0, 0.1, SIDE)}
 
 
 def main(argv: list[str] | None = None) -> int:
     """Print the tables; returns the exit code."""
     print(f"{platform.platform()}, Python {platform.python_version()}, medians of {REPEATS} interleaved repeats\n")
     print_runs()
+    print_map()
     print_parts()
     return 0
 
@@ -62,6 +69,8 @@ def print_runs() -> None:
             "sweep, 2 workers": lambda: timed(task, workers=2) / cells,
             "sweep, 2 processes": lambda: timed(task, executor=pool) / cells,
             "sweep, 1 worker, journal": lambda: timed(task, journal=book, resume=False) / cells,
+            "table, starts by state(x=...)": lambda: timed(task, cells_of_their_own("x")) / cells,
+            "table, starts as q0[0]": lambda: timed(task, cells_of_their_own("q0[0]")) / cells,
         }
         times: dict[str, list[np.ndarray]] = {name: [] for name in ways}
         for name in ways:
@@ -84,11 +93,30 @@ def now() -> np.ndarray:
     return np.array([time.process_time(), time.perf_counter()])
 
 
-def timed(task: RunTask, **options: Any) -> np.ndarray:
-    """Seconds of a sweep: of the processor, of the clock."""
+def timed(task: Any, cells: Any = None, **options: Any) -> np.ndarray:
+    """Seconds of a sweep over the grid, or over other cells: of the processor, of the clock."""
     started = now()
-    sweep(task, AXES, progress=False, **options)
+    sweep(task, AXES if cells is None else cells, progress=False, **options)
     return now() - started
+
+
+def cells_of_their_own(start: str) -> np.ndarray:
+    """A table in which no two cells have a speed or a start in common."""
+    rng = np.random.default_rng(2)
+    table = np.empty(SIDE * SIDE, dtype=[("vb", float), (start, float)])
+    for name, axis in zip(("vb", start), AXES.values(), strict=True):
+        table[name] = rng.uniform(axis[0], axis[-1], table.size)
+    return table
+
+
+def print_map() -> None:
+    """Time a map of paradoxes through the sweep."""
+    axes = {"th": np.linspace(0.01, 1.56, MAP_SIDE), "mu": np.linspace(0.0, 3.0, MAP_SIDE)}
+    task = MapTask(load_model("painleve-rod")(), kept=1, slip=-1.0)
+    timed(task, {name: values[:2] for name, values in axes.items()})  # compile, or load
+    for workers in (1, 2):
+        cpu, wall = timed(task, axes, workers=workers)
+        print(f"{f'map of {MAP_SIDE**2} states, {workers} workers':30s} {cpu:9.2f} s {'':6s} {wall:9.2f} s")
 
 
 def bare_run() -> np.ndarray:

@@ -56,8 +56,8 @@ def combinations(columns: Columns, cells: np.ndarray) -> tuple[list[dict[str, An
         unique, inverse = np.unique(values[cells], return_inverse=True)
         place = place * len(unique) + inverse
     _, first, inverse = np.unique(place, return_index=True, return_inverse=True)
-    texts = [{name: values[cells[k]].item() for name, values in columns.items()} for k in first]
-    return texts, inverse
+    chosen = [values[cells[first]].tolist() for values in columns.values()]
+    return [dict(zip(columns, row, strict=True)) for row in zip(*chosen, strict=True)], inverse
 
 
 class RowBuilder:
