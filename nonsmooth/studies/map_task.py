@@ -5,6 +5,7 @@ The search itself is that of `paradox_map` (paradox/points.py), a list of states
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import inspect
 from collections.abc import Callable, Mapping
@@ -19,9 +20,9 @@ from nonsmooth.paradox.forces import Outcome
 from nonsmooth.paradox.map import KEPT_OF_ONE, KEPT_OF_SEVERAL, kinds_of, unit_of
 from nonsmooth.paradox.points import Found, Points
 from nonsmooth.studies.axis_names import Columns
-from nonsmooth.studies.run_rows import combinations
+from nonsmooth.studies.run_rows import combinations, rules_of
 from nonsmooth.studies.task import Batch, CellStatus, Variable
-from nonsmooth.system import as_system, with_values
+from nonsmooth.system import System, as_system, with_values
 
 
 class MapTask:
@@ -129,9 +130,11 @@ class MapTask:
         fields = {name: values for name, values in columns.items() if name not in points.variables}
         rows, place = combinations(fields, np.arange(N))
         is_good = np.ones(len(rows), dtype=bool)
+        is_system = isinstance(self.model, System)
+        check = functools.partial(with_values, self.model) if is_system else rules_of(self.model, set(fields))
         for k, row in enumerate(rows):
             try:
-                with_values(self.model, row)
+                check(row)
             except InvalidInput as error:
                 is_good[k] = False
                 fail(np.flatnonzero(place == k), error)
