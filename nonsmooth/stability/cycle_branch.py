@@ -114,9 +114,11 @@ def continue_cycle(
     Raises
     ------
     InvalidInput
-        When there is no cycle at the first value.
+        When there are no values, or there is no cycle at the first one.
     """
     grid, system = as_vector("values", values), as_system(system)
+    if grid.size == 0:
+        raise InvalidInput(f"values of {parameter} must be at least one; got none")
     first = system.with_parameters(**{parameter: float(grid[0])})
     cycles = [limit_cycle(first, cycle)]
     changes: list[CycleChange] = []

@@ -59,10 +59,21 @@ def limit_cycle(
     """
     model, system = system, as_system(system)
     if isinstance(guess, LimitCycle):
+        _require_same_kind(system, guess)
         return Shooting(system, guess.guesses(), guess.scale).solve()
     if isinstance(guess, Solution):
         return Shooting(system, period_of(guess)).solve()
     return _settled(model, system, guess, duration, dt)
+
+
+def _require_same_kind(system: System, guess: LimitCycle) -> None:
+    """Raise for the cycle of a system with other numbers of coordinates or contacts."""
+    sizes, others = ((s.n_q, s.n_c) for s in (system, guess.system))
+    if sizes != others:
+        raise InvalidInput(
+            f"guess must be a cycle of this system, with {sizes[0]} coordinates and {sizes[1]} contacts; "
+            f"got one with {others[0]} and {others[1]}"
+        )
 
 
 def _settled(model: Any, system: System, guess: Any, duration: float | None, dt: float | None) -> LimitCycle:
@@ -70,6 +81,8 @@ def _settled(model: Any, system: System, guess: Any, duration: float | None, dt:
     source = model if hasattr(model, "state") else system.parameters
     if guess is None and not hasattr(source, "state"):
         raise InvalidInput("this system has no default state; give guess=(q0, u0)")
+    if guess is not None and (not isinstance(guess, tuple | list) or len(guess) != 2):
+        raise InvalidInput(f"guess must be a Solution, a LimitCycle or (q0, u0); got {type(guess).__name__}")
     q, u = source.state() if guess is None else guess
     duration = getattr(source, "t_end", None) if duration is None else as_positive("duration", duration, "s")
     dt = getattr(source, "dt", None) if dt is None else dt

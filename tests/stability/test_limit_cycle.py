@@ -301,6 +301,19 @@ def test_newtons_iteration_does_not_run_away_to_endless_periods():
     assert problem.T.sum() <= 2 * 10 * 2.0  # the last step at most doubles a period that was below ten times the guess
 
 
+@pytest.mark.parametrize("guess", ["x", 1.0, ([0.0],)])
+def test_a_guess_that_is_no_start_is_refused(guess):
+    with pytest.raises(ns.InvalidInput, match="guess must be a Solution"):
+        ns.limit_cycle(BeltOscillator(), guess)
+
+
+def test_a_cycle_of_another_kind_of_system_and_a_branch_without_values_are_refused():
+    with pytest.raises(ns.InvalidInput, match="with 2 coordinates and 1 contacts; got one with 1 and 1"):
+        ns.limit_cycle(ModeCoupling(), cycle_of(BeltOscillator(vb=0.2)))
+    with pytest.raises(ns.InvalidInput, match="at least one"):
+        ns.continue_cycle(BeltOscillator(), "vb", [])
+
+
 def test_a_ball_that_comes_to_rest_has_no_cycle():
     with pytest.raises(ns.InvalidInput, match="come to rest"):
         ns.limit_cycle(BouncingBall(), duration=5.0)
