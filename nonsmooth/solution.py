@@ -104,7 +104,8 @@ class Stats:
     worst_penetration : float
         Deepest gap at a mid-point [m].
     ledger_error : float
-        Largest error of the energy balance of one step, relative to the sum of the sizes of its terms.
+        Largest error of the energy balance of one step, relative to the sum of the sizes of the terms of a step,
+        the largest so far.
     wall_time, compile_time : float
         [s]
     rejected, evaluations, jacobians, factorisations : int

@@ -21,7 +21,8 @@ from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 INTERVAL, STEP, N_EVENTS, STEPS, SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL, EVENTS_LOST, FAILED_CONTACT, FOUND = range(12)
 N_COUNTERS = 12
 # worst figures
-RESIDUAL, PENETRATION, LEDGER_ERROR = range(3)
+RESIDUAL, PENETRATION, LEDGER_ERROR, LEDGER_SIZE = range(4)
+N_WORST = 4
 # columns of the energy ledger
 FORCE_WORK, FRICTION_WORK, NORMAL_WORK, SURFACE_WORK, PROJECTION_WORK = range(5)
 N_LEDGER = 5
@@ -43,7 +44,7 @@ class State(NamedTuple):
     P: Matrix  # (c, 1 + d) impulses of the last step
     P_sum: Matrix  # (c, 1 + d) impulses since the last record
     ledger: Vector  # (N_LEDGER,)
-    worst: Vector  # (3,)
+    worst: Vector  # (N_WORST,) LEDGER_SIZE: of the terms of a step, the largest so far
     counters: Integers  # (N_COUNTERS,)
     events: Matrix  # (capacity, EVENT_WIDTH)
 
@@ -65,7 +66,7 @@ def state_shapes(n: int, n_c: int, d: int, event_capacity: int) -> dict[str, tup
     per_contact = dict.fromkeys(("mode", "slip", "several"), (n_c,))
     return {
         "q": (n,), "u": (n,), **per_contact, "P": (n_c, 1 + d), "P_sum": (n_c, 1 + d), "ledger": (N_LEDGER,),
-        "worst": (3,), "counters": (N_COUNTERS,), "events": (event_capacity, EVENT_WIDTH),
+        "worst": (N_WORST,), "counters": (N_COUNTERS,), "events": (event_capacity, EVENT_WIDTH),
     }  # fmt: skip
 
 
@@ -148,7 +149,8 @@ def book_contact_energy(n_k, kinds, ubar, ledger, work):
 def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
     """Book the energy of a step and compare it with the change of kinetic energy, ubar.M (u_1 - u_0).
 
-    The error is counted in the sum of the sizes of all parts: where large works cancel, their rounding remains.
+    The error is counted in the sum of the sizes of all parts, the largest of the run so far: where large works cancel,
+    or forces within h of a system at rest, their rounding remains.
     """
     h, M, u_0, u_1, ubar = work.h, work.M, state.u, work.u_1, work.trial
     ledger, worst, band = state.ledger, state.worst, work.band[0]
@@ -169,9 +171,10 @@ def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
     contact, contact_size = book_contact_energy(n_k, kinds, ubar, ledger, work)
     ledger[FORCE_WORK] += force
     size += contact_size
+    worst[LEDGER_SIZE] = max(worst[LEDGER_SIZE], size)
     error = abs(change - force - contact)
-    if error > worst[LEDGER_ERROR] * size:
-        worst[LEDGER_ERROR] = error / size
+    if error > worst[LEDGER_ERROR] * worst[LEDGER_SIZE]:
+        worst[LEDGER_ERROR] = error / worst[LEDGER_SIZE]
 
 
 @kernel

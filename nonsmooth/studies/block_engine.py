@@ -31,6 +31,7 @@ from nonsmooth.integrators.records import (
     N_COUNTERS,
     N_EVENTS,
     N_LEDGER,
+    N_WORST,
     STEP,
     Record,
     State,
@@ -64,7 +65,7 @@ class Cells(NamedTuple):
     mode: IntegerTable  # (N, c) at the end
     slip: IntegerTable  # (N, c)
     ledger: Matrix  # (N, N_LEDGER)
-    worst: Matrix  # (N, 3)
+    worst: Matrix  # (N, N_WORST)
     counters: IntegerTable  # (N, N_COUNTERS)
     events: IntegerTable  # (N, N_KINDS) number of events of each kind
     codes: IntegerTable  # (N, k) modes in the order of their beginning; -1: no more
@@ -80,7 +81,7 @@ def cells_shapes(N: int, n_p: int, n: int, n_c: int, n_codes: int) -> dict[str, 
     per_coordinate = dict.fromkeys(("q_0", "u_0", "q", "u", "low", "high", "period"), (N, n))
     return {
         **each, **per_coordinate, "p": (N, n_p), "laws": (N, n_c, LAW_WIDTH), "mode": (N, n_c), "slip": (N, n_c),
-        "ledger": (N, N_LEDGER), "worst": (N, 3), "counters": (N, N_COUNTERS), "events": (N, N_KINDS),
+        "ledger": (N, N_LEDGER), "worst": (N, N_WORST), "counters": (N, N_COUNTERS), "events": (N, N_KINDS),
         "codes": (N, n_codes),
     }  # fmt: skip
 
