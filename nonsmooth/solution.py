@@ -74,7 +74,8 @@ class ParadoxEvent(Event):
     n_solutions : int
         Number of solutions of the rigid problem: 0 where sliding was inconsistent.
     alternatives : tuple of str
-        The admissible modes among which the selection rule chose, where they are known one by one.
+        The admissible modes among which the selection rule chose, where they are known one by one; none where sliding
+        was inconsistent.
     """
 
     n_solutions: int
@@ -82,7 +83,7 @@ class ParadoxEvent(Event):
 
     @property
     def choice(self) -> str:
-        """The mode that was taken."""
+        """The mode that was taken: of an impact without collision, the mode after it."""
         return mode_name(self.mode_after, self.slip_after)
 
 
@@ -305,6 +306,6 @@ def _event(row: np.ndarray) -> Event:
     }
     if integer[records.EVENT_KIND] < records.INCONSISTENT:
         return Event(**fields)
-    found = integer[records.EVENT_FOUND]
+    found = integer[records.EVENT_FOUND] if integer[records.EVENT_SOLUTIONS] > 0 else 0
     alternatives = tuple(name for k, name in enumerate(CANDIDATE_NAMES) if found >> k & 1)
     return ParadoxEvent(**fields, n_solutions=integer[records.EVENT_SOLUTIONS], alternatives=alternatives)
