@@ -27,7 +27,7 @@ class Snapshot:
     elapsed, remaining : float
         [s]; remaining is NaN before the first cell.
     rate : float
-        Cells a second of this session.
+        Cells a second since this start.
     """
 
     done: int
