@@ -13,6 +13,7 @@ int main(int argc, char **argv) {
         double x = q[0] + dt / 2 * u[0], y = q[1] + dt / 2 * u[1], th = q[2] + dt / 2 * u[2], e = q[2] + dt * u[2];
         double gN = y - s * sin(th), f[3] = {u[0], u[1] - g * dt, u[2]};
         double N2 = -s * cos(th), T2 = s * sin(th), dN = -s * cos(e) - N2, dT = s * sin(e) - T2;
+        gN -= dt / 4 * dN * u[2];
         double GNN = 1 / m + N2 * N2 / I, GTT = 1 / m + T2 * T2 / I, GNT = N2 * T2 / I;
         double cN = f[1] + N2 * f[2] + dN * u[2] + (gN > 0 ? gN / dt : 0), cT = f[0] + T2 * f[2] + dT * u[2];
         double PN = 0, PT = 0;

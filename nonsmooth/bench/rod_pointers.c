@@ -57,6 +57,7 @@ int main(int argc, char **argv) {
             for (int s = 0; s < 2; s++) G[2 * r + s] = dot(n, W + r * n, X + s * n);
             c[r] = dot(n, E + r * n, u) + dot(n, W + r * n, v);
         }
+        g[0] -= dt / 4 * (dot(n, E, u) - dot(n, W, u));
         if (g[0] > 0) c[0] += g[0] / dt;
         double PN = 0, PT = 0;
         if (c[0] < 0) {
