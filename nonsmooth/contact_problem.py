@@ -297,12 +297,7 @@ def delassus(n, r, work):
 @kernel
 def carry_to_ends(model, has, t, dt, n, n_k, kinds, q, u, p, work, there):
     """Carry the contact velocities from the rows of the mid-point to those of the ends: gamma_0 to the beginning, c to
-    the end. The change over half a step, (W_1 - W_mid) u_0 + w_1 - w_mid, is half the dt (W' u + w') of the step.
-
-    The mid-point lies off a curved constraint by (dt/2)^2 (W' u + w')/2 = dt/4 of that change. This is taken from the
-    gaps: fed back, it would disturb the first velocities after a start or an event by O(dt), and their impulses as much
-    as the forces of the contacts are.
-    """
+    the end. The change over half a step, (W_1 - W_mid) u_0 + w_1 - w_mid, is half the dt (W' u + w') of the step."""
     if has & ROWS_ARE_CONSTANT and has & SURFACES_ARE_CONSTANT:
         return True
     for i in range(n):
@@ -317,11 +312,24 @@ def carry_to_ends(model, has, t, dt, n, n_k, kinds, q, u, p, work, there):
         change = gamma_1[k] - gamma_0[k]
         c[k] += change
         gamma_0[k] -= change
+    return True
+
+
+@kernel
+def straighten_gaps(has, dt, n_k, kinds, work, there):
+    """Take the curvature of the constraints from the gaps at the mid-point, after ``carry_to_ends``.
+
+    The mid-point lies off a curved constraint by (dt/2)^2 (W' u + w')/2 = dt/8 (gamma_1 - gamma_0). Fed back, that
+    would disturb the first velocities after a start or an event by O(dt), and their impulses as much as the forces of
+    the contacts are.
+    """
+    if has & ROWS_ARE_CONSTANT and has & SURFACES_ARE_CONSTANT:
+        return
     for k in range(n_k):
         i = work.closed[k]
         if kinds[i, 0] != GIVEN_FORCE:
-            work.g_N[i] -= 0.5 * dt * (gamma_1[work.start[k]] - gamma_0[work.start[k]]) / 4.0
-    return True
+            row = work.start[k]
+            work.g_N[i] -= 0.125 * dt * (there.gamma_0[row] - work.gamma_0[row])
 
 
 @kernel

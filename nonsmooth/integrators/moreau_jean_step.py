@@ -20,6 +20,7 @@ from nonsmooth.contact_problem import (
     is_implicit,
     smooth_step,
     stack_rows,
+    straighten_gaps,
     work_shapes,
 )
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
@@ -129,10 +130,7 @@ def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_a
     n_k = 0
     is_rigid = options[3] == 0.0
     if n_c > 0:
-        reach = 0.5 * dt if is_rigid else dt
-        for i in range(n):
-            work.trial[i] = q[i] + reach * u[i]
-        if has & (1 << GAP) and not call_model(model, GAP, t + reach, work.trial, state.u, p, work.g_N):
+        if not predict_gaps(model, has, t, dt, n, is_rigid, q, u, p, work):
             return Status.NOT_FINITE
         n_k = close_contacts(n_c, kinds, state.mode, work)
     status = smooth_step(model, has, scratch.is_known[0] == 0, t_mid, dt, theta, n, state.u, p, work)
@@ -153,6 +151,7 @@ def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_a
         if not carry_to_ends(model, has, t, dt, n, n_k, kinds, state.q, state.u, p, work, scratch.there):
             return Status.NOT_FINITE
         if is_rigid:
+            straighten_gaps(has, dt, n_k, kinds, work, scratch.there)
             add_restitution(n_k, kinds, laws, 1.0 / ((theta + 0.5) * dt), work)
         else:
             add_compliance(n_k, kinds, laws, options[3], options[4], dt, work)
@@ -168,6 +167,18 @@ def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_a
     if options[2] != 0.0 and n_k > 0 and not project(model, has, p, kinds, t + dt, n, n_k, state_at, address(work)):
         return Status.NOT_FINITE
     return Status.RUNNING
+
+
+@kernel
+def predict_gaps(model, has, t, dt, n, is_rigid, q, u, p, work):
+    """work.g_N at the mid-point, of compliant contacts at the end of the step; False if the gap function raised."""
+    if not has & (1 << GAP):
+        return True
+    if is_rigid:
+        return call_model(model, GAP, t + 0.5 * dt, work.q_mid, u, p, work.g_N)
+    for i in range(n):
+        work.trial[i] = q[i] + dt * u[i]
+    return call_model(model, GAP, t + dt, work.trial, u, p, work.g_N)
 
 
 @kernel
