@@ -81,7 +81,7 @@ class LocalPool(Executor):
             self._calls.put(None)
         if cancel_futures:
             for worker in self._workers:
-                worker.kill()
+                worker.end()
         for thread in self._threads if wait else ():
             thread.join()
 
@@ -100,11 +100,13 @@ class LocalPool(Executor):
 
 
 class _Worker:
-    """One process and the pipe to it."""
+    """One process and the pipe to it. Its own thread does everything but `end`."""
 
     def __init__(self) -> None:
         self.process: Any = None
         self.pipe: Any = None
+        self._starting = threading.Lock()
+        self._is_ended = False
 
     def call(self, payload: bytes, seconds: float | None) -> tuple[bool, Any]:
         """(True, result) or (False, exception) of the call."""
@@ -122,11 +124,7 @@ class _Worker:
         return pickle.loads(answer)
 
     def _start(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        self.pipe, theirs = context.Pipe()
-        self.process = context.Process(target=_work, args=(theirs,), daemon=True)
-        self.process.start()
-        theirs.close()
+        self._spawn()
         try:
             if self.pipe.poll(START_TIME) and self.pipe.recv_bytes() == READY:
                 return
@@ -139,6 +137,24 @@ class _Worker:
             "the worker processes could not start; a script that uses them must guard its own start with "
             "`if __name__ == '__main__':`"
         )
+
+    def _spawn(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        pipe, theirs = context.Pipe()
+        process = context.Process(target=_work, args=(theirs,), daemon=True)
+        with self._starting:  # a process half started can be neither killed nor left behind
+            if self._is_ended:
+                raise WorkerDied("the pool was closed before the worker process started")
+            process.start()
+            self.process, self.pipe = process, pipe
+        theirs.close()
+
+    def end(self) -> None:
+        """From another thread: the process dies at once and no other is started."""
+        with self._starting:
+            self._is_ended = True
+            if self.process is not None:
+                self.process.kill()
 
     def kill(self) -> None:
         """End the process at once."""
