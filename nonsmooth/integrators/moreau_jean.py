@@ -22,10 +22,11 @@ from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.compliance import Compliance
-from nonsmooth.integrators.moreau_jean_step import Scratch, run, scratch_shapes, step
+from nonsmooth.integrators.moreau_jean_contact import Scratch, scratch_shapes
+from nonsmooth.integrators.moreau_jean_paradox import end_slide
+from nonsmooth.integrators.moreau_jean_step import run, step
 from nonsmooth.integrators.projection import project
 from nonsmooth.jit import Kernel
-from nonsmooth.paradox.resolve import had_no_force
 from nonsmooth.system import GIVEN_FORCE, System
 
 
@@ -108,7 +109,7 @@ class MoreauJean:
         if system.n_c > 1:
             entry_points += [solve_planar, enumerate_modes, pivot]
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
-            entry_points.append(had_no_force)
+            entry_points.append(end_slide)
         if self.projection:
             entry_points.append(project)
         for entry_point in entry_points:

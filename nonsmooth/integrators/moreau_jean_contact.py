@@ -1,4 +1,4 @@
-"""The contact problem of one step: solve it, follow the law of impact, and name what rigid mechanics leaves open.
+"""The contact problem of one step: solve it, and follow the law of impact.
 
 One closed contact is solved in closed form, several by the ladder of contact_solvers/planar.py. Theory:
 docs/theory/moreau_jean.md.
@@ -6,8 +6,13 @@ docs/theory/moreau_jean.md.
 
 from __future__ import annotations
 
-from nonsmooth.blocks import address
+import functools
+from typing import NamedTuple
+
+from nonsmooth.blocks import Integers, Matrix, Vector, address, frozen
+from nonsmooth.contact_problem import Work, work_shapes
 from nonsmooth.contact_solvers.planar import Route, solve_planar
+from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 from nonsmooth.contact_solvers.single import (
     BOUNDARY,
     FREE,
@@ -16,7 +21,6 @@ from nonsmooth.contact_solvers.single import (
     SLIDE_PLUS,
     STICK,
     count,
-    slip_of,
     solve_given_force,
     solve_single,
 )
@@ -24,24 +28,43 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.records import (
     FAILED_CONTACT,
     FOUND,
-    INCONSISTENT,
-    INDETERMINATE,
     KEPT,
     PIVOTS,
     RESIDUAL,
-    SEVERAL,
+    SOLUTIONS,
     SOLVED,
-    add_event,
 )
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_E_F, depends_on_speed, friction_coefficient
 from nonsmooth.paradox.impact import follows_own_law, impulses_by_law
-from nonsmooth.paradox.resolve import had_no_force
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
 
+class Scratch(NamedTuple):
+    """Arrays of one step."""
+
+    work: Work
+    there: Work  # the acceleration-level problem at the state before the step
+    planar: Planar
+    candidate: Integers  # (c,) the candidate taken by each closed contact
+    offset: Vector  # (r,) (1 - e_F) gamma_0
+    rates: Matrix  # (4, r)
+    is_known: Integers  # (2,) 1 once M and the rows were evaluated, for those that are constant
+
+
+@functools.lru_cache(maxsize=64)
+def scratch_shapes(n: int, n_c: int, d: int) -> tuple:
+    """Shapes of ``Scratch``."""
+    r = max(1, n_c * (1 + d))
+    work = work_shapes(n, n_c, d)
+    return frozen({
+        "work": work, "there": work, "planar": frozen(planar_shapes(n_c, d)), "candidate": (n_c,), "offset": (r,),
+        "rates": (4, r), "is_known": (2,),
+    })  # fmt: skip
+
+
 @kernel
-def solve(model, has, p, kinds, laws, selection, t, dt, n, n_k, state, scratch):
+def solve(kinds, laws, selection, dt, n_k, state, scratch):
     """Solve the contact problem of the closed contacts: impulses to work.P, modes to scratch.candidate."""
     work = scratch.work
     for k in range(n_k):
@@ -60,7 +83,7 @@ def solve(model, has, p, kinds, laws, selection, t, dt, n, n_k, state, scratch):
             return Status.NO_SOLUTION
         if work.gamma_0[0] < 0.0 and follows_own_law(work.closed[0], kinds, laws):
             follow_impact_law(laws, scratch)
-        note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, found, state, scratch)
+        state.counters[SOLUTIONS] = found
         return Status.RUNNING
     for k in range(n_k):
         scratch.planar.normal_impulse[k] = dt * max(0.0, work.N[work.closed[k]])
@@ -78,7 +101,7 @@ def solve(model, has, p, kinds, laws, selection, t, dt, n, n_k, state, scratch):
         state.counters[KEPT] += 1
     for k in range(n_k):
         scratch.candidate[k] = scratch.planar.candidate[k]
-    note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, found, state, scratch)
+    state.counters[SOLUTIONS] = found
     return Status.RUNNING
 
 
@@ -140,32 +163,3 @@ def mode_of(candidate, d):
     if d == 0:
         return ContactMode.LOCKED.value
     return ContactMode.STICK.value if candidate == STICK else ContactMode.SLIDE.value
-
-
-@kernel
-def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, found, state, scratch):
-    """Record the beginning of an episode with several solutions, and sliding that no force could go with."""
-    work = scratch.work
-    is_indeterminate = found >= 3 or (found == 2 and n_k > 1)
-    if is_indeterminate:
-        state.counters[SEVERAL] += 1
-    for k in range(n_k):
-        i = work.closed[k]
-        if kinds[i, 1] == 0 or kinds[i, 0] == GIVEN_FORCE:
-            continue
-        candidate = scratch.candidate[k]
-        mode = mode_of(candidate, 1)
-        if is_indeterminate and state.several[i] == 0:
-            add_event(t, INDETERMINATE, i, mode, slip_of(candidate), k, found, kinds, state, work)
-        state.several[i] = 1 if is_indeterminate else 0
-        if candidate == STICK and state.mode[i] == ContactMode.SLIDE:
-            a = work.start[k]
-            mu = friction_coefficient(laws, i, abs(work.gamma_0[a + 1]))
-            has_negative = work.G[a, a] < mu * abs(work.G[a, a + 1])
-            if has_negative and had_no_force(
-                model, has, p, kinds, mu, state.slip[i], t, dt, n, n_k, k, state.q, state.u,
-                address(work), address(scratch.there), scratch.rates,
-            ):  # fmt: skip
-                if follows_own_law(i, kinds, laws):
-                    impulses_by_law(laws, i, work.gamma_0, work.G, work.P)
-                add_event(t, INCONSISTENT, i, mode, 0, k, 0, kinds, state, work)

@@ -5,12 +5,8 @@ Equations: moreau_jean.py. The contact problem of a step is solved in moreau_jea
 
 from __future__ import annotations
 
-import functools
-from typing import NamedTuple
-
-from nonsmooth.blocks import Integers, Matrix, Vector, address, frozen, view
+from nonsmooth.blocks import address, view
 from nonsmooth.contact_problem import (
-    Work,
     add_restitution,
     apply_inverse,
     carry_to_ends,
@@ -21,15 +17,12 @@ from nonsmooth.contact_problem import (
     smooth_step,
     stack_rows,
     straighten_gaps,
-    work_shapes,
 )
-from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
-from nonsmooth.contact_solvers.single import (
-    slip_of,
-)
+from nonsmooth.contact_solvers.single import slip_of
 from nonsmooth.errors import Status
 from nonsmooth.integrators.compliance import add_compliance, find_end_gaps
-from nonsmooth.integrators.moreau_jean_contact import mode_of, solve
+from nonsmooth.integrators.moreau_jean_contact import Scratch, mode_of, solve
+from nonsmooth.integrators.moreau_jean_paradox import note_paradoxes
 from nonsmooth.integrators.projection import project
 from nonsmooth.integrators.records import (
     INTERVAL,
@@ -48,29 +41,6 @@ from nonsmooth.jit import call_model, kernel
 from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL
 
 ROUNDING = 2e-15  # about eight units in the last place: a smaller change of a velocity is no change
-
-
-class Scratch(NamedTuple):
-    """Arrays of one step."""
-
-    work: Work
-    there: Work  # the acceleration-level problem at the state before the step
-    planar: Planar
-    candidate: Integers  # (c,) the candidate taken by each closed contact
-    offset: Vector  # (r,) (1 - e_F) gamma_0
-    rates: Matrix  # (4, r)
-    is_known: Integers  # (2,) 1 once M and the rows were evaluated, for those that are constant
-
-
-@functools.lru_cache(maxsize=64)
-def scratch_shapes(n: int, n_c: int, d: int) -> tuple:
-    """Shapes of ``Scratch``."""
-    r = max(1, n_c * (1 + d))
-    work = work_shapes(n, n_c, d)
-    return frozen({
-        "work": work, "there": work, "planar": frozen(planar_shapes(n_c, d)), "candidate": (n_c,), "offset": (r,),
-        "rates": (4, r), "is_known": (2,),
-    })  # fmt: skip
 
 
 RUN = (
@@ -104,7 +74,6 @@ def run(model, has, p, kinds, laws, options, t_record, dts, steps, max_steps, st
         status = step(model, has, p, kinds, laws, options, t, dts[j], n, n_c, state_at, scratch_at)
         if status != Status.RUNNING:
             return status
-        counters[STEP] += 1
         if counters[STEP] == steps[j]:
             counters[INTERVAL] += 1
             counters[STEP] = 0
@@ -119,7 +88,10 @@ def run(model, has, p, kinds, laws, options, t_record, dts, steps, max_steps, st
     short_loops=True,
 )
 def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_at):
-    """One step; the state changes only once the step is known to be good. Returns a Status."""
+    """One step, or the impact that comes before it; the state changes only once either is known to be good.
+
+    Returns a Status.
+    """
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
     work = scratch.work
     theta = options[0]
@@ -155,9 +127,11 @@ def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_a
             add_restitution(n_k, kinds, laws, 1.0 / ((theta + 0.5) * dt), work)
         else:
             add_compliance(n_k, kinds, laws, options[3], options[4], dt, work)
-        status = solve(model, has, p, kinds, laws, int(options[1]), t, dt, n, n_k, state, scratch)
+        status = solve(kinds, laws, int(options[1]), dt, n_k, state, scratch)
         if status != Status.RUNNING:
             return status
+        if note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, scratch):
+            return Status.RUNNING
         new_velocity(n, r, state.u, work)
         if not is_rigid:
             find_end_gaps(n, n_k, kinds, dt, work)
@@ -240,4 +214,5 @@ def accept(has, kinds, t, dt, theta, n, n_c, n_k, state, scratch):
     for i in range(n):
         q[i] += dt * ((1.0 - theta) * u[i] + theta * u_1[i])
         u[i] = u_1[i]
+    state.counters[STEP] += 1
     state.counters[STEPS] += 1

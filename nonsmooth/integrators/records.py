@@ -18,8 +18,10 @@ from nonsmooth.jit import call_model, kernel, rare_kernel
 from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
 # counters: where the run is, and what it did
-INTERVAL, STEP, N_EVENTS, STEPS, SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL, EVENTS_LOST, FAILED_CONTACT, FOUND = range(12)
-N_COUNTERS = 12
+INTERVAL, STEP, N_EVENTS, EVENTS_LOST, FAILED_CONTACT = range(5)
+STEPS, SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL = range(5, 11)
+FOUND, SOLUTIONS = 11, 12  # of the last contact problem: the set of modes, and their number
+N_COUNTERS = 13
 # worst figures
 RESIDUAL, PENETRATION, LEDGER_ERROR, LEDGER_SIZE = range(4)
 N_WORST = 4

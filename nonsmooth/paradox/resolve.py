@@ -12,44 +12,37 @@ docs/theory/moreau_jean.md. Source: Génot, Brogliato, *Eur. J. Mech. A/Solids* 
 from __future__ import annotations
 
 from nonsmooth.acceleration_problem import acceleration_problem
-from nonsmooth.blocks import view
-from nonsmooth.contact_problem import Work
 from nonsmooth.errors import Status
 from nonsmooth.jit import kernel
 from nonsmooth.system import BILATERAL
 
 
-@kernel(
-    "boolean(int64, int64, float64[::1], int64[:, ::1], float64, int64, float64, float64, int64, int64, int64, "
-    "float64[::1], float64[::1], int64, int64, float64[:, ::1])",
-    short_loops=True,
-)
-def had_no_force(model, has, p, kinds, mu, slip, t, dt, n, n_k, k, q, u, work_at, there_at, rates):
+@kernel
+def had_no_force(model, has, p, kinds, mu, slip, t, dt, n, n_k, k, q, u, work, there, rates):
     """Whether the slide of closed contact k ran out of forces within a step from (t, q, u).
 
-    The acceleration-level problem is asked at the state before the step, and at the end of the step for the motion
-    without contact forces: where the force of a slide fades to zero the step itself crosses into the paradox.
+    The acceleration-level problem is asked at the end of the step for the motion without contact forces, where a force
+    that fades to zero has crossed into the paradox, and at the state before the step, where it is left in ``there``.
     """
-    work, there = view(work_at, Work), view(there_at, Work)
     for m in range(n_k):
         there.closed[m] = work.closed[m]
-    if no_force_at(model, has, p, kinds, mu, slip, t, n, n_k, k, q, u, there, rates):
-        return True
-    for i in range(n):
-        work.trial[i] = q[i] + dt * u[i]
-        work.rhs[i] = u[i] + work.du[i]
-    return no_force_at(model, has, p, kinds, mu, slip, t + dt, n, n_k, k, work.trial, work.rhs, there, rates)
-
-
-@kernel
-def no_force_at(model, has, p, kinds, mu, slip, t, n, n_k, k, q, u, there, rates):
-    """Whether no normal force fits the slip that contact k had, at one state."""
-    status, _ = acceleration_problem(model, has, t, n, q, u, p, n_k, kinds, rates, there)
-    if status != Status.RUNNING:
-        return False
-    a = there.start[k]
-    is_bilateral = kinds[there.closed[k], 0] == BILATERAL
-    return has_no_sliding_force(is_bilateral, slip, mu, there.G[a, a], there.G[a, a + 1], there.c[a])
+    is_lost = False
+    for way in range(2):
+        ahead = 1.0 - way
+        for i in range(n):
+            work.trial[i] = q[i] + ahead * dt * u[i]
+            work.rhs[i] = u[i] + ahead * work.du[i]
+        status, _ = acceleration_problem(
+            model, has, t + ahead * dt, n, work.trial, work.rhs, p, n_k, kinds, rates, there
+        )
+        if status == Status.RUNNING:
+            a = there.start[k]
+            is_bilateral = kinds[there.closed[k], 0] == BILATERAL
+            if has_no_sliding_force(is_bilateral, slip, mu, there.G[a, a], there.G[a, a + 1], there.c[a]):
+                is_lost = True
+        elif way == 1:
+            return False
+    return is_lost
 
 
 @kernel

@@ -19,7 +19,8 @@ from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import Status
 from nonsmooth.initial_modes import RAISED, initial_modes
-from nonsmooth.integrators.moreau_jean_step import Scratch, run
+from nonsmooth.integrators.moreau_jean_contact import Scratch
+from nonsmooth.integrators.moreau_jean_step import run
 from nonsmooth.integrators.records import (
     EVENT_CONTACT,
     EVENT_KIND,

@@ -13,6 +13,7 @@ from models import SpragSlip
 from nonsmooth import EventKind
 
 SET_2 = SpragSlip()
+STICKS_ON = (SpragSlip(mu=1.518707393289783), 0.50688406, 3.97546778)  # slides, seizes at 0.0471 s and sticks on
 STICK_ENDS = 0.966466904  # rad: the greatest th at which the bar can stick (SYSTEMS H)
 
 
@@ -53,3 +54,16 @@ def test_moreau_jean_seizure_tends_to_the_impulse_map_with_first_order(th, thdot
         assert (event.t, event.contact, event.kind, event.choice) == (0.0, 0, EventKind.INCONSISTENT, "stick")
         errors.append(math.hypot(event.P_N - exact.P_N, event.P_F - exact.P_F))
     assert np.polyfit(np.log(dts), np.log(errors), 1)[0] == pytest.approx(1.0, abs=0.1)
+
+
+def test_sticking_after_a_seizure_lasts():
+    """Moreau–Jean sticks on as the event-driven motion does.
+
+    The seizure is placed to one step, so th to |th'| dt, with |th'| < 4 rad/s before it.
+    """
+    model, *start = STICKS_ON
+    exact = ns.simulate(model, (0.0, 0.1), *model.state(*start), integrator=ns.EventDriven(rtol=1e-10, atol=1e-12))
+    for dt in (1e-3, 1e-4, 1e-5):
+        solution = ns.simulate(model, (0.0, 0.1), *model.state(*start), integrator=ns.MoreauJean(dt))
+        assert abs(solution.q[-1, 1] - exact.q[-1, 1]) < 4.0 * dt
+        assert solution.mode[-1, 0] == exact.mode[-1, 0] == ns.ContactMode.STICK
