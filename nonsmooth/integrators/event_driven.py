@@ -27,7 +27,7 @@ from nonsmooth.integrators.rigid_loop import Scratch, run, scratch_shapes
 from nonsmooth.integrators.rigid_modes import ATOL, EVENT, FLIGHT, HAS, N_U, RTOL, SELECTION, rigid_events, rigid_rates
 from nonsmooth.integrators.rigid_switching import switch_modes
 from nonsmooth.integrators.rigid_touch import START
-from nonsmooth.jit import Kernel
+from nonsmooth.jit import Kernel, load_all
 from nonsmooth.system import System
 
 SMALLEST_RTOL = 100 * EPS
@@ -87,8 +87,7 @@ class EventDriven:
             entry_points.append(enumerate_modes)
         if system.n_c > 1:
             entry_points += [enumerate_redundant, solve_planar, pivot]
-        for entry_point in entry_points:
-            entry_point.load()
+        load_all(entry_points)
 
     def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Block:
         """The arrays of a run from t, filled with its start."""

@@ -22,11 +22,11 @@ from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.compliance import Compliance
-from nonsmooth.integrators.moreau_jean_contact import Scratch, scratch_shapes
+from nonsmooth.integrators.moreau_jean_contact import Scratch, scratch_shapes, solve
 from nonsmooth.integrators.moreau_jean_paradox import end_slide
 from nonsmooth.integrators.moreau_jean_step import run, step
 from nonsmooth.integrators.projection import project
-from nonsmooth.jit import Kernel
+from nonsmooth.jit import Kernel, load_all
 from nonsmooth.system import GIVEN_FORCE, System
 
 
@@ -105,15 +105,14 @@ class MoreauJean:
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        entry_points = [step]
+        entry_points = [step, solve, run]
         if system.n_c > 1:
             entry_points += [solve_planar, enumerate_modes, pivot]
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
             entry_points.append(end_slide)
         if self.projection:
             entry_points.append(project)
-        for entry_point in entry_points:
-            entry_point.load()
+        load_all(entry_points)
 
     def load_for_retry(self, system: System, scratch: Scratch, is_compiled: bool) -> bool:
         """Get ready what decides a contact problem that was not solved; False if there is nothing more to try."""

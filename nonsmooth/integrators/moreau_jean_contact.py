@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 from typing import NamedTuple
 
-from nonsmooth.blocks import Integers, Matrix, Vector, address, frozen
+from nonsmooth.blocks import Integers, Matrix, Vector, address, frozen, view
 from nonsmooth.contact_problem import Work, work_shapes
 from nonsmooth.contact_solvers.planar import Route, solve_planar
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
@@ -33,6 +33,7 @@ from nonsmooth.integrators.records import (
     RESIDUAL,
     SOLUTIONS,
     SOLVED,
+    State,
 )
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_E_F, depends_on_speed, friction_coefficient
@@ -63,9 +64,10 @@ def scratch_shapes(n: int, n_c: int, d: int) -> tuple:
     })  # fmt: skip
 
 
-@kernel
-def solve(kinds, laws, selection, dt, n_k, state, scratch):
+@kernel("int64(int64[:, ::1], float64[:, ::1], int64, float64, int64, int64, int64)", short_loops=True)
+def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
     """Solve the contact problem of the closed contacts: impulses to work.P, modes to scratch.candidate."""
+    state, scratch = view(state_at, State), view(scratch_at, Scratch)
     work = scratch.work
     for k in range(n_k):
         i = work.closed[k]

@@ -127,7 +127,7 @@ def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_a
             add_restitution(n_k, kinds, laws, 1.0 / ((theta + 0.5) * dt), work)
         else:
             add_compliance(n_k, kinds, laws, options[3], options[4], dt, work)
-        status = solve(kinds, laws, int(options[1]), dt, n_k, state, scratch)
+        status = solve(kinds, laws, int(options[1]), dt, n_k, state_at, scratch_at)
         if status != Status.RUNNING:
             return status
         if note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, scratch):

@@ -24,7 +24,7 @@ from nonsmooth.integrators.event_location import locate_event
 from nonsmooth.integrators.penalty_loop import Scratch, begin_run, evaluate_contacts, run, scratch_shapes, switch
 from nonsmooth.integrators.radau import radau_shorten, radau_step
 from nonsmooth.integrators.radau_stages import EPS, NOW, RTOL
-from nonsmooth.jit import Kernel
+from nonsmooth.jit import Kernel, load_all
 from nonsmooth.system import BILATERAL, FORCE, GAP, GIVEN_FORCE, MASS, NORMAL, System, evaluate
 
 METHODS = ("compiled", "Radau", "BDF", "LSODA")
@@ -130,8 +130,7 @@ class Penalty:
         """Compile what the loop may reach."""
         of_contacts = (contact_rates, contact_events, begin_contacts, begin_run, switch)
         of_method = (radau_step, radau_shorten, locate_event) if self.is_compiled else (evaluate_contacts,)
-        for entry_point in (*of_contacts, *of_method):
-            entry_point.load()
+        load_all((*of_contacts, *of_method))
 
     def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Block:
         """The arrays of a run from t to t_end, filled with its start."""

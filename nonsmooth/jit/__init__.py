@@ -19,15 +19,16 @@ about 2 ns more than a C function pointer; handing dispatchers to the loop inste
 model (2 s each) and never reach the disk cache.
 
 ``kernels`` marks them, ``compilers`` says how numba compiles them, ``cache`` where the result is kept, ``fingerprint``
-what it depends on, and ``models`` binds a user's functions.
+what it depends on, ``loading`` shares the work between processes, and ``models`` binds a user's functions.
 """
 
 from nonsmooth.jit.cache import cache_directory
 from nonsmooth.jit.fingerprint import identity
 from nonsmooth.jit.kernels import Callback, Kernel, interpreted, kernel, rare_kernel
+from nonsmooth.jit.loading import load_all
 from nonsmooth.jit.models import CannotCompile, CompiledModel, call_model, compile_model
 
 __all__ = [
     "Callback", "CannotCompile", "CompiledModel", "Kernel", "cache_directory", "call_model", "compile_model",
-    "identity", "interpreted", "kernel", "rare_kernel",
+    "identity", "interpreted", "kernel", "load_all", "rare_kernel",
 ]  # fmt: skip

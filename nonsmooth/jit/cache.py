@@ -25,6 +25,16 @@ def cache_directory() -> Path:
     return (root / "nonsmooth").expanduser()
 
 
+def directory_of(stamp: str) -> Path:
+    """Where the code under a stamp is kept."""
+    return cache_directory() / stamp[:16]
+
+
+def is_cached(stamp: str) -> bool:
+    """Whether code is on disk under this stamp."""
+    return any(directory_of(stamp).glob("*.nbi"))
+
+
 @functools.cache
 def runtime_stamp() -> str:
     """Hash of the sources that generate code themselves: they shape every compiled function."""
@@ -47,7 +57,7 @@ def _stamped_cache(function: Callable, stamp: str) -> Any:
     """A numba function cache whose freshness is our stamp, not the file's date, so that generated code is kept too."""
     from numba.core import caching
 
-    directory = cache_directory() / stamp[:16]
+    directory = directory_of(stamp)
 
     class Locator(caching._CacheLocator):
         def get_cache_path(self) -> str:

@@ -9,7 +9,7 @@ import types
 from collections.abc import Callable
 from typing import Any
 
-from nonsmooth.jit.cache import compile_cached, runtime_stamp
+from nonsmooth.jit.cache import compile_cached, is_cached, runtime_stamp
 from nonsmooth.jit.compilers import KERNEL_OPTIONS, compiler
 from nonsmooth.jit.fingerprint import digest, identity, names_of
 
@@ -90,9 +90,19 @@ class Kernel:
 
         Whoever runs a loop loads the entry points that it may reach: what a scene does not need is not compiled.
         """
-        if not self._slot.value:
+        if not self.is_loaded:
             result = next(iter(self.dispatcher.overloads.values()))
             self._slot.value = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether its slot is filled."""
+        return bool(self._slot.value)
+
+    @property
+    def is_on_disk(self) -> bool:
+        """Whether an earlier process compiled it."""
+        return is_cached(kernel_stamp(self))
 
     @property
     def address(self) -> int:

@@ -19,7 +19,7 @@ from nonsmooth.blocks import Block, new_block
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
-from nonsmooth.jit import CannotCompile, CompiledModel, compile_model, interpreted
+from nonsmooth.jit import CannotCompile, CompiledModel, compile_model, interpreted, load_all
 from nonsmooth.laws import LAW_C, LAW_E_F, LAW_E_N, LAW_WIDTH
 from nonsmooth.paradox.forces import KEPT, Forces, Outcome, forces_shapes
 from nonsmooth.paradox.grid import NATURAL, PARAMETER, VARIABLE, Grid, search_points
@@ -135,8 +135,8 @@ class Points:
             np.zeros((size, n_c)), np.zeros((size, kept, n_c)), np.zeros((size, kept, n_c), np.int8),
         )  # fmt: skip
         model = model_of(self.system)
-        for entry_point in (*ENTRY_POINTS, search_points) if model.is_compiled else ():
-            entry_point.load()
+        if model.is_compiled:
+            load_all((*ENTRY_POINTS, search_points))
         workers = workers if model.is_compiled else 1
         starts = range(0, size, CHUNK)
         self._search_chunks(model, axes, starts, is_list, found, workers, False)

@@ -16,7 +16,7 @@ from nonsmooth.contact_problem import model_facts
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
-from nonsmooth.jit import interpreted
+from nonsmooth.jit import interpreted, load_all
 from nonsmooth.paradox.forces import Forces, Outcome, Situation, forces_at_state, forces_shapes
 from nonsmooth.system import FORCE, GIVEN_FORCE, MASS, System
 
@@ -113,8 +113,8 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
     arguments = (model.handle, has, t, q, u, system.p, system.kinds, system.laws)
     arrays = block.arrays
     search = forces_at_state if model.is_compiled else interpreted(forces_at_state)
-    for entry_point in ENTRY_POINTS if model.is_compiled else ():
-        entry_point.load()
+    if model.is_compiled:
+        load_all(ENTRY_POINTS)
     handle = block.address if model.is_compiled else arrays
     outcome, found, n, r = search(*arguments, handle)
     if outcome == Outcome.SINGULAR:

@@ -1,0 +1,33 @@
+"""Entry points that no process has compiled yet: two processes share them, and one does where two cannot."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+LOAD = """
+import sys
+from nonsmooth.jit import loading
+from nonsmooth.contact_solvers.interior import direction, longest_step
+if sys.argv[1] == "alone":
+    loading.may_start_process = lambda: False
+elif sys.argv[1] == "broken":
+    loading.COMPILE = "raise SystemExit(1)"
+else:
+    loading.may_start_process = lambda: True
+assert not direction.is_on_disk and not longest_step.is_on_disk
+loading.load_all([direction, longest_step])
+for kernel in (direction, longest_step):
+    assert kernel.is_loaded and kernel.is_on_disk
+    print(sum(kernel.dispatcher.stats.cache_hits.values()))
+"""
+
+
+@pytest.mark.parametrize(("case", "read_from_disk"), [("two", [0, 1]), ("alone", [0, 0]), ("broken", [0, 0])])
+def test_what_the_other_process_compiled_is_read_from_disk(tmp_path, case, read_from_disk):
+    environment = {**os.environ, "NONSMOOTH_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", LOAD, case]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert [int(hits) for hits in done.stdout.split()] == read_from_disk
