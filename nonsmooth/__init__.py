@@ -23,6 +23,7 @@ _HOME = {
     "ParadoxEvent": "solution",
     "EventKind": "solution",
     "MoreauJean": "integrators.moreau_jean",
+    "Adaptive": "integrators.adaptive",
     "EventDriven": "integrators.event_driven",
     "classify": "paradox.classify",
     "Classification": "paradox.classify",

@@ -55,12 +55,13 @@ def simulate(
         Start and end [s].
     q0, u0 : array_like (n_q,), (n_u,)
         Initial coordinates and velocities.
-    integrator : MoreauJean, EventDriven or Penalty
+    integrator : MoreauJean, Adaptive, EventDriven or Penalty
         The method and its step or tolerances.
     every : int
         Record every so many steps; of an integrator that chooses its steps also every event.
     t_eval : array_like, optional
-        Record at these times instead: the steps of a fixed length end exactly there, chosen ones are interpolated.
+        Record at these times instead: steps of Moreau–Jean, fixed or adaptive, end exactly there, others are
+        interpolated.
     selection : {"compliant-limit", "lift-off", "impact"}
         Which solution is taken where a rigid contact problem has several.
     project : bool
@@ -122,6 +123,10 @@ def new_run(
         grid = make_grid(integrator, t_span, every, t_eval, row_bytes)
         return Run(system, integrator, grid, q0, u0, selection, project)
     times = record_times(t_span, every, t_eval)
+    if getattr(integrator, "extrapolates", False):
+        from nonsmooth.runs.extrapolation_run import ExtrapolationRun
+
+        return ExtrapolationRun(system, integrator, *times, q0, u0, selection, project)
     if getattr(integrator, "has_rigid_contacts", False):
         from nonsmooth.runs.event_run import EventRun
 

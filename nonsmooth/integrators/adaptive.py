@@ -1,0 +1,127 @@
+"""Error-controlled Moreau–Jean: plain steps extrapolated in smooth motion, and refined to the tolerance at events.
+
+    T_j = T + c_2 (H/j)^2 + c_3 (H/j)^3 + ...,    the value after H with j plain steps
+
+No event function and no root: an event is a step whose modes differ from those before it, and is resolved by smaller
+steps. So whatever the plain step decides is integrated with an error estimate: several impacts at once, accumulations,
+paradoxes. The step is in adaptive_step.py. Theory and limits: docs/theory/adaptive.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nonsmooth.arrays import as_count, as_number, as_positive
+from nonsmooth.blocks import Block, new_block
+from nonsmooth.contact_solvers.modes import enumerate_modes
+from nonsmooth.contact_solvers.planar import pivot, solve_planar
+from nonsmooth.contact_solvers.redundant import enumerate_redundant
+from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.adaptive_loop import run
+from nonsmooth.integrators.adaptive_state import (
+    ATOL,
+    ATTEMPTS,
+    NOW,
+    RTOL,
+    STEP,
+    TARGET,
+    Extrapolation,
+    extrapolation_shapes,
+    extrapolation_weights,
+)
+from nonsmooth.integrators.adaptive_step import try_step
+from nonsmooth.integrators.adaptive_substep import substep
+from nonsmooth.integrators.radau_stages import EPS
+from nonsmooth.integrators.rigid_modes import HAS, N_U, SELECTION
+from nonsmooth.jit import Kernel
+from nonsmooth.paradox.resolve import had_no_force
+from nonsmooth.system import GIVEN_FORCE, System
+
+SMALLEST_RTOL = 100 * EPS
+FIRST_STEP = 1e-4  # of the span
+FIRST_TARGET = 3  # row of the table
+
+
+@dataclass(frozen=True)
+class Adaptive:
+    """Moreau–Jean time stepping with error control.
+
+    Parameters
+    ----------
+    rtol, atol : float
+        Tolerances of the error of a step: relative to the largest value that a coordinate or velocity has had, and
+        absolute in SI units. A contact is closed where its gap is within what these make of it, and so is one whose
+        next bounce would be. At an impact the positions are held to the tolerance; the velocities jump, at a time
+        that is as uncertain as that makes it.
+    max_steps : int
+        Steps that may be tried before the run ends with the status OUT_OF_STEPS. (A limit of wall time is
+        ``simulate(..., max_wall_time=)``.)
+
+    Raises
+    ------
+    InvalidInput
+        Unless 2.2e-14 <= rtol < 1, atol > 0 and max_steps >= 1.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> from models import WallPendulum
+    >>> pendulum = WallPendulum()
+    >>> sol = ns.simulate(pendulum, (0, 5), *pendulum.state(th=1.0), integrator=ns.Adaptive(rtol=1e-6))
+    >>> sol.success
+    True
+    """
+
+    rtol: float = 1e-8
+    atol: float = 1e-10
+    max_steps: int = 10_000_000
+
+    def __post_init__(self) -> None:
+        as_positive("atol", self.atol)
+        if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
+            raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
+        as_count("max_steps", self.max_steps)
+
+    chooses_steps = True
+    has_rigid_contacts = True
+    extrapolates = True
+    is_compiled = True
+    callbacks: tuple[Kernel, ...] = ()
+
+    @property
+    def loop(self) -> Kernel:
+        """The loop over the steps."""
+        return run
+
+    def load(self, system: System) -> None:
+        """Compile what the loop may reach for this system."""
+        entry_points = [substep, try_step]
+        if system.n_c > 1:
+            entry_points += [solve_planar, enumerate_modes, enumerate_redundant, pivot]
+        if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
+            entry_points.append(had_no_force)
+        for entry_point in entry_points:
+            entry_point.load()
+
+    def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Block:
+        """The arrays of a run from t to t_end."""
+        block = new_block(Extrapolation, extrapolation_shapes(system.n_u, system.n_c, system.d))
+        arrays: Extrapolation = block.arrays
+        contacts = arrays.contacts
+        contacts.facts[[HAS, N_U]] = has, system.n_u
+        contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
+        arrays.laws[:] = system.laws
+        arrays.step.planar.can_decide_redundant[0] = int(system.n_c > 1)
+        arrays.clock[[NOW, STEP, RTOL, ATOL]] = t, FIRST_STEP * (t_end - t), self.rtol, self.atol
+        arrays.counters[[TARGET, ATTEMPTS]] = FIRST_TARGET, self.max_steps
+        arrays.weights[:] = extrapolation_weights()
+        arrays.t_impact[:] = -np.inf
+        return block
+
+    def begin(self, scratch: Extrapolation, mode: np.ndarray, slip: np.ndarray, selection: int) -> None:
+        """Set the modes at the start (n_c,) and the selection rule."""
+        contacts = scratch.contacts
+        contacts.mode[:], contacts.slip[:] = mode, slip
+        contacts.facts[SELECTION] = selection

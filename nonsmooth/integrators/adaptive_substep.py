@@ -1,0 +1,112 @@
+"""One plain step of Moreau–Jean within an adaptive step: contacts close within the tolerance of their gaps.
+
+It is the step of moreau_jean_step.py with theta = 1/2 and three changes that an error estimate asks for:
+
+1. a contact takes part where its gap at the mid-point is not above its tolerance, or where it was active before;
+2. no gap is fed back, since the positions are moved back after the adaptive step (rigid_hold.py): what 1/dt times the
+   rounding of a gap does to the velocities depends on the step, and would enter every difference of two step sizes;
+3. a bounce that would stay within the tolerance of the gap does not take place,
+
+    (e gamma_N)^2 / (2 a) <= tol,    a = max(-b, 2 |gamma_N| / tau)
+
+with b the free normal acceleration and tau the time since the last impact of the contact, whose flight was that of
+the acceleration 2 |gamma_N| / tau. The second one is all there is where a bouncing body falls with the one below it.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.blocks import address, view
+from nonsmooth.contact_problem import (
+    add_restitution,
+    apply_inverse,
+    carry_to_ends,
+    delassus,
+    evaluate_rows,
+    smooth_step,
+    stack_rows,
+)
+from nonsmooth.errors import Status
+from nonsmooth.integrators.adaptive_state import SUBSTEPS, Extrapolation
+from nonsmooth.integrators.moreau_jean_contact import solve
+from nonsmooth.integrators.moreau_jean_step import accept, all_finite, new_velocity
+from nonsmooth.integrators.rigid_modes import HAS, SELECTION
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.laws import LAW_E_N
+from nonsmooth.paradox.impact import follows_own_law
+from nonsmooth.system import GAP, UNILATERAL, ContactMode
+
+THETA = 0.5
+
+
+@kernel("int64(int64, float64[::1], float64, float64, int64)", short_loops=True)
+def substep(model, p, t, dt, run_at):
+    """Advance ``run.trial`` by one step; returns a Status."""
+    run = view(run_at, Extrapolation)
+    contacts, trial, step = run.contacts, run.trial, run.step
+    work, kinds, has = step.work, contacts.kinds, contacts.facts[HAS]
+    q, u, t_mid = trial.q, trial.u, t + 0.5 * dt
+    n, n_c = q.shape[0], kinds.shape[0]
+    run.counters[SUBSTEPS] += 1
+    for j in range(n):
+        work.q_mid[j] = q[j] + 0.5 * dt * u[j]
+    if has & (1 << GAP) and not call_model(model, GAP, t_mid, work.q_mid, u, p, work.g_N):
+        return Status.NOT_FINITE.value
+    n_k = close_within(n_c, kinds, trial.mode, run.tol_g, work)
+    status = smooth_step(model, has, step.is_known[0] == 0, t_mid, dt, THETA, n, u, p, work)
+    if status != Status.RUNNING:
+        return status
+    step.is_known[0] = 1
+    if n_k == 0:
+        for j in range(n):
+            work.u_1[j] = u[j] + work.du[j]
+    else:
+        if not evaluate_rows(model, has, step.is_known[1] == 0, t_mid, u, p, work):
+            return Status.NOT_FINITE.value
+        step.is_known[1] = 1
+        r = stack_rows(n, n_k, kinds, u, work)
+        apply_inverse(has, n, work, r)
+        delassus(n, r, work)
+        if not carry_to_ends(model, has, t, dt, n, n_k, kinds, q, u, p, work, step.there):
+            return Status.NOT_FINITE.value
+        choose_restitution(t_mid, dt, n_k, run, work)
+        add_restitution(n_k, kinds, run.laws, 0.0, work)
+        status = solve(model, has, p, kinds, run.laws, contacts.facts[SELECTION], t, dt, n, n_k, trial, step)
+        if status != Status.RUNNING:
+            return status
+        new_velocity(n, r, u, work)
+    if not all_finite(n, n_c, work):
+        return Status.NOT_FINITE.value
+    accept(has, kinds, t, dt, THETA, n, n_c, n_k, trial, step)
+    return Status.RUNNING.value
+
+
+@kernel
+def close_within(n_c, kinds, mode, tolerance, work):
+    """List the contacts that take part; returns their number."""
+    n_k = 0
+    for i in range(n_c):
+        if kinds[i, 0] != UNILATERAL or work.g_N[i] <= tolerance[i] or mode[i] != ContactMode.OPEN:
+            work.closed[n_k] = i
+            n_k += 1
+    return n_k
+
+
+@kernel
+def choose_restitution(t, dt, n_k, run, work):
+    """e_N of this step, in ``run.laws``: none for a contact that parts, or whose bounce its tolerance hides."""
+    for k in range(n_k):
+        i = work.closed[k]
+        if run.contacts.kinds[i, 0] != UNILATERAL:
+            continue
+        row = work.start[k]
+        e, gamma_N = run.contacts.laws[i, LAW_E_N], work.gamma_0[row]
+        was_closed = run.trial.mode[i] != ContactMode.OPEN
+        has_own_law = was_closed and follows_own_law(i, run.contacts.kinds, run.contacts.laws)
+        run.laws[i, LAW_E_N] = e if has_own_law else 0.0  # which an impact without collision follows too
+        if e == 0.0 or gamma_N >= 0.0:
+            continue
+        fall = gamma_N - work.c[row]  # dt times the free acceleration towards the surface
+        tau = t - run.t_impact[i]
+        inward = max(fall / dt, -2.0 * gamma_N / tau if tau > 0.0 else 0.0)
+        if (e * gamma_N) ** 2 > 2.0 * inward * run.tol_g[i]:
+            run.laws[i, LAW_E_N] = e

@@ -1,0 +1,34 @@
+"""A run whose steps are extrapolated from plain steps with rigid contacts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from nonsmooth.integrators.adaptive_state import NOW, REJECTED, STEP, SUBSTEPS
+from nonsmooth.runs.event_run import EventRun
+from nonsmooth.solution import Solution, Stats
+
+
+class ExtrapolationRun(EventRun):
+    """One integration in progress, of an integrator that ``extrapolates``."""
+
+    def solution(self) -> Solution:
+        """What was computed; plain steps have impulses, not forces."""
+        return replace(super().solution(), la=None)
+
+    def _time(self) -> float:
+        return float(self.scratch_block.arrays.clock[NOW])
+
+    def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
+        t, dt, q, u = self._time(), float(self.scratch_block.arrays.clock[STEP]), self.state.q, self.state.u
+        trial = self.scratch_block.arrays.trial
+        return [*((t + part * dt, q + part * dt * u, u) for part in (0.0, 0.5, 1.0)), (t + dt, trial.q, trial.u)]
+
+    def _stats(self) -> Stats:
+        counters = self.scratch_block.arrays.counters
+        return Stats.from_run(
+            self.state, self.wall_time, self.compile_time, self.events_dropped, self.model.is_compiled,
+            rejected=int(counters[REJECTED]), evaluations=int(counters[SUBSTEPS]),
+        )  # fmt: skip
