@@ -7,7 +7,7 @@ compliant_contacts.py.
 from __future__ import annotations
 
 import functools
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from nonsmooth.blocks import Cube, Integers, Matrix, Vector, address, frozen, view
 from nonsmooth.errors import Status
@@ -24,8 +24,8 @@ from nonsmooth.integrators.event_location import (
     events_shapes,
     locate_event,
 )
-from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_interpolate, radau_restart, radau_step
-from nonsmooth.integrators.radau_stages import DONE, NOW, Radau, radau_shapes, rates_at
+from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_restart, radau_step
+from nonsmooth.integrators.radau_stages import DONE, NOW, Radau, dense_value, radau_shapes, rates_at
 from nonsmooth.integrators.records import (
     EVENT_CONTACT,
     EVENT_GAMMA_F,
@@ -46,6 +46,15 @@ from nonsmooth.integrators.records import (
     STEPS,
     State,
 )
+from nonsmooth.integrators.step_polynomial import (
+    IS_KEPT,
+    N_STEPS,
+    Steps,
+    begin_polynomial,
+    end_polynomial,
+    state_within,
+    steps_shapes,
+)
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_WIDTH
 from nonsmooth.system import ContactMode
@@ -65,9 +74,10 @@ class Scratch(NamedTuple):
 
 
 class Trail(NamedTuple):
-    """Rows that a run writes, m of them; the caller empties them."""
+    """Rows that a run writes, m of them, and its steps; the caller empties them."""
 
     counts: Integers  # (3,)
+    steps: Steps
     t: Vector  # (m,)
     x: Matrix  # (m, N)
     la: Cube  # (m, c, 2)
@@ -87,11 +97,12 @@ def scratch_shapes(n: int, n_c: int, d: int) -> tuple:
     })  # fmt: skip
 
 
-def trail_shapes(m: int, n: int, n_c: int) -> dict[str, tuple[int, ...]]:
-    """Shapes of ``Trail`` for m rows."""
+def trail_shapes(m: int, steps: int, n: int, n_c: int) -> dict[str, Any]:
+    """Shapes of ``Trail`` for m rows and so many steps."""
     per_contact = (m, n_c)
     return {
-        "counts": (3,), "t": (m,), "x": (m, 2 * n + 3 * n_c + N_WORKS), "la": (m, n_c, 2), "mode": per_contact,
+        "counts": (3,), "steps": steps_shapes(steps, n), "t": (m,),
+        "x": (m, 2 * n + 3 * n_c + N_WORKS), "la": (m, n_c, 2), "mode": per_contact,
         "slip": per_contact,
     }  # fmt: skip
 
@@ -133,15 +144,17 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             continue
         if events.found[IS_IMMEDIATE] == 0:
             t_1 = t_end if clock[DONE] == h_max else t + clock[DONE]
-            if every == 0:
-                status = interpolate_rows(rates, model, p, t, t_1, t_record, scratch, trail)
-                if status != Status.RUNNING:
-                    return status
+            begin_polynomial(t, contacts.facts[N_U], ode, trail.steps)
             status = radau_accept(rates, model, p, address(contacts), ode)
             if status != Status.RUNNING:
                 return status
             clock[NOW] = t_1
             accept(state, contacts, ode)
+            end_polynomial(contacts.facts[N_U], ode, trail.steps)
+            if every == 0:
+                status = interpolate_rows(rates, model, p, t, t_1, t_record, scratch, trail)
+                if status != Status.RUNNING:
+                    return status
             if every > 0 and (state.counters[STEPS] % every == 0 or which != NO_EVENT or t_1 == t_end):
                 write_row(t_1, ode.x, contacts, trail)
             trail.counts[STALLS] = 0
@@ -230,17 +243,31 @@ def note_event(t, i, state, scratch):
 
 @kernel
 def interpolate_rows(rates, model, p, t, t_1, t_record, scratch, trail):
-    """Write the rows of the record times in (t, t_1]; returns a Status."""
+    """Write the rows of the record times in (t, t_1], of the step that was accepted; returns a Status."""
     ode, contacts, x = scratch.ode, scratch.contacts, scratch.events.x
+    is_written = False
     while trail.counts[NEXT] < t_record.shape[0] and t_record[trail.counts[NEXT]] <= t_1:
         moment = t_record[trail.counts[NEXT]]
-        radau_interpolate((moment - t) / ode.clock[DONE], ode, x)
+        state_at_moment(moment, t, contacts.facts[N_U], ode, trail.steps, x)
         status = rates_at(rates, model, p, address(contacts), moment, x, ode.f)
         if status != Status.RUNNING:
             return status
         write_row(moment, x, contacts, trail)
         trail.counts[NEXT] += 1
+        is_written = True
+    if is_written:
+        return rates_at(rates, model, p, address(contacts), t_1, ode.x, ode.f)  # the contacts at the end of the step
     return Status.RUNNING
+
+
+@kernel
+def state_at_moment(moment, t, n, ode, steps, x):
+    """The state within the step from t that was accepted last."""
+    theta = min(1.0, (moment - t) / ode.clock[DONE])
+    state_within(steps.counts[N_STEPS] - steps.counts[IS_KEPT], theta, steps, x)
+    Z = ode.Z
+    for i in range(2 * n, x.shape[0]):
+        x[i] = ode.x[i] - Z[2, i] + dense_value(theta, Z[0, i], Z[1, i], Z[2, i])
 
 
 @kernel

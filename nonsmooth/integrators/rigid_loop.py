@@ -23,8 +23,8 @@ from nonsmooth.integrators.event_location import (
     events_shapes,
     locate_event,
 )
-from nonsmooth.integrators.penalty_loop import NEXT, ROWS, STALLS, Trail, write_row
-from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_interpolate, radau_restart, radau_step
+from nonsmooth.integrators.penalty_loop import NEXT, ROWS, STALLS, Trail, state_at_moment, write_row
+from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_restart, radau_step
 from nonsmooth.integrators.radau_stages import DONE, NOW, STEP, Radau, radau_shapes, rates_at
 from nonsmooth.integrators.records import N_EVENTS, PENETRATION, STEPS, State
 from nonsmooth.integrators.rigid_hold import hold
@@ -42,6 +42,7 @@ from nonsmooth.integrators.rigid_modes import (
 )
 from nonsmooth.integrators.rigid_switching import search_shapes, switch_modes
 from nonsmooth.integrators.rigid_touch import START, Touch, touch_shapes
+from nonsmooth.integrators.step_polynomial import begin_polynomial, end_polynomial
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.paradox.forces import Forces
 from nonsmooth.system import GAP
@@ -112,10 +113,7 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             continue
         contacts.numbers[FLIGHT] = math.inf
         t_1 = t_end if clock[DONE] == t_end - t else t + clock[DONE]
-        if every == 0:
-            status = write_rows(rates, model, p, t, t_1, t_record, scratch, trail)
-            if status != Status.RUNNING:
-                return status
+        begin_polynomial(t, contacts.facts[N_U], ode, trail.steps)
         status = hold(model, p, t_1, ode.x_1, False, contacts)
         if status == Status.RUNNING:
             status = radau_accept(rates, model, p, address(contacts), ode)
@@ -123,6 +121,11 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             return status
         clock[NOW] = t_1
         accept(state, contacts, ode)
+        end_polynomial(contacts.facts[N_U], ode, trail.steps)
+        if every == 0:
+            status = write_rows(rates, model, p, t, t_1, t_record, scratch, trail)
+            if status != Status.RUNNING:
+                return status
         is_end = t_1 == t_end or events.found[WHICH] != NO_EVENT
         if every > 0 and (state.counters[STEPS] % every == 0 or is_end):
             write_row(t_1, ode.x, contacts, trail)
@@ -198,12 +201,13 @@ def write_start(t, n, x, u_0, x_0, contacts, trail):
 
 @kernel
 def write_rows(rates, model, p, t, t_1, t_record, scratch, trail):
-    """Write the rows of the record times in (t, t_1] with their gaps; returns a Status."""
+    """Write the rows of the record times in (t, t_1] of the step that was accepted, with their gaps; returns a Status."""
     ode, contacts, x = scratch.ode, scratch.contacts, scratch.events.x
     n, has_gap = contacts.facts[N_U], contacts.facts[HAS] & (1 << GAP)
+    is_written = False
     while trail.counts[NEXT] < t_record.shape[0] and t_record[trail.counts[NEXT]] <= t_1:
         moment = t_record[trail.counts[NEXT]]
-        radau_interpolate((moment - t) / ode.clock[DONE], ode, x)
+        state_at_moment(moment, t, n, ode, trail.steps, x)
         status = rates_at(rates, model, p, address(contacts), moment, x, ode.f)
         if status != Status.RUNNING:
             return status
@@ -213,4 +217,7 @@ def write_rows(rates, model, p, t, t_1, t_record, scratch, trail):
             x[2 * n + i] = contacts.work.g_N[i] if has_gap else 0.0
         write_row(moment, x, contacts, trail)
         trail.counts[NEXT] += 1
+        is_written = True
+    if is_written:
+        return rates_at(rates, model, p, address(contacts), t_1, ode.x, ode.f)  # the forces at the end of the step
     return Status.RUNNING

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,7 +19,9 @@ from nonsmooth.integrators.penalty_loop import ROWS, Trail, trail_shapes
 from nonsmooth.integrators.radau import SMALLEST
 from nonsmooth.integrators.radau_stages import EVALUATIONS, FACTORISATIONS, JACOBIANS, NOW, REJECTED
 from nonsmooth.integrators.records import N_LEDGER, Record, State, state_shapes
+from nonsmooth.integrators.step_polynomial import IS_KEPT, N_STEPS
 from nonsmooth.jit import interpreted
+from nonsmooth.motion import Motion, join
 from nonsmooth.runs.run import Run
 from nonsmooth.solution import Solution, Stats
 from nonsmooth.system import System
@@ -54,10 +58,13 @@ class AdaptiveRun(Run):
         self.state_block = new_block(State, state_shapes(n, n_c, d, EVENT_CAPACITY + 4 * n_c))
         self.scratch_block = integrator.scratch(system, self.has, t_0, float(t_record[-1]), q0, u0)
         capacity = len(t_record) if every == 0 else ROW_CAPACITY
-        self.trail_block = new_block(Trail, trail_shapes(capacity, n, n_c))
+        self.keeps_steps = every == 1
+        self.trail_block = new_block(Trail, trail_shapes(capacity, BLOCK if self.keeps_steps else 1, n, n_c))
+        self.trail_block.arrays.steps.counts[IS_KEPT] = self.keeps_steps
         self.state: State = self.state_block.arrays
         self.state.q[:], self.state.u[:] = q0, u0
         self.rows: list[tuple[np.ndarray, ...]] = []
+        self.steps: list[tuple[np.ndarray, ...]] = []
         self.events: list[np.ndarray] = []
         self.events_dropped = 0
         self.status = Status.RUNNING
@@ -72,6 +79,8 @@ class AdaptiveRun(Run):
         if self.every > 0:
             self.rows.append(self._written())
             self.trail_block.arrays.counts[ROWS] = 0
+        if self.keeps_steps:
+            self.steps.append(self._new_steps())
         return status
 
     def _callbacks(self) -> tuple[Any, ...]:
@@ -86,8 +95,15 @@ class AdaptiveRun(Run):
 
     def _written(self) -> tuple[np.ndarray, ...]:
         """The columns of the trail's rows."""
-        counts, *columns = self.trail_block.arrays
+        counts, _, *columns = self.trail_block.arrays
         return tuple(column[: counts[ROWS]].copy() for column in columns)
+
+    def _new_steps(self) -> tuple[np.ndarray, ...]:
+        """The steps of the block that was run, taken out of the trail."""
+        counts, *columns = self.trail_block.arrays.steps
+        taken = tuple(column[: counts[N_STEPS]].copy() for column in columns)
+        counts[N_STEPS] = 0
+        return taken
 
     def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         t, n, trial = self._time(), self.system.n_u, self.scratch_block.arrays.ode.trial
@@ -106,7 +122,8 @@ class AdaptiveRun(Run):
     def solution(self) -> Solution:
         """What was computed."""
         columns = zip(*self.rows, self._written(), strict=True)
-        trail = Trail(self.trail_block.arrays.counts, *(np.concatenate(parts) for parts in columns))
+        own = self.trail_block.arrays
+        trail = Trail(own.counts, own.steps, *(np.concatenate(parts) for parts in columns))
         n, n_c, d = self.system.n_u, self.system.n_c, self.system.d
         q, u, z, P_N, P_F, works = np.split(trail.x, np.cumsum([n, n, n_c, n_c, n_c]), axis=1)
         P = np.diff(np.stack((P_N, P_F), axis=2), axis=0, prepend=0.0)[:, :, : 1 + d]
@@ -117,8 +134,15 @@ class AdaptiveRun(Run):
         events = np.concatenate(self.events) if self.events else self.state.events[:0]
         message = "the end was reached" if self.status == Status.FINISHED else self._message()
         return Solution.from_run(
-            self.system, self.integrator, trail.t, record, events, self.status, message, self._stats(), trail.la
+            self.system, self.integrator, trail.t, record, events, self.status, message, self._stats(), trail.la,
+            self._motion_of_steps(trail.t, q, u),
         )  # fmt: skip
+
+    def _motion_of_steps(self, t: np.ndarray, q: np.ndarray, u: np.ndarray) -> Callable[[], Motion] | None:
+        """What joins the steps to the motion, if they were kept."""
+        if not self.steps or not len(t):
+            return None
+        return functools.partial(join, self.steps, (t[0], q[0], u[0]), (t[-1], q[-1], u[-1]))
 
     def gap_scale(self) -> np.ndarray:
         """(n_c,) What the trail holds in place of a gap, z = scale g_N."""

@@ -5,6 +5,7 @@ Between two blocks Python looks for Ctrl-C and shows progress; the loop itself n
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable
 from typing import Any
@@ -23,7 +24,10 @@ from nonsmooth.errors import (
 )
 from nonsmooth.initial_state import examine_state, project_state
 from nonsmooth.integrators.records import (
+    EVENT_KIND,
+    EVENT_T,
     FAILED_CONTACT,
+    INCONSISTENT,
     INTERVAL,
     N_EVENTS,
     STEP,
@@ -33,9 +37,10 @@ from nonsmooth.integrators.records import (
     record_shapes,
     state_shapes,
 )
+from nonsmooth.motion import Motion, between_records
 from nonsmooth.runs.times import Grid
 from nonsmooth.solution import Solution, Stats
-from nonsmooth.system import FUNCTION_NAMES, System
+from nonsmooth.system import FUNCTION_NAMES, ContactMode, System
 
 FIRST_BLOCK = 100  # steps before the first look at the clock
 LOOK_EVERY = 0.02  # s between two looks at the clock and at Ctrl-C
@@ -164,7 +169,14 @@ class Run:
             self.system, self.integrator, t, type(record)(*(column[:m] for column in record)), rows, self.status,
             "the end was reached" if self.status == Status.FINISHED else self._message(),
             Stats.from_run(self.state, self.wall_time, self.compile_time, self.events_dropped, self.model.is_compiled),
+            find_motion=self._motion_of_records(t, record, rows),
         )  # fmt: skip
+
+    def _motion_of_records(self, t: np.ndarray, record: Record, rows: np.ndarray) -> Callable[[], Motion] | None:
+        """What interpolates the records, if each step is one."""
+        if self.grid.steps.max(initial=1) > 1:
+            return None
+        return functools.partial(_interpolate, t, record, rows, self.integrator.theta)
 
     def _message(self) -> str:
         where = f"t = {self._time():.9g} s"
@@ -213,6 +225,15 @@ class Run:
 def next_block(steps: int, elapsed: float) -> int:
     """Steps until the next look at the clock, from those just taken and their seconds; at most ten times more."""
     return max(1, int(steps * min(10.0, LOOK_EVERY / max(elapsed, 1e-9))))
+
+
+def _interpolate(t: np.ndarray, record: Record, rows: np.ndarray, theta: float) -> Motion:
+    """The motion between the records; a step in which a contact lands, or sliding had no force, has a jump."""
+    m = len(t)
+    mode, q, u = record.mode[:m], record.q[:m], record.u[:m]
+    lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)
+    jumps = lands | np.isin(t[:-1], rows[rows[:, EVENT_KIND] == INCONSISTENT, EVENT_T])
+    return between_records(t, q, u, jumps, theta)
 
 
 def _with_last(record: Any, m: int, state: Any, system: System, t: float) -> Any:
