@@ -22,9 +22,11 @@ MODELS = {
     "PainleveRod": "painleve_rod",
     "RockingBlock": "rocking_block",
     "SelfLockingRod": "self_locking_rod",
+    "SliderCrank": "slider_crank",
     "SlidingBlock": "sliding_block",
     "SpragSlip": "sprag_slip",
     "WallPendulum": "pendulum",
+    "Woodpecker": "woodpecker",
 }
 
 __all__ = [*MODELS]

@@ -22,9 +22,11 @@ from models import (
     PainleveRod,
     RockingBlock,
     SelfLockingRod,
+    SliderCrank,
     SlidingBlock,
     SpragSlip,
     WallPendulum,
+    Woodpecker,
 )
 from nonsmooth.errors import InvalidInput, UnknownName
 from nonsmooth.jit import call_model, compile_model, kernel
@@ -55,12 +57,14 @@ MODELS = [
     PainleveRod(l=1.4, m=0.7, I=0.2),
     RockingBlock(),
     SelfLockingRod(l=1.4, vb=-0.6),
+    SliderCrank(),
     SlidingBlock(),
     SpragSlip(R=3.0),
     WallPendulum(l=1.4, th_w=0.2),
+    Woodpecker(),
 ]
 WITHOUT_GAP = (BeltOscillator, FollowerForceArm, ModeCoupling)
-APART = (BouncingBall, BeadChain, WallPendulum)  # their default state does not touch
+APART = (BouncingBall, BeadChain, SliderCrank, WallPendulum)  # their default state does not touch
 IN_CONTACT = [m for m in MODELS if not isinstance(m, WITHOUT_GAP + APART)]
 STEP = 1e-5  # central differences: truncation 1e-10, rounding 1e-11 of quantities of order 1
 
@@ -139,6 +143,13 @@ def contact_points(model, q):
     if isinstance(model, RockingBlock):
         corner = np.array([[-0.5, 0.5], [-0.5, -0.5]]) * np.array([[model.width], [model.height]])
         return q[0] + corner[0] * math.cos(q[2]) - corner[1] * math.sin(q[2])
+    if isinstance(model, SliderCrank):
+        across = np.array([-1.0, 1.0, -1.0, 1.0]) * model.a
+        up = np.array([1.0, 1.0, -1.0, -1.0]) * model.b
+        return model.slider_centre(q)[0] + across * math.cos(q[2]) - up * math.sin(q[2])
+    if isinstance(model, Woodpecker):  # heights of the beak and of the two edges
+        beak = q[0] + model.lM * q[1] + model.hS + (model.lG - model.lS) * q[2]
+        return np.array([beak, q[0] + model.rM * q[1] - model.hM, q[0] + model.rM * q[1] + model.hM])
     return q[:1]
 
 
@@ -296,6 +307,10 @@ def test_compiled_functions_agree_with_the_interpreted_ones(model):
         lambda: SpragSlip(l=0.0),
         lambda: SpragSlip().reduced(0.8, branch=0),
         lambda: SpragSlip().state(th=math.nan),
+        lambda: SliderCrank(l2=0.1),
+        lambda: SliderCrank(c=0.0),
+        lambda: Woodpecker(rM=0.0025),
+        lambda: Woodpecker(e2=1.5),
         lambda: RockingBlock(width=0.0),
         lambda: RockingBlock().fall_time(tilt=0.3),
         lambda: BeadChain(n=0),
