@@ -31,7 +31,7 @@ CONE = 2.0 * NEARLY_SINGULAR  # P_F/P_N exceeds mu by the part p/(G_NN - p), whe
 
 
 @kernel
-def impact(model, p, t, x, must_stick, contacts, touch):
+def impact(model, p, t, x, must_stick, has_restitution, contacts, touch):
     """Change u by the impulses of the contacts that touch, book them in x and in touch.P; returns a Status."""
     work, kinds, facts = contacts.work, contacts.kinds, contacts.facts
     n, n_c = facts[N_U], kinds.shape[0]
@@ -55,7 +55,7 @@ def impact(model, p, t, x, must_stick, contacts, touch):
         a = work.start[k]
         if must_stick:
             work.c[a] = 0.0  # what is left of gamma_N is rounding
-        elif abs(work.gamma_0[a]) <= contacts.numbers[ATOL]:
+        elif not has_restitution or abs(work.gamma_0[a]) <= contacts.numbers[ATOL]:
             work.c[a] = work.gamma_0[a]
     if not find_impulses(n_k, must_stick, contacts, touch):
         return Status.NO_SOLUTION
