@@ -25,8 +25,12 @@ def add_integrator(command: argparse.ArgumentParser) -> None:
     command.add_argument("--theta", type=number, help="moreau-jean: weight of the new velocity, 0.5 (default) to 1")
     command.add_argument("--projection", action="store_true", default=None,
                          help="moreau-jean: move positions back to the surfaces after each step")  # fmt: skip
-    command.add_argument("--rtol", type=number, help="adaptive, event-driven, penalty: relative tolerance; 1e-8 by default")
-    command.add_argument("--atol", type=number, help="adaptive, event-driven, penalty: absolute tolerance; 1e-10 by default")
+    command.add_argument(
+        "--rtol", type=number, help="adaptive, event-driven, penalty: relative tolerance; 1e-8 by default"
+    )
+    command.add_argument(
+        "--atol", type=number, help="adaptive, event-driven, penalty: absolute tolerance; 1e-10 by default"
+    )
     command.add_argument("--max-steps", type=whole_number, metavar="N", help="adaptive: steps that may be tried")
     command.add_argument("--stiffness", type=number, metavar="K", help="penalty: [N/m]")
     command.add_argument("--damping", type=number, metavar="C", help="penalty: [N s/m]")

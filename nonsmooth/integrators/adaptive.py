@@ -33,10 +33,11 @@ from nonsmooth.integrators.adaptive_state import (
 )
 from nonsmooth.integrators.adaptive_step import try_step
 from nonsmooth.integrators.adaptive_substep import substep
+from nonsmooth.integrators.moreau_jean_contact import solve
+from nonsmooth.integrators.moreau_jean_paradox import end_slide
 from nonsmooth.integrators.radau_stages import EPS
 from nonsmooth.integrators.rigid_modes import HAS, N_U, SELECTION
-from nonsmooth.jit import Kernel
-from nonsmooth.paradox.resolve import had_no_force
+from nonsmooth.jit import Kernel, load_all
 from nonsmooth.system import GIVEN_FORCE, System
 
 SMALLEST_RTOL = 100 * EPS
@@ -97,13 +98,12 @@ class Adaptive:
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        entry_points = [substep, try_step]
+        entry_points = [try_step, substep, solve]
         if system.n_c > 1:
             entry_points += [solve_planar, enumerate_modes, enumerate_redundant, pivot]
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
-            entry_points.append(had_no_force)
-        for entry_point in entry_points:
-            entry_point.load()
+            entry_points.append(end_slide)
+        load_all(entry_points)
 
     def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Block:
         """The arrays of a run from t to t_end."""

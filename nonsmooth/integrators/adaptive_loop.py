@@ -5,14 +5,13 @@ The step is that of adaptive_step.py.
 
 from __future__ import annotations
 
-from nonsmooth.blocks import address, view
+from nonsmooth.blocks import view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_state import (
     ATTEMPTS,
     NOW,
     REJECTED,
     STEP,
-    TRIED,
     Extrapolation,
 )
 from nonsmooth.integrators.adaptive_step import EVENT, REFUSED, observe, set_tolerances, try_step

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nonsmooth.blocks import Cube, Integers, Matrix, Vector, frozen
-from nonsmooth.integrators import moreau_jean_step
+from nonsmooth.integrators import moreau_jean_contact
 from nonsmooth.integrators.records import N_LEDGER, State, state_shapes
 from nonsmooth.integrators.rigid_modes import RigidContacts, contacts_shapes
 from nonsmooth.laws import LAW_WIDTH
@@ -25,7 +25,7 @@ class Extrapolation(NamedTuple):
     """Arrays of an adaptive run. n = n_u, c = n_c, N = 2 n + c (1 + d) + N_LEDGER."""
 
     contacts: RigidContacts
-    step: moreau_jean_step.Scratch
+    step: moreau_jean_contact.Scratch
     trial: State
     clock: Vector  # (5,)
     counters: Integers  # (4,)
@@ -51,7 +51,7 @@ def extrapolation_shapes(n: int, n_c: int, d: int) -> tuple:
     N = 2 * n + n_c * (1 + d) + N_LEDGER
     per_contact = dict.fromkeys(("tol_g", "g_0", "gamma_0", "g_1", "gamma_1", "t_impact"), (n_c,))
     return frozen({
-        "contacts": contacts_shapes(n, n_c, d), "step": moreau_jean_step.scratch_shapes(n, n_c, d),
+        "contacts": contacts_shapes(n, n_c, d), "step": moreau_jean_contact.scratch_shapes(n, n_c, d),
         "trial": frozen(state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c))), "clock": (5,), "counters": (4,),
         "weights": (2, ROWS, ROWS), "table": (ROWS, N), "change": (N,), "errors": (ROWS,), "largest": (2 * n,), "tol": (2 * n,),
         **per_contact, "laws": (n_c, LAW_WIDTH), "x": (2 * n + 3 * n_c + N_LEDGER - 1,),

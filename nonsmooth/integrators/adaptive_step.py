@@ -20,7 +20,7 @@ import math
 from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_state import ATOL, ROWS, RTOL, TARGET, Extrapolation
-from nonsmooth.integrators.adaptive_substep import substep
+from nonsmooth.integrators.adaptive_substep import RETAKE, substep
 from nonsmooth.integrators.records import FORCE_WORK, N_EVENTS, N_LEDGER, State
 from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.integrators.rigid_modes import HAS
@@ -75,6 +75,8 @@ def fill_row(model, p, t, H, j, state, run):
     has_changed, lands = False, False
     for k in range(j + 1):
         status = substep(model, p, t + k * dt, dt, address(run))
+        if status == RETAKE:
+            status = substep(model, p, t + k * dt, dt, address(run))
         if status != Status.RUNNING:
             return status, False, False
         for i in range(n_c):
@@ -203,6 +205,8 @@ def check_end(model, p, t, H, state, run):
     for i in range(n):
         trial.q[i], trial.u[i] = x[i], x[n + i]
     status = substep(model, p, t + H, PROBE * H, address(run))
+    if status == RETAKE:
+        return Status.RUNNING, False
     for i in range(n_c):
         if trial.mode[i] != state.mode[i] or trial.slip[i] != state.slip[i]:
             return status, False

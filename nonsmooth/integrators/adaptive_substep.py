@@ -28,6 +28,7 @@ from nonsmooth.contact_problem import (
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_state import SUBSTEPS, Extrapolation
 from nonsmooth.integrators.moreau_jean_contact import solve
+from nonsmooth.integrators.moreau_jean_paradox import note_paradoxes
 from nonsmooth.integrators.moreau_jean_step import accept, all_finite, new_velocity
 from nonsmooth.integrators.rigid_modes import HAS, SELECTION
 from nonsmooth.jit import call_model, kernel
@@ -36,11 +37,12 @@ from nonsmooth.paradox.impact import follows_own_law
 from nonsmooth.system import GAP, UNILATERAL, ContactMode
 
 THETA = 0.5
+RETAKE = -1  # no Status: an impact without collision changed the velocities, and the step is to be taken from them
 
 
 @kernel("int64(int64, float64[::1], float64, float64, int64)", short_loops=True)
 def substep(model, p, t, dt, run_at):
-    """Advance ``run.trial`` by one step; returns a Status."""
+    """Advance ``run.trial`` by one step, or by the impact before it (RETAKE); returns a Status."""
     run = view(run_at, Extrapolation)
     contacts, trial, step = run.contacts, run.trial, run.step
     work, kinds, has = step.work, contacts.kinds, contacts.facts[HAS]
@@ -70,9 +72,11 @@ def substep(model, p, t, dt, run_at):
             return Status.NOT_FINITE.value
         choose_restitution(t_mid, dt, n_k, run, work)
         add_restitution(n_k, kinds, run.laws, 0.0, work)
-        status = solve(model, has, p, kinds, run.laws, contacts.facts[SELECTION], t, dt, n, n_k, trial, step)
+        status = solve(kinds, run.laws, contacts.facts[SELECTION], dt, n_k, address(trial), address(step))
         if status != Status.RUNNING:
             return status
+        if note_paradoxes(model, has, p, kinds, run.laws, t, dt, n, n_k, True, trial, step):
+            return RETAKE
         new_velocity(n, r, u, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE.value

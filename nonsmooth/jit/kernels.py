@@ -137,8 +137,10 @@ def _external(kernel: Kernel) -> Any:
         ]
         convention = context.call_conv
         pointer_type = convention.get_function_type(result, arguments).as_pointer()
-        slot = cgutils.add_global_variable(builder.module, pointer_type, symbol)
-        slot.linkage = "external"
+        slot = builder.module.globals.get(symbol)  # a second call in one function finds the declaration of the first
+        if slot is None:
+            slot = cgutils.add_global_variable(builder.module, pointer_type, symbol)
+            slot.linkage = "external"
         _, value = convention.call_function(builder, builder.load(slot), result, arguments, values)
         return value
 
