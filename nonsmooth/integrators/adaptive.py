@@ -24,6 +24,7 @@ from nonsmooth.integrators.adaptive_state import (
     ATOL,
     ATTEMPTS,
     NOW,
+    ROWS,
     RTOL,
     STEP,
     TARGET,
@@ -42,7 +43,6 @@ from nonsmooth.system import GIVEN_FORCE, System
 
 SMALLEST_RTOL = 100 * EPS
 FIRST_STEP = 1e-4  # of the span
-FIRST_TARGET = 3  # row of the table
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class Adaptive:
         arrays.laws[:] = system.laws
         arrays.step.planar.can_decide_redundant[0] = int(system.n_c > 1)
         arrays.clock[[NOW, STEP, RTOL, ATOL]] = t, FIRST_STEP * (t_end - t), self.rtol, self.atol
-        arrays.counters[[TARGET, ATTEMPTS]] = FIRST_TARGET, self.max_steps
+        arrays.counters[[TARGET, ATTEMPTS]] = best_row(self.rtol), self.max_steps
         arrays.weights[:] = extrapolation_weights()
         arrays.t_impact[:] = -np.inf
         return block
@@ -125,3 +125,8 @@ class Adaptive:
         contacts = scratch.contacts
         contacts.mode[:], contacts.slip[:] = mode, slip
         contacts.facts[SELECTION] = selection
+
+
+def best_row(rtol: float) -> int:
+    """The row at which smooth steps are to converge: of least work for the length, as measured."""
+    return int(np.clip(round(2.0 - 0.5 * np.log10(rtol)), 3, ROWS - 1))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from nonsmooth.blocks import view
 from nonsmooth.errors import Status
+from nonsmooth.integrators.adaptive_gaps import observe, set_tolerances
 from nonsmooth.integrators.adaptive_state import (
     ATTEMPTS,
     NOW,
@@ -14,7 +15,7 @@ from nonsmooth.integrators.adaptive_state import (
     STEP,
     Extrapolation,
 )
-from nonsmooth.integrators.adaptive_step import EVENT, REFUSED, observe, set_tolerances, try_step
+from nonsmooth.integrators.adaptive_step import EVENT, REFUSED, try_step
 from nonsmooth.integrators.penalty_loop import NEXT, ROWS, Trail, write_row
 from nonsmooth.integrators.radau import SMALLEST
 from nonsmooth.integrators.records import (

@@ -10,7 +10,7 @@ import numpy as np
 from nonsmooth.blocks import Cube, Integers, Matrix, Vector, frozen
 from nonsmooth.integrators import moreau_jean_contact
 from nonsmooth.integrators.records import N_LEDGER, State, state_shapes
-from nonsmooth.integrators.rigid_modes import RigidContacts, contacts_shapes
+from nonsmooth.integrators.rigid_modes import N_WORKS, RigidContacts, contacts_shapes
 from nonsmooth.laws import LAW_WIDTH
 
 ROWS = 7  # of the table: row j takes j substeps
@@ -36,10 +36,12 @@ class Extrapolation(NamedTuple):
     largest: Vector  # (2 n,) the largest coordinates and velocities so far
     tol: Vector  # (2 n,) tolerances of coordinates and velocities
     tol_g: Vector  # (c,) of gaps
+    lid: Vector  # (c,) the gap below which an open contact takes part in this step
     g_0: Vector  # (c,) gaps at the beginning of the step
     gamma_0: Vector  # (c,) their rates
     g_1: Vector  # (c,) and at the end
     gamma_1: Vector  # (c,)
+    a_N: Vector  # (c,) the last acceleration of the gaps in smooth motion, 0 after an event
     t_impact: Vector  # (c,) time of the last impact
     laws: Matrix  # (c, LAW_WIDTH) laws of a substep
     x: Vector  # (2 n + 3 c + N_WORKS,) a row of the record
@@ -49,18 +51,19 @@ class Extrapolation(NamedTuple):
 def extrapolation_shapes(n: int, n_c: int, d: int) -> tuple:
     """Shapes of ``Extrapolation``."""
     N = 2 * n + n_c * (1 + d) + N_LEDGER
-    per_contact = dict.fromkeys(("tol_g", "g_0", "gamma_0", "g_1", "gamma_1", "t_impact"), (n_c,))
+    per_contact = dict.fromkeys(("tol_g", "lid", "g_0", "gamma_0", "g_1", "gamma_1", "a_N", "t_impact"), (n_c,))
     return frozen({
         "contacts": contacts_shapes(n, n_c, d), "step": moreau_jean_contact.scratch_shapes(n, n_c, d),
         "trial": frozen(state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c))), "clock": (5,), "counters": (4,),
-        "weights": (2, ROWS, ROWS), "table": (ROWS, N), "change": (N,), "errors": (ROWS,), "largest": (2 * n,), "tol": (2 * n,),
-        **per_contact, "laws": (n_c, LAW_WIDTH), "x": (2 * n + 3 * n_c + N_LEDGER - 1,),
+        "weights": (2, ROWS, ROWS), "table": (ROWS, N), "change": (N,), "errors": (ROWS,),
+        "largest": (2 * n,), "tol": (2 * n,), **per_contact, "laws": (n_c, LAW_WIDTH),
+        "x": (2 * n + 3 * n_c + N_WORKS,),
     })  # fmt: skip
 
 
 @functools.cache
 def extrapolation_weights() -> np.ndarray:
-    """(2, ROWS, ROWS): weights[0, j] of rows 0..j, weights[1, j] of rows 1..j, in the limit of infinitely many substeps.
+    """(2, ROWS, ROWS): weights[0, j] of rows 0..j, weights[1, j] of rows 1..j, in the limit of many substeps.
 
     A value with m substeps is T + c_2 m^-2 + c_3 m^-3 + ...: the weights sum to 1 and make sum_i w_i m_i^-k vanish for
     k = 2, 3, ..., as far as the rows reach: w_i = m_i / (sum_j m_j) prod_(j != i) m_i / (m_i - m_j), the weights of

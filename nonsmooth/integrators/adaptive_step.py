@@ -5,8 +5,8 @@
 1. Every substep has the modes of the accepted step before, no gap has fallen below its tolerance on the way, and a
    short probe from the end has these modes too: the extrapolated value is accepted once it differs from the one of an
    order less by no more than the tolerance.
-2. One of the first two rows saw an event: its two-substep value is accepted if it agrees with the plain one, in the
-   positions, and in the velocities as well unless a contact closed.
+2. One of the first two rows saw an event: two substeps are accepted if one agrees with them. A contact may only land
+   from a gap that is closed, so that its impact is in time: the steps before it lead there (adaptive_gaps.py).
 3. An event that only a deeper row, a gap or the probe saw lies where the first rows cannot measure it: the step is cut.
 
 Order and step of the smooth rows are those of least work for the length. Source: Studer, Leine, Glocker, *Int. J.
@@ -19,19 +19,21 @@ import math
 
 from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive_state import ATOL, ROWS, RTOL, TARGET, Extrapolation
+from nonsmooth.integrators.adaptive_gaps import CLOSED, first_landing, next_landing, observe
+from nonsmooth.integrators.adaptive_state import ROWS, RTOL, TARGET, Extrapolation
 from nonsmooth.integrators.adaptive_substep import RETAKE, substep
 from nonsmooth.integrators.records import FORCE_WORK, N_EVENTS, N_LEDGER, State
 from nonsmooth.integrators.rigid_hold import hold
-from nonsmooth.integrators.rigid_modes import HAS
-from nonsmooth.jit import call_model, kernel
-from nonsmooth.system import GAP, GAP_RATE, NORMAL, UNILATERAL, ContactMode
+from nonsmooth.jit import kernel
+from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
 # How a step that was tried ended.
 REFUSED, SMOOTH, EVENT = range(3)
+# What the rows of a step saw: no event; an event in the second substep; one in the first, whose time is not known
+# better than the step; a landing from where the gap was closed; a landing from above, which comes too early.
+NOTHING, LATER, AT_ONCE, LANDED, EARLY = range(5)
 SHRINK = 0.3  # of a step that holds an event which it cannot resolve
-GROW = 4.0  # of a step after an event
-FASTEST, SLOWEST = 8.0, 0.1  # bounds of the change of a smooth step
+FASTEST, SLOWEST = 4.0, 0.1  # bounds of the change of a step
 SAFETY = 0.8
 PROBE = 1e-3  # of the step: how far beyond its end the modes are looked at
 
@@ -41,50 +43,74 @@ def try_step(model, p, t, H, state_at, run_at):
     """Try one step of length H: (Status, how it ended, what to multiply H by). ``run.change`` is what it changes."""
     state, run = view(state_at, State), view(run_at, Extrapolation)
     target = run.counters[TARGET]
-    has_event, has_landed = False, False
+    event = NOTHING
     for j in range(ROWS):
-        status, has_changed, lands = fill_row(model, p, t, H, j, state, run)
+        status, seen = fill_row(model, p, t, H, j, state, run)
         if status != Status.RUNNING:
             return status, REFUSED, SHRINK
-        if has_changed and j >= 2:
+        if seen == EARLY:
+            return Status.RUNNING.value, REFUSED, shorter(next_landing(state, run) / H)
+        if seen != NOTHING and j >= 2:
             return Status.RUNNING.value, REFUSED, SHRINK
-        has_event = has_event or has_changed
-        has_landed = has_landed or lands
+        event = max(event, seen)
         if j == 0:
             continue
-        if has_event:
-            return judge_event(model, p, t + H, has_landed, state, run)
+        if event != NOTHING:
+            return judge_event(model, p, t, H, event, state, run)
         extrapolate(j, state, run)
         if run.errors[j] <= 1.0:
-            status, is_good = check_end(model, p, t, H, state, run)
-            if status != Status.RUNNING or not is_good:
-                return status, REFUSED, SHRINK
+            status, part = check_end(model, p, t, H, state, run)
+            if status != Status.RUNNING or part < 1.0:
+                return status, REFUSED, shorter(part)
             return Status.RUNNING.value, SMOOTH, plan(j, run)
-        if j > target and j > 1:
+        if j == target or (j > 1 and run.errors[j] > run.errors[j - 1]):
             break
     factor = SAFETY * run.errors[j] ** (-1.0 / (j + 2.0)) if math.isfinite(run.errors[j]) else SLOWEST
     return Status.RUNNING.value, REFUSED, min(SAFETY, max(SLOWEST, factor))
 
 
 @kernel
+def shorter(part):
+    """The part of a step to try instead, where a landing is expected; a fixed one if that is no shorter."""
+    return part if 0.0 < part < 1.0 - PROBE else SHRINK
+
+
+@kernel
 def fill_row(model, p, t, H, j, state, run):
-    """Row j of the table: (Status, whether a mode changed, whether a contact landed)."""
-    trial, n_c = run.trial, state.mode.shape[0]
+    """Row j of the table: (Status, what it saw)."""
+    trial, kinds = run.trial, run.contacts.kinds
     begin_trial(state, trial)
     dt = H / (j + 1)
-    has_changed, lands = False, False
+    seen = NOTHING
     for k in range(j + 1):
         status = substep(model, p, t + k * dt, dt, address(run))
         if status == RETAKE:
             status = substep(model, p, t + k * dt, dt, address(run))
         if status != Status.RUNNING:
-            return status, False, False
-        for i in range(n_c):
-            if trial.mode[i] != state.mode[i] or trial.slip[i] != state.slip[i]:
-                has_changed = True
-                lands = lands or state.mode[i] == ContactMode.OPEN
+            return status, NOTHING
+        at_once = NOTHING
+        for i in range(kinds.shape[0]):
+            if not differs(i, kinds, state, trial):
+                continue
+            if state.mode[i] == ContactMode.OPEN:
+                if run.lid[i] == 0.0 and run.g_0[i] > 0.0:
+                    return Status.RUNNING, EARLY
+                at_once = LANDED
+            at_once = max(at_once, AT_ONCE)
+        seen = max(seen, at_once if k == 0 else min(LATER, at_once))
     write_change(j, state, run)
-    return Status.RUNNING, has_changed, lands
+    return Status.RUNNING, seen
+
+
+@kernel
+def differs(i, kinds, state, trial):
+    """Whether the last substep of contact i followed other equations than the accepted one: its mode, its direction of
+    sliding; of a bilateral contact that slides the sign of its force, of a given normal force whether there is one."""
+    if trial.mode[i] != state.mode[i] or trial.slip[i] != state.slip[i]:
+        return True
+    if kinds[i, 0] == GIVEN_FORCE:
+        return (trial.P[i, 0] > 0.0) != (state.P[i, 0] > 0.0)
+    return kinds[i, 0] == BILATERAL and trial.mode[i] == ContactMode.SLIDE and trial.P[i, 0] * state.P[i, 0] < 0.0
 
 
 @kernel
@@ -131,86 +157,89 @@ def extrapolate(j, state, run):
             other += weights[1, j, k] * table[k, i]
         run.change[i] = best
         if i < tol.shape[0]:
-            error = max(error, abs(best - other) / tol[i])
+            error = max(error, abs(best - other) / (tol[i] + run.clock[RTOL] * abs(best)))
     run.errors[j] = error
 
 
 @kernel
 def plan(j, run):
-    """The factor of the next step after convergence at row j, and its row, run.counters[TARGET]: least work."""
-    work, best, factor = 0.0, math.inf, 1.0
-    substeps = 1.0
-    for k in range(1, j + 1):
-        substeps += k + 1
-        grow = FASTEST
-        if run.errors[k] > 0.0:
-            grow = min(FASTEST, max(SLOWEST, SAFETY * (0.5 / run.errors[k]) ** (1.0 / (k + 2.0))))
-        work = (substeps + 1.0) / grow
-        if work < best:
-            best, factor = work, grow
-            run.counters[TARGET] = k
-    if run.counters[TARGET] == j and j < ROWS - 1:
-        run.counters[TARGET] = j + 1
-        factor = min(FASTEST, factor * (substeps + j + 3.0) / (substeps + 1.0))
-    return factor
+    """The factor of the next step after convergence at row j: so that the next one converges at the row aimed at."""
+    target = run.counters[TARGET]
+    if j < target - 1:
+        return FASTEST
+    if not run.errors[j] > 0.0:
+        return FASTEST
+    aim = 0.5 if j == target else 1.0 / SAFETY
+    return min(FASTEST, max(SLOWEST, SAFETY * (aim / run.errors[j]) ** (1.0 / (j + 2.0))))
 
 
 @kernel
-def judge_event(model, p, t_1, has_landed, state, run):
-    """Accept two substeps with an event if one agrees with them: (Status, how it ended, factor of the next step)."""
-    table, tol, n = run.table, run.tol, state.q.shape[0]
-    error, largest = 0.0, 0.0
+def judge_event(model, p, t, H, event, state, run):
+    """Accept two substeps with an event if one agrees with them: (Status, how it ended, factor of the next step).
+
+    The time of an event in the first substep is known to the step only, and so are the positions to the change of the
+    velocities over it; the time of a landing is known.
+    """
+    table, tol, x, n = run.table, run.tol, run.x, state.q.shape[0]
+    error = 0.0
     for i in range(2 * n):
-        run.change[i] = table[1, i]
-        if i < n or not has_landed:
-            error = max(error, abs(table[1, i] - table[0, i]) / tol[i])
-    for i in range(2 * n, run.change.shape[0]):
-        run.change[i] = table[1, i]
+        difference = abs(table[1, i] - table[0, i])
+        if event == AT_ONCE and i < n:
+            difference = max(difference, H * abs(table[1, n + i]))
+        size = max(abs(table[0, i]), abs(table[1, i]))
+        error = max(error, difference / (tol[i] + run.clock[RTOL] * size))
     if not error <= 1.0:
         return Status.RUNNING.value, REFUSED, SHRINK
+    for i in range(run.change.shape[0]):
+        run.change[i] = table[1, i]
     for i in range(n):
-        run.x[i], run.x[n + i] = run.trial.q[i], run.trial.u[i]
-    if not observe(model, p, t_1, run.x, run.g_1, run.gamma_1, run):
+        x[i], x[n + i] = run.trial.q[i], run.trial.u[i]
+    if not observe(model, p, t + H, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, REFUSED, SHRINK
     for i in range(state.mode.shape[0]):
-        if run.contacts.kinds[i, 0] == UNILATERAL and run.g_1[i] < min(0.0, run.g_0[i]) - run.tol_g[i]:
+        if run.contacts.kinds[i, 0] == UNILATERAL and run.g_1[i] < min(0.0, run.g_0[i]) - CLOSED * run.tol_g[i]:
             return Status.RUNNING.value, REFUSED, SHRINK
-    return Status.RUNNING.value, EVENT, GROW
+        run.a_N[i] = 0.0
+    return Status.RUNNING.value, EVENT, FASTEST
 
 
 @kernel
 def check_end(model, p, t, H, state, run):
-    """Move the end of a smooth step onto its constraints; whether no gap was missed and the modes last: (Status, bool)."""
+    """Move the end of a smooth step onto its constraints: (Status, the part of the step free of events, 1.0 if all).
+
+    No gap may have fallen below its surface, and a short step from the end must have the modes of the step.
+    """
     contacts, trial, x = run.contacts, run.trial, run.x
     n, n_c = state.q.shape[0], state.mode.shape[0]
     for i in range(n):
         x[i] = state.q[i] + run.change[i]
         x[n + i] = state.u[i] + run.change[n + i]
     if n_c == 0:
-        return Status.RUNNING, True
+        return Status.RUNNING, 1.0
     status = hold(model, p, t + H, x, False, contacts)
     if status != Status.RUNNING:
-        return status, False
+        return status, SHRINK
     book_hold(n, state, run)
     if not observe(model, p, t + H, x, run.g_1, run.gamma_1, run):
-        return Status.NOT_FINITE, False
+        return Status.NOT_FINITE, SHRINK
+    landing = first_landing(H, state, run)
+    if landing <= 1.0:
+        return Status.RUNNING, landing
     is_active = False
     for i in range(n_c):
         is_active = is_active or state.mode[i] != ContactMode.OPEN
-        if contacts.kinds[i, 0] == UNILATERAL and state.mode[i] == ContactMode.OPEN:
-            if lowest(H, run.g_0[i], run.gamma_0[i], run.g_1[i], run.gamma_1[i]) < min(0.0, run.g_0[i]) - run.tol_g[i]:
-                return Status.RUNNING, False
+        run.a_N[i] = (run.gamma_1[i] - run.gamma_0[i]) / H
     if not is_active:
-        return Status.RUNNING, True
+        return Status.RUNNING, 1.0
     for i in range(n):
         trial.q[i], trial.u[i] = x[i], x[n + i]
     status = substep(model, p, t + H, PROBE * H, address(run))
     if status == RETAKE:
-        return Status.RUNNING, False
+        return Status.RUNNING, SHRINK
     for i in range(n_c):
-        if trial.mode[i] != state.mode[i] or trial.slip[i] != state.slip[i]:
-            return status, False
-    return status, True
+        if state.mode[i] != ContactMode.OPEN and differs(i, contacts.kinds, state, trial):
+            return status, SHRINK
+    return status, 1.0
 
 
 @kernel
@@ -221,57 +250,3 @@ def book_hold(n, state, run):
     for i in range(n):
         moved = x[i] - state.q[i] - change[i]
         change[works + FORCE_WORK] += run.contacts.work.h[i] * moved
-
-
-@kernel
-def lowest(H, g_0, gamma_0, g_1, gamma_1):
-    """The smallest value of the cubic with these values and slopes at the ends of a step H."""
-    least = min(g_0, g_1)
-    c = H * gamma_0
-    b = 3.0 * (g_1 - g_0) - H * (2.0 * gamma_0 + gamma_1)
-    a = -2.0 * (g_1 - g_0) + H * (gamma_0 + gamma_1)
-    root = b * b - 3.0 * a * c
-    if root <= 0.0:
-        return least
-    root = math.sqrt(root)
-    # of 3 a s^2 + 2 b s + c = 0 without cancellation; the minimum is the one where 3 a s + b > 0
-    s = -c / (b + root) if b + root != 0.0 else 2.0
-    if b < 0.0 and a != 0.0:
-        s = (-b + root) / (3.0 * a)
-    if 0.0 < s < 1.0:
-        least = min(least, g_0 + s * (c + s * (b + s * a)))
-    return least
-
-
-@kernel
-def observe(model, p, t, x, g, gamma, run):
-    """Gaps and their rates at a state, and the rows contacts.work.W_N there; False if a model function raised."""
-    contacts, work = run.contacts, run.contacts.work
-    has, n, n_c = contacts.facts[HAS], contacts.q.shape[0], contacts.kinds.shape[0]
-    for i in range(n):
-        contacts.q[i], contacts.u[i] = x[i], x[n + i]
-    q, u = contacts.q, contacts.u
-    if has & (1 << GAP) and not call_model(model, GAP, t, q, u, p, work.g_N):
-        return False
-    if has & (1 << NORMAL) and not call_model(model, NORMAL, t, q, u, p, work.W_N):
-        return False
-    if has & (1 << GAP_RATE) and not call_model(model, GAP_RATE, t, q, u, p, work.w_N):
-        return False
-    for i in range(n_c):
-        g[i], gamma[i] = work.g_N[i], work.w_N[i]
-        for j in range(n):
-            gamma[i] += work.W_N[i, j] * u[j]
-    return True
-
-
-@kernel
-def set_tolerances(run):
-    """Tolerances of the next step: atol + rtol times the largest value so far; of a gap, what it inherits of them."""
-    tol, W_N = run.tol, run.contacts.work.W_N
-    for i in range(tol.shape[0]):
-        tol[i] = run.clock[ATOL] + run.clock[RTOL] * run.largest[i]
-    for i in range(W_N.shape[0]):
-        total = 0.0
-        for j in range(W_N.shape[1]):
-            total += abs(W_N[i, j]) * tol[j]
-        run.tol_g[i] = total

@@ -1,8 +1,9 @@
-"""One plain step of Moreau–Jean within an adaptive step: contacts close within the tolerance of their gaps.
+"""One plain step of Moreau–Jean within an adaptive step: what an error estimate asks of it.
 
-It is the step of moreau_jean_step.py with theta = 1/2 and three changes that an error estimate asks for:
+It is the step of moreau_jean_step.py with theta = 1/2 and three changes:
 
-1. a contact takes part where its gap at the mid-point is not above its tolerance, or where it was active before;
+1. a contact takes part where its gap at the mid-point is not above its lid, or where it was active before; the lid is
+   zero but for a contact that was closed within the tolerance when the step began;
 2. no gap is fed back, since the positions are moved back after the adaptive step (rigid_hold.py): what 1/dt times the
    rounding of a gap does to the velocities depends on the step, and would enter every difference of two step sizes;
 3. a bounce that would stay within the tolerance of the gap does not take place,
@@ -15,7 +16,7 @@ the acceleration 2 |gamma_N| / tau. The second one is all there is where a bounc
 
 from __future__ import annotations
 
-from nonsmooth.blocks import address, view
+from nonsmooth.blocks import view
 from nonsmooth.contact_problem import (
     add_restitution,
     apply_inverse,
@@ -53,7 +54,7 @@ def substep(model, p, t, dt, run_at):
         work.q_mid[j] = q[j] + 0.5 * dt * u[j]
     if has & (1 << GAP) and not call_model(model, GAP, t_mid, work.q_mid, u, p, work.g_N):
         return Status.NOT_FINITE.value
-    n_k = close_within(n_c, kinds, trial.mode, run.tol_g, work)
+    n_k = close_within(n_c, kinds, trial.mode, run.lid, work)
     status = smooth_step(model, has, step.is_known[0] == 0, t_mid, dt, THETA, n, u, p, work)
     if status != Status.RUNNING:
         return status
@@ -85,11 +86,11 @@ def substep(model, p, t, dt, run_at):
 
 
 @kernel
-def close_within(n_c, kinds, mode, tolerance, work):
+def close_within(n_c, kinds, mode, lid, work):
     """List the contacts that take part; returns their number."""
     n_k = 0
     for i in range(n_c):
-        if kinds[i, 0] != UNILATERAL or work.g_N[i] <= tolerance[i] or mode[i] != ContactMode.OPEN:
+        if kinds[i, 0] != UNILATERAL or work.g_N[i] <= lid[i] or mode[i] != ContactMode.OPEN:
             work.closed[n_k] = i
             n_k += 1
     return n_k
