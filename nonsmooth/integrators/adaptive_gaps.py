@@ -112,7 +112,9 @@ def next_landing(state, run):
     """The time until the first open contact will close with the acceleration it has; inf if none will."""
     first = math.inf
     for i in range(state.mode.shape[0]):
-        if run.contacts.kinds[i, 0] != UNILATERAL or state.mode[i] != ContactMode.OPEN or run.g_0[i] <= 0.0:
+        if run.contacts.kinds[i, 0] != UNILATERAL or state.mode[i] != ContactMode.OPEN:
+            continue
+        if run.g_0[i] <= CLOSED * run.tol_g[i]:
             continue
         g, gamma, a = run.g_0[i], run.gamma_0[i], run.a_N[i]
         root = gamma * gamma - 2.0 * a * g

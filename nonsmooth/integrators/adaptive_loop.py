@@ -134,7 +134,7 @@ def accept(t_1, has_event, state, run):
             has_changed = has_changed or trial.mode[i] != state.mode[i] or trial.slip[i] != state.slip[i]
             state.mode[i], state.slip[i] = trial.mode[i], trial.slip[i]
             contacts.mode[i], contacts.slip[i] = trial.mode[i], trial.slip[i]
-        state.several[i] = trial.several[i]
+        state.several[i] = run.several[i]
         for k in range(width):
             state.P[i, k] = trial.P[i, k]
             state.P_sum[i, k] += change[end + k]

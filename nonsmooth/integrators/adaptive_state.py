@@ -43,6 +43,7 @@ class Extrapolation(NamedTuple):
     gamma_1: Vector  # (c,)
     a_N: Vector  # (c,) the last acceleration of the gaps in smooth motion, 0 after an event
     t_impact: Vector  # (c,) time of the last impact
+    several: Integers  # (c,) whether the last substep of the row, before the probe, had several solutions
     laws: Matrix  # (c, LAW_WIDTH) laws of a substep
     x: Vector  # (2 n + 3 c + N_WORKS,) a row of the record
 
@@ -51,7 +52,9 @@ class Extrapolation(NamedTuple):
 def extrapolation_shapes(n: int, n_c: int, d: int) -> tuple:
     """Shapes of ``Extrapolation``."""
     N = 2 * n + n_c * (1 + d) + N_LEDGER
-    per_contact = dict.fromkeys(("tol_g", "lid", "g_0", "gamma_0", "g_1", "gamma_1", "a_N", "t_impact"), (n_c,))
+    per_contact = dict.fromkeys(
+        ("tol_g", "lid", "g_0", "gamma_0", "g_1", "gamma_1", "a_N", "t_impact", "several"), (n_c,)
+    )
     return frozen({
         "contacts": contacts_shapes(n, n_c, d), "step": moreau_jean_contact.scratch_shapes(n, n_c, d),
         "trial": frozen(state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c))), "clock": (5,), "counters": (4,),

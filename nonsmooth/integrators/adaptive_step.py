@@ -98,6 +98,8 @@ def fill_row(model, p, t, H, j, state, run):
                 at_once = LANDED
             at_once = max(at_once, AT_ONCE)
         seen = max(seen, at_once if k == 0 else min(LATER, at_once))
+    for i in range(kinds.shape[0]):
+        run.several[i] = trial.several[i]
     write_change(j, state, run)
     return Status.RUNNING, seen
 
@@ -178,17 +180,20 @@ def judge_event(model, p, t, H, event, state, run):
     """Accept two substeps with an event if one agrees with them: (Status, how it ended, factor of the next step).
 
     The time of an event in the first substep is known to the step only, and so are the positions to the change of the
-    velocities over it; the time of a landing is known.
+    velocities over it; the time of a landing is known. Where all that the positions change is within the tolerance, one
+    substep and two may differ on whether a jump of the velocities has come yet.
     """
     table, tol, x, n = run.table, run.tol, run.x, state.q.shape[0]
-    error = 0.0
+    error, moved = 0.0, 0.0
     for i in range(2 * n):
         difference = abs(table[1, i] - table[0, i])
         if event == AT_ONCE and i < n:
             difference = max(difference, H * abs(table[1, n + i]))
         size = max(abs(table[0, i]), abs(table[1, i]))
         error = max(error, difference / (tol[i] + run.clock[RTOL] * size))
-    if not error <= 1.0:
+        if i < n:
+            moved = max(moved, size / tol[i])
+    if not (error <= 1.0 or moved <= 1.0):
         return Status.RUNNING.value, REFUSED, SHRINK
     for i in range(run.change.shape[0]):
         run.change[i] = table[1, i]
@@ -233,9 +238,11 @@ def check_end(model, p, t, H, state, run):
         return Status.RUNNING, 1.0
     for i in range(n):
         trial.q[i], trial.u[i] = x[i], x[n + i]
+    n_events = trial.counters[N_EVENTS]
     status = substep(model, p, t + H, PROBE * H, address(run))
     if status == RETAKE:
         return Status.RUNNING, SHRINK
+    trial.counters[N_EVENTS] = n_events
     for i in range(n_c):
         if state.mode[i] != ContactMode.OPEN and differs(i, contacts.kinds, state, trial):
             return status, SHRINK

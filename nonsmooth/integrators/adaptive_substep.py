@@ -1,12 +1,13 @@
 """One plain step of Moreau–Jean within an adaptive step: what an error estimate asks of it.
 
-It is the step of moreau_jean_step.py with theta = 1/2 and three changes:
+It is the step of moreau_jean_step.py with theta = 1/2 and four changes:
 
 1. a contact takes part where its gap at the mid-point is not above its lid, or where it was active before; the lid is
    zero but for a contact that was closed within the tolerance when the step began;
 2. no gap is fed back, since the positions are moved back after the adaptive step (rigid_hold.py): what 1/dt times the
    rounding of a gap does to the velocities depends on the step, and would enter every difference of two step sizes;
-3. a bounce that would stay within the tolerance of the gap does not take place,
+3. the velocities are carried through the step by the rates of the rows, which lose nothing in short steps;
+4. a bounce that would stay within the tolerance of the gap does not take place,
 
     (e gamma_N)^2 / (2 a) <= tol,    a = max(-b, 2 |gamma_N| / tau)
 
@@ -16,13 +17,16 @@ the acceleration 2 |gamma_N| / tau. The second one is all there is where a bounc
 
 from __future__ import annotations
 
-from nonsmooth.blocks import view
+from nonsmooth.acceleration_problem import find_row_rates
+from nonsmooth.blocks import address, view
 from nonsmooth.contact_problem import (
+    ROWS_ARE_CONSTANT,
+    SURFACES_ARE_CONSTANT,
     add_restitution,
     apply_inverse,
-    carry_to_ends,
     delassus,
     evaluate_rows,
+    row_velocities,
     smooth_step,
     stack_rows,
 )
@@ -30,7 +34,7 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_state import SUBSTEPS, Extrapolation
 from nonsmooth.integrators.moreau_jean_contact import solve
 from nonsmooth.integrators.moreau_jean_paradox import note_paradoxes
-from nonsmooth.integrators.moreau_jean_step import accept, all_finite, new_velocity
+from nonsmooth.integrators.moreau_jean_step import ROUNDING, accept, all_finite, new_velocity
 from nonsmooth.integrators.rigid_modes import HAS, SELECTION
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.laws import LAW_E_N
@@ -69,7 +73,7 @@ def substep(model, p, t, dt, run_at):
         r = stack_rows(n, n_k, kinds, u, work)
         apply_inverse(has, n, work, r)
         delassus(n, r, work)
-        if not carry_to_ends(model, has, t, dt, n, n_k, kinds, q, u, p, work, step.there):
+        if not find_free_velocities(model, p, t, dt, n, n_k, r, run):
             return Status.NOT_FINITE.value
         choose_restitution(t_mid, dt, n_k, run, work)
         add_restitution(n_k, kinds, run.laws, 0.0, work)
@@ -83,6 +87,38 @@ def substep(model, p, t, dt, run_at):
         return Status.NOT_FINITE.value
     accept(has, kinds, t, dt, THETA, n, n_c, n_k, trial, step)
     return Status.RUNNING.value
+
+
+@kernel
+def find_free_velocities(model, p, t, dt, n, n_k, r, run):
+    """c = gamma_0 + W du + dt (W' u + w') of the r rows, gamma_0 at the beginning of the step; False if a row is none.
+
+    A gamma_0 of rounding is zero: an impulse of dt la_N is lost in it where steps are short.
+    """
+    work, there, kinds, has = run.step.work, run.step.there, run.contacts.kinds, run.contacts.facts[HAS]
+    q, u, c, gamma_0 = run.trial.q, run.trial.u, work.c, work.gamma_0
+    if not has & ROWS_ARE_CONSTANT or not has & SURFACES_ARE_CONSTANT:
+        for k in range(n_k):
+            there.closed[k] = work.closed[k]
+        rates = run.step.rates
+        if not find_row_rates(model, has, t + 0.5 * dt, n, work.q_mid, u, p, n_k, kinds, rates, there):
+            return False
+        for j in range(n):
+            there.q_mid[j] = q[j]
+        if not evaluate_rows(model, has, True, t, u, p, there):
+            return False
+        row_velocities(n, n_k, kinds, u, there)
+        for k in range(r):
+            c[k] += there.gamma_0[k] - gamma_0[k] + dt * rates[0, k]
+            gamma_0[k] = there.gamma_0[k]
+    for k in range(r):
+        size = abs(work.w[k])
+        for j in range(n):
+            size += abs(work.W[k, j] * u[j])
+        if abs(gamma_0[k]) <= ROUNDING * size:
+            c[k] -= gamma_0[k]
+            gamma_0[k] = 0.0
+    return True
 
 
 @kernel
