@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from nonsmooth.stability.flow_map import flow_curve
+from nonsmooth.stability.jump import Jump
 from nonsmooth.stability.mode_flow import ContactState, Margin, mode_flow
 from nonsmooth.stability.mode_sequence import PhaseGuess
 from nonsmooth.system import ContactMode, System
@@ -26,18 +27,31 @@ class CyclePhase:
         What each contact does.
     begins, duration : float
         Since the beginning of the cycle [s].
-    q, u : ndarray (n_q,)
-        The state at the beginning.
+    x : ndarray (2 n_q,)
+        The state (q, u) at the beginning; under an excitation (q, u, t).
     ends_by : tuple (contact, kind) or None
-        The margin that vanishes at the end: "slip", "normal", "friction +" or "friction -".
+        The margin that vanishes at the end: "gap", "slip", "normal", "friction +" or "friction -".
+    jump : Jump or None
+        Of the velocities at the end.
     """
 
     states: tuple[ContactState, ...]
     begins: float
     duration: float
-    q: np.ndarray
-    u: np.ndarray
+    x: np.ndarray
     ends_by: Margin | None
+    jump: Jump | None = None
+
+    @property
+    def q(self) -> np.ndarray:
+        """Coordinates at the beginning (n_q,)."""
+        return self.x[: self.x.size // 2]
+
+    @property
+    def u(self) -> np.ndarray:
+        """Velocities at the beginning (n_q,)."""
+        n = self.x.size // 2
+        return self.x[n : 2 * n]
 
     @property
     def sticks(self) -> bool:
@@ -55,7 +69,7 @@ class LimitCycle:
     phases : tuple of CyclePhase
     t : ndarray (k,)
         Times of one period [s], with the states q, u (k, n_q).
-    multipliers : ndarray (2 n_r - 1,)
+    multipliers : ndarray (2 n_r - 1,), or (2 n_r,) under an excitation
         Floquet multipliers in the directions that the constraints leave, by decreasing modulus, without the 1 that
         belongs to a shift in time. Their accuracy is the square root of the integration's, 1e-6.
     time_shift : float
@@ -63,7 +77,9 @@ class LimitCycle:
     residual : float
         Largest mismatch of the phases, relative to the extent of the motion.
     scale : ndarray (2 n_q,)
-        That extent.
+        That extent; under an excitation (2 n_q + 1,) with its period.
+    forcing : float or None
+        Period of the excitation [s].
     """
 
     system: System
@@ -75,6 +91,7 @@ class LimitCycle:
     time_shift: float
     residual: float
     scale: np.ndarray
+    forcing: float | None = None
 
     @property
     def period(self) -> float:
@@ -104,7 +121,7 @@ class LimitCycle:
 
     def guesses(self) -> list[PhaseGuess]:
         """The phases as a guess for a cycle nearby."""
-        return [PhaseGuess(phase.states, np.concatenate([phase.q, phase.u]), phase.duration) for phase in self.phases]
+        return [PhaseGuess(phase.states, phase.x, phase.duration, phase.jump) for phase in self.phases]
 
     def sequence(self) -> tuple[tuple[ContactState, ...], ...]:
         """What the contacts do, phase by phase."""
@@ -117,12 +134,11 @@ def _extremes(cycle: LimitCycle) -> tuple[np.ndarray, np.ndarray]:
 
     x = np.concatenate([cycle.q, cycle.u], axis=1)
     low, high = x.min(axis=0), x.max(axis=0)
-    scale = np.ptp(x, axis=0) + 1e-300
     for phase in cycle.phases:
-        flow, start = mode_flow(cycle.system, phase.states), np.concatenate([phase.q, phase.u])
-        curve = flow_curve(flow, start, phase.duration, scale, pieces=PIECES)
+        flow = mode_flow(cycle.system, phase.states)
+        curve = flow_curve(flow, phase.x, phase.duration, cycle.scale, pieces=PIECES)
         s = np.linspace(0, phase.duration, PIECES + 1)
-        rates = np.array([flow.rate(x).real for x in curve(s).T])
+        rates = np.array([flow.rate(x).real for x in curve(s).T])[:, : x.shape[1]]
         for k, j in zip(*np.nonzero(rates[:-1] * rates[1:] < 0), strict=True):
             vertex = brentq(lambda time, j=j, c=curve, f=flow: f.rate(c(time)).real[j], s[k], s[k + 1], xtol=1e-14)
             value = curve(vertex)[j]

@@ -155,7 +155,7 @@ def _predicted(grid: np.ndarray, cycles: list[LimitCycle], k: int) -> list[Phase
     for i, phase in enumerate(last):
         x = sum(w * path[i].x for w, path in zip(weights, paths, strict=True))
         duration = sum(w * path[i].duration for w, path in zip(weights, paths, strict=True))
-        guess.append(PhaseGuess(phase.states, np.asarray(x), max(float(duration), 0.1 * phase.duration)))
+        guess.append(phase._replace(x=np.asarray(x), duration=max(float(duration), 0.1 * phase.duration)))
     return guess
 
 
@@ -213,7 +213,7 @@ def least_margin(cycle: LimitCycle) -> float:
 
     (phase,) = cycle.phases
     flow = mode_flow(cycle.system, phase.states)
-    curve = flow_curve(flow, np.concatenate([phase.q, phase.u]), phase.duration, cycle.scale, pieces=SAMPLES)
+    curve = flow_curve(flow, phase.x, phase.duration, cycle.scale, pieces=SAMPLES)
     sliding = [i for i in flow.closed if cycle.system.kinds[i, 1]]
     least = np.inf
     for i in sliding:

@@ -8,16 +8,18 @@ import numpy as np
 
 from nonsmooth.arrays import as_positive
 from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.simulation import simulate
 from nonsmooth.solution import Solution
 from nonsmooth.stability.cycle import LimitCycle
-from nonsmooth.stability.mode_sequence import period_of
+from nonsmooth.stability.mode_sequence import is_forced, period_of
 from nonsmooth.stability.shooting import Shooting
 from nonsmooth.system import System, as_system
 
 DYING = 0.1  # a motion whose extent falls so far, from one fifth of a simulation to the last, has no cycle
-ATTEMPTS = 4  # simulations, each twice as long as the one before
+ATTEMPTS = 5  # simulations, each twice as long as the one before
+RTOL, ATOL = 1e-8, 1e-10  # of the simulation between events
 
 
 def limit_cycle(
@@ -25,6 +27,7 @@ def limit_cycle(
     guess: Solution | LimitCycle | tuple[Any, Any] | None = None,
     duration: float | None = None,
     dt: float | None = None,
+    forcing: float | None = None,
 ) -> LimitCycle:
     """The periodic motion near a guess.
 
@@ -34,9 +37,13 @@ def limit_cycle(
     guess : Solution, LimitCycle or (q0, u0), optional
         A simulated motion whose end is nearly periodic; a cycle of the system at other parameters; or a start from
         which to simulate. The model's default state when left out.
-    duration, dt : float, optional
-        Of the simulation; the model's ``t_end`` and ``dt`` when left out [s]. A motion that has not settled is
-        continued for twice, four and eight times as long.
+    duration : float, optional
+        Of the simulation; the model's ``t_end`` when left out [s]. A motion that has not settled is continued for
+        twice, four times, ... as long.
+    dt : float, optional
+        Simulate by `MoreauJean` with this step [s]; by `EventDriven` when left out.
+    forcing : float, optional
+        Period of the excitation [s], where the model's functions read the time. The cycle's is a multiple of it.
 
     Returns
     -------
@@ -46,7 +53,7 @@ def limit_cycle(
     Raises
     ------
     InvalidInput
-        When the motion comes to rest or has no period, when a contact opens and closes on the way, or when the
+        When the motion comes to rest or has no period, when impacts follow one another in one instant, or when the
         cycle of the guessed sequence of modes does not close; the message says which event broke it.
 
     Examples
@@ -60,10 +67,23 @@ def limit_cycle(
     model, system = system, as_system(system)
     if isinstance(guess, LimitCycle):
         _require_same_kind(system, guess)
-        return Shooting(system, guess.guesses(), guess.scale).solve()
+        forcing = guess.forcing if forcing is None else forcing
+    _require_forcing(system, forcing)
+    if isinstance(guess, LimitCycle):
+        return Shooting(system, guess.guesses(), guess.scale, forcing=forcing).solve()
     if isinstance(guess, Solution):
-        return Shooting(system, period_of(guess)).solve()
-    return _settled(model, system, guess, duration, dt)
+        return Shooting(system, period_of(guess, forcing), forcing=forcing).solve()
+    return _settled(model, system, guess, duration, dt, forcing)
+
+
+def _require_forcing(system: System, forcing: float | None) -> None:
+    """Raise unless the period of the excitation is given where, and only where, the system reads the time."""
+    if forcing is None and is_forced(system):
+        raise InvalidInput("this system's functions read the time; give forcing=, the period of its excitation [s]")
+    if forcing is not None and not is_forced(system):
+        raise InvalidInput("this system's functions do not read the time, so it has no excitation; leave forcing out")
+    if forcing is not None:
+        as_positive("forcing", forcing, "s")
 
 
 def _require_same_kind(system: System, guess: LimitCycle) -> None:
@@ -76,7 +96,9 @@ def _require_same_kind(system: System, guess: LimitCycle) -> None:
         )
 
 
-def _settled(model: Any, system: System, guess: Any, duration: float | None, dt: float | None) -> LimitCycle:
+def _settled(
+    model: Any, system: System, guess: Any, duration: float | None, dt: float | None, forcing: float | None
+) -> LimitCycle:
     """The cycle of a simulated motion, continued for longer while it has not settled."""
     source = model if hasattr(model, "state") else system.parameters
     if guess is None and not hasattr(source, "state"):
@@ -85,25 +107,27 @@ def _settled(model: Any, system: System, guess: Any, duration: float | None, dt:
         raise InvalidInput(f"guess must be a Solution, a LimitCycle or (q0, u0); got {type(guess).__name__}")
     q, u = source.state() if guess is None else guess
     duration = getattr(source, "t_end", None) if duration is None else as_positive("duration", duration, "s")
-    dt = getattr(source, "dt", None) if dt is None else dt
-    if duration is None or dt is None:
-        raise InvalidInput("this system has no t_end and dt of its own; give duration= and dt=")
+    if duration is None:
+        raise InvalidInput("this system has no t_end of its own; give duration=")
+    integrator = EventDriven(RTOL, ATOL) if dt is None else MoreauJean(dt=dt)
+    t = 0.0
     for attempt in range(ATTEMPTS):
-        run = simulate(system, (0.0, duration * 2**attempt), q, u, integrator=MoreauJean(dt=dt), project=attempt > 0)
+        end = t + duration * 2**attempt
+        run = simulate(system, (t, end), q, u, integrator=integrator, project=dt is not None and attempt > 0)
         try:
-            return Shooting(system, period_of(run)).solve()
+            return Shooting(system, period_of(run, forcing), forcing=forcing).solve()
         except InvalidInput as broken:
             if attempt == ATTEMPTS - 1:
                 _require_alive(run, broken)
                 raise
-        q, u = run.q[-1], run.u[-1]
+        t, q, u = float(run.t[-1]), run.q[-1], run.u[-1]
     raise AssertionError
 
 
 def _require_alive(run: Solution, broken: InvalidInput) -> None:
     """Raise when the motion has become much smaller on its way: it has no cycle because it dies out."""
-    fifth = max(len(run.t) // 5, 2)
-    first, last = np.ptp(run.q[:fifth], axis=0), np.ptp(run.q[-fifth:], axis=0)
+    fifth = 0.2 * (run.t[-1] - run.t[0])
+    first, last = (np.ptp(run.q[part], axis=0) for part in (run.t <= run.t[0] + fifth, run.t >= run.t[-1] - fifth))
     if 0 < last.max() and (last <= DYING * first).all():
         raise InvalidInput(
             f"the motion dies out: it shrinks by a factor {(last.max() / first.max()):.2g} from t = {run.t[0]:g} to "

@@ -1,8 +1,9 @@
 """From a simulated motion to the sequence of modes of one period, the guess from which a cycle is computed.
 
-The records are grouped into runs of equal modes. A period is found where the last m changes of mode repeat the m before
-them from nearly the same states, m as small as possible; a motion without changes of mode is cut where its most moving
-coordinate rises through its mean.
+The records are grouped into runs of equal modes, cut where the velocities jump. A period is found where the last m runs
+repeat the m before them from nearly the same states, m as small as possible; a motion without events is cut where its
+most moving coordinate rises through its mean. Under a periodic excitation the times at which two periods begin lie a
+multiple of the excitation's period apart.
 """
 
 from __future__ import annotations
@@ -12,34 +13,46 @@ from typing import NamedTuple
 import numpy as np
 
 from nonsmooth.errors import InvalidInput
-from nonsmooth.solution import Solution
-from nonsmooth.stability.mode_flow import ContactState
-from nonsmooth.system import BILATERAL, ContactMode
+from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT, INCONSISTENT
+from nonsmooth.solution import Event, Solution
+from nonsmooth.stability.jump import Jump, read_jump
+from nonsmooth.stability.mode_flow import ContactState, mode_flow
+from nonsmooth.system import BILATERAL, ContactMode, System
 
 ARTEFACT = 2  # runs of no more records are transitions blurred by a fixed time step
 NEAR = 0.25  # of the motion's extent: states of successive periods lie closer, also while the motion still grows
-LONGEST = 24  # changes of mode in a period
+SETTLED = 1e-6  # of the motion's extent: states that near count as equal
+CLOSER = 100  # times nearer, a later return is the period and the first return only a neighbour (period doubling)
+LONGEST = 48  # runs in a period
+ROUNDING = 1e-8  # of the fastest velocity: a smaller jump is what holds a constraint
+VANISHED = 1e-10  # of the largest normal force: a force that an event has located at zero
 REST = 1e-7  # of the motion's whole extent: a motion that ends smaller has died out
 
 
 class PhaseGuess(NamedTuple):
-    """A phase of a motion: what the contacts do, the state it begins in, and how long it lasts [s]."""
+    """A phase of a motion: what the contacts do, the state it begins in, how long it lasts [s], the jump at its end."""
 
     states: tuple[ContactState, ...]
-    x: np.ndarray  # (2 n_q,) q, u
+    x: np.ndarray  # (2 n_q,) q, u; (2 n_q + 1,) q, u, t under an excitation
     duration: float
+    jump: Jump | None = None
 
 
 class Run(NamedTuple):
-    """Consecutive records of equal modes."""
+    """Consecutive records of equal modes, without a jump."""
 
     states: tuple[ContactState, ...]
     start: int  # record at which it begins
     end: int  # record at which it ends
 
 
-def period_of(solution: Solution) -> list[PhaseGuess]:
-    """The phases of the last period of a motion.
+def is_forced(system: System) -> bool:
+    """Whether a model function reads the time."""
+    return any(system.reads(which, "t") for which in system.functions)
+
+
+def period_of(solution: Solution, forcing: float | None = None) -> list[PhaseGuess]:
+    """The phases of the last period of a motion; ``forcing`` is the period of its excitation [s].
 
     Raises
     ------
@@ -48,54 +61,116 @@ def period_of(solution: Solution) -> list[PhaseGuess]:
     """
     t, x = solution.t, np.concatenate([solution.q, solution.u], axis=1)
     scale = np.ptp(x, axis=0)
-    late = x[len(x) - max(len(x) // 10, 2) :]
+    late = x[t >= t[-1] - 0.1 * (t[-1] - t[0])]
     if (np.ptp(late, axis=0) <= REST * np.maximum(scale, 1e-300)).all():
         raise InvalidInput("the motion has come to rest, so there is no cycle near this start; give another one")
-    scale = np.ptp(x[len(x) // 2 :], axis=0)
+    half = int(np.searchsorted(t, 0.5 * (t[0] + t[-1])))
+    scale = np.ptp(x[half:], axis=0)
     scale[scale == 0] = 1.0
     runs = runs_of(solution)
-    settled = [run for run in runs if run.start >= len(t) // 2]
-    for m in range(1, min(LONGEST, (len(settled) - 1) // 2) + 1):
-        here, before = settled[-1 - m : -1], settled[-1 - 2 * m : -1 - m]
-        repeats = all(a.states == b.states for a, b in zip(here, before, strict=True))
-        returns = np.abs((x[here[0].start] - x[settled[-1].start]) / scale).max() <= NEAR
-        if repeats and returns and settled[-1].states == here[0].states:
-            _require_no_jump(solution, float(t[here[0].start]))
-            return [PhaseGuess(run.states, x[run.start], float(t[run.end] - t[run.start])) for run in here]
+    settled = [run for run in runs if run.start >= half]
+    m = _runs_of_a_period(settled, t, x / scale, forcing)
+    if m:
+        return _phases(solution, x if forcing is None else np.column_stack([x, t]), settled[-1 - m :])
     if len(settled) <= 1:
-        return [_smooth_period(t, x, scale, runs[-1])]
+        return [_smooth_period(t, x, half, runs[-1]) if forcing is None else _forced_period(t, x, runs[-1], forcing)]
     raise InvalidInput(
         f"the modes of the motion do not repeat yet ({len(settled)} changes in its second half); simulate for longer"
     )
 
 
-def _require_no_jump(solution: Solution, start: float) -> None:
-    """Raise when the motion after ``start`` passes an impact without collision."""
-    jumps = [event.t for event in solution.paradoxes if event.n_solutions == 0 and event.t >= start]
-    if jumps:
+def _runs_of_a_period(settled: list[Run], t: np.ndarray, y: np.ndarray, forcing: float | None) -> int:
+    """How many runs the last period has, 0 where nothing repeats; ``y`` are the states over their extents."""
+    found: list[tuple[int, float]] = []
+    for m in range(1, min(LONGEST, (len(settled) - 1) // 2) + 1):
+        here, before = settled[-1 - m : -1], settled[-1 - 2 * m : -1 - m]
+        if settled[-1].states != here[0].states or any(a.states != b.states for a, b in zip(here, before, strict=True)):
+            continue
+        returns = float(np.abs(y[here[0].start] - y[settled[-1].start]).max())
+        if forcing is not None:
+            periods = (t[settled[-1].start] - t[here[0].start]) / forcing
+            returns = max(returns, abs(periods - round(periods)), NEAR if round(periods) == 0 else 0.0)
+        if returns <= NEAR:
+            found.append((m, returns))
+    least = min((returns for _, returns in found), default=0.0)
+    return next((m for m, returns in found if returns <= max(SETTLED, CLOSER * least)), 0)
+
+
+def _phases(solution: Solution, x: np.ndarray, runs: list[Run]) -> list[PhaseGuess]:
+    """The phases of all runs but the last, which begins the next period."""
+    t, phases, events = solution.t, [], solution.events
+    speed = ROUNDING * np.abs(solution.u).max()
+    for run, following in zip(runs[:-1], runs[1:], strict=True):
+        jump, before, after = None, x[run.end], x[following.start]
+        if np.abs(solution.u[following.start] - solution.u[run.end]).max() > speed:
+            flow = mode_flow(solution.system, run.states, t[run.end])
+            jump = read_jump(flow, before, after, _events_at(events, t[run.end]))
+        phases.append(PhaseGuess(run.states, x[run.start], float(t[run.end] - t[run.start]), jump))
+    return phases
+
+
+def _events_at(events: list[Event], t: float) -> list[Event]:
+    """The events of an instant; the end of an accumulation of impacts is dated later than its record."""
+    here = [event for event in events if event.t == t]
+    if not here:
         raise InvalidInput(
-            f"the motion passes an impact without collision at t = {jumps[0]:.6g} s; cycles with jumps of the "
-            "velocity are not computed"
+            f"at t = {t:.6g} s the impacts of a contact accumulate; cycles through endlessly many impacts are not "
+            "computed"
         )
+    return here
 
 
 def runs_of(solution: Solution) -> list[Run]:
-    """The runs of equal modes, without those that are no longer than a blurred transition."""
+    """The runs of equal modes, without those that are no longer than a blurred transition.
+
+    Raises
+    ------
+    InvalidInput
+        When an integrator of fixed steps met an impact.
+    """
+    is_located = solution.la is not None
     normal = solution.P_N if solution.la is None else solution.la[:, :, 0]
-    artefact = ARTEFACT if solution.la is None else 0  # located events are not blurred
-    signs = np.where(normal < 0, -1, 1)
+    artefact = 0 if is_located else ARTEFACT  # located events are not blurred
+    signs = _signs(normal)
     bilateral = solution.system.kinds[:, 0] == BILATERAL if solution.system else np.zeros(0, bool)
     table = np.stack([solution.mode, solution.slip, np.where(bilateral, signs, 1)], axis=2)[1:]
+    if not is_located:
+        _require_no_jump(solution)
+    instants = (np.diff(solution.t) == 0) & is_located  # of a jump there are two records
+    table[instants] = -1
     cuts = np.flatnonzero((table[1:] != table[:-1]).any(axis=(1, 2))) + 1
     edges = [0, *cuts.tolist(), len(table)]
     kept: list[Run] = []
     for start, end in zip(edges[:-1], edges[1:], strict=True):
+        if instants[start]:
+            continue
         states = tuple(contact_state(*row) for row in table[start])
-        if kept and (kept[-1].states == states or end - start <= artefact):
+        continues = bool(kept) and kept[-1].end == start
+        if continues and (kept[-1].states == states or end - start <= artefact):
             kept[-1] = kept[-1]._replace(end=end)
         else:
             kept.append(Run(states, start, end))
     return kept
+
+
+def _signs(force: np.ndarray) -> np.ndarray:
+    """Signs of the normal forces (n_t, n_c); of one that an event has located at zero, the sign before."""
+    signs = np.sign(np.where(np.abs(force) <= VANISHED * np.abs(force).max(axis=0), 0.0, force)).astype(int)
+    last = np.maximum.accumulate(np.where(signs != 0, np.arange(len(force))[:, None], 0), axis=0)
+    signs = np.take_along_axis(signs, last, axis=0)
+    return np.where(signs == 0, 1, signs)
+
+
+def _require_no_jump(solution: Solution) -> None:
+    """Raise when the second half of a motion of fixed steps met a jump of the velocities."""
+    half = 0.5 * (solution.t[0] + solution.t[-1])
+    names = {IMPACT: "an impact", INCONSISTENT: "an impact without collision"}
+    for row in solution.event_rows:
+        if row[EVENT_T] >= half and row[EVENT_KIND] in names:
+            raise InvalidInput(
+                f"the motion passes {names[int(row[EVENT_KIND])]} at t = {row[EVENT_T]:.6g} s, which a fixed time step "
+                "does not locate; simulate with ns.EventDriven"
+            )
 
 
 def contact_state(mode: int, slip: int, normal: int) -> ContactState:
@@ -104,12 +179,26 @@ def contact_state(mode: int, slip: int, normal: int) -> ContactState:
     return ContactState(ContactMode(mode), int(np.sign(slip)) if is_sliding else 0, int(normal) if is_sliding else 1)
 
 
-def _smooth_period(t: np.ndarray, x: np.ndarray, scale: np.ndarray, run: Run) -> PhaseGuess:
-    half = len(t) // 2
+def _smooth_period(t: np.ndarray, x: np.ndarray, half: int, run: Run) -> PhaseGuess:
     n = x.shape[1] // 2
     j = int(np.argmax(np.ptp(x[half:, :n], axis=0)))
-    y = x[half:, j] - x[half:, j].mean()
+    mean = np.trapezoid(x[half:, j], t[half:]) / (t[-1] - t[half])
+    y = x[half:, j] - mean
     rises = half + np.flatnonzero((y[:-1] < 0) & (y[1:] >= 0))
     if rises.size < 2:
         raise InvalidInput("the motion does not oscillate in its second half; simulate for longer, or from elsewhere")
     return PhaseGuess(run.states, x[rises[-2]], float(t[rises[-1]] - t[rises[-2]]))
+
+
+def _forced_period(t: np.ndarray, x: np.ndarray, run: Run, forcing: float) -> PhaseGuess:
+    """A motion without events: the multiple of the excitation's period after which it comes nearest to itself."""
+    start = int(np.searchsorted(t, t[-1] - 0.25 * (t[-1] - t[run.start])))
+    longest = max(1, min(LONGEST, int((t[-1] - t[start]) / forcing)))
+    after = [_at(t, x, t[start] + k * forcing) for k in range(1, longest + 1)]
+    returns = np.abs(np.array(after) - x[start]).max(axis=1)
+    k = 1 + int(np.flatnonzero(returns <= max(SETTLED * np.abs(x).max(), CLOSER * returns.min()))[0])
+    return PhaseGuess(run.states, np.append(x[start], t[start]), k * forcing)
+
+
+def _at(t: np.ndarray, x: np.ndarray, time: float) -> np.ndarray:
+    return np.array([np.interp(time, t, column) for column in x.T])

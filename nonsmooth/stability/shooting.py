@@ -2,15 +2,16 @@
 
 Unknown are the state x_i at the beginning and the duration T_i of every phase of the period; they satisfy
 
-    phi_i(T_i, x_i) = x_{i+1},    e_i(phi_i(T_i, x_i)) = 0,    x_{m+1} = x_1
+    r_i(phi_i(T_i, x_i)) = x_{i+1},    e_i(phi_i(T_i, x_i)) = 0,    x_{m+1} = x_1
 
-with phi_i the flow of the phase's mode and e_i the margin that vanishes at its end. Newton's method with the exact
-derivatives of the flows solves them (multiple shooting); a motion without events has one phase and a plane across it in
-place of e. A small change of x_1 returns as
+with phi_i the flow of the phase's mode, e_i the margin that vanishes at its end and r_i the jump there (mostly none,
+r(x) = x). Newton's method with the exact derivatives of the flows solves them (multiple shooting); a motion without
+events has one phase and a plane across it in place of e. A small change of x_1 returns as
 
-    S_m Phi_m ... S_1 Phi_1,    S_i = 1 + (f_{i+1} - f_i) grad e_i^T/(grad e_i . f_i)
+    S_m Phi_m ... S_1 Phi_1,    S_i = R_i + (f_{i+1} - R_i f_i) grad e_i^T/(grad e_i . f_i),    R_i = dr_i/dx
 
-whose eigenvalues are the Floquet multipliers: one is 1, each stick gives a zero. Sources: Stoer and Bulirsch,
+whose eigenvalues are the Floquet multipliers: one is 1, each stick gives a zero. Under an excitation the time is the
+last component of x, and x_{m+1} = x_1 + (0, a multiple of its period). Sources: Stoer and Bulirsch,
 *Introduction to Numerical Analysis* (2002), section 7.3.5; Leine and Nijmeijer, *Dynamics and Bifurcations of
 Non-Smooth Mechanical Systems* (2004), chapter 7 (saltation matrices).
 """
@@ -26,6 +27,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.stability.complex_step import jacobian
 from nonsmooth.stability.cycle import CyclePhase, LimitCycle
 from nonsmooth.stability.flow_map import RTOL, flow_curve, flow_map
+from nonsmooth.stability.jump import Jump, jumped
 from nonsmooth.stability.mode_flow import ContactState, Margin, ModeFlow, mode_flow
 from nonsmooth.stability.mode_sequence import PhaseGuess
 from nonsmooth.system import ContactMode, System
@@ -46,28 +48,42 @@ class Link(NamedTuple):
 
     flow: ModeFlow
     ends_by: Margin | None
+    jump: Jump | None
+
+    def after(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The state r(y) after the event that ends the phase in y, and R = dr/dy."""
+        if self.jump is None:
+            return y, np.eye(y.size)
+        return jacobian(lambda z: jumped(self.jump, self.flow, z), y)  # type: ignore[arg-type]
 
 
 class Shooting:
     """The boundary value problem of a cycle with a given sequence of modes.
 
     With ``scale`` given, the guess counts as near: the full accuracy ``rtol`` is used from the first step on.
+    ``forcing`` is the period of the excitation [s]; the states of the guess then end with their time.
     """
 
     def __init__(
-        self, system: System, guess: Sequence[PhaseGuess], scale: np.ndarray | None = None, rtol: float = RTOL
+        self,
+        system: System,
+        guess: Sequence[PhaseGuess],
+        scale: np.ndarray | None = None,
+        rtol: float = RTOL,
+        forcing: float | None = None,
     ) -> None:
-        self.system, self.guess, self.rtol = system, list(guess), rtol
-        m = len(self.guess)
+        self.system, self.guess, self.rtol, self.forcing = system, list(guess), rtol, forcing
+        following = [*self.guess[1:], self.guess[0]]
+        is_smooth = len(self.guess) == 1 and self.guess[0].jump is None
         self.links = [
-            Link(
-                mode_flow(system, phase.states),
-                None if m == 1 else ending(phase.states, self.guess[(k + 1) % m].states),
-            )
-            for k, phase in enumerate(self.guess)
+            Link(mode_flow(system, a.states), None if is_smooth else ending(a.states, b.states, a.jump), a.jump)
+            for a, b in zip(self.guess, following, strict=True)
         ]
         self.x = np.array([phase.x for phase in self.guess])
         self.T = np.array([phase.duration for phase in self.guess])
+        self.wrap = np.zeros(self.x.shape[1])  # x_{m+1} - x_1
+        if forcing is not None:
+            self.wrap[-1] = forcing * max(1, round(self.T.sum() / forcing))
         self.is_near = scale is not None
         self.scale = self._scale() if scale is None else scale
         first = self.links[0].flow.rate(self.x[0]).real / self.scale
@@ -81,8 +97,9 @@ class Shooting:
             states.append(curve(np.linspace(0, T, SAMPLES)).T)
         extent = np.ptp(np.concatenate(states), axis=0)
         n = self.system.n_q
-        for part in (slice(0, n), slice(n, None)):
+        for part in (slice(0, n), slice(n, 2 * n)):
             extent[part] = np.maximum(extent[part], 1e-3 * extent[part].max())
+        extent[2 * n :] = self.wrap[2 * n :]
         return extent
 
     def solve(self, checked: bool = True) -> LimitCycle:
@@ -115,7 +132,7 @@ class Shooting:
         """Raise when the iteration has come to an equilibrium, whose period is any, or to a period without end."""
         guessed = sum(phase.duration for phase in self.guess)
         moves = np.abs(self.links[0].flow.rate(self.x[0]).real * guessed / self.scale).max()
-        if len(self.links) == 1 and moves <= COLLAPSED:
+        if self.links[0].ends_by is None and moves <= COLLAPSED:
             raise InvalidInput(AT_REST)
         if not self.T.sum() <= STRETCHED * guessed:
             raise InvalidInput(
@@ -133,12 +150,13 @@ class Shooting:
         for i, link in enumerate(self.links):
             y, Phi = self.ends[i]
             f = link.flow.rate(y).real
+            after, R = link.after(y)
             here, following = slice(i * (d + 1), (i + 1) * (d + 1)), (i + 1) % m
             by_phase = np.column_stack([Phi * self.scale, f * self.T[i]])
             row = np.zeros((d, m * (d + 1)))
-            row[:, here] = by_phase / self.scale[:, None]
+            row[:, here] = R @ by_phase / self.scale[:, None]
             row[:, following * (d + 1) : following * (d + 1) + d] -= np.eye(d)
-            residuals.append((y - self.x[following]) / self.scale)
+            residuals.append((after - self._next(i)) / self.scale)
             rows.append(row)
             value, gradient, size = self._end(link, y)
             row = np.zeros((1, m * (d + 1)))
@@ -154,6 +172,10 @@ class Shooting:
             residuals.append(held)
             rows.append(row)
         return np.concatenate(residuals), np.concatenate(rows)
+
+    def _next(self, i: int) -> np.ndarray:
+        """The state in which the phase after phase i begins, (d,)."""
+        return self.x[i + 1] if i + 1 < len(self.x) else self.x[0] + self.wrap
 
     def _end(self, link: Link, y: np.ndarray) -> tuple[float, np.ndarray, float]:
         """The margin that ends a phase, its gradient and its size; for a single phase, the plane across it."""
@@ -182,14 +204,14 @@ class Shooting:
             path = curve(s).T
             if checked:
                 self._check(i, s[::CURVE], path[::CURVE])
-            mismatch = (path[-1] - self.x[(i + 1) % len(self.links)]) / self.scale
+            mismatch = (link.after(path[-1])[0] - self._next(i)) / self.scale
             residual = max(residual, float(np.abs(mismatch).max()))
             times.append(begins[i] + s)
             states.append(path)
-            phases.append(CyclePhase(self.guess[i].states, float(begins[i]), float(self.T[i]), self.x[i, :n].copy(),
-                                     self.x[i, n:].copy(), link.ends_by))  # fmt: skip
-        x = np.concatenate(states)
-        if (np.ptp(x, axis=0) <= COLLAPSED * self.scale).all():
+            states_i, x_i = self.guess[i].states, self.x[i].copy()
+            phases.append(CyclePhase(states_i, float(begins[i]), float(self.T[i]), x_i, link.ends_by, link.jump))
+        x = np.concatenate(states)[:, : 2 * n]
+        if (np.ptp(x, axis=0) <= COLLAPSED * self.scale[: 2 * n]).all():
             raise InvalidInput(AT_REST)
         multipliers, shift = self._multipliers()
         return LimitCycle(
@@ -202,6 +224,7 @@ class Shooting:
             shift,
             residual,
             self.scale,
+            self.forcing,
         )
 
     def _check(self, i: int, s: np.ndarray, path: np.ndarray) -> None:
@@ -214,7 +237,9 @@ class Shooting:
             contact, kind = key
             is_lost = kind == "normal" and contact not in link.flow.constrained and values[low] <= 0  # N is cut at zero
             if is_lost or values[low] < -BROKEN * np.abs(values).max():
-                what = {"slip": "would reverse its sliding", "normal": "would lose its normal force"}
+                what = {
+                    "slip": "would reverse its sliding", "normal": "would lose its normal force", "gap": "would strike",
+                }  # fmt: skip
                 raise InvalidInput(
                     f"the cycle does not close: {s[low]:.6g} s after the beginning of phase {i} contact {contact} "
                     f"{what.get(kind, 'would begin to slide')}; its sequence of modes is another one here"
@@ -228,9 +253,10 @@ class Shooting:
             y, Phi = self.ends[i]
             total = Phi @ total
             if link.ends_by is not None:
-                before, after = link.flow.rate(y).real, self.links[(i + 1) % m].flow.rate(y).real
+                state, R = link.after(y)
+                before, after = link.flow.rate(y).real, self.links[(i + 1) % m].flow.rate(state).real
                 gradient = margin_gradient(link.flow, link.ends_by, y)
-                total = total + np.outer(after - before, gradient @ total) / (gradient @ before)
+                total = R @ total + np.outer(after - R @ before, gradient @ total) / (gradient @ before)
         tangent = self._tangent()
         reduced = np.linalg.lstsq(tangent, total @ tangent, rcond=None)[0]
         values = np.linalg.eigvals(reduced)
@@ -247,21 +273,28 @@ class Shooting:
         return self.scale[:, None] * np.linalg.svd(J)[2][2 * flow.n_a : d].T
 
 
-def ending(states: tuple[ContactState, ...], following: tuple[ContactState, ...]) -> Margin:
+def ending(states: tuple[ContactState, ...], following: tuple[ContactState, ...], jump: Jump | None = None) -> Margin:
     """Which margin vanishes between two phases.
 
     Raises
     ------
     InvalidInput
-        When a contact closes (an impact), or several contacts change at once.
+        When several contacts change at once, or one closes without an impact.
     """
     changed = [i for i, (a, b) in enumerate(zip(states, following, strict=True)) if a != b]
+    if jump is not None:
+        causes = jump.closing or tuple(blow.contact for blow in jump.blows)
+        if len(causes) != 1:
+            raise InvalidInput(f"contacts {list(causes)} strike at once; a cycle needs its events one by one")
+        return causes[0], "gap" if jump.closing else "normal"
     if len(changed) != 1:
         raise InvalidInput(f"contacts {changed} change their modes at once; a smaller time step may part them")
     (i,) = changed
     a, b = states[i], following[i]
-    if ContactMode.OPEN in (a.mode, b.mode):
-        raise InvalidInput(f"contact {i} opens or closes on the way; cycles with impacts are not computed")
+    if a.mode == ContactMode.OPEN:
+        raise InvalidInput(f"contact {i} opens or closes on the way without an impact; simulate with ns.EventDriven")
+    if b.mode == ContactMode.OPEN:
+        return i, "normal"
     if a.mode == ContactMode.STICK:
         return i, "friction +" if b.slip > 0 else "friction -"
     if b.mode == ContactMode.STICK or a.slip != b.slip:

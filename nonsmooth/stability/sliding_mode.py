@@ -77,28 +77,25 @@ class SlidingMode:
                 found[which] = self.system.evaluate(which, self.t, zero, zero).astype(complex)
         return found
 
-    def call(self, which: int, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    def call(self, which: int, q: np.ndarray, u: np.ndarray, t: complex | None = None) -> np.ndarray:
         """A model function of complex arguments; zeros where the model leaves it out."""
         if which in self.constants:
             return self.constants[which].copy()
         out = np.zeros(self.system.shape(which), complex)
         if which in self.system.functions:
             function = complexified(self.system.functions[which])
-            arguments = (
-                (self.t, q, u, self.system.unpacked, out)
-                if which in TAKES_U
-                else (self.t, q, self.system.unpacked, out)
-            )
-            function(*arguments)
+            now = self.t if t is None else t
+            state = (q, u) if which in TAKES_U else (q,)
+            function(now, *state, self.system.unpacked, out)
         return out
 
     def mass(self, q: np.ndarray) -> np.ndarray:
         """M(q) (n, n)."""
         return self.system.evaluate(MASS, self.t, q, np.zeros(self.system.n_u))
 
-    def gaps(self, q: np.ndarray) -> np.ndarray:
+    def gaps(self, q: np.ndarray, t: complex | None = None) -> np.ndarray:
         """g_N (n_a,) of the constraints."""
-        return self.call(GAP, q, q)[self.constrained]
+        return self.call(GAP, q, q, t)[self.constrained]
 
     def normal_rows(self, q: np.ndarray) -> np.ndarray:
         """W_N (n_a, n) of the constraints."""

@@ -270,11 +270,6 @@ def test_an_impact_or_two_changes_at_once_are_refused(before, after, message):
         ending(before, after)
 
 
-def test_a_motion_through_an_impact_without_collision_is_refused_by_name():
-    with pytest.raises(ns.InvalidInput, match="impact without collision"):
-        ns.limit_cycle(SpragSlip(), duration=4.0)
-
-
 def test_periodic_motions_of_the_undamped_arm_form_a_family_and_are_not_called_stable():
     motion = ns.limit_cycle(FollowerForceArm(P=500.0))
     assert np.abs(motion.multipliers - 1).min() < 1e-2  # a second multiplier 1, to the root of the accuracy
@@ -287,7 +282,7 @@ def test_periodic_motions_of_the_undamped_arm_form_a_family_and_are_not_called_s
 def test_a_motion_that_dies_out_slowly_is_said_to(law, vb, c):
     belt = BeltOscillator(law=law, vb=vb, c=c)
     assert (ns.linearise(belt, ns.equilibrium(belt)).eigenvalues.real < 0).all()
-    with pytest.raises(ns.InvalidInput, match="dies out"):
+    with pytest.raises(ns.InvalidInput, match="dies out|come to rest"):
         ns.limit_cycle(belt)
 
 
