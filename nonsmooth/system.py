@@ -15,7 +15,7 @@ import dis
 import functools
 import inspect
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
 from typing import Any, NamedTuple
 
@@ -195,6 +195,10 @@ class System:
         _check_functions(self)
         _check_impact_laws(self.contacts)
         self.laws  # noqa: B018 - resolves the coefficients now, so that a wrong one is met here
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What was given: what was derived of it is made anew in another process."""
+        return {part.name: getattr(self, part.name) for part in fields(self)}
 
     @property
     def n_c(self) -> int:

@@ -6,7 +6,7 @@ import argparse
 import importlib
 from typing import Any
 
-from nonsmooth.commands.typed_input import number
+from nonsmooth.commands.typed_input import number, whole_number
 from nonsmooth.errors import InvalidInput
 
 # name of the option: class, its module, and the options that it takes
@@ -18,23 +18,26 @@ INTEGRATORS: dict[str, tuple[str, str, tuple[str, ...]]] = {
 }
 
 
-def add_integrator(command: argparse.ArgumentParser) -> None:
-    """The options that choose an integrator."""
+def add_integrator(command: argparse.ArgumentParser, many: tuple[str, ...] = ()) -> None:
+    """The options that choose an integrator; those named in ``many`` take several values."""
+
+    def add(option: str, what: str, **more: Any) -> None:
+        several: dict[str, Any] = {"nargs": "+"} if option in many else {}
+        command.add_argument(f"--{option}", type=number, help=what, **several, **more)
+
     command.add_argument("--integrator", choices=INTEGRATORS, default="moreau-jean", help="moreau-jean by default")
-    command.add_argument("--dt", type=number, help="moreau-jean: step [s]; the model's own by default")
-    command.add_argument("--theta", type=number, help="moreau-jean: weight of the new velocity, 0.5 (default) to 1")
+    add("dt", "moreau-jean: step [s]; the model's own by default" if "dt" not in many else
+        "moreau-jean: steps [s]; 1e-2 to 1e-4 by default")  # fmt: skip
+    add("theta", "moreau-jean: weight of the new velocity, 0.5 (default) to 1")
     command.add_argument("--projection", action="store_true", default=None,
                          help="moreau-jean: move positions back to the surfaces after each step")  # fmt: skip
-    command.add_argument(
-        "--rtol", type=number, help="adaptive, event-driven, penalty: relative tolerance; 1e-8 by default"
-    )
-    command.add_argument(
-        "--atol", type=number, help="adaptive, event-driven, penalty: absolute tolerance; 1e-10 by default"
-    )
+    add("rtol", "adaptive, event-driven, penalty: relative tolerance; 1e-8 by default" if "rtol" not in many else
+        "adaptive, event-driven, penalty: relative tolerances; 1e-4 to 1e-10 by default")  # fmt: skip
+    add("atol", "adaptive, event-driven, penalty: absolute tolerance; 1e-10 by default")
     command.add_argument("--max-steps", type=whole_number, metavar="N", help="adaptive: steps that may be tried")
-    command.add_argument("--stiffness", type=number, metavar="K", help="penalty: [N/m]")
-    command.add_argument("--damping", type=number, metavar="C", help="penalty: [N s/m]")
-    command.add_argument("--damping-ratio", type=number, metavar="ZETA", help="penalty: c = 2 zeta sqrt(k m)")
+    add("stiffness", "penalty: [N/m]", metavar="K")
+    add("damping", "penalty: [N s/m]", metavar="C")
+    add("damping-ratio", "penalty: c = 2 zeta sqrt(k m)", metavar="ZETA")
 
 
 def new_integrator(arguments: argparse.Namespace, model: Any) -> Any:
@@ -45,16 +48,35 @@ def new_integrator(arguments: argparse.Namespace, model: Any) -> Any:
     InvalidInput
         For an option of another integrator, and where a step or a stiffness is missing.
     """
-    name, module, own = INTEGRATORS[arguments.integrator]
-    every = {option for _, _, options in INTEGRATORS.values() for option in options}
-    given = {option: getattr(arguments, option) for option in sorted(every) if getattr(arguments, option) is not None}
-    for option in given:
-        if option not in own:
-            raise InvalidInput(f"--{option.replace('_', '-')} is no option of --integrator {arguments.integrator}")
+    name, own, given = given_options(arguments)
     if "dt" in own and "dt" not in given:
         given["dt"] = getattr(model, "dt", None)
         if given["dt"] is None:
             raise InvalidInput(f"the model {arguments.model} has no dt of its own; give --dt")
+    return integrator_class(name)(**given)
+
+
+def given_options(arguments: argparse.Namespace) -> tuple[str, tuple[str, ...], dict[str, Any]]:
+    """The integrator's name, the options that it takes, and those that were given.
+
+    Raises
+    ------
+    InvalidInput
+        For an option of another integrator, and where a stiffness is missing.
+    """
+    name = arguments.integrator
+    own = INTEGRATORS[name][2]
+    every = {option for _, _, options in INTEGRATORS.values() for option in options}
+    given = {option: getattr(arguments, option) for option in sorted(every) if getattr(arguments, option) is not None}
+    for option in given:
+        if option not in own:
+            raise InvalidInput(f"--{option.replace('_', '-')} is no option of --integrator {name}")
     if "stiffness" in own and "stiffness" not in given:
-        raise InvalidInput("--integrator penalty needs --stiffness [N/m]")
-    return getattr(importlib.import_module(f"nonsmooth.integrators.{module}"), name)(**given)
+        raise InvalidInput(f"--integrator {name} needs --stiffness [N/m]")
+    return name, own, given
+
+
+def integrator_class(name: str) -> Any:
+    """The class of an integrator."""
+    of_class, module, _ = INTEGRATORS[name]
+    return getattr(importlib.import_module(f"nonsmooth.integrators.{module}"), of_class)

@@ -6,14 +6,23 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nonsmooth.commands.integrators import add_integrator, given_options, integrator_class
 from nonsmooth.commands.terminal import figure_path
-from nonsmooth.commands.typed_input import AXIS, assignments, build_model, initial_state, number, read_axis
+from nonsmooth.commands.typed_input import (
+    AXIS,
+    assignments,
+    build_model,
+    initial_state,
+    number,
+    read_axis,
+    whole_number,
+)
 from nonsmooth.errors import InvalidInput
 
 if TYPE_CHECKING:
     from nonsmooth.studies.study import Study
 
-INTEGRATORS = ("moreau-jean",)
+REFERENCES = ("event-driven",)
 
 
 def add_studies(studies: Any) -> None:
@@ -33,11 +42,10 @@ def add_limits(studies: Any) -> None:
     penalty.add_argument("--damping-ratio", type=number, metavar="ZETA", help="c = 2 zeta sqrt(k m)")
     penalty.add_argument("--damping", type=number, metavar="C", help="[N s/m]")
     penalty.add_argument("--damping-time", type=number, metavar="T", help="c = k T [s]")
-    step = studies.add_parser("convergence", help="errors of an integrator over its step")
-    step.add_argument("--integrator", choices=INTEGRATORS, default="moreau-jean")
-    step.add_argument("--dt", nargs="+", type=number, metavar="DT", help="steps [s]; 1e-2 to 1e-4 by default")
-    step.add_argument("--theta", type=number, default=0.5, help="weight of the new velocity, 0.5 (default) to 1")
-    makers = {"penalty": (penalty, study_penalty), "convergence": (step, study_convergence)}
+    convergence = studies.add_parser("convergence", help="errors of an integrator over its step or its tolerance")
+    add_integrator(convergence, many=("dt", "rtol"))
+    convergence.add_argument("--reference", choices=REFERENCES, help="exact states; the same integrator by default")
+    makers = {"penalty": (penalty, study_penalty), "convergence": (convergence, study_convergence)}
     for name, (command, make) in makers.items():
         command.set_defaults(act=act_limit, make=make, json=False, suffix=f"-{name}")
         command.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
@@ -47,6 +55,12 @@ def add_limits(studies: Any) -> None:
         command.add_argument("--u0", nargs="+", type=number, metavar="U", help="initial velocities (with --q0)")
         command.add_argument("--t-end", type=number, metavar="T", help="end [s]; the model's own by default")
         command.add_argument("--times", nargs="+", type=number, metavar="T", help="when errors are measured [s]")
+        after = "time after each matched event [s]; half that to the next one by default"
+        command.add_argument("--delay", type=number, metavar="T", help=after)
+        command.add_argument("--workers", type=whole_number, default=1, metavar="N", help="processes; 1 by default")
+        command.add_argument(
+            "--journal", type=Path, metavar="FILE", help="where finished runs are written as they come"
+        )
         command.add_argument("--plot", type=Path, metavar="FILE", help=f"where to draw; MODEL-{name}.png by default")
         command.add_argument("--no-plot", action="store_true", help="draw nothing")
 
@@ -124,15 +138,21 @@ def study_penalty(model: Any, span: tuple[float, float], q0: Any, u0: Any, argum
     return penalty_study(
         model, span, q0, u0, stiffness=arguments.stiffness or STIFFNESSES, damping_ratio=arguments.damping_ratio,
         damping=arguments.damping if time is None else lambda k: k * time, times=arguments.times,
+        delay=arguments.delay, workers=arguments.workers, journal=arguments.journal,
     )  # fmt: skip
 
 
 def study_convergence(model: Any, span: tuple[float, float], q0: Any, u0: Any, arguments: argparse.Namespace) -> Study:
     """``nonsmooth study convergence``."""
-    from nonsmooth.integrators.moreau_jean import MoreauJean
     from nonsmooth.studies.convergence_study import STEPS, convergence_study
+    from nonsmooth.studies.reference import EXACT
 
+    name, own, options = given_options(arguments)
+    dt, rtol = options.pop("dt", None), options.pop("rtol", None)
+    if "dt" in own:
+        options["dt"] = (dt or STEPS)[0]
+    reference = None if arguments.reference is None else EXACT
     return convergence_study(
-        model, span, q0, u0, dt=arguments.dt or STEPS, times=arguments.times,
-        integrator=lambda dt: MoreauJean(dt, theta=arguments.theta),
+        model, span, q0, u0, dt=dt, rtol=rtol, integrator=integrator_class(name)(**options), times=arguments.times,
+        delay=arguments.delay, workers=arguments.workers, journal=arguments.journal, reference=reference,
     )  # fmt: skip

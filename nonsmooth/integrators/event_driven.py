@@ -67,6 +67,7 @@ class EventDriven:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
 
     chooses_steps = True
+    locates_events = True
     has_rigid_contacts = True
     is_compiled = True
 

@@ -110,6 +110,7 @@ class Penalty:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
 
     chooses_steps = True
+    locates_events = True
 
     @property
     def is_compiled(self) -> bool:

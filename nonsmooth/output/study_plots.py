@@ -1,4 +1,5 @@
-"""Figures of convergence studies: errors with slope triangles, errors over cost, orders, and what the contact did.
+"""Figures of convergence studies: errors with slope triangles, at times and after events, errors over cost, orders, and
+what the contact did.
 
 Matplotlib is imported inside the functions.
 """
@@ -15,15 +16,24 @@ from nonsmooth.output.plots import BLUE, RED, new_figure
 if TYPE_CHECKING:
     from nonsmooth.studies.study import Study
 
+GREEN = "#1b7837"
 NAMES = {  # label, colour
     "error_q": ("coordinates", BLUE),
     "error_u": ("velocities", RED),
-    "error_gamma_N": ("$\\gamma_N$ after the impact", "#1b7837"),
+    "error_gamma_N": ("$\\gamma_N$ after the impact", GREEN),
 }
-SYMBOLS = {"stiffness": "k", "dt": "\\Delta t"}
-SLOPES = {"stiffness": ((-0.5, 0.06), (-1.0, 0.32)), "dt": ((1.0, 0.45), (2.0, 0.73))}  # and places of the triangles
+EVENT_NAMES = {
+    "error_event_t": ("time of the event [s]", GREEN),
+    "error_after_q": ("coordinates", BLUE),
+    "error_after_u": ("velocities", RED),
+}
+SYMBOLS = {"stiffness": "k", "dt": "\\Delta t", "rtol": "\\mathrm{rtol}"}
+SLOPES = {  # and places of the triangles
+    "stiffness": ((-0.5, 0.06), (-1.0, 0.32)), "dt": ((1.0, 0.45), (2.0, 0.73)), "rtol": ((1.0, 0.45),),
+}  # fmt: skip
+EXPECTED = {"stiffness": (0.5, 1.0), "dt": (1.0, 2.0), "rtol": (1.0, 1.25)}  # orders
 MARKERS = "osD^v<>"
-X_LABELS = {"stiffness": "stiffness $k$ [N/m]", "dt": "step $\\Delta t$ [s]"}
+X_LABELS = {"stiffness": "stiffness $k$ [N/m]", "dt": "step $\\Delta t$ [s]", "rtol": "relative tolerance"}
 GREY = "#7f7f7f"
 LEGEND: dict[str, Any] = {"fontsize": 8, "frameon": False}
 
@@ -41,52 +51,72 @@ def plot_study(study: Study, path: str | Path | None = None) -> Any:
     -------
     matplotlib.figure.Figure
     """
-    is_limit = study.of == "stiffness"
-    figure = new_figure(10.5, 7.6) if is_limit else new_figure(14.0, 4.4)
-    axes = figure.subplots(2, 2).ravel() if is_limit else figure.subplots(1, 3)
+    panels = [draw_errors, draw_cost, draw_orders]
+    panels += [draw_contact] if study.of == "stiffness" else []
+    panels += [draw_after] if "event_mode" in study.data.coords else []
+    rows, columns = (1, 3) if len(panels) == 3 else (2, 2) if len(panels) == 4 else (2, 3)
+    figure = new_figure(*{(1, 3): (14.0, 4.4), (2, 2): (10.5, 7.6), (2, 3): (14.0, 7.6)}[rows, columns])
+    axes = figure.subplots(rows, columns).ravel()
     figure.suptitle(study.title, fontsize=11)
-    draw_errors(axes[0], study)
-    draw_cost(axes[1], study)
-    draw_orders(axes[2], study)
-    if is_limit:
-        draw_contact(axes[3], study)
+    for panel, place in zip(panels, axes, strict=False):
+        panel(place, study)
+    for place in axes[len(panels) :]:  # a free place takes the longest legend
+        place.set_axis_off()
+        place.legend(*axes[len(panels) - 1].get_legend_handles_labels(), **{**LEGEND, "loc": "center left"})
+        axes[len(panels) - 1].get_legend().remove()
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
 
 
 def draw_errors(axes: Any, study: Study) -> None:
-    """Errors at every time, those below the floor as crosses, and triangles of the slopes that occur."""
-    times = study.data.time.values
+    """Errors at every time."""
+    times = [f", $t={t:.3g}$ s" for t in study.data.time.values]
+    draw_kinds(axes, study, NAMES, dict(enumerate(times)))
+    axes.set(xlabel=X_LABELS[study.of], ylabel="distance to the reference [m, rad; m/s, rad/s]")
+
+
+def draw_after(axes: Any, study: Study) -> None:
+    """Errors of the first and the last of the matched events, and after them."""
+    events = study.data.event_mode.values
+    chosen = sorted({0, len(events) - 1})
+    labels = {j: f', "{events[j]}" at {float(study.data.event_time[j]):.3g} s' for j in chosen}
+    draw_kinds(axes, study, EVENT_NAMES, labels)
+    axes.set(xlabel=X_LABELS[study.of], ylabel="after matched events [s; m, rad; m/s, rad/s]")
+
+
+def draw_kinds(axes: Any, study: Study, names: dict[str, tuple[str, str]], rows: dict[int, str]) -> None:
+    """Errors at some times or events, those below the floor as crosses, and triangles of the slopes that occur."""
     is_hidden = False
-    for name, (label, colour) in kinds(study).items():
-        for j in range(len(times) if has_times(study, name) else 1):
-            at = f", $t={times[j]:.3g}$ s" if has_times(study, name) else ""
+    known = [np.zeros(0)]
+    for name, (label, colour) in kinds(study, names).items():
+        has_rows = study.data[name].ndim > 1
+        for style, (j, at) in enumerate(rows.items() if has_rows else [(-1, "")]):
             errors = study.errors(name, j)
+            known.append(errors)
             axes.loglog(
-                study.x, errors, MARKERS[j % len(MARKERS)] + "-", color=colour, ms=4.5, lw=1, label=label + at,
-                mfc="white" if j else colour,
+                study.x, errors, MARKERS[style % len(MARKERS)] + "-", color=colour, ms=4.5, lw=1, label=label + at,
+                mfc="white" if style else colour,
             )  # fmt: skip
-            if has_times(study, name):
-                hidden = np.where(np.isfinite(errors), np.nan, study.data[name].isel(time=j).values)
+            if has_rows:
+                hidden = np.where(np.isfinite(errors), np.nan, study.data[name].values[:, j])
+                hidden[hidden <= 0] = np.nan  # no error at all has no place on the axis
                 is_hidden |= bool(np.isfinite(hidden).any())
                 axes.loglog(study.x, hidden, "x", color=colour, ms=5, alpha=0.5)
     if is_hidden:
         axes.plot([], [], "x", color=GREY, label="below the floor")
     for slope, place in SLOPES[study.of]:
-        slope_triangle(axes, study, slope, place)
-    axes.set(xlabel=X_LABELS[study.of], ylabel="distance to the reference [m, rad; m/s, rad/s]")
+        slope_triangle(axes, study.x, np.concatenate(known), slope, place)
     axes.legend(**LEGEND)
     axes.grid(True, which="major", color="#e6e6e6")
 
 
-def slope_triangle(axes: Any, study: Study, slope: float, place: float) -> None:
+def slope_triangle(axes: Any, x: np.ndarray, values: np.ndarray, slope: float, place: float) -> None:
     """A triangle of about a decade below the errors; its corner stands at a part of the width."""
-    values = np.concatenate([study.errors(name) for name in kinds(study)])
     values = values[np.isfinite(values) & (values > 0)]
     if len(values) == 0:
         return
-    left, right = np.log10(study.x.min()), np.log10(study.x.max())
+    left, right = np.log10(x.min()), np.log10(x.max())
     width = min(1.0, 0.22 * (right - left))
     x_0 = left + place * (right - left)
     top = np.log10(values.min()) + (0.0 if slope < 0 else 1.2 * abs(slope) * width)
@@ -105,7 +135,7 @@ def slope_triangle(axes: Any, study: Study, slope: float, place: float) -> None:
 def draw_cost(axes: Any, study: Study) -> None:
     """Errors at the last time that stand above the floor over the wall time, the rigid runs beside."""
     wall = 1e3 * study.data.wall_time.values
-    for name, (label, colour) in kinds(study).items():
+    for name, (label, colour) in kinds(study, NAMES).items():
         if not has_times(study, name):
             continue
         errors = study.errors(name)
@@ -136,15 +166,15 @@ def draw_cost(axes: Any, study: Study) -> None:
 def draw_orders(axes: Any, study: Study) -> None:
     """Observed orders between neighbours, at the geometric mean of both."""
     middle = np.sqrt(study.x[1:] * study.x[:-1])
-    for name, (label, colour) in kinds(study).items():
+    for name, (label, colour) in kinds(study, NAMES).items():
         axes.semilogx(middle, study.orders(name), "o-", color=colour, ms=4.5, lw=1, label=label)
-    for order in (0.5, 1.0) if study.of == "stiffness" else (1.0, 2.0):
+    for order in EXPECTED[study.of]:
         axes.axhline(order, color=GREY, lw=0.8, ls=":")
     axes.set(
         xlabel=X_LABELS[study.of],
         ylabel="observed order",
         xlim=(study.x.min(), study.x.max()),
-        ylim=(-0.2, 1.4 if study.of == "stiffness" else 2.6),
+        ylim=(-0.2, 2.6 if study.of == "dt" else 1.8),
     )
     axes.legend(**LEGEND)
 
@@ -176,12 +206,12 @@ def draw_positive(axes: Any, x: np.ndarray, y: np.ndarray, style: str, colour: s
     if len(known) and known.max() > 10 * known.min():
         axes.set_yscale("log")
     else:
-        axes.set_ylim(bottom=0.0)
+        axes.set_ylim(0.0, 1.15 * known.max() if len(known) else None)
 
 
-def kinds(study: Study) -> dict[str, tuple[str, str]]:
-    """The kinds of error that the study has."""
-    return {name: entry for name, entry in NAMES.items() if name in study.data}
+def kinds(study: Study, names: dict[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
+    """Those of some kinds of error that the study has."""
+    return {name: entry for name, entry in names.items() if name in study.data}
 
 
 def has_times(study: Study, name: str) -> bool:

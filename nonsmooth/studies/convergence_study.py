@@ -1,30 +1,34 @@
-"""Convergence with the step: errors of an integrator against dt, their order and their cost.
+"""Convergence with the step or the tolerance: errors of an integrator against dt or rtol, their order and their cost.
 
-    e(dt) = max |q(t; dt) - q_ref(t)|    (and likewise for the velocities) at given times
+    e(x) = max |q(t; x) - q_ref(t)|    (and likewise for the velocities),    x = dt or rtol
 
 Source: Roache, *J. Fluids Eng.* 116 (1994) 405.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import functools
+import os
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.arrays import as_positive, as_vector
-from nonsmooth.errors import InvalidInput, StepFailure
+from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean import MoreauJean
-from nonsmooth.runs.times import as_span
-from nonsmooth.studies.reference import Reference, as_reference, run_at
+from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
+from nonsmooth.studies.reference import as_reference, with_step, with_tolerance
 from nonsmooth.studies.study import Study, require_xarray
-from nonsmooth.system import System, as_system
 
-OVER_TIME = ("error_q", "error_u", "own_q", "own_u")
-REPEATS, SHORT = 4, 0.05  # a run shorter than so many seconds is timed again, the least time counts
 STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)  # s
-FINER = 8.0  # the step of a reference that is not given is so much smaller than the smallest of the study
+TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+FINER = {"dt": 8.0, "rtol": 100.0}  # the reference that is not given is finer than the finest run by so much
+FINEST_RTOL = 1e-13  # of such a reference: a few roundings
+UNITS = {"dt": "s", "rtol": ""}
+TITLES = {"dt": "convergence with the step", "rtol": "convergence with the tolerance"}
 
 
 def convergence_study(
@@ -33,29 +37,35 @@ def convergence_study(
     q0: ArrayLike,
     u0: ArrayLike,
     *,
-    dt: ArrayLike = STEPS,
-    integrator: Callable[[float], Any] = MoreauJean,
+    dt: ArrayLike | None = None,
+    rtol: ArrayLike | None = None,
+    integrator: Any = MoreauJean,
     reference: Any = None,
     times: ArrayLike | None = None,
+    delay: float | None = None,
+    workers: int = 1,
+    journal: str | os.PathLike[str] | None = None,
 ) -> Study:
-    """Errors of an integrator at some times, over its step.
+    """Errors of an integrator, over its step or its tolerance.
 
     Parameters
     ----------
-    system : System or model
-    t_span : (float, float)
-        Start and end [s].
-    q0, u0 : array_like
-        Initial state.
-    dt : array_like (n,)
-        Steps [s].
-    integrator : callable
-        Makes the integrator of a step: `MoreauJean`, or ``lambda dt: MoreauJean(dt, theta=1.0)``.
+    system, t_span, q0, u0
+        As of `simulate`.
+    dt : array_like (n,), optional
+        Steps [s], of an integrator with steps of a fixed length; 1e-2 to 1e-4 when left out.
+    rtol : array_like (n,), optional
+        Relative tolerances, of an integrator that controls its error; 1e-4 to 1e-10 when left out. The absolute one is
+        changed by the same factor.
+    integrator : integrator, class or callable
+        ``MoreauJean``, ``EventDriven``, ``Penalty(stiffness=1e6)``, ``MoreauJean(1e-3, theta=1.0)``, whose step or
+        tolerance is replaced; or what makes one of dt or rtol.
     reference : (q, u) or integrator, optional
-        States at the times, or what computes them; the integrator itself with an eighth of the smallest step when left
-        out. An error within ten times that of the reference counts as unknown.
-    times : array_like, optional
-        When errors are measured [s]; at the end when left out.
+        States at the times, or what computes them. When left out, the integrator itself with an eighth of the smallest
+        step or a hundredth of the smallest tolerance. An error within ten times that of the reference counts as
+        unknown.
+    times, delay, workers, journal
+        As of `penalty_study`.
 
     Returns
     -------
@@ -64,7 +74,8 @@ def convergence_study(
     Raises
     ------
     InvalidInput
-        For steps that are not positive, times outside the span, references of another shape.
+        For dt where the integrator has a tolerance, and the other way round; steps that are not positive; what
+        `penalty_study` refuses of times and references.
     MissingExtra
         Where xarray is not installed.
 
@@ -77,61 +88,49 @@ def convergence_study(
     >>> study.orders("error_q").round(1).tolist()
     [2.0, 2.0]
     """
-    system = as_system(system)
-    steps = as_vector("dt", np.sort(as_vector("dt", dt))[::-1])
-    for step in steps:
-        as_positive("dt", step, "s")
-    t, start = study_times(t_span, q0, u0, times, system)
-    given = integrator(float(steps[-1]) / FINER) if reference is None else reference
-    exact = as_reference(given, system, start, t)
-    rows = [measure(system, start, t, integrator(float(step)), exact) for step in steps]
-    return Study(
-        "dt", dataset("dt", "s", steps, t, rows, exact), f"{system.name or 'system'}: convergence with the step"
-    )
+    require_xarray()
+    over, values = varied(integrator, dt, rtol)
+    make = maker(integrator, over, float(values[0]))
+    integrators = {x: make(x) for x in values.tolist()}
+    problem = as_problem(system, t_span, q0, u0, times)
+    if reference is None:
+        finest = float(values[-1]) / FINER[over]
+        reference = make(max(finest, FINEST_RTOL) if over == "rtol" else finest)
+    task = ComparisonTask(problem, as_reference(reference, problem, delay), over, integrators)
+    data = compare(task, UNITS[over], workers, journal)
+    return Study(over, data, f"{problem.system.name or 'system'}: {TITLES[over]}")
 
 
-def study_times(
-    t_span: tuple[float, float], q0: ArrayLike, u0: ArrayLike, times: ArrayLike | None, system: System
-) -> tuple[np.ndarray, tuple]:
-    """The times of a study and its start (t_0, q0, u0), checked."""
-    t_0, t_1 = as_span(t_span)
-    t = as_vector("times", [t_1] if times is None else times)
-    if t.size == 0 or t[0] <= t_0 or t[-1] > t_1 or (np.diff(t) <= 0).any():
-        raise InvalidInput(f"times must increase within ({t_0:g}, {t_1:g}] s; got {t.tolist()}")
-    return t, (t_0, as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u))
+def varied(integrator: Any, dt: ArrayLike | None, rtol: ArrayLike | None) -> tuple[str, np.ndarray]:
+    """What is varied, "dt" or "rtol", and its values, decreasing."""
+    if dt is not None and rtol is not None:
+        raise InvalidInput("give either dt or rtol; got both")
+    options = [field.name for field in fields(integrator)] if is_dataclass(integrator) else []
+    over = "rtol" if rtol is not None or (dt is None and "rtol" in options) else "dt"
+    if options and over not in options:
+        name = getattr(integrator, "__name__", type(integrator).__name__)
+        words = "it controls its error; vary rtol" if "rtol" in options else "its steps have a fixed length; vary dt"
+        raise InvalidInput(f"{name} has no {over}: {words}")
+    given = {"dt": STEPS if dt is None else dt, "rtol": TOLERANCES if rtol is None else rtol}[over]
+    values = np.sort(as_vector(over, given))[::-1]
+    if values.size == 0:
+        raise InvalidInput(f"{over} must have at least one value; it is empty")
+    for x in values:
+        as_positive(over, x, UNITS[over])
+    return over, values
 
 
-def measure(system: System, start: tuple, t: np.ndarray, integrator: Any, exact: Reference) -> dict[str, Any]:
-    """Errors and cost of one run; of a run that fails, its status and message."""
-    try:
-        run = run_at(system, start, t, integrator, on_failure="return")
-    except (InvalidInput, StepFailure) as error:
-        return {"status": 0, "message": str(error)}
-    if not run.success:
-        return {"status": int(run.status), "message": run.message}
-    wall_time = run.stats.wall_time
-    for _ in range(REPEATS if wall_time < SHORT else 0):
-        wall_time = min(wall_time, run_at(system, start, t, integrator, on_failure="return").stats.wall_time)
-    error_q, error_u = exact.errors(run)
-    n = len(t)
-    return {
-        "end_q": run.q[-n:], "end_u": run.u[-n:],
-        "error_q": error_q, "error_u": error_u, "steps": run.stats.steps, "wall_time": wall_time,
-        "status": int(run.status), "message": run.message,
-    }  # fmt: skip
-
-
-def dataset(of: str, unit: str, x: np.ndarray, t: np.ndarray, rows: Sequence[dict[str, Any]], exact: Reference) -> Any:
-    """The rows of a study as a Dataset over what was varied and the times."""
-    xarray = require_xarray()
-    empty = np.full(len(t), np.nan)
-    over_time = [name for name in OVER_TIME if any(name in row for row in rows)]
-    variables: dict[str, Any] = {
-        name: ((of, "time"), np.array([row.get(name, empty) for row in rows])) for name in over_time
-    }
-    variables |= {"floor_q": ("time", exact.floor_q), "floor_u": ("time", exact.floor_u)}
-    names = dict.fromkeys(name for row in rows for name in row if name not in (*OVER_TIME, "end_q", "end_u"))
-    for name in names:
-        is_text = any(isinstance(row.get(name), str) for row in rows)
-        variables[name] = (of, [row.get(name, "" if is_text else np.nan) for row in rows])
-    return xarray.Dataset(variables, {of: (of, x, {"units": unit}), "time": ("time", t, {"units": "s"})})
+def maker(integrator: Any, over: str, first: float) -> Callable[[float], Any]:
+    """The integrator as a function of what is varied."""
+    if isinstance(integrator, type):
+        try:
+            integrator = integrator() if over == "rtol" else integrator(dt=first)
+        except TypeError:
+            name = integrator.__name__
+            raise InvalidInput(f"{name} needs further options; give integrator={name}(...) with them") from None
+    if is_dataclass(integrator):
+        change: Callable[..., Any] = with_tolerance if over == "rtol" else with_step
+        return functools.partial(change, integrator)
+    if callable(integrator) and hasattr(integrator(first), "load"):
+        return integrator
+    raise InvalidInput(f"integrator must be an integrator, or make one of {over}; got {integrator!r}")

@@ -2,9 +2,10 @@
 
     p_i = ln(e_(i+1)/e_i) / ln(x_(i+1)/x_i),    ln e = ln C + ln f(x),  least squares in C (and p)
 
-x is a stiffness k (the error falls as it grows) or a step dt. The laws tried are those that occur: k^-1 in regular
-contact, ln k/k after a seizure, k^-1/2 where a force jumps or a contact vibrates, k^-1/2 ln k in an impact without
-collision; dt and dt^2 for steps; and a free power beside them.
+x is a stiffness k (the error falls as it grows), a step dt or a tolerance rtol. The laws tried are those that occur:
+k^-1 in regular contact, ln k/k after a seizure, k^-1/2 where a force jumps or a contact vibrates, k^-1/2 ln k in an
+impact without collision; dt and dt^2 for steps; rtol, and rtol^5/4 of a method of order 5 whose error estimate is of
+order 4 (dt ~ rtol^1/4); and a free power beside them.
 Source: Roache, *J. Fluids Eng.* 116 (1994) 405 (observed orders).
 """
 
@@ -23,8 +24,9 @@ LAWS: dict[str, dict[str, Callable[[np.ndarray], np.ndarray]]] = {
         "k^-1/2 ln k": lambda k: k**-0.5 * np.log(k),
     },
     "dt": {"dt": lambda dt: dt, "dt^2": lambda dt: dt**2, "dt^1/2": lambda dt: dt**0.5},
+    "rtol": {"rtol": lambda rtol: rtol, "rtol^5/4": lambda rtol: rtol**1.25},
 }
-POWER = {"stiffness": "k^{:.3g}", "dt": "dt^{:.3g}"}
+POWER = {"stiffness": "k^{:.3g}", "dt": "dt^{:.3g}", "rtol": "rtol^{:.3g}"}
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ def fit_laws(of: str, x: np.ndarray, errors: np.ndarray) -> list[Fit]:
 
     Parameters
     ----------
-    of : {"stiffness", "dt"}
+    of : {"stiffness", "dt", "rtol"}
     x, errors : ndarray (n,)
         Errors that are NaN or not positive are left out; with fewer than three nothing is fitted.
     """

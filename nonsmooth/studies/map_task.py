@@ -6,8 +6,6 @@ The search itself is that of `paradox_map` (paradox/points.py), a list of states
 from __future__ import annotations
 
 import functools
-import hashlib
-import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -15,13 +13,12 @@ import numpy as np
 
 from nonsmooth.arrays import as_count, as_number
 from nonsmooth.errors import InvalidInput
-from nonsmooth.jit import identity as identity_of
 from nonsmooth.paradox.forces import Outcome
 from nonsmooth.paradox.map import KEPT_OF_ONE, KEPT_OF_SEVERAL, kinds_of, unit_of
 from nonsmooth.paradox.points import Found, Points
 from nonsmooth.studies.axis_names import Columns
 from nonsmooth.studies.run_rows import combinations, rules_of
-from nonsmooth.studies.task import Batch, CellStatus, Variable
+from nonsmooth.studies.task import Batch, CellStatus, Variable, identity_of_model
 from nonsmooth.system import System, as_system, with_values
 
 
@@ -100,13 +97,9 @@ class MapTask:
 
     def identity(self) -> str:
         """Model, parameters, fixed variables, and the code of the model's functions."""
-        system, digest = as_system(self.model), hashlib.sha256()
         state = self.state or getattr(type(self.model), "state", None)
-        natural = getattr(self.model, "natural_state", None)
-        for function in (*(f for _, f in sorted(system.functions.items())), state, natural):
-            digest.update(identity_of(function) if inspect.isfunction(function) else b"")
-        parts = (system.name, system.parameter_values, system.contacts, self.t, self.kept, sorted(self.fixed.items()))
-        return "\n".join([type(self.model).__qualname__, *map(repr, parts), digest.hexdigest()])
+        code = identity_of_model(self.model, state, getattr(self.model, "natural_state", None))
+        return "\n".join([code, repr((self.t, self.kept, sorted(self.fixed.items())))])
 
     def __call__(self, columns: Columns) -> Batch:
         """Search the states of a batch."""

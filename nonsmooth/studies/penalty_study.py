@@ -8,7 +8,9 @@ its own errors and costs. Where the distance does not fall, the two have taken d
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import functools
+import os
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,18 +18,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.arrays import as_positive, as_vector
-from nonsmooth.errors import InvalidInput, StepFailure
+from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.penalty import Penalty
-from nonsmooth.simulation import simulate
 from nonsmooth.solution import Solution, mode_name
-from nonsmooth.studies.convergence_study import dataset, measure, study_times
+from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
 from nonsmooth.studies.force_history import force_episode
-from nonsmooth.studies.reference import Reference, as_reference, coarser, largest
+from nonsmooth.studies.reference import EXACT, Problem, Reference, as_reference, coarser, differences
 from nonsmooth.studies.study import Study, require_xarray
-from nonsmooth.system import System, as_system
+from nonsmooth.studies.task import Variable
 
-REFERENCE_STEPS = 1_000_000  # of the rigid run that stands as the reference where none is given
 BESIDE_STEPS = (1_000, 10_000, 100_000)  # of the rigid runs whose cost stands beside
 BRANCH = 5  # modes named
 STIFFNESSES = tuple(10.0**n for n in range(4, 13))  # N/m
@@ -48,16 +48,16 @@ def penalty_study(
     contact: int = 0,
     limit: float | None = None,
     beside: Sequence[Any] | None = None,
+    delay: float | None = None,
+    workers: int = 1,
+    journal: str | os.PathLike[str] | None = None,
 ) -> Study:
     """Runs with growing contact stiffness against the rigid solution.
 
     Parameters
     ----------
-    system : System or model
-    t_span : (float, float)
-        Start and end [s].
-    q0, u0 : array_like
-        Initial state.
+    system, t_span, q0, u0
+        As of `simulate`.
     stiffness : array_like (n,)
         k [N/m], increasing.
     damping : float or callable, optional
@@ -67,7 +67,7 @@ def penalty_study(
     penalty : Penalty, optional
         The other options (law, friction, mass, tolerances); its stiffness and damping are replaced.
     reference : (q, u) or integrator, optional
-        States at the times, or what computes them; Moreau–Jean with a million steps when left out.
+        States at the times, or what computes them; ``EventDriven(rtol=1e-12, atol=1e-14)`` when left out.
     times : array_like, optional
         When the distance is measured [s]; at the end when left out.
     contact : int
@@ -76,19 +76,26 @@ def penalty_study(
         Where the normal velocity after the episode should tend to [m/s]: gives "error_gamma_N".
     beside : sequence of integrators, optional
         Rigid runs whose errors and costs stand beside; Moreau–Jean with 1e3, 1e4 and 1e5 steps when left out.
+    delay : float, optional
+        Time after each matched event at which the distance is measured too [s]; half the time to the next event of the
+        reference when left out. A reference that does not locate its events has none.
+    workers : int
+        Processes; their wall times are those of runs that share the machine.
+    journal : path-like, optional
+        Of the sweep that makes the runs.
 
     Returns
     -------
     Study
         ``data`` holds also, over "stiffness": "branch" (the first modes of the contact), "stop_time" (end of slip) [s],
         "peak_force" [N], "P_N" [N s] and "gamma_N" [m/s] of the first episode, its effective "restitution";
-        "own_q", "own_u": errors of the integration, over "stiffness" and "time";
+        "own_q", "own_u" and so on: errors of the integration, beside each "error_q", "error_u";
         over "beside": "beside_error_q", "beside_error_u" (at the last time), "beside_wall_time", "beside_steps".
 
     Raises
     ------
     InvalidInput
-        For stiffnesses that do not increase, both forms of damping, times outside the span.
+        For stiffnesses that do not increase, both forms of damping, times outside the span, a delay without events.
     MissingExtra
         Where xarray is not installed.
 
@@ -103,7 +110,6 @@ def penalty_study(
     >>> study.fits("error_gamma_N")[0].law
     'k^-1/2 ln k'
     """
-    system = as_system(system)
     require_xarray()
     k = as_vector("stiffness", stiffness)
     for value in k:
@@ -112,19 +118,16 @@ def penalty_study(
         raise InvalidInput("stiffness must increase from value to value")
     if damping is not None and damping_ratio is not None:
         raise InvalidInput("give either damping or damping_ratio; got both")
-    t, start = study_times(t_span, q0, u0, times, system)
-    span = t[-1] - start[0]
-    exact = as_reference(MoreauJean(span / REFERENCE_STEPS) if reference is None else reference, system, start, t)
-    rows = []
-    for value in k:
-        integrator = penalty_at(penalty, float(value), damping, damping_ratio)
-        row = measure(system, start, t, integrator, exact)
-        row |= own_error(system, start, t, integrator, exact, row)
-        rows.append(row | (contact_row(system, start, t[-1], integrator, contact, limit) if row["status"] == 1 else {}))
-    data = dataset("stiffness", "N/m", k, t, rows, exact)
-    rigid = [MoreauJean(span / n) for n in BESIDE_STEPS] if beside is None else list(beside)
-    data = data.assign(beside_columns([measure(system, start, t, integrator, exact) for integrator in rigid]))
-    return Study("stiffness", data, f"{system.name or 'system'}: the penalty limit")
+    problem = as_problem(system, t_span, q0, u0, times)
+    exact = as_reference(EXACT if reference is None else reference, problem, delay)
+    make = functools.partial(penalty_at, penalty, damping=damping, damping_ratio=damping_ratio)
+    compliant = {x: make(x) for x in k.tolist()}
+    data = compare(PenaltyTask(problem, exact, "stiffness", compliant, contact, limit), "N/m", workers, journal)
+    span = problem.span[1] - problem.span[0]
+    rigid = [MoreauJean(span / n) for n in BESIDE_STEPS] if beside is None else beside
+    if len(rigid):
+        data = data.assign(beside_columns(ComparisonTask(problem, exact, "beside", dict(enumerate(rigid)))))
+    return Study("stiffness", data, f"{problem.system.name or 'system'}: the penalty limit")
 
 
 def penalty_at(
@@ -137,28 +140,47 @@ def penalty_at(
     return replace(penalty, stiffness=k, damping=c, damping_ratio=damping_ratio)
 
 
-def own_error(
-    system: System, start: tuple, t: np.ndarray, integrator: Penalty, exact: Reference, row: dict[str, Any]
-) -> dict[str, Any]:
-    """The error of the integration at one stiffness, from a run with ten times the tolerance."""
-    coarse = measure(system, start, t, coarser(integrator), exact)
-    if row["status"] != 1 or coarse["status"] != 1:
-        return {}
-    return {f"own_{name}": largest(row[f"end_{name}"] - coarse[f"end_{name}"]) for name in ("q", "u")}
+class PenaltyTask(ComparisonTask):
+    """Runs with compliant contact beside a reference, and what one of their contacts did."""
+
+    def __init__(
+        self, problem: Problem, reference: Reference, over: str, integrators: Mapping[float, Any], contact: int,
+        limit: float | None,
+    ) -> None:  # fmt: skip
+        super().__init__(problem, reference, over, integrators)
+        self.contact, self.limit = contact, limit
+
+    def identity(self) -> str:
+        """Also the contact, and the limit of its velocity."""
+        return f"{super().identity()}\n{self.contact}\n{self.limit}"
+
+    def measure(self, integrator: Penalty) -> dict[str, Any]:
+        """Errors, the part of them that the integration has, and what the contact did."""
+        problem, reference = self.problem, self.reference
+        row = super().measure(integrator)
+        fine, coarse = (
+            reference.observe(problem, one, problem.run(one, problem.times))
+            for one in (integrator, coarser(integrator))
+        )
+        row |= {f"own_{name}": error for name, error in differences(fine, coarse).items()}
+        return row | contact_row(problem.run(integrator), self.contact, self.limit)
+
+    @property
+    def variables(self) -> dict[str, Variable]:  # type: ignore[override]
+        """Also what the contact did."""
+        units = {"stop_time": "s", "peak_force": "N", "P_N": "N s", "gamma_N": "m/s", "error_gamma_N": "m/s"}
+        return super().variables | {name: Variable((), unit) for name, unit in units.items()}
 
 
-def contact_row(
-    system: System, start: tuple, t_end: float, integrator: Penalty, contact: int, limit: float | None
-) -> dict[str, Any]:
-    """What a contact did: branch, force history, restitution; what it did not do is NaN."""
-    t_0, q0, u0 = start
+def contact_row(run: Solution, contact: int, limit: float | None) -> dict[str, Any]:
+    """What a contact did: branch, force history, restitution; of a contact that never closes the branch alone."""
+    row: dict[str, Any] = {"branch": branch(run, contact)}
     try:
-        run = simulate(system, (t_0, t_end), q0, u0, integrator=integrator)
         episode = force_episode(run, contact)
-    except (InvalidInput, StepFailure):
-        return {"branch": ""}
-    row = {
-        "branch": branch(run, contact), "stop_time": episode.stop, "peak_force": episode.peak_force,
+    except InvalidInput:
+        return row
+    row |= {
+        "stop_time": episode.stop, "peak_force": episode.peak_force,
         "P_N": episode.P_N, "gamma_N": episode.gamma_N, "restitution": episode.restitution,
     }  # fmt: skip
     return row if limit is None else row | {"error_gamma_N": abs(episode.gamma_N - limit)}
@@ -171,11 +193,9 @@ def branch(run: Solution, contact: int) -> str:
     return ", ".join(names[:BRANCH]) + (", ..." if len(names) > BRANCH else "")
 
 
-def beside_columns(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def beside_columns(task: ComparisonTask) -> dict[str, Any]:
     """Errors at the last time and costs of the rigid runs."""
-    columns: dict[str, Any] = {}
-    for name in ("error_q", "error_u"):
-        columns[f"beside_{name}"] = ("beside", [float(row[name][-1]) if name in row else np.nan for row in rows])
-    for name in ("wall_time", "steps"):
-        columns[f"beside_{name}"] = ("beside", [float(row.get(name, np.nan)) for row in rows])
-    return columns
+    runs = compare(task, "")
+    names = [name for name in ("error_q", "error_u", "wall_time", "steps") if name in runs]
+    columns = {name: runs[name].isel(time=-1) if "time" in runs[name].dims else runs[name] for name in names}
+    return {f"beside_{name}": ("beside", column.values) for name, column in columns.items()}

@@ -1,7 +1,9 @@
-"""What a study measures against: states at given times, with the error that they have themselves.
+"""What a study measures of a motion, and the reference that it measures against.
+
+    q, u at given times;    t_i of matched events;    q, u at t_i + delay_i
 
 A reference is given as arrays, or is the run of an integrator; then its error is the difference from a run with twice
-the step, or ten times the tolerance.
+the step, or ten times the tolerance. Events are matched where that integrator locates its own.
 """
 
 from __future__ import annotations
@@ -11,80 +13,164 @@ from typing import Any
 
 import numpy as np
 
+from nonsmooth.arrays import as_positive
 from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.simulation import simulate
 from nonsmooth.solution import Solution
-from nonsmooth.system import System
+from nonsmooth.studies.matched_events import Entrances
+from nonsmooth.system import System, as_system
 
+EXACT = EventDriven(rtol=1e-12, atol=1e-14)  # rigid contact, as good as rounding allows
 COARSER_DT, COARSER_RTOL = 2.0, 10.0
+Observed = dict[str, np.ndarray]  # "q", "u" (n_t, n); with events "event_t" (m, 1), "after_q", "after_u" (m, n)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A motion from a start, and when it is looked at.
+
+    Attributes
+    ----------
+    model : System or model
+    start : (t_0, q0, u0)
+    times : ndarray (n_t,)
+        Increasing; the last one is the end [s].
+    """
+
+    model: Any
+    start: tuple[float, np.ndarray, np.ndarray]
+    times: np.ndarray
+
+    @property
+    def system(self) -> System:
+        """The system; made of the model where it is needed, since a model travels to other processes."""
+        return as_system(self.model)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Start and end [s]."""
+        return self.start[0], float(self.times[-1])
+
+    def run(self, integrator: Any, at: np.ndarray | None = None) -> Solution:
+        """The run of an integrator, recorded at some times, or at every step; the start comes first."""
+        _, q0, u0 = self.start
+        return simulate(self.system, self.span, q0, u0, integrator=integrator, t_eval=at)
 
 
 @dataclass(frozen=True)
 class Reference:
-    """States at the times of a study.
+    """What is measured of the reference.
 
     Attributes
     ----------
-    q, u : ndarray (n_t, n)
-    floor_q, floor_u : ndarray (n_t,)
-        Their own errors.
+    observed : dict of arrays
+    floor : dict of arrays
+        Largest errors of its own, of each row.
+    events : Entrances or None
+        Its events, where it locates them.
+    delay : ndarray (m,)
+        Time after each at which states are compared [s].
     """
 
-    q: np.ndarray
-    u: np.ndarray
-    floor_q: np.ndarray
-    floor_u: np.ndarray
+    observed: Observed
+    floor: dict[str, np.ndarray]
+    events: Entrances | None = None
+    delay: np.ndarray | None = None
 
-    def errors(self, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
-        """Largest differences of the coordinates and of the velocities, (n_t,) each."""
-        n = len(self.q)
-        return largest(solution.q[-n:] - self.q), largest(solution.u[-n:] - self.u)
+    def observe(self, problem: Problem, integrator: Any, run: Solution) -> Observed:
+        """The same of a run, which was recorded at the times of the problem; NaN where it has no such event."""
+        n = len(problem.times)
+        observed = {"q": run.q[-n:], "u": run.u[-n:]}
+        if self.events is None or self.delay is None:
+            return observed
+        t = self.events.matched(run)
+        observed |= {"event_t": t[:, None], **states_at(problem, integrator, t + self.delay)}
+        return observed
+
+    def errors(self, observed: Observed) -> dict[str, np.ndarray]:
+        """Largest difference of each row, by name."""
+        return differences(observed, self.observed)
 
 
-def as_reference(given: Any, system: System, start: tuple, times: np.ndarray) -> Reference:
+def states_at(problem: Problem, integrator: Any, t: np.ndarray) -> Observed:
+    """The states at some times in any order; NaN at those that are NaN or beyond the end."""
+    system = problem.system
+    q, u = np.full((len(t), system.n_q), np.nan), np.full((len(t), system.n_u), np.nan)
+    inside = np.flatnonzero(t <= problem.span[1])
+    if len(inside):
+        at, place = np.unique(t[inside], return_inverse=True)
+        run = problem.run(integrator, at)
+        q[inside], u[inside] = run.q[-len(at) :][place], run.u[-len(at) :][place]
+    return {"after_q": q, "after_u": u}
+
+
+def differences(one: Observed, other: Observed) -> dict[str, np.ndarray]:
+    """Largest difference in each row, by name."""
+    return {name: np.abs(values - other[name]).max(axis=1) for name, values in one.items()}
+
+
+def as_reference(given: Any, problem: Problem, delay: float | None = None) -> Reference:
     """A reference from arrays (q, u) or from an integrator.
 
     Parameters
     ----------
     given : (array_like, array_like) or integrator
-    start : (t_0, q0, u0)
-    times : ndarray (n_t,)
+    problem : Problem
+    delay : float, optional
+        Time after each event [s]; half the time to the next one when left out.
 
     Raises
     ------
     InvalidInput
-        For arrays of other shapes.
+        For arrays of other shapes, and for a delay where no events are located.
     """
-    shape = (len(times), system.n_q)
     if isinstance(given, tuple | list) and len(given) == 2:
-        q, u = (np.asarray(column, dtype=float) for column in given)
-        q, u = (column.reshape(shape) if column.size == shape[0] * shape[1] else column for column in (q, u))
-        if q.shape != shape or u.shape != shape:
-            raise InvalidInput(
-                f"reference must be a pair of arrays {shape}: (times, coordinates); got {q.shape}, {u.shape}"
-            )
-        return Reference(q, u, np.zeros(len(times)), np.zeros(len(times)))
+        if delay is not None:
+            raise InvalidInput("delay= needs the events of a reference; give an integrator that locates them")
+        return as_given(given, problem)
+    if delay is not None:
+        as_positive("delay", delay, "s")
     if not hasattr(given, "load"):
         raise InvalidInput(f"reference must be an integrator, or a pair (q, u) of states at the times; got {given!r}")
-    fine, coarse = (run_at(system, start, times, integrator) for integrator in (given, coarser(given)))
-    n = len(times)
-    q, u = fine.q[-n:], fine.u[-n:]
-    return Reference(q, u, largest(q - coarse.q[-n:]), largest(u - coarse.u[-n:]))
+    fine, coarse = problem.run(given, problem.times), problem.run(coarser(given), problem.times)
+    alone = Reference({}, {})
+    if getattr(given, "locates_events", False):
+        t_end = problem.span[1]
+        events = Entrances.of_run(fine).before(t_end - (delay or 0.0))
+        if len(events.t):
+            alone = Reference({}, {}, events, events.middles(t_end) if delay is None else np.full(len(events.t), delay))
+    elif delay is not None:
+        raise InvalidInput(f"delay= needs a reference that locates its events, as EventDriven does; got {given!r}")
+    observed = alone.observe(problem, given, fine)
+    floor = differences(observed, alone.observe(problem, coarser(given), coarse))
+    return replace(alone, observed=observed, floor=floor)
+
+
+def as_given(pair: Any, problem: Problem) -> Reference:
+    """States (q, u) that the caller knows."""
+    shape = (len(problem.times), problem.system.n_q)
+    q, u = (np.asarray(column, dtype=float) for column in pair)
+    q, u = (column.reshape(shape) if column.size == shape[0] * shape[1] else column for column in (q, u))
+    if q.shape != shape or u.shape != shape:
+        raise InvalidInput(
+            f"reference must be a pair of arrays {shape}: (times, coordinates); got {q.shape}, {u.shape}"
+        )
+    return Reference({"q": q, "u": u}, {name: np.zeros(len(q)) for name in ("q", "u")})
 
 
 def coarser(integrator: Any) -> Any:
     """The same method with a larger step or tolerance."""
     if hasattr(integrator, "dt"):
-        return replace(integrator, dt=COARSER_DT * integrator.dt)
-    return replace(integrator, rtol=COARSER_RTOL * integrator.rtol, atol=COARSER_RTOL * integrator.atol)
+        return with_step(integrator, COARSER_DT * integrator.dt)
+    return with_tolerance(integrator, COARSER_RTOL * integrator.rtol)
 
 
-def run_at(system: System, start: tuple, times: np.ndarray, integrator: Any, on_failure: str = "raise") -> Solution:
-    """The states at the times; the start comes first where it is not one of them."""
-    t_0, q0, u0 = start
-    return simulate(system, (t_0, float(times[-1])), q0, u0, integrator=integrator, t_eval=times, on_failure=on_failure)
+def with_step(integrator: Any, dt: float) -> Any:
+    """The same method with another step."""
+    return replace(integrator, dt=dt)
 
 
-def largest(differences: np.ndarray) -> np.ndarray:
-    """Largest entry of each row."""
-    return np.abs(differences).max(axis=1)
+def with_tolerance(integrator: Any, rtol: float) -> Any:
+    """The same method with another relative tolerance; the absolute one changes with it."""
+    return replace(integrator, rtol=rtol, atol=integrator.atol * rtol / integrator.rtol)

@@ -6,7 +6,6 @@ is run cell by cell through `simulate`.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -14,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.arrays import as_fraction, as_number, as_vector
-from nonsmooth.errors import InvalidInput, NonsmoothError, Status, UnknownName, nearest
+from nonsmooth.errors import InvalidInput, Status, UnknownName, nearest
 from nonsmooth.initial_modes import INADMISSIBLE
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.moreau_jean_step import run
-from nonsmooth.jit import identity as identity_of
 from nonsmooth.paradox.map import unit_of
 from nonsmooth.runs.run import MESSAGES
 from nonsmooth.runs.times import Grid, make_grid
@@ -28,7 +26,7 @@ from nonsmooth.studies.axis_names import END, AxisNames, Columns, state_names
 from nonsmooth.studies.block_engine import BlockEngine
 from nonsmooth.studies.measures import Measure, measure_named
 from nonsmooth.studies.run_rows import RowBuilder, Rows, combinations
-from nonsmooth.studies.task import Batch, CellStatus, Variable, as_values, name_of
+from nonsmooth.studies.task import Batch, CellStatus, Variable, as_values, identity_of_model, name_of, words_of
 from nonsmooth.system import System, as_system
 
 ONE_RECORD = 2**62  # steps between two records: only the start and the end are kept
@@ -165,17 +163,12 @@ class RunTask:
 
     def identity(self) -> str:
         """Model, parameters, integrator, span, start, measures, and the code of the model's functions."""
-        digest = hashlib.sha256()
-        for which, function in sorted(self.system.functions.items()):
-            digest.update(repr(which).encode() + identity_of(function))
-        for function in self.functions:
-            digest.update(name_of(function).encode())
         state = {name: np.asarray(value).tolist() for name, value in sorted(self.state.items())}
         parts = (
-            type(self.model).__qualname__, self.system.name, self.system.parameter_values, self.system.contacts,
             self.integrator, self.t_span, state, self.selection, self.window, self.every, list(self.measures),
+            [name_of(function) for function in self.functions],
         )  # fmt: skip
-        return "\n".join([*map(repr, parts), digest.hexdigest()])
+        return "\n".join([identity_of_model(self.model, *self.functions), *map(repr, parts)])
 
     def __call__(self, columns: Columns) -> Batch:
         """Run a batch of cells."""
@@ -184,7 +177,7 @@ class RunTask:
 
         def fail(cells: np.ndarray, error: Exception) -> None:
             result.status[cells] = CellStatus.FAILED
-            result.messages.update(dict.fromkeys(cells.tolist(), str(error)))
+            result.messages.update(dict.fromkeys(cells.tolist(), words_of(error)))
 
         for integrator, t_end, cells in self._integrators(parts.options, parts.length, fail):
             for rows in self.rows.rows(parts, cells, fail):
@@ -264,8 +257,7 @@ class RunTask:
                 )  # fmt: skip
                 values = self._measure(solution)
             except Exception as error:
-                is_ours = isinstance(error, NonsmoothError)
-                fail(rows.cells[k : k + 1], error if is_ours else RuntimeError(f"{type(error).__name__}: {error}"))
+                fail(rows.cells[k : k + 1], error)
                 continue
             result.status[cell] = int(solution.status)
             if not solution.success:

@@ -1,4 +1,4 @@
-"""A convergence study: errors and costs over a stiffness or a step, orders, the law they follow, a table, a figure."""
+"""A convergence study: errors and costs over a stiffness, a step or a tolerance, orders, laws, a table, a figure."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from nonsmooth.studies.laws_of_convergence import Fit, fit_laws, observed_orders
 if TYPE_CHECKING:
     import xarray
 
+KINDS = ("error_q", "error_u", "error_event_t", "error_after_q", "error_after_u", "error_gamma_N")
 ABOVE_FLOOR = 10.0  # errors of the reference: an error below is not told from it, and no order is read from it
 
 
@@ -23,12 +24,15 @@ class Study:
 
     Attributes
     ----------
-    of : {"stiffness", "dt"}
-        What was varied: k [N/m] or dt [s].
+    of : {"stiffness", "dt", "rtol"}
+        What was varied: k [N/m], dt [s] or the tolerance.
     data : xarray.Dataset
         Over ``of`` and "time": "error_q", "error_u" (largest difference of a coordinate [m, rad] and of a velocity
-        [m/s, rad/s] from the reference), "floor_q", "floor_u" (error of the reference itself, over "time"); over
-        ``of``: "steps", "wall_time" [s], "status", "message". `penalty_study` adds what its contacts did.
+        [m/s, rad/s] from the reference); over ``of`` and "event": "error_event_t", how much later or earlier the run
+        enters the same mode [s], and "error_after_q", "error_after_u", the differences at the time "delay" after it,
+        counted in each motion from its own event; "floor_q" and so on: errors of the reference itself; over ``of``:
+        "steps", "wall_time" [s], "status", "message". The events are those of the reference, at "event_time" [s] into
+        "event_mode"; NaN where a run has none to match. `penalty_study` adds what its contacts did.
     title : str
     """
 
@@ -41,42 +45,45 @@ class Study:
         """The stiffnesses or steps."""
         return self.data[self.of].values
 
-    def errors(self, name: str = "error_u", time: int = -1) -> np.ndarray:
-        """Errors (n,) of one kind at one of the times; NaN where they are not told from the `floor`.
+    def errors(self, name: str = "error_u", at: int = -1) -> np.ndarray:
+        """Errors (n,) of one kind at one of the times, or of the events; NaN where they are not told from the `floor`.
 
         Raises
         ------
         UnknownName
             For a kind of error that the study has not.
         """
-        kinds = [str(key) for key in self.data if str(key).startswith("error_")]
-        if name not in kinds:
-            raise UnknownName(f"there is no error {name!r} in this study; {nearest(name, kinds)}")
-        column = self.data[name]
-        if "time" not in column.dims:
-            return column.values
-        errors = column.isel(time=time).values
-        return np.where(errors > ABOVE_FLOOR * self.floor(name, time), errors, np.nan)
+        if name not in self.kinds:
+            raise UnknownName(f"there is no error {name!r} in this study; {nearest(name, self.kinds)}")
+        errors = row(self.data[name], at)
+        if f"floor_{name.removeprefix('error_')}" not in self.data:
+            return errors
+        return np.where(errors > ABOVE_FLOOR * self.floor(name, at), errors, np.nan)
 
-    def floor(self, name: str = "error_u", time: int = -1) -> np.ndarray:
+    @property
+    def kinds(self) -> list[str]:
+        """The kinds of error that were measured."""
+        return [name for name in KINDS if name in self.data]
+
+    def floor(self, name: str = "error_u", at: int = -1) -> np.ndarray:
         """What cannot be told from zero (n,): the error of the reference, or of the integration."""
         kind = name.removeprefix("error_")
-        floor = np.full(len(self.x), float(self.data[f"floor_{kind}"].isel(time=time)))
-        return np.fmax(floor, self.data[f"own_{kind}"].isel(time=time).values) if f"own_{kind}" in self.data else floor
+        floor = np.full(len(self.x), float(row(self.data[f"floor_{kind}"], at)))
+        return np.fmax(floor, row(self.data[f"own_{kind}"], at)) if f"own_{kind}" in self.data else floor
 
-    def orders(self, name: str = "error_u", time: int = -1) -> np.ndarray:
+    def orders(self, name: str = "error_u", at: int = -1) -> np.ndarray:
         """Observed orders between neighbours (n - 1,): of 1/k for a stiffness."""
         sign = -1.0 if self.of == "stiffness" else 1.0
-        return sign * observed_orders(self.x, self.errors(name, time))
+        return sign * observed_orders(self.x, self.errors(name, at))
 
-    def fits(self, name: str = "error_u", time: int = -1) -> list[Fit]:
+    def fits(self, name: str = "error_u", at: int = -1) -> list[Fit]:
         """Laws fitted to the errors, the closest first, and last a free power."""
-        return fit_laws(self.of, self.x, self.errors(name, time))
+        return fit_laws(self.of, self.x, self.errors(name, at))
 
     def table(self) -> str:
-        """The study as text: a line for each value, then the laws."""
-        kinds = [str(key) for key in self.data if str(key).startswith("error_")]
-        extra = [name for name in ("restitution", "peak_force", "stop_time", "branch") if name in self.data]
+        """The study as text: a line for each value, when the errors were measured, and the laws."""
+        kinds = self.kinds
+        extra = [name for name in ("restitution", "peak_force", "stop_time", "branch") if self._is_known(name)]
         cells = [[self.of, *(f"{name} (order)" for name in kinds), *extra, "steps", "wall [ms]"]]
         for i, value in enumerate(self.x):
             row = [f"{value:.4g}"]
@@ -93,12 +100,30 @@ class Study:
             else f"{row[0].rjust(widths[0])}  {row[1]}" for row in cells
         ]  # fmt: skip
         laws = [f"{name}: {'; '.join(map(str, self.fits(name)))}" for name in kinds if self.fits(name)]
-        return "\n".join([self.title, *lines, *laws])
+        return "\n".join([self.title, *lines, self._when(), *laws])
+
+    def _is_known(self, name: str) -> bool:
+        """Whether a variable says something of any run."""
+        if name not in self.data:
+            return False
+        values = self.data[name].values
+        return bool((values != "").any() if values.dtype.kind in "OU" else np.isfinite(values).any())
+
+    def _when(self) -> str:
+        """When the errors of the table were measured."""
+        words = f"errors at t = {float(self.data.time[-1]):.6g} s"
+        if "event_mode" in self.data.coords:
+            event = self.data.isel(event=-1)
+            words += (
+                f"; error_event_t of {event.event_mode.item()!r} at {float(event.event_time):.6g} s, event "
+                f"{self.data.sizes['event']}; error_after {float(event.delay):.6g} s after it"
+            )
+        return words
 
     def _error_cell(self, name: str, i: int) -> str:
         error = self.errors(name)[i]
         if not np.isfinite(error):
-            return "below the floor" if np.isfinite(_last(self.data[name])[i]) else "-"
+            return "below the floor" if np.isfinite(row(self.data[name])[i]) else "-"
         order = self.orders(name)[i - 1] if i > 0 else np.nan
         return f"{error:.3e}" + (f" ({order:.2f})" if np.isfinite(order) else " (    )")
 
@@ -112,8 +137,11 @@ class Study:
         return f"Study({self.title!r}, {self.of} = {self.x[0]:.3g} .. {self.x[-1]:.3g})"
 
 
-def _last(column: Any) -> np.ndarray:
-    return column.isel(time=-1).values if "time" in column.dims else column.values
+def row(column: Any, at: int = -1) -> np.ndarray:
+    """A variable at one of its times, or of its events."""
+    dims = {"time", "event"} & set(column.dims)
+    values: np.ndarray = column.isel(dict.fromkeys(dims, at)).values
+    return values
 
 
 def _cell(value: Any) -> str:

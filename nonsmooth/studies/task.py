@@ -17,8 +17,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, Status, UnknownName, nearest
+from nonsmooth.errors import InvalidInput, NonsmoothError, Status, StepFailure, UnknownName, nearest
 from nonsmooth.jit import identity as identity_of
+from nonsmooth.system import as_system
 
 
 class CellStatus(IntEnum):
@@ -32,6 +33,8 @@ class CellStatus(IntEnum):
     MASS_NOT_POSITIVE = Status.MASS_NOT_POSITIVE
     NEGATIVE_FRICTION = Status.NEGATIVE_FRICTION
     INTERRUPTED = Status.INTERRUPTED
+    STEP_VANISHED = Status.STEP_VANISHED
+    CHATTERING = Status.CHATTERING
     FAILED = 20  # an exception: parameters out of range, or raised by the task's own function
     CRASHED = 21  # the process that ran the cell died, also when it ran this cell alone
     TIMED_OUT = 22
@@ -157,15 +160,24 @@ class FunctionTask:
     def __call__(self, columns: Mapping[str, np.ndarray]) -> Batch:
         """Call the function for each cell of a batch."""
         N = len(next(iter(columns.values())))
-        results: list[dict[str, Any] | None] = []
-        messages: dict[int, str] = {}
+        results: list[dict[str, Any] | Exception] = []
         for i in range(N):
             try:
                 results.append(as_values(self.function(**{name: values[i].item() for name, values in columns.items()})))
             except Exception as error:
-                results.append(None)
-                messages[i] = f"{type(error).__name__}: {error}"
-        return stack(results, messages)
+                results.append(error)
+        return stack(results)
+
+
+def identity_of_model(model: Any, *functions: Any) -> str:
+    """A text that is equal for equal models: parameters, contacts, the code of its functions and of further ones."""
+    system, digest = as_system(model), hashlib.sha256()
+    for which, function in sorted(system.functions.items()):
+        digest.update(repr(which).encode() + identity_of(function))
+    for function in functions:
+        digest.update(identity_of(function) if inspect.isfunction(function) else b"")
+    parts = (type(model).__qualname__, system.name, system.parameter_values, system.contacts)
+    return "\n".join([*map(repr, parts), digest.hexdigest()])
 
 
 def name_of(function: Any) -> str:
@@ -191,15 +203,26 @@ def as_values(result: Any) -> dict[str, Any]:
     return values
 
 
-def stack(results: list[dict[str, Any] | None], messages: dict[int, str]) -> Batch:
+def stack(results: list[dict[str, Any] | Exception]) -> Batch:
     """The results of cells one by one as columns; NaN where a cell has no such result."""
-    batch = Batch({}, np.full(len(results), int(CellStatus.FAILED)), messages)
+    batch = Batch({}, np.full(len(results), int(CellStatus.FINISHED)))
     for i, result in enumerate(results):
-        if result is not None:
-            batch.status[i] = CellStatus.FINISHED
-            for name, value in result.items():
-                batch.put(name, np.array([i]), np.array([value]))
+        if isinstance(result, Exception):
+            batch.status[i], batch.messages[i] = status_of(result), words_of(result)
+            continue
+        for name, value in result.items():
+            batch.put(name, np.array([i]), np.array([value]))
     return batch
+
+
+def status_of(error: Exception) -> int:
+    """How a cell ended that raised: as its run did, where it was a run."""
+    return int(error.solution.status if isinstance(error, StepFailure) else CellStatus.FAILED)
+
+
+def words_of(error: Exception) -> str:
+    """What went wrong, in a sentence; of errors that are not this package's, with their type."""
+    return str(error) if isinstance(error, NonsmoothError) else f"{type(error).__name__}: {error}"
 
 
 def put(columns: dict[str, np.ndarray], name: str, cells: np.ndarray, values: np.ndarray, lengths: tuple) -> None:

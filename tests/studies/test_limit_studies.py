@@ -60,6 +60,110 @@ def test_impact_without_collision_converges_to_another_solution_than_the_plastic
     assert set(study.data.branch.values) == {"open, slide -, stick, slide +, open"}
 
 
+def test_undamped_bounces_are_late_by_the_contacts_and_right_after_them():
+    """A ball that meets its spring with the velocity v leaves it with v at zero gap, T later than the rigid ball:
+    d = g/omega^2 (1 - cos omega t) + v/omega sin omega t vanishes at T = (pi + 2 atan(g/(omega v)))/omega. So the
+    n-th bounce is n T late, of the law k^-1/2 with the constant n pi sqrt(m), and the motion after it has no error."""
+    ball, g = BouncingBall(e=1.0), 9.81
+    study = ns.penalty_study(ball, (0, 2), *ball.state(height=1.0), stiffness=np.logspace(5, 9, 5), beside=[])
+    v, omega = math.sqrt(2 * g), np.sqrt(study.x)
+    T = (math.pi + 2 * np.arctan(g / (omega * v))) / omega
+    assert study.data.event_mode.values.tolist() == ["open", "open"]
+    assert np.allclose(study.data.event_time, [v / g, 3 * v / g], rtol=1e-11)
+    for n in (1, 2):
+        assert np.allclose(study.errors("error_event_t", n - 1), n * T, rtol=1e-6)  # rtol 1e-8 of each step
+        fit = study.fits("error_event_t", n - 1)[0]
+        assert fit.law == "k^-1/2" and abs(fit.constant / (n * math.pi) - 1) < 0.01  # g/(omega v) is 0.7 % at 1e5
+    assert np.isnan(study.errors("error_after_q")).all()  # below the floor
+    assert study.data.error_after_u.max() < 1e-8 * v * 10 and study.data.error_u.min() > 1e-3
+    assert "error_event_t of 'open' at 1.35457 s, event 2" in study.table()
+
+
+def test_bounce_of_a_damped_contact_leaves_with_the_closed_restitution():
+    """Against the rigid ball with e(zeta): after the bounce only gravity's part during the contact is wrong."""
+    zeta, g = 0.3, 9.81
+    e = math.exp(-2 * zeta * math.acos(zeta) / math.sqrt(1 - zeta**2))
+    ball, delay = BouncingBall(e=e), 0.1
+    study = ns.penalty_study(
+        ball, (0, 0.8), *ball.state(height=1.0), stiffness=np.logspace(6, 10, 5), damping_ratio=zeta, delay=delay,
+        beside=[],
+    )  # fmt: skip
+    assert study.data.delay.values.tolist() == [delay]
+    contact = 2 * math.acos(zeta) / math.sqrt(1 - zeta**2) / np.sqrt(study.x)  # its duration
+    assert np.allclose(study.errors("error_event_t", 0), contact, rtol=0.01)
+    assert (study.errors("error_after_u", 0) < 2 * g * contact).all()
+    assert np.allclose(study.orders("error_after_u", 0), 0.5, atol=0.05)
+
+
+def test_rigid_solution_is_matched_at_its_seizure_and_its_slip():
+    """The seized tip slips again when the friction suffices no more; both are late by O(ln k/k), the motions after them
+    differ by O(1/k): what was wrong is the time."""
+    rod = SpragSlip()
+    study = ns.penalty_study(
+        rod, (0, 0.2), *rod.state(th=0.78, thdot=1.0), stiffness=[1e4, 1e5, 1e6, 1e7], damping=lambda k: k, beside=[]
+    )
+    assert study.data.event_mode.values.tolist() == ["stick", "slide -"] and study.data.event_time.values[0] == 0
+    np.testing.assert_array_equal(study.errors("error_event_t", 0), study.data.stop_time)
+    assert study.fits("error_event_t", 0)[0].law == "ln k/k"
+    assert study.fits("error_after_q")[0].law == "k^-1"
+
+
+def test_event_that_a_run_does_not_have_is_unknown():
+    """An overdamped contact does not bounce; the elastic rigid ball does."""
+    ball = BouncingBall(e=1.0)
+    study = ns.penalty_study(
+        ball, (0, 1.5), *ball.state(height=1.0), stiffness=[1e6], damping_ratio=20.0, times=[0.4], beside=[]
+    )
+    assert "event" not in study.data.dims  # nothing happens before 0.4 s
+    study = ns.penalty_study(ball, (0, 1.5), *ball.state(height=1.0), stiffness=[1e6], damping_ratio=20.0, beside=[])
+    assert study.data.event_mode.values.tolist() == ["open", "open"]
+    assert np.isnan(study.data.error_event_t).all() and np.isnan(study.data.error_after_q).all()
+    assert "-" in study.table().splitlines()[2].split()
+
+
+@pytest.mark.parametrize("integrator", [ns.EventDriven, ns.Penalty(1e6, damping_ratio=1.0)])
+def test_error_controlled_integrators_follow_their_tolerance(integrator):
+    """Radau IIA of order 5 with an estimate of order 4: the errors go as rtol^(5/4), some by chance."""
+    rod = PainleveRod(mu=1.0)
+    study = ns.convergence_study(
+        rod, (0, 0.7), *rod.state(slip=1.0), integrator=integrator, rtol=[1e-5, 1e-6, 1e-7, 1e-8]
+    )
+    assert study.of == "rtol" and study.data.sizes["event"] > 2
+    for name in ("error_q", "error_u"):
+        known = np.isfinite(study.errors(name))
+        power = np.polyfit(np.log(study.x[known]), np.log(study.errors(name)[known]), 1)[0]
+        assert known.sum() >= 3 and 0.9 < power < 1.6
+
+
+def test_moreau_jean_is_of_first_order_across_events_of_the_event_driven_run():
+    rod = PainleveRod(mu=1.0)
+    exact = ns.EventDriven(rtol=1e-12, atol=1e-14)
+    study = ns.convergence_study(
+        rod, (0, 0.7), *rod.state(slip=1.0), dt=[4e-4, 2e-4, 1e-4], reference=exact, integrator=ns.MoreauJean(1.0, 1.0)
+    )
+    assert study.data.event_mode.values.tolist() == ["stick", "slide +", "stick"]
+    assert (
+        study.errors("error_event_t") < 4 * study.x
+    ).all()  # an event is known to a step, slip may wait for the next
+
+
+def test_studies_are_sweeps_with_workers_and_a_journal(tmp_path):
+    rod, book = SpragSlip(), tmp_path / "study.jsonl"
+
+    def study(**options):
+        start = rod.state(th=0.78, thdot=1.0)
+        return ns.penalty_study(
+            rod, (0, 0.1), *start, stiffness=[1e5, 1e6, 1e7], damping=lambda k: k, beside=[], **options
+        )
+
+    here, there = study(), study(workers=2, journal=book)
+    for name in (*here.kinds, "own_q", "steps", "branch", "peak_force"):
+        np.testing.assert_array_equal(here.data[name], there.data[name])
+    again = study(journal=book)
+    assert again.data.attrs["cells_from_journal"] == 3
+    np.testing.assert_array_equal(again.data.wall_time, there.data.wall_time)  # not run again
+
+
 def test_damping_ratio_fixes_the_restitution_of_a_bounce():
     ball, zeta = BouncingBall(), 0.5
     study = ns.penalty_study(
@@ -104,8 +208,31 @@ def test_run_that_fails_is_a_row_with_its_reason():
     study = ns.penalty_study(
         ball, (0, 0.6), *ball.state(height=1.0), stiffness=[1e8, 1e26], reference=([[0.0]], [[0.0]]), beside=[]
     )
-    assert study.data.status.values.tolist() == [1, 0]
+    assert study.data.status.values.tolist() == [ns.CellStatus.FINISHED, ns.CellStatus.FAILED]
     assert "cannot be met in double precision" in study.table()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"dt": [1e-3], "rtol": [1e-6]}, "either dt or rtol"),
+        ({"rtol": [1e-6]}, "MoreauJean has no rtol: its steps have a fixed length; vary dt"),
+        ({"dt": [1e-3], "integrator": ns.EventDriven}, "EventDriven has no dt: it controls its error; vary rtol"),
+        ({"dt": [1e-3], "integrator": ns.Penalty(1e6)}, "Penalty has no dt"),
+        ({"rtol": [1e-6], "integrator": ns.Penalty}, "Penalty needs further options"),
+        ({"dt": [1e-3], "integrator": 3.0}, "must be an integrator, or make one of dt"),
+        ({"dt": [1e-3], "integrator": lambda dt: dt}, "must be an integrator, or make one of dt"),
+        ({"dt": []}, "dt must have at least one value"),
+        ({"dt": [1e-3, -1e-3]}, "dt must be positive"),
+        ({"dt": [1e-3], "delay": 0.1}, "needs a reference that locates its events"),
+        ({"dt": [1e-3], "reference": ([[0.0]], [[0.0]]), "delay": 0.1}, "needs the events of a reference"),
+        ({"integrator": ns.EventDriven, "delay": -0.1}, "delay must be positive"),
+    ],
+)
+def test_integrator_and_what_is_varied_must_fit(options, words):
+    ball = BouncingBall()
+    with pytest.raises(ns.InvalidInput, match=words):
+        ns.convergence_study(ball, (0, 0.1), *ball.state(height=1.0), **options)
 
 
 @pytest.mark.parametrize(
@@ -152,7 +279,10 @@ def test_figures_are_drawn(tmp_path):
     ball = BouncingBall()
     limit = ns.penalty_study(ball, (0, 0.6), *ball.state(height=1.0), stiffness=[1e5, 1e6, 1e7], beside=[])
     step = ns.convergence_study(ball, (0, 0.4), *ball.state(height=1.0), dt=[1e-2, 1e-3])
-    for study, panels in ((limit, 4), (step, 3)):
+    tolerance = ns.convergence_study(
+        ball, (0, 0.6), *ball.state(height=1.0), integrator=ns.EventDriven, rtol=[1e-4, 1e-6]
+    )
+    for study, panels in ((limit, 6), (step, 3), (tolerance, 4)):
         figure = study.plot(tmp_path / f"{study.of}.png")
-        assert len(figure.axes) >= panels
+        assert len(figure.axes) == panels
         assert (tmp_path / f"{study.of}.png").stat().st_size > 10_000

@@ -1,0 +1,117 @@
+"""The task of the studies of limits: runs with one option varied, each beside the same reference.
+
+    e(x) = max |q_x - q_ref|    at given times, and after matched events;    cost: steps, wall time
+
+Each value is a cell of a sweep; a run that fails is a cell with its status and its message.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nonsmooth.arrays import as_vector
+from nonsmooth.errors import InvalidInput
+from nonsmooth.runs.times import as_span
+from nonsmooth.studies.reference import Problem, Reference
+from nonsmooth.studies.sweep import sweep
+from nonsmooth.studies.task import FunctionTask, Variable, identity_of_model
+from nonsmooth.system import as_system
+
+if TYPE_CHECKING:
+    import xarray
+
+REPEATS, SHORT = 4, 0.05  # a run shorter than so many seconds is timed again, the least time counts
+ROWS = {"q": "time", "u": "time", "event_t": "event", "after_q": "event", "after_u": "event"}
+OF = {
+    "q": "a coordinate at the time", "u": "a velocity at the time", "event_t": "the time of the event",
+    "after_q": "a coordinate after the event", "after_u": "a velocity after the event",
+}  # fmt: skip
+
+
+def as_problem(
+    model: Any, t_span: tuple[float, float], q0: ArrayLike, u0: ArrayLike, times: ArrayLike | None
+) -> Problem:
+    """The motion that a study looks at, checked; without ``times`` it is looked at in the end."""
+    system = as_system(model)
+    t_0, t_1 = as_span(t_span)
+    t = as_vector("times", [t_1] if times is None else times)
+    if t.size == 0 or t[0] <= t_0 or t[-1] > t_1 or (np.diff(t) <= 0).any():
+        raise InvalidInput(f"times must increase within ({t_0:g}, {t_1:g}] s; got {t.tolist()}")
+    return Problem(model, (t_0, as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)), t)
+
+
+class ComparisonTask(FunctionTask):
+    """Runs beside a reference.
+
+    Parameters
+    ----------
+    problem : Problem
+    reference : Reference
+    over : str
+        What is varied.
+    integrators : mapping
+        Its values, and the integrator with each.
+    """
+
+    def __init__(self, problem: Problem, reference: Reference, over: str, integrators: Mapping[float, Any]) -> None:
+        self.problem, self.reference, self.over, self.integrators = problem, reference, over, dict(integrators)
+
+    @property
+    def function(self) -> Any:  # type: ignore[override]
+        """What is done in a cell."""
+        return self._cell
+
+    def _cell(self, **cell: float) -> dict[str, Any]:
+        return self.measure(self.integrators[cell[self.over]])
+
+    def measure(self, integrator: Any) -> dict[str, Any]:
+        """Errors and cost of the run of an integrator."""
+        problem = self.problem
+        run = problem.run(integrator, problem.times)
+        wall_time = run.stats.wall_time
+        for _ in range(REPEATS if wall_time < SHORT else 0):
+            wall_time = min(wall_time, problem.run(integrator, problem.times).stats.wall_time)
+        errors = self.reference.errors(self.reference.observe(problem, integrator, run))
+        cost = {"steps": run.stats.steps, "wall_time": wall_time}
+        return {f"error_{name}": error for name, error in errors.items()} | cost
+
+    @property
+    def variables(self) -> dict[str, Variable]:  # type: ignore[override]
+        """Errors over the times and the events, and costs."""
+        errors = {
+            f"{kind}_{name}": Variable((row,), "s" if name == "event_t" else "", f"{what} of {OF[name]}")
+            for kind, what in (("error", "distance to the reference"), ("own", "error of the integration"))
+            for name, row in ROWS.items()
+        }
+        return errors | {"steps": Variable(), "wall_time": Variable((), "s")}
+
+    def identity(self) -> str:
+        """The motion, the reference and the integrators."""
+        t_0, q0, u0 = self.problem.start
+        observed = {name: values.tolist() for name, values in self.reference.observed.items()}
+        delay = None if self.reference.delay is None else self.reference.delay.tolist()
+        parts = (t_0, q0.tolist(), u0.tolist(), self.problem.times.tolist(), observed, delay, self.integrators)
+        return "\n".join([identity_of_model(self.problem.model), *map(repr, parts)])
+
+
+def compare(
+    task: ComparisonTask, unit: str, workers: int = 1, journal: str | os.PathLike[str] | None = None
+) -> xarray.Dataset:
+    """Run a study; its Dataset over what is varied, "time" and "event"."""
+    values = np.array(list(task.integrators))
+    data = sweep(task, {task.over: (values, unit)}, workers=workers, journal=journal, progress=False)
+    reference = task.reference
+    data = data.assign_coords(time=("time", task.problem.times, {"units": "s"}))
+    if reference.events is not None:
+        data = data.assign_coords(
+            event=("event", np.arange(len(reference.events.t))),
+            event_time=("event", reference.events.t, {"units": "s"}),
+            event_mode=("event", reference.events.names),
+            delay=("event", reference.delay, {"units": "s"}),
+        )
+    return data.assign({f"floor_{name}": (ROWS[name], floor) for name, floor in reference.floor.items()})
