@@ -67,6 +67,7 @@ _HOME = {
     "save_sweep": "studies.sweep_files",
     "plot_sweep": "studies.sweep_plot",
     "CellFailure": "errors",
+    "CheckpointFailure": "errors",
     "equilibrium": "stability.equilibrium",
     "Equilibrium": "stability.equilibrium",
     "linearise": "stability.linearise",

@@ -46,6 +46,10 @@ class ModelFunctionError(StepFailure):
     """A function of the model raised, or wrote NaN or inf; the message says which function, at which t, q and u."""
 
 
+class CheckpointFailure(NonsmoothError, RuntimeError):
+    """A checkpoint could not be written on; what it held before is whole, and can be resumed."""
+
+
 class CellFailure(NonsmoothError, RuntimeError):
     """A cell of a sweep failed, and the sweep was told to stop there; the message has the cell's axis values."""
 

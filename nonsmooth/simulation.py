@@ -45,6 +45,9 @@ def simulate(
     on_failure: str = "raise",
     max_wall_time: float | None = None,
     progress: Callable[[float], None] | None = None,
+    checkpoint: Any = None,
+    resume: Any = None,
+    checkpoint_every: float = 1.0,
 ) -> Solution:
     """Integrate a system from t_span[0] to t_span[1].
 
@@ -72,6 +75,14 @@ def simulate(
         Stop after this many seconds of wall time, with the status INTERRUPTED.
     progress : callable, optional
         Called now and then with the fraction done.
+    checkpoint : path-like, optional
+        A folder, made here, into which records and events are written as the run goes, and its state now and then: a
+        run that is killed can go on, and its records need not fit into memory (docs/checkpoints.md).
+    resume : path-like, optional
+        Go on with the checkpoint of the same run, to the bits of a run that was never stopped. The same path as
+        ``checkpoint``: go on if it is there, else begin it.
+    checkpoint_every : float
+        Seconds between two states that are kept, the most that a kill costs.
 
     Returns
     -------
@@ -83,6 +94,8 @@ def simulate(
         For shapes, spans and options that break a rule.
     StepFailure, ModelFunctionError
         When a step cannot be taken, unless ``on_failure="return"``.
+    CheckpointFailure
+        When a checkpoint cannot be written on, as on a full disk.
 
     Examples
     --------
@@ -105,7 +118,13 @@ def simulate(
     if max_wall_time is not None:
         as_positive("max_wall_time", max_wall_time, "s")
     q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
-    run = new_run(system, integrator, t_span, every, t_eval, q_0, u_0, SELECTIONS[selection], project)
+    task = (system, integrator, t_span, every, t_eval, q_0, u_0, SELECTIONS[selection], project)
+    if checkpoint is None and resume is None:
+        run = new_run(*task)
+    else:
+        from nonsmooth.runs.streamed_run import as_place, streamed_run
+
+        run = streamed_run(*task, as_place(checkpoint, resume, checkpoint_every))
     run.advance(max_wall_time, progress)
     solution = run.solution()
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":

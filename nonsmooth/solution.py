@@ -31,6 +31,7 @@ WHOLE_COLUMNS = (  # of an event; its impulses and velocities are no whole numbe
     records.EVENT_KIND, records.EVENT_CONTACT, records.EVENT_MODE_0, records.EVENT_SLIP_0, records.EVENT_MODE_1,
     records.EVENT_SLIP_1, records.EVENT_SOLUTIONS, records.EVENT_FOUND,
 )  # fmt: skip
+MAX_EVENTS = 200_000  # kept in a solution; the rest are counted
 CANDIDATE_NAMES = ("free", "stick", "slide +", "slide -", "slide + (P_N < 0)", "slide - (P_N < 0)")
 
 
@@ -180,7 +181,7 @@ class Solution:
     mode: np.ndarray
     slip: np.ndarray
     event_rows: np.ndarray
-    find_ledger: Callable[[], dict[str, np.ndarray]]
+    find_ledger: Callable[[Any], dict[str, np.ndarray]]
     stats: Stats
     status: Status
     message: str
@@ -196,15 +197,10 @@ class Solution:
         find_motion: Callable[[], Motion] | None = None,
     ) -> Solution:  # fmt: skip
         """Assemble from the arrays of the loop."""
-        about = {
-            "system": system.name or system.mass.__name__,
-            "integrator": repr(integrator),
-            **system.parameter_values,
-        }
         return cls(
             t, record.q, record.u, record.g_N, record.P[:, :, 0], record.P[:, :, 1:], record.mode, record.slip,
-            event_rows, functools.partial(_ledger, system, t, record), stats, status, message, about, system, la,
-            find_motion,
+            event_rows, functools.partial(ledger_of, system, t, record.q, record.u, record.ledger), stats, status,
+            message, about_run(system, integrator), system, la, find_motion,
         )  # fmt: skip
 
     @property
@@ -260,7 +256,7 @@ class Solution:
     @functools.cached_property
     def ledger(self) -> dict[str, np.ndarray]:
         """Energies and works since the start, by name; found when first asked for."""
-        return self.find_ledger()
+        return self.find_ledger(slice(None))
 
     @property
     def events(self) -> list[Event]:
@@ -324,18 +320,35 @@ def mode_name(mode: int, slip: int) -> str:
     return ContactMode(mode).name.lower() + {1: " +", -1: " -", 0: ""}[int(slip)]
 
 
-def _ledger(system: System, t: np.ndarray, record: records.Record) -> dict[str, np.ndarray]:
+def about_run(system: System, integrator: Any) -> dict[str, Any]:
+    """What was run, by name."""
+    return {
+        "system": system.name or system.mass.__name__,
+        "integrator": repr(integrator),
+        **system.parameter_values,
+    }
+
+
+def works_by_name(columns: np.ndarray) -> dict[str, np.ndarray]:
+    """The works since the start (m, 5) as the ledger's columns."""
     names = ("force", "friction", "normal", "surface", "projection")
-    ledger = {name: record.ledger[:, k] for k, name in enumerate(names)}
-    rows = range(len(t))
+    return {name: columns[:, k] for k, name in enumerate(names)}
+
+
+def ledger_of(
+    system: System, t: np.ndarray, q: np.ndarray, u: np.ndarray, works: np.ndarray, rows: Any
+) -> dict[str, np.ndarray]:
+    """Energies and works at some rows of a record."""
+    t, q, u = t[rows], q[rows], u[rows]
+    ledger = works_by_name(works[rows])
     if system.reads(MASS, "q") or system.reads(MASS, "t"):
-        masses = np.array([system.evaluate(MASS, t[k], record.q[k], record.u[k]) for k in rows])
-        ledger["kinetic"] = 0.5 * np.einsum("ki,kij,kj->k", record.u, masses, record.u)
+        masses = np.array([system.evaluate(MASS, t[k], q[k], u[k]) for k in range(len(t))])
+        ledger["kinetic"] = 0.5 * np.einsum("ki,kij,kj->k", u, masses, u)
     else:
-        M = system.evaluate(MASS, t[0], record.q[0], record.u[0])
-        ledger["kinetic"] = 0.5 * np.einsum("ki,ij,kj->k", record.u, M, record.u)
+        M = system.evaluate(MASS, t[0], q[0], u[0])
+        ledger["kinetic"] = 0.5 * np.einsum("ki,ij,kj->k", u, M, u)
     if POTENTIAL in system.functions:
-        ledger["potential"] = np.array([system.evaluate(POTENTIAL, t[k], record.q[k], record.u[k])[0] for k in rows])
+        ledger["potential"] = np.array([system.evaluate(POTENTIAL, t[k], q[k], u[k])[0] for k in range(len(t))])
     return ledger
 
 

@@ -135,7 +135,7 @@ def as_json(solution: Any) -> dict[str, Any]:
         "stats": asdict(solution.stats),
         "events": [event_as_json(event) for event in solution.events],
         "paradoxes": [event_as_json(event) for event in solution.paradoxes],
-        "ledger": {name: float(column[-1]) for name, column in solution.ledger.items()},
+        "ledger": {name: float(column[-1]) for name, column in solution.find_ledger([-1]).items()},
         "about": solution.about,
     }
 

@@ -51,10 +51,14 @@ def save(solution: Solution, path: str | Path) -> Path:
 
 
 def load(path: str | Path) -> Solution:
-    """Read what ``save`` wrote; the system itself is not stored."""
+    """Read what ``save`` wrote, or a checkpoint; the system itself is not stored."""
     from nonsmooth.solution import Solution, Stats
 
     path = Path(path)
+    if path.is_dir():
+        from nonsmooth.output.checkpoint import load_checkpoint
+
+        return load_checkpoint(path)
     try:
         about, arrays = _read(path)
         about = json.loads(about)
@@ -64,7 +68,7 @@ def load(path: str | Path) -> Solution:
             raise InvalidInput(f"{path.name} is damaged: its arrays differ in length")
         ledger = {name.removeprefix("ledger/"): column for name, column in arrays.items() if name.startswith("ledger/")}
         return Solution(
-            **{name: arrays[name] for name in ARRAYS}, find_ledger=functools.partial(dict, ledger),
+            **{name: arrays[name] for name in ARRAYS}, find_ledger=functools.partial(_rows_of, ledger),
             stats=Stats(**about["stats"]), status=Status(about["status"]), message=about["message"],
             about=about["about"],
         )  # fmt: skip
@@ -74,6 +78,10 @@ def load(path: str | Path) -> Solution:
         if isinstance(error, InvalidInput):
             raise
         raise InvalidInput(f"{path.name} is not a saved solution, or is damaged: {error}") from error
+
+
+def _rows_of(ledger: dict[str, np.ndarray], rows: Any) -> dict[str, np.ndarray]:
+    return {name: column[rows] for name, column in ledger.items()}
 
 
 def _write(part: Path, suffix: str, about: str, arrays: dict[str, Any]) -> None:

@@ -95,7 +95,7 @@ def _outcome(event: ParadoxEvent) -> str:
 
 
 def _energy(solution: Solution) -> list[str]:
-    ledger = solution.ledger
+    ledger = solution.find_ledger([0, -1])
     change = ledger["kinetic"][-1] - ledger["kinetic"][0]
     contact_work = sum(float(ledger[name][-1]) for name in ("friction", "normal", "surface"))
     works = ", ".join(f"{name} {ledger[name][-1]:.6g}" for name in ("force", "friction", "normal", "surface"))

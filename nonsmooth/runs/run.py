@@ -39,13 +39,12 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.motion import Motion, between_records
 from nonsmooth.runs.times import Grid
-from nonsmooth.solution import Solution, Stats
-from nonsmooth.system import FUNCTION_NAMES, ContactMode, System
+from nonsmooth.solution import MAX_EVENTS, Solution, Stats
+from nonsmooth.system import FUNCTION_NAMES, GAP, ContactMode, System
 
 FIRST_BLOCK = 100  # steps before the first look at the clock
 LOOK_EVERY = 0.02  # s between two looks at the clock and at Ctrl-C
 EVENT_CAPACITY = 256  # 26 kB; the loop comes back to have them emptied
-MAX_EVENTS = 200_000  # kept in a solution; the rest are counted
 
 MESSAGES = {
     Status.NO_SOLUTION: "the contact problem of this step has no solution: every mode of {contact} was tried and none "
@@ -159,17 +158,15 @@ class Run:
     def solution(self) -> Solution:
         """What was computed; of an unfinished run, the records and the state it stopped at."""
         m = int(self.state.counters[INTERVAL]) + 1
-        record, t = self.record, self.grid.t[:m].copy()
+        record, t = Record(*(column[:m] for column in self.record)), self.grid.t[:m].copy()
         if self.status != Status.FINISHED and self.state.counters[STEP] > 0:
             t = np.append(t, self._time())
-            record = _with_last(record, m, self.state, self.system, float(t[-1]))
-            m += 1
+            last = last_row(record, self.state, self.system, float(t[-1]))
+            record = Record(*map(np.concatenate, zip(record, last, strict=True)))
         rows = np.concatenate(self.events) if self.events else self.state.events[:0]
         return Solution.from_run(
-            self.system, self.integrator, t, type(record)(*(column[:m] for column in record)), rows, self.status,
-            "the end was reached" if self.status == Status.FINISHED else self._message(),
-            Stats.from_run(self.state, self.wall_time, self.compile_time, self.events_dropped, self.model.is_compiled),
-            find_motion=self._motion_of_records(t, record, rows),
+            self.system, self.integrator, t, record, rows, self.status,
+            self._ended(), self._stats(), find_motion=self._motion_of_records(t, record, rows),
         )  # fmt: skip
 
     def _motion_of_records(self, t: np.ndarray, record: Record, rows: np.ndarray) -> Callable[[], Motion] | None:
@@ -177,6 +174,14 @@ class Run:
         if self.grid.steps.max(initial=1) > 1:
             return None
         return functools.partial(_interpolate, t, record, rows, self.integrator.theta)
+
+    def _stats(self) -> Stats:
+        return Stats.from_run(
+            self.state, self.wall_time, self.compile_time, self.events_dropped, self.model.is_compiled
+        )
+
+    def _ended(self) -> str:
+        return "the end was reached" if self.status == Status.FINISHED else self._message()
 
     def _message(self) -> str:
         where = f"t = {self._time():.9g} s"
@@ -229,24 +234,20 @@ def next_block(steps: int, elapsed: float) -> int:
 
 def _interpolate(t: np.ndarray, record: Record, rows: np.ndarray, theta: float) -> Motion:
     """The motion between the records; a step in which a contact lands, or sliding had no force, has a jump."""
-    m = len(t)
-    mode, q, u = record.mode[:m], record.q[:m], record.u[:m]
+    mode = record.mode
     lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)
     jumps = lands | np.isin(t[:-1], rows[rows[:, EVENT_KIND] == INCONSISTENT, EVENT_T])
-    return between_records(t, q, u, jumps, theta)
+    return between_records(t, record.q, record.u, jumps, theta)
 
 
-def _with_last(record: Any, m: int, state: Any, system: System, t: float) -> Any:
-    """The record with row m filled from a state between two records."""
-    from nonsmooth.system import GAP
-
-    columns = [np.concatenate((column[:m], np.zeros((1, *column.shape[1:]), column.dtype))) for column in record]
-    longer = type(record)(*columns)
-    longer.q[m], longer.u[m], longer.ledger[m] = state.q, state.u, state.ledger
-    longer.mode[m], longer.slip[m], longer.P[m] = state.mode, state.slip, state.P_sum
+def last_row(record: Record, state: State, system: System, t: float) -> Record:
+    """One row of a record, filled from a state between two records."""
+    row = Record(*(np.zeros((1, *column.shape[1:]), column.dtype) for column in record))
+    row.q[0], row.u[0], row.ledger[0] = state.q, state.u, state.ledger
+    row.mode[0], row.slip[0], row.P[0] = state.mode, state.slip, state.P_sum
     if GAP in system.functions:
         try:
-            longer.g_N[m] = system.evaluate(GAP, t, state.q, state.u)
+            row.g_N[0] = system.evaluate(GAP, t, state.q, state.u)
         except Exception:  # the gap function is what failed: the gap there is not known
-            longer.g_N[m] = np.nan
-    return longer
+            row.g_N[0] = np.nan
+    return row

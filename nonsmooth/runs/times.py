@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,24 +26,43 @@ class Grid:
     steps: np.ndarray
 
 
+@dataclass(frozen=True)
+class RecordTimes:
+    """The times of the records of a run, found a part at a time: a long run need not hold them all."""
+
+    count: int
+    part: Callable[[int, int], np.ndarray]  # part(first, stop): the times of the records first, ..., stop - 1
+
+
 def make_grid(
     integrator: Any, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None, row_bytes: int = WORD
 ) -> Grid:
     """The record times and the steps between them; ``row_bytes`` is the size of one record."""
+    times = grid_times(integrator, t_span, every, t_eval)
+    if t_eval is None:
+        require_memory(row_bytes * float(times.count), f"{times.count} records", "take a larger every or dt")
+    t = times.part(0, times.count)
+    return Grid(t, *integrator.steps_between(t))
+
+
+def grid_times(integrator: Any, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None) -> RecordTimes:
+    """The record times of a fixed step: ``t_eval``, or every so many steps and the end."""
     t_0, t_1 = as_span(t_span)
     if t_eval is not None:
-        t = as_record_times(t_eval, t_0, t_1)
-        return Grid(t, *integrator.steps_between(t))
+        given = as_record_times(t_eval, t_0, t_1)
+        return RecordTimes(len(given), lambda first, stop: given[first:stop])
     every = as_count("every", every)
     stride = integrator.dt * every
     if not (t_1 - t_0) / integrator.dt < 2**62 or (t_1 > t_0 and t_0 + integrator.dt == t_0):
         raise InvalidInput(f"dt = {integrator.dt:g} s is too small for the span ({t_0:g}, {t_1:g}); take a larger one")
-    whole = int((t_1 - t_0) / stride * (1 + 1e-12))
-    require_memory(row_bytes * (whole + 1.0), f"{whole + 1} records", "take a larger every or dt")
-    t = t_0 + stride * np.arange(whole + 1)
-    if t_1 - t[-1] > 1e-9 * min(integrator.dt, t_1 - t_0):
-        t = np.append(t, t_1)
-    return Grid(t, *integrator.steps_between(t))
+    whole = int((t_1 - t_0) / stride * (1 + 1e-12)) + 1
+    has_rest = t_1 - (t_0 + stride * (whole - 1)) > 1e-9 * min(integrator.dt, t_1 - t_0)
+
+    def part(first: int, stop: int) -> np.ndarray:
+        t = t_0 + stride * np.arange(first, min(stop, whole))
+        return np.append(t, t_1) if has_rest and stop > whole else t
+
+    return RecordTimes(whole + has_rest, part)
 
 
 def as_span(t_span: tuple[float, float]) -> tuple[float, float]:

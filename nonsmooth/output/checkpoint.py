@@ -1,0 +1,239 @@
+"""Checkpoints: the folder into which a run writes as it goes, and from which it goes on.
+
+    records.npy   one row a record: t, q, u, g_N, P_N, P_F, mode, slip, ledger (and la)
+    events.npy    one row an event
+    state.npz     all that the next step depends on, with the numbers of records and events that belong to it
+
+The two arrays grow (growing_array.py); the state is written beside and moved into place, after the rows that it belongs
+to. Whenever the program dies, the arrays can be read and the state is that of one moment; what lies between the two is
+computed again, to the same bits. Why no HDF5, and what is lost when: docs/checkpoints.md. No pickle.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.errors import CheckpointFailure, InvalidInput, Status
+from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, N_LEDGER
+from nonsmooth.output.growing_array import GrowingArray
+from nonsmooth.output.store import DAMAGE
+from nonsmooth.solution import MAX_EVENTS, Solution, Stats, ledger_of, works_by_name
+from nonsmooth.system import System
+
+SCHEMA = 1
+RECORDS, EVENTS, STATE, PART = "records.npy", "events.npy", "state.npz", "state.npz.part"
+EVENT_NAMES = (
+    "t", "kind", "contact", "mode_before", "slip_before", "mode_after", "slip_after", "P_N", "P_F", "gamma_N",
+    "gamma_F", "n_solutions", "found",
+)  # fmt: skip
+EVENT_ROW = np.dtype([(name, "<f8") for name in EVENT_NAMES])
+
+
+def row_type(n: int, n_c: int, d: int, has_forces: bool) -> np.dtype:
+    """A row of ``records.npy``."""
+    per_contact = [(name, kind, shape) for name, kind, shape in (
+        ("g_N", "<f8", (n_c,)), ("P_N", "<f8", (n_c,)), ("P_F", "<f8", (n_c, d)), ("mode", "<i8", (n_c,)),
+        ("slip", "<i8", (n_c,)),
+    )]  # fmt: skip
+    forces = [("la", "<f8", (n_c, 2))] if has_forces else []
+    return np.dtype(
+        [("t", "<f8"), ("q", "<f8", (n,)), ("u", "<f8", (n,)), *per_contact, ("ledger", "<f8", (N_LEDGER,)), *forces]
+    )
+
+
+class Checkpoint:
+    """An open checkpoint.
+
+    Parameters
+    ----------
+    path : path-like
+        The folder.
+    facts : dict
+        All that the bits of the run depend on, by name, as JSON can hold it.
+    row : numpy.dtype
+        Of a record.
+    may_begin, may_resume : bool
+        What is asked for: a checkpoint that is not there yet, one that is there, or either.
+
+    Attributes
+    ----------
+    n_records, n_events : int
+        Rows in the arrays.
+    kept : dict
+        The arrays of the state that was found; empty where the run begins.
+
+    Raises
+    ------
+    InvalidInput
+        For a checkpoint of another run, a folder that is none, one that is there already, one that is not.
+    """
+
+    def __init__(self, path: Any, facts: dict[str, Any], row: np.dtype, may_begin: bool, may_resume: bool) -> None:
+        self.path, self.facts, self.row = Path(path), json.loads(json.dumps(facts)), row
+        self.n_records = self.n_events = 0
+        self.status, self.wall_time = Status.RUNNING, 0.0
+        self.kept: dict[str, np.ndarray] = {}
+        is_there = (self.path / STATE).exists()
+        if is_there and not may_resume:
+            raise InvalidInput(f"there is a checkpoint {str(path)!r} already; resume= goes on with it, or remove it")
+        if not is_there:
+            self._require_free(may_begin)
+        if is_there:
+            self._restore()
+        try:
+            self.path.mkdir(exist_ok=True)
+            self._records = GrowingArray(self.path / RECORDS, row)
+            self._events = GrowingArray(self.path / EVENTS, EVENT_ROW)
+        except OSError as error:
+            raise InvalidInput(
+                f"the checkpoint {str(path)!r} cannot be written: {error}; choose another path"
+            ) from None
+
+    def _require_free(self, may_begin: bool) -> None:
+        """Raise unless a run may begin here: nothing there, or one that died before it kept its first state."""
+        if self.path.is_dir():
+            foreign = {entry.name for entry in self.path.iterdir()} - {RECORDS, EVENTS, PART}
+            if foreign:
+                raise InvalidInput(
+                    f"{str(self.path)!r} is no checkpoint, it holds {min(foreign)!r}; choose another path"
+                )
+        elif self.path.exists():
+            raise InvalidInput(f"{str(self.path)!r} is no checkpoint, which is a folder; choose another path")
+        elif not may_begin:
+            raise InvalidInput(f"there is no checkpoint {str(self.path)!r}; checkpoint= begins one")
+
+    def _restore(self) -> None:
+        about, self.kept = read_state(self.path)
+        _require_equal(self.path, about["facts"], self.facts)
+        for name, count in ((RECORDS, about["records"]), (EVENTS, about["events"])):
+            if len(_mapped(self.path / name)) < count:
+                raise InvalidInput(f"the checkpoint {str(self.path)!r} is damaged: {name} has less than {count} rows")
+        self.n_records, self.n_events = about["records"], about["events"]
+        self.status, self.wall_time = Status(about["status"]), about["stats"]["wall_time"]
+
+    def write(self, records: np.ndarray, events: np.ndarray) -> None:
+        """Append rows."""
+        with self._refusals():
+            if len(records):
+                self._records.write(self.n_records, records)
+                self.n_records += len(records)
+            if len(events):
+                self._events.write(self.n_events, np.ascontiguousarray(events).view(EVENT_ROW)[:, 0])
+                self.n_events += len(events)
+
+    def keep(
+        self, arrays: dict[str, np.ndarray], about: dict[str, Any], status: Status, message: str, stats: Stats
+    ) -> None:
+        """Put the rows on the disk, and then the state that belongs to them."""
+        text = {
+            "checkpoint": "nonsmooth", "schema": SCHEMA, "facts": self.facts, "records": self.n_records,
+            "events": self.n_events, "status": int(status), "message": message, "stats": asdict(stats), "about": about,
+        }  # fmt: skip
+        part = self.path / PART
+        with self._refusals():
+            self._records.sync()
+            self._events.sync()
+            with open(part, "wb") as file:
+                np.savez(file, about=np.array(json.dumps(text)), **arrays)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(part, self.path / STATE)
+
+    def write_last(self, record: np.ndarray) -> None:
+        """Show the state at which a run stopped as one more row: the next record will stand in its place."""
+        with self._refusals():
+            self._records.write(self.n_records, record)
+
+    def close(self) -> None:
+        self._records.close()
+        self._events.close()
+
+    @contextmanager
+    def _refusals(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise CheckpointFailure(
+                f"the checkpoint {str(self.path)!r} could not be written: {error.strerror}; what it held before is "
+                "whole. Make room and resume it"
+            ) from error
+
+
+def load_checkpoint(path: Path, system: System | None = None) -> Solution:
+    """The records of a checkpoint as a Solution; its arrays are views of the file, read where they are looked at.
+
+    Without the system the ledger has no kinetic and potential energy.
+
+    Raises
+    ------
+    InvalidInput
+        For a folder that is no checkpoint, or a damaged one.
+    """
+    about, _ = read_state(path)
+    rows = _mapped(path / RECORDS)
+    events = np.array(_mapped(path / EVENTS)[:MAX_EVENTS]).view("<f8").reshape(-1, EVENT_WIDTH)
+    events = events[np.argsort(events[:, EVENT_T], kind="stable")]
+    status, message = Status(about["status"]), about["message"]
+    if status == Status.RUNNING:
+        status = Status.INTERRUPTED
+        message = "the program ended before the run did (or is still at work); resume= goes on with it"
+    find_ledger = functools.partial(_works_at, rows["ledger"])
+    if system is not None:
+        find_ledger = functools.partial(ledger_of, system, *(rows[name] for name in ("t", "q", "u", "ledger")))
+    columns = (rows[name] for name in ("t", "q", "u", "g_N", "P_N", "P_F", "mode", "slip"))
+    return Solution(
+        *columns, events, find_ledger, Stats(**about["stats"]), status, message, about["about"], system,
+        la=rows["la"] if "la" in (rows.dtype.names or ()) else None,
+    )  # fmt: skip
+
+
+def _works_at(works: np.ndarray, rows: Any) -> dict[str, np.ndarray]:
+    return works_by_name(works[rows])
+
+
+def read_state(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """What is known of the run, and the arrays of its state."""
+    try:
+        with np.load(path / STATE, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        about = json.loads(str(arrays.pop("about")))
+        schema = about["schema"] if about["checkpoint"] == "nonsmooth" else None
+    except FileNotFoundError:
+        raise InvalidInput(f"{str(path)!r} is no checkpoint: it has no {STATE}") from None
+    except DAMAGE as error:
+        raise InvalidInput(f"{str(path)!r} is no checkpoint, or is damaged: {error}") from error
+    if schema != SCHEMA:
+        raise InvalidInput(f"the checkpoint {str(path)!r} has schema {schema}; this version reads {SCHEMA}")
+    return about, arrays
+
+
+def _mapped(path: Path) -> np.ndarray:
+    try:
+        return np.load(path, mmap_mode="r", allow_pickle=False)
+    except DAMAGE as error:
+        raise InvalidInput(f"the checkpoint {str(path.parent)!r} is damaged: {path.name}: {error}") from error
+
+
+def _require_equal(path: Path, there: dict[str, Any], here: dict[str, Any]) -> None:
+    """Raise unless a checkpoint is of this very run."""
+    for what in here:
+        old, new = there.get(what), here[what]
+        if old == new:
+            continue
+        if isinstance(new, dict) and isinstance(old, dict):
+            name = next(name for name in sorted(new.keys() | old.keys()) if old.get(name) != new.get(name))
+            what, old, new = f"{what} {name}", old.get(name), new.get(name)
+        difference = f"its {what} differs" if what.startswith("code of ") else f"its {what} is {old}, here it is {new}"
+        raise InvalidInput(
+            f"the checkpoint {str(path)!r} is of another run: {difference}; give what it was begun with, or choose "
+            "another path"
+        )

@@ -1,0 +1,54 @@
+"""What the bits of a run depend on: two runs with equal facts take the same steps."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+from typing import Any
+
+import numpy as np
+
+from nonsmooth import __version__
+from nonsmooth.jit import identity
+from nonsmooth.system import FUNCTION_NAMES, System
+
+
+def facts_of_run(
+    system: System, integrator: Any, t_span: tuple[float, float], every: int, t_eval: Any, q0: np.ndarray,
+    u0: np.ndarray, selection: int, project: bool, is_compiled: bool,
+) -> dict[str, Any]:  # fmt: skip
+    """The facts by name, as JSON can hold them.
+
+    The code of a function stands for the function, with its constants, defaults, closure and the globals that it reads;
+    of a callable without code its name does.
+    """
+    functions = {name: system.functions[which] for name, which in FUNCTION_NAMES.items() if which in system.functions}
+    kernels = (integrator.loop, *getattr(integrator, "callbacks", ()))
+    return {
+        "version": __version__,
+        "code of": {
+            **{name: _hash(_code(function)) for name, function in functions.items()},
+            "the integrator": _hash(b"".join(kernel.call_identity() for kernel in kernels)),
+        },
+        "system": system.name or system.mass.__name__,
+        "parameter": dict(system.parameter_values),
+        "contacts": system.kinds.tolist(),
+        "laws": system.laws.tolist(),
+        "integrator": repr(integrator),
+        "t_span": [float(t) for t in t_span],
+        "every": int(every),
+        "t_eval": None if t_eval is None else _hash(np.asarray(t_eval, dtype=np.float64).tobytes()),
+        "q0": q0.tolist(),
+        "u0": u0.tolist(),
+        "selection": int(selection),
+        "project": bool(project),
+        "is_compiled": is_compiled,
+    }
+
+
+def _code(function: Any) -> bytes:
+    return identity(function) if inspect.isfunction(function) else repr(getattr(function, "__qualname__", "")).encode()
+
+
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
