@@ -201,7 +201,7 @@ def write_start(t, n, x, u_0, x_0, contacts, trail):
 
 @kernel
 def write_rows(rates, model, p, t, t_1, t_record, scratch, trail):
-    """Write the rows of the record times in (t, t_1] of the step that was accepted, with their gaps; returns a Status."""
+    """Write the rows of the record times in (t, t_1] of the accepted step, with their gaps; returns a Status."""
     ode, contacts, x = scratch.ode, scratch.contacts, scratch.events.x
     n, has_gap = contacts.facts[N_U], contacts.facts[HAS] & (1 << GAP)
     is_written = False

@@ -11,9 +11,9 @@
 4. Impacts slower than atol [m/s] have no restitution. A contact that leaves with the velocity v and will come back,
    gamma_N' = a < 0, begins a series of bounces. Where the next is lower than the tolerance, v^2/(2 |a|) < atol, it is
    closed instead: with the restitution e the series ends after the time 2 v/(|a| (1 - e)), by which the event is dated.
-5. Contacts that throw one another back, as the corners of a slender slider do, strike in turn ever faster, and their gaps
-   fall below rounding while they still approach. Each impact with e < 1 takes energy, so that the series ends with
-   gamma_N = 0: its impulses add up to those of one impact of all of them without restitution.
+5. Contacts that throw one another back, as the corners of a slender slider do, strike in turn ever faster, and their
+   gaps fall below rounding while they still approach. Each impact with e < 1 takes energy, so that the series ends
+   with gamma_N = 0: its impulses add up to those of one impact of all of them without restitution.
 
 Source: Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653; Lötstedt, *SIAM J. Sci. Stat. Comput.* 5 (1984) 370.
 """

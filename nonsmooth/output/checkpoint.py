@@ -189,7 +189,7 @@ def load_checkpoint(path: Path, system: System | None = None) -> Solution:
     find_ledger = functools.partial(_works_at, rows["ledger"])
     if system is not None:
         find_ledger = functools.partial(ledger_of, system, *(rows[name] for name in ("t", "q", "u", "ledger")))
-    columns = (rows[name] for name in ("t", "q", "u", "g_N", "P_N", "P_F", "mode", "slip"))
+    columns: list[Any] = [rows[name] for name in ("t", "q", "u", "g_N", "P_N", "P_F", "mode", "slip")]
     return Solution(
         *columns, events, find_ledger, Stats(**about["stats"]), status, message, about["about"], system,
         la=rows["la"] if "la" in (rows.dtype.names or ()) else None,

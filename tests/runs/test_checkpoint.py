@@ -4,7 +4,6 @@ import json
 import signal
 import subprocess
 import sys
-import tracemalloc
 from dataclasses import asdict
 
 import numpy as np
