@@ -189,9 +189,9 @@ def load_checkpoint(path: Path, system: System | None = None) -> Solution:
     find_ledger = functools.partial(_works_at, rows["ledger"])
     if system is not None:
         find_ledger = functools.partial(ledger_of, system, *(rows[name] for name in ("t", "q", "u", "ledger")))
-    columns: list[Any] = [rows[name] for name in ("t", "q", "u", "g_N", "P_N", "P_F", "mode", "slip")]
     return Solution(
-        *columns, events, find_ledger, Stats(**about["stats"]), status, message, about["about"], system,
+        rows["t"], rows["q"], rows["u"], rows["g_N"], rows["P_N"], rows["P_F"], rows["mode"], rows["slip"], events,
+         find_ledger, Stats(**about["stats"]), status, message, about["about"], system,
         la=rows["la"] if "la" in (rows.dtype.names or ()) else None,
     )  # fmt: skip
 
