@@ -93,6 +93,7 @@ _HOME = {
     "MissingExtra": "errors",
     "StepFailure": "errors",
     "ModelFunctionError": "errors",
+    "FileFailure": "errors",
     "NonsmoothWarning": "errors",
     "InterpretedWarning": "errors",
     "InitialStateWarning": "errors",

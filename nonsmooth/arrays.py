@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
+
+LARGEST_COUNT = 2**62
+NUMERIC = "biufO"  # kinds of dtype: no texts, no complex numbers, no dates; objects are asked for their float
 
 Vector = np.ndarray
 Matrix = np.ndarray
@@ -35,12 +39,21 @@ def as_square_matrix(name: str, value: Any) -> Matrix:
     return matrix
 
 
+def as_array(name: str, value: Any) -> np.ndarray:
+    """A new float64 array of any shape with finite entries, or `InvalidInput`."""
+    array = _as_float_array(name, value)
+    _require_finite(name, array)
+    return array
+
+
 def as_number(name: str, value: Any, unit: str = "") -> float:
-    """A finite float, or `InvalidInput`."""
+    """A finite float, or `InvalidInput`; a text is no number, nor is an array."""
     try:
+        if isinstance(value, str | bytes) or np.ndim(value) > 0:
+            raise TypeError
         number = float(value)
-    except (TypeError, ValueError):
-        raise InvalidInput(f"{name} must be a number{_of(unit)}; got {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidInput(f"{name} must be a number{_of(unit)}; got {shown(value)}") from None
     if not math.isfinite(number):
         raise InvalidInput(f"{name} must be finite; got {number}")
     return number
@@ -72,16 +85,51 @@ def as_fraction(name: str, value: Any) -> float:
 
 def as_count(name: str, value: Any) -> int:
     """A whole number of at least one, or `InvalidInput`."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise InvalidInput(f"{name} must be a whole number of at least 1; got {value!r}")
+    is_whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not (is_whole and 1 <= value <= LARGEST_COUNT):
+        rule = f"at least 1{f' and at most {LARGEST_COUNT}' * bool(is_whole and value > 1)}"
+        raise InvalidInput(f"{name} must be a whole number of {rule}; got {shown(value)}")
     return int(value)
+
+
+def as_index(name: str, value: Any, length: int) -> int:
+    """A whole number from 0 to length - 1, or `InvalidInput`."""
+    is_whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not (is_whole and 0 <= value < length):
+        rule = f"must be a whole number from 0 to {length - 1}" if length else "has nothing to choose from"
+        raise InvalidInput(f"{name} {rule}; got {shown(value)}")
+    return int(value)
+
+
+def as_flag(name: str, value: Any) -> bool:
+    """True or False, or `InvalidInput`."""
+    if not isinstance(value, bool | np.bool_):
+        raise InvalidInput(f"{name} must be True or False; got {shown(value)}")
+    return bool(value)
+
+
+def as_name(what: str, value: Any, known: Iterable[str]) -> str:
+    """One of the known names, or `UnknownName` with the nearest of them."""
+    if not isinstance(value, str) or value not in known:
+        raise UnknownName(f"there is no {what} {shown(value)}; {nearest(value, known)}")
+    return value
+
+
+def as_instance(name: str, value: Any, cls: Any, cure: str) -> Any:
+    """An object of a class, or `InvalidInput`; ``cure`` says where such objects come from."""
+    if not isinstance(value, cls):
+        raise InvalidInput(f"{name} must be {cure}; got {shown(value)}")
+    return value
 
 
 def _as_float_array(name: str, value: Any) -> np.ndarray:
     try:
-        return np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
-        raise InvalidInput(f"{name} must be an array of numbers; got {value!r}") from None
+        array = np.asarray(value)
+        if array.dtype.kind not in NUMERIC:
+            raise TypeError
+        return np.array(array, dtype=np.float64, order="C")
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidInput(f"{name} must be an array of numbers; got {shown(value)}") from None
 
 
 def _require_finite(name: str, array: np.ndarray) -> None:

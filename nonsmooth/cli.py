@@ -23,7 +23,6 @@ from nonsmooth.commands.sweep import add_sweep
 from nonsmooth.commands.terminal import FAILED, INTERRUPTED, complain, show_warning
 from nonsmooth.commands.typed_input import (
     BAD_INPUT,
-    FIGURE_ENDINGS,
     NEGATIVE,
     Parser,
     number,
@@ -31,6 +30,7 @@ from nonsmooth.commands.typed_input import (
     require_writable,
 )
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError
+from nonsmooth.files import FIGURE_ENDINGS
 
 
 def main(argv: list[str] | None = None) -> int:

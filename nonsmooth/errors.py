@@ -9,6 +9,9 @@ if TYPE_CHECKING:
     from nonsmooth.solution import Solution
 
 
+LONGEST = 80  # characters of a value in a message
+
+
 class NonsmoothError(Exception):
     """Base class of every exception raised by this package."""
 
@@ -48,6 +51,10 @@ class ModelFunctionError(StepFailure):
 
 class CheckpointFailure(NonsmoothError, RuntimeError):
     """A checkpoint could not be written on; what it held before is whole, and can be resumed."""
+
+
+class FileFailure(NonsmoothError, OSError):
+    """A file could not be written; what stood at its place before is unchanged."""
 
 
 class CellFailure(NonsmoothError, RuntimeError):
@@ -93,10 +100,19 @@ def warn_caller(message: str, category: type[Warning]) -> None:
     warnings.warn(message, category, stacklevel=level)
 
 
-def nearest(name: str, known: Any) -> str:
+def nearest(name: Any, known: Any) -> str:
     """`` Did you mean 'x'?`` for the known name closest to a misspelt one, or the list of all."""
     import difflib
 
     names = sorted(known)
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    close = difflib.get_close_matches(str(name), names, n=1, cutoff=0.5)
     return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(names)}"
+
+
+def shown(value: Any) -> str:
+    """A value in a message: on one line, and not longer than that."""
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # a repr of the user's that fails, an int of too many digits
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."

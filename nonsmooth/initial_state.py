@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import weakref
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from nonsmooth.arrays import as_vector
 from nonsmooth.compiled import Model
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.quadratic_program import minimise
 from nonsmooth.system import (
     BILATERAL,
@@ -36,6 +38,13 @@ CONSISTENT = 1e-7
 PROJECTIONS = 20  # linearisations of the gap
 
 _tried: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose functions have been called once
+
+
+def as_state(name: str, value: Any, system: System) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates and velocities given as a pair, or `InvalidInput`."""
+    if not isinstance(value, tuple | list) or len(value) != 2:
+        raise InvalidInput(f"{name} must be a pair (q0, u0); got {shown(value)}")
+    return as_vector(f"{name}[0]", value[0], system.n_q), as_vector(f"{name}[1]", value[1], system.n_u)
 
 
 @dataclass(frozen=True)

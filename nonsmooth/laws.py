@@ -53,6 +53,11 @@ class FrictionLaw:
 
     code: ClassVar[int]
 
+    def __post_init__(self) -> None:
+        if any(isinstance(getattr(self, field.name), str) for field in fields(self)):
+            return  # checked by the system that has the parameters
+        self.check(self.coefficients({}))
+
     def coefficients(self, parameters: Mapping[str, float]) -> list[float]:
         """The numbers of the law, parameter names replaced by their values."""
         return [resolve(field.name, getattr(self, field.name), parameters) for field in fields(self)]

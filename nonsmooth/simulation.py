@@ -8,17 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_positive, as_vector
+from nonsmooth.arrays import as_count, as_flag, as_name, as_positive, as_vector
 from nonsmooth.contact_solvers.single import Selection
-from nonsmooth.errors import (
-    InvalidInput,
-    Status,
-    UnknownName,
-    nearest,
-)
-from nonsmooth.integrators.records import (
-    bytes_of_record,
-)
+from nonsmooth.errors import InvalidInput, Status, shown
+from nonsmooth.integrators.records import bytes_of_record
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.times import make_grid, record_times
 from nonsmooth.solution import Solution
@@ -107,18 +100,20 @@ def simulate(
     (True, True)
     """
     system = as_system(system)
+    every = as_count("every", every)
     if every != 1 and t_eval is not None:
         raise InvalidInput("give either every or t_eval; got both")
-    if selection not in SELECTIONS:
-        raise UnknownName(f"there is no selection rule {selection!r}; {nearest(str(selection), SELECTIONS)}")
-    if on_failure not in ("raise", "return"):
-        raise InvalidInput(f"on_failure must be 'raise' or 'return'; got {on_failure!r}")
-    if isinstance(integrator, type) or not callable(getattr(integrator, "scratch", None)):
-        raise InvalidInput(f"integrator must be an integrator, as ns.MoreauJean(dt=1e-3) is; got {integrator!r}")
+    rule = SELECTIONS[as_name("selection rule", selection, SELECTIONS)]
+    if not isinstance(on_failure, str) or on_failure not in ("raise", "return"):
+        raise InvalidInput(f"on_failure must be 'raise' or 'return'; got {shown(on_failure)}")
+    require_integrator(integrator)
     if max_wall_time is not None:
         as_positive("max_wall_time", max_wall_time, "s")
+    if progress is not None and not callable(progress):
+        raise InvalidInput(f"progress must be a function of the fraction done; got {shown(progress)}")
+    project = as_flag("project", project)
     q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
-    task = (system, integrator, t_span, every, t_eval, q_0, u_0, SELECTIONS[selection], project)
+    task = (system, integrator, t_span, every, t_eval, q_0, u_0, rule, project)
     if checkpoint is None and resume is None:
         run = new_run(*task)
     else:
@@ -130,6 +125,12 @@ def simulate(
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
+
+
+def require_integrator(integrator: Any) -> None:
+    """Raise `InvalidInput` for what is no integrator."""
+    if isinstance(integrator, type) or not callable(getattr(integrator, "scratch", None)):
+        raise InvalidInput(f"integrator must be an integrator, as ns.MoreauJean(dt=1e-3) is; got {shown(integrator)}")
 
 
 def new_run(

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.arrays import as_count, as_number
+from nonsmooth.arrays import as_count, as_flag, as_fraction, as_instance, as_name, as_number
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
 from nonsmooth.laws import IMPACT_LAWS, LAW_WIDTH, Coefficient, Coulomb, FrictionLaw, law_row
 
@@ -83,8 +83,13 @@ class Contact:
     impact: str = "newton"
 
     def __post_init__(self) -> None:
-        if self.impact not in IMPACT_LAWS:
-            raise UnknownName(f"there is no impact law {self.impact!r}; {nearest(self.impact, IMPACT_LAWS)}")
+        as_name("impact law", self.impact, IMPACT_LAWS)
+        for name, value in (("e_N", self.e_N), ("e_F", self.e_F)):
+            if not isinstance(value, str):  # a name is resolved by the system that has the parameters
+                as_fraction(name, value)
+        self.law  # noqa: B018 - checks a friction coefficient that is a number
+        as_flag("bilateral", self.bilateral)
+        as_flag("normal_force", self.normal_force)
         if self.bilateral and self.normal_force:
             raise InvalidInput("a contact is either bilateral or has a given normal force; both were asked for")
         if self.normal_force and not self.has_friction:
@@ -184,6 +189,7 @@ class System:
     def __post_init__(self) -> None:
         set_ = functools.partial(object.__setattr__, self)
         as_count("n_q", self.n_q)
+        as_instance("name", self.name, str, "a text")
         set_("n_u", self.n_q if self.n_u is None else as_count("n_u", self.n_u))
         if self.n_u != self.n_q:
             raise InvalidInput(f"n_u must equal n_q (q' = u); got n_u = {self.n_u}, n_q = {self.n_q}")
@@ -349,7 +355,7 @@ def numeric_fields(parameters: Any) -> dict[str, float]:
         values = parameters._asdict()
     elif hasattr(parameters, "__dataclass_fields__"):
         values = {name: getattr(parameters, name) for name in parameters.__dataclass_fields__}
-    elif parameters == ():
+    elif isinstance(parameters, tuple) and not parameters:
         values = {}
     else:
         raise InvalidInput(f"parameters must be a NamedTuple or a dataclass; got {type(parameters).__name__}")
@@ -430,7 +436,7 @@ def _check_functions(system: System) -> None:
             raise InvalidInput(f"this system with its contacts needs the function {name}; it was not given")
     for name, which in FUNCTION_NAMES.items():
         function = getattr(system, name)
-        if function is None or (name == "stiffness" and function == "differences"):
+        if function is None or (name == "stiffness" and isinstance(function, str) and function == "differences"):
             continue
         if not callable(function):
             raise InvalidInput(f"{name} must be a function; got {type(function).__name__}")

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from nonsmooth.commands.typed_input import (
-    FIGURE_ENDINGS,
     assignments,
     build_model,
     initial_state,
@@ -19,6 +18,7 @@ from nonsmooth.commands.typed_input import (
     without_nan,
 )
 from nonsmooth.errors import InvalidInput
+from nonsmooth.files import FIGURE_ENDINGS
 
 POINTS = 400  # along each axis of a map that was given by its ends
 CURVE_POINTS = 80  # of the coarser grid that boundary curves are sought on

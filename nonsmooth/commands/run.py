@@ -11,7 +11,6 @@ from typing import Any
 from nonsmooth.commands.integrators import add_integrator, new_integrator
 from nonsmooth.commands.terminal import FAILED, INTERRUPTED, complain, figure_path, show_progress
 from nonsmooth.commands.typed_input import (
-    FIGURE_ENDINGS,
     assignments,
     build_model,
     initial_state,
@@ -22,6 +21,7 @@ from nonsmooth.commands.typed_input import (
     without_nan,
 )
 from nonsmooth.errors import InvalidInput
+from nonsmooth.files import FIGURE_ENDINGS
 
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
 ANIMATION_ENDINGS = (".gif", ".webp")

@@ -14,7 +14,6 @@ from typing import Any
 from nonsmooth.commands.terminal import FAILED, INTERRUPTED
 from nonsmooth.commands.typed_input import (
     AXIS,
-    FIGURE_ENDINGS,
     assignments,
     build_model,
     number,
@@ -24,6 +23,7 @@ from nonsmooth.commands.typed_input import (
     whole_number,
 )
 from nonsmooth.errors import InvalidInput
+from nonsmooth.files import FIGURE_ENDINGS
 
 SHOWN_FAILURES = 5
 

@@ -7,8 +7,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from nonsmooth.commands.typed_input import FIGURE_ENDINGS, require_module, require_writable
+from nonsmooth.commands.typed_input import require_module, require_writable
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothWarning
+from nonsmooth.files import FIGURE_ENDINGS
 
 FAILED, INTERRUPTED = 3, 130  # exit codes, beside 0 and typed_input.BAD_INPUT
 

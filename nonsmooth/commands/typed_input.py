@@ -10,19 +10,17 @@ import ast
 import importlib.util
 import math
 import operator
-import os
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from nonsmooth.errors import InvalidInput, MissingExtra, UnknownName, nearest
+from nonsmooth.files import as_place
 
 if TYPE_CHECKING:
     from nonsmooth.studies.axes import Axis
 
 BAD_INPUT = 2  # exit code
-AXIS = "NAME=START:STOP:COUNT[:log][:UNIT] or NAME=V,V,...[:UNIT]"
-FIGURE_ENDINGS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".webp")
 AXIS = "NAME=START:STOP:COUNT[:log][:UNIT] or NAME=V,V,...[:UNIT]"
 
 OPERATORS: dict[type, Any] = {
@@ -47,25 +45,8 @@ class Parser(argparse.ArgumentParser):
 
 def require_writable(path: Path | None, endings: tuple[str, ...]) -> None:
     """Raise before the run when a file could not be written after it."""
-    if path is None:
-        return
-    if path.suffix not in endings:
-        what = "is a folder; the file in it" if path.is_dir() else "is no file name here: it"
-        raise InvalidInput(f"{str(path)!r} {what} must end in one of {', '.join(endings)}")
-    part = path.with_name(path.name + ".part")
-    try:
-        if not path.parent.is_dir():
-            raise FileNotFoundError(f"there is no folder {str(path.parent)!r}")
-        if path.is_dir():
-            raise IsADirectoryError("it is a folder")
-        is_left_over = part.exists()
-        if path.exists() and not os.access(path, os.W_OK):
-            raise PermissionError("the file there may not be changed")
-        part.open("ab").close()
-        if not is_left_over:
-            part.unlink()
-    except OSError as error:
-        raise InvalidInput(f"{str(path)!r} cannot be written: {error.strerror or error}; choose another path") from None
+    if path is not None:
+        as_place("the path", path, endings)
 
 
 def require_module(module: str, extra: str, what: str) -> None:

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_vector
+from nonsmooth.arrays import as_number, as_vector
 from nonsmooth.contact_solvers.natural_map import natural_map_error
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.jit import kernel
 
 
@@ -97,14 +97,14 @@ class Problem:
 
 def check_problem(G: Any, c: Any, mu: Any, dim: Any) -> Problem:
     """Check a problem at the public border and measure its error relative to the norm of c."""
-    if isinstance(dim, bool) or dim not in (2, 3):
-        raise InvalidInput(f"dim must be 2 (planar) or 3 (spatial); got {dim!r}")
+    if isinstance(dim, bool) or not isinstance(dim, int | np.integer) or dim not in (2, 3):
+        raise InvalidInput(f"dim must be 2 (planar) or 3 (spatial); got {shown(dim)}")
     dim = int(dim)
     c = as_vector("c", c)
     if c.shape[0] % dim:
         raise InvalidInput(f"c must have {dim} entries for each contact (N, T1{', T2' * (dim - 2)}); got {c.shape[0]}")
     n_c = c.shape[0] // dim
-    mu = as_vector("mu", np.full(n_c, mu) if np.ndim(mu) == 0 else mu, n_c)
+    mu = as_vector("mu", np.full(n_c, as_number("mu", mu)) if np.isscalar(mu) or mu is None else mu, n_c)
     if (mu < 0).any():
         i = int(np.argmax(mu < 0))
         raise InvalidInput(f"mu must not be negative; mu[{i}] is {mu[i]:g}")

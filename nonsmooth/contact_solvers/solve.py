@@ -22,7 +22,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from nonsmooth.arrays import as_positive, as_vector
+from nonsmooth.arrays import as_name, as_positive, as_vector
 from nonsmooth.contact_solvers.admm import ADMM, project
 from nonsmooth.contact_solvers.convex import Convex
 from nonsmooth.contact_solvers.faceted_lcp import FacetedLCP
@@ -34,7 +34,7 @@ from nonsmooth.contact_solvers.polish import polish
 from nonsmooth.contact_solvers.problem import Problem, check_problem, scaled
 from nonsmooth.contact_solvers.proximal import Proximal
 from nonsmooth.contact_solvers.result import ContactResult, ContactStatus
-from nonsmooth.errors import InvalidInput, UnknownName, nearest
+from nonsmooth.errors import InvalidInput
 
 CHEAP = 50_000  # stored entries of G up to which a sparse LU takes a few milliseconds
 SHORT = 100  # sweeps: enough for most loose assemblies, and a good start for Newton on the others
@@ -166,8 +166,7 @@ def solve_contact(
     >>> result.status.name, result.P.tolist(), result.gamma.tolist()
     ('SOLVED', [1.0, -0.5], [0.0, 1.5])
     """
-    if solver != "auto" and solver not in SOLVERS:
-        raise UnknownName(f"no contact solver is called {solver!r}; {nearest(str(solver), ['auto', *SOLVERS])}")
+    as_name("contact solver", solver, ("auto", *SOLVERS))
     given = check_problem(G, c, mu, dim)
     tol = as_positive("tol", tol)
     start = np.zeros(given.n) if guess is None else as_vector("guess", guess, given.n)

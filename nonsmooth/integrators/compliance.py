@@ -49,7 +49,7 @@ class Compliance:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.stiffness != math.inf:
+        if not (isinstance(self.stiffness, float) and self.stiffness == math.inf):
             object.__setattr__(self, "stiffness", as_positive("stiffness", self.stiffness, "N/m"))
         object.__setattr__(self, "damping", as_non_negative("damping", self.damping, "N s/m"))
 

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.arrays import as_non_negative, as_number, as_positive
+from nonsmooth.arrays import as_name, as_non_negative, as_number, as_positive
 from nonsmooth.blocks import Block, new_block
-from nonsmooth.errors import InvalidInput, UnknownName, nearest
+from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.compliant_contacts import OMEGA, contact_rates
 from nonsmooth.integrators.compliant_law import EXPONENTS, LAWS, Regularised
 from nonsmooth.integrators.contact_switching import begin_contacts, contact_events
@@ -91,20 +91,21 @@ class Penalty:
         as_positive("stiffness", self.stiffness, "N/m")
         if self.damping is not None and self.damping_ratio is not None:
             raise InvalidInput("give either damping or damping_ratio; got both")
-        as_non_negative("damping", self.damping or 0.0, "N s/m")
-        as_non_negative("damping_ratio", self.damping_ratio or 0.0)
+        if self.damping is not None:
+            as_non_negative("damping", self.damping, "N s/m")
+        if self.damping_ratio is not None:
+            as_non_negative("damping_ratio", self.damping_ratio)
         if self.mass is not None:
             as_positive("mass", self.mass, "kg")
             if self.damping_ratio is None:
                 raise InvalidInput("mass belongs to damping_ratio, c = 2 zeta sqrt(k m); give damping_ratio too")
-        if self.law not in LAWS:
-            raise UnknownName(f"there is no contact law {self.law!r}; {nearest(self.law, LAWS)}")
+        as_name("contact law", self.law, LAWS)
         if self.law == "hunt-crossley" and self.damping_ratio is not None:
             raise InvalidInput("hunt-crossley has no damping ratio: its damping grows with the depth; give damping")
-        if not isinstance(self.friction, Regularised) and self.friction != "coulomb":
-            raise InvalidInput(f"friction must be 'coulomb' or Regularised(v_s); got {self.friction!r}")
-        if self.method not in METHODS:
-            raise UnknownName(f"there is no method {self.method!r}; {nearest(self.method, METHODS)}")
+        is_coulomb = isinstance(self.friction, str) and self.friction == "coulomb"
+        if not is_coulomb and not isinstance(self.friction, Regularised):
+            raise InvalidInput(f"friction must be 'coulomb' or Regularised(v_s); got {shown(self.friction)}")
+        as_name("method", self.method, METHODS)
         as_positive("atol", self.atol)
         if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.arrays import as_positive, as_vector
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import LARGEST_N, MANY, enumerate_solutions
 from nonsmooth.lcp.newton import linear_solve, newton
@@ -109,13 +109,18 @@ def mlcp_residual(A: Any, b: np.ndarray, z: np.ndarray, free: np.ndarray) -> flo
 
 
 def _as_mask(free: Any, n: int) -> np.ndarray:
-    given = np.asarray(free)
+    try:
+        given = np.asarray(free)
+    except ValueError:
+        given = np.zeros((1, 1))  # rows of different lengths: refused below
     if given.dtype == bool and given.shape == (n,):
         return given.copy()
     if given.size == 0:
         return np.zeros(n, dtype=bool)
     if given.ndim != 1 or given.dtype.kind not in "iu" or given.min() < 0 or given.max() >= n:
-        raise InvalidInput(f"free must be a boolean mask of {n} entries or indices from 0 to {n - 1}; got {free!r}")
+        raise InvalidInput(
+            f"free must be a boolean mask of {n} entries or indices from 0 to {n - 1}; got {shown(free)}"
+        )
     mask = np.zeros(n, dtype=bool)
     mask[given] = True
     return mask

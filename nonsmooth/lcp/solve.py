@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.arrays import as_positive, as_square_matrix, as_vector
-from nonsmooth.errors import InvalidInput, UnknownName, nearest
+from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import LARGEST_N, MANY, enumerate_solutions
 from nonsmooth.lcp.interior import interior
@@ -94,7 +94,7 @@ def solve_lcp(A: Any, b: Any, solver: str = "auto", tol: float = 1e-10, guess: A
     b = as_vector("b", b, A.shape[0])
     tol = as_positive("tol", tol)
     start = None if guess is None else np.maximum(as_vector("guess", guess, len(b)), 0.0)
-    if solver != "auto" and solver not in SOLVERS:
+    if not isinstance(solver, str) or (solver != "auto" and solver not in SOLVERS):
         _require_qp_solver(solver)
     if len(b) == 0:
         return LCPResult(b, b.copy(), LCPStatus.SOLVED, 0.0, 0, solver, "empty problem")
@@ -268,9 +268,9 @@ SOLVERS: dict[str, Callable[..., Attempt]] = {
 
 def _require_qp_solver(name: Any) -> None:
     installed = solver_names()
-    if name not in installed:
+    if not isinstance(name, str) or name not in installed:
         known = ["auto", *SOLVERS, *installed]
-        raise UnknownName(f"solver must be one of {', '.join(known)}; got {name!r}; {nearest(str(name), known)}")
+        raise UnknownName(f"solver must be one of {', '.join(known)}; got {shown(name)}; {nearest(name, known)}")
 
 
 def as_square(A: Any) -> Any:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.output.plots import BLUE, RED, STRIPS, new_figure
-from nonsmooth.output.stability_plots import COLOURS, saved
+from nonsmooth.output.plots import BLUE, RED, STRIPS, new_figure, saved
+from nonsmooth.output.stability_plots import COLOURS
 
 if TYPE_CHECKING:
     from nonsmooth.stability.bifurcation_diagram import BifurcationDiagram

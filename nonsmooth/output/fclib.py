@@ -15,14 +15,18 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, MissingExtra, UnknownName, nearest
+from nonsmooth.arrays import as_instance, as_name
+from nonsmooth.errors import InvalidInput, MissingExtra
+from nonsmooth.files import DAMAGE, as_path, as_place, whole_file
 
 FORMATS = {"csc": -1, "csr": -2, "triplet": 0}  # 0 stands for the number of entries
+
+
+FCLIB_ENDINGS = (".hdf5", ".h5")
 
 
 @dataclass(frozen=True)
@@ -147,7 +151,7 @@ def read_fclib(path: str | os.PathLike[str]) -> ContactProblem | GlobalContactPr
     Source: FCLIB, INRIA RT-0444 (2014).
     """
     h5py = _h5py()
-    path = Path(path)
+    path = as_path("path", path)
     if not path.is_file():
         raise InvalidInput(f"path must name a file; there is none at {path}")
     try:
@@ -160,8 +164,12 @@ def read_fclib(path: str | os.PathLike[str]) -> ContactProblem | GlobalContactPr
                 return _read_local(file["fclib_local"], file)
             if "fclib_global" in file:
                 return _read_global(file["fclib_global"], file)
+        except InvalidInput as error:
+            raise InvalidInput(f"{path.name} holds no contact problem: {error}") from None
         except KeyError as error:
             raise InvalidInput(f"{path.name} is incomplete: {error.args[0]}") from None
+        except DAMAGE as error:
+            raise InvalidInput(f"{path.name} is damaged: {error}") from error
         raise InvalidInput(f"{path.name} must hold /fclib_local or /fclib_global; it holds {sorted(file)}")
 
 
@@ -255,12 +263,9 @@ def write_fclib(
     Source: FCLIB, INRIA RT-0444 (2014).
     """
     h5py = _h5py()
-    if matrix_format not in FORMATS:
-        raise UnknownName(f"no matrix format is called {matrix_format!r}; {nearest(matrix_format, FORMATS)}")
-    if not isinstance(problem, ContactProblem | GlobalContactProblem):
-        raise InvalidInput(f"problem must be a ContactProblem or GlobalContactProblem; got {type(problem).__name__}")
-    part = Path(f"{os.fspath(path)}.part")
-    with h5py.File(part, "w") as file:
+    as_name("matrix format", matrix_format, FORMATS)
+    as_instance("problem", problem, ContactProblem | GlobalContactProblem, "a ContactProblem or GlobalContactProblem")
+    with whole_file(as_place("path", path, FCLIB_ENDINGS)) as part, h5py.File(part, "w") as file:
         matrices: dict[str, Any]
         vectors: dict[str, Any]
         if isinstance(problem, ContactProblem):
@@ -282,7 +287,6 @@ def write_fclib(
             local = problem.local()
             file["solution/r"] = problem.P
             file["solution/u"] = local.G @ problem.P + local.c
-    os.replace(part, path)
 
 
 def _write_matrix(group: Any, matrix: Any, matrix_format: str) -> None:

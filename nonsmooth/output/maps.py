@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput
+from nonsmooth.files import as_place, whole_file
 
 if TYPE_CHECKING:
     import xarray
@@ -27,11 +26,14 @@ def save_map(chart: xarray.Dataset, path: str | Path) -> Path:
     InvalidInput
         For another ending.
     """
-    path = Path(path)
-    if path.suffix not in MAP_ENDINGS:
-        raise InvalidInput(f"{str(path)!r} must end in one of {', '.join(MAP_ENDINGS)}")
-    part = path.with_name(path.name + ".part")
-    if path.suffix == ".nc":
+    path = as_place("path", path, MAP_ENDINGS)
+    with whole_file(path) as part:
+        _write(chart, part, path.suffix)
+    return path
+
+
+def _write(chart: xarray.Dataset, part: Path, suffix: str) -> None:
+    if suffix == ".nc":
         chart.to_netcdf(part, engine="scipy")
     else:
         meanings = {str(name): variable.attrs.get("flag_meanings", "") for name, variable in chart.data_vars.items()}
@@ -40,5 +42,3 @@ def save_map(chart: xarray.Dataset, path: str | Path) -> Path:
         arrays = {str(name): variable.values for name, variable in chart.variables.items()}
         with part.open("wb") as file:
             np.savez_compressed(file, allow_pickle=False, about=np.array(about), **arrays)
-    os.replace(part, path)
-    return path

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput
-from nonsmooth.output.plots import BELOW, BLUE, RED, REGIONS, new_figure
+from nonsmooth.arrays import as_array, as_index, as_instance
+from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.output.plots import BELOW, BLUE, RED, REGIONS, new_figure, saved
 from nonsmooth.paradox.classify import ParadoxKind
 
 if TYPE_CHECKING:
@@ -71,6 +72,16 @@ def plot_map(
     InvalidInput
         For more than two axes.
     """
+    import xarray
+
+    from nonsmooth.paradox.boundaries import Boundaries
+
+    as_instance("chart", chart, xarray.Dataset, "the Dataset of ns.paradox_map(...)")
+    if boundaries is not None:
+        as_instance("boundaries", boundaries, Boundaries, "what ns.paradox_boundaries(...) gives")
+    moved = [as_motion(motion) for motion in as_instance("motions", motions, Iterable, "a list of arrays (n, 2)")]
+    if regions is not None and not (isinstance(regions, tuple) and len(regions) == 2 and callable(regions[1])):
+        raise InvalidInput(f"regions must be a pair (codes, function that names a code); got {shown(regions)}")
     axes_names = [str(name) for name in chart.kind.dims]
     if len(axes_names) > 2:
         raise InvalidInput(f"a figure has two axes; this map has {', '.join(axes_names)}: take a slice with isel")
@@ -81,13 +92,11 @@ def plot_map(
     else:
         handles = draw_regions(axes, chart, axes_names)
         label_regions(axes, chart, axes_names, regions)
-        handles += draw_curves(axes, boundaries) + draw_motions(axes, motions)
+        handles += draw_curves(axes, boundaries) + draw_motions(axes, moved)
         axes.legend(handles=handles, bbox_to_anchor=(0.5, -0.1), ncols=2, **(BELOW | {"fontsize": 9}))
     axes.set_xlabel(axis_label(chart, axes_names[0]))
     axes.set_title(map_title(chart) if title is None else title, fontsize=10)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
+    return saved(figure, path)
 
 
 def draw_regions(axes: Any, chart: xarray.Dataset, names: list[str]) -> list[Any]:
@@ -156,13 +165,21 @@ def draw_curves(axes: Any, boundaries: Boundaries | None) -> list[Any]:
     return handles
 
 
+def as_motion(motion: Any) -> np.ndarray:
+    """A motion in the plane of a map, (n, 2)."""
+    points = as_array("motions", motion)
+    if points.ndim != 2 or points.shape[1] != 2 or len(points) == 0:
+        raise InvalidInput(f"motions must be a list of arrays (n, 2); got one of shape {points.shape}")
+    return points
+
+
 def draw_motions(axes: Any, motions: Iterable[np.ndarray]) -> list[Any]:
     """Motions as curves from a dot; returns their legend."""
     from matplotlib.lines import Line2D
 
     is_any = False
     for motion in motions:
-        axes.plot(*np.asarray(motion).T, color=BLUE, lw=1.4, zorder=4)
+        axes.plot(*motion.T, color=BLUE, lw=1.4, zorder=4)
         axes.plot(*motion[0], "o", color=BLUE, ms=5, zorder=5)
         is_any = True
     return [Line2D([], [], color=BLUE, marker="o", ms=5, label="motion from its start")] if is_any else []
@@ -226,7 +243,8 @@ def plot_graphical_problem(cases: Classification | Sequence[tuple[str, Classific
     InvalidInput
         Where the contact does not slide, or is not alone.
     """
-    panels = list(cases) if isinstance(cases, Sequence) else [("", cases)]
+    panels = as_cases(cases)
+    contact = min(as_index("contact", contact, len(c.mode)) for _, c in panels)
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
     figure = new_figure(4.6 * columns, 3.7 * rows + 0.3)
@@ -238,9 +256,17 @@ def plot_graphical_problem(cases: Classification | Sequence[tuple[str, Classific
         axes.set_visible(False)
     handles, labels = grid[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=9, frameon=False)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
+    return saved(figure, path)
+
+
+def as_cases(cases: Any) -> list[tuple[str, Classification]]:
+    """Titles and states, or `InvalidInput`."""
+    from nonsmooth.paradox.classify import Classification
+
+    panels = list(cases) if isinstance(cases, list | tuple) else [("", cases)]
+    if not panels or not all(isinstance(p, tuple) and len(p) == 2 and isinstance(p[1], Classification) for p in panels):
+        raise InvalidInput(f"cases must be a Classification or pairs (title, Classification); got {shown(cases)}")
+    return panels
 
 
 def draw_graphical_problem(axes: Any, c: Classification, contact: int) -> None:

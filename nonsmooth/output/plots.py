@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.errors import MissingExtra
+from nonsmooth.files import FIGURE_ENDINGS, as_place, whole_file
 from nonsmooth.system import ContactMode
 
 if TYPE_CHECKING:
@@ -45,6 +46,15 @@ def new_figure(width: float, height: float) -> Any:
     except ImportError:
         raise MissingExtra('figures need Matplotlib; install it with pip install "nonsmooth[plot]"') from None
     return Figure(figsize=(width, height), layout="constrained")
+
+
+def saved(figure: Any, path: str | Path | None) -> Any:
+    """The figure, written to ``path`` where one is given; its ending names the format."""
+    if path is not None:
+        path = as_place("path", path, FIGURE_ENDINGS)
+        with whole_file(path) as part:
+            figure.savefig(part, dpi=150, format=path.suffix[1:])
+    return figure
 
 
 def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
@@ -87,9 +97,7 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
     if solution.t[-1] > solution.t[0]:
         rows[-1].set_xlim(solution.t[0], solution.t[-1])
     figure.suptitle(title_of(solution), fontsize=10, family="monospace")  # tells l from I
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
+    return saved(figure, path)
 
 
 def title_of(solution: Solution) -> str:

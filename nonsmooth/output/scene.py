@@ -9,7 +9,11 @@ import numpy as np
 
 from nonsmooth.arrays import as_count
 from nonsmooth.errors import InvalidInput, MissingExtra
-from nonsmooth.output.plots import new_figure
+from nonsmooth.files import as_place, whole_file
+from nonsmooth.output.plots import new_figure, saved
+
+MAX_FPS = 100
+ANIMATION_ENDINGS = (".gif", ".webp")
 
 if TYPE_CHECKING:
     from nonsmooth.solution import Solution
@@ -48,16 +52,16 @@ def picture(solution: Solution, path: str | Path | None = None, n: int = 5) -> A
     figure = new_figure(WIDTH, HIGHEST)
     axes = figure.subplots()
     prepare(axes, solution, model)
-    shown = nearest_records(solution, as_count("n", n))
+    if as_count("n", n) > MAX_FRAMES:
+        raise InvalidInput(f"n must not exceed {MAX_FRAMES} instants; got {n}")
+    shown = nearest_records(solution, n)
     for k, shade in zip(shown, np.linspace(0.2 if n > 1 else 1.0, 1.0, n), strict=True):
         for line in model.shape(solution.q[k]):
             axes.plot(line[:, 0], line[:, 1], color=COLOUR, alpha=shade, lw=1.8)
     instants = ", ".join(f"{t:.3g}" for t in solution.t[shown[:MAX_INSTANTS]])
     instants += f", ... {solution.t[shown[-1]]:.3g}" if n > MAX_INSTANTS else ""
     axes.set_title(f"t = {instants} s{', the later the darker' if n > 1 else ''}", fontsize=10)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
+    return saved(figure, path)
 
 
 def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:
@@ -81,9 +85,9 @@ def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:
     MissingExtra
         When Matplotlib or Pillow is not installed.
     """
-    path, fps = Path(path), as_count("fps", fps)
-    if path.suffix not in (".gif", ".webp"):
-        raise InvalidInput(f"an animation is written as .gif or .webp; got {path.name!r}")
+    path, fps = as_place("path", path, ANIMATION_ENDINGS), as_count("fps", fps)
+    if fps > MAX_FPS:
+        raise InvalidInput(f"fps must not exceed {MAX_FPS}, the fastest that a gif shows; got {fps}")
     model = scene_model(solution)
     figure = new_figure(WIDTH, HIGHEST)
     figure.set_layout_engine("none")  # the axes stay where they are; only the scene and the title are drawn again
@@ -111,7 +115,9 @@ def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:
 
     palette = frame(shown[0]).quantize(COLOURS, Image.Quantize.FASTOCTREE)
     frames = (frame(k).quantize(palette=palette, dither=Image.Dither.NONE) for k in shown)
-    next(frames).save(path, save_all=True, append_images=frames, duration=round(1000 / fps), loop=0)
+    with whole_file(path) as part:
+        duration = round(1000 / fps)
+        next(frames).save(part, path.suffix[1:], save_all=True, append_images=frames, duration=duration, loop=0)
     return path
 
 

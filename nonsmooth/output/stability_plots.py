@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.output.plots import BLUE, new_figure
+from nonsmooth.output.plots import BLUE, new_figure, saved
 
 if TYPE_CHECKING:
     import xarray
@@ -263,10 +263,3 @@ def plot_stability_map(chart: xarray.Dataset, path: str | Path | None = None, un
     axes.set_xlabel(f"{x_name} [{x_unit}]" if x_unit else str(x_name))
     axes.set_ylabel(f"{y_name} [{y_unit}]" if y_unit else str(y_name))
     return saved(figure, path)
-
-
-def saved(figure: Any, path: str | Path | None) -> Any:
-    """The figure, written to the path if there is one."""
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure

@@ -7,9 +7,6 @@ from __future__ import annotations
 
 import functools
 import json
-import os
-import zipfile
-import zlib
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,19 +14,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.errors import InvalidInput, MissingExtra, Status
+from nonsmooth.files import DAMAGE, as_path, as_place, whole_file
 
 if TYPE_CHECKING:
     from nonsmooth.solution import Solution
 
 SCHEMA = 1
 HDF5 = (".h5", ".hdf5")
+ENDINGS = (".npz", *HDF5)
 ARRAYS = ("t", "q", "u", "g_N", "P_N", "P_F", "mode", "slip", "event_rows")
-DAMAGE = (AttributeError, EOFError, KeyError, OSError, TypeError, ValueError, zipfile.BadZipFile, zlib.error)
 
 
 def save(solution: Solution, path: str | Path) -> Path:
     """Write a solution; the ending of the path, .npz or .h5, names the format."""
-    path = Path(path)
+    path = as_place("path", path, ENDINGS)
     arrays = {name: getattr(solution, name) for name in ARRAYS}
     arrays |= {f"ledger/{name}": column for name, column in solution.ledger.items()}
     about = {
@@ -39,14 +37,8 @@ def save(solution: Solution, path: str | Path) -> Path:
         "stats": asdict(solution.stats),
         "about": solution.about,
     }
-    if path.suffix not in (".npz", *HDF5):
-        raise InvalidInput(f"a solution is saved as .npz or .h5; got {path.name!r}")
-    part = path.with_name(path.name + ".part")
-    try:
+    with whole_file(path) as part:
         _write(part, path.suffix, json.dumps(about), arrays)
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
     return path
 
 
@@ -54,7 +46,7 @@ def load(path: str | Path) -> Solution:
     """Read what ``save`` wrote, or a checkpoint; the system itself is not stored."""
     from nonsmooth.solution import Solution, Stats
 
-    path = Path(path)
+    path = as_path("path", path)
     if path.is_dir():
         from nonsmooth.output.checkpoint import load_checkpoint
 

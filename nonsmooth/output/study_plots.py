@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.output.plots import BLUE, RED, new_figure
+from nonsmooth.output.plots import BLUE, RED, new_figure, saved
 
 if TYPE_CHECKING:
     from nonsmooth.studies.study import Study
@@ -64,9 +64,7 @@ def plot_study(study: Study, path: str | Path | None = None) -> Any:
         place.set_axis_off()
         place.legend(*axes[len(panels) - 1].get_legend_handles_labels(), **{**LEGEND, "loc": "center left"})
         axes[len(panels) - 1].get_legend().remove()
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
+    return saved(figure, path)
 
 
 def draw_errors(axes: Any, study: Study) -> None:

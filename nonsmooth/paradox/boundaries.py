@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_number
+from nonsmooth.arrays import as_index, as_number
 from nonsmooth.errors import InvalidInput, MissingExtra
 from nonsmooth.paradox.points import Points, split_axes
 
@@ -89,8 +89,7 @@ def paradox_boundaries(system: Any, *, contact: int = 0, t: float = 0.0, state: 
     if len(plane) != 2 or any(len(values) < 2 or (np.diff(values) <= 0).any() for values in plane.values()):
         raise InvalidInput("boundaries need two axes, each of increasing values; got " + (", ".join(plane) or "none"))
     points = Points(system, tuple(plane), fixed, as_number("t", t, "s"), state)
-    if not 0 <= contact < points.system.n_c:
-        raise InvalidInput(f"contact must be a whole number from 0 to {points.system.n_c - 1}; got {contact!r}")
+    contact = as_index("contact", contact, points.system.n_c)
     x, y = plane.values()
     points.check([x, y])
 

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.arrays import as_number, as_vector
-from nonsmooth.errors import InvalidInput, UnknownName, nearest
+from nonsmooth.arrays import as_index, as_name, as_number, as_vector
+from nonsmooth.errors import InvalidInput
 from nonsmooth.system import MASS, NORMAL, TANGENT, System, as_system
 
 SCANNED = 400  # points of a range, between which the critical friction is taken to have one minimum at most
@@ -125,21 +125,16 @@ def _critical_friction(system: System, t: float, q: np.ndarray, i: int) -> float
 
 def checked_contact(system: System, contact: int) -> int:
     """The index of a contact with a gap and friction."""
-    if isinstance(contact, bool) or not isinstance(contact, int | np.integer) or not 0 <= contact < system.n_c:
-        raise InvalidInput(f"contact must be a whole number from 0 to {system.n_c - 1}; got {contact!r}")
+    contact = as_index("contact", contact, system.n_c)
     chosen = system.contacts[contact]
     if not chosen.has_friction or chosen.normal_force:
         raise InvalidInput(f"contact {contact} has no friction or no gap; critical friction needs both")
-    return int(contact)
+    return contact
 
 
 def coordinate_index(system: System, coordinate: int | str) -> int:
     """The place of a coordinate in q, given by number or name."""
     names = [name for name, _ in getattr(system.parameters, "coordinates", ())]
     if isinstance(coordinate, str):
-        if coordinate not in names:
-            raise UnknownName(f"there is no coordinate {coordinate!r}; {nearest(coordinate, names)}")
-        return names.index(coordinate)
-    if not 0 <= coordinate < system.n_q:
-        raise InvalidInput(f"coordinate must be a name or a number from 0 to {system.n_q - 1}; got {coordinate!r}")
-    return int(coordinate)
+        return names.index(as_name("coordinate", coordinate, names))
+    return as_index("coordinate", coordinate, system.n_q)

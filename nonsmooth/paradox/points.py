@@ -18,7 +18,7 @@ from nonsmooth.arrays import as_number, as_vector
 from nonsmooth.blocks import Block, new_block
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
-from nonsmooth.errors import InvalidInput, UnknownName, nearest
+from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.jit import CannotCompile, CompiledModel, compile_model, interpreted, load_all
 from nonsmooth.laws import LAW_C, LAW_E_F, LAW_E_N, LAW_WIDTH
 from nonsmooth.paradox.forces import KEPT, Forces, Outcome, forces_shapes
@@ -65,6 +65,8 @@ class Points:
                  state: Callable | None = None) -> None:  # fmt: skip
         self.t, self.names = t, names
         self._state = state
+        if state is not None and not callable(state):
+            raise InvalidInput(f"state must be a function of the variables that returns (q, u); got {shown(state)}")
         function = state or getattr(model, "state", None)
         if function is None:
             raise InvalidInput("a system without state(...) of its own needs state=, a function of the variables")
@@ -217,7 +219,9 @@ class Points:
 
 def split_axes(axes: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """The arrays among the arguments, which are axes, and the numbers, which are held fixed."""
-    grid = {name: as_vector(name, value) for name, value in axes.items() if np.ndim(value) > 0}
+    grid = {
+        name: as_vector(name, value) for name, value in axes.items() if isinstance(value, Sequence) or np.ndim(value)
+    }
     return grid, {name: value for name, value in axes.items() if name not in grid}
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from nonsmooth.arrays import as_non_negative, as_positive
 from nonsmooth.errors import InvalidInput
 from nonsmooth.initial_state import evaluate
-from nonsmooth.stability.equilibrium import Equilibrium, equilibrium
+from nonsmooth.stability.equilibrium import Equilibrium, as_equilibrium, equilibrium
 from nonsmooth.stability.linearise import linearise
 from nonsmooth.stability.oscillator import Oscillator
 from nonsmooth.system import GIVEN_FORCE, TANGENT
@@ -109,7 +109,7 @@ def averaged_amplitude(system: Any, at: Equilibrium | None = None, largest: floa
     >>> [round(float(a), 7) for a in motion.amplitudes], motion.is_stable.tolist()
     ([0.0, 0.0849575], [False, True])
     """
-    at = equilibrium(system) if at is None else at
+    at = equilibrium(system) if at is None else as_equilibrium(at)
     if at.q.size != 1 or (at.mode.system.kinds[:, 0] != GIVEN_FORCE).any():
         raise InvalidInput("averaging needs one coordinate and no contact with a gap; use simulate for this system")
     small = linearise(at.mode.system, at)
@@ -122,6 +122,8 @@ def averaged_amplitude(system: Any, at: Equilibrium | None = None, largest: floa
         raise InvalidInput("nothing slides in this system, so the range of amplitudes is not known; give largest=")
     top = FAR * reach if largest is None else as_positive("largest", largest)
     bottom = NEAR * (min(reach, top) if reach > 0 else top)
+    if not bottom > 0:
+        raise InvalidInput(f"largest must be an amplitude above the rounding of zero; got {top:g}")
     equation = AmplitudeEquation(at, omega)
     roots, stable = _equilibria(equation, bottom, top, reach)
     amplitudes = np.array([0.0, *roots])

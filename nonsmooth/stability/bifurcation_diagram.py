@@ -13,9 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_positive, as_vector
+from nonsmooth.arrays import as_index, as_name, as_positive, as_vector
+from nonsmooth.blocks import WORD
 from nonsmooth.errors import InvalidInput
+from nonsmooth.initial_state import as_state
 from nonsmooth.integrators.moreau_jean import MoreauJean
+from nonsmooth.memory import require_memory
 from nonsmooth.simulation import simulate
 from nonsmooth.solution import Solution
 from nonsmooth.system import ContactMode, System, as_system
@@ -102,10 +105,13 @@ def bifurcation_diagram(
     if duration is None or dt is None:
         raise InvalidInput("this system has no t_end and dt of its own; give duration= and dt=")
     system = as_system(system)
-    if not 0 <= coordinate < system.n_q:
-        raise InvalidInput(f"coordinate must lie between 0 and {system.n_q - 1}; got {coordinate}")
+    coordinate = as_index("coordinate", coordinate, system.n_q)
+    as_name("parameter", parameter, system.parameter_values)
     span, integrator = as_positive("duration", duration, "s"), MoreauJean(dt=dt)
-    state = source.state() if start is None else start
+    require_memory(
+        WORD * LATE * span / integrator.dt, "the records of each value", "take a larger dt or a shorter duration"
+    )
+    state = source.state() if start is None else as_state("start", start, system)
     tables: list[list[Solution]] = []
     for direction in (grid, grid[::-1]):
         runs, state = _swept(system, parameter, direction, state, span, integrator)

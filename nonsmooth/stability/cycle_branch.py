@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_vector
+from nonsmooth.arrays import as_name, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.simulation import simulate
@@ -119,6 +119,7 @@ def continue_cycle(
     grid, system = as_vector("values", values), as_system(system)
     if grid.size == 0:
         raise InvalidInput(f"values of {parameter} must be at least one; got none")
+    as_name("parameter", parameter, system.parameter_values)
     first = system.with_parameters(**{parameter: float(grid[0])})
     cycles = [limit_cycle(first, cycle)]
     changes: list[CycleChange] = []

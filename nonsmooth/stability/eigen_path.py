@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_vector
+from nonsmooth.arrays import as_name, as_vector
 from nonsmooth.errors import InvalidInput
-from nonsmooth.stability.equilibrium import Equilibrium, equilibrium, follow
+from nonsmooth.stability.equilibrium import Equilibrium, as_equilibrium, equilibrium, follow
 from nonsmooth.stability.linearise import Linearisation, Verdict, linearise
 from nonsmooth.system import as_system
 
@@ -108,8 +108,9 @@ def eigen_path(system: Any, parameter: str, values: ArrayLike, at: Equilibrium |
     if grid.size == 0 or not (np.all(np.diff(grid) > 0) or np.all(np.diff(grid) < 0)):
         raise InvalidInput("values must be in increasing or in decreasing order, each once, and at least one")
     system = as_system(system)
+    as_name("parameter", parameter, system.parameter_values)
     first = {parameter: float(grid[0])}
-    at = equilibrium(system.with_parameters(**first)) if at is None else follow(at, **first)
+    at = equilibrium(system.with_parameters(**first)) if at is None else follow(as_equilibrium(at), **first)
     points: list[Linearisation] = []
     for value in grid:
         at = follow(at, **{parameter: float(value)})

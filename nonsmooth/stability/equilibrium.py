@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_number, as_vector
+from nonsmooth.arrays import as_instance, as_number, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.initial_state import CONSISTENT, contact_state, evaluate
 from nonsmooth.stability.sliding_mode import SlidingMode, mu_of
@@ -118,6 +118,11 @@ def equilibrium(
     q = _start(system, given) if guess is None else as_vector("guess", guess, system.n_q)
     mode = sliding_mode(system, q, sliding, normal, as_number("t", t, "s"))
     return _solved(mode, q, np.zeros(mode.n_a))
+
+
+def as_equilibrium(at: Any) -> Equilibrium:
+    """An equilibrium, or `InvalidInput`."""
+    return as_instance("at", at, Equilibrium, "an Equilibrium, as ns.equilibrium(system) gives")
 
 
 def follow(at: Equilibrium, **changes: float) -> Equilibrium:

@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_vector
+from nonsmooth.arrays import as_name, as_vector
 from nonsmooth.errors import InvalidInput
-from nonsmooth.stability.equilibrium import Equilibrium, NotIsolated, equilibrium, follow
+from nonsmooth.stability.equilibrium import Equilibrium, NotIsolated, as_equilibrium, equilibrium, follow
 from nonsmooth.stability.linearise import Linearisation, Verdict, linearise
 from nonsmooth.system import as_system
 
@@ -96,7 +96,8 @@ def flutter_boundary(
 
     ends = as_vector("bracket", bracket, 2)
     system = as_system(system)
-    start = equilibrium(system.with_parameters(**{parameter: float(ends[0])})) if at is None else at
+    as_name("parameter", parameter, system.parameter_values)
+    start = equilibrium(system.with_parameters(**{parameter: float(ends[0])})) if at is None else as_equilibrium(at)
 
     def small(value: float) -> Linearisation:
         moved = follow(start, **{parameter: float(value)})

@@ -8,6 +8,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_positive
 from nonsmooth.errors import InvalidInput
+from nonsmooth.initial_state import as_state
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.simulation import simulate
@@ -103,9 +104,7 @@ def _settled(
     source = model if hasattr(model, "state") else system.parameters
     if guess is None and not hasattr(source, "state"):
         raise InvalidInput("this system has no default state; give guess=(q0, u0)")
-    if guess is not None and (not isinstance(guess, tuple | list) or len(guess) != 2):
-        raise InvalidInput(f"guess must be a Solution, a LimitCycle or (q0, u0); got {type(guess).__name__}")
-    q, u = source.state() if guess is None else guess
+    q, u = source.state() if guess is None else as_state("guess", guess, system)
     duration = getattr(source, "t_end", None) if duration is None else as_positive("duration", duration, "s")
     if duration is None:
         raise InvalidInput("this system has no t_end of its own; give duration=")

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import InvalidInput
-from nonsmooth.stability.equilibrium import Equilibrium, equilibrium
+from nonsmooth.stability.equilibrium import Equilibrium, as_equilibrium, equilibrium
 from nonsmooth.system import as_system
 
 NEUTRAL = 1e-8  # a real part below this part of |s| counts as zero: a double eigenvalue is known to sqrt(eps) only
@@ -195,7 +195,7 @@ def linearise(system: Any, at: Equilibrium | None = None) -> Linearisation:
     >>> paradox.verdict.name, round(float(paradox.M[0, 0]), 9)
     ('NEGATIVE_INERTIA', -6.43482615)
     """
-    at = equilibrium(system) if at is None else at
+    at = equilibrium(system) if at is None else as_equilibrium(at)
     system = as_system(system)
     if at.mode.system.functions != system.functions or not np.array_equal(at.mode.system.p, system.p):
         raise InvalidInput("the equilibrium is another system's; leave it out, or compute it for this one")

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, UnknownName, nearest
+from nonsmooth.arrays import as_instance, as_name
+from nonsmooth.errors import InvalidInput
 from nonsmooth.stability.equilibrium import follow
 from nonsmooth.stability.linearise import Linearisation, linearise
 
@@ -50,7 +51,8 @@ def eigenvalue_sensitivity(system: Any, parameter: str, at: Linearisation | None
     """
     from scipy.linalg import eig
 
-    at = linearise(system) if at is None else at
+    cure = "a Linearisation, as ns.linearise(system) gives"
+    at = linearise(system) if at is None else as_instance("at", at, Linearisation, cure)
     p = parameter_value(at, parameter)
     s, w, v = eig(at.companion, left=True)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -62,9 +64,7 @@ def eigenvalue_sensitivity(system: Any, parameter: str, at: Linearisation | None
 def parameter_value(at: Linearisation, parameter: str) -> float:
     """The value of a numeric parameter of the linearised system."""
     values = at.equilibrium.mode.system.parameter_values
-    if parameter not in values:
-        raise UnknownName(f"there is no parameter {parameter!r}; {nearest(parameter, values)}")
-    return values[parameter]
+    return values[as_name("parameter", parameter, values)]
 
 
 def _derivative(at: Linearisation, parameter: str, p: float) -> np.ndarray:

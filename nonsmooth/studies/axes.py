@@ -102,7 +102,10 @@ class Plan:
 
 def as_column(name: str, values: Any) -> np.ndarray:
     """A vector of finite numbers or of texts, or `InvalidInput`."""
-    array = np.array(values)
+    try:
+        array = np.array(values)
+    except ValueError:
+        raise InvalidInput(f"the axis {name} must be a vector of values; its entries differ in length") from None
     if array.ndim != 1:
         raise InvalidInput(f"the axis {name} must be a vector of values; got shape {array.shape}")
     if array.dtype.kind in "US":

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from nonsmooth.arrays import as_instance
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
 from nonsmooth.system import System, as_system, numeric_fields
 
@@ -55,6 +56,7 @@ class AxisNames:
 
     def resolve(self, name: str) -> tuple[str, str]:
         """The part that an axis belongs to, and its plain name there."""
+        as_instance("the name of an axis", name, str, "a text")
         match = COMPONENT.fullmatch(name)
         if match:
             n = as_system(self.model).n_q

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.arrays import as_positive, as_vector
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
 from nonsmooth.studies.reference import as_reference, with_step, with_tolerance
@@ -133,4 +133,4 @@ def maker(integrator: Any, over: str, first: float) -> Callable[[float], Any]:
         return functools.partial(change, integrator)
     if callable(integrator) and hasattr(integrator(first), "load"):
         return integrator
-    raise InvalidInput(f"integrator must be an integrator, or make one of {over}; got {integrator!r}")
+    raise InvalidInput(f"integrator must be an integrator, or make one of {over}; got {shown(integrator)}")

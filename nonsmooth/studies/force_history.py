@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nonsmooth.arrays import as_index, as_instance
 from nonsmooth.errors import InvalidInput
 from nonsmooth.solution import Solution
 from nonsmooth.system import ContactMode
@@ -77,6 +78,8 @@ def force_episode(solution: Solution, contact: int = 0) -> Episode:
     >>> round(impact.gamma_N, 3), round(impact.restitution, 3)
     (0.255, 1.0)
     """
+    as_instance("solution", solution, Solution, "a Solution, as ns.simulate(...) gives")
+    contact = as_index("contact", contact, solution.mode.shape[1])
     if solution.la is None:
         raise InvalidInput("this solution holds no contact forces; run it with integrator=Penalty(...)")
     force, events = solution.la[:, contact, 0], [e for e in solution.events if e.contact == contact]

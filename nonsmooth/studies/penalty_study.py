@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_positive, as_vector
+from nonsmooth.arrays import as_instance, as_positive, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.penalty import Penalty
@@ -111,7 +111,11 @@ def penalty_study(
     'k^-1/2 ln k'
     """
     require_xarray()
+    if penalty is not None:
+        as_instance("penalty", penalty, Penalty, "a Penalty, whose stiffness is varied")
     k = as_vector("stiffness", stiffness)
+    if k.size == 0:
+        raise InvalidInput("stiffness must hold at least one value; got none")
     for value in k:
         as_positive("stiffness", value, "N/m")
     if (np.diff(k) <= 0).any():

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any, Self, TextIO
 
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, shown
 
 PERIOD = {"line": 0.2, "json": 1.0}  # s between two lines
 
@@ -59,20 +59,20 @@ class Progress:
     def __init__(self, show: Any, total: int, done: int, stream: TextIO | None = None) -> None:
         self.stream = sys.stderr if stream is None else stream
         self.write = self._writer(show)
-        self.period = PERIOD["json" if show == "json" else "line"]
+        self.period = PERIOD["json" if isinstance(show, str) else "line"]
         self.total, self.done, self.failed, self._before = total, done, 0, done
         self._started = self._shown = time.perf_counter()
 
     def _writer(self, show: Any) -> Callable[[Snapshot], None] | None:
         if callable(show):
             return show
-        if show == "json":
+        if isinstance(show, str) and show == "json":
             return lambda snapshot: print(json.dumps(as_json(snapshot)), file=self.stream, flush=True)
         if show is True:
             return self._write_line if self.stream.isatty() else None
         if show is False or show is None:
             return None
-        raise InvalidInput(f"progress must be True, False, 'json' or a function; got {show!r}")
+        raise InvalidInput(f"progress must be True, False, 'json' or a function; got {shown(show)}")
 
     def _write_line(self, snapshot: Snapshot) -> None:
         print(f"\r\033[K{snapshot}", end="", file=self.stream, flush=True)

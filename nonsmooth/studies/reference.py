@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_positive
-from nonsmooth.errors import InvalidInput
+from nonsmooth.arrays import as_array, as_positive
+from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.simulation import simulate
 from nonsmooth.solution import Solution
@@ -131,8 +131,10 @@ def as_reference(given: Any, problem: Problem, delay: float | None = None) -> Re
         return as_given(given, problem)
     if delay is not None:
         as_positive("delay", delay, "s")
-    if not hasattr(given, "load"):
-        raise InvalidInput(f"reference must be an integrator, or a pair (q, u) of states at the times; got {given!r}")
+    if isinstance(given, type) or not hasattr(given, "load"):
+        raise InvalidInput(
+            f"reference must be an integrator, or a pair (q, u) of states at the times; got {shown(given)}"
+        )
     fine, coarse = problem.run(given, problem.times), problem.run(coarser(given), problem.times)
     alone = Reference({}, {})
     if getattr(given, "locates_events", False):
@@ -150,7 +152,7 @@ def as_reference(given: Any, problem: Problem, delay: float | None = None) -> Re
 def as_given(pair: Any, problem: Problem) -> Reference:
     """States (q, u) that the caller knows."""
     shape = (len(problem.times), problem.system.n_q)
-    q, u = (np.asarray(column, dtype=float) for column in pair)
+    q, u = (as_array(f"reference[{k}]", column) for k, column in enumerate(pair))
     q, u = (column.reshape(shape) if column.size == shape[0] * shape[1] else column for column in (q, u))
     if q.shape != shape or u.shape != shape:
         raise InvalidInput(

@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_fraction, as_number, as_vector
-from nonsmooth.errors import InvalidInput, Status, UnknownName, nearest
+from nonsmooth.arrays import as_count, as_fraction, as_name, as_number, as_vector
+from nonsmooth.errors import InvalidInput, Status, UnknownName, nearest, shown
 from nonsmooth.initial_modes import INADMISSIBLE
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.moreau_jean_step import run
 from nonsmooth.paradox.map import unit_of
 from nonsmooth.runs.run import MESSAGES
-from nonsmooth.runs.times import Grid, make_grid
-from nonsmooth.simulation import SELECTIONS, simulate
+from nonsmooth.runs.times import Grid, as_span, make_grid
+from nonsmooth.simulation import SELECTIONS, require_integrator, simulate
 from nonsmooth.solution import Solution
 from nonsmooth.studies.axis_names import END, AxisNames, Columns, state_names
 from nonsmooth.studies.block_engine import BlockEngine
@@ -31,6 +31,16 @@ from nonsmooth.system import System, as_system
 
 ONE_RECORD = 2**62  # steps between two records: only the start and the end are kept
 MIDDLE = 0.5  # the window is the second half of a run
+
+
+def as_measures(measures: Any) -> list[str | Callable]:
+    """Names and functions of results, or `InvalidInput`."""
+    chosen = [measures] if isinstance(measures, str) or callable(measures) else measures
+    if not isinstance(chosen, list | tuple) or not all(isinstance(one, str) or callable(one) for one in chosen):
+        raise InvalidInput(f"measures must be names of results or functions of the solution; got {shown(measures)}")
+    if not chosen:
+        raise InvalidInput("measures must name at least one result; it is empty")
+    return list(chosen)
 
 
 class RunTask:
@@ -84,16 +94,16 @@ class RunTask:
         every: int = 1,
     ) -> None:
         self.model, self.system = model, as_system(model)
-        chosen = [measures] if isinstance(measures, str) or callable(measures) else list(measures)
-        if not chosen:
-            raise InvalidInput("measures must name at least one result; it is empty")
+        chosen = as_measures(measures)
         self.measures: dict[str, Measure] = {name: measure_named(name) for name in chosen if isinstance(name, str)}
         self.functions = [function for function in chosen if not isinstance(function, str)]
-        if selection not in SELECTIONS:
-            raise UnknownName(f"there is no selection rule {selection!r}; {nearest(selection, SELECTIONS)}")
-        self.selection, self.every, self.window = selection, every, as_fraction("window", window)
+        as_name("selection rule", selection, SELECTIONS)
+        self.selection, self.every, self.window = selection, as_count("every", every), as_fraction("window", window)
         self.integrator = MoreauJean(_own("dt", model)) if integrator is None else integrator
-        self.t_span = (0.0, _own("t_end", model)) if t_span is None else tuple(t_span)
+        require_integrator(self.integrator)
+        self.t_span = (0.0, _own("t_end", model)) if t_span is None else as_span(t_span)
+        if state is not None and not isinstance(state, Mapping):
+            raise InvalidInput(f"state must be a dictionary of the variables of a state; got {shown(state)}")
         self.state = self._checked_state(dict(state or {}))
         self.names = AxisNames(model, self.integrator)
         self._prepare()

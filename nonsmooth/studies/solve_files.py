@@ -18,6 +18,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_positive
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, UnknownName, nearest
+from nonsmooth.output.plots import saved
 
 RANK_N = 400  # the singular values of a larger matrix take longer than its solution
 COLUMNS = ("file", "kind", "n", "contacts", "rank", "status", "error", "iterations", "time", "solver")
@@ -193,7 +194,7 @@ def performance_profile(results: dict[str, list[dict]] | list[dict], path: str |
              ylabel="share of problems solved within τ [-]")  # fmt: skip
     axes.grid(alpha=0.3)
     axes.legend(loc="lower right")
-    figure.savefig(path, dpi=150)
+    saved(figure, Path(path))
 
 
 def time_ratios(runs: dict[str, list[dict]]) -> dict[str, np.ndarray]:

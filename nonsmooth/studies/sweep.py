@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_count, as_positive
+from nonsmooth.arrays import as_count, as_flag, as_instance, as_positive
 from nonsmooth.errors import CellFailure, InitialStateWarning, InvalidInput, MissingExtra
+from nonsmooth.files import as_path
 from nonsmooth.memory import require_memory
 from nonsmooth.studies.axes import Plan, as_plan
 from nonsmooth.studies.batches import Driver, InThisProcess
@@ -113,6 +114,11 @@ def sweep(
     plan = as_plan(axes)
     task = as_task(task)
     task.check(plan.names)
+    resume, fail_fast = as_flag("resume", resume), as_flag("fail_fast", fail_fast)
+    if executor is not None:
+        as_instance("executor", executor, Executor, "a concurrent.futures.Executor")
+    if journal is not None:
+        as_path("journal", journal)
     retries = retries if retries == 0 else as_count("retries", retries)
     timeout = None if timeout is None else as_positive("timeout", timeout, "s")
     batch = None if batch is None else as_count("batch", batch)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from nonsmooth.arrays import as_instance
 from nonsmooth.errors import InvalidInput, MissingExtra
+from nonsmooth.files import DAMAGE, as_path, as_place, whole_file
 
 if TYPE_CHECKING:
     import xarray
@@ -20,11 +21,7 @@ ENDINGS = (".npz", ".nc")
 
 def check_path(path: str | os.PathLike[str]) -> Path:
     """Raise where a result could not be written at the end."""
-    path = Path(path)
-    if path.suffix not in ENDINGS:
-        raise InvalidInput(f"the result must end in {' or '.join(ENDINGS)}; got {path.name}")
-    if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
-        raise InvalidInput(f"the folder {str(path.parent)!r} must be there and writable; choose another path")
+    path = as_place("path", path, ENDINGS)
     if path.suffix == ".nc":
         _engine()
     return path
@@ -48,29 +45,52 @@ def save_sweep(found: xarray.Dataset, path: str | os.PathLike[str]) -> Path:
     InvalidInput, MissingExtra
         For another ending, a folder that cannot be written, a library that is not installed.
     """
+    import xarray
+
+    as_instance("found", found, xarray.Dataset, "the Dataset of a sweep")
     path = check_path(path)
     if path.suffix == ".nc":
-        _replace(path, lambda part: found.to_netcdf(str(part), engine=_engine()))
+        with whole_file(path) as part:
+            found.to_netcdf(str(part), engine=_engine())
     else:
         arrays = _as_arrays(found)
-        _replace(path, lambda part: _write_npz(part, arrays))
+        with whole_file(path) as part:
+            _write_npz(part, arrays)
     return path
 
 
 def load_sweep(path: str | os.PathLike[str]) -> xarray.Dataset:
-    """Read what `save_sweep` wrote."""
+    """Read what `save_sweep` wrote.
+
+    Raises
+    ------
+    InvalidInput
+        When the file is not there, or is none of ours, or damaged.
+    """
+    path = as_path("path", path)
+    if path.suffix == ".nc":
+        _engine()
+    try:
+        return _read_nc(path) if path.suffix == ".nc" else _read_npz(path)
+    except FileNotFoundError:
+        raise InvalidInput(f"there is no file {str(path)!r}") from None
+    except DAMAGE as error:
+        raise InvalidInput(f"{path.name} is no result of a sweep, or is damaged: {error}") from error
+
+
+def _read_nc(path: Path) -> xarray.Dataset:
     import xarray
 
-    path = Path(path)
-    if path.suffix == ".nc":
-        with xarray.open_dataset(path, engine=_engine()) as found:
-            return found.load()
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            about = json.loads(str(file["about"]))
-            columns = {name: _column(file, name, entry) for name, entry in about["variables"].items()}
-    except (ValueError, KeyError):
-        raise InvalidInput(f"{path.name} is no result of a sweep") from None
+    with xarray.open_dataset(path, engine=_engine()) as found:
+        return found.load()
+
+
+def _read_npz(path: Path) -> xarray.Dataset:
+    import xarray
+
+    with np.load(path, allow_pickle=False) as file:
+        about = json.loads(str(file["about"]))
+        columns = {name: _column(file, name, entry) for name, entry in about["variables"].items()}
     coordinates = {name: columns.pop(name) for name in about["coordinates"]}
     return xarray.Dataset(columns, coordinates, about["attrs"])
 
@@ -102,18 +122,6 @@ def _column(file: Any, name: str, entry: dict[str, Any]) -> tuple[Any, ...]:
 def _write_npz(path: Path, arrays: dict[str, Any]) -> None:
     with open(path, "wb") as file:
         np.savez_compressed(file, **arrays)
-
-
-def _replace(path: Path, write: Callable[[Path], Any]) -> None:
-    """Write a file beside and move it into place: a reader sees the old one or the new one, whole."""
-    part = path.with_name(path.name + ".part")
-    try:
-        write(part)
-        with open(part, "rb") as file:
-            os.fsync(file.fileno())
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _engine() -> Literal["netcdf4", "h5netcdf"]:

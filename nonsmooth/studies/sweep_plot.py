@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, UnknownName, nearest
-from nonsmooth.output.plots import new_figure
+from nonsmooth.arrays import as_instance, as_name
+from nonsmooth.errors import InvalidInput
+from nonsmooth.output.plots import new_figure, saved
 from nonsmooth.studies.task import OF_COORDINATE
 
 if TYPE_CHECKING:
@@ -43,6 +44,9 @@ def plot_sweep(found: xarray.Dataset, path: str | Path | None = None, name: str 
     MissingExtra
         When Matplotlib is not installed.
     """
+    import xarray
+
+    as_instance("found", found, xarray.Dataset, "the Dataset of a sweep")
     axes = drawn_axes(found)
     name = drawable(found, name)
     panels = panels_of(found, name, axes)
@@ -57,9 +61,7 @@ def plot_sweep(found: xarray.Dataset, path: str | Path | None = None, name: str 
     missing = int(np.isnan(next(iter(panels.values()))).sum())
     if missing:
         figure.suptitle(f"no result in {missing} of {next(iter(panels.values())).size} cells (grey)", fontsize=9)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
+    return saved(figure, path)
 
 
 def drawn_axes(found: xarray.Dataset) -> list[str]:
@@ -75,8 +77,8 @@ def drawn_axes(found: xarray.Dataset) -> list[str]:
 def drawable(found: xarray.Dataset, name: str | None) -> str:
     """The result to draw."""
     numbers = [str(key) for key, column in found.data_vars.items() if key not in CODES and column.dtype.kind in "fi"]
-    if name is not None and name not in found.data_vars:
-        raise UnknownName(f"there is no result {name!r}; {nearest(name, numbers)}")
+    if name is not None:
+        as_name("result", name, [str(key) for key in found.data_vars])
     if not numbers or (name is not None and name not in numbers):
         raise InvalidInput(f"{name or 'none of the results'} is a number; a figure needs one of {numbers or 'these'}")
     return name or numbers[0]

@@ -1,0 +1,91 @@
+"""Files that are written whole: beside their place, and moved there once complete.
+
+A reader sees the old file or the new one, never a part of one; a kill or a full disk leaves the old one there.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import zipfile
+import zlib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from nonsmooth.errors import FileFailure, InvalidInput, shown
+
+# What readers of .npz, .h5, .nc and JSON raise on files that are damaged or somebody else's.
+DAMAGE = (
+    AttributeError, EOFError, IndexError, KeyError, OSError, RuntimeError, TypeError, ValueError, NotImplementedError,
+    zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+FIGURE_ENDINGS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".webp")
+
+
+def as_path(name: str, value: Any) -> Path:
+    """The path of a file, or `InvalidInput`."""
+    if not isinstance(value, str | os.PathLike) or "\0" in os.fspath(value) or not os.fspath(value):
+        raise InvalidInput(f"{name} must be the path of a file; got {shown(value)}")
+    return Path(value)
+
+
+def as_place(name: str, path: Any, endings: Sequence[str]) -> Path:
+    """The path of a file that can be written there, or `InvalidInput`.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument, for the message.
+    path : path-like
+    endings : sequence of str
+        Those that name a format.
+    """
+    path = as_path(name, path)
+    if path.suffix not in endings:
+        what = "is a folder; the file in it" if path.is_dir() else "is no file name here: it"
+        raise InvalidInput(f"{str(path)!r} {what} must end in one of {', '.join(endings)}")
+    part = part_of(path)
+    try:
+        if not path.parent.is_dir():
+            raise FileNotFoundError(f"there is no folder {str(path.parent)!r}")
+        if path.is_dir():
+            raise IsADirectoryError("it is a folder")
+        is_left_over = part.exists()
+        if path.exists() and not os.access(path, os.W_OK):
+            raise PermissionError("the file there may not be changed")
+        part.open("ab").close()
+        if not is_left_over:
+            part.unlink()
+    except OSError as error:
+        raise InvalidInput(f"{str(path)!r} cannot be written: {error.strerror or error}; choose another path") from None
+    return path
+
+
+def part_of(path: Path) -> Path:
+    """Where a file stands until it is whole."""
+    return path.with_name(path.name + ".part")
+
+
+@contextlib.contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """The path to write to; what was written is moved to ``path`` at the end, and removed after a failure.
+
+    Raises
+    ------
+    FileFailure
+        Where the system refuses to write, as it does when the disk is full.
+    """
+    part = part_of(path)
+    try:
+        yield part
+        with part.open("rb") as file:
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    except OSError as error:
+        raise FileFailure(
+            f"{str(path)!r} could not be written: {error.strerror or error}; what was there before is unchanged: make "
+            "room, or choose another path"
+        ) from error
+    finally:
+        part.unlink(missing_ok=True)
