@@ -168,6 +168,8 @@ def handle_event(rates, model, p, every, state, trail, scratch):
         address(scratch.forces),
     )  # fmt: skip
     if status != Status.RUNNING:
+        if is_start and write_gaps(model, p, t, ode.x, contacts):
+            write_start(t, n, ode.x, u_0, events.x, contacts, trail)
         return status
     for e in range(events.armed.shape[0]):
         events.armed[e] = 0
@@ -189,6 +191,19 @@ def handle_event(rates, model, p, every, state, trail, scratch):
 
 
 @kernel
+def write_gaps(model, p, t, x, contacts):
+    """Write the gaps of a state into it; False if the gap function raised."""
+    n, has_gap = contacts.facts[N_U], contacts.facts[HAS] & (1 << GAP)
+    for j in range(n):
+        contacts.q[j], contacts.u[j] = x[j], x[n + j]
+    if has_gap and not call_model(model, GAP, t, contacts.q, contacts.u, p, contacts.work.g_N):
+        return False
+    for i in range(contacts.kinds.shape[0]):
+        x[2 * n + i] = contacts.work.g_N[i] if has_gap else 0.0
+    return True
+
+
+@kernel
 def write_start(t, n, x, u_0, x_0, contacts, trail):
     """Write the row of the start: the velocities before an impact there, and nothing in the quadratures yet."""
     for i in range(x.shape[0]):
@@ -203,7 +218,7 @@ def write_start(t, n, x, u_0, x_0, contacts, trail):
 def write_rows(rates, model, p, t, t_1, t_record, scratch, trail):
     """Write the rows of the record times in (t, t_1] of the accepted step, with their gaps; returns a Status."""
     ode, contacts, x = scratch.ode, scratch.contacts, scratch.events.x
-    n, has_gap = contacts.facts[N_U], contacts.facts[HAS] & (1 << GAP)
+    n = contacts.facts[N_U]
     is_written = False
     while trail.counts[NEXT] < t_record.shape[0] and t_record[trail.counts[NEXT]] <= t_1:
         moment = t_record[trail.counts[NEXT]]
@@ -211,10 +226,8 @@ def write_rows(rates, model, p, t, t_1, t_record, scratch, trail):
         status = rates_at(rates, model, p, address(contacts), moment, x, ode.f)
         if status != Status.RUNNING:
             return status
-        if has_gap and not call_model(model, GAP, moment, contacts.q, contacts.u, p, contacts.work.g_N):
+        if not write_gaps(model, p, moment, x, contacts):
             return Status.NOT_FINITE
-        for i in range(contacts.kinds.shape[0]):
-            x[2 * n + i] = contacts.work.g_N[i] if has_gap else 0.0
         write_row(moment, x, contacts, trail)
         trail.counts[NEXT] += 1
         is_written = True

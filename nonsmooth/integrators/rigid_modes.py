@@ -16,7 +16,8 @@ G_NN - s mu sigma G_NF. Redundant contacts share their load with the least squar
     CLOSURE     g_N of an open contact, la_N of a closed one (unilateral)
     FRICTION    s gamma_F of sliding; mu |la_N| - |la_F| of sticking
     SIGN        sigma la_N of a bilateral contact that slides
-    REGULAR     det A, one for all: a slide whose p falls to zero has lost its force (Génot–Brogliato point)
+    REGULAR     det A over that without friction, one for all: a slide whose p falls to zero has lost its force
+                (Génot–Brogliato point)
 
 What follows an event is in rigid_switching.py. Trailing components of the state are the gaps, which are evaluated and
 not integrated, the impulses and the energy ledger. Source: Pfeiffer, Glocker, *Multibody Dynamics with Unilateral
@@ -42,14 +43,15 @@ from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMod
 
 # facts; EVENT is the event that waits to be handled
 HAS, N_U, SELECTION, EVENT = range(4)
-# numbers of the run: tolerances; det A, and the shift of its diagonal where contacts are redundant; the time that the
-# shortest flight lasts which has just begun; the largest gap of a closed contact
+# numbers of the run: tolerances; det A over that without friction, and the shift of its diagonal where contacts are
+# redundant; the time that the shortest flight lasts which has just begun; the largest gap of a closed contact
 ATOL, RTOL, DETERMINANT, SHIFT, FLIGHT, DRIFT = range(6)
 # event functions of a contact; the last of all is REGULAR
 CLOSURE, FRICTION, SIGN = range(3)
 N_FUNCTIONS = 3
 N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfaces
-# det A over the product of the entries G_ii at which a slide ends. Towards a Génot–Brogliato point la_N grows like
+# det A over that without friction (p/G_NN of one contact) at which a slide ends: masses of different size make both
+# small, but not their ratio. Towards a Génot–Brogliato point la_N grows like
 # p^(chi - 1), 0 < chi: what is left of its impulse there is 1e-9^chi of the whole.
 SINGULAR_SLIDE = 1e-9
 NEARLY_SINGULAR = 1e-3  # below it a step that vanishes has come to such a point: the force grows without bound there
@@ -211,7 +213,7 @@ def find_forces(model, p, t, x, contacts):
             i = work.closed[k]
             if kinds[i, 0] == GIVEN_FORCE:
                 contacts.b[e] -= work.G[a, work.start[k]] * la[i, 1]
-    factorise(m, True, contacts)
+    factorise_both(n_k, m, contacts)
     solve_equations(m, contacts)
     for e in range(m):
         i = contacts.contact[e]
@@ -286,6 +288,20 @@ def list_equations(n_k, contacts):
             contacts.row[m], contacts.contact[m], contacts.part[m] = work.start[k + 1] - 1, i, 1
             m += 1
     return m
+
+
+@kernel
+def factorise_both(n_k, m, contacts):
+    """``factorise`` with friction, and the determinant over that without; 1 where nothing slides."""
+    slides = False
+    for k in range(n_k):
+        slides = slides or contacts.mode[contacts.work.closed[k]] == ContactMode.SLIDE
+    frictionless = 1.0
+    if slides:
+        factorise(m, False, contacts)
+        frictionless = contacts.numbers[DETERMINANT]
+    factorise(m, True, contacts)
+    contacts.numbers[DETERMINANT] = contacts.numbers[DETERMINANT] / frictionless if slides else 1.0
 
 
 @kernel
