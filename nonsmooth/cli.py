@@ -97,8 +97,8 @@ def build_parser() -> argparse.ArgumentParser:
 
     bench = commands.add_parser("bench", help="measure run times")
     bench.set_defaults(act=act_bench)
-    bench.add_argument("what", choices=["core", "paradox", "penalty", "solvers", "stability", "sweep"])
-    bench.add_argument("files", nargs="*", help="solvers: also time the problems in these files")
+    bench.add_argument("what", choices=["core", "paradox", "penalty", "solvers", "stability", "stress", "sweep"])
+    bench.add_argument("files", nargs="*", help="solvers: more problems to time; stress: the page to write")
     return parser
 
 
