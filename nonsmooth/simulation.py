@@ -40,7 +40,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     checkpoint: Any = None,
     resume: Any = None,
-    checkpoint_every: float = 1.0,
+    checkpoint_every: float = 10.0,
 ) -> Solution:
     """Integrate a system from t_span[0] to t_span[1].
 
