@@ -34,6 +34,7 @@ MAX_POINTS = 20_000  # drawn of one curve
 MAX_NAMES = 8  # coordinates drawn; a chain has hundreds
 FLAT = 1e-6  # of its size: a curve that varies less is drawn as the constant it is
 HAIR = 2e-3  # of the run: a mode that lasts less would be thinner than a dot
+LETTERS = 11.5  # of a title, per inch of the figure's width
 MAX_STRIPS = 4000  # rectangles of a mode strip: an accumulation of impacts has more than a screen can show
 BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5), "fontsize": 8, "frameon": False}
 BELOW: dict[str, Any] = {"loc": "upper center", "fontsize": 8, "frameon": False}
@@ -83,7 +84,7 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
         left, histories = figure.subfigures(1, 2, width_ratios=(1.1, 1))
         draw_phase_plane(left.subplots(), solution, model)
     n_c = solution.mode.shape[1]
-    strips = 0.8 if n_c <= 4 else 2.0
+    strips = 0.4 + 0.2 * n_c if n_c <= 4 else 2.0
     rows = histories.subplots(5 if n_c else 3, 1, sharex=True, height_ratios=(3, 3, 3, 3, strips) if n_c else None)
     draw_states(rows[0], rows[1], solution, model)
     draw_energy(rows[2], solution)
@@ -96,14 +97,21 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
     rows[-1].set_xlabel("t [s]")
     if solution.t[-1] > solution.t[0]:
         rows[-1].set_xlim(solution.t[0], solution.t[-1])
-    figure.suptitle(title_of(solution), fontsize=10, family="monospace")  # tells l from I
+    letters = int(LETTERS * figure.get_figwidth())
+    figure.suptitle(title_of(solution, letters), fontsize=10, family="monospace")  # tells l from I
     return saved(figure, path)
 
 
-def title_of(solution: Solution) -> str:
-    """The system, its parameters and the integrator, and where an unfinished run stopped."""
-    about = solution.about
-    values = "  ".join(f"{name} = {value:.4g}" for name, value in about.items() if isinstance(value, int | float))
+def title_of(solution: Solution, letters: int) -> str:
+    """The system, its parameters in lines of so many letters, the integrator, and where an unfinished run stopped."""
+    about, lines = solution.about, [""]
+    for name, value in about.items():
+        if isinstance(value, int | float):
+            text = f"{name} = {value:.4g}"
+            if len(lines[-1]) + len(text) + 2 > letters:
+                lines.append("")
+            lines[-1] += f"  {text}" if lines[-1] else text
+    values = "\n".join(lines)
     title = f"{about.get('system', '')}   {about.get('integrator', '')}\n{values}"
     return title if solution.success else f"{title}\n{solution.status.name} at t = {solution.t[-1]:.6g} s"
 
