@@ -23,6 +23,7 @@ from nonsmooth.integrators.adaptive_loop import run
 from nonsmooth.integrators.adaptive_state import (
     ATOL,
     ATTEMPTS,
+    LEAST,
     NOW,
     ROWS,
     RTOL,
@@ -36,6 +37,7 @@ from nonsmooth.integrators.adaptive_step import try_step
 from nonsmooth.integrators.adaptive_substep import substep
 from nonsmooth.integrators.moreau_jean_contact import solve
 from nonsmooth.integrators.moreau_jean_paradox import end_slide
+from nonsmooth.integrators.radau import SMALLEST
 from nonsmooth.integrators.radau_stages import EPS
 from nonsmooth.integrators.rigid_modes import HAS, N_U, SELECTION
 from nonsmooth.jit import Kernel, load_all
@@ -115,9 +117,9 @@ class Adaptive:
         arrays.laws[:] = system.laws
         arrays.step.planar.can_decide_redundant[0] = int(system.n_c > 1)
         arrays.clock[[NOW, STEP, RTOL, ATOL]] = t, FIRST_STEP * (t_end - t), self.rtol, self.atol
+        arrays.clock[LEAST] = SMALLEST * max(abs(t), abs(t_end))
         arrays.counters[[TARGET, ATTEMPTS]] = best_row(self.rtol), self.max_steps
         arrays.weights[:] = extrapolation_weights()
-        arrays.t_impact[:] = -np.inf
         return block
 
     def begin(self, scratch: Extrapolation, mode: np.ndarray, slip: np.ndarray, selection: int) -> None:

@@ -13,12 +13,13 @@ from __future__ import annotations
 
 import math
 
-from nonsmooth.integrators.adaptive_state import ATOL, RTOL
+from nonsmooth.integrators.adaptive_state import ATOL, LEAST, RTOL
 from nonsmooth.integrators.rigid_modes import HAS
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.system import GAP, GAP_RATE, NORMAL, UNILATERAL, ContactMode
 
 BISECTIONS = 60
+NEAR = 0.5  # of the gaps at the ends of a step: a lower turn is looked at closely
 CLOSED = 1e-2  # of the tolerance of a gap: a contact above it is open. An impact there moves nothing by the tolerance.
 
 
@@ -45,21 +46,31 @@ def observe(model, p, t, x, g, gamma, run):
 
 @kernel
 def set_tolerances(run):
-    """Tolerances of the next step: atol + rtol times the largest value so far; of a gap, what it inherits of them."""
-    tol, W_N = run.tol, run.contacts.work.W_N
+    """Tolerances of the next step: atol + rtol times the largest value so far; of a gap and its rate, what follows."""
+    tol, W_N, n = run.tol, run.contacts.work.W_N, run.contacts.q.shape[0]
     for i in range(tol.shape[0]):
         tol[i] = run.clock[ATOL] + run.clock[RTOL] * run.largest[i]
     for i in range(W_N.shape[0]):
-        total = 0.0
-        for j in range(W_N.shape[1]):
-            total += abs(W_N[i, j]) * tol[j]
-        run.tol_g[i] = total
-        run.lid[i] = CLOSED * total if run.g_0[i] <= CLOSED * total else 0.0
+        run.tol_g[i], run.tol_gamma[i] = 0.0, 0.0
+        for j in range(n):
+            run.tol_g[i] += abs(W_N[i, j]) * tol[j]
+            run.tol_gamma[i] += abs(W_N[i, j]) * tol[n + j]
+        lid = closed_gap(i, run)
+        run.lid[i] = lid if run.g_0[i] <= lid else 0.0
+
+
+@kernel
+def closed_gap(i, run):
+    """The gap below which contact i counts as closed: above what it moves in the shortest step."""
+    return CLOSED * run.tol_g[i] + run.clock[LEAST] * abs(run.gamma_0[i])
 
 
 @kernel
 def first_landing(H, state, run):
-    """Where in (0, 1] of a smooth step the first open contact fell below its surface; 2 if none did."""
+    """Where in a smooth step the first open contact fell below its surface, or came near it and turned; 2 if none did.
+
+    The step is to end where a gap turns: what the cubic says there is not exact, and a graze is decided by less.
+    """
     first = 2.0
     for i in range(state.mode.shape[0]):
         if run.contacts.kinds[i, 0] != UNILATERAL or state.mode[i] != ContactMode.OPEN:
@@ -68,11 +79,12 @@ def first_landing(H, state, run):
         b = 3.0 * (run.g_1[i] - run.g_0[i]) - H * (2.0 * run.gamma_0[i] + run.gamma_1[i])
         a = H * (run.gamma_0[i] + run.gamma_1[i]) - 2.0 * (run.g_1[i] - run.g_0[i])
         lowest = lowest_place(a, b, c)
-        floor = min(0.0, run.g_0[i]) - CLOSED * run.tol_g[i]
-        for place in (lowest, 1.0):
-            if run.g_0[i] + place * (c + place * (b + place * a)) < floor:
-                first = min(first, falling_root(run.g_0[i], a, b, c, place))
-                break
+        floor = min(0.0, run.g_0[i]) - closed_gap(i, run)
+        least = run.g_0[i] + lowest * (c + lowest * (b + lowest * a))
+        if run.g_1[i] < floor:
+            first = min(first, falling_root(run.g_0[i], a, b, c, lowest if least < floor else 1.0))
+        elif lowest > 0.0 and least < NEAR * min(run.g_0[i], run.g_1[i]):
+            first = min(first, lowest)
     return first
 
 
@@ -114,7 +126,7 @@ def next_landing(state, run):
     for i in range(state.mode.shape[0]):
         if run.contacts.kinds[i, 0] != UNILATERAL or state.mode[i] != ContactMode.OPEN:
             continue
-        if run.g_0[i] <= CLOSED * run.tol_g[i]:
+        if run.g_0[i] <= closed_gap(i, run):
             continue
         g, gamma, a = run.g_0[i], run.gamma_0[i], run.a_N[i]
         root = gamma * gamma - 2.0 * a * g

@@ -10,6 +10,7 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_gaps import observe, set_tolerances
 from nonsmooth.integrators.adaptive_state import (
     ATTEMPTS,
+    LEAST,
     NOW,
     REJECTED,
     STEP,
@@ -17,15 +18,10 @@ from nonsmooth.integrators.adaptive_state import (
 )
 from nonsmooth.integrators.adaptive_step import EVENT, REFUSED, try_step
 from nonsmooth.integrators.penalty_loop import NEXT, ROWS, Trail, write_row
-from nonsmooth.integrators.radau import SMALLEST
 from nonsmooth.integrators.records import (
-    EVENT_CONTACT,
-    EVENT_KIND,
-    EVENT_T,
     EVENT_WIDTH,
     EVENTS_LOST,
     FAILED_CONTACT,
-    IMPACT,
     KEPT,
     LEDGER_ERROR,
     N_EVENTS,
@@ -55,7 +51,6 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
     """
     state, trail, run = view(state_at, State), view(trail_at, Trail), view(run_at, Extrapolation)
     clock, counters, end = run.clock, run.counters, t_record.shape[0] - 1
-    smallest = SMALLEST * max(abs(t_record[0]), abs(t_record[end]))
     run.step.is_known[0] = 0
     run.step.is_known[1] = 0
     if state.counters[STEPS] == 0 and trail.counts[NEXT] == 0:
@@ -76,7 +71,7 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
         counters[ATTEMPTS] -= 1
         stop = t_record[trail.counts[NEXT]] if every == 0 else t_record[end]
         H, is_last = clock[STEP], False
-        if t + H >= stop - smallest:
+        if t + H >= stop - clock[LEAST]:
             H, is_last = stop - t, True
         set_tolerances(run)
         status, outcome, factor = try_step(model, p, t, H, state_at, run_at)
@@ -84,7 +79,7 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
         if outcome == REFUSED:
             counters[REJECTED] += 1
             clock[STEP] = factor * H
-            if clock[STEP] < smallest:
+            if clock[STEP] < clock[LEAST]:
                 return status if status != Status.RUNNING else Status.STEP_VANISHED.value
             continue
         t_1 = stop if is_last else t + H
@@ -127,6 +122,7 @@ def accept(t_1, has_event, state, run):
     n, n_c, width = state.q.shape[0], state.mode.shape[0], state.P.shape[1]
     for i in range(n):
         state.q[i], state.u[i] = run.x[i], run.x[n + i]
+        run.a_0[i] = run.a_1[i]
     end = 2 * n
     has_changed = False
     for i in range(n_c):
@@ -152,14 +148,12 @@ def accept(t_1, has_event, state, run):
 
 @kernel
 def keep_events(state, run):
-    """Append the events of the accepted row; an impact begins a flight."""
+    """Append the events of the accepted row."""
     trial = run.trial
     m = state.counters[N_EVENTS]
     for e in range(trial.counters[N_EVENTS]):
         for k in range(EVENT_WIDTH):
             state.events[m, k] = trial.events[e, k]
-        if trial.events[e, EVENT_KIND] == IMPACT:
-            run.t_impact[int(trial.events[e, EVENT_CONTACT])] = trial.events[e, EVENT_T]
         m += 1
     state.counters[N_EVENTS] = m
 

@@ -14,8 +14,8 @@ from nonsmooth.integrators.rigid_modes import N_WORKS, RigidContacts, contacts_s
 from nonsmooth.laws import LAW_WIDTH
 
 ROWS = 7  # of the table: row j takes j substeps
-# clock: the time, the step to try, the length of the step that was tried, tolerances
-NOW, STEP, TRIED, RTOL, ATOL = range(5)
+# clock: the time, the step to try, the shortest step that the time resolves, tolerances
+NOW, STEP, LEAST, RTOL, ATOL = range(5)
 # counters: refused steps and plain steps, the row at which the last step converged, attempts left
 REJECTED, SUBSTEPS, TARGET, ATTEMPTS = range(4)
 TRIAL_EVENTS = 8  # of the substeps of a row, per contact
@@ -34,15 +34,17 @@ class Extrapolation(NamedTuple):
     change: Vector  # (N,) of the accepted step
     errors: Vector  # (ROWS,) estimates of the rows, in tolerances
     largest: Vector  # (2 n,) the largest coordinates and velocities so far
+    a_0: Vector  # (n,) accelerations before the step
+    a_1: Vector  # (n,) and in the last substep of the row
     tol: Vector  # (2 n,) tolerances of coordinates and velocities
     tol_g: Vector  # (c,) of gaps
+    tol_gamma: Vector  # (c,) of their rates
     lid: Vector  # (c,) the gap below which an open contact takes part in this step
     g_0: Vector  # (c,) gaps at the beginning of the step
     gamma_0: Vector  # (c,) their rates
     g_1: Vector  # (c,) and at the end
     gamma_1: Vector  # (c,)
     a_N: Vector  # (c,) the last acceleration of the gaps in smooth motion, 0 after an event
-    t_impact: Vector  # (c,) time of the last impact
     several: Integers  # (c,) whether the last substep of the row, before the probe, had several solutions
     laws: Matrix  # (c, LAW_WIDTH) laws of a substep
     x: Vector  # (2 n + 3 c + N_WORKS,) a row of the record
@@ -53,13 +55,13 @@ def extrapolation_shapes(n: int, n_c: int, d: int) -> tuple:
     """Shapes of ``Extrapolation``."""
     N = 2 * n + n_c * (1 + d) + N_LEDGER
     per_contact = dict.fromkeys(
-        ("tol_g", "lid", "g_0", "gamma_0", "g_1", "gamma_1", "a_N", "t_impact", "several"), (n_c,)
+        ("tol_g", "lid", "g_0", "gamma_0", "g_1", "gamma_1", "a_N", "several", "tol_gamma"), (n_c,)
     )
     return frozen({
         "contacts": contacts_shapes(n, n_c, d), "step": moreau_jean_contact.scratch_shapes(n, n_c, d),
         "trial": frozen(state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c))), "clock": (5,), "counters": (4,),
         "weights": (2, ROWS, ROWS), "table": (ROWS, N), "change": (N,), "errors": (ROWS,),
-        "largest": (2 * n,), "tol": (2 * n,), **per_contact, "laws": (n_c, LAW_WIDTH),
+        "largest": (2 * n,), "tol": (2 * n,), "a_0": (n,), "a_1": (n,), **per_contact, "laws": (n_c, LAW_WIDTH),
         "x": (2 * n + 3 * n_c + N_WORKS,),
     })  # fmt: skip
 

@@ -19,7 +19,7 @@ import math
 
 from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive_gaps import CLOSED, first_landing, next_landing, observe
+from nonsmooth.integrators.adaptive_gaps import closed_gap, first_landing, next_landing, observe
 from nonsmooth.integrators.adaptive_state import ROWS, RTOL, TARGET, Extrapolation
 from nonsmooth.integrators.adaptive_substep import RETAKE, substep
 from nonsmooth.integrators.records import FORCE_WORK, N_EVENTS, N_LEDGER, State
@@ -35,6 +35,7 @@ NOTHING, LATER, AT_ONCE, LANDED, EARLY = range(5)
 SHRINK = 0.3  # of a step that holds an event which it cannot resolve
 FASTEST, SLOWEST = 4.0, 0.1  # bounds of the change of a step
 SAFETY = 0.8
+HIDDEN = 0.1  # of the tolerances of the positions: a change of the velocities in the time of such a move is a jump
 PROBE = 1e-3  # of the step: how far beyond its end the modes are looked at
 
 
@@ -65,6 +66,9 @@ def try_step(model, p, t, H, state_at, run_at):
             return Status.RUNNING.value, SMOOTH, plan(j, run)
         if j == target or (j > 1 and run.errors[j] > run.errors[j - 1]):
             break
+    if farthest(state.q.shape[0], run) <= HIDDEN:
+        fill_row(model, p, t, H, 1, state, run)
+        return judge_event(model, p, t, H, LATER, state, run)
     factor = SAFETY * run.errors[j] ** (-1.0 / (j + 2.0)) if math.isfinite(run.errors[j]) else SLOWEST
     return Status.RUNNING.value, REFUSED, min(SAFETY, max(SLOWEST, factor))
 
@@ -83,6 +87,8 @@ def fill_row(model, p, t, H, j, state, run):
     dt = H / (j + 1)
     seen = NOTHING
     for k in range(j + 1):
+        for i in range(trial.u.shape[0]):
+            run.a_1[i] = trial.u[i]
         status = substep(model, p, t + k * dt, dt, address(run))
         if status == RETAKE:
             status = substep(model, p, t + k * dt, dt, address(run))
@@ -98,6 +104,8 @@ def fill_row(model, p, t, H, j, state, run):
                 at_once = LANDED
             at_once = max(at_once, AT_ONCE)
         seen = max(seen, at_once if k == 0 else min(LATER, at_once))
+    for i in range(trial.u.shape[0]):
+        run.a_1[i] = (trial.u[i] - run.a_1[i]) / dt
     for i in range(kinds.shape[0]):
         run.several[i] = trial.several[i]
     write_change(j, state, run)
@@ -179,33 +187,61 @@ def plan(j, run):
 def judge_event(model, p, t, H, event, state, run):
     """Accept two substeps with an event if one agrees with them: (Status, how it ended, factor of the next step).
 
-    The time of an event in the first substep is known to the step only, and so are the positions to the change of the
-    velocities over it; the time of a landing is known. Where all that the positions change is within the tolerance, one
-    substep and two may differ on whether a jump of the velocities has come yet.
+    An event in the first substep may have come at any time in it, and one and two substeps agree. What it changes, to
+    first order, is the change of the velocities beyond the acceleration before it. The time of a landing is known.
+    Where no position moves by its tolerance, one substep and two may differ on whether a jump has come yet.
     """
-    table, tol, x, n = run.table, run.tol, run.x, state.q.shape[0]
-    error, moved = 0.0, 0.0
-    for i in range(2 * n):
-        difference = abs(table[1, i] - table[0, i])
-        if event == AT_ONCE and i < n:
-            difference = max(difference, H * abs(table[1, n + i]))
-        size = max(abs(table[0, i]), abs(table[1, i]))
-        error = max(error, difference / (tol[i] + run.clock[RTOL] * size))
-        if i < n:
-            moved = max(moved, size / tol[i])
-    if not (error <= 1.0 or moved <= 1.0):
+    table, tol, n = run.table, run.tol, state.q.shape[0]
+    error = 0.0
+    for i in range(n):
+        in_q, in_u = abs(table[1, i] - table[0, i]), abs(table[1, n + i] - table[0, n + i])
+        if event == AT_ONCE:
+            beyond = abs(table[1, n + i] - H * run.a_0[i])
+            in_q, in_u = max(in_q, H * beyond), max(in_u, beyond)
+        q_size = max(abs(table[0, i]), abs(table[1, i]))
+        u_size = max(abs(table[0, n + i]), abs(table[1, n + i]))
+        error = max(error, in_q / (tol[i] + run.clock[RTOL] * q_size))
+        error = max(error, in_u / (tol[n + i] + run.clock[RTOL] * u_size))
+    if not (error <= 1.0 or farthest(n, run) <= 1.0):
         return Status.RUNNING.value, REFUSED, SHRINK
     for i in range(run.change.shape[0]):
         run.change[i] = table[1, i]
-    for i in range(n):
-        x[i], x[n + i] = run.trial.q[i], run.trial.u[i]
-    if not observe(model, p, t + H, x, run.g_1, run.gamma_1, run):
-        return Status.NOT_FINITE.value, REFUSED, SHRINK
+    status = hold_event(model, p, t + H, state, run)
     for i in range(state.mode.shape[0]):
-        if run.contacts.kinds[i, 0] == UNILATERAL and run.g_1[i] < min(0.0, run.g_0[i]) - CLOSED * run.tol_g[i]:
-            return Status.RUNNING.value, REFUSED, SHRINK
+        run.contacts.mode[i] = state.mode[i]
         run.a_N[i] = 0.0
-    return Status.RUNNING.value, EVENT, FASTEST
+        if run.contacts.kinds[i, 0] == UNILATERAL and run.g_1[i] < min(0.0, run.g_0[i]) - closed_gap(i, run):
+            return status, REFUSED, SHRINK
+    return status, EVENT if status == Status.RUNNING else REFUSED, FASTEST
+
+
+@kernel
+def hold_event(model, p, t_1, state, run):
+    """Move the end of a step with an event onto the constraints of its modes, but for contacts that part; a Status."""
+    contacts, trial, x, n = run.contacts, run.trial, run.x, state.q.shape[0]
+    for i in range(n):
+        x[i], x[n + i] = trial.q[i], trial.u[i]
+    if state.mode.shape[0] == 0:
+        return Status.RUNNING
+    if not observe(model, p, t_1, x, run.g_1, run.gamma_1, run):
+        return Status.NOT_FINITE
+    for i in range(state.mode.shape[0]):
+        parts = contacts.kinds[i, 0] == UNILATERAL and run.gamma_1[i] > run.tol_gamma[i]
+        contacts.mode[i] = ContactMode.OPEN.value if parts else trial.mode[i]
+    status = hold(model, p, t_1, x, False, contacts)
+    if status != Status.RUNNING:
+        return status
+    book_hold(n, state, run)
+    return Status.RUNNING if observe(model, p, t_1, x, run.g_1, run.gamma_1, run) else Status.NOT_FINITE
+
+
+@kernel
+def farthest(n, run):
+    """The largest change of a coordinate in the first two rows, in tolerances."""
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, abs(run.table[0, i]) / run.tol[i], abs(run.table[1, i]) / run.tol[i])
+    return largest
 
 
 @kernel
@@ -243,10 +279,23 @@ def check_end(model, p, t, H, state, run):
     if status == RETAKE:
         return Status.RUNNING, SHRINK
     trial.counters[N_EVENTS] = n_events
+    if is_harmless(H, n, run):
+        return status, 1.0
     for i in range(n_c):
         if state.mode[i] != ContactMode.OPEN and differs(i, contacts.kinds, state, trial):
             return status, SHRINK
     return status, 1.0
+
+
+@kernel
+def is_harmless(H, n, run):
+    """Whether the acceleration of the probe is that of the step, whatever its modes are: over the step, the difference
+    changes the velocities by less than their tolerances. So it is where redundant contacts share a load at rest."""
+    for i in range(n):
+        difference = (run.trial.u[i] - run.x[n + i]) / PROBE - H * run.a_1[i]
+        if not abs(difference) <= run.tol[n + i]:
+            return False
+    return True
 
 
 @kernel

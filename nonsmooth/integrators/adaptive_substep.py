@@ -7,12 +7,9 @@ It is the step of moreau_jean_step.py with theta = 1/2 and four changes:
 2. no gap is fed back, since the positions are moved back after the adaptive step (rigid_hold.py): what 1/dt times the
    rounding of a gap does to the velocities depends on the step, and would enter every difference of two step sizes;
 3. the velocities are carried through the step by the rates of the rows, which lose nothing in short steps;
-4. a bounce that would stay within the tolerance of the gap does not take place,
-
-    (e gamma_N)^2 / (2 a) <= tol,    a = max(-b, 2 |gamma_N| / tau)
-
-with b the free normal acceleration and tau the time since the last impact of the contact, whose flight was that of
-the acceleration 2 |gamma_N| / tau. The second one is all there is where a bouncing body falls with the one below it.
+4. a bounce that would stay within the tolerance of the gap does not take place, nor one that is slower than the
+   tolerance of the velocity: (e gamma_N)^2 / (2 a) <= tol_g, with a the free acceleration towards the surface, or
+   |gamma_N| <= tol_gamma.
 """
 
 from __future__ import annotations
@@ -75,7 +72,7 @@ def substep(model, p, t, dt, run_at):
         delassus(n, r, work)
         if not find_free_velocities(model, p, t, dt, n, n_k, r, run):
             return Status.NOT_FINITE.value
-        choose_restitution(t_mid, dt, n_k, run, work)
+        choose_restitution(dt, n_k, run, work)
         add_restitution(n_k, kinds, run.laws, 0.0, work)
         status = solve(kinds, run.laws, contacts.facts[SELECTION], dt, n_k, address(trial), address(step))
         if status != Status.RUNNING:
@@ -133,7 +130,7 @@ def close_within(n_c, kinds, mode, lid, work):
 
 
 @kernel
-def choose_restitution(t, dt, n_k, run, work):
+def choose_restitution(dt, n_k, run, work):
     """e_N of this step, in ``run.laws``: none for a contact that parts, or whose bounce its tolerance hides."""
     for k in range(n_k):
         i = work.closed[k]
@@ -146,8 +143,6 @@ def choose_restitution(t, dt, n_k, run, work):
         run.laws[i, LAW_E_N] = e if has_own_law else 0.0  # which an impact without collision follows too
         if e == 0.0 or gamma_N >= 0.0:
             continue
-        fall = gamma_N - work.c[row]  # dt times the free acceleration towards the surface
-        tau = t - run.t_impact[i]
-        inward = max(fall / dt, -2.0 * gamma_N / tau if tau > 0.0 else 0.0)
-        if (e * gamma_N) ** 2 > 2.0 * inward * run.tol_g[i]:
+        inward = (gamma_N - work.c[row]) / dt
+        if -gamma_N > run.tol_gamma[i] and (e * gamma_N) ** 2 > 2.0 * inward * run.tol_g[i]:
             run.laws[i, LAW_E_N] = e
