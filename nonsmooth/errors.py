@@ -86,7 +86,6 @@ class Status(IntEnum):
     INTERRUPTED = 7  # Ctrl-C, or a budget that ran out
     STEP_VANISHED = 8  # an adaptive step fell below the resolution of time
     CHATTERING = 9  # one contact after the other changed its mode without time passing
-    OUT_OF_STEPS = 10  # as many steps were tried as the integrator may try (max_steps)
 
 
 def warn_caller(message: str, category: type[Warning]) -> None:

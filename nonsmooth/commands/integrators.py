@@ -6,13 +6,13 @@ import argparse
 import importlib
 from typing import Any
 
-from nonsmooth.commands.typed_input import number, whole_number
+from nonsmooth.commands.typed_input import number
 from nonsmooth.errors import InvalidInput
 
 # name of the option: class, its module, and the options that it takes
 INTEGRATORS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "moreau-jean": ("MoreauJean", "moreau_jean", ("dt", "theta", "projection")),
-    "adaptive": ("Adaptive", "adaptive", ("rtol", "atol", "max_steps")),
+    "adaptive": ("Adaptive", "adaptive", ("rtol", "atol")),
     "event-driven": ("EventDriven", "event_driven", ("rtol", "atol")),
     "penalty": ("Penalty", "penalty", ("stiffness", "damping", "damping_ratio", "rtol", "atol")),
 }
@@ -34,7 +34,6 @@ def add_integrator(command: argparse.ArgumentParser, many: tuple[str, ...] = ())
     add("rtol", "adaptive, event-driven, penalty: relative tolerance; 1e-8 by default" if "rtol" not in many else
         "adaptive, event-driven, penalty: relative tolerances; 1e-4 to 1e-10 by default")  # fmt: skip
     add("atol", "adaptive, event-driven, penalty: absolute tolerance; 1e-10 by default")
-    command.add_argument("--max-steps", type=whole_number, metavar="N", help="adaptive: steps that may be tried")
     add("stiffness", "penalty: [N/m]", metavar="K")
     add("damping", "penalty: [N s/m]", metavar="C")
     add("damping-ratio", "penalty: c = 2 zeta sqrt(k m)", metavar="ZETA")

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.arrays import as_count, as_number, as_positive
+from nonsmooth.arrays import as_number, as_positive
 from nonsmooth.blocks import Block, new_block
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.planar import pivot, solve_planar
@@ -22,7 +22,6 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.adaptive_loop import run
 from nonsmooth.integrators.adaptive_state import (
     ATOL,
-    ATTEMPTS,
     LEAST,
     NOW,
     ROWS,
@@ -58,14 +57,11 @@ class Adaptive:
         absolute in SI units. A contact is closed where its gap is within what these make of it, and so is one whose
         next bounce would be. At an impact the positions are held to the tolerance; the velocities jump, at a time
         that is as uncertain as that makes it.
-    max_steps : int
-        Steps that may be tried before the run ends with the status OUT_OF_STEPS. (A limit of wall time is
-        ``simulate(..., max_wall_time=)``.)
 
     Raises
     ------
     InvalidInput
-        Unless 2.2e-14 <= rtol < 1, atol > 0 and max_steps >= 1.
+        Unless 2.2e-14 <= rtol < 1 and atol > 0.
 
     Examples
     --------
@@ -79,13 +75,11 @@ class Adaptive:
 
     rtol: float = 1e-8
     atol: float = 1e-10
-    max_steps: int = 10_000_000
 
     def __post_init__(self) -> None:
         as_positive("atol", self.atol)
         if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
-        as_count("max_steps", self.max_steps)
 
     chooses_steps = True
     has_rigid_contacts = True
@@ -118,7 +112,7 @@ class Adaptive:
         arrays.step.planar.can_decide_redundant[0] = int(system.n_c > 1)
         arrays.clock[[NOW, STEP, RTOL, ATOL]] = t, FIRST_STEP * (t_end - t), self.rtol, self.atol
         arrays.clock[LEAST] = SMALLEST * max(abs(t), abs(t_end))
-        arrays.counters[[TARGET, ATTEMPTS]] = best_row(self.rtol), self.max_steps
+        arrays.counters[TARGET] = best_row(self.rtol)
         arrays.weights[:] = extrapolation_weights()
         return block
 

@@ -9,7 +9,6 @@ from nonsmooth.blocks import view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_gaps import observe, set_tolerances
 from nonsmooth.integrators.adaptive_state import (
-    ATTEMPTS,
     LEAST,
     NOW,
     REJECTED,
@@ -66,9 +65,6 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
             return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
         if state.counters[N_EVENTS] + run.trial.events.shape[0] > state.events.shape[0]:
             return Status.RUNNING.value
-        if counters[ATTEMPTS] == 0:
-            return Status.OUT_OF_STEPS.value
-        counters[ATTEMPTS] -= 1
         stop = t_record[trail.counts[NEXT]] if every == 0 else t_record[end]
         H, is_last = clock[STEP], False
         if t + H >= stop - clock[LEAST]:

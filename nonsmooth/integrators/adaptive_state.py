@@ -16,8 +16,8 @@ from nonsmooth.laws import LAW_WIDTH
 ROWS = 7  # of the table: row j takes j substeps
 # clock: the time, the step to try, the shortest step that the time resolves, tolerances
 NOW, STEP, LEAST, RTOL, ATOL = range(5)
-# counters: refused steps and plain steps, the row at which the last step converged, attempts left
-REJECTED, SUBSTEPS, TARGET, ATTEMPTS = range(4)
+# counters: refused steps and plain steps, the row of the table at which steps are to converge
+REJECTED, SUBSTEPS, TARGET = range(3)
 TRIAL_EVENTS = 8  # of the substeps of a row, per contact
 
 
@@ -28,7 +28,7 @@ class Extrapolation(NamedTuple):
     step: moreau_jean_contact.Scratch
     trial: State
     clock: Vector  # (5,)
-    counters: Integers  # (4,)
+    counters: Integers  # (3,)
     weights: Cube  # (2, ROWS, ROWS) of the rows in the extrapolated value, and in the one of an order less
     table: Matrix  # (ROWS, N) changes of coordinates, velocities, impulses, works over the step, row by row
     change: Vector  # (N,) of the accepted step
@@ -59,7 +59,7 @@ def extrapolation_shapes(n: int, n_c: int, d: int) -> tuple:
     )
     return frozen({
         "contacts": contacts_shapes(n, n_c, d), "step": moreau_jean_contact.scratch_shapes(n, n_c, d),
-        "trial": frozen(state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c))), "clock": (5,), "counters": (4,),
+        "trial": frozen(state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c))), "clock": (5,), "counters": (3,),
         "weights": (2, ROWS, ROWS), "table": (ROWS, N), "change": (N,), "errors": (ROWS,),
         "largest": (2 * n,), "tol": (2 * n,), "a_0": (n,), "a_1": (n,), **per_contact, "laws": (n_c, LAW_WIDTH),
         "x": (2 * n + 3 * n_c + N_WORKS,),

@@ -93,7 +93,7 @@ def fill_row(model, p, t, H, j, state, run):
         if status == RETAKE:
             status = substep(model, p, t + k * dt, dt, address(run))
         if status != Status.RUNNING:
-            return status, NOTHING
+            return status if status != RETAKE else Status.NOT_SOLVED.value, NOTHING
         at_once = NOTHING
         for i in range(kinds.shape[0]):
             if not differs(i, kinds, state, trial):

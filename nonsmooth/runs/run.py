@@ -54,8 +54,6 @@ MESSAGES = {
     Status.STEP_VANISHED: "the step fell below the resolution of time: the tolerance cannot be met in double precision "
     "(a larger rtol, or a smaller stiffness, can)",
     Status.CHATTERING: "one contact after the other changes its mode and no time passes",
-    Status.OUT_OF_STEPS: "max_steps steps were tried and the end was not reached; a larger rtol needs fewer, a larger "
-    "max_steps allows more",
     Status.NEGATIVE_FRICTION: "the friction law of {contact} became negative; check its coefficients at this speed",
 }
 
