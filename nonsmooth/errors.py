@@ -6,6 +6,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from nonsmooth.arrays import Vector
     from nonsmooth.solution import Solution
 
 
@@ -37,12 +38,22 @@ class StepFailure(NonsmoothError, RuntimeError):
         Everything computed until then; its last record is the state before the step that failed.
     t : float
         Time of that state [s].
+    q, u : (n_q,), (n_u,)
+        That state.
     """
 
     def __init__(self, message: str, solution: Solution, t: float) -> None:
         super().__init__(message)
         self.solution = solution
         self.t = t
+
+    @property
+    def q(self) -> Vector:
+        return self.solution.q[-1]
+
+    @property
+    def u(self) -> Vector:
+        return self.solution.u[-1]
 
 
 class ModelFunctionError(StepFailure):
@@ -55,6 +66,14 @@ class CheckpointFailure(NonsmoothError, RuntimeError):
 
 class FileFailure(NonsmoothError, OSError):
     """A file could not be written; what stood at its place before is unchanged."""
+
+
+class BudgetSpent(StepFailure):
+    """The steps or the seconds that a run was given are used up before its end."""
+
+
+class EventFunctionError(StepFailure):
+    """An event function of the user raised, or returned no finite number; the message says which, at which t, q and u."""
 
 
 class CellFailure(NonsmoothError, RuntimeError):
@@ -83,9 +102,12 @@ class Status(IntEnum):
     NOT_FINITE = 4  # a model function raised or wrote NaN or inf
     MASS_NOT_POSITIVE = 5  # the mass matrix (or M + theta dt C + theta^2 dt^2 K) is not positive definite
     NEGATIVE_FRICTION = 6  # a law mu(v) became negative
-    INTERRUPTED = 7  # Ctrl-C, or a budget that ran out
+    INTERRUPTED = 7  # Ctrl-C
     STEP_VANISHED = 8  # an adaptive step fell below the resolution of time
     CHATTERING = 9  # one contact after the other changed its mode without time passing
+    EVENT_REACHED = 10  # a terminal event of the user
+    EVENT_FAILED = 11  # an event function of the user raised or returned NaN or inf
+    BUDGET_SPENT = 12  # max_steps, or max_wall_time
 
 
 def warn_caller(message: str, category: type[Warning]) -> None:

@@ -86,6 +86,22 @@ class Motion:
         q = self.q[k] + theta * self.h[k][:, None] * (self.u[k] + theta * area)
         return q, self.u[k] + u
 
+    def after(self, earlier: Motion) -> Motion:
+        """This motion behind an earlier one."""
+        columns = ((x, y) for x, y in zip(earlier.steps, self.steps, strict=True))
+        t, h, q, u, B = (np.concatenate(column) for column in columns)
+        return Motion(t, h, q, u, B, earlier.start, self.end)
+
+    def last_step(self) -> Motion:
+        """The last step alone."""
+        t, h, q, u, B = (column[-1:] for column in self.steps)
+        return Motion(t, h, q, u, B, self.start, self.end)
+
+    @property
+    def steps(self) -> tuple[np.ndarray, ...]:
+        """The columns of the steps: t, h, q, u, B."""
+        return self.t, self.h, self.q, self.u, self.B
+
 
 def join(blocks: Sequence[tuple[np.ndarray, ...]], start: tuple, end: tuple) -> Motion:
     """The motion of one block of steps (t, h, q, u, B) after the other."""

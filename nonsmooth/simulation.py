@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,8 @@ def simulate(
     selection: str = "compliant-limit",
     project: bool = False,
     on_failure: str = "raise",
+    events: Sequence[Callable] = (),
+    max_steps: int | None = None,
     max_wall_time: float | None = None,
     progress: Callable[[float], None] | None = None,
     checkpoint: Any = None,
@@ -64,8 +66,14 @@ def simulate(
         Move an inadmissible start to the nearest admissible one in the mass metric.
     on_failure : {"raise", "return"}
         Raise `StepFailure` carrying the partial solution, or return that solution.
+    events : sequence of callables, optional
+        Functions f(t, q, u) whose zeros are looked for, in Python or compiled by numba; as in SciPy's ``solve_ivp``
+        with the optional attributes ``terminal`` (True, or the number of the event that ends the run) and ``direction``
+        (> 0: rising through zero, < 0: falling). They are found in ``t_events``, ``q_events``, ``u_events``.
+    max_steps : int, optional
+        The most steps that the run may take.
     max_wall_time : float, optional
-        Stop after this many seconds of wall time, with the status INTERRUPTED.
+        The most seconds of wall time that it may take, looked at some 50 times a second.
     progress : callable, optional
         Called now and then with the fraction done.
     checkpoint : path-like, optional
@@ -87,6 +95,10 @@ def simulate(
         For shapes, spans and options that break a rule.
     StepFailure, ModelFunctionError
         When a step cannot be taken, unless ``on_failure="return"``.
+    BudgetSpent
+        When ``max_steps`` or ``max_wall_time`` is used up, unless ``on_failure="return"``.
+    EventFunctionError
+        When an event function raises or returns no finite number, unless ``on_failure="return"``.
     CheckpointFailure
         When a checkpoint cannot be written on, as on a full disk.
 
@@ -109,6 +121,8 @@ def simulate(
     require_integrator(integrator)
     if max_wall_time is not None:
         as_positive("max_wall_time", max_wall_time, "s")
+    if max_steps is not None:
+        as_count("max_steps", max_steps)
     if progress is not None and not callable(progress):
         raise InvalidInput(f"progress must be a function of the fraction done; got {shown(progress)}")
     project = as_flag("project", project)
@@ -120,7 +134,9 @@ def simulate(
         from nonsmooth.runs.streamed_run import as_place, streamed_run
 
         run = streamed_run(*task, as_place(checkpoint, resume, checkpoint_every))
-    run.advance(max_wall_time, progress)
+    if events:
+        run.look_for(events)
+    run.advance(max_wall_time, progress, max_steps)
     solution = run.solution()
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)

@@ -170,6 +170,8 @@ class Solution:
     la : (n_t, n_c, 2) normal and friction forces [N], or None where the integrator works with impulses
     stats : Stats
     status : Status, message : str, success : bool
+    t_events, q_events, u_events : list of (k,), (k, n_q), (k, n_u)
+        Of each function in ``simulate(events=...)``: when it reached zero, and the state there.
     """
 
     t: np.ndarray
@@ -189,24 +191,27 @@ class Solution:
     system: System | None = None
     la: np.ndarray | None = None
     find_motion: Callable[[], Motion] | None = None
+    t_events: list[np.ndarray] = field(default_factory=list)
+    q_events: list[np.ndarray] = field(default_factory=list)
+    u_events: list[np.ndarray] = field(default_factory=list)
 
     @classmethod
     def from_run(
         cls, system: System, integrator: Any, t: np.ndarray, record: records.Record, event_rows: np.ndarray,
         status: Status, message: str, stats: Stats, la: np.ndarray | None = None,
-        find_motion: Callable[[], Motion] | None = None,
+        find_motion: Callable[[], Motion] | None = None, user_events: tuple[list[np.ndarray], ...] = ([], [], []),
     ) -> Solution:  # fmt: skip
         """Assemble from the arrays of the loop."""
         return cls(
             t, record.q, record.u, record.g_N, record.P[:, :, 0], record.P[:, :, 1:], record.mode, record.slip,
             event_rows, functools.partial(ledger_of, system, t, record.q, record.u, record.ledger), stats, status,
-            message, about_run(system, integrator), system, la, find_motion,
+            message, about_run(system, integrator), system, la, find_motion, *user_events,
         )  # fmt: skip
 
     @property
     def success(self) -> bool:
-        """Whether the end was reached."""
-        return self.status == Status.FINISHED
+        """Whether the end, or a terminal event, was reached."""
+        return self.status in (Status.FINISHED, Status.EVENT_REACHED)
 
     def __call__(self, t: ArrayLike, side: Side = "right") -> StateAt:
         """The state between the records, ``q, u = sol(t)``.

@@ -441,11 +441,12 @@ def _check_functions(system: System) -> None:
         if not callable(function):
             raise InvalidInput(f"{name} must be a function; got {type(function).__name__}")
         expected = ("t", "q", "u", "p", "out") if which in TAKES_U else ("t", "q", "p", "out")
-        _check_arity(name, function, expected)
+        require_arguments(name, function, expected)
 
 
 @functools.lru_cache(maxsize=512)
-def _check_arity(name: str, function: Callable, expected: tuple[str, ...]) -> None:
+def require_arguments(name: str, function: Callable, expected: tuple[str, ...]) -> None:
+    """Refuse a function that cannot be called with so many arguments."""
     try:
         inspect.signature(function).bind(*expected)
     except ValueError:  # a callable without a signature

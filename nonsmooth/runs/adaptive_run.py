@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from nonsmooth.blocks import new_block
+from nonsmooth.blocks import Block, new_block
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import Status
@@ -23,11 +23,13 @@ from nonsmooth.integrators.step_polynomial import IS_KEPT, N_STEPS
 from nonsmooth.jit import interpreted
 from nonsmooth.motion import Motion, join
 from nonsmooth.runs.run import Run
+from nonsmooth.runs.user_events import PLACES, EventWatch, Stop
 from nonsmooth.solution import Solution, Stats
 from nonsmooth.system import System
 
 EVENT_CAPACITY = 1024
 ROW_CAPACITY = 4096  # rows between two visits of Python
+INSTANT = 0.75 * SMALLEST  # of the time: what is left to the end is no step
 BLOCK = 512  # steps between two visits: 10 ms of a rod, 5 s of a hundred beads
 
 
@@ -57,10 +59,7 @@ class AdaptiveRun(Run):
         n, n_c, d = system.n_u, system.n_c, system.d
         self.state_block = new_block(State, state_shapes(n, n_c, d, EVENT_CAPACITY + 4 * n_c))
         self.scratch_block = integrator.scratch(system, self.has, t_0, float(t_record[-1]), q0, u0)
-        capacity = len(t_record) if every == 0 else ROW_CAPACITY
-        self.keeps_steps = every == 1
-        self.trail_block = new_block(Trail, trail_shapes(capacity, BLOCK if self.keeps_steps else 1, n, n_c))
-        self.trail_block.arrays.steps.counts[IS_KEPT] = self.keeps_steps
+        self.trail_block = self._new_trail(keeps_steps=every == 1)
         self.state: State = self.state_block.arrays
         self.state.q[:], self.state.u[:] = q0, u0
         self.rows: list[tuple[np.ndarray, ...]] = []
@@ -69,6 +68,14 @@ class AdaptiveRun(Run):
         self.events_dropped = 0
         self.status = Status.RUNNING
         self.wall_time = 0.0
+
+    def _new_trail(self, keeps_steps: bool) -> Block:
+        """Room for the rows of a block, and for its steps where they are wanted."""
+        self.keeps_steps = keeps_steps
+        rows = len(self.t_record) if self.every == 0 else ROW_CAPACITY
+        block = new_block(Trail, trail_shapes(rows, BLOCK if keeps_steps else 1, self.system.n_u, self.system.n_c))
+        block.arrays.steps.counts[IS_KEPT] = keeps_steps
+        return block
 
     def _block(self, max_steps: int) -> int:
         with np.errstate(all="ignore"):
@@ -82,6 +89,42 @@ class AdaptiveRun(Run):
         if self.keeps_steps:
             self.steps.append(self._new_steps())
         return status
+
+    def look_for(self, events: Sequence[Callable]) -> None:
+        """Look for events of the user in every step, whichever are recorded."""
+        self.watch = EventWatch(events, PLACES)
+        self.trail_block = self._new_trail(keeps_steps=True)
+
+    def _watched_block(self, max_steps: int) -> int:
+        """A block, and the events of the user in it; at a reason to stop the block is run anew, to end there."""
+        assert self.watch is not None
+        memories = [block.memory for block in (self.state_block, self.trail_block, self.scratch_block)]
+        before = [memory.copy() for memory in memories]
+        n_rows, n_steps = len(self.rows), len(self.steps)
+        status = self._block(max_steps)
+        x, n = self.scratch_block.arrays.ode.x, self.system.n_u
+        here = (self._time(), x[:n], x[n : 2 * n])
+        stop = self.watch.scan(join(self.steps[n_steps:], here, here), has_ended=status == Status.FINISHED)
+        if stop is not None:
+            for memory, old in zip(memories, before, strict=True):
+                memory[:] = old
+            del self.rows[n_rows:], self.steps[n_steps:]
+            self._end_at(stop)
+            status = Status.RUNNING
+            while status == Status.RUNNING:
+                status = self._block(BLOCK)
+                self._collect_events()
+            self.stop = stop
+            status = stop.status if status == Status.FINISHED else status
+        if self.every != 1:
+            self.steps.clear()
+        return status
+
+    def _end_at(self, stop: Stop) -> None:
+        """Let the run end at a stop; at an instant later, if the velocities jump there, so that they have jumped."""
+        instant = INSTANT * abs(stop.t) if stop.is_jump and self.every > 0 else 0.0
+        t_end = min(self.t_record[-1], stop.t + instant)
+        self.t_record = np.append(self.t_record[self.t_record < t_end], t_end)
 
     def _callbacks(self) -> tuple[Any, ...]:
         """The rates and the event functions, as the loop calls them."""
@@ -132,10 +175,9 @@ class AdaptiveRun(Run):
         mode, slip = trail.mode.astype(np.int64), trail.slip.astype(np.int64)
         record = Record(q, u, z / self.gap_scale(), P, mode, slip, ledger)
         events = np.concatenate(self.events) if self.events else self.state.events[:0]
-        message = "the end was reached" if self.status == Status.FINISHED else self._message()
         return Solution.from_run(
-            self.system, self.integrator, trail.t, record, events, self.status, message, self._stats(), trail.la,
-            self._motion_of_steps(trail.t, q, u),
+            self.system, self.integrator, trail.t, record, events, self.status, self._message(), self._stats(),
+            trail.la, self._motion_of_steps(trail.t, q, u), self._user_events(),
         )  # fmt: skip
 
     def _motion_of_steps(self, t: np.ndarray, q: np.ndarray, u: np.ndarray) -> Callable[[], Motion] | None:

@@ -6,8 +6,9 @@ Between two blocks Python looks for Ctrl-C and shows progress; the loop itself n
 from __future__ import annotations
 
 import functools
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,10 @@ from nonsmooth.blocks import new_block
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import (
+    BudgetSpent,
+    EventFunctionError,
     InitialStateWarning,
+    InvalidInput,
     ModelFunctionError,
     Status,
     StepFailure,
@@ -39,6 +43,7 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.motion import Motion, between_records
 from nonsmooth.runs.times import Grid
+from nonsmooth.runs.user_events import START, EventWatch, Stop
 from nonsmooth.solution import MAX_EVENTS, Solution, Stats
 from nonsmooth.system import FUNCTION_NAMES, GAP, ContactMode, System
 
@@ -56,6 +61,19 @@ MESSAGES = {
     Status.CHATTERING: "one contact after the other changes its mode and no time passes",
     Status.NEGATIVE_FRICTION: "the friction law of {contact} became negative; check its coefficients at this speed",
 }
+
+
+FAILURES: dict[Status, type[StepFailure]] = {
+    Status.NOT_FINITE: ModelFunctionError,
+    Status.BUDGET_SPENT: BudgetSpent,
+    Status.OUT_OF_STEPS: BudgetSpent,
+    Status.EVENT_FAILED: EventFunctionError,
+}
+# ends that no model function can be the reason of
+WITHOUT_CULPRIT = (
+    Status.FINISHED, Status.INTERRUPTED, Status.BUDGET_SPENT, Status.OUT_OF_STEPS, Status.EVENT_REACHED,
+    Status.EVENT_FAILED,
+)  # fmt: skip
 
 
 class Run:
@@ -91,13 +109,38 @@ class Run:
         self.status = Status.RUNNING
         self.wall_time = 0.0
 
-    def advance(self, max_wall_time: float | None, progress: Callable[[float], None] | None) -> None:
+    watch: EventWatch | None = None
+    stop: Stop | None = None
+
+    def look_for(self, events: Sequence[Callable]) -> None:
+        """Look for events of the user from step to step.
+
+        Raises
+        ------
+        InvalidInput
+            For what is no event function, and where not every step is recorded.
+        """
+        if self.grid.steps.max(initial=1) > 1:
+            raise InvalidInput(
+                f"{type(self.integrator).__name__} looks for events from record to record; give events without every= "
+                "and t_eval=, so that every step is one"
+            )
+        self.watch = EventWatch(events, START)
+
+    def advance(
+        self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None = None
+    ) -> None:
         """Run block after block until the end, a failure, Ctrl-C or the end of the budget."""
         block, started = FIRST_BLOCK, time.perf_counter()
+        budget = sys.maxsize if max_steps is None else max_steps
         try:
             while self.status == Status.RUNNING:
                 began, before = time.perf_counter(), int(self.state.counters[STEPS])
-                self.status = Status(self._block(block))
+                if before >= budget and self._fraction_done() < 1.0:
+                    self.status = Status.BUDGET_SPENT
+                    break
+                block = max(1, min(block, budget - before))
+                self.status = Status(self._watched_block(block) if self.watch else self._block(block))
                 self._collect_events()
                 if self.status == Status.NOT_SOLVED and self._load_for_retry():
                     self.status = Status.RUNNING
@@ -107,12 +150,12 @@ class Run:
                 if progress is not None:
                     progress(self._fraction_done())
                 if max_wall_time is not None and self.wall_time > max_wall_time and self.status == Status.RUNNING:
-                    self.status = Status.INTERRUPTED
+                    self.status = Status.BUDGET_SPENT
         except KeyboardInterrupt:
             self.status = Status.INTERRUPTED
             self._collect_events()
         self.wall_time = time.perf_counter() - started
-        if self.status not in (Status.FINISHED, Status.INTERRUPTED) and self._culprit():
+        if self.status not in WITHOUT_CULPRIT and self._culprit():
             self.status = Status.NOT_FINITE  # whatever NaN looked like to the step: no mode admissible, M indefinite
 
     def _block(self, max_steps: int) -> int:
@@ -122,6 +165,40 @@ class Run:
                 self.model.handle, self.has, system.p, system.kinds, system.laws, self.options,
                 grid.t, grid.dts, grid.steps, max_steps, *self.blocks,
             )  # fmt: skip
+
+    def _watched_block(self, max_steps: int) -> int:
+        """A block, and the events of the user in it; at a reason to stop the records end there."""
+        assert self.watch is not None
+        first = int(self.state.counters[INTERVAL])
+        status = self._block(max_steps)
+        rows = slice(first, int(self.state.counters[INTERVAL]) + 1)
+        new_events = self.state.events[: int(self.state.counters[N_EVENTS])]
+        motion = _interpolate(self.grid.t[rows], Record(*(column[rows] for column in self.record)), new_events,
+                              self.integrator.theta)  # fmt: skip
+        self.stop = self.watch.scan(motion, has_ended=status == Status.FINISHED)
+        if self.stop is None:
+            return status
+        self._cut(motion, self.stop.t)
+        return self.stop.status
+
+    def _cut(self, motion: Motion, t: float) -> None:
+        """Go back to a time within the steps: impulses and works in proportion, of a step with an impact all or nothing."""
+        state, record, counters = self.state, self.record, self.state.counters
+        k = max(0, int(np.searchsorted(self.grid.t, t)) - 1)
+        part = (t - self.grid.t[k]) / (self.grid.t[k + 1] - self.grid.t[k])
+        nodes = motion.t[(motion.t > self.grid.t[k]) & (motion.t < self.grid.t[k + 1])]
+        if len(nodes):
+            part = float(t >= nodes[0])
+        after = k + (part > 0.0)
+        state.q[:], state.u[:] = motion(t)
+        state.P_sum[:] = part * record.P[k + 1]
+        state.ledger[:] = (1.0 - part) * record.ledger[k] + part * record.ledger[k + 1]
+        state.mode[:], state.slip[:] = record.mode[after], record.slip[after]
+        kept = state.events[: counters[N_EVENTS]]
+        kept = kept[kept[:, EVENT_T] < self.grid.t[k] + part * (t - self.grid.t[k])]
+        state.events[: len(kept)] = kept
+        is_within = t > self.grid.t[k]
+        counters[[N_EVENTS, INTERVAL, STEP, STEPS]] = len(kept), k, is_within, k + is_within
 
     def _load_for_retry(self) -> bool:
         started = time.perf_counter()
@@ -149,6 +226,8 @@ class Run:
 
     def _time(self) -> float:
         interval, step = self.state.counters[INTERVAL], self.state.counters[STEP]
+        if self.stop is not None:
+            return self.stop.t
         if interval >= len(self.grid.steps):
             return float(self.grid.t[-1])
         return float(self.grid.t[interval] + step * self.grid.dts[interval])
@@ -163,9 +242,13 @@ class Run:
             record = Record(*map(np.concatenate, zip(record, last, strict=True)))
         rows = np.concatenate(self.events) if self.events else self.state.events[:0]
         return Solution.from_run(
-            self.system, self.integrator, t, record, rows, self.status,
-            self._ended(), self._stats(), find_motion=self._motion_of_records(t, record, rows),
+            self.system, self.integrator, t, record, rows, self.status, self._message(), self._stats(),
+            find_motion=self._motion_of_records(t, record, rows), user_events=self._user_events(),
         )  # fmt: skip
+
+    def _user_events(self) -> tuple[list[np.ndarray], ...]:
+        """Times and states of the user's events."""
+        return self.watch.columns() if self.watch is not None else ([], [], [])
 
     def _motion_of_records(self, t: np.ndarray, record: Record, rows: np.ndarray) -> Callable[[], Motion] | None:
         """What interpolates the records, if each step is one."""
@@ -178,13 +261,18 @@ class Run:
             self.state, self.wall_time, self.compile_time, self.events_dropped, self.model.is_compiled
         )
 
-    def _ended(self) -> str:
-        return "the end was reached" if self.status == Status.FINISHED else self._message()
-
     def _message(self) -> str:
         where = f"t = {self._time():.9g} s"
+        if self.status == Status.FINISHED:
+            return "the end was reached"
         if self.status == Status.INTERRUPTED:
             return f"interrupted at {where}"
+        if self.status == Status.BUDGET_SPENT:
+            steps = int(self.state.counters[STEPS])
+            spent = f"{steps} steps and {self.wall_time:.3g} s"
+            return f"max_steps or max_wall_time is used up, after {spent}; stopped at {where}, {self._where()}"
+        if self.stop is not None:
+            return self.stop.message
         if self.status == Status.NOT_FINITE:
             what = self._culprit() or "the velocities are not finite: the step is too large, or h or M is"
             return f"{what}; {self._where()}; at {where}"
@@ -219,9 +307,8 @@ class Run:
         return [(t + part * dt, q + part * dt * u, u) for part in (0.0, 0.5, 1.0)]
 
     def failure(self, solution: Solution) -> StepFailure:
-        kind = ModelFunctionError if self.status == Status.NOT_FINITE else StepFailure
-        error = kind(solution.message, solution, self._time())
-        error.__cause__ = getattr(self, "cause", None)
+        error = FAILURES.get(self.status, StepFailure)(solution.message, solution, self._time())
+        error.__cause__ = self.stop.cause if self.stop is not None else getattr(self, "cause", None)
         return error
 
 

@@ -8,12 +8,12 @@ do not look for growing modes.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from nonsmooth.errors import Status
+from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.contact_switching import N_FUNCTIONS
 from nonsmooth.integrators.event_location import HANDLED, NO_EVENT, ROUNDINGS
 from nonsmooth.integrators.penalty_loop import MAX_STALLS, accept, begin_run, evaluate_contacts, switch
@@ -37,6 +37,12 @@ class ScipyRun(AdaptiveRun):
 
     stalls = 0  # changes of mode without a step between
     known: tuple[Any, np.ndarray] = (None, np.zeros(0))  # the state of the last event functions, and their values
+
+    def look_for(self, events: Sequence[Callable]) -> None:
+        raise InvalidInput(
+            f"events of the user need the motion within the steps, which method={self.integrator.method!r} does not "
+            "keep; take method='compiled'"
+        )
 
     def _block(self, max_steps: int) -> int:
         """Integrate to the next event, or to the end."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
@@ -132,8 +132,13 @@ class StreamedRun(Run):
                 self.kept_at = time.perf_counter()
         return status
 
-    def advance(self, max_wall_time: float | None, progress: Callable[[float], None] | None) -> None:
-        super().advance(max_wall_time, progress)
+    def look_for(self, events: Sequence[Callable]) -> None:
+        raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
+
+    def advance(
+        self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None = None
+    ) -> None:
+        super().advance(max_wall_time, progress, max_steps)
         with interrupts_held_back():
             self._write()
             if self.status != Status.FINISHED and self.state.counters[STEP] > 0:
@@ -165,7 +170,7 @@ class StreamedRun(Run):
         is_running = self.status == Status.RUNNING
         self.store.keep(
             self._memory(), about_run(self.system, self.integrator), self.status,
-            "" if is_running else self._ended(), self._stats(),
+            "" if is_running else self._message(), self._stats(),
         )  # fmt: skip
 
     def _fraction_done(self) -> float:
