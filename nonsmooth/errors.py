@@ -73,7 +73,7 @@ class BudgetSpent(StepFailure):
 
 
 class EventFunctionError(StepFailure):
-    """An event function of the user raised, or returned no finite number; the message says which, at which t, q and u."""
+    """An event function of the user raised, or returned no finite number; the message says which, and where."""
 
 
 class CellFailure(NonsmoothError, RuntimeError):

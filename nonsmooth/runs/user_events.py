@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,7 +32,7 @@ class Stop(NamedTuple):
     status: Status
     message: str
     is_jump: bool = False  # the velocities jump through the event
-    cause: Exception | None = None
+    cause: BaseException | None = None
 
 
 class EventFailed(Exception):
@@ -72,7 +72,7 @@ class UserEvent:
 
 
 class Look(NamedTuple):
-    """Where f is looked at: m times with their states, after each of which a motion without a jump goes on in a step."""
+    """Where f is looked at: m times with their states, in order."""
 
     t: np.ndarray  # (m,)
     q: np.ndarray  # (m, n)
@@ -120,10 +120,8 @@ class EventWatch:
                     return Stop(float(t), Status.EVENT_REACHED, message, bool(look.is_jump[m]))
         except EventFailed as failed:
             what, moment, *place = failed.args
-            where = ", ".join(
-                f"{name} = {np.array2string(x, precision=6)}" for name, x in zip("qu", place, strict=True)
-            )
-            message = f"the event function {event.name} {what}, at t = {moment:.9g} s, {where}"
+            q, u = (np.array2string(x, precision=6) for x in place)
+            message = f"the event function {event.name} {what}, at t = {moment:.9g} s, q = {q}, u = {u}"
             return Stop(float(moment), Status.EVENT_FAILED, message, cause=failed.__cause__)
         return None
 
@@ -155,8 +153,8 @@ def look_at(motion: Motion, n_old: int, places: np.ndarray, has_ended: bool) -> 
     looks.append(Look(motion.t[ends] + motion.h[ends], left[0][ends], left[1][ends], ends, np.zeros(len(ends), bool)))
     order.append(ends + 0.5 * (places[-1] + 1.0))
     if has_ended:
-        end = (np.array([x]) for x in motion.end)
-        looks.append(Look(*end, np.array([m - 1]), jumps[-1:] if m else np.ones(1, bool)))
+        t_end, q_end, u_end = (np.array([x]) for x in motion.end)
+        looks.append(Look(t_end, q_end, u_end, np.array([m - 1]), jumps[-1:] if m else np.ones(1, bool)))
         order.append(np.array([m]))
     first_to_last = np.argsort(np.concatenate(order))
     return Look(*(np.concatenate(column)[first_to_last] for column in zip(*looks, strict=True)))
