@@ -12,13 +12,13 @@ import numpy as np
 from nonsmooth.blocks import Block, new_block
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
-from nonsmooth.errors import Status
+from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.initial_state import check_mass, project_state
 from nonsmooth.integrators.compliant_contacts import N_WORKS, OMEGA
 from nonsmooth.integrators.penalty_loop import ROWS, Trail, trail_shapes
 from nonsmooth.integrators.radau import SMALLEST
 from nonsmooth.integrators.radau_stages import EVALUATIONS, FACTORISATIONS, JACOBIANS, NOW, REJECTED
-from nonsmooth.integrators.records import N_LEDGER, Record, State, state_shapes
+from nonsmooth.integrators.records import N_LEDGER, STEPS, Record, State, state_shapes
 from nonsmooth.integrators.step_polynomial import IS_KEPT, N_STEPS
 from nonsmooth.jit import interpreted
 from nonsmooth.motion import Motion, join
@@ -92,6 +92,10 @@ class AdaptiveRun(Run):
 
     def look_for(self, events: Sequence[Callable]) -> None:
         """Look for events of the user in every step, whichever are recorded."""
+        if not getattr(self.integrator, "locates_events", False):
+            name = type(self.integrator).__name__
+            raise InvalidInput(f"events of the user need the motion within the steps, which {name} does not keep; take "
+                               "EventDriven, Penalty or MoreauJean")  # fmt: skip
         self.watch = EventWatch(events, PLACES)
         self.trail_block = self._new_trail(keeps_steps=True)
 
@@ -164,7 +168,7 @@ class AdaptiveRun(Run):
 
     def solution(self) -> Solution:
         """What was computed."""
-        columns = zip(*self.rows, self._written(), strict=True)
+        columns = zip(*self.rows, self._written(), *self._start_row(), strict=True)
         own = self.trail_block.arrays
         trail = Trail(own.counts, own.steps, *(np.concatenate(parts) for parts in columns))
         n, n_c, d = self.system.n_u, self.system.n_c, self.system.d
@@ -180,9 +184,17 @@ class AdaptiveRun(Run):
             trail.la, self._motion_of_steps(trail.t, q, u), self._user_events(),
         )  # fmt: skip
 
+    def _start_row(self) -> list[tuple[np.ndarray, ...]]:
+        """The state of a run that failed before it wrote a row, as the only one."""
+        if self.trail_block.arrays.counts[ROWS] or any(len(row[0]) for row in self.rows):
+            return []
+        contacts = self.scratch_block.arrays.contacts
+        x = self.scratch_block.arrays.ode.x
+        return [(np.array([self._time()]), *(a[None].copy() for a in (x, contacts.la, contacts.mode, contacts.slip)))]
+
     def _motion_of_steps(self, t: np.ndarray, q: np.ndarray, u: np.ndarray) -> Callable[[], Motion] | None:
         """What joins the steps to the motion, if they were kept."""
-        if not self.steps or not len(t):
+        if not self.steps or sum(len(block[0]) for block in self.steps) < self.state.counters[STEPS]:
             return None
         return functools.partial(join, self.steps, (t[0], q[0], u[0]), (t[-1], q[-1], u[-1]))
 

@@ -182,7 +182,7 @@ class Run:
         return self.stop.status
 
     def _cut(self, motion: Motion, t: float) -> None:
-        """Go back to a time within a step: impulses and works in proportion, of a step with an impact all or nothing."""
+        """Go back to a time in a step: impulses and works in proportion, of a step with an impact all or nothing."""
         state, record, counters = self.state, self.record, self.state.counters
         k = max(0, int(np.searchsorted(self.grid.t, t)) - 1)
         part = (t - self.grid.t[k]) / (self.grid.t[k + 1] - self.grid.t[k])
