@@ -20,6 +20,7 @@ from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_location import locate_event
+from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.radau import radau_shorten, radau_step
 from nonsmooth.integrators.radau_stages import EPS, NOW
 from nonsmooth.integrators.radau_stages import RTOL as RADAU_RTOL
@@ -42,11 +43,15 @@ class EventDriven:
     rtol, atol : float
         Tolerances of the error of a step: relative, and absolute in SI units of coordinates and velocities. A contact
         whose next bounce is lower than atol [m] is closed.
+    hand_over : MoreauJean, optional
+        Takes over for stretches of 50 of its steps where the events of several contacts are too dense: more than 100
+        within one of its steps, or without any time between them, or more contacts at once than can be enumerated.
+        The error is of first order in its dt there. Without it such a run goes on as long as it can, or fails.
 
     Raises
     ------
     InvalidInput
-        Unless 2.2e-14 <= rtol < 1 and atol > 0.
+        Unless 2.2e-14 <= rtol < 1 and atol > 0, and hand_over is a rigid time stepping.
 
     Examples
     --------
@@ -60,11 +65,15 @@ class EventDriven:
 
     rtol: float = 1e-8
     atol: float = 1e-10
+    hand_over: MoreauJean | None = None
 
     def __post_init__(self) -> None:
         as_positive("atol", self.atol)
         if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
+        stepper = self.hand_over
+        if stepper is not None and not (isinstance(stepper, MoreauJean) and stepper.compliance is None):
+            raise InvalidInput(f"hand_over must be a MoreauJean(dt) with rigid contacts; got {stepper!r}")
 
     chooses_steps = True
     locates_events = True

@@ -174,7 +174,7 @@ def handle_event(rates, model, p, every, state, trail, scratch):
     for e in range(events.armed.shape[0]):
         events.armed[e] = 0
     events.found[CHECK_START] = 1
-    events.found[HANDLED] = NO_EVENT if is_start else event
+    events.found[HANDLED] = event if event >= 0 else NO_EVENT
     radau_restart(ode)
     has_jumped = False
     for j in range(n):

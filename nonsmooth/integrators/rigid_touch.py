@@ -18,6 +18,7 @@ from nonsmooth.jit import call_model, kernel
 from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
 START = -2  # the event with which a run begins
+RESUME = -3  # and that with which it goes on after a stretch of time stepping
 
 
 class Touch(NamedTuple):

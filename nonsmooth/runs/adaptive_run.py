@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -35,6 +36,8 @@ BLOCK = 512  # steps between two visits: 10 ms of a rod, 5 s of a hundred beads
 
 class AdaptiveRun(Run):
     """One integration in progress, of an integrator with ``chooses_steps``."""
+
+    follows_since = -math.inf  # [s] begin of the stretch whose events are followed
 
     def __init__(
         self,
@@ -104,7 +107,7 @@ class AdaptiveRun(Run):
         assert self.watch is not None
         memories = [block.memory for block in (self.state_block, self.trail_block, self.scratch_block)]
         before = [memory.copy() for memory in memories]
-        n_rows, n_steps = len(self.rows), len(self.steps)
+        n_rows, n_steps, n_events, since = len(self.rows), len(self.steps), len(self.events), self.follows_since
         status = self._block(max_steps)
         x, n = self.scratch_block.arrays.ode.x, self.system.n_u
         here = (self._time(), x[:n], x[n : 2 * n])
@@ -112,7 +115,8 @@ class AdaptiveRun(Run):
         if stop is not None:
             for memory, old in zip(memories, before, strict=True):
                 memory[:] = old
-            del self.rows[n_rows:], self.steps[n_steps:]
+            del self.rows[n_rows:], self.steps[n_steps:], self.events[n_events:]
+            self.follows_since = since
             self._end_at(stop)
             status = Status.RUNNING
             while status == Status.RUNNING:

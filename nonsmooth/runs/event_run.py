@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.errors import InitialStateWarning
+from nonsmooth.errors import InitialStateWarning, Status
 from nonsmooth.initial_state import examine_state
-from nonsmooth.integrators.records import EVENT_T
+from nonsmooth.integrators.records import EVENT_T, N_EVENTS, STEPS
 from nonsmooth.runs.adaptive_run import AdaptiveRun
+from nonsmooth.runs.hand_over import GIVEN_UP, LOOK, MANY, are_dense, step_over
 from nonsmooth.solution import Solution
 from nonsmooth.system import System
 
@@ -27,6 +28,32 @@ class EventRun(AdaptiveRun):
         if not start.is_admissible:
             warnings.warn(start.message, InitialStateWarning, stacklevel=5)
         integrator.begin(self.scratch_block.arrays, start.mode, start.slip, selection)
+
+    def _block(self, max_steps: int) -> int:
+        """A block, and where its events are too dense a stretch of time stepping, if the integrator has one."""
+        stepper = getattr(self.integrator, "hand_over", None)
+        if stepper is None:
+            return super()._block(max_steps)
+        steps_left = self.budget - int(self.state.counters[STEPS])
+        status = super()._block(max(1, min(LOOK, steps_left)))  # whatever the clock says
+        if status in GIVEN_UP or (status == Status.RUNNING and are_dense(self._recent_events(), stepper.dt)):
+            return step_over(self, stepper)
+        return status
+
+    def _recent_events(self) -> np.ndarray:
+        """The last events (MANY, EVENT_WIDTH) since events are followed."""
+        new = self.state.events[: int(self.state.counters[N_EVENTS])]
+        rows = np.concatenate((*self.events[-MANY:], new))[-MANY:]
+        return rows[rows[:, EVENT_T] >= self.follows_since]
+
+    def _message(self) -> str:
+        if self.status == Status.NOT_SOLVED:
+            return (
+                f"more contacts touch at once than can be enumerated, at t = {self._time():.9g} s: time stepping goes "
+                f"on through that, as MoreauJean(dt), or EventDriven(hand_over=MoreauJean(dt)) for this stretch alone; "
+                f"{self._where()}"
+            )
+        return super()._message()
 
     def solution(self) -> Solution:
         """What was computed; a contact that closes after bounces is dated by their end, so the events are sorted."""

@@ -58,7 +58,8 @@ MESSAGES = {
     Status.MASS_NOT_POSITIVE: "the mass matrix is not positive definite; check mass(t, q, p, M) and the parameters",
     Status.STEP_VANISHED: "the step fell below the resolution of time: the tolerance cannot be met in double precision "
     "(a larger rtol, or a smaller stiffness, can)",
-    Status.CHATTERING: "one contact after the other changes its mode and no time passes",
+    Status.CHATTERING: "one contact after the other changes its mode and no time passes; time stepping goes on through "
+    "that: MoreauJean(dt), or EventDriven(hand_over=MoreauJean(dt)) for this stretch alone",
     Status.NEGATIVE_FRICTION: "the friction law of {contact} became negative; check its coefficients at this speed",
 }
 
@@ -111,6 +112,7 @@ class Run:
 
     watch: EventWatch | None = None
     stop: Stop | None = None
+    budget = sys.maxsize  # steps
 
     def look_for(self, events: Sequence[Callable]) -> None:
         """Look for events of the user from step to step.
@@ -132,14 +134,14 @@ class Run:
     ) -> None:
         """Run block after block until the end, a failure, Ctrl-C or the end of the budget."""
         block, started = FIRST_BLOCK, time.perf_counter()
-        budget = sys.maxsize if max_steps is None else max_steps
+        self.budget = sys.maxsize if max_steps is None else max_steps
         try:
             while self.status == Status.RUNNING:
                 began, before = time.perf_counter(), int(self.state.counters[STEPS])
-                if before >= budget and self._fraction_done() < 1.0:
+                if before >= self.budget and self._fraction_done() < 1.0:
                     self.status = Status.BUDGET_SPENT
                     break
-                block = max(1, min(block, budget - before))
+                block = max(1, min(block, self.budget - before))
                 self.status = Status(self._watched_block(block) if self.watch else self._block(block))
                 self._collect_events()
                 if self.status == Status.NOT_SOLVED and self._load_for_retry():
@@ -173,8 +175,8 @@ class Run:
         status = self._block(max_steps)
         rows = slice(first, int(self.state.counters[INTERVAL]) + 1)
         new_events = self.state.events[: int(self.state.counters[N_EVENTS])]
-        motion = _interpolate(self.grid.t[rows], Record(*(column[rows] for column in self.record)), new_events,
-                              self.integrator.theta)  # fmt: skip
+        record = Record(*(column[rows] for column in self.record))
+        motion = between(self.grid.t[rows], record, new_events, self.integrator)
         self.stop = self.watch.scan(motion, has_ended=status == Status.FINISHED)
         if self.stop is None:
             return status
@@ -254,7 +256,7 @@ class Run:
         """What interpolates the records, if each step is one."""
         if self.grid.steps.max(initial=1) > 1:
             return None
-        return functools.partial(_interpolate, t, record, rows, self.integrator.theta)
+        return functools.partial(between, t, record, rows, self.integrator)
 
     def _stats(self) -> Stats:
         return Stats.from_run(
@@ -317,12 +319,12 @@ def next_block(steps: int, elapsed: float) -> int:
     return max(1, int(steps * min(10.0, LOOK_EVERY / max(elapsed, 1e-9))))
 
 
-def _interpolate(t: np.ndarray, record: Record, rows: np.ndarray, theta: float) -> Motion:
+def between(t: np.ndarray, record: Record, rows: np.ndarray, integrator: Any) -> Motion:
     """The motion between the records; a step in which a contact lands, or sliding had no force, has a jump."""
     mode = record.mode
     lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)
     jumps = lands | np.isin(t[:-1], rows[rows[:, EVENT_KIND] == INCONSISTENT, EVENT_T])
-    return between_records(t, record.q, record.u, jumps, theta)
+    return between_records(t, record.q, record.u, jumps, integrator.theta)
 
 
 def last_row(record: Record, state: State, system: System, t: float) -> Record:

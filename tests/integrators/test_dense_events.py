@@ -1,0 +1,209 @@
+"""Where events are too dense to be followed: a stretch of time stepping, or an error that names the cure.
+
+An elastic ball of 1 kg between the floor and a piston of 1e6 kg that falls on it with 1 m/s. The speed of the ball
+times the gap is nearly constant, 0.5 m^2/s, until the ball has the energy of the piston: 1000 m/s in a gap of 0.5 mm, a
+million bounces a second. Then the piston is thrown back. Energy and momentum are kept throughout.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from models import BouncingBall
+from nonsmooth.runs import run as runs
+from nonsmooth.runs.hand_over import MANY, are_dense
+
+STEPPED = ns.EventDriven(hand_over=ns.MoreauJean(dt=1e-3))
+
+
+class Piston(NamedTuple):
+    m: float = 1.0  # kg
+    M: float = 1e6  # kg
+
+
+PISTON = Piston()
+
+
+def mass(t, q, p, M):
+    M[0, 0] = p.m
+    M[1, 1] = p.M
+
+
+def no_force(t, q, u, p, h):
+    h[0] = 0.0
+
+
+def gaps(t, q, p, g_N):
+    g_N[0] = q[0]
+    g_N[1] = q[1] - q[0]
+
+
+def normals(t, q, p, W_N):
+    W_N[0, 0] = 1.0
+    W_N[1, 0] = -1.0
+    W_N[1, 1] = 1.0
+
+
+def squeezed(integrator=STEPPED, t_end=2.0, **options):
+    ball = ns.System(n_q=2, mass=mass, force=no_force, gap=gaps, normal=normals,
+                     contacts=[ns.Contact(e_N=1.0)] * 2, parameters=PISTON)  # fmt: skip
+    return ns.simulate(ball, (0, t_end), [0.5, 1.0], [1.0, -1.0], integrator=integrator, **options)
+
+
+def momentum_error(sol):
+    """Of the momentum against the impulses of the floor, in that of the piston."""
+    momentum = PISTON.m * sol.u[:, 0] + PISTON.M * sol.u[:, 1]
+    return np.abs(momentum - momentum[0] - np.cumsum(sol.P_N[:, 0])).max() / PISTON.M
+
+
+def test_piston_is_thrown_back_by_the_ball():
+    """Bounce by bounce, 3139 of them; and with steps of 1 ms where 1000 bounces fall into one. There the ball has
+    passed its fastest stretch, and the piston lacks what the ball keeps of its energy: v^2/(2 M V) of its speed."""
+    alone, sol = squeezed(ns.EventDriven()), squeezed()
+    for run in (alone, sol):
+        energy = 0.5 * (PISTON.m * run.u[:, 0] ** 2 + PISTON.M * run.u[:, 1] ** 2)
+        assert np.ptp(energy) < 1e-9 * energy[0] and momentum_error(run) < 1e-13
+        assert run.success and 0.0 <= run.q[-1, 0] <= run.q[-1, 1]
+    assert abs(alone.u[-1, 1] - 1.0) < 1e-6 and abs(sol.u[-1, 1] - 1.0) < 1e-3
+    assert sol.stats.steps < 0.6 * alone.stats.steps
+    before = sol.t < 0.9  # bounces are followed one by one while they are few
+    assert (sol.q[before] == alone.q[: before.sum()]).all() and sol.g_N[before].min() > -1e-12
+
+
+def test_run_does_not_depend_on_when_the_clock_is_looked_at(monkeypatch):
+    sol = squeezed()
+    monkeypatch.setattr(runs, "LOOK_EVERY", 1e-9)
+    slow = squeezed(events=[lambda t, q, u: 1.0])
+    assert (sol.t == slow.t).all() and (sol.q == slow.q).all()
+
+
+def test_motion_and_records_are_whole_through_the_stretches():
+    sol = squeezed()
+    motion = sol.motion
+    assert np.abs(motion.t[1:] - motion.t[:-1] - motion.h[:-1]).max() < 1e-12
+    assert np.abs(sol(motion.t[1:], "left").q - sol(motion.t[1:]).q).max() < 1e-9
+    t = np.linspace(0.0, 2.0, 41)
+    asked = squeezed(t_eval=t)
+    assert asked.success and (asked.t == t).all() and momentum_error(asked) < 1e-9
+    assert squeezed(every=100).success
+
+
+def test_events_of_the_user_are_found_within_the_stretches():
+    def late(t, q, u):
+        return t - 1.02
+
+    late.terminal = True
+    sol = squeezed(events=[late])
+    assert sol.status == ns.Status.EVENT_REACHED and abs(sol.t[-1] - 1.02) < 1e-12
+    assert (np.diff(sol.event_rows[:, 0]) >= 0).all() and sol.event_rows[-1, 0] <= 1.02
+    assert momentum_error(sol) < 1e-13
+
+
+def test_without_time_stepping_a_budget_ends_the_run():
+    with pytest.raises(ns.BudgetSpent) as failure:
+        squeezed(ns.EventDriven(), max_steps=2000)
+    assert failure.value.t < 1.0 and failure.value.solution.stats.steps == 2000
+
+
+def test_plain_accumulation_is_not_handed_over():
+    ball = BouncingBall(e=0.9)
+    handed = ns.simulate(ball, (0, 10), *ball.state(height=1.0), integrator=STEPPED)
+    plain = ns.simulate(ball, (0, 10), *ball.state(height=1.0), integrator=ns.EventDriven())
+    assert (handed.t == plain.t).all() and (handed.q == plain.q).all()
+
+
+def test_many_events_of_one_contact_are_left_to_its_accumulation():
+    rows = np.zeros((MANY, 13))
+    rows[:, 0] = np.linspace(0.0, 1e-6, MANY)
+    assert not are_dense(rows, 1e-3)
+    rows[0, 2] = 1.0
+    assert are_dense(rows, 1e-3) and not are_dense(rows, 1e-7) and not are_dense(rows[1:], 1e-3)
+
+
+class Row(NamedTuple):
+    k: float = 100.0  # N/m
+    g: float = 9.81  # m/s^2
+
+
+N_BLOCKS = 10
+
+
+def row_mass(t, q, p, M):
+    for i in range(2 * N_BLOCKS):
+        M[i, i] = 1.0
+
+
+def row_force(t, q, u, p, h):
+    for i in range(N_BLOCKS):
+        h[2 * i + 1] = -p.g
+        if i > 0:
+            h[2 * i] += p.k * (q[2 * i - 2] - q[2 * i])
+        if i < N_BLOCKS - 1:
+            h[2 * i] += p.k * (q[2 * i + 2] - q[2 * i])
+
+
+def row_gap(t, q, p, g_N):
+    for i in range(N_BLOCKS):
+        g_N[i] = q[2 * i + 1]
+
+
+def row_normal(t, q, p, W_N):
+    for i in range(N_BLOCKS):
+        W_N[i, 2 * i + 1] = 1.0
+
+
+def row_tangent(t, q, p, W_F):
+    for i in range(N_BLOCKS):
+        W_F[i, 0, 2 * i] = 1.0
+
+
+def test_more_contacts_than_can_be_enumerated_end_with_the_cure_or_are_stepped():
+    """Ten blocks in a row of springs, the first one pushed: ten frictional contacts at once."""
+    row = ns.System(n_q=2 * N_BLOCKS, mass=row_mass, force=row_force, gap=row_gap, normal=row_normal,
+                    tangent=row_tangent, contacts=[ns.Contact(mu=0.3)] * N_BLOCKS, parameters=Row())  # fmt: skip
+    start = np.zeros(2 * N_BLOCKS), np.concatenate(([2.0], np.zeros(2 * N_BLOCKS - 1)))
+    with pytest.raises(ns.StepFailure, match=r"more contacts touch at once.*hand_over=MoreauJean") as failure:
+        ns.simulate(row, (0, 0.2), *start, integrator=ns.EventDriven(1e-6, 1e-8))
+    assert failure.value.t == 0.0 and failure.value.u[0] == 2.0
+    stepped = ns.simulate(row, (0, 0.05), *start, integrator=ns.EventDriven(1e-6, 1e-8, ns.MoreauJean(dt=1e-3)))
+    plain = ns.simulate(row, (0, 0.05), *start, integrator=ns.MoreauJean(dt=1e-3))
+    assert np.abs(stepped.q[-1] - plain.q[-1]).max() < 1e-12 and stepped.stats.steps == plain.stats.steps
+
+
+@pytest.mark.parametrize("stepper", [1e-3, ns.EventDriven(), ns.MoreauJean(1e-3, 1.0, compliance=ns.Compliance(1e5))])
+def test_what_cannot_take_over_is_refused(stepper):
+    with pytest.raises(ns.InvalidInput, match="hand_over must be a MoreauJean"):
+        ns.EventDriven(hand_over=stepper)
+
+
+# stiff models
+
+
+@pytest.mark.parametrize("c, most", [(1e6, 120), (2e4, 120), (1e3, 300)])
+def test_stiff_spring_does_not_stall_the_run(c, most):
+    """k = 1e8 N/m between two unit masses on a soft spring, with the dampings 50, 1 and 0.05 of the critical one.
+
+    An explicit method of order 5 needs steps of 3/omega = 2e-4 s, or m/c 3 = 1e-6 s: 2e4 to 5e6 of them. The masses
+    move as one of 2 kg: x'' = -2 x, cos(sqrt(2) t), to f/k = 2e-8 m.
+    """
+
+    def force(t, q, u, p, h):
+        pull = p.k * (q[1] - q[0]) + p.c * (u[1] - u[0])
+        h[0] = pull - 4.0 * q[0]
+        h[1] = -pull
+
+    class Spring(NamedTuple):
+        k: float = 1e8
+        c: float = 1e6
+
+    pair = ns.System(n_q=2, mass=pair_mass, force=force, parameters=Spring(c=c))
+    sol = ns.simulate(pair, (0, 5), [1.0, 1.0], [0.0, 0.0], integrator=ns.EventDriven(1e-6, 1e-8))
+    assert sol.success and sol.stats.steps < most
+    assert np.abs(sol.q - np.cos(math.sqrt(2) * sol.t)[:, None]).max() < 1e-6
+
+
+def pair_mass(t, q, p, M):
+    M[0, 0] = M[1, 1] = 1.0
