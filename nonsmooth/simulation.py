@@ -53,8 +53,9 @@ def simulate(
         Start and end [s].
     q0, u0 : array_like (n_q,), (n_u,)
         Initial coordinates and velocities.
-    integrator : MoreauJean, Adaptive, EventDriven or Penalty
-        The method and its step or tolerances.
+    integrator : MoreauJean, Adaptive, EventDriven, Penalty or "auto"
+        The method and its step or tolerances; "auto" takes EventDriven for few contacts and MoreauJean for many, and
+        says why in the summary and in ``about["chosen"]`` (nonsmooth/runs/choice.py has the rules).
     every : int
         Record every so many steps; of an integrator that chooses its steps also every event.
     t_eval : array_like, optional
@@ -111,7 +112,12 @@ def simulate(
     >>> sol.success, abs(float(sol.q[-1, 0])) < 1e-2
     (True, True)
     """
-    system = as_system(system)
+    model, system = system, as_system(system)
+    reason = None
+    if isinstance(integrator, str) and integrator == "auto":
+        from nonsmooth.runs.choice import choose
+
+        integrator, reason = choose(model, system, t_span)
     every = as_count("every", every)
     if every != 1 and t_eval is not None:
         raise InvalidInput("give either every or t_eval; got both")
@@ -138,6 +144,8 @@ def simulate(
         run.look_for(events)
     run.advance(max_wall_time, progress, max_steps)
     solution = run.solution()
+    if reason is not None:
+        solution.about["chosen"] = reason
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
@@ -146,7 +154,7 @@ def simulate(
 def require_integrator(integrator: Any) -> None:
     """Raise `InvalidInput` for what is no integrator."""
     if isinstance(integrator, type) or not callable(getattr(integrator, "scratch", None)):
-        raise InvalidInput(f"integrator must be an integrator, as ns.MoreauJean(dt=1e-3) is; got {shown(integrator)}")
+        raise InvalidInput(f"integrator must be an integrator, as ns.MoreauJean(dt=1e-3) is, or 'auto'; got {shown(integrator)}")
 
 
 def new_run(

@@ -16,16 +16,19 @@ INTEGRATORS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "event-driven": ("EventDriven", "event_driven", ("rtol", "atol")),
     "penalty": ("Penalty", "penalty", ("stiffness", "damping", "damping_ratio", "rtol", "atol")),
 }
+AUTO = "auto"  # chosen by `simulate`; takes no options
 
 
-def add_integrator(command: argparse.ArgumentParser, many: tuple[str, ...] = ()) -> None:
-    """The options that choose an integrator; those named in ``many`` take several values."""
+def add_integrator(command: argparse.ArgumentParser, many: tuple[str, ...] = (), may_choose: bool = False) -> None:
+    """The options that name an integrator, or leave the choice; those named in ``many`` take several values."""
 
     def add(option: str, what: str, **more: Any) -> None:
         several: dict[str, Any] = {"nargs": "+"} if option in many else {}
         command.add_argument(f"--{option}", type=number, help=what, **several, **more)
 
-    command.add_argument("--integrator", choices=INTEGRATORS, default="moreau-jean", help="moreau-jean by default")
+    names = [*INTEGRATORS, AUTO] if may_choose else [*INTEGRATORS]
+    what = "moreau-jean by default" + ("; auto chooses by the number of contacts" if may_choose else "")
+    command.add_argument("--integrator", choices=names, default="moreau-jean", help=what)
     add("dt", "moreau-jean: step [s]; the model's own by default" if "dt" not in many else
         "moreau-jean: steps [s]; 1e-2 to 1e-4 by default")  # fmt: skip
     add("theta", "moreau-jean: weight of the new velocity, 0.5 (default) to 1")
@@ -40,7 +43,7 @@ def add_integrator(command: argparse.ArgumentParser, many: tuple[str, ...] = ())
 
 
 def new_integrator(arguments: argparse.Namespace, model: Any) -> Any:
-    """The integrator with the options that were given.
+    """The integrator with the options that were given, or "auto".
 
     Raises
     ------
@@ -48,6 +51,8 @@ def new_integrator(arguments: argparse.Namespace, model: Any) -> Any:
         For an option of another integrator, and where a step or a stiffness is missing.
     """
     name, own, given = given_options(arguments)
+    if name == AUTO:
+        return AUTO
     if "dt" in own and "dt" not in given:
         given["dt"] = getattr(model, "dt", None)
         if given["dt"] is None:
@@ -64,7 +69,7 @@ def given_options(arguments: argparse.Namespace) -> tuple[str, tuple[str, ...], 
         For an option of another integrator, and where a stiffness is missing.
     """
     name = arguments.integrator
-    own = INTEGRATORS[name][2]
+    own = INTEGRATORS[name][2] if name in INTEGRATORS else ()
     every = {option for _, _, options in INTEGRATORS.values() for option in options}
     given = {option: getattr(arguments, option) for option in sorted(every) if getattr(arguments, option) is not None}
     for option in given:

@@ -36,13 +36,15 @@ def add_run(run: argparse.ArgumentParser) -> None:
     run.add_argument("--q0", nargs="+", type=number, metavar="Q", help="initial coordinates (with --u0)")
     run.add_argument("--u0", nargs="+", type=number, metavar="U", help="initial velocities (with --q0)")
     run.add_argument("--t-end", type=number, metavar="T", help="end [s]; the model's own by default")
-    add_integrator(run)
+    add_integrator(run, may_choose=True)
     run.add_argument("--every", type=whole_number, default=1, metavar="N", help="record every N steps")
     run.add_argument("--t-eval", nargs="+", type=number, metavar="T", help="record at these times [s] instead")
     run.add_argument(
         "--selection", default="compliant-limit", metavar="RULE",
         help="which solution is taken where there are several: compliant-limit (default), lift-off or impact",
     )  # fmt: skip
+    run.add_argument("--max-steps", type=whole_number, metavar="N", help="the most steps that the run may take")
+    run.add_argument("--max-wall-time", type=number, metavar="S", help="the most seconds that it may take")
     run.add_argument("--project", action="store_true", help="move an inadmissible start to the nearest admissible one")
     run.add_argument("--out", type=Path, metavar="FILE", help="save the solution (.npz or .h5)")
     run.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL.png by default")
@@ -98,6 +100,7 @@ def simulate_model(model: Any, q0: Any, u0: Any, arguments: argparse.Namespace) 
     solution = simulate(
         model, (0.0, t_end), q0, u0, integrator=integrator, every=arguments.every, t_eval=arguments.t_eval,
         selection=arguments.selection, project=arguments.project, on_failure="return",
+        max_steps=arguments.max_steps, max_wall_time=arguments.max_wall_time,
         progress=show_progress if has_progress else None,
     )  # fmt: skip
     if has_progress:

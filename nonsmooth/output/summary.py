@@ -19,8 +19,14 @@ SHOWN = 12  # entries of a sequence before the rest is counted
 def summary(solution: Solution) -> str:
     """Modes with times, paradoxes and how they were resolved, energy, worst figures and cost."""
     lines = [f"{solution.about.get('system', 'system')}: {solution.message} (t = {solution.t[-1]:.9g} s)"]
-    lines += _modes(solution) + _paradoxes(solution) + _energy(solution) + _figures(solution)
+    lines += _chosen(solution) + _modes(solution) + _paradoxes(solution) + _energy(solution) + _figures(solution)
     return "\n".join(lines)
+
+
+def _chosen(solution: Solution) -> list[str]:
+    """Which integrator was chosen, and why."""
+    reason = solution.about.get("chosen")
+    return [] if reason is None else [f"{solution.about['integrator']}, because {reason}"]
 
 
 def as_html(solution: Solution) -> str:

@@ -75,14 +75,13 @@ def step_over(run: EventRun, stepper: Any) -> int:
         return steps.status
     record = steps.record
     record.q[-1], _ = project_state(system, t_end, record.q[-1], record.u[-1])
-    rows = rows_of(record, x, system.n_c)
-    write(run, times, rows, record)
+    states = states_of(record, x, system.n_c)
+    write(run, times, states, record)
     if run.keeps_steps:
-        run.steps.append(
-            between(times, record, np.concatenate(steps.events or [steps.state.events[:0]]), stepper).steps
-        )
+        rows = np.concatenate((*steps.events, steps.state.events[:0]))
+        run.steps.append(between(times, record, rows, stepper).steps)
     run.events += steps.events
-    x[:], arrays.ode.clock[NOW] = rows[-1], t_end
+    x[:], arrays.ode.clock[NOW] = states[-1], t_end
     run.state.q[:], run.state.u[:] = record.q[-1], record.u[-1]
     contacts.mode[:], contacts.slip[:] = record.mode[-1], record.slip[-1]
     contacts.sign[:] = np.where(record.P[-1, :, 0] < 0.0, -1, 1)
@@ -92,7 +91,7 @@ def step_over(run: EventRun, stepper: Any) -> int:
     return Status.RUNNING
 
 
-def rows_of(record: Record, x: np.ndarray, n_c: int) -> np.ndarray:
+def states_of(record: Record, x: np.ndarray, n_c: int) -> np.ndarray:
     """The records as states (m, N) of the run, which stood at x: q, u, gaps, impulses and works since its start."""
     P = np.cumsum(record.P, axis=0)
     P_F = P[:, :, 1] if P.shape[2] > 1 else np.zeros((len(P), n_c))
@@ -102,11 +101,11 @@ def rows_of(record: Record, x: np.ndarray, n_c: int) -> np.ndarray:
     return np.concatenate((record.q, record.u, record.g_N, since), axis=1)
 
 
-def write(run: EventRun, times: np.ndarray, rows: np.ndarray, record: Record) -> None:
+def write(run: EventRun, times: np.ndarray, states: np.ndarray, record: Record) -> None:
     """The rows that were asked for: all, the last, or those at the record times."""
     la = np.zeros((len(times), run.system.n_c, 2))
     la[1:, :, : record.P.shape[2]] = record.P[1:] / np.diff(times)[:, None, None]
-    columns = (times, rows, la, record.mode, record.slip)
+    columns = (times, states, la, record.mode, record.slip)
     if run.every > 0:
         chosen = slice(1, None) if run.every == 1 else slice(-1, None)
         run.rows.append(tuple(column[chosen].copy() for column in columns))
