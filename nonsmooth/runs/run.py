@@ -67,12 +67,11 @@ MESSAGES = {
 FAILURES: dict[Status, type[StepFailure]] = {
     Status.NOT_FINITE: ModelFunctionError,
     Status.BUDGET_SPENT: BudgetSpent,
-    Status.OUT_OF_STEPS: BudgetSpent,
     Status.EVENT_FAILED: EventFunctionError,
 }
 # ends that no model function can be the reason of
 WITHOUT_CULPRIT = (
-    Status.FINISHED, Status.INTERRUPTED, Status.BUDGET_SPENT, Status.OUT_OF_STEPS, Status.EVENT_REACHED,
+    Status.FINISHED, Status.INTERRUPTED, Status.BUDGET_SPENT, Status.EVENT_REACHED,
     Status.EVENT_FAILED,
 )  # fmt: skip
 
