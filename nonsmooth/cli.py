@@ -97,8 +97,12 @@ def build_parser() -> argparse.ArgumentParser:
 
     bench = commands.add_parser("bench", help="measure run times")
     bench.set_defaults(act=act_bench)
-    bench.add_argument("what", choices=["core", "paradox", "penalty", "solvers", "stability", "stress", "sweep"])
-    bench.add_argument("files", nargs="*", help="solvers: more problems to time; stress: the page to write")
+    bench.add_argument(
+        "what", choices=["accuracy", "core", "paradox", "penalty", "solvers", "stability", "stress", "sweep"]
+    )
+    bench.add_argument("files", nargs="*", help="solvers: also time the problems in these files")
+    bench.add_argument("--peers", action="store_true", help="accuracy: other programs too, where they are installed")
+    bench.add_argument("--out", metavar="FILE", help="accuracy, stress: write the page and its figure")
     return parser
 
 
@@ -139,4 +143,7 @@ def act_solve(arguments: argparse.Namespace) -> int:
 
 def act_bench(arguments: argparse.Namespace) -> int:
     """``nonsmooth bench``."""
-    return importlib.import_module(f"nonsmooth.bench.{arguments.what}").main(arguments.files) or 0
+    options = [*(["--peers"] if arguments.peers else []), *(["--out", arguments.out] if arguments.out else [])]
+    if options and arguments.what != "accuracy":
+        raise InvalidInput(f"{options[0]} belongs to `bench accuracy`; leave it out of `bench {arguments.what}`")
+    return importlib.import_module(f"nonsmooth.bench.{arguments.what}").main([*arguments.files, *options]) or 0

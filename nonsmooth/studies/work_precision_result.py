@@ -81,6 +81,11 @@ class WorkPrecision(Study):
         x = np.log(np.maximum(errors[[k + 1, k]], np.finfo(float).tiny))
         return float(np.exp(np.interp(np.log(error), x, np.log(costs[[k + 1, k]]))))
 
+    def dearest(self, scene: str, method: str, cost: str = "wall_time") -> float:
+        """Cost of the dearest run: more than this takes an error that `cost_at` does not know."""
+        _, costs = self.curve(scene, method, cost)
+        return float(costs.max()) if len(costs) else np.nan
+
     def table(self) -> str:
         """For each scene: the best error of each method, and the wall time and evaluations at equal error."""
         head = ["method", "best error", *(f"ms at {target:g}" for target in TARGETS)]

@@ -1,0 +1,122 @@
+"""Other programs as methods of a work-precision study, through the adapters in ``tests/peers`` of a source checkout.
+
+Siconos runs in the Python that has it, in a process of its own that answers one run after another; SciPy and MuJoCo run
+here. What is not installed is left out.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import json
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.bench.siconos import interpreter
+from nonsmooth.errors import StepFailure
+from nonsmooth.studies.reference import Problem
+from nonsmooth.studies.work_precision import Trial
+
+FOLDER = Path(__file__).parents[2] / "tests" / "peers"
+STEPS = tuple(10.0 ** (-0.5 * k) for k in range(4, 11))  # of the span: 1e-2 to 1e-5
+TOLERANCES = tuple(10.0**-k for k in range(3, 13))
+
+
+def peers() -> dict[str, Any]:
+    """Every program that is installed, by its label."""
+    found: dict[str, Any] = {}
+    if interpreter() is not None and (FOLDER / "siconos_motions.py").is_file():
+        found["Siconos"] = Siconos()
+    for label, file, package, settings in (
+        ("SciPy", "scipy_motions.py", "scipy", TOLERANCES),
+        ("MuJoCo", "mujoco_motions.py", "mujoco", STEPS),
+    ):
+        if (FOLDER / file).is_file() and imports(package):
+            found[label] = InProcess(adapter(FOLDER / file), settings, is_step=label == "MuJoCo")
+    return found
+
+
+def imports(package: str) -> bool:
+    """Whether a package is installed whole."""
+    try:
+        importlib.import_module(package)
+    except ImportError:
+        return False
+    return True
+
+
+def adapter(path: Path) -> Any:
+    """The module in a file."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+class InProcess:
+    """A program that runs here: ``module.SCENES[name](problem, p, setting)`` gives (q, seconds, evaluations, steps)."""
+
+    def __init__(self, module: Any, values: Sequence[float], is_step: bool) -> None:
+        self.module, self.values, self.is_step = module, values, is_step
+
+    def settings(self, name: str, problem: Problem) -> Sequence[float]:
+        """Steps or tolerances."""
+        span = problem.span[1] - problem.span[0]
+        return [span * v if self.is_step else v for v in self.values] if name in self.module.SCENES else []
+
+    def run(self, name: str, problem: Problem, setting: float) -> Trial:
+        """One run."""
+        return Trial(*self.module.SCENES[name](problem, problem.model, setting))
+
+
+class Siconos:
+    """Siconos's Moreau-Jean, over its step."""
+
+    scenes = (
+        "ball through Zeno", "sliding block", "rod, slip and stick", "rocking block", "pendulum against a wall",
+        "bead chain", "slider-crank", "woodpecker",
+    )  # fmt: skip
+
+    def __init__(self) -> None:
+        self.process: subprocess.Popen[str] | None = None
+
+    def settings(self, name: str, problem: Problem) -> Sequence[float]:
+        """Steps [s] of the scenes that the adapter knows."""
+        span = problem.span[1] - problem.span[0]
+        return [span * part for part in STEPS] if name in self.scenes else []
+
+    def run(self, name: str, problem: Problem, setting: float) -> Trial:
+        """One run; each step evaluates the forces once."""
+        _, q0, u0 = problem.start
+        answer = self.ask({
+            "scene": name, "dt": setting, "times": problem.times.tolist(), "q0": q0.tolist(), "u0": u0.tolist(),
+            "p": {key: float(value) for key, value in problem.system.parameter_values.items()},
+        })  # fmt: skip
+        if "error" in answer:
+            raise StepFailure(f"Siconos: {answer['error']}", None, np.nan)  # type: ignore[arg-type]
+        return Trial(np.array(answer["q"]), answer["wall_time"], answer["steps"], answer["steps"])
+
+    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        """One answer of the process, which is started with the first request."""
+        if self.process is None:
+            self.process = subprocess.Popen(
+                [str(interpreter()), str(FOLDER / "siconos_motions.py")],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+            )  # fmt: skip
+        assert self.process.stdin is not None and self.process.stdout is not None
+        self.process.stdin.write(json.dumps(request) + "\n")
+        self.process.stdin.flush()
+        line = self.process.stdout.readline()
+        return json.loads(line) if line else {"error": "its process has ended"}
+
+    def close(self) -> None:
+        """End the process."""
+        if self.process is not None and self.process.stdin is not None:
+            self.process.stdin.close()
+            self.process.wait()
+            self.process = None
