@@ -31,6 +31,7 @@ def peers() -> dict[str, Any]:
     found: dict[str, Any] = {}
     if interpreter() is not None and (FOLDER / "siconos_motions.py").is_file():
         found["Siconos"] = Siconos()
+        found["Siconos, events"] = Siconos(has_events=True)
     for label, file, package, settings in (
         ("SciPy", "scipy_motions.py", "scipy", TOLERANCES),
         ("MuJoCo", "mujoco_motions.py", "mujoco", STEPS),
@@ -75,18 +76,21 @@ class InProcess:
 
 
 class Siconos:
-    """Siconos's Moreau-Jean, over its step."""
+    """Siconos: its Moreau-Jean over its step, or its event-driven scheme, which has the tolerance that it has."""
 
     scenes = (
         "ball through Zeno", "sliding block", "rod, slip and stick", "rocking block", "pendulum against a wall",
         "bead chain", "slider-crank", "woodpecker",
     )  # fmt: skip
 
-    def __init__(self) -> None:
+    def __init__(self, has_events: bool = False) -> None:
+        self.has_events = has_events
         self.process: subprocess.Popen[str] | None = None
 
     def settings(self, name: str, problem: Problem) -> Sequence[float]:
         """Steps [s] of the scenes that the adapter knows."""
+        if self.has_events:
+            return [float(problem.times[0])] if name == self.scenes[0] else []
         span = problem.span[1] - problem.span[0]
         return [span * part for part in STEPS] if name in self.scenes else []
 
@@ -94,7 +98,7 @@ class Siconos:
         """One run; each step evaluates the forces once."""
         _, q0, u0 = problem.start
         answer = self.ask({
-            "scene": name, "dt": setting, "times": problem.times.tolist(), "q0": q0.tolist(), "u0": u0.tolist(),
+            "scene": name, "dt": setting, "events": self.has_events, "times": problem.times.tolist(), "q0": q0.tolist(), "u0": u0.tolist(),
             "p": {key: float(value) for key, value in problem.system.parameter_values.items()},
         })  # fmt: skip
         if "error" in answer:

@@ -99,9 +99,8 @@ def belt(problem, p, rtol):
         t, y, caught = pieces.add(slides_back, t, y, [falling(lambda t, y: p.vb - y[1])])
         if caught is None:
             break
-        limit = p.m0 * p.N
         y = np.array([y[0], p.vb])
-        t, y, _ = pieces.add(lambda t, y: [p.vb, 0.0], t, y, [lambda t, y: p.k * y[0] + p.c * p.vb - limit])
+        t, y, _ = pieces.add(lambda t, y: [p.vb, 0.0], t, y, [lambda t, y: p.k * y[0] + p.c * p.vb - p.m0 * p.N])
         y = np.array([y[0], p.vb * (1 - 1e-12)])
     return pieces.result()
 

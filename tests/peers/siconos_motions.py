@@ -2,7 +2,7 @@
 
     python3 siconos_motions.py
 
-Reads a line of JSON for each run, {"scene", "dt", "times", "q0", "u0", "p"} with the parameters p of the model, and
+Reads a line of JSON for each run, {"scene", "dt", "events", "times", "q0", "u0", "p"}, p the parameters of the model, and
 answers with one: {"q": positions at the times, "wall_time": seconds of the loop, "steps"} or {"error": message}.
 Moreau-Jean with theta = 1/2 as everywhere in Siconos, one contact solver call a step, the loop of C++ (``run``) timed
 alone; positions are read in a second pass of the same steps. What is not linear is compiled from siconos_plugin.c.
@@ -144,14 +144,20 @@ SCENES = {  # and whether there is friction
 }
 
 
-def simulation(request):
-    """The model at its start and its time stepping."""
+def model_of(request):
+    """The model at its start, and whether there is friction."""
     build, has_friction = SCENES[request["scene"]]
     ds, contacts = build(request["q0"], request["u0"], request["p"])
     model = sk.NonSmoothDynamicalSystem(0.0, request["times"][-1])
     model.insertDynamicalSystem(ds)
     for contact in contacts:
         model.link(contact, ds)
+    return model, ds, has_friction
+
+
+def simulation(request):
+    """The model and its time stepping."""
+    model, ds, has_friction = model_of(request)
     solver = sk.FrictionContact(2, sn.SICONOS_FRICTION_2D_LEMKE) if has_friction else sk.LCP()
     solver.numericsSolverOptions().dparam[sn.SICONOS_DPARAM_TOL] = TOLERANCE
     stepping = sk.TimeStepping(model, sk.TimeDiscretisation(0.0, request["dt"]), sk.MoreauJeanOSI(THETA), solver)
@@ -184,6 +190,25 @@ def run(request):
     return {"q": q, "wall_time": wall_time, "steps": steps}
 
 
+def run_events(request):
+    """One run by LSODAR between located events, the times among them; frictionless scenes only."""
+    model, ds, _ = model_of(request)
+    simulated = sk.EventDriven(model, sk.TimeDiscretisation(0.0, request["times"][0]))
+    simulated.insertIntegrator(sk.LsodarOSI())
+    simulated.insertNonSmoothProblem(sk.LCP(), sk.SICONOS_OSNSP_ED_IMPACT)
+    simulated.insertNonSmoothProblem(sk.LCP(), sk.SICONOS_OSNSP_ED_SMOOTH_ACC)
+    t, q, steps, start = [0.0], [np.array(ds.q())], 0, time.perf_counter()
+    while simulated.hasNextEvent():
+        simulated.advanceToEvent()
+        simulated.processEvents()
+        t.append(simulated.startingTime())
+        q.append(np.array(ds.q()))
+        steps += 1
+    wall_time = time.perf_counter() - start
+    at = [q[int(np.argmin(np.abs(np.array(t) - moment)))].tolist() for moment in request["times"]]
+    return {"q": at, "wall_time": wall_time, "steps": steps}
+
+
 @contextlib.contextmanager
 def quiet():
     """Keep what the library prints away from the answers."""
@@ -203,7 +228,8 @@ def main():
     for line in sys.stdin:
         with quiet():
             try:
-                answer = run(json.loads(line))
+                request = json.loads(line)
+                answer = run_events(request) if request["events"] else run(request)
             except Exception as error:  # the library raises its own types
                 answer = {"error": f"{type(error).__name__}: {error}"}
             sys.stderr.flush()
