@@ -58,7 +58,8 @@ def scenes() -> dict[str, Motion]:
 def motion(model: Any, t_end: float, reference: Any = None, **state: float) -> Motion:
     """A motion from natural variables."""
     times = np.linspace(0.0, t_end, TIMES + 1)[1:]
-    return Motion(model, (0.0, t_end), *model.state(**state), times, reference)
+    q0, u0 = model.state(**state)
+    return Motion(model, (0.0, t_end), q0, u0, times, reference)
 
 
 def methods() -> dict[str, Any]:
@@ -72,7 +73,7 @@ def methods() -> dict[str, Any]:
 
 def main(argv: list[str] | None = None) -> int:
     """Measure, print, write the page; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="nonsmooth bench accuracy", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="nonsmooth bench accuracy", description="error against run time")
     parser.add_argument("--peers", action="store_true", help="other programs too, where they are installed")
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the page and its figure")
     parser.add_argument("scenes", nargs="*", metavar="WORD", help="only the scenes whose names contain one of these")

@@ -2,8 +2,8 @@
 
     python3 siconos_motions.py
 
-Reads a line of JSON for each run, {"scene", "dt", "events", "times", "q0", "u0", "p"}, p the parameters of the model, and
-answers with one: {"q": positions at the times, "wall_time": seconds of the loop, "steps"} or {"error": message}.
+Reads a line of JSON for each run, {"scene", "dt", "events", "times", "q0", "u0", "p"}, p the parameters of the model,
+and answers with one: {"q": positions at the times, "wall_time": seconds of the loop, "steps"} or {"error": message}.
 Moreau-Jean with theta = 1/2 as everywhere in Siconos, one contact solver call a step, the loop of C++ (``run``) timed
 alone; positions are read in a second pass of the same steps. What is not linear is compiled from siconos_plugin.c.
 """
