@@ -98,7 +98,8 @@ class Siconos:
         """One run; each step evaluates the forces once."""
         _, q0, u0 = problem.start
         answer = self.ask({
-            "scene": name, "dt": setting, "events": self.has_events, "times": problem.times.tolist(), "q0": q0.tolist(), "u0": u0.tolist(),
+            "scene": name, "dt": setting, "events": self.has_events, "times": problem.times.tolist(),
+            "q0": q0.tolist(), "u0": u0.tolist(),
             "p": {key: float(value) for key, value in problem.system.parameter_values.items()},
         })  # fmt: skip
         if "error" in answer:

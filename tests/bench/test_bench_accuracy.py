@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from nonsmooth import cli
 from nonsmooth.bench import accuracy, peers
 from nonsmooth.bench.accuracy_page import page
 from nonsmooth.studies.comparison import as_problem
@@ -72,3 +73,8 @@ def test_a_peer_that_ends_is_a_failure_of_its_run(monkeypatch):
     with pytest.raises(ns.StepFailure, match="has ended"):
         method.run("ball through Zeno", problem, 1e-3)
     assert method.settings("belt, stick-slip", problem) == []
+
+
+def test_options_of_this_benchmark_are_refused_elsewhere(capsys):
+    assert cli.main(["bench", "core", "--peers"]) == 2
+    assert "--peers belongs to `bench accuracy`" in capsys.readouterr().err
