@@ -32,7 +32,7 @@ _HOME = {
     "ParadoxKind": "paradox.classify",
     "ParadoxFlag": "paradox.classify",
     "ImpactLaw": "laws",
-    "paradox_map": "paradox.map",
+    "paradox_map": "studies.paradox_map",
     "paradox_boundaries": "paradox.boundaries",
     "plot_map": "output.paradox_plots",
     "plot_graphical_problem": "output.paradox_plots",

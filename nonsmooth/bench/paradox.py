@@ -16,7 +16,7 @@ import numpy as np
 from nonsmooth.bench.scenes import row_of_blocks
 from nonsmooth.catalogue import load_model
 from nonsmooth.paradox.classify import classify
-from nonsmooth.paradox.map import paradox_map
+from nonsmooth.studies.paradox_map import paradox_map
 
 REPEATS = 3
 SIDE = 1000  # states along each of two axes

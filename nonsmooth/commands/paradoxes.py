@@ -102,7 +102,7 @@ def act_map(arguments: argparse.Namespace) -> int:
     fixed: dict[str, Any] = dict(assignments("--state", arguments.state))
     for name in fixed.keys() & axes.keys():
         raise InvalidInput(f"{name} is an axis of the map and fixed by --state; give it once")
-    from nonsmooth.paradox.map import paradox_map
+    from nonsmooth.studies.paradox_map import paradox_map
 
     chart = paradox_map(model, workers=arguments.workers, **axes, **fixed)
     save_map(chart, out)

@@ -95,7 +95,7 @@ def paradox_boundaries(system: Any, *, contact: int = 0, t: float = 0.0, state: 
 
     def fields(xy: np.ndarray) -> np.ndarray:
         """(n, 3) p, b, gamma_F at points (n, 2)."""
-        found = points.search([np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])], 1, is_list=True)
+        found = points.search([np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])], 1)
         return np.column_stack([found.p[:, contact], found.b[:, contact], found.gamma_F[:, contact]])
 
     grid = fields(np.column_stack([axis.ravel() for axis in np.meshgrid(x, y)])).reshape(len(y), len(x), 3)

@@ -1,14 +1,13 @@
 """Many states of one system by their natural variables and parameters, and what is found there.
 
-``Points`` prepares a grid once: which of the names are variables of ``state(...)``, which are parameters, what the
-coefficients of friction depend on. ``search`` then runs ``paradox.grid`` over chunks of it, in threads.
+``Points`` prepares the names once: which of them are variables of ``state(...)``, which are parameters, what the
+coefficients of friction depend on. ``search`` then runs ``paradox.search`` over columns of values.
 """
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -22,24 +21,22 @@ from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.jit import CannotCompile, CompiledModel, compile_model, interpreted, load_all
 from nonsmooth.laws import LAW_C, LAW_E_F, LAW_E_N, LAW_WIDTH
 from nonsmooth.paradox.forces import KEPT, Forces, Outcome, forces_shapes
-from nonsmooth.paradox.grid import NATURAL, PARAMETER, VARIABLE, Grid, search_points
+from nonsmooth.paradox.search import NATURAL, PARAMETER, VARIABLE, Table, search_points
 from nonsmooth.paradox.state_problem import ENTRY_POINTS, decide_redundant
 from nonsmooth.system import System, as_system, parameter_tuple, with_values
-
-CHUNK = 16_384  # points of one call: a few megabytes of results
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
     """Results at N points. c = contacts, k = solutions kept."""
 
-    number: np.ndarray  # (N,) int32
-    outcome: np.ndarray  # (N,) int8, of forces.Outcome
+    number: np.ndarray  # (N,)
+    outcome: np.ndarray  # (N,) of forces.Outcome
     p: np.ndarray  # (N, c)
     b: np.ndarray  # (N, c)
     gamma_F: np.ndarray  # (N, c)
     la_N: np.ndarray  # (N, k, c)
-    modes: np.ndarray  # (N, k, c) int8
+    modes: np.ndarray  # (N, k, c)
 
 
 class Points:
@@ -102,18 +99,15 @@ class Points:
         except CannotCompile:
             return None
 
-    def states(self, values: np.ndarray) -> np.ndarray:
-        """(m, n_q + n_u) states by the Python function, of the values (m, a) along the names."""
-        rows = []
-        for point in values:
-            given = dict(zip(self.names, point.tolist(), strict=True))
-            changes = {name: value for name, value in given.items() if name not in self.variables}
-            model = with_values(self.model, changes) if changes and self._state is None else self.model
-            state = self._state or model.state
-            variables = {name: given.get(name, self.fixed.get(name)) for name in self.variables}
-            q, u = state(**{name: value for name, value in variables.items() if value is not None})
-            rows.append(np.concatenate([as_vector("q", q, self.system.n_q), as_vector("u", u, self.system.n_u)]))
-        return np.array(rows)
+    def state_at(self, values: tuple[float, ...]) -> np.ndarray:
+        """(n_q + n_u,) the state by the Python function, of a value for each name."""
+        given = dict(zip(self.names, values, strict=True))
+        changes = {name: value for name, value in given.items() if name not in self.variables}
+        model = with_values(self.model, changes) if changes and self._state is None else self.model
+        state = self._state or model.state
+        variables = {name: given.get(name, self.fixed.get(name)) for name in self.variables}
+        q, u = state(**{name: value for name, value in variables.items() if value is not None})
+        return np.concatenate([as_vector("q", q, self.system.n_q), as_vector("u", u, self.system.n_u)])
 
     def check(self, axes: list[np.ndarray]) -> None:
         """Let the model judge the ends of each axis, and refuse parameters that change more than numbers."""
@@ -128,93 +122,81 @@ class Points:
                 if other.functions != self.system.functions or other.contacts != self.system.contacts:
                     raise InvalidInput(f"{name} shapes the system itself; it cannot be an axis of a map")
 
-    def search(self, axes: list[np.ndarray], kept: int, is_list: bool = False, workers: int = 1) -> Found:
-        """Solve every point of the grid of the axes; of a list, whose axes have equal lengths, point by point."""
-        size = len(axes[0]) if is_list else int(np.prod([len(axis) for axis in axes]))
-        n_c = max(1, self.system.n_c)
-        found = Found(
-            np.zeros(size, np.int32), np.zeros(size, np.int8), np.zeros((size, n_c)), np.zeros((size, n_c)),
-            np.zeros((size, n_c)), np.zeros((size, kept, n_c)), np.zeros((size, kept, n_c), np.int8),
-        )  # fmt: skip
+    def search(self, columns: list[np.ndarray], kept: int, states: np.ndarray | None = None) -> Found:
+        """The forces at N points.
+
+        Parameters
+        ----------
+        columns : list of (N,) arrays
+            The value of each name at every point.
+        kept : int
+            Solutions written out at each.
+        states : ndarray (N, n_q + n_u), optional
+            Where there is no compiled natural state; found by `state_at` when left out.
+        """
         model = model_of(self.system)
         if model.is_compiled:
             load_all((*ENTRY_POINTS, search_points))
-        workers = workers if model.is_compiled else 1
-        starts = range(0, size, CHUNK)
-        self._search_chunks(model, axes, starts, is_list, found, workers, False)
-        left_open = sorted({int(point) // CHUNK for point in np.flatnonzero(found.outcome == Outcome.SINGULAR)})
-        if left_open:
-            chunks = [starts[k] for k in left_open]
-            self._search_chunks(model, axes, chunks, is_list, found, workers, True)
+        has_natural = self.natural is not None and model.is_compiled
+        if not has_natural and states is None:
+            states = np.array([self.state_at(values) for values in zip(*map(np.ndarray.tolist, columns), strict=True)])
+        found = self._search(model, columns, kept, states, False)
+        left_open = np.flatnonzero(found.outcome == Outcome.SINGULAR)
+        if len(left_open):
+            some = None if states is None else states[left_open]
+            again = self._search(model, [values[left_open] for values in columns], kept, some, True)
+            for name, values in vars(again).items():
+                getattr(found, name)[left_open] = values
         return found
 
-    def _search_chunks(self, model: Model, axes: list[np.ndarray], starts: Sequence[int], is_list: bool, found: Found,
-                       workers: int, is_redundant: bool) -> None:  # fmt: skip
-        """Chunks from the points ``starts``, in threads; with redundant contacts decided if that is asked for."""
-        stripes = [starts[k::workers] for k in range(min(workers, len(starts)))]
-        with ThreadPoolExecutor(len(stripes)) as pool:
-            jobs = [
-                pool.submit(self._search_stripe, model, axes, stripe, is_list, found, is_redundant)
-                for stripe in stripes
-            ]  # fmt: skip
-            for job in jobs:
-                job.result()
-
-    def _search_stripe(self, model: Model, axes: list[np.ndarray], stripe: Sequence[int], is_list: bool, found: Found,
-                       is_redundant: bool) -> None:  # fmt: skip
-        """The chunks of one thread: blocks of its own, results into their places."""
+    def _search(
+        self, model: Model, columns: list[np.ndarray], kept: int, states: np.ndarray | None, is_redundant: bool
+    ) -> Found:
+        """One call; with redundant contacts decided if that is asked for."""
         system = self.system
-        size, kept, n_c = found.la_N.shape
+        n_c = max(1, system.n_c)
         forces = new_block(
-            Forces, forces_shapes(system.n_u, system.n_c, system.d, max(kept, KEPT if n_c > 1 else kept))
+            Forces, forces_shapes(system.n_u, system.n_c, system.d, kept if n_c == 1 else max(kept, KEPT))
         )
         if is_redundant:
             decide_redundant(forces.arrays, model.is_compiled)
-        natural = self.natural.address if self.natural and model.is_compiled else 0
-        grid = self._new_grid(axes, min(CHUNK, size), kept, n_c, natural != 0)
-        arrays = grid.arrays
-        has, kinds = model_facts(system), system.kinds
+        natural = self.natural.address if self.natural and states is None else 0
+        table = self._new_table(columns, states, kept)
         run = search_points if model.is_compiled else interpreted(search_points)
-        handles = [block.address if model.is_compiled else block.arrays for block in (forces, grid)]
-        for first in stripe:
-            last = min(first + CHUNK, size)
-            if not natural:
-                arrays.states[: last - first] = self.states(points_between(axes, first, last, is_list))
-            run(model.handle, has, natural, kinds, self.t, first, last, is_list, *handles)
-            m = slice(0, last - first)
-            found.number[first:last] = arrays.number[m]
-            found.outcome[first:last] = arrays.outcome[m]
-            found.p[first:last] = arrays.p_s[m]
-            found.b[first:last] = arrays.b[m]
-            found.gamma_F[first:last] = arrays.gamma_F[m]
-            found.la_N[first:last] = arrays.la_N[m].reshape(-1, kept, n_c)
-            found.modes[first:last] = arrays.modes[m].reshape(-1, kept, n_c)
+        handles = [block.address if model.is_compiled else block.arrays for block in (forces, table)]
+        run(model.handle, model_facts(system), natural, system.kinds, self.t, *handles)
+        arrays: Table = table.arrays
+        return Found(
+            arrays.number, arrays.outcome, arrays.p_s, arrays.b, arrays.gamma_F,
+            arrays.la_N.reshape(-1, kept, n_c), arrays.modes.reshape(-1, kept, n_c),
+        )  # fmt: skip
 
-    def _new_grid(self, axes: list[np.ndarray], m: int, kept: int, n_c: int, has_natural: bool) -> Block:
-        """A block with the axes, the defaults and the laws filled in."""
+    def _new_table(self, columns: list[np.ndarray], states: np.ndarray | None, kept: int) -> Block:
+        """A block with the values, the defaults and the laws filled in."""
         system = self.system
-        n = system.n_q + system.n_u
+        n, m, n_c = system.n_q + system.n_u, len(columns[0]), max(1, system.n_c)
         places = list(self.variables), list(system.parameter_values)
         links = law_links(system)
-        grid = new_block(Grid, {
-            "values": (len(axes), max(len(axis) for axis in axes)), "shape": (len(axes),), "axes": (len(axes), 2),
+        table = new_block(Table, {
+            "values": (len(columns), m), "names": (len(columns), 2),
             "links": (len(links), 3), "laws": (n_c, LAW_WIDTH), "s": (len(self.variables),), "p": (len(system.p),),
-            "x": (n,), "q": (system.n_q,), "u": (system.n_u,), "states": (1 if has_natural else m, n),
+            "x": (n,), "q": (system.n_q,), "u": (system.n_u,), "states": (1 if states is None else m, n),
             "number": (m,), "outcome": (m,), "p_s": (m, n_c), "b": (m, n_c), "gamma_F": (m, n_c),
             "la_N": (m, kept * n_c), "modes": (m, kept * n_c),
         })  # fmt: skip
-        arrays = grid.arrays
-        for j, (name, axis) in enumerate(zip(self.names, axes, strict=True)):
-            arrays.values[j, : len(axis)] = axis
-            arrays.shape[j] = len(axis)
+        arrays: Table = table.arrays
+        for j, (name, values) in enumerate(zip(self.names, columns, strict=True)):
+            arrays.values[j] = values
             kind = VARIABLE if name in self.variables else PARAMETER
-            arrays.axes[j] = kind, places[kind].index(name)
+            arrays.names[j] = kind, places[kind].index(name)
         arrays.links[:] = links
         arrays.laws[: system.n_c] = system.laws
         arrays.p[:] = system.p
-        if has_natural:
+        if states is None:
             arrays.s[:] = [self.default(name) for name in self.variables]
-        return grid
+        else:
+            arrays.states[:] = states
+        return table
 
 
 def split_axes(axes: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -242,11 +224,3 @@ def law_links(system: System) -> np.ndarray:
         named += [(LAW_C + j, getattr(contact.law, field.name)) for j, field in enumerate(fields(contact.law))]
         links += [(i, column, places.index(name)) for column, name in named if isinstance(name, str)]
     return np.array(links, dtype=np.int64).reshape(-1, 3)
-
-
-def points_between(axes: list[np.ndarray], first: int, last: int, is_list: bool) -> np.ndarray:
-    """(last - first, a) values at some points of a grid, or of a list."""
-    index = np.arange(first, last)
-    shape = [len(axis) for axis in axes]
-    places = [index] * len(axes) if is_list else np.unravel_index(index, shape)
-    return np.column_stack([axis[place] for axis, place in zip(axes, places, strict=True)])

@@ -97,3 +97,11 @@ def option_names(integrator: Any) -> tuple[str, ...]:
     return tuple(
         name for name, value in values.items() if isinstance(value, int | float) and not isinstance(value, bool)
     )
+
+
+def unit_of(system: System, name: str) -> str:
+    """Unit of a variable that is a coordinate of the model or its rate; empty where it is not known."""
+    units = dict(getattr(system.parameters, "coordinates", ()))
+    if name in units:
+        return str(units[name])
+    return f"{units[name[:-3]]}/s" if name.endswith("dot") and name[:-3] in units else ""

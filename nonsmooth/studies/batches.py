@@ -24,7 +24,7 @@ from nonsmooth.studies.task import Batch, CellStatus, Task
 
 TARGET = 0.1  # s of work in a batch; at least 0.02 is left when the estimate is five times too large
 GROWTH = 8  # a batch is at most this many times larger than the one before
-MAX_CELLS = 8192  # cells in a batch: bounds the memory of its arrays
+MAX_CELLS = 32_768  # cells in a batch: bounds the memory of its arrays
 AHEAD = 2  # batches waiting per worker
 
 

@@ -1,11 +1,10 @@
 """The task of a sweep over single states: which contact forces each has. A map of paradoxes with journal and workers.
 
-The search itself is that of `paradox_map` (paradox/points.py), a list of states at a time.
+The search is compiled, a batch of states in one call (paradox/points.py).
 """
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -13,13 +12,15 @@ import numpy as np
 
 from nonsmooth.arrays import as_count, as_number
 from nonsmooth.errors import InvalidInput
+from nonsmooth.paradox.classify import ParadoxKind
 from nonsmooth.paradox.forces import Outcome
-from nonsmooth.paradox.map import KEPT_OF_ONE, KEPT_OF_SEVERAL, kinds_of, unit_of
 from nonsmooth.paradox.points import Found, Points
-from nonsmooth.studies.axis_names import Columns
-from nonsmooth.studies.run_rows import combinations, rules_of
-from nonsmooth.studies.task import Batch, CellStatus, Variable, identity_of_model
-from nonsmooth.system import System, as_system, with_values
+from nonsmooth.studies.axis_names import Columns, unit_of
+from nonsmooth.studies.run_rows import Rules
+from nonsmooth.studies.task import Batch, CellStatus, Variable, as_slice, identity_of_model
+from nonsmooth.system import as_system
+
+KEPT_OF_ONE, KEPT_OF_SEVERAL = 3, 8  # solutions written out by default
 
 
 class MapTask:
@@ -64,9 +65,10 @@ class MapTask:
         self.is_one = n_c == 1
         self.kept = (KEPT_OF_ONE if self.is_one else KEPT_OF_SEVERAL) if kept is None else as_count("kept", kept)
         self._points: dict[tuple[str, ...], Points] = {}
+        self._rules = Rules(model)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**vars(self), "_points": {}}
+        return {**vars(self), "_points": {}, "_rules": Rules(self.model)}
 
     @property
     def variables(self) -> dict[str, Variable]:
@@ -88,9 +90,10 @@ class MapTask:
 
     def check(self, names: tuple[str, ...]) -> None:
         """Raise for an axis that is neither a variable of the state nor a parameter."""
-        self._points_of(names)
+        self.points(names)
 
-    def _points_of(self, names: tuple[str, ...]) -> Points:
+    def points(self, names: tuple[str, ...]) -> Points:
+        """The names of some axes, prepared."""
         if names not in self._points:
             self._points[names] = Points(self.model, names, self.fixed, self.t, self.state)
         return self._points[names]
@@ -103,7 +106,7 @@ class MapTask:
 
     def __call__(self, columns: Columns) -> Batch:
         """Search the states of a batch."""
-        points = self._points_of(tuple(columns))
+        points = self.points(tuple(columns))
         N = len(next(iter(columns.values())))
         result = Batch({}, np.full(N, int(CellStatus.FINISHED)))
 
@@ -111,41 +114,42 @@ class MapTask:
             result.status[cells] = CellStatus.FAILED
             result.messages.update(dict.fromkeys(cells.tolist(), str(error)))
 
-        for cells in self._groups(points, columns, N, fail):
-            found = points.search([values[cells].astype(float) for values in columns.values()], self.kept, is_list=True)
+        fields = {name: values for name, values in columns.items() if name not in points.variables}
+        cells = self._rules.accepted(fields, np.arange(N), fail)
+        states = None
+        if points.natural is None:
+            cells, states = states_of(points, columns, cells, fail)
+        if len(cells):
+            place = as_slice(cells)
+            found = points.search([values[place].astype(float) for values in columns.values()], self.kept, states)
             result.status[cells[found.outcome == Outcome.NOT_FINITE]] = CellStatus.NOT_FINITE
             for name, values in self._values(found).items():
-                result.put(name, cells, values)
+                result.put(name, place, values)
         return result
-
-    def _groups(self, points: Points, columns: Columns, N: int, fail: Callable) -> list[np.ndarray]:
-        """The cells whose parameters the model accepts; one by one where the state is found by a Python function."""
-        fields = {name: values for name, values in columns.items() if name not in points.variables}
-        rows, place = combinations(fields, np.arange(N))
-        is_good = np.ones(len(rows), dtype=bool)
-        is_system = isinstance(self.model, System)
-        check = functools.partial(with_values, self.model) if is_system else rules_of(self.model, set(fields))
-        for k, row in enumerate(rows):
-            try:
-                check(row)
-            except InvalidInput as error:
-                is_good[k] = False
-                fail(np.flatnonzero(place == k), error)
-        cells = np.flatnonzero(is_good[place])
-        if points.natural is not None:
-            return [cells] if len(cells) else []
-        has_state = []
-        for cell in cells:
-            try:
-                points.states(np.array([[values[cell] for values in columns.values()]]))
-                has_state.append(cell)
-            except InvalidInput as error:
-                fail(np.array([cell]), error)
-        return [np.array(has_state)] if has_state else []
 
     def _values(self, found: Found) -> Mapping[str, np.ndarray]:
         values = {"n_solutions": found.number, "kind": kinds_of(found)}
         for name in ("p", "b", "gamma_F", "la_N", "modes"):
             column = getattr(found, name)
             values[name] = column[..., 0] if self.is_one else column
-        return {name: column.astype(float) for name, column in values.items()}
+        return values
+
+
+def states_of(points: Points, columns: Columns, cells: np.ndarray, fail: Callable) -> tuple[np.ndarray, np.ndarray]:
+    """The cells that have a state by the model's Python function, and these states."""
+    kept, states = [], []
+    for cell in cells.tolist():
+        try:
+            states.append(points.state_at(tuple(values[cell].item() for values in columns.values())))
+            kept.append(cell)
+        except InvalidInput as error:
+            fail(np.array([cell]), error)
+    return np.array(kept, dtype=np.intp), np.array(states)
+
+
+def kinds_of(found: Found) -> np.ndarray:
+    """`ParadoxKind` of each point."""
+    kind = np.minimum(found.number, 2)  # INCONSISTENT, REGULAR, INDETERMINATE
+    kind = np.where(found.outcome == Outcome.TOO_MANY, ParadoxKind.NOT_ENUMERATED, kind)
+    is_no_problem = (found.outcome == Outcome.INADMISSIBLE) | (found.outcome == Outcome.NOT_FINITE)
+    return np.where(is_no_problem, ParadoxKind.INADMISSIBLE, kind)

@@ -23,7 +23,7 @@ from nonsmooth.studies.axis_names import Columns, Parts
 from nonsmooth.system import System, as_system, whole_fields, with_values
 
 Failures = Callable[[np.ndarray, Exception], None]  # takes the numbers of cells and what went wrong in them
-STARTS_KEPT = 20_000  # of model.state: those of an axis of a grid come back in every batch
+ROWS_KEPT = 20_000  # rules and starts of a model: those of an axis of a grid come back in every batch
 SAMPLES = 9  # values of an axis at which a system is built to see what depends on it
 
 
@@ -72,13 +72,14 @@ class RowBuilder:
 
     def __init__(self, model: Any, state: Mapping[str, Any]) -> None:
         self.model, self.state = model, dict(state)
+        self._rules = Rules(model)
         self._reads: set[str] = set()  # fields that model.state was seen to read
         self._starts_known: dict[tuple, Any] = {}
         self._is_direct: bool | None = None
 
     def rows(self, parts: Parts, cells: np.ndarray, fail: Failures) -> Iterator[Rows]:
         """The rows of these cells, those of each system apart; ``fail(cells, error)`` takes those that cannot run."""
-        good = self._check_models(parts.fields, cells, fail)
+        good = cells if isinstance(self.model, System) else self._rules.accepted(parts.fields, cells, fail)
         make = self._direct_rows if self.is_direct(parts.fields) else self._built_rows
         for system, these, p, laws in make(parts.fields, good, fail) if len(good) else ():
             q, u, keep = self._starts(parts, these, system.n_q, fail)
@@ -112,21 +113,6 @@ class RowBuilder:
                     return False
         return True
 
-    def _check_models(self, fields: Columns, cells: np.ndarray, fail: Failures) -> np.ndarray:
-        """The cells whose model can be built: its own rules are applied."""
-        if isinstance(self.model, System) or not fields:
-            return cells
-        rows, place = combinations(fields, cells)
-        is_good = np.ones(len(rows), dtype=bool)
-        check = rules_of(self.model, set(fields))
-        for k, row in enumerate(rows):
-            try:
-                check(row)
-            except InvalidInput as error:
-                is_good[k] = False
-                fail(cells[place == k], error)
-        return cells[is_good[place]]
-
     def _starts(
         self, parts: Parts, cells: np.ndarray, n: int, fail: Failures
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -155,7 +141,7 @@ class RowBuilder:
         key = tuple(row.items())
         start = self._starts_known.get(key)
         if start is None:
-            if len(self._starts_known) >= STARTS_KEPT:
+            if len(self._starts_known) >= ROWS_KEPT:
                 self._starts_known.clear()
             start = self._starts_known[key] = self._new_start(row, known)
         return start
@@ -210,13 +196,49 @@ class RowBuilder:
             yield system, these, np.tile(system.p, (len(these), 1)), np.tile(system.laws, (len(these), 1, 1))
 
 
-def rules_of(model: Any, names: set[str]) -> Callable[[Mapping[str, Any]], Any]:
-    """What a model asks of its fields, as a function of a row of new values for some of them.
+class Rules:
+    """What a model asks of its fields; what it said of a row of values is kept, since rows come back in every batch.
+
+    Parameters
+    ----------
+    model : System or model
+    """
+
+    def __init__(self, model: Any) -> None:
+        self.model = model
+        self._accepted: set[tuple] = set()
+
+    def accepted(self, fields: Columns, cells: np.ndarray, fail: Failures) -> np.ndarray:
+        """The cells whose model can be built; ``fail(cells, error)`` takes the others."""
+        if len(fields) == 1:  # a sort is four times as fast as one that remembers where each value came from
+            (values,) = fields.values()
+            if self._accepted.issuperset(zip(np.unique(values[cells]).tolist(), strict=True)):
+                return cells
+        rows, place = combinations(fields, cells)
+        is_good = np.ones(len(rows), dtype=bool)
+        check = check_of(self.model, set(fields))
+        for k, row in enumerate(rows):
+            if tuple(row.values()) in self._accepted:
+                continue
+            try:
+                check(row)
+                self._accepted.add(tuple(row.values()))
+            except InvalidInput as error:
+                is_good[k] = False
+                fail(cells[place == k], error)
+        if len(self._accepted) > ROWS_KEPT:
+            self._accepted.clear()
+        return cells[is_good[place]]
+
+
+def check_of(model: Any, names: set[str]) -> Callable[[Mapping[str, Any]], Any]:
+    """A function that raises for a row of new values of some fields that the model refuses.
 
     It is the model's own ``__post_init__`` on one copy whose fields are written over: a new model costs ten times as
     much. Where whole fields vary, or a model has no such copy, it is the new model.
     """
-    if names & whole_fields(model) or not hasattr(model, "__post_init__") or not hasattr(model, "__dict__"):
+    is_plain = isinstance(model, System) or not hasattr(model, "__post_init__") or not hasattr(model, "__dict__")
+    if is_plain or names & whole_fields(model):
         return functools.partial(with_values, model)
     twin = copy.copy(model)
 

@@ -17,12 +17,11 @@ from nonsmooth.errors import InvalidInput, Status, UnknownName, nearest, shown
 from nonsmooth.initial_modes import INADMISSIBLE
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.moreau_jean_step import run
-from nonsmooth.paradox.map import unit_of
 from nonsmooth.runs.run import MESSAGES
 from nonsmooth.runs.times import Grid, as_span, make_grid
 from nonsmooth.simulation import SELECTIONS, require_integrator, simulate
 from nonsmooth.solution import Solution
-from nonsmooth.studies.axis_names import END, AxisNames, Columns, state_names
+from nonsmooth.studies.axis_names import END, AxisNames, Columns, state_names, unit_of
 from nonsmooth.studies.block_engine import BlockEngine
 from nonsmooth.studies.measures import Measure, measure_named
 from nonsmooth.studies.run_rows import RowBuilder, Rows, combinations

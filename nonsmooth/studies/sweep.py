@@ -26,7 +26,7 @@ from nonsmooth.studies.journal import Journal, study_of
 from nonsmooth.studies.pool import LocalPool
 from nonsmooth.studies.progress import Progress
 from nonsmooth.studies.sweep_files import check_path, save_sweep
-from nonsmooth.studies.task import OF_COORDINATE, Batch, CellStatus, FunctionTask, Task, Variable, put
+from nonsmooth.studies.task import OF_COORDINATE, Batch, CellStatus, FunctionTask, Task, Variable, as_slice, put
 from nonsmooth.system import System
 
 if TYPE_CHECKING:
@@ -265,11 +265,12 @@ class Result:
 
     def add(self, cells: np.ndarray, batch: Batch) -> None:
         """Take the results of a batch."""
-        self.status[cells] = batch.status
+        place = as_slice(cells)
+        self.status[place] = batch.status
         self.inadmissible += batch.inadmissible
         self.messages.update({int(cells[k]): message for k, message in batch.messages.items()})
         for name, values in batch.values.items():
-            put(self.values, name, cells, values, (len(self.plan),))
+            put(self.values, name, place, values, len(self.plan))
 
     def dataset(self) -> xarray.Dataset:
         """The Dataset over the axes."""
@@ -294,7 +295,7 @@ class Result:
                 coordinates[name] = (dim, labels)
         return xarray.Dataset(columns, coordinates, {
             "study": self.study, "cells": len(plan), "cells_from_journal": self.n_resumed,
-            "cells_failed": int((~np.isin(self.status, (CellStatus.FINISHED, CellStatus.NOT_RUN))).sum()),
+            "cells_failed": int(((self.status != CellStatus.FINISHED) & (self.status != CellStatus.NOT_RUN)).sum()),
             "interrupted": int(self.is_interrupted),
         })  # fmt: skip
 

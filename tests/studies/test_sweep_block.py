@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -316,3 +317,30 @@ def test_inadmissible_starts_are_counted_once():
     task = ns.RunTask(BilateralRod(), t_span=(0, 0.01), state={"q0": [0, 3.0, 1.0], "u0": [0, 0, 0]})
     with pytest.warns(ns.InitialStateWarning, match="in 3 of the cells"):
         ns.sweep(task, {"mu": [0.1, 0.2, 0.3]}, progress=False)
+
+
+def test_every_end_of_a_run_is_an_end_of_a_cell():
+    ends = {status.name: status.value for status in ns.Status if status.name != "RUNNING"}
+    assert {name: ns.CellStatus[name].value for name in ends} == ends
+
+
+def test_a_run_inside_a_function_gives_its_status_to_the_cell():
+    """mu(v) = m0 - m1 v becomes negative above v = m0/m1."""
+
+    def end(vb):
+        belt = BeltOscillator(m3=0.0, vb=vb)
+        return ns.simulate(belt, (0, 1), *belt.state(), integrator=ns.MoreauJean(1e-3)).t[-1]
+
+    found = ns.sweep(end, {"vb": [0.2, 2.0]}, progress=False)
+    assert found.status.values.tolist() == [ns.CellStatus.FINISHED, ns.CellStatus.NEGATIVE_FRICTION]
+    assert found.value.values[0] == 1.0 and "friction" in found.message.values[1]
+
+
+def test_a_system_that_has_run_goes_to_other_processes():
+    rod = PainleveRod(mu=0.5).system()
+    q0, u0 = PainleveRod(mu=0.5).state(slip=1.0)
+    task = ns.RunTask(rod, t_span=(0, 0.1), state={"q0": q0, "u0": u0}, integrator=ns.MoreauJean(1e-3))
+    ns.simulate(rod, (0, 0.1), q0, u0, integrator=ns.Penalty(1e6))
+    there = pickle.loads(pickle.dumps(task))
+    axes = {"mu": [0.3, 0.5]}
+    xr.testing.assert_identical(ns.sweep(task, axes, progress=False), ns.sweep(there, axes, progress=False))

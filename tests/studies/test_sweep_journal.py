@@ -53,6 +53,17 @@ def test_numbers_come_back_to_the_bit(tasks, tmp_path):
         json.loads(line, parse_constant=pytest.fail)  # strict JSON: no NaN
 
 
+def test_lines_may_stand_in_any_order(tasks, tmp_path):
+    """Two workers finish their batches in turns: 0 2 1 3 are all numbers from 0 to 3, out of order."""
+    path, axes = tmp_path / "j.jsonl", {"x": [1.0], "y": [1.0, 2.0, 3.0, 4.0]}
+    first = ns.sweep(tasks.product, axes, journal=path, progress=False)
+    head, *lines = path.read_text().splitlines(keepends=True)
+    path.write_text(head + lines[0] + lines[2] + lines[1] + lines[3])
+    again = ns.sweep(tasks.product, axes, journal=path, progress=False)
+    np.testing.assert_array_equal(again.value, first.value)
+    assert again.attrs["cells_from_journal"] == 4
+
+
 def test_failures_are_finished_cells_with_their_message(tasks, tmp_path):
     first = ns.sweep(tasks.picky, AXES, journal=tmp_path / "j.jsonl", progress=False)
     again = ns.sweep(tasks.picky, AXES, journal=tmp_path / "j.jsonl", progress=False)

@@ -1,10 +1,11 @@
-"""Maps of paradoxes through the sweep: the same numbers as `paradox_map`, with journal, workers and single failures."""
+"""Maps of paradoxes are sweeps: the same numbers in any batch, with journal, workers and single failures."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+import pytest
 import xarray as xr
 
 import nonsmooth as ns
@@ -43,3 +44,27 @@ def test_a_state_out_of_range_fails_alone(tmp_path):
     again = ns.sweep(task, axes, journal=tmp_path / "j.jsonl", progress=False)
     assert again.attrs["cells_from_journal"] == 6
     xr.testing.assert_equal(found, again)
+
+
+def test_a_map_names_the_state_that_is_refused():
+    rod = PainleveRod()
+
+    def state(th):
+        if 0.6 < th < 0.8:
+            raise ns.InvalidInput("th is forbidden")
+        return rod.state(th=th)
+
+    with pytest.raises(ns.InvalidInput, match=r"th is forbidden \(at th = 0.7\)"):
+        ns.paradox_map(rod, state=state, th=[0.5, 0.7, 0.9])
+    assert ns.paradox_map(rod, state=state, th=[0.5, 0.9]).sizes["th"] == 2
+
+
+def test_values_that_the_model_refuses_are_told_from_those_that_came_before():
+    """The rules of a model are asked once for each row; what was accepted in one batch is not asked again."""
+    task = ns.MapTask(PainleveRod(), th=1.0)
+    axes = {"mu": np.array([0.5, -0.5, 0.7, 0.5 + 1e-9]), "thdot": np.linspace(0, 5, 7)}
+    for batch in (1, 3, 28):
+        found = ns.sweep(task, axes, batch=batch, progress=False)
+        is_refused = found.status == ns.CellStatus.FAILED
+        np.testing.assert_array_equal(is_refused, np.broadcast_to(axes["mu"][:, None] < 0, (4, 7)))
+        assert np.isfinite(found.p.values[~is_refused.values]).all()

@@ -1,0 +1,120 @@
+"""The search for forces at many states, in one compiled loop.
+
+A point sets natural variables s and parameters p; the model's ``natural_state(t, s, p, x)`` makes the state x = (q, u)
+of them; ``paradox.forces`` does the rest.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, view
+from nonsmooth.contact_solvers.single import PULL_MINUS
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.paradox.forces import Forces, Outcome, forces_at_state
+from nonsmooth.system import BILATERAL, GIVEN_FORCE
+
+VARIABLE, PARAMETER = 0, 1  # what a name sets
+NO_SOLUTION, OPEN = -1, PULL_MINUS + 1  # codes of modes beside those of contact_solvers.single
+NATURAL = 0  # the only function of a compiled natural state
+
+
+class Table(NamedTuple):
+    """What the points are made of, and what is found there. a = names, m = points, c = contacts, k = kept."""
+
+    values: Matrix  # (a, m) of each name at each point
+    names: IntegerTable  # (a, 2) VARIABLE or PARAMETER, and its place in s or p
+    links: IntegerTable  # (l, 3) contact, column of its law, place in p: coefficients that are parameters
+    laws: Matrix  # (c, LAW_WIDTH)
+    s: Vector  # natural variables
+    p: Vector  # parameters
+    x: Vector  # (n_q + n_u,)
+    q: Vector
+    u: Vector
+    states: Matrix  # (m, n_q + n_u) given states, where the model has no natural state of its own; else (1, 1)
+    number: Integers  # (m,) solutions
+    outcome: Integers  # (m,)
+    p_s: Matrix  # (m, c) the smallest p of the slides that the state admits
+    b: Matrix  # (m, c)
+    gamma_F: Matrix  # (m, c)
+    la_N: Matrix  # (m, k c)
+    modes: IntegerTable  # (m, k c)
+
+
+@kernel("void(int64, int64, int64, int64[:, ::1], float64, int64, int64)", short_loops=True)
+def search_points(model, has, natural, kinds, t, forces_at, table_at):
+    """Fill the results of every point."""
+    table, forces = view(table_at, Table), view(forces_at, Forces)
+    s, p, x, q, u, laws = table.s, table.p, table.x, table.q, table.u, table.laws
+    n_q = q.shape[0]
+    for m in range(table.values.shape[1]):
+        set_point(m, table)
+        for link in range(table.links.shape[0]):
+            laws[table.links[link, 0], table.links[link, 1]] = p[table.links[link, 2]]
+        if natural != 0:
+            if not call_model(natural, NATURAL, t, s, u, p, x):
+                table.outcome[m] = Outcome.NOT_FINITE.value
+                table.number[m] = 0
+                continue
+        else:
+            for j in range(x.shape[0]):
+                x[j] = table.states[m, j]
+        for j in range(n_q):
+            q[j] = x[j]
+        for j in range(u.shape[0]):
+            u[j] = x[n_q + j]
+        outcome, found, n_k, _ = forces_at_state(model, has, t, q, u, p, kinds, laws, forces_at)
+        table.outcome[m] = outcome
+        table.number[m] = found
+        write_coefficients(m, n_k, kinds, forces, table)
+        write_solutions(m, found, n_k, kinds, forces, table)
+
+
+@kernel
+def set_point(m, table):
+    """Set s and p to the values of one point."""
+    for a in range(table.names.shape[0]):
+        if table.names[a, 0] == PARAMETER:
+            table.p[table.names[a, 1]] = table.values[a, m]
+        else:
+            table.s[table.names[a, 1]] = table.values[a, m]
+
+
+@kernel
+def write_coefficients(m, n_k, kinds, forces, table):
+    """p, b and gamma_F of each closed contact; nan where a contact is open or has no such row."""
+    work = forces.work
+    nan = math.nan
+    for i in range(kinds.shape[0]):
+        table.p_s[m, i] = nan
+        table.b[m, i] = nan
+        table.gamma_F[m, i] = forces.gamma[i, 1]
+    for k in range(n_k):
+        i = work.closed[k]
+        if kinds[i, 0] == GIVEN_FORCE:
+            continue
+        a = work.start[k]
+        table.b[m, i] = work.c[a]
+        table.p_s[m, i] = work.G[a, a]
+        if kinds[i, 1] > 0:
+            tilt = forces.mu[k] * work.G[a, a + 1]
+            s = forces.slip[k]
+            table.p_s[m, i] -= abs(tilt) if s == 0 or kinds[i, 0] == BILATERAL else s * tilt
+
+
+@kernel
+def write_solutions(m, found, n_k, kinds, forces, table):
+    """Normal forces and modes of the solutions that are kept, in places of n_c; beyond them nan and NO_SOLUTION."""
+    n_c = kinds.shape[0]
+    kept = table.modes.shape[1] // n_c
+    for j in range(kept * n_c):
+        is_one = j < found * n_c
+        table.la_N[m, j] = 0.0 if is_one else math.nan
+        table.modes[m, j] = OPEN if is_one else NO_SOLUTION
+    for j in range(min(found, kept, forces.la.shape[0])):
+        for k in range(n_k):
+            i = forces.work.closed[k]
+            table.modes[m, j * n_c + i] = forces.candidate[j, k]
+            given = kinds[i, 0] == GIVEN_FORCE
+            table.la_N[m, j * n_c + i] = forces.normal[k] if given else forces.la[j, forces.work.start[k]]
