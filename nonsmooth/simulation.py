@@ -154,7 +154,9 @@ def simulate(
 def require_integrator(integrator: Any) -> None:
     """Raise `InvalidInput` for what is no integrator."""
     if isinstance(integrator, type) or not callable(getattr(integrator, "scratch", None)):
-        raise InvalidInput(f"integrator must be an integrator, as ns.MoreauJean(dt=1e-3) is, or 'auto'; got {shown(integrator)}")
+        raise InvalidInput(
+            f"integrator must be an integrator, as ns.MoreauJean(dt=1e-3) is, or 'auto'; got {shown(integrator)}"
+        )
 
 
 def new_run(

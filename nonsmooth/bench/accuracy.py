@@ -23,7 +23,7 @@ from nonsmooth.catalogue import load_model
 from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
-from nonsmooth.studies.work_precision import TIMES, TOLERANCES, Motion, OwnMethod, work_precision
+from nonsmooth.studies.work_precision import TIMES, TOLERANCES, OwnMethod, Scene, work_precision
 
 BEADS = 20  # the dense Jacobian of an implicit method is not made for a hundred
 REPEATS = 5
@@ -31,7 +31,7 @@ SERIES_PAIR = (EventDriven(rtol=1e-12, atol=1e-14), Adaptive(rtol=1e-8, atol=1e-
 FINEST_ADAPTIVE = 10  # of the tolerances: below 1e-10 its steps are as small as rounding
 
 
-def scenes() -> dict[str, Motion]:
+def scenes() -> dict[str, Scene]:
     """The motions."""
     ball = load_model("bouncing-ball")(e=0.5)
     block = load_model("sliding-block")(mu=0.3)
@@ -55,11 +55,11 @@ def scenes() -> dict[str, Motion]:
     }
 
 
-def motion(model: Any, t_end: float, reference: Any = None, **state: float) -> Motion:
+def motion(model: Any, t_end: float, reference: Any = None, **state: float) -> Scene:
     """A motion from natural variables."""
     times = np.linspace(0.0, t_end, TIMES + 1)[1:]
     q0, u0 = model.state(**state)
-    return Motion(model, (0.0, t_end), q0, u0, times, reference)
+    return Scene(model, (0.0, t_end), q0, u0, times, reference)
 
 
 def methods() -> dict[str, Any]:

@@ -15,9 +15,9 @@ from nonsmooth.output.plots import BLUE, RED, STRIPS, new_figure, saved
 from nonsmooth.output.stability_plots import COLOURS
 
 if TYPE_CHECKING:
-    from nonsmooth.stability.bifurcation_diagram import BifurcationDiagram
     from nonsmooth.stability.cycle import CyclePhase, LimitCycle
     from nonsmooth.stability.cycle_branch import CycleBranch
+    from nonsmooth.studies.bifurcation_diagram import BifurcationDiagram
 
 
 def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:

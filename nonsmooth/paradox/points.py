@@ -135,8 +135,7 @@ class Points:
             Where there is no compiled natural state; found by `state_at` when left out.
         """
         model = model_of(self.system)
-        if model.is_compiled:
-            load_all((*ENTRY_POINTS, search_points))
+        load_search(model)
         has_natural = self.natural is not None and model.is_compiled
         if not has_natural and states is None:
             states = np.array([self.state_at(values) for values in zip(*map(np.ndarray.tolist, columns), strict=True)])
@@ -197,6 +196,12 @@ class Points:
         else:
             arrays.states[:] = states
         return table
+
+
+def load_search(model: Model) -> None:
+    """Compile what the search calls."""
+    if model.is_compiled:
+        load_all((*ENTRY_POINTS, search_points))
 
 
 def split_axes(axes: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

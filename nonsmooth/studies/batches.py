@@ -43,15 +43,26 @@ class InThisProcess(Executor):
         return future
 
 
+@dataclass(frozen=True)
+class Packed:
+    """A task on its way to another process, where it is unpacked once, and ready before the time of a call begins."""
+
+    pickled: bytes
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return unpacked, (self.pickled,)
+
+
 @functools.lru_cache(maxsize=4)
-def _task_of(pickled: bytes) -> Task:
-    return pickle.loads(pickled)
+def unpacked(pickled: bytes) -> Task:
+    """The task with its code imported and compiled; kept for the next batch."""
+    task: Task = pickle.loads(pickled)
+    task.load()
+    return task
 
 
-def run_batch(task: Task | bytes, columns: dict[str, np.ndarray]) -> Batch:
-    """Run a batch and time it; a task that came as bytes is kept for the next batch."""
-    if isinstance(task, bytes):
-        task = _task_of(task)
+def run_batch(task: Task, columns: dict[str, np.ndarray]) -> Batch:
+    """Run a batch and time it."""
     started = time.perf_counter()
     batch = task(columns)
     batch.elapsed = time.perf_counter() - started
@@ -64,8 +75,8 @@ class Driver:
 
     Parameters
     ----------
-    task : Task or bytes
-        Pickled for executors that leave this process.
+    task : Task or Packed
+        Packed for executors that leave this process.
     plan : Plan
     executor : Executor
     workers : int

@@ -235,9 +235,14 @@ class BlockEngine:
         needed = 8.0 * sum(math.prod(shape) for shape in self.record_shapes.values())
         require_memory(needed, f"the {len(grid.t)} records of a run", "record less (every=), or stop earlier")
         self.n_codes = N_CODES if has_sequence else 0
+        self.load()
+
+    def load(self) -> None:
+        """Compile what the cells call."""
         if self.model.is_compiled:
-            integrator.load(system)
+            self.integrator.load(self.system)
             run.load()
+            run_cells.load()
 
     def new_cells(self, N: int) -> Block:
         """Room for N cells."""

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.arrays import as_count, as_number
+from nonsmooth.compiled import model_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.paradox.classify import ParadoxKind
 from nonsmooth.paradox.forces import Outcome
-from nonsmooth.paradox.points import Found, Points
+from nonsmooth.paradox.points import Found, Points, load_search
 from nonsmooth.studies.axis_names import Columns, unit_of
 from nonsmooth.studies.run_rows import Rules
 from nonsmooth.studies.task import Batch, CellStatus, Variable, as_slice, identity_of_model
@@ -103,6 +104,10 @@ class MapTask:
         state = self.state or getattr(type(self.model), "state", None)
         code = identity_of_model(self.model, state, getattr(self.model, "natural_state", None))
         return "\n".join([code, repr((self.t, self.kept, sorted(self.fixed.items())))])
+
+    def load(self) -> None:
+        """Compile the search."""
+        load_search(model_of(as_system(self.model)))
 
     def __call__(self, columns: Columns) -> Batch:
         """Search the states of a batch."""

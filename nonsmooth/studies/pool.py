@@ -6,6 +6,7 @@ A thread for each worker hands it one call after another. When the process dies,
 
 from __future__ import annotations
 
+import functools
 import multiprocessing
 import pickle
 import queue
@@ -19,7 +20,7 @@ from nonsmooth.arrays import as_count
 from nonsmooth.errors import InvalidInput, NonsmoothError
 
 START_TIME = 60.0  # s for a fresh interpreter to answer
-READY = b"ready"
+READY, BEGUN = b"ready", b"begun"
 
 
 class WorkerDied(NonsmoothError, RuntimeError):
@@ -64,7 +65,7 @@ class LocalPool(Executor):
         return self.submit_within(None, function, *args, **kwargs)
 
     def submit_within(self, seconds: float | None, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        """The same with an end: the worker is killed when the call takes longer than this."""
+        """The same with an end: the worker is killed when the call takes longer than this, once its code is loaded."""
         if self._is_closed:
             raise RuntimeError("the pool is closed")
         future: Future = Future()
@@ -114,6 +115,7 @@ class _Worker:
             self._start()
         try:
             self.pipe.send_bytes(payload)
+            self.pipe.recv_bytes()  # BEGUN: what the call imports and compiles is there, now its time runs
             answer = self.pipe.recv_bytes() if self.pipe.poll(seconds) else None
         except (EOFError, OSError):
             self.process.join()
@@ -182,13 +184,27 @@ def _work(pipe: Any) -> None:
             payload = pipe.recv_bytes()
         except (EOFError, OSError):
             return
-        pipe.send_bytes(_answer(payload))
+        call = _loaded(payload)
+        pipe.send_bytes(BEGUN)
+        pipe.send_bytes(_answer(call))
 
 
-def _answer(payload: bytes) -> bytes:
+def _loaded(payload: bytes) -> Callable[[], Any]:
+    """The call, or one that raises why it could not be loaded."""
     try:
         function, args, kwargs = pickle.loads(payload)
-        return pickle.dumps((True, function(*args, **kwargs)))
+        return functools.partial(function, *args, **kwargs)
+    except Exception as error:
+        return functools.partial(_raise, error)
+
+
+def _raise(error: Exception) -> None:
+    raise error
+
+
+def _answer(call: Callable[[], Any]) -> bytes:
+    try:
+        return pickle.dumps((True, call()))
     except Exception as error:
         try:
             pickle.loads(pickle.dumps(error))

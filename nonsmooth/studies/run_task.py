@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.arrays import as_count, as_fraction, as_name, as_number, as_vector
+from nonsmooth.compiled import model_of
 from nonsmooth.errors import InvalidInput, Status, UnknownName, nearest, shown
 from nonsmooth.initial_modes import INADMISSIBLE
 from nonsmooth.integrators.moreau_jean import MoreauJean
@@ -178,6 +179,12 @@ class RunTask:
             [name_of(function) for function in self.functions],
         )  # fmt: skip
         return "\n".join([identity_of_model(self.model, *self.functions), *map(repr, parts)])
+
+    def load(self) -> None:
+        """Compile the loop for the model as it is."""
+        model_of(self.system).loop(self.integrator, self.system)
+        if self.is_block:
+            self._engine(self.system, self.integrator, self.t_span[1]).load()
 
     def __call__(self, columns: Columns) -> Batch:
         """Run a batch of cells."""

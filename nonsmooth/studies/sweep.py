@@ -21,7 +21,7 @@ from nonsmooth.errors import CellFailure, InitialStateWarning, InvalidInput, Mis
 from nonsmooth.files import as_path
 from nonsmooth.memory import require_memory
 from nonsmooth.studies.axes import Plan, as_plan
-from nonsmooth.studies.batches import Driver, InThisProcess
+from nonsmooth.studies.batches import Driver, InThisProcess, Packed
 from nonsmooth.studies.journal import Journal, study_of
 from nonsmooth.studies.pool import LocalPool
 from nonsmooth.studies.progress import Progress
@@ -129,7 +129,7 @@ def sweep(
     try:
         with contextlib.ExitStack() as stack:
             engine, threads = stack.enter_context(open_executor(task, executor, scheduler, workers, timeout))
-            sent = task if isinstance(engine, InThisProcess | ThreadPoolExecutor) else pickled(task)
+            sent = task if isinstance(engine, InThisProcess | ThreadPoolExecutor) else packed(task)
             book = None if journal is None else stack.enter_context(Journal(journal, result.study, plan, resume))
             if book is not None:
                 result.read(book)
@@ -219,10 +219,10 @@ def open_executor(
         own.shutdown()
 
 
-def pickled(task: Task) -> bytes:
+def packed(task: Task) -> Packed:
     """The task as it travels to another process, or a sentence on why it cannot."""
     try:
-        return pickle.dumps(task)
+        return Packed(pickle.dumps(task))
     except Exception as error:
         what = getattr(task, "function", getattr(task, "model", task))
         raise InvalidInput(

@@ -104,6 +104,9 @@ class Task(Protocol):
     def identity(self) -> str:
         """A text that is equal for equal tasks, in every process."""
 
+    def load(self) -> None:
+        """Compile what the cells will call: this is not part of their time."""
+
     def __call__(self, columns: Mapping[str, np.ndarray]) -> Batch:
         """Run a batch."""
 
@@ -146,6 +149,9 @@ class FunctionTask:
     def unit(self, name: str) -> str:
         """Not known of a function's arguments."""
         return ""
+
+    def load(self) -> None:
+        """Nothing that is known here."""
 
     def identity(self) -> str:
         """Name and code of the function, and what it carries along."""

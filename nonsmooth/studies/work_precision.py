@@ -37,8 +37,8 @@ REFERENCES = (EventDriven(rtol=1e-12, atol=1e-14), Adaptive(rtol=1e-10, atol=1e-
 COLUMNS = ("setting", "error", "wall_time", "evaluations", "steps")
 
 
-class Motion(NamedTuple):
-    """A motion to integrate.
+class Scene(NamedTuple):
+    """A motion to integrate, and when it is looked at.
 
     Attributes
     ----------
@@ -127,7 +127,7 @@ class Known(NamedTuple):
 
 
 def work_precision(
-    systems: Mapping[str, Motion] | Sequence[Any],
+    systems: Mapping[str, Scene] | Sequence[Any],
     integrators: Mapping[str, Any],
     reference: Any = None,
     *,
@@ -137,7 +137,7 @@ def work_precision(
 
     Parameters
     ----------
-    systems : mapping of Motion, or sequence of models
+    systems : mapping of Scene, or sequence of models
         By name; a model is run from its default state to its ``t_end``.
     integrators : mapping
         By label: an integrator or its class, which is run at a row of steps or tolerances; `OwnMethod` with chosen
@@ -173,7 +173,7 @@ def work_precision(
     """
     require_xarray()
     repeats = as_count("repeats", repeats)
-    motions = as_motions(systems)
+    motions = as_scenes(systems)
     methods = {label: as_method(label, given) for label, given in integrators.items()}
     if not motions or not methods:
         raise InvalidInput("work_precision needs at least one motion and one integrator")
@@ -185,15 +185,15 @@ def work_precision(
     return assemble(found, list(methods))
 
 
-def as_motions(systems: Any) -> dict[str, Motion]:
+def as_scenes(systems: Any) -> dict[str, Scene]:
     """Motions by name."""
     if isinstance(systems, Mapping):
         motions = dict(systems)
     else:
-        motions = {model.name: Motion(model, (0.0, model.t_end), *model.state()) for model in systems}
+        motions = {model.name: Scene(model, (0.0, model.t_end), *model.state()) for model in systems}
     for name, motion in motions.items():
-        if not isinstance(motion, Motion):
-            raise InvalidInput(f"{name!r} must be a Motion(system, t_span, q0, u0); got {motion!r}")
+        if not isinstance(motion, Scene):
+            raise InvalidInput(f"{name!r} must be a Scene(system, t_span, q0, u0); got {motion!r}")
     return motions
 
 
@@ -206,7 +206,7 @@ def as_method(label: str, given: Any) -> Method:
     raise InvalidInput(f"{label!r} must be an integrator or its class, with dt or rtol, or a Method; got {given!r}")
 
 
-def times_of(motion: Motion) -> ArrayLike:
+def times_of(motion: Scene) -> ArrayLike:
     """When positions are compared."""
     if motion.times is not None:
         return motion.times

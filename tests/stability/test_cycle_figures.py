@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
@@ -9,10 +11,10 @@ import nonsmooth as ns
 from models import BeltOscillator, FollowerForceArm, ModeCoupling, SpragSlip
 from nonsmooth.cli import main
 from nonsmooth.output.cycle_plots import plot_branch, plot_cycle, plot_waterfall
-from nonsmooth.stability.bifurcation_diagram import maxima
 from nonsmooth.stability.cycle_branch import crossing
 from nonsmooth.stability.flow_map import flow_map
 from nonsmooth.stability.mode_flow import ContactState, mode_flow
+from nonsmooth.studies.bifurcation_diagram import maxima
 from nonsmooth.studies.cycle import study_cycle
 from nonsmooth.system import ContactMode
 
@@ -77,6 +79,33 @@ def test_diagram_shows_the_maxima_of_the_cycles_and_rest_beyond_them(tmp_path):
 def test_diagram_refuses_bad_input(values, options, message):
     with pytest.raises(ns.InvalidInput, match=message):
         ns.bifurcation_diagram(BeltOscillator(), "vb", values, **options)
+
+
+class Well(NamedTuple):
+    c: float = 1.0  # damping [1/s]
+
+
+def well_mass(t, q, p, M):
+    M[0, 0] = 1.0
+
+
+def well_force(t, q, u, p, h):
+    h[0] = q[0] - q[0] ** 3 - p.c * u[0]
+
+
+def test_chains_from_several_starts_find_several_attractors():
+    """x'' = x - x^3 - c x' comes to rest at 1 and at -1."""
+    well = ns.System(n_q=1, mass=well_mass, force=well_force, parameters=Well())
+    right, left = ([0.5], [0.0]), ([-0.5], [0.0])
+    options = {"duration": 60.0, "dt": 1e-2}
+    one = ns.bifurcation_diagram(well, "c", [1.0, 1.5], start=right, **options)
+    both = ns.bifurcation_diagram(well, "c", [1.0, 1.5], start=[right, left], **options)
+    for k in (0, 1):
+        for there, back in ((one, [1.0]), (both, [-1.0, 1.0])):
+            np.testing.assert_allclose(there.upwards[k], back, atol=1e-6)  # exp(-c t/2) is 1e-10 at 48 s
+            np.testing.assert_allclose(there.downwards[k], back, atol=1e-6)
+    with pytest.raises(ns.InvalidInput, match="a pair"):
+        ns.bifurcation_diagram(well, "c", [1.0], start=[([0.5], [0.0], 0.0)], **options)
 
 
 def test_maxima_are_told_apart_and_rest_is_its_position():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib
 import os
 import signal
 import subprocess
@@ -89,9 +90,31 @@ def test_a_poison_cell_is_marked_and_the_rest_finish(tasks):
 
 
 def test_a_cell_that_takes_too_long_is_ended(tasks):
-    found = ns.sweep(tasks.sleeper, AXES, timeout=0.5, batch=4, progress=False)
+    found = ns.sweep(tasks.sleeper, AXES, timeout=2.0, batch=2, progress=False)
     assert found.status.sel(x=1, y=20) == ns.CellStatus.TIMED_OUT
     assert int((found.status == ns.CellStatus.FINISHED).sum()) == EXPECTED.size - 1
+
+
+def test_what_a_task_imports_is_no_part_of_its_time(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    slow = "import multiprocessing, time\nif multiprocessing.parent_process(): time.sleep(3)\n"
+    (tmp_path / "slow_to_import.py").write_text(slow + "def double(x): return 2 * x\n")
+    double = importlib.import_module("slow_to_import").double
+    found = ns.sweep(double, {"x": [1.0, 2.0]}, timeout=2.0, batch=1, progress=False)
+    sys.modules.pop("slow_to_import")
+    assert found.value.values.tolist() == [2.0, 4.0]
+
+
+def test_a_task_that_cannot_be_loaded_there_says_why(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    (tmp_path / "only_here.py").write_text("def double(x): return 2 * x\n")
+    double = importlib.import_module("only_here").double
+    (tmp_path / "only_here.py").unlink()
+    with LocalPool(1) as pool, pytest.raises(ModuleNotFoundError, match="only_here"):
+        pool.submit(double, 1).result(timeout=60)
+    sys.modules.pop("only_here")
 
 
 def test_an_exception_is_the_value_of_its_cell(tasks):

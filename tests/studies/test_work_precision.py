@@ -14,7 +14,7 @@ from nonsmooth.studies.work_precision_result import WorkPrecision
 xarray = pytest.importorskip("xarray")
 
 BALL = BouncingBall(e=0.5)
-MOTION = ns.Motion(BALL, (0.0, 2.0), *BALL.state(height=1.0), reference=lambda t: [BALL.height(t)])
+MOTION = ns.Scene(BALL, (0.0, 2.0), *BALL.state(height=1.0), reference=lambda t: [BALL.height(t)])
 
 
 class Clock:

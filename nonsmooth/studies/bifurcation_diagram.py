@@ -1,12 +1,14 @@
 """What a motion settles into as a parameter is raised and lowered again, by simulation alone.
 
 Each value starts from the state in which the motion of the value before ended, so that two attractors that coexist show
-as different diagrams upwards and downwards. Nothing is assumed of the motion: it may be at rest, periodic or not; where
-it has not settled within the given duration its maxima show as a streak.
+as different diagrams upwards and downwards: a chain, which is one cell of a sweep over the starts. Nothing is assumed
+of the motion: it may be at rest, periodic or not; where it has not settled within the given duration its maxima show as
+a streak.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +22,7 @@ from nonsmooth.initial_state import as_state
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.memory import require_memory
 from nonsmooth.simulation import simulate
-from nonsmooth.solution import Solution
+from nonsmooth.studies.sweep import sweep
 from nonsmooth.system import ContactMode, System, as_system
 
 if TYPE_CHECKING:
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 
 LATE = 0.2  # last part of each simulation, which is looked at
 DISTINCT = 1e-4  # of the coordinate's extent over the diagram: maxima nearer than that count as one
+STILL = 1e-9  # of the coordinate's size: smaller motions are the end of a decay, or rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,9 +67,10 @@ def bifurcation_diagram(
     parameter: str,
     values: ArrayLike,
     coordinate: int = 0,
-    start: tuple[Any, Any] | None = None,
+    start: tuple[Any, Any] | Sequence[tuple[Any, Any]] | None = None,
     duration: float | None = None,
     dt: float | None = None,
+    workers: int = 1,
 ) -> BifurcationDiagram:
     """Simulate along a parameter in both directions.
 
@@ -78,11 +82,14 @@ def bifurcation_diagram(
         Increasing.
     coordinate : int
         Whose maxima are kept.
-    start : (q0, u0), optional
-        Of the first motion; the model's default state when left out.
+    start : (q0, u0) or list of such, optional
+        Of the first motion; the model's default state when left out. From each of several starts a chain of its own
+        goes, and the diagram holds the maxima of all: more attractors are found.
     duration, dt : float, optional
         Of the simulation at each value [s]; five times the model's ``t_end``, and its ``dt``, when left out. The last
         fifth is looked at.
+    workers : int
+        Processes for several starts.
 
     Returns
     -------
@@ -92,6 +99,8 @@ def bifurcation_diagram(
     ------
     InvalidInput
         When the values do not increase, or a default is missing.
+    CellFailure
+        When a simulation cannot go on.
     """
     grid = as_vector("values", values)
     if grid.size == 0 or not (np.diff(grid) > 0).all():
@@ -104,53 +113,69 @@ def bifurcation_diagram(
     dt = getattr(source, "dt", None) if dt is None else dt
     if duration is None or dt is None:
         raise InvalidInput("this system has no t_end and dt of its own; give duration= and dt=")
-    system = as_system(system)
-    coordinate = as_index("coordinate", coordinate, system.n_q)
-    as_name("parameter", parameter, system.parameter_values)
+    coordinate = as_index("coordinate", coordinate, as_system(system).n_q)
+    as_name("parameter", parameter, as_system(system).parameter_values)
     span, integrator = as_positive("duration", duration, "s"), MoreauJean(dt=dt)
     require_memory(
         WORD * LATE * span / integrator.dt, "the records of each value", "take a larger dt or a shorter duration"
     )
-    state = source.state() if start is None else as_state("start", start, system)
-    tables: list[list[Solution]] = []
-    for direction in (grid, grid[::-1]):
-        runs, state = _swept(system, parameter, direction, state, span, integrator)
-        tables.append(runs)
-    up, down = tables[0], tables[1][::-1]
-    extent = max(np.ptp(run.q[:, coordinate]) for run in up + down)
-    opens = np.array([[bool((run.mode == ContactMode.OPEN).any()) for run in runs] for runs in (up, down)])
+    starts = as_starts(source.state() if start is None else start, as_system(system))
+    there_and_back = np.concatenate([grid, grid[::-1]])
+    chain = Chain(system, parameter, there_and_back, coordinate, starts, span, integrator)
+    found = sweep(chain, {"start": range(len(starts))}, workers=workers, fail_fast=True, progress=False)
+    late, opens = found.late.values, (found.opens.values > 0).any(axis=0)
+    distinct = DISTINCT * np.ptp(late) + STILL * np.abs(late).max()
+    peaks = [maxima(late[:, i], distinct) for i in range(late.shape[1])]
+    k = grid.size
     return BifurcationDiagram(
-        parameter, coordinate, grid,
-        tuple(maxima(run.q[:, coordinate], DISTINCT * extent) for run in up),
-        tuple(maxima(run.q[:, coordinate], DISTINCT * extent) for run in down), opens,
+        parameter, coordinate, grid, tuple(peaks[:k]), tuple(peaks[:k - 1:-1]), np.array([opens[:k], opens[:k - 1:-1]])
     )  # fmt: skip
 
 
-def _swept(
-    system: System, parameter: str, values: np.ndarray, state: tuple[Any, Any], span: float, integrator: MoreauJean
-) -> tuple[list[Solution], tuple[Any, Any]]:
-    """The late part of the motion at each value, and the state in which the last ends."""
-    late = np.linspace((1 - LATE) * span, span, max(int(LATE * span / integrator.dt), 2))
-    runs = []
-    for value in values.tolist():
-        moved = system.with_parameters(**{parameter: value})
-        run = simulate(moved, (0.0, span), *state, integrator=integrator, t_eval=late, project=True)
-        state = run.q[-1], run.u[-1]
-        runs.append(without_start(run))
-    return runs, state
+def as_starts(given: Any, system: System) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The starts (q0, u0): one, or a list of them."""
+    pairs = given if isinstance(given, list) else [given]
+    if not pairs:
+        raise InvalidInput("start must be a pair (q0, u0), or a list of such pairs; the list is empty")
+    return [as_state("start", pair, system) for pair in pairs]
 
 
-def without_start(run: Solution) -> Solution:
-    """The records without the first, which is the start of the simulation."""
-    from dataclasses import replace
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """The function of a cell: motions along a parameter, each from where the one before ended."""
 
-    return replace(run, t=run.t[1:], q=run.q[1:], u=run.u[1:], mode=run.mode[1:])
+    model: Any
+    parameter: str
+    values: np.ndarray
+    coordinate: int
+    starts: list[tuple[np.ndarray, np.ndarray]]
+    span: float
+    integrator: MoreauJean
+
+    def __call__(self, start: int) -> dict[str, np.ndarray]:
+        """For each value the coordinate in the late part (k, m), and whether a contact opened there (k,)."""
+        system, span = as_system(self.model), self.span
+        times = np.linspace((1 - LATE) * span, span, max(int(LATE * span / self.integrator.dt), 2))
+        state = self.starts[start]
+        late, opens = [], []
+        for value in self.values.tolist():
+            moved = system.with_parameters(**{self.parameter: value})
+            run = simulate(moved, (0.0, span), *state, integrator=self.integrator, t_eval=times, project=True)
+            state = run.q[-1], run.u[-1]
+            late.append(run.q[1:, self.coordinate])  # without the start
+            opens.append((run.mode[1:] == ContactMode.OPEN).any())
+        return {"late": np.array(late), "opens": np.array(opens)}
 
 
 def maxima(x: np.ndarray, distinct: float) -> np.ndarray:
-    """The distinct local maxima of samples, increasing; the last sample where there is none."""
-    inner = x[1:-1]
-    peaks = np.sort(inner[(inner > x[:-2]) & (inner >= x[2:])])
-    if peaks.size == 0 or np.ptp(x) <= distinct:
-        return x[-1:]
+    """The distinct local maxima of samples (m,), or of several motions (s, m), increasing; of a motion without one its
+    last sample."""
+    peaks = np.sort(np.concatenate([peaks_of(motion, distinct) for motion in np.atleast_2d(x)]))
     return peaks[np.concatenate([[True], np.diff(peaks) > distinct])]
+
+
+def peaks_of(x: np.ndarray, distinct: float) -> np.ndarray:
+    """The local maxima of samples; the last sample where there is none."""
+    inner = x[1:-1]
+    peaks = inner[(inner > x[:-2]) & (inner >= x[2:])]
+    return x[-1:] if peaks.size == 0 or np.ptp(x) <= distinct else peaks
