@@ -17,6 +17,7 @@ import numpy as np
 SETTINGS: dict[str, dict[str, Any]] = {
     "osqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 50_000, "polishing": False}  # polishing prints
 }
+TELLS_OSQP = (4, 13)  # version of qpsolvers from which raise_error reaches osqp's solve
 
 
 def minimise(
@@ -43,17 +44,24 @@ def minimise(
     inequalities = (form(G), h) if G is not None and G.shape[0] else (None, None)
     equalities = (form(A), b) if A is not None and A.shape[0] else (None, None)
     with warnings.catch_warnings():
-        # "not solved" is told by the residual; and osqp announces a new default of an argument (raise_error) that
-        # qpsolvers does not pass on
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore")  # "not solved" is told by the residual
         try:
             x = qpsolvers.solve_qp(
                 form(P), q, *inequalities, *equalities, lb=lower, initvals=guess, solver=solver,
-                **SETTINGS.get(solver, {}),
+                **settings_of(solver),
             )  # fmt: skip
         except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError):
             return None
     return x if x is not None and np.isfinite(x).all() else None
+
+
+def settings_of(solver: str) -> dict[str, Any]:
+    """The options of a solver. An osqp that stops early returns instead of raising, where qpsolvers can tell it so."""
+    import qpsolvers
+
+    settings = SETTINGS.get(solver, {})
+    version = tuple(map(int, qpsolvers.__version__.split(".")[:2]))
+    return settings | {"raise_error": False} if solver == "osqp" and version >= TELLS_OSQP else settings
 
 
 def solver_names() -> list[str]:

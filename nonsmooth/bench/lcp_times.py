@@ -11,11 +11,11 @@ import numpy as np
 from nonsmooth.jit import kernel
 from nonsmooth.lcp.lemke import lemke, lemke_workspace
 from nonsmooth.lcp.pivoting import pivoting, pivoting_workspace
+from nonsmooth.quadratic_program import settings_of
 
 REPEATS = 5
 AT_LEAST = 5e-4  # s: a kernel is called as often as this takes
 MOST = 100_000  # pivots or iterations
-OSQP = {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 50_000}  # its defaults leave errors of 0.4 to 350 %
 
 SIGNATURE = (
     "void(float64[:, ::1], float64[::1], float64[::1], float64[::1], float64[:, ::1], float64[:, ::1],"
@@ -99,4 +99,4 @@ def by_osqp(A: np.ndarray, b: np.ndarray) -> np.ndarray | None:
     import qpsolvers
     from scipy.sparse import csc_matrix
 
-    return qpsolvers.solve_qp(csc_matrix(A), b, lb=np.zeros(len(b)), solver="osqp", **OSQP)
+    return qpsolvers.solve_qp(csc_matrix(A), b, lb=np.zeros(len(b)), solver="osqp", **settings_of("osqp"))

@@ -19,7 +19,6 @@ import numpy as np
 from nonsmooth.bench import siconos
 from nonsmooth.bench.lcp_times import (
     MOST,
-    OSQP,
     REPEATS,
     by_osqp,
     call_time,
@@ -33,6 +32,7 @@ from nonsmooth.contact_solvers.solve import solve_contact
 from nonsmooth.lcp.lemke import lemke_entry, lemke_workspace
 from nonsmooth.lcp.result import judge, judge_sparse
 from nonsmooth.lcp.solve import solve_lcp
+from nonsmooth.quadratic_program import settings_of
 from nonsmooth.studies.solve_files import format_table, solve_files
 
 SIZES = (3, 6, 12, 24, 48, 96)
@@ -220,7 +220,7 @@ def milliseconds_of_qp(A: Any, b: np.ndarray, solver: str) -> str:
     size = np.abs(d * b).max()
     P = csc_matrix(A.multiply(d[:, None]).multiply(d))
     start = time.perf_counter()
-    x = qpsolvers.solve_qp(P, d * b / size, lb=np.zeros(len(b)), solver=solver, **(OSQP if solver == "osqp" else {}))
+    x = qpsolvers.solve_qp(P, d * b / size, lb=np.zeros(len(b)), solver=solver, **settings_of(solver))
     elapsed = time.perf_counter() - start
     z = np.zeros(len(b)) if x is None else d * size * np.maximum(x, 0.0)
     return _cell(elapsed, judge_sparse(A, b, z, np.empty(len(b))))
