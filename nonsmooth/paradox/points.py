@@ -7,7 +7,7 @@ coefficients of friction depend on. ``search`` then runs ``paradox.search`` over
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
