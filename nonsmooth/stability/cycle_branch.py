@@ -17,18 +17,19 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.arrays import as_name, as_vector
 from nonsmooth.errors import InvalidInput
-from nonsmooth.integrators.moreau_jean import MoreauJean
+from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.simulation import simulate
+from nonsmooth.stability.arclength import passage
 from nonsmooth.stability.cycle import LimitCycle
 from nonsmooth.stability.flow_map import flow_curve
 from nonsmooth.stability.limit_cycle import limit_cycle
 from nonsmooth.stability.mode_flow import mode_flow
-from nonsmooth.stability.mode_sequence import PhaseGuess, period_of
-from nonsmooth.stability.shooting import SAMPLES, Shooting
+from nonsmooth.stability.mode_sequence import PhaseGuess, period_of, sequence_near
+from nonsmooth.stability.shooting import SAMPLES, ContactLost, OtherSequence, Shooting
 from nonsmooth.system import System, as_system
 
+TURNS = 8  # folds
 SETTLE = 60  # periods that a motion is given to settle where its sequence of modes has changed
-STEPS = 2000  # steps of a period of that simulation
 DEGREE = 3  # of the polynomial along the branch by which the next cycle is predicted
 GRAZE = 1e-12  # relative accuracy of the value at which a cycle grazes
 
@@ -40,9 +41,11 @@ class CycleChange:
     Attributes
     ----------
     kind : str
-        "stick begins", "stick ends", "new sequence", "fold", "period doubling", "torus", or "end" of the branch.
+        "stick begins", "stick ends", "new sequence", "fold", "period doubling", "torus", "jump" to a cycle that is not
+        the continuation of the last, or "end" of the branch.
     value : float
-        Where: to about 1e-10 for stick that begins or ends by grazing, else the middle of the two values.
+        Where: to about 1e-10 for stick that begins or ends by grazing and for a fold that the branch goes round, else
+        the middle of the two values.
     before, after : float
         The two values.
     message : str
@@ -91,7 +94,12 @@ class CycleBranch:
 
 
 def continue_cycle(
-    system: Any, parameter: str, values: ArrayLike, cycle: LimitCycle | None = None, rtol: float = 1e-9
+    system: Any,
+    parameter: str,
+    values: ArrayLike,
+    cycle: LimitCycle | None = None,
+    rtol: float = 1e-9,
+    forcing: float | None = None,
 ) -> CycleBranch:
     """Follow a cycle along a parameter.
 
@@ -105,11 +113,14 @@ def continue_cycle(
         Near the first value; ``limit_cycle`` of the system there when left out.
     rtol : float
         Relative accuracy of the integration along the branch.
+    forcing : float, optional
+        Period of the excitation [s], as of `limit_cycle`.
 
     Returns
     -------
     CycleBranch
-        It ends early, with a change of the kind "end", where no cycle is left.
+        At a fold it turns round and visits the values backwards, with the fold itself between. It ends early, with a
+        change of the kind "end", where no cycle is left.
 
     Raises
     ------
@@ -121,25 +132,108 @@ def continue_cycle(
         raise InvalidInput(f"values of {parameter} must be at least one; got none")
     as_name("parameter", parameter, system.parameter_values)
     first = system.with_parameters(**{parameter: float(grid[0])})
-    cycles = [limit_cycle(first, cycle)]
-    changes: list[CycleChange] = []
-    for before, value in zip(grid[:-1].tolist(), grid[1:].tolist(), strict=True):
-        moved = system.with_parameters(**{parameter: value})
+    branch = _Growing(system, parameter, rtol, [float(grid[0])], [limit_cycle(first, cycle, forcing=forcing)], [])
+    k, direction, turns = 1, 1, 0
+    while 0 <= k < grid.size:
+        outcome = branch.reach(float(grid[k]))
+        if outcome == "end":
+            break
+        if outcome == "turned":
+            direction, turns = -direction, turns + 1
+            k += direction  # the value before is visited already
+        if turns > TURNS:
+            break
+        k += direction
+    return CycleBranch(parameter, np.array(branch.values), tuple(branch.cycles), tuple(branch.changes))
+
+
+@dataclass(eq=False)
+class _Growing:
+    """A branch while it is followed."""
+
+    system: System
+    parameter: str
+    rtol: float
+    values: list[float]
+    cycles: list[LimitCycle]
+    changes: list[CycleChange]
+
+    def at(self, value: float) -> System:
+        """The system at a value of the parameter."""
+        return self.system.with_parameters(**{self.parameter: value})
+
+    def reach(self, value: float) -> str:
+        """Add the cycle at the next value: "reached", "turned" round a fold back to the last value, or "end"."""
+        last = self.cycles[-1]
+        guess = _predicted(np.array([*self.values, value]), self.cycles, len(self.cycles))
         try:
-            found = Shooting(moved, _predicted(grid, cycles, len(cycles)), cycles[-1].scale, rtol).solve()
+            found = Shooting(self.at(value), guess, last.scale, self.rtol, last.forcing).solve()
+        except ContactLost as lost:
+            return self._end(value, str(lost))
         except InvalidInput as broken:
-            try:
-                found = _resimulated(moved, cycles[-1])
-            except InvalidInput as lost:
-                changes.append(CycleChange("end", 0.5 * (before + value), before, value, str(lost)))
-                break
-            if found.sequence() != cycles[-1].sequence():
-                changes.append(_changed(system, parameter, (before, value), (cycles[-1], found), str(broken)))
-        kind = crossing(cycles[-1].multipliers, found.multipliers)
-        if kind and found.sequence() == cycles[-1].sequence():
-            changes.append(CycleChange(kind, 0.5 * (before + value), before, value))
-        cycles.append(found)
-    return CycleBranch(parameter, grid[: len(cycles)], tuple(cycles), tuple(changes))
+            return self._beyond(value, guess, broken)
+        return self._add(value, found)
+
+    def _beyond(self, value: float, guess: list[PhaseGuess], broken: InvalidInput) -> str:
+        """Where the predicted cycle does not close: with another sequence, or along the arc, else by simulation."""
+        before, last = self.values[-1], self.cycles[-1]
+        try:
+            near = last
+            if isinstance(broken, OtherSequence):
+                near = Shooting(self.at(value), guess, last.scale, self.rtol, last.forcing).solve(checked=False)
+            found = Shooting(self.at(value), sequence_near(self.at(value), near), forcing=last.forcing).solve()
+            if found.sequence() != last.sequence():
+                return self._change(value, found, str(broken))
+        except InvalidInput:
+            pass
+        if isinstance(broken, OtherSequence):
+            return self._simulated(value, str(broken))
+        try:
+            way = passage(self.at, last, before, value - before, self.rtol)
+        except InvalidInput:
+            return self._simulated(value, str(broken))
+        if way.fold is None and way.cycle is not None:
+            return self._add(value, way.cycle)
+        if way.turning is not None:
+            self.changes.append(CycleChange("fold", way.fold, before, value))
+            self.values.append(way.fold)
+            self.cycles.append(way.turning)
+        if way.cycle is None:
+            return self._end(value, way.message)
+        self.values.append(before)
+        self.cycles.append(way.cycle)
+        return "turned"
+
+    def _simulated(self, value: float, broken: str) -> str:
+        """The cycle that the motion from the last one settles in at the next value."""
+        try:
+            found = _resimulated(self.at(value), self.cycles[-1])
+        except InvalidInput as none:
+            return self._end(value, str(none))
+        return self._change(value, found, broken)
+
+    def _end(self, value: float, message: str) -> str:
+        before = self.values[-1]
+        self.changes.append(CycleChange("end", 0.5 * (before + value), before, value, message))
+        return "end"
+
+    def _change(self, value: float, found: LimitCycle, broken: str) -> str:
+        """Add a cycle with another sequence, or one of the same that is not the continuation of the last."""
+        before, last = self.values[-1], self.cycles[-1]
+        if found.sequence() == last.sequence():
+            self.changes.append(CycleChange("jump", 0.5 * (before + value), before, value, broken))
+        else:
+            self.changes.append(_changed(self.system, self.parameter, (before, value), (last, found), broken))
+        return self._add(value, found, is_continuation=False)
+
+    def _add(self, value: float, found: LimitCycle, is_continuation: bool = True) -> str:
+        before, last = self.values[-1], self.cycles[-1]
+        kind = crossing(last.multipliers, found.multipliers) if is_continuation else ""
+        if kind and found.sequence() == last.sequence():
+            self.changes.append(CycleChange(kind, 0.5 * (before + value), before, value))
+        self.values.append(value)
+        self.cycles.append(found)
+        return "reached"
 
 
 def _predicted(grid: np.ndarray, cycles: list[LimitCycle], k: int) -> list[PhaseGuess]:
@@ -169,16 +263,9 @@ def lagrange_weights(points: np.ndarray, at: float) -> np.ndarray:
 
 def _resimulated(system: System, last: LimitCycle) -> LimitCycle:
     """The cycle that the motion from the last one settles in."""
-    start = last.phases[0]
-    run = simulate(
-        system,
-        (0.0, SETTLE * last.period),
-        start.q,
-        start.u,
-        integrator=MoreauJean(dt=last.period / STEPS),
-        project=True,
-    )
-    return Shooting(system, period_of(run)).solve()
+    start, t = last.phases[0], 0.0 if last.forcing is None else float(last.phases[0].x[-1])
+    run = simulate(system, (t, t + SETTLE * last.period), start.q, start.u, integrator=EventDriven())
+    return Shooting(system, period_of(run, last.forcing), forcing=last.forcing).solve()
 
 
 def _changed(
@@ -200,7 +287,7 @@ def _grazing(system: System, parameter: str, values: tuple[float, float], free: 
 
     def margin(value: float) -> float:
         moved = system.with_parameters(**{parameter: value})
-        return least_margin(Shooting(moved, free.guesses(), free.scale).solve(checked=False))
+        return least_margin(Shooting(moved, free.guesses(), free.scale, forcing=free.forcing).solve(checked=False))
 
     low, high = margin(values[0]), margin(values[1])
     if low * high > 0:

@@ -15,7 +15,7 @@ from nonsmooth.simulation import simulate
 from nonsmooth.solution import Solution
 from nonsmooth.stability.cycle import LimitCycle
 from nonsmooth.stability.mode_sequence import is_forced, period_of
-from nonsmooth.stability.shooting import Shooting
+from nonsmooth.stability.shooting import ContactLost, Shooting
 from nonsmooth.system import System, as_system
 
 DYING = 0.1  # a motion whose extent falls so far, from one fifth of a simulation to the last, has no cycle
@@ -115,6 +115,8 @@ def _settled(
         run = simulate(system, (t, end), q, u, integrator=integrator, project=dt is not None and attempt > 0)
         try:
             return Shooting(system, period_of(run, forcing), forcing=forcing).solve()
+        except ContactLost:
+            raise
         except InvalidInput as broken:
             if attempt == ATTEMPTS - 1:
                 _require_alive(run, broken)

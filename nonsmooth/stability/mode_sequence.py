@@ -8,16 +8,21 @@ multiple of the excitation's period apart.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT, INCONSISTENT
+from nonsmooth.simulation import simulate
 from nonsmooth.solution import Event, Solution
 from nonsmooth.stability.jump import Jump, read_jump
 from nonsmooth.stability.mode_flow import ContactState, mode_flow
 from nonsmooth.system import BILATERAL, ContactMode, System
+
+if TYPE_CHECKING:
+    from nonsmooth.stability.cycle import LimitCycle
 
 ARTEFACT = 2  # runs of no more records are transitions blurred by a fixed time step
 NEAR = 0.25  # of the motion's extent: states of successive periods lie closer, also while the motion still grows
@@ -107,6 +112,36 @@ def _phases(solution: Solution, x: np.ndarray, runs: list[Run]) -> list[PhaseGue
             jump = read_jump(flow, before, after, _events_at(events, t[run.end]))
         phases.append(PhaseGuess(run.states, x[run.start], float(t[run.end] - t[run.start]), jump))
     return phases
+
+
+def sequence_near(system: System, cycle: LimitCycle) -> list[PhaseGuess]:
+    """The phases that the motion passes in one period from the middle of a cycle's longest slip, at other parameters.
+
+    Raises
+    ------
+    InvalidInput
+        When it does not end in the mode it begins with.
+    """
+    phase = max(cycle.phases, key=lambda phase: (not phase.sticks, phase.duration))
+    begins = 0.0 if cycle.forcing is None else float(phase.x[-1]) - phase.begins
+    k = int(np.searchsorted(cycle.t, phase.begins + 0.5 * phase.duration))
+    t_0 = begins + float(cycle.t[k])
+    run = simulate(system, (t_0, t_0 + cycle.period), cycle.q[k], cycle.u[k], integrator=EventDriven())
+    runs = runs_of(run)
+    if runs[0].states != runs[-1].states:
+        raise InvalidInput("the motion does not come back in one period")
+    if len(runs) == 1:
+        return [PhaseGuess(runs[0].states, _state(run, 0, cycle.forcing), cycle.period)]
+    x = np.array([_state(run, j, cycle.forcing) for j in range(len(run.t))])
+    first, *others = _phases(run, x, runs)
+    last = runs[-1]
+    duration = float(run.t[last.end] - run.t[last.start]) + first.duration
+    return [*others, PhaseGuess(last.states, x[last.start], duration, first.jump)]
+
+
+def _state(run: Solution, k: int, forcing: float | None) -> np.ndarray:
+    """q, u, and under an excitation t, of a record."""
+    return np.concatenate([run.q[k], run.u[k], run.t[[k]][: forcing is not None]])
 
 
 def _events_at(events: list[Event], t: float) -> list[Event]:

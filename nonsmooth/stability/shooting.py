@@ -43,6 +43,18 @@ STRETCHED = 10  # times the period of the guess: a longer one is a Newton iterat
 AT_REST = "the guess leads back to a state of rest, not to a cycle; give a nearer one"
 
 
+class AtRest(InvalidInput):
+    """The phases have shrunk to a state of rest."""
+
+
+class OtherSequence(InvalidInput):
+    """The phases close, but an event comes before that which should end one."""
+
+
+class ContactLost(OtherSequence):
+    """The given normal force of a contact vanishes on the way."""
+
+
 class Link(NamedTuple):
     """A phase as the Newton iteration sees it."""
 
@@ -106,7 +118,7 @@ class Shooting:
         """Newton's method; then, unless told otherwise, whether the modes last as long as they should."""
         rtol = self.rtol if self.is_near else ROUGH
         for _ in range(ITERATIONS):
-            residual, J = self._linearised(rtol)
+            residual, J = self.linearised(rtol)
             step = -np.linalg.lstsq(J, residual, rcond=1e-13)[0]
             self._move(step)
             self._require_cycle()
@@ -119,7 +131,7 @@ class Shooting:
                 f"the cycle does not close: after {ITERATIONS} Newton steps the phases still miss one another by "
                 f"{np.abs(residual).max():.2g} of the motion's extent; simulate for longer, or give a nearer guess"
             )
-        return self._cycle(checked)
+        return self.cycle(checked)
 
     def _move(self, step: np.ndarray) -> None:
         m, d = self.x.shape
@@ -133,14 +145,14 @@ class Shooting:
         guessed = sum(phase.duration for phase in self.guess)
         moves = np.abs(self.links[0].flow.rate(self.x[0]).real * guessed / self.scale).max()
         if self.links[0].ends_by is None and moves <= COLLAPSED:
-            raise InvalidInput(AT_REST)
+            raise AtRest(AT_REST)
         if not self.T.sum() <= STRETCHED * guessed:
             raise InvalidInput(
                 f"the cycle does not close: its period grew from {guessed:.6g} to {self.T.sum():.6g} s; simulate for "
                 "longer, or give a nearer guess"
             )
 
-    def _linearised(self, rtol: float) -> tuple[np.ndarray, np.ndarray]:
+    def linearised(self, rtol: float) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and their derivative by (x_i/scale, T_i relative), phase after phase."""
         m, d = self.x.shape
         residuals, rows = [], []
@@ -194,7 +206,15 @@ class Shooting:
         size = np.abs(J * self.scale).max(axis=1)
         return value / size, J * self.scale / size[:, None]
 
-    def _cycle(self, checked: bool) -> LimitCycle:
+    def found(self) -> list[PhaseGuess]:
+        """The phases as they are now."""
+        return [
+            phase._replace(x=x.copy(), duration=float(T))
+            for phase, x, T in zip(self.guess, self.x, self.T, strict=True)
+        ]
+
+    def cycle(self, checked: bool = True) -> LimitCycle:
+        """The cycle of the phases that `linearised` has integrated last."""
         begins = np.concatenate([[0.0], np.cumsum(self.T)])
         n = self.system.n_q
         times, states, phases, residual = [], [], [], 0.0
@@ -212,7 +232,7 @@ class Shooting:
             phases.append(CyclePhase(states_i, float(begins[i]), float(self.T[i]), x_i, link.ends_by, link.jump))
         x = np.concatenate(states)[:, : 2 * n]
         if (np.ptp(x, axis=0) <= COLLAPSED * self.scale[: 2 * n]).all():
-            raise InvalidInput(AT_REST)
+            raise AtRest(AT_REST)
         multipliers, shift = self._multipliers()
         return LimitCycle(
             self.system,
@@ -240,7 +260,7 @@ class Shooting:
                 what = {
                     "slip": "would reverse its sliding", "normal": "would lose its normal force", "gap": "would strike",
                 }  # fmt: skip
-                raise InvalidInput(
+                raise (ContactLost if is_lost else OtherSequence)(
                     f"the cycle does not close: {s[low]:.6g} s after the beginning of phase {i} contact {contact} "
                     f"{what.get(kind, 'would begin to slide')}; its sequence of modes is another one here"
                 )
