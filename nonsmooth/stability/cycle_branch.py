@@ -24,8 +24,8 @@ from nonsmooth.stability.cycle import LimitCycle
 from nonsmooth.stability.flow_map import flow_curve
 from nonsmooth.stability.limit_cycle import limit_cycle
 from nonsmooth.stability.mode_flow import mode_flow
-from nonsmooth.stability.mode_sequence import PhaseGuess, period_of, sequence_near
-from nonsmooth.stability.shooting import SAMPLES, ContactLost, OtherSequence, Shooting
+from nonsmooth.stability.mode_sequence import ContactLost, PhaseGuess, period_of, sequence_near
+from nonsmooth.stability.shooting import SAMPLES, OtherSequence, Shooting
 from nonsmooth.system import System, as_system
 
 TURNS = 8  # folds
@@ -184,6 +184,8 @@ class _Growing:
             found = Shooting(self.at(value), sequence_near(self.at(value), near), forcing=last.forcing).solve()
             if found.sequence() != last.sequence():
                 return self._change(value, found, str(broken))
+        except ContactLost as lost:
+            return self._end(value, str(lost))
         except InvalidInput:
             pass
         if isinstance(broken, OtherSequence):

@@ -14,8 +14,8 @@ from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.simulation import simulate
 from nonsmooth.solution import Solution
 from nonsmooth.stability.cycle import LimitCycle
-from nonsmooth.stability.mode_sequence import is_forced, period_of
-from nonsmooth.stability.shooting import ContactLost, Shooting
+from nonsmooth.stability.mode_sequence import ContactLost, is_forced, period_of
+from nonsmooth.stability.shooting import Shooting
 from nonsmooth.system import System, as_system
 
 DYING = 0.1  # a motion whose extent falls so far, from one fifth of a simulation to the last, has no cycle

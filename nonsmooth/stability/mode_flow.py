@@ -80,7 +80,7 @@ class ModeFlow(SlidingMode):
         system = self.system
         q, u, t = self.parts(x)
         h = self.call(FORCE, q, u, t)
-        pressing = self.call(NORMAL_FORCE, q, u, t)
+        pressing = self.call(NORMAL_FORCE, q, u, t).copy()
         W_N = self.call(NORMAL, q, u, t) if self.constrained else h[:0]
         W_F, gamma_F = h[:0], pressing * 0
         if system.d:
@@ -138,8 +138,9 @@ class ModeFlow(SlidingMode):
 
     def rate(self, x: np.ndarray) -> np.ndarray:
         """x' = (u, u'), or (u, u', 1)."""
-        n = self.system.n_u
-        return np.concatenate([x[n : 2 * n], self.instant(x).acceleration, np.ones(x.size - 2 * n)])
+        n, rate = self.system.n_u, np.ones(x.size, complex)
+        rate[:n], rate[n : 2 * n] = x[n : 2 * n], self.instant(x).acceleration
+        return rate
 
     def row_rates(self, q: np.ndarray, u: np.ndarray, t: Any) -> np.ndarray:
         """W' u + w' (n_c, 1 + d), from the model or by a fourth-order difference along the motion."""

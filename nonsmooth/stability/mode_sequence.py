@@ -19,7 +19,7 @@ from nonsmooth.simulation import simulate
 from nonsmooth.solution import Event, Solution
 from nonsmooth.stability.jump import Jump, read_jump
 from nonsmooth.stability.mode_flow import ContactState, mode_flow
-from nonsmooth.system import BILATERAL, ContactMode, System
+from nonsmooth.system import BILATERAL, GIVEN_FORCE, ContactMode, System
 
 if TYPE_CHECKING:
     from nonsmooth.stability.cycle import LimitCycle
@@ -32,6 +32,10 @@ LONGEST = 48  # runs in a period
 ROUNDING = 1e-8  # of the fastest velocity: a smaller jump is what holds a constraint
 VANISHED = 1e-10  # of the largest normal force: a force that an event has located at zero
 REST = 1e-7  # of the motion's whole extent: a motion that ends smaller has died out
+
+
+class ContactLost(InvalidInput):
+    """The given normal force of a contact vanishes on the way."""
 
 
 class PhaseGuess(NamedTuple):
@@ -69,6 +73,7 @@ def period_of(solution: Solution, forcing: float | None = None) -> list[PhaseGue
     late = x[t >= t[-1] - 0.1 * (t[-1] - t[0])]
     if (np.ptp(late, axis=0) <= REST * np.maximum(scale, 1e-300)).all():
         raise InvalidInput("the motion has come to rest, so there is no cycle near this start; give another one")
+    _require_contact(solution, t >= t[-1] - 0.1 * (t[-1] - t[0]))
     half = int(np.searchsorted(t, 0.5 * (t[0] + t[-1])))
     scale = np.ptp(x[half:], axis=0)
     scale[scale == 0] = 1.0
@@ -127,6 +132,7 @@ def sequence_near(system: System, cycle: LimitCycle) -> list[PhaseGuess]:
     k = int(np.searchsorted(cycle.t, phase.begins + 0.5 * phase.duration))
     t_0 = begins + float(cycle.t[k])
     run = simulate(system, (t_0, t_0 + cycle.period), cycle.q[k], cycle.u[k], integrator=EventDriven())
+    _require_contact(run, run.t > t_0)
     runs = runs_of(run)
     if runs[0].states != runs[-1].states:
         raise InvalidInput("the motion does not come back in one period")
@@ -194,6 +200,19 @@ def _signs(force: np.ndarray) -> np.ndarray:
     last = np.maximum.accumulate(np.where(signs != 0, np.arange(len(force))[:, None], 0), axis=0)
     signs = np.take_along_axis(signs, last, axis=0)
     return np.where(signs == 0, 1, signs)
+
+
+def _require_contact(solution: Solution, when: np.ndarray) -> None:
+    """Raise where a given normal force vanishes at some of the records."""
+    if solution.la is None or solution.system is None:
+        return
+    for i in np.flatnonzero(solution.system.kinds[:, 0] == GIVEN_FORCE):
+        lost = when & (solution.la[:, i, 0] <= 0)
+        if solution.la[:, i, 0].any() and lost.any():
+            raise ContactLost(
+                f"contact {i} loses its normal force at t = {solution.t[lost][0]:.6g} s, where it lifts off; cycles "
+                "with a lift-off from a given normal force are not computed"
+            )
 
 
 def _require_no_jump(solution: Solution) -> None:

@@ -29,10 +29,11 @@ from nonsmooth.stability.cycle import CyclePhase, LimitCycle
 from nonsmooth.stability.flow_map import RTOL, flow_curve, flow_map
 from nonsmooth.stability.jump import Jump, jumped
 from nonsmooth.stability.mode_flow import ContactState, Margin, ModeFlow, mode_flow
-from nonsmooth.stability.mode_sequence import PhaseGuess
+from nonsmooth.stability.mode_sequence import ContactLost, PhaseGuess
 from nonsmooth.system import ContactMode, System
 
 ITERATIONS = 20
+PATIENCE = 6  # Newton steps in which their size must halve at least
 COARSE, ROUGH = 1e-4, 1e-7  # tolerances of the integration while scales are looked for, and far from the cycle
 NEARLY = 1e-3  # of the states' scale: smaller corrections deserve the full tolerance
 SAMPLES = 48  # of a phase, at which its margins are looked at
@@ -49,10 +50,6 @@ class AtRest(InvalidInput):
 
 class OtherSequence(InvalidInput):
     """The phases close, but an event comes before that which should end one."""
-
-
-class ContactLost(OtherSequence):
-    """The given normal force of a contact vanishes on the way."""
 
 
 class Link(NamedTuple):
@@ -117,18 +114,20 @@ class Shooting:
     def solve(self, checked: bool = True) -> LimitCycle:
         """Newton's method; then, unless told otherwise, whether the modes last as long as they should."""
         rtol = self.rtol if self.is_near else ROUGH
-        for _ in range(ITERATIONS):
+        sizes: list[float] = []
+        while len(sizes) < ITERATIONS and (len(sizes) <= PATIENCE or sizes[-1] < 0.5 * sizes[-1 - PATIENCE]):
             residual, J = self.linearised(rtol)
             step = -np.linalg.lstsq(J, residual, rcond=1e-13)[0]
             self._move(step)
             self._require_cycle()
             size = np.abs(step).max()
+            sizes.append(float(size))
             if rtol == self.rtol and (size**2 <= rtol or np.abs(residual).max() <= 10 * rtol):
                 break  # Newton's method leaves size^2; near grazing the residual vanishes while steps stay large
             rtol = self.rtol if size <= NEARLY else ROUGH
         else:
             raise InvalidInput(
-                f"the cycle does not close: after {ITERATIONS} Newton steps the phases still miss one another by "
+                f"the cycle does not close: after {len(sizes)} Newton steps the phases still miss one another by "
                 f"{np.abs(residual).max():.2g} of the motion's extent; simulate for longer, or give a nearer guess"
             )
         return self.cycle(checked)

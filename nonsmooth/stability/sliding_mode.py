@@ -78,9 +78,9 @@ class SlidingMode:
         return found
 
     def call(self, which: int, q: np.ndarray, u: np.ndarray, t: complex | None = None) -> np.ndarray:
-        """A model function of complex arguments; zeros where the model leaves it out."""
+        """A model function of complex arguments, not to be written to; zeros where the model leaves it out."""
         if which in self.constants:
-            return self.constants[which].copy()
+            return self.constants[which]
         out = np.zeros(self.system.shape(which), complex)
         if which in self.system.functions:
             function = complexified(self.system.functions[which])
@@ -106,7 +106,7 @@ class SlidingMode:
         system, total = self.system, np.zeros(self.system.n_u, complex)
         if not self.closed:
             return total
-        pressing = self.call(NORMAL_FORCE, q, u)
+        pressing = self.call(NORMAL_FORCE, q, u).copy()
         if self.constrained:
             rows = self.normal_rows(q)
             total += la_N @ rows

@@ -143,11 +143,11 @@ def test_branch_ends_where_the_contact_is_lost_and_says_so(coupled):
     branch = ns.continue_cycle(ModeCoupling(mu=0.6), "R", [1000.0, 420.0, 400.0, 390.0], coupled)
     assert branch.values.tolist() == [1000.0, 420.0, 400.0]
     np.testing.assert_allclose(branch.periods, coupled.period, rtol=1e-7)
-    assert branch.changes[-1].kind == "end" and "lose its normal force" in branch.changes[-1].message
+    assert branch.changes[-1].kind == "end" and "normal force" in branch.changes[-1].message
 
 
 def test_cycle_that_loses_its_contact_is_refused():
-    with pytest.raises(ns.InvalidInput, match=r"opens or closes|lose its normal force|do not repeat|at once"):
+    with pytest.raises(ns.InvalidInput, match=r"loses? its normal force"):
         ns.limit_cycle(ModeCoupling(mu=0.6, R=380.0), duration=30.0, dt=5e-4)
 
 
