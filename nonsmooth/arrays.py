@@ -75,6 +75,14 @@ def as_non_negative(name: str, value: Any, unit: str = "") -> float:
     return number
 
 
+def as_tolerance(name: str, value: Any) -> float:
+    """A relative error above 0 and below 1, or `InvalidInput`: with a larger one anything would pass."""
+    number = as_positive(name, value)
+    if not number < 1:
+        raise InvalidInput(f"{name} must lie in (0, 1), it is a relative error; got {number:g}")
+    return number
+
+
 def as_fraction(name: str, value: Any) -> float:
     """A float in [0, 1], or `InvalidInput`."""
     number = as_number(name, value)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import dis
 import functools
 import inspect
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
 from typing import Any, NamedTuple
@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.arrays import as_count, as_flag, as_fraction, as_instance, as_name, as_number
-from nonsmooth.errors import InvalidInput, UnknownName, nearest
+from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.laws import IMPACT_LAWS, LAW_WIDTH, Coefficient, Coulomb, FrictionLaw, law_row
 
 # The model functions, in the order of the ``which`` argument of the compiled model.
@@ -193,9 +193,9 @@ class System:
         set_("n_u", self.n_q if self.n_u is None else as_count("n_u", self.n_u))
         if self.n_u != self.n_q:
             raise InvalidInput(f"n_u must equal n_q (q' = u); got n_u = {self.n_u}, n_q = {self.n_q}")
-        contacts = self.contacts if isinstance(self.contacts, Iterable) else (self.contacts,)
-        if not all(isinstance(contact, Contact) for contact in contacts):
-            raise InvalidInput(f"contacts must be a list of Contact, one for each gap; got {self.contacts!r}")
+        contacts = (self.contacts,) if isinstance(self.contacts, Contact) else self.contacts
+        if not isinstance(contacts, list | tuple) or not all(isinstance(contact, Contact) for contact in contacts):
+            raise InvalidInput(f"contacts must be a list of Contact, one for each gap; got {shown(self.contacts)}")
         set_("contacts", tuple(contacts))
         set_("d", int(self.tangent is not None or any(contact.has_friction for contact in self.contacts)))
         _check_functions(self)

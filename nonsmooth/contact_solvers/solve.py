@@ -22,7 +22,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from nonsmooth.arrays import as_name, as_positive, as_vector
+from nonsmooth.arrays import as_name, as_tolerance, as_vector
 from nonsmooth.contact_solvers.admm import ADMM, project
 from nonsmooth.contact_solvers.convex import Convex
 from nonsmooth.contact_solvers.faceted_lcp import FacetedLCP
@@ -168,7 +168,7 @@ def solve_contact(
     """
     as_name("contact solver", solver, ("auto", *SOLVERS))
     given = check_problem(G, c, mu, dim)
-    tol = as_positive("tol", tol)
+    tol = as_tolerance("tol", tol)
     start = np.zeros(given.n) if guess is None else as_vector("guess", guess, given.n)
     if given.n == 0:
         return ContactResult(start, start.copy(), ContactStatus.SOLVED, 0.0, 0.0, 0, solver, "empty problem")

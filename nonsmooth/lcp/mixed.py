@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_positive, as_vector
+from nonsmooth.arrays import as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import LARGEST_N, MANY, enumerate_solutions
@@ -71,7 +71,7 @@ def solve_mlcp(A: Any, b: Any, free: Any, solver: str = "auto", tol: float = 1e-
     A = as_square(A)
     b = as_vector("b", b, A.shape[0])
     free = _as_mask(free, len(b))
-    tol = as_positive("tol", tol)
+    tol = as_tolerance("tol", tol)
     start = None if guess is None else as_vector("guess", guess, len(b))
     if not free.any():
         return solve_lcp(A, b, solver, tol, None if start is None else np.maximum(start, 0.0))

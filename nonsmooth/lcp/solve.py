@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.arrays import as_positive, as_square_matrix, as_vector
+from nonsmooth.arrays import as_square_matrix, as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import LARGEST_N, MANY, enumerate_solutions
@@ -92,7 +92,7 @@ def solve_lcp(A: Any, b: Any, solver: str = "auto", tol: float = 1e-10, guess: A
     """
     A = as_square(A)
     b = as_vector("b", b, A.shape[0])
-    tol = as_positive("tol", tol)
+    tol = as_tolerance("tol", tol)
     start = None if guess is None else np.maximum(as_vector("guess", guess, len(b)), 0.0)
     if not isinstance(solver, str) or (solver != "auto" and solver not in SOLVERS):
         _require_qp_solver(solver)

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_instance, as_name
-from nonsmooth.errors import InvalidInput, MissingExtra
+from nonsmooth.arrays import as_array, as_instance, as_name, as_vector
+from nonsmooth.errors import InvalidInput, MissingExtra, shown
 from nonsmooth.files import DAMAGE, as_path, as_place, whole_file
 
 FORMATS = {"csc": -1, "csr": -2, "triplet": 0}  # 0 stands for the number of entries
@@ -55,6 +55,14 @@ class ContactProblem:
     dim: int
     P: np.ndarray | None = None
     note: str = ""
+
+    def __post_init__(self) -> None:
+        from nonsmooth.contact_solvers.problem import check_problem
+
+        n = check_problem(self.G, self.c, self.mu, self.dim).n
+        if self.P is not None:
+            as_vector("P", self.P, n)
+        as_instance("note", self.note, str, "a text")
 
     def local(self) -> ContactProblem:
         """This problem itself."""
@@ -102,6 +110,25 @@ class GlobalContactProblem:
     P: np.ndarray | None = None
     note: str = ""
 
+    def __post_init__(self) -> None:
+        if isinstance(self.dim, bool) or not isinstance(self.dim, int | np.integer) or self.dim not in (2, 3):
+            raise InvalidInput(f"dim must be 2 (planar) or 3 (spatial); got {shown(self.dim)}")
+        n_u, n = len(as_vector("f", self.f)), len(as_vector("w", self.w))
+        if n % self.dim:
+            raise InvalidInput(f"w must have {self.dim} entries for each contact; got {n}")
+        mu = as_vector("mu", self.mu, n // self.dim)
+        if (mu < 0).any():
+            raise InvalidInput(f"mu must not be negative; its least entry is {mu.min():g}")
+        require_matrix("M", self.M, (n_u, n_u))
+        require_matrix("H", self.H, (n_u, n))
+        if self.G is not None:
+            require_matrix("G", self.G, (n_u, None))
+            if self.b is not None:
+                as_vector("b", self.b, self.G.shape[1])
+        if self.P is not None:
+            as_vector("P", self.P, n)
+        as_instance("note", self.note, str, "a text")
+
     def local(self) -> ContactProblem:
         """The contact problem with velocities and multipliers eliminated: G = H^T M^-1 H, c = H^T M^-1 f + w."""
         from scipy.sparse import block_array, csc_array, csr_array, vstack
@@ -116,6 +143,17 @@ class GlobalContactProblem:
         solve = _inverse(K, "M")
         delassus = csr_array(H.T @ csc_array(solve(H.toarray())))
         return ContactProblem(delassus, H.T @ solve(f) + self.w, self.mu, self.dim, self.P, self.note)
+
+
+def require_matrix(name: str, matrix: Any, shape: tuple[int, int | None]) -> None:
+    """Raise `InvalidInput` unless a matrix, dense or sparse, has this shape (None: any) and finite entries."""
+    entries = matrix.data if hasattr(matrix, "tocsr") else as_array(name, matrix)
+    own = np.shape(matrix)
+    if len(own) != 2 or any(wanted not in (None, size) for wanted, size in zip(shape, own, strict=True)):
+        wanted = ", ".join("any" if size is None else str(size) for size in shape)
+        raise InvalidInput(f"{name} must be a matrix of shape ({wanted}); got {own}")
+    if not np.isfinite(entries).all():
+        raise InvalidInput(f"{name} must be finite; one of its entries is not")
 
 
 def _inverse(K: Any, name: str) -> Any:

@@ -82,6 +82,8 @@ def plot_map(
     moved = [as_motion(motion) for motion in as_instance("motions", motions, Iterable, "a list of arrays (n, 2)")]
     if regions is not None and not (isinstance(regions, tuple) and len(regions) == 2 and callable(regions[1])):
         raise InvalidInput(f"regions must be a pair (codes, function that names a code); got {shown(regions)}")
+    if title is not None:
+        as_instance("title", title, str, "a text")
     axes_names = [str(name) for name in chart.kind.dims]
     if len(axes_names) > 2:
         raise InvalidInput(f"a figure has two axes; this map has {', '.join(axes_names)}: take a slice with isel")

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_fraction, as_non_negative, as_number, as_vector
+from nonsmooth.arrays import as_fraction, as_number, as_vector
 from nonsmooth.contact_solvers.single import FREE, SLIDE_PLUS, STICK, sigma_of, slip_of
 from nonsmooth.jit import interpreted
 from nonsmooth.laws import LAW_E_N
@@ -210,7 +210,7 @@ def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None
     system = as_system(system)
     t = as_number("t", t, "s")
     q, u = as_vector("q", q, system.n_q), as_vector("u", u, system.n_u)
-    tolerance = as_non_negative("tolerance", tolerance)
+    tolerance = as_fraction("tolerance", tolerance)
     e = None if restitution is None else as_fraction("restitution", restitution)
     problem = problem_at(system, t, q, u)
     is_always = is_always_regular(problem)

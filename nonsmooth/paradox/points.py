@@ -62,7 +62,7 @@ class Points:
                  state: Callable | None = None) -> None:  # fmt: skip
         self.t, self.names = t, names
         self._state = state
-        if state is not None and not callable(state):
+        if state is not None and (not callable(state) or isinstance(state, type)):
             raise InvalidInput(f"state must be a function of the variables that returns (q, u); got {shown(state)}")
         function = state or getattr(model, "state", None)
         if function is None:

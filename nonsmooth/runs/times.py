@@ -11,9 +11,7 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.arrays import as_count, as_number, as_vector
 from nonsmooth.blocks import WORD
-from nonsmooth.errors import (
-    InvalidInput,
-)
+from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.memory import require_memory
 
 
@@ -67,10 +65,9 @@ def grid_times(integrator: Any, t_span: tuple[float, float], every: int, t_eval:
 
 def as_span(t_span: tuple[float, float]) -> tuple[float, float]:
     """Start and end [s]."""
-    try:
-        start, end = t_span
-    except (TypeError, ValueError):
-        raise InvalidInput(f"t_span must be a pair (start, end) [s]; got {t_span!r}") from None
+    if not isinstance(t_span, tuple | list | np.ndarray) or len(t_span) != 2:
+        raise InvalidInput(f"t_span must be a pair (start, end) [s]; got {shown(t_span)}")
+    start, end = t_span
     t_0, t_1 = as_number("t_span[0]", start, "s"), as_number("t_span[1]", end, "s")
     if not t_1 >= t_0:
         raise InvalidInput(f"t_span must not run backwards; got ({t_0:g}, {t_1:g})")

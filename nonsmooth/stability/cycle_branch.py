@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_name, as_vector
+from nonsmooth.arrays import as_name, as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.simulation import simulate
@@ -131,6 +131,7 @@ def continue_cycle(
     if grid.size == 0:
         raise InvalidInput(f"values of {parameter} must be at least one; got none")
     as_name("parameter", parameter, system.parameter_values)
+    rtol = as_tolerance("rtol", rtol)
     first = system.with_parameters(**{parameter: float(grid[0])})
     branch = _Growing(system, parameter, rtol, [float(grid[0])], [limit_cycle(first, cycle, forcing=forcing)], [])
     k, direction, turns = 1, 1, 0

@@ -17,6 +17,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.stability.complex_step import STEP
 from nonsmooth.stability.mode_flow import ModeFlow
 
+EVALUATIONS = 100_000  # of the rates over one phase; a cycle of the models here takes some thousand
 RTOL = 1e-12  # of the state and, with it, of the derivative
 
 
@@ -41,6 +42,7 @@ def flow_map(
         out[:m] = f.real
         return out
 
+    rate = budgeted(rate)
     start = np.concatenate([x, np.eye(m).ravel()])
     sizes = np.concatenate([scale, np.outer(scale, 1 / scale).ravel()])
     with np.errstate(over="ignore", invalid="ignore"):  # of steps that are tried and refused
@@ -51,6 +53,23 @@ def flow_map(
             "without bound (a paradox, or a guess too far from the cycle)"
         )
     return run.y[:m, -1], run.y[m:, -1].reshape(m, m)
+
+
+def budgeted(rate: Callable) -> Callable:
+    """The rate, which refuses to be evaluated without end: a guess far from any cycle makes it stiff beyond measure."""
+    left = EVALUATIONS
+
+    def counted(t: float, z: np.ndarray) -> np.ndarray:
+        nonlocal left
+        left -= 1
+        if left < 0:
+            raise InvalidInput(
+                f"a phase of the guess is not integrated within {EVALUATIONS} evaluations of its rates; give a guess "
+                "nearer to the cycle, or a smaller dt"
+            )
+        return rate(t, z)
+
+    return counted
 
 
 def flow_curve(
@@ -64,7 +83,7 @@ def flow_curve(
 
     with np.errstate(over="ignore", invalid="ignore"):
         run = solve_ivp(
-            lambda _, z: flow.rate(z).real, (0.0, duration), x, method="DOP853", rtol=rtol, atol=rtol * scale,
+            budgeted(lambda _, z: flow.rate(z).real), (0.0, duration), x, method="DOP853", rtol=rtol, atol=rtol * scale,
             max_step=duration / pieces, dense_output=True,
         )  # fmt: skip
     return run.sol

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_vector
-from nonsmooth.errors import InvalidInput, MissingExtra
-from nonsmooth.stability.equilibrium import Equilibrium, equilibrium, follow
+from nonsmooth.arrays import as_flag, as_name, as_vector
+from nonsmooth.errors import InvalidInput, MissingExtra, shown
+from nonsmooth.stability.equilibrium import Equilibrium, as_equilibrium, equilibrium, follow
 from nonsmooth.stability.linearise import linearise
 from nonsmooth.stability.sensitivity import eigenvalue_sensitivity
 from nonsmooth.system import as_system
@@ -56,12 +56,19 @@ def stability_map(
         import xarray
     except ImportError:
         raise MissingExtra('maps need xarray; install it with pip install "nonsmooth[map]"') from None
+    sensitivities = as_flag("sensitivities", sensitivities)
+    if not isinstance(axes, Mapping):
+        raise InvalidInput(f"axes must be a dictionary {{parameter: values}}; got {shown(axes)}")
     if len(axes) != 2:
         raise InvalidInput(f"axes must name two parameters; got {list(axes)}")
     (first, x), (second, y) = ((name, as_vector(name, values)) for name, values in axes.items())
     system = as_system(system)
+    for name, values in ((first, x), (second, y)):
+        as_name("parameter", name, system.parameter_values)
+        if values.size == 0:
+            raise InvalidInput(f"the axis {name} must hold at least one value; got none")
     corner = {first: float(x[0]), second: float(y[0])}
-    at = equilibrium(system.with_parameters(**corner)) if at is None else follow(at, **corner)
+    at = equilibrium(system.with_parameters(**corner)) if at is None else follow(as_equilibrium(at), **corner)
     names = ["growth", "frequency", "verdict", "is_virtual"]
     names += [f"d_growth_d_{name}" for name in axes] if sensitivities else []
     table = {name: np.full((x.size, y.size), np.nan) for name in names}

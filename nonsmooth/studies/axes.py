@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from nonsmooth.arrays import as_instance
 from nonsmooth.errors import InvalidInput
 
 
@@ -38,6 +39,8 @@ class Axis:
     unit: str = ""
 
     def __post_init__(self) -> None:
+        as_instance("the name of an axis", self.name, str, "a text")
+        as_instance(f"the unit of the axis {self.name}", self.unit, str, "a text")
         values = as_column(self.name, self.values)
         if values.size == 0:
             raise InvalidInput(f"the axis {self.name} must have at least one value; it is empty")

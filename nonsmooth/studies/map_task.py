@@ -12,7 +12,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_count, as_number
 from nonsmooth.compiled import model_of
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.paradox.classify import ParadoxKind
 from nonsmooth.paradox.forces import Outcome
 from nonsmooth.paradox.points import Found, Points, load_search
@@ -60,6 +60,8 @@ class MapTask:
         self, model: Any, *, t: float = 0.0, state: Callable | None = None, kept: int | None = None, **fixed: float
     ) -> None:
         self.model, self.t, self.state, self.fixed = model, as_number("t", t, "s"), state, fixed
+        if state is not None and not callable(state):
+            raise InvalidInput(f"state must be a function of the variables that returns (q, u); got {shown(state)}")
         n_c = as_system(model).n_c
         if n_c == 0:
             raise InvalidInput("a map needs a system with contacts; this one has none")

@@ -95,7 +95,7 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
     task = MapTask(system, t=t, state=state, kept=kept, **fixed)
     points = task.points(tuple(grid))
     points.check(list(grid.values()))
-    threads = os.cpu_count() or 1 if workers is None else as_count("workers", workers)
+    threads = os.cpu_count() or 1 if workers is None else min(as_count("workers", workers), os.cpu_count() or 1)
     found = sweep(task, grid, workers=threads, progress=False)
     refused = np.argwhere(found.status.values == CellStatus.FAILED)
     if len(refused):

@@ -19,6 +19,7 @@ from typing import Any
 from nonsmooth.arrays import as_count
 from nonsmooth.errors import InvalidInput, NonsmoothError
 
+MOST_WORKERS = 1024
 START_TIME = 60.0  # s for a fresh interpreter to answer
 READY, BEGUN = b"ready", b"begun"
 
@@ -29,6 +30,13 @@ class WorkerDied(NonsmoothError, RuntimeError):
 
 class WorkerTimedOut(NonsmoothError, TimeoutError):
     """A call took longer than it was given; its process was ended."""
+
+
+def as_workers(workers: Any) -> int:
+    """A number of processes or threads that a machine can run, or `InvalidInput`."""
+    if as_count("workers", workers) > MOST_WORKERS:
+        raise InvalidInput(f"workers must be a whole number of at most {MOST_WORKERS}; got {workers}")
+    return int(workers)
 
 
 class LocalPool(Executor):
@@ -46,7 +54,7 @@ class LocalPool(Executor):
     """
 
     def __init__(self, workers: int) -> None:
-        self._max_workers = as_count("workers", workers)
+        self._max_workers = as_workers(workers)
         self._calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._workers = [_Worker() for _ in range(self._max_workers)]
         self._is_closed = False

@@ -23,7 +23,7 @@ from nonsmooth.memory import require_memory
 from nonsmooth.studies.axes import Plan, as_plan
 from nonsmooth.studies.batches import Driver, InThisProcess, Packed
 from nonsmooth.studies.journal import Journal, study_of
-from nonsmooth.studies.pool import LocalPool
+from nonsmooth.studies.pool import LocalPool, as_workers
 from nonsmooth.studies.progress import Progress
 from nonsmooth.studies.sweep_files import check_path, save_sweep
 from nonsmooth.studies.task import OF_COORDINATE, Batch, CellStatus, FunctionTask, Task, Variable, as_slice, put
@@ -32,6 +32,7 @@ from nonsmooth.system import System
 if TYPE_CHECKING:
     import xarray
 
+LONGEST_WAIT = 1e8  # s, three years: what the clock of a pipe holds
 CELL_BYTES = 17  # of a cell without results: status, message, its number among those that are missing
 FIRST_BATCH = {True: 1, False: 64}  # cells, of tasks that hold the interpreter and of compiled ones
 
@@ -115,12 +116,12 @@ def sweep(
     task = as_task(task)
     task.check(plan.names)
     resume, fail_fast = as_flag("resume", resume), as_flag("fail_fast", fail_fast)
-    if executor is not None:
+    if executor is not None and scheduler is None:
         as_instance("executor", executor, Executor, "a concurrent.futures.Executor")
     if journal is not None:
         as_path("journal", journal)
-    retries = retries if retries == 0 else as_count("retries", retries)
-    timeout = None if timeout is None else as_positive("timeout", timeout, "s")
+    retries = 0 if isinstance(retries, int) and retries == 0 else as_count("retries", retries)
+    timeout = None if timeout is None else min(as_positive("timeout", timeout, "s"), LONGEST_WAIT)
     batch = None if batch is None else as_count("batch", batch)
     require_xarray()
     if out is not None:
@@ -193,7 +194,7 @@ def open_executor(
     task: Task, executor: Executor | None, scheduler: str | None, workers: int, timeout: float | None
 ) -> Iterator[tuple[Executor, int]]:
     """The executor, and how many calls it runs at a time; ours are shut down at the end."""
-    workers = as_count("workers", workers)
+    workers = as_workers(workers)
     if executor is not None and scheduler is not None:
         raise InvalidInput("give either executor or scheduler; got both")
     if timeout is not None and (scheduler or not hasattr(executor or LocalPool, "submit_within")):

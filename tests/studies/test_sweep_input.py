@@ -56,7 +56,7 @@ OPTIONS = [
     ({"timeout": 0.0}, "timeout must be positive"),
     ({"progress": "loud"}, "progress must be True"),
     ({"out": "map.csv"}, "must end in one of .npz, .nc"),
-    ({"out": "no such folder/map.npz"}, "must be there and writable"),
+    ({"out": "no such folder/map.npz"}, "there is no folder"),
     ({"scheduler": "tcp://a", "executor": ns.LocalPool}, "give either executor or scheduler"),
     ({"scheduler": "tcp://127.0.0.1:1", "timeout": 1.0}, "timeout needs worker processes"),
 ]
