@@ -15,12 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.arrays import as_number, as_positive
+from nonsmooth.arrays import as_flag, as_number, as_positive
 from nonsmooth.blocks import Block, new_block
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.compliance import Compliance
 from nonsmooth.integrators.moreau_jean_contact import Scratch, scratch_shapes, solve
 from nonsmooth.integrators.moreau_jean_paradox import end_slide
@@ -68,14 +68,13 @@ class MoreauJean:
         theta = as_number("theta", self.theta)
         if not 0.5 <= theta <= 1.0:
             raise InvalidInput(f"theta must lie in [0.5, 1]; got {theta:g}")
-        if not isinstance(self.projection, bool):
-            raise InvalidInput(f"projection must be True or False; got {self.projection!r}")
+        as_flag("projection", self.projection)
         if self.compliance is not None:
             self._check_compliance(theta)
 
     def _check_compliance(self, theta: float) -> None:
         if not isinstance(self.compliance, Compliance):
-            raise InvalidInput(f"compliance must be a Compliance(stiffness, damping); got {self.compliance!r}")
+            raise InvalidInput(f"compliance must be a Compliance(stiffness, damping); got {shown(self.compliance)}")
         if theta != 1.0:
             raise InvalidInput(f"a compliance needs theta = 1, with less a stiff contact rings; got theta = {theta:g}")
         if self.projection:

@@ -123,8 +123,8 @@ class GlobalContactProblem:
         require_matrix("H", self.H, (n_u, n))
         if self.G is not None:
             require_matrix("G", self.G, (n_u, None))
-            if self.b is not None:
-                as_vector("b", self.b, self.G.shape[1])
+        if self.b is not None:
+            as_vector("b", self.b, 0 if self.G is None else np.shape(self.G)[1])
         if self.P is not None:
             as_vector("P", self.P, n)
         as_instance("note", self.note, str, "a text")
