@@ -1,0 +1,52 @@
+"""Random planar systems move alike under all integrators, or an event of theirs says why not."""
+
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nonsmooth.bench import stress_random
+
+CHATTERS = 340  # compliant contact of 1e10 N/m alternates between stick and slip and takes more than five seconds
+
+
+def unexplained(seed):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return [v for v in stress_random.compare(seed) if not v.agrees and (not v.reason or "failure" in v.reason)]
+
+
+@settings(max_examples=120, deadline=None, derandomize=True)
+@given(st.integers(1000, 10**9))
+def test_random_systems_agree_or_say_why_not(seed):
+    assert not unexplained(seed)
+
+
+@pytest.mark.slow
+def test_thousands_of_random_systems_agree_or_say_why_not():
+    assert [v for seed in range(3000) if seed != CHATTERS for v in unexplained(seed)] == []
+
+
+def test_samples_meet_impacts_slip_and_stick_and_the_bound_is_small_against_the_motion():
+    kinds, relative = set(), []
+    for seed in range(40):
+        s = stress_random.sample(seed)
+        exact = stress_random.run(s, stress_random.EventDriven(rtol=1e-8))
+        kinds |= {(event.kind.name, event.mode_after.name) for event in exact.events}
+        way = stress_random.size(s.M, np.abs(exact.u).max(axis=0)) * stress_random.T_END
+        if way > 0:  # some rest
+            relative.append(stress_random.bound(s, exact, stress_random.DT) / way)
+    assert {("IMPACT", "SLIDE"), ("IMPACT", "STICK"), ("MODE_CHANGE", "STICK"), ("MODE_CHANGE", "OPEN")} <= kinds
+    assert np.median(relative) < 1e-2  # else agreement would say nothing
+
+
+def test_runs_that_differ_are_told_from_those_that_agree():
+    s = stress_random.sample(1)
+    exact = stress_random.run(s, stress_random.EventDriven(rtol=1e-9, atol=1e-11))
+    steps = stress_random.run(s, stress_random.MoreauJean(stress_random.DT))
+    other = s.system.with_parameters(h_0=s.system.parameters.h_0 + 1.0)
+    assert stress_random.judge(1, s, exact, steps, stress_random.DT).agrees
+    pushed = stress_random.run(s._replace(system=other), stress_random.MoreauJean(stress_random.DT))
+    assert not stress_random.judge(1, s, exact, pushed, stress_random.DT).agrees
