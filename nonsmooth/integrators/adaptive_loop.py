@@ -36,7 +36,7 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.integrators.rigid_modes import HAS, N_WORKS
 from nonsmooth.jit import kernel
-from nonsmooth.system import GAP, UNILATERAL
+from nonsmooth.system import GAP, UNILATERAL, ContactMode
 
 SUMMED = (SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL)
 
@@ -113,7 +113,10 @@ def remember(n, run):
 
 @kernel
 def accept(t_1, has_event, state, run):
-    """Move to the end of the step, run.x, with its impulses, works, modes and events; whether a mode changed."""
+    """Move to the end of the step, run.x, with its impulses, works, modes and events; whether a mode changed.
+
+    A contact that parts at the end, of an impact in the last substep, is open.
+    """
     contacts, trial, change = run.contacts, run.trial, run.change
     n, n_c, width = state.q.shape[0], state.mode.shape[0], state.P.shape[1]
     for i in range(n):
@@ -124,8 +127,10 @@ def accept(t_1, has_event, state, run):
     for i in range(n_c):
         if has_event:
             has_changed = has_changed or trial.mode[i] != state.mode[i] or trial.slip[i] != state.slip[i]
-            state.mode[i], state.slip[i] = trial.mode[i], trial.slip[i]
-            contacts.mode[i], contacts.slip[i] = trial.mode[i], trial.slip[i]
+            parts = contacts.kinds[i, 0] == UNILATERAL and run.gamma_1[i] > run.tol_gamma[i]
+            state.mode[i] = ContactMode.OPEN.value if parts else trial.mode[i]
+            state.slip[i] = 0 if parts else trial.slip[i]
+            contacts.mode[i], contacts.slip[i] = state.mode[i], state.slip[i]
         state.several[i] = run.several[i]
         for k in range(width):
             state.P[i, k] = trial.P[i, k]

@@ -99,7 +99,7 @@ def fill_row(model, p, t, H, j, state, run):
             if not differs(i, kinds, state, trial):
                 continue
             if state.mode[i] == ContactMode.OPEN:
-                if run.lid[i] == 0.0 and run.g_0[i] > 0.0:
+                if run.g_0[i] > closed_gap(i, run):
                     return Status.RUNNING, EARLY
                 at_once = LANDED
             at_once = max(at_once, AT_ONCE)

@@ -1,13 +1,14 @@
 """One plain step of Moreau–Jean within an adaptive step: what an error estimate asks of it.
 
-It is the step of moreau_jean_step.py with theta = 1/2 and four changes:
+It is the step of moreau_jean_step.py with theta = 1/2 and five changes:
 
 1. a contact takes part where its gap at the mid-point is not above its lid, or where it was active before; the lid is
    zero but for a contact that was closed within the tolerance when the step began;
 2. no gap is fed back, since the positions are moved back after the adaptive step (rigid_hold.py): what 1/dt times the
    rounding of a gap does to the velocities depends on the step, and would enter every difference of two step sizes;
 3. the velocities are carried through the step by the rates of the rows, which lose nothing in short steps;
-4. a bounce that would stay within the tolerance of the gap does not take place, nor one that is slower than the
+4. a contact that was open when the adaptive step began, and parts, takes no part;
+5. a bounce that would stay within the tolerance of the gap does not take place, nor one that is slower than the
    tolerance of the velocity: (e gamma_N)^2 / (2 a) <= tol_g, with a the free acceleration towards the surface, or
    |gamma_N| <= tol_gamma.
 """
@@ -60,18 +61,22 @@ def substep(model, p, t, dt, run_at):
     if status != Status.RUNNING:
         return status
     step.is_known[0] = 1
+    r = 0
+    if n_k > 0:
+        if not evaluate_rows(model, has, step.is_known[1] == 0, t_mid, u, p, work):
+            return Status.NOT_FINITE.value
+        step.is_known[1] = 1
+        r = assemble(model, p, t, dt, n, n_k, run)
+        touching = leave_out_parting(n_k, run, work)
+        if 0 < touching < n_k:
+            r = assemble(model, p, t, dt, n, touching, run)
+        n_k = touching
+        if r < 0:
+            return Status.NOT_FINITE.value
     if n_k == 0:
         for j in range(n):
             work.u_1[j] = u[j] + work.du[j]
     else:
-        if not evaluate_rows(model, has, step.is_known[1] == 0, t_mid, u, p, work):
-            return Status.NOT_FINITE.value
-        step.is_known[1] = 1
-        r = stack_rows(n, n_k, kinds, u, work)
-        apply_inverse(has, n, work, r)
-        delassus(n, r, work)
-        if not find_free_velocities(model, p, t, dt, n, n_k, r, run):
-            return Status.NOT_FINITE.value
         choose_restitution(dt, n_k, run, work)
         add_restitution(n_k, kinds, run.laws, 0.0, work)
         status = solve(kinds, run.laws, contacts.facts[SELECTION], dt, n_k, address(trial), address(step))
@@ -84,6 +89,16 @@ def substep(model, p, t, dt, run_at):
         return Status.NOT_FINITE.value
     accept(has, kinds, t, dt, THETA, n, n_c, n_k, trial, step)
     return Status.RUNNING.value
+
+
+@kernel
+def assemble(model, p, t, dt, n, n_k, run):
+    """G and c of the closed contacts; returns the number of rows, -1 if a model function raised."""
+    work, has, u = run.step.work, run.contacts.facts[HAS], run.trial.u
+    r = stack_rows(n, n_k, run.contacts.kinds, u, work)
+    apply_inverse(has, n, work, r)
+    delassus(n, r, work)
+    return r if find_free_velocities(model, p, t, dt, n, n_k, r, run) else -1
 
 
 @kernel
@@ -127,6 +142,24 @@ def close_within(n_c, kinds, mode, lid, work):
             work.closed[n_k] = i
             n_k += 1
     return n_k
+
+
+@kernel
+def leave_out_parting(n_k, run, work):
+    """Leave out contacts that were open when the adaptive step began, and part; returns how many are left.
+
+    Where two contacts throw a body from one to the other, the one that it leaves would stop it on its way.
+    """
+    left = 0
+    for k in range(n_k):
+        i = work.closed[k]
+        was_open = run.contacts.kinds[i, 0] == UNILATERAL and run.contacts.mode[i] == ContactMode.OPEN
+        if was_open and work.gamma_0[work.start[k]] > run.tol_gamma[i]:
+            run.trial.mode[i], run.trial.slip[i] = ContactMode.OPEN.value, 0
+            continue
+        work.closed[left] = i
+        left += 1
+    return left
 
 
 @kernel
