@@ -64,6 +64,6 @@ def test_command_line_takes_auto_and_budgets(capsys):
     assert "because every event of 1 contact" in capsys.readouterr().out
     arguments = ["run", "bouncing-ball", "--t-end", "0.5", "--integrator", "auto", "--no-plot", "--max-steps", "2"]
     assert main(arguments) == FAILED
-    assert "max_steps or max_wall_time is used up, after 2 steps" in capsys.readouterr().out
+    assert "max_steps = 2 is used up after 2 steps" in capsys.readouterr().out
     assert main(["run", "bouncing-ball", "--integrator", "auto", "--dt", "0.1", "--no-plot"]) == 2
     assert "--dt is no option of --integrator auto" in capsys.readouterr().err

@@ -224,7 +224,7 @@ def test_events_that_could_not_be_located_are_refused(integrator, options, messa
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("events", [(), (passes(0.3),)])
 def test_steps_that_are_used_up_end_the_run_with_what_was_computed(integrator, events):
-    with pytest.raises(ns.BudgetSpent, match="max_steps or max_wall_time is used up, after 9 steps") as failure:
+    with pytest.raises(ns.BudgetSpent, match="max_steps = 9 is used up after 9 steps") as failure:
         fall(3.0, integrator, max_steps=9, events=events)
     error = failure.value
     assert error.solution.stats.steps == 9 and error.t == error.solution.t[-1] < 3.0

@@ -192,9 +192,11 @@ class AdaptiveRun(Run):
         """The state of a run that failed before it wrote a row, as the only one."""
         if self.trail_block.arrays.counts[ROWS] or any(len(row[0]) for row in self.rows):
             return []
+        x, la, mode, slip = (np.zeros((1, *column.shape[1:])) for column in self.trail_block.arrays[3:])
+        x[0, : 2 * self.system.n_u] = *self.state.q, *self.state.u
         contacts = self.scratch_block.arrays.contacts
-        x = self.scratch_block.arrays.ode.x
-        return [(np.array([self._time()]), *(a[None].copy() for a in (x, contacts.la, contacts.mode, contacts.slip)))]
+        mode[0], slip[0] = contacts.mode, contacts.slip
+        return [(np.array([self._time()]), x, la, mode, slip)]
 
     def _motion_of_steps(self, t: np.ndarray, q: np.ndarray, u: np.ndarray) -> Callable[[], Motion] | None:
         """What joins the steps to the motion, if they were kept."""

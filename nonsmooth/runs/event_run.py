@@ -47,7 +47,7 @@ class EventRun(AdaptiveRun):
         return rows[rows[:, EVENT_T] >= self.follows_since]
 
     def _message(self) -> str:
-        if self.status == Status.NOT_SOLVED:
+        if self.status == Status.NOT_SOLVED and hasattr(self.integrator, "hand_over"):
             return (
                 f"more contacts touch at once than can be enumerated, at t = {self._time():.9g} s: time stepping goes "
                 f"on through that, as MoreauJean(dt), or EventDriven(hand_over=MoreauJean(dt)) for this stretch alone; "

@@ -112,6 +112,7 @@ class Run:
     watch: EventWatch | None = None
     stop: Stop | None = None
     budget = sys.maxsize  # steps
+    spent = ""  # which budget was used up
 
     def look_for(self, events: Sequence[Callable]) -> None:
         """Look for events of the user from step to step.
@@ -138,7 +139,7 @@ class Run:
             while self.status == Status.RUNNING:
                 began, before = time.perf_counter(), int(self.state.counters[STEPS])
                 if before >= self.budget and self._fraction_done() < 1.0:
-                    self.status = Status.BUDGET_SPENT
+                    self.status, self.spent = Status.BUDGET_SPENT, f"max_steps = {max_steps}"
                     break
                 block = max(1, min(block, self.budget - before))
                 self.status = Status(self._watched_block(block) if self.watch else self._block(block))
@@ -151,7 +152,7 @@ class Run:
                 if progress is not None:
                     progress(self._fraction_done())
                 if max_wall_time is not None and self.wall_time > max_wall_time and self.status == Status.RUNNING:
-                    self.status = Status.BUDGET_SPENT
+                    self.status, self.spent = Status.BUDGET_SPENT, f"max_wall_time = {max_wall_time:g} s"
         except KeyboardInterrupt:
             self.status = Status.INTERRUPTED
             self._collect_events()
@@ -269,9 +270,9 @@ class Run:
         if self.status == Status.INTERRUPTED:
             return f"interrupted at {where}"
         if self.status == Status.BUDGET_SPENT:
-            steps = int(self.state.counters[STEPS])
-            spent = f"{steps} steps and {self.wall_time:.3g} s"
-            return f"max_steps or max_wall_time is used up, after {spent}; stopped at {where}, {self._where()}"
+            return (
+                f"{self.spent} is used up after {self.state.counters[STEPS]} steps; stopped at {where}, {self._where()}"
+            )
         if self.stop is not None:
             return self.stop.message
         if self.status == Status.NOT_FINITE:
