@@ -21,7 +21,6 @@ _HOME = {
     "Stats": "solution",
     "Event": "solution",
     "StateAt": "motion",
-    "Motion": "motion",
     "ParadoxEvent": "solution",
     "EventKind": "solution",
     "MoreauJean": "integrators.moreau_jean",
