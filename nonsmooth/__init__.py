@@ -21,6 +21,7 @@ _HOME = {
     "Stats": "solution",
     "Event": "solution",
     "StateAt": "motion",
+    "Motion": "motion",
     "ParadoxEvent": "solution",
     "EventKind": "solution",
     "MoreauJean": "integrators.moreau_jean",
