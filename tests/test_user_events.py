@@ -173,6 +173,17 @@ def test_run_can_go_on_from_a_terminal_event():
     assert abs(first.q[-1, 2] - math.radians(40)) < 1e-10
 
 
+@pytest.mark.parametrize("integrator", [ns.EventDriven(1e-5, 1e-7), ns.MoreauJean(dt=1e-2)])
+def test_interpreted_run_has_the_same_motion_and_events(integrator, monkeypatch):
+    watched = {"events": [event(passes(0.3), terminal=2)]}
+    compiled = fall(2.0, integrator, **watched)
+    monkeypatch.setenv("NONSMOOTH_INTERPRET", "1")
+    twin = fall(2.0, integrator, **watched)
+    assert not twin.stats.is_compiled and (twin.t_events[0] == compiled.t_events[0]).all()
+    t = np.linspace(0, twin.t[-1], 57)
+    assert (twin(t).q == compiled(t).q).all() and (twin(t).u == compiled(t).u).all()
+
+
 # functions that fail
 
 
@@ -212,6 +223,7 @@ def test_what_is_no_event_function_is_refused(events, message):
     (ns.MoreauJean(dt=1e-3), {"every": 5}, "from record to record"),
     (ns.MoreauJean(dt=1e-3), {"t_eval": [0.0, 0.9]}, "from record to record"),
     (ns.Penalty(stiffness=1e6, method="Radau"), {}, "take method='compiled'"),
+    (ns.Adaptive(), {}, "which Adaptive does not keep"),
 ])  # fmt: skip
 def test_events_that_could_not_be_located_are_refused(integrator, options, message):
     with pytest.raises(ns.InvalidInput, match=message):

@@ -213,6 +213,20 @@ def test_motion_whose_steps_were_not_recorded_is_refused(integrator, options):
         sol(0.3)
 
 
+def test_motion_of_an_integrator_that_keeps_no_steps_is_refused():
+    ball = BouncingBall()
+    sol = run(ball, 0.3, ball.state(height=1.0), ns.Adaptive(1e-5, 1e-7))
+    with pytest.raises(ns.InvalidInput, match="its integrator keeps no steps"):
+        sol(0.1)
+
+
+def test_motion_of_a_saved_solution_is_refused(tmp_path):
+    ball = BouncingBall()
+    sol = run(ball, 0.3, ball.state(height=1.0), ns.EventDriven())
+    with pytest.raises(ns.InvalidInput, match="it was read from a file"):
+        ns.Solution.load(sol.save(tmp_path / "ball.npz"))(0.1)
+
+
 def test_run_that_failed_knows_its_motion_until_then():
     def failing(t, q, u, p, h):
         h[0] = -math.sqrt(0.5 - t)
