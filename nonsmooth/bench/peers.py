@@ -22,7 +22,7 @@ from nonsmooth.studies.reference import Problem
 from nonsmooth.studies.work_precision import Trial
 
 FOLDER = Path(__file__).parents[2] / "tests" / "peers"
-STEPS = tuple(10.0 ** (-0.5 * k) for k in range(4, 11))  # of the span: 1e-2 to 1e-5
+STEPS = tuple(10.0 ** (-0.5 * k) for k in range(4, 10))  # of the span: 1e-2 to 3e-5
 TOLERANCES = tuple(10.0**-k for k in range(3, 13))
 
 
@@ -86,6 +86,7 @@ class Siconos:
     def __init__(self, has_events: bool = False) -> None:
         self.has_events = has_events
         self.process: subprocess.Popen[str] | None = None
+        self.positions: dict[tuple[str, float], np.ndarray] = {}  # read once, the repeats are timed only
 
     def settings(self, name: str, problem: Problem) -> Sequence[float]:
         """Steps [s] of the scenes that the adapter knows."""
@@ -99,12 +100,13 @@ class Siconos:
         _, q0, u0 = problem.start
         answer = self.ask({
             "scene": name, "dt": setting, "events": self.has_events, "times": problem.times.tolist(),
-            "q0": q0.tolist(), "u0": u0.tolist(),
+            "q0": q0.tolist(), "u0": u0.tolist(), "read": (name, setting) not in self.positions,
             "p": {key: float(value) for key, value in problem.system.parameter_values.items()},
         })  # fmt: skip
         if "error" in answer:
             raise StepFailure(f"Siconos: {answer['error']}", None, np.nan)  # type: ignore[arg-type]
-        return Trial(np.array(answer["q"]), answer["wall_time"], answer["steps"], answer["steps"])
+        q = self.positions.setdefault((name, setting), np.array(answer["q"]))
+        return Trial(q, answer["wall_time"], answer["steps"], answer["steps"])
 
     def ask(self, request: dict[str, Any]) -> dict[str, Any]:
         """One answer of the process, which is started with the first request."""
