@@ -25,6 +25,7 @@ from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.studies.work_precision import TIMES, TOLERANCES, OwnMethod, Scene, work_precision
+from nonsmooth.studies.work_precision_result import joined
 
 BEADS = 20  # the dense Jacobian of an implicit method is not made for a hundred
 REPEATS = 5
@@ -89,12 +90,15 @@ def main(argv: list[str] | None = None) -> int:
         name: scene for name, scene in scenes().items()
         if not options.scenes or any(word in name for word in options.scenes)
     }  # fmt: skip
+    studies = []
     try:
-        study = work_precision(chosen, measured, repeats=options.repeats)
+        for name, scene in chosen.items():
+            studies.append(work_precision({name: scene}, measured, repeats=options.repeats))
+            print(studies[-1].table(), flush=True)
     finally:
         for method in measured.values():
             getattr(method, "close", int)()
-    print(study.table())
+    study = joined(studies)
     if options.out:
         figure = options.out.with_suffix(".png")
         study.plot(figure)

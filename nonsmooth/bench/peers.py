@@ -119,7 +119,12 @@ class Siconos:
         self.process.stdin.write(json.dumps(request) + "\n")
         self.process.stdin.flush()
         line = self.process.stdout.readline()
-        return json.loads(line) if line else {"error": "its process has ended"}
+        if line:
+            answer: dict[str, Any] = json.loads(line)
+            return answer
+        code = self.process.wait()  # the next request starts another one
+        self.process = None
+        return {"error": f"its process has ended with the code {code}"}
 
     def close(self) -> None:
         """End the process."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_positive
 from nonsmooth.errors import UnknownName, nearest
-from nonsmooth.studies.study import ABOVE_FLOOR, Study
+from nonsmooth.studies.study import ABOVE_FLOOR, Study, require_xarray
 
 COSTS = {"wall_time": "wall time [ms]", "evaluations": "force evaluations"}
 TARGETS = (1e-4, 1e-6, 1e-9)  # errors at which the table compares
@@ -132,6 +133,14 @@ class WorkPrecision(Study):
 
     def __repr__(self) -> str:
         return f"WorkPrecision({len(self.scenes)} scenes, {', '.join(self.methods)})"
+
+
+def joined(studies: Sequence[WorkPrecision]) -> WorkPrecision:
+    """Studies of the same methods on different scenes as one."""
+    data = require_xarray().concat(
+        [study.data for study in studies], "scene", join="outer", fill_value={"message": ""}, data_vars="minimal"
+    )
+    return WorkPrecision("level", data, studies[0].title)
 
 
 def number(value: float) -> str:
