@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import nonsmooth as ns
-from models import PainleveRod, SpragSlip
+from models import BouncingBall, PainleveRod, SpragSlip
 from nonsmooth.output.paradox_plots import plot_map
 from nonsmooth.output.plots import BLUE, RED, new_figure
 
@@ -24,6 +24,14 @@ def regular_contact(folder: Path) -> None:
     start = rod.state(th=math.radians(75), thdot=-0.5, slip=-0.5)
     ns.penalty_study(rod, (0, 0.7), *start, stiffness=np.logspace(4, 9, 11), damping_ratio=1.0, times=[0.3, 0.7]).plot(
         folder / "penalty_regular.png"
+    )
+
+
+def bounces(folder: Path) -> None:
+    """An elastic ball on a spring: late, and right after each bounce."""
+    ball = BouncingBall(e=1.0)
+    ns.penalty_study(ball, (0, 2.0), *ball.state(height=1.0), stiffness=np.logspace(4, 10, 7)).plot(
+        folder / "penalty_bounces.png"
     )
 
 
@@ -131,7 +139,7 @@ def over_the_regions(folder: Path) -> None:
 def main(folder: Path) -> None:
     """Draw all of them."""
     folder.mkdir(parents=True, exist_ok=True)
-    for draw in (regular_contact, seizure, restitution, branches, over_the_regions):
+    for draw in (regular_contact, bounces, seizure, restitution, branches, over_the_regions):
         draw(folder)
 
 
