@@ -35,6 +35,8 @@ def test_study_convergence_prints_orders(capsys):
     ("arguments", "title"),
     [
         (["--integrator", "event-driven", "--rtol", "1e-4", "1e-6"], "convergence with the tolerance"),
+        (["--integrator", "adaptive", "--rtol", "1e-3", "1e-6", "--reference", "event-driven"],
+         "convergence with the tolerance"),
         (["--integrator", "penalty", "--stiffness", "1e6", "--damping-ratio", "1", "--rtol", "1e-5", "1e-6"],
          "convergence with the tolerance"),
         (["--integrator", "moreau-jean", "--theta", "1", "--dt", "1e-3", "1e-4", "--reference", "event-driven"],
@@ -59,6 +61,7 @@ def test_study_convergence_takes_any_integrator(arguments, title, capsys):
         (["convergence", "sprag-slip", "--times", "99"], "times must increase within"),
         (["convergence", "sprag-slip", "--rtol", "1e-6"], "--rtol is no option of --integrator moreau-jean"),
         (["convergence", "sprag-slip", "--integrator", "event-driven", "--dt", "1e-3"], "--dt is no option of"),
+        (["convergence", "sprag-slip", "--integrator", "adaptive", "--dt", "1e-3"], "--dt is no option of"),
         (["convergence", "sprag-slip", "--integrator", "penalty"], "needs --stiffness"),
         (
             ["convergence", "sprag-slip", "--integrator", "penalty", "--stiffness", "1e6", "--rtol", "2"],
