@@ -1,6 +1,6 @@
 """A branch of cycles followed by its arclength, which goes round the folds where the parameter turns back.
 
-With z the states and logarithms of durations of the phases, z and the parameter p in their units, the next cycle solves
+With z the states and durations of the phases, z and the parameter p in their units, the next cycle solves
 
     F(z, p) = 0  (shooting),      t_z . (z - z_0) + t_p (p - p_0) = ds
 
@@ -27,7 +27,7 @@ ITERATIONS = 8
 DIFFERENCE = 1e-3  # of the parameter's unit, for dF/dp: its error, 1e-6, slows Newton's method only
 ROUNDING = 1e-5  # of the parameter itself: a smaller difference would drown in the integration's error
 SHORTEST = 1.0 / 64  # step of the arclength
-STEPS = 400
+STEPS = 100
 SHRUNK = 0.2  # of the last cycle: a smaller one at a "fold" is the rest from which the branch grows (Hopf)
 LOCATED = 1e-5  # of the arclength: of a fold, where the parameter's error is quadratic in it
 
@@ -63,11 +63,11 @@ class Arc:
     def __init__(self, at: Callable[[float], System], cycle: LimitCycle, value: float, unit: float, rtol: float):
         self.at, self.cycle, self.origin, self.unit, self.rtol = at, cycle, value, unit, rtol
         self.scale = Shooting(at(value), cycle.guesses(), forcing=cycle.forcing).scale
-        states = np.array([np.append(phase.x / self.scale, np.log(phase.duration)) for phase in cycle.phases])
+        states = np.array([np.append(phase.x / self.scale, phase.duration / cycle.period) for phase in cycle.phases])
         self.shape = states.shape
         y = np.append(states.ravel() / UNIT, 0.0)
         problem = self.problem(y)
-        J = np.column_stack([problem.linearised(rtol)[1] * UNIT, self._by_parameter(y)])
+        J = np.column_stack([problem.linearised(rtol)[1] * self._units(problem), self._by_parameter(y)])
         self.point = ArcPoint(y, _null_vector(J, np.append(np.zeros(y.size - 1), 1.0)), problem)
 
     def parameter(self, point: ArcPoint) -> float:
@@ -75,14 +75,28 @@ class Arc:
         return self.origin + self.unit * point.value
 
     def problem(self, y: np.ndarray) -> Shooting:
-        """The shooting problem at y."""
+        """The shooting problem at y.
+
+        Raises
+        ------
+        InvalidInput
+            Where a phase has shrunk to nothing.
+        """
         states = (y[:-1] * UNIT).reshape(self.shape)
+        if states[:, -1].min() <= 0:
+            raise InvalidInput("the branch is lost: one of its phases shrinks to nothing")
         guess = [
-            phase._replace(x=row[:-1] * self.scale, duration=float(np.exp(row[-1])))
+            phase._replace(x=row[:-1] * self.scale, duration=float(row[-1] * self.cycle.period))
             for phase, row in zip(self.cycle.guesses(), states, strict=True)
         ]
         system = self.at(self.origin + self.unit * y[-1])
         return Shooting(system, guess, self.scale, self.rtol, self.cycle.forcing)
+
+    def _units(self, problem: Shooting) -> np.ndarray:
+        """d(states over their scale, logarithms of the durations)/dz, (m (d + 1),)."""
+        units = np.full(self.shape, UNIT)
+        units[:, -1] *= self.cycle.period / problem.T
+        return units.ravel()
 
     def _by_parameter(self, y: np.ndarray) -> np.ndarray:
         """dF/dp."""
@@ -104,7 +118,7 @@ class Arc:
         for _ in range(ITERATIONS):
             problem = self.problem(y)
             F, by_z = problem.linearised(self.rtol)
-            J = np.column_stack([by_z * UNIT, by_parameter])
+            J = np.column_stack([by_z * self._units(problem), by_parameter])
             ahead = start.tangent @ (y - start.y) - ds
             step = -np.linalg.lstsq(np.vstack([J, start.tangent]), np.append(F, ahead), rcond=1e-13)[0]
             if np.abs(step).max() > 1:

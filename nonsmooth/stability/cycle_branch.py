@@ -9,6 +9,7 @@ Champneys, Kowalczyk, *Piecewise-smooth Dynamical Systems* (2008), chapters 7 an
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,21 +17,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.arrays import as_name, as_tolerance, as_vector
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, StepFailure
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.simulation import simulate
 from nonsmooth.stability.arclength import passage
 from nonsmooth.stability.cycle import LimitCycle
-from nonsmooth.stability.flow_map import flow_curve
+from nonsmooth.stability.cycle_margins import least_p, least_slip, paradox_at
 from nonsmooth.stability.limit_cycle import limit_cycle
-from nonsmooth.stability.mode_flow import mode_flow
 from nonsmooth.stability.mode_sequence import ContactLost, PhaseGuess, period_of, sequence_near
-from nonsmooth.stability.shooting import SAMPLES, OtherSequence, Shooting
+from nonsmooth.stability.shooting import OtherSequence, Shooting
 from nonsmooth.system import System, as_system
 
 TURNS = 8  # folds
+SAME = 0.3  # of the amplitude: a cycle that simulation finds so near continues the branch
 SETTLE = 60  # periods that a motion is given to settle where its sequence of modes has changed
 DEGREE = 3  # of the polynomial along the branch by which the next cycle is predicted
+LOCATED = 1e-9  # relative accuracy of the value at which a cycle enters a paradox
 GRAZE = 1e-12  # relative accuracy of the value at which a cycle grazes
 
 
@@ -41,15 +43,15 @@ class CycleChange:
     Attributes
     ----------
     kind : str
-        "stick begins", "stick ends", "new sequence", "fold", "period doubling", "torus", "jump" to a cycle that is not
-        the continuation of the last, or "end" of the branch.
+        "stick begins", "stick ends", "new sequence", "paradox entry", "paradox exit", "fold", "period doubling",
+        "torus", "jump" to a cycle that is not the continuation of the last, or "end" of the branch.
     value : float
-        Where: to about 1e-10 for stick that begins or ends by grazing and for a fold that the branch goes round, else
-        the middle of the two values.
+        Where: to about 1e-9 for stick that begins or ends by grazing, for a paradox, and for a fold that the branch
+        goes round, else the middle of the two values.
     before, after : float
         The two values.
     message : str
-        Why, where a sequence of modes did not close.
+        Why, where a sequence of modes did not close; of a paradox, what it is.
     """
 
     kind: str
@@ -176,28 +178,46 @@ class _Growing:
         return self._add(value, found)
 
     def _beyond(self, value: float, guess: list[PhaseGuess], broken: InvalidInput) -> str:
-        """Where the predicted cycle does not close: with another sequence, or along the arc, else by simulation."""
-        before, last = self.values[-1], self.cycles[-1]
+        """Where the predicted cycle does not close: another sequence, or a fold, or what simulation settles in."""
         try:
-            near = last
-            if isinstance(broken, OtherSequence):
-                near = Shooting(self.at(value), guess, last.scale, self.rtol, last.forcing).solve(checked=False)
-            found = Shooting(self.at(value), sequence_near(self.at(value), near), forcing=last.forcing).solve()
-            if found.sequence() != last.sequence():
-                return self._change(value, found, str(broken))
+            found = self._with_another_sequence(value, guess, broken)
         except ContactLost as lost:
             return self._end(value, str(lost))
-        except InvalidInput:
-            pass
-        if isinstance(broken, OtherSequence):
-            return self._simulated(value, str(broken))
+        message = "no cycle near the last one"
+        if found is None:
+            try:
+                found = _resimulated(self.at(value), self.cycles[-1])
+            except InvalidInput as lost:
+                message = str(lost)
+        if found is not None and _is_near(found, self.cycles[-1]):
+            return self._change(value, found, str(broken))
+        if not isinstance(broken, OtherSequence):
+            try:
+                return self._round_the_arc(value)
+            except InvalidInput:
+                pass
+        return self._end(value, message) if found is None else self._change(value, found, str(broken))
+
+    def _with_another_sequence(self, value: float, guess: list[PhaseGuess], broken: InvalidInput) -> LimitCycle | None:
+        """The cycle with the sequence that one period from the predicted cycle passes, where it is another one."""
+        near, system = self.cycles[-1], self.at(value)
         try:
-            way = passage(self.at, last, before, value - before, self.rtol)
-        except InvalidInput:
-            return self._simulated(value, str(broken))
+            if isinstance(broken, OtherSequence):
+                near = Shooting(system, guess, near.scale, self.rtol, near.forcing).solve(checked=False)
+            found = Shooting(system, sequence_near(system, near), forcing=near.forcing).solve()
+        except ContactLost:
+            raise
+        except (InvalidInput, StepFailure):
+            return None
+        return found if found.sequence() != self.cycles[-1].sequence() else None
+
+    def _round_the_arc(self, value: float) -> str:
+        """By arclength, round a fold if there is one."""
+        before = self.values[-1]
+        way = passage(self.at, self.cycles[-1], before, value - before, self.rtol)
         if way.fold is None and way.cycle is not None:
             return self._add(value, way.cycle)
-        if way.turning is not None:
+        if way.fold is not None and way.turning is not None:
             self.changes.append(CycleChange("fold", way.fold, before, value))
             self.values.append(way.fold)
             self.cycles.append(way.turning)
@@ -206,14 +226,6 @@ class _Growing:
         self.values.append(before)
         self.cycles.append(way.cycle)
         return "turned"
-
-    def _simulated(self, value: float, broken: str) -> str:
-        """The cycle that the motion from the last one settles in at the next value."""
-        try:
-            found = _resimulated(self.at(value), self.cycles[-1])
-        except InvalidInput as none:
-            return self._end(value, str(none))
-        return self._change(value, found, broken)
 
     def _end(self, value: float, message: str) -> str:
         before = self.values[-1]
@@ -234,9 +246,45 @@ class _Growing:
         kind = crossing(last.multipliers, found.multipliers) if is_continuation else ""
         if kind and found.sequence() == last.sequence():
             self.changes.append(CycleChange(kind, 0.5 * (before + value), before, value))
+        self._note_paradox(value, found)
         self.values.append(value)
         self.cycles.append(found)
         return "reached"
+
+    def _note_paradox(self, value: float, found: LimitCycle) -> None:
+        """Where the least p of the cycle has changed its sign since the last one."""
+        before, last = self.values[-1], self.cycles[-1]
+        (p_0, x_0), (p_1, x_1) = least_p(last), least_p(found)
+        if (p_0 < 0) == (p_1 < 0):
+            return
+        kind = "paradox entry" if p_1 < 0 else "paradox exit"
+        what = paradox_at(found, x_1) if p_1 < 0 else paradox_at(last, x_0)
+        near = found if p_1 < 0 else last
+        place = 0.5 * (before + value)
+        if found.sequence() == last.sequence():
+            place = self._zero_of(lambda cycle: least_p(cycle)[0], (before, value), near, place)
+        self.changes.append(CycleChange(kind, place, before, value, what))
+
+    def _zero_of(
+        self, margin: Callable[[LimitCycle], float], values: tuple[float, float], near: LimitCycle, place: float
+    ) -> float:
+        """The value at which a margin of the cycle vanishes; ``place`` where it does not along this sequence."""
+        from scipy.optimize import brentq
+
+        def at(value: float) -> float:
+            problem = Shooting(self.at(value), near.guesses(), near.scale, self.rtol, near.forcing)
+            return margin(problem.solve(checked=False))
+
+        try:
+            return float(brentq(at, *values, xtol=1e-300, rtol=LOCATED))
+        except (InvalidInput, ValueError):  # a cycle that does not close, or no change of sign
+            return place
+
+
+def _is_near(found: LimitCycle, last: LimitCycle) -> bool:
+    """Whether a cycle continues another: a sequence of modes changes without a jump of the motion."""
+    sizes, others = found.amplitudes, last.amplitudes
+    return bool(np.abs(sizes - others).max() <= SAME * others.max() and found.is_stable == last.is_stable)
 
 
 def _predicted(grid: np.ndarray, cycles: list[LimitCycle], k: int) -> list[PhaseGuess]:
@@ -279,47 +327,24 @@ def _changed(
     kind = "stick begins" if sticks[1] > sticks[0] else "stick ends" if sticks[1] < sticks[0] else "new sequence"
     value = 0.5 * (values[0] + values[1])
     free = cycles[int(np.argmin(sticks))]
-    if kind != "new sequence" and len(free.phases) == 1:
+    stops = any(phase.sticks or (phase.ends_by and phase.ends_by[1] == "slip") for phase in free.phases)
+    if kind != "new sequence" and not stops:
         value = _grazing(system, parameter, values, free)
     return CycleChange(kind, value, *values, message)
 
 
 def _grazing(system: System, parameter: str, values: tuple[float, float], free: LimitCycle) -> float:
-    """Where the cycle without events first touches the limit of its mode."""
+    """Where the cycle that never stops sliding first does."""
     from scipy.optimize import brentq
 
     def margin(value: float) -> float:
         moved = system.with_parameters(**{parameter: value})
-        return least_margin(Shooting(moved, free.guesses(), free.scale, forcing=free.forcing).solve(checked=False))
+        return least_slip(Shooting(moved, free.guesses(), free.scale, forcing=free.forcing).solve(checked=False))
 
     low, high = margin(values[0]), margin(values[1])
     if low * high > 0:
         return 0.5 * (values[0] + values[1])
     return float(brentq(margin, *values, xtol=1e-300, rtol=GRAZE))
-
-
-def least_margin(cycle: LimitCycle) -> float:
-    """Least sliding velocity s gamma_F [m/s] of a cycle without events, negative where the mode's limit is passed."""
-    from scipy.optimize import minimize_scalar
-
-    (phase,) = cycle.phases
-    flow = mode_flow(cycle.system, phase.states)
-    curve = flow_curve(flow, phase.x, phase.duration, cycle.scale, pieces=SAMPLES)
-    sliding = [i for i in flow.closed if cycle.system.kinds[i, 1]]
-    least = np.inf
-    for i in sliding:
-
-        def slip(s: float, i: int = i) -> float:
-            return float(flow.margins(curve(s))[i, "slip"].real)
-
-        s = np.linspace(0, phase.duration, SAMPLES + 1)
-        k = int(np.argmin([slip(time) for time in s[:-1]]))
-        for j in (k - 1, k):  # the samples' neighbours, around the end of the period
-            ends = s[j % SAMPLES], s[j % SAMPLES + 1]
-            least = min(
-                least, float(minimize_scalar(slip, bounds=ends, method="bounded", options={"xatol": 1e-12}).fun)
-            )
-    return least
 
 
 def crossing(before: np.ndarray, after: np.ndarray) -> str:

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from models import BeltOscillator, SpragSlip
+from nonsmooth.stability.cycle_margins import least_p, paradox_at
 
 
 class Quintic(NamedTuple):
@@ -83,3 +85,29 @@ def test_branch_that_shrinks_to_a_rest_ends_there_and_is_no_fold(branch):
     assert shrinking.values.tolist() == [0.02, 0.01, 0.005, 0.002]
     (end,) = shrinking.changes
     assert end.kind == "end" and "rest" in end.message
+
+
+def test_cycle_leaves_the_paradoxical_states_where_its_greatest_angle_is_that_of_zero_inertia():
+    """Sprag-slip rod, set 1: M+ = 0 at th = 0.850692310; the cycle shrinks as the damper grows."""
+    rod = SpragSlip.set_1(cth=3.0)
+    branch = ns.continue_cycle(rod, "cth", [3.0, 3.1], ns.limit_cycle(rod))
+    (exit_,) = branch.changes
+    assert exit_.kind == "paradox exit" and "indeterminate, 2 solutions" in exit_.message
+    there = ns.limit_cycle(SpragSlip.set_1(cth=exit_.value), branch.cycles[0])
+    assert there.extremes[1][1] == pytest.approx(0.850692310, abs=2e-8)
+    assert branch.cycles[0].extremes[1][1] > rod.paradoxical_angles()[0] > branch.cycles[1].extremes[1][1]
+
+
+def test_least_p_is_that_of_classify_and_of_the_closed_form():
+    rod = SpragSlip.set_1(cth=0.5)
+    cycle = ns.limit_cycle(rod)
+    least, x = least_p(cycle)
+    th, inertia = x[1], rod.m * rod.l**2 * math.cos(x[1]) ** 2
+    assert least == pytest.approx((rod.I + inertia * (1 - rod.mu * math.tan(th))) / (rod.I + inertia), rel=1e-9)
+    assert x[1] == pytest.approx(0.899886645, abs=2e-8)  # printed: the greatest angle of the cycle
+    found = ns.classify(rod, 0.0, x[:2], x[2:])
+    assert found.n_solutions == 2 and paradox_at(cycle, x) == "indeterminate, 2 solutions"
+
+
+def test_cycle_of_a_given_normal_force_meets_no_paradox():
+    assert least_p(ns.limit_cycle(BeltOscillator(vb=0.2)))[0] == math.inf
