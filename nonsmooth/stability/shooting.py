@@ -311,7 +311,10 @@ def ending(states: tuple[ContactState, ...], following: tuple[ContactState, ...]
     (i,) = changed
     a, b = states[i], following[i]
     if a.mode == ContactMode.OPEN:
-        raise InvalidInput(f"contact {i} opens or closes on the way without an impact; simulate with ns.EventDriven")
+        raise InvalidInput(
+            f"contact {i} opens or closes on the way without an impact: its given normal force vanishes, or fixed time "
+            "steps have blurred the event; simulate with ns.EventDriven"
+        )
     if b.mode == ContactMode.OPEN:
         return i, "normal"
     if a.mode == ContactMode.STICK:

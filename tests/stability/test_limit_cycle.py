@@ -147,7 +147,7 @@ def test_branch_ends_where_the_contact_is_lost_and_says_so(coupled):
 
 
 def test_cycle_that_loses_its_contact_is_refused():
-    with pytest.raises(ns.InvalidInput, match=r"loses? its normal force"):
+    with pytest.raises(ns.InvalidInput, match="normal force"):
         ns.limit_cycle(ModeCoupling(mu=0.6, R=380.0), duration=30.0, dt=5e-4)
 
 
