@@ -80,9 +80,12 @@ def limit_cycle(
 def _require_forcing(system: System, forcing: float | None) -> None:
     """Raise unless the period of the excitation is given where, and only where, the system reads the time."""
     if forcing is None and is_forced(system):
-        raise InvalidInput("this system's functions read the time; give forcing=, the period of its excitation [s]")
+        raise InvalidInput(
+            "this system's functions change with time; give forcing=, the period of its excitation [s] (a drive that "
+            "goes on and on has no period: count the coordinates from its motion)"
+        )
     if forcing is not None and not is_forced(system):
-        raise InvalidInput("this system's functions do not read the time, so it has no excitation; leave forcing out")
+        raise InvalidInput("this system's functions do not change with time; leave forcing out, the period is its own")
     if forcing is not None:
         as_positive("forcing", forcing, "s")
 

@@ -28,6 +28,7 @@ ARTEFACT = 2  # runs of no more records are transitions blurred by a fixed time 
 NEAR = 0.25  # of the motion's extent: states of successive periods lie closer, also while the motion still grows
 SETTLED = 1e-6  # of the motion's extent: states that near count as equal
 CLOSER = 100  # times nearer, a later return is the period and the first return only a neighbour (period doubling)
+INSTANTS = (0.0, 0.6180339887, 1.9021130326)  # s, at which functions that read the time are compared
 LONGEST = 48  # runs in a period
 ROUNDING = 1e-8  # of the fastest velocity: a smaller jump is what holds a constraint
 VANISHED = 1e-10  # of the largest normal force: a force that an event has located at zero
@@ -56,8 +57,11 @@ class Run(NamedTuple):
 
 
 def is_forced(system: System) -> bool:
-    """Whether a model function reads the time."""
-    return any(system.reads(which, "t") for which in system.functions)
+    """Whether a model function changes with time, at the present parameters."""
+    reading = [which for which in system.functions if system.reads(which, "t")]
+    q, u = np.linspace(0.3, 0.7, system.n_q), np.linspace(0.2, 0.6, system.n_u)
+    early, *others = ([system.evaluate(which, t, q, u) for which in reading] for t in INSTANTS)
+    return any((a != b).any() for later in others for a, b in zip(early, later, strict=True))
 
 
 def period_of(solution: Solution, forcing: float | None = None) -> list[PhaseGuess]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.errors import InvalidInput
-from nonsmooth.stability.cycle import LimitCycle
+from nonsmooth.stability.cycle import CyclePhase, LimitCycle
 from nonsmooth.stability.cycle_branch import CycleBranch, continue_cycle
 from nonsmooth.stability.limit_cycle import limit_cycle
 from nonsmooth.studies.stability import StabilityStudy
@@ -57,8 +57,16 @@ def describe(cycle: LimitCycle) -> str:
         f"Floquet multipliers {multipliers}",
         f"{'begins [s]':>14} {'duration [s]':>14}  phase",
     ]
-    lines += [f"{phase.begins:14.9f} {phase.duration:14.9f}  {what(phase)}" for phase in cycle.phases]
+    lines += [f"{phase.begins:14.9f} {phase.duration:14.9f}  {what(phase)}{jump(phase)}" for phase in cycle.phases]
     return "\n".join(lines)
+
+
+def jump(phase: CyclePhase) -> str:
+    """What strikes at the end of a phase, in words."""
+    if phase.jump is None:
+        return ""
+    struck = ", ".join(str(blow.contact) for blow in phase.jump.blows)
+    return f", then {'an impact' if phase.jump.closing else 'an impact without collision'} at contact {struck}"
 
 
 def table(branch: CycleBranch) -> str:

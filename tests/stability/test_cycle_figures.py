@@ -73,7 +73,7 @@ def test_diagram_shows_the_maxima_of_the_cycles_and_rest_beyond_them(tmp_path):
 
 
 @pytest.mark.parametrize("values, options, message", [
-    ([0.3, 0.2], {}, "increase"), ([0.2], {"coordinate": 1}, "between 0 and 0"),
+    ([0.3, 0.2], {}, "increase"), ([0.2], {"coordinate": 1}, "from 0 to 0"),
     ([0.2], {"duration": -1.0}, "positive"),
 ])  # fmt: skip
 def test_diagram_refuses_bad_input(values, options, message):
