@@ -3,7 +3,7 @@
 Arguments in, library calls, text and files out.
 
 Exit codes: 0 done; 2 bad input; 3 the integration failed (what was computed is saved and summarised), or a problem file
-was not solved; 130 interrupted.
+was not solved; 4 a result could not be written; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from nonsmooth.commands.paradoxes import add_classify, add_map
 from nonsmooth.commands.run import add_run
 from nonsmooth.commands.studies import add_studies
 from nonsmooth.commands.sweep import add_sweep
-from nonsmooth.commands.terminal import FAILED, INTERRUPTED, complain, show_warning
+from nonsmooth.commands.terminal import FAILED, INTERRUPTED, NOT_WRITTEN, complain, show_warning
 from nonsmooth.commands.typed_input import (
     BAD_INPUT,
     NEGATIVE,
@@ -29,7 +29,7 @@ from nonsmooth.commands.typed_input import (
     require_module,
     require_writable,
 )
-from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError
+from nonsmooth.errors import FileFailure, InvalidInput, MissingExtra, NonsmoothError
 from nonsmooth.files import FIGURE_ENDINGS
 
 
@@ -57,6 +57,9 @@ def main(argv: list[str] | None = None) -> int:
         except BrokenPipeError:  # the reader of our output has left, as `| head` does
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return 0
+        except FileFailure as error:
+            complain(str(error))
+            return NOT_WRITTEN
         except (InvalidInput, MissingExtra, OSError) as error:
             complain(str(error))
             return BAD_INPUT

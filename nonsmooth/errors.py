@@ -6,7 +6,10 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from nonsmooth.arrays import Vector
+    from nonsmooth.runs.failed_problem import FailedProblem
     from nonsmooth.solution import Solution
 
 
@@ -40,12 +43,37 @@ class StepFailure(NonsmoothError, RuntimeError):
         Time of that state [s].
     q, u : (n_q,), (n_u,)
         That state.
+    problem : FailedProblem or None
+        The contact problem of that step, where it is one of Moreau and Jean's scheme with closed contacts.
     """
 
-    def __init__(self, message: str, solution: Solution, t: float) -> None:
+    def __init__(self, message: str, solution: Solution, t: float, problem: FailedProblem | None = None) -> None:
         super().__init__(message)
         self.solution = solution
         self.t = t
+        self.problem = problem
+
+    @property
+    def residual(self) -> float:
+        """Worst residual of the contact problems that were accepted until then, relative to max |c|."""
+        return self.solution.stats.worst_residual
+
+    def dump(self, path: str | Path) -> Path:
+        """Write the contact problem of the step to a small .npz, which ``nonsmooth solve`` opens again.
+
+        Raises
+        ------
+        InvalidInput
+            Where the step that failed has no contact problem: the message of the failure says what stopped it.
+        FileFailure
+            Where it cannot be written.
+        """
+        if self.problem is None:
+            raise InvalidInput(
+                "this failure has no contact problem to write: no contact of a step of MoreauJean was being solved; "
+                "failure.solution has the state it stopped at"
+            )
+        return self.problem.save(path)
 
     @property
     def q(self) -> Vector:

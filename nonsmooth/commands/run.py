@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import sys
 from pathlib import Path
@@ -20,7 +21,7 @@ from nonsmooth.commands.typed_input import (
     whole_number,
     without_nan,
 )
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, StepFailure
 from nonsmooth.files import FIGURE_ENDINGS
 
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
@@ -47,6 +48,8 @@ def add_run(run: argparse.ArgumentParser) -> None:
     run.add_argument("--max-wall-time", type=number, metavar="S", help="the most seconds that it may take")
     run.add_argument("--project", action="store_true", help="move an inadmissible start to the nearest admissible one")
     run.add_argument("--out", type=Path, metavar="FILE", help="save the solution (.npz or .h5)")
+    run.add_argument("--dump-failure", type=Path, metavar="FILE.npz",
+                     help="if a step fails, save its contact problem, which `nonsmooth solve` opens")  # fmt: skip
     run.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL.png by default")
     run.add_argument("--no-plot", action="store_true", help="draw nothing")
     run.add_argument("--picture", type=Path, metavar="FILE", help="draw the scene at five instants")
@@ -63,6 +66,7 @@ def act_run(arguments: argparse.Namespace) -> int:
     require_writable(arguments.out, SOLUTION_ENDINGS)
     if arguments.out and arguments.out.suffix != ".npz":
         require_module("h5py", "io", ".h5 files")
+    require_writable(arguments.dump_failure, (".npz",))
     require_writable(arguments.picture, FIGURE_ENDINGS)
     require_writable(arguments.animate, ANIMATION_ENDINGS)
     if arguments.picture or arguments.animate:
@@ -97,12 +101,20 @@ def simulate_model(model: Any, q0: Any, u0: Any, arguments: argparse.Namespace) 
     if t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
     has_progress = sys.stderr.isatty() and not arguments.quiet
-    solution = simulate(
+    run = functools.partial(
+        simulate,
         model, (0.0, t_end), q0, u0, integrator=integrator, every=arguments.every, t_eval=arguments.t_eval,
-        selection=arguments.selection, project=arguments.project, on_failure="return",
-        max_steps=arguments.max_steps, max_wall_time=arguments.max_wall_time,
-        progress=show_progress if has_progress else None,
+        selection=arguments.selection, project=arguments.project, max_steps=arguments.max_steps,
+        max_wall_time=arguments.max_wall_time, progress=show_progress if has_progress else None,
     )  # fmt: skip
+    try:
+        solution = run()
+    except StepFailure as failure:
+        solution = failure.solution
+        if arguments.dump_failure and failure.problem is None:
+            complain(f"{arguments.dump_failure} is not written: no contact problem was being solved")
+        elif arguments.dump_failure:
+            failure.dump(arguments.dump_failure)
     if has_progress:
         print("\r\033[K", end="", file=sys.stderr, flush=True)
     return solution

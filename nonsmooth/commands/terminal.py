@@ -11,7 +11,7 @@ from nonsmooth.commands.typed_input import require_module, require_writable
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothWarning
 from nonsmooth.files import FIGURE_ENDINGS
 
-FAILED, INTERRUPTED = 3, 130  # exit codes, beside 0 and typed_input.BAD_INPUT
+FAILED, NOT_WRITTEN, INTERRUPTED = 3, 4, 130  # exit codes, beside 0 and typed_input.BAD_INPUT
 
 
 def figure_path(arguments: argparse.Namespace) -> Path | None:

@@ -80,6 +80,9 @@ class AdaptiveRun(Run):
         block.arrays.steps.counts[IS_KEPT] = keeps_steps
         return block
 
+    def _failed_problem(self, message: str) -> None:
+        """Steps of chosen length solve no contact problem of their own."""
+
     def _block(self, max_steps: int) -> int:
         with np.errstate(all="ignore"):
             status = self.loop(

@@ -9,7 +9,7 @@ import functools
 import sys
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -46,6 +46,9 @@ from nonsmooth.runs.times import Grid
 from nonsmooth.runs.user_events import START, EventWatch, Stop
 from nonsmooth.solution import MAX_EVENTS, Solution, Stats
 from nonsmooth.system import FUNCTION_NAMES, GAP, ContactMode, System
+
+if TYPE_CHECKING:
+    from nonsmooth.runs.failed_problem import FailedProblem
 
 FIRST_BLOCK = 100  # steps before the first look at the clock
 LOOK_EVERY = 0.02  # s between two looks at the clock and at Ctrl-C
@@ -309,9 +312,30 @@ class Run:
         return [(t + part * dt, q + part * dt * u, u) for part in (0.0, 0.5, 1.0)]
 
     def failure(self, solution: Solution) -> StepFailure:
-        error = FAILURES.get(self.status, StepFailure)(solution.message, solution, self._time())
+        kind = FAILURES.get(self.status, StepFailure)
+        error = kind(solution.message, solution, self._time(), self._failed_problem(solution.message))
         error.__cause__ = self.stop.cause if self.stop is not None else getattr(self, "cause", None)
         return error
+
+    def _failed_problem(self, message: str) -> FailedProblem | None:
+        """The contact problem of the step that failed: the step is taken again, in fresh arrays."""
+        if self.status not in (Status.NO_SOLUTION, Status.NOT_SOLVED, Status.NEGATIVE_FRICTION):
+            return None
+        from nonsmooth.runs.failed_problem import FailedProblem
+
+        dt = float(self.grid.dts[int(self.state.counters[INTERVAL])])
+        self.scratch_block = self.integrator.scratch(self.system)
+        self.scratch_block.arrays.work.closed[:] = -1
+        self._block(1)
+        return FailedProblem.of_step(
+            self.scratch_block.arrays,
+            self.state,
+            self.system.kinds,
+            self.system.laws,
+            dt,
+            int(self.options[1]),
+            message,
+        )
 
 
 def next_block(steps: int, elapsed: float) -> int:

@@ -17,8 +17,10 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.arrays import as_positive
-from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, UnknownName, nearest
+from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, Status, UnknownName, nearest
+from nonsmooth.files import DAMAGE
 from nonsmooth.output.plots import saved
+from nonsmooth.runs.failed_problem import FailedProblem, is_failed_problem
 
 RANK_N = 400  # the singular values of a larger matrix take longer than its solution
 COLUMNS = ("file", "kind", "n", "contacts", "rank", "status", "error", "iterations", "time", "solver")
@@ -75,6 +77,8 @@ def _solve_file(path: Path, solver: str, tol: float) -> dict:
         row |= {"kind": kind, "n": n, "contacts": len(arguments[2]) if kind.startswith("fc") else None}
         if n <= RANK_N:
             row["rank"] = int(np.linalg.matrix_rank(matrix.toarray() if hasattr(matrix, "toarray") else matrix))
+        if kind == "step":
+            return row | _replayed(arguments[0])
         for _ in range(2):
             start = time.perf_counter()
             result = _solve(kind, arguments, solver, tol)
@@ -89,6 +93,15 @@ def _solve_file(path: Path, solver: str, tol: float) -> dict:
         "solver": result.solver,
         "message": result.message,
     }
+
+
+def _replayed(problem: FailedProblem) -> dict[str, Any]:
+    """The row of a contact problem that a step left: the step's own solver is asked again."""
+    start = time.perf_counter()
+    answer = problem.solve()
+    status = "SOLVED" if answer.status == Status.FINISHED else answer.status.name
+    return {"contacts": len(problem.kinds), "time": time.perf_counter() - start, "status": status,
+            "error": answer.residual, "iterations": 0, "solver": "of the step", "message": problem.about}  # fmt: skip
 
 
 def _solve(kind: str, arguments: tuple[Any, ...], solver: str, tol: float) -> Any:
@@ -120,8 +133,13 @@ def load_problem(path: Path) -> tuple[str, Any, tuple]:
     try:
         with np.load(path, allow_pickle=False) as file:
             entries = dict(file)
-    except ValueError:
-        raise InvalidInput(f"{path.name} must be an npz archive of plain arrays") from None
+    except FileNotFoundError:
+        raise InvalidInput(f"there is no file {str(path)!r}") from None
+    except DAMAGE as error:
+        raise InvalidInput(f"{path.name} must be an npz archive of plain arrays: {error}") from None
+    if is_failed_problem(entries):
+        failed = FailedProblem.load(path)
+        return "step", failed.G, (failed,)
     if {"data", "indices", "indptr", "shape", "q", "mu", "dim"} <= entries.keys():
         from scipy.sparse import csr_array
 

@@ -1,0 +1,157 @@
+"""The contact problem of the step that failed, as a small file that ``nonsmooth solve`` opens again.
+
+    gamma_1 = G P + c on the closed contacts, each with its kind and laws (docs/theory/moreau_jean.md)
+
+It is the very problem: the step is taken once more from the state that it failed at, in fresh arrays, and what it hands
+to the solver is kept. Solving it again calls the same solver with the same bits.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nonsmooth.blocks import new_block
+from nonsmooth.contact_solvers.modes import enumerate_modes
+from nonsmooth.contact_solvers.planar import pivot, solve_planar
+from nonsmooth.contact_solvers.redundant import enumerate_redundant
+from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.files import DAMAGE, as_path, as_place, whole_file
+from nonsmooth.integrators.moreau_jean_contact import Scratch, scratch_shapes, solve
+from nonsmooth.integrators.records import RESIDUAL, State, state_shapes
+from nonsmooth.jit import load_all
+
+SCHEMA, KIND = 1, "contact problem of a step"
+ENDINGS = (".npz",)
+ARRAYS = ("G", "c", "gamma_0", "start", "kinds", "laws", "N", "P_before", "mode_before", "slip_before")
+
+
+class Answer(NamedTuple):
+    """What the solver of the step says: its status, the impulses (r,), the residual relative to max |c|."""
+
+    status: Status
+    P: np.ndarray
+    residual: float
+
+
+@dataclass(frozen=True, eq=False)
+class FailedProblem:
+    """The closed contacts of one step. n = contacts, r = rows, per contact N or (N, T), or T where N is given.
+
+    Attributes
+    ----------
+    G : (r, r), c : (r,), gamma_0 : (r,)
+        Delassus matrix [1/kg], velocity without impulses, with restitution [m/s], velocity before the step [m/s].
+    start : (n + 1,) first row of each contact
+    kinds : (n, 2) unilateral, bilateral or given force, and its directions of friction
+    laws : (n, LAW_WIDTH) restitution and friction, as in laws.py
+    N : (n,) given normal forces [N]
+    P_before : (n, 1 + d) impulses of the step before [N s], mode_before, slip_before : (n,)
+    dt : float [s]
+    selection : int, the rule where there are several solutions
+    about : str, the message of the failure
+    """
+
+    G: np.ndarray
+    c: np.ndarray
+    gamma_0: np.ndarray
+    start: np.ndarray
+    kinds: np.ndarray
+    laws: np.ndarray
+    N: np.ndarray
+    P_before: np.ndarray
+    mode_before: np.ndarray
+    slip_before: np.ndarray
+    dt: float
+    selection: int
+    about: str = ""
+
+    @classmethod
+    def of_step(cls, scratch: Scratch, state: State, kinds: np.ndarray, laws: np.ndarray, dt: float, selection: int,
+                about: str) -> FailedProblem | None:  # fmt: skip
+        """From the arrays that a step left, whose closed contacts were marked -1 before; None where none is closed."""
+        closed = scratch.work.closed[scratch.work.closed >= 0]
+        if closed.size == 0:
+            return None
+        start = scratch.work.start[: closed.size + 1].copy()
+        r = int(start[-1])
+        work = scratch.work
+        return cls(
+            work.G[:r, :r].copy(), work.c[:r].copy(), work.gamma_0[:r].copy(), start, kinds[closed], laws[closed],
+            work.N[closed], state.P[closed], state.mode[closed], state.slip[closed], dt, selection, about,
+        )  # fmt: skip
+
+    def solve(self) -> Answer:
+        """Solve it again as the step did, redundant contacts included."""
+        n, r = len(self.kinds), len(self.c)
+        width = self.P_before.shape[1]
+        state_block = new_block(State, state_shapes(1, n, width - 1, 1))
+        scratch_block = new_block(Scratch, scratch_shapes(1, n, width - 1))
+        state, work = state_block.arrays, scratch_block.arrays.work
+        work.G[:r, :r], work.c[:r], work.gamma_0[:r] = self.G, self.c, self.gamma_0
+        work.start[: n + 1], work.closed[:], work.N[:] = self.start, np.arange(n), self.N
+        state.P[:], state.mode[:], state.slip[:] = self.P_before, self.mode_before, self.slip_before
+        scratch_block.arrays.planar.can_decide_redundant[0] = n > 1
+        load_all((solve, solve_planar, enumerate_modes, pivot, enumerate_redundant) if n > 1 else (solve,))
+        status = solve(self.kinds, self.laws, self.selection, self.dt, n, state_block.address, scratch_block.address)
+        is_solved = status == Status.RUNNING
+        residual = float(state.worst[RESIDUAL]) if is_solved else np.inf
+        return Answer(Status.FINISHED if is_solved else Status(status), work.P[:r].copy(), residual)
+
+    def save(self, path: str | Path) -> Path:
+        """Write to .npz: plain arrays under their names, and one JSON text ``about``.
+
+        Raises
+        ------
+        InvalidInput, FileFailure
+        """
+        path = as_place("path", path, ENDINGS)
+        about = {"schema": SCHEMA, "kind": KIND, "dt": self.dt, "selection": self.selection, "about": self.about}
+        with whole_file(path) as part, part.open("wb") as file:
+            np.savez(file, about=np.array(json.dumps(about)), **{name: getattr(self, name) for name in ARRAYS})
+        return path
+
+    @classmethod
+    def load(cls, path: str | Path) -> FailedProblem:
+        """Read what ``save`` wrote.
+
+        Raises
+        ------
+        InvalidInput
+            When the file is not there, or is none of ours, or damaged.
+        """
+        path = as_path("path", path)
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                return cls.of_entries(dict(file))
+        except FileNotFoundError:
+            raise InvalidInput(f"there is no file {str(path)!r}") from None
+        except DAMAGE as error:
+            raise InvalidInput(f"{path.name} holds no contact problem of a step, or is damaged: {error}") from error
+
+    @classmethod
+    def of_entries(cls, entries: dict[str, Any]) -> FailedProblem:
+        """From the entries of a file."""
+        about = json.loads(str(entries["about"]))
+        if about["schema"] != SCHEMA:
+            raise InvalidInput(f"the contact problem has schema {about['schema']}; this version reads {SCHEMA}")
+        arrays = {name: np.ascontiguousarray(entries[name]) for name in ARRAYS}
+        n, r = len(arrays["kinds"]), len(arrays["c"])
+        shapes = {"G": (r, r), "gamma_0": (r,), "start": (n + 1,), "N": (n,), "mode_before": (n,), "slip_before": (n,)}
+        for name, shape in shapes.items():
+            if arrays[name].shape != shape:
+                raise InvalidInput(
+                    f"{name} of the contact problem must have the shape {shape}; got {arrays[name].shape}"
+                )
+        if arrays["start"][-1] != r or (np.diff(arrays["start"]) < 1).any() or not np.isfinite(arrays["G"]).all():
+            raise InvalidInput("the contact problem must have rows for each contact, and finite entries")
+        return cls(**arrays, dt=float(about["dt"]), selection=int(about["selection"]), about=str(about["about"]))
+
+
+def is_failed_problem(entries: dict[str, Any]) -> bool:
+    """Whether the entries of a file are those of a ``FailedProblem``."""
+    return "about" in entries and entries.keys() >= set(ARRAYS)
