@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.arrays import as_array, as_instance, as_name, as_vector
-from nonsmooth.errors import InvalidInput, MissingExtra, shown
-from nonsmooth.files import DAMAGE, as_path, as_place, whole_file
+from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.files import DAMAGE, as_path, as_place
+from nonsmooth.output.hdf5 import require_h5py, write_hdf5
 
 FORMATS = {"csc": -1, "csr": -2, "triplet": 0}  # 0 stands for the number of entries
 
@@ -188,7 +189,7 @@ def read_fclib(path: str | os.PathLike[str]) -> ContactProblem | GlobalContactPr
 
     Source: FCLIB, INRIA RT-0444 (2014).
     """
-    h5py = _h5py()
+    h5py = require_h5py()
     path = as_path("path", path)
     if not path.is_file():
         raise InvalidInput(f"path must name a file; there is none at {path}")
@@ -300,31 +301,34 @@ def write_fclib(
 
     Source: FCLIB, INRIA RT-0444 (2014).
     """
-    h5py = _h5py()
     as_name("matrix format", matrix_format, FORMATS)
     as_instance("problem", problem, ContactProblem | GlobalContactProblem, "a ContactProblem or GlobalContactProblem")
-    with whole_file(as_place("path", path, FCLIB_ENDINGS)) as part, h5py.File(part, "w") as file:
-        matrices: dict[str, Any]
-        vectors: dict[str, Any]
-        if isinstance(problem, ContactProblem):
-            group = file.create_group("fclib_local")
-            matrices = {"W": problem.G}
-            vectors = {"q": problem.c, "mu": problem.mu}
-        else:
-            group = file.create_group("fclib_global")
-            matrices = {"M": problem.M, "H": problem.H, "G": problem.G}
-            vectors = {"f": problem.f, "w": problem.w, "mu": problem.mu, "b": problem.b}
-        group["spacedim"] = np.array([problem.dim], dtype=np.int32)
-        for name, matrix in matrices.items():
-            if matrix is not None:
-                _write_matrix(group.create_group(name), matrix, matrix_format)
-        for name, vector in vectors.items():
-            if vector is not None:
-                group[f"vectors/{name}"] = np.asarray(vector, dtype=float)
-        if problem.P is not None:
-            local = problem.local()
-            file["solution/r"] = problem.P
-            file["solution/u"] = local.G @ problem.P + local.c
+    path = as_place("path", path, FCLIB_ENDINGS)
+    write_hdf5(path, lambda file: _fill(file, problem, matrix_format))
+
+
+def _fill(file: Any, problem: ContactProblem | GlobalContactProblem, matrix_format: str) -> None:
+    matrices: dict[str, Any]
+    vectors: dict[str, Any]
+    if isinstance(problem, ContactProblem):
+        group = file.create_group("fclib_local")
+        matrices = {"W": problem.G}
+        vectors = {"q": problem.c, "mu": problem.mu}
+    else:
+        group = file.create_group("fclib_global")
+        matrices = {"M": problem.M, "H": problem.H, "G": problem.G}
+        vectors = {"f": problem.f, "w": problem.w, "mu": problem.mu, "b": problem.b}
+    group["spacedim"] = np.array([problem.dim], dtype=np.int32)
+    for name, matrix in matrices.items():
+        if matrix is not None:
+            _write_matrix(group.create_group(name), matrix, matrix_format)
+    for name, vector in vectors.items():
+        if vector is not None:
+            group[f"vectors/{name}"] = np.asarray(vector, dtype=float)
+    if problem.P is not None:
+        local = problem.local()
+        file["solution/r"] = problem.P
+        file["solution/u"] = local.G @ problem.P + local.c
 
 
 def _write_matrix(group: Any, matrix: Any, matrix_format: str) -> None:
@@ -339,11 +343,3 @@ def _write_matrix(group: Any, matrix: Any, matrix_format: str) -> None:
     for key, value in {"nzmax": len(x), "m": matrix.shape[0], "n": matrix.shape[1], "nz": nz}.items():
         group[key] = np.array([value], dtype=np.int32)
     group["p"], group["i"], group["x"] = p.astype(np.int32), i.astype(np.int32), x.astype(float)
-
-
-def _h5py() -> Any:
-    try:
-        import h5py
-    except ImportError:
-        raise MissingExtra("FCLIB files need h5py; install it with: pip install nonsmooth[io]") from None
-    return h5py

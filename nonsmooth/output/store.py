@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, MissingExtra, Status
+from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.files import DAMAGE, as_path, as_place, whole_file
+from nonsmooth.output.hdf5 import require_h5py, write_hdf5
 
 if TYPE_CHECKING:
     from nonsmooth.solution import Solution
@@ -37,8 +38,11 @@ def save(solution: Solution, path: str | Path) -> Path:
         "stats": asdict(solution.stats),
         "about": solution.about,
     }
-    with whole_file(path) as part:
-        _write(part, path.suffix, json.dumps(about), arrays)
+    if path.suffix in HDF5:
+        write_hdf5(path, functools.partial(_fill, json.dumps(about), arrays))
+        return path
+    with whole_file(path) as part, part.open("wb") as file:
+        np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays)
     return path
 
 
@@ -76,30 +80,17 @@ def _rows_of(ledger: dict[str, np.ndarray], rows: Any) -> dict[str, np.ndarray]:
     return {name: column[rows] for name, column in ledger.items()}
 
 
-def _write(part: Path, suffix: str, about: str, arrays: dict[str, Any]) -> None:
-    if suffix in HDF5:
-        with _h5py().File(part, "w") as file:
-            file.attrs["about"] = about
-            for name, array in arrays.items():
-                file[name] = array
-    else:
-        with open(part, "wb") as file:
-            np.savez_compressed(file, about=np.array(about), **arrays)
+def _fill(about: str, arrays: dict[str, Any], file: Any) -> None:
+    file.attrs["about"] = about
+    for name, array in arrays.items():
+        file[name] = array
 
 
 def _read(path: Path) -> tuple[str, dict[str, Any]]:
     if path.suffix in HDF5:
-        with _h5py().File(path, "r") as file:
+        with require_h5py().File(path, "r") as file:
             arrays = {name: file[name][()] for name in ARRAYS}
             arrays |= {f"ledger/{name}": column[()] for name, column in file["ledger"].items()}
             return str(file.attrs["about"]), arrays
     with np.load(path, allow_pickle=False) as file:
         return str(file["about"]), {name: file[name] for name in file.files if name != "about"}
-
-
-def _h5py() -> Any:
-    try:
-        import h5py
-    except ImportError:
-        raise MissingExtra('.h5 files need h5py; pip install "nonsmooth[io]" brings it, or save as .npz') from None
-    return h5py

@@ -51,7 +51,7 @@ def save_sweep(found: xarray.Dataset, path: str | os.PathLike[str]) -> Path:
     path = check_path(path)
     if path.suffix == ".nc":
         with whole_file(path) as part:
-            found.to_netcdf(str(part), engine=_engine())
+            _write_nc(found, part)
     else:
         arrays = _as_arrays(found)
         with whole_file(path) as part:
@@ -117,6 +117,13 @@ def _column(file: Any, name: str, entry: dict[str, Any]) -> tuple[Any, ...]:
     if entry["is_text"]:
         values = file[f"{name}/texts"].astype(object)[values]
     return entry["dims"], values, entry["attrs"]
+
+
+def _write_nc(found: xarray.Dataset, part: Path) -> None:
+    try:
+        found.to_netcdf(str(part), engine=_engine())
+    except RuntimeError as error:  # so says the library of netCDF when the disk is full
+        raise OSError(str(error)) from error
 
 
 def _write_npz(path: Path, arrays: dict[str, Any]) -> None:
