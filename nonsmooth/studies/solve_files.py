@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_positive
+from nonsmooth.arrays import as_tolerance
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, Status, UnknownName, nearest
 from nonsmooth.files import DAMAGE
 from nonsmooth.output.plots import saved
@@ -50,7 +50,7 @@ def solve_files(paths: Iterable[str | os.PathLike[str]], solver: str = "auto", t
     InvalidInput
         When a single path is given instead of a list, for a tolerance that is not positive, or a solver of no kind.
     """
-    tol = as_positive("tol", tol)
+    tol = as_tolerance("tol", tol)
     _require_solver(solver)
     if isinstance(paths, str | os.PathLike):
         raise InvalidInput(f"paths must be a list of files; got the single path {os.fspath(paths)!r}")
