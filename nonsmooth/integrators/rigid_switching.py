@@ -258,7 +258,7 @@ def take_modes(found, n_k, state, contacts, touch, forces):
         kept, n_k, work.closed, work.start, kinds, forces.mu, work.G, forces.planar.was_stuck,
         contacts.facts[SELECTION], tree,
     )  # fmt: skip
-    is_indeterminate = found >= 3 or (found == 2 and slides)
+    is_indeterminate = found >= 3 or (found == 2 and (slides or n_k > 1))
     for k in range(n_k):
         i = work.closed[k]
         candidate = tree.modes[take, k]

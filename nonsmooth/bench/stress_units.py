@@ -1,0 +1,87 @@
+"""The same motion in other units: lengths times L, masses times B, times times T.
+
+With powers of two every number of the run is the same up to its exponent, so the scaled runs agree bit for bit, unless
+something in them has an absolute size or takes the root of an odd power. Located events and compliant contact have an
+absolute size: the tolerance atol serves coordinates and velocities alike, so that with T = 1 and without angles it
+scales with L. SI against millimetre, tonne and second (L = 1000, B = 1/1000) rounds otherwise: each of n + r terms of
+each coordinate in every step by EPS, and a velocity that is off by so much moves the body for the rest of the run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.bench.stress_figures import EPS, Outcome, name_of
+from nonsmooth.catalogue import load_model
+from nonsmooth.integrators.event_driven import EventDriven
+from nonsmooth.integrators.moreau_jean import MoreauJean
+from nonsmooth.integrators.penalty import Penalty
+from nonsmooth.simulation import simulate
+from nonsmooth.solution import Solution
+
+ODD = (1.0, 2.0**13, 1.0)
+POWERS = ((2.0**10, 1.0, 1.0), (1.0, 2.0**-30, 1.0), (1.0, 1.0, 2.0**7), (2.0**-20, 2.0**12, 2.0**-5), ODD)
+MILLIMETRES = (1e3, 1e-3, 1.0)
+DT, RTOL, ATOL, STIFFNESS = 1e-3, 1e-8, 1e-10, 1e6
+TERMS = 3 + 4  # of a step of the block: three coordinates, two contacts with friction
+
+
+def outcomes(is_full: bool) -> Iterator[Outcome]:
+    """The scaled runs against the run in SI."""
+    for scale in POWERS:
+        yield compare(scale, block, MoreauJean(DT), MoreauJean(DT * scale[2]), 0.0)
+    for scale in POWERS[:2]:
+        L, B, _ = scale
+        yield compare(scale, ball, EventDriven(RTOL, ATOL), EventDriven(RTOL, ATOL * L), 0.0)
+        yield compare(
+            scale, ball, Penalty(STIFFNESS, damping_ratio=0.5, rtol=RTOL, atol=ATOL),
+            Penalty(STIFFNESS * B, damping_ratio=0.5, rtol=RTOL, atol=ATOL * L), 0.0,
+        )  # fmt: skip
+    steps = 0.4 / DT
+    yield compare(MILLIMETRES, block, MoreauJean(DT), MoreauJean(DT), TERMS * EPS * steps**2)
+    yield compare(MILLIMETRES, ball, EventDriven(RTOL, ATOL), EventDriven(RTOL, ATOL * 1e3), 100 * RTOL)
+
+
+def block(scale: tuple[float, float, float]) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray]:
+    """A rocking block, its start, and the units of its coordinates."""
+    L, B, T = scale
+    one = load_model("rocking-block")(mu=0.4, e=0.3)
+    q0, u0 = one.state(tilt=0.2)
+    model = replace(one, m=one.m * B, width=one.width * L, height=one.height * L, g=one.g * L / T**2)
+    unit = np.array([L, L, 1.0])
+    return model, q0 * unit, u0 * unit / T, unit
+
+
+def ball(scale: tuple[float, float, float]) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray]:
+    """A bouncing ball, its start, and the unit of its coordinate."""
+    L, B, T = scale
+    one = load_model("bouncing-ball")(e=0.8)
+    q0, u0 = one.state(height=1.0)
+    return replace(one, m=one.m * B, g=one.g * L / T**2), q0 * L, u0 * L / T, np.array([L])
+
+
+def compare(scale: tuple[float, float, float], make: Any, integrator: Any, scaled: Any, bound: float) -> Outcome:
+    """One motion in SI and in other units."""
+    si, other = run(make((1.0, 1.0, 1.0)), 1.0, integrator), run(make(scale), scale[2], scaled)
+    unit = make(scale)[3]
+    name = f"{make.__name__} in other units, L = {scale[0]:.3g}, B = {scale[1]:.3g}, T = {scale[2]:.3g}"
+    if si.q.shape != other.q.shape:
+        error = math.inf
+    else:
+        errors = np.abs(other.q / unit - si.q).max(), np.abs(other.u * scale[2] / unit - si.u).max()
+        error = float(max(errors) / max(np.abs(si.q).max(), np.abs(si.u).max()))
+    nan = math.nan
+    failure = "" if si.success and other.success else other.status.name
+    return Outcome(name, name_of(integrator), si.stats.steps, nan, nan, nan, nan, error, (nan, nan, nan, nan, bound),
+                   failure)  # fmt: skip
+
+
+def run(model: tuple[Any, np.ndarray, np.ndarray, np.ndarray], T: float, integrator: Any) -> Solution:
+    """0.4 s of a motion."""
+    system, q0, u0, _ = model
+    return simulate(system, (0.0, 0.4 * T), q0, u0, integrator=integrator, on_failure="return")
