@@ -26,6 +26,7 @@ from nonsmooth.solution import Solution
 from nonsmooth.system import BILATERAL, FORCE, GAP_RATE, MASS, NORMAL, TANGENT, UNILATERAL, System, as_system, evaluate
 
 EPS = float(np.finfo(float).eps)
+LONGEST = 40.0  # s of wall time of one run; a run of ten million steps takes ten
 WORKS = ("force", "friction", "normal", "surface", "projection")
 
 
@@ -81,7 +82,7 @@ def run(case: Case, method: Method) -> Outcome:
     try:
         solution = simulate(
             system, (0.0, case.t_end), *case.state, integrator=method.integrator, selection=case.selection,
-            on_failure="return", **options,
+            on_failure="return", max_wall_time=LONGEST, **options,
         )  # fmt: skip
     except NonsmoothError as refusal:
         return Outcome(case.name, name, 0, *[math.nan] * 5, (math.nan,) * 5, str(refusal).split(";")[0])  # type: ignore[call-arg]

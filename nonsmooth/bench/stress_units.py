@@ -10,9 +10,9 @@ each coordinate in every step by EPS, and a velocity that is off by so much move
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,20 +31,33 @@ DT, RTOL, ATOL, STIFFNESS = 1e-3, 1e-8, 1e-10, 1e6
 TERMS = 3 + 4  # of a step of the block: three coordinates, two contacts with friction
 
 
-def outcomes(is_full: bool) -> Iterator[Outcome]:
-    """The scaled runs against the run in SI."""
+class Trial(NamedTuple):
+    """A motion in units scaled by (L, B, T), and how far it may be from the motion in SI."""
+
+    scale: tuple[float, float, float]
+    make: Callable[[tuple[float, float, float]], tuple[Any, np.ndarray, np.ndarray, np.ndarray]]
+    integrator: Any
+    scaled: Any
+    bound: float
+
+    @property
+    def name(self) -> str:
+        L, B, T = self.scale
+        return f"{self.make.__name__} in other units, L = {L:.3g}, B = {B:.3g}, T = {T:.3g}"
+
+
+def trials() -> Iterator[Trial]:
+    """The scaled runs."""
     for scale in POWERS:
-        yield compare(scale, block, MoreauJean(DT), MoreauJean(DT * scale[2]), 0.0)
+        yield Trial(scale, block, MoreauJean(DT), MoreauJean(DT * scale[2]), 0.0)
     for scale in POWERS[:2]:
         L, B, _ = scale
-        yield compare(scale, ball, EventDriven(RTOL, ATOL), EventDriven(RTOL, ATOL * L), 0.0)
-        yield compare(
-            scale, ball, Penalty(STIFFNESS, damping_ratio=0.5, rtol=RTOL, atol=ATOL),
-            Penalty(STIFFNESS * B, damping_ratio=0.5, rtol=RTOL, atol=ATOL * L), 0.0,
-        )  # fmt: skip
+        yield Trial(scale, ball, EventDriven(RTOL, ATOL), EventDriven(RTOL, ATOL * L), 0.0)
+        soft = Penalty(STIFFNESS, damping_ratio=0.5, rtol=RTOL, atol=ATOL)
+        yield Trial(scale, ball, soft, replace(soft, stiffness=STIFFNESS * B, atol=ATOL * L), 0.0)
     steps = 0.4 / DT
-    yield compare(MILLIMETRES, block, MoreauJean(DT), MoreauJean(DT), TERMS * EPS * steps**2)
-    yield compare(MILLIMETRES, ball, EventDriven(RTOL, ATOL), EventDriven(RTOL, ATOL * 1e3), 100 * RTOL)
+    yield Trial(MILLIMETRES, block, MoreauJean(DT), MoreauJean(DT), TERMS * EPS * steps**2)
+    yield Trial(MILLIMETRES, ball, EventDriven(RTOL, ATOL), EventDriven(RTOL, ATOL * 1e3), 100 * RTOL)
 
 
 def block(scale: tuple[float, float, float]) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray]:
@@ -65,20 +78,17 @@ def ball(scale: tuple[float, float, float]) -> tuple[Any, np.ndarray, np.ndarray
     return replace(one, m=one.m * B, g=one.g * L / T**2), q0 * L, u0 * L / T, np.array([L])
 
 
-def compare(scale: tuple[float, float, float], make: Any, integrator: Any, scaled: Any, bound: float) -> Outcome:
+def compare(trial: Trial) -> Outcome:
     """One motion in SI and in other units."""
-    si, other = run(make((1.0, 1.0, 1.0)), 1.0, integrator), run(make(scale), scale[2], scaled)
-    unit = make(scale)[3]
-    name = f"{make.__name__} in other units, L = {scale[0]:.3g}, B = {scale[1]:.3g}, T = {scale[2]:.3g}"
-    if si.q.shape != other.q.shape:
-        error = math.inf
-    else:
-        errors = np.abs(other.q / unit - si.q).max(), np.abs(other.u * scale[2] / unit - si.u).max()
+    T, unit, nan = trial.scale[2], trial.make(trial.scale)[3], math.nan
+    si, other = run(trial.make((1.0, 1.0, 1.0)), 1.0, trial.integrator), run(trial.make(trial.scale), T, trial.scaled)
+    error = math.inf
+    if si.q.shape == other.q.shape:
+        errors = np.abs(other.q / unit - si.q).max(), np.abs(other.u * T / unit - si.u).max()
         error = float(max(errors) / max(np.abs(si.q).max(), np.abs(si.u).max()))
-    nan = math.nan
     failure = "" if si.success and other.success else other.status.name
-    return Outcome(name, name_of(integrator), si.stats.steps, nan, nan, nan, nan, error, (nan, nan, nan, nan, bound),
-                   failure)  # fmt: skip
+    return Outcome(trial.name, name_of(trial.integrator), si.stats.steps, nan, nan, nan, nan, error,
+                   (nan, nan, nan, nan, trial.bound), failure)  # fmt: skip
 
 
 def run(model: tuple[Any, np.ndarray, np.ndarray, np.ndarray], T: float, integrator: Any) -> Solution:
