@@ -14,6 +14,7 @@ from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.integrators.records import bytes_of_record
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.times import make_grid, record_times
+from nonsmooth.runs.user_events import as_functions
 from nonsmooth.solution import Solution
 from nonsmooth.system import System, as_system
 
@@ -36,7 +37,7 @@ def simulate(
     selection: str = "compliant-limit",
     project: bool = False,
     on_failure: str = "raise",
-    events: Sequence[Callable] = (),
+    events: Callable | Sequence[Callable] = (),
     max_steps: int | None = None,
     max_wall_time: float | None = None,
     progress: Callable[[float], None] | None = None,
@@ -127,6 +128,7 @@ def simulate(
     require_integrator(integrator)
     if max_wall_time is not None:
         as_positive("max_wall_time", max_wall_time, "s")
+    functions = as_functions(events)
     if max_steps is not None:
         as_count("max_steps", max_steps)
     if progress is not None and not callable(progress):
@@ -140,8 +142,8 @@ def simulate(
         from nonsmooth.runs.streamed_run import as_place, streamed_run
 
         run = streamed_run(*task, as_place(checkpoint, resume, checkpoint_every))
-    if events:
-        run.look_for(events)
+    if functions:
+        run.look_for(functions)
     run.advance(max_wall_time, progress, max_steps)
     solution = run.solution()
     if reason is not None:

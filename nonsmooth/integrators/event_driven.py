@@ -18,7 +18,7 @@ from nonsmooth.blocks import Block, new_block
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.event_location import locate_event
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.radau import radau_shorten, radau_step
@@ -73,7 +73,7 @@ class EventDriven:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
         stepper = self.hand_over
         if stepper is not None and not (isinstance(stepper, MoreauJean) and stepper.compliance is None):
-            raise InvalidInput(f"hand_over must be a MoreauJean(dt) with rigid contacts; got {stepper!r}")
+            raise InvalidInput(f"hand_over must be a MoreauJean(dt) with rigid contacts; got {shown(stepper)}")
 
     chooses_steps = True
     locates_events = True

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from nonsmooth.arrays import as_count, as_number
-from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.motion import Motion
 from nonsmooth.system import require_arguments
 
@@ -44,13 +44,14 @@ class UserEvent:
 
     def __init__(self, function: Callable, number: int) -> None:
         if not callable(function):
-            raise InvalidInput(f"events must be functions f(t, q, u); events[{number}] is {function!r}")
+            raise InvalidInput(f"events must be functions f(t, q, u); events[{number}] is {shown(function)}")
         self.name = f"events[{number}] ({getattr(function, '__name__', type(function).__name__)})"
         require_arguments(self.name, function, ("t", "q", "u"))
         self.function = function
-        terminal = getattr(function, "terminal", None) or False
+        terminal, direction = getattr(function, "terminal", None), getattr(function, "direction", None)
+        terminal = False if terminal is None else terminal
         self.limit = int(terminal) if isinstance(terminal, bool) else as_count(f"{self.name}.terminal", terminal)
-        self.direction = as_number(f"{self.name}.direction", getattr(function, "direction", None) or 0.0)
+        self.direction = 0.0 if direction is None else as_number(f"{self.name}.direction", direction)
         self.found: list[tuple[float, np.ndarray, np.ndarray]] = []
         self.seen = (math.nan, 0.0)  # when it was looked at last, and its value; 0 before the start
 
@@ -71,6 +72,15 @@ class UserEvent:
         return self.direction == 0.0 or (before < 0.0) == (self.direction > 0.0)
 
 
+def as_functions(events: Any) -> list[Callable]:
+    """The functions of ``events``, of which one may stand alone, or `InvalidInput`."""
+    if callable(events):
+        return [events]
+    if not isinstance(events, list | tuple):
+        raise InvalidInput(f"events must be functions f(t, q, u) in a list; got {shown(events)}")
+    return list(events)
+
+
 class Look(NamedTuple):
     """Where f is looked at: m times with their states, in order."""
 
@@ -84,9 +94,8 @@ class Look(NamedTuple):
 class EventWatch:
     """The events of a run, looked for block after block of its steps."""
 
-    def __init__(self, functions: Callable | Sequence[Callable], places: Sequence[float]) -> None:
-        given = [functions] if callable(functions) else list(functions)
-        self.events = [UserEvent(function, k) for k, function in enumerate(given)]
+    def __init__(self, functions: Sequence[Callable], places: Sequence[float]) -> None:
+        self.events = [UserEvent(function, k) for k, function in enumerate(functions)]
         self.places = np.array(places)
         self.last: Motion | None = None  # the step that was looked at last, but for its end
 
