@@ -22,7 +22,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.adaptive_loop import run
 from nonsmooth.integrators.adaptive_state import (
     ATOL,
-    LEAST,
+    FIRST_STEP,
     NOW,
     ROWS,
     RTOL,
@@ -36,14 +36,12 @@ from nonsmooth.integrators.adaptive_step import try_step
 from nonsmooth.integrators.adaptive_substep import substep
 from nonsmooth.integrators.moreau_jean_contact import solve
 from nonsmooth.integrators.moreau_jean_paradox import end_slide
-from nonsmooth.integrators.radau import SMALLEST
 from nonsmooth.integrators.radau_stages import EPS
 from nonsmooth.integrators.rigid_modes import HAS, N_U, SELECTION
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.system import GIVEN_FORCE, System
 
 SMALLEST_RTOL = 100 * EPS
-FIRST_STEP = 1e-4  # of the span
 
 
 @dataclass(frozen=True)
@@ -111,7 +109,6 @@ class Adaptive:
         arrays.laws[:] = system.laws
         arrays.step.planar.can_decide_redundant[0] = int(system.n_c > 1)
         arrays.clock[[NOW, STEP, RTOL, ATOL]] = t, FIRST_STEP * (t_end - t), self.rtol, self.atol
-        arrays.clock[LEAST] = SMALLEST * max(abs(t), abs(t_end))
         arrays.counters[TARGET] = best_row(self.rtol)
         arrays.weights[:] = extrapolation_weights()
         return block

@@ -9,6 +9,7 @@ from nonsmooth.blocks import view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_gaps import observe, set_tolerances
 from nonsmooth.integrators.adaptive_state import (
+    FIRST_STEP,
     LEAST,
     NOW,
     REJECTED,
@@ -17,6 +18,7 @@ from nonsmooth.integrators.adaptive_state import (
 )
 from nonsmooth.integrators.adaptive_step import EVENT, REFUSED, try_step
 from nonsmooth.integrators.penalty_loop import NEXT, ROWS, Trail, write_row
+from nonsmooth.integrators.radau import SMALLEST
 from nonsmooth.integrators.records import (
     EVENT_WIDTH,
     EVENTS_LOST,
@@ -59,6 +61,7 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
         trail.counts[NEXT] = 1
     for _ in range(max_steps):
         t = clock[NOW]
+        clock[LEAST] = SMALLEST * max(abs(t), FIRST_STEP * (t_record[end] - t_record[0]))
         if t >= t_record[end]:
             return Status.FINISHED.value
         if every > 0 and trail.counts[ROWS] >= trail.t.shape[0]:

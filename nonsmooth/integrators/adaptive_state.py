@@ -13,6 +13,7 @@ from nonsmooth.integrators.records import N_LEDGER, State, state_shapes
 from nonsmooth.integrators.rigid_modes import N_WORKS, RigidContacts, contacts_shapes
 from nonsmooth.laws import LAW_WIDTH
 
+FIRST_STEP = 1e-4  # of the span
 ROWS = 7  # of the table: row j takes j substeps
 # clock: the time, the step to try, the shortest step that the time resolves, tolerances
 NOW, STEP, LEAST, RTOL, ATOL = range(5)
