@@ -206,33 +206,40 @@ def judge_event(model, p, t, H, event, state, run):
         return Status.RUNNING.value, REFUSED, SHRINK
     for i in range(run.change.shape[0]):
         run.change[i] = table[1, i]
-    status = hold_event(model, p, t + H, state, run)
+    status, is_good = hold_event(model, p, t + H, state, run)
     for i in range(state.mode.shape[0]):
         run.contacts.mode[i] = state.mode[i]
         run.a_N[i] = 0.0
-        if run.contacts.kinds[i, 0] == UNILATERAL and run.g_1[i] < min(0.0, run.g_0[i]) - closed_gap(i, run):
-            return status, REFUSED, SHRINK
-    return status, EVENT if status == Status.RUNNING else REFUSED, FASTEST
+    if not is_good:
+        return status, REFUSED, SHRINK
+    return status, EVENT, FASTEST
 
 
 @kernel
 def hold_event(model, p, t_1, state, run):
-    """Move the end of a step with an event onto the constraints of its modes, but for contacts that part; a Status."""
+    """Move the end of a step with an event onto the constraints of its modes, but for contacts that part.
+
+    Returns (Status, whether no gap has fallen).
+    """
     contacts, trial, x, n = run.contacts, run.trial, run.x, state.q.shape[0]
     for i in range(n):
         x[i], x[n + i] = trial.q[i], trial.u[i]
     if state.mode.shape[0] == 0:
-        return Status.RUNNING
+        return Status.RUNNING.value, True
     if not observe(model, p, t_1, x, run.g_1, run.gamma_1, run):
-        return Status.NOT_FINITE
+        return Status.NOT_FINITE.value, False
     for i in range(state.mode.shape[0]):
-        parts = contacts.kinds[i, 0] == UNILATERAL and run.gamma_1[i] > run.tol_gamma[i]
+        is_unilateral = contacts.kinds[i, 0] == UNILATERAL
+        if is_unilateral and run.g_1[i] < min(0.0, run.g_0[i]) - closed_gap(i, run):
+            return Status.RUNNING.value, False
+        parts = is_unilateral and run.gamma_1[i] > run.tol_gamma[i]
         contacts.mode[i] = ContactMode.OPEN.value if parts else trial.mode[i]
     status = hold(model, p, t_1, x, False, contacts)
     if status != Status.RUNNING:
-        return status
+        return status, False
     book_hold(n, state, run)
-    return Status.RUNNING if observe(model, p, t_1, x, run.g_1, run.gamma_1, run) else Status.NOT_FINITE
+    is_finite = observe(model, p, t_1, x, run.g_1, run.gamma_1, run)
+    return Status.RUNNING.value if is_finite else Status.NOT_FINITE.value, is_finite
 
 
 @kernel
