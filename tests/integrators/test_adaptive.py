@@ -218,3 +218,12 @@ def test_times_outside_the_run_are_refused():
     ball = BouncingBall()
     with pytest.raises(InvalidInput, match="t_eval"):
         run(ball, 1.0, ball.state(), 1e-6, t_eval=[0.5, 1.5])
+
+
+def test_step_budget_ends_a_run_with_what_was_computed():
+    """As many steps as were allowed, and the exception holds them."""
+    rod = SpragSlip()
+    with pytest.raises(ns.BudgetSpent) as spent:
+        ns.simulate(rod, (0.0, 10.0), *rod.state(), integrator=ns.Adaptive(1e-9), max_steps=50)
+    sol = spent.value.solution
+    assert sol.stats.steps == 50 and 0.0 < sol.t[-1] < 10.0 and np.isfinite(sol.q).all()
