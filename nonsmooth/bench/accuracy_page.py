@@ -19,7 +19,8 @@ slider-crank and woodpecker beside `EventDriven(rtol=1e-10)`, since time steps m
 Integrators of ours: steps of 1e-2 to 3e-6 of the span, or tolerances 1e-3 to 1e-12 (`Adaptive`: to 1e-10). Siconos
 4.4: `MoreauJeanOSI`, theta = 1/2, LCP by Lemke, its loop in C++ (`run`), gaps compiled, steps of 1e-2 to 3e-5.
 SciPy: `solve_ivp` (DOP853) with events written by hand, one mode after the other, for these scenes only. MuJoCo:
-`implicitfast`, elliptic cone, default softness of its contacts. The adapters are in `tests/peers`."""
+`implicitfast`, elliptic cone, default softness of its contacts. The adapters are in `tests/peers`. Other work ran on the machine, and interleaving
+spreads it over all methods: ratios tell more than times."""
 OWN = ("Adaptive", "EventDriven", "MoreauJean")
 
 

@@ -14,6 +14,7 @@ from nonsmooth.errors import UnknownName, nearest
 from nonsmooth.studies.study import ABOVE_FLOOR, Study, require_xarray
 
 COSTS = {"wall_time": "wall time [ms]", "evaluations": "force evaluations"}
+NOT_TOLD = "; stopped at"  # of a message: the state
 TARGETS = (1e-4, 1e-6, 1e-9)  # errors at which the table compares
 
 
@@ -109,7 +110,7 @@ class WorkPrecision(Study):
         """A line for each run that did not reach its end."""
         rows = self.data.sel(scene=scene)
         return [
-            f"  {method} at {float(row.setting):.2g}: {row.message.item()}"
+            f"  {method} at {float(row.setting):.2g}: {row.message.item().split(NOT_TOLD)[0]}"
             for method in self.methods
             for row in (rows.sel(integrator=method).isel(level=k) for k in range(len(self.data.level)))
             if row.message.item()

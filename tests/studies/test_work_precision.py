@@ -9,7 +9,7 @@ import nonsmooth as ns
 from models import BouncingBall, WallPendulum
 from nonsmooth.errors import InvalidInput, StepFailure, UnknownName
 from nonsmooth.studies.work_precision import Trial, distance
-from nonsmooth.studies.work_precision_result import WorkPrecision
+from nonsmooth.studies.work_precision_result import WorkPrecision, joined
 
 xarray = pytest.importorskip("xarray")
 
@@ -132,3 +132,14 @@ def test_unknown_scenes_and_methods_are_refused_with_the_nearest():
     study = ns.work_precision({"ball": MOTION}, {"clock": Clock()}, repeats=1)
     with pytest.raises(UnknownName, match="clock"):
         study.curve("ball", "clok")
+
+
+def test_studies_of_different_scenes_are_joined():
+    one = ns.work_precision({"one": MOTION}, {"clock": Clock()}, repeats=1)
+    other = ns.work_precision({"other": MOTION}, {"clock": Clock(fails=(1e-2,))}, repeats=1)
+    study = joined([one, other])
+    assert study.scenes == ["one", "other"]
+    for part in (one, other):
+        for mine, its in zip(part.curve(part.scenes[0], "clock"), study.curve(part.scenes[0], "clock"), strict=True):
+            np.testing.assert_array_equal(mine, its)
+    assert study.failures("one") == [] and study.failures("other") == other.failures("other")
