@@ -13,14 +13,14 @@ reference at 16 times, over the largest position. A time at equal error is read 
 between neighbours, from where on every dearer run meets it; `>` is the time of the dearest run where none does, and
 a dash stands where the program was not run. In brackets: how many times that of the fastest integrator of ours.
 Where no closed form is known, the reference is `EventDriven(rtol=1e-12)` beside `Adaptive(rtol=1e-10)`; of
-slider-crank and woodpecker beside `EventDriven(rtol=1e-10)`, since time steps meet their series of impacts too slowly
-(see [the models](../models.md)). Below ten times their difference no error is told.
+slider-crank and woodpecker beside `EventDriven(rtol=1e-10)`, since time steps meet their series of impacts too
+slowly (see [the models](../models.md)). Below ten times their difference no error is told.
 
 Integrators of ours: steps of 1e-2 to 3e-6 of the span, or tolerances 1e-3 to 1e-12 (`Adaptive`: to 1e-10). Siconos
 4.4: `MoreauJeanOSI`, theta = 1/2, LCP by Lemke, its loop in C++ (`run`), gaps compiled, steps of 1e-2 to 3e-5.
 SciPy: `solve_ivp` (DOP853) with events written by hand, one mode after the other, for these scenes only. MuJoCo:
-`implicitfast`, elliptic cone, default softness of its contacts. The adapters are in `tests/peers`. Other work ran on the machine, and interleaving
-spreads it over all methods: ratios tell more than times."""
+`implicitfast`, elliptic cone, default softness of its contacts. The adapters are in `tests/peers`. Other work ran
+on the machine, and interleaving spreads it over all methods: ratios tell more than times."""
 OWN = ("Adaptive", "EventDriven", "MoreauJean")
 
 
