@@ -12,6 +12,7 @@ period falls through zero where the cycle enters such a region. Of several conta
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -33,8 +34,7 @@ def least_slip(cycle: LimitCycle) -> float:
     for phase in cycle.phases:
         flow = mode_flow(cycle.system, phase.states)
         for i in _sliding(flow, phase):
-            slip = _least(cycle, phase, flow, lambda x, i=i, f=flow: float(f.margins(x)[i, "slip"].real))
-            least = min(least, slip[0])
+            least = min(least, _least(cycle, phase, flow, partial(slip_of, flow, i))[0])
     return least
 
 
@@ -45,9 +45,13 @@ def least_p(cycle: LimitCycle) -> Least:
         flow = mode_flow(cycle.system, phase.states)
         for i in _sliding(flow, phase):
             if i in flow.constrained:
-                here = _least(cycle, phase, flow, lambda x, i=i, f=flow: p_of(f, i, x))
-                found = min(found, here, key=lambda pair: pair[0])
+                found = min(found, _least(cycle, phase, flow, partial(p_of, flow, i)), key=lambda pair: pair[0])
     return found
+
+
+def slip_of(flow: ModeFlow, i: int, x: np.ndarray) -> float:
+    """s gamma_F of a contact that slides [m/s]."""
+    return float(flow.margins(x)[i, "slip"].real)
 
 
 def p_of(flow: ModeFlow, i: int, x: np.ndarray) -> float:
