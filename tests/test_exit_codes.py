@@ -62,7 +62,7 @@ ROWS = [  # arguments, exit code, the kind of line it says on stderr
 
 def said_by(capsys):
     """What was written to stderr, but for the word on compiling that the first run on a machine has."""
-    lines = said_by(capsys).splitlines()
+    lines = capsys.readouterr().err.splitlines()
     return "\n".join(line for line in lines if not re.fullmatch(lines_of_the_page()["first use"], line))
 
 

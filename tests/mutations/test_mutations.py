@@ -1,0 +1,155 @@
+"""One line of the mechanics is broken at a time, in a copy; the test that guards it must fail.
+
+``pytest -m slow tests/mutations`` takes some minutes: each mutation compiles what it touches. A test that still passes
+with a wrong sign guards nothing.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PATIENCE = 600  # s
+
+
+class Mutation(NamedTuple):
+    """A line of a file, what is put in its place, and the test that must notice."""
+
+    file: str
+    line: str
+    broken: str
+    guard: str
+
+
+STEPPING = "tests/integrators/test_moreau_jean.py::"
+COMPLIANT = "tests/integrators/test_penalty_contact.py::"
+MUTATIONS = {
+    "friction pushes the way it slides": Mutation(
+        "contact_solvers/single.py", "P_F = -s * mu * sigma * P_N", "P_F = s * mu * sigma * P_N",
+        STEPPING + "test_block_stops_where_its_kinetic_energy_is_spent",
+    ),
+    "the coupling of slip and pressure has the other sign": Mutation(
+        "contact_solvers/single.py", "D = G_NN - s * mu * sigma * G_NF", "D = G_NN + s * mu * sigma * G_NF",
+        STEPPING + "test_inconsistent_state_is_an_impact_without_collision_with_its_impulses",
+    ),
+    "sticking holds twice its limit": Mutation(
+        "contact_solvers/single.py", "<= static_coefficient(laws, i) * reach", "<= 2.0 * static_coefficient(laws, i) * reach",
+        STEPPING + "test_block_holds_just_below_the_friction_limit_and_slides_just_above",
+    ),
+    "restitution takes the speed away twice": Mutation(
+        "contact_problem.py", "c[r] += laws[i, LAW_E_N] * gamma_0[r]", "c[r] -= laws[i, LAW_E_N] * gamma_0[r]",
+        STEPPING + "test_ball_bounces_at_the_closed_form_times_within_one_step",
+    ),
+    "impacts are elastic": Mutation(
+        "contact_problem.py", "c[r] += laws[i, LAW_E_N] * gamma_0[r]", "c[r] += gamma_0[r]",
+        STEPPING + "test_ball_comes_to_rest_after_its_zeno_point",
+    ),
+    "the weights of theta are exchanged": Mutation(
+        "integrators/moreau_jean_step.py", "q[i] += dt * ((1.0 - theta) * u[i] + theta * u_1[i])",
+        "q[i] += dt * (theta * u[i] + (1.0 - theta) * u_1[i])",
+        STEPPING + "test_positions_take_the_new_velocity_with_the_weight_theta",
+    ),
+    "forces are taken at the beginning of the step": Mutation(
+        "integrators/moreau_jean_step.py", "q_mid[i] = q[i] + 0.5 * dt * u[i]", "q_mid[i] = q[i]",
+        STEPPING + "test_pendulum_in_smooth_motion_is_of_second_order",
+    ),
+    "the implicit matrix loses its sign": Mutation(
+        "contact_problem.py", "Mhat[i, j] = M[i, j] + theta * dt *", "Mhat[i, j] = M[i, j] - theta * dt *",
+        STEPPING + "test_implicit_step_is_stable_where_an_explicit_one_is_not",
+    ),
+    "the free velocity forgets the forces": Mutation(
+        "contact_problem.py", "            total += W[k, j] * du[j]", "            total += 0.0 * W[k, j] * du[j]",
+        STEPPING + "test_block_that_has_stopped_never_creeps_on_a_level_plane_in_a_million_steps",
+    ),
+    "velocities that are not finite are accepted": Mutation(
+        "integrators/moreau_jean_step.py", "    return total == 0.0", "    return True",
+        "tests/test_simulate.py::test_nan_written_by_a_model_function_names_the_function_and_keeps_the_past",
+    ),
+    "an impact without collision slides on as it was": Mutation(
+        "paradox/impact.py", "return -s * mu, abs(gamma_F / k) if s * k < 0.0 else math.inf",
+        "return s * mu, abs(gamma_F / k) if s * k < 0.0 else math.inf",
+        "tests/paradox/test_impact_map.py::test_impact_without_collision_has_the_published_closed_forms",
+    ),
+    "Poisson's ratio is squared": Mutation(
+        "paradox/impact.py", "return e * P_c", "return e * e * P_c",
+        "tests/paradox/test_impact_map.py::test_closed_form_solves_the_equations_in_the_normal_impulse",
+    ),
+    "the energetic ratio is one of velocities": Mutation(
+        "paradox/impact.py", "work = e * e * compression_work", "work = e * compression_work",
+        "tests/paradox/test_impact_map.py::test_closed_form_solves_the_equations_in_the_normal_impulse",
+    ),
+    "a seizure sticks on the wrong side of the cone": Mutation(
+        "paradox/impact.py", "return -math.copysign(mu, G_NF)", "return math.copysign(mu, G_NF)",
+        "tests/paradox/test_impact_map.py::test_closed_form_solves_the_equations_in_the_normal_impulse",
+    ),
+    "the projection moves into the wall": Mutation(
+        "integrators/projection.py", "change = -gap / work.G[a, a]", "change = gap / work.G[a, a]",
+        "tests/integrators/test_position_projection.py::test_a_bead_stays_on_its_wire_to_rounding",
+    ),
+    "the ratio test takes the largest": Mutation(
+        "lcp/lemke.py", "            if ratio < least:", "            if ratio > least or least == np.inf:",
+        "tests/lcp/test_lcp_lemke.py::test_lemke_solves_random_frictional_problems",
+    ),
+    "the natural map has the other sign": Mutation(
+        "contact_solvers/natural_map.py", "cone_project(mu[i], P_N - gamma_N,", "cone_project(mu[i], P_N + gamma_N,",
+        "tests/contact_solvers/test_contact_local.py::test_single_contact_satisfies_the_inclusion_of_one_of_its_modes",
+    ),
+    "a compliant contact is driven by its damper": Mutation(
+        "integrators/compliant_law.py", "return k * d + c * d_rate", "return k * d - c * d_rate",
+        COMPLIANT + "test_clipped_contact_bounces_with_the_restitution_of_its_damping_ratio",
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    return tmp_path_factory.mktemp("cache")
+
+
+def outcome(copy, guard, cache):
+    """Exit code and words of the guard, run on a copy."""
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", guard]
+    environment = {**os.environ, "PYTHONPATH": str(copy), "NONSMOOTH_CACHE_DIR": str(cache)}
+    done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, timeout=PATIENCE,
+                          stdin=subprocess.DEVNULL)  # fmt: skip
+    return done.returncode, done.stdout[-2000:]
+
+
+def copied(tmp_path):
+    """Package, models and tests, where they can be broken."""
+    for folder in ("nonsmooth", "models", "tests"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_the_line_that_is_broken_stands_in_its_file_once(name):
+    file, line, broken, guard = MUTATIONS[name]
+    assert (ROOT / "nonsmooth" / file).read_text().count(line) == 1
+    path, test = guard.split("::")
+    assert f"def {test}(" in (ROOT / path).read_text() and broken != line
+
+
+@pytest.mark.slow
+def test_every_guard_passes_on_what_is_not_broken(tmp_path, cache):
+    copy = copied(tmp_path)
+    for guard in sorted({mutation.guard for mutation in MUTATIONS.values()}):
+        code, words = outcome(copy, guard, cache)
+        assert code == 0, words
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MUTATIONS)
+def test_a_wrong_sign_or_rule_is_caught(name, tmp_path, cache):
+    file, line, broken, guard = MUTATIONS[name]
+    copy = copied(tmp_path)
+    path = copy / "nonsmooth" / file
+    path.write_text(path.read_text().replace(line, broken))
+    code, words = outcome(copy, guard, cache)
+    assert code == 1, f"{name}: {guard} does not notice\n{words}"  # 1: tests ran, and some failed
