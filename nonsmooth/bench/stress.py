@@ -18,7 +18,7 @@ from nonsmooth.bench import stress_contacts, stress_motions, stress_random, stre
 from nonsmooth.bench.stress_figures import Case, Outcome, run
 from nonsmooth.bench.stress_random import Verdict
 
-RANDOM_SYSTEMS = 500
+RANDOM_SYSTEMS = 300
 HEADER = "| case | integrator | steps | depth [m] | residual | ledger | momentum | invariant | |"
 INTRODUCTION = """# Stress: hard cases, and what is left of their invariants
 

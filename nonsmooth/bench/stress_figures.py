@@ -26,7 +26,7 @@ from nonsmooth.solution import Solution
 from nonsmooth.system import BILATERAL, FORCE, GAP_RATE, MASS, NORMAL, TANGENT, UNILATERAL, System, as_system, evaluate
 
 EPS = float(np.finfo(float).eps)
-LONGEST = 40.0  # s of wall time of one run; a run of ten million steps takes ten
+LONGEST = 30.0  # s of wall time of one run; a run of ten million steps takes ten
 WORKS = ("force", "friction", "normal", "surface", "projection")
 
 

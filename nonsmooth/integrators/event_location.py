@@ -1,9 +1,9 @@
 """Events of an ordinary differential equation: where a function of the state falls through zero.
 
-An event function is positive while its mode lasts. It is watched at the stages of each step, and where the parabola
-through them is lowest if that is below zero: a contact may touch and part within one step. Its first zero is enclosed
-by bisection of the collocation polynomial, and the step is then taken anew to that time and corrected by Newton's
-method, so that the state at the event has the order of the method, not that of the polynomial.
+An event function is positive while its mode lasts. It is watched at the stages of each step; a gap also where the
+parabola through them is lowest, if that is below -atol: a contact may touch and part within one step. The first zero is
+enclosed by bisection of the collocation polynomial, and the step is then taken anew to that time and corrected by
+Newton's method, so that the state at the event has the order of the method, not that of the polynomial.
 
 A function that begins at zero, within its own tolerance, is *armed* only once it has been above it: what rounding
 leaves at the beginning of a mode is no event. What falls without having been armed is one where minus the tolerance is
@@ -42,7 +42,7 @@ class Events(NamedTuple):
     """What is known of the event functions, E of them."""
 
     armed: Integers  # (E,)
-    was_armed: Integers  # (E,) at the beginning of the step
+    is_gap: Integers  # (E,) 1 for the gap of an open contact, which is looked at between the stages too
     floor: Vector  # (E,) what the rounding of its time left of an event that was handled
     value: Vector  # (2E,) values and tolerances
     stages: Matrix  # (3, E) values at the stages of the step
@@ -53,7 +53,7 @@ class Events(NamedTuple):
 def events_shapes(n_events: int, n_x: int) -> dict[str, tuple[int, ...]]:
     """Shapes of ``Events``."""
     return {
-        "armed": (n_events,), "was_armed": (n_events,), "floor": (n_events,), "value": (2 * n_events,),
+        "armed": (n_events,), "is_gap": (n_events,), "floor": (n_events,), "value": (2 * n_events,),
         "stages": (3, n_events), "x": (n_x,), "found": (5,),
     }  # fmt: skip
 
@@ -70,8 +70,6 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
     found[WHICH] = NO_EVENT
     found[IS_IMMEDIATE] = 0
     low = 0.0
-    for e in range(events.armed.shape[0]):
-        events.was_armed[e] = events.armed[e]
     for sample in range(-1 if found[CHECK_START] != 0 else 0, 3):
         theta = C[sample] if sample >= 0 else 0.0
         for i in range(ode.x.shape[0]):
@@ -94,7 +92,7 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
         if sample >= 0:
             for e in range(events.armed.shape[0]):
                 events.stages[sample, e] = events.value[e]
-    theta = first_dip(events)
+    theta = first_dip(ode.atol[0], events)
     if theta < 1.0:
         radau_interpolate(theta, ode, events.x)
         status = event_values(functions, model, p, context, clock[NOW] + theta * clock[DONE], events.x, events.value)
@@ -109,22 +107,18 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
 
 
 @kernel
-def first_dip(events):
-    """Where in the step, in (0, 1), an event function dips below zero between stages at which it is positive, by the
-    parabola through them; the first of several, 1 if none does. A function that began at zero counts from the first
-    stage on, and a dip within the tolerance is rounding."""
-    E = events.armed.shape[0]
+def first_dip(atol, events):
+    """Where in the step, in (0, 1), a gap dips below -atol between stages at which it is positive, by the parabola
+    through them; the first of several, 1 if none does."""
     first = 1.0
-    for e in range(E):
+    for e in range(events.armed.shape[0]):
         v_0, v_1, v_2 = events.stages[0, e], events.stages[1, e], events.stages[2, e]
         slope = (v_1 - v_0) / (C[1] - C[0])
         curvature = ((v_2 - v_1) / (C[2] - C[1]) - slope) / (C[2] - C[0])
-        if events.armed[e] == 0 or not curvature > 0.0:
+        if events.is_gap[e] == 0 or events.armed[e] == 0 or not curvature > 0.0:
             continue
         theta = 0.5 * (C[0] + C[1] - slope / curvature)
-        lowest = v_0 + (theta - C[0]) * (slope + (theta - C[1]) * curvature)
-        begin = 0.0 if events.was_armed[e] == 1 else C[0]
-        if begin < theta < first and lowest < -events.value[E + e]:
+        if 0.0 < theta < first and v_0 + (theta - C[0]) * (slope + (theta - C[1]) * curvature) < -atol:
             first = theta
     return first
 

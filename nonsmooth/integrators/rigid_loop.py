@@ -29,6 +29,7 @@ from nonsmooth.integrators.radau_stages import DONE, NOW, STEP, Radau, radau_sha
 from nonsmooth.integrators.records import N_EVENTS, PENETRATION, STEPS, State
 from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.integrators.rigid_modes import (
+    CLOSURE,
     DETERMINANT,
     EVENT,
     FLIGHT,
@@ -45,7 +46,7 @@ from nonsmooth.integrators.rigid_touch import START, Touch, touch_shapes
 from nonsmooth.integrators.step_polynomial import begin_polynomial, end_polynomial
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.paradox.forces import Forces
-from nonsmooth.system import GAP
+from nonsmooth.system import GAP, ContactMode
 
 MAX_STALLS = 8  # events at one instant, per event function
 # Of the step that the motion would take: how far ahead an event on the border of two modes is decided. What changes of
@@ -129,7 +130,8 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
         is_end = t_1 == t_end or events.found[WHICH] != NO_EVENT
         if every > 0 and (state.counters[STEPS] % every == 0 or is_end):
             write_row(t_1, ode.x, contacts, trail)
-        trail.counts[STALLS] = 0
+        if t_1 - t > SMALLEST * abs(t_end):  # at t = 0 steps of 1e-24 s would get on, but not to the end
+            trail.counts[STALLS] = 0
     return Status.RUNNING.value
 
 
@@ -173,6 +175,8 @@ def handle_event(rates, model, p, every, state, trail, scratch):
         return status
     for e in range(events.armed.shape[0]):
         events.armed[e] = 0
+    for i in range(contacts.kinds.shape[0]):
+        events.is_gap[N_FUNCTIONS * i + CLOSURE] = 1 if contacts.mode[i] == ContactMode.OPEN else 0
     events.found[CHECK_START] = 1
     events.found[HANDLED] = event if event >= 0 else NO_EVENT
     radau_restart(ode)

