@@ -43,7 +43,7 @@ def cases(is_full: bool) -> Iterator[Case]:
             yield tower_at_rest(n, ratio)
             yield struck_tower(n, ratio)
     for n in heights:
-        for ratio in RATIOS:
+        for ratio in RATIOS if is_full or n < 10 else (1.0, 1e-6):
             yield stack_at_rest(n, ratio)
     for n in (2, 3, 4, 8) if is_full else (2, 3, 4):
         yield sliding_box(n)
@@ -52,7 +52,7 @@ def cases(is_full: bool) -> Iterator[Case]:
     for angle in (1e-2, 1e-5, 1e-8, 1e-11) if is_full else (1e-2, 1e-5):
         yield flat_groove(angle)
         yield steep_groove(angle)
-    for mu in (0.1, 1.0, 10.0, 1e3):
+    for mu in (0.1, 1.0, 10.0, 1e3) if is_full else (0.1, 1.0, 1e3):
         for push in (0.0, 1e4):
             yield corner(mu, push)
     for mu in (1.0, 10.0, 1e3):

@@ -15,7 +15,8 @@ def test_heavy_block_rests_on_a_light_one(ratio):
     # constraint takes that off after every step
     assert np.abs(sol.q).max() <= np.finfo(float).eps * ratio * 9.81 * 0.1**2
     weight = 9.81 * (1 + ratio)
-    assert np.isclose(sol.P_N[:, 0].sum(), weight * 0.1, rtol=1e-8)
+    # the force is what balances accelerations that are known to eps times the ratio
+    assert np.isclose(sol.P_N[:, 0].sum(), weight * 0.1, rtol=1e-8 + 10 * np.finfo(float).eps * ratio)
 
 
 def test_run_that_cannot_begin_returns_its_start():
