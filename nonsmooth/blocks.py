@@ -48,8 +48,8 @@ class Layout(NamedTuple):
     fields: tuple[tuple[str, Any, Any], ...]  # name, (dtype, shape) or the nested class, start or the nested layout
     size: int  # entries of the memory
     table: np.ndarray  # the table with addresses counted from the beginnings of memory and table
-    of_memory: np.ndarray  # words of the table that are data addresses
-    of_table: np.ndarray  # words that are addresses of nested tables
+    in_memory: np.ndarray  # 1 for words of the table that are data addresses, else 0
+    in_table: np.ndarray  # 1 for words that are addresses of nested tables
 
 
 @functools.lru_cache(maxsize=256)
@@ -58,32 +58,24 @@ def layout(cls: type, shapes: tuple) -> Layout:
     given = dict(shapes)
     kinds = field_types(cls)
     fields: list[tuple[str, Any, Any]] = []
-    words: list[int] = []
-    of_memory: list[int] = []
-    of_table: list[int] = []
-    nested_words: list[int] = []
+    own: list[tuple[int, int, int]] = []  # word, whether it is in memory, whether it is in the table
+    nested: list[tuple[int, int, int]] = []
     size = 0
-    for k, (name, kind) in enumerate(kinds.items()):
+    for name, kind in kinds.items():
         shape = given[name]
         if isinstance(kind, tuple):
             fields.append((name, (kind[0], shape), size))
-            of_memory.append(FIELD_WORDS * k)
-            words += [WORD * size, *shape, *(1,) * (3 - len(shape))]
+            own += [(WORD * size, 1, 0), *((n, 0, 0) for n in (*shape, *(1,) * (3 - len(shape))))]
             size += math.prod(shape)
             continue
         inner = layout(kind, shape)
-        first = FIELD_WORDS * len(kinds) + len(nested_words)
+        first = FIELD_WORDS * len(kinds) + len(nested)
         fields.append((name, kind, (inner, size)))
-        of_table += [FIELD_WORDS * k, *(inner.of_table + first)]
-        of_memory += list(inner.of_memory + first)
-        moved = inner.table.copy()
-        moved[inner.of_memory] += WORD * size
-        moved[inner.of_table] += WORD * first
-        words += [WORD * first, 0, 0, 0]
-        nested_words += moved.tolist()
+        own += [(WORD * first, 0, 1), *[(0, 0, 0)] * 3]
+        moved = inner.table + WORD * size * inner.in_memory + WORD * first * inner.in_table
+        nested += zip(moved.tolist(), inner.in_memory.tolist(), inner.in_table.tolist(), strict=True)
         size += inner.size
-    integers = (np.array(part, dtype=np.int64) for part in (words + nested_words, of_memory, of_table))
-    return Layout(tuple(fields), size, *integers)
+    return Layout(tuple(fields), size, *np.array(own + nested, dtype=np.int64).reshape(-1, 3).T.copy())
 
 
 class Block:
@@ -99,27 +91,27 @@ class Block:
 
     def __init__(self, cls: type, plan: Layout) -> None:
         self._cls, self._plan = cls, plan
-        self.memory = np.zeros(plan.size + 1)
-        self._table = plan.table.copy()
-        self.address: int = self._table.ctypes.data
-        self._table[plan.of_memory] += self.memory.ctypes.data
-        self._table[plan.of_table] += self.address
+        whole = np.zeros(plan.size + 1 + len(plan.table))  # the arrays, and behind them the table
+        start = whole.ctypes.data
+        self.memory, table = whole[: plan.size + 1], whole[plan.size + 1 :].view(np.int64)
+        self.address: int = start + WORD * len(self.memory)
+        np.add(plan.table, start * plan.in_memory + self.address * plan.in_table, out=table)
 
     @functools.cached_property
     def arrays(self) -> Any:
         """The NamedTuple of arrays on the same memory."""
-        return _arrays(self._cls, self._plan, self.memory)
+        return _arrays(self._cls, self._plan, self.memory, 0)
 
 
-def _arrays(cls: type, plan: Layout, memory: np.ndarray) -> Any:
+def _arrays(cls: type, plan: Layout, memory: np.ndarray, first: int) -> Any:
     values = []
     for _, kind, place in plan.fields:
         if isinstance(kind, tuple):
             dtype, shape = kind
-            values.append(memory[place : place + math.prod(shape)].view(dtype).reshape(shape))
+            values.append(np.ndarray(shape, dtype, memory, WORD * (first + place)))  # type: ignore[arg-type]
         else:
             inner, start = place
-            values.append(_arrays(kind, inner, memory[start:]))
+            values.append(_arrays(kind, inner, memory, first + start))
     return cls(*values)
 
 

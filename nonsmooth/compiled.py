@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import sys
+import weakref
 from collections.abc import Callable
 from typing import Any
 
@@ -36,6 +37,21 @@ class Model:
             return interpreted(integrator.loop)
         integrator.load(system)
         return integrator.loop.dispatcher
+
+
+_loops: weakref.WeakKeyDictionary[System, dict[Any, tuple[Model, Callable]]] = weakref.WeakKeyDictionary()
+
+
+def loop_of(system: System, integrator: Any) -> tuple[Model, Callable]:
+    """The model of a system and the integrator's loop for it; compiled ones are found once and remembered."""
+    known = _loops.setdefault(system, {})
+    if integrator in known and os.environ.get("NONSMOOTH_INTERPRET") != "1":
+        return known[integrator]
+    model = model_of(system)
+    found = model, model.loop(integrator, system)
+    if model.is_compiled:
+        known[integrator] = found
+    return found
 
 
 def model_of(system: System) -> Model:

@@ -94,6 +94,7 @@ def work_shapes(n: int, n_c: int, d: int) -> tuple:
     })  # fmt: skip
 
 
+@functools.lru_cache(maxsize=64)
 def model_facts(system: System) -> int:
     """The ``has`` argument of the kernels: a bit for each function of the model, and what is constant in it."""
     has = sum(1 << which for which in system.functions)

@@ -38,6 +38,7 @@ CONSISTENT = 1e-7
 PROJECTIONS = 20  # linearisations of the gap
 
 _tried: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose functions have been called once
+_sound: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose constant mass matrix has been checked
 
 
 def as_state(name: str, value: Any, system: System) -> tuple[np.ndarray, np.ndarray]:
@@ -68,11 +69,10 @@ def examine_state(system: System, model: Model, has: int, t: float, q: np.ndarra
     check_mass(system, t, q, u)
     if n_c == 0:
         return InitialState(mode, slip, "")
-    g_N, gamma_N, gamma_F = contact_state(system, t, q, u)
-    length, speed = np.abs(q).max(initial=0.0), np.abs(u).max(initial=0.0)
-    surface = np.abs(gamma_F).max(initial=0.0)
+    g_N, gamma_N, gamma_F = (values.tolist() for values in contact_state(system, t, q, u))
+    length, speed, surface = _largest(q.tolist()), _largest(u.tolist()), _largest(gamma_F)
     wrong = []
-    for i, (kind, d) in enumerate(system.kinds):
+    for i, (kind, d) in enumerate(system.kinds.tolist()):
         if kind != GIVEN_FORCE:
             if kind == BILATERAL and abs(g_N[i]) > CONSISTENT * max(length, 1e-300):
                 wrong.append(f"the bilateral contact {i} has the gap {g_N[i]:g} m, which must be 0")
@@ -91,9 +91,13 @@ def examine_state(system: System, model: Model, has: int, t: float, q: np.ndarra
             mode[i] = ContactMode.STICK
         else:
             mode[i] = ContactMode.SLIDE
-            slip[i] = np.sign(gamma_F[i])
+            slip[i] = 1 if gamma_F[i] > 0.0 else -1
     message = f"the initial state is not admissible: {'; '.join(wrong)}. project=True moves it." if wrong else ""
     return InitialState(mode, slip, message)
+
+
+def _largest(values: list[float]) -> float:
+    return max(map(abs, values), default=0.0)
 
 
 def contact_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -120,7 +124,9 @@ def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Non
 
 
 def check_mass(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
-    """Raise unless the mass matrix is finite, symmetric and positive definite."""
+    """Raise unless the mass matrix is finite, symmetric and positive definite; once where it is constant."""
+    if system in _sound:
+        return
     M = evaluate(system, MASS, t, q, u)
     if not np.isfinite(M).all():
         return  # the loop names the function
@@ -132,6 +138,8 @@ def check_mass(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
         raise InvalidInput(
             f"the mass matrix must be positive definite; mass wrote {M.tolist()} at t = {t:g}: check its parameters"
         ) from None
+    if not system.reads(MASS, "t") and not system.reads(MASS, "q"):
+        _sound.add(system)
 
 
 def project_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

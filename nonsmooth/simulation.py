@@ -139,7 +139,8 @@ def simulate(
     if checkpoint is None and resume is None:
         run = new_run(*task)
     else:
-        from nonsmooth.runs.streamed_run import as_place, streamed_run
+        from nonsmooth.runs.streamed_run import streamed_run
+        from nonsmooth.runs.streaming import as_place
 
         run = streamed_run(*task, as_place(checkpoint, resume, checkpoint_every))
     if functions:

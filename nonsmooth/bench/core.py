@@ -48,6 +48,8 @@ def print_steps() -> None:
     for n in (2, 6, 12):
         runs[f"row of {n} blocks"] = lambda n=n: run_row(n)  # type: ignore[misc]
     with tempfile.TemporaryDirectory() as folder:
+        runs["rod, every step recorded"] = lambda: run_recorded(None)
+        runs["rod, streamed to a checkpoint"] = lambda: run_recorded(Path(folder) / "rod.ckpt")
         for name, program in compile_c(Path(folder)).items():
             runs[name] = lambda program=program: run_c(program, ROD_STEPS)[0]  # type: ignore[misc]
         times: dict[str, list[float]] = {name: [] for name in runs}
@@ -84,6 +86,17 @@ def run_rod(steps: int) -> tuple[float, float]:
     integrator = MoreauJean(dt=SPAN / steps)
     solution = simulate(sliding_rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=integrator, every=steps)
     return solution.stats.wall_time / steps * 1e9, float(solution.q[-1, 2])
+
+
+def run_recorded(checkpoint: Path | None) -> float:
+    """Nanoseconds a step of the rod with a record of each, in memory or in a checkpoint."""
+    th = math.pi / 3
+    integrator, started = MoreauJean(dt=SPAN / ROD_STEPS), time.perf_counter()
+    simulate(sliding_rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=integrator, checkpoint=checkpoint)
+    elapsed = time.perf_counter() - started
+    if checkpoint:
+        shutil.rmtree(checkpoint)
+    return elapsed / ROD_STEPS * 1e9
 
 
 def run_belt() -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import functools
 import json
 import sys
 from pathlib import Path
@@ -47,6 +46,12 @@ def add_run(run: argparse.ArgumentParser) -> None:
     run.add_argument("--max-steps", type=whole_number, metavar="N", help="the most steps that the run may take")
     run.add_argument("--max-wall-time", type=number, metavar="S", help="the most seconds that it may take")
     run.add_argument("--project", action="store_true", help="move an inadmissible start to the nearest admissible one")
+    run.add_argument("--checkpoint", type=Path, metavar="FOLDER", help="write records there as the run goes")
+    run.add_argument("--resume", type=Path, metavar="FOLDER", help="go on with the checkpoint of this same run")
+    run.add_argument(
+        "--checkpoint-every", type=number, default=10.0, metavar="S",
+        help="seconds between two states that are kept; 10 by default",
+    )  # fmt: skip
     run.add_argument("--out", type=Path, metavar="FILE", help="save the solution (.npz or .h5)")
     run.add_argument("--dump-failure", type=Path, metavar="FILE.npz",
                      help="if a step fails, save its contact problem, which `nonsmooth solve` opens")  # fmt: skip
@@ -101,14 +106,13 @@ def simulate_model(model: Any, q0: Any, u0: Any, arguments: argparse.Namespace) 
     if t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
     has_progress = sys.stderr.isatty() and not arguments.quiet
-    run = functools.partial(
-        simulate,
-        model, (0.0, t_end), q0, u0, integrator=integrator, every=arguments.every, t_eval=arguments.t_eval,
-        selection=arguments.selection, project=arguments.project, max_steps=arguments.max_steps,
-        max_wall_time=arguments.max_wall_time, progress=show_progress if has_progress else None,
-    )  # fmt: skip
     try:
-        solution = run()
+        solution = simulate(
+            model, (0.0, t_end), q0, u0, integrator=integrator, every=arguments.every, t_eval=arguments.t_eval,
+            selection=arguments.selection, project=arguments.project, max_steps=arguments.max_steps,
+            max_wall_time=arguments.max_wall_time, progress=show_progress if has_progress else None,
+            checkpoint=arguments.checkpoint, resume=arguments.resume, checkpoint_every=arguments.checkpoint_every,
+        )  # fmt: skip
     except StepFailure as failure:
         solution = failure.solution
         if arguments.dump_failure and failure.problem is None:
@@ -131,6 +135,7 @@ def report(solution: Any, arguments: argparse.Namespace, figure: Path | None) ->
             "figure": figure,
             "picture": arguments.picture,
             "animation": arguments.animate,
+            "checkpoint": arguments.checkpoint or arguments.resume,
         }
         for what, path in written.items():
             if path:

@@ -60,7 +60,7 @@ def extrapolation_shapes(n: int, n_c: int, d: int) -> tuple:
     )
     return frozen({
         "contacts": contacts_shapes(n, n_c, d), "step": moreau_jean_contact.scratch_shapes(n, n_c, d),
-        "trial": frozen(state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c))), "clock": (5,), "counters": (3,),
+        "trial": state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c)), "clock": (5,), "counters": (3,),
         "weights": (2, ROWS, ROWS), "table": (ROWS, N), "change": (N,), "errors": (ROWS,),
         "largest": (2 * n,), "tol": (2 * n,), "a_0": (n,), "a_1": (n,), **per_contact, "laws": (n_c, LAW_WIDTH),
         "x": (2 * n + 3 * n_c + N_WORKS,),

@@ -82,11 +82,11 @@ class MoreauJean:
 
     def steps_between(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Equal steps, none longer than dt, between the times t (m + 1,): their lengths and numbers, (m,) each."""
-        spans = np.diff(t)
-        steps = np.maximum(1, np.ceil(spans / self.dt * (1 - 1e-9))).astype(np.int64)
+        spans = t[1:] - t[:-1]
+        steps = np.maximum(np.ceil(spans / self.dt * (1 - 1e-9)), 1.0)
         dts = spans / steps
-        is_dt = np.abs(dts - self.dt) <= 1e-9 * self.dt  # the step asked for, not one a rounding away
-        return np.where(is_dt, self.dt, dts), steps
+        dts[np.abs(dts - self.dt) <= 1e-9 * self.dt] = self.dt  # the step asked for, not one a rounding away
+        return dts, steps.astype(np.int64)
 
     def options(self, selection: int) -> np.ndarray:
         """The numbers that the compiled loop reads."""

@@ -10,10 +10,11 @@ moving surfaces). A position projection changes no velocity; its column holds th
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
-from nonsmooth.blocks import WORD, Cube, Integers, IntegerTable, Matrix, Vector
+from nonsmooth.blocks import WORD, Cube, Integers, IntegerTable, Matrix, Vector, frozen
 from nonsmooth.jit import call_model, kernel, rare_kernel
 from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
@@ -63,13 +64,14 @@ class Record(NamedTuple):
     ledger: Matrix  # (m, N_LEDGER)
 
 
-def state_shapes(n: int, n_c: int, d: int, event_capacity: int) -> dict[str, tuple[int, ...]]:
+@functools.lru_cache(maxsize=64)
+def state_shapes(n: int, n_c: int, d: int, event_capacity: int) -> tuple:
     """Shapes of ``State``."""
     per_contact = dict.fromkeys(("mode", "slip", "several"), (n_c,))
-    return {
+    return frozen({
         "q": (n,), "u": (n,), **per_contact, "P": (n_c, 1 + d), "P_sum": (n_c, 1 + d), "ledger": (N_LEDGER,),
         "worst": (N_WORST,), "counters": (N_COUNTERS,), "events": (event_capacity, EVENT_WIDTH),
-    }  # fmt: skip
+    })  # fmt: skip
 
 
 def record_shapes(m: int, n: int, n_c: int, d: int) -> dict[str, tuple[int, ...]]:
@@ -80,6 +82,7 @@ def record_shapes(m: int, n: int, n_c: int, d: int) -> dict[str, tuple[int, ...]
     }  # fmt: skip
 
 
+@functools.lru_cache(maxsize=64)
 def bytes_of_record(n: int, n_c: int, d: int) -> int:
     """Size of one record with its time and its steps."""
     entries = 3 + sum(math.prod(shape) for shape in record_shapes(1, n, n_c, d).values())

@@ -130,9 +130,7 @@ class Checkpoint:
                 self._events.write(self.n_events, np.ascontiguousarray(events).view(EVENT_ROW)[:, 0])
                 self.n_events += len(events)
 
-    def keep(
-        self, arrays: dict[str, np.ndarray], about: dict[str, Any], status: Status, message: str, stats: Stats
-    ) -> None:
+    def keep(self, arrays: dict[str, Any], about: dict[str, Any], status: Status, message: str, stats: Stats) -> None:
         """Put the rows on the disk, and then the state that belongs to them."""
         text = {
             "checkpoint": "nonsmooth", "schema": SCHEMA, "facts": self.facts, "records": self.n_records,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.blocks import Block, new_block
-from nonsmooth.compiled import Model, model_of
+from nonsmooth.compiled import loop_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.initial_state import check_mass, project_state
@@ -51,8 +51,7 @@ class AdaptiveRun(Run):
     ) -> None:
         self.system, self.integrator, self.t_record, self.every = system, integrator, t_record, every
         started = time.perf_counter()
-        self.model: Model = model_of(system)
-        self.loop = self.model.loop(integrator, system)
+        self.model, self.loop = loop_of(system, integrator)
         self.has = model_facts(system)
         self.compile_time = time.perf_counter() - started
         t_0 = float(t_record[0])
@@ -89,12 +88,15 @@ class AdaptiveRun(Run):
                 self.model.handle, *self._callbacks(), self.system.p, self.t_record, self.every, min(max_steps, BLOCK),
                 *self.blocks,
             )  # fmt: skip
+        self._collect_rows()
+        return status
+
+    def _collect_rows(self) -> None:
         if self.every > 0:
             self.rows.append(self._written())
             self.trail_block.arrays.counts[ROWS] = 0
         if self.keeps_steps:
             self.steps.append(self._new_steps())
-        return status
 
     def look_for(self, events: Sequence[Callable]) -> None:
         """Look for events of the user in every step, whichever are recorded."""
@@ -175,20 +177,12 @@ class AdaptiveRun(Run):
 
     def solution(self) -> Solution:
         """What was computed."""
-        columns = zip(*self.rows, self._written(), *self._start_row(), strict=True)
-        own = self.trail_block.arrays
-        trail = Trail(own.counts, own.steps, *(np.concatenate(parts) for parts in columns))
-        n, n_c, d = self.system.n_u, self.system.n_c, self.system.d
-        q, u, z, P_N, P_F, works = np.split(trail.x, np.cumsum([n, n, n_c, n_c, n_c]), axis=1)
-        P = np.diff(np.stack((P_N, P_F), axis=2), axis=0, prepend=0.0)[:, :, : 1 + d]
-        ledger = np.zeros((len(trail.t), N_LEDGER))
-        ledger[:, :N_WORKS] = works
-        mode, slip = trail.mode.astype(np.int64), trail.slip.astype(np.int64)
-        record = Record(q, u, z / self.gap_scale(), P, mode, slip, ledger)
+        t, x, la, mode, slip = map(np.concatenate, zip(*self.rows, self._written(), *self._start_row(), strict=True))
+        record = self._record_of(x, mode, slip, np.zeros((1, self.system.n_c, 2)))
         events = np.concatenate(self.events) if self.events else self.state.events[:0]
         return Solution.from_run(
-            self.system, self.integrator, trail.t, record, events, self.status, self._message(), self._stats(),
-            trail.la, self._motion_of_steps(trail.t, q, u), self._user_events(),
+            self.system, self.integrator, t, record, events, self.status, self._message(), self._stats(), la,
+            self._motion_of_steps(t, record.q, record.u), self._user_events(),
         )  # fmt: skip
 
     def _start_row(self) -> list[tuple[np.ndarray, ...]]:
@@ -200,6 +194,15 @@ class AdaptiveRun(Run):
         contacts = self.scratch_block.arrays.contacts
         mode[0], slip[0] = contacts.mode, contacts.slip
         return [(np.array([self._time()]), x, la, mode, slip)]
+
+    def _record_of(self, x: np.ndarray, mode: np.ndarray, slip: np.ndarray, P_0: np.ndarray) -> Record:
+        """The record of rows of the trail; P_0 (1, n_c, 2): the impulses up to the row before them."""
+        n, n_c, d = self.system.n_u, self.system.n_c, self.system.d
+        q, u, z, P_N, P_F, works = np.split(x, np.cumsum([n, n, n_c, n_c, n_c]), axis=1)
+        P = np.diff(np.stack((P_N, P_F), axis=2), axis=0, prepend=P_0)[:, :, : 1 + d]
+        ledger = np.zeros((len(x), N_LEDGER))
+        ledger[:, :N_WORKS] = works
+        return Record(q, u, z / self.gap_scale(), P, mode.astype(np.int64), slip.astype(np.int64), ledger)
 
     def _motion_of_steps(self, t: np.ndarray, q: np.ndarray, u: np.ndarray) -> Callable[[], Motion] | None:
         """What joins the steps to the motion, if they were kept."""

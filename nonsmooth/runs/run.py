@@ -9,12 +9,13 @@ import functools
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nonsmooth.blocks import new_block
-from nonsmooth.compiled import Model, model_of
+from nonsmooth.compiled import loop_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import (
     BudgetSpent,
@@ -87,8 +88,7 @@ class Run:
     ) -> None:
         self.system, self.integrator, self.grid = system, integrator, grid
         started = time.perf_counter()
-        self.model: Model = model_of(system)
-        self.loop = self.model.loop(integrator, system)
+        self.model, self.loop = loop_of(system, integrator)
         self.has = model_facts(system)
         self.compile_time = time.perf_counter() - started
         start = examine_state(system, self.model, self.has, float(grid.t[0]), q0, u0)
@@ -165,7 +165,8 @@ class Run:
 
     def _block(self, max_steps: int) -> int:
         system, grid = self.system, self.grid
-        with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite is found by the loop itself
+        # what is not finite is found by the loop itself; the interpreter would warn of it
+        with nullcontext() if self.model.is_compiled else np.errstate(all="ignore"):
             return self.loop(
                 self.model.handle, self.has, system.p, system.kinds, system.laws, self.options,
                 grid.t, grid.dts, grid.steps, max_steps, *self.blocks,
@@ -257,7 +258,7 @@ class Run:
 
     def _motion_of_records(self, t: np.ndarray, record: Record, rows: np.ndarray) -> Callable[[], Motion] | None:
         """What interpolates the records, if each step is one."""
-        if self.grid.steps.max(initial=1) > 1:
+        if (self.grid.steps > 1).any():
             return None
         return functools.partial(between, t, record, rows, self.integrator)
 

@@ -32,8 +32,23 @@ RUNS = {
         dict(integrator=ns.MoreauJean(1e-3, projection=True), t_eval=np.linspace(0.05, 1, 37)),
     ),
     "rocking block": (scene(RockingBlock(), (0, 1)), dict(integrator=ns.MoreauJean(2e-3))),
-    "beads": (scene(BeadChain(), (0, 0.1)), dict(integrator=ns.MoreauJean(1e-3), selection="impact")),
+    "beads": (scene(BeadChain(), (0, 0.04)), dict(integrator=ns.MoreauJean(1e-3), selection="impact")),
     "row": (row_in_motion(6), dict(integrator=ns.MoreauJean(1e-3), every=7)),
+    "ball, event-driven": (scene(BouncingBall(e=0.9), (0, 3), height=0.1), dict(integrator=ns.EventDriven(1e-9))),
+    "rod, event-driven": (
+        scene(PainleveRod(mu=0.3), (0, 0.5), th=1.2, thdot=-1.0, slip=1.0),
+        dict(integrator=ns.EventDriven(), t_eval=np.linspace(0, 0.5, 30)),
+    ),
+    "rod, compliant": (
+        scene(PainleveRod(mu=0.3), (0, 0.1), th=1.2, thdot=-1.0, slip=1.0),
+        dict(integrator=ns.Penalty(stiffness=1e5, damping_ratio=0.3), every=3),
+    ),
+    "sprag-slip, compliant": (
+        scene(SpragSlip(), (0, 0.2), th=0.8, thdot=1.0),
+        dict(integrator=ns.Penalty(stiffness=1e6, damping=1e3), t_eval=np.linspace(0.1, 0.2, 11)),
+    ),
+    "pendulum, adaptive": (scene(WallPendulum(), (0, 2)), dict(integrator=ns.Adaptive(rtol=1e-7), every=2)),
+    "rocking block, adaptive": (scene(RockingBlock(), (0, 1)), dict(integrator=ns.Adaptive(rtol=1e-5))),
 }
 
 
@@ -53,19 +68,19 @@ def test_a_run_stopped_every_few_steps_goes_on_to_the_same_bits(small, tmp_path,
     stops = 0
     while not (solution := ns.simulate(*arguments, **options, **again)).success:
         stops += 1
-        assert solution.status == ns.Status.BUDGET_SPENT and stops <= solution.stats.steps <= 19 * stops
+        assert solution.status == ns.Status.BUDGET_SPENT and solution.stats.steps <= 19 * stops
     whole = ns.simulate(*arguments, **options)
-    assert bits(solution) == bits(whole) and stops > 5
+    assert bits(solution) == bits(whole) and stops > 2
 
 
 def test_the_state_between_two_records_at_which_a_run_stopped_is_its_last_row_until_it_goes_on(small, tmp_path, bits):
     arguments = RUNS["row"][0]
-    options = dict(integrator=ns.MoreauJean(1e-3), every=10, max_wall_time=1e-9, on_failure="return")
-    stopped = ns.simulate(*arguments, **options, checkpoint=tmp_path / "run.ckpt")
-    assert bits(stopped) == bits(ns.simulate(*arguments, **options)) and stopped.t == pytest.approx(
-        [0.0, 0.01, 0.019], abs=1e-15
-    )
-    gone_on = ns.simulate(*arguments, **options, resume=tmp_path / "run.ckpt")
+    options = dict(integrator=ns.MoreauJean(1e-3), every=10, on_failure="return")
+    stopped = ns.simulate(*arguments, **options, max_steps=19, checkpoint=tmp_path / "run.ckpt")
+    in_memory = ns.simulate(*arguments, **options, max_steps=19)
+    assert bits(stopped) | {"message": 0} == bits(in_memory) | {"message": 0}  # which has the wall time
+    assert stopped.t == pytest.approx([0.0, 0.01, 0.019], abs=1e-15)
+    gone_on = ns.simulate(*arguments, **options, max_steps=38, resume=tmp_path / "run.ckpt")
     assert gone_on.t == pytest.approx([0.0, 0.01, 0.02, 0.03, 0.038], abs=1e-15)
 
 

@@ -1,0 +1,160 @@
+"""Runs that write their rows to a checkpoint as they go, and go on where the checkpoint ends.
+
+Between two blocks the new records and events are appended to the files of the checkpoint; every so many seconds all
+that the next step depends on is kept: the blocks of memory that the loop works in, bit by bit. A run that goes on from
+there takes the steps that it would have taken. Records are never all in memory; the Solution maps the file.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.arrays import as_non_negative
+from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.integrators.records import N_EVENTS, Record
+from nonsmooth.output.checkpoint import Checkpoint, load_checkpoint
+from nonsmooth.runs.run import Run
+from nonsmooth.solution import MAX_EVENTS, Solution, Stats, about_run
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a run is checkpointed, what may be there, and how often its state is kept [s]."""
+
+    path: Any
+    may_begin: bool
+    may_resume: bool
+    seconds: float
+
+
+def as_place(checkpoint: Any, resume: Any, seconds: float) -> Place:
+    """Begin, go on, or, where both are given, whichever is possible."""
+    if checkpoint is not None and resume is not None and str(checkpoint) != str(resume):
+        raise InvalidInput(
+            f"checkpoint and resume must be the same path, or one of them; got {str(checkpoint)!r} and {str(resume)!r}"
+        )
+    path = checkpoint if resume is None else resume
+    seconds = as_non_negative("checkpoint_every", seconds, "s")
+    return Place(path, checkpoint is not None, resume is not None, seconds)
+
+
+class Streaming(Run):
+    """What makes a run one that streams; it stands before the run's class among the bases."""
+
+    store: Checkpoint
+
+    def new_rows(self) -> np.ndarray:
+        """Take the records that are not in the file yet, as its rows."""
+        raise NotImplementedError
+
+    def memory(self) -> dict[str, np.ndarray]:
+        """All that the next step depends on, as bits."""
+        return {"state": self.state_block.memory.view(np.int64), "scratch": self.scratch_block.memory.view(np.int64)}
+
+    def go_on(self) -> None:
+        """Get ready after the memory was filled with what was kept."""
+
+    def next_window(self, status: int) -> int:
+        """Make room for more records where the loop came to the end of its own."""
+        return status
+
+    def last_row(self) -> np.ndarray | None:
+        """The state at which the run stopped, where no record shows it."""
+        return None
+
+    def attach(self, store: Checkpoint, seconds: float) -> None:
+        """Take the state that was kept, or keep that of the start."""
+        self.store, self.seconds = store, seconds
+        if store.kept:
+            self._load_for_retry()  # the loop may reach it: the state says whether
+            for name, memory in self.memory().items():
+                if name not in store.kept or store.kept[name].shape != memory.shape:
+                    raise InvalidInput(f"the checkpoint {str(store.path)!r} is damaged: {name} has another size")
+                memory[:] = store.kept[name]
+            self.go_on()
+            self.status = Status.FINISHED if store.status == Status.FINISHED else Status.RUNNING
+        else:
+            super()._block(0)  # writes the record of the start
+            self._write()
+            self._keep()
+        self.kept_at = time.perf_counter()
+
+    def look_for(self, events: Sequence[Callable]) -> None:
+        raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
+
+    def advance(
+        self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None = None
+    ) -> None:
+        super().advance(max_wall_time, progress, max_steps)
+        with interrupts_held_back():
+            self._write()
+            last = None if self.status == Status.FINISHED else self.last_row()
+            if last is not None:
+                self.store.write_last(last)
+            self._keep()
+            self.store.close()
+
+    def solution(self) -> Solution:
+        """What the checkpoint holds."""
+        return load_checkpoint(self.store.path, self.system)
+
+    def _block(self, max_steps: int) -> int:
+        status = super()._block(max_steps)
+        with interrupts_held_back():
+            self._write()
+            status = self.next_window(status)
+            if status == Status.RUNNING and time.perf_counter() - self.kept_at >= self.seconds:
+                self._keep()
+                self.kept_at = time.perf_counter()
+        return status
+
+    def _write(self) -> None:
+        """Append the records and events that are new."""
+        self.store.write(self.new_rows(), self.state.events[: self.state.counters[N_EVENTS]])
+        self.state.counters[N_EVENTS] = 0
+        self.events_dropped = max(0, self.store.n_events - MAX_EVENTS)
+
+    def _keep(self) -> None:
+        ended = "" if self.status == Status.RUNNING else self._message()
+        self.store.keep(self.memory(), about_run(self.system, self.integrator), self.status, ended, self._stats())
+
+    def _collect_events(self) -> None:
+        """They are written with the records."""
+
+    def _stats(self) -> Stats:
+        stats = super()._stats()
+        return replace(stats, wall_time=self.store.wall_time + stats.wall_time)
+
+    def as_rows(self, t: np.ndarray, record: Record, la: np.ndarray | None = None) -> np.ndarray:
+        """Records as rows of the file."""
+        rows = np.empty(len(t), self.store.row)
+        rows["t"], rows["P_N"], rows["P_F"] = t, record.P[:, :, 0], record.P[:, :, 1:]
+        for name in ("q", "u", "g_N", "mode", "slip", "ledger"):
+            rows[name] = getattr(record, name)
+        if la is not None:
+            rows["la"] = la
+        return rows
+
+
+@contextmanager
+def interrupts_held_back() -> Iterator[None]:
+    """Let Ctrl-C wait until a block is written: files and memory then agree on what was."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals go to the main thread
+        return
+    received: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: received.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if received:
+        signal.raise_signal(signal.SIGINT)
