@@ -43,14 +43,16 @@ class StreamedTrail(Streaming, AdaptiveRun):
             n, n_c = self.system.n_u, self.system.n_c
             self.P_0[0] = np.stack(np.split(x[-1, 2 * n + n_c : 2 * n + 3 * n_c], 2), axis=1)
         self.trail_block.arrays.counts[ROWS] = 0
-        return self.as_rows(t, record, la if "la" in self.store.row.fields else None)
+        return self.as_rows(t, record, la if "la" in (self.store.row.names or ()) else None)
 
     def last_row(self) -> np.ndarray | None:
         """The start, of a run that stopped before its first record."""
         if self.store.n_records:
             return None
         ((t, x, la, mode, slip),) = self._start_row()
-        return self.as_rows(t, self._record_of(x, mode, slip, self.P_0), la if "la" in self.store.row.fields else None)
+        return self.as_rows(
+            t, self._record_of(x, mode, slip, self.P_0), la if "la" in (self.store.row.names or ()) else None
+        )
 
     def memory(self) -> dict[str, np.ndarray]:
         return super().memory() | {
