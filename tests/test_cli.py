@@ -171,7 +171,7 @@ def test_a_run_of_no_length_is_drawn_and_counted(tmp_path, capsys):
 def test_a_state_beyond_all_bounds_ends_as_a_failed_run(capsys):
     assert main(["run", "sprag-slip", "--state", "th=1e300", "--json", "--no-plot"]) == 3
     printed = capsys.readouterr()
-    assert json.loads(printed.out)["status"] == "NOT_FINITE" and "row_rates wrote" in printed.err
+    assert json.loads(printed.out)["status"] == "NOT_FINITE" and "wrote inf" in printed.err
 
 
 def test_a_run_that_fails_is_saved_and_ends_with_code_3(tmp_path, capsys):

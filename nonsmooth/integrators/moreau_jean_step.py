@@ -176,11 +176,11 @@ def new_velocity(n, r, u, work):
 
 @kernel
 def all_finite(n, n_c, work):
-    """Whether the new velocities and the gaps are finite numbers."""
+    """Whether the new velocities, their squares and the gaps are finite numbers: energies must not overflow."""
     u_1, g_N = work.u_1, work.g_N
     total = 0.0
     for i in range(n):
-        total += 0.0 * u_1[i]
+        total += 0.0 * (u_1[i] * u_1[i])
     for i in range(n_c):
         total += 0.0 * g_N[i]
     return total == 0.0
