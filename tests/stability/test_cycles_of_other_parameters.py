@@ -64,7 +64,10 @@ def agrees(model, duration):
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("draw, duration, least", [(belt, 200.0, 1), (coupling, 300.0, 3), (sprag, 12.0, 2)])
+@pytest.mark.parametrize(
+    "draw, duration, least",
+    [(belt, 200.0, 1), pytest.param(coupling, 300.0, 3, marks=pytest.mark.slow), (sprag, 12.0, 2)],
+)
 def test_cycles_at_random_parameters_are_those_of_long_motions(draw, duration, least, seed):
     rng = np.random.default_rng(seed)
     assert sum(agrees(draw(rng), duration) for _ in range(4)) >= least
