@@ -1,8 +1,8 @@
 """The table and the figure of docs/theory/adaptive.md: ``python docs/figures/adaptive.py [FOLDER]``.
 
-Error of ns.Adaptive over a run, against its tolerance: the largest |q_i - q_i,ref| at 200 times, in 1e-2 + max |q_i,ref|,
-which is what atol = rtol/100 and rtol allow it in one step. Reference: ns.EventDriven at 1e-12, whose own error is a tenth
-of that; the ball and the block against their closed forms.
+Error of ns.Adaptive over a run, against its tolerance: the largest |q_i - q_i,ref| at 200 times, in
+1e-2 + max |q_i,ref|, which is what atol = rtol/100 and rtol allow it in one step. Reference: ns.EventDriven at 1e-12,
+whose own error is a tenth of that; the ball and the block against their closed forms.
 """
 
 from __future__ import annotations
