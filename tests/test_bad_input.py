@@ -127,7 +127,8 @@ CALLS = {
         "dt": [1e-2, 5e-3], "integrator": ns.MoreauJean, "reference": None, "times": None,
     }),
     "work_precision": (lambda **given: ns.work_precision(**given), {
-        "systems": {"ball": ns.Scene(BALL, (0, 0.1), [1.0], [0.0])}, "integrators": {"step": ns.MoreauJean}, "repeats": 1,
+        "systems": {"ball": ns.Scene(BALL, (0, 0.1), [1.0], [0.0])}, "integrators": {"step": ns.MoreauJean},
+        "repeats": 1,
     }),
     "force_episode": (lazily(ns.force_episode, solution=penalty_run), {"contact": 0}),
     "solve_lcp": (ns.solve_lcp, {"A": A, "b": B, "solver": "auto", "tol": 1e-10, "guess": None}),
