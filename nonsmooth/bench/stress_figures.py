@@ -27,6 +27,7 @@ from nonsmooth.system import BILATERAL, FORCE, GAP_RATE, MASS, NORMAL, TANGENT, 
 
 EPS = float(np.finfo(float).eps)
 LONGEST = 30.0  # s of wall time of one run; a run of ten million steps takes ten
+UNKNOWN = (math.nan, math.nan, math.nan, math.nan, math.nan)
 WORKS = ("force", "friction", "normal", "surface", "projection")
 
 
@@ -78,17 +79,16 @@ class Outcome(NamedTuple):
 def run(case: Case, method: Method) -> Outcome:
     """Run a case by one method."""
     system, name = as_system(case.system), name_of(method.integrator)
-    options = {} if getattr(method.integrator, "chooses_steps", False) else {"every": case.every}
+    chooses = getattr(method.integrator, "chooses_steps", False)
     try:
         solution = simulate(
             system, (0.0, case.t_end), *case.state, integrator=method.integrator, selection=case.selection,
-            on_failure="return", max_wall_time=LONGEST, **options,
+            on_failure="return", max_wall_time=LONGEST, every=1 if chooses else case.every,
         )  # fmt: skip
     except NonsmoothError as refusal:
-        return Outcome(case.name, name, 0, *[math.nan] * 5, (math.nan,) * 5, str(refusal).split(";")[0])  # type: ignore[call-arg]
-    chooses = getattr(method.integrator, "chooses_steps", False)
+        return Outcome(case.name, name, 0, *UNKNOWN, UNKNOWN, str(refusal).split(";")[0])
     if not len(solution.t):
-        return Outcome(case.name, name, 0, *[math.nan] * 5, (math.nan,) * 5, f"{solution.status.name} at the start")  # type: ignore[call-arg]
+        return Outcome(case.name, name, 0, *UNKNOWN, UNKNOWN, f"{solution.status.name} at the start")
     figures = (
         penetration(solution),
         math.nan if chooses else solution.stats.worst_residual,
