@@ -103,9 +103,13 @@ def build_parser() -> argparse.ArgumentParser:
     bench.add_argument(
         "what", choices=["accuracy", "core", "paradox", "penalty", "solvers", "stability", "stress", "sweep"]
     )
-    bench.add_argument("files", nargs="*", help="solvers: also time the problems in these files")
+    bench.add_argument(
+        "files", nargs="*",
+        help="solvers: more problems to time; accuracy: words that the scenes' names hold; stress: the page to write, "
+        "and the folder of its pictures",
+    )  # fmt: skip
     bench.add_argument("--peers", action="store_true", help="accuracy: other programs too, where they are installed")
-    bench.add_argument("--out", metavar="FILE", help="accuracy, stress: write the page and its figure")
+    bench.add_argument("--out", metavar="FILE", help="accuracy: write the page and its figure")
     return parser
 
 
