@@ -31,7 +31,7 @@ def plot_margins(outcomes: list[Outcome], path: Path) -> None:
     axes.set_xticks(range(len(NAMES)), NAMES)
     axes.set_ylim(0.3 * LEAST, 1e3)
     axes.set_ylabel("figure / its bound [-]")
-    axes.legend(loc="lower right", fontsize="small", ncols=len(methods))
+    figure.legend(loc="outside upper center", fontsize="small", ncols=len(methods))
     figure.savefig(path, dpi=110)
 
 
