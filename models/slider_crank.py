@@ -125,7 +125,7 @@ class SliderCrank:
     >>> from models import SliderCrank
     >>> crank = SliderCrank()
     >>> round(crank.largest_tilt(), 6), round(crank.guided_rod_angle(0.5), 6)
-    (0.020202, -0.241984)
+    (0.020102, -0.24207)
     """
 
     l1: float = 0.153  # length of the crank [m]

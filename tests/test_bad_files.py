@@ -1,5 +1,6 @@
 """Files: those of others and damaged ones are refused; a write that fails half way leaves what was there."""
 
+import contextlib
 import json
 import resource
 
@@ -65,22 +66,25 @@ def in_a_folder_of_its_own(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-@pytest.fixture
+@contextlib.contextmanager
 def full_disk():
-    """Files may not grow beyond 700 bytes, as on a disk that is nearly full."""
+    """Files may not grow beyond 700 bytes, as on a disk that is nearly full: for the write alone, not the report of it."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    yield lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (700, before[1]))
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (700, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_a_write_that_fails_half_way_leaves_the_old_file_and_nothing_beside_it(name, tmp_path, full_disk):
+def test_a_write_that_fails_half_way_leaves_the_old_file_and_nothing_beside_it(name, tmp_path):
     path = tmp_path / name
     path.write_bytes(b"what was there")
     WRITERS[name](tmp_path / f"warm-{name}")  # what is compiled or imported once is not written under the limit
     (tmp_path / f"warm-{name}").unlink()
-    full_disk()
-    with pytest.raises(ns.FileFailure, match=f"{name}' could not be written: .*; what was there before is unchanged"):
+    words = f"{name}' could not be written: .*; what was there before is unchanged"
+    with pytest.raises(ns.FileFailure, match=words), full_disk():
         WRITERS[name](path)
     assert path.read_bytes() == b"what was there"
     assert [file.name for file in tmp_path.iterdir()] == [name]
@@ -185,13 +189,13 @@ def test_a_file_that_is_no_journal_is_not_written_over(content, tmp_path):
     assert path.read_bytes() == content
 
 
-def test_the_command_line_tells_a_failed_write_by_its_own_code(tmp_path, capsys, full_disk):
+def test_the_command_line_tells_a_failed_write_by_its_own_code(tmp_path, capsys):
     run = ["run", "bouncing-ball", "--no-plot", "--quiet", "--out", str(tmp_path / "run.npz")]
     assert main(run) == 0
     (tmp_path / "run.npz").unlink()
     capsys.readouterr()
-    full_disk()
-    assert main(run) == 4
+    with full_disk():
+        assert main(run) == 4
     said = capsys.readouterr().err
     assert said.startswith("nonsmooth: '") and "could not be written: File too large" in said and said.count("\n") == 1
     assert list(tmp_path.iterdir()) == []

@@ -88,7 +88,7 @@ def test_a_save_that_fails_leaves_the_older_file_as_it_was(solution, tmp_path, m
 
 
 def test_an_unknown_ending_is_refused(solution, tmp_path):
-    with pytest.raises(ns.InvalidInput, match=r"saved as \.npz or \.h5"):
+    with pytest.raises(ns.InvalidInput, match=r"must end in one of \.npz, \.h5"):
         solution.save(tmp_path / "run.csv")
 
 

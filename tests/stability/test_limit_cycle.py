@@ -298,7 +298,7 @@ def test_newtons_iteration_does_not_run_away_to_endless_periods():
 
 @pytest.mark.parametrize("guess", ["x", 1.0, ([0.0],)])
 def test_a_guess_that_is_no_start_is_refused(guess):
-    with pytest.raises(ns.InvalidInput, match="guess must be a Solution"):
+    with pytest.raises(ns.InvalidInput, match=r"guess must be a pair \(q0, u0\)"):
         ns.limit_cycle(BeltOscillator(), guess)
 
 
