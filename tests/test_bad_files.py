@@ -68,7 +68,7 @@ def in_a_folder_of_its_own(tmp_path, monkeypatch):
 
 @contextlib.contextmanager
 def full_disk():
-    """Files may not grow beyond 700 bytes, as on a disk that is nearly full: for the write alone, not the report of it."""
+    """Files may not grow beyond 700 bytes, as on a disk that is nearly full: for the write, not for its report."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (700, before[1]))
     try:
