@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.arrays import as_count, as_flag, as_instance, as_positive
-from nonsmooth.errors import CellFailure, InitialStateWarning, InvalidInput, MissingExtra
+from nonsmooth.errors import CellFailure, InitialStateWarning, InvalidInput, MissingExtra, shown
 from nonsmooth.files import as_path
 from nonsmooth.memory import require_memory
 from nonsmooth.studies.axes import Plan, as_plan
@@ -134,9 +134,9 @@ def sweep(
             book = None if journal is None else stack.enter_context(Journal(journal, result.study, plan, resume))
             if book is not None:
                 result.read(book)
-            shown = stack.enter_context(Progress(progress, len(plan), result.n_resumed))
+            meter = stack.enter_context(Progress(progress, len(plan), result.n_resumed))
             first = FIRST_BATCH[task.holds_interpreter]
-            collect(Driver(sent, plan, engine, threads, timeout, retries, first, batch), result, book, shown, fail_fast)
+            collect(Driver(sent, plan, engine, threads, timeout, retries, first, batch), result, book, meter, fail_fast)
     except KeyboardInterrupt:
         result.is_interrupted = True
     if result.inadmissible:
@@ -151,14 +151,14 @@ def sweep(
     return found
 
 
-def collect(driver: Driver, result: Result, book: Journal | None, shown: Progress, fail_fast: bool) -> None:
+def collect(driver: Driver, result: Result, book: Journal | None, meter: Progress, fail_fast: bool) -> None:
     """Run what is missing of a result; every batch is in the journal before it is in the result."""
     try:
         for cells, batch in driver.run(result.missing()):
             if book is not None:
                 book.write(cells, batch)
             result.add(cells, batch)
-            shown.add(len(cells), int((batch.status != CellStatus.FINISHED).sum()))
+            meter.add(len(cells), int((batch.status != CellStatus.FINISHED).sum()))
             if fail_fast:
                 raise_failure(driver.plan, cells, batch)
     except BrokenExecutor as error:
@@ -199,6 +199,8 @@ def open_executor(
         raise InvalidInput("give either executor or scheduler; got both")
     if timeout is not None and (scheduler or not hasattr(executor or LocalPool, "submit_within")):
         raise InvalidInput("timeout needs worker processes that can be ended: leave it out, or use workers=...")
+    if scheduler is not None and not isinstance(scheduler, str):
+        raise InvalidInput(f"scheduler must be an address such as 'tcp://host:8786'; got {shown(scheduler)}")
     if scheduler is not None:
         from nonsmooth.studies.cluster import connect
 
