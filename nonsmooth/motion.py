@@ -109,19 +109,22 @@ def join(blocks: Sequence[tuple[np.ndarray, ...]], start: tuple, end: tuple) -> 
     return Motion(t, h, q, u, B, start, end)
 
 
-def between_records(t: np.ndarray, q: np.ndarray, u: np.ndarray, jumps: np.ndarray, theta: float) -> Motion:
+def between_records(
+    t: np.ndarray, q: np.ndarray, u: np.ndarray, jumps: np.ndarray, seizes: np.ndarray, theta: float
+) -> Motion:
     """The motion between the records of a time stepping whose every step was recorded.
 
     The velocities of a smooth step are the parabola between u_0 and u_1 whose mean is (q_1 - q_0)/dt: for theta = 1/2 a
     straight line. In a step with an impact they are u_0 until (1 - theta) dt and u_1 after it, as q_1 of the step is
-    computed; theta = 1 leaves no time before it, and the impact is spread over the step.
+    computed; theta = 1 leaves no time before it, and the impact is spread over the step. An impact without collision is
+    taken before its step, which begins with the velocities u_+ = ((q_1 - q_0)/dt - theta u_1)/(1 - theta).
 
     Parameters
     ----------
     t, q, u : (m + 1,), (m + 1, n), (m + 1, n)
         The records.
-    jumps : (m,) bool
-        Which steps have an impact.
+    jumps, seizes : (m,) bool
+        Which steps have an impact, and which an impact without collision before them.
     theta : float
         Weight of the new velocity in the position.
     """
@@ -131,7 +134,11 @@ def between_records(t: np.ndarray, q: np.ndarray, u: np.ndarray, jumps: np.ndarr
     q_split = q[:-1] + (1.0 - theta) * np.diff(t)[:, None] * u[:-1]
     where = np.flatnonzero(jumps) + 1  # nodes within the steps go in before their ends
     node_t, node_q = np.insert(t, where, split[jumps]), np.insert(q, where, q_split[jumps], axis=0)
-    begin_u, end_u = np.insert(u, where, u[1:][jumps], axis=0), np.insert(u, where, u[:-1][jumps], axis=0)
+    start_u = u.copy()
+    if theta < 1.0:
+        mean = np.diff(q, axis=0) / np.diff(t)[:, None]
+        start_u[:-1][seizes] = ((mean - theta * u[1:]) / (1.0 - theta))[seizes]
+    begin_u, end_u = np.insert(start_u, where, u[1:][jumps], axis=0), np.insert(u, where, u[:-1][jumps], axis=0)
     h = np.diff(node_t)
     change = end_u[1:] - begin_u[:-1]
     mean = np.diff(node_q, axis=0) / h[:, None] - begin_u[:-1]

@@ -348,8 +348,8 @@ def between(t: np.ndarray, record: Record, rows: np.ndarray, integrator: Any) ->
     """The motion between the records; a step in which a contact lands, or sliding had no force, has a jump."""
     mode = record.mode
     lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)
-    jumps = lands | np.isin(t[:-1], rows[rows[:, EVENT_KIND] == INCONSISTENT, EVENT_T])
-    return between_records(t, record.q, record.u, jumps, integrator.theta)
+    seizes = np.isin(t[:-1], rows[rows[:, EVENT_KIND] == INCONSISTENT, EVENT_T])
+    return between_records(t, record.q, record.u, lands & ~seizes, seizes, integrator.theta)
 
 
 def last_row(record: Record, state: State, system: System, t: float) -> Record:

@@ -67,3 +67,11 @@ def test_sticking_after_a_seizure_lasts():
         solution = ns.simulate(model, (0.0, 0.1), *model.state(*start), integrator=ns.MoreauJean(dt))
         assert abs(solution.q[-1, 1] - exact.q[-1, 1]) < 4.0 * dt
         assert solution.mode[-1, 0] == exact.mode[-1, 0] == ns.ContactMode.STICK
+
+
+def test_motion_between_the_records_begins_a_seizure_with_the_velocity_after_it():
+    solution = ns.simulate(SET_2, (0.0, 3e-4), *SET_2.state(0.78, 1.0), integrator=ns.MoreauJean(1e-4))
+    after = SET_2.vb / (SET_2.l * math.sin(0.78))
+    assert solution(0.0, side="left").u[1] == 1.0 and abs(after - 1.0) > 0.1
+    assert solution(1e-12).u[1] == pytest.approx(after, rel=1e-9)  # q holds it to rounding / dt
+    assert np.abs(solution(solution.t).q - solution.q).max() < 1e-14
