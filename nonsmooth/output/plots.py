@@ -37,6 +37,7 @@ HAIR = 2e-3  # of the run: a mode that lasts less would be thinner than a dot
 LETTERS = 11.5  # of a title, per inch of the figure's width
 MAX_STRIPS = 4000  # rectangles of a mode strip: an accumulation of impacts has more than a screen can show
 BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5), "fontsize": 8, "frameon": False}
+UNDER_LABELS = 4.5  # of a legend below an axis, in its letters: under the numbers and the label of the axis
 BELOW: dict[str, Any] = {"loc": "upper center", "fontsize": 8, "frameon": False}
 
 
@@ -196,7 +197,7 @@ def draw_modes(axes: Any, solution: Solution) -> None:
             style: dict[str, Any] = {"marker": marker, "color": RED, "ls": "", "ms": 6}
             axes.plot(times, np.full(len(times), n_c - 0.3), clip_on=False, zorder=5, **style)
             handles.append(Line2D([], [], label=label, **style))
-    axes.legend(handles=handles, bbox_to_anchor=(0.5, -0.9 if n_c <= 4 else -0.4), ncols=4, **BELOW)
+    axes.legend(handles=handles, bbox_to_anchor=(0.5, 0.0), borderaxespad=UNDER_LABELS, ncols=4, **BELOW)
 
 
 def draw_strip(axes: Any, t: np.ndarray, code: np.ndarray, i: int, n_c: int) -> None:
