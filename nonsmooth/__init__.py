@@ -105,6 +105,7 @@ _HOME = {
     "NonsmoothWarning": "errors",
     "InterpretedWarning": "errors",
     "InitialStateWarning": "errors",
+    "EnergyGainWarning": "errors",
     "Status": "errors",
 }
 

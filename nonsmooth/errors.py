@@ -120,6 +120,10 @@ class InitialStateWarning(NonsmoothWarning):
     """The initial state penetrates a contact or violates a bilateral one."""
 
 
+class EnergyGainWarning(NonsmoothWarning):
+    """Impacts gained energy, as Newton's law of impact with friction lets them."""
+
+
 class Status(IntEnum):
     """How an integration ended."""
 

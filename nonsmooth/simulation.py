@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.arrays import as_count, as_flag, as_name, as_positive, as_vector
 from nonsmooth.contact_solvers.single import Selection
-from nonsmooth.errors import InvalidInput, Status, shown
+from nonsmooth.errors import EnergyGainWarning, InvalidInput, Status, shown, warn_caller
 from nonsmooth.integrators.records import bytes_of_record
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.times import make_grid, record_times
 from nonsmooth.runs.user_events import as_functions
-from nonsmooth.solution import Solution
+from nonsmooth.solution import Solution, energy_gain
 from nonsmooth.system import System, as_system
 
 SELECTIONS = {
@@ -147,6 +147,8 @@ def simulate(
         run.look_for(functions)
     run.advance(max_wall_time, progress, max_steps)
     solution = run.solution()
+    if solution.stats.energy_gains:
+        warn_caller(energy_gain(solution.stats), EnergyGainWarning)
     if reason is not None:
         solution.about["chosen"] = reason
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":

@@ -110,6 +110,11 @@ class Stats:
     ledger_error : float
         Largest error of the energy balance of one step, relative to the sum of the sizes of the terms of a step,
         the largest so far.
+    energy_gains : int
+        Impacts, or steps with an impact, in which the contacts gained energy, as Newton's law with friction lets them
+        (docs/theory/moreau_jean.md); of rigid contacts.
+    worst_energy_gain : float
+        The most that one of them gained [J].
     wall_time, compile_time : float
         [s]
     rejected, evaluations, jacobians, factorisations : int
@@ -130,6 +135,8 @@ class Stats:
     wall_time: float
     compile_time: float
     is_compiled: bool
+    energy_gains: int = 0
+    worst_energy_gain: float = 0.0
     rejected: int = 0
     evaluations: int = 0
     jacobians: int = 0
@@ -146,7 +153,7 @@ class Stats:
             int(counters[records.KEPT]), int(counters[records.PIVOTS]), int(counters[records.SEVERAL]),
             dropped + int(counters[records.EVENTS_LOST]), float(worst[records.RESIDUAL]),
             float(worst[records.PENETRATION]), float(worst[records.LEDGER_ERROR]), wall_time, compile_time, is_compiled,
-            **adaptive,
+            int(counters[records.GAINS]), float(worst[records.GAIN]), **adaptive,
         )  # fmt: skip
 
 
@@ -323,6 +330,16 @@ class Solution:
 def mode_name(mode: int, slip: int) -> str:
     """A mode as a person would write it."""
     return ContactMode(mode).name.lower() + {1: " +", -1: " -", 0: ""}[int(slip)]
+
+
+def energy_gain(stats: Stats) -> str:
+    """What is to be said of a run whose contacts gained energy."""
+    impacts = "one impact" if stats.energy_gains == 1 else f"{stats.energy_gains} impacts"
+    return (
+        f"the contacts gained energy in {impacts}, up to {stats.worst_energy_gain:.3g} J: Newton's law of impact lets "
+        "them where coefficients differ, as e_N > 0 with friction of e_F = 0; a single contact with "
+        "impact='energetic', or one e for e_N and e_F of all contacts, does not gain"
+    )
 
 
 def about_run(system: System, integrator: Any) -> dict[str, Any]:

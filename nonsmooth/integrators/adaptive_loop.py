@@ -23,6 +23,8 @@ from nonsmooth.integrators.records import (
     EVENT_WIDTH,
     EVENTS_LOST,
     FAILED_CONTACT,
+    GAIN,
+    GAINS,
     KEPT,
     LEDGER_ERROR,
     N_EVENTS,
@@ -146,6 +148,8 @@ def accept(t_1, has_event, state, run):
     keep_events(state, run)
     remember(n, run)
     state.counters[STEPS] += 1
+    state.counters[GAINS] += trial.counters[GAINS]
+    state.worst[GAIN] = max(state.worst[GAIN], trial.worst[GAIN])
     run.clock[NOW] = t_1
     return has_changed
 

@@ -22,7 +22,7 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_gaps import closed_gap, first_landing, next_landing, observe
 from nonsmooth.integrators.adaptive_state import ROWS, RTOL, TARGET, Extrapolation
 from nonsmooth.integrators.adaptive_substep import RETAKE, substep
-from nonsmooth.integrators.records import FORCE_WORK, N_EVENTS, N_LEDGER, State
+from nonsmooth.integrators.records import FORCE_WORK, GAIN, GAINS, N_EVENTS, N_LEDGER, State
 from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.jit import kernel
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
@@ -135,7 +135,7 @@ def begin_trial(state, trial):
             trial.P_sum[i, k] = 0.0
     for k in range(N_LEDGER):
         trial.ledger[k] = 0.0
-    trial.counters[N_EVENTS] = 0
+    trial.counters[N_EVENTS], trial.counters[GAINS], trial.worst[GAIN] = 0, 0, 0.0
 
 
 @kernel

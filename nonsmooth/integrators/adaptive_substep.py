@@ -87,7 +87,7 @@ def substep(model, p, t, dt, run_at):
         new_velocity(n, r, u, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE.value
-    accept(has, kinds, t, dt, THETA, n, n_c, n_k, trial, step)
+    accept(has, kinds, run.laws, True, t, dt, THETA, n, n_c, n_k, trial, step)
     return Status.RUNNING.value
 
 

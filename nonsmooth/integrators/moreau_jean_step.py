@@ -21,6 +21,7 @@ from nonsmooth.contact_problem import (
 from nonsmooth.contact_solvers.single import slip_of
 from nonsmooth.errors import Status
 from nonsmooth.integrators.compliance import add_compliance, find_end_gaps
+from nonsmooth.integrators.energy_gain import note_gain
 from nonsmooth.integrators.moreau_jean_contact import Scratch, mode_of, solve
 from nonsmooth.integrators.moreau_jean_paradox import note_paradoxes
 from nonsmooth.integrators.projection import project
@@ -137,7 +138,7 @@ def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_a
             find_end_gaps(n, n_k, kinds, dt, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE
-    accept(has, kinds, t, dt, theta, n, n_c, n_k, state, scratch)
+    accept(has, kinds, laws, is_rigid, t, dt, theta, n, n_c, n_k, state, scratch)
     if options[2] != 0.0 and n_k > 0 and not project(model, has, p, kinds, t + dt, n, n_k, state_at, address(work)):
         return Status.NOT_FINITE
     return Status.RUNNING
@@ -187,10 +188,12 @@ def all_finite(n, n_c, work):
 
 
 @kernel
-def accept(has, kinds, t, dt, theta, n, n_c, n_k, state, scratch):
+def accept(has, kinds, laws, is_rigid, t, dt, theta, n, n_c, n_k, state, scratch):
     """Move to the end of the step; book energy, impulses, modes, events and the worst penetration."""
     work = scratch.work
-    book_energy(dt, theta, is_implicit(has), n, n_k, kinds, state, work)
+    gain, size = book_energy(dt, theta, is_implicit(has), n, n_k, kinds, state, work)
+    if is_rigid and gain > ROUNDING * size:
+        note_gain(gain, False, n_k, kinds, laws, state, work)
     k = 0
     for i in range(n_c):
         if k == n_k or work.closed[k] != i:  # not closed: it was open already

@@ -22,10 +22,11 @@ from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 INTERVAL, STEP, N_EVENTS, EVENTS_LOST, FAILED_CONTACT = range(5)
 STEPS, SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL = range(5, 11)
 FOUND, SOLUTIONS = 11, 12  # of the last contact problem: the set of modes, and their number
-N_COUNTERS = 13
+GAINS = 13  # impacts, or steps, in which the contacts gained energy
+N_COUNTERS = 14
 # worst figures
-RESIDUAL, PENETRATION, LEDGER_ERROR, LEDGER_SIZE = range(4)
-N_WORST = 4
+RESIDUAL, PENETRATION, LEDGER_ERROR, LEDGER_SIZE, GAIN = range(5)
+N_WORST = 5
 # columns of the energy ledger
 FORCE_WORK, FRICTION_WORK, NORMAL_WORK, SURFACE_WORK, PROJECTION_WORK = range(5)
 N_LEDGER = 5
@@ -131,9 +132,9 @@ def add_event(t, kind, i, mode, slip, k, solutions, kinds, state, work):
 
 @kernel
 def book_contact_energy(n_k, kinds, ubar, ledger, work):
-    """Book friction, normal and surface work of a step; returns their sum, and the sum of the sizes of all parts."""
+    """Book friction, normal and surface work of a step: (their sum, friction and normal alone, sizes of all parts)."""
     closed, start, W, P, w, first, last = work.closed, work.start, work.W, work.P, work.w, work.first, work.last
-    total, size = 0.0, 0.0
+    total, gain, size = 0.0, 0.0, 0.0
     for k in range(n_k):
         has_normal = kinds[closed[k], 0] != GIVEN_FORCE
         for r in range(start[k], start[k + 1]):
@@ -143,11 +144,13 @@ def book_contact_energy(n_k, kinds, ubar, ledger, work):
                 velocity += part
                 speed += abs(part)
             is_normal = has_normal and r == start[k]
-            ledger[NORMAL_WORK if is_normal else FRICTION_WORK] += P[r] * (velocity + w[r])
+            loss = P[r] * (velocity + w[r])
+            ledger[NORMAL_WORK if is_normal else FRICTION_WORK] += loss
             ledger[SURFACE_WORK] -= P[r] * w[r]
             total += P[r] * velocity
+            gain += loss
             size += abs(P[r]) * speed
-    return total, size
+    return total, gain, size
 
 
 @kernel
@@ -155,7 +158,8 @@ def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
     """Book the energy of a step and compare it with the change of kinetic energy, ubar.M (u_1 - u_0).
 
     The error is counted in the sum of the sizes of all parts, the largest of the run so far: where large works cancel,
-    or forces within h of a system at rest, their rounding remains.
+    or forces within h of a system at rest, their rounding remains. Returns what the contacts gained, relative to their
+    surfaces, and the sum of the sizes of its parts.
     """
     h, M, u_0, u_1, ubar = work.h, work.M, state.u, work.u_1, work.trial
     ledger, worst, band = state.ledger, state.worst, work.band[0]
@@ -173,13 +177,14 @@ def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
         change += ubar[i] * momentum
         force += ubar[i] * impulse
         size += (abs(u_0[i]) + abs(u_1[i])) * (moved + abs(impulse))
-    contact, contact_size = book_contact_energy(n_k, kinds, ubar, ledger, work)
+    contact, gain, contact_size = book_contact_energy(n_k, kinds, ubar, ledger, work)
     ledger[FORCE_WORK] += force
     size += contact_size
     worst[LEDGER_SIZE] = max(worst[LEDGER_SIZE], size)
     error = abs(change - force - contact)
     if error > worst[LEDGER_ERROR] * worst[LEDGER_SIZE]:
         worst[LEDGER_ERROR] = error / worst[LEDGER_SIZE]
+    return gain, contact_size
 
 
 @kernel

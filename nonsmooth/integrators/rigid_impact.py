@@ -20,6 +20,8 @@ from nonsmooth.contact_solvers.planar import Route, solve_planar
 from nonsmooth.contact_solvers.single import NO_CANDIDATE, Selection, solve_single, stick
 from nonsmooth.dense import SINGULAR
 from nonsmooth.errors import Status
+from nonsmooth.integrators.energy_gain import note_gain
+from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.records import book_contact_energy
 from nonsmooth.integrators.rigid_modes import ATOL, HAS, N_U, NEARLY_SINGULAR, SELECTION
 from nonsmooth.jit import kernel
@@ -31,7 +33,7 @@ CONE = 2.0 * NEARLY_SINGULAR  # P_F/P_N exceeds mu by the part p/(G_NN - p), whe
 
 
 @kernel
-def impact(model, p, t, x, must_stick, has_restitution, contacts, touch):
+def impact(model, p, t, x, must_stick, has_restitution, state, contacts, touch):
     """Change u by the impulses of the contacts that touch, book them in x and in touch.P; returns a Status."""
     work, kinds, facts = contacts.work, contacts.kinds, contacts.facts
     n, n_c = facts[N_U], kinds.shape[0]
@@ -59,7 +61,9 @@ def impact(model, p, t, x, must_stick, has_restitution, contacts, touch):
             work.c[a] = work.gamma_0[a]
     if not find_impulses(n_k, must_stick, contacts, touch):
         return Status.NO_SOLUTION
-    apply_impulses(n, n_k, r, x, contacts, touch)
+    gain, size = apply_impulses(n, n_k, r, x, contacts, touch)
+    if gain > ROUNDING * size:
+        note_gain(gain, True, n_k, kinds, contacts.laws, state, work)
     return Status.RUNNING
 
 
@@ -115,7 +119,10 @@ def impulses_of_lost_slide(laws, i, gamma_0, G, P):
 
 @kernel
 def apply_impulses(n, n_k, r, x, contacts, touch):
-    """u += X^T P; impulses and works are added to the quadratures of x, with the mean velocities of the impact."""
+    """u += X^T P; impulses and works are added to the quadratures of x, with the mean velocities of the impact.
+
+    Returns what the contacts gained, relative to their surfaces, and the sum of the sizes of its parts.
+    """
     work, kinds = contacts.work, contacts.kinds
     n_c = kinds.shape[0]
     for j in range(n):
@@ -125,7 +132,7 @@ def apply_impulses(n, n_k, r, x, contacts, touch):
         work.trial[j] = 0.5 * (before + x[n + j])
     for m in range(touch.ledger.shape[0]):
         touch.ledger[m] = 0.0
-    book_contact_energy(n_k, kinds, work.trial, touch.ledger, work)
+    _, gain, size = book_contact_energy(n_k, kinds, work.trial, touch.ledger, work)
     for m in range(4):
         x[2 * n + 3 * n_c + m] += touch.ledger[m]
     for k in range(n_k):
@@ -136,3 +143,4 @@ def apply_impulses(n, n_k, r, x, contacts, touch):
         if kinds[i, 1] > 0:
             touch.P[i, 1] += work.P[b]
             x[2 * n + 2 * n_c + i] += work.P[b]
+    return gain, size

@@ -108,7 +108,7 @@ def switch_modes(model, p, t, moment, x, state_at, contacts_at, touch_at, forces
     for j in range(n):
         touch.q[j] = moment * x[n + j] if is_border else 0.0
         touch.u[j] = moment * contacts.work.du[j] if is_border else 0.0
-    status, has_struck = strike(model, p, t, x, event, contacts, touch)
+    status, has_struck = strike(model, p, t, x, event, state, contacts, touch)
     if status == Status.RUNNING:
         later = t + moment if is_border and not has_struck else t
         is_lost = event == N_FUNCTIONS * n_c and n_c > 0
@@ -138,7 +138,7 @@ def on_border(event, n_c, contacts):
 
 
 @kernel
-def strike(model, p, t, x, event, contacts, touch):
+def strike(model, p, t, x, event, state, contacts, touch):
     """Impacts until no contact that touches approaches: (Status, whether there was one)."""
     n_c = contacts.kinds.shape[0]
     has_struck = False
@@ -159,16 +159,16 @@ def strike(model, p, t, x, event, contacts, touch):
             return Status.RUNNING.value, has_struck
         if attempt == MAX_IMPACTS * n_c:
             break
-        status = impact(model, p, t, x, False, True, contacts, touch)
+        status = impact(model, p, t, x, False, True, state, contacts, touch)
         if status != Status.RUNNING:
             return status, has_struck
         has_struck = True
         event = NO_EVENT
-    return end_series(model, p, t, x, contacts, touch), has_struck
+    return end_series(model, p, t, x, state, contacts, touch), has_struck
 
 
 @kernel
-def end_series(model, p, t, x, contacts, touch):
+def end_series(model, p, t, x, state, contacts, touch):
     """The end of a series of impacts of several contacts at one instant, by one without restitution; a Status."""
     n_c = contacts.kinds.shape[0]
     for i in range(n_c):
@@ -176,7 +176,7 @@ def end_series(model, p, t, x, contacts, touch):
             touch.is_touching[i] = 1
             if contacts.laws[i, LAW_E_N] >= 1.0:
                 return Status.CHATTERING.value
-    status = impact(model, p, t, x, False, False, contacts, touch)
+    status = impact(model, p, t, x, False, False, state, contacts, touch)
     if status != Status.RUNNING:
         return status
     if not look(model, p, t, x, NO_EVENT, contacts, touch):
@@ -282,7 +282,7 @@ def strike_without_collision(model, p, t, x, state, contacts, touch):
     before = 0.0
     for i in range(n_c):
         before += abs(touch.P[i, 0]) + abs(touch.P[i, 1])
-    status = impact(model, p, t, x, True, True, contacts, touch)
+    status = impact(model, p, t, x, True, True, state, contacts, touch)
     if status != Status.RUNNING:
         state.counters[FAILED_CONTACT] = -1
         return status

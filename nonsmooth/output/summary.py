@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nonsmooth.solution import mode_name
+from nonsmooth.solution import energy_gain, mode_name
 
 if TYPE_CHECKING:
     from nonsmooth.solution import Event, ParadoxEvent, Solution
@@ -107,6 +107,8 @@ def _energy(solution: Solution) -> list[str]:
     works = ", ".join(f"{name} {ledger[name][-1]:.6g}" for name in ("force", "friction", "normal", "surface"))
     error = change - ledger["force"][-1] - contact_work
     lines = [f"energy: kinetic {change:+.6g} J = work of {works} J (to {abs(error):.1g} J)"]
+    if solution.stats.energy_gains:
+        lines.append(f"  {energy_gain(solution.stats)}")
     if ledger["projection"].any():
         lines.append(f"  moving positions back to the surfaces: {ledger['projection'][-1]:+.6g} J")
     if "potential" in ledger:

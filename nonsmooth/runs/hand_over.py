@@ -21,6 +21,7 @@ from nonsmooth.integrators.records import (
     EVENT_CONTACT,
     EVENT_T,
     FAILED_CONTACT,
+    GAINS,
     KEPT,
     PIVOTS,
     SEVERAL,
@@ -41,7 +42,7 @@ STRETCH = 50  # steps of the time stepper until events are followed again
 MANY = 100  # events within one of its steps
 LOOK = 100  # steps between two looks at the events: the same ones on a fast machine as on a slow one
 GIVEN_UP = (Status.CHATTERING, Status.NOT_SOLVED)
-ADDED = [STEPS, SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL]
+ADDED = [STEPS, SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL, GAINS]
 
 
 def are_dense(recent: np.ndarray, dt: float) -> bool:
