@@ -173,7 +173,8 @@ class Solution:
         The events as numbers; ``events`` and ``paradoxes`` give them as objects.
     ledger : dict of (n_t,) arrays [J]
         "kinetic", and the work since the start by "force", "friction", "normal", "surface", "projection";
-        "potential" where the system has one.
+        "potential" where the system has one. Where M depends on q or t: "mass", the rest of the kinetic energy, which
+        is the work (u, dM/dt u)/2 of the changing mass (the gyroscopic part of h takes as much) and the errors of all.
     la : (n_t, n_c, 2) normal and friction forces [N], or None where the integrator works with impulses
     stats : Stats
     status : Status, message : str, success : bool
@@ -361,17 +362,28 @@ def ledger_of(
     system: System, t: np.ndarray, q: np.ndarray, u: np.ndarray, works: np.ndarray, rows: Any
 ) -> dict[str, np.ndarray]:
     """Energies and works at some rows of a record."""
-    t, q, u = t[rows], q[rows], u[rows]
     ledger = works_by_name(works[rows])
-    if system.reads(MASS, "q") or system.reads(MASS, "t"):
-        masses = np.array([system.evaluate(MASS, t[k], q[k], u[k]) for k in range(len(t))])
-        ledger["kinetic"] = 0.5 * np.einsum("ki,kij,kj->k", u, masses, u)
-    else:
-        M = system.evaluate(MASS, t[0], q[0], u[0])
-        ledger["kinetic"] = 0.5 * np.einsum("ki,ij,kj->k", u, M, u)
+    ledger["kinetic"] = kinetic_energy(system, t[rows], q[rows], u[rows])
+    if mass_changes(system):
+        change = ledger["kinetic"] - kinetic_energy(system, t[:1], q[:1], u[:1])
+        ledger["mass"] = change - sum(ledger[name] for name in ("force", "friction", "normal", "surface"))
     if POTENTIAL in system.functions:
-        ledger["potential"] = np.array([system.evaluate(POTENTIAL, t[k], q[k], u[k])[0] for k in range(len(t))])
+        states = zip(t[rows], q[rows], u[rows], strict=True)
+        ledger["potential"] = np.array([system.evaluate(POTENTIAL, *state)[0] for state in states])
     return ledger
+
+
+def mass_changes(system: System) -> bool:
+    """Whether M depends on the coordinates or the time."""
+    return system.reads(MASS, "q") or system.reads(MASS, "t")
+
+
+def kinetic_energy(system: System, t: np.ndarray, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """(u, M u)/2 at each of the states (m,), (m, n), (m, n)."""
+    if mass_changes(system):
+        masses = np.array([system.evaluate(MASS, *state) for state in zip(t, q, u, strict=True)])
+        return 0.5 * np.einsum("ki,kij,kj->k", u, masses, u)
+    return 0.5 * np.einsum("ki,ij,kj->k", u, system.evaluate(MASS, t[0], q[0], u[0]), u)
 
 
 def _event(row: np.ndarray) -> Event:

@@ -134,9 +134,12 @@ def draw_states(above: Any, below: Any, solution: Solution, model: Any) -> None:
 
 
 def draw_energy(axes: Any, solution: Solution) -> None:
-    """Energies and works, all since the start."""
+    """Energies and works, all since the start; of a changing mass and its gyroscopic force, which cancel, the sum."""
     k = thinning(solution)
-    for name, column in sorted(solution.ledger.items(), key=lambda item: item[0] not in ("kinetic", "potential")):
+    ledger = dict(solution.ledger)
+    if "mass" in ledger:
+        ledger["force, changing mass"] = ledger.pop("force") + ledger.pop("mass")
+    for name, column in sorted(ledger.items(), key=lambda item: item[0] not in ("kinetic", "potential")):
         if np.ptp(column) > 0:
             is_state = name in ("kinetic", "potential")
             label = f"{name} energy" if is_state else f"work: {name}"

@@ -105,8 +105,11 @@ def _energy(solution: Solution) -> list[str]:
     change = ledger["kinetic"][-1] - ledger["kinetic"][0]
     contact_work = sum(float(ledger[name][-1]) for name in ("friction", "normal", "surface"))
     works = ", ".join(f"{name} {ledger[name][-1]:.6g}" for name in ("force", "friction", "normal", "surface"))
-    error = change - ledger["force"][-1] - contact_work
-    lines = [f"energy: kinetic {change:+.6g} J = work of {works} J (to {abs(error):.1g} J)"]
+    if "mass" in ledger:
+        rest = f"the rest, {ledger['mass'][-1]:+.6g} J, goes with the changing mass"
+    else:
+        rest = f"to {abs(change - ledger['force'][-1] - contact_work):.1g} J"
+    lines = [f"energy: kinetic {change:+.6g} J = work of {works} J ({rest})"]
     if solution.stats.energy_gains:
         lines.append(f"  {energy_gain(solution.stats)}")
     if ledger["projection"].any():

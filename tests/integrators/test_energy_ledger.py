@@ -1,7 +1,10 @@
 """The energy of every step is accounted for, whatever moves, for any theta: T_1 - T_0 = the works booked."""
 
+import math
+
 import numpy as np
 import pytest
+import scipy.integrate
 
 import nonsmooth as ns
 from models import BeadChain, BeltOscillator, BouncingBall, PainleveRod, RockingBlock, SlidingBlock, SpragSlip
@@ -56,3 +59,27 @@ def test_restitution_loses_the_share_of_energy_that_newton_says():
     solution = run(BouncingBall(e=e), t_end=0.6)  # one impact, at 0.4515 s
     landing = solution.ledger["kinetic"].max()
     assert np.isclose(solution.ledger["normal"][-1], -(1 - e**2) * landing, rtol=5e-3)  # the step of the impact: O(dt)
+
+
+@pytest.mark.parametrize("integrator", [ns.MoreauJean(dt=1e-4), ns.EventDriven(rtol=1e-9, atol=1e-11)], ids=repr)
+def test_work_of_the_changing_mass_stands_beside_the_work_of_the_gyroscopic_force(integrator):
+    """A free two-link arm: h is gyroscopic alone, the kinetic energy stays, and h takes (u, dM/dt u)/2."""
+
+    def mass(t, q, p, M):
+        M[0, 0], M[1, 1] = 2.0, 1.0
+        M[0, 1] = M[1, 0] = math.cos(q[0] - q[1])
+
+    def force(t, q, u, p, h):
+        h[0] = -math.sin(q[0] - q[1]) * u[1] ** 2
+        h[1] = math.sin(q[0] - q[1]) * u[0] ** 2
+
+    arm = ns.System(n_q=2, mass=mass, force=force)
+    solution = ns.simulate(arm, (0, 2), [0.0, 1.0], [3.0, -1.0], integrator=integrator, t_eval=np.linspace(0, 2, 4001))
+    q, u, t = solution.q, solution.u, solution.t
+    power = -np.sin(q[:, 0] - q[:, 1]) * (u[:, 0] - u[:, 1]) * u[:, 0] * u[:, 1]  # (u, dM/dt u)/2
+    work = scipy.integrate.cumulative_simpson(power, x=t, initial=0.0)
+    # |u| < 8 rad/s: steps of second order miss (8 dt)^2 = 6e-7 of the work, Simpson's rule (8 * 5e-4)^4
+    assert np.abs(u).max() < 8.0 and 0.5 < np.ptp(work) < 6.0
+    assert np.abs(solution.ledger["mass"] - work).max() < 6e-7
+    assert np.abs(solution.ledger["force"] + work).max() < 6e-7
+    assert "mass" not in run(RockingBlock(), t_end=0.01).ledger
