@@ -2,10 +2,10 @@
 
     u(t_k + theta h_k) = u_k + sum_j B_kj theta^j,    q = q_k + h_k (theta u_k + sum_j B_kj theta^(j+1)/(j+1))
 
-Within a step the velocities are a polynomial of degree 4 and the coordinates its integral, so that q' = u everywhere.
+Within a step the velocities are a polynomial and the coordinates its integral, so that q' = u everywhere.
 Between two steps the velocities may jump: the value at that time is the one after it, or, if asked for, before it.
-Which polynomial an integrator offers: integrators/step_polynomial.py where it chooses its steps, `between_records` of a
-step of Moreau–Jean.
+Which polynomial an integrator offers: integrators/step_polynomial.py (EventDriven, Penalty), adaptive_polynomial.py
+(Adaptive), and `between_records` of a step of Moreau–Jean.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.errors import InvalidInput
 
-DEGREE = 4
+DEGREE = 2  # of the velocities between the records of a time stepping
 Side = Literal["left", "right"]
 
 
@@ -38,7 +38,7 @@ class Motion:
     ----------
     t, h : (m,) beginnings and lengths of the steps [s]
     q, u : (m, n) at the beginnings
-    B : (m, 4, n) coefficients of the velocities
+    B : (m, degree, n) coefficients of the velocities
     start, end : (time [s], q (n,), u (n,))
         The state before an impact at the start, and after one at the end.
     """
@@ -80,7 +80,7 @@ class Motion:
             return np.tile(self.end[1], (len(t), 1)), np.tile(self.end[2], (len(t), 1))
         theta = np.clip((t - self.t[k]) / self.h[k], 0.0, 1.0)[:, None]
         u, area = np.zeros((len(t), self.q.shape[1])), np.zeros((len(t), self.q.shape[1]))
-        for j in range(DEGREE, 0, -1):
+        for j in range(self.B.shape[1], 0, -1):
             u = theta * (self.B[k, j - 1] + u)
             area = self.B[k, j - 1] / (j + 1) + theta * area
         q = self.q[k] + theta * self.h[k][:, None] * (self.u[k] + theta * area)
@@ -88,9 +88,7 @@ class Motion:
 
     def after(self, earlier: Motion) -> Motion:
         """This motion behind an earlier one."""
-        columns = ((x, y) for x, y in zip(earlier.steps, self.steps, strict=True))
-        t, h, q, u, B = (np.concatenate(column) for column in columns)
-        return Motion(t, h, q, u, B, earlier.start, self.end)
+        return join([earlier.steps, self.steps], earlier.start, self.end)
 
     def last_step(self) -> Motion:
         """The last step alone."""
@@ -104,8 +102,11 @@ class Motion:
 
 
 def join(blocks: Sequence[tuple[np.ndarray, ...]], start: tuple, end: tuple) -> Motion:
-    """The motion of one block of steps (t, h, q, u, B) after the other."""
-    t, h, q, u, B = (np.concatenate(column) for column in zip(*blocks, strict=True))
+    """The motion of one block of steps (t, h, q, u, B) after the other, to the largest of their degrees."""
+    t, h, q, u, polynomials = zip(*blocks, strict=True)
+    degree = max(B.shape[1] for B in polynomials)
+    padded = [np.pad(B, ((0, 0), (0, degree - B.shape[1]), (0, 0))) for B in polynomials]
+    t, h, q, u, B = (np.concatenate(column) for column in (t, h, q, u, padded))
     return Motion(t, h, q, u, B, start, end)
 
 

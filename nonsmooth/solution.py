@@ -225,7 +225,8 @@ class Solution:
         """The state between the records, ``q, u = sol(t)``.
 
         Of EventDriven and Penalty the error is of order 5 in the step, as that of the records (in motion stiffer than
-        the step of order 4); of MoreauJean it is of order 2, and an impact lies within its step. q' = u throughout.
+        the step of order 4); of Adaptive it stays a few tolerances; of MoreauJean it is of order 2. Of the last two an
+        impact lies within its step. q' = u throughout.
 
         Parameters
         ----------

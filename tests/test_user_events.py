@@ -1,6 +1,6 @@
 """Events of the user: located to rounding, in the direction asked for, terminal or not; and budgets.
 
-Of EventDriven and Penalty the roots are those of the motion within the steps; the closed forms here are parabolas,
+Of all but MoreauJean the roots are those of the motion within the steps; the closed forms here are parabolas,
 which both integrate exactly.
 """
 
@@ -14,7 +14,7 @@ from models import BouncingBall, PainleveRod, SlidingBlock, WallPendulum
 
 BALL = BouncingBall(e=0.8)
 EVENT_DRIVEN = ns.EventDriven()
-INTEGRATORS = [EVENT_DRIVEN, ns.MoreauJean(dt=1e-3), ns.Penalty(stiffness=1e6, damping=30.0)]
+INTEGRATORS = [EVENT_DRIVEN, ns.Adaptive(1e-6), ns.MoreauJean(dt=1e-3), ns.Penalty(stiffness=1e6, damping=30.0)]
 EPS = np.finfo(float).eps
 
 
@@ -223,7 +223,6 @@ def test_what_is_no_event_function_is_refused(events, message):
     (ns.MoreauJean(dt=1e-3), {"every": 5}, "from record to record"),
     (ns.MoreauJean(dt=1e-3), {"t_eval": [0.0, 0.9]}, "from record to record"),
     (ns.Penalty(stiffness=1e6, method="Radau"), {}, "take method='compiled'"),
-    (ns.Adaptive(), {}, "which Adaptive does not keep"),
 ])  # fmt: skip
 def test_events_that_could_not_be_located_are_refused(integrator, options, message):
     with pytest.raises(ns.InvalidInput, match=message):

@@ -20,6 +20,7 @@ from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.adaptive_loop import run
+from nonsmooth.integrators.adaptive_polynomial import highest_coefficients, slope_weights
 from nonsmooth.integrators.adaptive_state import (
     ATOL,
     FIRST_STEP,
@@ -111,6 +112,7 @@ class Adaptive:
         arrays.clock[[NOW, STEP, RTOL, ATOL]] = t, FIRST_STEP * (t_end - t), self.rtol, self.atol
         arrays.counters[TARGET] = best_row(self.rtol)
         arrays.weights[:] = extrapolation_weights()
+        arrays.slope_weights[:], arrays.highest[:] = slope_weights(), highest_coefficients()
         return block
 
     def begin(self, scratch: Extrapolation, mode: np.ndarray, slip: np.ndarray, selection: int) -> None:

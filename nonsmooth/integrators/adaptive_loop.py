@@ -8,11 +8,13 @@ from __future__ import annotations
 from nonsmooth.blocks import view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_gaps import observe, set_tolerances
+from nonsmooth.integrators.adaptive_polynomial import PIECES, keep_event, keep_smooth
 from nonsmooth.integrators.adaptive_state import (
     FIRST_STEP,
     LEAST,
     NOW,
     REJECTED,
+    ROW,
     STEP,
     Extrapolation,
 )
@@ -39,6 +41,7 @@ from nonsmooth.integrators.records import (
     State,
 )
 from nonsmooth.integrators.rigid_modes import HAS, N_WORKS
+from nonsmooth.integrators.step_polynomial import IS_KEPT, N_STEPS
 from nonsmooth.jit import kernel
 from nonsmooth.system import GAP, UNILATERAL, ContactMode
 
@@ -71,6 +74,8 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
         if state.counters[N_EVENTS] + run.trial.events.shape[0] > state.events.shape[0]:
             return Status.RUNNING.value
         stop = t_record[trail.counts[NEXT]] if every == 0 else t_record[end]
+        if trail.steps.counts[IS_KEPT] != 0 and trail.steps.counts[N_STEPS] + PIECES > trail.steps.t.shape[0]:
+            return Status.RUNNING.value
         H, is_last = clock[STEP], False
         if t + H >= stop - clock[LEAST]:
             H, is_last = stop - t, True
@@ -84,6 +89,11 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
                 return status if status != Status.RUNNING else Status.STEP_VANISHED.value
             continue
         t_1 = stop if is_last else t + H
+        if trail.steps.counts[IS_KEPT] != 0:
+            if outcome == EVENT:
+                keep_event(t, H, state, run, trail.steps)
+            else:
+                keep_smooth(t, H, counters[ROW], state, run, trail.steps)
         has_changed = accept(t_1, outcome == EVENT, state, run)
         clock[STEP] = max(clock[STEP], factor * H) if is_last else factor * H
         if is_last and every == 0:

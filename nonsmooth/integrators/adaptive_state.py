@@ -17,8 +17,8 @@ FIRST_STEP = 1e-4  # of the span
 ROWS = 7  # of the table: row j takes j substeps
 # clock: the time, the step to try, the shortest step that the time resolves, tolerances
 NOW, STEP, LEAST, RTOL, ATOL = range(5)
-# counters: refused steps and plain steps, the row of the table at which steps are to converge
-REJECTED, SUBSTEPS, TARGET = range(3)
+# counters: refused steps and plain steps, the row of the table at which steps are to converge, and did
+REJECTED, SUBSTEPS, TARGET, ROW = range(4)
 TRIAL_EVENTS = 8  # of the substeps of a row, per contact
 
 
@@ -29,8 +29,17 @@ class Extrapolation(NamedTuple):
     step: moreau_jean_contact.Scratch
     trial: State
     clock: Vector  # (5,)
-    counters: Integers  # (3,)
+    counters: Integers  # (4,)
     weights: Cube  # (2, ROWS, ROWS) of the rows in the extrapolated value, and in the one of an order less
+    slope_weights: Cube  # (5, ROWS, ROWS) of the rows in the slopes of the velocities
+    slopes: Cube  # (ROWS, 5, n) of the velocities, row by row
+    highest: Cube  # (4, 5, 5) coefficients of the motion within a step
+    ends: Matrix  # (2, 4) derivatives of a velocity at the beginning and at the end
+    left: Vector  # (5,) what terms of lower degree leave of it
+    node_q: Matrix  # (ROWS + 1, n) coordinates between the substeps of the last row
+    node_u: Matrix  # (ROWS + 1, n) velocities before an impact without collision there
+    begin_u: Matrix  # (ROWS, n) velocities with which each substep begins, after it
+    piece: Matrix  # (6, n) of the motion: q, u at its beginning and at its end; those of the next end
     table: Matrix  # (ROWS, N) changes of coordinates, velocities, impulses, works over the step, row by row
     change: Vector  # (N,) of the accepted step
     errors: Vector  # (ROWS,) estimates of the rows, in tolerances
@@ -60,8 +69,10 @@ def extrapolation_shapes(n: int, n_c: int, d: int) -> tuple:
     )
     return frozen({
         "contacts": contacts_shapes(n, n_c, d), "step": moreau_jean_contact.scratch_shapes(n, n_c, d),
-        "trial": state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c)), "clock": (5,), "counters": (3,),
-        "weights": (2, ROWS, ROWS), "table": (ROWS, N), "change": (N,), "errors": (ROWS,),
+        "trial": state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c)), "clock": (5,), "counters": (4,),
+        "weights": (2, ROWS, ROWS), "slope_weights": (5, ROWS, ROWS), "slopes": (ROWS, 5, n), "highest": (4, 5, 5),
+        "ends": (2, 4), "left": (5,), "node_q": (ROWS + 1, n), "node_u": (ROWS + 1, n), "begin_u": (ROWS, n),
+        "piece": (6, n), "table": (ROWS, N), "change": (N,), "errors": (ROWS,),
         "largest": (2 * n,), "tol": (2 * n,), "a_0": (n,), "a_1": (n,), **per_contact, "laws": (n_c, LAW_WIDTH),
         "x": (2 * n + 3 * n_c + N_WORKS,),
     })  # fmt: skip
@@ -72,14 +83,22 @@ def extrapolation_weights() -> np.ndarray:
     """(2, ROWS, ROWS): weights[0, j] of rows 0..j, weights[1, j] of rows 1..j, in the limit of many substeps.
 
     A value with m substeps is T + c_2 m^-2 + c_3 m^-3 + ...: the weights sum to 1 and make sum_i w_i m_i^-k vanish for
-    k = 2, 3, ..., as far as the rows reach: w_i = m_i / (sum_j m_j) prod_(j != i) m_i / (m_i - m_j), the weights of
-    Aitken-Neville (all powers) times m_i / sum_j m_j.
+    k = 2, 3, ..., as far as the rows reach: those of Aitken-Neville times m_i / sum_j m_j.
     """
-    weights = np.zeros((2, ROWS, ROWS))
-    for which in range(2):
-        for last in range(which, ROWS):
-            m = np.arange(which + 1.0, last + 2.0)
-            for i, m_i in enumerate(m):
-                others = np.delete(m, i)
-                weights[which, last, which + i] = m_i / m.sum() * np.prod(m_i / (m_i - others))
+    m = np.arange(1.0, ROWS + 1.0)
+    weights = np.array([aitken_neville(first) for first in range(2)]) * m
+    total = weights.sum(axis=2, keepdims=True)
+    return np.divide(weights, total, out=np.zeros_like(weights), where=total > 0.0)
+
+
+def aitken_neville(first: int) -> np.ndarray:
+    """(ROWS, ROWS): weights[j] of rows first..j, for values D + c_1 m^-1 + c_2 m^-2 + ... of m substeps.
+
+    w_i = prod_(j != i) m_i / (m_i - m_j).
+    """
+    weights = np.zeros((ROWS, ROWS))
+    for last in range(first, ROWS):
+        m = np.arange(first + 1.0, last + 2.0)
+        for i, m_i in enumerate(m):
+            weights[last, first + i] = np.prod(m_i / (m_i - np.delete(m, i)))
     return weights

@@ -20,7 +20,8 @@ import math
 from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_gaps import closed_gap, first_landing, next_landing, observe
-from nonsmooth.integrators.adaptive_state import ROWS, RTOL, TARGET, Extrapolation
+from nonsmooth.integrators.adaptive_polynomial import FIRST_1, note_slopes
+from nonsmooth.integrators.adaptive_state import ROW, ROWS, RTOL, TARGET, Extrapolation
 from nonsmooth.integrators.adaptive_substep import RETAKE, substep
 from nonsmooth.integrators.records import FORCE_WORK, GAIN, GAINS, N_EVENTS, N_LEDGER, State
 from nonsmooth.integrators.rigid_hold import hold
@@ -63,6 +64,7 @@ def try_step(model, p, t, H, state_at, run_at):
             status, part = check_end(model, p, t, H, state, run)
             if status != Status.RUNNING or part < 1.0:
                 return status, REFUSED, shorter(part)
+            run.counters[ROW] = j
             return Status.RUNNING.value, SMOOTH, plan(j, run)
         if j == target or (j > 1 and run.errors[j] > run.errors[j - 1]):
             break
@@ -84,13 +86,14 @@ def fill_row(model, p, t, H, j, state, run):
     """Row j of the table: (Status, what it saw)."""
     trial, kinds = run.trial, run.contacts.kinds
     begin_trial(state, trial)
-    dt = H / (j + 1)
+    dt, n = H / (j + 1), trial.u.shape[0]
     seen = NOTHING
     for k in range(j + 1):
-        for i in range(trial.u.shape[0]):
-            run.a_1[i] = trial.u[i]
+        note_node(k, n, run)
         status = substep(model, p, t + k * dt, dt, address(run))
         if status == RETAKE:
+            for i in range(n):
+                run.begin_u[k, i] = trial.u[i]
             status = substep(model, p, t + k * dt, dt, address(run))
         if status != Status.RUNNING:
             return status if status != RETAKE else Status.NOT_SOLVED.value, NOTHING
@@ -104,12 +107,23 @@ def fill_row(model, p, t, H, j, state, run):
                 at_once = LANDED
             at_once = max(at_once, AT_ONCE)
         seen = max(seen, at_once if k == 0 else min(LATER, at_once))
-    for i in range(trial.u.shape[0]):
-        run.a_1[i] = (trial.u[i] - run.a_1[i]) / dt
+    note_node(j + 1, n, run)
+    note_slopes(j, n, run)
+    for i in range(n):
+        run.a_1[i] = run.slopes[j, FIRST_1, i] / H
     for i in range(kinds.shape[0]):
         run.several[i] = trial.several[i]
     write_change(j, state, run)
     return Status.RUNNING, seen
+
+
+@kernel
+def note_node(k, n, run):
+    """Note the state after k substeps of a row."""
+    for i in range(n):
+        run.node_q[k, i], run.node_u[k, i] = run.trial.q[i], run.trial.u[i]
+        if k < ROWS:
+            run.begin_u[k, i] = run.trial.u[i]
 
 
 @kernel

@@ -13,7 +13,7 @@ import numpy as np
 from nonsmooth.blocks import Block, new_block
 from nonsmooth.compiled import loop_of
 from nonsmooth.contact_problem import model_facts
-from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.errors import Status
 from nonsmooth.initial_state import check_mass, project_state
 from nonsmooth.integrators.compliant_contacts import N_WORKS, OMEGA
 from nonsmooth.integrators.penalty_loop import ROWS, Trail, trail_shapes
@@ -75,9 +75,13 @@ class AdaptiveRun(Run):
         """Room for the rows of a block, and for its steps where they are wanted."""
         self.keeps_steps = keeps_steps
         rows = len(self.t_record) if self.every == 0 else ROW_CAPACITY
-        block = new_block(Trail, trail_shapes(rows, BLOCK if keeps_steps else 1, self.system.n_u, self.system.n_c))
+        block = new_block(Trail, self._trail_shapes(rows, keeps_steps))
         block.arrays.steps.counts[IS_KEPT] = keeps_steps
         return block
+
+    def _trail_shapes(self, rows: int, keeps_steps: bool) -> dict[str, Any]:
+        """Shapes of the trail."""
+        return trail_shapes(rows, BLOCK if keeps_steps else 1, self.system.n_u, self.system.n_c)
 
     def _failed_problem(self, message: str) -> None:
         """Steps of chosen length solve no contact problem of their own."""
@@ -100,10 +104,6 @@ class AdaptiveRun(Run):
 
     def look_for(self, events: Sequence[Callable]) -> None:
         """Look for events of the user in every step, whichever are recorded."""
-        if not getattr(self.integrator, "locates_events", False):
-            name = type(self.integrator).__name__
-            raise InvalidInput(f"events of the user need the motion within the steps, which {name} does not keep; take "
-                               "EventDriven, Penalty or MoreauJean")  # fmt: skip
         self.watch = EventWatch(events, PLACES)
         self.trail_block = self._new_trail(keeps_steps=True)
 
@@ -114,8 +114,7 @@ class AdaptiveRun(Run):
         before = [memory.copy() for memory in memories]
         n_rows, n_steps, n_events, since = len(self.rows), len(self.steps), len(self.events), self.follows_since
         status = self._block(max_steps)
-        x, n = self.scratch_block.arrays.ode.x, self.system.n_u
-        here = (self._time(), x[:n], x[n : 2 * n])
+        here = (self._time(), *self._place())
         stop = self.watch.scan(join(self.steps[n_steps:], here, here), has_ended=status == Status.FINISHED)
         if stop is not None:
             for memory, old in zip(memories, before, strict=True):
@@ -167,6 +166,11 @@ class AdaptiveRun(Run):
 
     def _time(self) -> float:
         return float(self.scratch_block.arrays.ode.clock[NOW])
+
+    def _place(self) -> tuple[np.ndarray, np.ndarray]:
+        """The coordinates and velocities that the run has come to."""
+        x, n = self.scratch_block.arrays.ode.x, self.system.n_u
+        return x[:n], x[n : 2 * n]
 
     def _load_for_retry(self) -> bool:
         return False  # compliant contacts have no contact problem to solve

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from nonsmooth.integrators.adaptive_polynomial import DEGREE, PIECES
 from nonsmooth.integrators.adaptive_state import NOW, REJECTED, STEP, SUBSTEPS
+from nonsmooth.integrators.penalty_loop import trail_shapes
+from nonsmooth.runs.adaptive_run import BLOCK
 from nonsmooth.runs.event_run import EventRun
 from nonsmooth.solution import Solution, Stats
 
@@ -14,12 +18,20 @@ from nonsmooth.solution import Solution, Stats
 class ExtrapolationRun(EventRun):
     """One integration in progress, of an integrator that ``extrapolates``."""
 
+    def _trail_shapes(self, rows: int, keeps_steps: bool) -> dict[str, Any]:
+        n, n_c, room = self.system.n_u, self.system.n_c, PIECES * BLOCK if keeps_steps else 1
+        shapes = trail_shapes(rows, room, n, n_c)
+        return shapes | {"steps": shapes["steps"] | {"B": (room, DEGREE, n)}}
+
     def solution(self) -> Solution:
         """What was computed; plain steps have impulses, not forces."""
         return replace(super().solution(), la=None)
 
     def _time(self) -> float:
         return float(self.scratch_block.arrays.clock[NOW])
+
+    def _place(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.state.q, self.state.u
 
     def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         t, dt, q, u = self._time(), float(self.scratch_block.arrays.clock[STEP]), self.state.q, self.state.u
