@@ -102,6 +102,8 @@ def lu(n, A, order):
             for j in range(n):
                 A[k, j], A[pivot, j] = A[pivot, j], A[k, j]
         for i in range(k + 1, n):
+            if A[i, k] == 0.0:  # matrices of chains and stacks have few entries
+                continue
             A[i, k] /= A[k, k]
             for j in range(k + 1, n):
                 A[i, j] -= A[i, k] * A[k, j]

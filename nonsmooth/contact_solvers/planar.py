@@ -6,7 +6,9 @@
 3. every solution by enumeration of modes, and the selection rule, where it is not; Lemke's method where contacts are
    redundant and the enumeration is not complete, and at last the enumeration that decides redundant contacts, which is
    compiled when a step first needs it;
-4. Gauss–Seidel over the contacts, each solved in closed form, where there are too many to enumerate.
+4. where there are too many to enumerate, a semismooth Newton method from the impulses of the step before, which is
+   compiled for scenes of so many contacts or when a step first needs it;
+5. Gauss–Seidel over the contacts, each solved in closed form.
 
 Lemke's problem, after Glocker, per contact with P_R = mu P_N + P_F and gamma_L the part of gamma_F to the left:
 
@@ -25,6 +27,7 @@ from enum import IntEnum
 from nonsmooth.blocks import address, view
 from nonsmooth.contact_solvers.kept import keep_impulses, keep_modes
 from nonsmooth.contact_solvers.modes import MAX_LEAVES, enumerate_modes, leaves, select
+from nonsmooth.contact_solvers.planar_newton import solve_by_newton
 from nonsmooth.contact_solvers.planar_problem import (
     ACCEPTED,
     Planar,
@@ -55,6 +58,7 @@ class Route(IntEnum):
     LEMKE = 4
     ENUMERATED = 5
     GAUSS_SEIDEL = 6
+    NEWTON = 7
 
 
 @kernel(
@@ -81,7 +85,7 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
     varies = has_varying_friction(n, closed, start, kinds, laws, offset, planar)
     for _ in range(SPEED_SWEEPS):
         route, found = solve_with_fixed_friction(
-            n, closed, start, kinds, laws, G, c, offset, mode, slip, selection, P, planar
+            n, closed, start, kinds, laws, G, c, offset, previous_P, mode, slip, selection, P, planar
         )
         if not varies or route <= Route.NO_SOLUTION or route == Route.GAUSS_SEIDEL:
             break
@@ -91,7 +95,9 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
 
 
 @kernel
-def solve_with_fixed_friction(n, closed, start, kinds, laws, G, c, offset, mode, slip, selection, P, planar):
+def solve_with_fixed_friction(
+    n, closed, start, kinds, laws, G, c, offset, previous_P, mode, slip, selection, P, planar
+):
     """The ladder for given friction coefficients; the velocities reached are left in ``planar.gamma``."""
     n_leaves = leaves(n, closed, kinds, MAX_LEAVES)
     is_singular = False
@@ -117,6 +123,8 @@ def solve_with_fixed_friction(n, closed, start, kinds, laws, G, c, offset, mode,
             return Route.NO_SOLUTION.value, 0
         if take_solution(found, n, closed, start, kinds, G, c, selection, P, planar):
             return Route.ENUMERATED.value, found
+    if planar.has_newton[0] == 1 and solve_by_newton(n, closed, start, kinds, G, c, previous_P, P, address(planar)):
+        return Route.NEWTON.value, 1
     if gauss_seidel(n, closed, start, kinds, laws, G, c, offset, slip, selection, P, planar):
         return Route.GAUSS_SEIDEL.value, 1
     if is_singular or n_leaves > MAX_LEAVES:

@@ -6,7 +6,18 @@ A solution satisfies, with R = mu |P_N| (mu_s where it sticks),
 
     0 <= P_N _|_ gamma_N >= 0  (gamma_N = 0 for a bilateral contact),    P_F = proj_[-R, R](P_F - gamma_F / G_FF).
 
-Source: Jean, *Comput. Methods Appl. Mech. Engrg.* 177 (1999) 235.
+What is left of these may be rounding. Summed in any order the r products of a row and c give, for a unit roundoff u,
+
+    |fl(gamma_k) - gamma_k| <= (r + 1) u s_k + O(u^2),    s_k = sum_m |G_km| |P_m| + |c_k|,
+
+and a violation v_k <= (r + 1) u s_k is removed by changes of G and c below (r + 1) u of each of their entries, which
+are rounded themselves. P then solves a problem that cannot be told from the given one. So v is accepted up to
+ACCEPTED max |c|, and up to (r + 1) u s_k where that is more: where impulses times G are 1e6 times what they change, as
+under a heavy body on a light one. A violation above HALF_THE_DIGITS max |c| is not put down to rounding, however large
+the impulses: a contact that is jammed has no solution with impulses of 1e16.
+
+Sources: Jean, *Comput. Methods Appl. Mech. Engrg.* 177 (1999) 235; Oettli, Prager, *Numer. Math.* 6 (1964) 405; Higham,
+*Accuracy and Stability of Numerical Algorithms* (2002), sections 3.1 and 7.1.
 """
 
 from __future__ import annotations
@@ -23,6 +34,9 @@ from nonsmooth.laws import depends_on_speed, friction_coefficient
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL
 
 ACCEPTED = 1e-9  # largest relative residual of an accepted solution
+UNIT = 0.5 * float(np.finfo(float).eps)  # unit roundoff
+HALF_THE_DIGITS = 1e-8  # of max |c|: no violation beyond this is put down to rounding
+MERITS = 4  # of ``planar_newton``: what a step may rise to
 
 
 class Family(NamedTuple):
@@ -68,7 +82,12 @@ class Planar(NamedTuple):
     order: Integers  # (r,) row order of LU factors
     gamma: Vector  # (r,)
     pivots: Integers  # (1,)
+    best: Vector  # (r,) impulses with the least merit of ``planar_newton``
+    trial: Vector  # (r,)
+    step: Vector  # (r,)
+    merits: Vector  # the last ones
     can_decide_redundant: Integers  # (1,) 1 once ``redundant.enumerate_redundant`` is loaded
+    has_newton: Integers  # (1,) 1 once ``planar_newton.solve_by_newton`` is loaded
     tree: Tree
     family: Family
 
@@ -83,6 +102,7 @@ def planar_shapes(n: int, d: int, kept: int = MAX_SOLUTIONS) -> dict[str, Any]:
         **per_contact, "A": (m, m), "b": (m,), "z": (m,), "tableau": (m, m + 2), "scales": (4, m + 2),
         "basis": (4 * m + 2,), "gamma": (r,),
         "unknown": (r,), "order": (r,), "pivots": (1,), "can_decide_redundant": (1,),
+        "best": (r,), "trial": (r,), "step": (r,), "merits": (MERITS,), "has_newton": (1,),
         "tree": tree_shapes(levels, min(r, 2 * levels), kept), "family": family_shapes(levels, min(r, 2 * levels)),
     }  # fmt: skip
 
@@ -91,6 +111,7 @@ def planar_shapes(n: int, d: int, kept: int = MAX_SOLUTIONS) -> dict[str, Any]:
 def residual(n, closed, start, kinds, G, c, P, planar):
     """Largest violation of the inclusions, relative to max |c|; the velocities are left in ``planar.gamma``.
 
+    A violation that is rounding counts as ACCEPTED.
     Normal: |min(|G_NN| P_N, gamma_N)|. Tangential, by the projection on the disc of radius mu |P_N|:
     G_FF |P_F - proj(P_F - gamma_F / G_FF)|.
     """
@@ -110,19 +131,31 @@ def residual(n, closed, start, kinds, G, c, P, planar):
         kind = kinds[i, 0]
         P_N = planar.normal_impulse[k] if kind == GIVEN_FORCE else P[a]
         if kind == UNILATERAL:
-            worst = max(worst, abs(min(abs(G[a, a]) * P_N, planar.gamma[a])))
+            worst = max(worst, beyond_rounding(abs(min(abs(G[a, a]) * P_N, planar.gamma[a])), a, r, scale, G, c, P))
         elif kind == BILATERAL:
-            worst = max(worst, abs(planar.gamma[a]))
+            worst = max(worst, beyond_rounding(abs(planar.gamma[a]), a, r, scale, G, c, P))
         if kinds[i, 1] > 0:
-            is_stuck = abs(planar.gamma[t]) <= ACCEPTED * scale
+            is_stuck = beyond_rounding(abs(planar.gamma[t]), t, r, scale, G, c, P) <= ACCEPTED * scale
             reach = (planar.mu_static[k] if is_stuck else planar.mu[k]) * max(
                 0.0, abs(P_N) if kind == BILATERAL else P_N
             )
             pulled = P[t] - planar.gamma[t] / G[t, t]
-            worst = max(worst, G[t, t] * abs(P[t] - max(-reach, min(reach, pulled))))
+            violation = G[t, t] * abs(P[t] - max(-reach, min(reach, pulled)))
+            worst = max(worst, beyond_rounding(violation, t, r, scale, G, c, P))
     if not worst < np.inf:  # NaN
         return np.inf
     return worst / scale if scale > 0.0 else worst
+
+
+@kernel
+def beyond_rounding(violation, k, r, scale, G, c, P):
+    """The violation of row k, or ACCEPTED max |c| where it is more and rounding."""
+    if violation <= ACCEPTED * scale or violation > HALF_THE_DIGITS * scale:
+        return violation
+    size = abs(c[k])
+    for m in range(r):
+        size += abs(G[k, m] * P[m])
+    return ACCEPTED * scale if violation <= (r + 1) * UNIT * size else violation
 
 
 @kernel

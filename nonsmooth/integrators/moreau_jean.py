@@ -19,6 +19,7 @@ from nonsmooth.arrays import as_flag, as_number, as_positive
 from nonsmooth.blocks import Block, new_block
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.planar import pivot, solve_planar
+from nonsmooth.contact_solvers.planar_newton import solve_by_newton
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.compliance import Compliance
@@ -115,9 +116,10 @@ class MoreauJean:
 
     def load_for_retry(self, system: System, scratch: Scratch, is_compiled: bool) -> bool:
         """Get ready what decides a contact problem that was not solved; False if there is nothing more to try."""
-        if system.n_c < 2 or scratch.planar.can_decide_redundant[0] == 1:
+        planar = scratch.planar
+        if system.n_c < 2 or planar.can_decide_redundant[0] == planar.has_newton[0] == 1:
             return False
         if is_compiled:
-            enumerate_redundant.load()
-        scratch.planar.can_decide_redundant[0] = 1
+            load_all([enumerate_redundant, solve_by_newton])
+        planar.can_decide_redundant[0] = planar.has_newton[0] = 1
         return True

@@ -18,6 +18,7 @@ import numpy as np
 from nonsmooth.blocks import new_block
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.planar import pivot, solve_planar
+from nonsmooth.contact_solvers.planar_newton import solve_by_newton
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.files import DAMAGE, as_path, as_place, whole_file
@@ -95,8 +96,10 @@ class FailedProblem:
         work.G[:r, :r], work.c[:r], work.gamma_0[:r] = self.G, self.c, self.gamma_0
         work.start[: n + 1], work.closed[:], work.N[:] = self.start, np.arange(n), self.N
         state.P[:], state.mode[:], state.slip[:] = self.P_before, self.mode_before, self.slip_before
-        scratch_block.arrays.planar.can_decide_redundant[0] = n > 1
-        load_all((solve, solve_planar, enumerate_modes, pivot, enumerate_redundant) if n > 1 else (solve,))
+        planar = scratch_block.arrays.planar
+        planar.can_decide_redundant[0] = planar.has_newton[0] = n > 1
+        many = (solve_planar, enumerate_modes, pivot, enumerate_redundant, solve_by_newton)
+        load_all((solve, *many) if n > 1 else (solve,))
         status = solve(self.kinds, self.laws, self.selection, self.dt, n, state_block.address, scratch_block.address)
         is_solved = status == Status.RUNNING
         residual = float(state.worst[RESIDUAL]) if is_solved else np.inf

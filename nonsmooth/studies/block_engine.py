@@ -95,7 +95,7 @@ def cells_shapes(N: int, n_p: int, n: int, n_c: int, n_codes: int) -> dict[str, 
 def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry, first, last, state_memory,
               scratch_memory, cells_at, state_at, record_at, scratch_at):  # fmt: skip
     """Run the cells ``first`` to ``last``; the records from number ``window`` on are reduced to low, high, period (none
-    where it is negative). In a retry, ``enumerate_redundant`` is loaded and decides the problems that stopped a run."""
+    where it is negative). In a retry, what decides the problems that stopped a run is loaded."""
     cells, state, record = view(cells_at, Cells), view(state_at, State), view(record_at, Record)
     scratch = view(scratch_at, Scratch)
     n, n_c, m = cells.q.shape[1], kinds.shape[0], t_record.shape[0]
@@ -115,6 +115,7 @@ def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry
             note_events(i, state, cells)
             if is_retry and status == Status.NOT_SOLVED and scratch.planar.can_decide_redundant[0] == 0:
                 scratch.planar.can_decide_redundant[0] = 1
+                scratch.planar.has_newton[0] = 1
                 status = Status.RUNNING.value
         store(i, n, n_c, status, t_record, dts, state, cells)
         if window >= 0 and status == Status.FINISHED:

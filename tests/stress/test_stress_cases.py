@@ -12,9 +12,6 @@ from nonsmooth.bench.stress_figures import run
 # decades, that no solver of the ladder brings to the accepted residual; redundant contacts whose load by least squares
 # is inadmissible; normals that are parallel or opposite to rounding.
 OPEN = {
-    *((f"stack of 10, masses 1 to {ratio}, at rest", "Moreau–Jean") for ratio in ("1e+03", "1e+06")),
-    *((f"stack of 50, masses 1 to {ratio}, at rest", "Moreau–Jean") for ratio in ("1e+00", "1e+03", "1e+06")),
-    *((f"tower of 50, masses 1 to 1e+06, {what}", "Moreau–Jean") for what in ("at rest", "top struck")),
     *((f"box in a corner, mu = {mu}, push 0 N", "EventDriven") for mu in (1, 10, 1000)),
     *((f"groove, normals {angle} rad apart", "EventDriven") for angle in ("2e-08", "2e-11")),
     *(("wedge, normals 2e-08 rad from opposite", method) for method in ("Moreau–Jean", "EventDriven")),
