@@ -7,7 +7,7 @@
    redundant and the enumeration is not complete, and at last the enumeration that decides redundant contacts, which is
    compiled when a step first needs it;
 4. where there are too many to enumerate, a semismooth Newton method from the impulses of the step before, which is
-   compiled for scenes of so many contacts or when a step first needs it;
+   compiled for scenes of so many contacts only; then Lemke's method;
 5. Gauss–Seidel over the contacts, each solved in closed form.
 
 Lemke's problem, after Glocker, per contact with P_R = mu P_N + P_F and gamma_L the part of gamma_F to the left:
@@ -24,6 +24,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+import numpy as np
+
 from nonsmooth.blocks import address, view
 from nonsmooth.contact_solvers.kept import keep_impulses, keep_modes
 from nonsmooth.contact_solvers.modes import MAX_LEAVES, enumerate_modes, leaves, select
@@ -38,10 +40,10 @@ from nonsmooth.contact_solvers.planar_problem import (
 )
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.contact_solvers.single import STICK, solve_given_force, solve_single
-from nonsmooth.jit import kernel
+from nonsmooth.jit import interpreted, kernel
 from nonsmooth.laws import static_coefficient
 from nonsmooth.lcp.lemke import lemke
-from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL
+from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, System
 
 SWEEPS = 20_000  # Gauss–Seidel
 SPEED_SWEEPS = 50  # fixed point on mu(v) where several contacts slide
@@ -115,6 +117,9 @@ def solve_with_fixed_friction(
         if found == 0 and is_complete:
             return Route.NO_SOLUTION.value, 0
         is_singular = not is_complete
+    if n_leaves > MAX_LEAVES and planar.has_newton[0] == 1:
+        if solve_by_newton(n, closed, start, kinds, G, c, previous_P, P, address(planar)):
+            return Route.NEWTON.value, 1
     if can_be_faceted(n, closed, kinds) and solve_by_lemke(n, closed, start, kinds, G, c, P, planar):
         return Route.LEMKE.value, 1
     if is_singular and planar.can_decide_redundant[0] == 1:
@@ -123,13 +128,16 @@ def solve_with_fixed_friction(
             return Route.NO_SOLUTION.value, 0
         if take_solution(found, n, closed, start, kinds, G, c, selection, P, planar):
             return Route.ENUMERATED.value, found
-    if planar.has_newton[0] == 1 and solve_by_newton(n, closed, start, kinds, G, c, previous_P, P, address(planar)):
-        return Route.NEWTON.value, 1
     if gauss_seidel(n, closed, start, kinds, laws, G, c, offset, slip, selection, P, planar):
         return Route.GAUSS_SEIDEL.value, 1
     if is_singular or n_leaves > MAX_LEAVES:
         return Route.FAILED.value, 0
     return Route.NO_SOLUTION.value, 0
+
+
+def exceeds_enumeration(system: System) -> bool:
+    """Whether more contacts of the system may be closed at once than are enumerated."""
+    return bool(interpreted(leaves)(system.n_c, np.arange(system.n_c), system.kinds, MAX_LEAVES) > MAX_LEAVES)
 
 
 @kernel

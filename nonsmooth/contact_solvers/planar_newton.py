@@ -13,6 +13,7 @@ alpha makes A regular where contacts are redundant: of the impulses that balance
 ones. The part of gamma outside the null space of A falls by alpha / (alpha + lambda) in a step, lambda the least
 eigenvalue but 0 of A scaled to a diagonal of ones: steps refine the impulses to rounding. No other mass or unit enters,
 and no root. A step is shortened until the merit F . diag(G) F, an energy, falls below the largest of the last ones.
+Where the iteration ends without a solution it starts again elsewhere, at last behind sweeps of Gauss–Seidel.
 
 Source: Alart, Curnier, *Comput. Methods Appl. Mech. Engrg.* 92 (1991) 353; the shift is that of Rockafellar's proximal
 points, *SIAM J. Control Optim.* 14 (1976) 877; the search that of Grippo, Lampariello, Lucidi, *SIAM J. Numer. Anal.*
@@ -44,8 +45,9 @@ MAX_STEPS = 150
 PATIENCE = 40  # steps within which the merit must halve
 HALVINGS = 10
 DESCENT = 1e-4  # least part of the merit by which a full step must lower it
-BEFORE, STUCK, UNLOADED = range(3)  # where the iteration starts: the impulses of the step before, all stuck, none
-STARTS = 3
+SWEEPS = 100
+BEFORE, STUCK, UNLOADED, SWEPT = range(4)  # where it starts: impulses of the step before; all stuck; none; after sweeps
+STARTS = 4
 
 
 @kernel(
@@ -57,20 +59,46 @@ def solve_by_newton(n, closed, start, kinds, G, c, previous_P, P, planar_at):
     """Whether impulses P were found that satisfy the inclusions; the modes are in ``planar.candidate``."""
     planar = view(planar_at, Planar)
     for first in range(STARTS):
-        begin(first, n, closed, start, kinds, previous_P, P)
-        if iterate(first == STUCK, n, closed, start, kinds, G, c, P, planar):
+        is_loaded = begin(first == BEFORE, n, closed, start, kinds, previous_P, P)
+        if first == SWEPT:
+            sweep(n, closed, start, kinds, G, c, P, planar)
+        if (is_loaded or first != BEFORE) and iterate(first == STUCK, n, closed, start, kinds, G, c, P, planar):
             return True
     return False
 
 
 @kernel
-def begin(first, n, closed, start, kinds, previous_P, P):
-    """The impulses that an iteration starts from."""
+def begin(is_loaded, n, closed, start, kinds, previous_P, P):
+    """Start from the impulses of the step before, or from none; returns whether there are any."""
+    size = 0.0
     for k in range(n):
         i = closed[k]
         shift = 1 if kinds[i, 0] == GIVEN_FORCE else 0
         for row in range(start[k], start[k + 1]):
-            P[row] = previous_P[i, row - start[k] + shift] if first == BEFORE else 0.0
+            P[row] = previous_P[i, row - start[k] + shift] if is_loaded else 0.0
+            size += abs(P[row])
+    return size > 0.0
+
+
+@kernel
+def sweep(n, closed, start, kinds, G, c, P, planar):
+    """Projected Gauss–Seidel, row by row: P = proj(x)."""
+    r = start[n]
+    for _ in range(SWEEPS):
+        for k in range(n):
+            kind = kinds[closed[k], 0]
+            pressed = planar.normal_impulse[k]
+            for row in range(start[k], start[k + 1]):
+                x = c[row]
+                for m in range(r):
+                    x += G[row, m] * P[m]
+                x = P[row] - x / G[row, row]
+                if kind != GIVEN_FORCE and row == start[k]:
+                    pressed = x if kind == BILATERAL else max(0.0, x)
+                    P[row] = pressed
+                else:
+                    reach = planar.mu[k] * abs(pressed)
+                    P[row] = max(-reach, min(reach, x))
 
 
 @kernel

@@ -14,7 +14,7 @@ and a violation v_k <= (r + 1) u s_k is removed by changes of G and c below (r +
 are rounded themselves. P then solves a problem that cannot be told from the given one. So v is accepted up to
 ACCEPTED max |c|, and up to (r + 1) u s_k where that is more: where impulses times G are 1e6 times what they change, as
 under a heavy body on a light one. A violation above HALF_THE_DIGITS max |c| is not put down to rounding, however large
-the impulses: a contact that is jammed has no solution with impulses of 1e16.
+the impulses: a contact that is jammed has no solution with impulses of 1e15.
 
 Sources: Jean, *Comput. Methods Appl. Mech. Engrg.* 177 (1999) 235; Oettli, Prager, *Numer. Math.* 6 (1964) 405; Higham,
 *Accuracy and Stability of Numerical Algorithms* (2002), sections 3.1 and 7.1.

@@ -18,7 +18,7 @@ import numpy as np
 from nonsmooth.arrays import as_flag, as_number, as_positive
 from nonsmooth.blocks import Block, new_block
 from nonsmooth.contact_solvers.modes import enumerate_modes
-from nonsmooth.contact_solvers.planar import pivot, solve_planar
+from nonsmooth.contact_solvers.planar import exceeds_enumeration, pivot, solve_planar
 from nonsmooth.contact_solvers.planar_newton import solve_by_newton
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, shown
@@ -96,7 +96,9 @@ class MoreauJean:
 
     def scratch(self, system: System) -> Block:
         """The arrays that the loop works in."""
-        return new_block(Scratch, scratch_shapes(system.n_u, system.n_c, system.d))
+        block = new_block(Scratch, scratch_shapes(system.n_u, system.n_c, system.d))
+        block.arrays.planar.has_newton[0] = needs_newton(system)
+        return block
 
     @property
     def loop(self) -> Kernel:
@@ -108,6 +110,8 @@ class MoreauJean:
         entry_points = [step, solve, run]
         if system.n_c > 1:
             entry_points += [solve_planar, enumerate_modes, pivot]
+        if needs_newton(system):
+            entry_points.append(solve_by_newton)
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
             entry_points.append(end_slide)
         if self.projection:
@@ -116,10 +120,15 @@ class MoreauJean:
 
     def load_for_retry(self, system: System, scratch: Scratch, is_compiled: bool) -> bool:
         """Get ready what decides a contact problem that was not solved; False if there is nothing more to try."""
-        planar = scratch.planar
-        if system.n_c < 2 or planar.can_decide_redundant[0] == planar.has_newton[0] == 1:
+        planar, is_many = scratch.planar, exceeds_enumeration(system)
+        if system.n_c < 2 or planar.can_decide_redundant[0] == 1:
             return False
         if is_compiled:
-            load_all([enumerate_redundant, solve_by_newton])
-        planar.can_decide_redundant[0] = planar.has_newton[0] = 1
+            load_all([enumerate_redundant, solve_by_newton] if is_many else [enumerate_redundant])
+        planar.can_decide_redundant[0], planar.has_newton[0] = 1, is_many
         return True
+
+
+def needs_newton(system: System) -> bool:
+    """Whether a step of the system may be left to Newton's method: many contacts, and not all without friction."""
+    return system.d > 0 and exceeds_enumeration(system)
