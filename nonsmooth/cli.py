@@ -29,7 +29,7 @@ from nonsmooth.commands.typed_input import (
     require_module,
     require_writable,
 )
-from nonsmooth.errors import FileFailure, InvalidInput, MissingExtra, NonsmoothError
+from nonsmooth.errors import FileFailure, InvalidInput, MissingExtra, NonsmoothError, NonsmoothWarning
 from nonsmooth.files import FIGURE_ENDINGS
 
 
@@ -49,6 +49,7 @@ def main(argv: list[str] | None = None) -> int:
     texts = sys.argv[1:] if argv is None else argv
     arguments = build_parser().parse_args([" " + text if NEGATIVE.match(text) else text for text in texts])
     with warnings.catch_warnings():
+        warnings.simplefilter("default", NonsmoothWarning)  # a line on stderr, also where Python is told otherwise
         warnings.showwarning = show_warning  # type: ignore[assignment]
         try:
             code = arguments.act(arguments)

@@ -138,6 +138,8 @@ def simulate(
     task = (system, integrator, t_span, every, t_eval, q_0, u_0, rule, project)
     if checkpoint is None and resume is None:
         run = new_run(*task)
+    elif functions:
+        raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
     else:
         from nonsmooth.runs.streamed_run import streamed_run
         from nonsmooth.runs.streaming import as_place

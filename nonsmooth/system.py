@@ -265,11 +265,12 @@ class System:
         }
 
     def evaluate(self, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Call one model function in Python and return the array it wrote."""
+        """Call one model function in Python and return the array it wrote; overflow is inf, as in compiled code."""
         out = np.zeros(self.shape(which))
         p = self.unpacked
         arguments = (t, q, u, p, out) if which in TAKES_U else (t, q, p, out)
-        self.functions[which](*arguments)
+        with np.errstate(all="ignore"):
+            self.functions[which](*arguments)
         return out
 
     @functools.cached_property

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import resource
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -102,7 +103,7 @@ def test_a_place_that_takes_no_file_is_refused_before_anything_is_written(name, 
 def damaged(name):
     """The file cut short, overwritten in its middle, empty, of random bytes, and other people's."""
     WRITERS[name](name)
-    whole = open(name, "rb").read()
+    whole = Path(name).read_bytes()
     noise = np.random.default_rng(0).bytes(500)
     yield whole[: len(whole) // 2]
     yield whole[:100]

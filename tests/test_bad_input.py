@@ -497,7 +497,7 @@ def test_mass_that_is_negative_or_zero_is_refused_by_every_integrator(m, integra
 @pytest.mark.parametrize("integrator", [STEP, ns.EventDriven(), ns.Penalty(1e5)])
 def test_states_near_the_end_of_the_numbers_never_end_as_success_with_nan(size, integrator):
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore", ns.NonsmoothWarning)
         try:
             found = ns.simulate(BALL, (0, 1e-2), [1.0], [size], integrator=integrator, on_failure="return")
         except ns.InvalidInput:

@@ -99,7 +99,6 @@ def test_a_run_that_succeeds_writes_no_problem(tmp_path, capsys):
     assert not path.exists()
 
 
-@pytest.mark.filterwarnings("ignore:overflow encountered")  # the force is meant to
 def test_a_failure_without_a_contact_problem_says_so(tmp_path, capsys):
     def force(t, q, u, p, h):
         h[0] = 1e300 * u[0] * u[0]

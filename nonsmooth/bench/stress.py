@@ -17,6 +17,7 @@ from pathlib import Path
 from nonsmooth.bench import stress_contacts, stress_motions, stress_random, stress_units
 from nonsmooth.bench.stress_figures import Case, Outcome, run
 from nonsmooth.bench.stress_random import Verdict
+from nonsmooth.errors import InitialStateWarning
 
 RANDOM_SYSTEMS = 300
 HEADER = "| case | integrator | steps | depth [m] | residual | ledger | momentum | invariant | |"
@@ -54,14 +55,14 @@ def main(argv: list[str] | None = None) -> int:
 def run_all(cases: Iterable[Case]) -> list[Outcome]:
     """Every case by all of its integrators."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore", InitialStateWarning)
         return [run(case, method) for case in cases for method in case.methods]
 
 
 def compare_all(n: int) -> list[Verdict]:
     """The first n random systems under all integrators."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore", InitialStateWarning)
         return [verdict for seed in range(n) for verdict in stress_random.compare(seed)]
 
 

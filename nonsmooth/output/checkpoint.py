@@ -15,7 +15,7 @@ import functools
 import json
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -23,9 +23,9 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import CheckpointFailure, InvalidInput, Status
+from nonsmooth.files import DAMAGE, read_npz
 from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, N_LEDGER
 from nonsmooth.output.growing_array import GrowingArray
-from nonsmooth.output.store import DAMAGE
 from nonsmooth.solution import MAX_EVENTS, Solution, Stats, ledger_of, works_by_name
 from nonsmooth.system import System
 
@@ -89,11 +89,13 @@ class Checkpoint:
             self._require_free(may_begin)
         if is_there:
             self._restore()
+        self._files = ExitStack()
         try:
             self.path.mkdir(exist_ok=True)
-            self._records = GrowingArray(self.path / RECORDS, row)
-            self._events = GrowingArray(self.path / EVENTS, EVENT_ROW)
+            self._records = self._files.enter_context(closing(GrowingArray(self.path / RECORDS, row)))
+            self._events = self._files.enter_context(closing(GrowingArray(self.path / EVENTS, EVENT_ROW)))
         except OSError as error:
+            self._files.close()
             raise InvalidInput(
                 f"the checkpoint {str(path)!r} cannot be written: {error}; choose another path"
             ) from None
@@ -152,8 +154,7 @@ class Checkpoint:
             self._records.write(self.n_records, record)
 
     def close(self) -> None:
-        self._records.close()
-        self._events.close()
+        self._files.close()
 
     @contextmanager
     def _refusals(self) -> Iterator[None]:
@@ -201,8 +202,7 @@ def _works_at(works: np.ndarray, rows: Any) -> dict[str, np.ndarray]:
 def read_state(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """What is known of the run, and the arrays of its state."""
     try:
-        with np.load(path / STATE, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+        arrays = read_npz(path / STATE)
         about = json.loads(str(arrays.pop("about")))
         schema = about["schema"] if about["checkpoint"] == "nonsmooth" else None
     except FileNotFoundError:
@@ -216,7 +216,7 @@ def read_state(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 
 def _mapped(path: Path) -> np.ndarray:
     try:
-        return np.load(path, mmap_mode="r", allow_pickle=False)
+        return np.lib.format.open_memmap(path, mode="r")
     except DAMAGE as error:
         raise InvalidInput(f"the checkpoint {str(path.parent)!r} is damaged: {path.name}: {error}") from error
 

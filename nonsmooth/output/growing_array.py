@@ -34,8 +34,12 @@ class GrowingArray:
         header = _header(dtype)
         self._rows_at, self._count_at = len(header), len(header) - 1 - COUNT
         self._file = open(path, "r+b" if path.exists() else "x+b", buffering=0)
-        if os.fstat(self._file.fileno()).st_size < len(header):
-            self._put(0, header)
+        try:
+            if os.fstat(self._file.fileno()).st_size < len(header):
+                self._put(0, header)
+        except OSError:
+            self._file.close()
+            raise
 
     def write(self, first: int, rows: np.ndarray) -> None:
         """Write rows at the place ``first``; the last of them is the last of the file."""

@@ -154,11 +154,18 @@ def draw_energy(axes: Any, solution: Solution) -> None:
 
 
 def draw_forces(axes: Any, solution: Solution) -> None:
-    """Mean contact forces between records; where impacts would hide the rest, the axis is cut and says so."""
+    """Mean contact forces between records; where impacts would hide the rest, the axis is cut and says so.
+
+    The impulse of an impact between two records of one instant is no force: it is left out.
+    """
     span = np.diff(solution.t)[:, None]
-    normal = solution.P_N[1:] / span
-    friction = solution.P_F[1:].reshape(len(span), solution.P_F[0].size) / span
+    lasts = span > 0
+    normal, friction = (
+        np.divide(P[1:].reshape(len(span), P[0].size), span, out=np.zeros((len(span), P[0].size)), where=lasts)
+        for P in (solution.P_N, solution.P_F)
+    )
     k = thinning(solution)[1:] - 1
+    k = k[lasts[k, 0]]
     n_c = normal.shape[1]
     for i in some_of(n_c):
         which = f"$_{{{i}}}$" if n_c > 1 else ""

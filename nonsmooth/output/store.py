@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.files import DAMAGE, as_path, as_place, whole_file
+from nonsmooth.files import DAMAGE, as_path, as_place, read_npz, whole_file
 from nonsmooth.output.hdf5 import require_h5py, write_hdf5
 
 if TYPE_CHECKING:
@@ -92,5 +92,5 @@ def _read(path: Path) -> tuple[str, dict[str, Any]]:
             arrays = {name: file[name][()] for name in ARRAYS}
             arrays |= {f"ledger/{name}": column[()] for name, column in file["ledger"].items()}
             return str(file.attrs["about"]), arrays
-    with np.load(path, allow_pickle=False) as file:
-        return str(file["about"]), {name: file[name] for name in file.files if name != "about"}
+    arrays = read_npz(path)
+    return str(arrays.pop("about")), arrays

@@ -21,7 +21,7 @@ from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.planar_newton import solve_by_newton
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.files import DAMAGE, as_path, as_place, whole_file
+from nonsmooth.files import DAMAGE, as_path, as_place, read_npz, whole_file
 from nonsmooth.integrators.moreau_jean_contact import Scratch, scratch_shapes, solve
 from nonsmooth.integrators.records import RESIDUAL, State, state_shapes
 from nonsmooth.jit import load_all
@@ -129,8 +129,7 @@ class FailedProblem:
         """
         path = as_path("path", path)
         try:
-            with np.load(path, allow_pickle=False) as file:
-                return cls.of_entries(dict(file))
+            return cls.of_entries(read_npz(path))
         except FileNotFoundError:
             raise InvalidInput(f"there is no file {str(path)!r}") from None
         except DAMAGE as error:

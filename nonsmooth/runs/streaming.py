@@ -10,8 +10,8 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -73,34 +73,37 @@ class Streaming(Run):
     def attach(self, store: Checkpoint, seconds: float) -> None:
         """Take the state that was kept, or keep that of the start."""
         self.store, self.seconds = store, seconds
-        if store.kept:
-            self._load_for_retry()  # the loop may reach it: the state says whether
-            for name, memory in self.memory().items():
-                if name not in store.kept or store.kept[name].shape != memory.shape:
-                    raise InvalidInput(f"the checkpoint {str(store.path)!r} is damaged: {name} has another size")
-                memory[:] = store.kept[name]
-            self.go_on()
-            self.status = Status.FINISHED if store.status == Status.FINISHED else Status.RUNNING
-        else:
-            super()._block(0)  # writes the record of the start
-            self._write()
-            self._keep()
+        with ExitStack() as refused:
+            refused.callback(store.close)
+            self._take_kept() if store.kept else self._keep_start()
+            refused.pop_all()
         self.kept_at = time.perf_counter()
 
-    def look_for(self, events: Sequence[Callable]) -> None:
-        raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
+    def _take_kept(self) -> None:
+        self._load_for_retry()  # the loop may reach it: the state says whether
+        for name, memory in self.memory().items():
+            if name not in self.store.kept or self.store.kept[name].shape != memory.shape:
+                raise InvalidInput(f"the checkpoint {str(self.store.path)!r} is damaged: {name} has another size")
+            memory[:] = self.store.kept[name]
+        self.go_on()
+        self.status = Status.FINISHED if self.store.status == Status.FINISHED else Status.RUNNING
+
+    def _keep_start(self) -> None:
+        super()._block(0)  # writes the record of the start
+        self._write()
+        self._keep()
 
     def advance(
         self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None = None
     ) -> None:
-        super().advance(max_wall_time, progress, max_steps)
-        with interrupts_held_back():
-            self._write()
-            last = None if self.status == Status.FINISHED else self.last_row()
-            if last is not None:
-                self.store.write_last(last)
-            self._keep()
-            self.store.close()
+        with closing(self.store):
+            super().advance(max_wall_time, progress, max_steps)
+            with interrupts_held_back():
+                self._write()
+                last = None if self.status == Status.FINISHED else self.last_row()
+                if last is not None:
+                    self.store.write_last(last)
+                self._keep()
 
     def solution(self) -> Solution:
         """What the checkpoint holds."""

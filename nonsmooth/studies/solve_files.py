@@ -18,7 +18,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_tolerance
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, Status, UnknownName, nearest
-from nonsmooth.files import DAMAGE
+from nonsmooth.files import DAMAGE, read_npz
 from nonsmooth.output.plots import saved
 from nonsmooth.runs.failed_problem import FailedProblem, is_failed_problem
 
@@ -131,8 +131,7 @@ def load_problem(path: Path) -> tuple[str, Any, tuple]:
     if path.suffix != ".npz":
         raise InvalidInput(f"a problem file must end in .npz, .h5 or .hdf5; got {path.name}")
     try:
-        with np.load(path, allow_pickle=False) as file:
-            entries = dict(file)
+        entries = read_npz(path)
     except FileNotFoundError:
         raise InvalidInput(f"there is no file {str(path)!r}") from None
     except DAMAGE as error:

@@ -11,7 +11,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_instance
 from nonsmooth.errors import InvalidInput, MissingExtra
-from nonsmooth.files import DAMAGE, as_path, as_place, whole_file
+from nonsmooth.files import DAMAGE, as_path, as_place, read_npz, whole_file
 
 if TYPE_CHECKING:
     import xarray
@@ -88,9 +88,9 @@ def _read_nc(path: Path) -> xarray.Dataset:
 def _read_npz(path: Path) -> xarray.Dataset:
     import xarray
 
-    with np.load(path, allow_pickle=False) as file:
-        about = json.loads(str(file["about"]))
-        columns = {name: _column(file, name, entry) for name, entry in about["variables"].items()}
+    arrays = read_npz(path)
+    about = json.loads(str(arrays["about"]))
+    columns = {name: _column(arrays, name, entry) for name, entry in about["variables"].items()}
     coordinates = {name: columns.pop(name) for name in about["coordinates"]}
     return xarray.Dataset(columns, coordinates, about["attrs"])
 

@@ -175,3 +175,12 @@ def test_energy_line_closes_to_rounding(seizing_rod):
     closure = float(re.search(r"surface .* J \(to (.*) J\)", seizing_rod.summary())[1])
     largest = max(np.abs(seizing_rod.ledger[name]).max() for name in ("force", "friction", "surface"))
     assert closure <= seizing_rod.stats.steps * np.finfo(float).eps * largest  # one rounding a step
+
+
+def test_the_impulse_of_an_impact_is_no_force_of_the_figure():
+    """Located impacts stand between two records of one instant; a ball in the air is touched by nothing."""
+    model = BouncingBall(e=0.5)
+    solution = ns.simulate(model, (0, 1), *model.state(height=1.0), integrator=ns.EventDriven(1e-8))
+    assert (np.diff(solution.t) == 0).any()
+    (forces,) = (axes for axes in solution.plot().axes if axes.get_ylabel().startswith("force"))
+    assert forces.lines and not any(line.get_ydata().any() for line in forces.lines)

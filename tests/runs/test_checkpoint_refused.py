@@ -141,6 +141,7 @@ def test_events_of_the_user_and_runs_that_are_handed_over_are_refused(tmp_path):
     stepper = ns.EventDriven(hand_over=ns.MoreauJean(1e-3))
     with pytest.raises(ns.InvalidInput, match="may be handed over cannot be checkpointed"):
         ns.simulate(**RUN | {"integrator": stepper}, checkpoint=tmp_path / "b.ckpt")
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_command_line_begins_goes_on_and_refuses(tmp_path, capsys):

@@ -5,6 +5,7 @@ import warnings
 
 import pytest
 
+import nonsmooth as ns
 from nonsmooth.bench import stress, stress_contacts, stress_motions, stress_units
 from nonsmooth.bench.stress_figures import run
 
@@ -20,7 +21,7 @@ OPEN = {
 
 def check(case):
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore", ns.InitialStateWarning)
         outcomes = [run(case, method) for method in case.methods]
     failed = [outcome for outcome in outcomes if not outcome.holds]
     known = {method for name, method in OPEN if name == case.name}
