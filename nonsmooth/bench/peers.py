@@ -80,7 +80,8 @@ class Siconos:
 
     scenes = (
         "ball through Zeno", "sliding block", "rod, slip and stick", "rocking block", "pendulum against a wall",
-        "bead chain", "slider-crank", "woodpecker",
+        "bead chain", "slider-crank", "woodpecker", "belt, stick-slip", "sprag-slip, limit cycle",
+        "sprag-slip, seizures",
     )  # fmt: skip
 
     def __init__(self, has_events: bool = False) -> None:

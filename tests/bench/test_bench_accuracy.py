@@ -70,7 +70,7 @@ def test_a_peer_that_ends_is_a_failure_of_its_run(monkeypatch):
     monkeypatch.setattr(method, "ask", lambda request: json.loads('{"error": "its process has ended"}'))
     with pytest.raises(ns.StepFailure, match="has ended"):
         method.run("ball through Zeno", problem, 1e-3)
-    assert method.settings("belt, stick-slip", problem) == []
+    assert method.settings("a scene that it cannot express", problem) == []
 
 
 def test_options_of_this_benchmark_are_refused_elsewhere(capsys):

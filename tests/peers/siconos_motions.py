@@ -11,11 +11,13 @@ is compiled from siconos_plugin.c.
 
 import contextlib
 import json
+import math
 import os
 import subprocess
 import sys
 import tempfile
 import time
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +26,7 @@ import siconos.numerics as sn
 
 THETA = 0.5
 TOLERANCE = 1e-13
+PLAY = 1e-9  # m, between two contacts that stand for a bilateral one
 NEWTON_TOLERANCE, NEWTON_ITERATIONS = 1e-10, 20
 
 
@@ -37,9 +40,9 @@ def linear_contact(normal, offset, tangent, mu, e):
 
 def plugin(macro, p):
     """Compile the functions of a model with its parameters; the name by which Siconos finds them."""
-    name = str(Path.cwd() / f"plugin_{macro.lower()}")
+    values = [f"-D{key}={value!r}" for key, value in p.items() if key not in ("n", "r", "e", "mu")]
+    name = str(Path.cwd() / f"plugin_{macro.lower()}_{zlib.crc32(repr(values).encode()):08x}")
     if not Path(f"{name}.so").is_file():
-        values = [f"-D{key}={value!r}" for key, value in p.items() if key not in ("n", "r", "e", "mu")]
         source = Path(__file__).with_name("siconos_plugin.c")
         subprocess.run(
             ["cc", "-O2", "-shared", "-fPIC", f"-D{macro}", *values, str(source), "-o", f"{name}.so", "-lm"], check=True
@@ -52,6 +55,12 @@ def plugin_contact(library, name, mu, e):
     relation = sk.LagrangianScleronomousR(f"{library}:{name}_gap", f"{library}:{name}_rows")
     law = sk.NewtonImpactNSL(e) if mu is None else sk.NewtonImpactFrictionNSL(e, 0.0, mu, 2)
     return sk.Interaction(law, relation)
+
+
+def belt_contact(library, name, mu, e):
+    """A contact with a surface that moves: gap, rows and the rates of the surface are compiled."""
+    parts = (f"{library}:{name}_gap", f"{library}:{name}_rows", f"{library}:belt_rates")
+    return sk.Interaction(sk.NewtonImpactFrictionNSL(e, 0.0, mu, 2), sk.LagrangianRheonomousR(*parts))
 
 
 def body(q0, u0, M, f, K=None):
@@ -133,6 +142,30 @@ def slider_crank(q0, u0, p):
     return ds, [plugin_contact(library, corner, p["mu"], p["e"]) for corner in corners]
 
 
+def belt(q0, u0, p):
+    """The given normal force is the weight of a second coordinate."""
+    library = plugin("BELT", p)
+    ds = sk.LagrangianDS([*q0, 0.0], [*u0, 0.0], np.diag([p["m"], p["m"]]))
+    ds.setComputeFIntFunction(library, "inner_force")
+    ds.setComputeJacobianFIntqFunction(library, "stiffness")
+    ds.setComputeJacobianFIntqDotFunction(library, "damping")
+    return ds, [belt_contact(library, "belt", p["m0"], 0.0)]
+
+
+def sprag_slip(q0, u0, p):
+    """The bilateral contact is two unilateral ones with a little play, of which one at most is closed.
+
+    Without play both would be closed: |la_F| <= mu (la_1 + la_2) with la_1 - la_2 given alone, so that the tip may
+    wedge under any friction force. The gap is a coordinate, (g, th) with g = y - l sin th, and does not drift.
+    """
+    library = plugin("SPRAG_SLIP", p | {"play": PLAY})
+    (y, th), (y_rate, th_rate), l = q0, u0, p["l"]
+    ds = sk.LagrangianDS([y - l * math.sin(th), th], [y_rate - l * math.cos(th) * th_rate, th_rate], np.eye(2))
+    ds.setComputeMassFunction(library, "mass")
+    ds.setComputeFIntFunction(library, "inner_force")
+    return ds, [belt_contact(library, side, p["mu"], 0.0) for side in ("above", "below")]
+
+
 SCENES = {  # and whether there is friction
     "ball through Zeno": (ball, False),
     "sliding block": (block, True),
@@ -142,6 +175,16 @@ SCENES = {  # and whether there is friction
     "bead chain": (beads, False),
     "slider-crank": (slider_crank, True),
     "woodpecker": (woodpecker, True),
+    "belt, stick-slip": (belt, True),
+    "sprag-slip, limit cycle": (sprag_slip, True),
+    "sprag-slip, seizures": (sprag_slip, True),
+}
+
+
+COORDINATES = {  # of the model, where those of Siconos are others
+    "belt, stick-slip": lambda q, p: q[:1],
+    "sprag-slip, limit cycle": lambda q, p: q + [p["l"] * math.sin(q[1]), 0.0],
+    "sprag-slip, seizures": lambda q, p: q + [p["l"] * math.sin(q[1]), 0.0],
 }
 
 
@@ -177,11 +220,12 @@ def run(request):
         return {"q": [], "wall_time": wall_time, "steps": round(request["times"][-1] / request["dt"])}
     model, ds, stepping = simulation(request)
     times, q, k = request["times"], [], 0
-    t_0, q_0 = 0.0, np.array(ds.q())
+    place = COORDINATES.get(request["scene"], lambda q, p: q)
+    t_0, q_0 = 0.0, place(np.array(ds.q()), request["p"])
     steps = 0
     while stepping.hasNextEvent():
         stepping.computeOneStep()
-        t_1, q_1 = stepping.nextTime(), np.array(ds.q())
+        t_1, q_1 = stepping.nextTime(), place(np.array(ds.q()), request["p"])
         while k < len(times) and times[k] <= t_1 * (1 + 1e-12):
             q.append((q_0 + (q_1 - q_0) * min(1.0, (times[k] - t_0) / (t_1 - t_0))).tolist())
             k += 1

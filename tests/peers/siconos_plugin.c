@@ -71,3 +71,54 @@ CORNER(upper_right, 1.0, 1.0)
 CORNER(lower_left, -1.0, -1.0)
 CORNER(lower_right, 1.0, -1.0)
 #endif
+
+/* A mass on a belt; q = (x, y). A weight N in y makes the normal force, and the contact has the friction m0. The rest
+   of it, -m1 v + m3 v^3 with v = vb - x', is odd and smooth, and so a force like that of a damper. */
+#ifdef BELT
+void inner_force(double t, size n, const double *q, const double *u, double *f, size n_z, double *z) {
+  double v = vb - u[0];
+  f[0] = k * q[0] + c * u[0] - N * v * (-m1 + m3 * v * v);
+  f[1] = N;
+}
+void stiffness(double t, size n, const double *q, const double *u, double *K, size n_z, double *z) {
+  K[0] = k, K[1] = K[2] = K[3] = 0.0;
+}
+void damping(double t, size n, const double *q, const double *u, double *C, size n_z, double *z) {
+  double v = vb - u[0];
+  C[0] = c + N * (-m1 + 3 * m3 * v * v), C[1] = C[2] = C[3] = 0.0;
+}
+void belt_gap(size n, const double *q, double t, size n_y, double *y, size n_z, double *z) {
+  y[0] = q[1], y[1] = q[0] - vb * t;
+}
+void belt_rows(size n, const double *q, double t, size n_y, double *G, size n_z, double *z) {
+  G[0] = G[3] = 0.0, G[1] = G[2] = 1.0;
+}
+void belt_rates(size n, const double *q, double t, size n_y, double *rate, size n_z, double *z) {
+  rate[0] = 0.0, rate[1] = -vb;
+}
+#endif
+
+/* Sprag-slip; q = (g, th), g = y - l sin th. Two contacts of opposite sides with a play stand for a bilateral one. */
+#ifdef SPRAG_SLIP
+void mass(size n, const double *q, double *M, size n_z, double *z) {
+  double arm = l * cos(q[1]);
+  M[0] = m, M[1] = M[2] = m * arm, M[3] = I + m * arm * arm;
+}
+void inner_force(double t, size n, const double *q, const double *u, double *f, size n_z, double *z) {
+  double arm = l * cos(q[1]), height = l * sin(q[1]);
+  f[0] = cy * (u[0] + arm * u[1]) + ky * (q[0] + height) + R - m * height * u[1] * u[1];
+  f[1] = cth * u[1] + kth * (q[1] - th0) - R * arm + arm * f[0];
+}
+static void side_rows(double side, const double *q, double *G) { G[0] = side, G[1] = G[2] = 0.0, G[3] = l * sin(q[1]); }
+void above_gap(size n, const double *q, double t, size n_y, double *y, size n_z, double *z) {
+  y[0] = q[0] + play / 2, y[1] = -l * cos(q[1]) - vb * t;
+}
+void below_gap(size n, const double *q, double t, size n_y, double *y, size n_z, double *z) {
+  y[0] = play / 2 - q[0], y[1] = -l * cos(q[1]) - vb * t;
+}
+void above_rows(size n, const double *q, double t, size n_y, double *G, size n_z, double *z) { side_rows(1.0, q, G); }
+void below_rows(size n, const double *q, double t, size n_y, double *G, size n_z, double *z) { side_rows(-1.0, q, G); }
+void belt_rates(size n, const double *q, double t, size n_y, double *rate, size n_z, double *z) {
+  rate[0] = 0.0, rate[1] = -vb;
+}
+#endif
