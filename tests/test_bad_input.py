@@ -267,7 +267,11 @@ ROWS = [
     ("MoreauJean", {"projection": 1}, r"projection must be True or False; got 1"),
     ("MoreauJean", {"compliance": 1e6}, r"compliance must be a Compliance"),
     ("EventDriven", {"rtol": 0.0}, r"rtol must lie in \[2.2e-14, 1\), above the rounding; got 0"),
-    ("EventDriven", {"hand_over": 1e-3}, r"hand_over must be a MoreauJean\(dt\) with rigid contacts; got 0.001"),
+    (
+        "EventDriven",
+        {"hand_over": 1e-3},
+        r"hand_over must be an Adaptive\(rtol, atol\), or a MoreauJean\(dt\) with rigid contacts; got 0.001",
+    ),
     ("EventDriven", {"atol": -1.0}, r"atol must be positive; got -1"),
     ("Adaptive", {"rtol": 0.0}, r"rtol must lie in \[2.2e-14, 1\), above the rounding; got 0"),
     ("Adaptive", {"atol": -1.0}, r"atol must be positive; got -1"),

@@ -19,6 +19,7 @@ from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_location import locate_event
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.radau import radau_shorten, radau_step
@@ -43,15 +44,16 @@ class EventDriven:
     rtol, atol : float
         Tolerances of the error of a step: relative, and absolute in SI units of coordinates and velocities. A contact
         whose next bounce is lower than atol [m] is closed.
-    hand_over : MoreauJean, optional
-        Takes over for stretches of 50 of its steps where the events of several contacts are too dense: more than 100
-        within one of its steps, or without any time between them, or more contacts at once than can be enumerated.
-        The error is of first order in its dt there. Without it such a run goes on as long as it can, or fails.
+    hand_over : Adaptive or MoreauJean, optional
+        Takes over for a stretch where the events of several contacts are too dense: more than 100 within one step of
+        MoreauJean, or 1e-4 of the span for Adaptive, or without any time between them, or more contacts at once than
+        can be enumerated. A stretch is 50 times that long, and at most 1000 steps of Adaptive. The error is that of
+        the other integrator there. Without it such a run goes on as long as it can, or fails.
 
     Raises
     ------
     InvalidInput
-        Unless 2.2e-14 <= rtol < 1 and atol > 0, and hand_over is a rigid time stepping.
+        Unless 2.2e-14 <= rtol < 1 and atol > 0, and hand_over is one of the two with rigid contacts.
 
     Examples
     --------
@@ -65,15 +67,19 @@ class EventDriven:
 
     rtol: float = 1e-8
     atol: float = 1e-10
-    hand_over: MoreauJean | None = None
+    hand_over: Adaptive | MoreauJean | None = None
 
     def __post_init__(self) -> None:
         as_positive("atol", self.atol)
         if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
         stepper = self.hand_over
-        if stepper is not None and not (isinstance(stepper, MoreauJean) and stepper.compliance is None):
-            raise InvalidInput(f"hand_over must be a MoreauJean(dt) with rigid contacts; got {shown(stepper)}")
+        if isinstance(stepper, Adaptive) or stepper is None:
+            return
+        if not isinstance(stepper, MoreauJean) or stepper.compliance is not None:
+            raise InvalidInput(
+                f"hand_over must be an Adaptive(rtol, atol), or a MoreauJean(dt) with rigid contacts; got {shown(stepper)}"
+            )
 
     chooses_steps = True
     locates_events = True

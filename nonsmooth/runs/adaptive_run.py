@@ -105,6 +105,10 @@ class AdaptiveRun(Run):
     def look_for(self, events: Sequence[Callable]) -> None:
         """Look for events of the user in every step, whichever are recorded."""
         self.watch = EventWatch(events, PLACES)
+        self.keep_steps()
+
+    def keep_steps(self) -> None:
+        """Keep the motion within the steps, whichever are recorded; before the first of them."""
         self.trail_block = self._new_trail(keeps_steps=True)
 
     def _watched_block(self, max_steps: int) -> int:

@@ -11,7 +11,7 @@ from nonsmooth.errors import InitialStateWarning, Status
 from nonsmooth.initial_state import examine_state
 from nonsmooth.integrators.records import EVENT_T, N_EVENTS, STEPS
 from nonsmooth.runs.adaptive_run import AdaptiveRun
-from nonsmooth.runs.hand_over import GIVEN_UP, LOOK, MANY, are_dense, step_over
+from nonsmooth.runs.hand_over import GIVEN_UP, LOOK, MANY, are_dense, step_over, unit
 from nonsmooth.solution import Solution
 from nonsmooth.system import System
 
@@ -30,13 +30,13 @@ class EventRun(AdaptiveRun):
         integrator.begin(self.scratch_block.arrays, start.mode, start.slip, selection)
 
     def _block(self, max_steps: int) -> int:
-        """A block, and where its events are too dense a stretch of time stepping, if the integrator has one."""
+        """A block, and where its events are too dense a stretch of another integrator, if there is one."""
         stepper = getattr(self.integrator, "hand_over", None)
         if stepper is None:
             return super()._block(max_steps)
         steps_left = self.budget - int(self.state.counters[STEPS])
         status = super()._block(max(1, min(LOOK, steps_left)))  # whatever the clock says
-        if status in GIVEN_UP or (status == Status.RUNNING and are_dense(self._recent_events(), stepper.dt)):
+        if status in GIVEN_UP or (status == Status.RUNNING and are_dense(self._recent_events(), unit(self, stepper))):
             return step_over(self, stepper)
         return status
 
@@ -49,8 +49,8 @@ class EventRun(AdaptiveRun):
     def _message(self) -> str:
         if self.status == Status.NOT_SOLVED and hasattr(self.integrator, "hand_over"):
             return (
-                f"more contacts touch at once than can be enumerated, at t = {self._time():.9g} s: time stepping goes "
-                f"on through that, as MoreauJean(dt), or EventDriven(hand_over=MoreauJean(dt)) for this stretch alone; "
+                f"more contacts touch at once than can be enumerated, at t = {self._time():.9g} s: Adaptive goes "
+                f"on through that, or EventDriven(hand_over=Adaptive()) for this stretch alone, or MoreauJean(dt); "
                 f"{self._where()}"
             )
         return super()._message()

@@ -10,6 +10,7 @@ import numpy as np
 from nonsmooth.integrators.adaptive_polynomial import DEGREE, PIECES
 from nonsmooth.integrators.adaptive_state import NOW, REJECTED, STEP, SUBSTEPS
 from nonsmooth.integrators.penalty_loop import trail_shapes
+from nonsmooth.integrators.rigid_modes import N_WORKS
 from nonsmooth.runs.adaptive_run import BLOCK
 from nonsmooth.runs.event_run import EventRun
 from nonsmooth.solution import Solution, Stats
@@ -22,6 +23,19 @@ class ExtrapolationRun(EventRun):
         n, n_c, room = self.system.n_u, self.system.n_c, PIECES * BLOCK if keeps_steps else 1
         shapes = trail_shapes(rows, room, n, n_c)
         return shapes | {"steps": shapes["steps"] | {"B": (room, DEGREE, n)}}
+
+    def rows_to_now(self) -> tuple[np.ndarray, ...]:
+        """The rows written so far, and the present state behind them: t (m,), x (m, N), modes and slips (m, n_c)."""
+        state, g_N = self.state, self.scratch_block.arrays.g_0
+        P = np.zeros((2, self.system.n_c))
+        P[: state.P_sum.shape[1]] = state.P_sum.T
+        x = np.concatenate((state.q, state.u, g_N, *P, state.ledger[:N_WORKS]))
+        now = (np.array([self._time()]), x[None], state.mode[None], state.slip[None])
+        t, x, _, mode, slip = map(np.concatenate, zip(*self.rows, self._written(), strict=True))
+        rows = (t, x, mode, slip)
+        if t[-1] == now[0][0]:
+            return rows
+        return tuple(np.concatenate(column) for column in zip(rows, now, strict=True))
 
     def solution(self) -> Solution:
         """What was computed; plain steps have impulses, not forces."""

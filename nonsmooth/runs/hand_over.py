@@ -1,22 +1,24 @@
-"""A stretch of an event-driven run that time stepping takes over, because its events are too many to be followed.
+"""A stretch of an event-driven run that another integrator takes over, because its events are too many to be followed.
 
-The time stepper begins with the state and the modes of the run and takes its own equal steps; at the end of the stretch
-the state is moved to the nearest admissible one and the contacts get their modes anew. Within the stretch the error is
-that of the time stepper, of first order in its dt.
+It begins with the state and the modes of the run and takes its own steps; at the end of the stretch the state is moved
+to the nearest admissible one and the contacts get their modes anew. Within the stretch the error is that of the other
+integrator: of MoreauJean of first order in its dt, of Adaptive its tolerance.
 """
 
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from nonsmooth.errors import InitialStateWarning, Status
 from nonsmooth.initial_state import project_state
+from nonsmooth.integrators.adaptive_state import REJECTED as REFUSED
+from nonsmooth.integrators.adaptive_state import SUBSTEPS
 from nonsmooth.integrators.compliant_contacts import N_WORKS
 from nonsmooth.integrators.penalty_loop import NEXT, ROWS, STALLS
-from nonsmooth.integrators.radau_stages import NOW
+from nonsmooth.integrators.radau_stages import EVALUATIONS, NOW, REJECTED
 from nonsmooth.integrators.records import (
     EVENT_CONTACT,
     EVENT_T,
@@ -38,11 +40,29 @@ from nonsmooth.runs.times import Grid
 if TYPE_CHECKING:
     from nonsmooth.runs.event_run import EventRun
 
+PART = 1e-4  # of the span: what stands for the step of an integrator that chooses its steps
 STRETCH = 50  # steps of the time stepper until events are followed again
+MOST_STEPS = 1000  # and of an integrator that chooses them
 MANY = 100  # events within one of its steps
 LOOK = 100  # steps between two looks at the events: the same ones on a fast machine as on a slow one
 GIVEN_UP = (Status.CHATTERING, Status.NOT_SOLVED)
 ADDED = [STEPS, SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL, GAINS]
+
+
+class Stretch(NamedTuple):
+    """What the other integrator did, in m rows; the states x hold impulses and works since the start of the run."""
+
+    t: np.ndarray  # (m,)
+    x: np.ndarray  # (m, N)
+    mode: np.ndarray  # (m, c)
+    slip: np.ndarray  # (m, c)
+    steps: tuple[np.ndarray, ...]  # of the motion, t, h, q, u, B; none where they are not kept
+
+
+def unit(run: EventRun, stepper: Any) -> float:
+    """The time [s] within which many events are too dense: a step of the time stepper."""
+    dt = getattr(stepper, "dt", None)
+    return PART * float(run.t_record[-1] - run.t_record[0]) if dt is None else dt
 
 
 def are_dense(recent: np.ndarray, dt: float) -> bool:
@@ -56,40 +76,81 @@ def are_dense(recent: np.ndarray, dt: float) -> bool:
 
 def step_over(run: EventRun, stepper: Any) -> int:
     """Step from the state of the run over a stretch, and put the run behind it; returns a Status."""
-    system, arrays = run.system, run.scratch_block.arrays
-    contacts, n = arrays.contacts, run.system.n_u
-    t = run._time()
-    t_end = min(t + STRETCH * stepper.dt, float(run.t_record[-1]))
-    asked = run.t_record[(run.t_record > t) & (run.t_record < t_end)]
-    times = np.unique(np.concatenate((np.arange(t, t_end, stepper.dt), asked, [t_end])))
-    grid = Grid(times, *stepper.steps_between(times))
-    x = arrays.ode.x
+    t, n = run._time(), run.system.n_u
+    t_end = min(t + STRETCH * unit(run, stepper), float(run.t_record[-1]))
+    x = run.scratch_block.arrays.ode.x.copy()
+    take = by_chosen_steps if getattr(stepper, "chooses_steps", False) else by_equal_steps
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InitialStateWarning)
-        steps = Run(system, stepper, grid, x[:n], x[n : 2 * n], int(contacts.facts[SELECTION]), project=False)
+        other, stretch = take(run, stepper, t, t_end, x)
+    run.state.counters[ADDED] += other.state.counters[ADDED]
+    run.state.counters[FAILED_CONTACT] = other.state.counters[FAILED_CONTACT]
+    run.state.worst[:] = np.maximum(run.state.worst, other.state.worst)
+    if stretch is None:
+        return other.status
+    make_admissible(run, stretch)
+    write(run, stretch)
+    if run.keeps_steps:
+        run.steps.append(stretch.steps)
+    run.events += other.events
+    go_on(run, stretch, other.state.P[:, 0])
+    return Status.RUNNING
+
+
+def by_equal_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.ndarray) -> tuple[Run, Stretch | None]:
+    """The stretch by a time stepper; None where it failed."""
+    system, contacts, n = run.system, run.scratch_block.arrays.contacts, run.system.n_u
+    times = np.unique(np.concatenate((np.arange(t, t_end, stepper.dt), asked(run, t, t_end), [t_end])))
+    grid = Grid(times, *stepper.steps_between(times))
+    steps = Run(system, stepper, grid, x[:n], x[n : 2 * n], int(contacts.facts[SELECTION]), project=False)
     steps.state.mode[:], steps.state.slip[:] = contacts.mode, contacts.slip
     steps.advance(None, None)
-    run.state.counters[ADDED] += steps.state.counters[ADDED]
-    run.state.counters[FAILED_CONTACT] = steps.state.counters[FAILED_CONTACT]
-    run.state.worst[:] = np.maximum(run.state.worst, steps.state.worst)
     if steps.status != Status.FINISHED:
-        return steps.status
+        return steps, None
     record = steps.record
-    record.q[-1], _ = project_state(system, t_end, record.q[-1], record.u[-1])
-    states = states_of(record, x, system.n_c)
-    write(run, times, states, record)
+    rows = np.concatenate((*steps.events, steps.state.events[:0]))
+    motion = between(times, record, rows, stepper).steps if run.keeps_steps else ()
+    return steps, Stretch(times, states_of(record, x, system.n_c), record.mode, record.slip, motion)
+
+
+def by_chosen_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.ndarray) -> tuple[Run, Stretch | None]:
+    """The stretch by an integrator that chooses its steps, as far as it comes in MOST_STEPS; None where it failed."""
+    from nonsmooth.runs.extrapolation_run import ExtrapolationRun
+
+    contacts, n = run.scratch_block.arrays.contacts, run.system.n_u
+    times = np.unique(np.concatenate(([t], asked(run, t, t_end), [t_end])))
+    start, selection = (x[:n].copy(), x[n : 2 * n].copy()), int(contacts.facts[SELECTION])
+    steps = ExtrapolationRun(run.system, stepper, times, min(run.every, 1), *start, selection, project=False)
     if run.keeps_steps:
-        rows = np.concatenate((*steps.events, steps.state.events[:0]))
-        run.steps.append(between(times, record, rows, stepper).steps)
-    run.events += steps.events
-    x[:], arrays.ode.clock[NOW] = states[-1], t_end
-    run.state.q[:], run.state.u[:] = record.q[-1], record.u[-1]
-    contacts.mode[:], contacts.slip[:] = record.mode[-1], record.slip[-1]
-    contacts.sign[:] = np.where(record.P[-1, :, 0] < 0.0, -1, 1)
-    contacts.facts[EVENT] = RESUME
-    run.follows_since = t_end
-    run.trail_block.arrays.counts[STALLS] = 0
-    return Status.RUNNING
+        steps.keep_steps()
+    stepper.begin(steps.scratch_block.arrays, contacts.mode, contacts.slip, selection)
+    steps.advance(None, None, max(1, min(MOST_STEPS, run.budget - int(run.state.counters[STEPS]))))
+    mine, its = run.scratch_block.arrays.ode.counters, steps.scratch_block.arrays.counters
+    mine[REJECTED] += its[REFUSED]
+    mine[EVALUATIONS] += its[SUBSTEPS]
+    if steps.status not in (Status.FINISHED, Status.BUDGET_SPENT):
+        return steps, None
+    t_rows, x_rows, mode, slip = steps.rows_to_now()
+    x_rows[:, 2 * n + run.system.n_c :] += x[2 * n + run.system.n_c :]
+    motion = tuple(map(np.concatenate, zip(*steps.steps, strict=True)))
+    return steps, Stretch(t_rows, x_rows, mode, slip, motion)
+
+
+def make_admissible(run: EventRun, stretch: Stretch) -> None:
+    """Move the end to the nearest admissible positions; in the motion the last step does it, by 6 theta (1 - theta)."""
+    n, q, u = run.system.n_u, *np.split(stretch.x[-1, : 2 * run.system.n_u], 2)
+    q_1, _ = project_state(run.system, float(stretch.t[-1]), q, u)
+    if stretch.steps and len(stretch.steps[0]):
+        _, h, _, _, B = stretch.steps
+        bulge = 6.0 * (q_1 - q) / h[-1]
+        B[-1, 0] += bulge
+        B[-1, 1] -= bulge
+    stretch.x[-1, :n] = q_1
+
+
+def asked(run: EventRun, t: float, t_end: float) -> np.ndarray:
+    """The record times within the stretch."""
+    return run.t_record[(run.t_record > t) & (run.t_record < t_end)]
 
 
 def states_of(record: Record, x: np.ndarray, n_c: int) -> np.ndarray:
@@ -102,17 +163,32 @@ def states_of(record: Record, x: np.ndarray, n_c: int) -> np.ndarray:
     return np.concatenate((record.q, record.u, record.g_N, since), axis=1)
 
 
-def write(run: EventRun, times: np.ndarray, states: np.ndarray, record: Record) -> None:
-    """The rows that were asked for: all, the last, or those at the record times."""
-    la = np.zeros((len(times), run.system.n_c, 2))
-    la[1:, :, : record.P.shape[2]] = record.P[1:] / np.diff(times)[:, None, None]
-    columns = (times, states, la, record.mode, record.slip)
+def write(run: EventRun, stretch: Stretch) -> None:
+    """The rows that were asked for: all, the last, or those at the record times; forces are the mean of a step."""
+    n, n_c = run.system.n_u, run.system.n_c
+    P = stretch.x[:, 2 * n + n_c : 2 * n + 3 * n_c].reshape(-1, 2, n_c).transpose(0, 2, 1)
+    la = np.zeros_like(P)
+    la[1:] = np.diff(P, axis=0) / np.diff(stretch.t)[:, None, None]
+    columns = (stretch.t, stretch.x, la, stretch.mode, stretch.slip)
     if run.every > 0:
         chosen = slice(1, None) if run.every == 1 else slice(-1, None)
         run.rows.append(tuple(column[chosen].copy() for column in columns))
         return
     counts, _, *trail = run.trail_block.arrays
-    for k in np.flatnonzero(np.isin(times, run.t_record[counts[NEXT] :])):
+    for k in np.flatnonzero(np.isin(stretch.t, run.t_record[counts[NEXT] :])):
         for target, column in zip(trail, columns, strict=True):
             target[counts[ROWS]] = column[k]
         counts[[ROWS, NEXT]] += 1
+
+
+def go_on(run: EventRun, stretch: Stretch, P_N: np.ndarray) -> None:
+    """Follow events again from the end of a stretch, where the normal impulses were P_N (n_c,)."""
+    arrays, n = run.scratch_block.arrays, run.system.n_u
+    contacts = arrays.contacts
+    arrays.ode.x[:], arrays.ode.clock[NOW] = stretch.x[-1], stretch.t[-1]
+    run.state.q[:], run.state.u[:] = stretch.x[-1, :n], stretch.x[-1, n : 2 * n]
+    contacts.mode[:], contacts.slip[:] = stretch.mode[-1], stretch.slip[-1]
+    contacts.sign[:] = np.where(P_N < 0.0, -1, 1)
+    contacts.facts[EVENT] = RESUME
+    run.follows_since = float(stretch.t[-1])
+    run.trail_block.arrays.counts[STALLS] = 0

@@ -17,6 +17,8 @@ from nonsmooth.runs import run as runs
 from nonsmooth.runs.hand_over import MANY, are_dense
 
 STEPPED = ns.EventDriven(hand_over=ns.MoreauJean(dt=1e-3))
+ADAPTED = ns.EventDriven(hand_over=ns.Adaptive(1e-6, 1e-8))
+BOTH = pytest.mark.parametrize("integrator", [STEPPED, ADAPTED], ids=["MoreauJean", "Adaptive"])
 
 
 class Piston(NamedTuple):
@@ -73,30 +75,50 @@ def test_piston_is_thrown_back_by_the_ball():
     assert (sol.q[before] == alone.q[: before.sum()]).all() and sol.g_N[before].min() > -1e-12
 
 
-def test_run_does_not_depend_on_when_the_clock_is_looked_at(monkeypatch):
-    sol = squeezed()
+def test_adaptive_stretches_keep_the_tolerance():
+    """The piston comes back as it does bounce by bounce, with as many events, each with its impulse."""
+    alone, sol = squeezed(ns.EventDriven()), squeezed(ADAPTED)
+    assert sol.success and sol.stats.evaluations > alone.stats.evaluations  # plain steps, of which a bounce takes a few
+    assert np.abs(sol.u[-1] - alone.u[-1]).max() < 1e-5 and momentum_error(sol) < 1e-13
+    assert len(sol.events) == len(alone.events) and sol.g_N.min() > -1e-10
+    assert sum(event.P_N for event in sol.events) == pytest.approx(sum(event.P_N for event in alone.events), rel=1e-6)
+    plan = np.abs(np.sort([event.t for event in sol.events]) - np.sort([event.t for event in alone.events]))
+    assert plan.max() < 1e-6
+
+
+def test_budget_ends_a_run_within_an_adaptive_stretch():
+    with pytest.raises(ns.BudgetSpent, match="max_steps = 5000") as failure:
+        squeezed(ADAPTED, max_steps=5000)
+    assert failure.value.solution.stats.steps == 5000 and 0.9 < failure.value.t < 1.1
+
+
+@BOTH
+def test_run_does_not_depend_on_when_the_clock_is_looked_at(monkeypatch, integrator):
+    sol = squeezed(integrator)
     monkeypatch.setattr(runs, "LOOK_EVERY", 1e-9)
-    slow = squeezed(events=[lambda t, q, u: 1.0])
+    slow = squeezed(integrator, events=[lambda t, q, u: 1.0])
     assert (sol.t == slow.t).all() and (sol.q == slow.q).all()
 
 
-def test_motion_and_records_are_whole_through_the_stretches():
-    sol = squeezed()
+@BOTH
+def test_motion_and_records_are_whole_through_the_stretches(integrator):
+    sol = squeezed(integrator)
     motion = sol.motion
     assert np.abs(motion.t[1:] - motion.t[:-1] - motion.h[:-1]).max() < 1e-12
     assert np.abs(sol(motion.t[1:], "left").q - sol(motion.t[1:]).q).max() < 1e-9
     t = np.linspace(0.0, 2.0, 41)
-    asked = squeezed(t_eval=t)
+    asked = squeezed(integrator, t_eval=t)
     assert asked.success and (asked.t == t).all() and momentum_error(asked) < 1e-9
-    assert squeezed(every=100).success
+    assert squeezed(integrator, every=100).success
 
 
-def test_events_of_the_user_are_found_within_the_stretches():
+@BOTH
+def test_events_of_the_user_are_found_within_the_stretches(integrator):
     def late(t, q, u):
         return t - 1.02
 
     late.terminal = True
-    sol = squeezed(events=[late])
+    sol = squeezed(integrator, events=[late])
     assert sol.status == ns.Status.EVENT_REACHED and abs(sol.t[-1] - 1.02) < 1e-12
     assert (np.diff(sol.event_rows[:, 0]) >= 0).all() and sol.event_rows[-1, 0] <= 1.02
     assert momentum_error(sol) < 1e-13
@@ -108,9 +130,10 @@ def test_without_time_stepping_a_budget_ends_the_run():
     assert failure.value.t < 1.0 and failure.value.solution.stats.steps == 2000
 
 
-def test_plain_accumulation_is_not_handed_over():
+@BOTH
+def test_plain_accumulation_is_not_handed_over(integrator):
     ball = BouncingBall(e=0.9)
-    handed = ns.simulate(ball, (0, 10), *ball.state(height=1.0), integrator=STEPPED)
+    handed = ns.simulate(ball, (0, 10), *ball.state(height=1.0), integrator=integrator)
     plain = ns.simulate(ball, (0, 10), *ball.state(height=1.0), integrator=ns.EventDriven())
     assert (handed.t == plain.t).all() and (handed.q == plain.q).all()
 
@@ -165,7 +188,7 @@ def test_more_contacts_than_can_be_enumerated_end_with_the_cure_or_are_stepped()
     row = ns.System(n_q=2 * N_BLOCKS, mass=row_mass, force=row_force, gap=row_gap, normal=row_normal,
                     tangent=row_tangent, contacts=[ns.Contact(mu=0.3)] * N_BLOCKS, parameters=Row())  # fmt: skip
     start = np.zeros(2 * N_BLOCKS), np.concatenate(([2.0], np.zeros(2 * N_BLOCKS - 1)))
-    with pytest.raises(ns.StepFailure, match=r"more contacts touch at once.*hand_over=MoreauJean") as failure:
+    with pytest.raises(ns.StepFailure, match=r"more contacts touch at once.*hand_over=Adaptive") as failure:
         ns.simulate(row, (0, 0.2), *start, integrator=ns.EventDriven(1e-6, 1e-8))
     assert failure.value.t == 0.0 and failure.value.u[0] == 2.0
     stepped = ns.simulate(row, (0, 0.05), *start, integrator=ns.EventDriven(1e-6, 1e-8, ns.MoreauJean(dt=1e-3)))
@@ -175,7 +198,7 @@ def test_more_contacts_than_can_be_enumerated_end_with_the_cure_or_are_stepped()
 
 @pytest.mark.parametrize("stepper", [1e-3, ns.EventDriven(), ns.MoreauJean(1e-3, 1.0, compliance=ns.Compliance(1e5))])
 def test_what_cannot_take_over_is_refused(stepper):
-    with pytest.raises(ns.InvalidInput, match="hand_over must be a MoreauJean"):
+    with pytest.raises(ns.InvalidInput, match="hand_over must be an Adaptive"):
         ns.EventDriven(hand_over=stepper)
 
 
