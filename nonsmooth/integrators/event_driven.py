@@ -78,7 +78,8 @@ class EventDriven:
             return
         if not isinstance(stepper, MoreauJean) or stepper.compliance is not None:
             raise InvalidInput(
-                f"hand_over must be an Adaptive(rtol, atol), or a MoreauJean(dt) with rigid contacts; got {shown(stepper)}"
+                "hand_over must be an Adaptive(rtol, atol), or a MoreauJean(dt) with rigid contacts; "
+                f"got {shown(stepper)}"
             )
 
     chooses_steps = True

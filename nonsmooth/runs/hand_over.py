@@ -76,7 +76,7 @@ def are_dense(recent: np.ndarray, dt: float) -> bool:
 
 def step_over(run: EventRun, stepper: Any) -> int:
     """Step from the state of the run over a stretch, and put the run behind it; returns a Status."""
-    t, n = run._time(), run.system.n_u
+    t = run._time()
     t_end = min(t + STRETCH * unit(run, stepper), float(run.t_record[-1]))
     x = run.scratch_block.arrays.ode.x.copy()
     take = by_chosen_steps if getattr(stepper, "chooses_steps", False) else by_equal_steps
