@@ -1,12 +1,10 @@
-"""Small dense linear algebra for kernels: Cholesky and LU with explicit sizes.
+"""Small dense linear algebra for kernels: root-free Cholesky and LU with explicit sizes.
 
 np.linalg would take 8 s to compile and about a microsecond a call; at the sizes of a contact problem (n <= 16) plain
-loops are ten times faster. Source: Golub, Van Loan, *Matrix Computations*, algorithms 4.2.2 and 3.4.1.
+loops are ten times faster. Source: Golub, Van Loan, *Matrix Computations*, algorithms 4.1.2 and 3.4.1.
 """
 
 from __future__ import annotations
-
-import math
 
 from nonsmooth.jit import kernel
 
@@ -25,20 +23,25 @@ def bandwidth(n, A):
 
 @kernel
 def cholesky(n, band, A, L):
-    """L with A = L L^T, its diagonal stored inverted; False unless A is positive definite (or holds NaN)."""
+    """A = L D L^T: L below its diagonal of ones, 1/D on it; False unless A is positive definite (or holds NaN).
+
+    Without roots every number scales as the masses do: in units with other powers of two the bits are the same.
+    """
     for i in range(n):
         first = max(0, i - band)
         for j in range(first, i):
             total = A[i, j]
             for k in range(first, j):
                 total -= L[i, k] * L[j, k]
-            L[i, j] = total * L[j, j]
+            L[i, j] = total  # L_ij D_j until the row is complete
         total = A[i, i]
         for k in range(first, i):
-            total -= L[i, k] * L[i, k]
+            scaled = L[i, k]
+            L[i, k] = scaled * L[k, k]
+            total -= scaled * L[i, k]
         if not total > 0.0:
             return False
-        L[i, i] = 1.0 / math.sqrt(total)
+        L[i, i] = 1.0 / total
     return True
 
 
@@ -47,18 +50,18 @@ def cholesky_solve(n, band, L, x):
     """Overwrite x with A^-1 x."""
     if band == 0:
         for i in range(n):
-            x[i] *= L[i, i] * L[i, i]
+            x[i] *= L[i, i]
         return
     for i in range(n):
         total = x[i]
         for k in range(max(0, i - band), i):
             total -= L[i, k] * x[k]
-        x[i] = total * L[i, i]
+        x[i] = total
     for i in range(n - 1, -1, -1):
-        total = x[i]
+        total = x[i] * L[i, i]
         for k in range(i + 1, min(n, i + band + 1)):
             total -= L[k, i] * x[k]
-        x[i] = total * L[i, i]
+        x[i] = total
 
 
 @kernel
@@ -67,19 +70,19 @@ def cholesky_solve_rows(n, band, L, m, X):
     if band == 0:
         for r in range(m):
             for i in range(n):
-                X[r, i] *= L[i, i] * L[i, i]
+                X[r, i] *= L[i, i]
         return
     for r in range(m):
         for i in range(n):
             total = X[r, i]
             for k in range(max(0, i - band), i):
                 total -= L[i, k] * X[r, k]
-            X[r, i] = total * L[i, i]
+            X[r, i] = total
         for i in range(n - 1, -1, -1):
-            total = X[r, i]
+            total = X[r, i] * L[i, i]
             for k in range(i + 1, min(n, i + band + 1)):
                 total -= L[k, i] * X[r, k]
-            X[r, i] = total * L[i, i]
+            X[r, i] = total
 
 
 @kernel

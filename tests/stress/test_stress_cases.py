@@ -47,9 +47,7 @@ def test_every_figure_of_a_long_case_is_within_its_bound(case):
 
 
 @pytest.mark.parametrize("trial", list(stress_units.trials()), ids=lambda trial: f"{trial.name}-{trial.integrator!r}")
-def test_motion_is_the_same_in_other_units(trial, request):
-    if trial.scale == stress_units.ODD:
-        request.applymarker(pytest.mark.xfail(strict=True, reason="a Cholesky factor takes the root of the masses"))
+def test_motion_is_the_same_in_other_units(trial):
     outcome = stress_units.compare(trial)
     assert outcome.holds, stress.row(outcome)
 
