@@ -2,8 +2,9 @@
 
 With powers of two every number of the run is the same up to its exponent, so the scaled runs agree bit for bit, unless
 something in them has an absolute size. Located events and compliant contact have one: the tolerance atol serves
-coordinates and velocities alike, so that with T = 1 and without angles it scales with L. SI against millimetre, tonne and second (L = 1000, B = 1/1000) rounds otherwise: each of n + r terms of
-each coordinate in every step by EPS, and a velocity that is off by so much moves the body for the rest of the run.
+coordinates and velocities alike, so that with T = 1 and without angles it scales with L. SI against millimetre, tonne
+and second (L = 1000, B = 1/1000) rounds otherwise: each of n + r terms of each coordinate in every step by EPS, and a
+velocity that is off by so much moves the body for the rest of the run.
 """
 
 from __future__ import annotations
