@@ -11,17 +11,11 @@ Each contact has a mode, and the modes make the forces the solution of one linea
 
 with gamma' = G la + b, the acceleration-level problem by which paradoxes are judged. Its matrix A is G without the rows
 of sliding friction, whose columns are added to those of the normal forces: one contact that slides has A = p =
-G_NN - s mu sigma G_NF. Redundant contacts share their load with the least squares. Event functions end a mode:
+G_NN - s mu sigma G_NF. Redundant contacts make A singular: rigid_redundant.py. The forces and what ends a mode are in
+rigid_forces.py, what follows an event in rigid_switching.py.
 
-    CLOSURE     g_N of an open contact, la_N of a closed one (unilateral)
-    FRICTION    s gamma_F of sliding; mu |la_N| - |la_F| of sticking
-    SIGN        sigma la_N of a bilateral contact that slides
-    REGULAR     det A over that without friction, one for all: a slide whose p falls to zero has lost its force
-                (Génot–Brogliato point)
-
-What follows an event is in rigid_switching.py. Trailing components of the state are the gaps, which are evaluated and
-not integrated, the impulses and the energy ledger. Source: Pfeiffer, Glocker, *Multibody Dynamics with Unilateral
-Contacts* (1996), chapter 5; Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653; docs/theory/event_driven.md.
+Source: Pfeiffer, Glocker, *Multibody Dynamics with Unilateral Contacts* (1996), chapter 5;
+docs/theory/event_driven.md.
 """
 
 from __future__ import annotations
@@ -30,19 +24,19 @@ import functools
 from typing import NamedTuple
 
 from nonsmooth.acceleration_problem import IMPLICIT, acceleration_problem
-from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, frozen, view
+from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, frozen
 from nonsmooth.contact_problem import Work, row_velocities, smooth_step, work_shapes
+from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 from nonsmooth.dense import lu, lu_solve
-from nonsmooth.errors import Status
 from nonsmooth.integrators.contact_switching import ROUNDINGS, rounded_speed
-from nonsmooth.integrators.moreau_jean_step import ROUNDING
-from nonsmooth.integrators.radau_stages import EPS, RATES, determinant_is_positive
-from nonsmooth.jit import call_model, kernel
-from nonsmooth.laws import LAW_WIDTH, friction_coefficient, static_coefficient
-from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+from nonsmooth.integrators.radau_stages import EPS, determinant_is_positive
+from nonsmooth.jit import kernel
+from nonsmooth.laws import LAW_WIDTH, friction_coefficient
+from nonsmooth.system import GIVEN_FORCE, ContactMode
 
-# facts; EVENT is the event that waits to be handled
-HAS, N_U, SELECTION, EVENT = range(4)
+# facts; EVENT is the event that waits to be handled, REDUNDANT whether the contacts that hold are, and so share a load:
+# 0 no, 1 yes, 2 yes and no admissible load keeps the modes
+HAS, N_U, SELECTION, EVENT, REDUNDANT = range(5)
 # numbers of the run: tolerances; det A over that without friction, and the shift of its diagonal where contacts are
 # redundant; the time that the shortest flight lasts which has just begun; the largest gap of a closed contact
 ATOL, RTOL, DETERMINANT, SHIFT, FLIGHT, DRIFT = range(6)
@@ -59,11 +53,23 @@ REGULARISATION = 1e-10  # of the trace: makes redundant contacts share their loa
 REFINEMENTS = 3
 
 
+class Redundant(NamedTuple):
+    """Arrays of the load that redundant contacts share. r = rows."""
+
+    Q: Matrix  # (r, n) orthogonal rows
+    X: Matrix  # (r, n) M^-1 times each
+    R: Matrix  # (r, r)
+    y: Vector  # (r,)
+    order: Integers  # (r,)
+    length: Vector  # (r,) squared lengths of the rows in the metric M^-1
+    planar: Planar
+
+
 class RigidContacts(NamedTuple):
     """The contacts of a run. n = n_u, c = n_c, r = rows."""
 
     work: Work
-    facts: Integers  # (4,)
+    facts: Integers  # (5,)
     numbers: Vector  # (6,)
     kinds: IntegerTable  # (c, 2)
     laws: Matrix  # (c, LAW_WIDTH)
@@ -87,6 +93,7 @@ class RigidContacts(NamedTuple):
     z: Vector  # (r,)
     left: Vector  # (r,) scratch
     sum: Vector  # (r,) scratch
+    redundant: Redundant
 
 
 @functools.lru_cache(maxsize=64)
@@ -94,79 +101,15 @@ def contacts_shapes(n: int, n_c: int, d: int) -> tuple:
     """Shapes of ``RigidContacts``."""
     r = max(1, n_c * (1 + d))
     return frozen({
-        "work": work_shapes(n, n_c, d), "facts": (4,), "numbers": (6,), "kinds": (n_c, 2), "laws": (n_c, LAW_WIDTH),
+        "work": work_shapes(n, n_c, d), "facts": (5,), "numbers": (6,), "kinds": (n_c, 2), "laws": (n_c, LAW_WIDTH),
         **dict.fromkeys(("mode", "slip", "sign", "size", "ratio"), (n_c,)), "q": (n,), "u": (n,), "la": (n_c, 2),
         "gamma": (n_c, 2), "rates": (4, r), "A": (r, r), "factor": (r, r),
         **dict.fromkeys(("row", "contact", "part", "order", "b", "z", "left", "sum"), (r,)),
+        "redundant": frozen({
+            "Q": (r, n), "X": (r, n), "R": (r, r), **dict.fromkeys(("y", "order", "length"), (r,)),
+            "planar": frozen(planar_shapes(max(2, n_c), d, 1)),
+        }),
     })  # fmt: skip
-
-
-@kernel(RATES, short_loops=True)
-def rigid_rates(model, p, contacts_at, t, x, out):
-    """x' with x = (q, u, g_N, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
-    contacts = view(contacts_at, RigidContacts)
-    work, la, gamma = contacts.work, contacts.la, contacts.gamma
-    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
-    status = find_forces(model, p, t, x, contacts)
-    if status != Status.RUNNING:
-        return status
-    total = 0.0
-    force, friction, normal, surface = 0.0, 0.0, 0.0, 0.0
-    for i in range(n):
-        out[i] = contacts.u[i]
-        out[n + i] = work.du[i]
-        total += 0.0 * work.du[i]
-        force += work.h[i] * contacts.u[i]
-    for i in range(n_c):
-        out[2 * n + i] = 0.0
-        out[2 * n + n_c + i] = la[i, 0]
-        out[2 * n + 2 * n_c + i] = la[i, 1]
-        friction += la[i, 1] * gamma[i, 1]
-        if contacts.kinds[i, 0] != GIVEN_FORCE:
-            normal += la[i, 0] * gamma[i, 0]
-            surface -= la[i, 0] * work.w_N[i]
-        if contacts.kinds[i, 1] > 0:
-            surface -= la[i, 1] * work.w_F[i, 0]
-    end = 2 * n + 3 * n_c
-    out[end], out[end + 1], out[end + 2], out[end + 3] = force, friction, normal, surface
-    return Status.RUNNING.value if total == 0.0 else Status.NOT_FINITE.value
-
-
-@kernel(RATES, short_loops=True)
-def rigid_events(model, p, contacts_at, t, x, out):
-    """The event functions and their tolerances, an ``event_values`` function; one that does not apply is 1."""
-    contacts = view(contacts_at, RigidContacts)
-    status = find_forces(model, p, t, x, contacts)
-    if status != Status.RUNNING:
-        return status
-    work, la = contacts.work, contacts.la
-    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
-    E = N_FUNCTIONS * n_c + 1
-    if contacts.facts[HAS] & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
-        return Status.NOT_FINITE.value
-    speed, length = small_speed(n, contacts), rounded_length(n, contacts)
-    for i in range(n_c):
-        e = N_FUNCTIONS * i
-        for m in range(N_FUNCTIONS):
-            out[e + m] = 1.0
-            out[E + e + m] = 0.0
-        kind, mode = contacts.kinds[i, 0], contacts.mode[i]
-        force = contacts.numbers[RTOL] * contacts.size[i]
-        if kind == UNILATERAL:
-            out[e + CLOSURE] = work.g_N[i] if mode == ContactMode.OPEN else la[i, 0]
-            out[E + e + CLOSURE] = length if mode == ContactMode.OPEN else force
-        if mode == ContactMode.SLIDE:
-            out[e + FRICTION] = contacts.slip[i] * contacts.gamma[i, 1]
-            out[E + e + FRICTION] = speed
-            if kind == BILATERAL:
-                out[e + SIGN] = contacts.sign[i] * la[i, 0]
-                out[E + e + SIGN] = force
-        elif mode == ContactMode.STICK:
-            out[e + FRICTION] = static_coefficient(contacts.laws, i) * abs(la[i, 0]) - abs(la[i, 1])
-            out[E + e + FRICTION] = force
-    out[E - 1] = contacts.numbers[DETERMINANT] - SINGULAR_SLIDE
-    out[2 * E - 1] = 0.0
-    return Status.RUNNING.value
 
 
 @kernel
@@ -191,47 +134,21 @@ def longest(n, contacts):
 
 
 @kernel
-def find_forces(model, p, t, x, contacts):
-    """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
-    work, facts, kinds, la = contacts.work, contacts.facts, contacts.kinds, contacts.la
-    n, n_c = facts[N_U], kinds.shape[0]
-    status, n_k = closed_problem(model, p, t, x, contacts)
-    if status != Status.RUNNING:
-        return status
-    contacts.numbers[DETERMINANT] = 1.0
-    for i in range(n_c):
-        la[i, 0], la[i, 1] = 0.0, 0.0
-    if n_k == 0:
-        return Status.RUNNING
-    if not find_ratios(n_k, contacts):
-        return Status.NEGATIVE_FRICTION
-    m = list_equations(n_k, contacts)
-    for e in range(m):
-        a = contacts.row[e]
-        contacts.b[e] = -work.c[a]
-        for k in range(n_k):
-            i = work.closed[k]
-            if kinds[i, 0] == GIVEN_FORCE:
-                contacts.b[e] -= work.G[a, work.start[k]] * la[i, 1]
-    factorise_both(n_k, m, contacts)
-    solve_equations(m, contacts)
-    for e in range(m):
-        i = contacts.contact[e]
-        la[i, contacts.part[e]] = contacts.z[e]
-        if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:
-            la[i, 1] = contacts.ratio[i] * contacts.z[e]
-    add_forces(n, n_k, contacts)
-    return Status.RUNNING
+def closed_problem(model, p, t, x, contacts):
+    """The acceleration-level problem of the contacts that are not open, and their velocities: (Status, contacts)."""
+    n = contacts.facts[N_U]
+    for j in range(n):
+        contacts.q[j], contacts.u[j] = x[j], x[n + j]
+    return problem_of_closed(model, p, t, contacts)
 
 
 @kernel
-def closed_problem(model, p, t, x, contacts):
-    """The acceleration-level problem of the contacts that are not open, and their velocities: (Status, contacts)."""
+def problem_of_closed(model, p, t, contacts):
+    """``closed_problem`` at the state in contacts.q and contacts.u."""
     work, facts, kinds = contacts.work, contacts.facts, contacts.kinds
     n, n_c = facts[N_U], kinds.shape[0]
     for j in range(n):
-        contacts.q[j], contacts.u[j] = x[j], x[n + j]
-        work.q_mid[j] = x[j]
+        work.q_mid[j] = contacts.q[j]
     n_k = 0
     for i in range(n_c):
         contacts.gamma[i, 0], contacts.gamma[i, 1] = 0.0, 0.0
@@ -355,23 +272,3 @@ def solve_equations(m, contacts):
         lu_solve(m, contacts.factor, contacts.order, left, total)
         for e in range(m):
             z[e] += total[e]
-
-
-@kernel
-def add_forces(n, n_k, contacts):
-    """work.du += X^T la, what cancels to rounding set to exactly 0, so that rest is rest for ever; and the sizes of the
-    terms that each force is the sum of."""
-    work, la = contacts.work, contacts.la
-    for k in range(n_k):
-        i, a = work.closed[k], work.start[k]
-        contacts.size[i] = abs(la[i, 0]) + abs(work.c[a]) / work.G[a, a]
-    for j in range(n):
-        total, size = work.du[j], abs(work.du[j])
-        for k in range(n_k):
-            i = work.closed[k]
-            first = 0 if contacts.kinds[i, 0] != GIVEN_FORCE else 1
-            for a in range(work.start[k], work.start[k + 1]):
-                part = work.X[a, j] * la[i, a - work.start[k] + first]
-                total += part
-                size += abs(part)
-        work.du[j] = total if abs(total) > ROUNDING * size else 0.0

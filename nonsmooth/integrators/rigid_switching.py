@@ -4,7 +4,7 @@
 2. Every set of forces of the contacts that still touch is enumerated (paradox/forces.py) with the sliding directions
    of the instant, and one is taken by the rule of docs/theory/selection.md. An event that lies on the border of two
    modes is decided a moment later on the motion that the old modes would have gone on with: there one of the two no
-   longer holds.
+   longer holds. Contacts that are left free and do not part are closed where they are redundant (rigid_idle.py).
 3. Where there is none, sliding is inconsistent: an impact without collision follows, then step 2 again. With
    selection="impact" the same is done where there are several. The contact has then stuck, if the force that holds it
    has the sign of the impulse; the force of a stiff contact falls through zero otherwise, and there it lets go.
@@ -54,7 +54,9 @@ from nonsmooth.integrators.records import (
     STEPS,
     State,
 )
+from nonsmooth.integrators.rigid_forces import find_forces
 from nonsmooth.integrators.rigid_hold import hold
+from nonsmooth.integrators.rigid_idle import close_all, close_idle
 from nonsmooth.integrators.rigid_impact import impact
 from nonsmooth.integrators.rigid_modes import (
     ATOL,
@@ -67,7 +69,6 @@ from nonsmooth.integrators.rigid_modes import (
     N_U,
     SELECTION,
     RigidContacts,
-    find_forces,
     rounded_length,
     small_speed,
 )
@@ -208,8 +209,11 @@ def settle(model, p, t, later, x, is_lost, state, contacts, touch, forces):
             )
             if outcome != Outcome.COMPLETE:
                 return Status.NOT_FINITE if outcome == Outcome.NOT_FINITE else Status.NOT_SOLVED
+        if found == 0 and not is_lost and close_all(model, p, later, contacts, touch):
+            return Status.RUNNING
         if found > 0:
-            slides = take_modes(found, n_k, state, contacts, touch, forces)
+            slides, take = take_modes(found, n_k, state, contacts, touch, forces)
+            close_idle(model, p, later, take, n_k, contacts, forces)
             if not (found > 1 and slides and attempt == 0 and contacts.facts[SELECTION] == Selection.IMPACT):
                 return Status.RUNNING
         status = strike_without_collision(model, p, t, x, state, contacts, touch)
@@ -238,7 +242,7 @@ def list_touching(contacts, touch, forces):
 
 @kernel
 def take_modes(found, n_k, state, contacts, touch, forces):
-    """Take one of the solutions found by the selection rule; tells whether a contact slides before."""
+    """Take one of the solutions found by the selection rule: (whether a contact slides before, which one)."""
     work, tree, kinds = forces.work, forces.planar.tree, contacts.kinds
     kept = min(found, forces.candidate.shape[0], tree.modes.shape[0])
     slides = False
@@ -270,7 +274,7 @@ def take_modes(found, n_k, state, contacts, touch, forces):
     if is_indeterminate:
         state.counters[SEVERAL] += 1
         touch.found[0], touch.found[1] = found, bits if n_k == 1 else 0
-    return slides
+    return slides, take
 
 
 @kernel

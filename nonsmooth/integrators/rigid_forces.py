@@ -1,0 +1,192 @@
+"""The forces of rigid contacts in their modes, the rates of motion, and what ends a mode.
+
+Event functions end a mode:
+
+    CLOSURE     g_N of an open contact, la_N of a closed one (unilateral)
+    FRICTION    s gamma_F of sliding; mu |la_N| - |la_F| of sticking
+    SIGN        sigma la_N of a bilateral contact that slides
+    REGULAR     det A over that without friction, one for all: a slide whose p falls to zero has lost its force
+                (Génot–Brogliato point)
+
+Of redundant contacts no single force is known: their modes last while any share of the load is admissible, and what
+ends then is CLOSURE or FRICTION of those that the least forces break. The trailing components of the state are the
+gaps, which are evaluated and not integrated, the impulses and the energy ledger.
+
+Source: Pfeiffer, Glocker (1996), chapter 5; Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.blocks import address, view
+from nonsmooth.errors import Status
+from nonsmooth.integrators.moreau_jean_step import ROUNDING
+from nonsmooth.integrators.radau_stages import EPS, RATES
+from nonsmooth.integrators.rigid_modes import (
+    CLOSURE,
+    DETERMINANT,
+    FRICTION,
+    HAS,
+    N_FUNCTIONS,
+    N_U,
+    REDUNDANT,
+    RTOL,
+    SHIFT,
+    SIGN,
+    SINGULAR_SLIDE,
+    RigidContacts,
+    closed_problem,
+    factorise_both,
+    find_ratios,
+    list_equations,
+    rounded_length,
+    small_speed,
+    solve_equations,
+)
+from nonsmooth.integrators.rigid_redundant import share_load
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.laws import static_coefficient
+from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+
+# An event function that falls at once falls to this, which no slope is measured from, and it is its own tolerance with
+# the other sign: what an event has not mended is met again.
+BROKEN = -4.0 * EPS
+
+
+@kernel(RATES, short_loops=True)
+def rigid_rates(model, p, contacts_at, t, x, out):
+    """x' with x = (q, u, g_N, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
+    contacts = view(contacts_at, RigidContacts)
+    work, la, gamma = contacts.work, contacts.la, contacts.gamma
+    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    status = find_forces(model, p, t, x, contacts)
+    if status != Status.RUNNING:
+        return status
+    total = 0.0
+    force, friction, normal, surface = 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        out[i] = contacts.u[i]
+        out[n + i] = work.du[i]
+        total += 0.0 * work.du[i]
+        force += work.h[i] * contacts.u[i]
+    for i in range(n_c):
+        out[2 * n + i] = 0.0
+        out[2 * n + n_c + i] = la[i, 0]
+        out[2 * n + 2 * n_c + i] = la[i, 1]
+        friction += la[i, 1] * gamma[i, 1]
+        if contacts.kinds[i, 0] != GIVEN_FORCE:
+            normal += la[i, 0] * gamma[i, 0]
+            surface -= la[i, 0] * work.w_N[i]
+        if contacts.kinds[i, 1] > 0:
+            surface -= la[i, 1] * work.w_F[i, 0]
+    end = 2 * n + 3 * n_c
+    out[end], out[end + 1], out[end + 2], out[end + 3] = force, friction, normal, surface
+    return Status.RUNNING.value if total == 0.0 else Status.NOT_FINITE.value
+
+
+@kernel(RATES, short_loops=True)
+def rigid_events(model, p, contacts_at, t, x, out):
+    """The event functions and their tolerances, an ``event_values`` function; one that does not apply is 1."""
+    contacts = view(contacts_at, RigidContacts)
+    status = find_forces(model, p, t, x, contacts)
+    if status != Status.RUNNING:
+        return status
+    work, la = contacts.work, contacts.la
+    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    E = N_FUNCTIONS * n_c + 1
+    if contacts.facts[HAS] & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
+        return Status.NOT_FINITE.value
+    speed, length = small_speed(n, contacts), rounded_length(n, contacts)
+    for i in range(n_c):
+        e = N_FUNCTIONS * i
+        for m in range(N_FUNCTIONS):
+            out[e + m] = 1.0
+            out[E + e + m] = 0.0
+        kind, mode = contacts.kinds[i, 0], contacts.mode[i]
+        force = contacts.numbers[RTOL] * contacts.size[i] if contacts.facts[REDUNDANT] == 0 else BROKEN
+        if kind == UNILATERAL:
+            out[e + CLOSURE] = work.g_N[i] if mode == ContactMode.OPEN else of_load(la[i, 0], contacts)
+            out[E + e + CLOSURE] = length if mode == ContactMode.OPEN else force
+        if mode == ContactMode.SLIDE:
+            out[e + FRICTION] = contacts.slip[i] * contacts.gamma[i, 1]
+            out[E + e + FRICTION] = speed
+            if kind == BILATERAL:
+                out[e + SIGN] = of_load(contacts.sign[i] * la[i, 0], contacts)
+                out[E + e + SIGN] = force
+        elif mode == ContactMode.STICK:
+            reserve = static_coefficient(contacts.laws, i) * abs(la[i, 0]) - abs(la[i, 1])
+            out[e + FRICTION] = of_load(reserve, contacts)
+            out[E + e + FRICTION] = force
+    out[E - 1] = contacts.numbers[DETERMINANT] - SINGULAR_SLIDE
+    out[2 * E - 1] = 0.0
+    return Status.RUNNING.value
+
+
+@kernel
+def of_load(value, contacts):
+    """The event function of a force: of redundant contacts it falls at once where no share is admissible any more."""
+    if contacts.facts[REDUNDANT] == 0:
+        return value
+    return 1.0 if contacts.facts[REDUNDANT] == 1 or value >= 0.0 else BROKEN
+
+
+@kernel
+def find_forces(model, p, t, x, contacts):
+    """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
+    status, n_k = closed_problem(model, p, t, x, contacts)
+    return forces_in_modes(n_k, contacts) if status == Status.RUNNING else status
+
+
+@kernel
+def forces_in_modes(n_k, contacts):
+    """The forces of the acceleration-level problem in ``contacts.work``, and work.du = u'; returns a Status."""
+    work, facts, kinds, la = contacts.work, contacts.facts, contacts.kinds, contacts.la
+    n, n_c = facts[N_U], kinds.shape[0]
+    contacts.numbers[DETERMINANT] = 1.0
+    facts[REDUNDANT] = 0
+    for i in range(n_c):
+        la[i, 0], la[i, 1] = 0.0, 0.0
+    if n_k == 0:
+        return Status.RUNNING
+    if not find_ratios(n_k, contacts):
+        return Status.NEGATIVE_FRICTION
+    m = list_equations(n_k, contacts)
+    for e in range(m):
+        a = contacts.row[e]
+        contacts.b[e] = -work.c[a]
+        for k in range(n_k):
+            i = work.closed[k]
+            if kinds[i, 0] == GIVEN_FORCE:
+                contacts.b[e] -= work.G[a, work.start[k]] * la[i, 1]
+    factorise_both(n_k, m, contacts)
+    solve_equations(m, contacts)
+    if contacts.numbers[SHIFT] != 0.0:
+        outcome = share_load(n, m, address(contacts))
+        if outcome >= 0:
+            facts[REDUNDANT] = 2 - outcome
+    for e in range(m):
+        i = contacts.contact[e]
+        la[i, contacts.part[e]] = contacts.z[e]
+        if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:
+            la[i, 1] = contacts.ratio[i] * contacts.z[e]
+    add_forces(n, n_k, contacts)
+    return Status.RUNNING
+
+
+@kernel
+def add_forces(n, n_k, contacts):
+    """work.du += X^T la, what cancels to rounding set to exactly 0, so that rest is rest for ever; and the sizes of the
+    terms that each force is the sum of."""
+    work, la = contacts.work, contacts.la
+    for k in range(n_k):
+        i, a = work.closed[k], work.start[k]
+        contacts.size[i] = abs(la[i, 0]) + abs(work.c[a]) / work.G[a, a]
+    for j in range(n):
+        total, size = work.du[j], abs(work.du[j])
+        for k in range(n_k):
+            i = work.closed[k]
+            first = 0 if contacts.kinds[i, 0] != GIVEN_FORCE else 1
+            for a in range(work.start[k], work.start[k + 1]):
+                part = work.X[a, j] * la[i, a - work.start[k] + first]
+                total += part
+                size += abs(part)
+        work.du[j] = total if abs(total) > ROUNDING * size else 0.0

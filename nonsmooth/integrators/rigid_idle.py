@@ -1,0 +1,74 @@
+"""Contacts that are closed although the forces found do without them, because nothing parts them.
+
+A box that stands on the floor in a corner touches the wall: with and without forces there the acceleration is the same.
+Of two planes that are nearly one, either carries a particle. Left open, such a contact penetrates by rounding, strikes,
+and is left open again, without any time passing. What is held is the acceleration, not the forces: the contact is
+closed where the contacts are redundant then and share an admissible load (rigid_redundant.py), and holds while they do.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.contact_solvers.modes import SAME_MOTION
+from nonsmooth.errors import Status
+from nonsmooth.integrators.rigid_forces import forces_in_modes
+from nonsmooth.integrators.rigid_modes import REDUNDANT, problem_of_closed
+from nonsmooth.jit import kernel
+from nonsmooth.system import UNILATERAL, ContactMode
+
+
+@kernel
+def close_idle(model, p, t, take, n_k, contacts, forces):
+    """Close the contacts that the solution leaves free although they do not part, where they are redundant.
+
+    The acceleration is the same with them and without. Left open they would penetrate by rounding, and strike again.
+    """
+    work, la = forces.work, forces.la[take]
+    r = work.start[n_k]
+    scale = 0.0
+    for a in range(r):
+        scale = max(scale, abs(work.c[a]))
+    for k in range(n_k):
+        i, a, b = work.closed[k], work.start[k], work.start[k + 1] - 1
+        if contacts.kinds[i, 0] != UNILATERAL or contacts.mode[i] != ContactMode.OPEN:
+            continue
+        parting, slip = work.c[a], work.c[b] if b > a else 0.0
+        for c in range(r):
+            parting += work.G[a, c] * la[c]
+            slip += work.G[b, c] * la[c] if b > a else 0.0
+        if abs(parting) > SAME_MOTION * scale:
+            continue
+        if forces.slip[k] != 0 or abs(slip) <= SAME_MOTION * scale:
+            slip = float(forces.slip[k])
+        close(i, slip, contacts)
+        if not may_share(model, p, t, contacts):
+            contacts.mode[i], contacts.slip[i] = ContactMode.OPEN.value, 0
+
+
+@kernel
+def close_all(model, p, t, contacts, touch):
+    """Close all contacts that touch, if they are redundant and may share a load; tells whether they may.
+
+    Rows that are nearly parallel or opposite are lost in G, by which forces were looked for.
+    """
+    for i in range(contacts.kinds.shape[0]):
+        if touch.is_touching[i] == 1:
+            close(i, touch.gamma[i, 1] if touch.is_resting[i] == 0 else 0.0, contacts)
+    return may_share(model, p, t, contacts)
+
+
+@kernel
+def close(i, slip, contacts):
+    """Give contact i the mode of a closed contact that slides in the direction of slip, or not at all."""
+    contacts.sign[i], contacts.slip[i] = 1, 0
+    contacts.mode[i] = ContactMode.LOCKED.value if contacts.kinds[i, 1] == 0 else ContactMode.STICK.value
+    if contacts.kinds[i, 1] > 0 and slip != 0.0:
+        contacts.mode[i], contacts.slip[i] = ContactMode.SLIDE.value, 1 if slip > 0.0 else -1
+
+
+@kernel
+def may_share(model, p, t, contacts):
+    """Whether the contacts are redundant in their modes, and admissible forces go with them."""
+    status, n_k = problem_of_closed(model, p, t, contacts)
+    if status == Status.RUNNING:
+        status = forces_in_modes(n_k, contacts)
+    return status == Status.RUNNING and contacts.facts[REDUNDANT] == 1
