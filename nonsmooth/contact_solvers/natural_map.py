@@ -11,6 +11,8 @@ Nonsmooth Dynamics (2018) 375-457.
 
 from __future__ import annotations
 
+import math
+
 from nonsmooth.jit import kernel
 
 
@@ -31,8 +33,8 @@ def velocity(G, indices, indptr, c, P, gamma):
 @kernel
 def cone_project(mu, y_N, y_1, y_2):
     """Orthogonal projection of (y_N, y_1, y_2) on the cone |P_T| <= mu P_N."""
-    y_T = (y_1 * y_1 + y_2 * y_2) ** 0.5
-    if y_T <= mu * y_N:
+    y_T = math.sqrt(y_1 * y_1 + y_2 * y_2)
+    if y_N >= 0.0 and y_T <= mu * y_N:  # y_N < 0 is outside also where mu y_N = -0
         return y_N, y_1, y_2
     if mu * y_T <= -y_N:
         return 0.0, 0.0, 0.0
@@ -53,11 +55,11 @@ def natural_map(mu, rho, weight, P, gamma, dim):
             gamma_2 = gamma[k + 2]
         P_N = rho[i] * P[k]
         P_1 = rho[i] * P[k + 1]
-        gamma_N = gamma[k] + mu[i] * (gamma[k + 1] * gamma[k + 1] + gamma_2 * gamma_2) ** 0.5
+        gamma_N = gamma[k] + mu[i] * math.sqrt(gamma[k + 1] * gamma[k + 1] + gamma_2 * gamma_2)
         x_N, x_1, x_2 = cone_project(mu[i], P_N - gamma_N, P_1 - gamma[k + 1], P_2 - gamma_2)
-        F_squared = (P_N - x_N) ** 2 + (P_1 - x_1) ** 2 + (P_2 - x_2) ** 2
-        total += weight[i] * weight[i] * F_squared
-    return total**0.5
+        F_N, F_1, F_2 = P_N - x_N, P_1 - x_1, P_2 - x_2
+        total += weight[i] * weight[i] * (F_N * F_N + F_1 * F_1 + F_2 * F_2)
+    return math.sqrt(total)
 
 
 @kernel(

@@ -89,3 +89,11 @@ def test_spatial_contact_without_coupling_decelerates_along_its_slip():
     """G = I: P_N = 1, P_T = -mu along the slip (3, 4)/5, whatever its direction in the plane."""
     result = solve_contact(np.eye(3), [-1.0, 3.0, 4.0], 0.5, 3)
     np.testing.assert_allclose(result.P, [1.0, -0.3, -0.4], atol=4e-16)
+
+
+@pytest.mark.parametrize("solver", ["auto", "single", "nsgs", "newton", "interior", "proximal", "admm"])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_contact_without_friction_that_opens_straight_has_no_impulse(dim, solver):
+    """Without friction and sliding the cone is a ray and the point lies on its line, behind its tip."""
+    result = solve_contact(np.eye(dim), [1.0, *[0.0] * (dim - 1)], [0.0], dim, solver=solver)
+    assert result.success and result.error == 0.0 and not result.P.any()
