@@ -21,6 +21,7 @@ Lampariello and Lucidi, SIAM J. Numer. Anal. 23 (1986) 707-716.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -142,7 +143,7 @@ def alart_curnier(G, mu, rho, P, gamma, A, B, F):
         B[i, 0, 0] = 1.0
         x_1 = r * P[k + 1] - gamma[k + 1]
         x_2 = r * P[k + 2] - gamma[k + 2] if dim == 3 else 0.0
-        x_T = (x_1 * x_1 + x_2 * x_2) ** 0.5
+        x_T = math.sqrt(x_1 * x_1 + x_2 * x_2)
         radius = mu[i] * x_N
         if x_T <= radius and radius > 0.0:
             for a in range(1, dim):

@@ -129,7 +129,7 @@ def sweep(G, indices, indptr, c, mu, rho, weight, P, omega):
                 b_1 += G[k, 1, 2] * P[j + 2]
                 b_2 += G[k, 2, 0] * P[j] + G[k, 2, 1] * P[j + 1] + G[k, 2, 2] * P[j + 2]
         change = relax(G, own, i, b_N, b_1, b_2, mu[i], omega, P)
-        total += (weight[i] * rho[i]) ** 2 * change
+        total += weight[i] * rho[i] * (weight[i] * rho[i]) * change
     return total
 
 

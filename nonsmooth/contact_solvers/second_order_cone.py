@@ -58,7 +58,8 @@ def product(a_N, a_1, a_2, b_N, b_1, b_2):
 @kernel
 def quotient(a_N, a_1, a_2, b_N, b_1, b_2):
     """The q with a o q = b."""
-    q_N = (a_N * b_N - a_1 * b_1 - a_2 * b_2) / inner_length(a_N, a_1, a_2) ** 2
+    length = inner_length(a_N, a_1, a_2)
+    q_N = (a_N * b_N - a_1 * b_1 - a_2 * b_2) / (length * length)
     return q_N, (b_1 - q_N * a_1) / a_N, (b_2 - q_N * a_2) / a_N
 
 
@@ -67,7 +68,8 @@ def way_out(x_N, x_1, x_2, d_N, d_1, d_2):
     """The least a > 0 with x + a d on the boundary of L; inf if there is none. x is inside."""
     quadratic = d_N * d_N - d_1 * d_1 - d_2 * d_2
     half = x_N * d_N - x_1 * d_1 - x_2 * d_2
-    constant = inner_length(x_N, x_1, x_2) ** 2
+    length = inner_length(x_N, x_1, x_2)
+    constant = length * length
     discriminant = half * half - quadratic * constant
     if discriminant < -1e-14 * half * half:  # along the axis it is 0 up to roundings
         return math.inf

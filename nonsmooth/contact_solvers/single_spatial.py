@@ -17,6 +17,8 @@ in alpha this root solves; the secular form of the equation is that of More and 
 
 from __future__ import annotations
 
+import math
+
 from nonsmooth.jit import kernel
 
 
@@ -42,7 +44,7 @@ def slide_alpha(g_NN, g_N1, g_N2, S_11, S_12, S_21, S_22, b_N, s_1, s_2, mu):
     alpha = 1e-2 * scale
     for _ in range(200):
         P_1, P_2, dP_1, dP_2 = slide_state(S_11, S_12, S_21, S_22, s_1, s_2, alpha)
-        P_T = (P_1 * P_1 + P_2 * P_2) ** 0.5
+        P_T = math.sqrt(P_1 * P_1 + P_2 * P_2)
         if P_T == 0.0:
             return alpha
         P_N = -(b_N + g_N1 * P_1 + g_N2 * P_2) / g_NN
@@ -90,13 +92,13 @@ def local_spatial(G, k, b_N, b_1, b_2, mu):
     if det > 1e-14 * abs(S_11 * S_22):  # S is regular to working precision
         P_1, P_2, _, _ = slide_state(S_11, S_12, S_21, S_22, s_1, s_2, 0.0)
         P_N = -(b_N + g_N1 * P_1 + g_N2 * P_2) / g_NN
-        P_T = (P_1 * P_1 + P_2 * P_2) ** 0.5
+        P_T = math.sqrt(P_1 * P_1 + P_2 * P_2)
         is_sticking = P_T <= mu * P_N
         if is_sticking:
             return P_N, P_1, P_2
     alpha = slide_alpha(g_NN, g_N1, g_N2, S_11, S_12, S_21, S_22, b_N, s_1, s_2, mu)
     P_1, P_2, _, _ = slide_state(S_11, S_12, S_21, S_22, s_1, s_2, alpha)
-    P_T = (P_1 * P_1 + P_2 * P_2) ** 0.5
+    P_T = math.sqrt(P_1 * P_1 + P_2 * P_2)
     if P_T == 0.0:
         return -b_N / g_NN, 0.0, 0.0
     d_1 = P_1 / P_T

@@ -177,5 +177,5 @@ def choose_restitution(dt, n_k, run, work):
         if e == 0.0 or gamma_N >= 0.0:
             continue
         inward = (gamma_N - work.c[row]) / dt
-        if -gamma_N > run.tol_gamma[i] and (e * gamma_N) ** 2 > 2.0 * inward * run.tol_g[i]:
+        if -gamma_N > run.tol_gamma[i] and e * gamma_N * (e * gamma_N) > 2.0 * inward * run.tol_g[i]:
             run.laws[i, LAW_E_N] = e

@@ -120,8 +120,8 @@ def begin(rates, model, p, context, h_max, ode):
     size, speed = 0.0, 0.0
     for i in range(scale.shape[0]):
         scale[i] = ode.atol[i] + clock[RTOL] * abs(x[i])
-        size += (x[i] / scale[i]) ** 2
-        speed += (f_0[i] / scale[i]) ** 2
+        size += x[i] / scale[i] * (x[i] / scale[i])
+        speed += f_0[i] / scale[i] * (f_0[i] / scale[i])
     ode.flags[HAS_RATES] = 1
     ode.flags[HAS_JACOBIAN] = 0
     ode.flags[HAS_DENSE] = 0

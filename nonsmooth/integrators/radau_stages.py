@@ -331,7 +331,8 @@ def estimate_error(h, ode):
     solve_real(h, ode)
     total = 0.0
     for i in range(n):
-        total += (a[i] / (ode.atol[i] + ode.clock[RTOL] * max(abs(x[i]), abs(x_1[i])))) ** 2
+        part = a[i] / (ode.atol[i] + ode.clock[RTOL] * max(abs(x[i]), abs(x_1[i])))
+        total += part * part
     return math.sqrt(total / n)
 
 

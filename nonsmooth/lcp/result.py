@@ -79,7 +79,8 @@ def natural_scale(n, A, i):
     if largest > 0.0:
         total = 0.0
         for j in range(n):
-            total += (A[i, j] / largest) ** 2
+            part = A[i, j] / largest
+            total += part * part
         return largest * math.sqrt(total)
     for k in range(n):
         for j in range(n):
