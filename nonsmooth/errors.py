@@ -59,12 +59,18 @@ class StepFailure(NonsmoothError, RuntimeError):
         return self.solution.stats.worst_residual
 
     def dump(self, path: str | Path) -> Path:
-        """Write the contact problem of the step to a small .npz, which ``nonsmooth solve`` opens again.
+        """Write the contact problem of the step to a small file, which ``nonsmooth solve`` opens again.
+
+        Parameters
+        ----------
+        path : path-like
+            .npz keeps all that the step's own solver was given; .hdf5 or .h5 is the form of FCLIB, for other programs.
 
         Raises
         ------
         InvalidInput
-            Where the step that failed has no contact problem: the message of the failure says what stopped it.
+            Where the step that failed has no contact problem: the message of the failure says what stopped it. For
+            FCLIB also where a law has no place in it.
         FileFailure
             Where it cannot be written.
         """
@@ -77,10 +83,12 @@ class StepFailure(NonsmoothError, RuntimeError):
 
     @property
     def q(self) -> Vector:
+        """Coordinates (n_q,) where the run stopped."""
         return self.solution.q[-1]
 
     @property
     def u(self) -> Vector:
+        """Velocities (n_u,) where the run stopped."""
         return self.solution.u[-1]
 
 

@@ -126,6 +126,15 @@ def test_a_failure_without_a_contact_problem_is_told_in_one_line(capsys):
     assert re.fullmatch(lines_of_the_page()["failure"], second) and not Path("step.npz").exists()
 
 
+def test_a_contact_problem_that_fclib_has_no_place_for_is_told_in_one_line(capsys):
+    """Friction of a moving belt that turns negative, under a given normal force."""
+    run = ["run", "belt-oscillator", "--set", "m1=1", "m3=0", "vb=5", "--dt", "1e-3", "--quiet", *SHORT]
+    assert main([*run, "--dump-failure", "step.hdf5"]) == 3
+    first, second = said_by(capsys).splitlines()
+    assert re.fullmatch(lines_of_the_page()["no form"], first) and "a given normal force" in first
+    assert re.fullmatch(lines_of_the_page()["failure"], second) and not Path("step.hdf5").exists()
+
+
 def test_no_figure_where_none_can_be_written_is_told_in_one_line(tmp_path, capsys):
     (tmp_path / "bouncing-ball.png").mkdir()
     assert main(["run", "bouncing-ball", "--t-end", "0.01", "--quiet"]) == 0
@@ -134,7 +143,7 @@ def test_no_figure_where_none_can_be_written_is_told_in_one_line(tmp_path, capsy
 
 def test_the_page_names_no_code_and_no_line_that_is_not_tested():
     tested = {kind for _, _, kind in ROWS if kind} | {
-        "interruption", "memory", "first use", "write", "no problem", "no figure",
+        "interruption", "memory", "first use", "write", "no problem", "no form", "no figure",
     }  # fmt: skip
     assert set(lines_of_the_page()) == tested
     assert codes_of_the_page() == {code for _, code, _ in ROWS} | {4, 130}

@@ -8,8 +8,12 @@ import pytest
 import nonsmooth as ns
 from models import SelfLockingRod, SlidingBlock
 from nonsmooth.cli import main
+from nonsmooth.contact_solvers.problem import check_problem
+from nonsmooth.laws import LAW_C, LAW_CODE, LAW_IMPACT, LAW_WIDTH, POLYNOMIAL, ImpactLaw
+from nonsmooth.output.fclib import read_fclib
 from nonsmooth.runs.failed_problem import FailedProblem
 from nonsmooth.studies.solve_files import solve_files
+from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL
 
 STEP = ns.MoreauJean(dt=1e-3)
 
@@ -124,3 +128,84 @@ def test_a_damaged_problem_is_refused(name, tmp_path):
         FailedProblem.load(path)
     (row,) = solve_files([path], "auto", 1e-8)
     assert row["status"] == "ERROR" and row["message"]
+
+
+# FCLIB: u = W r + q, rows (N, T) for each contact
+
+
+def made_problem(seed, *kinds, mu=0.4):
+    """A problem of contacts (kind, directions of friction) between bodies of random masses, with its solution."""
+    rng = np.random.default_rng(seed)
+    kinds = np.array(kinds)
+    start = np.concatenate([[0], np.cumsum(1 + kinds[:, 1])])
+    r = start[-1]
+    H = rng.normal(size=(r, r + 2))
+    laws = np.zeros((len(kinds), LAW_WIDTH))
+    laws[:, LAW_C] = mu * kinds[:, 1]
+    n = len(kinds)
+    modes = np.zeros(n, dtype=np.int64)
+    return FailedProblem(H @ H.T, rng.normal(size=r), np.zeros(r), start, kinds, laws, np.zeros(n), np.zeros((n, 2)),
+                         modes, modes.copy(), 1e-3, 0, "made")  # fmt: skip
+
+
+@pytest.mark.parametrize("kinds", [
+    [(UNILATERAL, 1)], [(UNILATERAL, 1), (UNILATERAL, 1)], [(UNILATERAL, 0), (UNILATERAL, 1)],
+    [(BILATERAL, 0), (UNILATERAL, 1)], [(UNILATERAL, 1), (BILATERAL, 0), (UNILATERAL, 0), (UNILATERAL, 1)],
+])  # fmt: skip
+def test_the_fclib_form_has_the_solution_of_the_step(kinds, tmp_path):
+    """W is positive definite and mu small: the solution is unique, and two solvers that share nothing find it. The
+    general one stops at an error of 1e-8 |q|, so P is known to 1e-8 |q| over the least eigenvalue of G."""
+    for seed in range(5):
+        problem = made_problem(seed, *kinds)
+        answer = problem.solve()
+        assert answer.status == ns.Status.FINISHED
+        form = read_fclib(problem.save(tmp_path / "step.hdf5"))
+        found = ns.solve_contact(form.G, form.c, form.mu, form.dim, solver="nsgs", tol=1e-8)
+        assert found.success and form.about == "made"
+        P = np.zeros((len(form.mu), 2))
+        unilateral = [k for k, (kind, _) in enumerate(kinds) if kind == UNILATERAL]
+        for i, k in enumerate(unilateral):
+            rows = slice(problem.start[k], problem.start[k + 1])
+            P[i, : kinds[k][1] + 1] = answer.P[rows]
+        assert check_problem(form.G, form.c, form.mu, form.dim).error(P.ravel()) < 1e-12
+        bound = 1e-8 * np.linalg.norm(form.c) / np.linalg.eigvalsh(problem.G)[0]
+        assert np.abs(found.P - P.ravel()).max() < 10 * bound
+
+
+def test_the_fclib_form_of_the_jammed_rod_is_its_problem_and_no_mode_solves_it(tmp_path, capsys):
+    """One contact: P = 0, stick and both slides, each from the two equations of its mode, leave the error that the
+    cone or the sign leaves; and the general solvers find nothing."""
+    failure = jammed()
+    path = failure.dump(tmp_path / "step.hdf5")
+    form = read_fclib(path)
+    assert np.array_equal(form.G.toarray(), failure.problem.G) and np.array_equal(form.c, failure.problem.c)
+    assert form.mu.tolist() == [1.0] and form.about == str(failure)
+    error = check_problem(form.G, form.c, form.mu, 2).error
+    G, c = failure.problem.G, failure.problem.c
+    slides = [np.array([1.0, -sign]) * -c[0] / (G[0] @ [1.0, -sign]) for sign in (-1.0, 1.0)]
+    for P in (np.zeros(2), np.linalg.solve(G, -c), *slides):
+        assert error(P) > 1e4 * 1e-8  # a solution has 1e-8
+    assert main(["solve", str(path)]) == 3
+    assert "fc2d" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("kinds", "law", "what"), [
+    ([(BILATERAL, 1)], {}, "friction of a bilateral contact"), ([(GIVEN_FORCE, 0)], {}, "a given normal force"),
+    ([(UNILATERAL, 1)], {LAW_CODE: POLYNOMIAL}, "friction that depends on the sliding speed"),
+    ([(UNILATERAL, 1)], {LAW_IMPACT: ImpactLaw.POISSON}, "another law of impact"),
+    ([(BILATERAL, 0)], {}, "bilateral contacts only"),
+])  # fmt: skip
+def test_what_fclib_has_no_place_for_is_refused_and_said(kinds, law, what, tmp_path):
+    problem = made_problem(0, *kinds)
+    for column, value in law.items():
+        problem.laws[:, column] = value
+    with pytest.raises(ns.InvalidInput, match=f"FCLIB has no place for {what}.*; write .npz"):
+        problem.save(tmp_path / "step.hdf5")
+    assert not list(tmp_path.iterdir())
+
+
+def test_bilateral_contacts_that_depend_on_one_another_are_not_eliminated(tmp_path):
+    problem = made_problem(0, (BILATERAL, 0), (BILATERAL, 0), (UNILATERAL, 1))
+    problem.G[:2, :2] = 1.0
+    with pytest.raises(ns.InvalidInput, match="depend on one another"):
+        problem.save(tmp_path / "step.hdf5")

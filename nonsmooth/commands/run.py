@@ -24,6 +24,7 @@ from nonsmooth.errors import InvalidInput, StepFailure
 from nonsmooth.files import FIGURE_ENDINGS
 
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
+PROBLEM_ENDINGS = (".npz", ".hdf5", ".h5")
 ANIMATION_ENDINGS = (".gif", ".webp")
 
 
@@ -53,8 +54,10 @@ def add_run(run: argparse.ArgumentParser) -> None:
         help="seconds between two states that are kept; 10 by default",
     )  # fmt: skip
     run.add_argument("--out", type=Path, metavar="FILE", help="save the solution (.npz or .h5)")
-    run.add_argument("--dump-failure", type=Path, metavar="FILE.npz",
-                     help="if a step fails, save its contact problem, which `nonsmooth solve` opens")  # fmt: skip
+    run.add_argument(
+        "--dump-failure", type=Path, metavar="FILE",
+        help="if a step fails, save its contact problem for `nonsmooth solve` (.npz, or FCLIB's .hdf5)",
+    )  # fmt: skip
     run.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL.png by default")
     run.add_argument("--no-plot", action="store_true", help="draw nothing")
     run.add_argument("--picture", type=Path, metavar="FILE", help="draw the scene at five instants")
@@ -71,7 +74,9 @@ def act_run(arguments: argparse.Namespace) -> int:
     require_writable(arguments.out, SOLUTION_ENDINGS)
     if arguments.out and arguments.out.suffix != ".npz":
         require_module("h5py", "io", ".h5 files")
-    require_writable(arguments.dump_failure, (".npz",))
+    require_writable(arguments.dump_failure, PROBLEM_ENDINGS)
+    if arguments.dump_failure and arguments.dump_failure.suffix != ".npz":
+        require_module("h5py", "io", "FCLIB files")
     require_writable(arguments.picture, FIGURE_ENDINGS)
     require_writable(arguments.animate, ANIMATION_ENDINGS)
     if arguments.picture or arguments.animate:
@@ -115,13 +120,22 @@ def simulate_model(model: Any, q0: Any, u0: Any, arguments: argparse.Namespace) 
         )  # fmt: skip
     except StepFailure as failure:
         solution = failure.solution
-        if arguments.dump_failure and failure.problem is None:
-            complain(f"{arguments.dump_failure} is not written: no contact problem was being solved")
-        elif arguments.dump_failure:
-            failure.dump(arguments.dump_failure)
+        if arguments.dump_failure:
+            dump(failure, arguments.dump_failure)
     if has_progress:
         print("\r\033[K", end="", file=sys.stderr, flush=True)
     return solution
+
+
+def dump(failure: StepFailure, path: Path) -> None:
+    """The contact problem of the step, or a line that says why it is not written."""
+    if failure.problem is None:
+        complain(f"{path} is not written: no contact problem was being solved")
+        return
+    try:
+        failure.dump(path)
+    except InvalidInput as reason:
+        complain(f"{path} is not written: {reason}")
 
 
 def report(solution: Any, arguments: argparse.Namespace, figure: Path | None) -> None:

@@ -48,6 +48,8 @@ class ContactProblem:
         Impulses stored with the problem [N s]; see ``note``.
     note : str
         What is known of the stored impulses.
+    about : str
+        What the problem is: the description in FCLIB's ``info``.
     """
 
     G: Any
@@ -56,6 +58,7 @@ class ContactProblem:
     dim: int
     P: np.ndarray | None = None
     note: str = ""
+    about: str = ""
 
     def __post_init__(self) -> None:
         from nonsmooth.contact_solvers.problem import check_problem
@@ -64,6 +67,7 @@ class ContactProblem:
         if self.P is not None:
             as_vector("P", self.P, n)
         as_instance("note", self.note, str, "a text")
+        as_instance("about", self.about, str, "a text")
 
     def local(self) -> ContactProblem:
         """This problem itself."""
@@ -226,7 +230,8 @@ def _read_local(group: Any, file: Any) -> ContactProblem:
             G = csr_array(G - V @ csc_array(solve(V.T.toarray())))
             c = c - V @ solve(s)
     P, note = _read_solution(file, G, c, vectors["mu"][()], dim)
-    return ContactProblem(G, c, vectors["mu"][()], dim, P, note)
+    about = group["info/description"].asstr()[()] if "info/description" in group else ""
+    return ContactProblem(G, c, vectors["mu"][()], dim, P, note, about)
 
 
 def _read_global(group: Any, file: Any) -> GlobalContactProblem:
@@ -314,6 +319,8 @@ def _fill(file: Any, problem: ContactProblem | GlobalContactProblem, matrix_form
         group = file.create_group("fclib_local")
         matrices = {"W": problem.G}
         vectors = {"q": problem.c, "mu": problem.mu}
+        if problem.about:
+            group["info/description"] = np.bytes_(problem.about.encode())  # of fixed length, as the C library reads it
     else:
         group = file.create_group("fclib_global")
         matrices = {"M": problem.M, "H": problem.H, "G": problem.G}

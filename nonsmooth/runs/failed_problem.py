@@ -25,9 +25,11 @@ from nonsmooth.files import DAMAGE, as_path, as_place, read_npz, whole_file
 from nonsmooth.integrators.moreau_jean_contact import Scratch, scratch_shapes, solve
 from nonsmooth.integrators.records import RESIDUAL, State, state_shapes
 from nonsmooth.jit import load_all
+from nonsmooth.output.fclib import FCLIB_ENDINGS, write_fclib
+from nonsmooth.runs.fclib_form import fclib_form
 
 SCHEMA, KIND = 1, "contact problem of a step"
-ENDINGS = (".npz",)
+ENDINGS = (".npz", *FCLIB_ENDINGS)
 ARRAYS = ("G", "c", "gamma_0", "start", "kinds", "laws", "N", "P_before", "mode_before", "slip_before")
 
 
@@ -106,13 +108,20 @@ class FailedProblem:
         return Answer(Status.FINISHED if is_solved else Status(status), work.P[:r].copy(), residual)
 
     def save(self, path: str | Path) -> Path:
-        """Write to .npz: plain arrays under their names, and one JSON text ``about``.
+        """Write to .npz: plain arrays under their names, and one JSON text ``about``; to .hdf5, .h5: FCLIB's form.
 
         Raises
         ------
-        InvalidInput, FileFailure
+        InvalidInput
+            For a place that cannot be written, and laws that FCLIB has no place for.
+        MissingExtra
+            For .hdf5 and .h5 where h5py is not installed.
+        FileFailure
         """
         path = as_place("path", path, ENDINGS)
+        if path.suffix in FCLIB_ENDINGS:
+            write_fclib(path, fclib_form(self))
+            return path
         about = {"schema": SCHEMA, "kind": KIND, "dt": self.dt, "selection": self.selection, "about": self.about}
         with whole_file(path) as part, part.open("wb") as file:
             np.savez(file, about=np.array(json.dumps(about)), **{name: getattr(self, name) for name in ARRAYS})
@@ -120,7 +129,7 @@ class FailedProblem:
 
     @classmethod
     def load(cls, path: str | Path) -> FailedProblem:
-        """Read what ``save`` wrote.
+        """Read what ``save`` wrote to .npz; FCLIB files are read by ``read_fclib``.
 
         Raises
         ------
