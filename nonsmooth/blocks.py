@@ -144,15 +144,18 @@ class _View(Kernel):
 
     @functools.cached_property
     def inlined(self) -> Any:
+        """What kernels call: the integer as a pointer of the block's type."""
         from numba.extending import intrinsic
 
         _numba_block_class()  # known to numba before it types the first kernel that views a block
 
         @intrinsic
         def view(typing_context, address, cls):  # type: ignore[no-untyped-def]
+            """The typing of ``view``: the class, a constant, decides the block."""
             block = _block_type(cls.instance_class)
 
             def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+                """The machine code: no instruction, a change of type."""
                 return builder.inttoptr(args[0], context.get_value_type(block))
 
             return block(address, cls), generate
@@ -172,14 +175,17 @@ class _Address(Kernel):
 
     @functools.cached_property
     def inlined(self) -> Any:
+        """What kernels call: the pointer as an integer."""
         from numba import types as nb
         from numba.extending import intrinsic
 
         def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            """The machine code: no instruction, a change of type."""
             return builder.ptrtoint(args[0], context.get_value_type(nb.int64))
 
         @intrinsic
         def address(typing_context, block):  # type: ignore[no-untyped-def]
+            """The typing of ``address``."""
             return nb.int64(block), generate
 
         return address
@@ -205,11 +211,14 @@ def _numba_block_class() -> type:
     from numba.np.arrayobj import make_array, populate_array
 
     class BlockType(nb.Type):
+        """The numba type of the blocks of one class."""
+
         def __init__(self, cls: type) -> None:
             self.cls = cls
             super().__init__(name=f"Block({cls.__module__}.{cls.__qualname__})")
 
         def field(self, name: str) -> Any:
+            """The numba type of a field: an array, or the type of a nested block."""
             kind = field_types(self.cls)[name]
             if isinstance(kind, tuple):
                 return nb.Array(getattr(nb, kind[0]), kind[1], "C")
@@ -217,18 +226,27 @@ def _numba_block_class() -> type:
 
     @register_model(BlockType)
     class BlockModel(models.PrimitiveModel):
+        """In machine code a block is the address of its table."""
+
         def __init__(self, manager: Any, block: Any) -> None:
             super().__init__(manager, block, ir.IntType(64).as_pointer())
 
     @infer_getattr
     class BlockAttribute(AttributeTemplate):
+        """The typing of ``block.field``."""
+
         key = BlockType
 
         def generic_resolve(self, block: Any, name: str) -> Any:
+            """The type of a field, or None for a name that the class does not have."""
             return block.field(name) if name in field_types(block.cls) else None
 
     @lower_getattr_generic(BlockType)
     def load_field(context: Any, builder: Any, block: Any, table: Any, name: str) -> Any:
+        """The machine code of ``block.field``: its words loaded from the table, as an array or as a nested block.
+
+        The table never changes, so a load may be moved out of a loop (``invariant.load``).
+        """
         field = block.field(name)
         first = FIELD_WORDS * list(field_types(block.cls)).index(name)
         words = [

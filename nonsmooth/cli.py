@@ -119,7 +119,7 @@ def act_list(arguments: argparse.Namespace) -> int:
     import inspect
 
     from nonsmooth.catalogue import load_model, model_entries
-    from nonsmooth.system import numeric_fields
+    from nonsmooth.parameters import numeric_fields
 
     for name in model_entries():
         try:

@@ -85,6 +85,7 @@ def _interpreted_model(system: System) -> Model:
     functions, unpack = system.functions, system.unpack
 
     def model(which: int, t: float, q: np.ndarray, u: np.ndarray, p: np.ndarray, out: np.ndarray) -> None:
+        """What a compiled model does, in Python: clear, unpack the parameters, call."""
         out[...] = 0.0
         if which in TAKES_U:
             functions[which](t, q, u, unpack(*p), out)

@@ -58,6 +58,7 @@ class InitialState:
 
     @property
     def is_admissible(self) -> bool:
+        """Whether there is nothing to say of it."""
         return not self.message
 
 

@@ -76,6 +76,7 @@ class Coulomb(FrictionLaw):
     code = CONSTANT
 
     def check(self, values: list[float]) -> None:
+        """Raise `InvalidInput` for coefficients that break a rule."""
         as_non_negative("mu", values[0])
 
 
@@ -88,6 +89,7 @@ class StaticKinetic(FrictionLaw):
     code = STATIC_KINETIC
 
     def check(self, values: list[float]) -> None:
+        """Raise `InvalidInput` for coefficients that break a rule."""
         as_non_negative("mu_k", values[1])
         as_non_negative("mu_s - mu_k", values[0] - values[1])
 
@@ -102,6 +104,7 @@ class Polynomial(FrictionLaw):
     code = POLYNOMIAL
 
     def check(self, values: list[float]) -> None:
+        """Raise `InvalidInput` for coefficients that break a rule."""
         as_non_negative("m0", values[0])
         super().check(values)
 
@@ -118,6 +121,7 @@ class Stribeck(FrictionLaw):
     code = STRIBECK
 
     def check(self, values: list[float]) -> None:
+        """Raise `InvalidInput` for coefficients that break a rule."""
         as_non_negative("mu_s", values[0])
         as_non_negative("mu_k", values[1])
         as_positive("v_s", values[2], "m/s")
@@ -136,6 +140,7 @@ class Smoothed(FrictionLaw):
     code = SMOOTHED
 
     def check(self, values: list[float]) -> None:
+        """Raise `InvalidInput` for coefficients that break a rule."""
         as_non_negative("m0", values[0])
         as_positive("r", values[1], "s/m")
         super().check(values)
@@ -149,6 +154,11 @@ def resolve(name: str, value: Coefficient, parameters: Mapping[str, float]) -> f
                               + nearest(value, parameters))  # fmt: skip
         return float(parameters[value])
     return as_number(name, value)
+
+
+def as_law(mu: Coefficient | FrictionLaw) -> FrictionLaw:
+    """The law itself, or that of a constant coefficient."""
+    return mu if isinstance(mu, FrictionLaw) else Coulomb(mu)
 
 
 def law_row(

@@ -147,6 +147,7 @@ class Stats:
         cls, state: records.State, wall_time: float, compile_time: float, dropped: int, is_compiled: bool,
         **adaptive: int,
     ) -> Stats:  # fmt: skip
+        """From the counters and the worst figures that a run left in its state."""
         counters, worst = state.counters, state.worst
         return cls(
             int(counters[records.STEPS]), int(counters[records.SOLVED]), int(counters[records.SKIPPED]),

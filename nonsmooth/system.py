@@ -17,13 +17,14 @@ import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_count, as_flag, as_fraction, as_instance, as_name, as_number
-from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
-from nonsmooth.laws import IMPACT_LAWS, LAW_WIDTH, Coefficient, Coulomb, FrictionLaw, law_row
+from nonsmooth.arrays import as_count, as_flag, as_fraction, as_instance, as_name
+from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.laws import IMPACT_LAWS, LAW_IMPACT, LAW_WIDTH, Coefficient, FrictionLaw, ImpactLaw, as_law, law_row
+from nonsmooth.parameters import changed, numeric_fields, parameter_tuple
 
 # The model functions, in the order of the ``which`` argument of the compiled model.
 MASS, FORCE, GAP, NORMAL, TANGENT, SURFACE_VELOCITY, GAP_RATE, ROW_RATES = range(8)
@@ -87,7 +88,7 @@ class Contact:
         for name, value in (("e_N", self.e_N), ("e_F", self.e_F)):
             if not isinstance(value, str):  # a name is resolved by the system that has the parameters
                 as_fraction(name, value)
-        self.law  # noqa: B018 - checks a friction coefficient that is a number
+        as_law(self.mu)
         as_flag("bilateral", self.bilateral)
         as_flag("normal_force", self.normal_force)
         if self.bilateral and self.normal_force:
@@ -97,14 +98,17 @@ class Contact:
 
     @property
     def law(self) -> FrictionLaw:
-        return self.mu if isinstance(self.mu, FrictionLaw) else Coulomb(self.mu)
+        """The friction law, made from whatever was given."""
+        return as_law(self.mu)
 
     @property
     def has_friction(self) -> bool:
+        """Whether the contact has tangential rows."""
         return not (isinstance(self.mu, int | float) and self.mu == 0)
 
     @property
     def kind(self) -> int:
+        """Unilateral, bilateral, or friction under a given normal force."""
         return BILATERAL if self.bilateral else GIVEN_FORCE if self.normal_force else UNILATERAL
 
 
@@ -199,8 +203,7 @@ class System:
         set_("contacts", tuple(contacts))
         set_("d", int(self.tangent is not None or any(contact.has_friction for contact in self.contacts)))
         _check_functions(self)
-        _check_impact_laws(self.contacts)
-        self.laws  # noqa: B018 - resolves the coefficients now, so that a wrong one is met here
+        _check_laws(self)
 
     def __getstate__(self) -> dict[str, Any]:
         """What was given: what was derived of it is made anew in another process."""
@@ -304,14 +307,14 @@ class System:
         return f"System({self.name or self.mass.__name__!r}, n_q={self.n_q}, n_c={self.n_c})"
 
 
-def _check_impact_laws(contacts: Sequence[Contact]) -> None:
-    """Impacts of several contacts at once are defined by Newton's law alone."""
-    for contact in contacts:
-        if contact.impact != "newton" and len(contacts) > 1:
-            raise InvalidInput(
-                f"impact = {contact.impact!r} needs a system with one contact, several at once follow Newton's law; "
-                f"got {len(contacts)} contacts"
-            )
+def _check_laws(system: System) -> None:
+    """Coefficients are in range, which ``laws`` sees to; several impacts at once follow Newton's law alone."""
+    others = np.flatnonzero(system.laws[:, LAW_IMPACT] != ImpactLaw.NEWTON)
+    if len(others) and system.n_c > 1:
+        raise InvalidInput(
+            f"impact = {system.contacts[others[0]].impact!r} needs a system with one contact, several at once follow "
+            f"Newton's law; got {system.n_c} contacts"
+        )
 
 
 def as_system(candidate: Any) -> System:
@@ -350,64 +353,11 @@ def _model_system(model: Any) -> System:
     return model.system()
 
 
-def numeric_fields(parameters: Any) -> dict[str, float]:
-    """The fields of a NamedTuple or dataclass whose values are numbers."""
-    if hasattr(parameters, "_asdict"):
-        values = parameters._asdict()
-    elif hasattr(parameters, "__dataclass_fields__"):
-        values = {name: getattr(parameters, name) for name in parameters.__dataclass_fields__}
-    elif isinstance(parameters, tuple) and not parameters:
-        values = {}
-    else:
-        raise InvalidInput(f"parameters must be a NamedTuple or a dataclass; got {type(parameters).__name__}")
-    numbers = {name: float(v) for name, v in values.items() if isinstance(v, int | float | np.number)}
-    for name, value in numbers.items():
-        if not np.isfinite(value):
-            raise InvalidInput(f"the parameter {name} must be finite; got {value}")
-    return numbers
-
-
-def changed(parameters: Any, changes: dict[str, Any]) -> Any:
-    """A NamedTuple or dataclass with some fields replaced; a field declared int takes whole numbers only.
-
-    Raises
-    ------
-    UnknownName
-        For a name that is no field; the message suggests the nearest.
-    InvalidInput
-        For a part of a whole.
-    """
-    is_tuple = hasattr(parameters, "_fields")
-    known = parameters._fields if is_tuple else tuple(getattr(parameters, "__dataclass_fields__", ()))
-    for name in changes:
-        if name not in known:
-            raise UnknownName(f"there is no parameter {name!r}; {nearest(name, known)}")
-        if name in numeric_fields(parameters):
-            as_number(f"the parameter {name}", changes[name])
-    values = dict(changes)
-    for name in whole_fields(parameters) & values.keys():
-        if values[name] != int(values[name]):
-            raise InvalidInput(f"the parameter {name} must be a whole number; got {values[name]:g}")
-        values[name] = int(values[name])
-    return parameters._replace(**values) if is_tuple else replace(parameters, **values)
-
-
-def whole_fields(parameters: Any) -> set[str]:
-    """The fields of a dataclass that are declared int: numbers of parts, not quantities."""
-    fields = getattr(parameters, "__dataclass_fields__", {})
-    return {name for name, field in fields.items() if field.type in (int, "int")}
-
-
 def with_values(model: Any, changes: dict[str, Any]) -> Any:
     """A model or system with some parameters changed."""
     if not changes:
         return model
     return model.with_parameters(**changes) if isinstance(model, System) else changed(model, changes)
-
-
-@functools.cache
-def parameter_tuple(names: tuple[str, ...]) -> Callable:
-    return NamedTuple("Parameters", [(name, float) for name in names])  # type: ignore[misc,return-value]
 
 
 @functools.cache

@@ -40,6 +40,7 @@ class Parser(argparse.ArgumentParser):
     """A parser that refuses in one line instead of ten."""
 
     def error(self, message: str) -> NoReturn:
+        """One line that names the help, in place of the whole usage."""
         self.exit(BAD_INPUT, f"{self.prog}: {message}; see {self.prog} --help\n")
 
 
@@ -57,7 +58,7 @@ def require_module(module: str, extra: str, what: str) -> None:
 
 def build_model(model: Any, changes: dict[str, float]) -> Any:
     """The model with its defaults changed; a field declared int takes whole numbers."""
-    from nonsmooth.system import changed
+    from nonsmooth.parameters import changed
 
     return changed(model(), changes)
 

@@ -55,7 +55,8 @@ class Solver(Protocol):
     """A frozen options object that improves an iterate of a scaled problem."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """The name in ``SOLVERS``."""
 
     def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
         """The best iterate found, starting from P, and the iterations it took."""

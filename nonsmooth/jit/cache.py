@@ -60,23 +60,33 @@ def _stamped_cache(function: Callable, stamp: str) -> Any:
     directory = directory_of(stamp)
 
     class Locator(caching._CacheLocator):
+        """Where one function is kept, and what makes it stale."""
+
         def get_cache_path(self) -> str:
+            """The folder."""
             return str(directory)
 
         def get_source_stamp(self) -> str:
+            """What must be equal for the kept code to be taken."""
             return stamp
 
         def get_disambiguator(self) -> str:
+            """The part of the file's name that tells functions of one name apart."""
             return stamp[16:24]
 
         @classmethod
         def from_function(cls, py_func: Callable, py_file: str) -> Locator:
+            """The locator of any function."""
             return cls()
 
     class Implementation(caching.CompileResultCacheImpl):
+        """Numba's own form of results, in our place."""
+
         _locator_classes = [Locator]
 
     class Cache(caching.FunctionCache):
+        """Numba's own cache, with our locator."""
+
         _impl_class = Implementation
 
     try:

@@ -25,10 +25,14 @@ def compiler(kind: str, short_loops: bool = False) -> type:
     from numba.core.compiler import Compiler
 
     class NoEnvironment:
+        """In place of numba's environments, the globals of functions that run by themselves."""
+
         def set_env(self, name: str, env: Any) -> None:
             """Nothing to set: an inner kernel never runs by itself."""
 
     class InnerLibrary(JITCodeLibrary):
+        """Intermediate code only, for the entry points that call it."""
+
         codegen = NoEnvironment()
 
         def _optimize_final_module(self) -> None:
@@ -39,16 +43,22 @@ def compiler(kind: str, short_loops: bool = False) -> type:
             self._finalized = True
 
         def get_pointer_to_function(self, name: str) -> int:
+            """There is no machine code to point to."""
             return 0
 
     class RareLibrary(InnerLibrary):
+        """Intermediate code that is never inlined."""
+
         def add_llvm_module(self, module: Any) -> None:
+            """Mark the functions of a module, and take it in."""
             for function in module.functions:
                 if not function.is_declaration:
                     function.add_function_attribute("noinline")
             super().add_llvm_module(module)
 
     class EntryLibrary(JITCodeLibrary):
+        """Machine code in which all but the rare kernels are inlined."""
+
         def _optimize_final_module(self) -> None:
             for function in self._final_module.functions:
                 if not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr:
@@ -65,12 +75,15 @@ def compiler(kind: str, short_loops: bool = False) -> type:
     libraries: dict[str, Any] = {"inner": InnerLibrary, "rare": RareLibrary, "entry": EntryLibrary}
 
     class KernelCompiler(Compiler):
+        """Numba's compiler with the library of this kind."""
+
         def __init__(self, typingctx: Any, targetctx: Any, _: Any, *rest: Any) -> None:
             library = libraries[kind](targetctx.codegen(), "kernel")
             library.enable_object_caching()
             super().__init__(typingctx, targetctx, library, *rest)
 
         def compile_extra(self, function: Callable) -> Any:
+            """Compile with the two shortcuts below."""
             with _no_negative_indices(), _known_calls():
                 return super().compile_extra(function)
 
@@ -87,6 +100,7 @@ def _no_negative_indices() -> Iterator[None]:
     before = arrayobj.fix_integer_index
 
     def index(context: Any, builder: Any, kind: Any, value: Any, size: Any) -> Any:
+        """The index as it is."""
         return context.cast(builder, value, kind, nb.intp)
 
     arrayobj.fix_integer_index = index
@@ -106,6 +120,7 @@ def _known_calls() -> Iterator[None]:
     before = operation.get_call_type
 
     def resolve(self: Any, context: Any, args: Any, keywords: Any) -> Any:
+        """What is known, else numba's own answer."""
         if keywords:
             return before(self, context, args, keywords)
         if (self, args) not in _resolved_calls:

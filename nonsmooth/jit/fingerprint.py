@@ -60,6 +60,7 @@ def _type_identity(cls: type) -> bytes:
 
 
 def names_of(code: types.CodeType) -> Iterator[str]:
+    """The globals and attributes that code reads, with the functions in it."""
     yield from code.co_names
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):

@@ -130,6 +130,7 @@ def _external(kernel: Kernel) -> Any:
     symbol = kernel.slot_symbol()
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        """The machine code: load the slot, and call what it points to."""
         given = cgutils.unpack_tuple(builder, args[0])
         values = [
             context.cast(builder, value, kind, wanted)
@@ -146,6 +147,7 @@ def _external(kernel: Kernel) -> Any:
 
     @intrinsic
     def call(typing_context, *args):  # type: ignore[no-untyped-def]
+        """The typing of the call: that of the entry point's signature."""
         from numba import types as nb
 
         return result(nb.StarArgTuple.from_types(args)), generate
@@ -165,12 +167,14 @@ class Callback(Kernel):
 
     @functools.cached_property
     def callee(self) -> Any:  # type: ignore[override]
+        """What other kernels call: a call of the address, by the fixed signature."""
         from numba.core import cgutils, sigutils
         from numba.extending import intrinsic
 
         arguments, result = sigutils.normalize_signature(self.signature)
 
         def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            """The machine code: the integer as a pointer to a function, and its call."""
             pointer, *given = cgutils.unpack_tuple(builder, args[0])
             convention = context.call_conv
             function = builder.inttoptr(pointer, convention.get_function_type(result, arguments).as_pointer())
@@ -179,6 +183,7 @@ class Callback(Kernel):
 
         @intrinsic
         def call(typing_context, *args):  # type: ignore[no-untyped-def]
+            """The typing of the call: an address, then the arguments of the signature."""
             from numba import types as nb
 
             return result(nb.StarArgTuple.from_types(args)), generate
@@ -218,6 +223,7 @@ def rebind(function: Callable, replace: Callable[[Kernel], Callable]) -> Callabl
 
 
 def with_globals(function: Callable, scope: dict[str, Any]) -> Callable:
+    """Copy a function, to read its globals from ``scope``."""
     copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, function.__closure__)
     copy.__module__ = function.__module__
     copy.__qualname__ = function.__qualname__

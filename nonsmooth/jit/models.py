@@ -135,6 +135,7 @@ def _view(shape: tuple[int, ...], cleared: bool = False) -> Any:
         strides[axis] = strides[axis + 1] * shape[axis + 1]
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        """The machine code: an array without an owner on the pointer's memory, which is cleared where it is written."""
         view = make_array(array)(context, builder)
         if cleared:
             cgutils.memset(builder, args[0], context.get_constant(nb.intp, 8 * math.prod(shape)), 0)
@@ -150,6 +151,7 @@ def _view(shape: tuple[int, ...], cleared: bool = False) -> Any:
 
     @intrinsic
     def view(typing_context, pointer):  # type: ignore[no-untyped-def]
+        """The typing of the view: a C array of the fixed number of axes."""
         return array(pointer), generate
 
     return view
@@ -168,6 +170,7 @@ class _CallModel(Kernel):
 
     @functools.cached_property
     def inlined(self) -> Any:
+        """What kernels call: a call of the model's address, whose status becomes the answer."""
         from numba import types as nb
         from numba.core import cgutils
         from numba.extending import intrinsic
@@ -176,6 +179,7 @@ class _CallModel(Kernel):
         argument_types = [nb.int64, nb.float64, pointer, pointer, pointer, pointer]
 
         def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            """The machine code: the data of each array by its address, and whether the function raised."""
             address, which, t, *arrays = args
             data = [
                 cgutils.create_struct_proxy(kind)(context, builder, value=array).data
@@ -189,6 +193,7 @@ class _CallModel(Kernel):
 
         @intrinsic
         def call_model(typing_context, model, which, t, q, u, p, out):  # type: ignore[no-untyped-def]
+            """The typing of the call."""
             return nb.boolean(nb.int64, nb.int64, nb.float64, q, u, p, out), generate
 
         return call_model

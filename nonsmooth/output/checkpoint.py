@@ -154,6 +154,7 @@ class Checkpoint:
             self._records.write(self.n_records, record)
 
     def close(self) -> None:
+        """Close the two arrays; what they hold stays."""
         self._files.close()
 
     @contextmanager

@@ -51,6 +51,7 @@ class GrowingArray:
         os.fsync(self._file.fileno())
 
     def close(self) -> None:
+        """Close the file."""
         self._file.close()
 
     def _put(self, place: int, data: bytes) -> None:

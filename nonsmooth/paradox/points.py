@@ -23,7 +23,8 @@ from nonsmooth.laws import LAW_C, LAW_E_F, LAW_E_N, LAW_WIDTH
 from nonsmooth.paradox.forces import KEPT, Forces, Outcome, forces_shapes
 from nonsmooth.paradox.search import NATURAL, PARAMETER, VARIABLE, Table, search_points
 from nonsmooth.paradox.state_problem import ENTRY_POINTS, decide_redundant
-from nonsmooth.system import System, as_system, parameter_tuple, with_values
+from nonsmooth.parameters import parameter_tuple
+from nonsmooth.system import System, as_system, with_values
 
 
 @dataclass(frozen=True, eq=False)

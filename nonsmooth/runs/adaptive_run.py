@@ -149,6 +149,7 @@ class AdaptiveRun(Run):
 
     @property
     def blocks(self) -> tuple[Any, ...]:
+        """The blocks as the loop takes them: addresses, or arrays in the interpreter."""
         blocks = (self.state_block, self.trail_block, self.scratch_block)
         return tuple(block.address if self.model.is_compiled else block.arrays for block in blocks)
 

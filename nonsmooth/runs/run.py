@@ -214,6 +214,7 @@ class Run:
 
     @property
     def blocks(self) -> tuple[Any, ...]:
+        """The blocks as the loop takes them: addresses, or arrays in the interpreter."""
         blocks = (self.state_block, self.record_block, self.scratch_block)
         return tuple(block.address if self.model.is_compiled else block.arrays for block in blocks)
 
@@ -313,6 +314,7 @@ class Run:
         return [(t + part * dt, q + part * dt * u, u) for part in (0.0, 0.5, 1.0)]
 
     def failure(self, solution: Solution) -> StepFailure:
+        """The exception of a run that did not end well."""
         kind = FAILURES.get(self.status, StepFailure)
         error = kind(solution.message, solution, self._time(), self._failed_problem(solution.message))
         error.__cause__ = self.stop.cause if self.stop is not None else getattr(self, "cause", None)

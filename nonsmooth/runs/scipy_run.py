@@ -39,6 +39,7 @@ class ScipyRun(AdaptiveRun):
     known: tuple[Any, np.ndarray] = (None, np.zeros(0))  # the state of the last event functions, and their values
 
     def look_for(self, events: Sequence[Callable]) -> None:
+        """Refuse: the motion within the steps, which events need, is not kept."""
         raise InvalidInput(
             f"events of the user need the motion within the steps, which method={self.integrator.method!r} does not "
             "keep; take method='compiled'"

@@ -149,6 +149,7 @@ class Linearisation:
 
     @property
     def is_unstable(self) -> bool:
+        """Whether a small disturbance grows."""
         return self.verdict > Verdict.MARGINAL
 
     @cached_property

@@ -79,6 +79,7 @@ class Plan:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """Those of the axes, in order."""
         return tuple(axis.name for axis in self.axes)
 
     @property

@@ -21,7 +21,8 @@ import numpy as np
 
 from nonsmooth.arrays import as_instance
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
-from nonsmooth.system import System, as_system, numeric_fields
+from nonsmooth.parameters import numeric_fields
+from nonsmooth.system import System, as_system
 
 Columns = Mapping[str, np.ndarray]
 COMPONENT = re.compile(r"([qu])0\[(\d+)\]")
@@ -39,6 +40,7 @@ class Parts:
 
     @property
     def length(self) -> int:
+        """Cells along the axis: the length of the longest column."""
         return max(len(values) for part in vars(self).values() for values in part.values())
 
 

@@ -262,6 +262,7 @@ class BlockEngine:
         ]
 
         def call(first: int, last: int, is_retry: bool) -> None:
+            """Run the cells from one to another."""
             with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite is found by the loop itself
                 self.kernel(
                     self.model.handle, self.has, system.kinds, self.options, grid.t, grid.dts, grid.steps, self.window,
@@ -276,4 +277,5 @@ class BlockEngine:
 
     @functools.cached_property
     def kernel(self) -> Any:
+        """The loop over cells: compiled, or its source."""
         return run_cells.dispatcher if self.model.is_compiled else interpreted(run_cells)

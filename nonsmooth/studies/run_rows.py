@@ -19,8 +19,9 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.laws import law_row
+from nonsmooth.parameters import whole_fields
 from nonsmooth.studies.axis_names import Columns, Parts
-from nonsmooth.system import System, as_system, whole_fields, with_values
+from nonsmooth.system import System, as_system, with_values
 
 Failures = Callable[[np.ndarray, Exception], None]  # takes the numbers of cells and what went wrong in them
 ROWS_KEPT = 20_000  # rules and starts of a model: those of an axis of a grid come back in every batch

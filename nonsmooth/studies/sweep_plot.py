@@ -91,8 +91,9 @@ def panels_of(found: xarray.Dataset, name: str, axes: list[str]) -> dict[str, np
     unit = column.attrs.get("units", "")
     panels = {}
     for place in np.ndindex(*(found.sizes[dim] for dim in further)):
-        entry = column.isel(dict(zip(further, place, strict=True)))
-        labels = [str(entry[dim].values) if dim in entry.coords else f"{dim} {k}" for dim, k in zip(further, place)]  # noqa: B905
+        where = dict(zip(further, place, strict=True))
+        entry = column.isel(where)
+        labels = [str(entry[dim].values) if dim in entry.coords else f"{dim} {k}" for dim, k in where.items()]
         own = str(entry.coords["coordinate_unit"].values) if "coordinate_unit" in entry.coords else ""
         of = f" of {', '.join(labels)}" if labels and max(found.sizes[dim] for dim in further) > 1 else ""
         panels[f"{name}{of} [{unit.replace(OF_COORDINATE, own) or '-'}]"] = entry.transpose(*axes).values

@@ -92,7 +92,7 @@ def belt(**parameters):
         reference = Reference()
         t, y = 0.0, np.zeros(2)
         while t < t_end:
-            slides_back = lambda t, y: [y[1], (N * model.friction(vb - y[1]) - k * y[0] - c * y[1]) / model.m]  # noqa: E731
+            slides_back = lambda t, y: [y[1], (N * model.friction(vb - y[1]) - k * y[0] - c * y[1]) / model.m]
             t, y = reference.add(slides_back, t, t_end, y, catches(vb))
             if t < t_end:  # stuck until the spring and the damper overcome the friction
                 t, y = reference.add(lambda t, y: [vb, 0.0], t, t_end, [y[0], vb],
@@ -120,7 +120,7 @@ def rocking(t_end):
     reference, sides, left = Reference(), [], [0.0]
     t, y, side = 0.0, np.array([abs(q0[2]), 0.0]), math.copysign(1.0, q0[2])
     while t < t_end and abs(y[1]) + y[0] > 1e-9:
-        lands = lambda t, y: y[0]  # noqa: E731
+        lands = lambda t, y: y[0]
         lands.direction = -1.0
         sides.append((t, side))
         t, y = reference.add(lambda t, y: [y[1], -9.81 * r / inertia * math.sin(alpha - y[0])], t, t_end, y, lands)

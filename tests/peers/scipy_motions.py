@@ -73,14 +73,14 @@ def ball(problem, p, rtol):
 
 
 def pendulum(problem, p, rtol):
-    rates = lambda t, y: [y[1], -p.g / p.l * math.sin(y[0])]  # noqa: E731
+    rates = lambda t, y: [y[1], -p.g / p.l * math.sin(y[0])]
     return bouncing(problem, rtol, rates, lambda q: p.l * (math.sin(q) - math.sin(p.th_w)), p.e, lambda v: False)
 
 
 def block(problem, p, rtol):
     pieces = Pieces(problem, rtol)
     t_0, q0, u0 = problem.start
-    rates = lambda t, y: [y[2], 0.0, -p.mu * p.g, 0.0]  # noqa: E731
+    rates = lambda t, y: [y[2], 0.0, -p.mu * p.g, 0.0]
     t, y, _ = pieces.add(rates, t_0, [*q0, *u0], [falling(lambda t, y: y[2])])
     pieces.rest(t, y[:2])
     return pieces.result()
