@@ -7,9 +7,10 @@ here. What is not installed is left out.
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import json
 import subprocess
+import sys
+import types
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from nonsmooth.studies.reference import Problem
 from nonsmooth.studies.work_precision import Trial
 
 FOLDER = Path(__file__).parents[2] / "tests" / "peers"
+PACKAGE = "nonsmooth_peers"  # the name under which the folder is imported
 STEPS = tuple(10.0 ** (-0.5 * k) for k in range(4, 10))  # of the span: 1e-2 to 3e-5
 TOLERANCES = tuple(10.0**-k for k in range(3, 13))
 
@@ -32,12 +34,12 @@ def peers() -> dict[str, Any]:
     if interpreter() is not None and (FOLDER / "siconos_motions.py").is_file():
         found["Siconos"] = Siconos()
         found["Siconos, events"] = Siconos(has_events=True)
-    for label, file, package, settings in (
-        ("SciPy", "scipy_motions.py", "scipy", TOLERANCES),
-        ("MuJoCo", "mujoco_motions.py", "mujoco", STEPS),
+    for label, module, package, settings in (
+        ("SciPy", "scipy_motions", "scipy", TOLERANCES),
+        ("MuJoCo", "mujoco_motions", "mujoco", STEPS),
     ):
-        if (FOLDER / file).is_file() and imports(package):
-            found[label] = InProcess(adapter(FOLDER / file), settings, is_step=label == "MuJoCo")
+        if (FOLDER / f"{module}.py").is_file() and imports(package):
+            found[label] = InProcess(adapter(module), settings, is_step=label == "MuJoCo")
     return found
 
 
@@ -50,13 +52,11 @@ def imports(package: str) -> bool:
     return True
 
 
-def adapter(path: Path) -> Any:
-    """The module in a file."""
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def adapter(name: str) -> Any:
+    """A module of the folder, which need not be on the path."""
+    folder = sys.modules.setdefault(PACKAGE, types.ModuleType(PACKAGE))
+    folder.__path__ = [str(FOLDER)]
+    return importlib.import_module(f"{PACKAGE}.{name}")
 
 
 class InProcess:
