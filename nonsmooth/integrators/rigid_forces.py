@@ -3,7 +3,7 @@
 Event functions end a mode:
 
     CLOSURE     g_N of an open contact, la_N of a closed one (unilateral)
-    FRICTION    s gamma_F of sliding; mu |la_N| - |la_F| of sticking
+    FRICTION    s gamma_F of sliding, unless mu = 0; mu |la_N| - |la_F| of sticking
     SIGN        sigma la_N of a bilateral contact that slides
     REGULAR     det A over that without friction, one for all: a slide whose p falls to zero has lost its force
                 (Génot–Brogliato point)
@@ -24,13 +24,14 @@ from nonsmooth.integrators.radau_stages import EPS, RATES
 from nonsmooth.integrators.rigid_modes import (
     CLOSURE,
     DETERMINANT,
+    DISTINCT,
     FRICTION,
     HAS,
+    IS_ADMISSIBLE,
+    IS_SHARED,
     N_FUNCTIONS,
     N_U,
-    REDUNDANT,
     RTOL,
-    SHIFT,
     SIGN,
     SINGULAR_SLIDE,
     RigidContacts,
@@ -44,7 +45,7 @@ from nonsmooth.integrators.rigid_modes import (
 )
 from nonsmooth.integrators.rigid_redundant import share_load
 from nonsmooth.jit import call_model, kernel
-from nonsmooth.laws import static_coefficient
+from nonsmooth.laws import depends_on_speed, static_coefficient
 from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
 # An event function that falls at once falls to this, which no slope is measured from, and it is its own tolerance with
@@ -102,13 +103,14 @@ def rigid_events(model, p, contacts_at, t, x, out):
             out[e + m] = 1.0
             out[E + e + m] = 0.0
         kind, mode = contacts.kinds[i, 0], contacts.mode[i]
-        force = contacts.numbers[RTOL] * contacts.size[i] if contacts.facts[REDUNDANT] == 0 else BROKEN
+        force = contacts.numbers[RTOL] * contacts.size[i] if contacts.facts[IS_SHARED] == 0 else BROKEN
         if kind == UNILATERAL:
             out[e + CLOSURE] = work.g_N[i] if mode == ContactMode.OPEN else of_load(la[i, 0], contacts)
             out[E + e + CLOSURE] = length if mode == ContactMode.OPEN else force
         if mode == ContactMode.SLIDE:
-            out[e + FRICTION] = contacts.slip[i] * contacts.gamma[i, 1]
-            out[E + e + FRICTION] = speed
+            if contacts.ratio[i] != 0.0 or depends_on_speed(contacts.laws, i):
+                out[e + FRICTION] = contacts.slip[i] * contacts.gamma[i, 1]
+                out[E + e + FRICTION] = speed
             if kind == BILATERAL:
                 out[e + SIGN] = of_load(contacts.sign[i] * la[i, 0], contacts)
                 out[E + e + SIGN] = force
@@ -124,9 +126,9 @@ def rigid_events(model, p, contacts_at, t, x, out):
 @kernel
 def of_load(value, contacts):
     """The event function of a force: of redundant contacts it falls at once where no share is admissible any more."""
-    if contacts.facts[REDUNDANT] == 0:
+    if contacts.facts[IS_SHARED] == 0:
         return value
-    return 1.0 if contacts.facts[REDUNDANT] == 1 or value >= 0.0 else BROKEN
+    return 1.0 if contacts.facts[IS_ADMISSIBLE] == 1 or value >= 0.0 else BROKEN
 
 
 @kernel
@@ -142,7 +144,7 @@ def forces_in_modes(n_k, contacts):
     work, facts, kinds, la = contacts.work, contacts.facts, contacts.kinds, contacts.la
     n, n_c = facts[N_U], kinds.shape[0]
     contacts.numbers[DETERMINANT] = 1.0
-    facts[REDUNDANT] = 0
+    facts[IS_SHARED], facts[IS_ADMISSIBLE] = 0, 0
     for i in range(n_c):
         la[i, 0], la[i, 1] = 0.0, 0.0
     if n_k == 0:
@@ -157,12 +159,10 @@ def forces_in_modes(n_k, contacts):
             i = work.closed[k]
             if kinds[i, 0] == GIVEN_FORCE:
                 contacts.b[e] -= work.G[a, work.start[k]] * la[i, 1]
-    factorise_both(n_k, m, contacts)
+    smallest = factorise_both(n_k, m, contacts)
     solve_equations(m, contacts)
-    if contacts.numbers[SHIFT] != 0.0:
-        outcome = share_load(n, m, address(contacts))
-        if outcome >= 0:
-            facts[REDUNDANT] = 2 - outcome
+    if smallest < DISTINCT and m > 1:
+        share_load(n, m, address(contacts))
     for e in range(m):
         i = contacts.contact[e]
         la[i, contacts.part[e]] = contacts.z[e]

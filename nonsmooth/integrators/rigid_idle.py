@@ -11,7 +11,7 @@ from __future__ import annotations
 from nonsmooth.contact_solvers.modes import SAME_MOTION
 from nonsmooth.errors import Status
 from nonsmooth.integrators.rigid_forces import forces_in_modes
-from nonsmooth.integrators.rigid_modes import REDUNDANT, problem_of_closed
+from nonsmooth.integrators.rigid_modes import IS_ADMISSIBLE, problem_of_closed
 from nonsmooth.jit import kernel
 from nonsmooth.system import UNILATERAL, ContactMode
 
@@ -67,8 +67,8 @@ def close(i, slip, contacts):
 
 @kernel
 def may_share(model, p, t, contacts):
-    """Whether the contacts are redundant in their modes, and admissible forces go with them."""
+    """Whether the contacts are redundant in their modes, or nearly so, and admissible forces go with them."""
     status, n_k = problem_of_closed(model, p, t, contacts)
     if status == Status.RUNNING:
         status = forces_in_modes(n_k, contacts)
-    return status == Status.RUNNING and contacts.facts[REDUNDANT] == 1
+    return status == Status.RUNNING and contacts.facts[IS_ADMISSIBLE] == 1

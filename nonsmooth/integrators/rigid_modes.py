@@ -21,6 +21,7 @@ docs/theory/event_driven.md.
 from __future__ import annotations
 
 import functools
+import math
 from typing import NamedTuple
 
 from nonsmooth.acceleration_problem import IMPLICIT, acceleration_problem
@@ -34,9 +35,9 @@ from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_WIDTH, friction_coefficient
 from nonsmooth.system import GIVEN_FORCE, ContactMode
 
-# facts; EVENT is the event that waits to be handled, REDUNDANT whether the contacts that hold are, and so share a load:
-# 0 no, 1 yes, 2 yes and no admissible load keeps the modes
-HAS, N_U, SELECTION, EVENT, REDUNDANT = range(5)
+# facts; EVENT is the event that waits to be handled; IS_SHARED: 1 where contacts are redundant, so that no single force
+# is known; IS_ADMISSIBLE: 1 where contacts are redundant, or nearly so, and admissible forces go with their modes
+HAS, N_U, SELECTION, EVENT, IS_SHARED, IS_ADMISSIBLE = range(6)
 # numbers of the run: tolerances; det A over that without friction, and the shift of its diagonal where contacts are
 # redundant; the time that the shortest flight lasts which has just begun; the largest gap of a closed contact
 ATOL, RTOL, DETERMINANT, SHIFT, FLIGHT, DRIFT = range(6)
@@ -51,6 +52,7 @@ SINGULAR_SLIDE = 1e-9
 NEARLY_SINGULAR = 1e-3  # below it a step that vanishes has come to such a point: the force grows without bound there
 REGULARISATION = 1e-10  # of the trace: makes redundant contacts share their load
 REFINEMENTS = 3
+DISTINCT = 1e-6  # smallest pivot of A, squared sine of the angle between two rows, that leaves ten digits of the forces
 
 
 class Redundant(NamedTuple):
@@ -69,7 +71,7 @@ class RigidContacts(NamedTuple):
     """The contacts of a run. n = n_u, c = n_c, r = rows."""
 
     work: Work
-    facts: Integers  # (5,)
+    facts: Integers  # (6,)
     numbers: Vector  # (6,)
     kinds: IntegerTable  # (c, 2)
     laws: Matrix  # (c, LAW_WIDTH)
@@ -101,7 +103,7 @@ def contacts_shapes(n: int, n_c: int, d: int) -> tuple:
     """Shapes of ``RigidContacts``."""
     r = max(1, n_c * (1 + d))
     return frozen({
-        "work": work_shapes(n, n_c, d), "facts": (5,), "numbers": (6,), "kinds": (n_c, 2), "laws": (n_c, LAW_WIDTH),
+        "work": work_shapes(n, n_c, d), "facts": (6,), "numbers": (6,), "kinds": (n_c, 2), "laws": (n_c, LAW_WIDTH),
         **dict.fromkeys(("mode", "slip", "sign", "size", "ratio"), (n_c,)), "q": (n,), "u": (n,), "la": (n_c, 2),
         "gamma": (n_c, 2), "rates": (4, r), "A": (r, r), "factor": (r, r),
         **dict.fromkeys(("row", "contact", "part", "order", "b", "z", "left", "sum"), (r,)),
@@ -209,7 +211,7 @@ def list_equations(n_k, contacts):
 
 @kernel
 def factorise_both(n_k, m, contacts):
-    """``factorise`` with friction, and the determinant over that without; 1 where nothing slides."""
+    """``factorise`` with friction, and return as it does, with the determinant over that without (1 if none slides)."""
     slides = False
     for k in range(n_k):
         slides = slides or contacts.mode[contacts.work.closed[k]] == ContactMode.SLIDE
@@ -217,15 +219,16 @@ def factorise_both(n_k, m, contacts):
     if slides:
         factorise(m, False, contacts)
         frictionless = contacts.numbers[DETERMINANT]
-    factorise(m, True, contacts)
+    smallest = factorise(m, True, contacts)
     contacts.numbers[DETERMINANT] = contacts.numbers[DETERMINANT] / frictionless if slides else 1.0
+    return smallest
 
 
 @kernel
 def factorise(m, with_friction, contacts):
     """LU factors of A, of A + shift where contacts are redundant; with_friction adds the columns of sliding friction.
 
-    Leaves the determinant and the shift in numbers.
+    Leaves the determinant and the shift in numbers; returns the smallest pivot over the largest entry, 0 if singular.
     """
     work, A, factor, row = contacts.work, contacts.A, contacts.factor, contacts.row
     scale, trace = 1.0, 0.0
@@ -241,12 +244,14 @@ def factorise(m, with_friction, contacts):
         trace += work.G[row[f], row[f]]
     contacts.numbers[SHIFT] = 0.0
     if lu(m, factor, contacts.order):
-        determinant = 1.0
+        determinant, smallest, largest = 1.0, math.inf, 0.0
         for e in range(m):
             determinant *= abs(factor[e, e])
+            smallest = min(smallest, abs(factor[e, e]))
+            largest = max(largest, work.G[row[e], row[e]])
         is_positive = determinant_is_positive(m, factor, contacts.order, contacts.sum)
         contacts.numbers[DETERMINANT] = determinant / scale if is_positive else -determinant / scale
-        return
+        return smallest / largest
     shift = REGULARISATION * trace
     for e in range(m):
         for f in range(m):
@@ -255,6 +260,7 @@ def factorise(m, with_friction, contacts):
     lu(m, factor, contacts.order)
     contacts.numbers[SHIFT] = shift
     contacts.numbers[DETERMINANT] = 1.0
+    return 0.0
 
 
 @kernel

@@ -19,27 +19,28 @@ from __future__ import annotations
 from nonsmooth.blocks import view
 from nonsmooth.contact_solvers.redundant import eliminate_completely, impulse_inequality, least_admissible
 from nonsmooth.contact_solvers.single import BOUNDARY
-from nonsmooth.integrators.rigid_modes import RigidContacts
+from nonsmooth.integrators.radau_stages import EPS
+from nonsmooth.integrators.rigid_modes import IS_ADMISSIBLE, IS_SHARED, RigidContacts
 from nonsmooth.jit import kernel
 from nonsmooth.laws import static_coefficient
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
-DEPENDENT = 1e-10  # of its length: what is left of a row that depends on others
+# What is left of a row that depends on others, over its length. Between the two bounds a row is dependent if it asks
+# for what the others give, to rounding: of the loads it would say that rounding over the square of what is left.
+DEPENDENT, NEARLY_DEPENDENT = 1e-10, 1e-6
+ROUNDINGS = 100.0  # units of rounding
 CONSISTENT = 1e-7  # of the sizes of its terms: what a dependent row may lack
 
 
-@kernel("int64(int64, int64, int64)", short_loops=True)
+@kernel("void(int64, int64, int64)", short_loops=True)
 def share_load(n, m, contacts_at):
     """Overwrite contacts.z by the admissible forces of least squares of the m equations, or where there are none by the
-    least forces of all.
-
-    Returns whether they are admissible; -1 if there is no room for so many contacts, and z stays.
-    """
+    least forces of all, and say which in the facts; of more contacts than there is room for, z stays."""
     contacts = view(contacts_at, RigidContacts)
     planar = contacts.redundant.planar
     family = planar.family
     if m > family.B.shape[0]:
-        return -1
+        return
     rank, is_consistent = orthogonalise(n, m, contacts)
     reduce(n, m, rank, contacts)
     full = eliminate_completely(m, DEPENDENT, family)
@@ -60,7 +61,8 @@ def share_load(n, m, contacts_at):
         is_admissible = is_admissible and total >= family.e[e]
     for e in range(m):
         contacts.z[e] = family.x[e]
-    return 1 if is_admissible else 0
+    contacts.facts[IS_SHARED] = 0 if full == m else 1
+    contacts.facts[IS_ADMISSIBLE] = 1 if is_admissible else 0
 
 
 @kernel
@@ -83,6 +85,8 @@ def orthogonalise(n, m, contacts):
                 pivot, most = e, left
         if not most > DEPENDENT * DEPENDENT:
             break
+        if most < NEARLY_DEPENDENT * NEARLY_DEPENDENT and are_consistent(k, m, ROUNDINGS * EPS, contacts):
+            break
         order[k], order[pivot] = order[pivot], order[k]
         e = order[k]
         norm = squared(n, Q, X, e) ** 0.5
@@ -103,14 +107,22 @@ def orthogonalise(n, m, contacts):
                 Q[g, j] -= R[k, g] * Q[e, j]
                 X[g, j] -= R[k, g] * X[e, j]
         rank += 1
-    is_consistent = True
+    return rank, are_consistent(rank, m, CONSISTENT, contacts)
+
+
+@kernel
+def are_consistent(rank, m, tolerance, contacts):
+    """Whether the rows after the first ``rank`` ask for what these give, within a part of the sizes of their terms."""
+    rows, b = contacts.redundant, contacts.b
     for k in range(rank, m):
-        lack, terms = b[order[k]], abs(b[order[k]])
+        e = rows.order[k]
+        lack, terms = b[e], abs(b[e])
         for l in range(rank):
-            lack -= R[l, order[k]] * y[l]
-            terms += abs(R[l, order[k]] * y[l])
-        is_consistent = is_consistent and abs(lack) <= CONSISTENT * terms
-    return rank, is_consistent
+            lack -= rows.R[l, e] * rows.y[l]
+            terms += abs(rows.R[l, e] * rows.y[l])
+        if not abs(lack) <= tolerance * terms:
+            return False
+    return True
 
 
 @kernel

@@ -8,11 +8,13 @@ from nonsmooth.bench.stress_scenes import box_in_corner, groove
 
 G = 9.81
 EXACT = ns.EventDriven(rtol=1e-10, atol=1e-12)
-EPS = np.finfo(float).eps
+EPS = float(np.finfo(float).eps)
 
 
 def run(system, t_end, integrator=EXACT, **options):
-    return ns.simulate(system, (0.0, t_end), np.zeros(system.n_q), np.zeros(system.n_u), integrator=integrator, **options)
+    return ns.simulate(
+        system, (0.0, t_end), np.zeros(system.n_q), np.zeros(system.n_u), integrator=integrator, **options
+    )
 
 
 def still(system, t_end=0.1):
@@ -21,21 +23,24 @@ def still(system, t_end=0.1):
     return ns.simulate(system, (0.0, t_end), start, np.zeros(system.n_u), integrator=EXACT)
 
 
-@pytest.mark.parametrize("angle", [1e-3, 1e-6, 1e-8, 3e-9, 1e-11])
+@pytest.mark.parametrize("angle", [1e-2, 1e-4, 1e-7, 1e-8, 3e-9, 1e-11])
 def test_planes_that_are_nearly_one_share_the_weight(angle):
     solution = still(groove(angle))
-    assert solution.success and np.abs(solution.g_N).max() <= 10 * EPS
-    # to rounding over the angle where the planes are told apart, to rounding where they count as one
-    tolerance = EPS / angle if angle > 1e-10 else 1e-12
-    assert solution.la[-1, :, 0].sum() * np.cos(angle) == pytest.approx(G, rel=1e-12)
-    assert solution.la[-1, :, 0] == pytest.approx(G / (2 * np.cos(angle)), rel=max(1e-12, 10 * tolerance))
+    assert solution.success and np.abs(solution.g_N[:, :2]).max() <= 1e-15
+    la_N = solution.la[-1, :2, 0]
+    assert la_N.sum() * np.cos(angle) == pytest.approx(G, rel=1e-12)
+    # told apart they differ by the horizontal force that rounding makes of the weight, over the angle: EPS G / angle^2
+    # with rows that are rounded too; as one, from 1e-6 rad on, they are equal
+    assert la_N == pytest.approx(G / (2 * np.cos(angle)), rel=10 * EPS / angle**2 if angle > 1e-6 else 1e-10)
 
 
-@pytest.mark.parametrize("angle", [1e-3, 1e-6, 1e-8])
+@pytest.mark.parametrize("angle", [1e-2, 1e-4, 1e-6, 1e-8])
 def test_planes_that_are_nearly_opposite_hold_a_particle_by_forces_of_the_inverse_angle(angle):
     solution = still(groove(np.pi / 2 - angle))
-    assert solution.success and np.abs(solution.u).max() == 0.0
-    assert solution.la[-1, :, 0] == pytest.approx(G / (2 * np.cos(np.pi / 2 - angle)), rel=10 * EPS / angle)
+    assert solution.success and np.abs(solution.g_N[:, :2]).max() <= 1e-15
+    la_N = solution.la[-1, :2, 0]
+    assert la_N == pytest.approx(G / (2 * np.cos(np.pi / 2 - angle)), rel=max(1e-9, 10 * EPS / angle))
+    assert abs(solution.u[-1, 1]) <= 10 * EPS * la_N.max() * 0.1  # m/s: what the rounding of such forces does in 0.1 s
 
 
 @pytest.mark.parametrize("mu", [0.1, 1.0, 10.0, 1e3])
@@ -43,8 +48,8 @@ def test_planes_that_are_nearly_opposite_hold_a_particle_by_forces_of_the_invers
 def test_box_in_a_corner_stays_with_a_load_that_is_admissible(mu, push):
     """Eight unknown forces of four contacts, three equations; the least squares of all of them pull at the wall."""
     solution = still(box_in_corner(mu, push))
-    assert solution.success and np.abs(solution.q[:, :3]).max() == 0.0
-    la_N, la_F = solution.la[-1, :, 0], solution.la[-1, :, 1]
+    assert solution.success and np.abs(solution.q[:, :3]).max() <= EPS * (G + push) * 0.1**2  # rounding of the forces
+    la_N, la_F = solution.la[-1, :4, 0], solution.la[-1, :4, 1]
     size = G + push
     assert la_N.min() >= -1e-11 * size
     assert (np.abs(la_F) <= mu * la_N + 1e-11 * size * (1 + mu)).all()
@@ -90,7 +95,7 @@ def box(mu, pull, wall=False, half=0.1, height=0.02):
 @pytest.mark.parametrize("wall", [False, True])
 @pytest.mark.parametrize("mu", [0.2, 0.6])
 def test_box_on_two_corners_slides_when_both_together_hold_it_no_more(mu, wall):
-    """The pull turns the load to the front corner; shared by least squares the rear one would slip long before."""
+    """The pull turns the load to the front corner, which then holds the most; together they hold mu m g."""
     pull, t_end = 20.0, 1.0
     system = box(mu, pull, wall)
     solution = run(system, t_end)
@@ -98,9 +103,9 @@ def test_box_on_two_corners_slides_when_both_together_hold_it_no_more(mu, wall):
     slides = [event for event in solution.events if event.mode_after == ns.ContactMode.SLIDE]
     assert sorted(event.contact for event in slides) == [0, 1]
     assert [event.t for event in slides] == pytest.approx([t_slide] * 2, rel=1e-9)
-    held = solution.t < t_slide * (1 - 1e-9)
-    assert held.sum() > 1 and np.abs(solution.q[held]).max() == 0.0
-    la_N, la_F = solution.la[held, :, 0], solution.la[held, :, 1]
+    held = run(system, t_slide, t_eval=np.linspace(0.0, 0.99 * t_slide, 12))
+    assert np.abs(held.q).max() <= EPS * G * t_slide**2
+    la_N, la_F = held.la[:, :, 0], held.la[:, :, 1]
     assert la_N.min() >= -1e-10 * G and (np.abs(la_F) <= mu * la_N + 1e-9 * G).all()
     assert solution.q[-1, 0] == pytest.approx(pull * (t_end - t_slide) ** 3 / 6, rel=1e-8)
     if wall:
