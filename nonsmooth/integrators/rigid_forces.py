@@ -134,15 +134,11 @@ def of_load(value, contacts):
 @kernel
 def find_forces(model, p, t, x, contacts):
     """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
-    status, n_k = closed_problem(model, p, t, x, contacts)
-    return forces_in_modes(n_k, contacts) if status == Status.RUNNING else status
-
-
-@kernel
-def forces_in_modes(n_k, contacts):
-    """The forces of the acceleration-level problem in ``contacts.work``, and work.du = u'; returns a Status."""
     work, facts, kinds, la = contacts.work, contacts.facts, contacts.kinds, contacts.la
     n, n_c = facts[N_U], kinds.shape[0]
+    status, n_k = closed_problem(model, p, t, x, contacts)
+    if status != Status.RUNNING:
+        return status
     contacts.numbers[DETERMINANT] = 1.0
     facts[IS_SHARED], facts[IS_ADMISSIBLE] = 0, 0
     for i in range(n_c):

@@ -8,16 +8,17 @@ closed where the contacts are redundant then and share an admissible load (rigid
 
 from __future__ import annotations
 
+from nonsmooth.blocks import address
 from nonsmooth.contact_solvers.modes import SAME_MOTION
 from nonsmooth.errors import Status
-from nonsmooth.integrators.rigid_forces import forces_in_modes
-from nonsmooth.integrators.rigid_modes import IS_ADMISSIBLE, problem_of_closed
+from nonsmooth.integrators.rigid_forces import rigid_rates
+from nonsmooth.integrators.rigid_modes import IS_ADMISSIBLE, N_U
 from nonsmooth.jit import kernel
 from nonsmooth.system import UNILATERAL, ContactMode
 
 
 @kernel
-def close_idle(model, p, t, take, n_k, contacts, forces):
+def close_idle(model, p, t, take, n_k, contacts, touch, forces):
     """Close the contacts that the solution leaves free although they do not part, where they are redundant.
 
     The acceleration is the same with them and without. Left open they would penetrate by rounding, and strike again.
@@ -40,7 +41,7 @@ def close_idle(model, p, t, take, n_k, contacts, forces):
         if forces.slip[k] != 0 or abs(slip) <= SAME_MOTION * scale:
             slip = float(forces.slip[k])
         close(i, slip, contacts)
-        if not may_share(model, p, t, contacts):
+        if not may_share(model, p, t, contacts, touch):
             contacts.mode[i], contacts.slip[i] = ContactMode.OPEN.value, 0
 
 
@@ -53,7 +54,7 @@ def close_all(model, p, t, contacts, touch):
     for i in range(contacts.kinds.shape[0]):
         if touch.is_touching[i] == 1:
             close(i, touch.gamma[i, 1] if touch.is_resting[i] == 0 else 0.0, contacts)
-    return may_share(model, p, t, contacts)
+    return may_share(model, p, t, contacts, touch)
 
 
 @kernel
@@ -66,9 +67,10 @@ def close(i, slip, contacts):
 
 
 @kernel
-def may_share(model, p, t, contacts):
+def may_share(model, p, t, contacts, touch):
     """Whether the contacts are redundant in their modes, or nearly so, and admissible forces go with them."""
-    status, n_k = problem_of_closed(model, p, t, contacts)
-    if status == Status.RUNNING:
-        status = forces_in_modes(n_k, contacts)
+    n = contacts.facts[N_U]
+    for j in range(n):
+        touch.x[j], touch.x[n + j] = contacts.q[j], contacts.u[j]
+    status = rigid_rates(model, p, address(contacts), t, touch.x, touch.rates)
     return status == Status.RUNNING and contacts.facts[IS_ADMISSIBLE] == 1

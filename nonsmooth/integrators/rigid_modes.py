@@ -138,19 +138,11 @@ def longest(n, contacts):
 @kernel
 def closed_problem(model, p, t, x, contacts):
     """The acceleration-level problem of the contacts that are not open, and their velocities: (Status, contacts)."""
-    n = contacts.facts[N_U]
-    for j in range(n):
-        contacts.q[j], contacts.u[j] = x[j], x[n + j]
-    return problem_of_closed(model, p, t, contacts)
-
-
-@kernel
-def problem_of_closed(model, p, t, contacts):
-    """``closed_problem`` at the state in contacts.q and contacts.u."""
     work, facts, kinds = contacts.work, contacts.facts, contacts.kinds
     n, n_c = facts[N_U], kinds.shape[0]
     for j in range(n):
-        work.q_mid[j] = contacts.q[j]
+        contacts.q[j], contacts.u[j] = x[j], x[n + j]
+        work.q_mid[j] = x[j]
     n_k = 0
     for i in range(n_c):
         contacts.gamma[i, 0], contacts.gamma[i, 1] = 0.0, 0.0

@@ -23,7 +23,7 @@ from __future__ import annotations
 import math
 
 from nonsmooth.acceleration_problem import find_row_rates
-from nonsmooth.blocks import frozen, view
+from nonsmooth.blocks import address, frozen, view
 from nonsmooth.contact_problem import evaluate_rows
 from nonsmooth.contact_solvers.modes import select
 from nonsmooth.contact_solvers.single import STICK, Selection, sigma_of, slip_of
@@ -54,7 +54,7 @@ from nonsmooth.integrators.records import (
     STEPS,
     State,
 )
-from nonsmooth.integrators.rigid_forces import find_forces
+from nonsmooth.integrators.rigid_forces import rigid_rates
 from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.integrators.rigid_idle import close_all, close_idle
 from nonsmooth.integrators.rigid_impact import impact
@@ -103,7 +103,7 @@ def switch_modes(model, p, t, moment, x, state_at, contacts_at, touch_at, forces
         touch.P[i, 0], touch.P[i, 1], touch.accumulates[i], touch.kind[i] = 0.0, 0.0, 0.0, MODE_CHANGE
     is_border = on_border(event, n_c, contacts)
     if is_border:
-        status = find_forces(model, p, t, x, contacts)
+        status = rigid_rates(model, p, address(contacts), t, x, touch.rates)
         if status != Status.RUNNING:
             return status
     for j in range(n):
@@ -213,7 +213,7 @@ def settle(model, p, t, later, x, is_lost, state, contacts, touch, forces):
             return Status.RUNNING
         if found > 0:
             slides, take = take_modes(found, n_k, state, contacts, touch, forces)
-            close_idle(model, p, later, take, n_k, contacts, forces)
+            close_idle(model, p, later, take, n_k, contacts, touch, forces)
             if not (found > 1 and slides and attempt == 0 and contacts.facts[SELECTION] == Selection.IMPACT):
                 return Status.RUNNING
         status = strike_without_collision(model, p, t, x, state, contacts, touch)
@@ -307,7 +307,7 @@ def give_up_bounces(model, p, t, x, state, contacts, touch, forces):
     """Close the contacts whose next bounce is lower than the tolerance; note how long the shortest other flight is."""
     work, kinds = contacts.work, contacts.kinds
     n, n_c = contacts.facts[N_U], kinds.shape[0]
-    status = find_forces(model, p, t, x, contacts)
+    status = rigid_rates(model, p, address(contacts), t, x, touch.rates)
     if status != Status.RUNNING:
         return status
     for i in range(n_c):

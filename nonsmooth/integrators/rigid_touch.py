@@ -13,7 +13,16 @@ from nonsmooth.blocks import Integers, Matrix, Vector, frozen
 from nonsmooth.contact_problem import evaluate_rows, row_velocities
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 from nonsmooth.integrators.records import N_LEDGER
-from nonsmooth.integrators.rigid_modes import ATOL, FRICTION, HAS, N_FUNCTIONS, N_U, rounded_length, small_speed
+from nonsmooth.integrators.rigid_modes import (
+    ATOL,
+    FRICTION,
+    HAS,
+    N_FUNCTIONS,
+    N_U,
+    N_WORKS,
+    rounded_length,
+    small_speed,
+)
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
@@ -37,6 +46,8 @@ class Touch(NamedTuple):
     q: Vector  # (n,) the change of the state a moment later
     u: Vector  # (n,)
     u_0: Vector  # (n,) velocities before the event
+    x: Vector  # (N,) a state that is tried, and its rates
+    rates: Vector  # (N,)
     found: Integers  # (2,) number of solutions, bits of the modes of a single contact
     planar: Planar
 
@@ -49,7 +60,8 @@ def touch_shapes(n: int, n_c: int, d: int) -> tuple:
         **dict.fromkeys(("is_touching", "is_resting", "kind", "accumulates"), (n_c,)),
         **dict.fromkeys(("gamma", "before", "P"), (n_c, 2)), "offset": (r,), "none": (n_c, 1 + d),
         "ledger": (N_LEDGER,),
-        **dict.fromkeys(("q", "u", "u_0"), (n,)), "found": (2,),
+        **dict.fromkeys(("q", "u", "u_0"), (n,)), **dict.fromkeys(("x", "rates"), (2 * n + 3 * n_c + N_WORKS,)),
+        "found": (2,),
         "planar": frozen(planar_shapes(max(1, n_c), d)),
     })  # fmt: skip
 

@@ -10,6 +10,7 @@ import numpy as np
 from nonsmooth.errors import InitialStateWarning, Status
 from nonsmooth.initial_state import examine_state
 from nonsmooth.integrators.records import EVENT_T, N_EVENTS, STEPS
+from nonsmooth.paradox.forces import MAX_MODES
 from nonsmooth.runs.adaptive_run import AdaptiveRun
 from nonsmooth.runs.hand_over import GIVEN_UP, LOOK, MANY, are_dense, step_over, unit
 from nonsmooth.solution import Solution
@@ -47,10 +48,12 @@ class EventRun(AdaptiveRun):
         return rows[rows[:, EVENT_T] >= self.follows_since]
 
     def _message(self) -> str:
-        if self.status == Status.NOT_SOLVED and hasattr(self.integrator, "hand_over"):
+        if self.status == Status.NOT_SOLVED and getattr(self.integrator, "hand_over", self) is None:
+            touching = int(self.scratch_block.arrays.touch.is_touching.sum())
             return (
-                f"more contacts touch at once than can be enumerated, at t = {self._time():.9g} s: Adaptive goes "
-                f"on through that, or EventDriven(hand_over=Adaptive()) for this stretch alone, or MoreauJean(dt); "
+                f"{touching} contacts touch at once, at t = {self._time():.9g} s, and EventDriven tries at most "
+                f"{MAX_MODES} modes, as many as 8 or 9 contacts with friction have at rest: time stepping goes on "
+                "through that, as Adaptive or MoreauJean(dt), or EventDriven(hand_over=Adaptive()) for this stretch alone; "
                 f"{self._where()}"
             )
         return super()._message()

@@ -114,7 +114,7 @@ def test_box_on_two_corners_slides_when_both_together_hold_it_no_more(mu, wall):
 
 
 def test_box_goes_over_its_front_corner_where_its_load_ends():
-    """mu = 10: no sliding; the rear corner lifts when the pull at the height 0.02 m outweighs the arm of 0.1 m: F h = m g a."""
+    """mu = 10: no sliding; the rear corner lifts when the pull at the height h = 0.02 m, F h = m g a, a = 0.1 m."""
     pull = 100.0
     solution = run(box(10.0, pull), 0.55)
     opens = [event for event in solution.events if event.mode_after == ns.ContactMode.OPEN]

@@ -1,0 +1,110 @@
+"""Several contacts at rest whose forces are not unique: the paradox is reported, and the selection rule is followed.
+
+Contact 0 at rest has G = ((2, 1), (1, 1)) and b = (1, 3) m/s^2. By hand:
+
+    free      b_N = 1 >= 0
+    stick     la = -G^-1 b = (2, -5), inside the cone for mu >= 5/2
+    slide +   la_N = 1/(mu - 2), gamma_F' = 3 + (1 - mu) la_N >= 0 for mu >= 5/2; at mu = 5/2 it is the stick
+    slide -   la_N = -1/(2 + mu) < 0: none
+
+Contact 1 belongs to another body, which stands under its weight: one solution for itself.
+"""
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+
+STICK, OPEN = ns.ContactMode.STICK, ns.ContactMode.OPEN
+G = 9.81
+END = 0.5  # s
+
+
+def bodies(mu):
+    """q = (y, x) of one body, whose mass matrix is the inverse of G, and (z, w) of the other."""
+
+    def mass(t, q, p, M):
+        M[0, 0], M[0, 1], M[1, 0], M[1, 1] = 1.0, -1.0, -1.0, 2.0
+        M[2, 2] = M[3, 3] = 1.0
+
+    def force(t, q, u, p, h):  # M b
+        h[0], h[1], h[2], h[3] = -2.0, 5.0, -9.81, 0.0
+
+    def gap(t, q, p, g_N):
+        g_N[0], g_N[1] = q[0], q[2]
+
+    def normal(t, q, p, W_N):
+        W_N[0, 0] = W_N[1, 2] = 1.0
+
+    def tangent(t, q, p, W_F):
+        W_F[0, 0, 1] = W_F[1, 0, 3] = 1.0
+
+    return ns.System(
+        n_q=4, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, contacts=[ns.Contact(mu=mu)] * 2
+    )
+
+
+def run(mu, selection="compliant-limit"):
+    return ns.simulate(bodies(mu), (0, END), np.zeros(4), np.zeros(4), integrator=ns.EventDriven(), selection=selection)
+
+
+@pytest.mark.parametrize("mu, number", [(2.5, 2), (3.0, 3)])
+@pytest.mark.parametrize("selection", ["compliant-limit", "lift-off", "impact"])
+def test_number_of_solutions_is_reported_with_what_was_taken(mu, number, selection):
+    solution = run(mu, selection)
+    assert [(event.t, event.contact) for event in solution.paradoxes] == [(0.0, 0), (0.0, 1)]
+    for event in solution.paradoxes:
+        assert event.kind == ns.EventKind.INDETERMINATE and event.n_solutions == number
+    assert solution.stats.indeterminate_steps == 1
+    la = solution.la[0, 0]
+    if selection == "lift-off":
+        assert solution.mode[-1, 0] == OPEN and la == pytest.approx([0.0, 0.0], abs=0.0)
+        assert solution.q[-1, :2] == pytest.approx([END**2 / 2, 3 * END**2 / 2], rel=1e-12)
+    else:
+        assert solution.mode[-1, 0] == STICK and la == pytest.approx([2.0, -5.0], rel=1e-12)
+        assert np.abs(solution.q[:, :2]).max() == 0.0
+    assert solution.mode[-1, 1] == STICK and solution.la[-1, 1] == pytest.approx([G, 0.0], rel=1e-12)
+
+
+def test_a_narrower_cone_leaves_one_solution_and_no_paradox():
+    solution = run(2.4)
+    assert solution.paradoxes == [] and solution.mode[-1, 0] == OPEN
+    assert solution.q[-1, :2] == pytest.approx([END**2 / 2, 3 * END**2 / 2], rel=1e-12)
+
+
+def row_of_masses(n):
+    """n masses on the floor side by side, each with friction."""
+
+    def mass(t, q, p, M):
+        for i in range(q.shape[0]):
+            M[i, i] = 1.0
+
+    def force(t, q, u, p, h):
+        for i in range(q.shape[0] // 2):
+            h[2 * i + 1] = -9.81
+
+    def gap(t, q, p, g_N):
+        for i in range(g_N.shape[0]):
+            g_N[i] = q[2 * i + 1]
+
+    def normal(t, q, p, W_N):
+        for i in range(W_N.shape[0]):
+            W_N[i, 2 * i + 1] = 1.0
+
+    def tangent(t, q, p, W_F):
+        for i in range(W_F.shape[0]):
+            W_F[i, 0, 2 * i] = 1.0
+
+    contacts = [ns.Contact(mu=0.3)] * n
+    return ns.System(n_q=2 * n, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, contacts=contacts)
+
+
+def test_more_contacts_than_are_tried_are_refused_with_their_number_and_a_cure():
+    """4^10 modes are more than 400000."""
+    row = row_of_masses(10)
+    with pytest.raises(ns.StepFailure, match=r"10 contacts touch at once.*400000.*hand_over=Adaptive") as failure:
+        ns.simulate(row, (0, 1), np.zeros(20), np.zeros(20), integrator=ns.EventDriven())
+    assert "smaller dt" not in str(failure.value)
+    handed = ns.EventDriven(hand_over=ns.MoreauJean(dt=1e-2))
+    solution = ns.simulate(row, (0, 1), np.zeros(20), np.zeros(20), integrator=handed)
+    assert solution.success and np.abs(solution.q).max() == 0.0
