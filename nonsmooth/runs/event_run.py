@@ -53,8 +53,8 @@ class EventRun(AdaptiveRun):
             return (
                 f"{touching} contacts touch at once, at t = {self._time():.9g} s, and EventDriven tries at most "
                 f"{MAX_MODES} modes, as many as 8 or 9 contacts with friction have at rest: time stepping goes on "
-                "through that, as Adaptive or MoreauJean(dt), or EventDriven(hand_over=Adaptive()) for this stretch alone; "
-                f"{self._where()}"
+                "through that, as Adaptive or MoreauJean(dt), or EventDriven(hand_over=Adaptive()) for this stretch "
+                f"alone; {self._where()}"
             )
         return super()._message()
 
