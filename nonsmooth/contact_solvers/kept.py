@@ -14,7 +14,7 @@ from nonsmooth.contact_solvers.planar_problem import ACCEPTED, name_modes, resid
 from nonsmooth.contact_solvers.single import STICK
 from nonsmooth.dense import lu, lu_solve
 from nonsmooth.jit import kernel
-from nonsmooth.system import BILATERAL, GIVEN_FORCE, ContactMode
+from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
 BALANCED = 1e-13  # largest relative residual of impulses kept from the step before
 
@@ -67,9 +67,37 @@ def keep_modes(n, closed, start, kinds, G, c, mode, slip, P, planar):
         if mode[i] == ContactMode.SLIDE:
             P_N = planar.normal_impulse[k] if kinds[i, 0] == GIVEN_FORCE else P[start[k]]
             P[start[k + 1] - 1] = -slip[i] * planar.mu[k] * P_N
-    return residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED and name_modes(
-        n, closed, start, kinds, P, planar
+    return (
+        residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
+        and goes_on(n, closed, start, kinds, c, mode, slip, P, planar)
+        and name_modes(n, closed, start, kinds, P, planar)
     )
+
+
+@kernel
+def goes_on(n, closed, start, kinds, c, mode, slip, P, planar):
+    """Whether no contact is past the end of its mode: the residual, relative to the fastest one, would let a slow one
+    stick beyond its friction by a force of ACCEPTED max |c| / dt, which is no longer small where the step is."""
+    scale = 0.0
+    for k in range(start[n]):
+        scale = max(scale, abs(c[k]))
+    slack = BALANCED * scale
+    for k in range(n):
+        i, r, t = closed[k], start[k], start[k + 1] - 1
+        is_unilateral = kinds[i, 0] == UNILATERAL
+        if mode[i] == ContactMode.OPEN:
+            if is_unilateral and planar.gamma[r] < -slack:
+                return False
+            continue
+        P_N = planar.normal_impulse[k] if kinds[i, 0] == GIVEN_FORCE else P[r]
+        reach = abs(P_N) if kinds[i, 0] == BILATERAL else P_N
+        if is_unilateral and P_N < 0.0:
+            return False
+        if kinds[i, 1] > 0 and mode[i] == ContactMode.STICK and abs(P[t]) > planar.mu_static[k] * reach:
+            return False
+        if mode[i] == ContactMode.SLIDE and slip[i] * planar.gamma[t] < -slack:
+            return False
+    return True
 
 
 @kernel

@@ -227,3 +227,54 @@ def test_step_budget_ends_a_run_with_what_was_computed():
         ns.simulate(rod, (0.0, 10.0), *rod.state(), integrator=ns.Adaptive(1e-9), max_steps=50)
     sol = spent.value.solution
     assert sol.stats.steps == 50 and 0.0 < sol.t[-1] < 10.0 and np.isfinite(sol.q).all()
+
+
+class Row(NamedTuple):
+    k: float = 100.0  # springs [N/m]
+    mu: float = 0.3
+    g: float = 9.81  # m/s^2
+
+
+def row_of_blocks():
+    """Three blocks of 1 kg in a row of springs on the ground: q = x_1, y_1, x_2, ..."""
+
+    def mass(t, q, p, M):
+        for i in range(6):
+            M[i, i] = 1.0
+
+    def force(t, q, u, p, h):
+        for i in range(3):
+            h[2 * i + 1] = -p.g
+        h[0] = p.k * (q[2] - q[0])
+        h[2] = p.k * (q[0] + q[4] - 2.0 * q[2])
+        h[4] = p.k * (q[2] - q[4])
+
+    def gap(t, q, p, g_N):
+        for i in range(3):
+            g_N[i] = q[2 * i + 1]
+
+    def normal(t, q, p, W_N):
+        for i in range(3):
+            W_N[i, 2 * i + 1] = 1.0
+
+    def tangent(t, q, p, W_F):
+        for i in range(3):
+            W_F[i, 0, 2 * i] = 1.0
+
+    return ns.System(n_q=6, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent,
+                     contacts=[ns.Contact(mu="mu")] * 3, parameters=Row(), name="row of blocks")  # fmt: skip
+
+
+def test_block_at_rest_slides_as_soon_as_its_spring_pulls_harder_than_friction_holds():
+    """However short the steps are, and however fast its neighbour is: x_1'' = -mu g - k x_1 until k x_1 = mu g.
+
+    Being late by s leaves a velocity k v s^2/2 out, of which the tolerance is 2 rtol.
+    """
+    row = Row()
+    omega, away = math.sqrt(row.k), row.mu * row.g / row.k
+    size = math.hypot(away, 2.0 / omega)  # x_1 + away = size sin(omega t + phase), away from the start at -away
+    starts = (math.asin(2 * away / size) - math.asin(away / size)) / omega
+    for rtol in (1e-6, 1e-8, 1e-10):
+        sol = run(row_of_blocks(), 0.1, (np.zeros(6), np.array([2.0, 0, 0, 0, 0, 0])), rtol, max_steps=2000)
+        moved = next(event.t for event in sol.events if event.contact == 1 and event.slip_after != 0)
+        assert moved == pytest.approx(starts, abs=math.sqrt(2 * 2 * rtol / (2 * row.k)))
