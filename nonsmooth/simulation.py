@@ -55,8 +55,9 @@ def simulate(
     q0, u0 : array_like (n_q,), (n_u,)
         Initial coordinates and velocities.
     integrator : MoreauJean, Adaptive, EventDriven, Penalty or "auto"
-        The method and its step or tolerances; "auto" takes EventDriven for few contacts and MoreauJean for many, and
-        says why in the summary and in ``about["chosen"]`` (nonsmooth/runs/choice.py has the rules).
+        The method and its step or tolerances; "auto" takes EventDriven for few contacts, Adaptive for many without
+        friction and MoreauJean for the rest, and says why in the summary and in ``about["chosen"]``
+        (nonsmooth/runs/choice.py has the rules).
     every : int
         Record every so many steps; of an integrator that chooses its steps also every event.
     t_eval : array_like, optional

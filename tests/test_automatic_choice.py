@@ -32,18 +32,65 @@ def test_events_of_few_contacts_are_located(model, state):
     assert (chosen.t == told.t).all() and (chosen.q == told.q).all()
 
 
-def test_many_contacts_are_stepped():
-    chain = BeadChain(n=20, e=0.8)
-    sol = run(chain, 1.0, chain.state(velocity=1.0))
-    assert sol.about["integrator"].startswith("MoreauJean(") and "20 contacts" in sol.about["chosen"]
+def test_many_contacts_without_friction_are_refined_to_a_tolerance():
+    """Twenty beads and a wall, against the impacts one by one."""
+    chain = BeadChain(n=20, e=0.9)
+    sol = run(chain, 0.5, chain.state(velocity=1.0))
+    exact, _ = chain.exact(0.5, velocity=1.0)
+    assert sol.about["integrator"].startswith("Adaptive(rtol=1e-06") and "20 contacts" in sol.about["chosen"]
+    assert np.abs(sol.q[-1] - exact).max() < 1e-5
 
 
-def test_step_is_the_models_own_or_a_part_of_the_span():
-    chain = BeadChain(n=20)
-    own = run(chain, 1.0, chain.state(velocity=1.0))
-    part = run(chain.system(), 1.0, chain.state(velocity=1.0))
-    assert f"dt={chain.dt}" in own.about["integrator"] and "the model's own" in own.about["chosen"]
-    assert "dt=0.0001," in part.about["integrator"] and part.stats.steps == 10_000
+def block_row(n):
+    """n blocks on the ground with friction, each for itself; the first slides."""
+
+    def mass(t, q, p, M):
+        for i in range(2 * n):
+            M[i, i] = 1.0
+
+    def force(t, q, u, p, h):
+        for i in range(n):
+            h[2 * i + 1] = -9.81
+
+    def gap(t, q, p, g_N):
+        for i in range(n):
+            g_N[i] = q[2 * i + 1]
+
+    def normal(t, q, p, W_N):
+        for i in range(n):
+            W_N[i, 2 * i + 1] = 1.0
+
+    def tangent(t, q, p, W_F):
+        for i in range(n):
+            W_F[i, 0, 2 * i] = 1.0
+
+    return ns.System(n_q=2 * n, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent,
+                     contacts=[ns.Contact(mu=0.3)] * n)  # fmt: skip
+
+
+def test_many_contacts_with_friction_are_stepped():
+    """With the model's own step, or a part of the span; the block stops after v^2/(2 mu g)."""
+    u0 = np.zeros(16)
+    u0[0] = 1.0
+    sol = run(block_row(8), 1.0, (np.zeros(16), u0))
+    assert "MoreauJean(dt=0.0001," in sol.about["integrator"] and sol.stats.steps == 10_000
+    assert "8 contacts, 8 with friction" in sol.about["chosen"]
+    assert abs(sol.q[-1, 0] - 1 / (2 * 0.3 * 9.81)) < 1e-6
+
+    class Model:
+        dt = 1e-3
+
+        def system(self):
+            return block_row(8)
+
+    own = run(Model(), 0.1, (np.zeros(16), u0))
+    assert "dt=0.001," in own.about["integrator"] and "the model's own" in own.about["chosen"]
+
+
+def test_dense_events_are_handed_to_an_integrator_with_the_same_tolerances():
+    ball = BouncingBall()
+    sol = run(ball, 0.1, ball.state(height=1.0))
+    assert "hand_over=Adaptive(rtol=1e-08, atol=1e-10" in sol.about["integrator"]
 
 
 def test_summary_says_what_was_chosen_and_why():

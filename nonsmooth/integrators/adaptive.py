@@ -10,6 +10,7 @@ paradoxes. The step is in adaptive_step.py. Theory and limits: docs/theory/adapt
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -84,7 +85,7 @@ class Adaptive:
     has_rigid_contacts = True
     extrapolates = True
     is_compiled = True
-    callbacks: tuple[Kernel, ...] = ()
+    callbacks: ClassVar[tuple[Kernel, ...]] = ()
 
     @property
     def loop(self) -> Kernel:
