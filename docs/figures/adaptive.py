@@ -44,7 +44,7 @@ SCENES = {
     "sprag-slip set 1": (SpragSlip.set_1(cth=0.5), {"th": 0.8, "thdot": 0.0}, 3.0),
     "sprag-slip set 2, seizures": (SpragSlip(), {"th": 0.8, "thdot": 0.0}, 3.0),
     "10 beads and a wall": (BeadChain(n=10), {"velocity": 1.0}, 0.5),
-    "slider-crank, clearance": (SliderCrank(), {}, 0.02),
+    "slider-crank, clearance": (SliderCrank(), {}, 0.2),
     "woodpecker": (Woodpecker(), {}, 0.3),
 }
 

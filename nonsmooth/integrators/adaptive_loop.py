@@ -11,6 +11,7 @@ from nonsmooth.integrators.adaptive_gaps import observe, set_tolerances
 from nonsmooth.integrators.adaptive_polynomial import PIECES, keep_event, keep_smooth
 from nonsmooth.integrators.adaptive_state import (
     FIRST_STEP,
+    IS_FIRST,
     LEAST,
     NOW,
     REJECTED,
@@ -80,6 +81,7 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
         if t + H >= stop - clock[LEAST]:
             H, is_last = stop - t, True
         set_tolerances(run)
+        counters[IS_FIRST] = 1 if state.counters[STEPS] == 0 else 0
         status, outcome, factor = try_step(model, p, t, H, state_at, run_at)
         collect(state, run.trial)
         if outcome == REFUSED:

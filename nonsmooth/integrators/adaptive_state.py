@@ -17,8 +17,9 @@ FIRST_STEP = 1e-4  # of the span
 ROWS = 7  # of the table: row j takes j substeps
 # clock: the time, the step to try, the shortest step that the time resolves, tolerances
 NOW, STEP, LEAST, RTOL, ATOL = range(5)
-# counters: refused steps and plain steps, the row of the table at which steps are to converge, and did
-REJECTED, SUBSTEPS, TARGET, ROW = range(4)
+# counters: refused steps and plain steps, the row of the table at which steps are to converge, and did; whether the step
+# is the first
+REJECTED, SUBSTEPS, TARGET, ROW, IS_FIRST = range(5)
 TRIAL_EVENTS = 8  # of the substeps of a row, per contact
 
 
@@ -29,7 +30,7 @@ class Extrapolation(NamedTuple):
     step: moreau_jean_contact.Scratch
     trial: State
     clock: Vector  # (5,)
-    counters: Integers  # (4,)
+    counters: Integers  # (5,)
     weights: Cube  # (2, ROWS, ROWS) of the rows in the extrapolated value, and in the one of an order less
     slope_weights: Cube  # (5, ROWS, ROWS) of the rows in the slopes of the velocities
     slopes: Cube  # (ROWS, 5, n) of the velocities, row by row
@@ -69,7 +70,7 @@ def extrapolation_shapes(n: int, n_c: int, d: int) -> tuple:
     )
     return frozen({
         "contacts": contacts_shapes(n, n_c, d), "step": moreau_jean_contact.scratch_shapes(n, n_c, d),
-        "trial": state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c)), "clock": (5,), "counters": (4,),
+        "trial": state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c)), "clock": (5,), "counters": (5,),
         "weights": (2, ROWS, ROWS), "slope_weights": (5, ROWS, ROWS), "slopes": (ROWS, 5, n), "highest": (4, 5, 5),
         "ends": (2, 4), "left": (5,), "node_q": (ROWS + 1, n), "node_u": (ROWS + 1, n), "begin_u": (ROWS, n),
         "piece": (6, n), "table": (ROWS, N), "change": (N,), "errors": (ROWS,),

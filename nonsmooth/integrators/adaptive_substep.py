@@ -1,6 +1,6 @@
 """One plain step of Moreau–Jean within an adaptive step: what an error estimate asks of it.
 
-It is the step of moreau_jean_step.py with theta = 1/2 and five changes:
+It is the step of moreau_jean_step.py with theta = 1/2 and six changes:
 
 1. a contact takes part where its gap at the mid-point is not above its lid, or where it was active before; the lid is
    zero but for a contact that was closed within the tolerance when the step began;
@@ -10,7 +10,9 @@ It is the step of moreau_jean_step.py with theta = 1/2 and five changes:
 4. a contact that was open when the adaptive step began, and parts, takes no part;
 5. a bounce that would stay within the tolerance of the gap does not take place, nor one that is slower than the
    tolerance of the velocity: (e gamma_N)^2 / (2 a) <= tol_g, with a the free acceleration towards the surface, or
-   |gamma_N| <= tol_gamma.
+   |gamma_N| <= tol_gamma;
+6. ``selection="impact"`` is asked where a contact decides on its mode: at the start, where it lands and where it stops
+   sticking. What slides goes on sliding: stopped anew in every step, it would follow neither mode in the limit.
 """
 
 from __future__ import annotations
@@ -28,8 +30,9 @@ from nonsmooth.contact_problem import (
     smooth_step,
     stack_rows,
 )
+from nonsmooth.contact_solvers.single import Selection
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive_state import SUBSTEPS, Extrapolation
+from nonsmooth.integrators.adaptive_state import IS_FIRST, SUBSTEPS, Extrapolation
 from nonsmooth.integrators.moreau_jean_contact import solve
 from nonsmooth.integrators.moreau_jean_paradox import note_paradoxes
 from nonsmooth.integrators.moreau_jean_step import ROUNDING, accept, all_finite, new_velocity
@@ -79,7 +82,7 @@ def substep(model, p, t, dt, run_at):
     else:
         choose_restitution(dt, n_k, run, work)
         add_restitution(n_k, kinds, run.laws, 0.0, work)
-        status = solve(kinds, run.laws, contacts.facts[SELECTION], dt, n_k, address(trial), address(step))
+        status = solve(kinds, run.laws, rule(n_k, run, work), dt, n_k, address(trial), address(step))
         if status != Status.RUNNING:
             return status
         if note_paradoxes(model, has, p, kinds, run.laws, t, dt, n, n_k, True, trial, step):
@@ -89,6 +92,18 @@ def substep(model, p, t, dt, run_at):
         return Status.NOT_FINITE.value
     accept(has, kinds, run.laws, True, t, dt, THETA, n, n_c, n_k, trial, step)
     return Status.RUNNING.value
+
+
+@kernel
+def rule(n_k, run, work):
+    """The selection rule of this step."""
+    selection = run.contacts.facts[SELECTION]
+    if selection != Selection.IMPACT or run.counters[IS_FIRST] == 1:
+        return selection
+    for k in range(n_k):
+        if run.trial.mode[work.closed[k]] == ContactMode.SLIDE:
+            return Selection.COMPLIANT_LIMIT.value
+    return selection
 
 
 @kernel

@@ -9,6 +9,7 @@ import pytest
 import nonsmooth as ns
 from models import (
     BeadChain,
+    BilateralRod,
     BouncingBall,
     InclinedBlock,
     PainleveRod,
@@ -278,3 +279,18 @@ def test_block_at_rest_slides_as_soon_as_its_spring_pulls_harder_than_friction_h
         sol = run(row_of_blocks(), 0.1, (np.zeros(6), np.array([2.0, 0, 0, 0, 0, 0])), rtol, max_steps=2000)
         moved = next(event.t for event in sol.events if event.contact == 1 and event.slip_after != 0)
         assert moved == pytest.approx(starts, abs=math.sqrt(2 * 2 * rtol / (2 * row.k)))
+
+
+@pytest.mark.parametrize("selection", ["compliant-limit", "lift-off", "impact"])
+@pytest.mark.parametrize(
+    ("model", "start"),
+    [(BilateralRod(mu=2.0), {"th": 1.0, "thdot": 0.0, "slip": 1.0}), (SpragSlip(), {"th": 0.8, "thdot": 0.0}),
+     (SpragSlip.set_1(cth=0.5), {"th": 0.8, "thdot": 0.0}), (PainleveRod(mu=2.0), {"th": 1.0, "thdot": 0.0, "slip": 1.0})],
+    ids=["bilateral rod", "set 2", "set 1", "rod"],
+)  # fmt: skip
+def test_rule_among_several_solutions_is_asked_where_a_mode_is_decided(model, start, selection):
+    """Through regions of three solutions the motion is that of located events, whose modes are decided at events."""
+    state = model.state(**start)
+    sol = run(model, 0.3, state, 1e-7, selection=selection, max_steps=5000)
+    exact = ns.simulate(model, (0.0, 0.3), *state, integrator=ns.EventDriven(1e-10, 1e-12), selection=selection)
+    assert np.abs(sol.q[-1] - exact.q[-1]).max() < 1e-5

@@ -32,13 +32,13 @@ SCENES = {
     "sprag-slip set 1": (SpragSlip.set_1(cth=0.5), {"th": 0.8, "thdot": 0.0}, 3.0),
     "sprag-slip set 2": (SpragSlip(), {"th": 0.8, "thdot": 0.0}, 3.0),
     "beads": (BeadChain(n=10), {"velocity": 1.0}, 0.5),
-    "slider-crank": (SliderCrank(), {}, 0.01),
+    "slider-crank": (SliderCrank(), {}, 0.2),
     "woodpecker": (Woodpecker(), {}, 0.3),
     "bilateral rod": (BilateralRod(mu=0.8), {"th": 1.0, "thdot": 0.0, "slip": 1.0}, 0.3),
     "mode coupling": (ModeCoupling(), {}, 2.0),
     "lead screw": (LeadScrew(), {}, 0.3),
 }
-MOST = 50.0  # tolerances; a step is held to one, and what an event leaves grows on the way: 46 is the largest measured
+MOST = 100.0  # tolerances; a step is held to one, and what an event leaves grows on the way: 54 is the largest measured
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -111,3 +111,24 @@ def test_random_starts_reach_their_end():
 @pytest.mark.stress
 def test_many_random_starts_reach_their_end():
     assert [seed for seed in range(100, 1100) if not reaches_its_end(seed)] == []
+
+
+def test_slider_crank_is_no_chaotic_problem():
+    """Over its whole span, 3 turns with 167 impacts, errors of the start grow by a factor: 100 that of the tilt, less
+    than 30 any other, whether they are 1e-7 or 1e-8. Coordinates in 1e-2 + max |q|."""
+    crank = SliderCrank()
+    q0, u0 = crank.state()
+    start, t = np.concatenate((q0, u0)), np.linspace(0.0, 0.2, 401)
+
+    def motion(x):
+        sol = ns.simulate(crank, (0.0, 0.2), x[:3], x[3:], integrator=ns.EventDriven(1e-11, 1e-13), t_eval=t)
+        return sol.q
+
+    exact = motion(start)
+    scale = 1e-2 + np.abs(exact).max(axis=0)
+    for k in range(6):
+        size = max(1.0, abs(start[k]))
+        growth = [
+            np.abs((motion(start + eps * size * np.eye(6)[k]) - exact) / scale).max() / eps for eps in (1e-7, 1e-8)
+        ]
+        assert growth[0] == pytest.approx(growth[1], rel=0.02, abs=0.1) and growth[0] < (110.0 if k == 2 else 30.0)
