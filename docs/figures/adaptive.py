@@ -1,4 +1,4 @@
-"""The table and the figure of docs/theory/adaptive.md: ``python docs/figures/adaptive.py [FOLDER]``.
+"""The tables and the figure of docs/theory/adaptive.md: ``python docs/figures/adaptive.py [FOLDER]``.
 
 Error of ns.Adaptive over a run, against its tolerance: the largest |q_i - q_i,ref| at 200 times, in
 1e-2 + max |q_i,ref|, which is what atol = rtol/100 and rtol allow it in one step. Reference: ns.EventDriven at 1e-12,
@@ -100,6 +100,25 @@ def table(found: list[Row]) -> str:
     return "\n".join(lines)
 
 
+def between_the_steps() -> str:
+    """Error at 4000 times over that at the ends of the steps, both in rtol (1e-2 + max |q_i,ref|), in Markdown."""
+    lines = []
+    for name, (model, start, t_end) in SCENES.items():
+        if isinstance(model, SlidingBlock):
+            continue
+        state, t, cells = model.state(**start), np.linspace(0.0, t_end, 4001), []
+        for rtol in TOLERANCES:
+            sol = ns.simulate(model, (0.0, t_end), *state, integrator=ns.Adaptive(rtol, 1e-2 * rtol))
+            moments = np.unique(np.concatenate((t, sol.t)))
+            exact = reference(model, state, moments)
+            errors = np.abs(sol(moments).q - exact).max(axis=0, where=np.isin(moments, t)[:, None], initial=0.0)
+            at_ends = np.abs(sol(moments).q - exact).max(axis=0, where=np.isin(moments, sol.t)[:, None], initial=0.0)
+            scale = rtol * (1e-2 + np.abs(exact).max(axis=0))
+            cells.append(f"{(errors / scale).max():.2g} / {(at_ends / scale).max():.2g}")
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
 def draw(found: list[Row], path: Path) -> None:
     """Error against tolerance, and error against work."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.8), layout="constrained", sharey=True)
@@ -124,5 +143,5 @@ def draw(found: list[Row], path: Path) -> None:
 if __name__ == "__main__":
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
     measured = list(rows())
-    print(table(measured))
+    print(table(measured), between_the_steps(), sep="\n\n")
     draw(measured, folder / "adaptive_tolerance.png")

@@ -17,8 +17,8 @@ FIRST_STEP = 1e-4  # of the span
 ROWS = 7  # of the table: row j takes j substeps
 # clock: the time, the step to try, the shortest step that the time resolves, tolerances
 NOW, STEP, LEAST, RTOL, ATOL = range(5)
-# counters: refused steps and plain steps, the row of the table at which steps are to converge, and did; whether the step
-# is the first
+# counters: refused steps and plain steps, the row of the table at which steps are to converge, and did; whether the
+# step is the first
 REJECTED, SUBSTEPS, TARGET, ROW, IS_FIRST = range(5)
 TRIAL_EVENTS = 8  # of the substeps of a row, per contact
 

@@ -285,7 +285,8 @@ def test_block_at_rest_slides_as_soon_as_its_spring_pulls_harder_than_friction_h
 @pytest.mark.parametrize(
     ("model", "start"),
     [(BilateralRod(mu=2.0), {"th": 1.0, "thdot": 0.0, "slip": 1.0}), (SpragSlip(), {"th": 0.8, "thdot": 0.0}),
-     (SpragSlip.set_1(cth=0.5), {"th": 0.8, "thdot": 0.0}), (PainleveRod(mu=2.0), {"th": 1.0, "thdot": 0.0, "slip": 1.0})],
+     (SpragSlip.set_1(cth=0.5), {"th": 0.8, "thdot": 0.0}),
+     (PainleveRod(mu=2.0), {"th": 1.0, "thdot": 0.0, "slip": 1.0})],
     ids=["bilateral rod", "set 2", "set 1", "rod"],
 )  # fmt: skip
 def test_rule_among_several_solutions_is_asked_where_a_mode_is_decided(model, start, selection):
