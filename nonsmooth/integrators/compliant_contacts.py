@@ -37,7 +37,7 @@ HAS, N_U, LAW, IS_REGULARISED, IS_KNOWN = range(5)
 # columns of a contact's constants
 K, C_N, OMEGA = range(3)
 # numbers of the run
-V_S, RTOL, ZETA = range(3)
+V_S, RTOL, ZETA, ATOL = range(4)
 N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfaces
 REGULARISATION = 1e-10  # of the trace: makes redundant sticking contacts share their load
 REFINEMENTS = 3
@@ -48,7 +48,7 @@ class Contacts(NamedTuple):
 
     work: Work
     facts: Integers  # (5,)
-    numbers: Vector  # (3,) v_s, rtol, zeta (-1 where c is given)
+    numbers: Vector  # (4,) v_s, rtol, zeta (-1 where c is given), atol
     kinds: IntegerTable  # (c, 2)
     laws: Matrix  # (c, LAW_WIDTH)
     constants: Matrix  # (c, 3) k, c, omega
@@ -72,7 +72,7 @@ def contacts_shapes(n: int, n_c: int, d: int, law_width: int) -> tuple:
     """Shapes of ``Contacts``."""
     r = max(1, n_c * (1 + d))
     return frozen({
-        "work": work_shapes(n, n_c, d), "facts": (5,), "numbers": (3,), "kinds": (n_c, 2), "laws": (n_c, law_width),
+        "work": work_shapes(n, n_c, d), "facts": (5,), "numbers": (4,), "kinds": (n_c, 2), "laws": (n_c, law_width),
         "constants": (n_c, 3), **dict.fromkeys(("mode", "slip", "sign", "stuck", "rhs", "residual"), (n_c,)),
         "q": (n,), "u": (n,), "la": (n_c, 2), "gamma": (n_c, 2), "A": (n_c, n_c), "factor": (n_c, n_c), "rates": (4, r),
     })  # fmt: skip

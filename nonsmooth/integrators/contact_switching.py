@@ -14,6 +14,7 @@ from nonsmooth.blocks import address, view
 from nonsmooth.dense import cholesky_solve
 from nonsmooth.errors import Status
 from nonsmooth.integrators.compliant_contacts import (
+    ATOL,
     C_N,
     IS_REGULARISED,
     LAW,
@@ -93,8 +94,12 @@ def closure(i, x, n, contacts):
 
 @kernel
 def rounded_speed(n, contacts):
-    """What rounding leaves of a contact velocity that is zero [m/s]; times a stiff damper it is a force that counts."""
-    fastest = 0.0
+    """What rounding leaves of a contact velocity that is zero [m/s]; times a stiff damper it is a force that counts.
+
+    A velocity is resolved to atol + rtol |u|, as if nothing were slower than atol/rtol: where all comes to rest, what
+    is left of a slide must not end and begin again with every rounding of its sign.
+    """
+    fastest = contacts.numbers[ATOL] / contacts.numbers[RTOL]
     for j in range(n):
         fastest = max(fastest, abs(contacts.u[j]))
     for i in range(contacts.kinds.shape[0]):

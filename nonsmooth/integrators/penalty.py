@@ -144,7 +144,7 @@ class Penalty:
         contacts.facts[:] = has, n, LAWS[self.law], is_regularised, 0
         v_s = self.friction.v_s if isinstance(self.friction, Regularised) else 0.0
         meets_mass = self.damping_ratio is not None and self.mass is None
-        contacts.numbers[:] = v_s, self.rtol, self.damping_ratio if meets_mass else -1.0
+        contacts.numbers[:] = v_s, self.rtol, self.damping_ratio if meets_mass else -1.0, self.atol
         contacts.kinds[:], contacts.laws[:] = system.kinds, system.laws
         contacts.constants[:] = self.constants(system, t, q, u)
         self.check_resolution(contacts.constants[:, OMEGA], max(abs(t), abs(t_end)))
