@@ -6,7 +6,7 @@ Each bound is what the method promises for the invariant, relative to the motion
   is wrong by a part of dt^2 mu g; with theta = 1 half a step of the velocity at the start is missing. Velocities within
   ACCEPTED, and within the rounding EPS m_max/m_min of impulses that the lightest block shares with the heaviest, return
   to zero in every step, and move a block by as much times dt;
-* located events: the tolerance rtol for every step, with the same rounding;
+* located events, and steps with error control: the tolerance rtol for every step, with the same rounding;
 * compliant contact: the depth of the load, which a start from zero depth doubles, and mu times as far the friction that
   is missing until then.
 """
@@ -20,6 +20,7 @@ import numpy as np
 from nonsmooth.bench.stress_figures import EPS, Case, Method
 from nonsmooth.bench.stress_scenes import Tower, box_in_corner, box_on, groove, stack, tower
 from nonsmooth.contact_solvers.planar_problem import ACCEPTED
+from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.penalty import Penalty
@@ -31,6 +32,7 @@ FALL = 0.5 * G * REST**2  # of a free body in that time [m]
 RATIOS = (1.0, 1e3, 1e6, 1e-6)  # mass of the highest block over that of the lowest
 RTOL = 1e-8
 MOST_AT_REST = 8  # frictional contacts at rest that `EventDriven` enumerates
+MOST_CONTROLLED = 20  # contacts that `Adaptive` claims: Newton's method for more is loaded by `MoreauJean` only
 MOST_COMPLIANT = 20  # contacts: the Jacobian of `Penalty` is dense
 SHALLOW = 1e-5  # depth of a compliant contact under all the weight [m]
 
@@ -68,8 +70,11 @@ def methods(n_closed: int, way: float, rounding: float, weight: float, v: float 
         Method(MoreauJean(DT, theta=1.0), step + 0.5 * DT * v / way),
         Method(MoreauJean(DT, projection=True), step),
     ]
+    controlled = 100 * RTOL + EPS * rounding
+    if n_closed <= MOST_CONTROLLED:
+        rigid.append(Method(Adaptive(RTOL), controlled))
     if n_closed <= MOST_AT_REST:
-        rigid.append(Method(EventDriven(RTOL), 100 * RTOL + EPS * rounding))
+        rigid.append(Method(EventDriven(RTOL), controlled))
     if n_closed <= MOST_COMPLIANT and mu <= 10:  # else it slides farther while it settles than it should at all
         rigid.append(Method(compliant, (2 + mu) * SHALLOW / way + 100 * RTOL))
     return rigid

@@ -17,6 +17,7 @@ import numpy as np
 
 from nonsmooth.contact_solvers.planar_problem import ACCEPTED
 from nonsmooth.errors import NonsmoothError
+from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
@@ -119,9 +120,9 @@ def bounds(system: System, method: Method, solution: Solution) -> tuple[float, f
     """What the figures may be, whatever the case.
 
     * Penetration. A time step looks at the gaps at its mid-point, one step after it looked last, and what rounding and
-      the accepted residual leave of closed velocities adds up over the run. Located events are early or late by the
-      tolerance. A compliant contact is as deep as its spring stops the fastest motion and carries ten times
-      the greatest load at rest (contacts may carry what stands on others).
+      the accepted residual leave of closed velocities adds up over the run. Events that are located, or that steps are
+      refined to, are early or late by the tolerance. A compliant contact is as deep as its spring stops the fastest
+      motion and carries ten times the greatest load at rest (contacts may carry what stands on others).
     * Residual: what the solvers accept.
     * Ledger and momentum. Each step sums n + r terms for each coordinate, each rounded, and what cancels to ROUNDING
       is set to zero; an adaptive step is off by its tolerance.
@@ -136,7 +137,7 @@ def bounds(system: System, method: Method, solution: Solution) -> tuple[float, f
         closed_drift = ACCEPTED * (speed + free * integrator.dt) * span
         depth = integrator.dt * speed + closed_drift + EPS * steps * lengths
         return depth, ACCEPTED, sum_of, sum_of, method.bound
-    if isinstance(integrator, EventDriven):
+    if isinstance(integrator, EventDriven | Adaptive):
         sum_of = steps * integrator.rtol
         return 10 * (integrator.atol + integrator.rtol * lengths), math.nan, sum_of, sum_of, method.bound
     sum_of = steps * integrator.rtol

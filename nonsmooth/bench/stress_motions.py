@@ -15,6 +15,7 @@ import numpy as np
 from nonsmooth.bench.stress_figures import EPS, Case, Method
 from nonsmooth.bench.stress_scenes import box_on
 from nonsmooth.catalogue import load_model
+from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
@@ -47,6 +48,11 @@ def cases(is_full: bool) -> Iterator[Case]:
             yield paradox(model, state, selection)
 
 
+def controlled(bound: float) -> list[Method]:
+    """The integrators with error control."""
+    return [Method(EventDriven(1e-8), bound), Method(Adaptive(1e-8), bound)]
+
+
 def ball_at_rest_after_bounces() -> Case:
     """Infinitely many bounces end at t_inf; then the ball lies. A time step is late by dt at every bounce that it sees,
     the sum of which is the geometric series of the velocities lost, (1 + e)/(1 - e) v dt; it lies within dt v."""
@@ -54,7 +60,7 @@ def ball_at_rest_after_bounces() -> Case:
     v = math.sqrt(2 * G)
     return Case("ball, e = 0.8, through its accumulation", ball, ball.state(height=1.0), 10.0,
                 lambda s: float(abs(s.q[-1, 0]) + abs(s.u[-1, 0])),
-                [Method(MoreauJean(1e-3), v * 1e-3), Method(EventDriven(1e-8), 1e-10)])  # fmt: skip
+                [Method(MoreauJean(1e-3), v * 1e-3), *controlled(1e-10)])  # fmt: skip
 
 
 def cascade(n: int) -> Case:
@@ -72,7 +78,7 @@ def cascade(n: int) -> Case:
 
     impacts = n * n
     return Case(f"cascade of {n} beads", chain, chain.state(), t_end, error,
-                [Method(MoreauJean(1e-5), n * ROUNDING), Method(EventDriven(1e-8), 1e-8 * impacts)])  # fmt: skip
+                [Method(MoreauJean(1e-5), n * ROUNDING), *controlled(1e-8 * impacts)])  # fmt: skip
 
 
 def stopping_block(dt: float) -> Case:
@@ -222,7 +228,7 @@ def stiff_spring(k: float) -> Case:
     start = np.zeros(4), np.array([1.0, 0, 1.0, 0])
     return Case(f"two masses, spring of {k:.0e} N/m, stop", system, start, 0.5, error,
                 [Method(MoreauJean(dt), mu * G * dt**2 / way + EPS * k * dt**2),
-                 Method(EventDriven(1e-8), 1e-6 + EPS * k * dt**2)])  # fmt: skip
+                 *controlled(1e-6 + EPS * k * dt**2)])  # fmt: skip
 
 
 PARADOXES: tuple[tuple[str, dict[str, float]], ...] = (
@@ -230,13 +236,17 @@ PARADOXES: tuple[tuple[str, dict[str, float]], ...] = (
     ("sprag-slip", {"th": 0.8, "thdot": 0.0}),
     ("bilateral-rod", {}),
 )
+# what `Adaptive` does not claim: a seizure whose impact it meets again and again with ever shorter steps
+SEIZES = ("sprag-slip", "impact")
 
 
 def paradox(name: str, state: dict[str, float], selection: str) -> Case:
     """Through paradoxes by every rule: the run ends, friction and impacts take energy, a gain is that of a surface."""
     model = load_model(name)()
     model = replace(model, mu=2.0) if name == "painleve-rod" else model
-    t_end = 0.2
+    methods, t_end = controlled(1e-7), 0.2
+    if (name, selection) == SEIZES:
+        methods = methods[:1]
 
     def gain(s: Solution) -> float:
         given = np.diff(s.ledger["friction"] + s.ledger["normal"])
@@ -244,4 +254,4 @@ def paradox(name: str, state: dict[str, float], selection: str) -> Case:
         return float(max(0.0, given.max(initial=0.0)) / scale)
 
     return Case(f"{name}, rule {selection}", model, model.state(**state), t_end, gain,
-                [Method(MoreauJean(1e-4), 1e-4), Method(EventDriven(1e-8), 1e-7)], selection=selection)  # fmt: skip
+                [Method(MoreauJean(1e-4), 1e-4), *methods], selection=selection)  # fmt: skip

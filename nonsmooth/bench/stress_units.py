@@ -18,6 +18,7 @@ import numpy as np
 
 from nonsmooth.bench.stress_figures import EPS, Outcome, name_of
 from nonsmooth.catalogue import load_model
+from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.penalty import Penalty
@@ -52,11 +53,13 @@ def trials() -> Iterator[Trial]:
     for scale in POWERS[:2]:
         L, B, _ = scale
         yield Trial(scale, ball, EventDriven(RTOL, ATOL), EventDriven(RTOL, ATOL * L), 0.0)
+        yield Trial(scale, ball, Adaptive(RTOL, ATOL), Adaptive(RTOL, ATOL * L), 0.0)
         soft = Penalty(STIFFNESS, damping_ratio=0.5, rtol=RTOL, atol=ATOL)
         yield Trial(scale, ball, soft, replace(soft, stiffness=STIFFNESS * B, atol=ATOL * L), 0.0)
     steps = 0.4 / DT
     yield Trial(MILLIMETRES, block, MoreauJean(DT), MoreauJean(DT), TERMS * EPS * steps**2)
-    yield Trial(MILLIMETRES, ball, EventDriven(RTOL, ATOL), EventDriven(RTOL, ATOL * 1e3), 100 * RTOL)
+    for method in (EventDriven, Adaptive):
+        yield Trial(MILLIMETRES, ball, method(RTOL, ATOL), method(RTOL, ATOL * 1e3), 100 * RTOL)
 
 
 def block(scale: tuple[float, float, float]) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray]:
