@@ -109,42 +109,6 @@ def test_ball_is_exactly_at_rest_after_its_last_bounce_at_every_tolerance(e, rto
     assert (q == 0.0).all() and (u == 0.0).all() and sol.mode[-1, 0] != ns.ContactMode.OPEN
 
 
-# printed digits, SYSTEMS sections D to H, not met by other tests
-
-
-def test_self_started_slide_of_t1_and_the_turn_of_t2_keep_their_signs():
-    """T1 slides left throughout; T2 reverses twice without sticking."""
-    rod = PainleveRod(mu=0.3)
-    fine = ns.EventDriven(1e-11, 1e-13)
-    t1 = ns.simulate(rod, (0, 0.361904031), *rod.state(th=math.radians(50), thdot=0.0, slip=-0.4), integrator=fine)
-    assert not t1.events and (t1.slip[:, 0] == -1).all()
-    t2 = ns.simulate(rod, (0, 0.330648443), *rod.state(th=math.radians(50), thdot=0.0, slip=0.8), integrator=fine)
-    assert [e.slip_after for e in t2.events] == [-1, 1]
-    assert all(e.mode_after == ns.ContactMode.SLIDE for e in t2.events)
-
-
-def test_sprag_slip_set_1_reaches_the_printed_extremes_between_the_steps():
-    """Section G, cth = 0.5: th_max = 0.899886645, th_min = 0.7532243, th' from -1.338581 to 1.389914."""
-    rod = SpragSlip.set_1(cth=0.5)
-    sol = ns.simulate(rod, (0, 12), *rod.state(th=0.8, thdot=0.0), integrator=ns.EventDriven(1e-11, 1e-13),
-                      events=[lambda t, q, u: u[1]])  # fmt: skip
-    turns = sol.q_events[0][-2:, 1]
-    assert abs(turns.max() - 0.899886645) < 1e-9 and abs(turns.min() - 0.7532243) < 1e-7
-    t = np.linspace(11.5, 12.0, 20001)
-    speed = sol(t).u[:, 1]
-    assert abs(speed.min() + 1.338581) < 1e-6 and abs(speed.max() - 1.389914) < 1e-6
-
-
-def test_sprag_slip_set_2_ends_its_stick_at_the_printed_angle():
-    """Section H: stick up to th = 0.966466904, then th_max = 1.215713 and th'_min = -2.275685."""
-    rod = SpragSlip()
-    sol = ns.simulate(rod, (0, 8), *rod.state(th=0.8, thdot=0.0), integrator=ns.EventDriven(1e-11, 1e-13))
-    release = [e.t for e in sol.events if e.mode_before == ns.ContactMode.STICK][-2]
-    assert abs(sol(release).q[1] - 0.966466904) < 1e-9
-    q, u = sol(np.linspace(7.4, 7.9, 20001))
-    assert abs(q[:, 1].max() - 1.215713) < 1e-6 and abs(u[:, 1].min() + 2.275685) < 1e-6
-
-
 def test_mode_coupling_reaches_the_printed_extremes():
     """Section C, mu = 0.6: y1 from -1.014243 to 0.655763, y1' from -13.291654 to 10."""
     mass = ModeCoupling(mu=0.6)
