@@ -11,7 +11,6 @@ docs/benchmarks/accuracy.md is written, its figure beside it.
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import platform
 from pathlib import Path
@@ -20,48 +19,34 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.bench.accuracy_page import page
-from nonsmooth.catalogue import load_model
+from nonsmooth.bench.motions import motions
 from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.studies.work_precision import TIMES, TOLERANCES, OwnMethod, Scene, work_precision
 from nonsmooth.studies.work_precision_result import joined
 
-BEADS = 20  # the dense Jacobian of an implicit method is not made for a hundred
 REPEATS = 5
 CROWDED = (EventDriven(rtol=1e-12, atol=1e-14), EventDriven(rtol=1e-10, atol=1e-12))  # where impacts crowd
 FINEST_ADAPTIVE = 10  # of the tolerances: below 1e-10 its steps are as small as rounding
 
 
 def scenes() -> dict[str, Scene]:
-    """The motions."""
-    ball = load_model("bouncing-ball")(e=0.5)
-    block = load_model("sliding-block")(mu=0.3)
-    beads = load_model("bead-chain")(n=BEADS)
-    belt = load_model("belt-oscillator")(k=10.0, c=0.1, m0=0.4, m1=0.45, m3=0.6, vb=0.2, N=1.0)
-    rod = load_model("painleve-rod")(mu=0.5)
-    sprag_slip = load_model("sprag-slip")
-    set_1 = sprag_slip.set_1(cth=0.5)
-    return {
-        "ball through Zeno": motion(ball, 2.0, reference=lambda t: [ball.height(t)], height=1.0),
-        "sliding block": motion(block, 1.0, reference=lambda t: [block.position(t), 0.0], speed=2.0),
-        "rod, slip and stick": motion(rod, 0.3, th=math.pi / 3, thdot=0.0, slip=1.0),
-        "belt, stick-slip": motion(belt, 20.0),
-        "rocking block": motion(load_model("rocking-block")(), 3.0),
-        "pendulum against a wall": motion(load_model("wall-pendulum")(), 5.0),
-        "sprag-slip, limit cycle": motion(set_1, 3.0, th=0.8, thdot=0.0),
-        "sprag-slip, seizures": motion(sprag_slip(), 3.0, th=0.8, thdot=0.0),
-        "bead chain": motion(beads, 2.0, reference=lambda t: beads.exact(t)[0]),
-        "slider-crank": motion(load_model("slider-crank")(), 0.2, reference=CROWDED),
-        "woodpecker": motion(load_model("woodpecker")(), 0.6, reference=CROWDED),
+    """The motions, each with its reference."""
+    found = motions()
+    ball, block, beads = (found[name].model for name in ("ball through Zeno", "sliding block", "bead chain"))
+    references = {
+        "ball through Zeno": lambda t: [ball.height(t)],
+        "sliding block": lambda t: [block.position(t), 0.0],
+        "bead chain": lambda t: beads.exact(t)[0],
+        "slider-crank": CROWDED,
+        "woodpecker": CROWDED,
     }
-
-
-def motion(model: Any, t_end: float, reference: Any = None, **state: float) -> Scene:
-    """A motion from natural variables."""
-    times = np.linspace(0.0, t_end, TIMES + 1)[1:]
-    q0, u0 = model.state(**state)
-    return Scene(model, (0.0, t_end), q0, u0, times, reference)
+    scenes = {}
+    for name, motion in found.items():
+        times = np.linspace(0.0, motion.t_end, TIMES + 1)[1:]
+        scenes[name] = Scene(motion.model, (0.0, motion.t_end), *motion.state, times, references.get(name))
+    return scenes
 
 
 def methods() -> dict[str, Any]:

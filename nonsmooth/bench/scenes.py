@@ -49,8 +49,11 @@ class Blocks(NamedTuple):
     mu: float = 0.3  # friction coefficient
 
 
-def row_of_blocks(n: int) -> System:
-    """n blocks on a floor, coupled by springs: q = (x_1, y_1, x_2, ...), n frictional contacts, all closed."""
+def row_of_blocks(n: int, k: float = Blocks().k, is_stiff: bool = False) -> System:
+    """n blocks on a floor, coupled by springs: q = (x_1, y_1, x_2, ...), n frictional contacts, all closed.
+
+    A stiff row gives its stiffness k [N/m] to the methods that are implicit in it.
+    """
 
     def mass(t, q, p, M):
         for i in range(2 * n):
@@ -63,6 +66,13 @@ def row_of_blocks(n: int) -> System:
             pull = p.k * (q[2 * i + 2] - q[2 * i])
             h[2 * i] += pull
             h[2 * i + 2] -= pull
+
+    def stiffness(t, q, u, p, K):
+        for i in range(n):
+            K[2 * i, 2 * i] = p.k * ((i > 0) + (i < n - 1))
+        for i in range(n - 1):
+            K[2 * i, 2 * i + 2] = -p.k
+            K[2 * i + 2, 2 * i] = -p.k
 
     def gap(t, q, p, g_N):
         for i in range(n):
@@ -77,4 +87,5 @@ def row_of_blocks(n: int) -> System:
             W_F[i, 0, 2 * i] = 1.0
 
     return System(n_q=2 * n, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent,
-                  contacts=[Contact(mu="mu")] * n, parameters=Blocks(), name=f"row of {n} blocks")  # fmt: skip
+                  stiffness=stiffness if is_stiff else None, contacts=[Contact(mu="mu")] * n,
+                  parameters=Blocks(k=k), name=f"row of {n} blocks")  # fmt: skip

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nonsmooth.bench.scenes import row_of_blocks
 from nonsmooth.bench.stress_figures import EPS, Case, Method
 from nonsmooth.bench.stress_scenes import box_on
 from nonsmooth.catalogue import load_model
@@ -178,47 +179,10 @@ def opening_and_closing() -> Case:
                 [Method(MoreauJean(1e-3), 10_000 * EPS)])  # fmt: skip
 
 
-class Stiff(NamedTuple):
-    m: float = 1.0  # masses [kg]
-    k: float = 1e12  # stiffness between them [N/m]
-    g: float = 9.81  # gravity [m/s^2]
-    mu: float = 0.3  # friction coefficient
-
-
 def stiff_spring(k: float) -> Case:
     """Two masses with a spring slide on a floor: as one they stop after v^2/(2 mu g). A step is implicit in the spring
     and keeps the mean exact; rounding leaves EPS k/(m/dt^2) of the velocities to the spring."""
-
-    def mass(t, q, p, M):
-        for i in range(4):
-            M[i, i] = p.m
-
-    def force(t, q, u, p, h):
-        h[0] = p.k * (q[2] - q[0])
-        h[2] = -h[0]
-        h[1] = -p.m * p.g
-        h[3] = -p.m * p.g
-
-    def stiffness(t, q, u, p, K):
-        K[0, 0] = p.k
-        K[0, 2] = -p.k
-        K[2, 0] = -p.k
-        K[2, 2] = p.k
-
-    def gap(t, q, p, g_N):
-        g_N[0] = q[1]
-        g_N[1] = q[3]
-
-    def normal(t, q, p, W_N):
-        W_N[0, 1] = 1.0
-        W_N[1, 3] = 1.0
-
-    def tangent(t, q, p, W_F):
-        W_F[0, 0, 0] = 1.0
-        W_F[1, 0, 2] = 1.0
-
-    system = System(n_q=4, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, stiffness=stiffness,
-                    contacts=[Contact(mu="mu")] * 2, parameters=Stiff(k=k), name="stiff spring")  # fmt: skip
+    system = row_of_blocks(2, k, is_stiff=True)
     dt, mu = 1e-3, 0.3
     way = 1 / (2 * mu * G)
 

@@ -7,7 +7,7 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth import cli
-from nonsmooth.bench import accuracy, peers
+from nonsmooth.bench import accuracy, motions, peers
 from nonsmooth.bench.accuracy_page import page
 from nonsmooth.studies.comparison import as_problem
 from nonsmooth.studies.work_precision import Trial, as_known, distance
@@ -30,7 +30,7 @@ def test_event_driven_meets_its_tolerance_on_every_scene(name):
 
 def test_beads_of_the_scene_end_as_their_closed_form():
     scene = SCENES["bead chain"]
-    assert np.isfinite(scene.reference(2.0)).all() and len(scene.reference(2.0)) == accuracy.BEADS
+    assert np.isfinite(scene.reference(2.0)).all() and len(scene.reference(2.0)) == motions.BEADS
 
 
 def test_page_has_times_ratios_and_bounds():

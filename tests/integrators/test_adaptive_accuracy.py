@@ -1,43 +1,17 @@
 """Adaptive Moreau–Jean: what its tolerance promises over the scenes, and random starts.
 
-The table of docs/theory/adaptive.md is made by docs/figures/adaptive.py, with the same scenes and the same error.
+The table of docs/theory/adaptive.md is made by docs/figures/adaptive.py, with the same error.
 """
-
-import math
 
 import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import (
-    BeadChain,
-    BeltOscillator,
-    BilateralRod,
-    LeadScrew,
-    ModeCoupling,
-    PainleveRod,
-    RockingBlock,
-    SliderCrank,
-    SpragSlip,
-    WallPendulum,
-    Woodpecker,
-)
+from models import SliderCrank, SpragSlip
+from nonsmooth.bench.motions import bilateral_motions, motions, random_motion
 
-BELT = BeltOscillator(vb=0.2)
-SCENES = {
-    "rod": (PainleveRod(mu=0.5), {"th": math.pi / 3, "thdot": 0.0, "slip": 1.0}, 0.3),
-    "belt": (BELT, {"x": BELT.release_position(), "velocity": 0.2}, 10.0),
-    "rocking block": (RockingBlock(), {"tilt": 0.1}, 3.0),
-    "pendulum": (WallPendulum(), {"th": 1.0}, 5.0),
-    "sprag-slip set 1": (SpragSlip.set_1(cth=0.5), {"th": 0.8, "thdot": 0.0}, 3.0),
-    "sprag-slip set 2": (SpragSlip(), {"th": 0.8, "thdot": 0.0}, 3.0),
-    "beads": (BeadChain(n=10), {"velocity": 1.0}, 0.5),
-    "slider-crank": (SliderCrank(), {}, 0.2),
-    "woodpecker": (Woodpecker(), {}, 0.3),
-    "bilateral rod": (BilateralRod(mu=0.8), {"th": 1.0, "thdot": 0.0, "slip": 1.0}, 0.3),
-    "mode coupling": (ModeCoupling(), {}, 2.0),
-    "lead screw": (LeadScrew(), {}, 0.3),
-}
+SCENES = motions() | bilateral_motions()
+SPANS = {"bead chain": 0.5, "woodpecker": 0.3}  # s; impacts crowd: small steps
 MOST = 100.0  # tolerances; a step is held to one, and what an event leaves grows on the way: 54 is the largest measured
 
 
@@ -45,6 +19,7 @@ MOST = 100.0  # tolerances; a step is held to one, and what an event leaves grow
 def test_error_follows_the_tolerance(scene):
     """Largest error of the coordinates at 50 times, in 1e-2 + max |q|, against events at 1e-12."""
     model, start, t_end = SCENES[scene]
+    t_end = SPANS.get(scene, t_end)
     state, t = model.state(**start), np.linspace(0.0, t_end, 51)
     exact = ns.simulate(model, (0.0, t_end), *state, integrator=ns.EventDriven(1e-12, 1e-14), t_eval=t).q
     scale = 1e-2 + np.abs(exact).max(axis=0)
@@ -67,36 +42,14 @@ def test_sprag_slip_orbits_return_after_their_printed_period(model, period, tran
     assert np.abs(sol.q[-1] - sol.q[-2]).max() < 1e-9 * np.abs(sol.u[-1]).max() + 50e-10 * np.abs(sol.q[-1]).max()
 
 
-def random_scene(rng):
-    """A model of random parameters, a start and a duration."""
-    pick = rng.integers(6)
-    if pick == 0:
-        rod = PainleveRod(mu=rng.uniform(0.1, 3.0), e=rng.choice([0.0, 0.5, 1.0]))
-        q0, u0 = rod.state(th=rng.uniform(0.2, 2.9), thdot=4 * rng.normal(), slip=2 * rng.normal())
-        return rod, (q0 + [0.0, rng.uniform(0.0, 0.2), 0.0], u0 + rng.normal(size=3)), 0.3
-    if pick == 1:
-        rod = SpragSlip(mu=rng.uniform(0.2, 1.4))
-        return rod, rod.state(th=rng.uniform(0.3, 1.3), thdot=3 * rng.normal()), 1.0
-    if pick == 2:
-        rod = BilateralRod(mu=rng.uniform(0.1, 2.5))
-        return rod, rod.state(th=rng.uniform(0.2, 1.4), thdot=4 * rng.normal(), slip=2 * rng.normal()), 0.3
-    if pick == 3:
-        block = RockingBlock(
-            width=rng.uniform(0.1, 1.0), height=0.6, mu=rng.uniform(0.0, 1.5), e=rng.choice([0.0, 0.8])
-        )
-        q0, u0 = block.state(tilt=rng.uniform(-0.5, 0.5))
-        return block, (q0 + [0.0, rng.uniform(0.0, 0.2), 0.0], u0 + rng.normal(size=3)), 1.0
-    if pick == 4:
-        pendulum = WallPendulum(th_w=rng.uniform(-0.5, 1.0), e=rng.uniform())
-        return pendulum, pendulum.state(th=rng.uniform(1.05, 1.8)), 5.0
-    chain = BeadChain(n=int(rng.integers(2, 14)), e=rng.uniform())
-    return chain, chain.state(velocity=1.0), 0.5
+# Newton's law of impact may gain energy where e_N > 0 beside friction, as of some of the random rods and blocks
+GAINING = pytest.mark.filterwarnings("ignore::nonsmooth.EnergyGainWarning")
 
 
 def reaches_its_end(seed):
     """One random run; no unilateral gap is deeper than the tolerance."""
     rng = np.random.default_rng(seed)
-    model, start, t_end = random_scene(rng)
+    model, start, t_end = random_motion(rng)
     rtol = 10.0 ** rng.uniform(-10, -3)
     sol = ns.simulate(model, (0.0, t_end), *start, integrator=ns.Adaptive(rtol, 1e-2 * rtol), on_failure="return",
                       max_wall_time=60.0)  # fmt: skip
@@ -104,10 +57,12 @@ def reaches_its_end(seed):
     return sol.success and np.isfinite(sol.q).all() and sol.g_N.min() > -deepest
 
 
+@GAINING
 def test_random_starts_reach_their_end():
     assert [seed for seed in range(60) if not reaches_its_end(seed)] == []
 
 
+@GAINING
 @pytest.mark.stress
 def test_many_random_starts_reach_their_end():
     assert [seed for seed in range(100, 1100) if not reaches_its_end(seed)] == []

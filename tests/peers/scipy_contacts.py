@@ -172,7 +172,7 @@ def move(problem, rtol, contacts, modes=()):
     contacts.modes = dict(modes)
     while t < pieces.t_end:
         at, modes = contacts.events(y), dict(contacts.modes)
-        rates = lambda t, y, modes=modes: np.concatenate([contacts.split(y)[1], contacts.dynamics(y, modes)[0]])  # noqa: E731
+        rates = lambda t, y, modes=modes: np.concatenate([contacts.split(y)[1], contacts.dynamics(y, modes)[0]])
         t, y, which = pieces.add(rates, t, y, [falling(f) for f, _, _ in at])
         if which is None:
             break
