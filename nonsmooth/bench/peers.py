@@ -123,13 +123,13 @@ class Siconos:
         if line:
             answer: dict[str, Any] = json.loads(line)
             return answer
-        code = self.process.wait()  # the next request starts another one
-        self.process = None
+        code = self.close()  # the next request starts another one
         return {"error": f"its process has ended with the code {code}"}
 
-    def close(self) -> None:
-        """End the process."""
-        if self.process is not None and self.process.stdin is not None:
-            self.process.stdin.close()
-            self.process.wait()
+    def close(self) -> int | None:
+        """End the process; its exit code."""
+        if self.process is None:
+            return None
+        with self.process as ended:  # closes its pipes and waits
             self.process = None
+        return ended.returncode
