@@ -52,7 +52,20 @@ def acceleration_problem(model, has, t, n, q, u, p, n_k, kinds, rates, work):
     for k in range(r):
         work.gamma_0[k] = rates[0, k]
     delassus(n, r, work)
-    return Status.RUNNING, r
+    return Status.RUNNING if is_finite(n, r, work) else Status.NOT_FINITE, r
+
+
+@kernel
+def is_finite(n, r, work):
+    """Whether the accelerations without contact, G and b are: a comparison with NaN would decide on a mode."""
+    total = 0.0
+    for i in range(n):
+        total += 0.0 * work.du[i]
+    for a in range(r):
+        total += 0.0 * work.c[a]
+        for e in range(r):
+            total += 0.0 * work.G[a, e]
+    return total == 0.0
 
 
 @kernel

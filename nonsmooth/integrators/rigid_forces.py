@@ -17,6 +17,8 @@ Source: Pfeiffer, Glocker (1996), chapter 5; Génot, Brogliato, *Eur. J. Mech. A
 
 from __future__ import annotations
 
+import math
+
 from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
@@ -185,4 +187,4 @@ def add_forces(n, n_k, contacts):
                 part = work.X[a, j] * la[i, a - work.start[k] + first]
                 total += part
                 size += abs(part)
-        work.du[j] = total if abs(total) > ROUNDING * size else 0.0
+        work.du[j] = 0.0 if abs(total) <= ROUNDING * size < math.inf else total  # what is not finite stays

@@ -9,6 +9,8 @@ section VII.2.
 
 from __future__ import annotations
 
+import math
+
 from nonsmooth.errors import Status
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.rigid_modes import (
@@ -66,13 +68,15 @@ def hold(model, p, t, x, with_friction, contacts):
 
 @kernel
 def move_positions(model, p, t, m, x, contacts):
-    """Close the gaps of the closed contacts by one linearisation, and write all gaps; False if the gap raised."""
+    """Close the gaps of the closed contacts by one linearisation, and write all gaps; False if one is not finite."""
     work, has = contacts.work, contacts.facts[HAS]
     n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
     contacts.numbers[DRIFT] = 0.0
     if has & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
         return False
     for i in range(n_c):
+        if not math.isfinite(work.g_N[i]):
+            return False
         x[2 * n + i] = work.g_N[i]
     for e in range(m):
         i = contacts.contact[e]
@@ -105,7 +109,7 @@ def move(n, m, first, with_friction, x, contacts):
                 part += work.X[a + 1, j] * contacts.ratio[i] * contacts.z[e]
             total += part
             size += abs(part)
-        x[first + j] = total if first == 0 or abs(total) > ROUNDING * size else 0.0
+        x[first + j] = 0.0 if first > 0 and abs(total) <= ROUNDING * size < math.inf else total
     if not with_friction:
         return
     for e in range(m):

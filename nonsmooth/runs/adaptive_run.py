@@ -18,7 +18,7 @@ from nonsmooth.initial_state import check_mass, project_state
 from nonsmooth.integrators.compliant_contacts import N_WORKS, OMEGA
 from nonsmooth.integrators.penalty_loop import ROWS, Trail, trail_shapes
 from nonsmooth.integrators.radau import SMALLEST
-from nonsmooth.integrators.radau_stages import EVALUATIONS, FACTORISATIONS, JACOBIANS, NOW, REJECTED
+from nonsmooth.integrators.radau_stages import DONE, EVALUATIONS, FACTORISATIONS, JACOBIANS, NOW, REJECTED
 from nonsmooth.integrators.records import N_LEDGER, STEPS, Record, State, state_shapes
 from nonsmooth.integrators.step_polynomial import IS_KEPT, N_STEPS
 from nonsmooth.jit import interpreted
@@ -166,8 +166,9 @@ class AdaptiveRun(Run):
         return taken
 
     def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
-        t, n, trial = self._time(), self.system.n_u, self.scratch_block.arrays.ode.trial
-        return [(t, self.state.q, self.state.u), (t + SMALLEST * abs(t), trial[:n], trial[n : 2 * n])]
+        t, n, ode = self._time(), self.system.n_u, self.scratch_block.arrays.ode
+        ends = ((SMALLEST * abs(t), ode.trial), (float(ode.clock[DONE]), ode.x_1))
+        return [(t, self.state.q, self.state.u), *((t + part, x[:n], x[n : 2 * n]) for part, x in ends)]
 
     def _time(self) -> float:
         return float(self.scratch_block.arrays.ode.clock[NOW])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.integrators.adaptive_polynomial import DEGREE, PIECES
-from nonsmooth.integrators.adaptive_state import NOW, REJECTED, STEP, SUBSTEPS
+from nonsmooth.integrators.adaptive_state import LEAST, NOW, REJECTED, STEP, SUBSTEPS
 from nonsmooth.integrators.penalty_loop import trail_shapes
 from nonsmooth.integrators.rigid_modes import N_WORKS
 from nonsmooth.runs.adaptive_run import BLOCK
@@ -48,9 +48,10 @@ class ExtrapolationRun(EventRun):
         return self.state.q, self.state.u
 
     def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
-        t, dt, q, u = self._time(), float(self.scratch_block.arrays.clock[STEP]), self.state.q, self.state.u
-        trial = self.scratch_block.arrays.trial
-        return [*((t + part * dt, q + part * dt * u, u) for part in (0.0, 0.5, 1.0)), (t + dt, trial.q, trial.u)]
+        t, q, u, scratch = self._time(), self.state.q, self.state.u, self.scratch_block.arrays
+        dt, least, trial = float(scratch.clock[STEP]), float(scratch.clock[LEAST]), scratch.trial
+        parts = (0.0, 0.5 * dt, dt, least)
+        return [*((t + part, q + part * u, u) for part in parts), (t + dt, trial.q, trial.u)]
 
     def _stats(self) -> Stats:
         counters = self.scratch_block.arrays.counters
