@@ -11,12 +11,14 @@ import pytest
 
 import models
 import nonsmooth
-from nonsmooth.cli import main
+from nonsmooth.cli import build_parser, main
+from nonsmooth.commands.typed_input import NEGATIVE
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted({*(ROOT / "docs").rglob("*.md")} - {*(ROOT / "docs/generated").rglob("*.md")})]
 PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 COMMAND = re.compile(r"^ {4}(nonsmooth (?:run|list|classify|map) [^|\n]*|nonsmooth list)$", re.MULTILINE)
+ANY_COMMAND = re.compile(r"^ {4}(nonsmooth [a-z]+(?:\\\n|[^|\n])*)", re.MULTILINE)
 
 
 def modules_with_examples():
@@ -34,8 +36,10 @@ def pages_with(pattern):
 @pytest.mark.parametrize("module", list(modules_with_examples()))
 def test_examples_of_docstrings_give_what_they_show(module, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    outcome = doctest.testmod(importlib.import_module(module))
-    assert outcome.attempted > 0 and outcome.failed == 0
+    module = importlib.import_module(module)
+    outcome = doctest.testmod(module)
+    written = re.findall(r"^ *>>> ", Path(module.__file__).read_text(), re.MULTILINE)
+    assert outcome.attempted == len(written) and outcome.failed == 0  # one that doctest does not find would never run
 
 
 @pytest.mark.parametrize("page", pages_with(PYTHON))
@@ -44,6 +48,13 @@ def test_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, c
     script = tmp_path / "page.py"  # a file: model functions are read back from their source
     script.write_text("\n".join(PYTHON.findall(page.read_text())))
     exec(compile(script.read_text(), script, "exec"), {"__name__": "page"})
+
+
+@pytest.mark.parametrize("page", pages_with(ANY_COMMAND))
+def test_every_command_of_a_page_is_understood(page):
+    for line in ANY_COMMAND.findall(page.read_text()):
+        words = shlex.split(line.replace("\\\n", " "), comments=True)[1:]
+        build_parser().parse_args([" " + word if NEGATIVE.match(word) else word for word in words])
 
 
 @pytest.mark.parametrize("page", pages_with(COMMAND))

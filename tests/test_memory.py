@@ -1,5 +1,9 @@
 """What does not fit into memory is refused before it is allocated."""
 
+import math
+import os
+from pathlib import Path
+
 import pytest
 
 import nonsmooth as ns
@@ -18,3 +22,14 @@ def test_more_than_is_free_is_refused_with_both_figures_and_the_cure():
 def test_little_is_granted_without_asking(monkeypatch):
     monkeypatch.setattr("nonsmooth.memory.free_memory", lambda: 0.0)
     require_memory(1e6, "the rows", "write less")
+
+
+def test_without_the_files_of_linux_the_memory_of_the_machine_counts(monkeypatch):
+    def refuse(path):
+        raise FileNotFoundError(path)
+
+    monkeypatch.setattr(Path, "read_text", refuse)
+    monkeypatch.setattr(os, "sysconf", {"SC_PHYS_PAGES": 1000, "SC_PAGE_SIZE": 4096}.__getitem__)
+    assert free_memory() == 4096e3
+    monkeypatch.setattr(os, "sysconf", refuse)
+    assert free_memory() == math.inf
