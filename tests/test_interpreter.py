@@ -256,14 +256,6 @@ def test_cells_of_a_map_have_the_same_bits_at_both_speeds():
         assert compiled.equals(ns.paradox_map(PainleveRod(), **axes))
 
 
-def test_an_averaged_amplitude_has_the_same_bits_at_both_speeds():
-    compiled = ns.averaged_amplitude(BeltOscillator(vb=0.1), largest=0.03)
-    with interpreter():
-        twin = ns.averaged_amplitude(BeltOscillator(vb=0.1), largest=0.03)
-        rates = [twin.rate(a) for a in (0.01, 0.1)]
-    assert rates == [compiled.rate(a) for a in (0.01, 0.1)] and bits(twin.amplitudes) == bits(compiled.amplitudes)
-
-
 # contact problems, complementarity problems, paradoxes
 
 FILES = {
@@ -273,7 +265,7 @@ FILES = {
 # Python rounds math.hypot better than libm does: the starting points of the interior point differ by EPS. Close to the
 # boundary of the cones its systems have condition numbers of 1/tol = 1e8, and EPS grows to HYPOT.
 HYPOT = np.finfo(float).eps * 1e8
-LARGEST = 30  # unknowns: the interpreter takes seconds for more
+LARGEST = 20  # unknowns: the interpreter takes seconds for more
 
 
 def problems(kind):
@@ -330,7 +322,6 @@ STATES = {
     "sprag slip": (SpragSlip(), SpragSlip().state()),
     "block on two corners": (RockingBlock(), RockingBlock().state(tilt=0.0)),
     **{name: (SCENES[name][0], SCENES[name][1:3]) for name in ("box on three points", "stack of two")},
-    "box in a corner": (stress_scenes.box_in_corner(0.3, 5.0), np.zeros((2, 4))),
 }
 
 
