@@ -5,6 +5,7 @@ Event functions end a mode:
     CLOSURE     g_N of an open contact, la_N of a closed one (unilateral)
     FRICTION    s gamma_F of sliding, unless mu = 0; mu |la_N| - |la_F| of sticking
     SIGN        sigma la_N of a bilateral contact that slides
+    UNIQUE      p' of a bilateral contact that slides alone: where it falls through zero a second force fits
     REGULAR     det A over that without friction, one for all: a slide whose p falls to zero has lost its force
                 (Génot–Brogliato point)
 
@@ -23,6 +24,7 @@ from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.radau_stages import EPS, RATES
+from nonsmooth.integrators.rigid_census import sliding_alone, uniqueness
 from nonsmooth.integrators.rigid_modes import (
     CLOSURE,
     DETERMINANT,
@@ -34,8 +36,10 @@ from nonsmooth.integrators.rigid_modes import (
     N_FUNCTIONS,
     N_U,
     RTOL,
+    SEVERAL_FIT,
     SIGN,
     SINGULAR_SLIDE,
+    UNIQUE,
     RigidContacts,
     closed_problem,
     factorise_both,
@@ -114,6 +118,8 @@ def rigid_events(model, p, contacts_at, t, x, out):
                 out[e + FRICTION] = contacts.slip[i] * contacts.gamma[i, 1]
                 out[E + e + FRICTION] = speed
             if kind == BILATERAL:
+                if contacts.facts[SEVERAL_FIT] == 0 and sliding_alone(contacts) == i:
+                    out[e + UNIQUE] = uniqueness(i, contacts)
                 out[e + SIGN] = of_load(contacts.sign[i] * la[i, 0], contacts)
                 out[E + e + SIGN] = force
         elif mode == ContactMode.STICK:

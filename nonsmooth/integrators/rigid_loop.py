@@ -27,6 +27,7 @@ from nonsmooth.integrators.penalty_loop import NEXT, ROWS, STALLS, Trail, state_
 from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_restart, radau_step
 from nonsmooth.integrators.radau_stages import DONE, NOW, STEP, Radau, radau_shapes, rates_at
 from nonsmooth.integrators.records import N_EVENTS, PENETRATION, STEPS, State
+from nonsmooth.integrators.rigid_census import count_step, note_several, sliding_alone
 from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.integrators.rigid_modes import (
     CLOSURE,
@@ -90,7 +91,7 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
         t = clock[NOW]
         if every > 0 and trail.counts[ROWS] + 2 > trail.t.shape[0]:
             return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
-        if state.counters[N_EVENTS] + contacts.kinds.shape[0] > state.events.shape[0]:
+        if state.counters[N_EVENTS] + contacts.kinds.shape[0] + 1 > state.events.shape[0]:  # an event, and the census
             return Status.RUNNING.value
         if contacts.facts[EVENT] != NO_EVENT:
             status = handle_event(rates, model, p, every, state, trail, scratch)
@@ -122,6 +123,7 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             return status
         clock[NOW] = t_1
         accept(state, contacts, ode)
+        count_step(state, contacts)
         end_polynomial(contacts.facts[N_U], ode, trail.steps)
         if every == 0:
             status = write_rows(rates, model, p, t, t_1, t_record, scratch, trail)
@@ -184,9 +186,12 @@ def handle_event(rates, model, p, every, state, trail, scratch):
     for j in range(n):
         has_jumped = has_jumped or u_0[j] != ode.x[n + j]
         state.q[j], state.u[j] = ode.x[j], ode.x[n + j]
-    if not is_start and (every == 0 or not has_jumped):
+    alone = sliding_alone(contacts)
+    if not is_start and alone < 0 and (every == 0 or not has_jumped):
         return status
     status = rates_at(rates, model, p, address(contacts), t, ode.x, ode.f)
+    if alone >= 0 and status == Status.RUNNING:
+        note_several(t, alone, state, contacts)
     if is_start:
         write_start(t, n, ode.x, u_0, events.x, contacts, trail)
     if every > 0 and has_jumped:

@@ -36,13 +36,15 @@ from nonsmooth.laws import LAW_WIDTH, friction_coefficient
 from nonsmooth.system import GIVEN_FORCE, ContactMode
 
 # facts; EVENT is the event that waits to be handled; IS_SHARED: 1 where contacts are redundant, so that no single force
-# is known; IS_ADMISSIBLE: 1 where contacts are redundant, or nearly so, and admissible forces go with their modes
-HAS, N_U, SELECTION, EVENT, IS_SHARED, IS_ADMISSIBLE = range(6)
+# is known; IS_ADMISSIBLE: 1 where contacts are redundant, or nearly so, and admissible forces go with their modes;
+# SEVERAL_FIT: whether several forces fit the slide
+HAS, N_U, SELECTION, EVENT, IS_SHARED, IS_ADMISSIBLE, SEVERAL_FIT = range(7)
 # numbers of the run: tolerances; det A over that without friction, and the shift of its diagonal where contacts are
 # redundant; the time that the shortest flight lasts which has just begun; the largest gap of a closed contact
 ATOL, RTOL, DETERMINANT, SHIFT, FLIGHT, DRIFT = range(6)
 # event functions of a contact; the last of all is REGULAR
 CLOSURE, FRICTION, SIGN = range(3)
+UNIQUE = CLOSURE  # of a bilateral contact, which has nothing to close
 N_FUNCTIONS = 3
 N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfaces
 # det A over that without friction (p/G_NN of one contact) at which a slide ends: masses of different size make both
@@ -71,7 +73,7 @@ class RigidContacts(NamedTuple):
     """The contacts of a run. n = n_u, c = n_c, r = rows."""
 
     work: Work
-    facts: Integers  # (6,)
+    facts: Integers  # (7,)
     numbers: Vector  # (6,)
     kinds: IntegerTable  # (c, 2)
     laws: Matrix  # (c, LAW_WIDTH)
@@ -103,7 +105,7 @@ def contacts_shapes(n: int, n_c: int, d: int) -> tuple:
     """Shapes of ``RigidContacts``."""
     r = max(1, n_c * (1 + d))
     return frozen({
-        "work": work_shapes(n, n_c, d), "facts": (6,), "numbers": (6,), "kinds": (n_c, 2), "laws": (n_c, LAW_WIDTH),
+        "work": work_shapes(n, n_c, d), "facts": (7,), "numbers": (6,), "kinds": (n_c, 2), "laws": (n_c, LAW_WIDTH),
         **dict.fromkeys(("mode", "slip", "sign", "size", "ratio"), (n_c,)), "q": (n,), "u": (n,), "la": (n_c, 2),
         "gamma": (n_c, 2), "rates": (4, r), "A": (r, r), "factor": (r, r),
         **dict.fromkeys(("row", "contact", "part", "order", "b", "z", "left", "sum"), (r,)),

@@ -68,6 +68,7 @@ from nonsmooth.integrators.rigid_modes import (
     N_FUNCTIONS,
     N_U,
     SELECTION,
+    SEVERAL_FIT,
     RigidContacts,
     rounded_length,
     small_speed,
@@ -262,6 +263,7 @@ def take_modes(found, n_k, state, contacts, touch, forces):
         kept, n_k, work.closed, work.start, kinds, forces.mu, work.G, forces.planar.was_stuck,
         contacts.facts[SELECTION], tree,
     )  # fmt: skip
+    is_noted = False
     is_indeterminate = found >= 3 or (found == 2 and (slides or n_k > 1))
     for k in range(n_k):
         i = work.closed[k]
@@ -271,8 +273,10 @@ def take_modes(found, n_k, state, contacts, touch, forces):
         contacts.sign[i] = sigma_of(candidate) if kinds[i, 0] == BILATERAL else 1
         if is_indeterminate and kinds[i, 1] > 0 and touch.kind[i] == MODE_CHANGE:
             touch.kind[i] = INDETERMINATE
+            is_noted = True
+    contacts.facts[SEVERAL_FIT] = 1 if is_noted else 0
     if is_indeterminate:
-        state.counters[SEVERAL] += 1
+        state.counters[SEVERAL] += 0 if slides and n_k == 1 else 1  # of these the steps are counted
         touch.found[0], touch.found[1] = found, bits if n_k == 1 else 0
     return slides, take
 

@@ -1,0 +1,97 @@
+"""Whether another force fits the slide that goes on: one closed contact, whose slide has a one-dimensional problem.
+
+    gamma_N' = p_sigma la_N + b,    p_sigma = G_NN - s mu sigma G_NF,    sigma the sign of la_N
+
+A unilateral contact (sigma = 1) that slides with la_N = -b/p > 0 may open as well where b > 0, and then p < 0. A
+bilateral one has a second force -b/p', p' = p_(-sigma), of the other sign where p p' < 0: p' falls through zero where
+it appears. Of several closed contacts the solutions are counted where their modes are decided (rigid_switching.py).
+
+Source: Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653.
+"""
+
+from __future__ import annotations
+
+import math
+
+from nonsmooth.contact_solvers.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS
+from nonsmooth.integrators.records import (
+    EVENT_CONTACT,
+    EVENT_FOUND,
+    EVENT_GAMMA_F,
+    EVENT_KIND,
+    EVENT_MODE_0,
+    EVENT_MODE_1,
+    EVENT_SLIP_0,
+    EVENT_SLIP_1,
+    EVENT_SOLUTIONS,
+    EVENT_T,
+    INDETERMINATE,
+    N_EVENTS,
+    SEVERAL,
+)
+from nonsmooth.integrators.rigid_modes import SEVERAL_FIT
+from nonsmooth.jit import kernel
+from nonsmooth.system import BILATERAL, GIVEN_FORCE, ContactMode
+
+
+@kernel
+def sliding_alone(contacts):
+    """The one closed contact, if it slides by its own normal force; else -1."""
+    alone = -1
+    for i in range(contacts.kinds.shape[0]):
+        if contacts.mode[i] != ContactMode.OPEN:
+            if alone >= 0 or contacts.mode[i] != ContactMode.SLIDE or contacts.kinds[i, 0] == GIVEN_FORCE:
+                return -1
+            alone = i
+    return alone
+
+
+@kernel
+def uniqueness(i, contacts):
+    """p'/G_NN with the sign of p, of the bilateral contact that slides alone: positive where no other force fits."""
+    work = contacts.work
+    a = work.start[0]
+    friction = contacts.ratio[i] * work.G[a, a + 1] / work.G[a, a]
+    return math.copysign(1.0, 1.0 + friction) * (1.0 - friction)
+
+
+@kernel
+def several_fit(i, contacts):
+    """Whether another force fits the contact that slides alone, at the state whose forces are in ``contacts``."""
+    if contacts.kinds[i, 0] == BILATERAL:
+        return contacts.la[i, 0] != 0.0 and uniqueness(i, contacts) < 0.0
+    return contacts.la[i, 0] > 0.0 and contacts.work.c[contacts.work.start[0]] > 0.0
+
+
+@kernel
+def count_step(state, contacts):
+    """Count a step that several forces fit."""
+    i = sliding_alone(contacts)
+    contacts.facts[SEVERAL_FIT] = 1 if i >= 0 and several_fit(i, contacts) else 0
+    state.counters[SEVERAL] += contacts.facts[SEVERAL_FIT]
+
+
+@kernel
+def note_several(t, i, state, contacts):
+    """Note that several forces fit the slide of contact i which begins, unless that was noted with its mode."""
+    if contacts.facts[SEVERAL_FIT] == 1 or not several_fit(i, contacts):
+        return
+    contacts.facts[SEVERAL_FIT] = 1
+    row, m = state.events, state.counters[N_EVENTS]
+    for k in range(row.shape[1]):
+        row[m, k] = 0.0
+    row[m, EVENT_T], row[m, EVENT_KIND], row[m, EVENT_CONTACT] = t, INDETERMINATE, i
+    row[m, EVENT_MODE_0] = row[m, EVENT_MODE_1] = contacts.mode[i]
+    row[m, EVENT_SLIP_0] = row[m, EVENT_SLIP_1] = contacts.slip[i]
+    row[m, EVENT_GAMMA_F] = contacts.gamma[i, 1]
+    row[m, EVENT_SOLUTIONS], row[m, EVENT_FOUND] = 2, modes_that_fit(i, contacts)
+    state.counters[N_EVENTS] += 1
+
+
+@kernel
+def modes_that_fit(i, contacts):
+    """The two modes as bits."""
+    slide, pull = SLIDE_PLUS, PULL_PLUS
+    if contacts.slip[i] < 0:
+        slide, pull = SLIDE_MINUS, PULL_MINUS
+    return 1 << slide | (1 << pull if contacts.kinds[i, 0] == BILATERAL else 1 << FREE)
