@@ -26,10 +26,11 @@ from nonsmooth.integrators.radau import radau_shorten, radau_step
 from nonsmooth.integrators.radau_stages import EPS, NOW
 from nonsmooth.integrators.radau_stages import RTOL as RADAU_RTOL
 from nonsmooth.integrators.rigid_forces import rigid_events, rigid_rates
+from nonsmooth.integrators.rigid_impact import impact
 from nonsmooth.integrators.rigid_loop import Scratch, run, scratch_shapes
 from nonsmooth.integrators.rigid_modes import ATOL, EVENT, FLIGHT, HAS, N_U, RTOL, SELECTION
 from nonsmooth.integrators.rigid_redundant import share_load
-from nonsmooth.integrators.rigid_switching import switch_modes
+from nonsmooth.integrators.rigid_switching import settle, switch_modes
 from nonsmooth.integrators.rigid_touch import START
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.system import System
@@ -101,9 +102,9 @@ class EventDriven:
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        entry_points = [rigid_rates, rigid_events, switch_modes, radau_step, radau_shorten, locate_event]
+        entry_points = [rigid_rates, rigid_events, radau_step, radau_shorten, locate_event]
         if system.n_c > 0:
-            entry_points += [enumerate_modes, share_load]
+            entry_points += [settle, impact, switch_modes, enumerate_modes, share_load]
         if system.n_c > 1:
             entry_points += [enumerate_redundant, solve_planar, pivot]
         load_all(entry_points)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from nonsmooth.acceleration_problem import acceleration_problem
-from nonsmooth.blocks import address
+from nonsmooth.blocks import address, view
 from nonsmooth.contact_problem import add_restitution, row_velocities
 from nonsmooth.contact_solvers.planar import Route, solve_planar
 from nonsmooth.contact_solvers.single import NO_CANDIDATE, Selection, solve_single, stick
@@ -22,8 +22,9 @@ from nonsmooth.dense import SINGULAR
 from nonsmooth.errors import Status
 from nonsmooth.integrators.energy_gain import note_gain
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
-from nonsmooth.integrators.records import book_contact_energy
-from nonsmooth.integrators.rigid_modes import ATOL, HAS, N_U, NEARLY_SINGULAR, SELECTION
+from nonsmooth.integrators.records import State, book_contact_energy
+from nonsmooth.integrators.rigid_modes import ATOL, HAS, N_U, NEARLY_SINGULAR, SELECTION, RigidContacts
+from nonsmooth.integrators.rigid_touch import Touch
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_E_F, friction_coefficient, static_coefficient
 from nonsmooth.paradox.impact import follows_own_law, impulses_by_law
@@ -32,9 +33,10 @@ from nonsmooth.system import GIVEN_FORCE, UNILATERAL, ContactMode
 CONE = 2.0 * NEARLY_SINGULAR  # P_F/P_N exceeds mu by the part p/(G_NN - p), where a slide ends before p is exactly 0
 
 
-@kernel
-def impact(model, p, t, x, must_stick, has_restitution, state, contacts, touch):
+@kernel("int64(int64, float64[::1], float64, float64[::1], boolean, boolean, int64, int64, int64)", short_loops=True)
+def impact(model, p, t, x, must_stick, has_restitution, state_at, contacts_at, touch_at):
     """Change u by the impulses of the contacts that touch, book them in x and in touch.P; returns a Status."""
+    state, contacts, touch = view(state_at, State), view(contacts_at, RigidContacts), view(touch_at, Touch)
     work, kinds, facts = contacts.work, contacts.kinds, contacts.facts
     n, n_c = facts[N_U], kinds.shape[0]
     for j in range(n):
@@ -60,11 +62,11 @@ def impact(model, p, t, x, must_stick, has_restitution, state, contacts, touch):
         elif not has_restitution or abs(work.gamma_0[a]) <= contacts.numbers[ATOL]:
             work.c[a] = work.gamma_0[a]
     if not find_impulses(n_k, must_stick, contacts, touch):
-        return Status.NO_SOLUTION
+        return Status.NO_SOLUTION.value
     gain, size = apply_impulses(n, n_k, r, x, contacts, touch)
     if gain > ROUNDING * size:
         note_gain(gain, True, n_k, kinds, contacts.laws, state, work)
-    return Status.RUNNING
+    return Status.RUNNING.value
 
 
 @kernel

@@ -167,10 +167,14 @@ def handle_event(rates, model, p, every, state, trail, scratch):
     u_0 = scratch.touch.u_0
     for j in range(n):
         u_0[j] = ode.x[n + j]
-    status = switch_modes(
-        model, p, t, MOMENT * ode.clock[STEP], ode.x, address(state), address(contacts), address(scratch.touch),
-        address(scratch.forces),
-    )  # fmt: skip
+    status = Status.RUNNING.value
+    contacts.facts[EVENT] = NO_EVENT
+    if contacts.kinds.shape[0] > 0:
+        contacts.facts[EVENT] = event
+        status = switch_modes(
+            model, p, t, MOMENT * ode.clock[STEP], ode.x, address(state), address(contacts), address(scratch.touch),
+            address(scratch.forces),
+        )  # fmt: skip
     if status != Status.RUNNING:
         if is_start and write_gaps(model, p, t, ode.x, contacts):
             write_start(t, n, ode.x, u_0, events.x, contacts, trail)

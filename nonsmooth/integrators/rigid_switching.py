@@ -114,7 +114,7 @@ def switch_modes(model, p, t, moment, x, state_at, contacts_at, touch_at, forces
     if status == Status.RUNNING:
         later = t + moment if is_border and not has_struck else t
         is_lost = event == N_FUNCTIONS * n_c and n_c > 0
-        status = settle(model, p, t, later, x, is_lost, state, contacts, touch, forces)
+        status = settle(model, p, t, later, x, is_lost, state_at, contacts_at, touch_at, forces_at)
     if status == Status.RUNNING and has_struck:
         status = give_up_bounces(model, p, t, x, state, contacts, touch, forces)
     if status != Status.RUNNING:
@@ -161,7 +161,9 @@ def strike(model, p, t, x, event, state, contacts, touch):
             return Status.RUNNING.value, has_struck
         if attempt == MAX_IMPACTS * n_c:
             break
-        status = impact(model, p, t, x, False, True, state, contacts, touch)
+        status = impact(
+        model, p, t, x, False, True, address(state), address(contacts), address(touch)
+    )
         if status != Status.RUNNING:
             return status, has_struck
         has_struck = True
@@ -178,7 +180,9 @@ def end_series(model, p, t, x, state, contacts, touch):
             touch.is_touching[i] = 1
             if contacts.laws[i, LAW_E_N] >= 1.0:
                 return Status.CHATTERING.value
-    status = impact(model, p, t, x, False, False, state, contacts, touch)
+    status = impact(
+        model, p, t, x, False, False, address(state), address(contacts), address(touch)
+    )
     if status != Status.RUNNING:
         return status
     if not look(model, p, t, x, NO_EVENT, contacts, touch):
@@ -190,12 +194,16 @@ def end_series(model, p, t, x, state, contacts, touch):
     return Status.RUNNING.value
 
 
-@kernel
-def settle(model, p, t, later, x, is_lost, state, contacts, touch, forces):
+@kernel(
+    "int64(int64, float64[::1], float64, float64, float64[::1], boolean, int64, int64, int64, int64)", short_loops=True
+)
+def settle(model, p, t, later, x, is_lost, state_at, contacts_at, touch_at, forces_at):
     """Give the contacts that touch their modes, with an impact without collision where they have none.
 
     ``is_lost`` tells that there are no forces even before they are looked for. Returns a Status.
     """
+    state, contacts = view(state_at, State), view(contacts_at, RigidContacts)
+    touch, forces = view(touch_at, Touch), view(forces_at, Forces)
     n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
     for attempt in range(n_c + 1):
         for j in range(n):
@@ -209,19 +217,19 @@ def settle(model, p, t, later, x, is_lost, state, contacts, touch, forces):
                 model, contacts.facts[HAS], later, contacts.q, contacts.u, p, n_k, contacts.kinds, contacts.laws, forces
             )
             if outcome != Outcome.COMPLETE:
-                return Status.NOT_FINITE if outcome == Outcome.NOT_FINITE else Status.NOT_SOLVED
+                return Status.NOT_FINITE.value if outcome == Outcome.NOT_FINITE else Status.NOT_SOLVED.value
         if found == 0 and not is_lost and close_all(model, p, later, contacts, touch):
-            return Status.RUNNING
+            return Status.RUNNING.value
         if found > 0:
             slides, take = take_modes(found, n_k, state, contacts, touch, forces)
             close_idle(model, p, later, take, n_k, contacts, touch, forces)
             if not (found > 1 and slides and attempt == 0 and contacts.facts[SELECTION] == Selection.IMPACT):
-                return Status.RUNNING
+                return Status.RUNNING.value
         status = strike_without_collision(model, p, t, x, state, contacts, touch)
         if status != Status.RUNNING:
             return status
         later = t
-    return Status.NO_SOLUTION
+    return Status.NO_SOLUTION.value
 
 
 @kernel
@@ -290,7 +298,9 @@ def strike_without_collision(model, p, t, x, state, contacts, touch):
     before = 0.0
     for i in range(n_c):
         before += abs(touch.P[i, 0]) + abs(touch.P[i, 1])
-    status = impact(model, p, t, x, True, True, state, contacts, touch)
+    status = impact(
+        model, p, t, x, True, True, address(state), address(contacts), address(touch)
+    )
     if status != Status.RUNNING:
         state.counters[FAILED_CONTACT] = -1
         return status
@@ -343,7 +353,9 @@ def give_up_bounces(model, p, t, x, state, contacts, touch, forces):
         r += (1 if kinds[i, 0] != GIVEN_FORCE else 0) + kinds[i, 1]
     if not has_closed:
         return Status.RUNNING
-    return settle(model, p, t, t, x, False, state, contacts, touch, forces)
+    return settle(
+        model, p, t, t, x, False, address(state), address(contacts), address(touch), address(forces)
+    )
 
 
 @kernel
