@@ -29,7 +29,7 @@ and of the momentum balance over all that was booked, and the error of the case'
 bound is bold, with the bound beside it, and the row says *fails*. The bounds are derived where the cases are written
 (`nonsmooth/bench/stress_*.py`); a dash means that the case or the integrator has no such figure. An integrator stands
 only in the rows that it claims: `EventDriven` enumerates at most 8 frictional contacts at rest, the Jacobian of
-`Penalty` is dense, `Adaptive` claims at most 20 contacts, and rows that look at a fixed step are those of `MoreauJean`.
+`Penalty` is dense, and rows that look at a fixed step are those of `MoreauJean`.
 A residual of 1e-9 is also that of impulses whose rounding hides what they leave (docs/theory/moreau_jean.md).
 
 This page is written by `nonsmooth bench stress docs/benchmarks/stress.md docs/figures`; `tests/stress` holds the small

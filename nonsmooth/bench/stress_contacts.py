@@ -32,7 +32,6 @@ FALL = 0.5 * G * REST**2  # of a free body in that time [m]
 RATIOS = (1.0, 1e3, 1e6, 1e-6)  # mass of the highest block over that of the lowest
 RTOL = 1e-8
 MOST_AT_REST = 8  # frictional contacts at rest that `EventDriven` enumerates
-MOST_CONTROLLED = 20  # contacts that `Adaptive` claims: Newton's method for more is loaded by `MoreauJean` only
 MOST_COMPLIANT = 20  # contacts: the Jacobian of `Penalty` is dense
 SHALLOW = 1e-5  # depth of a compliant contact under all the weight [m]
 
@@ -65,14 +64,13 @@ def methods(n_closed: int, way: float, rounding: float, weight: float, v: float 
     """The integrators for a motion along ``way`` [m] that begins with the speed v [m/s], with the bounds of the top."""
     step = ACCEPTED + EPS * rounding + (mu * G * DT**2 / way if v > 0 else 0.0)
     compliant = Penalty(weight / SHALLOW, damping_ratio=1.0, rtol=RTOL)
+    controlled = 100 * RTOL + EPS * rounding
     rigid = [
         Method(MoreauJean(DT), step),
         Method(MoreauJean(DT, theta=1.0), step + 0.5 * DT * v / way),
         Method(MoreauJean(DT, projection=True), step),
+        Method(Adaptive(RTOL), controlled),
     ]
-    controlled = 100 * RTOL + EPS * rounding
-    if n_closed <= MOST_CONTROLLED:
-        rigid.append(Method(Adaptive(RTOL), controlled))
     if n_closed <= MOST_AT_REST:
         rigid.append(Method(EventDriven(RTOL), controlled))
     if n_closed <= MOST_COMPLIANT and mu <= 10:  # else it slides farther while it settles than it should at all

@@ -18,6 +18,7 @@ from nonsmooth.arrays import as_number, as_positive
 from nonsmooth.blocks import Block, new_block
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.planar import pivot, solve_planar
+from nonsmooth.contact_solvers.planar_newton import solve_by_newton
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.adaptive_loop import run
@@ -36,6 +37,7 @@ from nonsmooth.integrators.adaptive_state import (
 )
 from nonsmooth.integrators.adaptive_step import try_step
 from nonsmooth.integrators.adaptive_substep import substep
+from nonsmooth.integrators.moreau_jean import needs_newton
 from nonsmooth.integrators.moreau_jean_contact import solve
 from nonsmooth.integrators.moreau_jean_paradox import end_slide
 from nonsmooth.integrators.radau_stages import EPS
@@ -97,6 +99,8 @@ class Adaptive:
         entry_points = [try_step, substep, solve]
         if system.n_c > 1:
             entry_points += [solve_planar, enumerate_modes, enumerate_redundant, pivot]
+        if needs_newton(system):
+            entry_points.append(solve_by_newton)
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
             entry_points.append(end_slide)
         load_all(entry_points)
@@ -110,6 +114,7 @@ class Adaptive:
         contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
         arrays.laws[:] = system.laws
         arrays.step.planar.can_decide_redundant[0] = int(system.n_c > 1)
+        arrays.step.planar.has_newton[0] = needs_newton(system)
         arrays.clock[[NOW, STEP, RTOL, ATOL]] = t, FIRST_STEP * (t_end - t), self.rtol, self.atol
         arrays.counters[TARGET] = best_row(self.rtol)
         arrays.weights[:] = extrapolation_weights()

@@ -161,9 +161,7 @@ def strike(model, p, t, x, event, state, contacts, touch):
             return Status.RUNNING.value, has_struck
         if attempt == MAX_IMPACTS * n_c:
             break
-        status = impact(
-        model, p, t, x, False, True, address(state), address(contacts), address(touch)
-    )
+        status = impact(model, p, t, x, False, True, address(state), address(contacts), address(touch))
         if status != Status.RUNNING:
             return status, has_struck
         has_struck = True
@@ -180,9 +178,7 @@ def end_series(model, p, t, x, state, contacts, touch):
             touch.is_touching[i] = 1
             if contacts.laws[i, LAW_E_N] >= 1.0:
                 return Status.CHATTERING.value
-    status = impact(
-        model, p, t, x, False, False, address(state), address(contacts), address(touch)
-    )
+    status = impact(model, p, t, x, False, False, address(state), address(contacts), address(touch))
     if status != Status.RUNNING:
         return status
     if not look(model, p, t, x, NO_EVENT, contacts, touch):
@@ -298,9 +294,7 @@ def strike_without_collision(model, p, t, x, state, contacts, touch):
     before = 0.0
     for i in range(n_c):
         before += abs(touch.P[i, 0]) + abs(touch.P[i, 1])
-    status = impact(
-        model, p, t, x, True, True, address(state), address(contacts), address(touch)
-    )
+    status = impact(model, p, t, x, True, True, address(state), address(contacts), address(touch))
     if status != Status.RUNNING:
         state.counters[FAILED_CONTACT] = -1
         return status
@@ -353,9 +347,7 @@ def give_up_bounces(model, p, t, x, state, contacts, touch, forces):
         r += (1 if kinds[i, 0] != GIVEN_FORCE else 0) + kinds[i, 1]
     if not has_closed:
         return Status.RUNNING
-    return settle(
-        model, p, t, t, x, False, address(state), address(contacts), address(touch), address(forces)
-    )
+    return settle(model, p, t, t, x, False, address(state), address(contacts), address(touch), address(forces))
 
 
 @kernel

@@ -10,10 +10,9 @@ from nonsmooth.bench import stress, stress_contacts, stress_motions, stress_unit
 from nonsmooth.bench.stress_figures import run
 
 # What is open, as docs/benchmarks/stress.md shows it: normals that are opposite to rounding, 1 - cos(2e-8) = EPS, so
-# that G knows their angle to no digit; masses over decades on redundant contacts where Newton's method is not loaded.
+# that G knows their angle to no digit.
 OPEN = {
     ("wedge, normals 2e-08 rad from opposite", "Moreau–Jean"),
-    ("stack of 10, masses 1 to 1e+06, at rest", "Adaptive"),
 }
 
 
