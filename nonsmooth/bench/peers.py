@@ -1,4 +1,5 @@
-"""Other programs as methods of a work-precision study, through the adapters in ``tests/peers`` of a source checkout.
+"""Other programs as methods of a work-precision study, through the adapters in ``tests/peers`` of a source checkout:
+that of this package, or the working directory.
 
 Siconos runs in the Python that has it, in a process of its own that answers one run after another; SciPy and MuJoCo run
 here. What is not installed is left out.
@@ -22,7 +23,8 @@ from nonsmooth.errors import StepFailure
 from nonsmooth.studies.reference import Problem
 from nonsmooth.studies.work_precision import Trial
 
-FOLDER = Path(__file__).parents[2] / "tests" / "peers"
+PLACES = [checkout / "tests" / "peers" for checkout in (Path(__file__).parents[2], Path.cwd())]
+FOLDER = next((place for place in PLACES if (place / "siconos_motions.py").is_file()), PLACES[0])
 PACKAGE = "nonsmooth_peers"  # the name under which the folder is imported
 STEPS = tuple(10.0 ** (-0.5 * k) for k in range(4, 10))  # of the span: 1e-2 to 3e-5
 TOLERANCES = tuple(10.0**-k for k in range(3, 13))
