@@ -29,7 +29,7 @@ from nonsmooth.integrators.records import (
     N_EVENTS,
     SEVERAL,
 )
-from nonsmooth.integrators.rigid_modes import SEVERAL_FIT
+from nonsmooth.integrators.rigid_modes import N_FUNCTIONS, SEVERAL_FIT, UNIQUE
 from nonsmooth.jit import kernel
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, ContactMode
 
@@ -65,16 +65,29 @@ def several_fit(i, contacts):
 
 @kernel
 def count_step(state, contacts):
-    """Count a step that several forces fit."""
+    """Count a step at whose end several forces fit; where they do not, the next region is another one."""
     i = sliding_alone(contacts)
-    contacts.facts[SEVERAL_FIT] = 1 if i >= 0 and several_fit(i, contacts) else 0
-    state.counters[SEVERAL] += contacts.facts[SEVERAL_FIT]
+    if i >= 0 and several_fit(i, contacts):
+        state.counters[SEVERAL] += 1
+    else:
+        contacts.facts[SEVERAL_FIT] = 0
 
 
 @kernel
-def note_several(t, i, state, contacts):
-    """Note that several forces fit the slide of contact i which begins, unless that was noted with its mode."""
-    if contacts.facts[SEVERAL_FIT] == 1 or not several_fit(i, contacts):
+def enters_region(event, contacts):
+    """Whether an event is that a second force begins to fit: the slide goes on, and no mode is decided."""
+    i = event // N_FUNCTIONS
+    return (
+        0 <= event < N_FUNCTIONS * contacts.kinds.shape[0]
+        and event % N_FUNCTIONS == UNIQUE
+        and contacts.kinds[i, 0] == BILATERAL
+    )
+
+
+@kernel
+def note_several(t, i, enters, state, contacts):
+    """Note that several forces fit the slide of contact i, unless that was noted when its mode was decided."""
+    if contacts.facts[SEVERAL_FIT] == 1 or not (enters or several_fit(i, contacts)):
         return
     contacts.facts[SEVERAL_FIT] = 1
     row, m = state.events, state.counters[N_EVENTS]

@@ -27,7 +27,7 @@ from nonsmooth.integrators.penalty_loop import NEXT, ROWS, STALLS, Trail, state_
 from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_restart, radau_step
 from nonsmooth.integrators.radau_stages import DONE, NOW, STEP, Radau, radau_shapes, rates_at
 from nonsmooth.integrators.records import N_EVENTS, PENETRATION, STEPS, State
-from nonsmooth.integrators.rigid_census import count_step, note_several, sliding_alone
+from nonsmooth.integrators.rigid_census import count_step, enters_region, note_several, sliding_alone
 from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.integrators.rigid_modes import (
     CLOSURE,
@@ -167,10 +167,10 @@ def handle_event(rates, model, p, every, state, trail, scratch):
     u_0 = scratch.touch.u_0
     for j in range(n):
         u_0[j] = ode.x[n + j]
-    status = Status.RUNNING.value
-    contacts.facts[EVENT] = NO_EVENT
-    if contacts.kinds.shape[0] > 0:
-        contacts.facts[EVENT] = event
+    status, enters = Status.RUNNING.value, enters_region(event, contacts)
+    if enters or contacts.kinds.shape[0] == 0:
+        contacts.facts[EVENT] = NO_EVENT
+    else:
         status = switch_modes(
             model, p, t, MOMENT * ode.clock[STEP], ode.x, address(state), address(contacts), address(scratch.touch),
             address(scratch.forces),
@@ -195,7 +195,7 @@ def handle_event(rates, model, p, every, state, trail, scratch):
         return status
     status = rates_at(rates, model, p, address(contacts), t, ode.x, ode.f)
     if alone >= 0 and status == Status.RUNNING:
-        note_several(t, alone, state, contacts)
+        note_several(t, alone, enters, state, contacts)
     if is_start:
         write_start(t, n, ode.x, u_0, events.x, contacts, trail)
     if every > 0 and has_jumped:

@@ -245,7 +245,7 @@ def factorise(m, with_friction, contacts):
             largest = max(largest, work.G[row[e], row[e]])
         is_positive = determinant_is_positive(m, factor, contacts.order, contacts.sum)
         contacts.numbers[DETERMINANT] = determinant / scale if is_positive else -determinant / scale
-        return smallest / largest
+        return smallest / largest if m > 0 else math.inf
     shift = REGULARISATION * trace
     for e in range(m):
         for f in range(m):

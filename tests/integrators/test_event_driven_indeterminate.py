@@ -49,6 +49,15 @@ def test_slide_that_begins_where_two_forces_fit_is_noted_at_its_beginning():
     assert all(0.0 < b - a < 8e-3 for a, b in zip(slides, late, strict=True))
 
 
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-11])
+def test_each_region_that_a_slide_passes_is_noted_once(rtol):
+    """The limit cycle of sprag-slip set 1 enters the region of two solutions where p' = 0, 0.85 rad, each time round."""
+    model = SpragSlip.set_1(cth=0.5)
+    run = ns.simulate(model, (0, 0.5), *model.state(th=0.8, thdot=0.0), integrator=ns.EventDriven(rtol, rtol / 100))
+    first, second = run.paradoxes
+    assert run(first.t).q[1] == pytest.approx(run(second.t).q[1], abs=10 * rtol)
+
+
 def test_slide_of_a_unilateral_rod_that_may_as_well_lift_is_noted_once():
     rod = PainleveRod(mu=2.0)
     q, u = rod.state(thdot=6.0)
