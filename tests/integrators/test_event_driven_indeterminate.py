@@ -51,7 +51,7 @@ def test_slide_that_begins_where_two_forces_fit_is_noted_at_its_beginning():
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-11])
 def test_each_region_that_a_slide_passes_is_noted_once(rtol):
-    """The limit cycle of sprag-slip set 1 enters the region of two solutions where p' = 0, 0.85 rad, each time round."""
+    """The limit cycle of sprag-slip set 1 enters the region of two forces where p' = 0, 0.85 rad, each time round."""
     model = SpragSlip.set_1(cth=0.5)
     run = ns.simulate(model, (0, 0.5), *model.state(th=0.8, thdot=0.0), integrator=ns.EventDriven(rtol, rtol / 100))
     first, second = run.paradoxes
