@@ -37,9 +37,9 @@ def plot_margins(outcomes: list[Outcome], path: Path) -> None:
 
 def plot_agreement(verdicts: list[Verdict], path: Path) -> None:
     """Distance to located events against its bound, one dot a random system and method."""
-    figure = new_figure(7.5, 3.6)
-    panels = figure.subplots(1, 2, sharex=True, sharey=True)
-    for axes, method in zip(panels, ("MoreauJean", "Penalty"), strict=True):
+    figure = new_figure(10.0, 3.6)
+    panels = figure.subplots(1, 3, sharex=True, sharey=True)
+    for axes, method in zip(panels, ("MoreauJean", "Adaptive", "Penalty"), strict=True):
         mine = [v for v in verdicts if v.method == method and np.isfinite(v.error)]
         for label in ["no reason to differ", *sorted({v.reason for v in mine if v.reason})]:
             chosen = [v for v in mine if (v.reason or "no reason to differ") == label]
