@@ -83,7 +83,9 @@ def first_landing(H, state, run):
         least = run.g_0[i] + lowest * (c + lowest * (b + lowest * a))
         if run.g_1[i] < floor:
             first = min(first, falling_root(run.g_0[i], a, b, c, lowest if least < floor else 1.0))
-        elif lowest > 0.0 and least < NEAR * min(run.g_0[i], run.g_1[i]) and run.g_0[i] > closed_gap(i, run):
+        elif run.g_0[i] <= closed_gap(i, run):
+            first = 0.0 if lowest > 0.0 and least < floor else first  # struck, but the step was too long for an impulse
+        elif lowest > 0.0 and least < NEAR * min(run.g_0[i], run.g_1[i]):
             first = min(first, lowest)
     return first
 

@@ -295,3 +295,32 @@ def test_rule_among_several_solutions_is_asked_where_a_mode_is_decided(model, st
     sol = run(model, 0.3, state, 1e-7, selection=selection, max_steps=5000)
     exact = ns.simulate(model, (0.0, 0.3), *state, integrator=ns.EventDriven(1e-10, 1e-12), selection=selection)
     assert np.abs(sol.q[-1] - exact.q[-1]).max() < 1e-5
+
+
+@pytest.mark.parametrize("push", [3.0, 30.0, 300.0, 3e4])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-7])
+def test_body_that_is_pushed_off_its_surface_strikes_it_first(push, rtol):
+    """m = 1, v = -2: the push turns it within the surface, v^2/2a deep, and a long step would not see the impact.
+
+    From y = 0.99 v^2/2a it arrives at v/10 and leaves with e v/10; the time is rtol over that speed off.
+    """
+
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = push
+
+    def gap(t, q, p, g_N):
+        g_N[0] = q[0]
+
+    def normal(t, q, p, W_N):
+        W_N[0, 0] = 1.0
+
+    body = ns.System(n_q=1, mass=mass, force=force, gap=gap, normal=normal, contacts=[ns.Contact(e_N=0.5)])
+    impact, t_end = 1.8 / push, 1.8 / push + 1.0
+    sol = ns.simulate(body, (0.0, t_end), [1.98 / push], [-2.0], integrator=ns.Adaptive(rtol, 1e-2 * rtol))
+    (event,) = [event for event in sol.events if event.kind == ns.EventKind.IMPACT]
+    assert event.t == pytest.approx(impact, abs=10 * rtol)
+    assert sol.u[-1, 0] == pytest.approx(0.1 + push, rel=10 * rtol)
+    assert sol.q[-1, 0] == pytest.approx(0.1 + 0.5 * push, rel=10 * rtol)
