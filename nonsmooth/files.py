@@ -1,4 +1,4 @@
-"""Files that are written whole: beside their place, and moved there once complete.
+"""Files: written whole, beside their place and moved there once complete; read with one way to refuse them.
 
 A reader sees the old file or the new one, never a part of one; a kill or a full disk leaves the old one there.
 """
@@ -7,19 +7,13 @@ from __future__ import annotations
 
 import contextlib
 import os
-import zipfile
-import zlib
+import stat
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from nonsmooth.errors import FileFailure, InvalidInput, shown
 
-# What readers of .npz, .h5, .nc and JSON raise on files that are damaged or somebody else's.
-DAMAGE = (
-    AttributeError, EOFError, IndexError, KeyError, OSError, RuntimeError, TypeError, ValueError, NotImplementedError,
-    zipfile.BadZipFile, zlib.error,
-)  # fmt: skip
 FIGURE_ENDINGS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".webp")
 
 
@@ -62,17 +56,32 @@ def as_place(name: str, path: Any, endings: Sequence[str]) -> Path:
     return path
 
 
-def read_npz(path: Path) -> dict[str, Any]:
-    """The arrays of an .npz file by their names; nothing in it is unpickled.
+def open_to_read(path: Path) -> BinaryIO:
+    """Open an ordinary file; a folder, a pipe or a device, at which a reader would wait for ever, is refused."""
+    if not stat.S_ISREG(os.stat(path).st_mode):
+        raise ValueError("it is no ordinary file")
+    return path.open("rb")
 
-    Raises
-    ------
-    FileNotFoundError, or one of ``DAMAGE``
+
+@contextlib.contextmanager
+def refusals(path: Path, what: str) -> Iterator[None]:
+    """Say in one `InvalidInput` whatever readers of .npz, .h5, .nc and JSON raise on a file that they cannot read.
+
+    Parameters
+    ----------
+    path : Path
+    what : str
+        What the file is not, to which ", or is damaged" is added: "is no result of a sweep".
     """
-    import numpy as np
-
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-        return dict(archive)
+    try:
+        yield
+    except InvalidInput:
+        raise
+    except FileNotFoundError:
+        raise InvalidInput(f"there is no file {str(path)!r}") from None
+    except Exception as error:  # a damaged file may make its reader raise anything
+        said = " ".join(str(error).split()) or type(error).__name__
+        raise InvalidInput(f"{path.name} {what}, or is damaged: {said}") from error
 
 
 def part_of(path: Path) -> Path:

@@ -14,6 +14,8 @@ from nonsmooth.errors import InvalidInput
 
 GIB = 2**30  # bytes
 SMALL = 2**28  # bytes: less than this is there, and asking costs more than a short run
+INFLATION = 100  # bytes that a byte of a file may stand for: 1 to 6 on published contact problems, 1000 for zeros
+ROOM = 2**26  # bytes that any file may claim
 
 
 def require_memory(needed: float, what: str, cure: str) -> None:
@@ -23,6 +25,25 @@ def require_memory(needed: float, what: str, cure: str) -> None:
     free = free_memory()
     if needed > free:
         raise InvalidInput(f"{what} need {needed / GIB:.3g} GiB and {free / GIB:.3g} GiB are free; {cure}")
+
+
+def require_room(claimed: int, size: int | None) -> None:
+    """Raise `ValueError` when the arrays in a file claim more bytes than there is room for.
+
+    Parameters
+    ----------
+    claimed : int
+        Bytes of all arrays as their headers say.
+    size : int or None
+        Bytes of the file, of which those of others may stand for 100 each; None: a file whose checksum was verified.
+    """
+    if size is not None and claimed > max(ROOM, INFLATION * size):
+        raise ValueError(
+            f"its arrays claim {claimed / GIB:.3g} GiB in a file of {size / GIB:.3g} GiB, more than {INFLATION} times "
+            "as much; a file that is not compressed may be as large as the memory"
+        )
+    if claimed > SMALL and claimed > free_memory():
+        raise ValueError(f"its arrays need {claimed / GIB:.3g} GiB and {free_memory() / GIB:.3g} GiB are free")
 
 
 def free_memory() -> float:

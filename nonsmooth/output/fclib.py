@@ -15,19 +15,22 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nonsmooth.arrays import as_array, as_instance, as_name, as_vector
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.files import DAMAGE, as_path, as_place
-from nonsmooth.output.hdf5 import require_h5py, write_hdf5
-
-FORMATS = {"csc": -1, "csr": -2, "triplet": 0}  # 0 stands for the number of entries
-
+from nonsmooth.files import as_path, as_place
+from nonsmooth.memory import require_memory
+from nonsmooth.output.fclib_group import FORMATS, GLOBAL, LOCAL, NAMES, Datasets, Group, checked
+from nonsmooth.output.foreign_hdf5 import ROOT, collect, is_hdf5, read_foreign
+from nonsmooth.output.forms import REAL
+from nonsmooth.output.hdf5 import put, require_h5py, seal_of, write_hdf5
 
 FCLIB_ENDINGS = (".hdf5", ".h5")
+KIND = "fclib"
 
 
 @dataclass(frozen=True)
@@ -145,7 +148,7 @@ class GlobalContactProblem:
             K = block_array([[K, -G], [G.T, None]], format="csc")
             H = csc_array(vstack([H, csc_array((G.shape[1], H.shape[1]))]))
             f = np.concatenate([f, -b])
-        solve = _inverse(K, "M")
+        solve = _inverse(K, "M", H.shape[1])
         delassus = csr_array(H.T @ csc_array(solve(H.toarray())))
         return ContactProblem(delassus, H.T @ solve(f) + self.w, self.mu, self.dim, self.P, self.note)
 
@@ -161,9 +164,12 @@ def require_matrix(name: str, matrix: Any, shape: tuple[int, int | None]) -> Non
         raise InvalidInput(f"{name} must be finite; one of its entries is not")
 
 
-def _inverse(K: Any, name: str) -> Any:
+def _inverse(K: Any, name: str, columns: int) -> Any:
+    """The solution with a matrix, for so many columns, which are dense."""
     from scipy.sparse.linalg import splu
 
+    needed = 16.0 * K.shape[0] * columns  # bytes of the columns and of what they become
+    require_memory(needed, "the dense columns of the elimination", "solve the problem in its global form")
     try:
         return splu(K).solve
     except RuntimeError:
@@ -193,92 +199,85 @@ def read_fclib(path: str | os.PathLike[str]) -> ContactProblem | GlobalContactPr
 
     Source: FCLIB, INRIA RT-0444 (2014).
     """
-    h5py = require_h5py()
+    require_h5py()
     path = as_path("path", path)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InvalidInput(f"path must name a file; there is none at {path}")
     try:
-        file = h5py.File(path, "r")
-    except OSError:
-        raise InvalidInput(f"{path.name} must be an HDF5 file; it cannot be opened as one") from None
-    with file:
-        try:
-            if "fclib_local" in file:
-                return _read_local(file["fclib_local"], file)
-            if "fclib_global" in file:
-                return _read_global(file["fclib_global"], file)
-        except InvalidInput as error:
-            raise InvalidInput(f"{path.name} holds no contact problem: {error}") from None
-        except KeyError as error:
-            raise InvalidInput(f"{path.name} is incomplete: {error.args[0]}") from None
-        except DAMAGE as error:
-            raise InvalidInput(f"{path.name} is damaged: {error}") from error
-        raise InvalidInput(f"{path.name} must hold /fclib_local or /fclib_global; it holds {sorted(file)}")
+        if not is_hdf5(path):
+            raise InvalidInput(f"{path.name} must be an HDF5 file; it cannot be opened as one")
+        return _problem(_datasets(path), path.name)
+    except KeyError as error:
+        raise InvalidInput(f"{path.name} is incomplete: it has no {error.args[0]}") from None
+    except InvalidInput as error:
+        raise InvalidInput(f"{path.name} holds no contact problem: {error}") from None
+    except Exception as error:  # a damaged file may make its reader raise anything
+        raise InvalidInput(f"{path.name} is damaged: {' '.join(str(error).split())}") from error
 
 
-def _read_local(group: Any, file: Any) -> ContactProblem:
-    dim = int(np.ravel(group["spacedim"][()])[0])
-    vectors = group["vectors"]
-    G, c = _read_matrix(group["W"]), vectors["q"][()]
-    if "V" in group and "R" in group:
+def _datasets(path: Path) -> Datasets:
+    """What stands in the file under the names of FCLIB: one of ours is read here, others in a process of their own."""
+    if not seal_of(path):
+        return read_foreign(path, NAMES)
+    with require_h5py().File(path, "r") as file:
+        return collect(file, NAMES, None)
+
+
+def _problem(data: Datasets, file_name: str) -> ContactProblem | GlobalContactProblem:
+    for group, read in ((LOCAL, _read_local), (GLOBAL, _read_global)):
+        if any(name.startswith(f"{group}/") for name in data):
+            return read(Group(data, group))
+    raise InvalidInput(f"{file_name} must hold /{LOCAL} or /{GLOBAL}; it holds {data[ROOT].tolist()}")
+
+
+def _read_local(group: Group) -> ContactProblem:
+    dim, c, mu = group.count("spacedim"), group.vector("q"), group.vector("mu")
+    n = len(c)
+    G = group.matrix("W", (n, n))
+    if group.has_matrix("V") and group.has_matrix("R"):
         from scipy.sparse import csc_array, csr_array
 
-        V = csc_array(_read_matrix(group["V"]))
+        V = csc_array(group.matrix("V", (n, None)))
         if V.shape[1]:
-            solve = _inverse(csc_array(_read_matrix(group["R"])), "R")
-            s = vectors["s"][()] if "s" in vectors else np.zeros(V.shape[1])
+            solve = _inverse(csc_array(group.matrix("R", (V.shape[1], V.shape[1]))), "R", n)
+            s = group.vector("s") if group.has_vector("s") else np.zeros(V.shape[1])
             G = csr_array(G - V @ csc_array(solve(V.T.toarray())))
             c = c - V @ solve(s)
-    P, note = _read_solution(file, G, c, vectors["mu"][()], dim)
-    about = group["info/description"].asstr()[()] if "info/description" in group else ""
-    return ContactProblem(G, c, vectors["mu"][()], dim, P, note, about)
+    P, note = _read_solution(group.data, G, c, mu, dim)
+    return ContactProblem(G, c, mu, dim, P, note, str(group.data.get(f"{LOCAL}/info/description", "")))
 
 
-def _read_global(group: Any, file: Any) -> GlobalContactProblem:
-    vectors = group["vectors"]
+def _read_global(group: Group) -> GlobalContactProblem:
+    f, w = group.vector("f"), group.vector("w")
     problem = GlobalContactProblem(
-        M=_read_matrix(group["M"]),
-        H=_read_matrix(group["H"]),
-        f=vectors["f"][()],
-        w=vectors["w"][()],
-        mu=vectors["mu"][()],
-        dim=int(np.ravel(group["spacedim"][()])[0]),
-        G=_read_matrix(group["G"]) if "G" in group else None,
-        b=vectors["b"][()] if "b" in vectors else None,
+        M=group.matrix("M", (len(f), len(f))),
+        H=group.matrix("H", (len(f), len(w))),
+        f=f,
+        w=w,
+        mu=group.vector("mu"),
+        dim=group.count("spacedim"),
+        G=group.matrix("G", (len(f), None)) if group.has_matrix("G") else None,
+        b=group.vector("b") if group.has_vector("b") else None,
     )
-    if "solution" not in file:
+    if "solution/r" not in group.data:
         return problem
     local = problem.local()
-    P, note = _read_solution(file, local.G, local.c, local.mu, local.dim)
+    P, note = _read_solution(group.data, local.G, local.c, local.mu, local.dim)
     return GlobalContactProblem(**{**vars(problem), "P": P, "note": note})
 
 
-def _read_solution(file: Any, G: Any, c: np.ndarray, mu: np.ndarray, dim: int) -> tuple[np.ndarray | None, str]:
+def _read_solution(data: Datasets, G: Any, c: np.ndarray, mu: np.ndarray, dim: int) -> tuple[np.ndarray | None, str]:
     """The stored impulses and what they are worth: many files hold r = 0 as a placeholder."""
     from nonsmooth.contact_solvers.problem import check_problem
 
-    if "solution" not in file or "r" not in file["solution"]:
+    if "solution/r" not in data:
         return None, "no stored solution"
-    P = np.asarray(file["solution"]["r"][()], dtype=float)
+    P = checked(data, "solution/r", (REAL, ("n",)))
     if P.shape != c.shape or not np.isfinite(P).all():
         return None, f"the stored solution has {P.size} entries instead of {c.size}, or not finite ones: left out"
     error = check_problem(G, c, mu, dim).error(P)
     kind = "a placeholder (r = 0)" if not P.any() and error > 1e-6 else "stored impulses"
     return P, f"{kind} with a natural-map error of {error:.1e}"
-
-
-def _read_matrix(group: Any) -> Any:
-    from scipy.sparse import coo_array, csc_array, csr_array
-
-    m, n, nz = (int(np.ravel(group[key][()])[0]) for key in ("m", "n", "nz"))
-    p, i, x = group["p"][()], group["i"][()], group["x"][()]
-    if nz == FORMATS["csc"]:
-        return csr_array(csc_array((x[: p[n]], i[: p[n]], p), shape=(m, n)))
-    if nz == FORMATS["csr"]:
-        return csr_array((x[: p[m]], i[: p[m]], p), shape=(m, n))
-    if nz < 0:
-        raise InvalidInput(f"nz of an FCLIB matrix must be -2, -1 or a number of triplets; got {nz}")
-    return csr_array(coo_array((x[:nz], (i[:nz], p[:nz])), shape=(m, n)))  # i rows, p columns
 
 
 def write_fclib(
@@ -309,7 +308,7 @@ def write_fclib(
     as_name("matrix format", matrix_format, FORMATS)
     as_instance("problem", problem, ContactProblem | GlobalContactProblem, "a ContactProblem or GlobalContactProblem")
     path = as_place("path", path, FCLIB_ENDINGS)
-    write_hdf5(path, lambda file: _fill(file, problem, matrix_format))
+    write_hdf5(path, KIND, lambda file: _fill(file, problem, matrix_format))
 
 
 def _fill(file: Any, problem: ContactProblem | GlobalContactProblem, matrix_format: str) -> None:
@@ -325,17 +324,17 @@ def _fill(file: Any, problem: ContactProblem | GlobalContactProblem, matrix_form
         group = file.create_group("fclib_global")
         matrices = {"M": problem.M, "H": problem.H, "G": problem.G}
         vectors = {"f": problem.f, "w": problem.w, "mu": problem.mu, "b": problem.b}
-    group["spacedim"] = np.array([problem.dim], dtype=np.int32)
+    put(group, "spacedim", np.array([problem.dim], dtype=np.int32))
     for name, matrix in matrices.items():
         if matrix is not None:
             _write_matrix(group.create_group(name), matrix, matrix_format)
     for name, vector in vectors.items():
         if vector is not None:
-            group[f"vectors/{name}"] = np.asarray(vector, dtype=float)
+            put(group, f"vectors/{name}", np.asarray(vector, dtype=float))
     if problem.P is not None:
         local = problem.local()
-        file["solution/r"] = problem.P
-        file["solution/u"] = local.G @ problem.P + local.c
+        put(file, "solution/r", np.asarray(problem.P, dtype=float))
+        put(file, "solution/u", local.G @ problem.P + local.c)
 
 
 def _write_matrix(group: Any, matrix: Any, matrix_format: str) -> None:
@@ -348,5 +347,6 @@ def _write_matrix(group: Any, matrix: Any, matrix_format: str) -> None:
         compressed = (csr_array if matrix_format == "csr" else csc_array)(matrix)
         p, i, x, nz = compressed.indptr, compressed.indices, compressed.data, FORMATS[matrix_format]
     for key, value in {"nzmax": len(x), "m": matrix.shape[0], "n": matrix.shape[1], "nz": nz}.items():
-        group[key] = np.array([value], dtype=np.int32)
-    group["p"], group["i"], group["x"] = p.astype(np.int32), i.astype(np.int32), x.astype(float)
+        put(group, key, np.array([value], dtype=np.int32))
+    for key, value in {"p": p.astype(np.int32), "i": i.astype(np.int32), "x": x.astype(float)}.items():
+        put(group, key, value)

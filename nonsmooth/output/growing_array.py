@@ -10,9 +10,12 @@ Source: the .npy format, ``numpy.lib.format``.
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import numpy as np
+
+from nonsmooth.files import open_to_read
 
 ALIGNMENT = 64  # bytes: the rows begin at a multiple of it
 COUNT = 28  # bytes of "(m,), }" and its blanks: a count of up to 20 digits fits
@@ -46,6 +49,10 @@ class GrowingArray:
         self._put(self._rows_at + first * self.dtype.itemsize, np.ascontiguousarray(rows, self.dtype).tobytes())
         self._put(self._count_at, _count(first + len(rows)))
 
+    def cut(self, rows: int) -> None:
+        """Forget the rows behind so many."""
+        self._put(self._count_at, _count(rows))
+
     def sync(self) -> None:
         """Have the operating system put on the disk what was written."""
         os.fsync(self._file.fileno())
@@ -59,6 +66,33 @@ class GrowingArray:
         rest = memoryview(data)
         while rest:
             rest = rest[self._file.write(rest) :]
+
+
+def map_rows(path: Path, dtype: np.dtype) -> np.ndarray:
+    """The rows of a file, mapped: read where they are looked at.
+
+    Raises
+    ------
+    OSError, ValueError
+        When the file is not there, has other rows than those of this type, or fewer than it says.
+    """
+    header = _header(dtype)
+    with open_to_read(path) as file:
+        start, size = file.read(len(header)), os.fstat(file.fileno()).st_size
+    count = re.fullmatch(rb"\((\d{1,20}),\), \} *", start[-1 - COUNT : -1])
+    if count is None or start != header[: -1 - COUNT] + start[-1 - COUNT : -1] + b"\n":
+        raise ValueError("its header is not that of its rows")
+    rows = int(count[1])
+    if len(header) + rows * dtype.itemsize > size:
+        raise ValueError(f"it says that it has {rows} rows, which is more than its {size} bytes hold")
+    if rows == 0:
+        return np.empty(0, dtype)
+    return np.memmap(path, dtype, "r", offset=len(header), shape=(rows,))
+
+
+def rows_at(dtype: np.dtype) -> int:
+    """The place of the first row in a file [bytes]."""
+    return len(_header(dtype))
 
 
 def _header(dtype: np.dtype) -> bytes:

@@ -1,4 +1,5 @@
-"""Maps of paradoxes on disk: NetCDF 3, which xarray, MATLAB and ncview read, or .npz; moved into place when whole."""
+"""Maps of paradoxes on disk: NetCDF 3, which xarray, MATLAB and ncview read, or .npz; sealed, moved into place when
+whole."""
 
 from __future__ import annotations
 
@@ -9,11 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nonsmooth.files import as_place, whole_file
+from nonsmooth.output.npz import write_npz
+from nonsmooth.output.seal import seal
 
 if TYPE_CHECKING:
     import xarray
 
 MAP_ENDINGS = (".nc", ".npz")
+KIND = "map"
 
 
 def save_map(chart: xarray.Dataset, path: str | Path) -> Path:
@@ -27,18 +31,18 @@ def save_map(chart: xarray.Dataset, path: str | Path) -> Path:
         For another ending.
     """
     path = as_place("path", path, MAP_ENDINGS)
+    if path.suffix == ".npz":
+        write_npz(path, KIND, _as_arrays(chart), is_compressed=True)
+        return path
     with whole_file(path) as part:
-        _write(chart, part, path.suffix)
+        chart.to_netcdf(part, engine="scipy")
+        with part.open("r+b") as file:
+            seal(file, KIND)
     return path
 
 
-def _write(chart: xarray.Dataset, part: Path, suffix: str) -> None:
-    if suffix == ".nc":
-        chart.to_netcdf(part, engine="scipy")
-    else:
-        meanings = {str(name): variable.attrs.get("flag_meanings", "") for name, variable in chart.data_vars.items()}
-        dims = {str(name): list(variable.dims) for name, variable in chart.data_vars.items()}
-        about = json.dumps({"attrs": dict(chart.attrs), "dims": dims, "flag_meanings": meanings})
-        arrays = {str(name): variable.values for name, variable in chart.variables.items()}
-        with part.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, about=np.array(about), **arrays)
+def _as_arrays(chart: xarray.Dataset) -> dict[str, np.ndarray]:
+    meanings = {str(name): variable.attrs.get("flag_meanings", "") for name, variable in chart.data_vars.items()}
+    dims = {str(name): list(variable.dims) for name, variable in chart.data_vars.items()}
+    about = json.dumps({"attrs": dict(chart.attrs), "dims": dims, "flag_meanings": meanings})
+    return {"about": np.array(about), **{str(name): variable.values for name, variable in chart.variables.items()}}

@@ -9,9 +9,10 @@ to the solver is kept. Solving it again calls the same solver with the same bits
 from __future__ import annotations
 
 import json
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,16 +22,26 @@ from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.planar_newton import solve_by_newton
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.files import DAMAGE, as_path, as_place, read_npz, whole_file
+from nonsmooth.files import as_path, as_place, refusals
 from nonsmooth.integrators.moreau_jean_contact import Scratch, scratch_shapes, solve
 from nonsmooth.integrators.records import RESIDUAL, State, state_shapes
 from nonsmooth.jit import load_all
+from nonsmooth.laws import LAW_CODE, LAW_IMPACT, LAW_WIDTH, SMOOTHED, ImpactLaw
 from nonsmooth.output.fclib import FCLIB_ENDINGS, write_fclib
+from nonsmooth.output.forms import REAL, WHOLE, Form, Rule, require_forms
+from nonsmooth.output.npz import Archive, read_npz, write_npz
+from nonsmooth.output.seal import require_kind
 from nonsmooth.runs.fclib_form import fclib_form
+from nonsmooth.system import GIVEN_FORCE, ContactMode
 
-SCHEMA, KIND = 1, "contact problem of a step"
+SCHEMA, KIND = 1, "problem"
+WHAT = "contact problem of a step"
 ENDINGS = (".npz", *FCLIB_ENDINGS)
-ARRAYS = ("G", "c", "gamma_0", "start", "kinds", "laws", "N", "P_before", "mode_before", "slip_before")
+ARRAYS: dict[str, Rule] = {
+    "G": (REAL, ("r", "r")), "c": (REAL, ("r",)), "gamma_0": (REAL, ("r",)), "start": (WHOLE, ("n + 1",)),
+    "kinds": (WHOLE, ("n", 2)), "laws": (REAL, ("n", LAW_WIDTH)), "N": (REAL, ("n",)),
+    "P_before": (REAL, ("n", "1 + d")), "mode_before": (WHOLE, ("n",)), "slip_before": (WHOLE, ("n",)),
+}  # fmt: skip
 
 
 class Answer(NamedTuple):
@@ -122,9 +133,9 @@ class FailedProblem:
         if path.suffix in FCLIB_ENDINGS:
             write_fclib(path, fclib_form(self))
             return path
-        about = {"schema": SCHEMA, "kind": KIND, "dt": self.dt, "selection": self.selection, "about": self.about}
-        with whole_file(path) as part, part.open("wb") as file:
-            np.savez(file, about=np.array(json.dumps(about)), **{name: getattr(self, name) for name in ARRAYS})
+        about = {"schema": SCHEMA, "kind": WHAT, "dt": self.dt, "selection": self.selection, "about": self.about}
+        arrays = {name: getattr(self, name) for name in ARRAYS}
+        write_npz(path, KIND, {"about": np.array(json.dumps(about)), **arrays}, is_compressed=False)
         return path
 
     @classmethod
@@ -137,32 +148,44 @@ class FailedProblem:
             When the file is not there, or is none of ours, or damaged.
         """
         path = as_path("path", path)
-        try:
-            return cls.of_entries(read_npz(path))
-        except FileNotFoundError:
-            raise InvalidInput(f"there is no file {str(path)!r}") from None
-        except DAMAGE as error:
-            raise InvalidInput(f"{path.name} holds no contact problem of a step, or is damaged: {error}") from error
+        with refusals(path, "holds no contact problem of a step"):
+            return cls.of_archive(read_npz(path, require_failed_problem))
 
     @classmethod
-    def of_entries(cls, entries: dict[str, Any]) -> FailedProblem:
-        """From the entries of a file."""
-        about = json.loads(str(entries["about"]))
+    def of_archive(cls, found: Archive) -> FailedProblem:
+        """From what a file holds."""
+        about = found.about()
         if about["schema"] != SCHEMA:
             raise InvalidInput(f"the contact problem has schema {about['schema']}; this version reads {SCHEMA}")
-        arrays = {name: np.ascontiguousarray(entries[name]) for name in ARRAYS}
-        n, r = len(arrays["kinds"]), len(arrays["c"])
-        shapes = {"G": (r, r), "gamma_0": (r,), "start": (n + 1,), "N": (n,), "mode_before": (n,), "slip_before": (n,)}
-        for name, shape in shapes.items():
-            if arrays[name].shape != shape:
-                raise InvalidInput(
-                    f"{name} of the contact problem must have the shape {shape}; got {arrays[name].shape}"
-                )
-        if arrays["start"][-1] != r or (np.diff(arrays["start"]) < 1).any() or not np.isfinite(arrays["G"]).all():
+        require_kind(found.kind, KIND)
+        arrays = {name: np.ascontiguousarray(found.arrays[name]) for name in ARRAYS}
+        problem = cls(**arrays, dt=float(about["dt"]), selection=int(about["selection"]), about=str(about["about"]))
+        problem.require_rows()
+        return problem
+
+    def require_rows(self) -> None:
+        """Raise unless the rows are those of the contacts, and the laws are ours."""
+        kind, directions = self.kinds.T
+        rows = directions + (kind != GIVEN_FORCE)
+        last = (
+            (kind, GIVEN_FORCE), (directions, 1), (self.laws[:, LAW_CODE], SMOOTHED),
+            (self.laws[:, LAW_IMPACT], max(ImpactLaw)), (self.mode_before, max(ContactMode)),
+            (abs(self.slip_before), 1),
+        )  # fmt: skip
+        is_known = np.all([(code >= 0) & (code <= largest) for code, largest in last])
+        if not is_known or (np.diff(self.start) != rows).any() or self.start[0] != 0:
+            raise InvalidInput("the contact problem must have rows for each contact, of kinds and laws that are known")
+        if self.start[-1] != len(self.c) or not np.isfinite(self.G).all():
             raise InvalidInput("the contact problem must have rows for each contact, and finite entries")
-        return cls(**arrays, dt=float(about["dt"]), selection=int(about["selection"]), about=str(about["about"]))
 
 
-def is_failed_problem(entries: dict[str, Any]) -> bool:
-    """Whether the entries of a file are those of a ``FailedProblem``."""
-    return "about" in entries and entries.keys() >= set(ARRAYS)
+def require_failed_problem(forms: Mapping[str, Form]) -> None:
+    """Raise `ValueError` unless the arrays of a file are those of a ``FailedProblem``."""
+    sizes = require_forms(forms, ARRAYS)
+    if sizes["n + 1"] != sizes["n"] + 1:
+        raise ValueError(f"start must have {sizes['n'] + 1} entries; it has {sizes['n + 1']}")
+
+
+def is_failed_problem(names: Collection[str]) -> bool:
+    """Whether the arrays of a file have the names of those of a ``FailedProblem``."""
+    return {"about", *ARRAYS} <= set(names)

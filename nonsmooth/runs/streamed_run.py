@@ -8,7 +8,7 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.records import INTERVAL, STEP, Record, bytes_of_record
-from nonsmooth.output.checkpoint import Checkpoint, row_type
+from nonsmooth.output.checkpoint import Checkpoint, Shape
 from nonsmooth.runs.identity import facts_of_run
 from nonsmooth.runs.run import Run, last_row
 from nonsmooth.runs.streaming import Place, Streaming
@@ -52,8 +52,8 @@ def streamed_run(
     facts = facts_of_run(
         system, integrator, t_span, every, t_eval, q0, u0, selection, project, run.model.is_compiled
     )  # fmt: skip
-    row = row_type(system.n_u, system.n_c, system.d, has_forces)
-    run.attach(Checkpoint(place.path, facts, row, place.may_begin, place.may_resume), place.seconds)
+    shape = Shape(system.n_u, system.n_c, system.d, has_forces)
+    run.attach(Checkpoint(place.path, facts, shape, place.may_begin, place.may_resume), place.seconds)
     return run
 
 

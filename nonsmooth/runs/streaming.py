@@ -107,7 +107,7 @@ class Streaming(Run):
 
     def solution(self) -> Solution:
         """What the checkpoint holds."""
-        return load_checkpoint(self.store.path, self.system)
+        return load_checkpoint(self.store.path, self.system, is_verified=True)
 
     def _block(self, max_steps: int) -> int:
         status = super()._block(max_steps)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +18,24 @@ import numpy as np
 
 from nonsmooth.arrays import as_tolerance
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, Status, UnknownName, nearest
-from nonsmooth.files import DAMAGE, read_npz
+from nonsmooth.files import refusals
+from nonsmooth.output.forms import FLAG, REAL, WHOLE, Form, Rule, require_forms
+from nonsmooth.output.npz import Archive, read_npz
 from nonsmooth.output.plots import saved
-from nonsmooth.runs.failed_problem import FailedProblem, is_failed_problem
+from nonsmooth.output.sparse_rows import compressed_rows
+from nonsmooth.runs.failed_problem import FailedProblem, is_failed_problem, require_failed_problem
 
+SHOWN = 20  # names in a message
 RANK_N = 400  # the singular values of a larger matrix take longer than its solution
+COMPLEMENTARITY: dict[str, Rule] = {"M": (REAL, ("n", "n")), "q": (REAL, ("n",))}
+TABLES: dict[str, dict[str, Rule]] = {  # of which the first whose names are all there says what the problem is
+    "friction": {
+        "data": (REAL, ("entries",)), "indices": (WHOLE, ("entries",)), "indptr": (WHOLE, ("n + 1",)),
+        "shape": (WHOLE, (2,)), "q": (REAL, ("n",)), "mu": (REAL, ("contacts",)), "dim": (WHOLE, ()),
+    },
+    "mlcp": COMPLEMENTARITY | {"is_comp": (FLAG, ("n",))},
+    "lcp": COMPLEMENTARITY,
+}  # fmt: skip
 COLUMNS = ("file", "kind", "n", "contacts", "rank", "status", "error", "iterations", "time", "solver")
 
 
@@ -130,28 +143,49 @@ def load_problem(path: Path) -> tuple[str, Any, tuple]:
         return f"fc{problem.dim}d", problem.G, (problem.G, problem.c, problem.mu, problem.dim)
     if path.suffix != ".npz":
         raise InvalidInput(f"a problem file must end in .npz, .h5 or .hdf5; got {path.name}")
-    try:
-        entries = read_npz(path)
-    except FileNotFoundError:
-        raise InvalidInput(f"there is no file {str(path)!r}") from None
-    except DAMAGE as error:
-        raise InvalidInput(f"{path.name} must be an npz archive of plain arrays: {error}") from None
-    if is_failed_problem(entries):
-        failed = FailedProblem.load(path)
-        return "step", failed.G, (failed,)
-    if {"data", "indices", "indptr", "shape", "q", "mu", "dim"} <= entries.keys():
-        from scipy.sparse import csr_array
+    with refusals(path, "must be an npz archive of plain arrays"):
+        found = read_npz(path, lambda forms: _require_problem(path.name, forms))
+        return _problem_of(_kind(path.name, found.arrays), found)
 
-        G = csr_array((entries["data"], entries["indices"], entries["indptr"]), shape=tuple(entries["shape"]))
-        dim = int(entries["dim"])
+
+def _problem_of(kind: str, found: Archive) -> tuple[str, Any, tuple]:
+    entries = found.arrays
+    if kind == "step":
+        failed = FailedProblem.of_archive(found)
+        return kind, failed.G, (failed,)
+    if kind == "friction":
+        shape, dim = tuple(entries["shape"].tolist()), int(entries["dim"])
+        G = compressed_rows(entries["data"], entries["indices"], entries["indptr"], shape)
         return f"fc{dim}d", G, (G, entries["q"], entries["mu"], dim)
-    if {"M", "q", "is_comp"} <= entries.keys():
-        return "mlcp", entries["M"], (entries["M"], entries["q"], ~entries["is_comp"].astype(bool))
-    if {"M", "q"} <= entries.keys():
-        return "lcp", entries["M"], (entries["M"], entries["q"])
+    A, b = entries["M"], entries["q"]
+    return kind, A, (A, b) if kind == "lcp" else (A, b, ~_as_flags("is_comp", entries["is_comp"]))
+
+
+def _kind(file_name: str, names: Collection[str]) -> str:
+    """Which problem arrays of these names are."""
+    if is_failed_problem(names):
+        return "step"
+    for kind, rules in TABLES.items():
+        if rules.keys() <= set(names):
+            return kind
     raise InvalidInput(
-        f"{path.name} must hold M and q, or W in compressed rows with q, mu, dim; it has {list(entries)}"
+        f"{file_name} must hold M and q, or W in compressed rows with q, mu, dim; it has {list(names)[:SHOWN]}"
     )
+
+
+def _require_problem(file_name: str, forms: Mapping[str, Form]) -> None:
+    """Raise unless the arrays of a file are those of a problem, with their dtypes and shapes."""
+    kind = _kind(file_name, forms)
+    if kind == "step":
+        require_failed_problem(forms)
+    else:
+        require_forms(forms, TABLES[kind])
+
+
+def _as_flags(name: str, flags: np.ndarray) -> np.ndarray:
+    if not np.isin(flags, (0, 1)).all():
+        raise ValueError(f"{name} must be 0 or 1 in each row")
+    return flags.astype(bool)
 
 
 def format_table(results: list[dict]) -> str:

@@ -1,4 +1,7 @@
-"""Results of sweeps on disk: npz without any extra, NetCDF with one; written beside and moved into place at once."""
+"""Results of sweeps on disk: npz without any extra, NetCDF with one; sealed, written beside and moved into place.
+
+What the netCDF library is given to read is sealed: it may crash on a damaged file. docs/files.md
+"""
 
 from __future__ import annotations
 
@@ -10,13 +13,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from nonsmooth.arrays import as_instance
-from nonsmooth.errors import InvalidInput, MissingExtra
-from nonsmooth.files import DAMAGE, as_path, as_place, read_npz, whole_file
+from nonsmooth.errors import MissingExtra
+from nonsmooth.files import as_path, as_place, refusals, whole_file
+from nonsmooth.output.hdf5 import seal_of
+from nonsmooth.output.npz import read_npz, write_npz
+from nonsmooth.output.seal import require_kind, seal
 
 if TYPE_CHECKING:
     import xarray
 
 ENDINGS = (".npz", ".nc")
+KIND = "sweep"
 
 
 def check_path(path: str | os.PathLike[str]) -> Path:
@@ -52,10 +59,10 @@ def save_sweep(found: xarray.Dataset, path: str | os.PathLike[str]) -> Path:
     if path.suffix == ".nc":
         with whole_file(path) as part:
             _write_nc(found, part)
+            with part.open("r+b") as file:
+                seal(file, KIND)
     else:
-        arrays = _as_arrays(found)
-        with whole_file(path) as part:
-            _write_npz(part, arrays)
+        write_npz(path, KIND, _as_arrays(found), is_compressed=True)
     return path
 
 
@@ -70,17 +77,14 @@ def load_sweep(path: str | os.PathLike[str]) -> xarray.Dataset:
     path = as_path("path", path)
     if path.suffix == ".nc":
         _engine()
-    try:
+    with refusals(path, "is no result of a sweep"):
         return _read_nc(path) if path.suffix == ".nc" else _read_npz(path)
-    except FileNotFoundError:
-        raise InvalidInput(f"there is no file {str(path)!r}") from None
-    except DAMAGE as error:
-        raise InvalidInput(f"{path.name} is no result of a sweep, or is damaged: {error}") from error
 
 
 def _read_nc(path: Path) -> xarray.Dataset:
     import xarray
 
+    require_kind(seal_of(path), KIND)
     with xarray.open_dataset(path, engine=_engine()) as found:
         return found.load()
 
@@ -88,9 +92,10 @@ def _read_nc(path: Path) -> xarray.Dataset:
 def _read_npz(path: Path) -> xarray.Dataset:
     import xarray
 
-    arrays = read_npz(path)
-    about = json.loads(str(arrays["about"]))
-    columns = {name: _column(arrays, name, entry) for name, entry in about["variables"].items()}
+    found = read_npz(path)
+    require_kind(found.kind, KIND)
+    about = found.about()
+    columns = {name: _column(found.arrays, name, entry) for name, entry in about["variables"].items()}
     coordinates = {name: columns.pop(name) for name in about["coordinates"]}
     return xarray.Dataset(columns, coordinates, about["attrs"])
 
@@ -124,11 +129,6 @@ def _write_nc(found: xarray.Dataset, part: Path) -> None:
         found.to_netcdf(str(part), engine=_engine())
     except RuntimeError as error:  # so says the library of netCDF when the disk is full
         raise OSError(str(error)) from error
-
-
-def _write_npz(path: Path, arrays: dict[str, Any]) -> None:
-    with open(path, "wb") as file:
-        np.savez_compressed(file, **arrays)
 
 
 def _engine() -> Literal["netcdf4", "h5netcdf"]:
