@@ -130,6 +130,18 @@ def test_a_damaged_problem_is_refused(name, tmp_path):
     assert row["status"] == "ERROR" and row["message"]
 
 
+def test_a_problem_that_another_program_wrote_again_is_refused(tmp_path):
+    """Its step was solved with the bits in the file: what changed them is not known."""
+    path = jammed().dump(tmp_path / "step.npz")
+    with np.load(path) as file:
+        entries = dict(file)
+    np.savez(path, **entries)
+    with pytest.raises(ns.InvalidInput, match="step.npz holds no contact problem of a step, .* it has no seal"):
+        FailedProblem.load(path)
+    (row,) = solve_files([path], "auto", 1e-8)
+    assert row["status"] == "ERROR" and "it has no seal" in row["message"]
+
+
 # FCLIB: u = W r + q, rows (N, T) for each contact
 
 

@@ -31,7 +31,7 @@ SIGNATURE = b"\x89HDF\r\n\x1a\n"
 ANSWER, REFUSAL = 0, 3  # exit codes
 START_TIME = 20.0  # s: a Python with h5py starts in 0.2 s, on a busy machine in some seconds
 RATE = 5e6  # bytes/s of a file, a tenth of what inflating takes
-PROCESS = 2**30  # bytes of address space that a Python with h5py needs, and three times more
+PROCESS = 2**30  # bytes of address space: a Python with h5py takes a tenth of it
 SHOWN = 5  # names in a message
 
 

@@ -46,7 +46,8 @@ class GrowingArray:
 
     def write(self, first: int, rows: np.ndarray) -> None:
         """Write rows at the place ``first``; the last of them is the last of the file."""
-        self._put(self._rows_at + first * self.dtype.itemsize, np.ascontiguousarray(rows, self.dtype).tobytes())
+        data = np.ascontiguousarray(rows, self.dtype).view(np.uint8).data
+        self._put(self._rows_at + first * self.dtype.itemsize, data)
         self._put(self._count_at, _count(first + len(rows)))
 
     def cut(self, rows: int) -> None:
@@ -61,7 +62,7 @@ class GrowingArray:
         """Close the file."""
         self._file.close()
 
-    def _put(self, place: int, data: bytes) -> None:
+    def _put(self, place: int, data: bytes | memoryview) -> None:
         self._file.seek(place)
         rest = memoryview(data)
         while rest:

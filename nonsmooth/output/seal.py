@@ -1,12 +1,12 @@
 """The seal: the last line of every file that is written here, a checksum of all the bytes before it.
 
-    \\n nonsmooth KIND seal 1 bytes SIZE crc32 CRC \\n
+    nonsmooth KIND seal 1 crc32 CRC
 
 A reader looks at it before any other program code touches the file: a library that a damaged file would crash (HDF5,
 netCDF) only ever sees the bytes that were written. CRC-32 finds every damage within 32 bits, and any other but one in
 4e9; it is no signature, whoever wants to forge a file can. The readers of .npz, HDF5 and netCDF look for nothing behind
-their own end, so that the line is in nobody's way; in a zip archive it is the comment. A library that opens the file to
-change it takes the line off: what it leaves is a file of others.
+their own end, so that the line is in nobody's way; in a zip archive it is the comment. When HDF5 opens a file to change
+it, it takes the line off: what it leaves is a file of others.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from collections.abc import Iterator
 from typing import BinaryIO
 
 VERSION = 1
-SEAL = re.compile(rb"\nnonsmooth ([a-z]+) seal (\d{1,4}) bytes (\d{1,20}) crc32 ([0-9a-f]{8})\n\Z")
-LONGEST = 96  # bytes of a seal
+SEAL = re.compile(rb"\nnonsmooth ([a-z]+) seal (\d{1,4}) crc32 ([0-9a-f]{8})\n\Z")
+LONGEST = 80  # bytes of a seal
 PIECE = 2**18  # bytes that are read at a time: what the processor's cache holds
 ZIP = b"PK\x03\x04"
 
@@ -27,7 +27,7 @@ ZIP = b"PK\x03\x04"
 def seal(file: BinaryIO, kind: str) -> None:
     """Append the seal to a file that is open for reading and writing; ``kind`` is one word that says what it is."""
     size = file.seek(0, os.SEEK_END)
-    words = f"\nnonsmooth {kind} seal {VERSION} bytes {size} crc32 ".encode()
+    words = f"\nnonsmooth {kind} seal {VERSION} crc32 ".encode()
     _declare_comment(file, len(words) + 9)
     file.write(words + f"{crc_of(file, size, words):08x}\n".encode())
 
@@ -46,11 +46,10 @@ def sealed_kind(file: BinaryIO) -> str:
     if found is None:
         file.seek(0)
         return ""
-    kind, version, size, crc = found.groups()
+    kind, version, crc = found.groups()
     if int(version) != VERSION:
         raise ValueError(f"its seal has version {int(version)}; this version reads {VERSION}")
-    length = end - len(found.group())
-    if length != int(size) or crc_of(file, length, found.group()[:-9]) != int(crc, 16):
+    if crc_of(file, end - len(found.group()), found.group()[:-9]) != int(crc, 16):
         raise ValueError("its content is not what was written: the checksum in its last line says so")
     file.seek(0)
     return kind.decode()

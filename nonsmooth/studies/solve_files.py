@@ -25,6 +25,7 @@ from nonsmooth.output.plots import saved
 from nonsmooth.output.sparse_rows import compressed_rows
 from nonsmooth.runs.failed_problem import FailedProblem, is_failed_problem, require_failed_problem
 
+OF_MIXED = {"A", "B", "C", "D", "a", "b", "n", "m", "block_rows", "block_is_comp"}  # which files of mixed ones hold too
 SHOWN = 20  # names in a message
 RANK_N = 400  # the singular values of a larger matrix take longer than its solution
 COMPLEMENTARITY: dict[str, Rule] = {"M": (REAL, ("n", "n")), "q": (REAL, ("n",))}
@@ -153,12 +154,24 @@ def _problem_of(kind: str, found: Archive) -> tuple[str, Any, tuple]:
     if kind == "step":
         failed = FailedProblem.of_archive(found)
         return kind, failed.G, (failed,)
+    for name, (dtypes, _) in TABLES[kind].items():
+        if dtypes == REAL and not np.isfinite(entries[name]).all():
+            raise ValueError(f"{name} must be finite; one of its entries is not")
     if kind == "friction":
-        shape, dim = tuple(entries["shape"].tolist()), int(entries["dim"])
-        G = compressed_rows(entries["data"], entries["indices"], entries["indptr"], shape)
-        return f"fc{dim}d", G, (G, entries["q"], entries["mu"], dim)
+        return _friction(entries)
     A, b = entries["M"], entries["q"]
     return kind, A, (A, b) if kind == "lcp" else (A, b, ~_as_flags("is_comp", entries["is_comp"]))
+
+
+def _friction(entries: dict[str, np.ndarray]) -> tuple[str, Any, tuple]:
+    c, mu, dim, shape = entries["q"], entries["mu"], int(entries["dim"]), tuple(entries["shape"].tolist())
+    if dim not in (2, 3) or len(mu) * dim != len(c) or shape != (len(c), len(c)):
+        raise ValueError(
+            f"q must have dim = 2 or 3 rows for each contact, and W a row for each of them; it has {len(c)} rows, "
+            f"mu has {len(mu)} contacts of dim {dim}, and W the shape {shape}"
+        )
+    G = compressed_rows(entries["data"], entries["indices"], entries["indptr"], shape)
+    return f"fc{dim}d", G, (G, c, mu, dim)
 
 
 def _kind(file_name: str, names: Collection[str]) -> str:
@@ -167,6 +180,8 @@ def _kind(file_name: str, names: Collection[str]) -> str:
         return "step"
     for kind, rules in TABLES.items():
         if rules.keys() <= set(names):
+            if kind == "lcp" and OF_MIXED & set(names):
+                raise InvalidInput(f"{file_name} is a mixed problem without is_comp, which says where w_i = 0")
             return kind
     raise InvalidInput(
         f"{file_name} must hold M and q, or W in compressed rows with q, mu, dim; it has {list(names)[:SHOWN]}"

@@ -37,6 +37,55 @@ def test_rows_without_complementarity_are_equations(tmp_path):
     np.testing.assert_allclose(A @ solve_mlcp(A, b, free).z + b, [0.0, 1.0], atol=1e-15)
 
 
+LCP = {"M": np.array([[2.0, 1.0], [1.0, 2.0]]), "q": np.array([-5.0, -6.0])}
+MIXED = LCP | {"is_comp": np.array([True, False])}
+FRICTION = {
+    "data": np.ones(4), "indices": np.arange(4), "indptr": np.arange(5), "shape": np.array([4, 4]), "q": np.ones(4),
+    "mu": np.ones(2), "dim": np.array(2),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("problem", "change", "words"), [
+    (LCP, {"M": np.array([[2, 1], [1, 2]])}, r"M must be float64; it is int64 \(<i8\)"),
+    (LCP, {"M": LCP["M"].astype(np.float32)}, "M must be float64; it is float32"),
+    (LCP, {"q": LCP["q"].astype(complex)}, "M|q.* is no plain array: its dtype is <c16"),
+    (LCP, {"q": LCP["q"].astype(">f8")}, "its dtype is >f8, objects and big-endian numbers are not read"),
+    (LCP, {"q": LCP["q"][:1]}, r"q must have the shape \(n = 2\); it has \(1,\)"),
+    (LCP, {"M": LCP["M"][:, :1]}, r"M must have the shape \(n = 2, n = 2\); it has \(2, 1\)"),
+    (LCP, {"M": LCP["M"].ravel()}, r"M must have the shape \(n, n\); it has \(4,\)"),
+    (LCP, {"q": np.array([np.nan, 1.0])}, "q must be finite"),
+    (LCP, {"A": np.eye(2), "n": np.array(2)}, "is a mixed problem without is_comp"),
+    (MIXED, {"is_comp": np.array([1.0, 0.0])}, "is_comp must be bool, int32 or int64; it is float64"),
+    (MIXED, {"is_comp": np.array([0, 2])}, "is_comp must be 0 or 1 in each row"),
+    (MIXED, {"is_comp": np.array([True])}, r"is_comp must have the shape \(n = 2\)"),
+    (FRICTION, {"indices": np.array([0, 1, 2, 4])}, "an index of a matrix must lie in 0 ... 3; one is 4"),
+    (FRICTION, {"indices": np.array([0, 1, 2, -1])}, "one is -1"),
+    (FRICTION, {"indptr": np.array([0, 1, 2, 3, 5])}, "the starts of 4 rows must be 5 numbers that grow from 0 to at"),
+    (FRICTION, {"indptr": np.array([0, 2, 1, 3, 4])}, "the starts of 4 rows"),
+    (FRICTION, {"indices": np.arange(4.0)}, "indices must be int32 or int64; it is float64"),
+    (FRICTION, {"shape": np.array([4, 10**12])}, "and W the shape"),
+    (FRICTION, {"mu": np.ones(3)}, "mu has 3 contacts of dim 2"), (FRICTION, {"dim": np.array(7)}, "of dim 7"),
+    (FRICTION, {"data": np.array([1, 2, 3, np.inf])}, "data must be finite"),
+])  # fmt: skip
+def test_problems_whose_arrays_do_not_fit_are_refused_by_name_and_nothing_is_cast(tmp_path, problem, change, words):
+    np.savez(tmp_path / "a.npz", **problem | change)
+    with pytest.raises(InvalidInput, match=f"a.npz.*{words}"):
+        load_problem(tmp_path / "a.npz")
+    (row,) = solve_files([tmp_path / "a.npz"])
+    assert row["status"] == "ERROR" and row["message"].startswith("a.npz")
+
+
+@pytest.mark.parametrize(("problem", "kind"), [(LCP, "lcp"), (MIXED, "mlcp"), (FRICTION, "fc2d")])
+def test_indices_of_either_length_and_columns_first_are_the_same_problem(tmp_path, problem, kind):
+    np.savez(tmp_path / "a.npz", **{
+        name: np.asfortranarray(array) if array.dtype == float else array.astype(np.int32)
+        for name, array in problem.items()
+    })  # fmt: skip
+    found, matrix, _ = load_problem(tmp_path / "a.npz")
+    assert found == kind
+    np.testing.assert_array_equal(matrix.toarray() if kind == "fc2d" else matrix, problem.get("M", np.eye(4)))
+
+
 def test_fclib_files_are_solved_too(tmp_path):
     pytest.importorskip("h5py")
     from nonsmooth.output.fclib import ContactProblem, write_fclib

@@ -1,10 +1,13 @@
 """Solutions survive the disk; what is no solution is refused."""
 
+import dataclasses
+import inspect
+
 import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import SpragSlip
+from models import BouncingBall, SpragSlip
 
 
 @pytest.fixture(scope="module")
@@ -22,6 +25,86 @@ def test_a_solution_read_back_equals_the_one_written(solution, tmp_path, name):
     assert (read.stats, read.status, read.about) == (solution.stats, solution.status, solution.about)
     assert read.summary() == solution.summary()
     assert not (tmp_path / f"{name}.part").exists()
+
+
+def run_with_forces_and_events():
+    """With everything that a solution may have; the second function never reaches zero."""
+    ball = BouncingBall(e=0.8)
+    reached = [lambda t, q, u: q[0] - 0.1, lambda t, q, u: 1.0]
+    return ns.simulate(ball, (0, 1), *ball.state(height=0.3), integrator=ns.EventDriven(), events=reached)
+
+
+# what a file cannot hold without unpickling functions, and what stands for it
+NOT_STORED = {"system", "find_ledger", "find_motion", "motion"}
+
+
+def public_values(solution):
+    """Every attribute that is no method, with the arrays as dtype, shape and bytes."""
+    names = {name for name, it in inspect.getmembers(type(solution)) if not callable(it)}
+    names |= {field.name for field in dataclasses.fields(solution)}
+    names = {name for name in names if not name.startswith("_")} - NOT_STORED
+    assert {"t", "events", "paradoxes", "ledger", "la", "stats", "success", "u_events"} <= names
+    return {name: plain(getattr(solution, name)) for name in names}
+
+
+def plain(value):
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, value.tobytes()
+    if isinstance(value, dict):
+        return {name: plain(entry) for name, entry in value.items()}
+    return [plain(entry) for entry in value] if isinstance(value, list) else value
+
+
+@pytest.mark.parametrize("name", ["run.npz", "run.h5"])
+def test_a_solution_read_back_has_everything_that_the_fresh_one_had(tmp_path, name):
+    fresh = run_with_forces_and_events()
+    assert fresh.la is not None and len(fresh.t_events[0]) > 3 and len(fresh.t_events[1]) == 0
+    read = ns.Solution.load(fresh.save(tmp_path / name))
+    assert public_values(read) == public_values(fresh)
+    with pytest.raises(ns.InvalidInput, match="knows its records only: it was read from a file"):
+        read(0.5)
+
+
+def test_every_dataset_of_an_h5_file_has_a_checksum_that_other_programs_verify(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = run_with_forces_and_events().save(tmp_path / "run.h5")
+    with h5py.File(path) as file:
+        datasets = []
+        file.visititems(lambda name, it: datasets.append(it) if hasattr(it, "dtype") else None)
+        assert len(datasets) > 15 and all(it.fletcher32 for it in datasets if it.size)
+        place = file["q"].id.get_chunk_info(0).byte_offset
+    content = bytearray(path.read_bytes())
+    content[place] ^= 1
+    path.write_bytes(content)
+    with h5py.File(path) as file, pytest.raises(OSError, match="checksum|filter"):
+        file["q"][()]
+
+
+def test_a_dataset_of_many_chunks_is_read_to_the_last_row(tmp_path):
+    """Rows of 24 bytes in chunks of 1 MiB: the last chunk is not full."""
+    h5py = pytest.importorskip("h5py")
+    from nonsmooth.output.hdf5 import CHUNK, put, take
+
+    array = np.random.default_rng(0).normal(size=(CHUNK // 8, 3))
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        put(file, "a", array)
+        assert file["a"].chunks[0] < len(array) < 4 * file["a"].chunks[0]
+        assert (take(file["a"]) == array).all()
+
+
+@pytest.mark.parametrize("name", ["run.npz", "run.h5"])
+def test_a_solution_that_another_program_changed_is_refused(solution, tmp_path, name):
+    path = solution.save(tmp_path / name)
+    if name.endswith("npz"):
+        with np.load(path) as file:
+            arrays = dict(file)
+        np.savez(path, **arrays)
+    else:
+        h5py = pytest.importorskip("h5py")
+        with h5py.File(path, "a") as file:
+            file["q"][0] = 7.0
+    with pytest.raises(ns.InvalidInput, match=f"{name} is not a saved solution, or is damaged: it has no seal"):
+        ns.Solution.load(path)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a solution", b"PK\x03\x04damaged"])

@@ -100,6 +100,73 @@ def test_a_damaged_line_inside_is_named(tasks, tmp_path):
         ns.sweep(tasks.product, AXES, journal=journal, progress=False)
 
 
+def refused_line(tasks, journal, k):
+    with pytest.raises(ns.InvalidInput, match=f"line {k} of the journal .* is damaged; delete that line") as refusal:
+        ns.sweep(tasks.product, AXES, journal=journal, progress=False)
+    return str(refusal.value)
+
+
+def test_a_number_that_was_edited_is_named_and_computed_again_where_its_line_is_deleted(tasks, tmp_path):
+    task, journal = counting(tasks, tmp_path), tmp_path / "j.jsonl"
+    whole = ns.sweep(task, AXES, journal=journal, progress=False)
+    lines = journal.read_text().splitlines(keepends=True)
+    assert '"value": 20.0' in lines[3]
+    edited = [*lines[:3], lines[3].replace("20.0", "21.0"), *lines[4:]]
+    journal.write_text("".join(edited))
+    with pytest.raises(ns.InvalidInput, match="line 4 of the journal"):
+        ns.sweep(task, AXES, journal=journal, progress=False)
+    assert journal.read_text() == "".join(edited)
+    journal.write_text("".join(lines[:3] + lines[4:]))
+    again = ns.sweep(task, AXES, journal=journal, progress=False)
+    assert again.attrs["cells_from_journal"] == 5 and len(calls(tmp_path)) == 7
+    xr.testing.assert_equal(whole, again)
+
+
+def test_the_line_of_another_journal_is_no_line_of_this_one(tasks, tmp_path):
+    here, there = tmp_path / "here.jsonl", tmp_path / "there.jsonl"
+    ns.sweep(tasks.product, AXES, journal=here, progress=False)
+    ns.sweep(tasks.slow_product, AXES, journal=there, progress=False)
+    own, foreign = (path.read_text().splitlines(keepends=True) for path in (here, there))
+    here.write_text("".join([*own[:2], foreign[2], *own[3:]]))
+    refused_line(tasks, here, 3)
+
+
+def test_a_line_that_stands_there_twice_is_one_cell(tasks, tmp_path):
+    journal = tmp_path / "j.jsonl"
+    whole = ns.sweep(tasks.product, AXES, journal=journal, progress=False)
+    lines = journal.read_text().splitlines(keepends=True)
+    journal.write_text("".join(lines + lines[2:4]))
+    again = ns.sweep(tasks.product, AXES, journal=journal, progress=False)
+    assert again.attrs["cells_from_journal"] == 6
+    xr.testing.assert_equal(whole, again)
+
+
+def test_a_head_that_is_damaged_or_of_a_format_without_checksums_is_refused_by_name(tasks, tmp_path):
+    journal = tmp_path / "j.jsonl"
+    ns.sweep(tasks.product, AXES, journal=journal, progress=False)
+    head, *lines = journal.read_text().splitlines(keepends=True)
+    old = head[: head.index(', "crc32"')].replace('"format": 2', '"format": 1') + "}\n"
+    for other, words in (
+        (head.replace('"cells": 6', '"cells": 7'), "the first line of the journal .* is damaged"),
+        (old, "has format 1; this version reads 2, whose lines have checksums; choose another path, or resume=False"),
+    ):
+        journal.write_text("".join([other, *lines]))
+        with pytest.raises(ns.InvalidInput, match=words):
+            ns.sweep(tasks.product, AXES, journal=journal, progress=False)
+    journal.write_text(head.rstrip("\n"))
+    assert ns.sweep(tasks.product, AXES, journal=journal, progress=False).attrs["cells_from_journal"] == 0
+
+
+def test_a_head_without_an_end_is_damage_and_what_follows_it_is_not_written_over(tasks, tmp_path):
+    """A head that is the whole file was torn; a long text that begins as one is somebody's."""
+    journal = tmp_path / "j.jsonl"
+    text = '{"journal": "nonsmooth sweep", "notes": "' + 2**20 * "x"
+    journal.write_text(text)
+    with pytest.raises(ns.InvalidInput, match="is no journal of a sweep"):
+        ns.sweep(tasks.product, AXES, journal=journal, progress=False)
+    assert journal.read_text() == text
+
+
 def studies():
     belt, dt = BeltOscillator(), ns.MoreauJean(1e-2)
     axes = {"vb": [0.1, 0.2]}
