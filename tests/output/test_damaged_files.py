@@ -402,7 +402,7 @@ def bomb(rng, data):
     """Zeros that inflate to a thousand times their size."""
     zeros = np.lib.format.magic(1, 0) + (118).to_bytes(2, "little")
     zeros += (
-        b"{'descr': '<f8', 'fortran_order': False, 'shape': (4096, 4096), }".ljust(117) + b"\n" + bytes(8 * 4096**2)
+        b"{'descr': '<f8', 'fortran_order': False, 'shape': (3000, 3000), }".ljust(117) + b"\n" + bytes(8 * 3000**2)
     )
     return repacked(data, lambda members: members | {rng.choice(sorted(members)): zeros})
 
@@ -586,7 +586,8 @@ needs_linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="r
 @needs_linux
 @pytest.mark.parametrize("seed", [0])
 def test_no_damaged_file_is_read_to_other_numbers_crashes_hangs_or_takes_gigabytes(tmp_path, seed):
-    tally, bad = trial(tmp_path, list(KINDS), 204, seed)
+    names = [*KINDS, *(name for name in KINDS if name not in UNSEALED)]  # which take a process each: every second time
+    tally, bad = trial(tmp_path, names, 207, seed)
     assert not bad, "\n".join(bad)
     for name in KINDS:
         assert tally[name, "refused"] >= 5
