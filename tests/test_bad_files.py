@@ -91,6 +91,15 @@ def test_a_write_that_fails_half_way_leaves_the_old_file_and_nothing_beside_it(n
     assert [file.name for file in tmp_path.iterdir()] == [name]
 
 
+@pytest.mark.parametrize("name", [name for name in WRITERS if not name.endswith(("png", "gif"))])
+def test_every_file_of_numbers_is_sealed_as_what_it_is(name):
+    from nonsmooth.output.hdf5 import seal_of
+
+    WRITERS[name](name)
+    what = {"run": "solution", "step": "problem", "problem": "fclib"}
+    assert seal_of(Path(name)) == what.get(name.partition(".")[0], name.partition(".")[0])
+
+
 @pytest.mark.parametrize("name", WRITERS)
 @pytest.mark.parametrize("place", ["nowhere/{}", "{}/"])
 def test_a_place_that_takes_no_file_is_refused_before_anything_is_written(name, place, tmp_path):
