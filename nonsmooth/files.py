@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from nonsmooth.errors import FileFailure, InvalidInput, shown
+from nonsmooth.errors import FileFailure, InvalidInput, NonsmoothError, shown
 
 FIGURE_ENDINGS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".webp")
 
@@ -75,7 +75,7 @@ def refusals(path: Path, what: str) -> Iterator[None]:
     """
     try:
         yield
-    except InvalidInput:
+    except NonsmoothError:
         raise
     except FileNotFoundError:
         raise InvalidInput(f"there is no file {str(path)!r}") from None

@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+import sys
 
 import numpy as np
 import pytest
@@ -104,6 +105,13 @@ def test_a_solution_that_another_program_changed_is_refused(solution, tmp_path, 
         with h5py.File(path, "a") as file:
             file["q"][0] = 7.0
     with pytest.raises(ns.InvalidInput, match=f"{name} is not a saved solution, or is damaged: it has no seal"):
+        ns.Solution.load(path)
+
+
+def test_without_h5py_an_h5_file_is_not_called_damaged(solution, tmp_path, monkeypatch):
+    path = solution.save(tmp_path / "run.h5")
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(ns.MissingExtra, match=r"nonsmooth\[io\]"):
         ns.Solution.load(path)
 
 
