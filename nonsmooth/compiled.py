@@ -12,8 +12,14 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import InterpretedWarning, warn_caller
-from nonsmooth.jit import CannotCompile, cache_directory, compile_model, interpreted
+from nonsmooth.jit import CannotCompile, cache_directory, call_model, compile_model, interpreted, kernel
 from nonsmooth.system import TAKES_U, System
+
+
+@kernel("boolean(int64, int64, float64, float64[::1], float64[::1], float64[::1], float64[::1])")
+def call_once(model, which, t, q, u, p, out):
+    """Call one function of a model from Python; False if it raised."""
+    return call_model(model, which, t, q, u, p, out)
 
 
 class Model:
@@ -59,11 +65,10 @@ def model_of(system: System) -> Model:
 
     ``NONSMOOTH_INTERPRET=1`` asks for the interpreter.
     """
-    key = tuple((which, function, system.shape(which)) for which, function in system.functions.items())
     if os.environ.get("NONSMOOTH_INTERPRET") == "1":
         return _interpreted_model(system)
     try:
-        return _compiled(key, system.n_q, system.n_u, tuple(system.parameter_values), system.unpack)
+        return _compiled_or_by_differences(system)
     except CannotCompile as reason:
         warn_caller(
             f"numba cannot compile the model function {reason}; the same source runs in the interpreter, about a "
@@ -71,6 +76,19 @@ def model_of(system: System) -> Model:
             InterpretedWarning,
         )
         return _interpreted_model(system)
+
+
+def _compiled_or_by_differences(system: System) -> Model:
+    """Machine code of the functions; where the compiler refuses dual numbers, derived rows are found by differences."""
+    shape = (system.n_q, system.n_u, tuple(system.parameter_values), system.unpack)
+    key = [(which, function, system.shape(which)) for which, function in system.functions.items()]
+    try:
+        return _compiled(tuple(key), *shape)
+    except CannotCompile:
+        if not any(hasattr(function, "by_differences") for _, function, _ in key):
+            raise
+        rough = [(which, getattr(function, "by_differences", function), size) for which, function, size in key]
+        return _compiled(tuple(rough), *shape)
 
 
 @functools.lru_cache(maxsize=128)

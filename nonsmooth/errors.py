@@ -93,7 +93,7 @@ class StepFailure(NonsmoothError, RuntimeError):
 
 
 class ModelFunctionError(StepFailure):
-    """A function of the model raised, or wrote NaN or inf; the message says which function, at which t, q and u."""
+    """A function of the model raised, wrote NaN or inf, or contradicts another; the message says which, and where."""
 
 
 class CheckpointFailure(NonsmoothError, RuntimeError):
@@ -148,6 +148,7 @@ class Status(IntEnum):
     EVENT_REACHED = 10  # a terminal event of the user
     EVENT_FAILED = 11  # an event function of the user raised or returned NaN or inf
     BUDGET_SPENT = 12  # max_steps, or max_wall_time
+    CONTRADICTED = 13  # a model function contradicts another, as a row that is no gradient of its gap
 
 
 def warn_caller(message: str, category: type[Warning]) -> None:

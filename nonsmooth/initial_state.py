@@ -37,7 +37,6 @@ from nonsmooth.system import (
 CONSISTENT = 1e-7
 PROJECTIONS = 20  # linearisations of the gap
 
-_tried: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose functions have been called once
 _sound: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose constant mass matrix has been checked
 
 
@@ -66,7 +65,6 @@ def examine_state(system: System, model: Model, has: int, t: float, q: np.ndarra
     """Modes at the start, and a sentence on penetration and inconsistent velocities if there is any."""
     n_c = system.n_c
     mode, slip = np.zeros(n_c, np.int64), np.zeros(n_c, np.int64)
-    try_functions(system, t, q, u)
     check_mass(system, t, q, u)
     if n_c == 0:
         return InitialState(mode, slip, "")
@@ -109,19 +107,6 @@ def contact_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tup
         return gaps, gamma_N, np.zeros(system.n_c)
     gamma_F = evaluate(system, TANGENT, t, q, u)[:, 0, :] @ u + evaluate(system, SURFACE_VELOCITY, t, q, u)[:, 0]
     return gaps, gamma_N, gamma_F
-
-
-def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
-    """Call every function of a system once in Python: compiled code would not notice an index out of range."""
-    if system in _tried:
-        return
-    for which in system.functions:
-        try:
-            evaluate(system, which, t, q, u)
-        except InvalidInput as refusal:
-            if not isinstance(refusal.__cause__, ArithmeticError):  # 1/0 is inf in compiled code
-                raise
-    _tried.add(system)
 
 
 def check_mass(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:

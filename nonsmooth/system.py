@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.arrays import as_count, as_flag, as_fraction, as_instance, as_name
+from nonsmooth.derived_rows import derived
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.laws import IMPACT_LAWS, LAW_IMPACT, LAW_WIDTH, Coefficient, FrictionLaw, ImpactLaw, as_law, law_row
 from nonsmooth.parameters import changed, numeric_fields, parameter_tuple
@@ -127,11 +128,12 @@ class System:
     force : callable
         ``force(t, q, u, p, h)`` writes h (n_u,): all smooth forces.
     gap, normal, tangent : callable, optional
-        ``gap(t, q, p, g_N)`` (n_c,) [m]; ``normal(t, q, p, W_N)`` (n_c, n_u), the gradient of the gap;
-        ``tangent(t, q, p, W_F)`` (n_c, d, n_u), d = 1 for planar friction.
+        ``gap(t, q, p, g_N)`` (n_c,) [m]; ``normal(t, q, p, W_N)`` (n_c, n_u), the gradient of the gap, derived from it
+        when left out; ``tangent(t, q, p, W_F)`` (n_c, d, n_u), d = 1 for planar friction.
     surface_velocity, gap_rate : callable, optional
         ``surface_velocity(t, q, p, w_F)`` (n_c, d) and ``gap_rate(t, q, p, w_N)`` (n_c,) [m/s]: gamma_F = W_F u + w_F,
-        gamma_N = W_N u + w_N. Zero when left out.
+        gamma_N = W_N u + w_N. When left out w_F is zero, and w_N is derived from the gap, the rate at which it changes
+        with time.
     row_rates : callable, optional
         ``row_rates(t, q, u, p, r)`` (n_c, 1 + d) [m/s^2]: W' u + w' per contact, normal first. Computed by a
         fourth-order difference along the motion when left out.
@@ -216,9 +218,21 @@ class System:
 
     @functools.cached_property
     def functions(self) -> dict[int, Callable]:
-        """The functions that were given, by their ``which`` number."""
-        given = {which: getattr(self, name) for name, which in FUNCTION_NAMES.items()}
-        return {which: function for which, function in given.items() if callable(function)}
+        """The functions, by their ``which`` number: those that were given, and the rows derived from the gap."""
+        given = {which: getattr(self, name) for name, which in FUNCTION_NAMES.items()} | self._derived_rows()
+        sources = {which: getattr(function, "py_func", function) for which, function in given.items()}  # of numba's
+        return {which: function for which, function in sources.items() if callable(function)}
+
+    def _derived_rows(self) -> dict[int, Callable]:
+        """The rows that were left out."""
+        if self.gap is None:
+            return {}
+        size, found = (self.n_q, self.n_c), {}
+        if self.normal is None:
+            found[NORMAL] = derived("normal", self.gap, size)
+        if self.gap_rate is None and _reads(self.gap, 0):
+            found[GAP_RATE] = derived("gap_rate", self.gap, size)
+        return found
 
     @functools.cached_property
     def parameter_values(self) -> dict[str, float]:
@@ -291,7 +305,8 @@ class System:
         if which not in self.functions:
             return False
         position = ("t", "q", "u").index(argument)
-        return _reads(self.functions[which], position)
+        function = self.functions[which]
+        return _reads(getattr(function, "derived_from", function), position)
 
     def with_parameters(self, **changes: float) -> System:
         """The same system with some parameters changed.
@@ -378,7 +393,6 @@ def _check_functions(system: System) -> None:
         "mass": True,
         "force": True,
         "gap": bool(has_normal),
-        "normal": bool(has_normal),
         "tangent": system.d > 0,
         "normal_force": any(contact.normal_force for contact in system.contacts),
     }

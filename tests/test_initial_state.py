@@ -31,9 +31,9 @@ def force(t, q, u, p, h):
 
 
 def gap(t, q, p, g_N):
-    g_N[0] = q[0] - 0.5 * q[1]
-    g_N[1] = q[0] + 0.2 * q[1]
-    g_N[2] = q[0] + 0.6 * q[1]
+    g_N[0] = q[0] - 0.5 * q[1] - p.rise * t
+    g_N[1] = q[0] + 0.2 * q[1] - p.rise * t
+    g_N[2] = q[0] + 0.6 * q[1] - p.rise * t
 
 
 def normal(t, q, p, W_N):

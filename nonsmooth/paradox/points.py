@@ -18,6 +18,7 @@ from nonsmooth.blocks import Block, new_block
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
+from nonsmooth.inspection import inspect_start
 from nonsmooth.jit import CannotCompile, CompiledModel, compile_model, interpreted, load_all
 from nonsmooth.laws import LAW_C, LAW_E_F, LAW_E_N, LAW_WIDTH
 from nonsmooth.paradox.forces import KEPT, Forces, Outcome, forces_shapes
@@ -79,6 +80,7 @@ class Points:
         self.model = with_values(model, changes)
         self.system = as_system(self.model)
         self.natural = self._compile_natural()
+        self._is_inspected = False
 
     def default(self, name: str) -> Any:
         """The value of a variable that no axis sets."""
@@ -137,6 +139,7 @@ class Points:
         """
         model = model_of(self.system)
         load_search(model)
+        self._inspect(columns, states)
         has_natural = self.natural is not None and model.is_compiled
         if not has_natural and states is None:
             states = np.array([self.state_at(values) for values in zip(*map(np.ndarray.tolist, columns), strict=True)])
@@ -148,6 +151,20 @@ class Points:
             for name, values in vars(again).items():
                 getattr(found, name)[left_open] = values
         return found
+
+    def _inspect(self, columns: list[np.ndarray], states: np.ndarray | None) -> None:
+        """Try the functions at the first point, and hold them against one another."""
+        if self._is_inspected:
+            return
+        values = tuple(column[0].item() for column in columns)
+        try:
+            x = self.state_at(values) if states is None else states[0]
+        except InvalidInput:  # no state of the model: nothing is searched there
+            return
+        given = dict(zip(self.names, values, strict=True))
+        changes = {name: value for name, value in given.items() if name not in self.variables}
+        inspect_start(as_system(with_values(self.model, changes)), self.t, x[: self.system.n_q], x[self.system.n_q :])
+        self._is_inspected = True
 
     def _search(
         self, model: Model, columns: list[np.ndarray], kept: int, states: np.ndarray | None, is_redundant: bool

@@ -15,6 +15,7 @@ from nonsmooth.compiled import loop_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import Status
 from nonsmooth.initial_state import check_mass, project_state
+from nonsmooth.inspection import inspect_start
 from nonsmooth.integrators.compliant_contacts import N_WORKS, OMEGA
 from nonsmooth.integrators.penalty_loop import ROWS, Trail, trail_shapes
 from nonsmooth.integrators.radau import SMALLEST
@@ -55,6 +56,7 @@ class AdaptiveRun(Run):
         self.has = model_facts(system)
         self.compile_time = time.perf_counter() - started
         t_0 = float(t_record[0])
+        inspect_start(system, t_0, q0, u0, self.model)
         check_mass(system, t_0, q0, u0)
         if project:
             q0, u0 = project_state(system, t_0, q0, u0)
@@ -174,9 +176,11 @@ class AdaptiveRun(Run):
         return float(self.scratch_block.arrays.ode.clock[NOW])
 
     def _place(self) -> tuple[np.ndarray, np.ndarray]:
-        """The coordinates and velocities that the run has come to."""
         x, n = self.scratch_block.arrays.ode.x, self.system.n_u
         return x[:n], x[n : 2 * n]
+
+    def _modes(self) -> np.ndarray:
+        return self.scratch_block.arrays.contacts.mode
 
     def _load_for_retry(self) -> bool:
         return False  # compliant contacts have no contact problem to solve

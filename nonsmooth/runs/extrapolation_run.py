@@ -47,6 +47,9 @@ class ExtrapolationRun(EventRun):
     def _place(self) -> tuple[np.ndarray, np.ndarray]:
         return self.state.q, self.state.u
 
+    def _modes(self) -> np.ndarray:
+        return self.state.mode
+
     def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         t, q, u, scratch = self._time(), self.state.q, self.state.u, self.scratch_block.arrays
         dt, least, trial = float(scratch.clock[STEP]), float(scratch.clock[LEAST]), scratch.trial

@@ -28,6 +28,7 @@ from nonsmooth.errors import (
     warn_caller,
 )
 from nonsmooth.initial_state import examine_state, project_state
+from nonsmooth.inspection import END, found_contradiction, inspect_start, is_due
 from nonsmooth.integrators.records import (
     EVENT_KIND,
     EVENT_T,
@@ -72,12 +73,15 @@ FAILURES: dict[Status, type[StepFailure]] = {
     Status.NOT_FINITE: ModelFunctionError,
     Status.BUDGET_SPENT: BudgetSpent,
     Status.EVENT_FAILED: EventFunctionError,
+    Status.CONTRADICTED: ModelFunctionError,
 }
 # ends that no model function can be the reason of
 WITHOUT_CULPRIT = (
     Status.FINISHED, Status.INTERRUPTED, Status.BUDGET_SPENT, Status.EVENT_REACHED,
-    Status.EVENT_FAILED,
+    Status.EVENT_FAILED, Status.CONTRADICTED,
 )  # fmt: skip
+# ends at which nothing more is asked of the model's functions
+WITHOUT_DOUBT = (Status.INTERRUPTED, Status.EVENT_FAILED, Status.NOT_FINITE, Status.CONTRADICTED)
 
 
 class Run:
@@ -91,6 +95,7 @@ class Run:
         self.model, self.loop = loop_of(system, integrator)
         self.has = model_facts(system)
         self.compile_time = time.perf_counter() - started
+        inspect_start(system, float(grid.t[0]), q0, u0, self.model)
         start = examine_state(system, self.model, self.has, float(grid.t[0]), q0, u0)
         if project:
             q0, u0 = project_state(system, float(grid.t[0]), q0, u0)
@@ -116,6 +121,7 @@ class Run:
     stop: Stop | None = None
     budget = sys.maxsize  # steps
     spent = ""  # which budget was used up
+    contradiction = ""  # which functions of the model do not agree
 
     def look_for(self, events: Sequence[Callable]) -> None:
         """Look for events of the user from step to step.
@@ -149,6 +155,8 @@ class Run:
                 self._collect_events()
                 if self.status == Status.NOT_SOLVED and self._load_for_retry():
                     self.status = Status.RUNNING
+                if self.status == Status.RUNNING and is_due(self.system, self._modes().tobytes()):
+                    self._inspect()
                 now = time.perf_counter()
                 self.wall_time = now - started
                 block = next_block(int(self.state.counters[STEPS]) - before, now - began)
@@ -162,6 +170,22 @@ class Run:
         self.wall_time = time.perf_counter() - started
         if self.status not in WITHOUT_CULPRIT and self._culprit():
             self.status = Status.NOT_FINITE  # whatever NaN looked like to the step: no mode admissible, M indefinite
+        if self.status not in WITHOUT_DOUBT and (self.status != Status.FINISHED or is_due(self.system, END)):
+            self._inspect()
+
+    def _inspect(self) -> None:
+        """End the run where functions of the model contradict one another at the state that it has come to."""
+        self.contradiction = found_contradiction(self.system, self._time(), *self._place())
+        if self.contradiction:
+            self.status = Status.CONTRADICTED
+
+    def _place(self) -> tuple[np.ndarray, np.ndarray]:
+        """The coordinates and velocities that the run has come to."""
+        return self.state.q, self.state.u
+
+    def _modes(self) -> np.ndarray:
+        """What the contacts do there, (n_c,)."""
+        return self.state.mode
 
     def _block(self, max_steps: int) -> int:
         system, grid = self.system, self.grid
@@ -278,6 +302,8 @@ class Run:
             return (
                 f"{self.spent} is used up after {self.state.counters[STEPS]} steps; stopped at {where}, {self._where()}"
             )
+        if self.status == Status.CONTRADICTED:
+            return f"{self.contradiction}; stopped at {where}"
         if self.stop is not None:
             return self.stop.message
         if self.status == Status.NOT_FINITE:

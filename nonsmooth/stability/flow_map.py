@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from nonsmooth.complex_step import STEP
 from nonsmooth.errors import InvalidInput
-from nonsmooth.stability.complex_step import STEP
 from nonsmooth.stability.mode_flow import ModeFlow
 
 EVALUATIONS = 100_000  # of the rates over one phase; a cycle of the models here takes some thousand

@@ -19,11 +19,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nonsmooth.complex_step import complexified
 from nonsmooth.errors import InvalidInput
 from nonsmooth.laws import LAW_E_F, LAW_E_N, LAW_IMPACT
 from nonsmooth.paradox.impact import first_phase, follows_own_law, impulse_map
 from nonsmooth.solution import Event
-from nonsmooth.stability.complex_step import complexified
 from nonsmooth.stability.mode_flow import ModeFlow, mu_of
 from nonsmooth.system import GIVEN_FORCE, MASS, NORMAL, TANGENT
 

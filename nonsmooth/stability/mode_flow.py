@@ -20,8 +20,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.acceleration_problem import DIFFERENCE
+from nonsmooth.complex_step import complexified
 from nonsmooth.laws import static_coefficient
-from nonsmooth.stability.complex_step import complexified
 from nonsmooth.stability.sliding_mode import SlidingMode, mu_of
 from nonsmooth.system import (
     FORCE,

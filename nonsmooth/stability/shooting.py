@@ -23,8 +23,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nonsmooth.complex_step import jacobian
 from nonsmooth.errors import InvalidInput
-from nonsmooth.stability.complex_step import jacobian
 from nonsmooth.stability.cycle import CyclePhase, LimitCycle
 from nonsmooth.stability.flow_map import RTOL, flow_curve, flow_map
 from nonsmooth.stability.jump import Jump, jumped

@@ -15,9 +15,9 @@ from functools import cached_property
 
 import numpy as np
 
+from nonsmooth.complex_step import complexified, jacobian
 from nonsmooth.errors import InvalidInput
 from nonsmooth.laws import friction_coefficient
-from nonsmooth.stability.complex_step import complexified, jacobian
 from nonsmooth.system import (
     DAMPING,
     FORCE,

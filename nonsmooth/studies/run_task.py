@@ -16,6 +16,7 @@ from nonsmooth.arrays import as_count, as_fraction, as_name, as_number, as_vecto
 from nonsmooth.compiled import model_of
 from nonsmooth.errors import InvalidInput, Status, UnknownName, nearest, shown
 from nonsmooth.initial_modes import INADMISSIBLE
+from nonsmooth.inspection import inspect_start
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.moreau_jean_step import run
 from nonsmooth.runs.run import MESSAGES
@@ -202,6 +203,11 @@ class RunTask:
                     fail(rows.cells, InvalidInput(f"{words}: choose measures that do not list coordinates"))
                     continue
                 if self.is_block:
+                    try:
+                        inspect_rows(rows, self.t_span[0])
+                    except InvalidInput as error:
+                        fail(rows.cells, error)
+                        continue
                     self._run_block(rows, integrator, t_end, result)
                 else:
                     self._run_singly(rows, integrator, t_end, result, fail)
@@ -290,6 +296,19 @@ class RunTask:
             found = function(solution)
             values |= as_values(found if isinstance(found, Mapping) else {name_of(function).split(".")[-1]: found})
         return values
+
+
+def inspect_rows(rows: Rows, t: float) -> None:
+    """Try the functions of a system with the values of the first cell and of the last, before compiled code calls them.
+
+    Raises
+    ------
+    InvalidInput
+        For a function that cannot be right.
+    """
+    for k in {0, len(rows.cells) - 1}:
+        values = dict(zip(rows.system.parameter_values, rows.p[k].tolist(), strict=True))
+        inspect_start(rows.system.with_parameters(**values), t, rows.q[k], rows.u[k])
 
 
 def first_of_window(t: np.ndarray, fraction: float) -> int:

@@ -38,6 +38,7 @@ class CellStatus(IntEnum):
     EVENT_REACHED = Status.EVENT_REACHED
     EVENT_FAILED = Status.EVENT_FAILED
     BUDGET_SPENT = Status.BUDGET_SPENT
+    CONTRADICTED = Status.CONTRADICTED
     FAILED = 20  # an exception: parameters out of range, or raised by the task's own function
     CRASHED = 21  # the process that ran the cell died, also when it ran this cell alone
     TIMED_OUT = 22

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from models import BeltOscillator, FollowerForceArm, ModeCoupling, PainleveRod, SelfLockingRod, SpragSlip, WallPendulum
+from nonsmooth.complex_step import complexified, jacobian
 from nonsmooth.errors import InvalidInput
-from nonsmooth.stability.complex_step import complexified, jacobian
 from nonsmooth.system import DAMPING, FORCE, STIFFNESS
 
 EPS = np.finfo(float).eps

@@ -10,7 +10,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall, PainleveRod, SpragSlip
-from nonsmooth.stability.complex_step import jacobian
+from nonsmooth.complex_step import jacobian
 from nonsmooth.stability.jump import jumped, read_jump
 from nonsmooth.stability.mode_flow import mode_flow
 from nonsmooth.stability.mode_sequence import runs_of

@@ -55,6 +55,8 @@ def jacobian(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> tup
 @functools.cache
 def complexified(function: Any) -> Callable:
     """The function with every function it calls able to take complex numbers."""
+    if hasattr(function, "continuation"):  # a row derived from its gap
+        return function.continuation
     if isinstance(function, Kernel):
         return complexified(function.function)
     if hasattr(function, "py_func"):  # compiled by numba

@@ -1,0 +1,168 @@
+"""A trial of the model functions: each is called in Python before compiled code calls it without asking.
+
+Machine code does not notice an index out of range, an argument that is written to, or a function that keeps a state of
+its own; it does as it is told, in the memory of others.
+"""
+
+from __future__ import annotations
+
+import dis
+import functools
+import math
+import weakref
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.agreement import STEPS, generic
+from nonsmooth.compiled import Model, call_once
+from nonsmooth.errors import InvalidInput
+from nonsmooth.jit import cache_directory
+from nonsmooth.system import FUNCTION_NAMES, TAKES_U, System
+
+ROOM = 8  # numbers on either side of the array: an index out of range is mostly out by one, or by a row
+GUARD = -6.02214076e-133  # what stands there; no model function writes it by chance
+GUARDS = np.full(ROOM, GUARD).tobytes()
+SAME_CODE = 1e-6  # of the largest entry: sin and cos of two libraries differ by 1e-16, which may cancel to 1e-12
+NAMES = {which: name for name, which in FUNCTION_NAMES.items()}
+
+_tried: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose functions have been called
+
+
+def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Call every function of a system in Python, once for each system.
+
+    Raises
+    ------
+    InvalidInput
+        For a function that raises, as at an index out of range; the message names it.
+    """
+    if system in _tried:
+        return
+    q, u = q.copy(), u.copy()
+    with np.errstate(all="ignore"):
+        for which in system.functions:
+            try:
+                call(system, which, t, q, u, np.zeros(system.shape(which)))
+            except ArithmeticError:  # 1/0 is inf in compiled code
+                continue
+            except Exception as error:
+                raise InvalidInput(
+                    f"the model function {NAMES[which]} raised {type(error).__name__}: {error}, at t = {t:g} s; it "
+                    f"writes an array of shape {system.shape(which)}"
+                ) from error
+    _tried.add(system)
+
+
+def require_manners(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Call every function with guards about its array, and again.
+
+    Raises
+    ------
+    InvalidInput
+        For a function that writes beyond its array or into its arguments, writes nothing of what it found, or writes
+        something else when it is called again; the message names it.
+    """
+    with np.errstate(all="ignore"):
+        for which in system.functions:
+            try:
+                fault = fault_of(system, which, t, q, u)
+            except Exception:  # it was tried: 1/0, or a function that raises now and then, which is named when it does
+                continue
+            if fault:
+                raise InvalidInput(f"the model function {NAMES[which]} {fault}")
+
+
+def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Hold the machine code of every function against its source, near a state.
+
+    At the state itself much may cancel, a gap that is closed to nothing but rounding; a step away it does not.
+
+    Raises
+    ------
+    InvalidInput
+        For a function whose machine code writes other numbers than its source; the message names it.
+    """
+    if not model.is_compiled:
+        return
+    q, u = q + STEPS[0] * generic(q.size), u + STEPS[0] * generic(u.size)
+    for which in system.functions:
+        written, found = np.zeros(system.shape(which)), np.zeros(math.prod(system.shape(which)))
+        try:
+            with np.errstate(all="ignore"):
+                call(system, which, t, q, u, written)
+        except Exception:  # it is defined at the state only
+            continue
+        is_done = call_once(model.handle, which, t, q, u, system.p, found)
+        written = written.ravel()
+        other = np.abs(found - written) > SAME_CODE * np.abs(written).max()
+        if is_done and other.any():
+            k = int(other.argmax())
+            raise InvalidInput(
+                f"the machine code of the model function {NAMES[which]} writes {found[k]:.9g} where its source writes "
+                f"{written[k]:.9g}, near t = {t:g} s: it is not the code of this source; delete {cache_directory()}, "
+                "or set NONSMOOTH_INTERPRET=1, which runs the source"
+            )
+
+
+def call(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray, out: np.ndarray) -> Any:
+    """Call a function as Python runs it, which notices an index out of range."""
+    function = system.functions[which]
+    return function(t, q, u, system.unpacked, out) if which in TAKES_U else function(t, q, system.unpacked, out)
+
+
+def fault_of(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray) -> str:
+    """What is wrong with one function at a state, the rest of a sentence that begins with its name; else empty."""
+    shape, q_1, u_1 = system.shape(which), q.copy(), u.copy()
+    room = np.zeros(math.prod(shape) + 2 * ROOM)
+    room[:ROOM] = room[-ROOM:] = GUARD
+    out, again = room[ROOM:-ROOM].reshape(shape), np.zeros(shape)
+    answer = call(system, which, t, q_1, u_1, out)
+    first = out.tobytes()
+    for name, given, kept in (("q", q, q_1), ("u", u, u_1)):
+        if given.tobytes() != kept.tobytes():
+            return f"writes into {name}, which it may only read; it writes its last argument alone"
+    if room[:ROOM].tobytes() != GUARDS or room[-ROOM:].tobytes() != GUARDS:
+        return f"writes beyond its array of shape {shape}; check its indices"
+    call(system, which, t, q_1, u_1, again)
+    if again.tobytes() != first:
+        entry = int(np.flatnonzero(out.ravel().view(np.int64) != again.ravel().view(np.int64))[0])
+        return (
+            f"writes {out.ravel()[entry]:.17g} when it is called first and {again.ravel()[entry]:.17g} when it is "
+            "called again with the same arguments; it must keep no state and draw no random numbers"
+        )
+    return "" if out.any() else nothing_written(system, which, t, q_1, u_1, answer is not None)
+
+
+def nothing_written(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray, has_answer: bool) -> str:
+    """Whether a function that wrote zeros wrote anything, where it looks as if it meant to."""
+    function, shape = system.functions[which], system.shape(which)
+    name = last_argument(function)
+    if not has_answer and (name is None or not assigns(function, name)):
+        return ""
+    out = np.full(shape, GUARD)
+    call(system, which, t, q, u, out)
+    if (out != GUARD).any():
+        return ""
+    if has_answer:
+        return f"returns its values; it must write them into its last argument, an array of shape {shape}"
+    return (
+        f"assigns {name} anew, which leaves the array as it was; write into it, as {name}[:] = ... does: it has the "
+        f"shape {shape}"
+    )
+
+
+def last_argument(function: Callable) -> str | None:
+    """The name of the argument that a function writes into, where its code is known."""
+    code = getattr(function, "__code__", None)
+    return code.co_varnames[code.co_argcount - 1] if code is not None and code.co_argcount else None
+
+
+@functools.lru_cache(maxsize=512)
+def assigns(function: Callable, name: str) -> bool:
+    """Whether a function's code binds a local name anew."""
+    return any(
+        instruction.opname.startswith("STORE_FAST") and name in str(instruction.argrepr).replace(",", " ").split()
+        for instruction in dis.get_instructions(function)
+    )
