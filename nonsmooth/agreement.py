@@ -119,9 +119,14 @@ def generic(n: int) -> np.ndarray:
     return 0.5 + 0.5 * (GOLDEN * np.arange(1, n + 1) % 1.0)
 
 
-def contradiction(system: System, t: float, q: np.ndarray, u: np.ndarray) -> str:
-    """A sentence on the first function that contradicts another at a state; empty where none certainly does."""
-    has = system.functions
+def contradiction(system: System, t: float, q: np.ndarray, u: np.ndarray, is_instant: bool = False) -> str:
+    """A sentence on the first function that contradicts another at a state; empty where none certainly does.
+
+    Of an instant, without a motion, a gap that reads no coordinates says that the contact is closed, and no more.
+    """
+    has = dict(system.functions)
+    if is_instant and not system.reads(GAP, "q"):
+        has.pop(GAP, None)
     with np.errstate(all="ignore"):
         at = Place(system, t, q, u)
         for needed, look in LOOKS:

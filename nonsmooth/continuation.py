@@ -73,7 +73,7 @@ def source_tree(function: types.FunctionType) -> ast.FunctionDef:
         raise CannotContinue(f"{function.__name__} is not written with def")
     if not is_own:
         raise CannotContinue(f"the source of {function.__name__} has changed since it was read")
-    tree.decorator_list, tree.returns = [], None
+    tree.decorator_list, tree.returns, tree.args.defaults = [], None, []
     for argument in tree.args.args:
         argument.annotation = None
     return tree
@@ -93,12 +93,8 @@ def compiled(tree: ast.FunctionDef, function: types.FunctionType, scope: dict[st
     assert isinstance(outer, ast.FunctionDef)
     outer.body = [tree, ast.Return(ast.Name(tree.name, ast.Load()))]
     module = ast.fix_missing_locations(ast.Module([outer], []))
-    made: dict[str, Any] = {}
-    exec(compile(module, f"<{function.__name__} for dual numbers>", "exec"), made)
-    code = next(
-        constant for constant in made["outer"].__code__.co_consts
-        if isinstance(constant, types.CodeType) and constant.co_name == tree.name
-    )  # fmt: skip
+    whole = compile(module, f"<{function.__name__} for dual numbers>", "exec")
+    _, _, code, *_ = codes_of(whole)  # the module, outer, the function
     cells = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
     scope = {"__builtins__": builtins, "__name__": __name__} | scope
     closure = tuple(cells[name] for name in code.co_freevars)
@@ -131,6 +127,10 @@ class Rewriting(ast.NodeTransformer):
             return self.generic_visit(node)
         value = ast.parse(ast.unparse(node.target), mode="eval").body
         return self.visit(ast.Assign([node.target], ast.BinOp(value, node.op, node.value)))
+
+    def visit_Raise(self, node: ast.Raise) -> ast.AST:
+        """As it is: whoever raises differentiates nothing."""
+        return node
 
     def visit_Compare(self, node: ast.Compare) -> ast.AST:
         """Real parts decide."""

@@ -21,7 +21,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.system import System
 from nonsmooth.trial import require_manners, require_same_code, try_functions
 
-START, END = b"start", b"end"
+START, INSTANT, END = b"start", b"instant", b"end"
 
 _looks: weakref.WeakKeyDictionary[System, Counter[bytes]] = weakref.WeakKeyDictionary()
 
@@ -34,7 +34,16 @@ def inspect_start(system: System, t: float, q: np.ndarray, u: np.ndarray, model:
     InvalidInput
         For a function that cannot be right; the message names it.
     """
-    if not is_due(system, START):
+    _inspect(system, t, q, u, model, is_instant=False)
+
+
+def inspect_instant(system: System, t: float, q: np.ndarray, u: np.ndarray, model: Model | None = None) -> None:
+    """The same where no motion follows."""
+    _inspect(system, t, q, u, model, is_instant=True)
+
+
+def _inspect(system: System, t: float, q: np.ndarray, u: np.ndarray, model: Model | None, is_instant: bool) -> None:
+    if not is_due(system, INSTANT if is_instant else START):
         try_functions(system, t, q, u)
         return
     try:
@@ -45,14 +54,14 @@ def inspect_start(system: System, t: float, q: np.ndarray, u: np.ndarray, model:
     except InvalidInput:
         look_again(system)
         raise
-    said = found_contradiction(system, t, q, u)
+    said = found_contradiction(system, t, q, u, is_instant)
     if said:
         raise InvalidInput(said)
 
 
-def found_contradiction(system: System, t: float, q: np.ndarray, u: np.ndarray) -> str:
+def found_contradiction(system: System, t: float, q: np.ndarray, u: np.ndarray, is_instant: bool = False) -> str:
     """A sentence on functions that contradict one another, or nothing."""
-    said = contradiction(system, t, q, u)
+    said = contradiction(system, t, q, u, is_instant)
     if said:
         look_again(system)
     return said

@@ -281,6 +281,11 @@ class System:
             NORMAL_FORCE: (n_c,),
         }
 
+    def name_of(self, which: int) -> str:
+        """The name of a function for messages: of a row derived from the gap it is the gap's, which is what runs."""
+        is_derived = hasattr(self.functions.get(which), "derived_from")
+        return next(name for name, number in FUNCTION_NAMES.items() if number == (GAP if is_derived else which))
+
     def evaluate(self, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Call one model function in Python and return the array it wrote; overflow is inf, as in compiled code."""
         out = np.zeros(self.shape(which))
@@ -354,10 +359,9 @@ def evaluate(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray)
     try:
         return system.evaluate(which, t, q, u)
     except Exception as error:
-        name = next(name for name, number in FUNCTION_NAMES.items() if number == which)
         raise InvalidInput(
-            f"the model function {name} raised {type(error).__name__}: {error}, at t = {t:g} s; it writes an array of "
-            f"shape {system.shape(which)}"
+            f"the model function {system.name_of(which)} raised {type(error).__name__}: {error}, at t = {t:g} s; it "
+            f"writes an array of shape {system.shape(which)}"
         ) from error
 
 

@@ -19,13 +19,12 @@ from nonsmooth.agreement import STEPS, generic
 from nonsmooth.compiled import Model, call_once
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import cache_directory
-from nonsmooth.system import FUNCTION_NAMES, TAKES_U, System
+from nonsmooth.system import TAKES_U, System
 
 ROOM = 8  # numbers on either side of the array: an index out of range is mostly out by one, or by a row
 GUARD = -6.02214076e-133  # what stands there; no model function writes it by chance
 GUARDS = np.full(ROOM, GUARD).tobytes()
 SAME_CODE = 1e-6  # of the largest entry: sin and cos of two libraries differ by 1e-16, which may cancel to 1e-12
-NAMES = {which: name for name, which in FUNCTION_NAMES.items()}
 
 _tried: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose functions have been called
 
@@ -49,8 +48,8 @@ def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Non
                 continue
             except Exception as error:
                 raise InvalidInput(
-                    f"the model function {NAMES[which]} raised {type(error).__name__}: {error}, at t = {t:g} s; it "
-                    f"writes an array of shape {system.shape(which)}"
+                    f"the model function {system.name_of(which)} raised {type(error).__name__}: {error}, at "
+                    f"t = {t:g} s; it writes an array of shape {system.shape(which)}"
                 ) from error
     _tried.add(system)
 
@@ -71,7 +70,7 @@ def require_manners(system: System, t: float, q: np.ndarray, u: np.ndarray) -> N
             except Exception:  # it was tried: 1/0, or a function that raises now and then, which is named when it does
                 continue
             if fault:
-                raise InvalidInput(f"the model function {NAMES[which]} {fault}")
+                raise InvalidInput(f"the model function {system.name_of(which)} {fault}")
 
 
 def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: np.ndarray) -> None:
@@ -87,23 +86,23 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
     if not model.is_compiled:
         return
     q, u = q + STEPS[0] * generic(q.size), u + STEPS[0] * generic(u.size)
-    for which in system.functions:
-        written, found = np.zeros(system.shape(which)), np.zeros(math.prod(system.shape(which)))
-        try:
-            with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):
+        for which in system.functions:
+            written, found = np.zeros(system.shape(which)), np.zeros(math.prod(system.shape(which)))
+            try:
                 call(system, which, t, q, u, written)
-        except Exception:  # it is defined at the state only
-            continue
-        is_done = call_once(model.handle, which, t, q, u, system.p, found)
-        written = written.ravel()
-        other = np.abs(found - written) > SAME_CODE * np.abs(written).max()
-        if is_done and other.any():
-            k = int(other.argmax())
-            raise InvalidInput(
-                f"the machine code of the model function {NAMES[which]} writes {found[k]:.9g} where its source writes "
-                f"{written[k]:.9g}, near t = {t:g} s: it is not the code of this source; delete {cache_directory()}, "
-                "or set NONSMOOTH_INTERPRET=1, which runs the source"
-            )
+            except Exception:  # it is defined at the state only
+                continue
+            is_done = call_once(model.handle, which, t, q, u, system.p, found)
+            written = written.ravel()
+            other = np.abs(found - written) > SAME_CODE * np.abs(written).max()
+            if is_done and other.any():
+                k = int(other.argmax())
+                raise InvalidInput(
+                    f"the machine code of the model function {system.name_of(which)} writes {found[k]:.9g} where its "
+                    f"source writes {written[k]:.9g}, near t = {t:g} s: it is not the code of this source; delete "
+                    f"{cache_directory()}, or set NONSMOOTH_INTERPRET=1, which runs the source"
+                )
 
 
 def call(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray, out: np.ndarray) -> Any:

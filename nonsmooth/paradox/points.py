@@ -18,7 +18,7 @@ from nonsmooth.blocks import Block, new_block
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
-from nonsmooth.inspection import inspect_start
+from nonsmooth.inspection import inspect_instant
 from nonsmooth.jit import CannotCompile, CompiledModel, compile_model, interpreted, load_all
 from nonsmooth.laws import LAW_C, LAW_E_F, LAW_E_N, LAW_WIDTH
 from nonsmooth.paradox.forces import KEPT, Forces, Outcome, forces_shapes
@@ -163,7 +163,7 @@ class Points:
             return
         given = dict(zip(self.names, values, strict=True))
         changes = {name: value for name, value in given.items() if name not in self.variables}
-        inspect_start(as_system(with_values(self.model, changes)), self.t, x[: self.system.n_q], x[self.system.n_q :])
+        inspect_instant(as_system(with_values(self.model, changes)), self.t, x[: self.system.n_q], x[self.system.n_q :])
         self._is_inspected = True
 
     def _search(

@@ -16,7 +16,7 @@ from nonsmooth.contact_problem import model_facts
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
-from nonsmooth.inspection import inspect_start
+from nonsmooth.inspection import inspect_instant
 from nonsmooth.jit import interpreted, load_all
 from nonsmooth.paradox.forces import Forces, Outcome, Situation, forces_at_state, forces_shapes
 from nonsmooth.system import FORCE, GIVEN_FORCE, MASS, System
@@ -109,7 +109,7 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
         Where a contact lands, penetrates or is violated, and where a model function wrote NaN.
     """
     model = model_of(system)
-    inspect_start(system, t, q, u, model)
+    inspect_instant(system, t, q, u, model)
     has = model_facts(system)
     block = kept_block(has, system.n_u, system.n_c, system.d)
     arguments = (model.handle, has, t, q, u, system.p, system.kinds, system.laws)

@@ -47,7 +47,7 @@ from nonsmooth.motion import Motion, between_records
 from nonsmooth.runs.times import Grid
 from nonsmooth.runs.user_events import START, EventWatch, Stop
 from nonsmooth.solution import MAX_EVENTS, Solution, Stats
-from nonsmooth.system import FUNCTION_NAMES, GAP, ContactMode, System
+from nonsmooth.system import GAP, ContactMode, System
 
 if TYPE_CHECKING:
     from nonsmooth.runs.failed_problem import FailedProblem
@@ -320,9 +320,8 @@ class Run:
         """Which model function raised or wrote a number that is not finite: each is called again, in Python."""
         with np.errstate(all="ignore"):
             for moment, place, u in self._suspects():
-                for name, which in FUNCTION_NAMES.items():
-                    if which not in self.system.functions:
-                        continue
+                for which in self.system.functions:
+                    name = self.system.name_of(which)
                     try:
                         out = self.system.evaluate(which, moment, place, u)
                     except Exception as error:

@@ -62,7 +62,7 @@ class Arc:
 
     def __init__(self, at: Callable[[float], System], cycle: LimitCycle, value: float, unit: float, rtol: float):
         self.at, self.cycle, self.origin, self.unit, self.rtol = at, cycle, value, unit, rtol
-        self.scale = Shooting(at(value), cycle.guesses(), forcing=cycle.forcing).scale
+        self.scale = Shooting(at(value), cycle.guesses(), **cycle.closing).scale
         states = np.array([np.append(phase.x / self.scale, phase.duration / cycle.period) for phase in cycle.phases])
         self.shape = states.shape
         y = np.append(states.ravel() / UNIT, 0.0)
@@ -90,7 +90,7 @@ class Arc:
             for phase, row in zip(self.cycle.guesses(), states, strict=True)
         ]
         system = self.at(self.origin + self.unit * y[-1])
-        return Shooting(system, guess, self.scale, self.rtol, self.cycle.forcing)
+        return Shooting(system, guess, self.scale, self.rtol, **self.cycle.closing)
 
     def _units(self, problem: Shooting) -> np.ndarray:
         """d(states over their scale, logarithms of the durations)/dz, (m (d + 1),)."""
@@ -194,7 +194,7 @@ def passage(at: Callable[[float], System], cycle: LimitCycle, value: float, unit
         if after.value >= 1 or (fold is not None and after.value <= 0):
             end = value + unit if after.value >= 1 else value
             try:
-                found = Shooting(at(end), after.problem.found(), arc.scale, rtol, cycle.forcing).solve()
+                found = Shooting(at(end), after.problem.found(), arc.scale, rtol, **cycle.closing).solve()
             except InvalidInput as lost:
                 if fold is None:
                     raise

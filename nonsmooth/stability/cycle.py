@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -71,15 +72,20 @@ class LimitCycle:
         Times of one period [s], with the states q, u (k, n_q).
     multipliers : ndarray (2 n_r - 1,), or (2 n_r,) under an excitation
         Floquet multipliers in the directions that the constraints leave, by decreasing modulus, without the 1 that
-        belongs to a shift in time. Their accuracy is the square root of the integration's, 1e-6.
+        belongs to a shift in time, and those of the drift. Their accuracy is the square root of the integration's,
+        1e-6.
     time_shift : float
-        |multiplier - 1| of that one: zero but for rounding.
+        |multiplier - 1| of these, the largest: zero but for rounding.
     residual : float
         Largest mismatch of the phases, relative to the extent of the motion.
     scale : ndarray (2 n_q,)
         That extent; under an excitation (2 n_q + 1,) with its period.
     forcing : float or None
         Period of the excitation [s].
+    drift : ndarray (n_q,)
+        How far each coordinate goes on in a period; zero of those that come back.
+    drifts : bool
+        Whether the cycle closes but for a shift along directions in which the system does not change.
     """
 
     system: System
@@ -92,6 +98,8 @@ class LimitCycle:
     residual: float
     scale: np.ndarray
     forcing: float | None = None
+    drift: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    drifts: bool = False
 
     @property
     def period(self) -> float:
@@ -118,6 +126,16 @@ class LimitCycle:
         """(max q - min q)/2 of each coordinate."""
         low, high = self.extremes
         return 0.5 * (high - low)[: self.system.n_q]
+
+    @property
+    def has_time(self) -> bool:
+        """Whether the states end with their time: under an excitation, or a drive that goes on."""
+        return self.phases[0].x.size > 2 * self.system.n_q
+
+    @property
+    def closing(self) -> dict[str, Any]:
+        """How a cycle nearby closes, as `Shooting` takes it."""
+        return {"forcing": self.forcing, "drifts": self.drifts}
 
     def guesses(self) -> list[PhaseGuess]:
         """The phases as a guess for a cycle nearby."""

@@ -23,6 +23,7 @@ from nonsmooth.simulation import simulate
 from nonsmooth.stability.arclength import passage
 from nonsmooth.stability.cycle import LimitCycle
 from nonsmooth.stability.cycle_margins import least_p, least_slip, paradox_at
+from nonsmooth.stability.drift import NONE, drift_of
 from nonsmooth.stability.limit_cycle import limit_cycle
 from nonsmooth.stability.mode_sequence import ContactLost, PhaseGuess, period_of, sequence_near
 from nonsmooth.stability.shooting import OtherSequence, Shooting
@@ -170,7 +171,7 @@ class _Growing:
         last = self.cycles[-1]
         guess = _predicted(np.array([*self.values, value]), self.cycles, len(self.cycles))
         try:
-            found = Shooting(self.at(value), guess, last.scale, self.rtol, last.forcing).solve()
+            found = Shooting(self.at(value), guess, last.scale, self.rtol, **last.closing).solve()
         except ContactLost as lost:
             return self._end(value, str(lost))
         except InvalidInput as broken:
@@ -203,8 +204,8 @@ class _Growing:
         near, system = self.cycles[-1], self.at(value)
         try:
             if isinstance(broken, OtherSequence):
-                near = Shooting(system, guess, near.scale, self.rtol, near.forcing).solve(checked=False)
-            found = Shooting(system, sequence_near(system, near), forcing=near.forcing).solve()
+                near = Shooting(system, guess, near.scale, self.rtol, **near.closing).solve(checked=False)
+            found = Shooting(system, sequence_near(system, near), **near.closing).solve()
         except ContactLost:
             raise
         except (InvalidInput, StepFailure):
@@ -272,7 +273,7 @@ class _Growing:
         from scipy.optimize import brentq
 
         def at(value: float) -> float:
-            problem = Shooting(self.at(value), near.guesses(), near.scale, self.rtol, near.forcing)
+            problem = Shooting(self.at(value), near.guesses(), near.scale, self.rtol, **near.closing)
             return margin(problem.solve(checked=False))
 
         try:
@@ -314,9 +315,10 @@ def lagrange_weights(points: np.ndarray, at: float) -> np.ndarray:
 
 def _resimulated(system: System, last: LimitCycle) -> LimitCycle:
     """The cycle that the motion from the last one settles in."""
-    start, t = last.phases[0], 0.0 if last.forcing is None else float(last.phases[0].x[-1])
+    start, t = last.phases[0], float(last.phases[0].x[-1]) if last.has_time else 0.0
     run = simulate(system, (t, t + SETTLE * last.period), start.q, start.u, integrator=EventDriven())
-    return Shooting(system, period_of(run, last.forcing), forcing=last.forcing).solve()
+    drift = drift_of(system, [(t, start.q, start.u)], last.forcing is not None) if last.drifts else NONE
+    return Shooting(system, period_of(run, last.forcing, drift), **last.closing).solve()
 
 
 def _changed(
@@ -339,7 +341,7 @@ def _grazing(system: System, parameter: str, values: tuple[float, float], free: 
 
     def margin(value: float) -> float:
         moved = system.with_parameters(**{parameter: value})
-        return least_slip(Shooting(moved, free.guesses(), free.scale, forcing=free.forcing).solve(checked=False))
+        return least_slip(Shooting(moved, free.guesses(), free.scale, **free.closing).solve(checked=False))
 
     low, high = margin(values[0]), margin(values[1])
     if low * high > 0:

@@ -14,6 +14,7 @@ from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.simulation import simulate
 from nonsmooth.solution import Solution
 from nonsmooth.stability.cycle import LimitCycle
+from nonsmooth.stability.drift import Drift, as_coordinates, drift_of
 from nonsmooth.stability.mode_sequence import ContactLost, is_forced, period_of
 from nonsmooth.stability.shooting import Shooting
 from nonsmooth.system import System, as_system
@@ -29,6 +30,7 @@ def limit_cycle(
     duration: float | None = None,
     dt: float | None = None,
     forcing: float | None = None,
+    drift: Any = None,
 ) -> LimitCycle:
     """The periodic motion near a guess.
 
@@ -45,17 +47,23 @@ def limit_cycle(
         Simulate by `MoreauJean` with this step [s]; by `EventDriven` when left out.
     forcing : float, optional
         Period of the excitation [s], where the model's functions read the time. The cycle's is a multiple of it.
+    drift : sequence of int or str, optional
+        The coordinates that may go on by the same amount in every period, by number or by the model's name of them:
+        those along which nothing of the system changes (the height of a toy that climbs down a pole), also together
+        (the angles of discs on a turning shaft), or with the time (a drive at a constant rate). Found when left out;
+        an empty list asks for a cycle that closes in all of them.
 
     Returns
     -------
     LimitCycle
-        Stable or not: the multipliers tell.
+        Stable or not: the multipliers tell. Its ``drift`` says how far each coordinate goes on in a period.
 
     Raises
     ------
     InvalidInput
-        When the motion comes to rest or has no period, when impacts follow one another in one instant, or when the
-        cycle of the guessed sequence of modes does not close; the message says which event broke it.
+        When the motion comes to rest or has no period, when impacts follow one another in one instant, when a
+        coordinate is to drift with which the system changes, or when the cycle of the guessed sequence of modes does
+        not close; the message says which event broke it, or which coordinate goes on.
 
     Examples
     --------
@@ -66,28 +74,55 @@ def limit_cycle(
     (2.02034826, 0.25014763, True)
     """
     model, system = system, as_system(system)
+    coordinates = as_coordinates(drift, model, system.n_q)
     if isinstance(guess, LimitCycle):
         _require_same_kind(system, guess)
         forcing = guess.forcing if forcing is None else forcing
-    _require_forcing(system, forcing)
+        coordinates = () if drift is None and not guess.drifts else coordinates
+    if forcing is not None:
+        as_positive("forcing", forcing, "s")
+    start = _start(model, system, guess)
+    directions = drift_of(system, [start], forcing is not None, coordinates)
+    _require_forcing(system, forcing, directions)
+    drifts = len(directions) > 0
     if isinstance(guess, LimitCycle):
-        return Shooting(system, guess.guesses(), guess.scale, forcing=forcing).solve()
+        return Shooting(system, guess.guesses(), guess.scale, forcing=forcing, drifts=drifts).solve()
     if isinstance(guess, Solution):
-        return Shooting(system, period_of(guess, forcing), forcing=forcing).solve()
-    return _settled(model, system, guess, duration, dt, forcing)
+        return Shooting(system, period_of(guess, forcing, directions), forcing=forcing, drifts=drifts).solve()
+    return _settled(model, system, start, duration, dt, forcing, directions)
 
 
-def _require_forcing(system: System, forcing: float | None) -> None:
+def _start(model: Any, system: System, guess: Any) -> tuple[float, np.ndarray, np.ndarray]:
+    """t, q and u at which a simulation begins, or a state of the motion that was given."""
+    if isinstance(guess, LimitCycle):
+        first = guess.phases[0]
+        return float(first.x[-1]) if guess.has_time else 0.0, first.q[: system.n_q], first.u[: system.n_q]
+    if isinstance(guess, Solution):
+        _require_same_size(system, guess)
+        return float(guess.t[-1]), guess.q[-1], guess.u[-1]
+    source = model if hasattr(model, "state") else system.parameters
+    if guess is None and not hasattr(source, "state"):
+        raise InvalidInput("this system has no default state; give guess=(q0, u0)")
+    return 0.0, *(source.state() if guess is None else as_state("guess", guess, system))
+
+
+def _require_same_size(system: System, guess: Solution) -> None:
+    """Raise for a motion of a system with another number of coordinates."""
+    if guess.q.shape[1] != system.n_q:
+        raise InvalidInput(
+            f"guess must be a motion of this system, with {system.n_q} coordinates; got one with {guess.q.shape[1]}"
+        )
+
+
+def _require_forcing(system: System, forcing: float | None, drift: Drift) -> None:
     """Raise unless the period of the excitation is given where, and only where, the system reads the time."""
-    if forcing is None and is_forced(system):
+    if forcing is None and is_forced(system) and not drift.has_time:
         raise InvalidInput(
             "this system's functions change with time; give forcing=, the period of its excitation [s] (a drive that "
-            "goes on and on has no period: count the coordinates from its motion)"
+            "goes on at a constant rate, with coordinates that follow it, needs none: it is found)"
         )
     if forcing is not None and not is_forced(system):
         raise InvalidInput("this system's functions do not change with time; leave forcing out, the period is its own")
-    if forcing is not None:
-        as_positive("forcing", forcing, "s")
 
 
 def _require_same_kind(system: System, guess: LimitCycle) -> None:
@@ -101,37 +136,37 @@ def _require_same_kind(system: System, guess: LimitCycle) -> None:
 
 
 def _settled(
-    model: Any, system: System, guess: Any, duration: float | None, dt: float | None, forcing: float | None
-) -> LimitCycle:
+    model: Any, system: System, start: tuple[float, np.ndarray, np.ndarray], duration: float | None, dt: float | None,
+    forcing: float | None, drift: Drift,
+) -> LimitCycle:  # fmt: skip
     """The cycle of a simulated motion, continued for longer while it has not settled."""
+    t, q, u = start
     source = model if hasattr(model, "state") else system.parameters
-    if guess is None and not hasattr(source, "state"):
-        raise InvalidInput("this system has no default state; give guess=(q0, u0)")
-    q, u = source.state() if guess is None else as_state("guess", guess, system)
     duration = getattr(source, "t_end", None) if duration is None else as_positive("duration", duration, "s")
     if duration is None:
         raise InvalidInput("this system has no t_end of its own; give duration=")
     integrator = EventDriven(RTOL, ATOL) if dt is None else MoreauJean(dt=dt)
-    t = 0.0
     for attempt in range(ATTEMPTS):
         end = t + duration * 2**attempt
         run = simulate(system, (t, end), q, u, integrator=integrator, project=dt is not None and attempt > 0)
         try:
-            return Shooting(system, period_of(run, forcing), forcing=forcing).solve()
+            guess = period_of(run, forcing, drift)
+            return Shooting(system, guess, forcing=forcing, drifts=len(drift) > 0).solve()
         except ContactLost:
             raise
         except InvalidInput as broken:
             if attempt == ATTEMPTS - 1:
-                _require_alive(run, broken)
+                _require_alive(run, broken, drift)
                 raise
         t, q, u = float(run.t[-1]), run.q[-1], run.u[-1]
     raise AssertionError
 
 
-def _require_alive(run: Solution, broken: InvalidInput) -> None:
+def _require_alive(run: Solution, broken: InvalidInput, drift: Drift) -> None:
     """Raise when the motion has become much smaller on its way: it has no cycle because it dies out."""
     fifth = 0.2 * (run.t[-1] - run.t[0])
-    first, last = (np.ptp(run.q[part], axis=0) for part in (run.t <= run.t[0] + fifth, run.t >= run.t[-1] - fifth))
+    q = drift.rest(run.t, run.q) if drift else run.q
+    first, last = (np.ptp(q[part], axis=0) for part in (run.t <= run.t[0] + fifth, run.t >= run.t[-1] - fifth))
     if 0 < last.max() and (last <= DYING * first).all():
         raise InvalidInput(
             f"the motion dies out: it shrinks by a factor {(last.max() / first.max()):.2g} from t = {run.t[0]:g} to "

@@ -3,7 +3,7 @@
 The records are grouped into runs of equal modes, cut where the velocities jump. A period is found where the last m runs
 repeat the m before them from nearly the same states, m as small as possible; a motion without events is cut where its
 most moving coordinate rises through its mean. Under a periodic excitation the times at which two periods begin lie a
-multiple of the excitation's period apart.
+multiple of the excitation's period apart. What drifts (drift.py) is taken off the coordinates first.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT, INCONSISTENT
 from nonsmooth.simulation import simulate
 from nonsmooth.solution import Event, Solution
+from nonsmooth.stability.drift import NONE, Drift
 from nonsmooth.stability.jump import Jump, read_jump
 from nonsmooth.stability.mode_flow import ContactState, mode_flow
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, ContactMode, System
@@ -30,6 +31,8 @@ SETTLED = 1e-6  # of the motion's extent: states that near count as equal
 CLOSER = 100  # times nearer, a later return is the period and the first return only a neighbour (period doubling)
 INSTANTS = (0.0, 0.6180339887, 1.9021130326)  # s, at which functions that read the time are compared
 LONGEST = 48  # runs in a period
+FAR = 0.05  # of a coordinate's extent in a period: a coordinate that ends no farther from where it began comes back
+STEADY = 0.02  # of what a coordinate goes on by: twice so nearly the same is no approach to a cycle
 ROUNDING = 1e-8  # of the fastest velocity: a smaller jump is what holds a constraint
 VANISHED = 1e-10  # of the largest normal force: a force that an event has located at zero
 REST = 1e-7  # of the motion's whole extent: a motion that ends smaller has died out
@@ -43,7 +46,7 @@ class PhaseGuess(NamedTuple):
     """A phase of a motion: what the contacts do, the state it begins in, how long it lasts [s], the jump at its end."""
 
     states: tuple[ContactState, ...]
-    x: np.ndarray  # (2 n_q,) q, u; (2 n_q + 1,) q, u, t under an excitation
+    x: np.ndarray  # (2 n_q,) q, u; (2 n_q + 1,) q, u, t under an excitation, or a drive that goes on
     duration: float
     jump: Jump | None = None
 
@@ -64,30 +67,38 @@ def is_forced(system: System) -> bool:
     return any((a != b).any() for later in others for a, b in zip(early, later, strict=True))
 
 
-def period_of(solution: Solution, forcing: float | None = None) -> list[PhaseGuess]:
-    """The phases of the last period of a motion; ``forcing`` is the period of its excitation [s].
+def period_of(solution: Solution, forcing: float | None = None, drift: Drift = NONE) -> list[PhaseGuess]:
+    """The phases of the last period of a motion.
+
+    ``forcing`` is the period of its excitation [s]; the motion may go on along the directions of ``drift``.
 
     Raises
     ------
     InvalidInput
         When the motion has come to rest, or has no period yet.
     """
-    t, x = solution.t, np.concatenate([solution.q, solution.u], axis=1)
+    t, states = solution.t, np.concatenate([solution.q, solution.u], axis=1)
+    x = np.concatenate([drift.rest(t, solution.q), solution.u], axis=1) if drift else states
+    full = states if forcing is None and not drift.has_time else np.column_stack([states, t])
     scale = np.ptp(x, axis=0)
     late = x[t >= t[-1] - 0.1 * (t[-1] - t[0])]
     if (np.ptp(late, axis=0) <= REST * np.maximum(scale, 1e-300)).all():
-        raise InvalidInput("the motion has come to rest, so there is no cycle near this start; give another one")
+        ending = "goes on steadily" if drift else "has come to rest"
+        raise InvalidInput(f"the motion {ending}, so there is no cycle near this start; give another one")
     _require_contact(solution, t >= t[-1] - 0.1 * (t[-1] - t[0]))
     half = int(np.searchsorted(t, 0.5 * (t[0] + t[-1])))
     scale = np.ptp(x[half:], axis=0)
     scale[scale == 0] = 1.0
     runs = runs_of(solution)
     settled = [run for run in runs if run.start >= half]
+    _require_no_drift(settled, t, x, scale, forcing)
     m = _runs_of_a_period(settled, t, x / scale, forcing)
     if m:
-        return _phases(solution, x if forcing is None else np.column_stack([x, t]), settled[-1 - m :])
+        return _phases(solution, full, settled[-1 - m :])
+    if len(settled) <= 1 and forcing is None:
+        return [_smooth_period(t, x, full, half, runs[-1])]
     if len(settled) <= 1:
-        return [_smooth_period(t, x, half, runs[-1]) if forcing is None else _forced_period(t, x, runs[-1], forcing)]
+        return [_forced_period(t, x, full, runs[-1], forcing)]  # type: ignore[arg-type]
     raise InvalidInput(
         f"the modes of the motion do not repeat yet ({len(settled)} changes in its second half); simulate for longer"
     )
@@ -108,6 +119,27 @@ def _runs_of_a_period(settled: list[Run], t: np.ndarray, y: np.ndarray, forcing:
             found.append((m, returns))
     least = min((returns for _, returns in found), default=0.0)
     return next((m for m, returns in found if returns <= max(SETTLED, CLOSER * least)), 0)
+
+
+def _require_no_drift(
+    settled: list[Run], t: np.ndarray, x: np.ndarray, scale: np.ndarray, forcing: float | None
+) -> None:
+    """Raise where modes and velocities repeat and coordinates go on, twice by the same amount, with which the system
+    changes: what drifts without that was taken off."""
+    n = x.shape[1] // 2
+    m = _runs_of_a_period(settled, t, (x / scale)[:, n:], forcing)
+    if not m:
+        return
+    first, second, third = (settled[-1 - k * m].start for k in (2, 1, 0))
+    before, gone = x[second, :n] - x[first, :n], x[third, :n] - x[second, :n]
+    far = np.abs(gone) > FAR * np.ptp(x[second : third + 1, :n], axis=0)
+    steady = far & (np.abs(gone - before) <= STEADY * np.abs(gone))
+    if steady.any():
+        words = ", ".join(f"coordinate {j} by {gone[j]:.6g}" for j in np.flatnonzero(steady))
+        raise InvalidInput(
+            f"the modes and velocities repeat, but each time {words} goes on, and the system changes with it: the "
+            "motion does not close, nor does it but for a drift"
+        )
 
 
 def _phases(solution: Solution, x: np.ndarray, runs: list[Run]) -> list[PhaseGuess]:
@@ -132,7 +164,7 @@ def sequence_near(system: System, cycle: LimitCycle) -> list[PhaseGuess]:
         When it does not end in the mode it begins with.
     """
     phase = max(cycle.phases, key=lambda phase: (not phase.sticks, phase.duration))
-    begins = 0.0 if cycle.forcing is None else float(phase.x[-1]) - phase.begins
+    begins = float(phase.x[-1]) - phase.begins if cycle.has_time else 0.0
     k = int(np.searchsorted(cycle.t, phase.begins + 0.5 * phase.duration))
     t_0 = begins + float(cycle.t[k])
     run = simulate(system, (t_0, t_0 + cycle.period), cycle.q[k], cycle.u[k], integrator=EventDriven())
@@ -141,17 +173,17 @@ def sequence_near(system: System, cycle: LimitCycle) -> list[PhaseGuess]:
     if runs[0].states != runs[-1].states:
         raise InvalidInput("the motion does not come back in one period")
     if len(runs) == 1:
-        return [PhaseGuess(runs[0].states, _state(run, 0, cycle.forcing), cycle.period)]
-    x = np.array([_state(run, j, cycle.forcing) for j in range(len(run.t))])
+        return [PhaseGuess(runs[0].states, _state(run, 0, cycle.has_time), cycle.period)]
+    x = np.array([_state(run, j, cycle.has_time) for j in range(len(run.t))])
     first, *others = _phases(run, x, runs)
     last = runs[-1]
     duration = float(run.t[last.end] - run.t[last.start]) + first.duration
     return [*others, PhaseGuess(last.states, x[last.start], duration, first.jump)]
 
 
-def _state(run: Solution, k: int, forcing: float | None) -> np.ndarray:
-    """q, u, and under an excitation t, of a record."""
-    return np.concatenate([run.q[k], run.u[k], run.t[[k]][: forcing is not None]])
+def _state(run: Solution, k: int, has_time: bool) -> np.ndarray:
+    """q, u, and where it belongs to the state t, of a record."""
+    return np.concatenate([run.q[k], run.u[k], run.t[[k]][:has_time]])
 
 
 def _events_at(events: list[Event], t: float) -> list[Event]:
@@ -237,7 +269,7 @@ def contact_state(mode: int, slip: int, normal: int) -> ContactState:
     return ContactState(ContactMode(mode), int(np.sign(slip)) if is_sliding else 0, int(normal) if is_sliding else 1)
 
 
-def _smooth_period(t: np.ndarray, x: np.ndarray, half: int, run: Run) -> PhaseGuess:
+def _smooth_period(t: np.ndarray, x: np.ndarray, full: np.ndarray, half: int, run: Run) -> PhaseGuess:
     n = x.shape[1] // 2
     j = int(np.argmax(np.ptp(x[half:, :n], axis=0)))
     mean = np.trapezoid(x[half:, j], t[half:]) / (t[-1] - t[half])
@@ -245,17 +277,17 @@ def _smooth_period(t: np.ndarray, x: np.ndarray, half: int, run: Run) -> PhaseGu
     rises = half + np.flatnonzero((y[:-1] < 0) & (y[1:] >= 0))
     if rises.size < 2:
         raise InvalidInput("the motion does not oscillate in its second half; simulate for longer, or from elsewhere")
-    return PhaseGuess(run.states, x[rises[-2]], float(t[rises[-1]] - t[rises[-2]]))
+    return PhaseGuess(run.states, full[rises[-2]], float(t[rises[-1]] - t[rises[-2]]))
 
 
-def _forced_period(t: np.ndarray, x: np.ndarray, run: Run, forcing: float) -> PhaseGuess:
+def _forced_period(t: np.ndarray, x: np.ndarray, full: np.ndarray, run: Run, forcing: float) -> PhaseGuess:
     """A motion without events: the multiple of the excitation's period after which it comes nearest to itself."""
     start = int(np.searchsorted(t, t[-1] - 0.25 * (t[-1] - t[run.start])))
     longest = max(1, min(LONGEST, int((t[-1] - t[start]) / forcing)))
     after = [_at(t, x, t[start] + k * forcing) for k in range(1, longest + 1)]
     returns = np.abs(np.array(after) - x[start]).max(axis=1)
     k = 1 + int(np.flatnonzero(returns <= max(SETTLED * np.abs(x).max(), CLOSER * returns.min()))[0])
-    return PhaseGuess(run.states, np.append(x[start], t[start]), k * forcing)
+    return PhaseGuess(run.states, full[start], k * forcing)
 
 
 def _at(t: np.ndarray, x: np.ndarray, time: float) -> np.ndarray:

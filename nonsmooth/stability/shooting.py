@@ -11,7 +11,9 @@ events has one phase and a plane across it in place of e. A small change of x_1 
     S_m Phi_m ... S_1 Phi_1,    S_i = R_i + (f_{i+1} - R_i f_i) grad e_i^T/(grad e_i . f_i),    R_i = dr_i/dx
 
 whose eigenvalues are the Floquet multipliers: one is 1, each stick gives a zero. Under an excitation the time is the
-last component of x, and x_{m+1} = x_1 + (0, a multiple of its period). Sources: Stoer and Bulirsch,
+last component of x, and x_{m+1} = x_1 + (0, a multiple of its period). Where the system can be shifted along some
+directions without changing (drift.py), the motion closes but for such a shift: the last equation is asked for across
+these directions only, x_1 does not move along them, and each gives one more multiplier 1. Sources: Stoer and Bulirsch,
 *Introduction to Numerical Analysis* (2002), section 7.3.5; Leine and Nijmeijer, *Dynamics and Bifurcations of
 Non-Smooth Mechanical Systems* (2004), chapter 7 (saltation matrices).
 """
@@ -19,13 +21,14 @@ Non-Smooth Mechanical Systems* (2004), chapter 7 (saltation matrices).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from nonsmooth.complex_step import jacobian
 from nonsmooth.errors import InvalidInput
 from nonsmooth.stability.cycle import CyclePhase, LimitCycle
+from nonsmooth.stability.drift import Drift, drift_of
 from nonsmooth.stability.flow_map import RTOL, flow_curve, flow_map
 from nonsmooth.stability.jump import Jump, jumped
 from nonsmooth.stability.mode_flow import ContactState, Margin, ModeFlow, mode_flow
@@ -70,7 +73,8 @@ class Shooting:
     """The boundary value problem of a cycle with a given sequence of modes.
 
     With ``scale`` given, the guess counts as near: the full accuracy ``rtol`` is used from the first step on.
-    ``forcing`` is the period of the excitation [s]; the states of the guess then end with their time.
+    ``forcing`` is the period of the excitation [s]; the states of the guess then end with their time, and so they do
+    where a drive goes on. With ``drifts`` the cycle may close but for a shift that changes nothing.
     """
 
     def __init__(
@@ -80,8 +84,11 @@ class Shooting:
         scale: np.ndarray | None = None,
         rtol: float = RTOL,
         forcing: float | None = None,
+        drifts: bool = False,
     ) -> None:
-        self.system, self.guess, self.rtol, self.forcing = system, list(guess), rtol, forcing
+        self.system, self.rtol, self.forcing = system, rtol, forcing
+        self.drift = drift_of(system, places_of(guess, system.n_q), forcing is not None) if drifts else None
+        self.guess = from_zero(guess, self.drift, system.n_q)
         following = [*self.guess[1:], self.guess[0]]
         is_smooth = len(self.guess) == 1 and self.guess[0].jump is None
         self.links = [
@@ -95,21 +102,36 @@ class Shooting:
             self.wrap[-1] = forcing * max(1, round(self.T.sum() / forcing))
         self.is_near = scale is not None
         self.scale = self._scale() if scale is None else scale
-        first = self.links[0].flow.rate(self.x[0]).real / self.scale
+        self.across = self._across()
+        first = self.across @ (self.links[0].flow.rate(self.x[0]).real / self.scale)
         self.section = first / np.linalg.norm(first) / self.scale, self.x[0].copy()  # for a motion without events
 
     def _scale(self) -> np.ndarray:
-        """Extents of the coordinates and of the velocities over the guess."""
+        """Extents of the coordinates, without what drifts, and of the velocities over the guess."""
         states = [self.x]
         for link, x, T in zip(self.links, self.x, self.T, strict=True):
             curve = flow_curve(link.flow, x, T, np.maximum(np.abs(x), 1e-3), rtol=COARSE)
             states.append(curve(np.linspace(0, T, SAMPLES)).T)
-        extent = np.ptp(np.concatenate(states), axis=0)
-        n = self.system.n_q
+        x, n = np.concatenate(states), self.system.n_q
+        extent = np.ptp(x, axis=0)
+        if self.drift is not None:
+            extent[:n] = self.drift.extents(x[:, 2 * n] if x.shape[1] > 2 * n else np.zeros(len(x)), x[:, :n])
         for part in (slice(0, n), slice(n, 2 * n)):
             extent[part] = np.maximum(extent[part], 1e-3 * extent[part].max())
-        extent[2 * n :] = self.wrap[2 * n :]
+        extent[2 * n :] = self.T.sum() if self.forcing is None else self.wrap[2 * n :]
         return extent
+
+    def _across(self) -> np.ndarray:
+        """(d, d) projection of a state over its scale on what is across the directions of the drift."""
+        n, d = self.system.n_q, self.x.shape[1]
+        if not self.drift:
+            self.along = np.zeros((0, d))
+            return np.eye(d)
+        shifts = np.zeros((len(self.drift), d))
+        shifts[:, :n] = self.drift.directions[:, :-1]
+        shifts[:, 2 * n :] = self.drift.directions[:, -1:][:, : d - 2 * n]
+        self.along = np.linalg.qr((shifts / self.scale).T)[0].T
+        return np.eye(d) - self.along.T @ self.along
 
     def solve(self, checked: bool = True) -> LimitCycle:
         """Newton's method; then, unless told otherwise, whether the modes last as long as they should."""
@@ -142,7 +164,7 @@ class Shooting:
     def _require_cycle(self) -> None:
         """Raise when the iteration has come to an equilibrium, whose period is any, or to a period without end."""
         guessed = sum(phase.duration for phase in self.guess)
-        moves = np.abs(self.links[0].flow.rate(self.x[0]).real * guessed / self.scale).max()
+        moves = np.abs(self.across @ (self.links[0].flow.rate(self.x[0]).real * guessed / self.scale)).max()
         if self.links[0].ends_by is None and moves <= COLLAPSED:
             raise AtRest(AT_REST)
         if not self.T.sum() <= STRETCHED * guessed:
@@ -154,7 +176,8 @@ class Shooting:
     def linearised(self, rtol: float) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and their derivative by (x_i/scale, T_i relative), phase after phase."""
         m, d = self.x.shape
-        residuals, rows = [], []
+        residuals: list[Any] = []
+        rows: list[np.ndarray] = []
         self.ends = [
             flow_map(link.flow, x, T, self.scale, rtol) for link, x, T in zip(self.links, self.x, self.T, strict=True)
         ]
@@ -167,8 +190,9 @@ class Shooting:
             row = np.zeros((d, m * (d + 1)))
             row[:, here] = R @ by_phase / self.scale[:, None]
             row[:, following * (d + 1) : following * (d + 1) + d] -= np.eye(d)
-            residuals.append((after - self._next(i)) / self.scale)
-            rows.append(row)
+            is_last = i == m - 1
+            residuals.append(self._missed(i, after))
+            rows.append(self.across @ row if is_last else row)
             value, gradient, size = self._end(link, y)
             row = np.zeros((1, m * (d + 1)))
             if link.ends_by is None:
@@ -182,7 +206,16 @@ class Shooting:
             row[:, i * (d + 1) : i * (d + 1) + d] = by_state
             residuals.append(held)
             rows.append(row)
+        row = np.zeros((len(self.along), m * (d + 1)))
+        row[:, :d] = self.along  # the cycle may be shifted as a whole: it begins where the guess does
+        residuals.append(self.along @ ((self.x[0] - self.guess[0].x) / self.scale))
+        rows.append(row)
         return np.concatenate(residuals), np.concatenate(rows)
+
+    def _missed(self, i: int, after: np.ndarray) -> np.ndarray:
+        """By how much phase i misses the next one, over the scale; of the last phase across the drift."""
+        missed = (after - self._next(i)) / self.scale
+        return self.across @ missed if i == len(self.x) - 1 else missed
 
     def _next(self, i: int) -> np.ndarray:
         """The state in which the phase after phase i begins, (d,)."""
@@ -223,27 +256,30 @@ class Shooting:
             path = curve(s).T
             if checked:
                 self._check(i, s[::CURVE], path[::CURVE])
-            mismatch = (link.after(path[-1])[0] - self._next(i)) / self.scale
-            residual = max(residual, float(np.abs(mismatch).max()))
+            after = link.after(path[-1])[0]
+            residual = max(residual, float(np.abs(self._missed(i, after)).max()))
             times.append(begins[i] + s)
             states.append(path)
             states_i, x_i = self.guess[i].states, self.x[i].copy()
             phases.append(CyclePhase(states_i, float(begins[i]), float(self.T[i]), x_i, link.ends_by, link.jump))
-        x = np.concatenate(states)[:, : 2 * n]
-        if (np.ptp(x, axis=0) <= COLLAPSED * self.scale[: 2 * n]).all():
+        x = np.concatenate(states)
+        if (np.ptp(x / self.scale @ self.across, axis=0)[: 2 * n] <= COLLAPSED).all():
             raise AtRest(AT_REST)
+        gone = (self.along.T @ (self.along @ ((after - self._next(len(self.x) - 1)) / self.scale)))[:n] * self.scale[:n]
         multipliers, shift = self._multipliers()
         return LimitCycle(
             self.system,
             tuple(phases),
             np.concatenate(times),
             x[:, :n],
-            x[:, n:],
+            x[:, n : 2 * n],
             multipliers,
             shift,
             residual,
             self.scale,
             self.forcing,
+            gone,
+            self.drift is not None and len(self.drift) > 0,
         )
 
     def _check(self, i: int, s: np.ndarray, path: np.ndarray) -> None:
@@ -265,7 +301,7 @@ class Shooting:
                 )
 
     def _multipliers(self) -> tuple[np.ndarray, float]:
-        """Floquet multipliers without the trivial one, and how far that one is from 1."""
+        """Floquet multipliers without the trivial ones, and how far these are from 1."""
         m, d = self.x.shape
         total = np.eye(d)
         for i, link in enumerate(self.links):
@@ -279,9 +315,9 @@ class Shooting:
         tangent = self._tangent()
         reduced = np.linalg.lstsq(tangent, total @ tangent, rcond=None)[0]
         values = np.linalg.eigvals(reduced)
-        trivial = int(np.abs(values - 1).argmin())
+        trivial = np.argsort(np.abs(values - 1), kind="stable")[: 1 + len(self.along)]  # in time, and along each drift
         others = np.delete(values, trivial)
-        return others[np.argsort(-np.abs(others), kind="stable")], float(abs(values[trivial] - 1))
+        return others[np.argsort(-np.abs(others), kind="stable")], float(np.abs(values[trivial] - 1).max())
 
     def _tangent(self) -> np.ndarray:
         """Directions that the constraints leave at the beginning of the cycle, (2 n, 2 n_r)."""
@@ -290,6 +326,22 @@ class Shooting:
             return np.diag(self.scale)
         J = jacobian(flow.holds, self.x[0])[1][: 2 * flow.n_a] * self.scale
         return self.scale[:, None] * np.linalg.svd(J)[2][2 * flow.n_a : d].T
+
+
+def places_of(guess: Sequence[PhaseGuess], n: int) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    """t, q and u at the beginning of the phases."""
+    return [(float(x[2 * n]) if x.size > 2 * n else 0.0, x[:n], x[n : 2 * n]) for _, x, _, _ in guess]
+
+
+def from_zero(guess: Sequence[PhaseGuess], drift: Drift | None, n: int) -> list[PhaseGuess]:
+    """The same phases, shifted to where what drifts is zero at their beginning: a drive to where it was at t = 0."""
+    if not drift:
+        return list(guess)
+    x = guess[0].x
+    z = np.append(x[:n], x[2 * n :] if x.size > 2 * n else 0.0)
+    shift = z[list(drift.pivots)] @ drift.directions
+    whole = np.concatenate([shift[:n], np.zeros(n), shift[n:][: x.size - 2 * n]])
+    return [phase._replace(x=phase.x - whole) for phase in guess]
 
 
 def ending(states: tuple[ContactState, ...], following: tuple[ContactState, ...], jump: Jump | None = None) -> Margin:

@@ -55,6 +55,7 @@ def describe(cycle: LimitCycle) -> str:
     lines = [
         f"period {cycle.period:.12g} s, {'stable' if cycle.is_stable else 'unstable'}, residual {cycle.residual:.1e}",
         f"Floquet multipliers {multipliers}",
+        *([f"drift in a period {', '.join(f'{gone:.12g}' for gone in cycle.drift)}"] if cycle.drifts else []),
         f"{'begins [s]':>14} {'duration [s]':>14}  phase",
     ]
     lines += [f"{phase.begins:14.9f} {phase.duration:14.9f}  {what(phase)}{jump(phase)}" for phase in cycle.phases]
