@@ -175,7 +175,9 @@ CALLS = {
         "system": SPRAG, "axes": {"mu": [0.1, 0.2], "cth": [0.1, 0.2]}, "at": None, "sensitivities": False,
     }),
     "averaged_amplitude": (ns.averaged_amplitude, {"system": BELT, "at": None, "largest": None}),
-    "limit_cycle": (ns.limit_cycle, {"system": BELT, "guess": None, "duration": None, "dt": None}),
+    "limit_cycle": (ns.limit_cycle, {
+        "system": BELT, "guess": None, "duration": None, "dt": None, "forcing": None, "drift": None,
+    }),
     "continue_cycle": (ns.continue_cycle, {
         "system": BELT, "parameter": "vb", "values": [0.2], "cycle": None, "rtol": 1e-9,
     }),
@@ -366,6 +368,9 @@ ROWS = [
     ("stability_map", {"sensitivities": 2}, r"sensitivities must be True or False; got 2"),
     ("averaged_amplitude", {"largest": 0.0}, r"largest must be positive; got 0"),
     ("limit_cycle", {"guess": [1.0]}, r"guess must be a pair \(q0, u0\); got \[1.0\]"),
+    ("limit_cycle", {"drift": "x"}, r"drift must list the coordinates that go on and on, as \[0\].*got 'x'"),
+    ("limit_cycle", {"drift": [1]}, r"drift must be a whole number from 0 to 0; got 1"),
+    ("limit_cycle", {"drift": [0]}, r"coordinate 0 cannot drift: force changes with it"),
     ("limit_cycle", {"duration": -1.0}, r"duration must be positive \[s\]; got -1"),
     ("continue_cycle", {"values": []}, r"values of vb must be at least one; got none"),
     ("continue_cycle", {"rtol": 2.0}, r"rtol must lie in \(0, 1\), it is a relative error; got 2"),

@@ -15,7 +15,7 @@ from nonsmooth.simulation import simulate
 from nonsmooth.solution import Solution
 from nonsmooth.stability.cycle import LimitCycle
 from nonsmooth.stability.drift import Drift, as_coordinates, drift_of
-from nonsmooth.stability.mode_sequence import ContactLost, is_forced, period_of
+from nonsmooth.stability.mode_sequence import ContactLost, PhaseGuess, is_forced, period_of
 from nonsmooth.stability.shooting import Shooting
 from nonsmooth.system import System, as_system
 
@@ -84,12 +84,26 @@ def limit_cycle(
     start = _start(model, system, guess)
     directions = drift_of(system, [start], forcing is not None, coordinates)
     _require_forcing(system, forcing, directions)
-    drifts = len(directions) > 0
-    if isinstance(guess, LimitCycle):
-        return Shooting(system, guess.guesses(), guess.scale, forcing=forcing, drifts=drifts).solve()
-    if isinstance(guess, Solution):
-        return Shooting(system, period_of(guess, forcing, directions), forcing=forcing, drifts=drifts).solve()
-    return _settled(model, system, start, duration, dt, forcing, directions)
+    try:
+        if isinstance(guess, LimitCycle):
+            return _closed(system, guess.guesses(), forcing, directions, guess.scale)
+        if isinstance(guess, Solution):
+            return _closed(system, period_of(guess, forcing, directions), forcing, directions)
+        return _settled(model, system, start, duration, dt, forcing, directions)
+    except InvalidInput as broken:
+        if not directions.has_time:
+            raise
+        raise type(broken)(
+            f"{broken} (this system's functions change with time as a drive does that goes on at a constant rate; where "
+            "they have a period, give it as forcing=)"
+        ) from broken
+
+
+def _closed(
+    system: System, guess: list[PhaseGuess], forcing: float | None, drift: Drift, scale: np.ndarray | None = None
+) -> LimitCycle:
+    """The cycle with the phases of a guess; one with a scale counts as near."""
+    return Shooting(system, guess, scale, forcing=forcing, drifts=len(drift) > 0).solve()
 
 
 def _start(model: Any, system: System, guess: Any) -> tuple[float, np.ndarray, np.ndarray]:
@@ -150,8 +164,7 @@ def _settled(
         end = t + duration * 2**attempt
         run = simulate(system, (t, end), q, u, integrator=integrator, project=dt is not None and attempt > 0)
         try:
-            guess = period_of(run, forcing, drift)
-            return Shooting(system, guess, forcing=forcing, drifts=len(drift) > 0).solve()
+            return _closed(system, period_of(run, forcing, drift), forcing, drift)
         except ContactLost:
             raise
         except InvalidInput as broken:
