@@ -102,6 +102,7 @@ _HOME = {
     "FileFailure": "errors",
     "BudgetSpent": "errors",
     "EventFunctionError": "errors",
+    "ProgressError": "errors",
     "NonsmoothWarning": "errors",
     "InterpretedWarning": "errors",
     "InitialStateWarning": "errors",

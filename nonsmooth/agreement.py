@@ -44,7 +44,6 @@ from nonsmooth.system import (
     ROW_RATES,
     STIFFNESS,
     SURFACE_VELOCITY,
-    TAKES_U,
     TANGENT,
     System,
 )
@@ -144,7 +143,7 @@ class Place:
     """A system at a state."""
 
     def __init__(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
-        self.system, self.t, self.q, self.u, self.p = system, t, q, u, system.unpacked
+        self.system, self.t, self.q, self.u = system, t, q, u
         self.reach = max(abs(t), *map(abs, q.tolist()), *map(abs, u.tolist()))
 
     def value(
@@ -152,11 +151,8 @@ class Place:
     ) -> np.ndarray:
         """What a model function writes, here or elsewhere; zeros where the system has no such function."""
         out = np.zeros(self.system.shape(which))
-        function = self.system.functions.get(which)
-        if function is not None and which in TAKES_U:
-            function(self.t + dt, self.q if q is None else q, self.u if u is None else u, self.p, out)
-        elif function is not None:
-            function(self.t + dt, self.q if q is None else q, self.p, out)
+        if which in self.system.functions:
+            self.system.call(which, self.t + dt, self.q if q is None else q, self.u if u is None else u, out)
         return out
 
     def by_place(self, which: int, h: float, v: np.ndarray, rate: float = 1.0) -> Iterator[Values]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
+from nonsmooth.errors import InvalidInput, NonsmoothError, UnknownName, nearest, said_by, shown
 
 LARGEST_COUNT = 2**62
 NUMERIC = "biufO"  # kinds of dtype: no texts, no complex numbers, no dates; objects are asked for their float
@@ -49,14 +49,22 @@ def as_array(name: str, value: Any) -> np.ndarray:
 def as_number(name: str, value: Any, unit: str = "") -> float:
     """A finite float, or `InvalidInput`; a text is no number, nor is an array."""
     try:
-        if isinstance(value, str | bytes) or np.ndim(value) > 0:
+        if isinstance(value, str | bytes) or np.ndim(value) > 0 or np.iscomplexobj(value):
             raise TypeError
         number = float(value)
-    except (TypeError, ValueError, OverflowError):
+    except Exception:  # whatever an object raises that is asked for its float
         raise InvalidInput(f"{name} must be a number{_of(unit)}; got {shown(value)}") from None
     if not math.isfinite(number):
         raise InvalidInput(f"{name} must be finite; got {number}")
     return number
+
+
+def is_number(name: str, value: Any) -> bool:
+    """Whether a value is one number and not a list of them; `InvalidInput` for an object that does not say."""
+    try:
+        return not isinstance(value, Sequence) and np.ndim(value) == 0
+    except Exception:  # whatever an object raises that is asked for its array
+        raise InvalidInput(f"{name} must be a number or a list of numbers; got {shown(value)}") from None
 
 
 def as_positive(name: str, value: Any, unit: str = "") -> float:
@@ -130,13 +138,33 @@ def as_instance(name: str, value: Any, cls: Any, cure: str) -> Any:
     return value
 
 
+def result_of(name: str, function: Callable, *arguments: Any, **more: Any) -> Any:
+    """What a function of the user's returns, or `InvalidInput` with what it raised; Ctrl-C passes."""
+    try:
+        return function(*arguments, **more)
+    except (NonsmoothError, KeyboardInterrupt):
+        raise
+    except BaseException as error:
+        raise InvalidInput(f"{name} raised {said_by(error)}") from error
+
+
+def as_listed(name: str, value: Any, cure: str) -> list[Any]:
+    """The entries of what can be gone through, or `InvalidInput`; a text is one thing."""
+    try:
+        if isinstance(value, str | bytes):
+            raise TypeError
+        return list(value)
+    except Exception:  # whatever an object raises that is asked for its entries
+        raise InvalidInput(f"{name} must be {cure}; got {shown(value)}") from None
+
+
 def _as_float_array(name: str, value: Any) -> np.ndarray:
     try:
         array = np.asarray(value)
         if array.dtype.kind not in NUMERIC:
             raise TypeError
         return np.array(array, dtype=np.float64, order="C")
-    except (TypeError, ValueError, OverflowError):
+    except Exception:  # whatever an object raises that is asked for its array
         raise InvalidInput(f"{name} must be an array of numbers; got {shown(value)}") from None
 
 

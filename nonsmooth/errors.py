@@ -112,6 +112,10 @@ class EventFunctionError(StepFailure):
     """An event function of the user raised, or returned no finite number; the message says which, and where."""
 
 
+class ProgressError(StepFailure):
+    """The user's function that shows progress raised; the message says what, ``solution`` has the run until then."""
+
+
 class CellFailure(NonsmoothError, RuntimeError):
     """A cell of a sweep failed, and the sweep was told to stop there; the message has the cell's axis values."""
 
@@ -149,6 +153,7 @@ class Status(IntEnum):
     EVENT_FAILED = 11  # an event function of the user raised or returned NaN or inf
     BUDGET_SPENT = 12  # max_steps, or max_wall_time
     CONTRADICTED = 13  # a model function contradicts another, as a row that is no gradient of its gap
+    PROGRESS_FAILED = 14  # the progress function of the user raised
 
 
 def warn_caller(message: str, category: type[Warning]) -> None:
@@ -169,6 +174,16 @@ def nearest(name: Any, known: Any) -> str:
     names = sorted(known)
     close = difflib.get_close_matches(name if isinstance(name, str) else shown(name), names, n=1, cutoff=0.5)
     return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(names)}"
+
+
+def said_by(error: BaseException) -> str:
+    """An exception of the user's in a message: its kind and what it says, on one line."""
+    try:
+        said = " ".join(str(error).split())
+    except Exception:  # a text of the user's that fails
+        said = ""
+    said = said if len(said) <= 2 * LONGEST else said[: 2 * LONGEST - 3] + "..."
+    return f"{type(error).__name__}: {said}"
 
 
 def shown(value: Any) -> str:

@@ -19,9 +19,17 @@ FIGURE_ENDINGS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".webp")
 
 def as_path(name: str, value: Any) -> Path:
     """The path of a file, or `InvalidInput`."""
-    if not isinstance(value, str | os.PathLike) or "\0" in os.fspath(value) or not os.fspath(value):
-        raise InvalidInput(f"{name} must be the path of a file; got {shown(value)}")
-    return Path(value)
+    try:
+        text = os.fspath(value)
+        if not isinstance(text, str) or "\0" in text or not text:
+            raise TypeError
+        path = Path(text)
+        path.exists()
+    except OSError as error:  # a name that is too long
+        raise InvalidInput(f"{name} is no path here: {error.strerror}; got {shown(value)}") from None
+    except Exception:  # whatever an object raises that is asked for its path
+        raise InvalidInput(f"{name} must be the path of a file; got {shown(value)}") from None
+    return path
 
 
 def as_place(name: str, path: Any, endings: Sequence[str]) -> Path:
@@ -36,11 +44,11 @@ def as_place(name: str, path: Any, endings: Sequence[str]) -> Path:
         Those that name a format.
     """
     path = as_path(name, path)
-    if path.suffix not in endings:
-        what = "is a folder; the file in it" if path.is_dir() else "is no file name here: it"
-        raise InvalidInput(f"{str(path)!r} {what} must end in one of {', '.join(endings)}")
-    part = part_of(path)
     try:
+        if path.suffix not in endings:
+            what = "is a folder; the file in it" if path.is_dir() else "is no file name here: it"
+            raise InvalidInput(f"{str(path)!r} {what} must end in one of {', '.join(endings)}")
+        part = part_of(path)
         if not path.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {str(path.parent)!r}")
         if path.is_dir():
@@ -52,7 +60,8 @@ def as_place(name: str, path: Any, endings: Sequence[str]) -> Path:
         if not is_left_over:
             part.unlink()
     except OSError as error:
-        raise InvalidInput(f"{str(path)!r} cannot be written: {error.strerror or error}; choose another path") from None
+        where = shown(str(path))
+        raise InvalidInput(f"{where} cannot be written: {error.strerror or error}; choose another path") from None
     return path
 
 

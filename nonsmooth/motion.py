@@ -17,7 +17,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.errors import InvalidInput
+from nonsmooth.arrays import as_array
+from nonsmooth.errors import InvalidInput, shown
 
 DEGREE = 2  # of the velocities between the records of a time stepping
 Side = Literal["left", "right"]
@@ -59,9 +60,9 @@ class Motion:
         InvalidInput
             For a time outside the motion, or another side.
         """
-        if side not in ("left", "right"):
-            raise InvalidInput(f"side must be 'left' or 'right'; got {side!r}")
-        times = np.asarray(t, dtype=np.float64)
+        if not isinstance(side, str) or side not in ("left", "right"):
+            raise InvalidInput(f"side must be 'left' or 'right'; got {shown(side)}")
+        times = as_array("t", t)
         moments = times.reshape(-1)
         outside = ~((moments >= self.start[0]) & (moments <= self.end[0]))
         if times.ndim > 1 or outside.any():

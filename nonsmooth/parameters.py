@@ -17,7 +17,18 @@ from nonsmooth.errors import InvalidInput, UnknownName, nearest
 
 
 def numeric_fields(parameters: Any) -> dict[str, float]:
-    """The fields of a NamedTuple or dataclass whose values are numbers."""
+    """The fields of a NamedTuple or dataclass whose values are numbers.
+
+    Raises
+    ------
+    InvalidInput
+        For what is neither; for a number that no float holds, is complex or not finite; for a name that begins with an
+        underscore, which no field of ``p`` can have.
+    """
+    if isinstance(parameters, type):
+        raise InvalidInput(
+            f"parameters must be a NamedTuple or a dataclass; got the class {parameters.__name__}: call it first"
+        )
     if hasattr(parameters, "_asdict"):
         values = parameters._asdict()
     elif hasattr(parameters, "__dataclass_fields__"):
@@ -26,11 +37,11 @@ def numeric_fields(parameters: Any) -> dict[str, float]:
         values = {}
     else:
         raise InvalidInput(f"parameters must be a NamedTuple or a dataclass; got {type(parameters).__name__}")
-    numbers = {name: float(v) for name, v in values.items() if isinstance(v, int | float | np.number)}
-    for name, value in numbers.items():
-        if not np.isfinite(value):
-            raise InvalidInput(f"the parameter {name} must be finite; got {value}")
-    return numbers
+    numbers = {name: value for name, value in values.items() if isinstance(value, int | float | np.number)}
+    for name in numbers:
+        if name.startswith("_"):
+            raise InvalidInput(f"a parameter's name must not begin with an underscore; got {name}")
+    return {name: as_number(f"the parameter {name}", value) for name, value in numbers.items()}
 
 
 def changed(parameters: Any, changes: dict[str, Any]) -> Any:

@@ -102,6 +102,8 @@ def simulate(
         When ``max_steps`` or ``max_wall_time`` is used up, unless ``on_failure="return"``.
     EventFunctionError
         When an event function raises or returns no finite number, unless ``on_failure="return"``.
+    ProgressError
+        When the progress function raises, unless ``on_failure="return"``.
     CheckpointFailure
         When a checkpoint cannot be written on, as on a full disk.
 

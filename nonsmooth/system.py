@@ -23,7 +23,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_count, as_flag, as_fraction, as_instance, as_name
 from nonsmooth.derived_rows import derived
-from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.errors import InvalidInput, said_by, shown
 from nonsmooth.laws import IMPACT_LAWS, LAW_IMPACT, LAW_WIDTH, Coefficient, FrictionLaw, ImpactLaw, as_law, law_row
 from nonsmooth.parameters import changed, numeric_fields, parameter_tuple
 
@@ -205,6 +205,7 @@ class System:
         set_("contacts", tuple(contacts))
         set_("d", int(self.tangent is not None or any(contact.has_friction for contact in self.contacts)))
         _check_functions(self)
+        numeric_fields(self.parameters)
         _check_laws(self)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -286,13 +287,21 @@ class System:
         is_derived = hasattr(self.functions.get(which), "derived_from")
         return next(name for name, number in FUNCTION_NAMES.items() if number == (GAP if is_derived else which))
 
+    def call(self, which: int, t: float, q: np.ndarray, u: np.ndarray, out: np.ndarray) -> Any:
+        """Call one model function in Python; what it raises is an Exception or Ctrl-C, whatever it raised."""
+        function = self.functions[which]
+        try:
+            return function(t, q, u, self.unpacked, out) if which in TAKES_U else function(t, q, self.unpacked, out)
+        except (Exception, KeyboardInterrupt):
+            raise
+        except BaseException as error:  # as sys.exit() does
+            raise RuntimeError(said_by(error)) from error
+
     def evaluate(self, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Call one model function in Python and return the array it wrote; overflow is inf, as in compiled code."""
         out = np.zeros(self.shape(which))
-        p = self.unpacked
-        arguments = (t, q, u, p, out) if which in TAKES_U else (t, q, p, out)
         with np.errstate(all="ignore"):
-            self.functions[which](*arguments)
+            self.call(which, t, q, u, out)
         return out
 
     @functools.cached_property
@@ -360,8 +369,8 @@ def evaluate(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray)
         return system.evaluate(which, t, q, u)
     except Exception as error:
         raise InvalidInput(
-            f"the model function {system.name_of(which)} raised {type(error).__name__}: {error}, at t = {t:g} s; it "
-            f"writes an array of shape {system.shape(which)}"
+            f"the model function {system.name_of(which)} raised {said_by(error)}, at t = {t:g} s; it writes an "
+            f"array of shape {system.shape(which)}"
         ) from error
 
 
@@ -407,20 +416,37 @@ def _check_functions(system: System) -> None:
         function = getattr(system, name)
         if function is None or (name == "stiffness" and isinstance(function, str) and function == "differences"):
             continue
-        if not callable(function):
+        if not callable(function) or not _is_hashable(function):  # it is a key of what was compiled
             raise InvalidInput(f"{name} must be a function; got {type(function).__name__}")
         expected = ("t", "q", "u", "p", "out") if which in TAKES_U else ("t", "q", "p", "out")
         require_arguments(name, function, expected)
 
 
-@functools.lru_cache(maxsize=512)
+def _is_hashable(value: Any) -> bool:
+    try:
+        hash(value)
+    except Exception:  # a list, or an object that raises
+        return False
+    return True
+
+
 def require_arguments(name: str, function: Callable, expected: tuple[str, ...]) -> None:
     """Refuse a function that cannot be called with so many arguments."""
+    if _is_hashable(function):
+        _require_arguments(name, function, expected)
+    else:
+        _require_arguments.__wrapped__(name, function, expected)
+
+
+@functools.lru_cache(maxsize=512)
+def _require_arguments(name: str, function: Callable, expected: tuple[str, ...]) -> None:
     try:
-        inspect.signature(function).bind(*expected)
+        signature = inspect.signature(function)
     except ValueError:  # a callable without a signature
         return
+    except Exception:  # whatever an object raises that is asked what it takes
+        raise InvalidInput(f"{name} must be a function; got {shown(function)}") from None
+    try:
+        signature.bind(*expected)
     except TypeError:
-        raise InvalidInput(
-            f"{name} must take ({', '.join(expected)}); got {name}{inspect.signature(function)}"
-        ) from None
+        raise InvalidInput(f"{name} must take ({', '.join(expected)}); got {name}{signature}") from None

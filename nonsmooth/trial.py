@@ -11,15 +11,14 @@ import functools
 import math
 import weakref
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from nonsmooth.agreement import STEPS, generic
 from nonsmooth.compiled import Model, call_once
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, said_by
 from nonsmooth.jit import cache_directory
-from nonsmooth.system import TAKES_U, System
+from nonsmooth.system import System
 
 ROOM = 8  # numbers on either side of the array: an index out of range is mostly out by one, or by a row
 GUARD = -6.02214076e-133  # what stands there; no model function writes it by chance
@@ -43,13 +42,13 @@ def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Non
     with np.errstate(all="ignore"):
         for which in system.functions:
             try:
-                call(system, which, t, q, u, np.zeros(system.shape(which)))
+                system.call(which, t, q, u, np.zeros(system.shape(which)))
             except ArithmeticError:  # 1/0 is inf in compiled code
                 continue
             except Exception as error:
                 raise InvalidInput(
-                    f"the model function {system.name_of(which)} raised {type(error).__name__}: {error}, at "
-                    f"t = {t:g} s; it writes an array of shape {system.shape(which)}"
+                    f"the model function {system.name_of(which)} raised {said_by(error)}, at t = {t:g} s; it "
+                    f"writes an array of shape {system.shape(which)}"
                 ) from error
     _tried.add(system)
 
@@ -90,7 +89,7 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
         for which in system.functions:
             written, found = np.zeros(system.shape(which)), np.zeros(math.prod(system.shape(which)))
             try:
-                call(system, which, t, q, u, written)
+                system.call(which, t, q, u, written)
             except Exception:  # it is defined at the state only
                 continue
             is_done = call_once(model.handle, which, t, q, u, system.p, found)
@@ -105,26 +104,20 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
                 )
 
 
-def call(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray, out: np.ndarray) -> Any:
-    """Call a function as Python runs it, which notices an index out of range."""
-    function = system.functions[which]
-    return function(t, q, u, system.unpacked, out) if which in TAKES_U else function(t, q, system.unpacked, out)
-
-
 def fault_of(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray) -> str:
     """What is wrong with one function at a state, the rest of a sentence that begins with its name; else empty."""
     shape, q_1, u_1 = system.shape(which), q.copy(), u.copy()
     room = np.zeros(math.prod(shape) + 2 * ROOM)
     room[:ROOM] = room[-ROOM:] = GUARD
     out, again = room[ROOM:-ROOM].reshape(shape), np.zeros(shape)
-    answer = call(system, which, t, q_1, u_1, out)
+    answer = system.call(which, t, q_1, u_1, out)
     first = out.tobytes()
     for name, given, kept in (("q", q, q_1), ("u", u, u_1)):
         if given.tobytes() != kept.tobytes():
             return f"writes into {name}, which it may only read; it writes its last argument alone"
     if room[:ROOM].tobytes() != GUARDS or room[-ROOM:].tobytes() != GUARDS:
         return f"writes beyond its array of shape {shape}; check its indices"
-    call(system, which, t, q_1, u_1, again)
+    system.call(which, t, q_1, u_1, again)
     if again.tobytes() != first:
         entry = int(np.flatnonzero(out.ravel().view(np.int64) != again.ravel().view(np.int64))[0])
         return (
@@ -141,7 +134,7 @@ def nothing_written(system: System, which: int, t: float, q: np.ndarray, u: np.n
     if not has_answer and (name is None or not assigns(function, name)):
         return ""
     out = np.full(shape, GUARD)
-    call(system, which, t, q, u, out)
+    system.call(which, t, q, u, out)
     if (out != GUARD).any():
         return ""
     if has_answer:

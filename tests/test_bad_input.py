@@ -368,7 +368,7 @@ ROWS = [
     ("stability_map", {"sensitivities": 2}, r"sensitivities must be True or False; got 2"),
     ("averaged_amplitude", {"largest": 0.0}, r"largest must be positive; got 0"),
     ("limit_cycle", {"guess": [1.0]}, r"guess must be a pair \(q0, u0\); got \[1.0\]"),
-    ("limit_cycle", {"drift": "x"}, r"drift must list the coordinates that go on and on, as \[0\].*got 'x'"),
+    ("limit_cycle", {"drift": "x"}, r"drift must be a list of the coordinates that go on and on, as \[0\].*got 'x'"),
     ("limit_cycle", {"drift": [1]}, r"drift must be a whole number from 0 to 0; got 1"),
     ("limit_cycle", {"drift": [0]}, r"coordinate 0 cannot drift: force changes with it"),
     ("limit_cycle", {"duration": -1.0}, r"duration must be positive \[s\]; got -1"),

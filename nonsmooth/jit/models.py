@@ -160,7 +160,9 @@ def _view(shape: tuple[int, ...], cleared: bool = False) -> Any:
 def _call_model_interpreted(model: Callable, which: int, t: float, q: Any, u: Any, p: Any, out: Any) -> bool:
     try:
         model(which, t, q, u, p, out)
-    except Exception:  # the run ends, and then asks each function again to name the one that raised
+    except KeyboardInterrupt:
+        raise
+    except BaseException:  # the run ends, and then asks each function again to name the one that raised
         return False
     return True
 

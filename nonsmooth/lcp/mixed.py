@@ -111,8 +111,8 @@ def mlcp_residual(A: Any, b: np.ndarray, z: np.ndarray, free: np.ndarray) -> flo
 def _as_mask(free: Any, n: int) -> np.ndarray:
     try:
         given = np.asarray(free)
-    except ValueError:
-        given = np.zeros((1, 1))  # rows of different lengths: refused below
+    except Exception:  # rows of different lengths, or whatever an object raises: refused below
+        given = np.zeros((1, 1))
     if given.dtype == bool and given.shape == (n,):
         return given.copy()
     if given.size == 0:

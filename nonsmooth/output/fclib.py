@@ -202,7 +202,7 @@ def read_fclib(path: str | os.PathLike[str]) -> ContactProblem | GlobalContactPr
     require_h5py()
     path = as_path("path", path)
     if not os.path.isfile(path):
-        raise InvalidInput(f"path must name a file; there is none at {path}")
+        raise InvalidInput(f"path must name a file; there is none at {shown(str(path))[1:-1]}")
     try:
         if not is_hdf5(path):
             raise InvalidInput(f"{path.name} must be an HDF5 file; it cannot be opened as one")

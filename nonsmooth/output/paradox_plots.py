@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_array, as_index, as_instance
+from nonsmooth.arrays import as_array, as_index, as_instance, as_listed
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.output.plots import BELOW, BLUE, RED, REGIONS, new_figure, saved
 from nonsmooth.paradox.classify import ParadoxKind
@@ -79,7 +79,7 @@ def plot_map(
     as_instance("chart", chart, xarray.Dataset, "the Dataset of ns.paradox_map(...)")
     if boundaries is not None:
         as_instance("boundaries", boundaries, Boundaries, "what ns.paradox_boundaries(...) gives")
-    moved = [as_motion(motion) for motion in as_instance("motions", motions, Iterable, "a list of arrays (n, 2)")]
+    moved = [as_motion(motion) for motion in as_listed("motions", motions, "a list of arrays (n, 2)")]
     if regions is not None and not (isinstance(regions, tuple) and len(regions) == 2 and callable(regions[1])):
         raise InvalidInput(f"regions must be a pair (codes, function that names a code); got {shown(regions)}")
     if title is not None:

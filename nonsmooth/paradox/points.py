@@ -7,13 +7,13 @@ coefficients of friction depend on. ``search`` then runs ``paradox.search`` over
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_number, as_vector
+from nonsmooth.arrays import as_number, as_vector, is_number, result_of
 from nonsmooth.blocks import Block, new_block
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
@@ -66,7 +66,7 @@ class Points:
         self._state = state
         if state is not None and (not callable(state) or isinstance(state, type)):
             raise InvalidInput(f"state must be a function of the variables that returns (q, u); got {shown(state)}")
-        function = state or getattr(model, "state", None)
+        function = getattr(model, "state", None) if state is None else state
         if function is None:
             raise InvalidInput("a system without state(...) of its own needs state=, a function of the variables")
         self.variables = variables_of(function)
@@ -107,9 +107,9 @@ class Points:
         given = dict(zip(self.names, values, strict=True))
         changes = {name: value for name, value in given.items() if name not in self.variables}
         model = with_values(self.model, changes) if changes and self._state is None else self.model
-        state = self._state or model.state
+        state = model.state if self._state is None else self._state
         variables = {name: given.get(name, self.fixed.get(name)) for name in self.variables}
-        q, u = state(**{name: value for name, value in variables.items() if value is not None})
+        q, u = as_pair(result_of("state", state, **{name: x for name, x in variables.items() if x is not None}))
         return np.concatenate([as_vector("q", q, self.system.n_q), as_vector("u", u, self.system.n_u)])
 
     def check(self, axes: list[np.ndarray]) -> None:
@@ -119,7 +119,8 @@ class Points:
         for name, values in zip(self.names, axes, strict=True):
             for value in (values.min(), values.max()):
                 if name in self.variables:
-                    (self._state or self.model.state)(**{**variables, name: float(value)})
+                    state = self.model.state if self._state is None else self._state
+                    result_of("state", state, **{**variables, name: float(value)})
                     continue
                 other = as_system(with_values(self.model, {name: float(value)}))
                 if other.functions != self.system.functions or other.contacts != self.system.contacts:
@@ -224,18 +225,27 @@ def load_search(model: Model) -> None:
 
 def split_axes(axes: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """The arrays among the arguments, which are axes, and the numbers, which are held fixed."""
-    grid = {
-        name: as_vector(name, value) for name, value in axes.items() if isinstance(value, Sequence) or np.ndim(value)
-    }
+    grid = {name: as_vector(name, value) for name, value in axes.items() if not is_number(name, value)}
     return grid, {name: value for name, value in axes.items() if name not in grid}
 
 
 def variables_of(state: Callable) -> dict[str, Any]:
     """The variables of a state function and their defaults."""
+    try:
+        parameters = inspect.signature(state).parameters.items()
+    except Exception:  # a callable that does not say what it takes
+        raise InvalidInput(f"state must be a function of named variables; got {shown(state)}") from None
     return {
         name: None if parameter.default is inspect.Parameter.empty else parameter.default
-        for name, parameter in inspect.signature(state).parameters.items()
+        for name, parameter in parameters
     }
+
+
+def as_pair(state: Any) -> tuple[Any, Any]:
+    """q and u as a state function returns them."""
+    if not isinstance(state, tuple | list) or len(state) != 2:
+        raise InvalidInput(f"state must return a pair (q, u); it returned {shown(state)}")
+    return state[0], state[1]
 
 
 def law_links(system: System) -> np.ndarray:

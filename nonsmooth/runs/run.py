@@ -23,8 +23,10 @@ from nonsmooth.errors import (
     InitialStateWarning,
     InvalidInput,
     ModelFunctionError,
+    ProgressError,
     Status,
     StepFailure,
+    said_by,
     warn_caller,
 )
 from nonsmooth.initial_state import examine_state, project_state
@@ -74,14 +76,17 @@ FAILURES: dict[Status, type[StepFailure]] = {
     Status.BUDGET_SPENT: BudgetSpent,
     Status.EVENT_FAILED: EventFunctionError,
     Status.CONTRADICTED: ModelFunctionError,
+    Status.PROGRESS_FAILED: ProgressError,
 }
 # ends that no model function can be the reason of
 WITHOUT_CULPRIT = (
     Status.FINISHED, Status.INTERRUPTED, Status.BUDGET_SPENT, Status.EVENT_REACHED,
-    Status.EVENT_FAILED, Status.CONTRADICTED,
+    Status.EVENT_FAILED, Status.CONTRADICTED, Status.PROGRESS_FAILED,
 )  # fmt: skip
 # ends at which nothing more is asked of the model's functions
-WITHOUT_DOUBT = (Status.INTERRUPTED, Status.EVENT_FAILED, Status.NOT_FINITE, Status.CONTRADICTED)
+WITHOUT_DOUBT = (
+    Status.INTERRUPTED, Status.EVENT_FAILED, Status.NOT_FINITE, Status.CONTRADICTED, Status.PROGRESS_FAILED,
+)  # fmt: skip
 
 
 class Run:
@@ -121,6 +126,7 @@ class Run:
     stop: Stop | None = None
     budget = sys.maxsize  # steps
     spent = ""  # which budget was used up
+    cause: BaseException | None = None  # of a failure, an exception of the user's
     contradiction = ""  # which functions of the model do not agree
 
     def look_for(self, events: Sequence[Callable]) -> None:
@@ -161,7 +167,7 @@ class Run:
                 self.wall_time = now - started
                 block = next_block(int(self.state.counters[STEPS]) - before, now - began)
                 if progress is not None:
-                    progress(self._fraction_done())
+                    self._show(progress)
                 if max_wall_time is not None and self.wall_time > max_wall_time and self.status == Status.RUNNING:
                     self.status, self.spent = Status.BUDGET_SPENT, f"max_wall_time = {max_wall_time:g} s"
         except KeyboardInterrupt:
@@ -172,6 +178,15 @@ class Run:
             self.status = Status.NOT_FINITE  # whatever NaN looked like to the step: no mode admissible, M indefinite
         if self.status not in WITHOUT_DOUBT and (self.status != Status.FINISHED or is_due(self.system, END)):
             self._inspect()
+
+    def _show(self, progress: Callable[[float], None]) -> None:
+        """Call the user's function of the fraction done; whatever it raises ends the run, with its name."""
+        try:
+            progress(self._fraction_done())
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            self.status, self.cause = Status.PROGRESS_FAILED, error
 
     def _inspect(self) -> None:
         """End the run where functions of the model contradict one another at the state that it has come to."""
@@ -302,6 +317,9 @@ class Run:
             return (
                 f"{self.spent} is used up after {self.state.counters[STEPS]} steps; stopped at {where}, {self._where()}"
             )
+        if self.status == Status.PROGRESS_FAILED:
+            assert self.cause is not None
+            return f"the progress function raised {said_by(self.cause)}; stopped at {where}"
         if self.status == Status.CONTRADICTED:
             return f"{self.contradiction}; stopped at {where}"
         if self.stop is not None:
@@ -326,7 +344,7 @@ class Run:
                         out = self.system.evaluate(which, moment, place, u)
                     except Exception as error:
                         self.cause = error
-                        return f"the model function {name} raised {type(error).__name__}: {error}"
+                        return f"the model function {name} raised {said_by(error)}"
                     if not np.isfinite(out).all():
                         return f"the model function {name} wrote {out[~np.isfinite(out)][0]}"
         return ""
@@ -342,7 +360,7 @@ class Run:
         """The exception of a run that did not end well."""
         kind = FAILURES.get(self.status, StepFailure)
         error = kind(solution.message, solution, self._time(), self._failed_problem(solution.message))
-        error.__cause__ = self.stop.cause if self.stop is not None else getattr(self, "cause", None)
+        error.__cause__ = self.stop.cause if self.stop is not None else self.cause
         return error
 
     def _failed_problem(self, message: str) -> FailedProblem | None:

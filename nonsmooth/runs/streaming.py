@@ -19,6 +19,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_non_negative
 from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.files import as_path
 from nonsmooth.integrators.records import N_EVENTS, Record
 from nonsmooth.output.checkpoint import Checkpoint, load_checkpoint
 from nonsmooth.runs.run import Run
@@ -37,6 +38,9 @@ class Place:
 
 def as_place(checkpoint: Any, resume: Any, seconds: float) -> Place:
     """Begin, go on, or, where both are given, whichever is possible."""
+    for name, path in (("checkpoint", checkpoint), ("resume", resume)):
+        if path is not None:
+            as_path(name, path)
     if checkpoint is not None and resume is not None and str(checkpoint) != str(resume):
         raise InvalidInput(
             f"checkpoint and resume must be the same path, or one of them; got {str(checkpoint)!r} and {str(resume)!r}"

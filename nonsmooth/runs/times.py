@@ -65,7 +65,8 @@ def grid_times(integrator: Any, t_span: tuple[float, float], every: int, t_eval:
 
 def as_span(t_span: tuple[float, float]) -> tuple[float, float]:
     """Start and end [s]."""
-    if not isinstance(t_span, tuple | list | np.ndarray) or len(t_span) != 2:
+    is_listed = isinstance(t_span, tuple | list) or (isinstance(t_span, np.ndarray) and t_span.ndim > 0)
+    if not is_listed or len(t_span) != 2:
         raise InvalidInput(f"t_span must be a pair (start, end) [s]; got {shown(t_span)}")
     start, end = t_span
     t_0, t_1 = as_number("t_span[0]", start, "s"), as_number("t_span[1]", end, "s")

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.arrays import as_count, as_number
-from nonsmooth.errors import InvalidInput, Status, shown
+from nonsmooth.errors import InvalidInput, Status, said_by, shown
 from nonsmooth.motion import Motion
 from nonsmooth.system import require_arguments
 
@@ -59,8 +59,10 @@ class UserEvent:
         """f(t, q, u), a finite number or `EventFailed`."""
         try:
             value = float(self.function(t, q, u))
-        except Exception as error:
-            raise EventFailed(f"raised {type(error).__name__}: {error}", t, q, u) from error
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            raise EventFailed(f"raised {said_by(error)}", t, q, u) from error
         if not math.isfinite(value):
             raise EventFailed(f"returned {value}", t, q, u)
         return value

@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.agreement import generic
-from nonsmooth.arrays import as_index, as_name
+from nonsmooth.arrays import as_index, as_listed, as_name
 from nonsmooth.complex_step import complexified, jacobian
-from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.errors import InvalidInput
 from nonsmooth.system import POTENTIAL, TAKES_U, System
 
 NOTHING = 1e-9  # of a derivative: a part so small is rounding of terms that cancel
@@ -83,14 +83,11 @@ def as_coordinates(drift: Any, model: Any, n_q: int) -> tuple[int, ...] | None:
     """The coordinates that may drift, given by number or by name; None where they are to be found."""
     if drift is None:
         return None
-    if isinstance(drift, str) or not isinstance(drift, list | tuple | range | np.ndarray):
-        raise InvalidInput(
-            f"drift must list the coordinates that go on and on, as [0], or none of them, as []; got {shown(drift)}"
-        )
+    listed = as_listed("drift", drift, "a list of the coordinates that go on and on, as [0], or of none of them, as []")
     names = [name for name, _ in getattr(model, "coordinates", ())]
     found = [
         names.index(as_name("coordinate", entry, names)) if isinstance(entry, str) else as_index("drift", entry, n_q)
-        for entry in drift
+        for entry in listed
     ]
     return tuple(found)
 

@@ -94,8 +94,8 @@ def limit_cycle(
         if not directions.has_time:
             raise
         raise type(broken)(
-            f"{broken} (this system's functions change with time as a drive does that goes on at a constant rate; where "
-            "they have a period, give it as forcing=)"
+            f"{broken} (this system's functions change with time, as a drive does that goes on at a constant rate; "
+            "where they have a period, give it as forcing=)"
         ) from broken
 
 

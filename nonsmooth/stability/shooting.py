@@ -102,6 +102,8 @@ class Shooting:
             self.wrap[-1] = forcing * max(1, round(self.T.sum() / forcing))
         self.is_near = scale is not None
         self.scale = self._scale() if scale is None else scale
+        if not (self.scale > 0).all():
+            raise AtRest(AT_REST)
         self.across = self._across()
         first = self.across @ (self.links[0].flow.rate(self.x[0]).real / self.scale)
         self.section = first / np.linalg.norm(first) / self.scale, self.x[0].copy()  # for a motion without events

@@ -108,7 +108,7 @@ def as_column(name: str, values: Any) -> np.ndarray:
     """A vector of finite numbers or of texts, or `InvalidInput`."""
     try:
         array = np.array(values)
-    except ValueError:
+    except Exception:  # or whatever an object raises that is asked for its entries
         raise InvalidInput(f"the axis {name} must be a vector of values; its entries differ in length") from None
     if array.ndim != 1:
         raise InvalidInput(f"the axis {name} must be a vector of values; got shape {array.shape}")

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_positive, as_vector
+from nonsmooth.arrays import as_positive, as_vector, result_of
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
@@ -131,6 +131,6 @@ def maker(integrator: Any, over: str, first: float) -> Callable[[float], Any]:
     if is_dataclass(integrator):
         change: Callable[..., Any] = with_tolerance if over == "rtol" else with_step
         return functools.partial(change, integrator)
-    if callable(integrator) and hasattr(integrator(first), "load"):
+    if callable(integrator) and hasattr(result_of("the function that makes integrators", integrator, first), "load"):
         return integrator
     raise InvalidInput(f"integrator must be an integrator, or make one of {over}; got {shown(integrator)}")

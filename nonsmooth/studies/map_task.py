@@ -103,7 +103,7 @@ class MapTask:
 
     def identity(self) -> str:
         """Model, parameters, fixed variables, and the code of the model's functions."""
-        state = self.state or getattr(type(self.model), "state", None)
+        state = getattr(type(self.model), "state", None) if self.state is None else self.state
         code = identity_of_model(self.model, state, getattr(self.model, "natural_state", None))
         return "\n".join([code, repr((self.t, self.kept, sorted(self.fixed.items())))])
 

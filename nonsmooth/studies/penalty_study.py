@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_instance, as_positive, as_vector
+from nonsmooth.arrays import as_instance, as_positive, as_vector, result_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.penalty import Penalty
@@ -138,7 +138,7 @@ def penalty_at(
     penalty: Penalty | None, k: float, damping: float | Callable[[float], float] | None, damping_ratio: float | None
 ) -> Penalty:
     """The integrator at one stiffness."""
-    c = damping(k) if callable(damping) else damping
+    c = result_of("damping", damping, k) if callable(damping) else damping
     if penalty is None:
         return Penalty(k, damping=c, damping_ratio=damping_ratio)
     return replace(penalty, stiffness=k, damping=c, damping_ratio=damping_ratio)

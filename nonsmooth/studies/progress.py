@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any, Self, TextIO
 
+from nonsmooth.arrays import result_of
 from nonsmooth.errors import InvalidInput, shown
 
 PERIOD = {"line": 0.2, "json": 1.0}  # s between two lines
@@ -88,7 +89,7 @@ class Progress:
         """Show the state now."""
         self._shown = time.perf_counter()
         if self.write is not None:
-            self.write(self.snapshot())
+            result_of("the progress function", self.write, self.snapshot())
 
     def __enter__(self) -> Self:
         return self

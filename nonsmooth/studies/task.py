@@ -17,7 +17,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, NonsmoothError, Status, StepFailure, UnknownName, nearest
+from nonsmooth.errors import InvalidInput, NonsmoothError, Status, StepFailure, UnknownName, nearest, shown
 from nonsmooth.jit import identity as identity_of
 from nonsmooth.system import as_system
 
@@ -39,6 +39,7 @@ class CellStatus(IntEnum):
     EVENT_FAILED = Status.EVENT_FAILED
     BUDGET_SPENT = Status.BUDGET_SPENT
     CONTRADICTED = Status.CONTRADICTED
+    PROGRESS_FAILED = Status.PROGRESS_FAILED
     FAILED = 20  # an exception: parameters out of range, or raised by the task's own function
     CRASHED = 21  # the process that ran the cell died, also when it ran this cell alone
     TIMED_OUT = 22
@@ -135,6 +136,8 @@ class FunctionTask:
             signature = inspect.signature(self.function)
         except ValueError:
             return
+        except Exception:  # whatever an object raises that is asked what it takes
+            raise InvalidInput(f"task must be a function of the axes; got {shown(self.function)}") from None
         kinds = {name: parameter.kind for name, parameter in signature.parameters.items()}
         if inspect.Parameter.VAR_KEYWORD not in kinds.values():
             for name in names:
