@@ -6,6 +6,7 @@ What is a number is passed to the model functions as ``p``; what is declared int
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -22,8 +23,7 @@ def numeric_fields(parameters: Any) -> dict[str, float]:
     Raises
     ------
     InvalidInput
-        For what is neither; for a number that no float holds, is complex or not finite; for a name that begins with an
-        underscore, which no field of ``p`` can have.
+        For what is neither; for a number that no float holds, is complex or not finite.
     """
     if isinstance(parameters, type):
         raise InvalidInput(
@@ -38,10 +38,10 @@ def numeric_fields(parameters: Any) -> dict[str, float]:
     else:
         raise InvalidInput(f"parameters must be a NamedTuple or a dataclass; got {type(parameters).__name__}")
     numbers = {name: value for name, value in values.items() if isinstance(value, int | float | np.number)}
-    for name in numbers:
-        if name.startswith("_"):
-            raise InvalidInput(f"a parameter's name must not begin with an underscore; got {name}")
-    return {name: as_number(f"the parameter {name}", value) for name, value in numbers.items()}
+    return {
+        name: value if type(value) is float and math.isfinite(value) else as_number(f"the parameter {name}", value)
+        for name, value in numbers.items()
+    }
 
 
 def changed(parameters: Any, changes: dict[str, Any]) -> Any:

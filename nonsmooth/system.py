@@ -205,7 +205,7 @@ class System:
         set_("contacts", tuple(contacts))
         set_("d", int(self.tangent is not None or any(contact.has_friction for contact in self.contacts)))
         _check_functions(self)
-        numeric_fields(self.parameters)
+        _check_parameters(self)
         _check_laws(self)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -334,6 +334,13 @@ class System:
 
     def __repr__(self) -> str:
         return f"System({self.name or self.mass.__name__!r}, n_q={self.n_q}, n_c={self.n_c})"
+
+
+def _check_parameters(system: System) -> None:
+    """The names of the parameters can be those of ``p``, and their values are numbers."""
+    for name in system.parameter_values:
+        if name.startswith("_"):
+            raise InvalidInput(f"a parameter's name must not begin with an underscore; got {name}")
 
 
 def _check_laws(system: System) -> None:
