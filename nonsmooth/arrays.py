@@ -19,7 +19,7 @@ Matrix = np.ndarray
 
 def as_vector(name: str, value: Any, length: int | None = None) -> Vector:
     """A new float64 vector of the given length with finite entries, or `InvalidInput`."""
-    vector = _as_float_array(name, value)
+    vector = as_floats(name, value)
     if vector.ndim == 0 and length == 1:
         vector = vector.reshape(1)
     if vector.ndim != 1:
@@ -32,7 +32,7 @@ def as_vector(name: str, value: Any, length: int | None = None) -> Vector:
 
 def as_square_matrix(name: str, value: Any) -> Matrix:
     """A new C-ordered float64 square matrix with finite entries, or `InvalidInput`."""
-    matrix = _as_float_array(name, value)
+    matrix = as_floats(name, value)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
         raise InvalidInput(f"{name} must be a square matrix; got shape {matrix.shape}")
     _require_finite(name, matrix)
@@ -41,7 +41,7 @@ def as_square_matrix(name: str, value: Any) -> Matrix:
 
 def as_array(name: str, value: Any) -> np.ndarray:
     """A new float64 array of any shape with finite entries, or `InvalidInput`."""
-    array = _as_float_array(name, value)
+    array = as_floats(name, value)
     _require_finite(name, array)
     return array
 
@@ -158,7 +158,8 @@ def as_listed(name: str, value: Any, cure: str) -> list[Any]:
         raise InvalidInput(f"{name} must be {cure}; got {shown(value)}") from None
 
 
-def _as_float_array(name: str, value: Any) -> np.ndarray:
+def as_floats(name: str, value: Any) -> np.ndarray:
+    """A new float64 array of any shape, whose entries may be NaN or infinite, or `InvalidInput`."""
     try:
         array = np.asarray(value)
         if array.dtype.kind not in NUMERIC:

@@ -26,7 +26,9 @@ def as_path(name: str, value: Any) -> Path:
         path = Path(text)
         path.exists()
     except OSError as error:  # a name that is too long
-        raise InvalidInput(f"{name} is no path here: {error.strerror}; got {shown(value)}") from None
+        raise InvalidInput(
+            f"{name} cannot be written or read: {error.strerror}; choose another path than {shown(value)}"
+        ) from None
     except Exception:  # whatever an object raises that is asked for its path
         raise InvalidInput(f"{name} must be the path of a file; got {shown(value)}") from None
     return path

@@ -17,7 +17,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_array
+from nonsmooth.arrays import as_floats
 from nonsmooth.errors import InvalidInput, shown
 
 DEGREE = 2  # of the velocities between the records of a time stepping
@@ -62,7 +62,7 @@ class Motion:
         """
         if not isinstance(side, str) or side not in ("left", "right"):
             raise InvalidInput(f"side must be 'left' or 'right'; got {shown(side)}")
-        times = as_array("t", t)
+        times = as_floats("t", t)
         moments = times.reshape(-1)
         outside = ~((moments >= self.start[0]) & (moments <= self.end[0]))
         if times.ndim > 1 or outside.any():

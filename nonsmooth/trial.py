@@ -18,7 +18,7 @@ from nonsmooth.agreement import STEPS, generic
 from nonsmooth.compiled import Model, call_once
 from nonsmooth.errors import InvalidInput, said_by
 from nonsmooth.jit import cache_directory
-from nonsmooth.system import System
+from nonsmooth.system import GAP, GIVEN_FORCE, TANGENT, System
 
 ROOM = 8  # numbers on either side of the array: an index out of range is mostly out by one, or by a row
 GUARD = -6.02214076e-133  # what stands there; no model function writes it by chance
@@ -70,6 +70,27 @@ def require_manners(system: System, t: float, q: np.ndarray, u: np.ndarray) -> N
                 continue
             if fault:
                 raise InvalidInput(f"the model function {system.name_of(which)} {fault}")
+        _require_all_contacts(system, t, q, u)
+
+
+def _require_all_contacts(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Raise for a contact that gap, or while it is closed tangent, writes nothing for: it would be closed for ever, or
+    without friction."""
+    for which in {GAP, TANGENT} & system.functions.keys() if system.n_c else ():
+        out = np.full(system.shape(which), GUARD)
+        try:
+            system.call(which, t, q.copy(), u.copy(), out)
+            gaps = system.evaluate(GAP, t, q, u) if GAP in system.functions else np.zeros(system.n_c)
+        except Exception:  # whoever needs its value says so
+            continue
+        has_gap = system.kinds[:, 0] != GIVEN_FORCE
+        is_needed = has_gap if which == GAP else (system.kinds[:, 1] > 0) & ~(has_gap & (gaps > 0))
+        idle = is_needed & (out.reshape(system.n_c, -1) == GUARD).all(axis=1)
+        if idle.any():
+            raise InvalidInput(
+                f"the model function {system.name_of(which)} writes nothing for contact {int(idle.argmax())}; the "
+                f"system has {system.n_c} contacts: write its entry, also where it is zero, or list fewer contacts"
+            )
 
 
 def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: np.ndarray) -> None:
@@ -94,7 +115,7 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
                 continue
             is_done = call_once(model.handle, which, t, q, u, system.p, found)
             written = written.ravel()
-            other = np.abs(found - written) > SAME_CODE * np.abs(written).max()
+            other = np.abs(found - written) > SAME_CODE * np.abs(written).max(initial=0.0)
             if is_done and other.any():
                 k = int(other.argmax())
                 raise InvalidInput(

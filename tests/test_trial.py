@@ -105,6 +105,25 @@ def test_a_function_that_writes_nothing_of_what_it_found_is_refused():
     refused(r"force assigns h anew, which leaves the array as it was; write into it, as h\[:\] = ...", force=assigns)
 
 
+def test_a_contact_that_no_function_writes_for_is_refused():
+    def tangent(t, q, p, W_F):
+        W_F[0, 0, 0] = 1.0
+
+    def both(t, q, p, g_N):
+        g_N[0] = g_N[1] = 0.0 * q[1]
+
+    def rows(t, q, p, W_N):
+        W_N[0, 1] = W_N[1, 1] = 0.0
+
+    two = {"mass": mass, "force": force, "normal": rows, "n_q": 2, "parameters": P()}
+    state = np.array([0.3, 0.0]), np.array([0.1, 0.0])
+    with pytest.raises(ns.InvalidInput, match="gap writes nothing for contact 1; the system has 2 contacts"):
+        inspect_start(ns.System(gap=gap, contacts=[ns.Contact()] * 2, **two), 0.0, *state)
+    with pytest.raises(ns.InvalidInput, match="tangent writes nothing for contact 1; the system has 2 contacts"):
+        inspect_start(ns.System(gap=both, tangent=tangent, contacts=[ns.Contact(mu=0.3)] * 2, **two), 0.0, *state)
+    inspect_start(ns.System(gap=both, tangent=tangent, contacts=[ns.Contact(mu=0.3), ns.Contact()], **two), 0.0, *state)
+
+
 def test_no_force_at_all_and_results_that_are_handed_back_are_taken():
     def nothing(t, q, u, p, h):
         pass
