@@ -17,7 +17,13 @@ LONGEST = 80  # characters of a value in a message
 
 
 class NonsmoothError(Exception):
-    """Base class of every exception raised by this package."""
+    """Base class of every exception raised by this package.
+
+    Its message is one line, whatever stands in the names and texts of the user's that it repeats.
+    """
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(" ".join(message.splitlines()))
 
 
 class InvalidInput(NonsmoothError, ValueError):

@@ -352,6 +352,7 @@ ROWS = [
     ("MapTask", {"state": 3}, r"state must be a function of the variables that returns \(q, u\); got 3"),
     ("Axis", {"values": []}, r"the axis e must have at least one value; it is empty"),
     ("Axis", {"values": [inf]}, r"the axis e must be finite; e\[0\] is inf"),
+    ("Axis", {"name": "a/b\nc", "values": []}, r"the axis a/b c must have at least one value"),
     ("Axis", {"name": 1}, r"the name of an axis must be a text; got 1"),
     ("LocalPool", {"workers": 0}, r"workers must be a whole number of at least 1; got 0"),
     ("load_sweep", {"path": "nowhere.npz"}, r"there is no file 'nowhere.npz'"),
