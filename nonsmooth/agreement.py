@@ -17,9 +17,9 @@ between them they see it. So a derivative c that the model writes is contradicte
 
     |D - c| > SAFETY (|E| + |J|) + rounding + TYPED size,    size = |D| + |W_N| |v| + |w_N|, ...
 
-at two of the steps h = 2^-13, 2^-23, 2^-33, 2^-43, and agrees with D at none. Then it is looked for entry by entry, by
-the same rule; what cannot be named so is not refused. A function that has a kink or a jump at the very point, that
-raises or writes NaN nearby, or that varies too fast for all steps decides nothing. Source of D: Richardson's
+at two of the steps h = 2^-13, 2^-23, 2^-33, 2^-43, before one of them agrees clearly. Then it is looked for entry by
+entry, by the same rule; what cannot be named so is not refused. A function that has a kink or a jump at the very point,
+that raises or writes NaN nearby, or that varies too fast for all steps decides nothing. Source of D: Richardson's
 extrapolation, as in Hairer, Norsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.9.
 """
 

@@ -24,7 +24,7 @@ from models import (
     Woodpecker,
 )
 from nonsmooth import inspection
-from nonsmooth.agreement import PLACES, contradiction, wrong_entry
+from nonsmooth.agreement import PLACES, STEPS, contradiction, wrong_entry
 
 INTEGRATORS = [ns.MoreauJean(dt=1e-3), ns.Adaptive(), ns.EventDriven(), ns.Penalty(1e4, damping_ratio=0.1), "auto"]
 
@@ -275,6 +275,14 @@ def test_a_wrong_derivative_of_a_smooth_function_is_contradicted_at_every_length
     wrong = wrong_entry(on_line(f), [written], [abs(written)], length)
     assert wrong is not None and abs(wrong.found - derivative) < 1e-2 * derivative
     assert wrong_entry(on_line(f), [derivative], [abs(derivative)], length) is None
+
+
+def test_a_ripple_as_short_as_one_step_is_no_contradiction():
+    def f(s):  # twice its length is a step, which does not see it
+        return s + math.sin(4.0 * math.pi * s / STEPS[0])
+
+    derivative = 1.0 + 4.0 * math.pi / STEPS[0]
+    assert wrong_entry(on_line(f), [derivative], [derivative], 0.0) is None
 
 
 def dry(t, q, u, p, h):

@@ -100,6 +100,28 @@ MUTATIONS = {
         "contact_solvers/natural_map.py", "cone_project(mu[i], P_N - gamma_N,", "cone_project(mu[i], P_N + gamma_N,",
         "tests/contact_solvers/test_contact_local.py::test_single_contact_satisfies_the_inclusion_of_one_of_its_modes",
     ),
+    "a kink in a model counts as a wrong derivative": Mutation(
+        "agreement.py", "SAFETY * (abs(E) + abs(J))", "SAFETY * abs(E)",
+        "tests/test_agreement.py::test_a_kink_or_a_jump_wherever_it_is_contradicts_no_derivative",
+    ),
+    "one step alone decides that a derivative is wrong": Mutation(
+        "agreement.py", "        if contradicted & suspects:",
+        "        suspects |= contradicted\n        if contradicted:",
+        "tests/test_agreement.py::test_a_ripple_as_short_as_one_step_is_no_contradiction",
+    ),
+    "runs are not looked at on their way": Mutation(
+        "runs/run.py", "if self.status == Status.RUNNING and is_due(self.system, self._modes().tobytes()):",
+        "if False:", "tests/test_agreement.py::test_a_long_run_is_looked_at_on_its_way",
+    ),
+    "a dual cosine falls the wrong way": Mutation(
+        "dual.py", "complex(math.cos(z.real), -math.sin(z.real) * z.imag)",
+        "complex(math.cos(z.real), math.sin(z.real) * z.imag)",
+        "tests/test_derived_rows.py::test_derived_rows_are_those_written_by_hand_to_rounding",
+    ),
+    "a cycle has to close in what drifts": Mutation(
+        "stability/shooting.py", "return self.across @ missed if", "return missed if",
+        "tests/stability/test_drifting_cycles.py::test_two_discs_on_a_shaft_turn_on_together",
+    ),
     "a compliant contact is driven by its damper": Mutation(
         "integrators/compliant_law.py", "return k * d + c * d_rate", "return k * d - c * d_rate",
         COMPLIANT + "test_clipped_contact_bounces_with_the_restitution_of_its_damping_ratio",

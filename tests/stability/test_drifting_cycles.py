@@ -120,6 +120,7 @@ def test_a_constant_drive_gives_the_cycle_of_the_frame_that_turns_with_it():
 def test_two_discs_on_a_shaft_turn_on_together():
     cycle = ns.limit_cycle(drill_of_two_discs(), ([0.0, 0.0], [0.1, 0.1]), duration=40.0)
     assert cycle.drifts and cycle.drift[0] == pytest.approx(cycle.drift[1], rel=1e-12)
+    assert cycle.residual < 1e-10  # across the drift
     assert len(cycle.multipliers) == 2 and cycle.is_stable  # of four: one in time, one along the common angle
     start = cycle.phases[0]
     run = ns.simulate(
