@@ -1,17 +1,20 @@
 """The equations of motion with compliant contacts, mode by mode.
 
-    q' = u,    M u' = h + W_N^T la_N + W_F^T la_F,    z' = omega gamma_N,    z = omega g_N
+    q' = u,    M u' = h + W_N^T la_N + W_F^T la_F,    z' = omega v,    v' = W_N u' + W_N' u + w_N' - alpha (v - gamma_N)
 
-The gap is a variable of its own, beside the coordinates: computed from them, an indentation of 1e-11 m at a
-coordinate of 1 m keeps five digits only, and so would the force. Times the contact frequency omega it has the size of
-a velocity, and the Jacobian is balanced. The normal force is a function of (g_N, gamma_N); friction is
+with z = omega g_N and v = gamma_N = W_N u + w_N. The gap and its rate are variables of their own, beside coordinates
+and velocities: computed from them, an indentation of 1e-11 m at a coordinate of 1 m keeps five digits only, and a
+normal velocity of 1e-9 m/s, which a damper of 1e10 N s/m makes 10 N of, no more; the force would have no more either.
+Times the contact frequency omega a gap has the size of a velocity, and the Jacobian is balanced. What the integration
+leaves between v and W_N u is forgotten at the rate alpha. The normal force is a function of (g_N, v); friction is
 
     sliding with sign s      la_F = -s mu(|gamma_F|) |la_N|
     sticking                 la_F from gamma_F' = W_F u' + W_F' u + w_F' = 0, with the normal forces given
     regularised              la_F = -mu(|gamma_F|) |la_N| tanh(gamma_F / v_s)
 
 where redundant sticking contacts share their load with the least squares. The rates are smooth in each mode; the
-events that end a mode are those of contact_switching.py. Trailing components are the impulses and the energy ledger.
+events that end a mode are those of contact_switching.py. Trailing components are the impulses and the energy ledger:
+x = (q, u, z, v, P_N, P_F, works).
 Source: Brogliato, *Nonsmooth Mechanics* (2016), chapter 2; docs/penalty.md.
 """
 
@@ -30,7 +33,7 @@ from nonsmooth.integrators.compliant_law import NormalLaw, normal_force
 from nonsmooth.integrators.radau_stages import RATES
 from nonsmooth.jit import kernel
 from nonsmooth.laws import friction_coefficient
-from nonsmooth.system import BILATERAL, GIVEN_FORCE, ContactMode
+from nonsmooth.system import BILATERAL, GIVEN_FORCE, ROW_RATES, ContactMode
 
 # facts
 HAS, N_U, LAW, IS_REGULARISED, IS_KNOWN = range(5)
@@ -41,6 +44,9 @@ V_S, RTOL, ZETA, ATOL = range(4)
 N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfaces
 REGULARISATION = 1e-10  # of the trace: makes redundant sticking contacts share their load
 REFINEMENTS = 3
+# alpha/omega: a difference between v and W_N u costs a force alpha/G of it, a hundredth of what an error of the same
+# size in z = omega g_N costs
+FORGETTING = 0.01
 
 
 class Contacts(NamedTuple):
@@ -58,7 +64,7 @@ class Contacts(NamedTuple):
     q: Vector  # (n,)
     u: Vector  # (n,)
     la: Matrix  # (c, 2) forces
-    gamma: Matrix  # (c, 2) contact velocities
+    gamma: Matrix  # (c, 2) contact velocities, the normal one v
     stuck: Integers  # (c,) sticking contacts
     A: Matrix  # (c, c) W_F M^-1 W_F^T of these
     factor: Matrix  # (c, c)
@@ -80,7 +86,7 @@ def contacts_shapes(n: int, n_c: int, d: int, law_width: int) -> tuple:
 
 @kernel(RATES, short_loops=True)
 def contact_rates(model, p, contacts_at, t, x, out):
-    """x' with x = (q, u, z, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
+    """x' with x = (q, u, z, v, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
     contacts = view(contacts_at, Contacts)
     work, facts, la, gamma = contacts.work, contacts.facts, contacts.la, contacts.gamma
     n, n_c = facts[N_U], contacts.kinds.shape[0]
@@ -92,23 +98,36 @@ def contact_rates(model, p, contacts_at, t, x, out):
         out[i] = contacts.u[i]
         out[n + i] = work.du[i]
         total += 0.0 * work.du[i]
-    W_N_end = 2 * n + n_c
+    P_N = 2 * (n + n_c)
     force, friction, normal, surface = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         force += work.h[i] * contacts.u[i]
     for i in range(n_c):
         out[2 * n + i] = contacts.constants[i, OMEGA] * gamma[i, 0]
-        out[W_N_end + i] = la[i, 0]
-        out[W_N_end + n_c + i] = la[i, 1]
+        out[2 * n + n_c + i] = normal_acceleration(i, n, contacts)
+        out[P_N + i] = la[i, 0]
+        out[P_N + n_c + i] = la[i, 1]
         friction += la[i, 1] * gamma[i, 1]
         if contacts.kinds[i, 0] != GIVEN_FORCE:
             normal += la[i, 0] * gamma[i, 0]
             surface -= la[i, 0] * work.w_N[i]
         if contacts.kinds[i, 1] > 0:
             surface -= la[i, 1] * work.w_F[i, 0]
-    end = W_N_end + 2 * n_c
+    end = P_N + 2 * n_c
     out[end], out[end + 1], out[end + 2], out[end + 3] = force, friction, normal, surface
     return Status.RUNNING.value if total == 0.0 else Status.NOT_FINITE.value
+
+
+@kernel
+def normal_acceleration(i, n, contacts):
+    """v' of contact i, with the accelerations that were found."""
+    if contacts.kinds[i, 0] == GIVEN_FORCE:
+        return 0.0
+    work, a = contacts.work, contacts.work.start[i]
+    total = contacts.rates[0, a]
+    for j in range(n):
+        total += work.W_N[i, j] * work.du[j]
+    return total - FORGETTING * contacts.constants[i, OMEGA] * (contacts.gamma[i, 0] - work.gamma_0[a])
 
 
 @kernel
@@ -124,7 +143,7 @@ def find_forces(model, p, t, x, contacts):
         work.closed[i] = i
     for i in range(n):
         contacts.q[i], contacts.u[i] = x[i], x[n + i]
-    if n_stuck > 0:
+    if n_c > 0:
         if not find_row_rates(model, has, t, n, contacts.q, contacts.u, p, n_c, contacts.kinds, contacts.rates, work):
             return Status.NOT_FINITE
     for i in range(n):
@@ -135,7 +154,8 @@ def find_forces(model, p, t, x, contacts):
         return status
     if n_c == 0:
         return Status.RUNNING
-    if not evaluate_rows(model, has, is_first or n_stuck > 0, t, contacts.u, p, work):
+    are_moved = has & (1 << ROW_RATES) == 0  # the rows are those of the last difference
+    if not evaluate_rows(model, has, is_first or are_moved, t, contacts.u, p, work):
         return Status.NOT_FINITE
     facts[IS_KNOWN] = 1
     stack_rows(n, n_c, contacts.kinds, contacts.u, work)
@@ -154,12 +174,11 @@ def given_forces(n, x, contacts):
     for i in range(contacts.kinds.shape[0]):
         kind, d = contacts.kinds[i, 0], contacts.kinds[i, 1]
         mode = contacts.mode[i]
-        a = work.start[i]
         la[i, 0], la[i, 1], gamma[i, 0], gamma[i, 1] = 0.0, 0.0, 0.0, 0.0
         if kind == GIVEN_FORCE:
             la[i, 0] = max(0.0, work.N[i])
         else:
-            gamma[i, 0] = work.gamma_0[a]
+            gamma[i, 0] = x[2 * n + contacts.kinds.shape[0] + i]
             if mode != ContactMode.OPEN:
                 k, c, omega = contacts.constants[i, K], contacts.constants[i, C_N], contacts.constants[i, OMEGA]
                 a_law = NormalLaw.KELVIN_VOIGT.value if kind == BILATERAL else law

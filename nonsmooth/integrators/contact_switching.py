@@ -219,6 +219,26 @@ def stop_sliding(n, x, contacts):
         b = work.start[stuck[a] + 1] - 1
         for j in range(n):
             x[n + j] += work.X[b, j] * rhs[a]
+        for i in range(contacts.kinds.shape[0]):
+            x[2 * n + contacts.kinds.shape[0] + i] += normal_change(i, b, n, contacts) * rhs[a]
+
+
+@kernel
+def normal_change(i, b, n, contacts):
+    """The change of v of contact i with the velocities that a unit impulse in row b gives."""
+    work, total = contacts.work, 0.0
+    if contacts.kinds[i, 0] != GIVEN_FORCE:
+        for j in range(n):
+            total += work.W_N[i, j] * work.X[b, j]
+    return total
+
+
+@kernel
+def set_normal_velocities(n, x, contacts):
+    """v = W_N u + w_N from the rows that were evaluated last."""
+    for i in range(contacts.kinds.shape[0]):
+        if contacts.kinds[i, 0] != GIVEN_FORCE:
+            x[2 * n + contacts.kinds.shape[0] + i] = contacts.work.gamma_0[contacts.work.start[i]]
 
 
 @kernel("int64(int64, int64, float64[::1], float64, float64[::1], int64, float64[::1])", short_loops=True)
@@ -235,9 +255,11 @@ def begin_contacts(rates, model, p, t, x, contacts_at, out):
         contacts.sign[i] = 1
         if contacts.kinds[i, 0] != UNILATERAL:
             contacts.mode[i] = ContactMode.LOCKED.value
-    status = rates_at(rates, model, p, address(contacts), t, x, out)
-    if status != Status.RUNNING:
-        return status
+    for _ in range(2):  # the rows give the normal velocities v, and these the forces
+        status = rates_at(rates, model, p, address(contacts), t, x, out)
+        if status != Status.RUNNING:
+            return status
+        set_normal_velocities(n, x, contacts)
     for i in range(contacts.kinds.shape[0]):
         is_landing = x[2 * n + i] <= 0.0 and contacts.gamma[i, 0] < 0.0
         if contacts.kinds[i, 0] != UNILATERAL or is_landing:

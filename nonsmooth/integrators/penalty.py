@@ -18,7 +18,7 @@ from nonsmooth.arrays import as_name, as_non_negative, as_number, as_positive
 from nonsmooth.blocks import Block, new_block
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.compliant_contacts import OMEGA, contact_rates
-from nonsmooth.integrators.compliant_law import EXPONENTS, LAWS, Regularised
+from nonsmooth.integrators.compliant_law import EXPONENTS, LAWS, NormalLaw, Regularised
 from nonsmooth.integrators.contact_switching import begin_contacts, contact_events
 from nonsmooth.integrators.event_location import locate_event
 from nonsmooth.integrators.penalty_loop import Scratch, begin_run, evaluate_contacts, run, scratch_shapes, switch
@@ -59,7 +59,8 @@ class Penalty:
         times slower. What SciPy leaves unfinished, not finite or beyond an event is refused, whatever it reports.
     rtol, atol : float
         Tolerances of the error of a step: relative, and absolute in SI units of coordinates and velocities; gaps are
-        held to atol sqrt(m/k), which has the energy of a velocity error atol.
+        held to atol sqrt(m/k), which has the energy of a velocity error atol, and normal velocities to atol sqrt(k m)/c
+        where that is less, which makes no more force: so the tolerances follow the stiffness and the damping.
 
     Raises
     ------
@@ -151,9 +152,18 @@ class Penalty:
         gaps = self.gaps(system, t, q, u, contacts.constants)
         ode.x[:n], ode.x[n : 2 * n] = q, u
         ode.x[2 * n : 2 * n + n_c] = contacts.constants[:, OMEGA] * gaps
-        ode.atol[:] = self.atol
+        ode.atol[: 2 * n + n_c] = self.atol
+        ode.atol[2 * n + n_c :] = self.atol * self.velocity_parts(contacts.constants)
         ode.clock[[NOW, RTOL]] = t, self.rtol
         return block
+
+    def velocity_parts(self, constants: np.ndarray) -> np.ndarray:
+        """(n_c,) How much finer than atol the normal velocities are held: an error of theirs makes as much force in
+        the damper as one of the gap, atol sqrt(m/k), in the spring. At most 1: sqrt(k m)/c = 1/(2 zeta)."""
+        k, c, omega = constants.T
+        if LAWS[self.law] == NormalLaw.HUNT_CROSSLEY:
+            return np.ones(len(k))  # its damper has no force at zero indentation
+        return np.minimum(1.0, k / np.maximum(omega * c, k * np.finfo(float).tiny))
 
     def constants(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """(n_c, 3) k, c and the frequency omega of each contact at the start."""

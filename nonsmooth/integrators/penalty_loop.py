@@ -90,8 +90,8 @@ def scratch_shapes(n: int, n_c: int, d: int) -> tuple:
     """Shapes of ``Scratch``."""
     quadratures = 2 * n_c + N_WORKS
     return frozen({
-        "ode": radau_shapes(n, 2 * n + n_c, quadratures),
-        "events": events_shapes(N_FUNCTIONS * n_c, 2 * n + n_c + quadratures),
+        "ode": radau_shapes(n, 2 * (n + n_c), quadratures),
+        "events": events_shapes(N_FUNCTIONS * n_c, 2 * (n + n_c) + quadratures),
         "contacts": contacts_shapes(n, n_c, d, LAW_WIDTH),
         "impulses": (n_c, 2),
     })  # fmt: skip
@@ -122,7 +122,7 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
         status = begin_run(rates, model, p, scratch_at)
         if status != Status.RUNNING:
             return status
-        write_row(clock[NOW], ode.x, contacts, trail)
+        write_compliant_row(clock[NOW], ode.x, contacts, trail)
         trail.counts[NEXT] = 1
     for _ in range(max_steps):
         t = clock[NOW]
@@ -156,7 +156,7 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
                 if status != Status.RUNNING:
                     return status
             if every > 0 and (state.counters[STEPS] % every == 0 or which != NO_EVENT or t_1 == t_end):
-                write_row(t_1, ode.x, contacts, trail)
+                write_compliant_row(t_1, ode.x, contacts, trail)
             trail.counts[STALLS] = 0
         if which != NO_EVENT:
             trail.counts[STALLS] += 1
@@ -224,7 +224,7 @@ def note_event(t, i, state, scratch):
     """Append the change of mode of contact i, with its impulses since the change before; none at the start."""
     contacts, x, before = scratch.contacts, scratch.ode.x, scratch.impulses
     n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
-    P_N, P_F = x[2 * n + n_c + i], x[2 * n + 2 * n_c + i]
+    P_N, P_F = x[2 * (n + n_c) + i], x[2 * n + 3 * n_c + i]
     m = state.counters[N_EVENTS]
     if state.counters[STEPS] > 0 and m < state.events.shape[0]:
         row = state.events
@@ -252,7 +252,7 @@ def interpolate_rows(rates, model, p, t, t_1, t_record, scratch, trail):
         status = rates_at(rates, model, p, address(contacts), moment, x, ode.f)
         if status != Status.RUNNING:
             return status
-        write_row(moment, x, contacts, trail)
+        write_compliant_row(moment, x, contacts, trail)
         trail.counts[NEXT] += 1
         is_written = True
     if is_written:
@@ -271,12 +271,30 @@ def state_at_moment(moment, t, n, ode, steps, x):
 
 
 @kernel
+def write_compliant_row(t, x, contacts, trail):
+    """Append the state without the normal velocities v, which follow from u, the forces and the modes."""
+    m, n_c = trail.counts[ROWS], contacts.kinds.shape[0]
+    v = 2 * contacts.facts[N_U] + n_c
+    for i in range(v):
+        trail.x[m, i] = x[i]
+    for i in range(v, trail.x.shape[1]):
+        trail.x[m, i] = x[n_c + i]
+    write_forces(t, contacts, trail)
+
+
+@kernel
 def write_row(t, x, contacts, trail):
     """Append the state, the forces and the modes."""
+    for i in range(x.shape[0]):
+        trail.x[trail.counts[ROWS], i] = x[i]
+    write_forces(t, contacts, trail)
+
+
+@kernel
+def write_forces(t, contacts, trail):
+    """The time, the forces and the modes of a row, which is complete then."""
     m = trail.counts[ROWS]
     trail.t[m] = t
-    for i in range(x.shape[0]):
-        trail.x[m, i] = x[i]
     for i in range(contacts.kinds.shape[0]):
         trail.la[m, i, 0], trail.la[m, i, 1] = contacts.la[i, 0], contacts.la[i, 1]
         trail.mode[m, i], trail.slip[m, i] = contacts.mode[i], contacts.slip[i]

@@ -2,12 +2,14 @@
 
 Each call of ``solve_ivp`` ends at the first event; the mode changes, and the next call begins there. Nothing is taken
 on trust: a run that SciPy calls a success and that holds NaN (LSODA does that), stops before its end, or has gone
-through an event unseen is a failure here. The last happens where a saddle is stepped over and damped: SciPy's solvers
-do not look for growing modes.
+through an event unseen is a failure here, and so is one that has stepped over a saddle and damped it: SciPy's solvers
+do not look for growing modes, so det(gamma/h - J) of each step is looked at here, as in radau_stages.py. A step that
+ends in an event on the wrong side of a saddle within it is not told.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -17,7 +19,7 @@ from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.contact_switching import N_FUNCTIONS
 from nonsmooth.integrators.event_location import HANDLED, NO_EVENT, ROUNDINGS
 from nonsmooth.integrators.penalty_loop import MAX_STALLS, accept, begin_run, evaluate_contacts, switch
-from nonsmooth.integrators.radau_stages import EPS, EVALUATIONS, FACTORISATIONS, JACOBIANS, NOW
+from nonsmooth.integrators.radau_stages import EPS, EVALUATIONS, FACTORISATIONS, GAMMA, JACOBIANS, NOW
 from nonsmooth.integrators.records import N_EVENTS
 from nonsmooth.jit import Kernel, interpreted
 from nonsmooth.runs.adaptive_run import AdaptiveRun
@@ -101,6 +103,8 @@ class ScipyRun(AdaptiveRun):
             return NO_EVENT, Status.NOT_FINITE
         if not found.success or (found.status == 0 and found.t[-1] != end):
             return NO_EVENT, Status.STEP_VANISHED
+        if self._steps_over_saddle(rates, found):
+            return NO_EVENT, Status.NOT_SOLVED
         moment = found.t[-1]
         which = next((e for e in range(n_events) if len(found.t_events[e])), NO_EVENT)
         loose = PASSED * max(1.0, self.integrator.rtol / (ROUNDINGS * EPS))
@@ -112,6 +116,26 @@ class ScipyRun(AdaptiveRun):
         for _ in found.t[1:]:
             interpreted(accept)(self.state, contacts, ode)
         return which, Status.RUNNING
+
+    def _steps_over_saddle(self, rates: Any, found: Any) -> bool:
+        """Whether det(gamma/h - J) < 0 at an end of a step: an odd number of modes grow faster than it resolves."""
+        n, h = len(self.scratch_block.arrays.ode.atol), np.diff(found.t)
+        longest = np.fmax(np.append(h, 0.0), np.append(0.0, h))  # of the steps that meet there
+        return any(
+            length > 0 and np.linalg.slogdet(GAMMA / length * np.eye(n) - self._jacobian(rates, t, x)[:n])[0] < 0
+            for t, length, x in zip(found.t, longest, found.y.T, strict=True)
+        )
+
+    def _jacobian(self, rates: Any, t: float, x: np.ndarray) -> np.ndarray:
+        """dx'/dx by forward differences."""
+        ode = self.scratch_block.arrays.ode
+        n = len(ode.atol)
+        f_0, J = self._evaluate(rates, t, x), np.zeros((len(x), n))
+        for j in range(n):
+            moved = x.copy()
+            moved[j] += math.sqrt(EPS) * max(abs(x[j]), ode.atol[j] / self.integrator.rtol)
+            J[:, j] = (self._evaluate(rates, t, moved) - f_0) / (moved[j] - x[j])
+        return J
 
     def _record(self, found: Any, start: float, moment: float) -> None:
         """Write the rows that were asked for, of the steps of one call."""
@@ -128,7 +152,9 @@ class ScipyRun(AdaptiveRun):
         contacts = self.scratch_block.arrays.contacts
         x = np.ascontiguousarray(x)
         self._evaluate(self._callbacks()[0], t, x)
-        columns = (np.array([t]), x.copy(), contacts.la.copy(), contacts.mode.copy(), contacts.slip.copy())
+        v = 2 * self.system.n_u + self.system.n_c  # the normal velocities are no part of a row
+        row = np.delete(x, slice(v, v + self.system.n_c))
+        columns = (np.array([t]), row, contacts.la.copy(), contacts.mode.copy(), contacts.slip.copy())
         self.rows.append((columns[0], *(column[None] for column in columns[1:])))
 
     def _evaluate(self, function: Any, t: float, x: np.ndarray) -> np.ndarray:
@@ -168,8 +194,9 @@ class ScipyRun(AdaptiveRun):
         if self.status != Status.NOT_SOLVED:
             return super()._message()
         return (
-            f"SciPy's {self.integrator.method} went past the end of a contact mode without seeing it, after "
-            f"t = {self._time():.9g} s, {self._where()}; take method='compiled', or a smaller rtol"
+            f"SciPy's {self.integrator.method} went past the end of a contact mode without seeing it, or over a force "
+            f"that grows faster than its steps resolve, after t = {self._time():.9g} s, {self._where()}; take "
+            "method='compiled', or a smaller rtol"
         )
 
     def _call(self, kernel: Kernel, *arguments: Any) -> int:

@@ -128,6 +128,23 @@ def test_period_of_the_attracting_orbit(rod, rigid, periods):
     assert abs((found[1e6] - rigid) / (found[1e7] - rigid) / 10 - 1) < 0.3  # O(ln kappa/kappa) to O(1/kappa)
 
 
+def test_seizure_orbit_at_the_default_tolerance_nears_the_rigid_one_with_the_stiffness():
+    """Period minus the rigid one's: (a + b ln kappa)/kappa from 1e6 to 1e9, then what an event's time is known to.
+    A normal velocity within 1e-8 of the others' would be a force of 0.5 N through the damper at 1e10, and ends and
+    begins sticking at the wrong time: 3e-5 s then."""
+    rigid, kappas = 0.460134276, np.logspace(6, 10, 5)
+    q0, u0 = ROD.state(th=0.8, thdot=0.0)
+    errors = []
+    for kappa in kappas:
+        run = ns.simulate(ROD, (0, 7), q0, u0, integrator=ns.Penalty(kappa, damping=kappa), every=10_000)
+        ends = np.array([e.t for e in run.events if e.mode_before == ContactMode.STICK and e.t > 4.0])
+        ends = ends[np.concatenate(([True], np.diff(ends) > 0.1))]
+        errors.append(abs((ends[-1] - ends[0]) / (len(ends) - 1) - rigid))
+    decades = np.diff(np.array(errors[:4]) * kappas[:4])  # b ln 10 each
+    assert np.allclose(decades, decades[0], rtol=0.02, atol=2e-9 * kappas[3])  # the period to 2e-9 s
+    assert errors[4] < 5e-8 and (np.diff(errors) < 0).all()
+
+
 def test_smooth_branch_is_of_first_order_with_its_constant():
     """(0.85, 0), t = 0.05 s: th' differs from its limit by 0.799/kappa."""
     kappas = (1e5, 1e6)
