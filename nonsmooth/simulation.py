@@ -17,6 +17,7 @@ from nonsmooth.runs.times import make_grid, record_times
 from nonsmooth.runs.user_events import as_functions
 from nonsmooth.solution import Solution, energy_gain
 from nonsmooth.system import System, as_system
+from nonsmooth.telling import listener
 
 SELECTIONS = {
     "compliant-limit": Selection.COMPLIANT_LIMIT,
@@ -158,6 +159,17 @@ def simulate(
         solution.about["chosen"] = reason
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
+    return solution
+
+
+def simulate_whole(*motion: Any, **options: Any) -> Solution:
+    """`simulate` for those who have no use for a part of a motion: Ctrl-C goes on as KeyboardInterrupt.
+
+    Who listens (nonsmooth/telling.py) hears how far the run is.
+    """
+    solution = simulate(*motion, **{"progress": listener(), **options})
+    if solution.status == Status.INTERRUPTED:
+        raise KeyboardInterrupt
     return solution
 
 

@@ -331,8 +331,9 @@ class Solution:
 
 
 def mode_name(mode: int, slip: int) -> str:
-    """A mode as a person would write it."""
-    return ContactMode(mode).name.lower() + {1: " +", -1: " -", 0: ""}[int(slip)]
+    """A mode as a person would write it; a closed contact without friction is not locked: it slides freely."""
+    name = "closed" if mode == ContactMode.LOCKED else ContactMode(mode).name.lower()
+    return name + {1: " +", -1: " -", 0: ""}[int(slip)]
 
 
 def energy_gain(stats: Stats) -> str:

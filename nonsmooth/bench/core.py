@@ -25,7 +25,7 @@ import numpy as np
 from nonsmooth.bench.scenes import row_of_blocks, sliding_rod
 from nonsmooth.catalogue import load_model
 from nonsmooth.integrators.moreau_jean import MoreauJean
-from nonsmooth.simulation import simulate
+from nonsmooth.simulation import simulate_whole
 
 REPEATS = 7
 ROD_STEPS, STEPS = 300_000, 20_000
@@ -84,7 +84,9 @@ def run_rod(steps: int) -> tuple[float, float]:
     """Nanoseconds a step of the sliding rod, and its final angle."""
     th = math.pi / 3
     integrator = MoreauJean(dt=SPAN / steps)
-    solution = simulate(sliding_rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=integrator, every=steps)
+    solution = simulate_whole(
+        sliding_rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=integrator, every=steps
+    )
     return solution.stats.wall_time / steps * 1e9, float(solution.q[-1, 2])
 
 
@@ -92,7 +94,9 @@ def run_recorded(checkpoint: Path | None) -> float:
     """Nanoseconds a step of the rod with a record of each, in memory or in a checkpoint."""
     th = math.pi / 3
     integrator, started = MoreauJean(dt=SPAN / ROD_STEPS), time.perf_counter()
-    simulate(sliding_rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=integrator, checkpoint=checkpoint)
+    simulate_whole(
+        sliding_rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=integrator, checkpoint=checkpoint
+    )
     elapsed = time.perf_counter() - started
     if checkpoint:
         shutil.rmtree(checkpoint)
@@ -102,7 +106,7 @@ def run_recorded(checkpoint: Path | None) -> float:
 def run_belt() -> float:
     """Nanoseconds a step of the belt oscillator in its stick-slip cycle."""
     belt = load_model("belt-oscillator")()
-    solution = simulate(belt, (0, STEPS * 1e-4), *belt.state(), integrator=MoreauJean(dt=1e-4), every=STEPS)
+    solution = simulate_whole(belt, (0, STEPS * 1e-4), *belt.state(), integrator=MoreauJean(dt=1e-4), every=STEPS)
     return float(solution.stats.wall_time / STEPS * 1e9)
 
 
@@ -110,7 +114,7 @@ def run_row(n: int) -> float:
     """Nanoseconds a step of n blocks sliding in a row."""
     u_0 = np.zeros(2 * n)
     u_0[::2] = np.linspace(1.0, 2.0, n)
-    solution = simulate(
+    solution = simulate_whole(
         row_of_blocks(n), (0, STEPS * 1e-5), np.zeros(2 * n), u_0, integrator=MoreauJean(dt=1e-5), every=STEPS
     )
     return solution.stats.wall_time / STEPS * 1e9
@@ -140,7 +144,7 @@ def call_overhead() -> float:
     times = []
     for _ in range(200):
         started = time.perf_counter()
-        simulate(system, (0, 1e-3), [0, math.sin(th), th], [1, 0, 0], integrator=integrator)
+        simulate_whole(system, (0, 1e-3), [0, math.sin(th), th], [1, 0, 0], integrator=integrator)
         times.append(time.perf_counter() - started)
     return statistics.median(times)
 

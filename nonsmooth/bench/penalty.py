@@ -17,7 +17,7 @@ import numpy as np
 from nonsmooth.catalogue import load_model
 from nonsmooth.errors import StepFailure
 from nonsmooth.integrators.penalty import Penalty
-from nonsmooth.simulation import simulate
+from nonsmooth.simulation import simulate_whole
 
 METHODS = ("Radau", "BDF", "LSODA")
 RTOLS = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
@@ -98,7 +98,7 @@ def run(case: Case, method: str, rtol: float) -> Any:
     """The motion by one method."""
     integrator = Penalty(**case.options, rtol=rtol, atol=1e-2 * rtol, method=method)
     q0, u0 = case.model.state(**case.state)
-    return simulate(case.model, (0.0, case.t_end), q0, u0, integrator=integrator, t_eval=[case.t_end])
+    return simulate_whole(case.model, (0.0, case.t_end), q0, u0, integrator=integrator, t_eval=[case.t_end])
 
 
 def measure(case: Case, method: str, rtol: float, exact: np.ndarray) -> Figures:

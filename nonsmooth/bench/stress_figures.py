@@ -22,7 +22,7 @@ from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.penalty import Penalty
-from nonsmooth.simulation import simulate
+from nonsmooth.simulation import simulate_whole
 from nonsmooth.solution import Solution
 from nonsmooth.system import BILATERAL, FORCE, GAP_RATE, MASS, NORMAL, TANGENT, UNILATERAL, System, as_system, evaluate
 
@@ -82,7 +82,7 @@ def run(case: Case, method: Method) -> Outcome:
     system, name = as_system(case.system), name_of(method.integrator)
     chooses = getattr(method.integrator, "chooses_steps", False)
     try:
-        solution = simulate(
+        solution = simulate_whole(
             system, (0.0, case.t_end), *case.state, integrator=method.integrator, selection=case.selection,
             on_failure="return", max_wall_time=LONGEST, every=1 if chooses else case.every,
         )  # fmt: skip

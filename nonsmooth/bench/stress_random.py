@@ -30,7 +30,7 @@ from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.penalty import Penalty
-from nonsmooth.simulation import SELECTIONS, simulate
+from nonsmooth.simulation import SELECTIONS, simulate_whole
 from nonsmooth.solution import EventKind, Solution
 from nonsmooth.system import NORMAL, System, evaluate
 
@@ -112,7 +112,7 @@ def slowest(s: Sample) -> float:
 
 
 def run(s: Sample, integrator: object) -> Solution:
-    return simulate(
+    return simulate_whole(
         s.system, (0, T_END), s.q0, s.u0, integrator=integrator, selection=s.selection, on_failure="return",
         max_wall_time=LONGEST,
     )  # fmt: skip

@@ -22,7 +22,7 @@ from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.penalty import Penalty
-from nonsmooth.simulation import simulate
+from nonsmooth.simulation import simulate_whole
 from nonsmooth.solution import Solution
 
 POWERS = ((2.0**10, 1, 1), (1, 2.0**-30, 1), (1, 1, 2.0**7), (2.0**-20, 2.0**12, 2.0**-5), (1, 2.0**13, 1))
@@ -96,4 +96,4 @@ def compare(trial: Trial) -> Outcome:
 def run(model: tuple[Any, np.ndarray, np.ndarray, np.ndarray], T: float, integrator: Any) -> Solution:
     """0.4 s of a motion."""
     system, q0, u0, _ = model
-    return simulate(system, (0.0, 0.4 * T), q0, u0, integrator=integrator, on_failure="return")
+    return simulate_whole(system, (0.0, 0.4 * T), q0, u0, integrator=integrator, on_failure="return")

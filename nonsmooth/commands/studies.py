@@ -130,13 +130,13 @@ def limit_study(arguments: argparse.Namespace) -> Study:
 
 def study_penalty(model: Any, span: tuple[float, float], q0: Any, u0: Any, arguments: argparse.Namespace) -> Study:
     """``nonsmooth study penalty``."""
-    from nonsmooth.studies.penalty_study import STIFFNESSES, penalty_study
+    from nonsmooth.studies.penalty_study import penalty_study
 
     time = arguments.damping_time
     if time is not None and arguments.damping is not None:
         raise InvalidInput("give either --damping or --damping-time; got both")
     return penalty_study(
-        model, span, q0, u0, stiffness=arguments.stiffness or STIFFNESSES, damping_ratio=arguments.damping_ratio,
+        model, span, q0, u0, stiffness=arguments.stiffness, damping_ratio=arguments.damping_ratio,
         damping=arguments.damping if time is None else lambda k: k * time, times=arguments.times,
         delay=arguments.delay, workers=arguments.workers, journal=arguments.journal,
     )  # fmt: skip

@@ -13,6 +13,7 @@ import numpy as np
 
 from nonsmooth.output.plots import BLUE, RED, STRIPS, new_figure, saved
 from nonsmooth.output.stability_plots import COLOURS
+from nonsmooth.solution import mode_name
 
 if TYPE_CHECKING:
     from nonsmooth.stability.cycle import CyclePhase, LimitCycle
@@ -53,11 +54,7 @@ def colour(phase: CyclePhase) -> str:
 
 def what(phase: CyclePhase) -> str:
     """What the contacts do, in words."""
-    signs = {1: " +", -1: " -", 0: ""}
-    words = [
-        f"{state.mode.name.lower()}{signs[state.slip]}{', pulled' if state.normal < 0 else ''}"
-        for state in phase.states
-    ]
+    words = [f"{mode_name(state.mode, state.slip)}{', pulled' if state.normal < 0 else ''}" for state in phase.states]
     return "; ".join(words)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from nonsmooth.errors import MissingExtra
 from nonsmooth.files import FIGURE_ENDINGS, as_place, whole_file
+from nonsmooth.solution import mode_name
 from nonsmooth.system import ContactMode
 
 if TYPE_CHECKING:
@@ -197,7 +198,7 @@ def draw_modes(axes: Any, solution: Solution) -> None:
     axes.set_yticks(range(n_c) if 1 < n_c <= 4 else [])
     axes.set_ylabel("mode" if n_c <= 4 else f"modes of\n{n_c} contacts")
     handles: list[Any] = [
-        Patch(color=colour, label=f"{mode.name.lower()}{' +' if sign > 0 else ' -' if sign < 0 else ''}")
+        Patch(color=colour, label=mode_name(mode, sign))
         for (mode, sign), colour in STRIPS.items()
         if (mode, sign + 1) in met
     ]

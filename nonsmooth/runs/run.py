@@ -122,6 +122,7 @@ class Run:
         self.status = Status.RUNNING
         self.wall_time = 0.0
 
+    interrupted = 0  # runs of this process that Ctrl-C cut short: who makes many of them ends with the first
     watch: EventWatch | None = None
     stop: Stop | None = None
     budget = sys.maxsize  # steps
@@ -171,6 +172,7 @@ class Run:
                 if max_wall_time is not None and self.wall_time > max_wall_time and self.status == Status.RUNNING:
                     self.status, self.spent = Status.BUDGET_SPENT, f"max_wall_time = {max_wall_time:g} s"
         except KeyboardInterrupt:
+            Run.interrupted += 1
             self.status = Status.INTERRUPTED
             self._collect_events()
         self.wall_time = time.perf_counter() - started

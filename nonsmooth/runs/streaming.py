@@ -7,11 +7,9 @@ there takes the steps that it would have taken. Records are never all in memory;
 
 from __future__ import annotations
 
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,6 +19,7 @@ from nonsmooth.arrays import as_non_negative
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.files import as_path
 from nonsmooth.integrators.records import N_EVENTS, Record
+from nonsmooth.interruption import interrupts_held_back
 from nonsmooth.output.checkpoint import Checkpoint, load_checkpoint
 from nonsmooth.runs.run import Run
 from nonsmooth.solution import MAX_EVENTS, Solution, Stats, about_run
@@ -149,19 +148,3 @@ class Streaming(Run):
         if la is not None:
             rows["la"] = la
         return rows
-
-
-@contextmanager
-def interrupts_held_back() -> Iterator[None]:
-    """Let Ctrl-C wait until a block is written: files and memory then agree on what was."""
-    if threading.current_thread() is not threading.main_thread():
-        yield  # signals go to the main thread
-        return
-    received: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: received.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-    if received:
-        signal.raise_signal(signal.SIGINT)

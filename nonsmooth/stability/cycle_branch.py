@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from nonsmooth.arrays import as_name, as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, StepFailure
 from nonsmooth.integrators.event_driven import EventDriven
-from nonsmooth.simulation import simulate
+from nonsmooth.simulation import simulate_whole
 from nonsmooth.stability.arclength import passage
 from nonsmooth.stability.cycle import LimitCycle
 from nonsmooth.stability.cycle_margins import least_p, least_slip, paradox_at
@@ -316,7 +316,7 @@ def lagrange_weights(points: np.ndarray, at: float) -> np.ndarray:
 def _resimulated(system: System, last: LimitCycle) -> LimitCycle:
     """The cycle that the motion from the last one settles in."""
     start, t = last.phases[0], float(last.phases[0].x[-1]) if last.has_time else 0.0
-    run = simulate(system, (t, t + SETTLE * last.period), start.q, start.u, integrator=EventDriven())
+    run = simulate_whole(system, (t, t + SETTLE * last.period), start.q, start.u, integrator=EventDriven())
     drift = drift_of(system, [(t, start.q, start.u)], last.forcing is not None) if last.drifts else NONE
     return Shooting(system, period_of(run, last.forcing, drift), **last.closing).solve()
 

@@ -11,7 +11,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.initial_state import as_state
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
-from nonsmooth.simulation import simulate
+from nonsmooth.simulation import simulate_whole
 from nonsmooth.solution import Solution
 from nonsmooth.stability.cycle import LimitCycle
 from nonsmooth.stability.drift import Drift, as_coordinates, drift_of
@@ -162,7 +162,7 @@ def _settled(
     integrator = EventDriven(RTOL, ATOL) if dt is None else MoreauJean(dt=dt)
     for attempt in range(ATTEMPTS):
         end = t + duration * 2**attempt
-        run = simulate(system, (t, end), q, u, integrator=integrator, project=dt is not None and attempt > 0)
+        run = simulate_whole(system, (t, end), q, u, integrator=integrator, project=dt is not None and attempt > 0)
         try:
             return _closed(system, period_of(run, forcing, drift), forcing, drift)
         except ContactLost:

@@ -15,7 +15,7 @@ import numpy as np
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT, INCONSISTENT
-from nonsmooth.simulation import simulate
+from nonsmooth.simulation import simulate_whole
 from nonsmooth.solution import Event, Solution
 from nonsmooth.stability.drift import NONE, Drift
 from nonsmooth.stability.jump import Jump, read_jump
@@ -167,7 +167,7 @@ def sequence_near(system: System, cycle: LimitCycle) -> list[PhaseGuess]:
     begins = float(phase.x[-1]) - phase.begins if cycle.has_time else 0.0
     k = int(np.searchsorted(cycle.t, phase.begins + 0.5 * phase.duration))
     t_0 = begins + float(cycle.t[k])
-    run = simulate(system, (t_0, t_0 + cycle.period), cycle.q[k], cycle.u[k], integrator=EventDriven())
+    run = simulate_whole(system, (t_0, t_0 + cycle.period), cycle.q[k], cycle.u[k], integrator=EventDriven())
     _require_contact(run, run.t > t_0)
     runs = runs_of(run)
     if runs[0].states != runs[-1].states:

@@ -9,15 +9,17 @@ from __future__ import annotations
 import functools
 import math
 import pickle
+import threading
 import time
 from collections import deque
-from collections.abc import Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from nonsmooth.interruption import ended_by
 from nonsmooth.studies.axes import Plan
 from nonsmooth.studies.pool import WorkerDied, WorkerTimedOut
 from nonsmooth.studies.task import Batch, CellStatus, Task
@@ -61,10 +63,11 @@ def unpacked(pickled: bytes) -> Task:
     return task
 
 
-def run_batch(task: Task, columns: dict[str, np.ndarray]) -> Batch:
-    """Run a batch and time it."""
+def run_batch(task: Task, columns: dict[str, np.ndarray], stop: threading.Event | None = None) -> Batch:
+    """Run a batch and time it; in a thread of this process, until it is asked to stop."""
     started = time.perf_counter()
-    batch = task(columns)
+    with ended_by(stop):
+        batch = task(columns)
     batch.elapsed = time.perf_counter() - started
     return batch
 
@@ -89,6 +92,10 @@ class Driver:
         Cells in the first batch, whose time is not known.
     batch : int or None
         Cells in every batch, instead of sizes from measured times.
+    stop : threading.Event, optional
+        Ends batches that run in threads of this process.
+    begin : callable, optional
+        Told the numbers of the cells that are run next in the calling thread.
     """
 
     task: Any
@@ -99,6 +106,8 @@ class Driver:
     retries: int
     first_size: int
     batch: int | None = None
+    stop: threading.Event | None = None
+    begin: Callable[[np.ndarray], None] | None = None
     _alone: deque[int] = field(default_factory=deque)  # cells to be tried one by one
     _deaths: dict[int, int] = field(default_factory=dict)  # of workers, per cell that they ran alone
     _size: int = 0
@@ -139,9 +148,12 @@ class Driver:
         return max(1, min(self._size, MAX_CELLS, math.ceil(left / (AHEAD * self.workers))))
 
     def _submit(self, chosen: np.ndarray) -> Future:
+        if self.begin is not None and isinstance(self.executor, InThisProcess):
+            self.begin(chosen)
         columns = self.plan.columns(chosen)
         if self.timeout is None:
-            return self.executor.submit(run_batch, self.task, columns)
+            is_here = isinstance(self.executor, ThreadPoolExecutor)
+            return self.executor.submit(run_batch, self.task, columns, *([self.stop] if is_here else []))
         return self.executor.submit_within(  # type: ignore[attr-defined]
             self.timeout * len(chosen), run_batch, self.task, columns
         )

@@ -21,7 +21,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.initial_state import as_state
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.memory import require_memory
-from nonsmooth.simulation import simulate
+from nonsmooth.simulation import simulate_whole
 from nonsmooth.studies.sweep import sweep
 from nonsmooth.system import ContactMode, System, as_system
 
@@ -160,7 +160,7 @@ class Chain:
         late, opens = [], []
         for value in self.values.tolist():
             moved = system.with_parameters(**{self.parameter: value})
-            run = simulate(moved, (0.0, span), *state, integrator=self.integrator, t_eval=times, project=True)
+            run = simulate_whole(moved, (0.0, span), *state, integrator=self.integrator, t_eval=times, project=True)
             state = run.q[-1], run.u[-1]
             late.append(run.q[1:, self.coordinate])  # without the start
             opens.append((run.mode[1:] == ContactMode.OPEN).any())

@@ -1,8 +1,9 @@
 """Many runs of a compiled model in one compiled call.
 
 For each cell i of a block: clear the memory of one run, write the parameters and the start of cell i, find the modes of
-its contacts, step to the end, reduce events and motion to the numbers of the cell. Nothing is allocated per run and
-nothing returns to Python between runs; the call holds no lock of the interpreter, so that threads take a block each.
+its contacts, step to the end, reduce events and motion to the numbers of the cell. Nothing is allocated per run; the
+call holds no lock of the interpreter, so that threads take a block each. It returns to Python some fifty times a
+second, where Ctrl-C is heard, and goes on in the cell and the step where it stopped.
 A run begins from cleared memory: its result depends on its cell alone, not on the block that it is in.
 """
 
@@ -10,6 +11,7 @@ from __future__ import annotations
 
 import functools
 import math
+import time
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,17 +36,21 @@ from nonsmooth.integrators.records import (
     N_LEDGER,
     N_WORST,
     STEP,
+    STEPS,
     Record,
     State,
     record_shapes,
     state_shapes,
 )
+from nonsmooth.interruption import end_if_asked
 from nonsmooth.jit import interpreted, kernel
 from nonsmooth.laws import LAW_WIDTH
 from nonsmooth.memory import require_memory
+from nonsmooth.runs.run import FIRST_BLOCK, next_block
 from nonsmooth.system import System
+from nonsmooth.telling import tell
 
-WITHOUT_END = 2**62  # steps: a run ends by its grid
+IS_BEGUN, CELL, STEPS_DONE = range(3)  # where a call stands: whether its cell is begun, which it is, steps of the call
 EVENT_CAPACITY = 32  # rows, and three a contact; the kernel empties them
 N_KINDS = 4  # kinds of event
 N_CODES = 64  # changes of mode kept for a mode sequence
@@ -89,29 +95,40 @@ def cells_shapes(N: int, n_p: int, n: int, n_c: int, n_codes: int) -> dict[str, 
 
 @kernel(
     "void(int64, int64, int64[:, ::1], float64[::1], float64[::1], float64[::1], int64[::1], int64, boolean, int64, "
-    "int64, float64[::1], float64[::1], int64, int64, int64, int64)",
+    "int64, int64[::1], float64[::1], float64[::1], int64, int64, int64, int64)",
     short_loops=True,
 )
-def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry, first, last, state_memory,
+def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry, last, max_steps, place, state_memory,
               scratch_memory, cells_at, state_at, record_at, scratch_at):  # fmt: skip
-    """Run the cells ``first`` to ``last``; the records from number ``window`` on are reduced to low, high, period (none
-    where it is negative). In a retry, what decides the problems that stopped a run is loaded."""
+    """Run the cells from ``place`` to ``last``, as far as ``max_steps`` go, a cell counting as one more; the records
+    from number ``window`` on are reduced to low, high, period (none where it is negative). In a retry, what decides the
+    problems that stopped a run is loaded."""
     cells, state, record = view(cells_at, Cells), view(state_at, State), view(record_at, Record)
     scratch = view(scratch_at, Scratch)
     n, n_c, m = cells.q.shape[1], kinds.shape[0], t_record.shape[0]
-    for i in range(first, last):
-        clear(state_memory)
-        clear(scratch_memory)
+    place[STEPS_DONE] = 0
+    for i in range(place[CELL], last):
         p, laws = cells.p[i], cells.laws[i]
-        for j in range(n):
-            state.q[j], state.u[j] = cells.q_0[i, j], cells.u_0[i, j]
-        cells.start[i] = initial_modes(model, has, t_record[0], n, n_c, kinds, p, state, scratch.work)
-        status = Status.RUNNING.value if cells.start[i] != RAISED else Status.NOT_FINITE.value
-        note_modes(i, n_c, state, cells)
+        status = Status.RUNNING.value
+        if place[IS_BEGUN] == 0:
+            clear(state_memory)
+            clear(scratch_memory)
+            for j in range(n):
+                state.q[j], state.u[j] = cells.q_0[i, j], cells.u_0[i, j]
+            cells.start[i] = initial_modes(model, has, t_record[0], n, n_c, kinds, p, state, scratch.work)
+            if cells.start[i] == RAISED:
+                status = Status.NOT_FINITE.value
+            note_modes(i, n_c, state, cells)
+            place[IS_BEGUN], place[CELL] = 1, i
         while status == Status.RUNNING:
+            if place[STEPS_DONE] >= max_steps:
+                return
+            before = state.counters[STEPS]
             status = run(
-                model, has, p, kinds, laws, options, t_record, dts, steps, WITHOUT_END, state_at, record_at, scratch_at
-            )
+                model, has, p, kinds, laws, options, t_record, dts, steps, max_steps - place[STEPS_DONE], state_at,
+                record_at, scratch_at,
+            )  # fmt: skip
+            place[STEPS_DONE] += state.counters[STEPS] - before
             note_events(i, state, cells)
             if is_retry and status == Status.NOT_SOLVED and scratch.planar.can_decide_redundant[0] == 0:
                 scratch.planar.can_decide_redundant[0] = 1
@@ -120,6 +137,8 @@ def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry
         store(i, n, n_c, status, t_record, dts, state, cells)
         if window >= 0 and status == Status.FINISHED:
             reduce_motion(i, n, window, m, t_record, record, cells)
+        place[IS_BEGUN], place[CELL] = 0, i + 1
+        place[STEPS_DONE] += 1
 
 
 @kernel
@@ -236,6 +255,7 @@ class BlockEngine:
         needed = 8.0 * sum(math.prod(shape) for shape in self.record_shapes.values())
         require_memory(needed, f"the {len(grid.t)} records of a run", "record less (every=), or stop earlier")
         self.n_codes = N_CODES if has_sequence else 0
+        self.max_steps = FIRST_BLOCK  # of the next call, for some 0.02 s
         self.load()
 
     def load(self) -> None:
@@ -263,11 +283,18 @@ class BlockEngine:
 
         def call(first: int, last: int, is_retry: bool) -> None:
             """Run the cells from one to another."""
-            with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite is found by the loop itself
-                self.kernel(
-                    self.model.handle, self.has, system.kinds, self.options, grid.t, grid.dts, grid.steps, self.window,
-                    is_retry, first, last, state.memory, scratch.memory, *blocks,
-                )  # fmt: skip
+            place = np.array([0, first, 0])
+            while place[CELL] < last:
+                end_if_asked()
+                began = time.perf_counter()
+                with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite the loop itself finds
+                    self.kernel(
+                        self.model.handle, self.has, system.kinds, self.options, grid.t, grid.dts, grid.steps,
+                        self.window, is_retry, last, self.max_steps, place, state.memory, scratch.memory, *blocks,
+                    )  # fmt: skip
+                self.max_steps = next_block(int(place[STEPS_DONE]), time.perf_counter() - began)
+                part = state.arrays.counters[INTERVAL] / max(1, len(grid.dts)) * place[IS_BEGUN]
+                tell((place[CELL] + part) / len(cells.arrays.p))
 
         call(0, len(cells.arrays.p), False)
         stopped = np.flatnonzero(cells.arrays.status == Status.NOT_SOLVED).tolist()

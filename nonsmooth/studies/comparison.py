@@ -17,15 +17,19 @@ from numpy.typing import ArrayLike
 from nonsmooth.arrays import as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.runs.times import as_span
-from nonsmooth.studies.reference import Problem, Reference
+from nonsmooth.solution import Solution
+from nonsmooth.studies.progress import LONG
+from nonsmooth.studies.reference import Observed, Problem, Reference
 from nonsmooth.studies.sweep import sweep
-from nonsmooth.studies.task import FunctionTask, Variable, identity_of_model
+from nonsmooth.studies.task import CellStatus, FunctionTask, Variable, identity_of_model
 from nonsmooth.system import as_system
+from nonsmooth.telling import in_turn
 
 if TYPE_CHECKING:
     import xarray
 
 REPEATS, SHORT = 4, 0.05  # a run shorter than so many seconds is timed again, the least time counts
+PROBE, LONGER_PROBE = 0.1, 0.5  # s of each run that its cost is foreseen from; the longer where it is long
 ROWS = {"q": "time", "u": "time", "event_t": "event", "after_q": "event", "after_u": "event"}
 OF = {
     "q": "a coordinate at the time", "u": "a velocity at the time", "event_t": "the time of the event",
@@ -61,13 +65,16 @@ class ComparisonTask(FunctionTask):
     def __init__(self, problem: Problem, reference: Reference, over: str, integrators: Mapping[float, Any]) -> None:
         self.problem, self.reference, self.over, self.integrators = problem, reference, over, dict(integrators)
 
+    runs = 2  # of a cell: at the times, and at those after events
+
     @property
     def function(self) -> Any:  # type: ignore[override]
         """What is done in a cell."""
         return self._cell
 
     def _cell(self, **cell: float) -> dict[str, Any]:
-        return self.measure(self.integrators[cell[self.over]])
+        with in_turn(self.runs):
+            return self.measure(self.integrators[cell[self.over]])
 
     def measure(self, integrator: Any) -> dict[str, Any]:
         """Errors and cost of the run of an integrator."""
@@ -76,9 +83,33 @@ class ComparisonTask(FunctionTask):
         wall_time = run.stats.wall_time
         for _ in range(REPEATS if wall_time < SHORT else 0):
             wall_time = min(wall_time, problem.run(integrator, problem.times).stats.wall_time)
-        errors = self.reference.errors(self.reference.observe(problem, integrator, run))
-        cost = {"steps": run.stats.steps, "wall_time": wall_time}
-        return {f"error_{name}": error for name, error in errors.items()} | cost
+        observed = self.reference.observe(problem, integrator, run)
+        errors = {f"error_{name}": error for name, error in self.reference.errors(observed).items()}
+        return errors | {"steps": run.stats.steps, "wall_time": wall_time} | self.further(integrator, run, observed)
+
+    def further(self, integrator: Any, run: Solution, observed: Observed) -> dict[str, Any]:
+        """What else is measured of a run."""
+        return {}
+
+    def costs(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Seconds that each cell will take, from the beginning of its run; looked at longer where it is long."""
+        integrators = [self.integrators[value] for value in columns[self.over].tolist()]
+        seconds = self.runs * self._foreseen(integrators, PROBE)
+        return seconds if seconds.sum() < LONG else self.runs * self._foreseen(integrators, LONGER_PROBE)
+
+    def _foreseen(self, integrators: list[Any], wall_time: float) -> np.ndarray:
+        """Seconds of each run, from so many of it; from the last one back, which takes the longest, until one has ended
+        within that."""
+        seconds = np.zeros(len(integrators))
+        for k in reversed(range(len(integrators))):
+            try:
+                foreseen = self.problem.foreseen(integrators[k], max_wall_time=wall_time)
+            except InvalidInput:
+                continue  # the cell will say why
+            seconds[: k + 1] = foreseen.seconds
+            if foreseen.has_ended:
+                break
+        return seconds
 
     @property
     def variables(self) -> dict[str, Variable]:  # type: ignore[override]
@@ -100,11 +131,15 @@ class ComparisonTask(FunctionTask):
 
 
 def compare(
-    task: ComparisonTask, unit: str, workers: int = 1, journal: str | os.PathLike[str] | None = None
-) -> xarray.Dataset:
-    """Run a study; its Dataset over what is varied, "time" and "event"."""
+    task: ComparisonTask, unit: str, workers: int = 1, journal: str | os.PathLike[str] | None = None,
+    progress: Any = False,
+) -> xarray.Dataset:  # fmt: skip
+    """Run a study; its Dataset over what is varied, "time" and "event". After Ctrl-C what was finished, if there is
+    any."""
     values = np.array(list(task.integrators))
-    data = sweep(task, {task.over: (values, unit)}, workers=workers, journal=journal, progress=False)
+    data = sweep(task, {task.over: (values, unit)}, workers=workers, journal=journal, progress=progress)
+    if data.attrs["interrupted"] and (data.status == CellStatus.NOT_RUN).all():
+        raise KeyboardInterrupt
     reference = task.reference
     data = data.assign_coords(time=("time", task.problem.times, {"units": "s"}))
     if reference.events is not None:

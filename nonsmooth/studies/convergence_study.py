@@ -19,7 +19,9 @@ from numpy.typing import ArrayLike
 from nonsmooth.arrays import as_positive, as_vector, result_of
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.moreau_jean import MoreauJean
+from nonsmooth.studies.affordable import Choice, affordable
 from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
+from nonsmooth.studies.progress import part_shown
 from nonsmooth.studies.reference import as_reference, with_step, with_tolerance
 from nonsmooth.studies.study import Study, require_xarray
 
@@ -45,6 +47,7 @@ def convergence_study(
     delay: float | None = None,
     workers: int = 1,
     journal: str | os.PathLike[str] | None = None,
+    progress: Any = True,
 ) -> Study:
     """Errors of an integrator, over its step or its tolerance.
 
@@ -53,10 +56,11 @@ def convergence_study(
     system, t_span, q0, u0
         As of `simulate`.
     dt : array_like (n,), optional
-        Steps [s], of an integrator with steps of a fixed length; 1e-2 to 1e-4 when left out.
+        Steps [s], of an integrator with steps of a fixed length; when left out 1e-2 to 1e-4, as far as some seconds are
+        enough.
     rtol : array_like (n,), optional
-        Relative tolerances, of an integrator that controls its error; 1e-4 to 1e-10 when left out. The absolute one is
-        changed by the same factor.
+        Relative tolerances, of an integrator that controls its error; when left out 1e-4 to 1e-10, as far as some
+        seconds are enough. The absolute one is changed by the same factor.
     integrator : integrator, class or callable
         ``MoreauJean``, ``EventDriven``, ``Penalty(stiffness=1e6)``, ``MoreauJean(1e-3, theta=1.0)``, whose step or
         tolerance is replaced; or what makes one of dt or rtol.
@@ -64,12 +68,13 @@ def convergence_study(
         States at the times, or what computes them. When left out, the integrator itself with an eighth of the smallest
         step or a hundredth of the smallest tolerance. An error within ten times that of the reference counts as
         unknown.
-    times, delay, workers, journal
+    times, delay, workers, journal, progress
         As of `penalty_study`.
 
     Returns
     -------
     Study
+        After Ctrl-C of the runs that were finished.
 
     Raises
     ------
@@ -91,14 +96,20 @@ def convergence_study(
     require_xarray()
     over, values = varied(integrator, dt, rtol)
     make = maker(integrator, over, float(values[0]))
-    integrators = {x: make(x) for x in values.tolist()}
     problem = as_problem(system, t_span, q0, u0, times)
-    if reference is None:
-        finest = float(values[-1]) / FINER[over]
-        reference = make(max(finest, FINEST_RTOL) if over == "rtol" else finest)
-    task = ComparisonTask(problem, as_reference(reference, problem, delay), over, integrators)
-    data = compare(task, UNITS[over], workers, journal)
-    return Study(over, data, f"{problem.system.name or 'system'}: {TITLES[over]}")
+
+    def finer(x: float) -> Any:
+        return make(max(x / FINER[over], FINEST_RTOL if over == "rtol" else 0.0)) if reference is None else reference
+
+    chosen = Choice(values.tolist())
+    if dt is None and rtol is None:
+        chosen = affordable(problem, chosen.values, make, ComparisonTask.runs, finer if reference is None else None)
+    with part_shown("the reference", progress):
+        exact = as_reference(finer(chosen.values[-1]), problem, delay)
+    task = ComparisonTask(problem, exact, over, {x: make(x) for x in chosen.values})
+    data = compare(task, UNITS[over], workers, journal, progress)
+    data.attrs["left_out"] = chosen.left_out
+    return Study(over, data, f"{problem.system.name or 'a system'}: {TITLES[over]}")
 
 
 def varied(integrator: Any, dt: ArrayLike | None, rtol: ArrayLike | None) -> tuple[str, np.ndarray]:

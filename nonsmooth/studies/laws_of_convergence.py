@@ -26,6 +26,8 @@ LAWS: dict[str, dict[str, Callable[[np.ndarray], np.ndarray]]] = {
     "dt": {"dt": lambda dt: dt, "dt^2": lambda dt: dt**2, "dt^1/2": lambda dt: dt**0.5},
     "rtol": {"rtol": lambda rtol: rtol, "rtol^5/4": lambda rtol: rtol**1.25},
 }
+LEAST_KNOWN = 3  # errors: two lie on any law
+SPREAD = 0.5  # of ln(error/fit): a factor of 1.6 up and down
 POWER = {"stiffness": "k^{:.3g}", "dt": "dt^{:.3g}", "rtol": "rtol^{:.3g}"}
 
 
@@ -57,17 +59,18 @@ def observed_orders(x: np.ndarray, errors: np.ndarray) -> np.ndarray:
 
 
 def fit_laws(of: str, x: np.ndarray, errors: np.ndarray) -> list[Fit]:
-    """Every law fitted to the errors that are known, the closest first; the free power is last.
+    """The laws that fit the errors that are known, the closest first; the free power is last.
 
     Parameters
     ----------
     of : {"stiffness", "dt", "rtol"}
     x, errors : ndarray (n,)
-        Errors that are NaN or not positive are left out; with fewer than three nothing is fitted.
+        Errors that are NaN or not positive are left out; with fewer than three nothing is fitted. A law from which the
+        errors spread by more than SPREAD is none.
     """
     known = np.isfinite(errors) & (errors > 0)
     x, errors = x[known], np.log(errors[known])
-    if len(x) < 3:
+    if len(x) < LEAST_KNOWN:
         return []
     fits = []
     for law, shape in LAWS[of].items():
@@ -75,4 +78,4 @@ def fit_laws(of: str, x: np.ndarray, errors: np.ndarray) -> list[Fit]:
         fits.append(Fit(law, float(np.exp(offset.mean())), float(offset.std())))
     power, constant = np.polyfit(np.log(x), errors, 1)
     free = Fit(POWER[of].format(power), float(np.exp(constant)), float((errors - constant - power * np.log(x)).std()))
-    return [*sorted(fits, key=lambda fit: fit.spread), free]
+    return [fit for fit in (*sorted(fits, key=lambda fit: fit.spread), free) if fit.spread <= SPREAD]

@@ -5,6 +5,7 @@ The search is compiled, a batch of states in one call (paradox/points.py).
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -13,13 +14,16 @@ import numpy as np
 from nonsmooth.arrays import as_count, as_number
 from nonsmooth.compiled import model_of
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.interruption import end_if_asked
 from nonsmooth.paradox.classify import ParadoxKind
 from nonsmooth.paradox.forces import Outcome
 from nonsmooth.paradox.points import Found, Points, load_search
+from nonsmooth.runs.run import next_block
 from nonsmooth.studies.axis_names import Columns, unit_of
 from nonsmooth.studies.run_rows import Rules
 from nonsmooth.studies.task import Batch, CellStatus, Variable, as_slice, identity_of_model
 from nonsmooth.system import as_system
+from nonsmooth.telling import tell
 
 KEPT_OF_ONE, KEPT_OF_SEVERAL = 3, 8  # solutions written out by default
 
@@ -69,6 +73,7 @@ class MapTask:
         self.kept = (KEPT_OF_ONE if self.is_one else KEPT_OF_SEVERAL) if kept is None else as_count("kept", kept)
         self._points: dict[tuple[str, ...], Points] = {}
         self._rules = Rules(model)
+        self._piece = 1  # points in the next call
 
     def __getstate__(self) -> dict[str, Any]:
         return {**vars(self), "_points": {}, "_rules": Rules(self.model)}
@@ -126,12 +131,19 @@ class MapTask:
         states = None
         if points.natural is None:
             cells, states = states_of(points, columns, cells, fail)
-        if len(cells):
-            place = as_slice(cells)
-            found = points.search([values[place].astype(float) for values in columns.values()], self.kept, states)
-            result.status[cells[found.outcome == Outcome.NOT_FINITE]] = CellStatus.NOT_FINITE
+        taken = 0
+        while taken < len(cells):  # in pieces of some 0.02 s, between which Ctrl-C is heard
+            end_if_asked()
+            began, piece = time.perf_counter(), slice(taken, taken + self._piece)
+            place = as_slice(cells[piece])
+            some = None if states is None else states[piece]
+            found = points.search([values[place].astype(float) for values in columns.values()], self.kept, some)
+            result.status[cells[piece][found.outcome == Outcome.NOT_FINITE]] = CellStatus.NOT_FINITE
             for name, values in self._values(found).items():
                 result.put(name, place, values)
+            taken += len(found.number)
+            self._piece = next_block(len(found.number), time.perf_counter() - began)
+            tell(taken / len(cells))
         return result
 
     def _values(self, found: Found) -> Mapping[str, np.ndarray]:

@@ -17,19 +17,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_instance, as_positive, as_vector, result_of
+from nonsmooth.arrays import as_index, as_instance, as_positive, as_vector, result_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.penalty import Penalty
+from nonsmooth.laws import LAW_E_N
 from nonsmooth.solution import Solution, mode_name
+from nonsmooth.studies.affordable import Choice, affordable
 from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
 from nonsmooth.studies.force_history import force_episode
-from nonsmooth.studies.reference import EXACT, Problem, Reference, as_reference, coarser, differences
+from nonsmooth.studies.progress import part_shown
+from nonsmooth.studies.reference import EXACT, Observed, Problem, Reference, as_reference, coarser, differences
 from nonsmooth.studies.study import Study, require_xarray
 from nonsmooth.studies.task import Variable
+from nonsmooth.system import ContactMode
 
 BESIDE_STEPS = (1_000, 10_000, 100_000)  # of the rigid runs whose cost stands beside
 BRANCH = 5  # modes named
+TAIL = 0.1  # of an episode, that is run beyond its end
 STIFFNESSES = tuple(10.0**n for n in range(4, 13))  # N/m
 
 
@@ -39,7 +44,7 @@ def penalty_study(
     q0: ArrayLike,
     u0: ArrayLike,
     *,
-    stiffness: ArrayLike = STIFFNESSES,
+    stiffness: ArrayLike | None = None,
     damping: float | Callable[[float], float] | None = None,
     damping_ratio: float | None = None,
     penalty: Penalty | None = None,
@@ -51,6 +56,7 @@ def penalty_study(
     delay: float | None = None,
     workers: int = 1,
     journal: str | os.PathLike[str] | None = None,
+    progress: Any = True,
 ) -> Study:
     """Runs with growing contact stiffness against the rigid solution.
 
@@ -58,8 +64,9 @@ def penalty_study(
     ----------
     system, t_span, q0, u0
         As of `simulate`.
-    stiffness : array_like (n,)
-        k [N/m], increasing.
+    stiffness : array_like (n,), optional
+        k [N/m], increasing; when left out 1e4, 1e5, ... as far as 1e12 or as the runs, whose steps grow with k, take
+        some seconds together.
     damping : float or callable, optional
         c [N s/m], or c(k): ``lambda k: k`` keeps the relaxation time c/k at 1 s.
     damping_ratio : float, optional
@@ -83,6 +90,8 @@ def penalty_study(
         Processes; their wall times are those of runs that share the machine.
     journal : path-like, optional
         Of the sweep that makes the runs.
+    progress : bool, "json" or callable
+        As of `sweep`.
 
     Returns
     -------
@@ -91,6 +100,7 @@ def penalty_study(
         "peak_force" [N], "P_N" [N s] and "gamma_N" [m/s] of the first episode, its effective "restitution";
         "own_q", "own_u" and so on: errors of the integration, beside each "error_q", "error_u";
         over "beside": "beside_error_q", "beside_error_u" (at the last time), "beside_wall_time", "beside_steps".
+        After Ctrl-C it holds the runs that were finished.
 
     Raises
     ------
@@ -113,7 +123,7 @@ def penalty_study(
     require_xarray()
     if penalty is not None:
         as_instance("penalty", penalty, Penalty, "a Penalty, whose stiffness is varied")
-    k = as_vector("stiffness", stiffness)
+    k = as_vector("stiffness", STIFFNESSES if stiffness is None else stiffness)
     if k.size == 0:
         raise InvalidInput("stiffness must hold at least one value; got none")
     for value in k:
@@ -123,15 +133,24 @@ def penalty_study(
     if damping is not None and damping_ratio is not None:
         raise InvalidInput("give either damping or damping_ratio; got both")
     problem = as_problem(system, t_span, q0, u0, times)
-    exact = as_reference(EXACT if reference is None else reference, problem, delay)
+    contact = as_index("contact", contact, problem.system.n_c)
+    with part_shown("the reference", progress):
+        exact = as_reference(EXACT if reference is None else reference, problem, delay)
     make = functools.partial(penalty_at, penalty, damping=damping, damping_ratio=damping_ratio)
-    compliant = {x: make(x) for x in k.tolist()}
-    data = compare(PenaltyTask(problem, exact, "stiffness", compliant, contact, limit), "N/m", workers, journal)
+    chosen = Choice(k.tolist()) if stiffness is not None else affordable(problem, k.tolist(), make, PenaltyTask.runs)
+    compliant = {x: make(x) for x in chosen.values}
+    task = PenaltyTask(problem, exact, "stiffness", compliant, contact, limit)
+    data = compare(task, "N/m", workers, journal, progress)
+    data.attrs |= {"left_out": chosen.left_out, "e_N": float(problem.system.laws[contact, LAW_E_N])}
     span = problem.span[1] - problem.span[0]
     rigid = [MoreauJean(span / n) for n in BESIDE_STEPS] if beside is None else beside
-    if len(rigid):
-        data = data.assign(beside_columns(ComparisonTask(problem, exact, "beside", dict(enumerate(rigid)))))
-    return Study("stiffness", data, f"{problem.system.name or 'system'}: the penalty limit")
+    if len(rigid) and not data.attrs["interrupted"]:
+        runs = ComparisonTask(problem, exact, "beside", dict(enumerate(rigid)))
+        try:
+            data = data.assign(beside_columns(runs, progress))
+        except KeyboardInterrupt:  # the runs that the study is of are finished
+            data.attrs["interrupted"] = 1
+    return Study("stiffness", data, f"{problem.system.name or 'a system'}: the penalty limit")
 
 
 def penalty_at(
@@ -158,16 +177,27 @@ class PenaltyTask(ComparisonTask):
         """Also the contact, and the limit of its velocity."""
         return f"{super().identity()}\n{self.contact}\n{self.limit}"
 
-    def measure(self, integrator: Penalty) -> dict[str, Any]:
-        """Errors, the part of them that the integration has, and what the contact did."""
-        problem, reference = self.problem, self.reference
-        row = super().measure(integrator)
-        fine, coarse = (
-            reference.observe(problem, one, problem.run(one, problem.times))
-            for one in (integrator, coarser(integrator))
-        )
-        row |= {f"own_{name}": error for name, error in differences(fine, coarse).items()}
-        return row | contact_row(problem.run(integrator), self.contact, self.limit)
+    runs = 5  # of a cell: two more with a larger tolerance, and one of the episode of the contact with every step
+
+    def further(self, integrator: Penalty, run: Solution, observed: Observed) -> dict[str, Any]:
+        """The part of the errors that the integration has, and what the contact did."""
+        problem, loose = self.problem, coarser(integrator)
+        coarse = self.reference.observe(problem, loose, problem.run(loose, problem.times))
+        own = {f"own_{name}": error for name, error in differences(observed, coarse).items()}
+        return own | self.contact_row(integrator, run)
+
+    def contact_row(self, integrator: Penalty, run: Solution) -> dict[str, Any]:
+        """What the contact did: branch, force history, restitution; of one that never closes the branch alone."""
+        row: dict[str, Any] = {"branch": branch(run, self.contact)}
+        try:
+            episode = force_episode(self.problem.until(end_of_episode(run, self.contact)).run(integrator), self.contact)
+        except InvalidInput:
+            return row
+        row |= {
+            "stop_time": episode.stop, "peak_force": episode.peak_force,
+            "P_N": episode.P_N, "gamma_N": episode.gamma_N, "restitution": episode.restitution,
+        }  # fmt: skip
+        return row if self.limit is None else row | {"error_gamma_N": abs(episode.gamma_N - self.limit)}
 
     @property
     def variables(self) -> dict[str, Variable]:  # type: ignore[override]
@@ -176,18 +206,14 @@ class PenaltyTask(ComparisonTask):
         return super().variables | {name: Variable((), unit) for name, unit in units.items()}
 
 
-def contact_row(run: Solution, contact: int, limit: float | None) -> dict[str, Any]:
-    """What a contact did: branch, force history, restitution; of a contact that never closes the branch alone."""
-    row: dict[str, Any] = {"branch": branch(run, contact)}
-    try:
-        episode = force_episode(run, contact)
-    except InvalidInput:
-        return row
-    row |= {
-        "stop_time": episode.stop, "peak_force": episode.peak_force,
-        "P_N": episode.P_N, "gamma_N": episode.gamma_N, "restitution": episode.restitution,
-    }  # fmt: skip
-    return row if limit is None else row | {"error_gamma_N": abs(episode.gamma_N - limit)}
+def end_of_episode(run: Solution, contact: int) -> float:
+    """When the run of the first episode of a contact may end [s]: a tenth of it after the contact opens, or with the
+    run. Only this much is recorded at every step."""
+    closings = [e.t for e in run.events if e.contact == contact and e.mode_before == ContactMode.OPEN]
+    start = float(run.t[0]) if run.mode[0, contact] != ContactMode.OPEN else min(closings, default=np.inf)
+    openings = [e.t for e in run.events if e.contact == contact and e.mode_after == ContactMode.OPEN and e.t > start]
+    end = float(run.t[-1])
+    return min(end, openings[0] + TAIL * (openings[0] - start)) if openings else end
 
 
 def branch(run: Solution, contact: int) -> str:
@@ -197,9 +223,11 @@ def branch(run: Solution, contact: int) -> str:
     return ", ".join(names[:BRANCH]) + (", ..." if len(names) > BRANCH else "")
 
 
-def beside_columns(task: ComparisonTask) -> dict[str, Any]:
+def beside_columns(task: ComparisonTask, progress: Any) -> dict[str, Any]:
     """Errors at the last time and costs of the rigid runs."""
-    runs = compare(task, "")
+    runs = compare(task, "", progress=progress)
+    if runs.attrs["interrupted"]:
+        raise KeyboardInterrupt
     names = [name for name in ("error_q", "error_u", "wall_time", "steps") if name in runs]
     columns = {name: runs[name].isel(time=-1) if "time" in runs[name].dims else runs[name] for name in names}
     return {f"beside_{name}": ("beside", column.values) for name, column in columns.items()}

@@ -1,18 +1,32 @@
-"""How far a sweep is: a line on a terminal, nothing in a pipe, or one line of JSON a second."""
+"""How far a study is: a line on a terminal, nothing in a pipe, or one line of JSON a second; and an estimate before
+what will take more than a minute, wherever it is shown.
+
+    remaining = elapsed (work left)/(work done),    work: expected seconds of the cells, or their number
+
+The part of the present cell that is done comes from the loops that tell it (nonsmooth/telling.py).
+"""
 
 from __future__ import annotations
 
+import contextlib
 import json
+import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any, Self, TextIO
 
+import numpy as np
+
 from nonsmooth.arrays import result_of
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.telling import listening
 
 PERIOD = {"line": 0.2, "json": 1.0}  # s between two lines
+LONG = 60.0  # s: what takes longer is said before it starts
+EVIDENCE = 1.0  # s after which a rate is believed
+CLEARED = "\r\033[K"  # the line that is written over
 
 
 @dataclass(frozen=True)
@@ -26,9 +40,11 @@ class Snapshot:
     failed : int
         Cells whose status is not FINISHED.
     elapsed, remaining : float
-        [s]; remaining is NaN before the first cell.
+        [s]; remaining is NaN before anything is known.
     rate : float
         Cells a second since this start.
+    present : float
+        Part of the present cells that is done, where it is known.
     """
 
     done: int
@@ -37,12 +53,15 @@ class Snapshot:
     elapsed: float
     rate: float
     remaining: float
+    present: float = 0.0
 
     def __str__(self) -> str:
-        left = f"{duration(self.remaining)} left" if self.rate > 0 else "..."
+        left = f"{duration(self.remaining)} left" if math.isfinite(self.remaining) else "..."
         failed = f", {self.failed} failed" if self.failed else ""
+        present = f", the present one {self.present:.0%}" if self.present > 0 else ""
         part = self.done / max(self.total, 1)
-        return f"{self.done}/{self.total} cells ({part:.0%}), {self.rate:.3g}/s, {left}{failed}"
+        rate = f", {self.rate:.3g}/s" if self.rate > 0 else ""
+        return f"{self.done}/{self.total} cells ({part:.0%}){present}{rate}, {left}{failed}"
 
 
 class Progress:
@@ -51,23 +70,37 @@ class Progress:
     Parameters
     ----------
     show : bool, "json" or callable
-        True: a line on a terminal, nothing elsewhere; "json": a line of JSON each second on stderr; a callable gets
-        each `Snapshot`.
+        True: a line on a terminal, elsewhere the estimate alone; "json": a line of JSON each second on stderr; a
+        callable gets each `Snapshot`.
     total, done : int
         Cells of the sweep, and those that the journal had.
+    costs : ndarray (total,), optional
+        Expected seconds of each cell.
+    at_once : int
+        Cells that run at a time.
     """
 
-    def __init__(self, show: Any, total: int, done: int, stream: TextIO | None = None) -> None:
+    def __init__(
+        self, show: Any, total: int, done: int, stream: TextIO | None = None, costs: np.ndarray | None = None,
+        at_once: int = 1,
+    ) -> None:  # fmt: skip
         self.stream = sys.stderr if stream is None else stream
+        self.is_json = isinstance(show, str) and show == "json"
+        self.is_line = show is True
         self.write = self._writer(show)
-        self.period = PERIOD["json" if isinstance(show, str) else "line"]
+        self.period = PERIOD["json" if self.is_json else "line"]
         self.total, self.done, self.failed, self._before = total, done, 0, done
-        self._started = self._shown = time.perf_counter()
+        self.costs, self.at_once = costs, at_once
+        self._seconds = 0.0  # that were expected of the cells that are done
+        self._begun, self._present = 0.0, 0.0  # work of the present cells, and the part of it that is done
+        self._is_announced = False
+        self._started = self._shown = self._since = time.perf_counter()
+        self._is_known = False  # whether any work was heard of: what came before was compiling
 
     def _writer(self, show: Any) -> Callable[[Snapshot], None] | None:
         if callable(show):
             return show
-        if isinstance(show, str) and show == "json":
+        if self.is_json:
             return lambda snapshot: print(json.dumps(as_json(snapshot)), file=self.stream, flush=True)
         if show is True:
             return self._write_line if self.stream.isatty() else None
@@ -76,14 +109,52 @@ class Progress:
         raise InvalidInput(f"progress must be True, False, 'json' or a function; got {shown(show)}")
 
     def _write_line(self, snapshot: Snapshot) -> None:
-        print(f"\r\033[K{snapshot}", end="", file=self.stream, flush=True)
+        print(f"{CLEARED}{snapshot}", end="", file=self.stream, flush=True)
+
+    def begin(self, cells: np.ndarray) -> None:
+        """These cells are run now, in this thread."""
+        self._begun, self._present = self._work(cells), 0.0
+
+    def finish(self, cells: np.ndarray, failed: int) -> None:
+        """These cells are done."""
+        self._seconds += self._work(cells)
+        self.add(len(cells), failed)
 
     def add(self, done: int, failed: int) -> None:
         """Count some cells, and show it when the last time is long enough ago."""
         self.done += done
         self.failed += failed
-        if time.perf_counter() - self._shown >= self.period:
+        self._begun, self._present = 0.0, 0.0
+        self._is_known = True
+        self._look()
+
+    def hear(self, part: float) -> None:
+        """So much of the present cells, or of one of their runs, is done."""
+        if not self._is_known:
+            self._is_known, self._since = True, time.perf_counter()
+        self._present = part
+        self._look()
+
+    def _work(self, cells: np.ndarray) -> float:
+        """Their number, or the seconds that are expected of them."""
+        return float(len(cells)) if self.costs is None else float(self.costs[cells].sum())
+
+    def _look(self) -> None:
+        now = time.perf_counter()
+        if not self._is_announced and self.costs is None and now - self._since >= EVIDENCE:
+            self._announce(self.snapshot().remaining)
+        if now - self._shown >= self.period:
             self.show()
+
+    def _announce(self, seconds: float) -> None:
+        """Say what will take more than a minute."""
+        if not seconds > LONG or self._is_announced:
+            return
+        self._is_announced = True
+        if self.is_json:
+            print(json.dumps({"estimate": seconds}), file=self.stream, flush=True)
+        elif self.is_line:
+            say_estimate(f"{self.total - self.done} cells", seconds, self.stream)
 
     def show(self) -> None:
         """Show the state now."""
@@ -92,24 +163,76 @@ class Progress:
             result_of("the progress function", self.write, self.snapshot())
 
     def __enter__(self) -> Self:
+        self._listening = listening(self.hear if self.write is not None or self.is_line else None)
+        self._listening.__enter__()
+        self._announce(self.snapshot().remaining)
         return self
 
     def __exit__(self, *_: Any) -> None:
+        self._listening.__exit__(None, None, None)
         self.close()
 
     def close(self) -> None:
         """Show the end, and clear the line."""
         if self.write is not None:
+            self._present = 0.0
             self.show()
             if self.write == self._write_line:
-                print("\r\033[K", end="", file=self.stream, flush=True)
+                print(CLEARED, end="", file=self.stream, flush=True)
 
     def snapshot(self) -> Snapshot:
         """The state now."""
         elapsed = time.perf_counter() - self._started
         rate = (self.done - self._before) / elapsed if elapsed > 0 else 0.0
-        remaining = (self.total - self.done) / rate if rate > 0 else float("nan")
-        return Snapshot(self.done, self.total, self.failed, elapsed, rate, remaining)
+        remaining = self._remaining(self._started + elapsed - self._since)
+        return Snapshot(self.done, self.total, self.failed, elapsed, rate, remaining, self._present)
+
+    def _remaining(self, elapsed: float) -> float:
+        """Seconds for what is left, from what the work so far took; at first from what was expected."""
+        done, left = float(self.done - self._before), float(self.total - self.done)
+        present = self._begun * self._present
+        if self.costs is not None:
+            done, left = self._seconds, float(self.costs.sum()) - self._seconds
+        if done + present > (0.0 if self.costs is None else EVIDENCE):
+            return (left - present) * elapsed / (done + present)
+        return left / self.at_once if self.costs is not None else math.nan
+
+
+@contextlib.contextmanager
+def part_shown(what: str, show: Any, stream: TextIO | None = None) -> Iterator[None]:
+    """A line "what: 43%" for a calculation that tells how far it is, on a terminal and where ``show`` is True."""
+    stream = sys.stderr if stream is None else stream
+    if show is not True:
+        yield
+        return
+    started = shown_at = before = 0.0
+    is_announced = False
+
+    def hear(part: float) -> None:
+        nonlocal started, shown_at, before, is_announced
+        now = time.perf_counter()
+        if started == 0.0 or part < before:  # what comes before the first part is compiling, or another run
+            started = now
+        before = part
+        left = (now - started) * (1.0 - part) / part if part > 0 else math.nan
+        if not is_announced and now - started >= EVIDENCE and left > LONG:
+            is_announced = True
+            say_estimate(what, left, stream)
+        if now - shown_at >= PERIOD["line"] and stream.isatty():
+            shown_at = now
+            print(f"{CLEARED}{what}: {part:.0%}, {duration(left)} left", end="", file=stream, flush=True)
+
+    with listening(hear):
+        yield
+    if stream.isatty():
+        print(CLEARED, end="", file=stream, flush=True)
+
+
+def say_estimate(what: str, seconds: float, stream: TextIO) -> None:
+    """A line that stays."""
+    clear = CLEARED if stream.isatty() else ""
+    print(f"{clear}nonsmooth: {what} will take about {duration(seconds)}; Ctrl-C keeps what is finished", file=stream)
+    stream.flush()
 
 
 def as_json(snapshot: Snapshot) -> dict[str, Any]:
@@ -119,6 +242,8 @@ def as_json(snapshot: Snapshot) -> dict[str, Any]:
 
 def duration(seconds: float) -> str:
     """A time as a person would say it."""
+    if not math.isfinite(seconds):
+        return "an unknown time"
     if seconds < 90:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

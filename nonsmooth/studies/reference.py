@@ -9,14 +9,14 @@ the step, or ten times the tolerance. Events are matched where that integrator l
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from nonsmooth.arrays import as_array, as_positive
-from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.integrators.event_driven import EventDriven
-from nonsmooth.simulation import simulate
+from nonsmooth.simulation import simulate_whole
 from nonsmooth.solution import Solution
 from nonsmooth.studies.matched_events import Entrances
 from nonsmooth.system import System, as_system
@@ -24,6 +24,14 @@ from nonsmooth.system import System, as_system
 EXACT = EventDriven(rtol=1e-12, atol=1e-14)  # rigid contact, as good as rounding allows
 COARSER_DT, COARSER_RTOL = 2.0, 10.0
 Observed = dict[str, np.ndarray]  # "q", "u" (n_t, n); with events "event_t" (m, 1), "after_q", "after_u" (m, n)
+
+
+class Foreseen(NamedTuple):
+    """What a run will cost."""
+
+    seconds: float
+    steps: float
+    has_ended: bool  # within what was tried: it is known then
 
 
 @dataclass(frozen=True)
@@ -55,7 +63,22 @@ class Problem:
     def run(self, integrator: Any, at: np.ndarray | None = None) -> Solution:
         """The run of an integrator, recorded at some times, or at every step; the start comes first."""
         _, q0, u0 = self.start
-        return simulate(self.system, self.span, q0, u0, integrator=integrator, t_eval=at)
+        return simulate_whole(self.system, self.span, q0, u0, integrator=integrator, t_eval=at)
+
+    def until(self, t: float) -> Problem:
+        """The same motion up to an earlier end [s]."""
+        return replace(self, times=np.array([t]))
+
+    def foreseen(self, integrator: Any, **budget: Any) -> Foreseen:
+        """What the run of an integrator will cost, from as much of it as a budget of `simulate` allows."""
+        parts, (_, q0, u0) = [0.0], self.start
+        run = simulate_whole(
+            self.system, self.span, q0, u0, integrator=integrator, t_eval=self.times[-1:], on_failure="return",
+            progress=parts.append, **budget,
+        )  # fmt: skip
+        part = parts[-1] if run.status == Status.BUDGET_SPENT else 1.0
+        scale = 1.0 / part if part > 0 else np.inf
+        return Foreseen(run.stats.wall_time * scale, run.stats.steps * scale, part == 1.0)
 
 
 @dataclass(frozen=True)

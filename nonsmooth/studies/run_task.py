@@ -21,7 +21,7 @@ from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.moreau_jean_step import run
 from nonsmooth.runs.run import MESSAGES
 from nonsmooth.runs.times import Grid, as_span, make_grid
-from nonsmooth.simulation import SELECTIONS, require_integrator, simulate
+from nonsmooth.simulation import SELECTIONS, require_integrator, simulate_whole
 from nonsmooth.solution import Solution
 from nonsmooth.studies.axis_names import END, AxisNames, Columns, state_names, unit_of
 from nonsmooth.studies.block_engine import BlockEngine
@@ -272,7 +272,7 @@ class RunTask:
         for k, cell in enumerate(rows.cells):
             system = rows.system.with_parameters(**dict(zip(parameters, rows.p[k].tolist(), strict=True)))
             try:
-                solution = simulate(
+                solution = simulate_whole(
                     system, (self.t_span[0], t_end), rows.q[k], rows.u[k], integrator=integrator,
                     selection=self.selection, on_failure="return",
                     every=1 if getattr(integrator, "chooses_steps", False) else self._every,

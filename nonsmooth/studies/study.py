@@ -9,12 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.errors import MissingExtra, UnknownName, nearest
-from nonsmooth.studies.laws_of_convergence import Fit, fit_laws, observed_orders
+from nonsmooth.studies.laws_of_convergence import LEAST_KNOWN, Fit, fit_laws, observed_orders
+from nonsmooth.studies.task import CellStatus
 
 if TYPE_CHECKING:
     import xarray
 
 KINDS = ("error_q", "error_u", "error_event_t", "error_after_q", "error_after_u", "error_gamma_N")
+FINISHED, NOT_RUN = int(CellStatus.FINISHED), int(CellStatus.NOT_RUN)
+NO_LAW = "no law: every one misses some of the errors by more than half of them"
+OTHER_RESTITUTION = 0.05  # difference of two restitutions: a hundred stiffnesses off their limit still differ by less
+STANDS_STILL = 0.1  # order of an error that does not fall
 ABOVE_FLOOR = 10.0  # errors of the reference: an error below is not told from it, and no order is read from it
 
 
@@ -77,7 +82,8 @@ class Study:
         return sign * observed_orders(self.x, self.errors(name, at))
 
     def fits(self, name: str = "error_u", at: int = -1) -> list[Fit]:
-        """Laws fitted to the errors, the closest first, and last a free power."""
+        """Laws fitted to the errors, the closest first, and last a free power; those that miss the errors by more than
+        half of them are none."""
         return fit_laws(self.of, self.x, self.errors(name, at))
 
     def table(self) -> str:
@@ -88,7 +94,8 @@ class Study:
         for i, value in enumerate(self.x):
             row = [f"{value:.4g}"]
             if int(self.data.status.values[i]) != 1:
-                cells.append([*row, str(self.data.message.values[i])])
+                is_left = int(self.data.status.values[i]) == NOT_RUN
+                cells.append([*row, "not run" if is_left else str(self.data.message.values[i])])
                 continue
             row += [self._error_cell(name, i) for name in kinds]
             row += [_cell(self.data[name].values[i]) for name in extra]
@@ -99,8 +106,29 @@ class Study:
             "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=False)) if len(row) == n
             else f"{row[0].rjust(widths[0])}  {row[1]}" for row in cells
         ]  # fmt: skip
-        laws = [f"{name}: {'; '.join(map(str, self.fits(name)))}" for name in kinds if self.fits(name)]
-        return "\n".join([self.title, *lines, self._when(), *laws])
+        laws = [f"{name}: {self._laws(name)}" for name in kinds if self._laws(name)]
+        return "\n".join([self.title, *lines, self._when(), *laws, *self.notes()])
+
+    def notes(self) -> list[str]:
+        """What must be known of the study beside its numbers, a sentence each."""
+        notes = []
+        if self.is_interrupted:
+            n = int((self.data.status.values == FINISHED).sum())
+            notes.append(f"interrupted: {n} of {len(self.x)} runs are finished")
+        notes += [self.data.attrs["left_out"]] if self.data.attrs.get("left_out") else []
+        return notes + ([other_limit(self)] if self.of == "stiffness" and other_limit(self) else [])
+
+    @property
+    def is_interrupted(self) -> bool:
+        """Whether Ctrl-C ended the study before its end."""
+        return bool(self.data.attrs.get("interrupted", 0))
+
+    def _laws(self, name: str) -> str:
+        """The laws of one kind of error, or that there is none; nothing where too few errors are known."""
+        fits = self.fits(name)
+        if fits:
+            return "; ".join(map(str, fits))
+        return NO_LAW if np.isfinite(self.errors(name)).sum() >= LEAST_KNOWN else ""
 
     def _is_known(self, name: str) -> bool:
         """Whether a variable says something of any run."""
@@ -135,6 +163,24 @@ class Study:
 
     def __repr__(self) -> str:
         return f"Study({self.title!r}, {self.of} = {self.x[0]:.3g} .. {self.x[-1]:.3g})"
+
+
+def other_limit(study: Study) -> str:
+    """Why the compliant motions do not near the reference, where that is seen: the springs give back another part of
+    the work than the rigid contact, or the distance does not fall."""
+    data = study.data
+    known = data.restitution.values[np.isfinite(data.restitution.values)] if "restitution" in data else np.zeros(0)
+    e_N = data.attrs.get("e_N", np.nan)
+    if len(known) and abs(known[-1] - e_N) > OTHER_RESTITUTION:
+        return (
+            f"the limits differ: the springs give back e = {known[-1]:.3g} at the stiffest, the rigid contact e_N = "
+            f"{e_N:.3g}; choose damping_ratio for the restitution that is meant, or the model's own"
+        )
+    for name in [kind for kind in ("error_q", "error_u") if kind in study.kinds]:
+        last = study.orders(name)[-2:]
+        if len(last) == 2 and (np.abs(last) < STANDS_STILL).all():
+            return f"the limits differ: {name} does not fall with the stiffness; compliant and rigid motion part"
+    return ""
 
 
 def row(column: Any, at: int = -1) -> np.ndarray:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import os
 import pickle
+import threading
 import warnings
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
@@ -19,6 +20,7 @@ import numpy as np
 from nonsmooth.arrays import as_count, as_flag, as_instance, as_positive
 from nonsmooth.errors import CellFailure, InitialStateWarning, InvalidInput, MissingExtra, shown
 from nonsmooth.files import as_path
+from nonsmooth.interruption import interrupts_held_back
 from nonsmooth.memory import require_memory
 from nonsmooth.studies.axes import Plan, as_plan
 from nonsmooth.studies.batches import Driver, InThisProcess, Packed
@@ -77,8 +79,8 @@ def sweep(
     out : path-like, optional
         Where the result is written at the end, .npz or .nc.
     progress : bool, "json" or callable
-        True: a line on a terminal, nothing in a pipe. "json": a line of JSON a second on stderr. A callable gets each
-        `Snapshot`.
+        True: a line on a terminal, nothing in a pipe but the estimate of what will take more than a minute. "json": a
+        line of JSON a second on stderr. A callable gets each `Snapshot`.
     timeout : float, optional
         Seconds for a cell; what takes longer is ended, with its process.
     retries : int
@@ -126,7 +128,7 @@ def sweep(
     require_xarray()
     if out is not None:
         check_path(out)
-    result = Result(task, plan)
+    result, stop = Result(task, plan), threading.Event()
     try:
         with contextlib.ExitStack() as stack:
             engine, threads = stack.enter_context(open_executor(task, executor, scheduler, workers, timeout))
@@ -134,9 +136,15 @@ def sweep(
             book = None if journal is None else stack.enter_context(Journal(journal, result.study, plan, resume))
             if book is not None:
                 result.read(book)
-            meter = stack.enter_context(Progress(progress, len(plan), result.n_resumed))
+            costs = costs_of(task, result)
+            meter = stack.enter_context(Progress(progress, len(plan), result.n_resumed, costs=costs, at_once=threads))
             first = FIRST_BATCH[task.holds_interpreter]
-            collect(Driver(sent, plan, engine, threads, timeout, retries, first, batch), result, book, meter, fail_fast)
+            driver = Driver(sent, plan, engine, threads, timeout, retries, first, batch, stop, meter.begin)
+            try:
+                collect(driver, result, book, meter, fail_fast)
+            except BaseException:
+                stop.set()  # before the threads are waited for
+                raise
     except KeyboardInterrupt:
         result.is_interrupted = True
     if result.inadmissible:
@@ -155,10 +163,11 @@ def collect(driver: Driver, result: Result, book: Journal | None, meter: Progres
     """Run what is missing of a result; every batch is in the journal before it is in the result."""
     try:
         for cells, batch in driver.run(result.missing()):
-            if book is not None:
-                book.write(cells, batch)
-            result.add(cells, batch)
-            meter.add(len(cells), int((batch.status != CellStatus.FINISHED).sum()))
+            with interrupts_held_back():
+                if book is not None:
+                    book.write(cells, batch)
+                result.add(cells, batch)
+            meter.finish(cells, int((batch.status != CellStatus.FINISHED).sum()))
             if fail_fast:
                 raise_failure(driver.plan, cells, batch)
     except BrokenExecutor as error:
@@ -166,6 +175,18 @@ def collect(driver: Driver, result: Result, book: Journal | None, meter: Progres
             f"the executor broke ({type(error).__name__}: {error}); the cells that were finished stand in the journal, "
             "if there is one. workers=... is a pool that survives the death of a worker"
         ) from error
+
+
+def costs_of(task: Task, result: Result) -> np.ndarray | None:
+    """(N,) seconds that each cell may take, zero of those that are there; None where the task does not know."""
+    expected = getattr(task, "costs", None)
+    missing = result.missing()
+    found = None if expected is None or not len(missing) else expected(result.plan.columns(missing))
+    if found is None:
+        return None
+    costs = np.zeros(len(result.plan))
+    costs[missing] = found
+    return costs
 
 
 def as_task(candidate: Any) -> Task:
@@ -182,11 +203,11 @@ def as_task(candidate: Any) -> Task:
 
 
 def require_xarray() -> None:
-    """Raise before the sweep when xarray is not installed."""
-    from importlib.util import find_spec
-
-    if find_spec("xarray") is None:
-        raise MissingExtra('sweeps need xarray; pip install "nonsmooth[map]" brings it')
+    """Import xarray before the sweep, which ends quickly then, or say what is missing."""
+    try:
+        import xarray  # noqa: F401
+    except ImportError:
+        raise MissingExtra('sweeps need xarray; pip install "nonsmooth[map]" brings it') from None
 
 
 @contextlib.contextmanager

@@ -19,6 +19,7 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput, NonsmoothError, Status, StepFailure, UnknownName, nearest, shown
 from nonsmooth.jit import identity as identity_of
+from nonsmooth.runs.run import Run
 from nonsmooth.system import as_system
 
 
@@ -174,11 +175,14 @@ class FunctionTask:
         """Call the function for each cell of a batch."""
         N = len(next(iter(columns.values())))
         results: list[dict[str, Any] | Exception] = []
+        before = Run.interrupted
         for i in range(N):
             try:
                 results.append(as_values(self.function(**{name: values[i].item() for name, values in columns.items()})))
             except Exception as error:
                 results.append(error)
+            if Run.interrupted != before:  # of a run that Ctrl-C cut, the function had a part
+                raise KeyboardInterrupt
         return stack(results)
 
 

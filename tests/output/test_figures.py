@@ -79,7 +79,7 @@ def test_mode_strip_covers_the_whole_run_once():
 def test_a_mode_that_lasts_one_step_is_seen_in_its_strip():
     axes = new_figure(3, 2).subplots()
     t, code = np.linspace(0, 1, 2001), np.ones(2000, int)
-    code[700] = 10  # locked for one step of 2000
+    code[700] = 10  # closed for one step of 2000
     draw_strip(axes, t, code, 0, 1)
     (bars,) = axes.collections
     hair = bars.get_paths()[-1].get_extents()
@@ -148,7 +148,7 @@ def test_animation_refuses_an_ending_it_cannot_write(ball, tmp_path):
 def test_summary_counts_what_it_does_not_show(ball):
     text = ball.summary()
     changes = sum(event.kind.name in ("MODE_CHANGE", "IMPACT") for event in ball.events)
-    assert f"modes: {changes} changes; at the end locked" in text
+    assert f"modes: {changes} changes; at the end closed" in text
     assert f"... and {changes - 12} more" in text
 
 

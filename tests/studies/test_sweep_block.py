@@ -310,7 +310,7 @@ def test_an_integrator_with_a_loop_of_its_own_runs_cell_by_cell():
             alone = ns.simulate(ball, (0, 0.6), *ball.state(height=height), integrator=ns.Penalty(stiffness=stiffness))
             assert found.q.values[i, k] == alone.q[-1]
             assert found.penetration.values[i, k] == alone.stats.worst_penetration
-            assert found.impacts.values[i, k] == 1 and found.modes.values[i, k] == "open, locked, open"
+            assert found.impacts.values[i, k] == 1 and found.modes.values[i, k] == "open, closed, open"
 
 
 def test_inadmissible_starts_are_counted_once():
