@@ -29,6 +29,7 @@ from nonsmooth.commands.typed_input import (
     require_module,
     require_writable,
 )
+from nonsmooth.commands.watch import ended_by_ctrl_c, last_words
 from nonsmooth.errors import FileFailure, InvalidInput, MissingExtra, NonsmoothError, NonsmoothWarning
 from nonsmooth.files import FIGURE_ENDINGS
 
@@ -52,7 +53,8 @@ def main(argv: list[str] | None = None) -> int:
         warnings.simplefilter("default", NonsmoothWarning)  # a line on stderr, also where Python is told otherwise
         warnings.showwarning = show_warning  # type: ignore[assignment]
         try:
-            code = arguments.act(arguments)
+            with ended_by_ctrl_c():
+                code = arguments.act(arguments)
             sys.stdout.flush()
             return code
         except BrokenPipeError:  # the reader of our output has left, as `| head` does
@@ -141,8 +143,20 @@ def act_solve(arguments: argparse.Namespace) -> int:
     require_writable(arguments.plot, FIGURE_ENDINGS)
     if arguments.plot:
         require_module("matplotlib", "plot", "figures")
-    results = {name: solve_files(arguments.files, name, arguments.tol) for name in arguments.solver.split(",")}
-    print("\n\n".join(format_table(rows) for rows in results.values()))
+    results: dict[str, list[dict]] = {name: [] for name in arguments.solver.split(",")}
+
+    def tables() -> str:
+        return "\n\n".join(format_table(rows) for rows in results.values() if rows)
+
+    try:
+        with last_words(tables):
+            for name, rows in results.items():
+                for file in arguments.files:
+                    rows += solve_files([file], name, arguments.tol)
+    except KeyboardInterrupt:
+        print(tables())
+        raise
+    print(tables())
     if arguments.plot:
         performance_profile(results, arguments.plot)
         print(f"figure: {arguments.plot}")

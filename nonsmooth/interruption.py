@@ -10,9 +10,12 @@ from __future__ import annotations
 import contextlib
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from contextvars import ContextVar
 
+SHORT = 0.02  # s of compiled code between two looks
+GROWTH = 10.0  # of a piece, from one to the next
 _stop: ContextVar[threading.Event | None] = ContextVar("stop", default=None)
 
 
@@ -48,3 +51,21 @@ def end_if_asked() -> None:
     stop = _stop.get()
     if stop is not None and stop.is_set():
         raise KeyboardInterrupt
+
+
+class Pieces:
+    """Divides long calls into short ones, whose size is learnt from their time."""
+
+    def __init__(self) -> None:
+        self.size = 1
+
+    def of(self, n: int) -> Iterator[slice]:
+        """Consecutive pieces of a list of n; raises KeyboardInterrupt between two where that is asked."""
+        first = 0
+        while first < n:
+            end_if_asked()
+            began, piece = time.perf_counter(), slice(first, min(n, first + self.size))
+            yield piece
+            elapsed = max(time.perf_counter() - began, 1e-9)
+            self.size = max(1, int((piece.stop - first) * min(GROWTH, SHORT / elapsed)))
+            first = piece.stop

@@ -349,7 +349,7 @@ def energy_gain(stats: Stats) -> str:
 def about_run(system: System, integrator: Any) -> dict[str, Any]:
     """What was run, by name."""
     return {
-        "system": system.name or system.mass.__name__,
+        "system": system.name or "a system without a name",
         "integrator": repr(integrator),
         **system.parameter_values,
     }

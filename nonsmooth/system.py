@@ -333,7 +333,8 @@ class System:
         return replace(self, parameters=changed(self.parameters, changes))
 
     def __repr__(self) -> str:
-        return f"System({self.name or self.mass.__name__!r}, n_q={self.n_q}, n_c={self.n_c})"
+        name = f"{self.name!r}, " if self.name else ""
+        return f"System({name}n_q={self.n_q}, n_c={self.n_c})"
 
 
 def _check_parameters(system: System) -> None:

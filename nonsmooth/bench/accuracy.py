@@ -78,7 +78,7 @@ def main(argv: list[str] | None = None) -> int:
     studies = []
     try:
         for name, scene in chosen.items():
-            studies.append(work_precision({name: scene}, measured, repeats=options.repeats))
+            studies.append(work_precision({name: scene}, measured, repeats=options.repeats))  # whole, or not at all
             print(studies[-1].table(), flush=True)
     finally:
         for method in measured.values():

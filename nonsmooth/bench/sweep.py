@@ -32,7 +32,7 @@ from nonsmooth.studies.map_task import MapTask
 from nonsmooth.studies.pool import LocalPool
 from nonsmooth.studies.run_rows import RowBuilder
 from nonsmooth.studies.run_task import RunTask
-from nonsmooth.studies.sweep import sweep
+from nonsmooth.studies.sweep import sweep, whole
 
 REPEATS = 5
 STEPS, DT = 200, 1e-3
@@ -96,7 +96,7 @@ def now() -> np.ndarray:
 def timed(task: Any, cells: Any = None, **options: Any) -> np.ndarray:
     """Seconds of a sweep over the grid, or over other cells: of the processor, of the clock."""
     started = now()
-    sweep(task, AXES if cells is None else cells, progress=False, **options)
+    whole(sweep(task, AXES if cells is None else cells, progress=False, **options))
     return now() - started
 
 

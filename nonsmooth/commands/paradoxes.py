@@ -5,13 +5,15 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from nonsmooth.commands.terminal import INTERRUPTED, complain
 from nonsmooth.commands.typed_input import (
     assignments,
     build_model,
     initial_state,
     number,
+    read_axis,
     require_module,
     require_writable,
     whole_number,
@@ -20,6 +22,10 @@ from nonsmooth.commands.typed_input import (
 from nonsmooth.errors import InvalidInput
 from nonsmooth.files import FIGURE_ENDINGS
 
+if TYPE_CHECKING:
+    from nonsmooth.studies.axes import Axis
+
+MAP_AXIS = "NAME=LOW:HIGH[:COUNT][:log][:UNIT] or NAME=V,V,...[:UNIT]"
 POINTS = 400  # along each axis of a map that was given by its ends
 CURVE_POINTS = 80  # of the coarser grid that boundary curves are sought on
 
@@ -34,7 +40,7 @@ def add_classify(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--restitution", type=number, metavar="E", help="of the impacts listed; the model's by default"
     )
-    command.add_argument("--plot", type=Path, metavar="FILE", help="draw gamma_N' against la_N of a sliding contact")
+    command.add_argument("--plot", type=Path, metavar="FILE", help="draw gamma_N' against la_N of the closed contact")
     command.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -43,9 +49,9 @@ def add_map(command: argparse.ArgumentParser) -> None:
     command.set_defaults(act=act_map)
     add_model(command)
     command.add_argument(
-        "--axis", action="append", default=[], metavar="NAME=LOW:HIGH[:N]",
-        help="an axis of the map, N values (400 by default) of a variable of the state or a parameter, or NAME=A,B,C; "
-        "at most two are drawn; the model's own axes by default",
+        "--axis", nargs="+", action="extend", default=[], metavar="AXIS",
+        help=f"{MAP_AXIS}: {POINTS} values of a variable of the state or a parameter by default; at most two axes are "
+        "drawn; the model's own axes by default",
     )  # fmt: skip
     command.add_argument("--out", type=Path, metavar="FILE", help="where to save, .nc or .npz; MODEL-map.nc by default")
     command.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL-map.png by default")
@@ -71,15 +77,13 @@ def act_classify(arguments: argparse.Namespace) -> int:
     from nonsmooth.paradox.classify import classify
 
     classification = classify(model, arguments.t, q, u, restitution=arguments.restitution)
+    print(json.dumps(without_nan(classification.to_dict()), allow_nan=False) if arguments.json else classification)
     if arguments.plot:
         from nonsmooth.output.paradox_plots import plot_graphical_problem
 
-        plot_graphical_problem(classification, arguments.plot)
-    if arguments.json:
-        print(json.dumps(without_nan(classification.to_dict()), allow_nan=False))
-    else:
-        print(classification)
-        if arguments.plot:
+        closed = [i for i, mode in enumerate(classification.mode) if mode != "open"]
+        plot_graphical_problem(classification, arguments.plot, closed[0] if closed else 0)
+        if not arguments.json:
             print(f"figure: {arguments.plot}")
     return 0
 
@@ -96,7 +100,8 @@ def act_map(arguments: argparse.Namespace) -> int:
     require_writable(figure, FIGURE_ENDINGS)
     require_module("xarray", "map", "maps")
     require_module("matplotlib", "map", "maps")
-    axes = dict(typed_axis(text) for text in arguments.axis) or own_axes(model, arguments.model)
+    typed = [typed_axis(text) for text in arguments.axis]
+    axes = {axis.name: axis.values for axis in typed} or own_axes(model, arguments.model)
     if len(axes) < len(arguments.axis):
         raise InvalidInput("--axis gives a name twice; give it once")
     fixed: dict[str, Any] = dict(assignments("--state", arguments.state))
@@ -105,9 +110,14 @@ def act_map(arguments: argparse.Namespace) -> int:
     from nonsmooth.studies.paradox_map import paradox_map
 
     chart = paradox_map(model, workers=arguments.workers, **axes, **fixed)
+    for axis in typed:
+        chart[axis.name].attrs |= {"units": axis.unit} if axis.unit else {}
     save_map(chart, out)
     print(summary(chart))
     print(f"map: {out}")
+    if chart.attrs["interrupted"]:
+        complain(f"interrupted: the states that were not reached are marked in {out}; nothing is drawn")
+        return INTERRUPTED
     if draw(model, chart, axes, fixed, figure):
         print(f"figure: {figure}")
     return 0
@@ -158,21 +168,9 @@ def own_axes(model: Any, name: str) -> dict[str, Any]:
     return {axis: np.linspace(low, high, POINTS) for axis, low, high in proposed}
 
 
-def typed_axis(text: str) -> tuple[str, Any]:
-    """NAME=LOW:HIGH[:N] or NAME=A,B,C as a name and its values."""
-    import numpy as np
-
-    name, sign, values = text.partition("=")
-    parts = values.split(":")
-    if not sign or not name or len(parts) > 3 or not values:
-        raise InvalidInput(f"--axis takes NAME=LOW:HIGH[:N] or NAME=A,B,C; got {text!r}")
-    try:
-        if len(parts) == 1:
-            return name, np.array([number(part) for part in values.split(",")])
-        count = whole_number(parts[2]) if len(parts) == 3 else POINTS
-        low, high = number(parts[0]), number(parts[1])
-    except argparse.ArgumentTypeError as error:
-        raise InvalidInput(f"--axis {name} must hold numbers: {error}") from None
-    if count < 2 or not low < high:
-        raise InvalidInput(f"--axis {name} needs LOW < HIGH and at least 2 values; got {values!r}")
-    return name, np.linspace(low, high, count)
+def typed_axis(text: str) -> Axis:
+    """An axis of a map as it is typed: that of a sweep, whose count may be left out."""
+    axis = read_axis(text, MAP_AXIS, POINTS)
+    if ":" in text and "," not in text and len(axis.values) > 1 and axis.values[0] > axis.values[-1]:
+        raise InvalidInput(f"--axis {axis.name} needs LOW < HIGH; got {text!r}")
+    return axis

@@ -89,6 +89,10 @@ def act_run(arguments: argparse.Namespace) -> int:
     solution = simulate_model(model, q0, u0, arguments)
     if arguments.out:
         solution.save(arguments.out)
+    if solution.status.name == "INTERRUPTED":  # who ends a run waits for no drawing; what is saved can be drawn later
+        report(solution, arguments, None)
+        complain(f"{solution.message}; nothing is drawn")
+        return INTERRUPTED
     if figure:
         solution.plot(figure)
     if arguments.picture:
@@ -99,7 +103,7 @@ def act_run(arguments: argparse.Namespace) -> int:
     if solution.success:
         return 0
     complain(solution.message)
-    return INTERRUPTED if solution.status.name == "INTERRUPTED" else FAILED
+    return FAILED
 
 
 def simulate_model(model: Any, q0: Any, u0: Any, arguments: argparse.Namespace) -> Any:
@@ -144,11 +148,12 @@ def report(solution: Any, arguments: argparse.Namespace, figure: Path | None) ->
         print(json.dumps(without_nan(as_json(solution)), allow_nan=False))
     elif not arguments.quiet:
         print(solution.summary())
+        is_drawn = solution.status.name != "INTERRUPTED"
         written = {
             "solution": arguments.out,
             "figure": figure,
-            "picture": arguments.picture,
-            "animation": arguments.animate,
+            "picture": arguments.picture if is_drawn else None,
+            "animation": arguments.animate if is_drawn else None,
             "checkpoint": arguments.checkpoint or arguments.resume,
         }
         for what, path in written.items():

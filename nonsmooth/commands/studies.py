@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nonsmooth.commands.integrators import add_integrator, given_options, integrator_class
-from nonsmooth.commands.terminal import figure_path
+from nonsmooth.commands.terminal import INTERRUPTED, complain, figure_path
 from nonsmooth.commands.typed_input import (
     AXIS,
     assignments,
@@ -92,14 +92,20 @@ def act_cycle(arguments: argparse.Namespace) -> int:
 def act_vibration(arguments: argparse.Namespace, study: Any) -> int:
     """A study of a model along the given axes: its table, then its figure."""
     from nonsmooth.catalogue import load_model
+    from nonsmooth.studies.progress import part_shown
 
     model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
-    axes = {axis.name: axis.values for axis in map(read_axis, arguments.axis)}
+    typed = [read_axis(text) for text in arguments.axis]
+    axes, units = {axis.name: axis.values for axis in typed}, {axis.name: axis.unit for axis in typed}
     if len(axes) < len(arguments.axis):
         raise InvalidInput("--axis gives a parameter twice; give it once")
     figure = figure_path(arguments)
-    found = study(model, axes)
+    with part_shown(f"the study of {arguments.model}", True):
+        found = study(model, axes, units)
     print(found.text)
+    if found.is_interrupted:
+        complain("interrupted: what stands above is finished; nothing is drawn")
+        return INTERRUPTED
     if figure and found.draw:
         found.draw(figure)
         print(f"figure: {figure}")
@@ -111,6 +117,10 @@ def act_limit(arguments: argparse.Namespace) -> int:
     figure = figure_path(arguments)
     study = limit_study(arguments)
     print(study.table())
+    if study.is_interrupted:
+        more = "; the same command goes on with the rest" if arguments.journal else ""
+        complain(f"interrupted: what stands above is finished{more}; nothing is drawn")
+        return INTERRUPTED
     if figure:
         study.plot(figure)
         print(f"figure: {figure}")

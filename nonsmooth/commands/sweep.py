@@ -11,7 +11,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from nonsmooth.commands.terminal import FAILED, INTERRUPTED
+from nonsmooth.commands.terminal import FAILED, INTERRUPTED, complain
 from nonsmooth.commands.typed_input import (
     AXIS,
     assignments,
@@ -21,6 +21,7 @@ from nonsmooth.commands.typed_input import (
     require_module,
     require_writable,
     whole_number,
+    without_nan,
 )
 from nonsmooth.errors import InvalidInput
 from nonsmooth.files import FIGURE_ENDINGS
@@ -54,7 +55,9 @@ def add_sweep(sweep: argparse.ArgumentParser) -> None:
     sweep.add_argument("--progress", choices=["line", "json", "none"], default="line",
                        help="on stderr: a line on a terminal (default), or a line of JSON each second")  # fmt: skip
     sweep.add_argument("--out", type=Path, metavar="FILE", help="save the result (.npz or .nc)")
-    sweep.add_argument("--plot", type=Path, metavar="FILE", help="draw the first measure over one or two axes")
+    sweep.add_argument(
+        "--plot", type=Path, metavar="FILE", help="draw the first measure that is a number, over one or two axes"
+    )
     sweep.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -72,15 +75,22 @@ def act_sweep(arguments: argparse.Namespace) -> int:
         if not 1 <= sum(len(axis.values) > 1 for axis in axes) <= 2:
             raise InvalidInput("--plot needs one or two axes of more than one value; leave it out, or an axis")
     task = make_task(arguments)
+    drawn = next((name for name, variable in task.variables.items() if not variable.is_text), None)
+    if arguments.plot and drawn is None:
+        raise InvalidInput(
+            f"--plot needs a measure that is a number; {', '.join(task.variables)} is a text: add another"
+        )
     progress = {"line": True, "json": "json", "none": False}[arguments.progress]
     found = sweep(
         task, axes, workers=arguments.workers, scheduler=arguments.scheduler, journal=arguments.journal,
         resume=not arguments.anew, out=arguments.out, progress=progress, fail_fast=arguments.fail_fast,
     )  # fmt: skip
-    if arguments.plot:
-        plot_sweep(found, arguments.plot, next(iter(task.variables)))
-    print(json.dumps(as_json(found)) if arguments.json else summary(found, arguments))
-    if found.attrs["interrupted"]:
+    is_cut = bool(found.attrs["interrupted"])
+    if arguments.plot and not is_cut:
+        plot_sweep(found, arguments.plot, drawn)
+    print(json.dumps(without_nan(as_json(found)), allow_nan=False) if arguments.json else summary(found, arguments))
+    if is_cut:
+        complain(interruption(found, arguments))
         return INTERRUPTED
     return FAILED if found.attrs["cells_failed"] == found.attrs["cells"] else 0
 
@@ -102,6 +112,15 @@ def make_task(arguments: argparse.Namespace) -> Any:
     )  # fmt: skip
 
 
+def interruption(found: Any, arguments: argparse.Namespace) -> str:
+    """What is left of a sweep after Ctrl-C, and how it goes on."""
+    from nonsmooth.studies.task import CellStatus
+
+    n = int((found.status != CellStatus.NOT_RUN).sum())
+    more = "; the same command goes on with the rest" if arguments.journal and not arguments.anew else ""
+    return f"interrupted: {n} of {found.attrs['cells']} cells are finished{more}; nothing is drawn"
+
+
 def summary(found: Any, arguments: argparse.Namespace) -> str:
     """The sweep in a few lines: cells, ranges, failures, files."""
     import numpy as np
@@ -118,7 +137,8 @@ def summary(found: Any, arguments: argparse.Namespace) -> str:
         elif name == "modes":
             lines.append(f"{name:14} {len(np.unique(values.astype(str)))} different sequences")
     lines += failures(found)
-    lines += [f"{what}: {path}" for what, path in (("result", arguments.out), ("figure", arguments.plot)) if path]
+    figure = None if attrs["interrupted"] else arguments.plot
+    lines += [f"{what}: {path}" for what, path in (("result", arguments.out), ("figure", figure)) if path]
     return "\n".join(lines)
 
 
@@ -141,9 +161,17 @@ def failures(found: Any) -> list[str]:
 
 
 def as_json(found: Any) -> dict[str, Any]:
-    """What a script wants to know of a sweep."""
+    """What a script wants to know of a sweep: counts, axes, and every result over them."""
     from nonsmooth.studies.task import CellStatus
 
     status = found.status.values
     counts = {member.name: int((status == member).sum()) for member in CellStatus if (status == member).any()}
-    return {**found.attrs, "status": counts, "axes": {str(dim): found.sizes[dim] for dim in found.status.dims}}
+    return {
+        **found.attrs, "status": counts, "axes": {str(dim): found.sizes[dim] for dim in found.status.dims},
+        "coordinates": {str(name): column.values.tolist() for name, column in found.coords.items()},
+        "results": {
+            str(name): {"dims": [str(dim) for dim in column.dims], "units": column.attrs.get("units", ""),
+                        "values": column.values.tolist()}
+            for name, column in found.data_vars.items()
+        },
+    }  # fmt: skip

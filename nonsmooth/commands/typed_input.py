@@ -100,28 +100,46 @@ def assignments(option: str, texts: list[str]) -> dict[str, float]:
     return pairs
 
 
-def read_axis(text: str) -> Axis:
-    """An axis as it is typed: a range with a count, or a list of values."""
+def read_axis(text: str, form: str = AXIS, points: int | None = None) -> Axis:
+    """An axis as it is typed: a range with a count, which may be left out where ``points`` is given, or a list."""
     import numpy as np
 
     from nonsmooth.studies.axes import Axis
 
     name, sign, rest = text.partition("=")
     if not sign or not name or not rest:
-        raise InvalidInput(f"--axis takes {AXIS}; got {text!r}")
+        raise InvalidInput(f"--axis takes {form}; got {text!r}")
     parts = rest.split(":")
+    if points is not None and has_ends_alone(parts):
+        parts.insert(2, str(points))
     try:
         if len(parts) <= 2:
             return Axis(name, np.array([number(part) for part in parts[0].split(",")]), *parts[1:])
         start, stop, count = number(parts[0]), number(parts[1]), whole_number(parts[2])
     except argparse.ArgumentTypeError as error:
-        raise InvalidInput(f"--axis {name}: {error}; it takes {AXIS}") from None
+        raise InvalidInput(f"--axis {name}: {error}; it takes {form}") from None
     is_log = parts[3:4] == ["log"]
     units = parts[4:] if is_log else parts[3:]
     if len(units) > 1 or count < 1 or (is_log and not min(start, stop) > 0):
-        raise InvalidInput(f"--axis takes {AXIS}, COUNT >= 1, and positive ends for log; got {text!r}")
+        raise InvalidInput(f"--axis takes {form}, COUNT >= 1, and positive ends for log; got {text!r}")
     values = np.geomspace(start, stop, count) if is_log else np.linspace(start, stop, count)
     return Axis(name, values, *units)
+
+
+def has_ends_alone(parts: list[str]) -> bool:
+    """Whether the parts of an axis are two ends, and no count after them: `th=0:x` is a range too, with a mistake."""
+    if len(parts) < 2 or "," in parts[0] or (len(parts) == 2 and not is_number(parts[0])):
+        return False
+    return len(parts) == 2 or not is_number(parts[2])
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a number as it is typed."""
+    try:
+        number(text)
+    except argparse.ArgumentTypeError:
+        return False
+    return True
 
 
 def whole_number(text: str) -> int:

@@ -112,7 +112,7 @@ def as_dictionary(c: Classification) -> dict[str, Any]:
         "mode": list(c.mode),
         **{
             name: getattr(c, name).tolist()
-            for name in ("q", "u", "gamma_N", "gamma_F", "mu", "a", "b", "p", "k", "chatter_ratio")
+            for name in ("q", "u", "gamma_N", "gamma_F", "mu", "a", "b", "p", "k", "chatter_ratio", "is_bilateral")
         },
         "solutions": [_solution_dictionary(solution) for solution in c.solutions],
         "impacts": [

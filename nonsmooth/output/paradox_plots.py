@@ -13,7 +13,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_array, as_index, as_instance, as_listed
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.output.plots import BELOW, BLUE, RED, REGIONS, new_figure, saved
+from nonsmooth.output.plots import BELOW, BLUE, RED, REGIONS, is_geometric, new_figure, saved
 from nonsmooth.paradox.classify import ParadoxKind
 
 if TYPE_CHECKING:
@@ -28,12 +28,14 @@ KINDS = {  # label, colour, hatching
     ParadoxKind.INDETERMINATE: ("indeterminate: several solutions", *REGIONS[2][1:]),
     ParadoxKind.NOT_ENUMERATED: ("not enumerated", "#e8e8e8", "xx"),
     ParadoxKind.INADMISSIBLE: ("no contact at rest on its surface", "#bdbdbd", ""),
+    ParadoxKind.NOT_REACHED: ("not reached", "#ffffff", ".."),
 }
 CURVES = {"p": ("$p = 0$", "-"), "b": ("$b = 0$", "--"), "gamma_F": ("$\\gamma_F = 0$", ":")}
 HATCHES = "#8f8f8f"
 SMALLEST_LABEL = 2e-3  # of the map's area: a smaller region gets no label
 NARROW = 0.03  # of the map's width: a label stands beside a region that is no wider, ``BESIDE_NARROW`` points away
 BESIDE_NARROW = -45
+OF_THE_SWEEP = {"cells", "cells_from_journal", "cells_failed", "interrupted"}  # attributes that are no quantities
 SYMBOLS = {"th": "\\theta", "thdot": "\\dot\\theta", "mu": "\\mu"}
 
 
@@ -96,6 +98,9 @@ def plot_map(
         label_regions(axes, chart, axes_names, regions)
         handles += draw_curves(axes, boundaries) + draw_motions(axes, moved)
         axes.legend(handles=handles, bbox_to_anchor=(0.5, -0.1), ncols=2, **(BELOW | {"fontsize": 9}))
+    for name, set_scale in zip(axes_names, (axes.set_xscale, axes.set_yscale), strict=False):
+        if is_geometric(chart[name].values):
+            set_scale("log")
     axes.set_xlabel(axis_label(chart, axes_names[0]))
     axes.set_title(map_title(chart) if title is None else title, fontsize=10)
     return saved(figure, path)
@@ -219,19 +224,21 @@ def axis_label(chart: xarray.Dataset, name: str) -> str:
 
 def map_title(chart: xarray.Dataset) -> str:
     """The system and what was held fixed, eight values a line."""
-    values = [f"{name} = {value:.4g}" for name, value in chart.attrs.items() if isinstance(value, int | float)]
+    numbers = {name: value for name, value in chart.attrs.items() if isinstance(value, int | float)}
+    values = [f"{name} = {value:.4g}" for name, value in numbers.items() if name not in OF_THE_SWEEP]
     rows = ["   ".join(values[first : first + 8]) for first in range(0, len(values), 8)]
     return "\n".join([str(chart.attrs.get("system", "")), *rows])
 
 
 def plot_graphical_problem(cases: Classification | Sequence[tuple[str, Classification]],
                            path: str | Path | None = None, contact: int = 0) -> Any:  # fmt: skip
-    """Draw gamma_N' = p la_N + b against la_N: its meetings with the corner of Signorini's law are the solutions.
+    """Draw gamma_N' = p la_N + b against la_N: where it meets the corner of Signorini's law, or the axis gamma_N' = 0
+    of a bilateral contact, is a solution.
 
     Parameters
     ----------
     cases : Classification, or sequence of (title, Classification)
-        States in which the contact slides; each gets a panel.
+        States in which one contact is closed, and slides or has no friction; each gets a panel.
     path : path-like, optional
         Where to save.
     contact : int
@@ -243,9 +250,11 @@ def plot_graphical_problem(cases: Classification | Sequence[tuple[str, Classific
     Raises
     ------
     InvalidInput
-        Where the contact does not slide, or is not alone.
+        Where the contact rests, is not alone, or has a given normal force.
     """
     panels = as_cases(cases)
+    if not all(c.mode for _, c in panels):
+        raise InvalidInput("the graphical problem needs a contact; this system has none")
     contact = min(as_index("contact", contact, len(c.mode)) for _, c in panels)
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
@@ -256,8 +265,8 @@ def plot_graphical_problem(cases: Classification | Sequence[tuple[str, Classific
         axes.set_title(title or c.kind.name.lower(), fontsize=10)
     for axes in grid[len(panels) :]:
         axes.set_visible(False)
-    handles, labels = grid[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=9, frameon=False)
+    keys = {label: handle for axes in grid for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(keys.values(), keys, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
     return saved(figure, path)
 
 
@@ -272,25 +281,55 @@ def as_cases(cases: Any) -> list[tuple[str, Classification]]:
 
 
 def draw_graphical_problem(axes: Any, c: Classification, contact: int) -> None:
-    """One state: the line of the sliding contact, the corner of admissible pairs, the solutions."""
-    if not c.mode[contact].startswith("sliding") or sum(mode != "open" for mode in c.mode) != 1:
-        raise InvalidInput("the graphical problem needs one closed contact, and it must slide")
-    p, b = c.p[contact, 0 if c.gamma_F[contact] > 0 else 1], c.b[contact]
-    reach = 1.7 * max([abs(b / p) if p else 1.0, *(abs(s.la_N[contact]) for s in c.solutions)])
-    la = np.linspace(-0.35 * reach, reach, 2)
-    height = 1.25 * max(abs(b), np.abs(p * la + b).max() / 2)
+    """One state: the line of the contact, the pairs that its law admits, the solutions."""
+    has_friction = require_drawable(c, contact)
+    s = 0 if not has_friction or c.gamma_F[contact] > 0 else 1
+    p, b, is_bilateral = c.p[contact, s], c.b[contact], bool(c.is_bilateral[contact])
+    slopes = (c.p[contact, 1 - s], p) if is_bilateral else (p, p)  # where it pulls, and where it pushes
+    forces = [s.la_N[contact] for s in c.solutions]
+    reach = 1.7 * max([*(abs(b / slope) if slope else 1.0 for slope in slopes[not is_bilateral :]), *np.abs(forces)])
+    left = -reach if is_bilateral else -0.35 * reach
+    la = np.array([left, 0.0, reach] if is_bilateral else [left, reach])
+    line = np.where(la < 0, slopes[0], slopes[1]) * la + b
+    height = 1.25 * max(abs(b), np.abs(line).max() / 2) or 1.0
     axes.axhline(0, color="#b0b0b0", lw=0.8)
     axes.axvline(0, color="#b0b0b0", lw=0.8)
-    axes.plot([0, 0, reach], [height, 0, 0], color="#636363", lw=4, alpha=0.45, solid_joinstyle="miter",
-              label="$0 \\leq \\lambda_N \\perp \\dot\\gamma_N \\geq 0$")  # fmt: skip
-    axes.plot(la, p * la + b, color=BLUE, lw=1.8, label="$\\dot\\gamma_N = p\\,\\lambda_N + b$")
+    law: dict[str, Any] = {"color": "#636363", "lw": 4, "alpha": 0.45, "solid_joinstyle": "miter"}
+    if is_bilateral:
+        axes.plot([left, reach], [0, 0], label="$\\dot\\gamma_N = 0$, $\\lambda_N$ of either sign", **law)
+    else:
+        axes.plot([0, 0, reach], [height, 0, 0], label="$0 \\leq \\lambda_N \\perp \\dot\\gamma_N \\geq 0$", **law)
+    axes.plot(la, line, color=BLUE, lw=1.8, label="$\\dot\\gamma_N = p\\,\\lambda_N + b$")
     points = [(s.la_N[contact], s.dgamma_N[contact]) for s in c.solutions]
     axes.plot(*np.array(points).reshape(-1, 2).T, "o", color=RED, ms=7, zorder=5, label="solutions")
-    axes.set_xlim(la[0], reach)
+    axes.set_xlim(left, reach)
     axes.set_ylim(-height, height)
     axes.set_xlabel("$\\lambda_N$ [N]")
     axes.set_ylabel("$\\dot\\gamma_N$ [m/s²]")
-    sign = "<" if p < 0 else ">"
-    text = f"$p = {p:.3g}$ {sign} 0\n$b = {b:.3g}$ {'<' if b < 0 else '>'} 0\n{c.n_solutions} solution"
-    axes.text(0.97, 0.95, text + ("" if c.n_solutions == 1 else "s"), transform=axes.transAxes, ha="right", va="top",
-              fontsize=9, bbox={"fc": "white", "ec": "none", "alpha": 0.8})  # fmt: skip
+    places = (" ($\\lambda_N > 0$)", " ($\\lambda_N < 0$)") if is_bilateral and has_friction else ("",)
+    rows = [f"$p = {slope:.3g}$ {compared(slope)} 0{place}" for slope, place in zip(slopes[::-1], places, strict=False)]
+    rows += [f"$b = {b:.3g}$ {compared(b)} 0", f"{c.n_solutions} solution" + ("" if c.n_solutions == 1 else "s")]
+    is_taken = 0.75 * slopes[1] * reach + b > 0.3 * height  # the upper corner, by the line
+    axes.text(0.97, 0.05 if is_taken else 0.95, "\n".join(rows), transform=axes.transAxes, ha="right", fontsize=9,
+              va="bottom" if is_taken else "top", bbox={"fc": "white", "ec": "none", "alpha": 0.8})  # fmt: skip
+
+
+def compared(x: float) -> str:
+    """How a number compares with zero."""
+    return "<" if x < 0 else ">" if x > 0 else "="
+
+
+def require_drawable(c: Classification, contact: int) -> bool:
+    """Whether the contact has friction; InvalidInput where its problem is no line over its own force alone."""
+    if sum(mode != "open" for mode in c.mode) != 1 or c.mode[contact] == "open":
+        n = sum(mode != "open" for mode in c.mode)
+        raise InvalidInput(f"the graphical problem needs one closed contact, whose force alone matters; here are {n}")
+    if not np.isfinite(c.p[contact]).all():
+        raise InvalidInput("the graphical problem needs a normal force to be found; that of this contact is given")
+    has_friction = bool(np.isfinite(c.k[contact]).all())
+    if has_friction and not c.mode[contact].startswith("sliding"):
+        raise InvalidInput(
+            "the graphical problem needs a contact without friction, or one that must slide; this one rests, and may "
+            "stick or slide either way, each with another line: give it a sliding velocity"
+        )
+    return has_friction

@@ -285,3 +285,10 @@ def thinning(solution: Solution) -> np.ndarray:
     """Indices of the records that are drawn."""
     n = len(solution.t)
     return np.unique(np.linspace(0, n - 1, min(n, MAX_POINTS)).astype(int))
+
+
+def is_geometric(values: np.ndarray) -> bool:
+    """Whether equal ratios, and not equal steps, lie between the values."""
+    if values.dtype.kind not in "fi" or len(values) < 3 or not (values > 0).all():
+        return False
+    return bool(np.ptp(np.diff(np.log(values))) < 1e-6 < np.ptp(np.diff(values)) / np.abs(values).max())

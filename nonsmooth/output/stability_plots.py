@@ -126,16 +126,18 @@ def plot_eigen_path(paths: EigenPath | Mapping[str, EigenPath], path: str | Path
             line: dict[str, Any] = {"color": colour, "ls": style, "lw": 1.4}
             above.plot(curve.values, s.real, label=label if mode == 0 else None, **line)
             shown = s.imag >= 0
-            below.plot(np.where(shown, curve.values, np.nan), s.imag, **line)
-            locus.plot(s.real, np.where(shown, s.imag, np.nan), **line)
+            upper = np.where(joined(shown), np.abs(s.imag), np.nan)
+            below.plot(curve.values, upper, **line)
+            locus.plot(s.real, upper, **line)
             for end, marker, fill in ((0, "o", "white"), (-1, "s", colour)):
                 if shown[end]:
                     locus.plot(s.real[end], s.imag[end], marker, color=colour, mfc=fill, ms=5)
         for before, after, _, verdict in curve.changes:
+            x = where_growth_vanishes(curve, before, after)
             for axes in (above, below):
-                axes.axvline(0.5 * (before + after), color=colour, ls=":", lw=1)
+                axes.axvline(x, color=colour, ls=":", lw=1)
             text = verdict.name.lower().replace("_", " ")
-            place = 0.5 * (before + after), 0.04 + 0.2 * k
+            place = x, 0.04 + 0.2 * k
             below.annotate(text, place, (3, 0), ("data", "axes fraction"), "offset points", rotation=90, fontsize=8,
                            va="bottom", ha="left", color=colour)  # fmt: skip
     first = next(iter(family.values()))
@@ -160,6 +162,19 @@ def plot_eigen_path(paths: EigenPath | Mapping[str, EigenPath], path: str | Path
     for axes in (above, below, locus):
         axes.grid(alpha=0.25)
     return saved(figure, path)
+
+
+def joined(shown: np.ndarray) -> np.ndarray:
+    """The points that are shown, and those before and after them: of a pair that becomes real both curves go on from
+    it, the lower one's from its conjugate."""
+    padded = np.pad(shown, 1)
+    return shown | padded[:-2] | padded[2:]
+
+
+def where_growth_vanishes(curve: EigenPath, before: float, after: float) -> float:
+    """Between two values of the parameter, linear; the middle where the growth keeps its sign."""
+    g_0, g_1 = (float(curve.growth[np.abs(curve.values - value).argmin()]) for value in (before, after))
+    return before + (after - before) * (g_0 / (g_0 - g_1) if g_0 * g_1 < 0 else 0.5)
 
 
 def plot_amplitudes(

@@ -16,6 +16,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_index, as_number
 from nonsmooth.errors import InvalidInput, MissingExtra
+from nonsmooth.interruption import Pieces
 from nonsmooth.paradox.points import Points, split_axes
 
 if TYPE_CHECKING:
@@ -92,11 +93,15 @@ def paradox_boundaries(system: Any, *, contact: int = 0, t: float = 0.0, state: 
     contact = as_index("contact", contact, points.system.n_c)
     x, y = plane.values()
     points.check([x, y])
+    pieces = Pieces()
 
     def fields(xy: np.ndarray) -> np.ndarray:
         """(n, 3) p, b, gamma_F at points (n, 2)."""
-        found = points.search([np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1])], 1)
-        return np.column_stack([found.p[:, contact], found.b[:, contact], found.gamma_F[:, contact]])
+        values = np.zeros((len(xy), 3))
+        for piece in pieces.of(len(xy)):
+            found = points.search([np.ascontiguousarray(column) for column in xy[piece].T], 1)
+            values[piece] = np.column_stack([found.p[:, contact], found.b[:, contact], found.gamma_F[:, contact]])
+        return values
 
     grid = fields(np.column_stack([axis.ravel() for axis in np.meshgrid(x, y)])).reshape(len(y), len(x), 3)
     curves: dict[str, list[np.ndarray]] = {}

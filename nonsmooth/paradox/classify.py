@@ -51,6 +51,7 @@ class ParadoxKind(IntEnum):
     INDETERMINATE = 2  # several
     NOT_ENUMERATED = 3  # more contacts than are enumerated
     INADMISSIBLE = 4  # (maps only) the state penetrates or lands: there is no acceleration-level problem
+    NOT_REACHED = 5  # (maps only) Ctrl-C came before
 
 
 class ParadoxFlag(IntFlag):
@@ -127,6 +128,8 @@ class Classification:
         Impacts without collision that the state admits.
     chatter_ratio : ndarray (n_c,)
         Growth of the bounces of a contact at rest, from one to the next: above 1 they grow; nan where there are none.
+    is_bilateral : ndarray (n_c,) of bool
+        Whether the normal force may have either sign.
     """
 
     t: float
@@ -148,6 +151,7 @@ class Classification:
     is_always_regular: bool | None
     impacts: tuple[ImpactAlternative, ...]
     chatter_ratio: np.ndarray
+    is_bilateral: np.ndarray
 
     def __str__(self) -> str:
         from nonsmooth.output.classification import as_text
@@ -225,7 +229,7 @@ def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None
         t, q, u, kind, solutions, n_solutions, is_complete,
         flags_of(problem, kind, solutions, impacts, chatter, tolerance), mode_names(problem),
         problem.gamma[:, 0].copy(), problem.gamma[:, 1].copy(), problem.mu_of_contacts(),
-        a, b, p, k, is_always, impacts or (), chatter,
+        a, b, p, k, is_always, impacts or (), chatter, system.kinds[:, 0] == BILATERAL,
     )  # fmt: skip
 
 

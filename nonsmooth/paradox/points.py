@@ -75,6 +75,11 @@ class Points:
             if name not in self.variables and name not in self.parameters:
                 known = (*self.variables, *self.parameters)
                 raise UnknownName(f"there is no variable or parameter {name!r}; {nearest(name, known)}")
+            if name in self.variables and name in self.parameters:
+                raise InvalidInput(
+                    f"{name!r} has two meanings, a parameter and a variable of state(...): rename one of them, or give "
+                    "state=, a function with other names"
+                )
         self.fixed = {name: as_number(name, value) for name, value in fixed.items()}
         changes = {name: value for name, value in self.fixed.items() if name not in self.variables}
         self.model = with_values(model, changes)

@@ -28,6 +28,7 @@ from nonsmooth.stability.limit_cycle import limit_cycle
 from nonsmooth.stability.mode_sequence import ContactLost, PhaseGuess, period_of, sequence_near
 from nonsmooth.stability.shooting import OtherSequence, Shooting
 from nonsmooth.system import System, as_system
+from nonsmooth.telling import tell
 
 TURNS = 8  # folds
 SAME = 0.3  # of the amplitude: a cycle that simulation finds so near continues the branch
@@ -45,7 +46,8 @@ class CycleChange:
     ----------
     kind : str
         "stick begins", "stick ends", "new sequence", "paradox entry", "paradox exit", "fold", "period doubling",
-        "torus", "jump" to a cycle that is not the continuation of the last, or "end" of the branch.
+        "torus", "jump" to a cycle that is not the continuation of the last, "end" of the branch, or "interrupted" by
+        Ctrl-C.
     value : float
         Where: to about 1e-9 for stick that begins or ends by grazing, for a paradox, and for a fold that the branch
         goes round, else the middle of the two values.
@@ -123,7 +125,7 @@ def continue_cycle(
     -------
     CycleBranch
         At a fold it turns round and visits the values backwards, with the fold itself between. It ends early, with a
-        change of the kind "end", where no cycle is left.
+        change of the kind "end", where no cycle is left, and with "interrupted" after Ctrl-C.
 
     Raises
     ------
@@ -139,7 +141,8 @@ def continue_cycle(
     branch = _Growing(system, parameter, rtol, [float(grid[0])], [limit_cycle(first, cycle, forcing=forcing)], [])
     k, direction, turns = 1, 1, 0
     while 0 <= k < grid.size:
-        outcome = branch.reach(float(grid[k]))
+        tell(k / grid.size)
+        outcome = branch.reach_or_stop(float(grid[k]))
         if outcome == "end":
             break
         if outcome == "turned":
@@ -165,6 +168,17 @@ class _Growing:
     def at(self, value: float) -> System:
         """The system at a value of the parameter."""
         return self.system.with_parameters(**{self.parameter: value})
+
+    def reach_or_stop(self, value: float) -> str:
+        """`reach`; after Ctrl-C the end, which keeps the cycles that were found."""
+        n = len(self.cycles), len(self.changes)
+        try:
+            return self.reach(value)
+        except KeyboardInterrupt:
+            del self.values[n[0] :], self.cycles[n[0] :], self.changes[n[1] :]
+            before = self.values[-1]
+            self.changes.append(CycleChange("interrupted", 0.5 * (before + value), before, value))
+            return "end"
 
     def reach(self, value: float) -> str:
         """Add the cycle at the next value: "reached", "turned" round a fold back to the last value, or "end"."""
@@ -316,7 +330,8 @@ def lagrange_weights(points: np.ndarray, at: float) -> np.ndarray:
 def _resimulated(system: System, last: LimitCycle) -> LimitCycle:
     """The cycle that the motion from the last one settles in."""
     start, t = last.phases[0], float(last.phases[0].x[-1]) if last.has_time else 0.0
-    run = simulate_whole(system, (t, t + SETTLE * last.period), start.q, start.u, integrator=EventDriven())
+    span = t, t + SETTLE * last.period
+    run = simulate_whole(system, span, start.q, start.u, integrator=EventDriven(), progress=None)
     drift = drift_of(system, [(t, start.q, start.u)], last.forcing is not None) if last.drifts else NONE
     return Shooting(system, period_of(run, last.forcing, drift), **last.closing).solve()
 

@@ -2,15 +2,20 @@
 
 From one value to the next, modes are matched by the assignment that minimises
 
-    sum_i  |s_i - s*_i|/max|s|  +  1 - MAC_i,     MAC = |y^H y*|^2/(|y|^2 |y*|^2)
+    sum_i c_ii,    c_ij = |s_i - s*_j|/max|s|  +  1 - MAC_ij,     MAC_ij = |y_i^H y*_j|^2/(|y_i|^2 |y*_j|^2)
 
-with s* continued linearly and y = (x, s x) the state vector of the mode. Where two eigenvalues meet (flutter) neither
-the frequency nor the shape tells them apart: there the names are a convention. Sources: Kuhn, *Naval Research
-Logistics* 2 (1955) 83 (assignment); Allemang and Brown, *Proc. 1st Int. Modal Analysis Conf.* (1982) 110 (MAC).
+with y = (x, s x) the state vector of the mode. Where a match is not clear, c_ii > CLEAR min_j c_ij, the way between the
+two values is halved and each half is followed: frequencies that cross are told apart by their shapes, and eigenvalues
+that pass near one another by their places. At a branch point, where two meet and part, neither tells; there the names
+are a convention that does not depend on the values chosen: of a pair that becomes real the larger one keeps the column
+with Im s > 0, of two that become a pair the larger one gets it, and pairs stay pairs of columns. Sources: Kuhn,
+*Naval Research Logistics* 2 (1955) 83 (assignment); Allemang and Brown, *Proc. 1st Int. Modal Analysis Conf.* (1982)
+110 (MAC).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -22,9 +27,14 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.stability.equilibrium import Equilibrium, as_equilibrium, equilibrium, follow
 from nonsmooth.stability.linearise import Linearisation, Verdict, linearise
 from nonsmooth.system import as_system
+from nonsmooth.telling import tell
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+CLEAR = 0.3  # of the next best match: a better one is believed
+HALVINGS = 12  # of the way between two values: a branch point is passed within 1/4000 of it
+TINY = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +97,7 @@ def eigen_path(system: Any, parameter: str, values: ArrayLike, at: Equilibrium |
     Returns
     -------
     EigenPath
+        After Ctrl-C up to the value that was reached: its ``values`` are fewer then.
 
     Raises
     ------
@@ -112,10 +123,16 @@ def eigen_path(system: Any, parameter: str, values: ArrayLike, at: Equilibrium |
     first = {parameter: float(grid[0])}
     at = equilibrium(system.with_parameters(**first)) if at is None else follow(as_equilibrium(at), **first)
     points: list[Linearisation] = []
-    for value in grid:
-        at = follow(at, **{parameter: float(value)})
-        points.append(linearise(at.mode.system, at))
-    order = _followed(grid, points)
+    try:
+        for value in grid:
+            at = follow(at, **{parameter: float(value)})
+            points.append(linearise(at.mode.system, at))
+            tell(len(points) / grid.size)
+    except KeyboardInterrupt:
+        if not points:
+            raise
+    grid = grid[: len(points)]
+    order = followed(grid, points, lambda near, value: _between(near, parameter, value))
     return EigenPath(
         parameter, grid,
         np.array([point.eigenvalues[k] for point, k in zip(points, order, strict=True)]),
@@ -125,28 +142,86 @@ def eigen_path(system: Any, parameter: str, values: ArrayLike, at: Equilibrium |
     )  # fmt: skip
 
 
-def _followed(grid: np.ndarray, points: list[Linearisation]) -> list[np.ndarray]:
-    """For each point, which of its eigenvalues belongs to which column."""
-    from scipy.optimize import linear_sum_assignment
+def _between(near: Linearisation, parameter: str, value: float) -> Linearisation | None:
+    """The linearisation at a value between two; None where no equilibrium is found."""
+    try:
+        at = follow(near.equilibrium, **{parameter: value})
+        return linearise(at.mode.system, at)
+    except InvalidInput:
+        return None
 
+
+def followed(grid: np.ndarray, points: Sequence[Any], at: Callable[[Any, float], Any]) -> list[np.ndarray]:
+    """For each point, which of its eigenvalues belongs to which column; ``at(near, value)`` gives points between."""
     order = [np.arange(points[0].eigenvalues.size)]
     for j in range(1, len(points)):
-        old, new = points[j - 1], points[j]
-        s, k = old.eigenvalues[order[-1]], order[-1]
-        expected = s
-        if j > 1:
-            slope = (s - points[j - 2].eigenvalues[order[-2]]) / (grid[j - 1] - grid[j - 2])
-            expected = s + slope * (grid[j] - grid[j - 1])
-        distance = np.abs(expected[:, None] - new.eigenvalues[None, :]) / max(np.abs(s).max(), 1e-300)
-        cost = distance + 1 - assurance(states(old)[:, k], states(new))
-        order.append(linear_sum_assignment(cost)[1])
+        ends = (float(grid[j - 1]), points[j - 1]), (float(grid[j]), points[j])
+        order.append(carried(order[-1], *ends, at, HALVINGS))
     return order
+
+
+def carried(
+    columns: np.ndarray, start: tuple[float, Any], end: tuple[float, Any], at: Callable[[Any, float], Any], depth: int
+) -> np.ndarray:
+    """The eigenvalues at the end that belong to the columns of those at the start."""
+    from scipy.optimize import linear_sum_assignment
+
+    (a, old), (b, new) = start, end
+    s = old.eigenvalues[columns]
+    cost = np.abs(s[:, None] - new.eigenvalues[None, :]) / max(np.abs(s).max(), TINY)
+    cost += 1 - assurance(states(old)[:, columns], states(new))
+    chosen = linear_sum_assignment(cost)[1]
+    if depth > 0 and not is_clear(cost, chosen):
+        middle = 0.5 * (a + b)
+        between = at(old, middle)
+        if between is not None:
+            half = carried(columns, start, (middle, between), at, depth - 1)
+            return carried(half, (middle, between), end, at, depth - 1)
+    return by_convention(s, new.eigenvalues, chosen)
+
+
+def is_clear(cost: np.ndarray, chosen: np.ndarray) -> bool:
+    """Whether each match is much better than every other for its column."""
+    if len(chosen) < 2:
+        return True
+    rows = np.arange(len(chosen))
+    others = cost.copy()
+    others[rows, chosen] = np.inf
+    return bool((cost[rows, chosen] <= CLEAR * others.min(axis=1)).all())
+
+
+def by_convention(s: np.ndarray, new: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """The match in which conjugate columns stay so, and the larger of two real ones has the column with Im s > 0."""
+    chosen = chosen.copy()
+    place = {int(k): column for column, k in enumerate(chosen)}
+
+    def exchange(one: int, other: int) -> None:
+        chosen[[one, other]] = chosen[[other, one]]
+        place[int(chosen[one])], place[int(chosen[other])] = one, other
+
+    for column in np.flatnonzero(s.imag > 0).tolist():
+        partner = int(np.abs(s - s[column].conj()).argmin())
+        x, y = new[chosen[column]], new[chosen[partner]]
+        if x.imag == 0 and y.imag == 0:
+            if x.real < y.real:
+                exchange(column, partner)
+        elif x.imag != 0:
+            exchange(partner, place[int(np.abs(new - x.conj()).argmin())])
+            if x.imag < 0:
+                exchange(column, partner)
+    for column in np.flatnonzero(s.imag == 0).tolist():
+        x = new[chosen[column]]
+        if x.imag > 0:
+            other = place[int(np.abs(new - x.conj()).argmin())]
+            if s[other].imag == 0 and s[other].real > s[column].real:
+                exchange(column, other)
+    return chosen
 
 
 def states(point: Linearisation) -> np.ndarray:
     """Columns (x |s|max, s x), coordinates and velocities of each mode in equal weight."""
     x = point.mode_shapes[list(point.kept)]
-    return np.concatenate([x * max(np.abs(point.eigenvalues).max(), 1e-300), x * point.eigenvalues])
+    return np.concatenate([x * max(np.abs(point.eigenvalues).max(), TINY), x * point.eigenvalues])
 
 
 def assurance(a: np.ndarray, b: np.ndarray) -> np.ndarray:

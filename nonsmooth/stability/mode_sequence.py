@@ -167,7 +167,8 @@ def sequence_near(system: System, cycle: LimitCycle) -> list[PhaseGuess]:
     begins = float(phase.x[-1]) - phase.begins if cycle.has_time else 0.0
     k = int(np.searchsorted(cycle.t, phase.begins + 0.5 * phase.duration))
     t_0 = begins + float(cycle.t[k])
-    run = simulate_whole(system, (t_0, t_0 + cycle.period), cycle.q[k], cycle.u[k], integrator=EventDriven())
+    span = t_0, t_0 + cycle.period
+    run = simulate_whole(system, span, cycle.q[k], cycle.u[k], integrator=EventDriven(), progress=None)
     _require_contact(run, run.t > t_0)
     runs = runs_of(run)
     if runs[0].states != runs[-1].states:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from typing import Any
 
@@ -14,6 +15,7 @@ from nonsmooth.stability.equilibrium import Equilibrium, as_equilibrium, equilib
 from nonsmooth.stability.linearise import linearise
 from nonsmooth.stability.sensitivity import eigenvalue_sensitivity
 from nonsmooth.system import as_system
+from nonsmooth.telling import tell
 
 
 def stability_map(
@@ -35,7 +37,8 @@ def stability_map(
     -------
     xarray.Dataset
         ``growth`` max Re s [1/s], ``frequency`` of that eigenvalue [rad/s], ``verdict`` (Verdict), ``is_virtual``, and
-        ``d_growth_d_NAME``. Growth is NaN where no equilibrium is found.
+        ``d_growth_d_NAME``. Growth is NaN where no equilibrium is found. After Ctrl-C it is NaN from there on, and the
+        attribute ``points_reached`` counts those that were looked at.
 
     Raises
     ------
@@ -72,16 +75,27 @@ def stability_map(
     names = ["growth", "frequency", "verdict", "is_virtual"]
     names += [f"d_growth_d_{name}" for name in axes] if sensitivities else []
     table = {name: np.full((x.size, y.size), np.nan) for name in names}
-    for i, j in np.ndindex(x.size, y.size):
-        k = j if i % 2 == 0 else y.size - 1 - j  # to and fro, so that each point starts from a neighbour
-        try:
-            at = follow(at, **{first: float(x[i]), second: float(y[k])})
-        except InvalidInput:
-            continue
-        for name, value in zip(names, _figures(at, list(axes) if sensitivities else []), strict=True):
-            table[name][i, k] = value
+    reached = 0
+    with contextlib.suppress(KeyboardInterrupt):
+        for i, j in np.ndindex(x.size, y.size):
+            k = j if i % 2 == 0 else y.size - 1 - j  # to and fro, so that each point starts from a neighbour
+            at, figures = _point(at, {first: float(x[i]), second: float(y[k])}, list(axes) if sensitivities else [])
+            for name, value in zip(names, figures, strict=False):  # none where there is no equilibrium
+                table[name][i, k] = value
+            reached += 1
+            tell(reached / table["growth"].size)
     data = {name: ((first, second), values) for name, values in table.items()}
-    return xarray.Dataset(data, coords={first: x, second: y})
+    attrs = {} if reached == table["growth"].size else {"points_reached": reached}
+    return xarray.Dataset(data, coords={first: x, second: y}, attrs=attrs)
+
+
+def _point(at: Equilibrium, where: dict[str, float], parameters: list[str]) -> tuple[Equilibrium, list[float]]:
+    """The equilibrium at other parameters and its figures; the one before and none where none is found."""
+    try:
+        at = follow(at, **where)
+    except InvalidInput:
+        return at, []
+    return at, _figures(at, parameters)
 
 
 def _figures(at: Equilibrium, parameters: list[str]) -> list[float]:

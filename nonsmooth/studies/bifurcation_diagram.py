@@ -22,8 +22,9 @@ from nonsmooth.initial_state import as_state
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.memory import require_memory
 from nonsmooth.simulation import simulate_whole
-from nonsmooth.studies.sweep import sweep
+from nonsmooth.studies.sweep import sweep, whole
 from nonsmooth.system import ContactMode, System, as_system
+from nonsmooth.telling import tell
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -71,6 +72,7 @@ def bifurcation_diagram(
     duration: float | None = None,
     dt: float | None = None,
     workers: int = 1,
+    progress: Any = True,
 ) -> BifurcationDiagram:
     """Simulate along a parameter in both directions.
 
@@ -90,6 +92,8 @@ def bifurcation_diagram(
         fifth is looked at.
     workers : int
         Processes for several starts.
+    progress : bool, "json" or callable
+        As of `sweep`; a cell is a chain of all the values.
 
     Returns
     -------
@@ -122,7 +126,8 @@ def bifurcation_diagram(
     starts = as_starts(source.state() if start is None else start, as_system(system))
     there_and_back = np.concatenate([grid, grid[::-1]])
     chain = Chain(system, parameter, there_and_back, coordinate, starts, span, integrator)
-    found = sweep(chain, {"start": range(len(starts))}, workers=workers, fail_fast=True, progress=False)
+    starting = {"start": range(len(starts))}
+    found = whole(sweep(chain, starting, workers=workers, fail_fast=True, progress=progress))
     late, opens = found.late.values, (found.opens.values > 0).any(axis=0)
     distinct = DISTINCT * np.ptp(late) + STILL * np.abs(late).max()
     peaks = [maxima(late[:, i], distinct) for i in range(late.shape[1])]
@@ -157,13 +162,17 @@ class Chain:
         system, span = as_system(self.model), self.span
         times = np.linspace((1 - LATE) * span, span, max(int(LATE * span / self.integrator.dt), 2))
         state = self.starts[start]
-        late, opens = [], []
+        late: list[np.ndarray] = []
+        opens: list[bool] = []
         for value in self.values.tolist():
             moved = system.with_parameters(**{self.parameter: value})
-            run = simulate_whole(moved, (0.0, span), *state, integrator=self.integrator, t_eval=times, project=True)
+            run = simulate_whole(
+                moved, (0.0, span), *state, integrator=self.integrator, t_eval=times, project=True, progress=None
+            )
+            tell(len(late) / len(self.values))
             state = run.q[-1], run.u[-1]
             late.append(run.q[1:, self.coordinate])  # without the start
-            opens.append((run.mode[1:] == ContactMode.OPEN).any())
+            opens.append(bool((run.mode[1:] == ContactMode.OPEN).any()))
         return {"late": np.array(late), "opens": np.array(opens)}
 
 

@@ -19,7 +19,7 @@ from nonsmooth.studies.stability import StabilityStudy
 ROWS = 40  # of the printed table of a branch
 
 
-def study_cycle(model: Any, axes: Mapping[str, ArrayLike]) -> StabilityStudy:
+def study_cycle(model: Any, axes: Mapping[str, ArrayLike], units: Mapping[str, str] | None = None) -> StabilityStudy:
     """The cycle that the model's default state tends to, and its branch along a parameter.
 
     Parameters
@@ -27,6 +27,8 @@ def study_cycle(model: Any, axes: Mapping[str, ArrayLike]) -> StabilityStudy:
     model : System or model
     axes : mapping
         At most one parameter and its values.
+    units : mapping, optional
+        Its unit, for the figure.
 
     Returns
     -------
@@ -44,7 +46,10 @@ def study_cycle(model: Any, axes: Mapping[str, ArrayLike]) -> StabilityStudy:
         return StabilityStudy(describe(cycle), partial(_draw_cycle, cycle))
     ((parameter, values),) = axes.items()
     branch = continue_cycle(model, parameter, values)
-    return StabilityStudy(table(branch), partial(_draw_branch, branch))
+    is_interrupted = any(change.kind == "interrupted" for change in branch.changes)
+    unit = (units or {}).get(parameter, "")
+    label = f"{parameter} [{unit}]" if unit else ""
+    return StabilityStudy(table(branch), partial(_draw_branch, branch, label), is_interrupted)
 
 
 def describe(cycle: LimitCycle) -> str:
@@ -88,7 +93,7 @@ def _draw_cycle(cycle: LimitCycle, path: Path) -> Any:
     return plot_cycle(cycle, path)
 
 
-def _draw_branch(branch: CycleBranch, path: Path) -> Any:
+def _draw_branch(branch: CycleBranch, label: str, path: Path) -> Any:
     from nonsmooth.output.cycle_plots import plot_branch
 
-    return plot_branch(branch, path)
+    return plot_branch(branch, path, label)

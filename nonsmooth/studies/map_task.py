@@ -5,7 +5,6 @@ The search is compiled, a batch of states in one call (paradox/points.py).
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -14,11 +13,10 @@ import numpy as np
 from nonsmooth.arrays import as_count, as_number
 from nonsmooth.compiled import model_of
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.interruption import end_if_asked
+from nonsmooth.interruption import Pieces
 from nonsmooth.paradox.classify import ParadoxKind
 from nonsmooth.paradox.forces import Outcome
 from nonsmooth.paradox.points import Found, Points, load_search
-from nonsmooth.runs.run import next_block
 from nonsmooth.studies.axis_names import Columns, unit_of
 from nonsmooth.studies.run_rows import Rules
 from nonsmooth.studies.task import Batch, CellStatus, Variable, as_slice, identity_of_model
@@ -73,7 +71,7 @@ class MapTask:
         self.kept = (KEPT_OF_ONE if self.is_one else KEPT_OF_SEVERAL) if kept is None else as_count("kept", kept)
         self._points: dict[tuple[str, ...], Points] = {}
         self._rules = Rules(model)
-        self._piece = 1  # points in the next call
+        self._pieces = Pieces()
 
     def __getstate__(self) -> dict[str, Any]:
         return {**vars(self), "_points": {}, "_rules": Rules(self.model)}
@@ -131,19 +129,14 @@ class MapTask:
         states = None
         if points.natural is None:
             cells, states = states_of(points, columns, cells, fail)
-        taken = 0
-        while taken < len(cells):  # in pieces of some 0.02 s, between which Ctrl-C is heard
-            end_if_asked()
-            began, piece = time.perf_counter(), slice(taken, taken + self._piece)
+        for piece in self._pieces.of(len(cells)):
             place = as_slice(cells[piece])
             some = None if states is None else states[piece]
             found = points.search([values[place].astype(float) for values in columns.values()], self.kept, some)
             result.status[cells[piece][found.outcome == Outcome.NOT_FINITE]] = CellStatus.NOT_FINITE
             for name, values in self._values(found).items():
                 result.put(name, place, values)
-            taken += len(found.number)
-            self._piece = next_block(len(found.number), time.perf_counter() - began)
-            tell(taken / len(cells))
+            tell(piece.stop / len(cells))
         return result
 
     def _values(self, found: Found) -> Mapping[str, np.ndarray]:

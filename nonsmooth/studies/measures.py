@@ -133,7 +133,7 @@ MEASURES = {
         lambda cells: {"period": cells.period}, period_of, needs_motion=True,
     ),
     "modes": Measure(
-        {"modes": Variable(meaning="modes of the contacts in the order of their beginning")},
+        {"modes": Variable(meaning="modes of the contacts in the order of their beginning", is_text=True)},
         modes_of_cells, modes_of, needs_sequence=True,
     ),
     "paradoxes": count_events("paradoxes", "events without a solution, or with several", INCONSISTENT, INDETERMINATE),

@@ -36,7 +36,7 @@ WHOLE_NUMBERS = {  # the results in order, and what those are that a sweep holds
 
 
 def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, workers: int | None = None,
-                kept: int | None = None, **axes: Any) -> xarray.Dataset:  # fmt: skip
+                kept: int | None = None, progress: Any = True, **axes: Any) -> xarray.Dataset:  # fmt: skip
     """Classify every state of a grid.
 
     Parameters
@@ -50,6 +50,8 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
         Threads; one for each processor when left out.
     kept : int, optional
         Solutions written out at each point (3 for one contact, else 8); all of them are counted.
+    progress : bool, "json" or callable
+        As of `sweep`.
     **axes : float or array-like
         Variables of ``state(...)`` and parameters by name: an array is an axis of the map, a number is held fixed.
         The others keep their defaults.
@@ -60,7 +62,8 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
         Over the axes: ``n_solutions``; ``kind``, codes of `ParadoxKind`; ``p``, ``b``, ``gamma_F`` of each contact, p
         the least of the slides that the state admits, so that p < 0 is the paradox; ``la_N`` and ``modes`` of each
         solution. The attributes ``flag_values`` and ``flag_meanings`` explain codes; the dimension ``contact`` is there
-        with several contacts.
+        with several contacts. After Ctrl-C the states that were not reached have the kind NOT_REACHED, and the
+        attribute ``interrupted`` is 1.
 
     Raises
     ------
@@ -96,7 +99,9 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
     points = task.points(tuple(grid))
     points.check(list(grid.values()))
     threads = os.cpu_count() or 1 if workers is None else min(as_count("workers", workers), os.cpu_count() or 1)
-    found = sweep(task, grid, workers=threads, progress=False)
+    found = sweep(task, grid, workers=threads, progress=progress)
+    if (found.status == CellStatus.NOT_RUN).all():
+        raise KeyboardInterrupt
     refused = np.argwhere(found.status.values == CellStatus.FAILED)
     if len(refused):
         where = found.isel(dict(zip(grid, refused[0], strict=True)))
@@ -110,12 +115,16 @@ def as_map(found: xarray.Dataset, points: Points) -> xarray.Dataset:
     """The results as whole numbers where they are, with what codes mean, and what was held fixed."""
     kinds = {int(kind): kind.name for kind in ParadoxKind}
     chart = found[list(WHOLE_NUMBERS)].copy()
+    is_reached = found.status != CellStatus.NOT_RUN
+    is_whole = bool(is_reached.all())
     for name, dtype in WHOLE_NUMBERS.items():
         if dtype is not None:
-            chart[name] = found[name].astype(dtype, keep_attrs=True)
+            left = ParadoxKind.NOT_REACHED if name == "kind" else -1
+            known = found[name] if is_whole else found[name].where(is_reached, int(left))
+            chart[name] = known.astype(dtype, keep_attrs=True)
     chart.kind.attrs.update(flags(kinds))
     chart.modes.attrs.update(flags(MODES))
-    attrs = {"system": points.system.name or "system", "t": points.t}
+    attrs = {"system": points.system.name or "a system", "t": points.t}
     attrs |= {name: value for name, value in points.system.parameter_values.items() if name not in points.names}
     attrs |= {name: points.default(name) for name in points.variables
               if name not in points.names and points.default(name) is not None}  # fmt: skip

@@ -133,6 +133,8 @@ def penalty_study(
     if damping is not None and damping_ratio is not None:
         raise InvalidInput("give either damping or damping_ratio; got both")
     problem = as_problem(system, t_span, q0, u0, times)
+    if problem.system.n_c == 0:
+        raise InvalidInput("a penalty study needs a system with contacts; this one has none")
     contact = as_index("contact", contact, problem.system.n_c)
     with part_shown("the reference", progress):
         exact = as_reference(EXACT if reference is None else reference, problem, delay)

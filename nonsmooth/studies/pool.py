@@ -95,6 +95,8 @@ class LocalPool(Executor):
             thread.join()
 
     def _serve(self, worker: _Worker) -> None:
+        if hasattr(signal, "pthread_sigmask"):  # a process that is starting gets no Ctrl-C either, which goes to all
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         while (call := self._calls.get()) is not None:
             future, seconds, payload = call
             if not future.set_running_or_notify_cancel():

@@ -23,13 +23,16 @@ from nonsmooth.system import System, as_system
 
 @dataclass(frozen=True)
 class StabilityStudy:
-    """A table as text, and the function that draws the figure (None at a single point)."""
+    """A table as text, the function that draws the figure (None at a single point), whether Ctrl-C ended it."""
 
     text: str
     draw: Callable[[Path], Any] | None
+    is_interrupted: bool = False
 
 
-def study_stability(model: Any, axes: Mapping[str, ArrayLike]) -> StabilityStudy:
+def study_stability(
+    model: Any, axes: Mapping[str, ArrayLike], units: Mapping[str, str] | None = None
+) -> StabilityStudy:
     """Steady sliding of a model, and how its stability changes with up to two parameters.
 
     Parameters
@@ -37,6 +40,8 @@ def study_stability(model: Any, axes: Mapping[str, ArrayLike]) -> StabilityStudy
     model : System or model
     axes : dict
         Names of parameters and their values.
+    units : mapping, optional
+        Units of parameters, for the figure.
 
     Returns
     -------
@@ -56,10 +61,18 @@ def study_stability(model: Any, axes: Mapping[str, ArrayLike]) -> StabilityStudy
         return StabilityStudy(text, None)
     if len(axes) == 2:
         chart = stability_map(system, axes, at, sensitivities=False)
-        return StabilityStudy(f"{text}\n\n{count(chart.verdict.values)}", partial(_draw_map, chart))
+        reached = chart.attrs.get("points_reached", chart.verdict.size)
+        found = count(chart.verdict.values, chart.verdict.size - reached)
+        draw = partial(_draw_map, chart, units or {})
+        return StabilityStudy(f"{text}\n\n{found}", draw, reached < chart.verdict.size)
     (parameter, values), = axes.items()  # fmt: skip
-    path = eigen_path(system, parameter, values, at)
-    return StabilityStudy(f"{text}\n\n{changes(system, path)}", path.plot)
+    try:
+        path = eigen_path(system, parameter, values, at)
+    except KeyboardInterrupt:
+        return StabilityStudy(text, None, True)
+    is_cut = path.values.size < np.size(values)
+    draw_path = partial(path.plot, unit=(units or {}).get(parameter, ""))
+    return StabilityStudy(f"{text}\n\n{changes(system, path)}", draw_path, is_cut)
 
 
 def describe(model: Any, small: Linearisation) -> str:
@@ -92,11 +105,12 @@ def changes(system: System, path: EigenPath) -> str:
     return "\n".join(lines)
 
 
-def count(verdicts: np.ndarray) -> str:
-    """How many points of a map have each verdict."""
+def count(verdicts: np.ndarray, left: int = 0) -> str:
+    """How many points of a map have each verdict, and how many were not reached."""
     lines = [f"{int((verdicts == v).sum()):6d} points {spelt(v)}" for v in Verdict if (verdicts == v).any()]
-    missing = int(np.isnan(verdicts).sum())
-    return "\n".join(lines + ([f"{missing:6d} points without an equilibrium"] if missing else []))
+    missing = int(np.isnan(verdicts).sum()) - left
+    lines += [f"{missing:6d} points without an equilibrium"] if missing else []
+    return "\n".join(lines + ([f"{left:6d} points not reached"] if left else []))
 
 
 def spelt(verdict: Verdict) -> str:
@@ -104,7 +118,7 @@ def spelt(verdict: Verdict) -> str:
     return verdict.name.lower().replace("_", " ")
 
 
-def _draw_map(chart: Any, path: Path) -> Any:
+def _draw_map(chart: Any, units: Mapping[str, str], path: Path) -> Any:
     from nonsmooth.output.stability_plots import plot_stability_map
 
-    return plot_stability_map(chart, path)
+    return plot_stability_map(chart, path, [units.get(name, "") for name in chart.growth.dims])

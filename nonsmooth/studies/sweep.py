@@ -189,6 +189,13 @@ def costs_of(task: Task, result: Result) -> np.ndarray | None:
     return costs
 
 
+def whole(found: xarray.Dataset) -> xarray.Dataset:
+    """A sweep that came to its end, for those who have no use for a part; else KeyboardInterrupt."""
+    if found.attrs["interrupted"]:
+        raise KeyboardInterrupt
+    return found
+
+
 def as_task(candidate: Any) -> Task:
     """A task as it is, a model's runs, or a function's calls."""
     if all(hasattr(candidate, name) for name in ("identity", "check", "holds_interpreter")):

@@ -9,7 +9,7 @@ import numpy as np
 
 from nonsmooth.arrays import as_instance, as_name
 from nonsmooth.errors import InvalidInput
-from nonsmooth.output.plots import new_figure, saved
+from nonsmooth.output.plots import is_geometric, new_figure, saved
 from nonsmooth.studies.task import OF_COORDINATE
 
 if TYPE_CHECKING:
@@ -80,7 +80,8 @@ def drawable(found: xarray.Dataset, name: str | None) -> str:
     if name is not None:
         as_name("result", name, [str(key) for key in found.data_vars])
     if not numbers or (name is not None and name not in numbers):
-        raise InvalidInput(f"{name or 'none of the results'} is a number; a figure needs one of {numbers or 'these'}")
+        what = f"{name} is a text" if name else "none of the results is a number"
+        raise InvalidInput(f"{what}; a figure needs a number" + (f", as {' or '.join(numbers)} is" if numbers else ""))
     return name or numbers[0]
 
 
@@ -143,10 +144,3 @@ def draw_map(figure: Any, place: Any, axes: list[xarray.DataArray], values: np.n
         if is_geometric(axis):
             set_scale("log")
     place.set(xlabel=with_unit(axes[0]), ylabel=with_unit(axes[1]))
-
-
-def is_geometric(values: np.ndarray) -> bool:
-    """Whether equal ratios, and not equal steps, lie between the values."""
-    if values.dtype.kind not in "fi" or len(values) < 3 or not (values > 0).all():
-        return False
-    return bool(np.ptp(np.diff(np.log(values))) < 1e-6 < np.ptp(np.diff(values)) / np.abs(values).max())

@@ -78,11 +78,12 @@ OF_COORDINATE = "[q]"  # stands in a unit for that of each coordinate
 
 @dataclass(frozen=True)
 class Variable:
-    """A result of each cell: its further dimensions, unit and meaning."""
+    """A result of each cell: its further dimensions, unit and meaning, and whether it is a text."""
 
     dims: tuple[str, ...] = ()
     unit: str = ""
     meaning: str = ""
+    is_text: bool = False
 
 
 class Task(Protocol):

@@ -18,15 +18,17 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_count
+from nonsmooth.arrays import as_count, as_flag
 from nonsmooth.errors import InvalidInput, StepFailure
 from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.studies.comparison import as_problem
+from nonsmooth.studies.progress import part_shown
 from nonsmooth.studies.reference import Problem, with_step, with_tolerance
 from nonsmooth.studies.study import require_xarray
 from nonsmooth.studies.work_precision_result import WorkPrecision
 from nonsmooth.system import as_system
+from nonsmooth.telling import listening, tell
 
 TIMES = 16  # at which a motion is looked at, evenly spaced, where it does not say
 STEPS = tuple(10.0 ** (-0.5 * k) for k in range(4, 12))  # of the span: 1e-2 to 3e-6
@@ -113,7 +115,8 @@ class OwnMethod:
 
     def run(self, name: str, problem: Problem, setting: float) -> Trial:
         """One run."""
-        solution = problem.run(self.made(setting), problem.times)
+        with listening(None):  # the study tells how far it is, not each of its runs
+            solution = problem.run(self.made(setting), problem.times)
         stats = solution.stats
         q = solution.q[-len(problem.times) :]
         return Trial(q, stats.wall_time, stats.evaluations or stats.steps, stats.steps)
@@ -132,6 +135,7 @@ def work_precision(
     reference: Any = None,
     *,
     repeats: int = REPEATS,
+    progress: Any = True,
 ) -> WorkPrecision:
     """Measure error against run time and against evaluations of the forces.
 
@@ -148,11 +152,13 @@ def work_precision(
         beside ``Adaptive(rtol=1e-10)``.
     repeats : int
         Runs of each setting; one that takes more than a second is not repeated.
+    progress : bool
+        A line on a terminal.
 
     Returns
     -------
     WorkPrecision
-        A `Study` over "scene", "integrator" and "level".
+        A `Study` over "scene", "integrator" and "level"; after Ctrl-C of the scenes that were finished.
 
     Raises
     ------
@@ -177,12 +183,19 @@ def work_precision(
     methods = {label: as_method(label, given) for label, given in integrators.items()}
     if not motions or not methods:
         raise InvalidInput("work_precision needs at least one motion and one integrator")
-    found = {}
-    for name, motion in motions.items():
-        problem = as_problem(motion.system, motion.t_span, motion.q0, motion.u0, times_of(motion))
-        known = as_known(motion.reference if motion.reference is not None else reference, problem)
-        found[name] = (known.disagreement, measure(name, problem, methods, known, repeats))
-    return assemble(found, list(methods))
+    found: dict[str, tuple[float, dict[str, list[dict[str, Any]]]]] = {}
+    try:
+        for name, motion in motions.items():
+            problem = as_problem(motion.system, motion.t_span, motion.q0, motion.u0, times_of(motion))
+            known = as_known(motion.reference if motion.reference is not None else reference, problem)
+            with part_shown(name, as_flag("progress", progress)):
+                found[name] = (known.disagreement, measure(name, problem, methods, known, repeats))
+    except KeyboardInterrupt:
+        if not found:
+            raise
+    study = assemble(found, list(methods))
+    study.data.attrs["interrupted"] = int(len(found) < len(motions))
+    return study
 
 
 def as_scenes(systems: Any) -> dict[str, Scene]:
@@ -244,9 +257,13 @@ def measure(
     """A row for each setting of each method."""
     rows: dict[str, list[dict[str, Any]]] = {}
     walls: dict[tuple[str, int], list[float]] = {}
+    settings = {label: method.settings(name, problem) for label, method in methods.items()}
+    n, done = (1 + repeats) * sum(map(len, settings.values())), 0
     for label, method in methods.items():
         rows[label] = []
-        for level, setting in enumerate(method.settings(name, problem)):
+        for level, setting in enumerate(settings[label]):
+            tell(done / n)
+            done += 1
             try:
                 trial = method.run(name, problem, setting)  # loads what it needs; its time does not count
             except (InvalidInput, StepFailure) as failure:
@@ -259,6 +276,8 @@ def measure(
             walls[label, level] = []
     for _ in range(repeats):
         for (label, level), times in walls.items():
+            tell(done / n)
+            done += 1
             row = rows[label][level]
             if row["wall_time"] < LONG:
                 times.append(methods[label].run(name, problem, row["setting"]).wall_time)

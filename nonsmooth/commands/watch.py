@@ -1,0 +1,87 @@
+"""Ctrl-C ends a command within half a second, whatever its main thread does.
+
+Python raises KeyboardInterrupt between two instructions of the main thread. Compiled loops come back for it some fifty
+times a second; the optimiser of a compilation, a single large solve and a library's import may not for seconds. So a
+thread hears of the signal too, at once, by the file descriptor that Python's own handler writes to. Where the main
+thread has not heard after `PATIENCE`, it says what is finished and ends the process; where it has, it is left to keep
+what is finished in its own time.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from types import FrameType
+from typing import Any
+
+from nonsmooth.commands.terminal import INTERRUPTED, complain
+
+PATIENCE = 0.35  # s; ending the process takes a few hundredths more
+_last_words: list[Callable[[], str]] = []
+
+
+@contextlib.contextmanager
+def ended_by_ctrl_c() -> Iterator[None]:
+    """End the process soon after Ctrl-C, from beside its main thread if need be.
+
+    Only a program of its own is watched: in another thread, under another handler or in an interactive session Ctrl-C
+    is what it was.
+    """
+    is_ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler and not hasattr(sys, "ps1")
+    if threading.current_thread() is not threading.main_thread() or not is_ours:
+        yield
+        return
+    heard = threading.Event()
+
+    def hear(number: int, frame: FrameType | None) -> Any:
+        heard.set()
+        signal.default_int_handler(number, frame)
+
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    signal.signal(signal.SIGINT, hear)
+    before = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+    threading.Thread(target=_watch, args=(reader, heard), daemon=True).start()
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(before)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        os.close(writer)  # ends the thread
+
+
+@contextlib.contextmanager
+def last_words(say: Callable[[], str]) -> Iterator[None]:
+    """What is printed if the process must be ended within the block: what is finished by then."""
+    _last_words.append(say)
+    try:
+        yield
+    finally:
+        _last_words.pop()
+
+
+def _watch(reader: int, heard: threading.Event) -> None:
+    """Wait for the signal, and for the main thread to hear of it."""
+    while numbers := os.read(reader, 64):
+        if signal.SIGINT in numbers and not heard.wait(PATIENCE):
+            _end()
+    os.close(reader)
+
+
+def _end() -> None:
+    """End the process and those that it has started."""
+    with contextlib.suppress(Exception):
+        for say in _last_words:
+            print(say())
+    with contextlib.suppress(Exception):
+        complain("interrupted")
+        sys.stdout.flush()
+    from multiprocessing import active_children
+
+    for child in active_children():
+        child.kill()
+    os._exit(INTERRUPTED)
