@@ -31,6 +31,7 @@ REPEATS = 7
 ROD_STEPS, STEPS = 300_000, 20_000
 SPAN = 0.3  # s
 C_PROGRAMS = {"hard-coded in C": "rod.c", "C through function pointers": "rod_pointers.c"}
+IMPORT = "import time; t = time.perf_counter(); import nonsmooth; print(time.perf_counter() - t)"
 FIRST_USE = "from nonsmooth.bench.core import run_rod; run_rod(100)"
 
 
@@ -71,7 +72,7 @@ def print_steps() -> None:
 def print_calls() -> None:
     """What a call, an import and a compilation cost."""
     print(f"\n{'one simulate call':30s} {call_overhead() * 1e6:9.0f} us (one step of the rod)")
-    print(f"{'import nonsmooth':30s} {script('import nonsmooth') - script('pass'):9.3f} s")
+    print(f"{'import nonsmooth':30s} {import_time():9.3f} s")
     with tempfile.TemporaryDirectory() as folder:
         first, second = script(FIRST_USE, folder), script(FIRST_USE, folder)
         another = script(FIRST_USE + "; import nonsmooth.bench.core as c; t = c.time.perf_counter(); c.run_row(1); "
@@ -147,6 +148,11 @@ def call_overhead() -> float:
         simulate_whole(system, (0, 1e-3), [0, math.sin(th), th], [1, 0, 0], integrator=integrator)
         times.append(time.perf_counter() - started)
     return statistics.median(times)
+
+
+def import_time() -> float:
+    """Seconds of the import in a fresh interpreter, by its own clock: what starting it takes is as long, and varies."""
+    return statistics.median(script(IMPORT, read=True) for _ in range(REPEATS))
 
 
 def script(code: str, cache: str | None = None, read: bool = False) -> float:
