@@ -107,6 +107,7 @@ _HOME = {
     "InterpretedWarning": "errors",
     "InitialStateWarning": "errors",
     "EnergyGainWarning": "errors",
+    "UnsettledWarning": "errors",
     "Status": "errors",
 }
 

@@ -142,6 +142,10 @@ class EnergyGainWarning(NonsmoothWarning):
     """Impacts gained energy, as Newton's law of impact with friction lets them."""
 
 
+class UnsettledWarning(NonsmoothWarning):
+    """A figure of a steady motion was taken of one that still changes."""
+
+
 class Status(IntEnum):
     """How an integration ended."""
 

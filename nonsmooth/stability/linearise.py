@@ -205,7 +205,7 @@ def linearise(system: Any, at: Equilibrium | None = None) -> Linearisation:
     W_N, R = mode.normal_rows(q).real, mode.force_rows(q)
     kept, solved = split_coordinates(W_N, R)
     if not kept:
-        raise InvalidInput("the constraints of the closed contacts leave the system no motion: there is none to linearise")
+        raise InvalidInput("the constraints of the closed contacts leave the system no motion: nothing is to linearise")
     Z, Y = null_space(W_N, kept, solved), null_space(R, kept, solved)
     inertia = W_N @ np.linalg.solve(M, R.T)
     return Linearisation(Y.T @ M @ Z, Y.T @ C @ Z, Y.T @ K @ Z, Z, tuple(kept), inertia, at)

@@ -79,13 +79,14 @@ class Cells(NamedTuple):
     n_codes: Integers  # (N,) how many there were
     low: Matrix  # (N, n) least coordinates over the records of the window
     high: Matrix  # (N, n) largest
+    change: Matrix  # (N, n) part of that range by which a half of the window has a smaller one
     period: Matrix  # (N, n) mean time between upward crossings of the middle; NaN: fewer than two
 
 
 def cells_shapes(N: int, n_p: int, n: int, n_c: int, n_codes: int) -> dict[str, tuple[int, ...]]:
     """Shapes of ``Cells``."""
     each = dict.fromkeys(("t", "status", "start", "n_codes"), (N,))
-    per_coordinate = dict.fromkeys(("q_0", "u_0", "q", "u", "low", "high", "period"), (N, n))
+    per_coordinate = dict.fromkeys(("q_0", "u_0", "q", "u", "low", "high", "change", "period"), (N, n))
     return {
         **each, **per_coordinate, "p": (N, n_p), "laws": (N, n_c, LAW_WIDTH), "mode": (N, n_c), "slip": (N, n_c),
         "ledger": (N, N_LEDGER), "worst": (N, N_WORST), "counters": (N, N_COUNTERS), "events": (N, N_KINDS),
@@ -192,7 +193,7 @@ def store(i, n, n_c, status, t_record, dts, state, cells):
         cells.t[i] += counters[STEP] * dts[interval]
     for j in range(n):
         cells.q[i, j], cells.u[i, j] = state.q[j], state.u[j]
-        cells.low[i, j] = cells.high[i, j] = cells.period[i, j] = np.nan
+        cells.low[i, j] = cells.high[i, j] = cells.change[i, j] = cells.period[i, j] = np.nan
     for k in range(n_c):
         cells.mode[i, k], cells.slip[i, k] = state.mode[k], state.slip[k]
     for k in range(N_LEDGER):
@@ -205,16 +206,19 @@ def store(i, n, n_c, status, t_record, dts, state, cells):
 
 @kernel
 def reduce_motion(i, n, first, m, t_record, record, cells):
-    """Range of each coordinate over the records [first, m), and the mean time between its upward crossings of the
-    middle of that range (linear between two records)."""
+    """Range of each coordinate over the records [first, m), how much smaller it is in a half of them, and the mean time
+    between its upward crossings of the middle of that range (linear between two records)."""
     q = record.q
+    half = first_of_half(first, m, t_record)
     for j in range(n):
         low, high = q[first, j], q[first, j]
         for k in range(first + 1, m):
             low, high = min(low, q[k, j]), max(high, q[k, j])
-        cells.low[i, j], cells.high[i, j] = low, high
+        cells.low[i, j], cells.high[i, j], cells.change[i, j] = low, high, 0.0
         if high - low <= STILL * max(abs(low), abs(high)):
             continue
+        least = min(range_of(j, first, half, q), range_of(j, half, m, q))
+        cells.change[i, j] = 1.0 - least / (high - low)
         middle = 0.5 * (low + high)
         crossings, t_first, t_last = 0, 0.0, 0.0
         for k in range(first + 1, m):
@@ -226,6 +230,26 @@ def reduce_motion(i, n, first, m, t_record, record, cells):
                 crossings += 1
         if crossings > 1:
             cells.period[i, j] = (t_last - t_first) / (crossings - 1)
+
+
+@kernel
+def first_of_half(first, m, t_record):
+    """The first record of the second half of the window."""
+    middle, half = 0.5 * (t_record[first] + t_record[m - 1]), first
+    while half < m - 1 and t_record[half] < middle:
+        half += 1
+    return half
+
+
+@kernel
+def range_of(j, first, last, q):
+    """max q_j - min q_j over the records [first, last); zero of none."""
+    if first >= last:
+        return 0.0
+    low, high = q[first, j], q[first, j]
+    for k in range(first + 1, last):
+        low, high = min(low, q[k, j]), max(high, q[k, j])
+    return high - low
 
 
 class BlockEngine:

@@ -1,6 +1,7 @@
 """What is kept of a run in a sweep: numbers, by name.
 
-    amplitude   a_j = (max q_j - min q_j) / 2 over the window, the last part of the run
+    amplitude   a_j = (max q_j - min q_j) / 2 over the window, the last part of the run; and by which part of it the
+                range over a half of the window is smaller: of a settled motion, whose period fits into a half, by none
     period      mean time between two upward crossings of (max q_j + min q_j) / 2 in the window
     modes       the modes of the contacts in the order of their beginning
 
@@ -33,6 +34,7 @@ from nonsmooth.studies.block_engine import N_CODES, STILL, Cells
 from nonsmooth.studies.task import OF_COORDINATE, Variable
 
 Values = dict[str, np.ndarray]
+SETTLED = 0.01  # of an amplitude: that between two halves of a window which resolves the motion differs by less
 
 
 @dataclass(frozen=True)
@@ -68,9 +70,16 @@ def count_events(name: str, meaning: str, *kinds: int) -> Measure:
 
 
 def amplitude_of(solution: Solution, first: int) -> dict[str, Any]:
-    """Half the range of each coordinate over the window."""
-    q = solution.q[first:]
-    return {"amplitude": 0.5 * (q.max(axis=0) - q.min(axis=0)) if solution.success else np.full(q.shape[1], np.nan)}
+    """Half the range of each coordinate over the window, and how much smaller it is in a half of it."""
+    t, q = solution.t[first:], solution.q[first:]
+    if not solution.success:
+        return dict.fromkeys(("amplitude", "amplitude_change"), np.full(q.shape[1], np.nan))
+    half = min(int(np.searchsorted(t, 0.5 * (t[0] + t[-1]))), len(t) - 1)
+    low, high = q.min(axis=0), q.max(axis=0)
+    parts = [np.ptp(part, axis=0) if len(part) else np.zeros(q.shape[1]) for part in (q[:half], q[half:])]
+    moves = high - low > STILL * np.maximum(abs(low), abs(high))
+    change = 1.0 - np.minimum(*parts) / np.where(moves, high - low, 1.0)
+    return {"amplitude": 0.5 * (high - low), "amplitude_change": np.where(moves, change, 0.0)}
 
 
 def period_of(solution: Solution, first: int) -> dict[str, Any]:
@@ -125,8 +134,10 @@ MEASURES = {
         lambda solution, _: {"q": solution.q[-1], "u": solution.u[-1]},
     ),
     "amplitude": Measure(
-        {"amplitude": Variable(("coordinate",), OF_COORDINATE, "half the range over the window")},
-        lambda cells: {"amplitude": 0.5 * (cells.high - cells.low)}, amplitude_of, needs_motion=True,
+        {"amplitude": Variable(("coordinate",), OF_COORDINATE, "half the range over the window"),
+         "amplitude_change": Variable(("coordinate",), "", "part of it that a half of the window lacks")},
+        lambda cells: {"amplitude": 0.5 * (cells.high - cells.low), "amplitude_change": cells.change.copy()},
+        amplitude_of, needs_motion=True,
     ),
     "period": Measure(
         {"period": Variable(("coordinate",), "s", "mean time between upward crossings of the middle of the range")},
@@ -156,6 +167,19 @@ MEASURES = {
         lambda cells: {"end_time": cells.t}, lambda solution, _: {"end_time": solution.t[-1]},
     ),
 }  # fmt: skip
+
+
+def doubt_of(values: Values) -> str:
+    """What is to be said of amplitudes of motions that have not settled; nothing where all have."""
+    change = values.get("amplitude_change")
+    if change is None or not (change > SETTLED).any():
+        return ""
+    cells, worst = int((change > SETTLED).any(axis=1).sum()), np.nanmax(change)
+    return (
+        f"the amplitude still changes in {cells} of {len(change)} cells, by up to {worst:.0%} from one half of the "
+        "window to the other (amplitude_change): these motions have not settled, drift, or repeat more slowly; take a "
+        "later end, or a later window"
+    )
 
 
 def measure_named(name: str) -> Measure:

@@ -25,7 +25,7 @@ from nonsmooth.simulation import SELECTIONS, require_integrator, simulate_whole
 from nonsmooth.solution import Solution
 from nonsmooth.studies.axis_names import END, AxisNames, Columns, state_names, unit_of
 from nonsmooth.studies.block_engine import BlockEngine
-from nonsmooth.studies.measures import Measure, measure_named
+from nonsmooth.studies.measures import Measure, doubt_of, measure_named
 from nonsmooth.studies.run_rows import RowBuilder, Rows, combinations
 from nonsmooth.studies.task import Batch, CellStatus, Variable, as_values, identity_of_model, name_of, words_of
 from nonsmooth.system import System, as_system
@@ -180,6 +180,10 @@ class RunTask:
             [name_of(function) for function in self.functions],
         )  # fmt: skip
         return "\n".join([identity_of_model(self.model, *self.functions), *map(repr, parts)])
+
+    def doubt(self, values: dict[str, np.ndarray]) -> str:
+        """What is to be said of the results."""
+        return doubt_of(values)
 
     def load(self) -> None:
         """Compile the loop for the model as it is."""

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.arrays import as_count, as_flag, as_instance, as_positive
-from nonsmooth.errors import CellFailure, InitialStateWarning, InvalidInput, MissingExtra, shown
+from nonsmooth.errors import CellFailure, InitialStateWarning, InvalidInput, MissingExtra, UnsettledWarning, shown
 from nonsmooth.files import as_path
 from nonsmooth.interruption import interrupts_held_back
 from nonsmooth.memory import require_memory
@@ -147,15 +147,18 @@ def sweep(
                 raise
     except KeyboardInterrupt:
         result.is_interrupted = True
+    found = result.dataset()
+    if out is not None:
+        save_sweep(found, out)
     if result.inadmissible:
         warnings.warn(
             f"the initial state is not admissible in {result.inadmissible} of the cells that were run: it penetrates "
             "a contact or violates a bilateral one",
             InitialStateWarning, stacklevel=2,
         )  # fmt: skip
-    found = result.dataset()
-    if out is not None:
-        save_sweep(found, out)
+    doubt = getattr(task, "doubt", lambda values: "")(result.values)
+    if doubt:
+        warnings.warn(doubt, UnsettledWarning, stacklevel=2)
     return found
 
 

@@ -30,6 +30,8 @@ from nonsmooth.jit import interpreted
 from nonsmooth.studies.run_rows import RowBuilder
 from nonsmooth.system import Contact, System
 
+pytestmark = pytest.mark.filterwarnings("ignore::nonsmooth.UnsettledWarning")  # runs are short: their bits are compared
+STARTED = {"q0": [0.3], "u0": [0.0]}
 EVERYTHING = ["final_state", "amplitude", "period", "modes", "paradoxes", "impacts", "mode_changes", "residual"]
 SCENES = {
     "belt": (BeltOscillator(), 4.0, 1e-2, {"vb": [0.1, 0.42], "m1": [0.0, 0.45], "x": [0.0, 0.05]}),
@@ -241,6 +243,44 @@ def test_amplitude_and_period_of_a_free_oscillator():
     # a crossing is interpolated linearly, off by at most (w dt)^2 / 8 of a step, and by the shift of the middle
     error = 2 * ((omega * dt) ** 2 / 8 * dt + missed / (amplitude * omega))
     assert (np.abs(found.period.values[..., 0] - period) <= error).all()
+
+
+class Damped(NamedTuple):
+    c: float = 1.0  # damping of a unit mass, of either sign [N s/m]
+    k: float = 400.0  # stiffness [N/m]
+
+
+def damped_oscillator():
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = -p.k * q[0] - p.c * u[0]
+
+    return System(n_q=1, mass=mass, force=force, parameters=Damped())
+
+
+@pytest.mark.filterwarnings("error::nonsmooth.UnsettledWarning")
+@pytest.mark.parametrize("integrator", [ns.MoreauJean(1e-2), ns.EventDriven()], ids=["blocks", "one by one"])
+@pytest.mark.parametrize("c", [0.0, 1.0, -0.5])
+def test_an_amplitude_of_a_motion_that_has_not_settled_is_told(c, integrator):
+    """Extremes of x go as exp(-c t/2): the range over the later half of a window of length T is smaller by
+    1 - exp(-c T/4), that of a growing motion over the earlier one; which extremes fall into it adds half a period."""
+    task = ns.RunTask(damped_oscillator(), "amplitude", t_span=(0, 4), integrator=integrator, state=STARTED)
+    if c == 0.0:  # the records miss less than (w dt)^2/8 = 0.005 of an extreme
+        assert (ns.sweep(task, {"c": [c]}, progress=False).amplitude_change < 0.005).all()
+        return
+    with pytest.warns(ns.UnsettledWarning, match="the amplitude still changes in 1 of 1 cells, by up to"):
+        found = ns.sweep(task, {"c": [c]}, progress=False)
+    period, T = 2 * math.pi / 20, 2.0
+    assert found.amplitude_change.item() == pytest.approx(1 - math.exp(-abs(c) * T / 4), abs=abs(c) * period / 2)
+
+
+def test_a_window_shorter_than_the_period_shows_no_amplitude():
+    task = ns.RunTask(damped_oscillator(), "amplitude", t_span=(0, 4), integrator=ns.MoreauJean(1e-2), state=STARTED,
+                      window=0.97)  # fmt: skip
+    with pytest.warns(ns.UnsettledWarning, match="repeat more slowly"):
+        ns.sweep(task, {"c": [0.0]}, progress=False)
 
 
 def test_a_mass_at_rest_has_no_period():

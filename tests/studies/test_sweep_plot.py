@@ -13,6 +13,7 @@ from nonsmooth.studies.sweep_plot import is_geometric, plot_sweep
 pytest.importorskip("matplotlib")
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.UnsettledWarning")
 def test_one_axis_is_a_curve(tmp_path):
     task = ns.RunTask(BeltOscillator(), ["amplitude", "period"], t_span=(0, 5), integrator=ns.MoreauJean(1e-2))
     found = ns.sweep(task, {"vb": np.linspace(0.05, 0.4, 8)}, progress=False)
