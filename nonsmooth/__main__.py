@@ -1,6 +1,6 @@
 """``python -m nonsmooth``."""
 
-from nonsmooth.cli import main
+from nonsmooth.cli import program
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    program()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextvars import ContextVar
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from nonsmooth.solution import Solution, energy_gain
 from nonsmooth.system import System, as_system
 from nonsmooth.telling import listener
 
+_is_whole: ContextVar[bool] = ContextVar("is_whole", default=False)  # whether a part of a motion is of no use
 SELECTIONS = {
     "compliant-limit": Selection.COMPLIANT_LIMIT,
     "lift-off": Selection.LIFT_OFF,
@@ -152,6 +154,8 @@ def simulate(
     if functions:
         run.look_for(functions)
     run.advance(max_wall_time, progress, max_steps)
+    if run.status == Status.INTERRUPTED and _is_whole.get():
+        raise KeyboardInterrupt
     solution = run.solution()
     if solution.stats.energy_gains:
         warn_caller(energy_gain(solution.stats), EnergyGainWarning)
@@ -167,10 +171,11 @@ def simulate_whole(*motion: Any, **options: Any) -> Solution:
 
     Who listens (nonsmooth/telling.py) hears how far the run is.
     """
-    solution = simulate(*motion, **{"progress": listener(), **options})
-    if solution.status == Status.INTERRUPTED:
-        raise KeyboardInterrupt
-    return solution
+    token = _is_whole.set(True)
+    try:
+        return simulate(*motion, **{"progress": listener(), **options})
+    finally:
+        _is_whole.reset(token)
 
 
 def require_integrator(integrator: Any) -> None:

@@ -276,13 +276,13 @@ class Solution:
     @property
     def events(self) -> list[Event]:
         """Mode changes, impacts and paradoxes, in order."""
-        return [_event(row) for row in self.event_rows]
+        return [event_of(row) for row in self.event_rows]
 
     @property
     def paradoxes(self) -> list[ParadoxEvent]:
         """The events at which rigid mechanics had no solution, or several."""
         is_paradox = self.event_rows[:, records.EVENT_KIND] >= records.INCONSISTENT
-        return [_event(row) for row in self.event_rows[is_paradox]]  # type: ignore[misc]
+        return [event_of(row) for row in self.event_rows[is_paradox]]  # type: ignore[misc]
 
     def summary(self) -> str:
         """The run in a few lines: modes with times, paradoxes, worst figures, energy, cost."""
@@ -389,7 +389,8 @@ def kinetic_energy(system: System, t: np.ndarray, q: np.ndarray, u: np.ndarray) 
     return 0.5 * np.einsum("ki,ij,kj->k", u, system.evaluate(MASS, t[0], q[0], u[0]), u)
 
 
-def _event(row: np.ndarray) -> Event:
+def event_of(row: np.ndarray) -> Event:
+    """A row of the events as an object."""
     integer = {k: int(row[k]) for k in WHOLE_COLUMNS}
     fields: dict[str, Any] = {
         "t": float(row[records.EVENT_T]),

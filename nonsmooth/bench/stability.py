@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.catalogue import load_model
-from nonsmooth.stability.cycle_branch import continue_cycle
+from nonsmooth.stability.cycle import LimitCycle
+from nonsmooth.stability.cycle_branch import CycleBranch, continue_cycle
 from nonsmooth.stability.equilibrium import equilibrium
 from nonsmooth.stability.flutter_boundary import flutter_boundary
 from nonsmooth.stability.limit_cycle import limit_cycle
@@ -34,11 +35,19 @@ def main(argv: list[str] | None = None) -> int:
     show("flutter boundary, mode coupling", lambda: flutter_boundary(coupling(), "mu", (0.0, 1.0)))
     show("cycle from a near one, belt oscillator", lambda: limit_cycle(slow, first))
     show("cycle from simulation, belt oscillator", lambda: limit_cycle(slow))
-    branch = show(f"{VALUES} cycles along the belt's speed", lambda: continue_cycle(slow, "vb", values, first))
+    branch = show(f"{VALUES} cycles along the belt's speed", lambda: whole_branch(slow, values, first))
     print(f"\ncycles found: {branch.values.size}")
     for change in branch.changes:
         print(f"{change.kind} at vb = {change.value:.10f}")
     return 0
+
+
+def whole_branch(slow: Any, values: np.ndarray, first: LimitCycle) -> CycleBranch:
+    """The cycles along the speed, to the end."""
+    branch = continue_cycle(slow, "vb", values, first)
+    if any(change.kind == "interrupted" for change in branch.changes):
+        raise KeyboardInterrupt
+    return branch
 
 
 def show(what: str, call: Callable[[], Any]) -> Any:

@@ -19,6 +19,7 @@ from types import FrameType
 from typing import Any
 
 from nonsmooth.commands.terminal import INTERRUPTED, complain
+from nonsmooth.errors import NonsmoothError
 
 PATIENCE = 0.35  # s; ending the process takes a few hundredths more
 _last_words: list[Callable[[], str]] = []
@@ -48,6 +49,12 @@ def ended_by_ctrl_c() -> Iterator[None]:
     threading.Thread(target=_watch, args=(reader, heard), daemon=True).start()
     try:
         yield
+    except NonsmoothError:
+        raise
+    except Exception:
+        if not heard.is_set():
+            raise
+        raise KeyboardInterrupt from None  # what Ctrl-C broke may end otherwise, as a compilation does
     finally:
         signal.set_wakeup_fd(before)
         signal.signal(signal.SIGINT, signal.default_int_handler)

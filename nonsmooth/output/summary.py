@@ -4,15 +4,29 @@ from __future__ import annotations
 
 import html
 from collections import Counter
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.solution import energy_gain, mode_name
+from nonsmooth.integrators.records import (
+    EVENT_FOUND,
+    EVENT_KIND,
+    EVENT_MODE_0,
+    EVENT_MODE_1,
+    EVENT_SLIP_0,
+    EVENT_SLIP_1,
+    EVENT_SOLUTIONS,
+    IMPACT,
+    INCONSISTENT,
+    MODE_CHANGE,
+)
+from nonsmooth.solution import energy_gain, event_of, mode_name
 
 if TYPE_CHECKING:
     from nonsmooth.solution import Event, ParadoxEvent, Solution
 
+ALIKE = [EVENT_KIND, EVENT_MODE_0, EVENT_SLIP_0, EVENT_MODE_1, EVENT_SLIP_1, EVENT_SOLUTIONS, EVENT_FOUND]
 SHOWN = 12  # entries of a sequence before the rest is counted
 
 
@@ -37,12 +51,13 @@ def as_html(solution: Solution) -> str:
 def _modes(solution: Solution) -> list[str]:
     if not solution.mode.shape[1]:
         return ["no contacts"]
-    events = [event for event in solution.events if _is_change(event)]
+    rows = solution.event_rows[np.isin(solution.event_rows[:, EVENT_KIND], (MODE_CHANGE, IMPACT))]
+    events = [event_of(row) for row in rows[:SHOWN]]
     dropped = solution.stats.events_dropped
     several = f"; {dropped} more events were not kept" if dropped else ""
-    lines = [f"modes: {_count(len(events), 'change')}{several}; at the end {_at_the_end(solution)}"]
-    lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_change(event)}" for event in events[:SHOWN]]
-    return lines + _counted([_change(event) for event in events[SHOWN:]])
+    lines = [f"modes: {_count(len(rows), 'change')}{several}; at the end {_at_the_end(solution)}"]
+    lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_change(event)}" for event in events]
+    return lines + _counted(rows[SHOWN:], _change)
 
 
 def _change(event: Event) -> str:
@@ -61,32 +76,33 @@ def _at_the_end(solution: Solution) -> str:
     return ", ".join(f"{count} {name}" for name, count in Counter(names).most_common())
 
 
-def _counted(rest: list[str]) -> list[str]:
-    """The entries beyond those shown, each kind with its number."""
-    if not rest:
+def _counted(rest: np.ndarray, words_of: Callable[[Any], str]) -> list[str]:
+    """The events beyond those shown, each kind with its number; events that are alike are worded once."""
+    if not len(rest):
         return []
-    kinds = [f"{_count(count, 'time')} {' '.join(text.split())}" for text, count in Counter(rest).most_common(4)]
-    return [f"  ... and {len(rest)} more: {'; '.join(kinds)}{'; ...' if len(set(rest)) > 4 else ''}"]
+    _, first, counts = np.unique(rest[:, ALIKE], axis=0, return_index=True, return_counts=True)
+    numbers: Counter[str] = Counter()
+    for k in np.argsort(first):
+        numbers[words_of(event_of(rest[first[k]]))] += int(counts[k])
+    kinds = [f"{_count(count, 'time')} {' '.join(text.split())}" for text, count in numbers.most_common(4)]
+    return [f"  ... and {len(rest)} more: {'; '.join(kinds)}{'; ...' if len(numbers) > 4 else ''}"]
 
 
 def _count(number: int, what: str) -> str:
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
-def _is_change(event: Event) -> bool:
-    return event.kind.name in ("MODE_CHANGE", "IMPACT")
-
-
 def _paradoxes(solution: Solution) -> list[str]:
-    paradoxes = solution.paradoxes
-    inconsistent = sum(event.n_solutions == 0 for event in paradoxes)
+    rows = solution.event_rows[solution.event_rows[:, EVENT_KIND] >= INCONSISTENT]
+    paradoxes: list[Any] = [event_of(row) for row in rows[:SHOWN]]
+    inconsistent = int((rows[:, EVENT_SOLUTIONS] == 0).sum())
     steps = solution.stats.indeterminate_steps
     lines = [
-        f"paradoxes: {inconsistent} inconsistent, {_count(len(paradoxes) - inconsistent, 'indeterminate episode')} "
+        f"paradoxes: {inconsistent} inconsistent, {_count(len(rows) - inconsistent, 'indeterminate episode')} "
         f"({steps} of {solution.stats.steps} steps had several solutions)"
     ]
-    lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_paradox(event)}" for event in paradoxes[:SHOWN]]
-    return lines + _counted([_outcome(event) for event in paradoxes[SHOWN:]])
+    lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_paradox(event)}" for event in paradoxes]
+    return lines + _counted(rows[SHOWN:], _outcome)
 
 
 def _paradox(event: ParadoxEvent) -> str:

@@ -123,16 +123,17 @@ def eigen_path(system: Any, parameter: str, values: ArrayLike, at: Equilibrium |
     first = {parameter: float(grid[0])}
     at = equilibrium(system.with_parameters(**first)) if at is None else follow(as_equilibrium(at), **first)
     points: list[Linearisation] = []
+    order: list[np.ndarray] = []
     try:
         for value in grid:
             at = follow(at, **{parameter: float(value)})
             points.append(linearise(at.mode.system, at))
-            tell(len(points) / grid.size)
+            order.append(next_columns(grid, points, order, lambda near, value: _between(near, parameter, value)))
+            tell(len(order) / grid.size)
     except KeyboardInterrupt:
-        if not points:
+        if not order:
             raise
-    grid = grid[: len(points)]
-    order = followed(grid, points, lambda near, value: _between(near, parameter, value))
+    grid, points = grid[: len(order)], points[: len(order)]
     return EigenPath(
         parameter, grid,
         np.array([point.eigenvalues[k] for point, k in zip(points, order, strict=True)]),
@@ -151,13 +152,14 @@ def _between(near: Linearisation, parameter: str, value: float) -> Linearisation
         return None
 
 
-def followed(grid: np.ndarray, points: Sequence[Any], at: Callable[[Any, float], Any]) -> list[np.ndarray]:
-    """For each point, which of its eigenvalues belongs to which column; ``at(near, value)`` gives points between."""
-    order = [np.arange(points[0].eigenvalues.size)]
-    for j in range(1, len(points)):
-        ends = (float(grid[j - 1]), points[j - 1]), (float(grid[j]), points[j])
-        order.append(carried(order[-1], *ends, at, HALVINGS))
-    return order
+def next_columns(
+    grid: np.ndarray, points: Sequence[Any], order: Sequence[np.ndarray], at: Callable[[Any, float], Any]
+) -> np.ndarray:
+    """Which eigenvalue of the last point belongs to which column; ``at(near, value)`` gives points between."""
+    j = len(order)
+    if j == 0:
+        return np.arange(points[0].eigenvalues.size)
+    return carried(order[-1], (float(grid[j - 1]), points[j - 1]), (float(grid[j]), points[j]), at, HALVINGS)
 
 
 def carried(

@@ -59,6 +59,7 @@ def stability_map(
         import xarray
     except ImportError:
         raise MissingExtra('maps need xarray; install it with pip install "nonsmooth[map]"') from None
+    xarray.Dataset(coords={"first": [0.0]})  # what xarray imports at its first use, it imports now, not after Ctrl-C
     sensitivities = as_flag("sensitivities", sensitivities)
     if not isinstance(axes, Mapping):
         raise InvalidInput(f"axes must be a dictionary {{parameter: values}}; got {shown(axes)}")

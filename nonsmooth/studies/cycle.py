@@ -49,7 +49,7 @@ def study_cycle(model: Any, axes: Mapping[str, ArrayLike], units: Mapping[str, s
     is_interrupted = any(change.kind == "interrupted" for change in branch.changes)
     unit = (units or {}).get(parameter, "")
     label = f"{parameter} [{unit}]" if unit else ""
-    return StabilityStudy(table(branch), partial(_draw_branch, branch, label), is_interrupted)
+    return StabilityStudy(table(branch, not is_interrupted), partial(_draw_branch, branch, label), is_interrupted)
 
 
 def describe(cycle: LimitCycle) -> str:
@@ -75,14 +75,15 @@ def jump(phase: CyclePhase) -> str:
     return f", then {'an impact' if phase.jump.closing else 'an impact without collision'} at contact {struck}"
 
 
-def table(branch: CycleBranch) -> str:
-    """A line for each of about forty cycles, then every change."""
-    lines = [f"{branch.parameter:>12} {'period [s]':>14} {'stick [s]':>12} {'largest multiplier':>19}  (max - min)/2"]
+def table(branch: CycleBranch, has_amplitudes: bool = True) -> str:
+    """A line for each of about forty cycles, then every change; amplitudes are integrated anew, some 0.1 s each."""
+    head = "  (max - min)/2" if has_amplitudes else ""
+    lines = [f"{branch.parameter:>12} {'period [s]':>14} {'stick [s]':>12} {'largest multiplier':>19}{head}"]
     stride = max(1, -(-len(branch.cycles) // ROWS))
     for value, cycle in list(zip(branch.values, branch.cycles, strict=True))[::stride]:
         largest = abs(cycle.multipliers).max() if cycle.multipliers.size else 0.0
-        halves = " ".join(f"{half:.8g}" for half in cycle.amplitudes)
-        lines.append(f"{value:12.6g} {cycle.period:14.9f} {cycle.stick_duration:12.9f} {largest:19.6f}  {halves}")
+        halves = "  " + " ".join(f"{half:.8g}" for half in cycle.amplitudes) if has_amplitudes else ""
+        lines.append(f"{value:12.6g} {cycle.period:14.9f} {cycle.stick_duration:12.9f} {largest:19.6f}{halves}")
     lines += [f"{change.kind} at {branch.parameter} = {change.value:.10g}" for change in branch.changes]
     return "\n".join(lines)
 

@@ -62,8 +62,8 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
         Over the axes: ``n_solutions``; ``kind``, codes of `ParadoxKind`; ``p``, ``b``, ``gamma_F`` of each contact, p
         the least of the slides that the state admits, so that p < 0 is the paradox; ``la_N`` and ``modes`` of each
         solution. The attributes ``flag_values`` and ``flag_meanings`` explain codes; the dimension ``contact`` is there
-        with several contacts. After Ctrl-C the states that were not reached have the kind NOT_REACHED, and the
-        attribute ``interrupted`` is 1.
+        with several contacts. After Ctrl-C it ends with the value of the first axis that was reached, states that
+        were not have the kind NOT_REACHED, and the attribute ``interrupted`` is 1.
 
     Raises
     ------
@@ -100,8 +100,8 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
     points.check(list(grid.values()))
     threads = os.cpu_count() or 1 if workers is None else min(as_count("workers", workers), os.cpu_count() or 1)
     found = sweep(task, grid, workers=threads, progress=progress)
-    if (found.status == CellStatus.NOT_RUN).all():
-        raise KeyboardInterrupt
+    if found.attrs["interrupted"]:
+        found = begun(found)
     refused = np.argwhere(found.status.values == CellStatus.FAILED)
     if len(refused):
         where = found.isel(dict(zip(grid, refused[0], strict=True)))
@@ -109,6 +109,15 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
             f"{where.message.item()} (at {', '.join(f'{name} = {float(where[name])}' for name in grid)})"
         )
     return as_map(found, points)
+
+
+def begun(found: xarray.Dataset) -> xarray.Dataset:
+    """The values of the first axis that a search ended by Ctrl-C came to."""
+    is_reached = (found.status != CellStatus.NOT_RUN).values
+    rows = np.flatnonzero(is_reached.reshape(len(is_reached), -1).any(axis=1))
+    if not len(rows):
+        raise KeyboardInterrupt
+    return found.isel({found.status.dims[0]: slice(0, int(rows[-1]) + 1)})
 
 
 def as_map(found: xarray.Dataset, points: Points) -> xarray.Dataset:

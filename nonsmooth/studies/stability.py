@@ -72,7 +72,7 @@ def study_stability(
         return StabilityStudy(text, None, True)
     is_cut = path.values.size < np.size(values)
     draw_path = partial(path.plot, unit=(units or {}).get(parameter, ""))
-    return StabilityStudy(f"{text}\n\n{changes(system, path)}", draw_path, is_cut)
+    return StabilityStudy(f"{text}\n\n{changes(system, path, not is_cut)}", draw_path, is_cut)
 
 
 def describe(model: Any, small: Linearisation) -> str:
@@ -88,8 +88,8 @@ def describe(model: Any, small: Linearisation) -> str:
     return "\n".join([*lines, small.summary()])
 
 
-def changes(system: System, path: EigenPath) -> str:
-    """Every change of the verdict along the path; the boundary of stability to rounding."""
+def changes(system: System, path: EigenPath, are_located: bool = True) -> str:
+    """Every change of the verdict along the path; the boundary of stability to rounding, where that is asked."""
     if not path.changes:
         verdict = Verdict(path.verdicts[0])
         ends = f"{path.parameter} = {path.values[0]:g} ... {path.values[-1]:g}"
@@ -97,7 +97,7 @@ def changes(system: System, path: EigenPath) -> str:
     lines = []
     for before, after, was, becomes in path.changes:
         where = f"between {before:g} and {after:g}"
-        if (was > Verdict.MARGINAL) != (becomes > Verdict.MARGINAL):
+        if are_located and (was > Verdict.MARGINAL) != (becomes > Verdict.MARGINAL):
             point = path.points[int(np.argmin(np.abs(path.values - before)))]
             edge = flutter_boundary(system, path.parameter, (before, after), point.equilibrium)
             where = f"= {edge.value:.12g}, frequency {edge.frequency:.9g} rad/s"

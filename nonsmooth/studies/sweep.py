@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 LONGEST_WAIT = 1e8  # s, three years: what the clock of a pipe holds
 CELL_BYTES = 17  # of a cell without results: status, message, its number among those that are missing
-FIRST_BATCH = {True: 1, False: 64}  # cells, of tasks that hold the interpreter and of compiled ones
+FIRST_BATCH = 1  # cells: what is in a batch at Ctrl-C is lost, and how long one takes is not known yet
 
 
 def sweep(
@@ -138,8 +138,7 @@ def sweep(
                 result.read(book)
             costs = costs_of(task, result)
             meter = stack.enter_context(Progress(progress, len(plan), result.n_resumed, costs=costs, at_once=threads))
-            first = FIRST_BATCH[task.holds_interpreter]
-            driver = Driver(sent, plan, engine, threads, timeout, retries, first, batch, stop, meter.begin)
+            driver = Driver(sent, plan, engine, threads, timeout, retries, FIRST_BATCH, batch, stop, meter.begin)
             try:
                 collect(driver, result, book, meter, fail_fast)
             except BaseException:
@@ -213,11 +212,13 @@ def as_task(candidate: Any) -> Task:
 
 
 def require_xarray() -> None:
-    """Import xarray before the sweep, which ends quickly then, or say what is missing."""
+    """Import xarray, and what it imports at its first use, before the sweep, which ends quickly then; or say what is
+    missing."""
     try:
-        import xarray  # noqa: F401
+        import xarray
     except ImportError:
         raise MissingExtra('sweeps need xarray; pip install "nonsmooth[map]" brings it') from None
+    xarray.Dataset(coords={"first": [0.0]})
 
 
 @contextlib.contextmanager
@@ -248,7 +249,7 @@ def open_executor(
         try:
             yield own, workers
         except BaseException:
-            own.shutdown(cancel_futures=True)
+            own.shutdown(wait=needs_processes, cancel_futures=True)  # a thread that compiles is not waited for
             raise
         own.shutdown()
 
