@@ -9,13 +9,11 @@ was not solved; 4 a result could not be written; 130 interrupted.
 from __future__ import annotations
 
 import argparse
-import contextlib
 import importlib
 import os
 import sys
 import warnings
 from pathlib import Path
-from typing import NoReturn
 
 from nonsmooth import __version__
 from nonsmooth.commands.paradoxes import add_classify, add_map
@@ -77,16 +75,6 @@ def main(argv: list[str] | None = None) -> int:
         except KeyboardInterrupt:
             complain("interrupted")
             return INTERRUPTED
-
-
-def program() -> NoReturn:
-    """`main` as a program of its own, which ends at once after Ctrl-C: taking compiled code down takes some 0.3 s."""
-    code = main()
-    if code == INTERRUPTED:
-        with contextlib.suppress(OSError):
-            sys.stdout.flush()
-        os._exit(code)
-    raise SystemExit(code)
 
 
 def build_parser() -> argparse.ArgumentParser:
