@@ -1,6 +1,8 @@
 """Every exit code and every line on stderr that docs/command_line.md names."""
 
+import math
 import re
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 import nonsmooth as ns
 from nonsmooth.cli import main
 from nonsmooth.compiled import announce_first_compile
+from nonsmooth.studies.progress import Pace, say_estimate
 
 PAGE = Path(__file__).parents[1] / "docs" / "command_line.md"
 SHORT = ["--t-end", "0.01", "--no-plot"]
@@ -88,6 +91,15 @@ def test_an_interruption_is_told_by_code_and_line(monkeypatch, capsys):
     assert re.fullmatch(lines_of_the_page()["interruption"], said_by(capsys))
 
 
+def test_what_takes_long_says_so_before_it_has_taken_it(capsys):
+    """A motion that is slower from its middle on: two seconds in it seems to end soon, ten seconds later it stands."""
+    pace = Pace()
+    assert math.isnan(pace.left(0.0, 0.0)) and pace.left(0.5, 2.0) == pytest.approx(2.0)
+    assert [pace.left(0.5, t) for t in (5.0, 11.0, 17.0)][-1] == math.inf
+    say_estimate("the study of the ball", 150.0, sys.stderr)
+    assert re.fullmatch(lines_of_the_page()["estimate"], said_by(capsys))
+
+
 def test_the_first_use_on_a_machine_says_that_it_compiles(monkeypatch, tmp_path, capsys):
     monkeypatch.setenv("NONSMOOTH_CACHE_DIR", str(tmp_path / "cache"))
     announce_first_compile.__wrapped__()
@@ -143,7 +155,7 @@ def test_no_figure_where_none_can_be_written_is_told_in_one_line(tmp_path, capsy
 
 def test_the_page_names_no_code_and_no_line_that_is_not_tested():
     tested = {kind for _, _, kind in ROWS if kind} | {
-        "interruption", "memory", "first use", "write", "no problem", "no form", "no figure",
+        "interruption", "memory", "first use", "write", "no problem", "no form", "no figure", "estimate",
     }  # fmt: skip
     assert set(lines_of_the_page()) == tested
     assert codes_of_the_page() == {code for _, code, _ in ROWS} | {4, 130}

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+import nonsmooth as ns
+from models import PainleveRod
 from nonsmooth.cli import main
 
 
@@ -80,3 +83,23 @@ def test_refusals_are_one_line_and_write_nothing(command, message, capsys, tmp_p
     error = capsys.readouterr().err
     assert message in error and error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_axes_of_a_map_are_those_of_a_sweep(tmp_path):
+    axes = ["mu=0.5:2:3:log", "th=0.1:1.5:3:rad"]
+    assert main(["map", "painleve-rod", "--axis", *axes, "--out", "a.npz", "--plot", "a.svg"]) == 0
+    with np.load(tmp_path / "a.npz") as data:
+        assert data["mu"] == pytest.approx([0.5, 1.0, 2.0], rel=1e-15)
+        assert data["n_solutions"].shape == (3, 3)
+
+
+@dataclass(frozen=True)
+class Leaning(PainleveRod):
+    """A rod whose rest angle bears the name of a variable of its state."""
+
+    th: float = 1.0
+
+
+def test_a_name_of_a_parameter_and_of_a_variable_is_refused_as_an_axis():
+    with pytest.raises(ns.InvalidInput, match="'th' has two meanings, a parameter and a variable of state"):
+        ns.paradox_map(Leaning(), th=[0.5, 1.0], progress=False)

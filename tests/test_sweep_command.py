@@ -83,3 +83,20 @@ def test_a_journal_resumes_from_the_command_line(tmp_path, capsys):
 def test_progress_as_json_goes_to_stderr(capsys):
     assert main(["sweep", "belt-oscillator", "--axis", "vb=0.1:0.4:4", "--progress", "json", *SHORT]) == 0
     assert json.loads(capsys.readouterr().err.splitlines()[-1])["done"] == 4
+
+
+def test_json_holds_every_result_over_its_axes(capsys):
+    axes = ["--axis", "mu=1:2:3", "thdot=0,5", "--measure", "final_state", "modes"]
+    assert main(["sweep", "painleve-rod", *axes, "--json", *SHORT]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["coordinates"]["mu"] == [1.0, 1.5, 2.0] and found["results"]["q"]["dims"][:2] == ["mu", "thdot"]
+    rod = PainleveRod(mu=1.5)
+    alone = ns.simulate(rod, (0, 0.05), *rod.state(thdot=5.0), integrator=ns.MoreauJean(1e-3))
+    assert found["results"]["q"]["values"][1][1] == alone.q[-1].tolist()
+    assert found["results"]["modes"]["values"][1][1] and np.shape(found["results"]["status"]["values"]) == (3, 2)
+
+
+def test_a_figure_of_a_text_is_refused_before_any_run(monkeypatch, capsys):
+    monkeypatch.setattr("nonsmooth.studies.sweep.sweep", None)
+    assert main(["sweep", "painleve-rod", "--axis", "mu=1:2:3", "--measure", "modes", "--plot", "x.png", *SHORT]) == 2
+    assert "needs a measure that is a number; modes is a text" in capsys.readouterr().err

@@ -287,7 +287,9 @@ def draw_graphical_problem(axes: Any, c: Classification, contact: int) -> None:
     p, b, is_bilateral = c.p[contact, s], c.b[contact], bool(c.is_bilateral[contact])
     slopes = (c.p[contact, 1 - s], p) if is_bilateral else (p, p)  # where it pulls, and where it pushes
     forces = [s.la_N[contact] for s in c.solutions]
-    reach = 1.7 * max([*(abs(b / slope) if slope else 1.0 for slope in slopes[not is_bilateral :]), *np.abs(forces)])
+    reach = (
+        1.7 * max([*(abs(b / slope) if slope else 1.0 for slope in slopes[not is_bilateral :]), *np.abs(forces)]) or 1.0
+    )
     left = -reach if is_bilateral else -0.35 * reach
     la = np.array([left, 0.0, reach] if is_bilateral else [left, reach])
     line = np.where(la < 0, slopes[0], slopes[1]) * la + b

@@ -13,11 +13,13 @@ from typing import Any, NamedTuple
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.studies.reference import Problem
+from nonsmooth.system import System
 
 PROBED = 2000  # steps
-MOST_WORK = 3e6  # steps that choose their length, of a system of few variables: some 2 to 5 us each
+MOST_WORK = 2e6  # steps that choose their length, of a system of few variables: some 2 to 5 us each
 FIXED = 0.2  # of such a step: one of fixed length
 SMALL = 12.0  # N_0
+REFERENCE = 0.25  # of that work, for one run of the reference: it makes two
 AT_LEAST = 1  # values
 
 
@@ -54,12 +56,27 @@ def affordable(
     return Choice(list(values))
 
 
+def require_affordable(problem: Problem, reference: Any) -> None:
+    """Refuse a motion whose reference alone would take long: one with very many events."""
+    most = int(REFERENCE * MOST_WORK / weight(problem.system))
+    foreseen = problem.foreseen(reference, max_steps=most)
+    if not foreseen.has_ended:
+        t, t_end = problem.span[0] + foreseen.part * (problem.span[1] - problem.span[0]), problem.span[1]
+        raise InvalidInput(
+            f"the reference, {reference!r}, needs more than {most} steps: it came to t = {t:.6g} s of {t_end:g} s; end "
+            "the motion earlier, or say with stiffness= that you will wait, or give a reference="
+        )
+
+
+def weight(system: System) -> float:
+    """Of a step, from the number of variables."""
+    return 1.0 + ((system.n_q + system.n_u + 2 * system.n_c) / SMALL) ** 2
+
+
 def work_of(problem: Problem, integrator: Any) -> float:
     """Of one run; none where it is refused, with a reason that its cell will tell."""
-    system = problem.system
     try:
         steps = problem.foreseen(integrator, max_steps=PROBED).steps
     except InvalidInput:
         return 0.0
-    weight = 1.0 + ((system.n_q + system.n_u + 2 * system.n_c) / SMALL) ** 2
-    return steps * weight * (1.0 if getattr(integrator, "chooses_steps", False) else FIXED)
+    return steps * weight(problem.system) * (1.0 if getattr(integrator, "chooses_steps", False) else FIXED)

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from nonsmooth.arrays import as_positive, as_vector, result_of
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.moreau_jean import MoreauJean
-from nonsmooth.studies.affordable import Choice, affordable
+from nonsmooth.studies.affordable import Choice, affordable, require_affordable
 from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
 from nonsmooth.studies.progress import part_shown
 from nonsmooth.studies.reference import as_reference, with_step, with_tolerance
@@ -104,6 +104,8 @@ def convergence_study(
     chosen = Choice(values.tolist())
     if dt is None and rtol is None:
         chosen = affordable(problem, chosen.values, make, ComparisonTask.runs, finer if reference is None else None)
+        if hasattr(reference, "load"):
+            require_affordable(problem, reference)
     with part_shown("the reference", progress):
         exact = as_reference(finer(chosen.values[-1]), problem, delay)
     task = ComparisonTask(problem, exact, over, {x: make(x) for x in chosen.values})

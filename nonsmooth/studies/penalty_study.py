@@ -23,7 +23,7 @@ from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.penalty import Penalty
 from nonsmooth.laws import LAW_E_N
 from nonsmooth.solution import Solution, mode_name
-from nonsmooth.studies.affordable import Choice, affordable
+from nonsmooth.studies.affordable import Choice, affordable, require_affordable
 from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
 from nonsmooth.studies.force_history import force_episode
 from nonsmooth.studies.progress import part_shown
@@ -105,7 +105,8 @@ def penalty_study(
     Raises
     ------
     InvalidInput
-        For stiffnesses that do not increase, both forms of damping, times outside the span, a delay without events.
+        For stiffnesses that do not increase, both forms of damping, times outside the span, a delay without events;
+        where neither stiffness nor reference is given, for a motion of so many events that the reference takes long.
     MissingExtra
         Where xarray is not installed.
 
@@ -136,6 +137,8 @@ def penalty_study(
     if problem.system.n_c == 0:
         raise InvalidInput("a penalty study needs a system with contacts; this one has none")
     contact = as_index("contact", contact, problem.system.n_c)
+    if stiffness is None and reference is None:
+        require_affordable(problem, EXACT)
     with part_shown("the reference", progress):
         exact = as_reference(EXACT if reference is None else reference, problem, delay)
     make = functools.partial(penalty_at, penalty, damping=damping, damping_ratio=damping_ratio)

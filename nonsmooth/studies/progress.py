@@ -26,6 +26,7 @@ from nonsmooth.telling import listening
 PERIOD = {"line": 0.2, "json": 1.0}  # s between two lines
 LONG = 60.0  # s: what takes longer is said before it starts
 EVIDENCE = 1.0  # s after which a rate is believed
+RECENT = 5.0  # s after which it is looked at anew: a motion may become slower on its way
 CLEARED = "\r\033[K"  # the line that is written over
 
 
@@ -205,17 +206,13 @@ def part_shown(what: str, show: Any, stream: TextIO | None = None) -> Iterator[N
     if show is not True:
         yield
         return
-    started = shown_at = before = 0.0
-    is_announced = False
+    pace, shown_at, is_announced = Pace(), 0.0, False
 
     def hear(part: float) -> None:
-        nonlocal started, shown_at, before, is_announced
+        nonlocal shown_at, is_announced
         now = time.perf_counter()
-        if started == 0.0 or part < before:  # what comes before the first part is compiling, or another run
-            started = now
-        before = part
-        left = (now - started) * (1.0 - part) / part if part > 0 else math.nan
-        if not is_announced and now - started >= EVIDENCE and left > LONG:
+        left = pace.left(part, now)
+        if not is_announced and left > LONG:
             is_announced = True
             say_estimate(what, left, stream)
         if now - shown_at >= PERIOD["line"] and stream.isatty():
@@ -226,6 +223,31 @@ def part_shown(what: str, show: Any, stream: TextIO | None = None) -> Iterator[N
         yield
     if stream.isatty():
         print(CLEARED, end="", file=stream, flush=True)
+
+
+class Pace:
+    """Seconds that are left of a calculation that tells how far it is: at its mean rate, or at that of the last
+    `RECENT` seconds or more where that is less."""
+
+    def __init__(self) -> None:
+        self._first = self._last = self._next = (math.inf, 0.0)  # time [s] and part
+        self._before = math.inf
+
+    def left(self, part: float, now: float) -> float:
+        """At a part and a time; NaN before anything is known, infinite where nothing moves."""
+        if part < self._before:  # what comes before the first part is compiling, or another run
+            self._first = self._last = self._next = (now, part)
+        self._before = part
+        if now - self._next[0] >= RECENT:
+            self._last, self._next = self._next, (now, part)
+        if now - self._first[0] < EVIDENCE:
+            return math.nan
+        return max(time_left(part, now, *mark) for mark in (self._first, self._last))
+
+
+def time_left(part: float, now: float, t: float, before: float) -> float:
+    """At the rate since a time, at which another part was done."""
+    return (now - t) * (1.0 - part) / (part - before) if part > before else math.inf
 
 
 def say_estimate(what: str, seconds: float, stream: TextIO) -> None:

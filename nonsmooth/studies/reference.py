@@ -32,6 +32,7 @@ class Foreseen(NamedTuple):
     seconds: float
     steps: float
     has_ended: bool  # within what was tried: it is known then
+    part: float  # of the motion that was tried
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class Problem:
         )  # fmt: skip
         part = parts[-1] if run.status == Status.BUDGET_SPENT else 1.0
         scale = 1.0 / part if part > 0 else np.inf
-        return Foreseen(run.stats.wall_time * scale, run.stats.steps * scale, part == 1.0)
+        return Foreseen(run.stats.wall_time * scale, run.stats.steps * scale, part == 1.0, part)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import PainleveRod, SpragSlip
+from models import BeltOscillator, BilateralRod, FollowerForceArm, PainleveRod, SpragSlip, WallPendulum
 from nonsmooth.output.paradox_plots import plot_graphical_problem, plot_map
 
 
@@ -70,3 +70,30 @@ def test_solutions_lie_where_the_line_meets_the_corner():
         for x, y in points:
             assert x * y == 0 and x >= 0 and y >= 0  # on the corner
             assert y_0 + (y_1 - y_0) * (x - x_0) / (x_1 - x_0) == pytest.approx(y, abs=1e-12 * 100)  # and on the line
+
+
+def test_solutions_of_a_bilateral_contact_lie_on_the_axis_at_forces_of_either_sign():
+    rod = BilateralRod()
+    case = ns.classify(rod, 0.0, *rod.state())
+    figure = plot_graphical_problem(case)
+    lines = {line.get_label(): line.get_xydata() for line in figure.axes[0].lines}
+    points = lines["solutions"]
+    assert points[:, 1].tolist() == [0.0, 0.0] and points[:, 0].min() < 0 < points[:, 0].max()
+    assert sorted(points[:, 0]) == sorted(solution.la_N[0] for solution in case.solutions)
+    bent = next(xy for label, xy in lines.items() if "p\\," in label)
+    for x, _ in points:  # the force of friction changes its sign with la_N, and so the slope of the line
+        assert np.interp(x, *bent.T) == pytest.approx(0.0, abs=1e-9)
+    assert not any("perp" in str(label) for label in lines)
+
+
+def test_a_closed_contact_without_friction_is_drawn_with_its_one_line():
+    beads = WallPendulum()
+    figure = plot_graphical_problem(ns.classify(beads, 0.0, *beads.state(th=0.0, thdot=0.0)))
+    (point,) = {line.get_label(): line.get_xydata() for line in figure.axes[0].lines}["solutions"]
+    assert point.tolist() == [0.0, 0.0]
+
+
+def test_states_without_a_graphical_problem_are_refused_with_the_reason():
+    for model, words in ((FollowerForceArm(), "needs a contact"), (BeltOscillator(), "is given")):
+        with pytest.raises(ns.InvalidInput, match=words):
+            plot_graphical_problem(ns.classify(model, 0.0, *model.state()))

@@ -120,3 +120,16 @@ def test_map_without_slopes_has_none_and_marks_what_has_no_equilibrium():
 def test_map_needs_two_parameters():
     with pytest.raises(ns.InvalidInput, match="two parameters"):
         ns.stability_map(ModeCoupling(), {"mu": [0.5]})
+
+
+@pytest.mark.parametrize(
+    ("model", "name", "low", "high"),
+    [(FollowerForceArm(), "P", 0.0, 1200.0), (BeltOscillator(m1=0.0, c=10.0), "k", 5.0, 60.0)],
+)
+def test_names_of_modes_do_not_depend_on_the_values_chosen(model, name, low, high):
+    """Two frequencies of the arm meet at P = 948 N; the mass on the belt is overdamped below k = c^2/4m = 25 N/m."""
+    paths = [ns.eigen_path(model, name, np.linspace(low, high, n)) for n in (7, 13, 25, 73)]
+    for path in paths[1:]:
+        every = (len(path.values) - 1) // 6
+        scale = np.abs(path.eigenvalues).max()
+        assert np.abs(path.eigenvalues[::every] - paths[0].eigenvalues).max() < 1e-6 * scale

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import BouncingBall, PainleveRod, SpragSlip, WallPendulum
+from models import BeadChain, BouncingBall, PainleveRod, SpragSlip, WallPendulum
 from nonsmooth.studies.laws_of_convergence import fit_laws, observed_orders
 
 pytest.importorskip("xarray")
@@ -286,3 +286,30 @@ def test_figures_are_drawn(tmp_path):
         figure = study.plot(tmp_path / f"{study.of}.png")
         assert len(figure.axes) == panels
         assert (tmp_path / f"{study.of}.png").stat().st_size > 10_000
+
+
+def test_errors_that_follow_no_power_have_no_law():
+    k = np.logspace(4, 9, 6)
+    scattered = np.array([1.0, 1e-3, 2.0, 1e-4, 0.5, 1e-2]) / k
+    assert fit_laws("stiffness", k, scattered) == []
+    misses = 1 / k * np.array([1, 1.2, 0.9, 1.1, 1.0, 0.95])
+    assert fit_laws("stiffness", k, misses)[0].law == "k^-1"
+
+
+def test_springs_that_give_back_more_than_the_rigid_contact_are_told():
+    """A ball with e = 0 stays on the ground, an undamped spring throws it back; damped for the e that is meant, the
+    limits are the same."""
+    options = {"stiffness": [1e5, 1e6, 1e7], "beside": [], "progress": False}
+    span = (0, 0.6)
+    ball = BouncingBall(e=0.0)
+    notes = ns.penalty_study(ball, span, *ball.state(height=1.0), **options).notes()
+    assert any("the limits differ: the springs give back e = 1" in note and "e_N = 0" in note for note in notes)
+    ball = BouncingBall(e=1.0)
+    assert ns.penalty_study(ball, span, *ball.state(height=1.0), **options).notes() == []
+
+
+def test_a_motion_of_too_many_events_for_its_reference_is_refused_where_nothing_was_chosen():
+    """Forty beads collide 11 000 times in the first second; a study that is asked for its stiffness does begin."""
+    beads = BeadChain(n=40)
+    with pytest.raises(ns.InvalidInput, match="needs more than .* steps: it came to t = .* end the motion earlier"):
+        ns.penalty_study(beads, (0, 2.0), *beads.state(), progress=False)
