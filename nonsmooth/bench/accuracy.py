@@ -20,6 +20,7 @@ import numpy as np
 
 from nonsmooth.bench.accuracy_page import page
 from nonsmooth.bench.motions import motions
+from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_driven import EventDriven
 from nonsmooth.integrators.moreau_jean import MoreauJean
@@ -75,6 +76,10 @@ def main(argv: list[str] | None = None) -> int:
         name: scene for name, scene in scenes().items()
         if not options.scenes or any(word in name for word in options.scenes)
     }  # fmt: skip
+    if not chosen:
+        raise InvalidInput(
+            f"no scene's name contains {' or '.join(map(repr, options.scenes))}; there are {', '.join(scenes())}"
+        )
     studies = []
     try:
         for name, scene in chosen.items():
