@@ -115,6 +115,12 @@ class Stats:
         (docs/theory/moreau_jean.md); of rigid contacts.
     worst_energy_gain : float
         The most that one of them gained [J].
+    uncounted : int
+        Contact problems of several contacts whose solutions were not counted: neither certified to be one, nor
+        enumerated, nor near enough to a problem that was (docs/theory/selection.md).
+    shared : int
+        Contact problems in which redundant contacts share a load: their impulses are one admissible share of many
+        (docs/theory/moreau_jean.md).
     wall_time, compile_time : float
         [s]
     rejected, evaluations, jacobians, factorisations : int
@@ -137,6 +143,8 @@ class Stats:
     is_compiled: bool
     energy_gains: int = 0
     worst_energy_gain: float = 0.0
+    uncounted: int = 0
+    shared: int = 0
     rejected: int = 0
     evaluations: int = 0
     jacobians: int = 0
@@ -154,7 +162,8 @@ class Stats:
             int(counters[records.KEPT]), int(counters[records.PIVOTS]), int(counters[records.SEVERAL]),
             dropped + int(counters[records.EVENTS_LOST]), float(worst[records.RESIDUAL]),
             float(worst[records.PENETRATION]), float(worst[records.LEDGER_ERROR]), wall_time, compile_time, is_compiled,
-            int(counters[records.GAINS]), float(worst[records.GAIN]), **adaptive,
+            int(counters[records.GAINS]), float(worst[records.GAIN]), int(counters[records.UNCOUNTED]),
+            int(counters[records.SHARED]), **adaptive,
         )  # fmt: skip
 
 

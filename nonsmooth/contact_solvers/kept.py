@@ -1,45 +1,63 @@
 """What the step before says of this one: several contacts often go on as they were.
 
 keep_impulses   every contact rested: the impulses of the step before are kept if they still balance the load
-keep_modes      each contact open, sticking or sliding as before leaves one linear system,
+hold_modes      each contact open, sticking or sliding leaves one linear system,
 
-                gamma_N = 0 (closed),  gamma_F = 0 (sticking),  P_F = -s mu P_N (sliding),
+                gamma_N = 0 (closed),  gamma_F = 0 (sticking),  P_F = f P_N (sliding),  f = -s mu sigma,
 
-                whose solution is taken if it satisfies the inclusions. Only where the solution is known to be unique.
+                whose solution is taken if it satisfies the inclusions.
+
+Where contacts are redundant the system is singular, and of the impulses that solve it those next to the ones of the
+step before are taken, in the metric diag G: from rest without impulses, the least. With A the rows and columns of G
+that the modes leave and a = 1e-10
+
+    (A + a diag A) dP = -gamma
+
+is repeated: what is not in the null space of A falls by a/(a + lambda) each time, lambda an eigenvalue of A scaled to a
+diagonal of ones. A contact that would pull is given no impulse then, and one beyond its cone the border of it.
+Source of the shift: Rockafellar, *SIAM J. Control Optim.* 14 (1976) 877.
 """
 
 from __future__ import annotations
 
-from nonsmooth.contact_solvers.planar_problem import ACCEPTED, name_modes, residual
-from nonsmooth.contact_solvers.single import STICK
+from nonsmooth.contact_solvers.planar_problem import ACCEPTED, name_modes, residual, sliding, velocities
+from nonsmooth.contact_solvers.single import FREE, SLIDE_PLUS, STICK, STILL, sigma_of, slip_of
 from nonsmooth.dense import lu, lu_solve
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
 BALANCED = 1e-13  # largest relative residual of impulses kept from the step before
+ALPHA = 1e-10  # shift, relative to the diagonal: far above rounding, far below the eigenvalues of mass ratios to 1e6
+CORRECTIONS = 4  # of a system: the eigenvalues of mass ratios to 1e6 leave (1e-4)^4
+SHARES = 6  # ways to share a load among redundant contacts that are tried
+
+
+@kernel
+def begin(is_loaded, n, closed, start, kinds, previous_P, P):
+    """Start from the impulses of the step before, or from none; returns whether there are any."""
+    size = 0.0
+    for k in range(n):
+        i = closed[k]
+        shift = 1 if kinds[i, 0] == GIVEN_FORCE else 0
+        for row in range(start[k], start[k + 1]):
+            P[row] = previous_P[i, row - start[k] + shift] if is_loaded else 0.0
+            size += abs(P[row])
+    return size > 0.0
 
 
 @kernel
 def keep_impulses(n, closed, start, kinds, G, c, previous_P, mode, P, planar):
     """Whether every contact rested and the impulses of the step before still balance the load."""
-    scale = 0.0
-    worst = 0.0
     for k in range(n):
         i = closed[k]
         if mode[i] == ContactMode.OPEN or mode[i] == ContactMode.SLIDE:
             return False
-        for r in range(start[k], start[k + 1]):
-            P[r] = previous_P[i, r - start[k]]
         planar.candidate[k] = STICK
+    begin(True, n, closed, start, kinds, previous_P, P)
+    scale = velocities(start[n], G, c, P, planar.gamma)
     for k in range(start[n]):
-        total = c[k]
-        for m in range(start[n]):
-            total += G[k, m] * P[m]
-        planar.gamma[k] = total
-        worst = max(worst, abs(total))
-        scale = max(scale, abs(c[k]))
-    if not worst <= BALANCED * scale:
-        return False
+        if not abs(planar.gamma[k]) <= BALANCED * scale:
+            return False
     for k in range(n):
         i = closed[k]
         r = start[k]
@@ -51,93 +69,175 @@ def keep_impulses(n, closed, start, kinds, G, c, previous_P, mode, P, planar):
 
 
 @kernel
-def keep_modes(n, closed, start, kinds, G, c, mode, slip, P, planar):
-    """Whether the modes of the step before solve this one; writes P and the candidates."""
-    size = list_unknowns(n, closed, start, kinds, mode, planar)
-    assemble(n, size, closed, start, kinds, G, c, mode, slip, planar)
-    if not lu(size, planar.A, planar.order):
-        return False
-    lu_solve(size, planar.A, planar.order, planar.b, planar.z)
-    for k in range(start[n]):
-        P[k] = 0.0
-    for k in range(size):
-        P[planar.unknown[k]] = planar.z[k]
+def recall_modes(n, closed, kinds, mode, slip, previous_P, planar):
+    """The modes of the step before as candidates."""
     for k in range(n):
         i = closed[k]
-        if mode[i] == ContactMode.SLIDE:
-            P_N = planar.normal_impulse[k] if kinds[i, 0] == GIVEN_FORCE else P[start[k]]
-            P[start[k + 1] - 1] = -slip[i] * planar.mu[k] * P_N
+        if mode[i] == ContactMode.OPEN:
+            planar.candidate[k] = FREE
+        elif mode[i] == ContactMode.SLIDE:
+            planar.candidate[k] = sliding(slip[i] > 0, kinds[i, 0] == BILATERAL and previous_P[i, 0] < 0.0)
+        else:
+            planar.candidate[k] = STICK
+
+
+@rare_kernel
+def hold_modes(n, closed, start, kinds, G, c, previous_P, P, planar):
+    """Whether the modes in planar.candidate solve the problem; writes P, the velocities and their true modes.
+
+    ``planar.is_shared`` tells whether other impulses would do as well.
+    """
+    for _ in range(SHARES):
+        begin(True, n, closed, start, kinds, previous_P, P)
+        if not solve_for_modes(n, closed, start, kinds, G, c, P, planar):
+            return False
+        if planar.is_shared[0] == 0 or not saturate(n, closed, start, kinds, G, P, planar):
+            break
     return (
         residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
-        and goes_on(n, closed, start, kinds, c, mode, slip, P, planar)
-        and name_modes(n, closed, start, kinds, P, planar)
+        and goes_on(n, closed, start, kinds, G, c, P, planar)
+        and name_modes(STILL, n, closed, start, kinds, G, c, P, planar)
     )
 
 
 @kernel
-def goes_on(n, closed, start, kinds, c, mode, slip, P, planar):
-    """Whether no contact is past the end of its mode: the residual, relative to the fastest one, would let a slow one
-    stick beyond its friction by a force of ACCEPTED max |c| / dt, which is no longer small where the step is."""
-    scale = 0.0
-    for k in range(start[n]):
-        scale = max(scale, abs(c[k]))
-    slack = BALANCED * scale
-    for k in range(n):
-        i, r, t = closed[k], start[k], start[k + 1] - 1
-        is_unilateral = kinds[i, 0] == UNILATERAL
-        if mode[i] == ContactMode.OPEN:
-            if is_unilateral and planar.gamma[r] < -slack:
-                return False
-            continue
-        P_N = planar.normal_impulse[k] if kinds[i, 0] == GIVEN_FORCE else P[r]
-        reach = abs(P_N) if kinds[i, 0] == BILATERAL else P_N
-        if is_unilateral and P_N < 0.0:
+def solve_for_modes(n, closed, start, kinds, G, c, P, planar):
+    """Change P to the impulses that the modes in planar.candidate ask for; False where there are none."""
+    r = start[n]
+    size = impose_modes(n, closed, start, kinds, P, planar)
+    assemble_modes(n, size, start, G, 0.0, planar)
+    planar.is_shared[0] = 0
+    if not lu(size, planar.A, planar.order):
+        planar.is_shared[0] = 1
+        assemble_modes(n, size, start, G, ALPHA, planar)
+        if not lu(size, planar.A, planar.order):
             return False
-        if kinds[i, 1] > 0 and mode[i] == ContactMode.STICK and abs(P[t]) > planar.mu_static[k] * reach:
-            return False
-        if mode[i] == ContactMode.SLIDE and slip[i] * planar.gamma[t] < -slack:
-            return False
+    for _ in range(CORRECTIONS):
+        scale = velocities(r, G, c, P, planar.gamma)
+        worst = 0.0
+        for e in range(size):
+            row = planar.unknown[e]
+            planar.b[e] = -planar.gamma[row] / G[row, row]
+            worst = max(worst, abs(planar.gamma[row]))
+        if worst <= BALANCED * scale:
+            break
+        lu_solve(size, planar.A, planar.order, planar.b, planar.z)
+        for e in range(size):
+            P[planar.unknown[e]] += planar.z[e]
+        for k in range(n):
+            if planar.candidate[k] >= SLIDE_PLUS and kinds[closed[k], 0] != GIVEN_FORCE:
+                P[start[k + 1] - 1] = factor(k, planar) * P[start[k]]
     return True
 
 
 @kernel
-def list_unknowns(n, closed, start, kinds, mode, planar):
-    """List the rows with gamma = 0, whose impulses are unknown; returns their number."""
+def impose_modes(n, closed, start, kinds, P, planar):
+    """P = 0 open, P_F = f P_N sliding; lists the other rows and returns their number."""
+    unknown = planar.unknown
     size = 0
     for k in range(n):
-        i = closed[k]
-        if mode[i] == ContactMode.OPEN:
+        a, t, candidate = start[k], start[k + 1] - 1, planar.candidate[k]
+        if candidate == FREE:
+            for row in range(a, t + 1):
+                P[row] = 0.0
             continue
-        if kinds[i, 0] != GIVEN_FORCE:
-            planar.unknown[size] = start[k]
+        if kinds[closed[k], 0] != GIVEN_FORCE:
+            unknown[size] = a
             size += 1
-        if kinds[i, 1] > 0 and mode[i] == ContactMode.STICK:
-            planar.unknown[size] = start[k + 1] - 1
+        if kinds[closed[k], 1] > 0 and candidate == STICK:
+            unknown[size] = t
             size += 1
+        elif candidate >= SLIDE_PLUS:
+            P_N = planar.normal_impulse[k] if kinds[closed[k], 0] == GIVEN_FORCE else P[a]
+            P[t] = factor(k, planar) * P_N
     return size
 
 
 @kernel
-def assemble(n, size, closed, start, kinds, G, c, mode, slip, planar):
-    """A z + c = 0 for the unknown impulses z: sliding contacts add -s mu times their tangential column."""
-    A, b, unknown = planar.A, planar.b, planar.unknown
-    for a in range(size):
-        b[a] = -c[unknown[a]]
-        for e in range(size):
-            A[a, e] = G[unknown[a], unknown[e]]
+def factor(k, planar):
+    """f of a sliding contact: P_F = f P_N."""
+    return -slip_of(planar.candidate[k]) * sigma_of(planar.candidate[k]) * planar.mu[k]
+
+
+@kernel
+def assemble_modes(n, size, start, G, shift, planar):
+    """The rows and columns of G that ``impose_modes`` listed, f times the tangential column on that of the normal of a
+    sliding contact, each row over its diagonal, with a shift of that."""
+    A, unknown = planar.A, planar.unknown
     column = 0
     for k in range(n):
-        i = closed[k]
-        if mode[i] == ContactMode.OPEN:
-            continue
         t = start[k + 1] - 1
-        if mode[i] == ContactMode.SLIDE:
-            ratio = -slip[i] * planar.mu[k]
-            for a in range(size):
-                if kinds[i, 0] == GIVEN_FORCE:
-                    b[a] -= G[unknown[a], t] * ratio * planar.normal_impulse[k]
-                else:
-                    A[a, column] += G[unknown[a], t] * ratio
-        column += (0 if kinds[i, 0] == GIVEN_FORCE else 1) + (
-            1 if kinds[i, 1] > 0 and mode[i] == ContactMode.STICK else 0
-        )
+        while column < size and unknown[column] <= t:
+            for e in range(size):
+                A[e, column] = G[unknown[e], unknown[column]]
+                if planar.candidate[k] >= SLIDE_PLUS:
+                    A[e, column] += factor(k, planar) * G[unknown[e], t]
+            column += 1
+    for e in range(size):
+        row = unknown[e]
+        for m in range(size):
+            A[e, m] /= G[row, row]
+        A[e, e] += shift
+
+
+@kernel
+def saturate(n, closed, start, kinds, G, P, planar):
+    """Of a load that redundant contacts share: free those that would pull, hold those beyond their cones at its border.
+    Returns whether there are any."""
+    slack, is_changed = BALANCED * load(n, start, G, P), False
+    for k in range(n):
+        kind, a, t, candidate = kinds[closed[k], 0], start[k], start[k + 1] - 1, planar.candidate[k]
+        if candidate == FREE or kind == GIVEN_FORCE:
+            continue
+        if kind == UNILATERAL and P[a] * G[a, a] < -slack:
+            planar.candidate[k] = FREE
+            is_changed = True
+        elif kinds[closed[k], 1] > 0 and candidate == STICK:
+            if G[t, t] * (abs(P[t]) - planar.mu_static[k] * abs(P[a])) > slack:
+                planar.candidate[k] = sliding(P[t] < 0.0, P[a] < 0.0)
+                is_changed = True
+    return is_changed
+
+
+@kernel
+def load(n, start, G, P):
+    """The largest velocity that an impulse alone would give to its own row."""
+    largest = 0.0
+    for row in range(start[n]):
+        largest = max(largest, G[row, row] * abs(P[row]))
+    return largest
+
+
+@kernel
+def goes_on(n, closed, start, kinds, G, c, P, planar):
+    """Whether no contact is past the end of its mode: the residual, relative to the fastest one, would let a slow one
+    stick beyond its friction by a force of ACCEPTED max |c| / dt, which is no longer small where the step is.
+
+    What rounding leaves of a redundant contact without load becomes 0.
+    """
+    scale = 0.0
+    for k in range(start[n]):
+        scale = max(scale, abs(c[k]))
+    slack, rest = BALANCED * scale, BALANCED * load(n, start, G, P) if planar.is_shared[0] == 1 else 0.0
+    for k in range(n):
+        i, a, t, candidate = closed[k], start[k], start[k + 1] - 1, planar.candidate[k]
+        kind = kinds[i, 0]
+        P_N = planar.normal_impulse[k] if kind == GIVEN_FORCE else P[a]
+        if candidate == FREE:
+            if (kind == UNILATERAL and planar.gamma[a] < -slack) or (kind == GIVEN_FORCE and P_N > 0.0):
+                return False
+            continue
+        if kind == UNILATERAL and P_N < 0.0:
+            if P_N * G[a, a] < -rest:
+                return False
+            for row in range(a, t + 1):
+                P[row] = 0.0
+            continue
+        reach = planar.mu_static[k] * (abs(P_N) if kind == BILATERAL else P_N)
+        if kinds[i, 1] > 0 and candidate == STICK and abs(P[t]) > reach * (1.0 + BALANCED) + rest / G[t, t]:
+            return False
+        if candidate >= SLIDE_PLUS and (
+            sigma_of(candidate) * P_N < 0.0 or slip_of(candidate) * planar.gamma[t] < -slack
+        ):
+            return False
+    return True

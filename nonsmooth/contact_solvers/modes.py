@@ -8,14 +8,21 @@ impulses of its contact an affine function of those of the contacts after it,
 which is eliminated from the remaining rows. The tree of modes is walked depth first, so that a leaf costs one small
 elimination and one back-substitution instead of a factorisation. A leaf is a solution if it satisfies the inclusions.
 Where a pivot vanishes (redundant contacts) the branch is cut and the answer says that it is not complete:
-``redundant.py`` decides such branches.
+``redundant.py`` decides such branches. Contacts that share their friction row (reduction.py) are one group: the first
+of them that is not free takes the friction of all, the others follow it and add their reach to its own.
+
+All pivots of all branches are positive iff the determinants of all combinations are. The natural map of the problem is
+piecewise linear, with one of these determinants on each piece; its degree is that of the problem without friction, 1.
+So the least pivot, where it is positive, certifies that there is one solution whatever c.
 
 Cost: up to 4^n leaves for unilateral contacts; 8 contacts take about 15 ms. Deciding whether a solution exists is
-NP-complete, so a bound there must be. Source: docs/theory/moreau_jean.md.
+NP-complete, so a bound there must be. Sources: docs/theory/moreau_jean.md; Robinson, *Math. Oper. Res.* 17 (1992) 691
+(coherent orientation).
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from nonsmooth.blocks import Cube, Integers, IntegerTable, Matrix, Vector, view
@@ -53,13 +60,16 @@ class Tree(NamedTuple):
     solutions: Matrix  # (kept, r) impulses
     motions: Matrix  # (kept, r) contact velocities
     modes: IntegerTable  # (kept, n)
+    group: Integers  # (n,) 0, or 1 + the first contact with the same friction row
+    nodes: Integers  # (1,) eliminations of the last walk
+    least: Vector  # (1,) its least pivot, relative to the diagonal of G
 
 
 def tree_shapes(n: int, r: int, kept: int = MAX_SOLUTIONS) -> dict[str, tuple[int, ...]]:
     """Shapes of ``Tree`` for a walk over n contacts with r rows that keeps the first ``kept`` solutions."""
     return {
         "S": (n + 1, r, r), "s": (n + 1, r), "alpha": (r,), "beta": (r, r), "candidate": (n,), "P": (r,), "gamma": (r,),
-        "solutions": (kept, r), "motions": (kept, r), "modes": (kept, n),
+        "solutions": (kept, r), "motions": (kept, r), "modes": (kept, n), "group": (n,), "nodes": (1,), "least": (1,),
     }  # fmt: skip
 
 
@@ -86,11 +96,23 @@ def leaves(n, closed, kinds, most):
 
 
 @kernel
+def leader(level, tree):
+    """The contact before ``level`` on the branch that takes the friction of its group; -1 where there is none."""
+    if tree.group[level] == 0:
+        return -1
+    for k in range(level):
+        if tree.group[k] == tree.group[level] and tree.candidate[k] != FREE:
+            return k
+    return -1
+
+
+@kernel
 def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
     """Express the impulses of contact ``level`` and reduce the rows after it; False where the pivot vanishes."""
     S, s, alpha, beta = tree.S, tree.s, tree.alpha, tree.beta
     width = (1 if kind != GIVEN_FORCE else 0) + d
     last = first + width
+    tree.nodes[0] += 1
     for k in range(first, last):
         alpha[k] = 0.0
         for m in range(k + 1, r):  # from the next row on: contacts listed before may have had other rows
@@ -100,15 +122,15 @@ def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
     elif candidate >= SLIDE_PLUS:
         f = -slip_of(candidate) * mu * sigma_of(candidate)
         D = S[level, first, first] + f * S[level, first, first + 1]
-        if abs(D) <= SINGULAR * abs(S[level, first, first]):
+        if not is_pivot(D / S[0, first, first], tree):
             return False
         alpha[first] = -s[level, first] / D
         alpha[first + 1] = f * alpha[first]
         for m in range(last, r):
             beta[first, m] = -S[level, first, m] / D
             beta[first + 1, m] = f * beta[first, m]
-    elif candidate == STICK and width == 1:
-        if not abs(S[level, first, first]) > SINGULAR * abs(S[0, first, first]):
+    elif candidate == STICK and (width == 1 or leader(level, tree) >= 0):
+        if not is_pivot(S[level, first, first] / S[0, first, first], tree):
             return False
         alpha[first] = -s[level, first] / S[level, first, first]
         for m in range(last, r):
@@ -129,18 +151,28 @@ def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
 
 
 @kernel
+def is_pivot(relative, tree):
+    """Whether a pivot, relative to the diagonal of G, is more than rounding; the least one is noted."""
+    tree.least[0] = min(tree.least[0], relative)
+    return abs(relative) > SINGULAR
+
+
+@kernel
 def _stick_block(level, a, last, r, tree):
     """alpha, beta of a sticking planar contact: both of its rows vanish."""
     S, s, alpha, beta = tree.S, tree.s, tree.alpha, tree.beta
     b = a + 1
-    determinant = S[level, a, a] * S[level, b, b] - S[level, a, b] * S[level, b, a]
-    if not abs(determinant) > SINGULAR * abs(S[level, a, a] * S[level, b, b]):
+    S_aa, S_bb = S[level, a, a], S[level, b, b]
+    determinant = S_aa * S_bb - S[level, a, b] * S[level, b, a]
+    size = S[0, a, a] * S[0, b, b]
+    part = max(abs(S_aa) / S[0, a, a], abs(S_bb) / S[0, b, b])  # of the diagonal that the contacts before have left
+    if not is_pivot(determinant / (size * part), tree):
         return False
-    alpha[a] = (S[level, a, b] * s[level, b] - S[level, b, b] * s[level, a]) / determinant
-    alpha[b] = (S[level, b, a] * s[level, a] - S[level, a, a] * s[level, b]) / determinant
+    alpha[a] = (S[level, a, b] * s[level, b] - S_bb * s[level, a]) / determinant
+    alpha[b] = (S[level, b, a] * s[level, a] - S_aa * s[level, b]) / determinant
     for m in range(last, r):
-        beta[a, m] = (S[level, a, b] * S[level, b, m] - S[level, b, b] * S[level, a, m]) / determinant
-        beta[b, m] = (S[level, b, a] * S[level, a, m] - S[level, a, a] * S[level, b, m]) / determinant
+        beta[a, m] = (S[level, a, b] * S[level, b, m] - S_bb * S[level, a, m]) / determinant
+        beta[b, m] = (S[level, b, a] * S[level, a, m] - S_aa * S[level, b, m]) / determinant
     return True
 
 
@@ -172,8 +204,9 @@ def back_substitute(r, G, c, tree):
 
 
 @kernel
-def holds(candidate, kind, d, mu, mu_static, normal_impulse, r, P, gamma, scale, impulse_scale):
-    """Whether one contact of a leaf satisfies its inclusions, up to rounding."""
+def holds(candidate, kind, d, mu, mu_static, normal_impulse, others, r, P, gamma, scale, impulse_scale):
+    """Whether one contact of a leaf satisfies its inclusions, up to rounding; ``others`` is the friction that the rest
+    of its group can add."""
     slack = BOUNDARY * scale
     P_N = normal_impulse if kind == GIVEN_FORCE else P[r]
     t = r if kind == GIVEN_FORCE else r + 1
@@ -184,7 +217,7 @@ def holds(candidate, kind, d, mu, mu_static, normal_impulse, r, P, gamma, scale,
         return kind == BILATERAL or P_N >= -small
     if candidate == STICK:
         reach = abs(P_N) if kind == BILATERAL else P_N
-        return reach >= -small and abs(P[t]) <= mu_static * reach + small
+        return reach >= -small and abs(P[t]) <= mu_static * reach + others + small
     return sigma_of(candidate) * P_N >= -small and slip_of(candidate) * gamma[t] >= -slack and P_N != 0.0
 
 
@@ -211,6 +244,7 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
     is_complete = True
     level = 0
     tree.candidate[0] = NO_CANDIDATE
+    tree.nodes[0], tree.least[0] = 0, math.inf
     while level >= 0:
         i = closed[level]
         kind, d = kinds[i, 0], kinds[i, 1]
@@ -219,6 +253,9 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
         if candidate == NO_CANDIDATE:
             level -= 1
             continue
+        first = leader(level, tree)
+        if first >= 0 and candidate != FREE and candidate != tree.candidate[first]:
+            continue  # contacts that share their friction row stick or slide together
         if not eliminate(level, candidate, kind, d, mu[level], normal_impulse[level], start[level], r, tree):
             if level < n - 1 or not contradicts(level, candidate, d, start[level], scale, tree):
                 is_complete = False
@@ -231,14 +268,27 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
         is_solution = True
         for k in range(n):
             kind, d = kinds[closed[k], 0], kinds[closed[k], 1]
-            if not holds(tree.candidate[k], kind, d, mu[k], mu_static[k], normal_impulse[k], start[k], tree.P,
-                         tree.gamma, scale, impulse_scale):  # fmt: skip
+            if not holds(tree.candidate[k], kind, d, mu[k], mu_static[k], normal_impulse[k],
+                         reach_of_others(k, n, mu_static, start, tree), start[k], tree.P, tree.gamma, scale,
+                         impulse_scale):  # fmt: skip
                 is_solution = False
                 break
         if is_solution and is_new(min(found, kept), r, scale, tree):
             keep_solution(found, n, r, tree)
             found += 1
     return found, is_complete
+
+
+@kernel
+def reach_of_others(k, n, mu_static, start, tree):
+    """The friction that the other closed contacts of a group add to what its contact k can take."""
+    if tree.group[k] == 0:
+        return 0.0
+    total = 0.0
+    for m in range(n):
+        if m != k and tree.group[m] == tree.group[k] and tree.candidate[m] == STICK:
+            total += mu_static[m] * tree.P[start[m]]
+    return total
 
 
 @kernel

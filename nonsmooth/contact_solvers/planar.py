@@ -1,14 +1,18 @@
 """Several planar contacts at once: the ladder of methods of one step.
 
-1. the impulses of the step before, where every contact rested: kept if they still balance;
-2. where the solution is certified to be unique: the modes of the step before, if they still hold, else the faceted
-   linear complementarity problem by Lemke's method;
-3. every solution by enumeration of modes, and the selection rule, where it is not; Lemke's method where contacts are
-   redundant and the enumeration is not complete, and at last the enumeration that decides redundant contacts, which is
-   compiled when a step first needs it;
-4. where there are too many to enumerate, a semismooth Newton method from the impulses of the step before, which is
-   compiled for scenes of so many contacts only; then Lemke's method;
+Islands of contacts that are not coupled are solved apart (islands.py), one contact in closed form (single.py). Several:
+
+1. the impulses of the step before, where every contact rested: kept if they still balance (kept.py);
+2. where there is one motion, by a certificate (certificate.py) or by the last census (census.py): the modes of the step
+   before, if they still hold, else Newton's or Lemke's method;
+3. else every solution by enumeration of modes (modes.py), of the contacts that reduction.py leaves, and the selection
+   rule; where a census is not possible, or has to wait, as in 2;
+4. Lemke's method where contacts are redundant and the enumeration found nothing, and at last the enumeration that
+   decides redundant contacts, which is compiled when a step first needs it;
 5. Gauss–Seidel over the contacts, each solved in closed form.
+
+The semismooth Newton method is compiled for scenes of many contacts only. Whatever found the motion, redundant contacts
+share its impulses by ``hold_modes``.
 
 Lemke's problem, after Glocker, per contact with P_R = mu P_N + P_F and gamma_L the part of gamma_F to the left:
 
@@ -27,7 +31,20 @@ from enum import IntEnum
 import numpy as np
 
 from nonsmooth.blocks import address, view
-from nonsmooth.contact_solvers.kept import keep_impulses, keep_modes
+from nonsmooth.contact_solvers.census import (
+    ALWAYS_ONE,
+    EVERY_STEP,
+    ONE_AS_BEFORE,
+    UNKNOWN,
+    known_solutions,
+    may_count,
+    note_modes,
+    pay_off,
+    remember,
+)
+from nonsmooth.contact_solvers.certificate import has_one_motion
+from nonsmooth.contact_solvers.islands import find_islands
+from nonsmooth.contact_solvers.kept import factor, hold_modes, keep_impulses, recall_modes
 from nonsmooth.contact_solvers.modes import MAX_LEAVES, enumerate_modes, leaves, select
 from nonsmooth.contact_solvers.planar_newton import solve_by_newton
 from nonsmooth.contact_solvers.planar_problem import (
@@ -38,12 +55,24 @@ from nonsmooth.contact_solvers.planar_problem import (
     residual,
     update_friction,
 )
+from nonsmooth.contact_solvers.reduction import count_modes, reduce
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
-from nonsmooth.contact_solvers.single import STICK, solve_given_force, solve_single
-from nonsmooth.jit import interpreted, kernel
+from nonsmooth.contact_solvers.single import (
+    FREE,
+    NO_CANDIDATE,
+    SLIDE_PLUS,
+    STICK,
+    STILL,
+    count,
+    slip_of,
+    solve_given_force,
+    solve_single,
+    true_mode,
+)
+from nonsmooth.jit import interpreted, kernel, rare_kernel
 from nonsmooth.laws import static_coefficient
 from nonsmooth.lcp.lemke import lemke
-from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, System
+from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode, System
 
 SWEEPS = 20_000  # Gauss–Seidel
 SPEED_SWEEPS = 50  # fixed point on mu(v) where several contacts slide
@@ -61,6 +90,7 @@ class Route(IntEnum):
     ENUMERATED = 5
     GAUSS_SEIDEL = 6
     NEWTON = 7
+    ALONE = 8  # one contact in closed form
 
 
 @kernel(
@@ -73,17 +103,150 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
     Returns (route, solutions, pivots, residual).
 
     ``planar.normal_impulse`` holds the given normal impulses; ``mode`` and ``slip`` are those of the step before.
+    ``planar.found``, ``members`` and ``bits`` tell of the island of each contact, ``is_counted`` and ``is_shared`` of
+    all of them.
     """
     planar = view(planar_at, Planar)
+    part = planar.part
+    planar.pivots[0] = 0
+    pay_off(planar)
+    n_islands = find_islands(n, start, G, planar.island)
+    is_counted, is_shared, found, worst, route = True, False, 1, 0.0, Route.KEPT.value
+    for k in range(n):
+        planar.given[k] = planar.normal_impulse[k]
+    for e in range(n_islands):
+        m, closed_e, start_e, G_e, c_e, offset_e, P_e = n, closed, start, G, c, offset, P
+        if n_islands > 1:
+            m = take_island(e, n, closed, start, G, c, offset, planar)
+            closed_e, start_e, G_e, c_e = part.closed, part.start, part.G, part.c
+            offset_e, P_e = part.offset, part.P
+        if m > 1:
+            path, solutions, off = solve_island(
+                m, closed_e, start_e, kinds, laws, G_e, c_e, offset_e, previous_P, mode, slip, selection, P_e, planar
+            )
+            bits = 0
+        else:
+            path, solutions, off, bits = solve_alone(
+                closed_e, kinds, laws, G_e, c_e, offset_e, mode, slip, selection, P_e, planar
+            )
+        if path <= Route.NO_SOLUTION:
+            return path, 0, planar.pivots[0], off
+        give_back(e, m, n_islands, solutions, bits, n, start, P, planar)
+        is_counted, is_shared = is_counted and planar.is_counted[0] == 1, is_shared or planar.is_shared[0] == 1
+        found *= solutions
+        worst = max(worst, off)
+        if path != Route.KEPT and (route == Route.KEPT or route == Route.KEPT_MODES):
+            route = path
+    for k in range(n):
+        planar.candidate[k] = planar.taken[k]
+    planar.is_counted[0], planar.is_shared[0] = 1 if is_counted else 0, 1 if is_shared else 0
+    return route, found, planar.pivots[0], worst
+
+
+@kernel
+def take_island(e, n, closed, start, G, c, offset, planar):
+    """Copy the problem of island e to ``planar.part``; returns the number of its contacts."""
+    part = planar.part
+    m = 0
+    for k in range(n):
+        if planar.island[k] == e:
+            part.place[m] = k
+            planar.normal_impulse[m] = planar.given[k]
+            m += 1
+    r = copy_part(m, closed, start, G, c, part)
+    for a in range(r):
+        part.offset[a] = offset[part.row[a]]
+    return m
+
+
+@kernel
+def copy_part(m, closed, start, G, c, part):
+    """Copy the problem of the m contacts in part.place; returns the number of rows."""
+    r = 0
+    for e in range(m):
+        k = part.place[e]
+        part.closed[e], part.start[e] = closed[k], r
+        for row in range(start[k], start[k + 1]):
+            part.row[r] = row
+            r += 1
+    part.start[m] = r
+    for a in range(r):
+        part.c[a] = c[part.row[a]]
+        for b in range(r):
+            part.G[a, b] = G[part.row[a], part.row[b]]
+    return r
+
+
+@kernel
+def give_back(e, m, n_islands, solutions, bits, n, start, P, planar):
+    """Write what was found for island e where its contacts stand among all."""
+    part = planar.part
+    for f in range(m):
+        k = f if n_islands == 1 else part.place[f]
+        planar.taken[k], planar.found[k], planar.members[k], planar.bits[k] = planar.candidate[f], solutions, m, bits
+    if n_islands > 1:
+        for a in range(part.start[m]):
+            P[part.row[a]] = part.P[a]
+
+
+@kernel
+def solve_alone(closed, kinds, laws, G, c, offset, mode, slip, selection, P, planar):
+    """The only contact of an island in closed form: (route, solutions, residual, bits of the admissible candidates)."""
+    i = closed[0]
+    kind, was_stuck = kinds[i, 0], mode[i] == ContactMode.STICK
+    planar.is_counted[0], planar.is_shared[0] = 1, 0
+    bits, off, scale = 0, 0.0, abs(c[0])
+    if kind == GIVEN_FORCE:
+        candidate, P[0] = solve_given_force(
+            laws, i, G[0, 0], c[0], offset[0], planar.normal_impulse[0], was_stuck, slip[i]
+        )
+        bits = 1 << candidate
+    elif kinds[i, 1] == 0:
+        P[0] = -c[0] / G[0, 0]
+        if kind == UNILATERAL:
+            P[0] = max(0.0, P[0])
+        candidate = FREE if kind == UNILATERAL and c[0] > 0.0 else STICK
+        bits = 1 << candidate
+    else:
+        candidate, P[0], P[1], bits = solve_single(
+            kind, laws, i, G[0, 0], G[0, 1], G[1, 0], G[1, 1], c[0], c[1], offset[1], was_stuck, slip[i], selection
+        )
+        if candidate == NO_CANDIDATE:
+            return Route.NO_SOLUTION.value, 0, 0.0, 0
+        candidate = true_mode(candidate, G, c, P)
+        scale = max(scale, abs(c[1]))
+        if candidate != FREE:
+            off = abs(c[0] + G[0, 0] * P[0] + G[0, 1] * P[1])
+        if candidate == STICK:
+            off = max(off, abs(c[1] + G[1, 0] * P[0] + G[1, 1] * P[1]))
+    planar.candidate[0] = candidate
+    route = Route.KEPT_MODES.value if is_as_before(candidate, mode[i], slip[i]) else Route.ALONE.value
+    return route, count(bits), off / scale if scale > 0.0 else off, bits
+
+
+@kernel
+def is_as_before(candidate, mode, slip):
+    """Whether a candidate is the mode of the step before."""
+    if candidate >= SLIDE_PLUS:
+        return mode == ContactMode.SLIDE and slip == slip_of(candidate)
+    return (candidate == STICK) == (
+        mode == ContactMode.STICK or mode == ContactMode.LOCKED
+    ) and mode != ContactMode.SLIDE
+
+
+@rare_kernel
+def solve_island(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, slip, selection, P, planar):
+    """Several contacts that are coupled: (route, solutions, residual)."""
+    memory = planar.memory
     for k in range(n):
         i = closed[k]
         planar.was_stuck[k] = 1 if mode[i] == STICK else 0
         planar.mu_static[k] = static_coefficient(laws, i)
     if keep_impulses(n, closed, start, kinds, G, c, previous_P, mode, P, planar):
-        return Route.KEPT.value, 1, 0, 0.0
-    planar.pivots[0] = 0
-    route = Route.FAILED.value
-    found = 0
+        found = memory.told[closed[0]]
+        planar.is_counted[0], planar.is_shared[0] = 1 if found > 0 else 0, memory.is_shared[closed[0]]
+        return Route.KEPT.value, max(1, found), 0.0
+    route, found = Route.FAILED.value, 0
     varies = has_varying_friction(n, closed, start, kinds, laws, offset, planar)
     for _ in range(SPEED_SWEEPS):
         route, found = solve_with_fixed_friction(
@@ -93,7 +256,10 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
             break
         if not update_friction(n, closed, start, kinds, laws, offset, planar):
             break
-    return route, found, planar.pivots[0], residual(n, closed, start, kinds, G, c, P, planar)
+    for k in range(n):
+        memory.told[closed[k]] = found if planar.is_counted[0] == 1 else 0
+        memory.is_shared[closed[k]] = planar.is_shared[0]
+    return route, found, residual(n, closed, start, kinds, G, c, P, planar)
 
 
 @kernel
@@ -101,87 +267,209 @@ def solve_with_fixed_friction(
     n, closed, start, kinds, laws, G, c, offset, previous_P, mode, slip, selection, P, planar
 ):
     """The ladder for given friction coefficients; the velocities reached are left in ``planar.gamma``."""
-    n_leaves = leaves(n, closed, kinds, MAX_LEAVES)
+    recall_modes(n, closed, kinds, mode, slip, previous_P, planar)
+    if has_one_motion(n, closed, start, kinds, G, planar):
+        planar.is_counted[0] = 1
+        route = go_on(n, closed, start, kinds, G, c, previous_P, P, planar)
+        if route != Route.FAILED:
+            return route, 1
+        recall_modes(n, closed, kinds, mode, slip, previous_P, planar)
+    left = reduce(n, closed, start, kinds, G, c, planar)
+    n_modes = count_modes(left, closed, kinds, MAX_LEAVES, planar)
+    if n_modes > EVERY_STEP:
+        known = known_solutions(n, left, closed, start, G, c, planar) if n_modes <= MAX_LEAVES else UNKNOWN
+        route = Route.FAILED.value
+        if known == ALWAYS_ONE or n_modes > MAX_LEAVES or not may_count(planar):
+            route = go_on(n, closed, start, kinds, G, c, previous_P, P, planar)
+        elif known == ONE_AS_BEFORE and hold_modes(n, closed, start, kinds, G, c, previous_P, P, planar):
+            route = Route.KEPT_MODES.value
+        is_counted = known == ALWAYS_ONE or (known == ONE_AS_BEFORE and route == Route.KEPT_MODES)
+        planar.is_counted[0] = 1 if is_counted else 0
+        if route != Route.FAILED and (
+            is_counted or n_modes > MAX_LEAVES or not has_saddle(n, closed, start, kinds, G, planar)
+        ):
+            return route, 1
+    return count_all(left, n, closed, start, kinds, laws, G, c, offset, previous_P, slip, selection, P, planar)
+
+
+@rare_kernel
+def go_on(n, closed, start, kinds, G, c, previous_P, P, planar):
+    """One solution: by the modes in planar.candidate, else by Newton's or Lemke's method; FAILED if there is none."""
+    if hold_modes(n, closed, start, kinds, G, c, previous_P, P, planar):
+        return Route.KEPT_MODES.value
+    return solve_anew(n, closed, start, kinds, G, c, previous_P, P, planar)
+
+
+@rare_kernel
+def solve_anew(n, closed, start, kinds, G, c, previous_P, P, planar):
+    """One solution by Newton's or Lemke's method; FAILED if these find none."""
+    if planar.has_newton[0] == 1 and solve_by_newton(n, closed, start, kinds, G, c, previous_P, P, address(planar)):
+        share(n, closed, start, kinds, G, c, previous_P, P, planar)
+        return Route.NEWTON.value
+    if can_be_faceted(n, closed, kinds) and solve_by_lemke(n, closed, start, kinds, G, c, P, planar):
+        share(n, closed, start, kinds, G, c, previous_P, P, planar)
+        return Route.LEMKE.value
+    return Route.FAILED.value
+
+
+@rare_kernel
+def share(n, closed, start, kinds, G, c, previous_P, P, planar):
+    """Name the modes of a motion that was found, and let redundant contacts share its impulses; those given are left
+    where no such share is admissible. Returns whether there is one."""
+    for row in range(start[n]):
+        planar.trial[row] = P[row]
+    name_modes(ACCEPTED, n, closed, start, kinds, G, c, P, planar)
+    if hold_modes(n, closed, start, kinds, G, c, previous_P, P, planar):
+        return True
+    for row in range(start[n]):
+        P[row] = planar.trial[row]
+    residual(n, closed, start, kinds, G, c, P, planar)
+    name_modes(STILL, n, closed, start, kinds, G, c, P, planar)
+    return False
+
+
+@kernel
+def has_saddle(n, closed, start, kinds, G, planar):
+    """Whether a contact slides with D < 0, which the selection rule takes only where there is nothing else."""
+    for k in range(n):
+        if planar.candidate[k] >= SLIDE_PLUS and kinds[closed[k], 0] != GIVEN_FORCE:
+            a = start[k]
+            if G[a, a] + factor(k, planar) * G[a, a + 1] <= 0.0:
+                return True
+    return False
+
+
+@rare_kernel
+def count_all(left, n, closed, start, kinds, laws, G, c, offset, previous_P, slip, selection, P, planar):
+    """Every solution, of the contacts that are left and, where that does not decide, of all; else any solution."""
+    planar.is_counted[0] = 1
     is_singular = False
-    if is_certified(n, closed, start, kinds, G, planar):
-        if keep_modes(n, closed, start, kinds, G, c, mode, slip, P, planar):
-            return Route.KEPT_MODES.value, 1
-        if solve_by_lemke(n, closed, start, kinds, G, c, P, planar):
-            return Route.LEMKE.value, 1
-    if n_leaves <= MAX_LEAVES:
-        found, is_complete = enumerate_modes(
-            n, closed, start, kinds, planar.mu, planar.mu_static, planar.normal_impulse, G, c, address(planar.tree)
-        )
-        if found > 0 and take_solution(found, n, closed, start, kinds, G, c, selection, P, planar):
-            return Route.ENUMERATED.value, found
+    for attempt in range(2):
+        if attempt == 1:
+            left = take_all(n, planar)
+        if count_modes(left, closed, kinds, MAX_LEAVES, planar) > MAX_LEAVES:
+            break
+        found, is_complete = take_census(left, n, closed, start, kinds, G, c, planar)
         if found == 0 and is_complete:
             return Route.NO_SOLUTION.value, 0
-        is_singular = not is_complete
-    if n_leaves > MAX_LEAVES and planar.has_newton[0] == 1:
-        if solve_by_newton(n, closed, start, kinds, G, c, previous_P, P, address(planar)):
-            return Route.NEWTON.value, 1
-    if can_be_faceted(n, closed, kinds) and solve_by_lemke(n, closed, start, kinds, G, c, P, planar):
-        return Route.LEMKE.value, 1
-    if is_singular and planar.can_decide_redundant[0] == 1:
+        if found > 0 and take_solution(
+            found, left, n, closed, start, kinds, G, c, previous_P, selection, is_complete, P, planar
+        ):
+            return Route.ENUMERATED.value, found
+        is_singular = True
+        if left == n and not has_groups(n, planar):
+            break
+    planar.is_counted[0] = 0
+    route = solve_anew(n, closed, start, kinds, G, c, previous_P, P, planar)
+    if route != Route.FAILED:
+        return route, 1
+    left = take_all(n, planar)
+    is_enumerable = count_modes(left, closed, kinds, MAX_LEAVES, planar) <= MAX_LEAVES
+    if is_singular and is_enumerable and planar.can_decide_redundant[0] == 1:
+        copy_friction(left, closed, start, G, c, planar)
         found = enumerate_redundant(n, closed, start, kinds, G, c, P, address(planar))
         if found == 0:
             return Route.NO_SOLUTION.value, 0
-        if take_solution(found, n, closed, start, kinds, G, c, selection, P, planar):
+        if take_solution(found, left, n, closed, start, kinds, G, c, previous_P, selection, False, P, planar):
+            planar.is_counted[0] = 1
             return Route.ENUMERATED.value, found
     if gauss_seidel(n, closed, start, kinds, laws, G, c, offset, slip, selection, P, planar):
+        share(n, closed, start, kinds, G, c, previous_P, P, planar)
         return Route.GAUSS_SEIDEL.value, 1
-    if is_singular or n_leaves > MAX_LEAVES:
+    if is_singular or not is_enumerable:
         return Route.FAILED.value, 0
     return Route.NO_SOLUTION.value, 0
+
+
+@kernel
+def take_all(n, planar):
+    """Let a census look at all contacts, each alone; returns their number."""
+    for k in range(n):
+        planar.rest.place[k] = k
+    for k in range(min(n, planar.tree.group.shape[0])):
+        planar.tree.group[k] = 0
+    return n
+
+
+@kernel
+def has_groups(n, planar):
+    """Whether a census takes some contacts together."""
+    for k in range(min(n, planar.tree.group.shape[0])):
+        if planar.tree.group[k] != 0:
+            return True
+    return False
+
+
+@rare_kernel
+def take_census(left, n, closed, start, kinds, G, c, planar):
+    """Enumerate the solutions of the contacts that are left; returns as ``enumerate_modes``."""
+    rest = planar.rest
+    copy_friction(left, closed, start, G, c, planar)
+    found, is_complete = enumerate_modes(
+        left, rest.closed, rest.start, kinds, rest.mu, rest.mu_static, rest.normal_impulse, rest.G, rest.c,
+        address(planar.tree),
+    )  # fmt: skip
+    remember(found, n, left, closed, start, G, c, planar)
+    return found, is_complete
+
+
+@kernel
+def copy_friction(left, closed, start, G, c, planar):
+    """Copy the problem of the contacts that are left to planar.rest."""
+    rest = planar.rest
+    copy_part(left, closed, start, G, c, rest)
+    for e in range(left):
+        k = rest.place[e]
+        rest.mu[e], rest.mu_static[e] = planar.mu[k], planar.mu_static[k]
+        rest.normal_impulse[e], rest.was_stuck[e] = planar.normal_impulse[k], planar.was_stuck[k]
+
+
+@rare_kernel
+def take_solution(found, left, n, closed, start, kinds, G, c, previous_P, selection, is_regular, P, planar):
+    """Take one of the solutions in the tree by the selection rule; True if it satisfies the inclusions."""
+    rest, tree = planar.rest, planar.tree
+    take = select(found, left, rest.closed, rest.start, kinds, rest.mu, rest.G, rest.was_stuck, selection, tree)
+    for row in range(start[n]):
+        P[row] = 0.0
+    for a in range(rest.start[left]):
+        P[rest.row[a]] = tree.solutions[take, a]
+    is_solved = residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
+    planar.is_shared[0] = 0
+    if is_regular and left == n and not has_groups(n, planar):
+        name_modes(STILL, n, closed, start, kinds, G, c, P, planar)
+    elif share(n, closed, start, kinds, G, c, previous_P, P, planar):
+        is_solved = True
+    else:
+        planar.is_shared[0] = 1
+        spread_friction(take, left, start, P, planar)
+        is_solved = residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
+        name_modes(STILL, n, closed, start, kinds, G, c, P, planar)
+    note_modes(n, closed, planar)
+    return is_solved
+
+
+@kernel
+def spread_friction(take, left, start, P, planar):
+    """Give the friction of each group that sticks to its members in the parts of their limits mu P_N."""
+    rest, tree = planar.rest, planar.tree
+    for e in range(left):
+        if tree.group[e] != e + 1:
+            continue
+        friction, reach = 0.0, 0.0
+        for f in range(e, left):
+            if tree.group[f] == e + 1 and tree.modes[take, f] == STICK:
+                k = rest.place[f]
+                friction += P[start[k] + 1]
+                reach += rest.mu_static[f] * P[start[k]]
+        for f in range(e, left):
+            if tree.group[f] == e + 1 and tree.modes[take, f] == STICK and reach > 0.0:
+                k = rest.place[f]
+                P[start[k] + 1] = friction * rest.mu_static[f] * P[start[k]] / reach
 
 
 def exceeds_enumeration(system: System) -> bool:
     """Whether more contacts of the system may be closed at once than are enumerated."""
     return bool(interpreted(leaves)(system.n_c, np.arange(system.n_c), system.kinds, MAX_LEAVES) > MAX_LEAVES)
-
-
-@kernel
-def take_solution(found, n, closed, start, kinds, G, c, selection, P, planar):
-    """Take one of the solutions in the tree by the selection rule; True if it satisfies the inclusions."""
-    take = select(found, n, closed, start, kinds, planar.mu, G, planar.was_stuck, selection, planar.tree)
-    for k in range(start[n]):
-        P[k] = planar.tree.solutions[take, k]
-    for k in range(n):
-        planar.candidate[k] = planar.tree.modes[take, k]
-    return residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
-
-
-@kernel
-def is_certified(n, closed, start, kinds, G, planar):
-    """A sufficient test that the solution is unique: no friction and no bilateral contact, or a dominant diagonal.
-
-    With P = G_NN - G_NF diag(mu s), row dominance for every choice of the slip signs s makes each P a P-matrix:
-    G_ii > sum_j mu_j |G_NF,ij| + sum_{j != i} |G_NN,ij|.
-    """
-    is_frictionless = True
-    for k in range(n):
-        kind, d = kinds[closed[k], 0], kinds[closed[k], 1]
-        if kind == BILATERAL:
-            return False
-        if d > 0:
-            is_frictionless = False
-            if planar.mu_static[k] != planar.mu[k]:
-                return False
-    if is_frictionless:
-        return True
-    for k in range(n):
-        if kinds[closed[k], 0] == GIVEN_FORCE:
-            continue
-        a = start[k]
-        margin = 2.0 * G[a, a]
-        for m in range(n):
-            if kinds[closed[m], 0] != GIVEN_FORCE:
-                margin -= abs(G[a, start[m]])
-                if kinds[closed[m], 1] > 0:
-                    margin -= planar.mu_static[m] * abs(G[a, start[m] + 1])
-        if not margin > 0.0:
-            return False
-    return True
 
 
 @kernel
@@ -193,7 +481,7 @@ def can_be_faceted(n, closed, kinds):
     return True
 
 
-@kernel
+@rare_kernel
 def solve_by_lemke(n, closed, start, kinds, G, c, P, planar):
     """Lemke's method on Glocker's problem; True if the answer satisfies the inclusions."""
     size = assemble_lcp(n, closed, start, kinds, G, c, planar)
@@ -212,9 +500,7 @@ def solve_by_lemke(n, closed, start, kinds, G, c, P, planar):
             if d > 0:
                 P[t] = planar.z[row + 1] - planar.mu[k] * planar.z[row]
             row += 1 + 2 * d
-    return residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED and name_modes(
-        n, closed, start, kinds, P, planar
-    )
+    return residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
 
 
 @kernel(
@@ -277,7 +563,7 @@ def _fill_columns(k, m, row, column, size, closed, start, kinds, G, planar):
     return width
 
 
-@kernel
+@rare_kernel
 def gauss_seidel(n, closed, start, kinds, laws, G, c, offset, slip, selection, P, planar):
     """Each contact solved in closed form with the others held, in turn, until the residual is accepted."""
     for k in range(start[n]):
@@ -305,7 +591,7 @@ def gauss_seidel(n, closed, start, kinds, laws, G, c, offset, slip, selection, P
         if sweep % 10 == 9:
             _update_all_friction(n, closed, start, kinds, laws, G, c, offset, P, planar)
             if residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED:
-                return name_modes(n, closed, start, kinds, P, planar)
+                return True
     return False
 
 

@@ -25,22 +25,13 @@ from __future__ import annotations
 import math
 
 from nonsmooth.blocks import view
-from nonsmooth.contact_solvers.planar_problem import ACCEPTED, MERITS, Planar, name_modes, residual
-from nonsmooth.contact_solvers.single import (
-    FREE,
-    PULL_MINUS,
-    PULL_PLUS,
-    SLIDE_MINUS,
-    SLIDE_PLUS,
-    STICK,
-    sigma_of,
-    slip_of,
-)
+from nonsmooth.contact_solvers.kept import ALPHA, assemble_modes, begin, factor, impose_modes
+from nonsmooth.contact_solvers.planar_problem import ACCEPTED, MERITS, Planar, name_modes, residual, sliding
+from nonsmooth.contact_solvers.single import FREE, SLIDE_PLUS, STICK, STILL
 from nonsmooth.dense import lu, lu_solve
 from nonsmooth.jit import kernel
 from nonsmooth.system import BILATERAL, GIVEN_FORCE
 
-ALPHA = 1e-10  # shift, relative to the diagonal: far above rounding, far below the eigenvalues of mass ratios to 1e6
 MAX_STEPS = 150
 PATIENCE = 40  # steps within which the merit must halve
 HALVINGS = 10
@@ -65,19 +56,6 @@ def solve_by_newton(n, closed, start, kinds, G, c, previous_P, P, planar_at):
         if (is_loaded or first != BEFORE) and iterate(first == STUCK, n, closed, start, kinds, G, c, P, planar):
             return True
     return False
-
-
-@kernel
-def begin(is_loaded, n, closed, start, kinds, previous_P, P):
-    """Start from the impulses of the step before, or from none; returns whether there are any."""
-    size = 0.0
-    for k in range(n):
-        i = closed[k]
-        shift = 1 if kinds[i, 0] == GIVEN_FORCE else 0
-        for row in range(start[k], start[k + 1]):
-            P[row] = previous_P[i, row - start[k] + shift] if is_loaded else 0.0
-            size += abs(P[row])
-    return size > 0.0
 
 
 @kernel
@@ -134,7 +112,7 @@ def iterate(is_stuck, n, closed, start, kinds, G, c, P, planar):
     evaluate(n, closed, start, kinds, G, c, P, planar)
     impose_modes(n, closed, start, kinds, P, planar)
     return residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED and name_modes(
-        n, closed, start, kinds, P, planar
+        STILL, n, closed, start, kinds, G, c, P, planar
     )
 
 
@@ -174,43 +152,6 @@ def evaluate(n, closed, start, kinds, G, c, P, planar):
 
 
 @kernel
-def sliding(is_forward, is_pulled):
-    """The candidate of a sliding contact from the signs of gamma_F and P_N."""
-    if is_pulled:
-        return PULL_PLUS if is_forward else PULL_MINUS
-    return SLIDE_PLUS if is_forward else SLIDE_MINUS
-
-
-@kernel
-def impose_modes(n, closed, start, kinds, P, planar):
-    """P = 0 open, P_F = f P_N sliding; lists the other rows and returns their number."""
-    unknown = planar.unknown
-    size = 0
-    for k in range(n):
-        a, t, candidate = start[k], start[k + 1] - 1, planar.candidate[k]
-        if candidate == FREE:
-            for row in range(a, t + 1):
-                P[row] = 0.0
-            continue
-        if kinds[closed[k], 0] != GIVEN_FORCE:
-            unknown[size] = a
-            size += 1
-        if kinds[closed[k], 1] > 0 and candidate == STICK:
-            unknown[size] = t
-            size += 1
-        elif candidate >= SLIDE_PLUS:
-            P_N = planar.normal_impulse[k] if kinds[closed[k], 0] == GIVEN_FORCE else P[a]
-            P[t] = factor(k, planar) * P_N
-    return size
-
-
-@kernel
-def factor(k, planar):
-    """f of a sliding contact: P_F = f P_N."""
-    return -slip_of(planar.candidate[k]) * sigma_of(planar.candidate[k]) * planar.mu[k]
-
-
-@kernel
 def newton_step(n, closed, start, kinds, G, c, P, planar):
     """The full step to ``planar.step``; False where its matrix is singular even so, or not finite."""
     trial, step, unknown, r = planar.trial, planar.step, planar.unknown, start[n]
@@ -218,23 +159,12 @@ def newton_step(n, closed, start, kinds, G, c, P, planar):
     for k in range(r):
         trial[k] = P[k]
     size = impose_modes(n, closed, start, kinds, trial, planar)
-    column = 0
-    for k in range(n):
-        candidate, t = planar.candidate[k], start[k + 1] - 1
-        while column < size and unknown[column] <= t:
-            for e in range(size):
-                A[e, column] = G[unknown[e], unknown[column]]
-                if candidate >= SLIDE_PLUS:
-                    A[e, column] += factor(k, planar) * G[unknown[e], t]
-            column += 1
+    assemble_modes(n, size, start, G, ALPHA, planar)
     for e in range(size):
         row = unknown[e]
         total = c[row]
         for m in range(r):
             total += G[row, m] * trial[m]
-        for m in range(size):
-            A[e, m] /= G[row, row]
-        A[e, e] += ALPHA
         b[e] = -total / G[row, row]
     if not lu(size, A, planar.order):
         return False

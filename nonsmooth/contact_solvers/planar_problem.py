@@ -28,7 +28,7 @@ import numpy as np
 
 from nonsmooth.blocks import Integers, Matrix, Vector
 from nonsmooth.contact_solvers.modes import MAX_SOLUTIONS, Tree, tree_shapes
-from nonsmooth.contact_solvers.single import FREE, STICK
+from nonsmooth.contact_solvers.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
 from nonsmooth.jit import kernel
 from nonsmooth.laws import depends_on_speed, friction_coefficient
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL
@@ -64,6 +64,61 @@ def family_shapes(n: int, r: int) -> dict[str, tuple[int, ...]]:
     }  # fmt: skip
 
 
+class Part(NamedTuple):
+    """A problem of some of the contacts: an island, or what a census looks at. n = contacts, r = rows."""
+
+    place: Integers  # (n,) of each contact among those it was taken from
+    closed: Integers  # (n,)
+    start: Integers  # (n + 1,)
+    row: Integers  # (r,) of each row among those it was taken from
+    G: Matrix  # (r, r)
+    c: Vector  # (r,)
+    offset: Vector  # (r,)
+    P: Vector  # (r,)
+    mu: Vector  # (n,)
+    mu_static: Vector  # (n,)
+    normal_impulse: Vector  # (n,)
+    was_stuck: Integers  # (n,)
+
+
+def part_shapes(n: int, r: int) -> dict[str, tuple[int, ...]]:
+    """Shapes of ``Part`` for up to n contacts with r rows."""
+    return {
+        **dict.fromkeys(("place", "closed", "mu", "mu_static", "normal_impulse", "was_stuck"), (n,)),
+        **dict.fromkeys(("row", "c", "offset", "P"), (r,)), "start": (n + 1,), "G": (r, r),
+    }  # fmt: skip
+
+
+class Memory(NamedTuple):
+    """The last census of each contact, by its number in the system: a problem and what was found. c = contacts."""
+
+    stamp: Integers  # (c,) number of the census; the contacts of one problem have the same
+    members: Integers  # (c,) how many these are; 0 before the first census
+    found: Integers  # (c,) solutions
+    candidate: Integers  # (c,) mode taken
+    role: Integers  # (c,) its part in the census
+    least: Vector  # (c,) least pivot
+    G: Matrix  # (r, r) in the rows of all contacts of the system
+    c: Vector  # (r,)
+    mu: Vector  # (c,)
+    normal_impulse: Vector  # (c,)
+    told: Integers  # (c,) solutions of the last problem that were reported, 0 where they were not counted
+    is_shared: Integers  # (c,) whether the impulses of the last problem were one share of many
+    last: Integers  # (1,) number of the last census
+    debt: Integers  # (1,) work of the censuses taken that is not paid off yet
+
+
+def memory_shapes(n: int, r: int) -> dict[str, tuple[int, ...]]:
+    """Shapes of ``Memory`` for a system of n contacts with r rows."""
+    return {
+        **dict.fromkeys(
+            ("stamp", "members", "found", "candidate", "role", "least", "mu", "normal_impulse", "told", "is_shared"),
+            (n,),
+        ),
+        "G": (r, r), "c": (r,), "last": (1,), "debt": (1,),
+    }  # fmt: skip
+
+
 class Planar(NamedTuple):
     """Arrays of the several-contact solvers. n = contacts, r = rows, m = unknowns of the LCP."""
 
@@ -88,6 +143,19 @@ class Planar(NamedTuple):
     merits: Vector  # the last ones
     can_decide_redundant: Integers  # (1,) 1 once ``redundant.enumerate_redundant`` is loaded
     has_newton: Integers  # (1,) 1 once ``planar_newton.solve_by_newton`` is loaded
+    may_wait: Integers  # (1,) 1 where a census may be put off (census.py)
+    given: Vector  # (n,) given normal impulses of all islands
+    taken: Integers  # (n,) candidates of all islands
+    stays: Integers  # (n,) whether a census looks at a contact
+    island: Integers  # (n,) number of the island of each contact
+    members: Integers  # (n,) number of contacts in the island of each contact
+    found: Integers  # (n,) number of solutions of the island of each contact
+    bits: Integers  # (n,) admissible candidates of a contact that is alone in its island, else 0
+    is_counted: Integers  # (1,) whether the solutions of the last problem were counted, or certified to be one
+    is_shared: Integers  # (1,) whether the impulses of the last problem are one share of many
+    part: Part  # an island
+    rest: Part  # what a census looks at
+    memory: Memory
     tree: Tree
     family: Family
 
@@ -97,14 +165,31 @@ def planar_shapes(n: int, d: int, kept: int = MAX_SOLUTIONS) -> dict[str, Any]:
     m = 3 * n if n > 1 else 1
     r = n * (1 + d) if n > 1 else 1
     levels = min(n, 18) if n > 1 else 1  # more are not enumerated, even where each has two modes
-    per_contact = dict.fromkeys(("mu", "mu_static", "normal_impulse", "was_stuck", "candidate"), (n,))
+    per_contact = dict.fromkeys(
+        ("mu", "mu_static", "normal_impulse", "was_stuck", "candidate", "given", "taken", "stays", "island",
+         "members", "found", "bits"), (n,),
+    )  # fmt: skip
+    flags = ("pivots", "can_decide_redundant", "has_newton", "may_wait", "is_counted", "is_shared")
     return {
-        **per_contact, "A": (m, m), "b": (m,), "z": (m,), "tableau": (m, m + 2), "scales": (4, m + 2),
-        "basis": (4 * m + 2,), "gamma": (r,),
-        "unknown": (r,), "order": (r,), "pivots": (1,), "can_decide_redundant": (1,),
-        "best": (r,), "trial": (r,), "step": (r,), "merits": (MERITS,), "has_newton": (1,),
+        **per_contact, **dict.fromkeys(flags, (1,)), "A": (m, m), "b": (m,), "z": (m,), "tableau": (m, m + 2),
+        "scales": (4, m + 2), "basis": (4 * m + 2,), "gamma": (r,), "unknown": (r,), "order": (r,),
+        "best": (r,), "trial": (r,), "step": (r,), "merits": (MERITS,),
+        "part": part_shapes(n, r), "rest": part_shapes(n, r), "memory": memory_shapes(n, r),
         "tree": tree_shapes(levels, min(r, 2 * levels), kept), "family": family_shapes(levels, min(r, 2 * levels)),
     }  # fmt: skip
+
+
+@kernel
+def velocities(r, G, c, P, gamma):
+    """gamma = G P + c; returns max |c|, the scale of all of them."""
+    scale = 0.0
+    for k in range(r):
+        total = c[k]
+        for m in range(r):
+            total += G[k, m] * P[m]
+        gamma[k] = total
+        scale = max(scale, abs(c[k]))
+    return scale
 
 
 @kernel
@@ -116,14 +201,8 @@ def residual(n, closed, start, kinds, G, c, P, planar):
     G_FF |P_F - proj(P_F - gamma_F / G_FF)|.
     """
     r = start[n]
-    scale = 0.0
+    scale = velocities(r, G, c, P, planar.gamma)
     worst = 0.0
-    for k in range(r):
-        total = c[k]
-        for m in range(r):
-            total += G[k, m] * P[m]
-        planar.gamma[k] = total
-        scale = max(scale, abs(c[k]))
     for k in range(n):
         i = closed[k]
         a = start[k]
@@ -152,30 +231,58 @@ def beyond_rounding(violation, k, r, scale, G, c, P):
     """The violation of row k, or ACCEPTED max |c| where it is more and rounding."""
     if violation <= ACCEPTED * scale or violation > HALF_THE_DIGITS * scale:
         return violation
-    size = abs(c[k])
-    for m in range(r):
-        size += abs(G[k, m] * P[m])
-    return ACCEPTED * scale if violation <= (r + 1) * UNIT * size else violation
+    return ACCEPTED * scale if violation <= rounding_of(k, r, G, c, P) else violation
 
 
 @kernel
-def name_modes(n, closed, start, kinds, P, planar):
-    """Name the mode of each contact from its impulses and velocities; always True."""
+def rounding_of(k, r, G, c, P):
+    """(r + 1) u s_k, what the velocity of row k may be wrong by."""
+    size = abs(c[k])
+    for m in range(r):
+        size += abs(G[k, m] * P[m])
+    return (r + 1) * UNIT * size
+
+
+@kernel
+def is_zero(k, slack, r, scale, G, c, P, planar):
+    """Whether the velocity of row k is none: within ``slack`` of max |c|, or within its own rounding."""
+    speed = abs(planar.gamma[k])
+    return speed <= slack * scale or (speed <= HALF_THE_DIGITS * scale and speed <= rounding_of(k, r, G, c, P))
+
+
+@kernel
+def name_modes(slack, n, closed, start, kinds, G, c, P, planar):
+    """Name the modes by what the contacts do, from their impulses and velocities in ``planar.gamma``; always True.
+
+    Open is a contact that parts; closed one with gamma_N = 0, whether it has an impulse or others carry its load. It
+    slides where gamma_F is not zero, else it sticks, also where its impulse lies on the border of the cone. So no mode
+    hangs on how redundant contacts share a load.
+    """
+    r = start[n]
+    scale = 0.0
+    for k in range(r):
+        scale = max(scale, abs(c[k]))
     for k in range(n):
-        i = closed[k]
-        t = start[k + 1] - 1
-        is_given = kinds[i, 0] == GIVEN_FORCE
-        P_N = planar.normal_impulse[k] if is_given else P[start[k]]
-        reach = planar.mu[k] * abs(P_N)
-        if P_N == 0.0:
-            planar.candidate[k] = FREE if kinds[i, 0] == UNILATERAL or is_given else STICK
-        elif kinds[i, 1] == 0 or abs(P[t]) < reach * (1.0 - 1e-9):
+        kind, a, t = kinds[closed[k], 0], start[k], start[k + 1] - 1
+        P_N = planar.normal_impulse[k] if kind == GIVEN_FORCE else P[a]
+        parts = planar.gamma[a] > abs(G[a, a]) * P_N and not is_zero(a, slack, r, scale, G, c, P, planar)
+        if (kind == UNILATERAL and parts) or (kind == GIVEN_FORCE and P_N == 0.0):
+            planar.candidate[k] = FREE
+        elif kinds[closed[k], 1] == 0 or is_zero(t, slack, r, scale, G, c, P, planar):
+            planar.candidate[k] = STICK
+        elif abs(P[t]) < planar.mu[k] * abs(P_N) * (1.0 - ACCEPTED):
             planar.candidate[k] = STICK
         else:
-            s = -1 if P[t] > 0.0 else 1
-            stays = abs(planar.gamma[t]) <= 1e-12 * abs(P[t])
-            planar.candidate[k] = STICK if stays else (2 if s > 0 else 3) + (2 if P_N < 0.0 else 0)
+            planar.candidate[k] = sliding(planar.gamma[t] > 0.0, P_N < 0.0)
     return True
+
+
+@kernel
+def sliding(is_forward, is_pulled):
+    """The candidate of a sliding contact from the signs of gamma_F and P_N."""
+    if is_pulled:
+        return PULL_PLUS if is_forward else PULL_MINUS
+    return SLIDE_PLUS if is_forward else SLIDE_MINUS
 
 
 @kernel

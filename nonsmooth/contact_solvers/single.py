@@ -26,6 +26,7 @@ from nonsmooth.system import BILATERAL, GIVEN_FORCE
 FREE, STICK, SLIDE_PLUS, SLIDE_MINUS, PULL_PLUS, PULL_MINUS = range(6)  # PULL: sliding with P_N < 0
 NO_CANDIDATE = -1
 BOUNDARY = 1e-12  # relative width within which a candidate on the border of admissibility is kept, if no other is
+STILL = 1e-12  # of max |c|: a velocity below is none
 SPEED_ITERATIONS = 60
 
 
@@ -225,6 +226,21 @@ def solve_given_force(laws, i, G_FF, c_F, offset, P_N, was_stuck, previous_slip)
     if candidate == NO_CANDIDATE:  # P_N = 0: no friction
         return SLIDE_PLUS if c_F > 0.0 else SLIDE_MINUS, 0.0
     return candidate, P_F
+
+
+@kernel
+def true_mode(candidate, G, c, P):
+    """The candidate named by what the contact does: closed where gamma_N = 0 though it has no impulse, stuck where
+    gamma_F = 0 though its impulse lies on the border of the cone."""
+    slack = STILL * max(abs(c[0]), abs(c[1]))
+    if candidate == STICK or (candidate == FREE and c[0] > slack):
+        return candidate
+    gamma_F = c[1] + G[1, 0] * P[0] + G[1, 1] * P[1]
+    if abs(gamma_F) <= slack:
+        return STICK
+    if candidate == FREE:
+        return SLIDE_PLUS if gamma_F > 0.0 else SLIDE_MINUS
+    return candidate
 
 
 @kernel

@@ -36,9 +36,11 @@ from nonsmooth.integrators.records import (
     PIVOTS,
     RESIDUAL,
     SEVERAL,
+    SHARED,
     SKIPPED,
     SOLVED,
     STEPS,
+    UNCOUNTED,
     State,
 )
 from nonsmooth.integrators.rigid_modes import HAS, N_WORKS
@@ -46,7 +48,7 @@ from nonsmooth.integrators.step_polynomial import IS_KEPT, N_STEPS
 from nonsmooth.jit import kernel
 from nonsmooth.system import GAP, UNILATERAL, ContactMode
 
-SUMMED = (SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL)
+SUMMED = (SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL, UNCOUNTED, SHARED)
 
 
 @kernel("int64(int64, float64[::1], float64[::1], int64, int64, int64, int64, int64)", short_loops=True)

@@ -98,6 +98,7 @@ class MoreauJean:
         """The arrays that the loop works in."""
         block = new_block(Scratch, scratch_shapes(system.n_u, system.n_c, system.d))
         block.arrays.planar.has_newton[0] = needs_newton(system)
+        block.arrays.planar.may_wait[0] = 1
         return block
 
     @property

@@ -23,6 +23,7 @@ from nonsmooth.contact_solvers.single import (
     count,
     solve_given_force,
     solve_single,
+    true_mode,
 )
 from nonsmooth.errors import Status
 from nonsmooth.integrators.records import (
@@ -31,14 +32,16 @@ from nonsmooth.integrators.records import (
     KEPT,
     PIVOTS,
     RESIDUAL,
+    SHARED,
     SOLUTIONS,
     SOLVED,
+    UNCOUNTED,
     State,
 )
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_E_F, depends_on_speed, friction_coefficient
 from nonsmooth.paradox.impact import follows_own_law, impulses_by_law
-from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
+from nonsmooth.system import GIVEN_FORCE, UNILATERAL, ContactMode
 
 
 class Scratch(NamedTuple):
@@ -101,6 +104,10 @@ def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
     state.worst[RESIDUAL] = max(state.worst[RESIDUAL], residual)
     if route == Route.KEPT or route == Route.KEPT_MODES:
         state.counters[KEPT] += 1
+    if scratch.planar.is_counted[0] == 0:
+        state.counters[UNCOUNTED] += 1
+    if scratch.planar.is_shared[0] == 1:
+        state.counters[SHARED] += 1
     for k in range(n_k):
         scratch.candidate[k] = scratch.planar.candidate[k]
     state.counters[SOLUTIONS] = found
@@ -124,16 +131,17 @@ def solve_one(kinds, laws, dt, selection, state, scratch):
         P[0] = -c[0] / G[0, 0]
         if kind == UNILATERAL:
             P[0] = max(0.0, P[0])
-        scratch.candidate[0] = STICK if P[0] != 0.0 or kind == BILATERAL else FREE
+        scratch.candidate[0] = FREE if kind == UNILATERAL and c[0] > 0.0 else STICK
         return 1
     candidate, P[0], P[1], found = solve_single(
         kind, laws, i, G[0, 0], G[0, 1], G[1, 0], G[1, 1], c[0], c[1], scratch.offset[1],
         was_stuck, state.slip[i], selection,
     )  # fmt: skip
-    scratch.candidate[0] = candidate
     state.counters[FOUND] = found
     if candidate == NO_CANDIDATE:
         return 0
+    candidate = true_mode(candidate, G, c, P)
+    scratch.candidate[0] = candidate
     if candidate != FREE:
         error = abs(c[0] + G[0, 0] * P[0] + G[0, 1] * P[1])
         if candidate == STICK:

@@ -17,6 +17,7 @@ from nonsmooth.contact_problem import row_velocities
 from nonsmooth.contact_solvers.single import STICK, slip_of, stick
 from nonsmooth.integrators.moreau_jean_contact import Scratch, mode_of
 from nonsmooth.integrators.records import (
+    FOUND,
     INCONSISTENT,
     INDETERMINATE,
     SEVERAL,
@@ -40,12 +41,18 @@ def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, s
     Returns whether the velocity has jumped, so that the step must be taken again.
     """
     work = scratch.work
-    found = state.counters[SOLUTIONS]
-    is_indeterminate = found >= 3 or (found == 2 and n_k > 1)
+    planar = scratch.planar
+    has_several = False
     for k in range(n_k):
         i = work.closed[k]
         if kinds[i, 1] == 0 or kinds[i, 0] == GIVEN_FORCE:
             continue
+        found, members = state.counters[SOLUTIONS], 1
+        if n_k > 1:  # of the island of the contact
+            found, members = planar.found[k], planar.members[k]
+            state.counters[FOUND] = planar.bits[k]
+        is_indeterminate = found >= 3 or (found == 2 and members > 1)
+        has_several = has_several or is_indeterminate
         candidate = scratch.candidate[k]
         if candidate == STICK and state.mode[i] == ContactMode.SLIDE:
             a = work.start[k]
@@ -59,7 +66,7 @@ def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, s
             mode = mode_of(candidate, 1)
             add_event(t, INDETERMINATE, i, mode, slip_of(candidate), k, found, kinds, state, work)
         state.several[i] = 1 if is_indeterminate else 0
-    if is_indeterminate:
+    if has_several:
         state.counters[SEVERAL] += 1
     return False
 

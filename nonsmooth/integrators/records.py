@@ -23,7 +23,8 @@ INTERVAL, STEP, N_EVENTS, EVENTS_LOST, FAILED_CONTACT = range(5)
 STEPS, SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL = range(5, 11)
 FOUND, SOLUTIONS = 11, 12  # of the last contact problem: the set of modes, and their number
 GAINS = 13  # impacts, or steps, in which the contacts gained energy
-N_COUNTERS = 14
+UNCOUNTED, SHARED = 14, 15  # problems whose solutions were not counted; whose impulses are one share of many
+N_COUNTERS = 16
 # worst figures
 RESIDUAL, PENETRATION, LEDGER_ERROR, LEDGER_SIZE, GAIN = range(5)
 N_WORST = 5

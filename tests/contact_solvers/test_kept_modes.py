@@ -5,9 +5,11 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.bench.scenes import row_of_blocks
+from nonsmooth.bench.stress_scenes import Tower, tower
 from nonsmooth.blocks import new_block
 from nonsmooth.contact_solvers import kept, planar
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.contact_solvers.single import SLIDE_MINUS, SLIDE_PLUS
 
 
 def run(n, t_end=0.6):
@@ -24,30 +26,39 @@ def test_blocks_that_slide_on_are_answered_by_their_modes(n):
     assert (sol.P_N[1:] == pytest.approx(9.81e-3, rel=1e-12)) and (sol.g_N == 0).all()
 
 
+def falling_tower(n, t_end):
+    """The highest of n blocks slides, the others begin to: a chain of coupled contacts."""
+    u0 = np.zeros(2 * n)
+    u0[-2] = 1.0
+    return ns.simulate(tower(n, Tower(mu=0.5)), (0, t_end), np.zeros(2 * n), u0, integrator=ns.MoreauJean(dt=1e-3))
+
+
 def test_modes_kept_and_lemke_give_one_motion(monkeypatch):
     """The interpreted source, with and without the modes of the step before."""
     monkeypatch.setenv("NONSMOOTH_INTERPRET", "1")
-    with_modes = run(3, 0.1)
-    monkeypatch.setitem(
-        ns.jit.interpreted(planar.solve_with_fixed_friction).__globals__, "keep_modes", lambda *arguments: False
-    )
-    by_lemke = run(3, 0.1)
+    with_modes = falling_tower(3, 0.1)
+    monkeypatch.setitem(ns.jit.interpreted(planar.go_on).__globals__, "hold_modes", lambda *arguments: False)
+    by_lemke = falling_tower(3, 0.1)
     assert with_modes.stats.lcp_kept > 0 and by_lemke.stats.lcp_kept == 0
     # both satisfy G P + c to ROUNDING: velocities agree to 100 steps of 1e-15 m/s, positions to dt times their sum
     assert np.abs(with_modes.u - by_lemke.u).max() < 1e-12
 
 
 def test_a_mode_that_no_longer_fits_is_refused():
-    """One frictionless contact that was closed and is now pulled away: P_N = -c/G < 0 does not satisfy P_N >= 0."""
+    """Two sliding contacts, one of them now pulled away: P_N = -c/G < 0 does not satisfy P_N >= 0."""
     system = row_of_blocks(2)
-    keep = ns.jit.interpreted(kept.keep_modes)
+    hold = ns.jit.interpreted(kept.hold_modes)
     planar_arrays = new_block(Planar, planar_shapes(2, 1)).arrays
     planar_arrays.mu[:] = planar_arrays.mu_static[:] = 0.3
-    G, P = np.eye(4), np.zeros(4)
+    G, P, before = np.eye(4), np.zeros(4), np.zeros((2, 2))
     problem = (2, np.arange(2), np.array([0, 2, 4]), system.kinds, G)
-    slide = np.array([ns.ContactMode.SLIDE] * 2)
+
+    def holds(c, *modes):
+        planar_arrays.candidate[:] = modes
+        return hold(*problem, c, before, P, planar_arrays)
+
     pressed, pulled = np.array([-1.0, 2.0, -1.0, 2.0]), np.array([-1.0, 2.0, 1.0, 2.0])
-    assert keep(*problem, pressed, slide, np.array([1, 1]), P, planar_arrays)
+    assert holds(pressed, SLIDE_PLUS, SLIDE_PLUS)
     assert P == pytest.approx([1.0, -0.3, 1.0, -0.3])
-    assert not keep(*problem, pulled, slide, np.array([1, 1]), P, planar_arrays)
-    assert not keep(*problem, pressed, slide, np.array([1, -1]), P, planar_arrays)  # slides the other way
+    assert not holds(pulled, SLIDE_PLUS, SLIDE_PLUS)
+    assert not holds(pressed, SLIDE_PLUS, SLIDE_MINUS)  # slides the other way

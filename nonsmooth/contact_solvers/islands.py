@@ -1,0 +1,72 @@
+"""Islands of contacts: what the Delassus matrix does not couple is decided apart.
+
+    gamma = G P + c,    G_km the block of contacts k and m
+
+Where all blocks between two groups of contacts vanish, the solutions of the problem are the pairs of a solution of each
+group: the one cannot make the other inconsistent, nor strike it. Contacts are coupled directly by a block that is more
+than rounding, or through others; so two blocks that a third one joins are one island however light it is. An entry
+G_ab = w_a M^-1 w_b is at most sqrt(G_aa G_bb) (Cauchy, Schwarz), and one that cancels, as between two contacts of a
+symmetric body, is zero to the rounding of such terms.
+
+The flood is one in a graph of n nodes. Source: Cormen, Leiserson, Rivest, Stein, *Introduction to Algorithms*, section
+21.1.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.jit import kernel
+
+EPS = 2.220446049250313e-16
+# Of sqrt(G_aa G_bb). Rounding of a product with a well conditioned M is some 10 EPS; a body that joins two others is
+# seen as long as it is not lighter than 5e-26 of them, the square of this.
+UNCOUPLED = 1000.0 * EPS
+
+
+@kernel
+def are_coupled(k, m, start, G):
+    """Whether an entry of the blocks of contacts k and m is more than rounding."""
+    for a in range(start[k], start[k + 1]):
+        for b in range(start[m], start[m + 1]):
+            if is_entry(a, b, G):
+                return True
+    return False
+
+
+@kernel
+def is_entry(a, b, G):
+    """Whether G_ab or G_ba is more than rounding."""
+    largest = max(abs(G[a, b]), abs(G[b, a]))
+    return largest * largest > UNCOUPLED * UNCOUPLED * abs(G[a, a] * G[b, b])
+
+
+@kernel
+def find_islands(n, start, G, island):
+    """Number the islands of n contacts from 0, in the order of their first contacts, to island (n,); how many."""
+    for k in range(n):
+        island[k] = k
+        for m in range(k):
+            if island[m] != island[k] and are_coupled(k, m, start, G):
+                join(k + 1, island[m], island[k], island)
+    return number_islands(n, island)
+
+
+@kernel
+def join(n, first, second, island):
+    """Give the contacts of two islands, among the first n contacts, the lower of their numbers."""
+    low, high = min(first, second), max(first, second)
+    for k in range(n):
+        if island[k] == high:
+            island[k] = low
+
+
+@kernel
+def number_islands(n, island):
+    """Number the islands, each called by its first contact, without gaps; returns how many."""
+    count = 0
+    for k in range(n):
+        if island[k] == k:
+            island[k] = count
+            count += 1
+        else:
+            island[k] = island[island[k]]
+    return count
