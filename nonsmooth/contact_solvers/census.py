@@ -6,7 +6,7 @@ combinations that is done with each problem. More are counted where the last cen
 * all of its pivots were positive, so that there was one solution whatever c, and no entry of G has changed by more
   than a part of the least pivot since;
 * it found one solution with the modes that the contacts still have, and no entry of G, c and mu has changed by more
-  than MATERIAL since.
+  than MATERIAL since; or none that it could tell from others, where contacts are redundant, and so would a new one.
 
 A census costs up to 1e5 times what a step costs. So it may wait, where the caller allows: each problem pays off
 EARNED of the work of the censuses taken, and none is begun with a debt of more than LARGEST_DEBT. What is then neither
@@ -26,18 +26,19 @@ SAFE = (
 ORIENTED = 1e-6  # least pivot that counts as positive: far above rounding
 EARNED = 200  # work of a census (eliminations times contacts, 20 ns each) that a problem pays off: 4 us
 LARGEST_DEBT = 1_000_000  # 20 ms: as much is counted at once
-UNKNOWN, ONE_AS_BEFORE, ALWAYS_ONE = range(3)
+UNKNOWN, NOT_TOLD, ONE_AS_BEFORE, ALWAYS_ONE = range(4)
 LEFT_OUT, ALONE = -2, -1  # the part of a contact in a census, or the number of the first contact of its group
 
 
 @kernel
 def known_solutions(n, left, closed, start, G, c, planar):
-    """What the last census of these contacts says of a problem: UNKNOWN, ONE_AS_BEFORE or ALWAYS_ONE solution."""
+    """What the last census of these contacts says of a problem: UNKNOWN, NOT_TOLD (the modes were
+    singular), ONE_AS_BEFORE or ALWAYS_ONE solution."""
     memory, group, place = planar.memory, planar.tree.group, planar.rest.place
     first = closed[0]
     if memory.members[first] != n:
         return UNKNOWN
-    is_as_before, is_oriented = memory.found[first] == 1, memory.least[first] > ORIENTED
+    is_as_before, is_oriented = memory.found[first] <= 1, memory.least[first] > ORIENTED
     e = 0
     for k in range(n):
         i = closed[k]
@@ -51,8 +52,13 @@ def known_solutions(n, left, closed, start, G, c, planar):
         is_oriented = is_oriented and memory.role[i] == role
     if is_oriented and is_near(SAFE * memory.least[first], n, closed, start, G, planar):
         return ALWAYS_ONE
-    if is_as_before and is_near(MATERIAL, n, closed, start, G, planar) and is_same_load(n, closed, start, c, planar):
-        return ONE_AS_BEFORE
+    if (
+        planar.may_wait[0] == 1
+        and is_as_before
+        and is_near(MATERIAL, n, closed, start, G, planar)
+        and is_same_load(n, closed, start, c, planar)
+    ):
+        return ONE_AS_BEFORE if memory.found[first] == 1 else NOT_TOLD
     return UNKNOWN
 
 

@@ -60,6 +60,7 @@ class Tree(NamedTuple):
     solutions: Matrix  # (kept, r) impulses
     motions: Matrix  # (kept, r) contact velocities
     modes: IntegerTable  # (kept, n)
+    inverse: Vector  # (r,) 1 / G_kk
     group: Integers  # (n,) 0, or 1 + the first contact with the same friction row
     nodes: Integers  # (1,) eliminations of the last walk
     least: Vector  # (1,) its least pivot, relative to the diagonal of G
@@ -69,7 +70,8 @@ def tree_shapes(n: int, r: int, kept: int = MAX_SOLUTIONS) -> dict[str, tuple[in
     """Shapes of ``Tree`` for a walk over n contacts with r rows that keeps the first ``kept`` solutions."""
     return {
         "S": (n + 1, r, r), "s": (n + 1, r), "alpha": (r,), "beta": (r, r), "candidate": (n,), "P": (r,), "gamma": (r,),
-        "solutions": (kept, r), "motions": (kept, r), "modes": (kept, n), "group": (n,), "nodes": (1,), "least": (1,),
+        "solutions": (kept, r), "motions": (kept, r), "modes": (kept, n), "inverse": (r,), "group": (n,),
+        "nodes": (1,), "least": (1,),
     }  # fmt: skip
 
 
@@ -122,7 +124,7 @@ def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
     elif candidate >= SLIDE_PLUS:
         f = -slip_of(candidate) * mu * sigma_of(candidate)
         D = S[level, first, first] + f * S[level, first, first + 1]
-        if not is_pivot(D / S[0, first, first], tree):
+        if not is_pivot(D * tree.inverse[first], 1.0, tree):
             return False
         alpha[first] = -s[level, first] / D
         alpha[first + 1] = f * alpha[first]
@@ -130,7 +132,7 @@ def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
             beta[first, m] = -S[level, first, m] / D
             beta[first + 1, m] = f * beta[first, m]
     elif candidate == STICK and (width == 1 or leader(level, tree) >= 0):
-        if not is_pivot(S[level, first, first] / S[0, first, first], tree):
+        if not is_pivot(S[level, first, first] * tree.inverse[first], 1.0, tree):
             return False
         alpha[first] = -s[level, first] / S[level, first, first]
         for m in range(last, r):
@@ -151,10 +153,10 @@ def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
 
 
 @kernel
-def is_pivot(relative, tree):
-    """Whether a pivot, relative to the diagonal of G, is more than rounding; the least one is noted."""
+def is_pivot(relative, size, tree):
+    """Whether a pivot, relative to the diagonal of G, is more than rounding of ``size``; the least one is noted."""
     tree.least[0] = min(tree.least[0], relative)
-    return abs(relative) > SINGULAR
+    return abs(relative) > SINGULAR * size
 
 
 @kernel
@@ -164,9 +166,9 @@ def _stick_block(level, a, last, r, tree):
     b = a + 1
     S_aa, S_bb = S[level, a, a], S[level, b, b]
     determinant = S_aa * S_bb - S[level, a, b] * S[level, b, a]
-    size = S[0, a, a] * S[0, b, b]
-    part = max(abs(S_aa) / S[0, a, a], abs(S_bb) / S[0, b, b])  # of the diagonal that the contacts before have left
-    if not is_pivot(determinant / (size * part), tree):
+    inverse = tree.inverse
+    left = max(abs(S_aa) * inverse[a], abs(S_bb) * inverse[b])  # of the diagonal, by the contacts before
+    if not is_pivot(determinant * inverse[a] * inverse[b], left, tree):
         return False
     alpha[a] = (S[level, a, b] * s[level, b] - S_bb * s[level, a]) / determinant
     alpha[b] = (S[level, b, a] * s[level, a] - S_aa * s[level, b]) / determinant
@@ -235,7 +237,7 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
     for k in range(r):
         scale = max(scale, abs(c[k]))
         largest = max(largest, abs(G[k, k]))
-        tree.s[0, k] = c[k]
+        tree.s[0, k], tree.inverse[k] = c[k], 1.0 / G[k, k]
         for m in range(r):
             tree.S[0, k, m] = G[k, m]
     impulse_scale = scale / largest if largest > 0.0 else 0.0

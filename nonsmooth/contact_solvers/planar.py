@@ -34,6 +34,7 @@ from nonsmooth.blocks import address, view
 from nonsmooth.contact_solvers.census import (
     ALWAYS_ONE,
     EVERY_STEP,
+    NOT_TOLD,
     ONE_AS_BEFORE,
     UNKNOWN,
     known_solutions,
@@ -58,16 +59,15 @@ from nonsmooth.contact_solvers.planar_problem import (
 from nonsmooth.contact_solvers.reduction import count_modes, reduce
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.contact_solvers.single import (
-    FREE,
     NO_CANDIDATE,
     SLIDE_PLUS,
     STICK,
     STILL,
     count,
     slip_of,
+    solve_alone,
     solve_given_force,
     solve_single,
-    true_mode,
 )
 from nonsmooth.jit import interpreted, kernel, rare_kernel
 from nonsmooth.laws import static_coefficient
@@ -75,6 +75,7 @@ from nonsmooth.lcp.lemke import lemke
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode, System
 
 SWEEPS = 20_000  # Gauss–Seidel
+SAME = 1e-8  # of max |c|: velocities of one motion, both with a residual of ACCEPTED
 SPEED_SWEEPS = 50  # fixed point on mu(v) where several contacts slide
 LEMKE_PIVOTS = 50  # times the number of unknowns
 
@@ -112,7 +113,7 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
     pay_off(planar)
     n_islands = find_islands(n, start, G, planar.island)
     is_counted, is_shared, found, worst, route = True, False, 1, 0.0, Route.KEPT.value
-    for k in range(n):
+    for k in range(n if n_islands > 1 else 0):
         planar.given[k] = planar.normal_impulse[k]
     for e in range(n_islands):
         m, closed_e, start_e, G_e, c_e, offset_e, P_e = n, closed, start, G, c, offset, P
@@ -126,8 +127,16 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
             )
             bits = 0
         else:
-            path, solutions, off, bits = solve_alone(
-                closed_e, kinds, laws, G_e, c_e, offset_e, mode, slip, selection, P_e, planar
+            i = closed_e[0]
+            candidate, bits, error = solve_alone(
+                kinds[i, 0], kinds[i, 1], laws, i, G_e, c_e, offset_e, planar.normal_impulse[0],
+                mode[i] == ContactMode.STICK, slip[i], selection, P_e,
+            )  # fmt: skip
+            planar.candidate[0], planar.is_counted[0], planar.is_shared[0] = candidate, 1, 0
+            path, solutions, off = (
+                route_alone(candidate, mode[i], slip[i]),
+                count(bits),
+                relative(error, c_e, start_e[1]),
             )
         if path <= Route.NO_SOLUTION:
             return path, 0, planar.pivots[0], off
@@ -137,7 +146,7 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
         worst = max(worst, off)
         if path != Route.KEPT and (route == Route.KEPT or route == Route.KEPT_MODES):
             route = path
-    for k in range(n):
+    for k in range(n if n_islands > 1 else 0):
         planar.candidate[k] = planar.taken[k]
     planar.is_counted[0], planar.is_shared[0] = 1 if is_counted else 0, 1 if is_shared else 0
     return route, found, planar.pivots[0], worst
@@ -190,38 +199,20 @@ def give_back(e, m, n_islands, solutions, bits, n, start, P, planar):
 
 
 @kernel
-def solve_alone(closed, kinds, laws, G, c, offset, mode, slip, selection, P, planar):
-    """The only contact of an island in closed form: (route, solutions, residual, bits of the admissible candidates)."""
-    i = closed[0]
-    kind, was_stuck = kinds[i, 0], mode[i] == ContactMode.STICK
-    planar.is_counted[0], planar.is_shared[0] = 1, 0
-    bits, off, scale = 0, 0.0, abs(c[0])
-    if kind == GIVEN_FORCE:
-        candidate, P[0] = solve_given_force(
-            laws, i, G[0, 0], c[0], offset[0], planar.normal_impulse[0], was_stuck, slip[i]
-        )
-        bits = 1 << candidate
-    elif kinds[i, 1] == 0:
-        P[0] = -c[0] / G[0, 0]
-        if kind == UNILATERAL:
-            P[0] = max(0.0, P[0])
-        candidate = FREE if kind == UNILATERAL and c[0] > 0.0 else STICK
-        bits = 1 << candidate
-    else:
-        candidate, P[0], P[1], bits = solve_single(
-            kind, laws, i, G[0, 0], G[0, 1], G[1, 0], G[1, 1], c[0], c[1], offset[1], was_stuck, slip[i], selection
-        )
-        if candidate == NO_CANDIDATE:
-            return Route.NO_SOLUTION.value, 0, 0.0, 0
-        candidate = true_mode(candidate, G, c, P)
-        scale = max(scale, abs(c[1]))
-        if candidate != FREE:
-            off = abs(c[0] + G[0, 0] * P[0] + G[0, 1] * P[1])
-        if candidate == STICK:
-            off = max(off, abs(c[1] + G[1, 0] * P[0] + G[1, 1] * P[1]))
-    planar.candidate[0] = candidate
-    route = Route.KEPT_MODES.value if is_as_before(candidate, mode[i], slip[i]) else Route.ALONE.value
-    return route, count(bits), off / scale if scale > 0.0 else off, bits
+def route_alone(candidate, mode, slip):
+    """The route of a contact in closed form."""
+    if candidate == NO_CANDIDATE:
+        return Route.NO_SOLUTION.value
+    return Route.KEPT_MODES.value if is_as_before(candidate, mode, slip) else Route.ALONE.value
+
+
+@kernel
+def relative(error, c, r):
+    """A velocity over max |c|."""
+    scale = 0.0
+    for a in range(r):
+        scale = max(scale, abs(c[a]))
+    return error / scale if scale > 0.0 else error
 
 
 @kernel
@@ -234,7 +225,7 @@ def is_as_before(candidate, mode, slip):
     ) and mode != ContactMode.SLIDE
 
 
-@rare_kernel
+@kernel
 def solve_island(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, slip, selection, P, planar):
     """Several contacts that are coupled: (route, solutions, residual)."""
     memory = planar.memory
@@ -259,7 +250,7 @@ def solve_island(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
     for k in range(n):
         memory.told[closed[k]] = found if planar.is_counted[0] == 1 else 0
         memory.is_shared[closed[k]] = planar.is_shared[0]
-    return route, found, residual(n, closed, start, kinds, G, c, P, planar)
+    return route, found, planar.error[0]
 
 
 @kernel
@@ -281,15 +272,22 @@ def solve_with_fixed_friction(
         route = Route.FAILED.value
         if known == ALWAYS_ONE or n_modes > MAX_LEAVES or not may_count(planar):
             route = go_on(n, closed, start, kinds, G, c, previous_P, P, planar)
-        elif known == ONE_AS_BEFORE and hold_modes(n, closed, start, kinds, G, c, previous_P, P, planar):
+        elif known != UNKNOWN and hold_modes(n, closed, start, kinds, G, c, previous_P, P, planar):
             route = Route.KEPT_MODES.value
         is_counted = known == ALWAYS_ONE or (known == ONE_AS_BEFORE and route == Route.KEPT_MODES)
         planar.is_counted[0] = 1 if is_counted else 0
         if route != Route.FAILED and (
-            is_counted or n_modes > MAX_LEAVES or not has_saddle(n, closed, start, kinds, G, planar)
+            is_counted
+            or known == NOT_TOLD
+            or n_modes > MAX_LEAVES
+            or not has_saddle(n, closed, start, kinds, G, planar)
         ):
             return route, 1
-    return count_all(left, n, closed, start, kinds, laws, G, c, offset, previous_P, slip, selection, P, planar)
+        recall_modes(n, closed, kinds, mode, slip, previous_P, planar)
+    route, found = count_all(left, n, closed, start, kinds, laws, G, c, offset, previous_P, slip, selection, P, planar)
+    if n_modes > EVERY_STEP:
+        note_modes(n, closed, planar)
+    return route, found
 
 
 @rare_kernel
@@ -314,12 +312,17 @@ def solve_anew(n, closed, start, kinds, G, c, previous_P, P, planar):
 
 @rare_kernel
 def share(n, closed, start, kinds, G, c, previous_P, P, planar):
-    """Name the modes of a motion that was found, and let redundant contacts share its impulses; those given are left
-    where no such share is admissible. Returns whether there is one."""
+    """Name the modes of a motion that was found, and let redundant contacts share its impulses. Where no such share is
+    admissible, or it would be another motion, the impulses given are left. Returns whether there is one."""
+    scale = 0.0
     for row in range(start[n]):
-        planar.trial[row] = P[row]
+        planar.trial[row], planar.step[row] = P[row], planar.gamma[row]
+        scale = max(scale, abs(c[row]))
     name_modes(ACCEPTED, n, closed, start, kinds, G, c, P, planar)
-    if hold_modes(n, closed, start, kinds, G, c, previous_P, P, planar):
+    is_shared = hold_modes(n, closed, start, kinds, G, c, previous_P, P, planar)
+    for row in range(start[n]):
+        is_shared = is_shared and abs(planar.gamma[row] - planar.step[row]) <= SAME * scale
+    if is_shared:
         return True
     for row in range(start[n]):
         P[row] = planar.trial[row]
@@ -339,7 +342,7 @@ def has_saddle(n, closed, start, kinds, G, planar):
     return False
 
 
-@rare_kernel
+@kernel
 def count_all(left, n, closed, start, kinds, laws, G, c, offset, previous_P, slip, selection, P, planar):
     """Every solution, of the contacts that are left and, where that does not decide, of all; else any solution."""
     planar.is_counted[0] = 1
@@ -347,9 +350,10 @@ def count_all(left, n, closed, start, kinds, laws, G, c, offset, previous_P, sli
     for attempt in range(2):
         if attempt == 1:
             left = take_all(n, planar)
-        if count_modes(left, closed, kinds, MAX_LEAVES, planar) > MAX_LEAVES:
+        n_modes = count_modes(left, closed, kinds, MAX_LEAVES, planar)
+        if n_modes > MAX_LEAVES:
             break
-        found, is_complete = take_census(left, n, closed, start, kinds, G, c, planar)
+        found, is_complete = take_census(n_modes, left, n, closed, start, kinds, G, c, planar)
         if found == 0 and is_complete:
             return Route.NO_SOLUTION.value, 0
         if found > 0 and take_solution(
@@ -360,7 +364,7 @@ def count_all(left, n, closed, start, kinds, laws, G, c, offset, previous_P, sli
         if left == n and not has_groups(n, planar):
             break
     planar.is_counted[0] = 0
-    route = solve_anew(n, closed, start, kinds, G, c, previous_P, P, planar)
+    route = go_on(n, closed, start, kinds, G, c, previous_P, P, planar)
     if route != Route.FAILED:
         return route, 1
     left = take_all(n, planar)
@@ -400,8 +404,18 @@ def has_groups(n, planar):
     return False
 
 
-@rare_kernel
-def take_census(left, n, closed, start, kinds, G, c, planar):
+@kernel
+def sticks_together(take, left, planar):
+    """Whether contacts of one group stick in a solution, so that they share its friction."""
+    tree = planar.tree
+    for e in range(left):
+        if tree.group[e] != 0 and tree.group[e] != e + 1 and tree.modes[take, e] == STICK:
+            return True
+    return False
+
+
+@kernel
+def take_census(n_modes, left, n, closed, start, kinds, G, c, planar):
     """Enumerate the solutions of the contacts that are left; returns as ``enumerate_modes``."""
     rest = planar.rest
     copy_friction(left, closed, start, G, c, planar)
@@ -409,7 +423,8 @@ def take_census(left, n, closed, start, kinds, G, c, planar):
         left, rest.closed, rest.start, kinds, rest.mu, rest.mu_static, rest.normal_impulse, rest.G, rest.c,
         address(planar.tree),
     )  # fmt: skip
-    remember(found, n, left, closed, start, G, c, planar)
+    if n_modes > EVERY_STEP:
+        remember(found, n, left, closed, start, G, c, planar)
     return found, is_complete
 
 
@@ -435,7 +450,7 @@ def take_solution(found, left, n, closed, start, kinds, G, c, previous_P, select
         P[rest.row[a]] = tree.solutions[take, a]
     is_solved = residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
     planar.is_shared[0] = 0
-    if is_regular and left == n and not has_groups(n, planar):
+    if is_regular and left == n and not sticks_together(take, left, planar):
         name_modes(STILL, n, closed, start, kinds, G, c, P, planar)
     elif share(n, closed, start, kinds, G, c, previous_P, P, planar):
         is_solved = True
@@ -444,7 +459,6 @@ def take_solution(found, left, n, closed, start, kinds, G, c, previous_P, select
         spread_friction(take, left, start, P, planar)
         is_solved = residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
         name_modes(STILL, n, closed, start, kinds, G, c, P, planar)
-    note_modes(n, closed, planar)
     return is_solved
 
 

@@ -136,6 +136,7 @@ class Planar(NamedTuple):
     unknown: Integers  # (r,) the rows whose impulses are unknown, modes given
     order: Integers  # (r,) row order of LU factors
     gamma: Vector  # (r,)
+    error: Vector  # (1,) the last residual
     pivots: Integers  # (1,)
     best: Vector  # (r,) impulses with the least merit of ``planar_newton``
     trial: Vector  # (r,)
@@ -169,7 +170,7 @@ def planar_shapes(n: int, d: int, kept: int = MAX_SOLUTIONS) -> dict[str, Any]:
         ("mu", "mu_static", "normal_impulse", "was_stuck", "candidate", "given", "taken", "stays", "island",
          "members", "found", "bits"), (n,),
     )  # fmt: skip
-    flags = ("pivots", "can_decide_redundant", "has_newton", "may_wait", "is_counted", "is_shared")
+    flags = ("error", "pivots", "can_decide_redundant", "has_newton", "may_wait", "is_counted", "is_shared")
     return {
         **per_contact, **dict.fromkeys(flags, (1,)), "A": (m, m), "b": (m,), "z": (m,), "tableau": (m, m + 2),
         "scales": (4, m + 2), "basis": (4 * m + 2,), "gamma": (r,), "unknown": (r,), "order": (r,),
@@ -194,7 +195,8 @@ def velocities(r, G, c, P, gamma):
 
 @kernel
 def residual(n, closed, start, kinds, G, c, P, planar):
-    """Largest violation of the inclusions, relative to max |c|; the velocities are left in ``planar.gamma``.
+    """Largest violation of the inclusions, relative to max |c|; also left in ``planar.error``, the velocities in
+    ``planar.gamma``.
 
     A violation that is rounding counts as ACCEPTED.
     Normal: |min(|G_NN| P_N, gamma_N)|. Tangential, by the projection on the disc of radius mu |P_N|:
@@ -222,8 +224,11 @@ def residual(n, closed, start, kinds, G, c, P, planar):
             violation = G[t, t] * abs(P[t] - max(-reach, min(reach, pulled)))
             worst = max(worst, beyond_rounding(violation, t, r, scale, G, c, P))
     if not worst < np.inf:  # NaN
-        return np.inf
-    return worst / scale if scale > 0.0 else worst
+        worst = np.inf
+    elif scale > 0.0:
+        worst /= scale
+    planar.error[0] = worst
+    return worst
 
 
 @kernel

@@ -4,9 +4,10 @@ A body that stands on many feet touches its floor on one line. A foot i between 
 
     W_i = l W_j + (1 - l) W_k,    0 <= l <= 1,
 
-normal and tangential ones, and so have the rows of G. Where c_N,i >= l c_N,j + (1 - l) c_N,k it cannot close unless j
-and k do. Then the body does not turn, all three slide alike, and j and k can give the impulse of i in the parts l and
-1 - l: it is left out, and the motions that solve the problem are the same.
+normal and tangential ones, and so have the rows of G. Let the friction coefficients be equal. Where
+c_N,i >= l c_N,j + (1 - l) c_N,k the contact cannot close unless j and k do. Then the body does not turn, all three
+slide alike, and j and k can give the impulse of i in the parts l and 1 - l: it is left out, and the motions that solve
+the problem are the same.
 
 Contacts whose friction rows differ by a part of what their normal rows differ by,
 
@@ -21,7 +22,7 @@ Lines are told by G alone: |W_i - W_j|^2 = G_ii + G_jj - 2 G_ij in the metric of
 
 from __future__ import annotations
 
-from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.jit import kernel
 from nonsmooth.system import BILATERAL, UNILATERAL
 
 ROUNDED = 1e-14  # of the diagonal of G: a squared distance below is rounding, of rows that differ by 1e-7 at most
@@ -29,7 +30,7 @@ EQUAL = 1e-9  # rows, relative to their lengths, and velocities, relative to max
 TILT = 1e-2  # largest h of a group: what one contact gives in place of another differs by as much
 
 
-@rare_kernel
+@kernel
 def reduce(n, closed, start, kinds, G, c, planar):
     """List the contacts that a census must look at in planar.rest.place, and the groups of them; how many they are."""
     rest, group = planar.rest, planar.tree.group
@@ -38,7 +39,7 @@ def reduce(n, closed, start, kinds, G, c, planar):
         scale = max(scale, abs(c[k]))
     for k in range(n):
         planar.stays[k] = 1  # stays
-    for b in range(n):
+    for b in range(n if n > 2 else 0):
         if planar.stays[b] == 1 and kinds[closed[b], 0] == UNILATERAL:
             j = farthest(b, n, closed, start, kinds, G, planar)
             k = farthest(j, n, closed, start, kinds, G, planar)
@@ -100,18 +101,10 @@ def leave_out(j, k, n, closed, start, kinds, scale, G, c, planar):
             continue
         from_j, from_k = squared_distance(start[i], start[j], G), squared_distance(start[i], start[k], G)
         part = 0.5 * (length + from_k - from_j) / length  # the foot of the perpendicular on the line from k to j
-        if part < 0.0 or part > 1.0 or not is_weaker(i, j, k, planar):
+        if part < 0.0 or part > 1.0 or planar.mu[i] != planar.mu[j] or planar.mu[i] != planar.mu[k]:
             continue
         if is_between(i, j, k, part, n, closed, start, kinds, scale, G, c):
             planar.stays[i] = 0
-
-
-@kernel
-def is_weaker(i, j, k, planar):
-    """Whether contacts j and k both have the friction of contact i."""
-    return planar.mu[i] <= min(planar.mu[j], planar.mu[k]) and planar.mu_static[i] <= min(
-        planar.mu_static[j], planar.mu_static[k]
-    )
 
 
 @kernel

@@ -229,18 +229,43 @@ def solve_given_force(laws, i, G_FF, c_F, offset, P_N, was_stuck, previous_slip)
 
 
 @kernel
-def true_mode(candidate, G, c, P):
-    """The candidate named by what the contact does: closed where gamma_N = 0 though it has no impulse, stuck where
-    gamma_F = 0 though its impulse lies on the border of the cone."""
-    slack = STILL * max(abs(c[0]), abs(c[1]))
-    if candidate == STICK or (candidate == FREE and c[0] > slack):
-        return candidate
-    gamma_F = c[1] + G[1, 0] * P[0] + G[1, 1] * P[1]
-    if abs(gamma_F) <= slack:
-        return STICK
+def solve_alone(kind, d, laws, i, G, c, offset, normal_impulse, was_stuck, previous_slip, selection, P):
+    """The contact problem of one contact of any kind, impulses to P.
+
+    Returns (candidate, found, error): the candidate that names what the contact does, NO_CANDIDATE where there is no
+    solution; the bits of all admissible ones; and the velocity that is left where there should be none.
+    """
+    if kind == GIVEN_FORCE:
+        candidate, P[0] = solve_given_force(laws, i, G[0, 0], c[0], offset[0], normal_impulse, was_stuck, previous_slip)
+        if candidate >= SLIDE_PLUS and abs(c[0] + G[0, 0] * P[0]) <= STILL * abs(c[0]):
+            candidate = STICK
+        return candidate, 1 << candidate, 0.0
+    if d == 0:
+        P[0] = -c[0] / G[0, 0] if kind == BILATERAL or c[0] < 0.0 else 0.0
+        candidate = FREE if kind != BILATERAL and c[0] > 0.0 else STICK
+        return candidate, 1 << candidate, 0.0
+    candidate, P[0], P[1], found = solve_single(
+        kind, laws, i, G[0, 0], G[0, 1], G[1, 0], G[1, 1], c[0], c[1], offset[1], was_stuck, previous_slip, selection
+    )
+    if candidate == NO_CANDIDATE:
+        return candidate, 0, 0.0
     if candidate == FREE:
-        return SLIDE_PLUS if gamma_F > 0.0 else SLIDE_MINUS
-    return candidate
+        return (candidate if c[0] > STILL * (c[0] + abs(c[1])) else closed_mode(c)), found, 0.0
+    error = abs(c[0] + G[0, 0] * P[0] + G[0, 1] * P[1])
+    gamma_F = abs(c[1] + G[1, 0] * P[0] + G[1, 1] * P[1])
+    if candidate == STICK:
+        error = max(error, gamma_F)
+    elif gamma_F <= STILL * (abs(c[0]) + abs(c[1])):
+        candidate = STICK  # its impulse lies on the border of the cone, but it does not move
+    return candidate, found, error
+
+
+@rare_kernel
+def closed_mode(c):
+    """The candidate of a contact without impulse that does not part."""
+    if abs(c[1]) <= STILL * (abs(c[0]) + abs(c[1])):
+        return STICK
+    return SLIDE_PLUS if c[1] > 0.0 else SLIDE_MINUS
 
 
 @kernel

@@ -21,9 +21,7 @@ from nonsmooth.contact_solvers.single import (
     SLIDE_PLUS,
     STICK,
     count,
-    solve_given_force,
-    solve_single,
-    true_mode,
+    solve_alone,
 )
 from nonsmooth.errors import Status
 from nonsmooth.integrators.records import (
@@ -41,7 +39,7 @@ from nonsmooth.integrators.records import (
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_E_F, depends_on_speed, friction_coefficient
 from nonsmooth.paradox.impact import follows_own_law, impulses_by_law
-from nonsmooth.system import GIVEN_FORCE, UNILATERAL, ContactMode
+from nonsmooth.system import ContactMode
 
 
 class Scratch(NamedTuple):
@@ -118,34 +116,16 @@ def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
 def solve_one(kinds, laws, dt, selection, state, scratch):
     """The single closed contact in closed form; returns the number of solutions."""
     work = scratch.work
-    i = work.closed[0]
-    kind, d = kinds[i, 0], kinds[i, 1]
-    G, c, P = work.G, work.c, work.P
-    was_stuck = state.mode[i] == ContactMode.STICK
-    if kind == GIVEN_FORCE:
-        scratch.candidate[0], P[0] = solve_given_force(
-            laws, i, G[0, 0], c[0], scratch.offset[0], dt * max(0.0, work.N[i]), was_stuck, state.slip[i]
-        )
-        return 1
-    if d == 0:
-        P[0] = -c[0] / G[0, 0]
-        if kind == UNILATERAL:
-            P[0] = max(0.0, P[0])
-        scratch.candidate[0] = FREE if kind == UNILATERAL and c[0] > 0.0 else STICK
-        return 1
-    candidate, P[0], P[1], found = solve_single(
-        kind, laws, i, G[0, 0], G[0, 1], G[1, 0], G[1, 1], c[0], c[1], scratch.offset[1],
-        was_stuck, state.slip[i], selection,
+    i, c = work.closed[0], work.c
+    candidate, found, error = solve_alone(
+        kinds[i, 0], kinds[i, 1], laws, i, work.G, c, scratch.offset, dt * max(0.0, work.N[i]),
+        state.mode[i] == ContactMode.STICK, state.slip[i], selection, work.P,
     )  # fmt: skip
     state.counters[FOUND] = found
     if candidate == NO_CANDIDATE:
         return 0
-    candidate = true_mode(candidate, G, c, P)
     scratch.candidate[0] = candidate
-    if candidate != FREE:
-        error = abs(c[0] + G[0, 0] * P[0] + G[0, 1] * P[1])
-        if candidate == STICK:
-            error = max(error, abs(c[1] + G[1, 0] * P[0] + G[1, 1] * P[1]))
+    if error > 0.0:
         size = max(abs(c[0]), abs(c[1]))
         if error > state.worst[RESIDUAL] * size:
             state.worst[RESIDUAL] = error / size

@@ -41,16 +41,14 @@ def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, s
     Returns whether the velocity has jumped, so that the step must be taken again.
     """
     work = scratch.work
-    planar = scratch.planar
-    has_several = False
+    found, members, has_several = state.counters[SOLUTIONS], 1, False
     for k in range(n_k):
         i = work.closed[k]
         if kinds[i, 1] == 0 or kinds[i, 0] == GIVEN_FORCE:
             continue
-        found, members = state.counters[SOLUTIONS], 1
         if n_k > 1:  # of the island of the contact
-            found, members = planar.found[k], planar.members[k]
-            state.counters[FOUND] = planar.bits[k]
+            found, members = scratch.planar.found[k], scratch.planar.members[k]
+            state.counters[FOUND] = scratch.planar.bits[k]
         is_indeterminate = found >= 3 or (found == 2 and members > 1)
         has_several = has_several or is_indeterminate
         candidate = scratch.candidate[k]

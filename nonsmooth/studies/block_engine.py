@@ -108,12 +108,14 @@ def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry
     scratch = view(scratch_at, Scratch)
     n, n_c, m = cells.q.shape[1], kinds.shape[0], t_record.shape[0]
     place[STEPS_DONE] = 0
+    has_newton, may_wait = scratch.planar.has_newton[0], scratch.planar.may_wait[0]
     for i in range(place[CELL], last):
         p, laws = cells.p[i], cells.laws[i]
         status = Status.RUNNING.value
         if place[IS_BEGUN] == 0:
             clear(state_memory)
             clear(scratch_memory)
+            scratch.planar.has_newton[0], scratch.planar.may_wait[0] = has_newton, may_wait
             for j in range(n):
                 state.q[j], state.u[j] = cells.q_0[i, j], cells.u_0[i, j]
             cells.start[i] = initial_modes(model, has, t_record[0], n, n_c, kinds, p, state, scratch.work)
@@ -132,8 +134,7 @@ def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry
             place[STEPS_DONE] += state.counters[STEPS] - before
             note_events(i, state, cells)
             if is_retry and status == Status.NOT_SOLVED and scratch.planar.can_decide_redundant[0] == 0:
-                scratch.planar.can_decide_redundant[0] = 1
-                scratch.planar.has_newton[0] = 1
+                scratch.planar.can_decide_redundant[0], scratch.planar.has_newton[0] = 1, 1
                 status = Status.RUNNING.value
         store(i, n, n_c, status, t_record, dts, state, cells)
         if window >= 0 and status == Status.FINISHED:
