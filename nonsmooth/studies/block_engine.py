@@ -134,7 +134,7 @@ def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry
             place[STEPS_DONE] += state.counters[STEPS] - before
             note_events(i, state, cells)
             if is_retry and status == Status.NOT_SOLVED and scratch.planar.can_decide_redundant[0] == 0:
-                scratch.planar.can_decide_redundant[0], scratch.planar.has_newton[0] = 1, 1
+                scratch.planar.can_decide_redundant[0] = 1
                 status = Status.RUNNING.value
         store(i, n, n_c, status, t_record, dts, state, cells)
         if window >= 0 and status == Status.FINISHED:
