@@ -23,31 +23,24 @@ UNCOUPLED = 1000.0 * EPS
 
 
 @kernel
-def are_coupled(k, m, start, G):
-    """Whether an entry of the blocks of contacts k and m is more than rounding."""
-    for a in range(start[k], start[k + 1]):
-        for b in range(start[m], start[m + 1]):
-            if is_entry(a, b, G):
-                return True
-    return False
-
-
-@kernel
-def is_entry(a, b, G):
-    """Whether G_ab or G_ba is more than rounding."""
-    largest = max(abs(G[a, b]), abs(G[b, a]))
-    return largest * largest > UNCOUPLED * UNCOUPLED * abs(G[a, a] * G[b, b])
-
-
-@kernel
 def find_islands(n, start, G, island):
     """Number the islands of n contacts from 0, in the order of their first contacts, to island (n,); how many."""
     for k in range(n):
         island[k] = k
         for m in range(k):
-            if island[m] != island[k] and are_coupled(k, m, start, G):
+            if island[m] != island[k] and is_block(start[k], start[k + 1], start[m], start[m + 1], G):
                 join(k + 1, island[m], island[k], island)
     return number_islands(n, island)
+
+
+@kernel
+def is_block(a_0, a_1, b_0, b_1, G):
+    """Whether an entry of the rows a_0 <= a < a_1 and the columns b_0 <= b < b_1 is more than rounding."""
+    for a in range(a_0, a_1):
+        for b in range(b_0, b_1):
+            if G[a, b] * G[a, b] > UNCOUPLED * UNCOUPLED * abs(G[a, a] * G[b, b]):
+                return True
+    return False
 
 
 @kernel
