@@ -104,12 +104,13 @@ def build_parser() -> argparse.ArgumentParser:
     bench = commands.add_parser("bench", help="measure run times")
     bench.set_defaults(act=act_bench)
     bench.add_argument(
-        "what", choices=["accuracy", "core", "paradox", "penalty", "solvers", "stability", "stress", "sweep"]
+        "what",
+        choices=["accuracy", "contacts", "core", "paradox", "penalty", "solvers", "stability", "stress", "sweep"],
     )
     bench.add_argument(
         "files", nargs="*",
         help="solvers: more problems to time; accuracy: words that the scenes' names hold; stress: the page to write, "
-        "and the folder of its pictures",
+        "and the folder of its pictures; contacts: the folder of its picture",
     )  # fmt: skip
     bench.add_argument("--peers", action="store_true", help="accuracy: other programs too, where they are installed")
     bench.add_argument("--out", metavar="FILE", help="accuracy: write the page and its figure")

@@ -7,26 +7,29 @@ hold_modes      each contact open, sticking or sliding leaves one linear system,
 
                 whose solution is taken if it satisfies the inclusions.
 
-Where contacts are redundant the system is singular, and of the impulses that solve it those next to the ones of the
-step before are taken, in the metric diag G: from rest without impulses, the least. With A the rows and columns of G
-that the modes leave and a = 1e-10
+Where contacts are redundant the system is singular, and of the impulses that solve it the least are taken, in the
+metric diag G: a share of the load that no step before has a part in. With A the rows and columns of G that the modes
+leave and a = 1e-10
 
     (A + a diag A) dP = -gamma
 
-is repeated: what is not in the null space of A falls by a/(a + lambda) each time, lambda an eigenvalue of A scaled to a
-diagonal of ones. A contact that would pull is given no impulse then, and one beyond its cone the border of it.
-Source of the shift: Rockafellar, *SIAM J. Control Optim.* 14 (1976) 877.
+is repeated from P = 0: what is not in the null space of A falls by a/(a + lambda) each time, lambda an eigenvalue of A
+scaled to a diagonal of ones. A contact that would pull is given no impulse then, and one beyond its cone the border of
+it. Source of the shift: Rockafellar, *SIAM J. Control Optim.* 14 (1976) 877.
 """
 
 from __future__ import annotations
 
-from nonsmooth.contact_solvers.planar_problem import ACCEPTED, name_modes, residual, sliding, velocities
+import math
+
+from nonsmooth.contact_solvers.planar_problem import ACCEPTED, UNIT, name_modes, residual, sliding, velocities
 from nonsmooth.contact_solvers.single import FREE, SLIDE_PLUS, STICK, STILL, sigma_of, slip_of
 from nonsmooth.dense import lu, lu_solve
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
-BALANCED = 1e-13  # largest relative residual of impulses kept from the step before
+BALANCED = 8.0  # roundings of a sum of few terms, up to which impulses balance
+ROUNDED = 1e-13  # of max |c|, or of the largest impulse: what is less is rounding
 ALPHA = 1e-10  # shift, relative to the diagonal: far above rounding, far below the eigenvalues of mass ratios to 1e6
 CORRECTIONS = 4  # of a system: the eigenvalues of mass ratios to 1e6 leave (1e-4)^4
 SHARES = 6  # ways to share a load among redundant contacts that are tried
@@ -47,16 +50,18 @@ def begin(is_loaded, n, closed, start, kinds, previous_P, P):
 
 @kernel
 def keep_impulses(n, closed, start, kinds, G, c, previous_P, mode, P, planar):
-    """Whether every contact rested and the impulses of the step before still balance the load."""
+    """Whether every contact rested and the impulses of the step before still balance the load, but for the rounding of
+    the sums: what is more would add up, and a block at rest would creep."""
     for k in range(n):
         i = closed[k]
         if mode[i] == ContactMode.OPEN or mode[i] == ContactMode.SLIDE:
             return False
         planar.candidate[k] = STICK
     begin(True, n, closed, start, kinds, previous_P, P)
-    scale = velocities(start[n], G, c, P, planar.gamma)
-    for k in range(start[n]):
-        if not abs(planar.gamma[k]) <= BALANCED * scale:
+    r = start[n]
+    velocities(r, G, c, P, planar.gamma)
+    for k in range(r):
+        if not is_balanced(k, max(BALANCED, r + 1.0), r, G, c, P, planar):
             return False
     for k in range(n):
         i = closed[k]
@@ -66,6 +71,17 @@ def keep_impulses(n, closed, start, kinds, G, c, previous_P, mode, P, planar):
         if reach < 0.0 or (kinds[i, 1] > 0 and abs(P[start[k + 1] - 1]) > planar.mu_static[k] * reach):
             return False
     return True
+
+
+@kernel
+def is_balanced(k, units, r, G, c, P, planar):
+    """Whether the velocity of row k is none, but for some roundings of the sum of the sizes of its terms."""
+    if planar.gamma[k] == 0.0:
+        return True
+    size = abs(c[k])
+    for m in range(r):
+        size += abs(G[k, m] * P[m])
+    return abs(planar.gamma[k]) <= units * UNIT * size
 
 
 @kernel
@@ -82,13 +98,14 @@ def recall_modes(n, closed, kinds, mode, slip, previous_P, planar):
 
 
 @rare_kernel
-def hold_modes(n, closed, start, kinds, G, c, previous_P, P, planar):
+def hold_modes(n, closed, start, kinds, G, c, P, planar):
     """Whether the modes in planar.candidate solve the problem; writes P, the velocities and their true modes.
 
     ``planar.is_shared`` tells whether other impulses would do as well.
     """
     for _ in range(SHARES):
-        begin(True, n, closed, start, kinds, previous_P, P)
+        for row in range(start[n]):
+            P[row] = 0.0
         if not solve_for_modes(n, closed, start, kinds, G, c, P, planar):
             return False
         if planar.is_shared[0] == 0 or not saturate(n, closed, start, kinds, G, P, planar):
@@ -113,13 +130,13 @@ def solve_for_modes(n, closed, start, kinds, G, c, P, planar):
         if not lu(size, planar.A, planar.order):
             return False
     for _ in range(CORRECTIONS):
-        scale = velocities(r, G, c, P, planar.gamma)
-        worst = 0.0
+        velocities(r, G, c, P, planar.gamma)
+        is_done = True
         for e in range(size):
             row = planar.unknown[e]
             planar.b[e] = -planar.gamma[row] / G[row, row]
-            worst = max(worst, abs(planar.gamma[row]))
-        if worst <= BALANCED * scale:
+            is_done = is_done and is_balanced(row, 0.5 * max(BALANCED, 0.5 * r), r, G, c, P, planar)
+        if is_done:
             break
         lu_solve(size, planar.A, planar.order, planar.b, planar.z)
         for e in range(size):
@@ -184,7 +201,7 @@ def assemble_modes(n, size, start, G, shift, planar):
 def saturate(n, closed, start, kinds, G, P, planar):
     """Of a load that redundant contacts share: free those that would pull, hold those beyond their cones at its border.
     Returns whether there are any."""
-    slack, is_changed = BALANCED * load(n, start, G, P), False
+    slack, is_changed = ROUNDED * load(n, start, G, P), False
     for k in range(n):
         kind, a, t, candidate = kinds[closed[k], 0], start[k], start[k + 1] - 1, planar.candidate[k]
         if candidate == FREE or kind == GIVEN_FORCE:
@@ -213,12 +230,13 @@ def goes_on(n, closed, start, kinds, G, c, P, planar):
     """Whether no contact is past the end of its mode: the residual, relative to the fastest one, would let a slow one
     stick beyond its friction by a force of ACCEPTED max |c| / dt, which is no longer small where the step is.
 
-    What rounding leaves of a redundant contact without load becomes 0.
+    What rounding leaves of a redundant contact without load becomes 0, and what it adds to a friction impulse is taken
+    off.
     """
     scale = 0.0
     for k in range(start[n]):
         scale = max(scale, abs(c[k]))
-    slack, rest = BALANCED * scale, BALANCED * load(n, start, G, P) if planar.is_shared[0] == 1 else 0.0
+    slack, rest = ROUNDED * scale, ROUNDED * load(n, start, G, P) if planar.is_shared[0] == 1 else 0.0
     for k in range(n):
         i, a, t, candidate = closed[k], start[k], start[k + 1] - 1, planar.candidate[k]
         kind = kinds[i, 0]
@@ -234,8 +252,10 @@ def goes_on(n, closed, start, kinds, G, c, P, planar):
                 P[row] = 0.0
             continue
         reach = planar.mu_static[k] * (abs(P_N) if kind == BILATERAL else P_N)
-        if kinds[i, 1] > 0 and candidate == STICK and abs(P[t]) > reach * (1.0 + BALANCED) + rest / G[t, t]:
-            return False
+        if kinds[i, 1] > 0 and candidate == STICK and abs(P[t]) > reach:
+            if abs(P[t]) > reach * (1.0 + ROUNDED) + rest / G[t, t]:
+                return False
+            P[t] = math.copysign(reach, P[t])
         if candidate >= SLIDE_PLUS and (
             sigma_of(candidate) * P_N < 0.0 or slip_of(candidate) * planar.gamma[t] < -slack
         ):

@@ -191,36 +191,63 @@ def contradicts(level, candidate, d, first, scale, tree):
 
 
 @kernel
-def back_substitute(r, G, c, tree):
-    """Impulses of the present leaf and the velocities gamma = G P + c that they lead to."""
-    for k in range(r - 1, -1, -1):
-        total = tree.alpha[k]
-        for m in range(k + 1, r):
-            total += tree.beta[k, m] * tree.P[m]
-        tree.P[k] = total
-    for k in range(r):
-        total = c[k]
-        for m in range(r):
-            total += G[k, m] * tree.P[m]
-        tree.gamma[k] = total
-
-
-@kernel
-def holds(candidate, kind, d, mu, mu_static, normal_impulse, others, r, P, gamma, scale, impulse_scale):
-    """Whether one contact of a leaf satisfies its inclusions, up to rounding; ``others`` is the friction that the rest
-    of its group can add."""
-    slack = BOUNDARY * scale
-    P_N = normal_impulse if kind == GIVEN_FORCE else P[r]
-    t = r if kind == GIVEN_FORCE else r + 1
-    small = BOUNDARY * impulse_scale
+def pushes(k, n, closed, start, kinds, mu_static, normal_impulse, small, tree):
+    """Whether the impulses of contact k satisfy its inclusions, up to rounding; those of the contacts after it are
+    known."""
+    candidate, kind, d = tree.candidate[k], kinds[closed[k], 0], kinds[closed[k], 1]
     if candidate == FREE:
-        return gamma[r] >= -slack
+        return True
+    P_N = normal_impulse[k] if kind == GIVEN_FORCE else tree.P[start[k]]
     if d == 0:
         return kind == BILATERAL or P_N >= -small
     if candidate == STICK:
         reach = abs(P_N) if kind == BILATERAL else P_N
-        return reach >= -small and abs(P[t]) <= mu_static * reach + others + small
-    return sigma_of(candidate) * P_N >= -small and slip_of(candidate) * gamma[t] >= -slack and P_N != 0.0
+        others = reach_of_others(k, n, mu_static, start, tree)
+        return reach >= -small and abs(tree.P[start[k + 1] - 1]) <= mu_static[k] * reach + others + small
+    return sigma_of(candidate) * P_N >= -small and P_N != 0.0
+
+
+@kernel
+def reach_of_others(k, n, mu_static, start, tree):
+    """The friction that the contacts after k in its group add to what it can take itself."""
+    if tree.group[k] == 0:
+        return 0.0
+    total = 0.0
+    for m in range(k + 1, n):
+        if tree.group[m] == tree.group[k] and tree.candidate[m] == STICK:
+            total += mu_static[m] * tree.P[start[m]]
+    return total
+
+
+@kernel
+def back_substitute(n, closed, start, kinds, mu_static, normal_impulse, small, tree):
+    """Impulses of the present leaf, of the last contact first; False as soon as one does not satisfy its inclusions."""
+    for k in range(n - 1, -1, -1):
+        for row in range(start[k + 1] - 1, start[k] - 1, -1):
+            total = tree.alpha[row]
+            for m in range(start[k + 1], start[n]):
+                total += tree.beta[row, m] * tree.P[m]
+            tree.P[row] = total
+        if not pushes(k, n, closed, start, kinds, mu_static, normal_impulse, small, tree):
+            return False
+    return True
+
+
+@kernel
+def moves(n, closed, start, kinds, G, c, slack, tree):
+    """Velocities gamma = G P + c of the present leaf; False as soon as one does not satisfy the inclusions."""
+    for k in range(n):
+        for row in range(start[k], start[k + 1]):
+            total = c[row]
+            for m in range(start[n]):
+                total += G[row, m] * tree.P[m]
+            tree.gamma[row] = total
+        candidate = tree.candidate[k]
+        if candidate == FREE and not tree.gamma[start[k]] >= -slack:
+            return False
+        if candidate >= SLIDE_PLUS and not slip_of(candidate) * tree.gamma[start[k + 1] - 1] >= -slack:
+            return False
+    return True
 
 
 @kernel(
@@ -266,31 +293,14 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
             level += 1
             tree.candidate[level] = NO_CANDIDATE
             continue
-        back_substitute(r, G, c, tree)
-        is_solution = True
-        for k in range(n):
-            kind, d = kinds[closed[k], 0], kinds[closed[k], 1]
-            if not holds(tree.candidate[k], kind, d, mu[k], mu_static[k], normal_impulse[k],
-                         reach_of_others(k, n, mu_static, start, tree), start[k], tree.P, tree.gamma, scale,
-                         impulse_scale):  # fmt: skip
-                is_solution = False
-                break
-        if is_solution and is_new(min(found, kept), r, scale, tree):
+        if (
+            back_substitute(n, closed, start, kinds, mu_static, normal_impulse, BOUNDARY * impulse_scale, tree)
+            and moves(n, closed, start, kinds, G, c, BOUNDARY * scale, tree)
+            and is_new(min(found, kept), r, scale, tree)
+        ):
             keep_solution(found, n, r, tree)
             found += 1
     return found, is_complete
-
-
-@kernel
-def reach_of_others(k, n, mu_static, start, tree):
-    """The friction that the other closed contacts of a group add to what its contact k can take."""
-    if tree.group[k] == 0:
-        return 0.0
-    total = 0.0
-    for m in range(n):
-        if m != k and tree.group[m] == tree.group[k] and tree.candidate[m] == STICK:
-            total += mu_static[m] * tree.P[start[m]]
-    return total
 
 
 @kernel

@@ -272,7 +272,7 @@ def solve_with_fixed_friction(
         route = Route.FAILED.value
         if known == ALWAYS_ONE or n_modes > MAX_LEAVES or not may_count(planar):
             route = go_on(n, closed, start, kinds, G, c, previous_P, P, planar)
-        elif known != UNKNOWN and hold_modes(n, closed, start, kinds, G, c, previous_P, P, planar):
+        elif known != UNKNOWN and hold_modes(n, closed, start, kinds, G, c, P, planar):
             route = Route.KEPT_MODES.value
         is_counted = known == ALWAYS_ONE or (known == ONE_AS_BEFORE and route == Route.KEPT_MODES)
         planar.is_counted[0] = 1 if is_counted else 0
@@ -293,7 +293,7 @@ def solve_with_fixed_friction(
 @rare_kernel
 def go_on(n, closed, start, kinds, G, c, previous_P, P, planar):
     """One solution: by the modes in planar.candidate, else by Newton's or Lemke's method; FAILED if there is none."""
-    if hold_modes(n, closed, start, kinds, G, c, previous_P, P, planar):
+    if hold_modes(n, closed, start, kinds, G, c, P, planar):
         return Route.KEPT_MODES.value
     return solve_anew(n, closed, start, kinds, G, c, previous_P, P, planar)
 
@@ -302,16 +302,16 @@ def go_on(n, closed, start, kinds, G, c, previous_P, P, planar):
 def solve_anew(n, closed, start, kinds, G, c, previous_P, P, planar):
     """One solution by Newton's or Lemke's method; FAILED if these find none."""
     if planar.has_newton[0] == 1 and solve_by_newton(n, closed, start, kinds, G, c, previous_P, P, address(planar)):
-        share(n, closed, start, kinds, G, c, previous_P, P, planar)
+        share(n, closed, start, kinds, G, c, P, planar)
         return Route.NEWTON.value
     if can_be_faceted(n, closed, kinds) and solve_by_lemke(n, closed, start, kinds, G, c, P, planar):
-        share(n, closed, start, kinds, G, c, previous_P, P, planar)
+        share(n, closed, start, kinds, G, c, P, planar)
         return Route.LEMKE.value
     return Route.FAILED.value
 
 
 @rare_kernel
-def share(n, closed, start, kinds, G, c, previous_P, P, planar):
+def share(n, closed, start, kinds, G, c, P, planar):
     """Name the modes of a motion that was found, and let redundant contacts share its impulses. Where no such share is
     admissible, or it would be another motion, the impulses given are left. Returns whether there is one."""
     scale = 0.0
@@ -319,7 +319,7 @@ def share(n, closed, start, kinds, G, c, previous_P, P, planar):
         planar.trial[row], planar.step[row] = P[row], planar.gamma[row]
         scale = max(scale, abs(c[row]))
     name_modes(ACCEPTED, n, closed, start, kinds, G, c, P, planar)
-    is_shared = hold_modes(n, closed, start, kinds, G, c, previous_P, P, planar)
+    is_shared = hold_modes(n, closed, start, kinds, G, c, P, planar)
     for row in range(start[n]):
         is_shared = is_shared and abs(planar.gamma[row] - planar.step[row]) <= SAME * scale
     if is_shared:
@@ -356,9 +356,7 @@ def count_all(left, n, closed, start, kinds, laws, G, c, offset, previous_P, sli
         found, is_complete = take_census(n_modes, left, n, closed, start, kinds, G, c, planar)
         if found == 0 and is_complete:
             return Route.NO_SOLUTION.value, 0
-        if found > 0 and take_solution(
-            found, left, n, closed, start, kinds, G, c, previous_P, selection, is_complete, P, planar
-        ):
+        if found > 0 and take_solution(found, left, n, closed, start, kinds, G, c, selection, is_complete, P, planar):
             return Route.ENUMERATED.value, found
         is_singular = True
         if left == n and not has_groups(n, planar):
@@ -374,11 +372,11 @@ def count_all(left, n, closed, start, kinds, laws, G, c, offset, previous_P, sli
         found = enumerate_redundant(n, closed, start, kinds, G, c, P, address(planar))
         if found == 0:
             return Route.NO_SOLUTION.value, 0
-        if take_solution(found, left, n, closed, start, kinds, G, c, previous_P, selection, False, P, planar):
+        if take_solution(found, left, n, closed, start, kinds, G, c, selection, False, P, planar):
             planar.is_counted[0] = 1
             return Route.ENUMERATED.value, found
     if gauss_seidel(n, closed, start, kinds, laws, G, c, offset, slip, selection, P, planar):
-        share(n, closed, start, kinds, G, c, previous_P, P, planar)
+        share(n, closed, start, kinds, G, c, P, planar)
         return Route.GAUSS_SEIDEL.value, 1
     if is_singular or not is_enumerable:
         return Route.FAILED.value, 0
@@ -440,7 +438,7 @@ def copy_friction(left, closed, start, G, c, planar):
 
 
 @rare_kernel
-def take_solution(found, left, n, closed, start, kinds, G, c, previous_P, selection, is_regular, P, planar):
+def take_solution(found, left, n, closed, start, kinds, G, c, selection, is_regular, P, planar):
     """Take one of the solutions in the tree by the selection rule; True if it satisfies the inclusions."""
     rest, tree = planar.rest, planar.tree
     take = select(found, left, rest.closed, rest.start, kinds, rest.mu, rest.G, rest.was_stuck, selection, tree)
@@ -452,7 +450,7 @@ def take_solution(found, left, n, closed, start, kinds, G, c, previous_P, select
     planar.is_shared[0] = 0
     if is_regular and left == n and not sticks_together(take, left, planar):
         name_modes(STILL, n, closed, start, kinds, G, c, P, planar)
-    elif share(n, closed, start, kinds, G, c, previous_P, P, planar):
+    elif share(n, closed, start, kinds, G, c, P, planar):
         is_solved = True
     else:
         planar.is_shared[0] = 1

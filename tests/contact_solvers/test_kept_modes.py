@@ -50,12 +50,12 @@ def test_a_mode_that_no_longer_fits_is_refused():
     hold = ns.jit.interpreted(kept.hold_modes)
     planar_arrays = new_block(Planar, planar_shapes(2, 1)).arrays
     planar_arrays.mu[:] = planar_arrays.mu_static[:] = 0.3
-    G, P, before = np.eye(4), np.zeros(4), np.zeros((2, 2))
+    G, P = np.eye(4), np.zeros(4)
     problem = (2, np.arange(2), np.array([0, 2, 4]), system.kinds, G)
 
     def holds(c, *modes):
         planar_arrays.candidate[:] = modes
-        return hold(*problem, c, before, P, planar_arrays)
+        return hold(*problem, c, P, planar_arrays)
 
     pressed, pulled = np.array([-1.0, 2.0, -1.0, 2.0]), np.array([-1.0, 2.0, 1.0, 2.0])
     assert holds(pressed, SLIDE_PLUS, SLIDE_PLUS)
