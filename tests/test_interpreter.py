@@ -30,7 +30,7 @@ from models import (
     Woodpecker,
 )
 from nonsmooth import blocks
-from nonsmooth.bench import scenes, stress_random, stress_scenes
+from nonsmooth.bench import contact_scenes, scenes, stress_random, stress_scenes
 from nonsmooth.contact_solvers.solve import SOLVERS as CONTACT_SOLVERS
 from nonsmooth.jit import Kernel, interpreted
 from nonsmooth.lcp.solve import SOLVERS as LCP_SOLVERS
@@ -108,6 +108,28 @@ SCENES = {
 @pytest.mark.parametrize("name", SCENES)
 def test_a_run_has_the_same_bits_at_both_speeds(name, integrator):
     compare_runs(SCENES[name], integrator)
+
+
+FEET = {
+    "block of five feet that lands": (
+        contact_scenes.block(5, contact_scenes.Block(e=0.3)),
+        np.array([0.0, 0.03, 0.05]),
+        np.array([0.5, 0.0, 0.0]),
+        0.15,
+        "compliant-limit",
+    ),
+    "block of five feet on a shaken floor": scene(
+        contact_scenes.block(5, contact_scenes.Block(v=0.5)), [0.0, 0.0, 0.0], 0.05
+    ),
+    "block that strikes a wall with two of six contacts": scene(
+        contact_scenes.block(6, contact_scenes.Block(push=5.0, walls=2.0)), [-0.3, 0.0, 0.0], 0.03
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FEET)
+def test_steps_of_a_block_on_many_feet_have_the_same_bits_at_both_speeds(name):
+    compare_runs(FEET[name], ns.MoreauJean(2e-3))
 
 
 def compare_runs(scene, integrator, **options):

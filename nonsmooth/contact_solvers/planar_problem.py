@@ -22,6 +22,7 @@ Sources: Jean, *Comput. Methods Appl. Mech. Engrg.* 177 (1999) 235; Oettli, Prag
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -260,8 +261,8 @@ def name_modes(slack, n, closed, start, kinds, G, c, P, planar):
     """Name the modes by what the contacts do, from their impulses and velocities in ``planar.gamma``; always True.
 
     Open is a contact that parts; closed one with gamma_N = 0, whether it has an impulse or others carry its load. It
-    slides where gamma_F is not zero, else it sticks, also where its impulse lies on the border of the cone. So no mode
-    hangs on how redundant contacts share a load.
+    slides where gamma_F is not zero and the whole friction opposes it, else it sticks, also where its impulse lies on
+    the border of the cone. So no mode hangs on how redundant contacts share a load.
     """
     r = start[n]
     scale = 0.0
@@ -275,7 +276,7 @@ def name_modes(slack, n, closed, start, kinds, G, c, P, planar):
             planar.candidate[k] = FREE
         elif kinds[closed[k], 1] == 0 or is_zero(t, slack, r, scale, G, c, P, planar):
             planar.candidate[k] = STICK
-        elif abs(P[t]) < planar.mu[k] * abs(P_N) * (1.0 - ACCEPTED):
+        elif -math.copysign(1.0, planar.gamma[t]) * P[t] < planar.mu[k] * abs(P_N) * (1.0 - ACCEPTED):
             planar.candidate[k] = STICK
         else:
             planar.candidate[k] = sliding(planar.gamma[t] > 0.0, P_N < 0.0)

@@ -96,10 +96,11 @@ def _paradoxes(solution: Solution) -> list[str]:
     rows = solution.event_rows[solution.event_rows[:, EVENT_KIND] >= INCONSISTENT]
     paradoxes: list[Any] = [event_of(row) for row in rows[:SHOWN]]
     inconsistent = int((rows[:, EVENT_SOLUTIONS] == 0).sum())
-    steps = solution.stats.indeterminate_steps
+    steps, uncounted = solution.stats.indeterminate_steps, solution.stats.uncounted
+    missed = f"; in {uncounted} the solutions were not counted" if uncounted else ""
     lines = [
         f"paradoxes: {inconsistent} inconsistent, {_count(len(rows) - inconsistent, 'indeterminate episode')} "
-        f"({steps} of {solution.stats.steps} steps had several solutions)"
+        f"({steps} of {solution.stats.steps} steps had several solutions{missed})"
     ]
     lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_paradox(event)}" for event in paradoxes]
     return lines + _counted(rows[SHOWN:], _outcome)
@@ -141,11 +142,12 @@ def _energy(solution: Solution) -> list[str]:
 
 def _figures(solution: Solution) -> list[str]:
     stats = solution.stats
+    shared = f"; in {stats.shared} the impulses are one share of many" if stats.shared else ""
     per_step = f" ({stats.wall_time / stats.steps * 1e9:.0f} ns a step)" if stats.steps else ""
     return [
         f"worst residual {stats.worst_residual:.1e}, penetration {stats.worst_penetration:.3g} m, "
         f"energy balance of a step {stats.ledger_error:.1e}",
         f"{stats.steps} steps; contact problems: {stats.lcp_solved} solved ({stats.lcp_kept} kept), "
-        f"{stats.lcp_skipped} steps without any",
+        f"{stats.lcp_skipped} steps without any{shared}",
         f"wall time {stats.wall_time:.3g} s{per_step}, compiling or loading {stats.compile_time:.3g} s",
     ]
