@@ -3,6 +3,7 @@
 import numpy as np
 
 import nonsmooth as ns
+from nonsmooth.bench.contacts import at_rest, struck_stack
 from nonsmooth.blocks import new_block
 from nonsmooth.contact_solvers.census import MATERIAL
 from nonsmooth.contact_solvers.modes import Tree, enumerate_modes, tree_shapes
@@ -82,3 +83,17 @@ def test_a_paradox_on_the_way_is_seen_before_the_numbers_have_changed_by_a_hundr
                 assert (np.abs(c - c_j) <= 1.1 * MATERIAL * np.abs(c_j)).all()
                 assert (np.abs(G - G_j) <= 1.1 * MATERIAL * np.sqrt(np.outer(G.diagonal(), G.diagonal()))).all()
     assert seen > 100 and said > 100 and 0 < late < 0.1 * (seen + said)  # each branch is reached
+
+
+def run(scene):
+    return ns.simulate(scene.system, (0.0, 0.1), scene.q0, scene.u0, integrator=ns.MoreauJean(1e-3))
+
+
+def test_a_census_that_waits_is_said_in_the_summary():
+    """A stack of six boxes has 4^12 combinations of modes; a block at rest on five feet those of one on two."""
+    stack, rest = run(struck_stack(12)), run(at_rest(5))
+    assert stack.stats.uncounted > 50
+    assert f"in {stack.stats.uncounted} the solutions were not counted" in stack.summary()
+    assert rest.stats.uncounted == 0 and "not counted" not in rest.summary()
+    assert rest.stats.shared == rest.stats.steps
+    assert f"in {rest.stats.steps} the impulses are one share of many" in rest.summary()
