@@ -120,7 +120,9 @@ def as_blocks(name: str, value: Any, dim: int, n_c: int) -> Blocks:
     sparse = hasattr(value, "tocsr")
     try:
         matrix: Any = value.tocsr() if sparse else np.asarray(value)
-    except Exception:  # rows of different lengths, or whatever an object raises that is asked for its array
+    except ValueError:
+        raise InvalidInput(f"{name} must be a square matrix of numbers; its rows differ in length") from None
+    except Exception:  # whatever an object raises that is asked for its array
         raise InvalidInput(f"{name} must be a square matrix of numbers; got {shown(value)}") from None
     if matrix.shape != (n, n) and not (n == 0 and matrix.size == 0):
         rule = "square" if len(matrix.shape) != 2 or matrix.shape[0] != matrix.shape[1] else f"({n}, {n}) to fit c"
