@@ -31,9 +31,17 @@ def compiler(kind: str, short_loops: bool = False) -> type:
             """Nothing to set: an inner kernel never runs by itself."""
 
     class InnerLibrary(JITCodeLibrary):
-        """Intermediate code only, for the entry points that call it."""
+        """Intermediate code only, to be inlined in the entry points that call it."""
 
         codegen = NoEnvironment()
+        inlining = "alwaysinline"
+
+        def add_ir_module(self, ir_module: Any) -> None:
+            """Mark the functions of a module, and take it in."""
+            for function in ir_module.functions:
+                if not function.is_declaration:
+                    function.attributes.add(self.inlining)
+            super().add_ir_module(ir_module)
 
         def _optimize_final_module(self) -> None:
             """Left to the entry point."""
@@ -49,12 +57,7 @@ def compiler(kind: str, short_loops: bool = False) -> type:
     class RareLibrary(InnerLibrary):
         """Intermediate code that is never inlined."""
 
-        def add_llvm_module(self, module: Any) -> None:
-            """Mark the functions of a module, and take it in."""
-            for function in module.functions:
-                if not function.is_declaration:
-                    function.add_function_attribute("noinline")
-            super().add_llvm_module(module)
+        inlining = "noinline"
 
     class EntryLibrary(JITCodeLibrary):
         """Machine code in which all but the rare kernels are inlined."""
@@ -63,8 +66,6 @@ def compiler(kind: str, short_loops: bool = False) -> type:
             for function in self._final_module.functions:
                 if not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr:
                     function.linkage = "internal"
-                    if b"noinline" not in b" ".join(function.attributes):
-                        function.add_function_attribute("alwaysinline")
             if not short_loops:
                 return super()._optimize_final_module()
             tuning = llvm.create_pipeline_tuning_options(speed_level=3)
