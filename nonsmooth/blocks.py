@@ -205,10 +205,9 @@ def _numba_block_class() -> type:
     """Define numba's view of blocks: a pointer, and attributes loaded from its table."""
     from llvmlite import ir
     from numba import types as nb
-    from numba.core import cgutils
-    from numba.core.typing.templates import AttributeTemplate
     from numba.extending import infer_getattr, lower_getattr_generic, models, register_model
-    from numba.np.arrayobj import make_array, populate_array
+
+    from nonsmooth.jit.internals import AttributeTemplate, cgutils, make_array, populate_array
 
     class BlockType(nb.Type):
         """The numba type of the blocks of one class."""

@@ -12,7 +12,16 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import InterpretedWarning, warn_caller
-from nonsmooth.jit import CannotCompile, cache_directory, call_model, compile_model, interpreted, kernel
+from nonsmooth.jit import (
+    CannotCompile,
+    cache_directory,
+    call_model,
+    compile_model,
+    interpreted,
+    kernel,
+    survey_of,
+)
+from nonsmooth.jit.watch import Watch
 from nonsmooth.system import TAKES_U, System
 
 
@@ -45,25 +54,28 @@ class Model:
         return integrator.loop.dispatcher
 
 
-_loops: weakref.WeakKeyDictionary[System, dict[Any, tuple[Model, Callable]]] = weakref.WeakKeyDictionary()
+_loops: weakref.WeakKeyDictionary[System, dict[Any, tuple[Shelf, Model, Callable]]] = weakref.WeakKeyDictionary()
 
 
 def loop_of(system: System, integrator: Any) -> tuple[Model, Callable]:
     """The model of a system and the integrator's loop for it; compiled ones are found once and remembered."""
     known = _loops.setdefault(system, {})
     if integrator in known and os.environ.get("NONSMOOTH_INTERPRET") != "1":
-        return known[integrator]
+        shelf, model, loop = known[integrator]
+        if shelf.has(model):
+            return model, loop
     model = model_of(system)
-    found = model, model.loop(integrator, system)
+    loop = model.loop(integrator, system)
     if model.is_compiled:
-        known[integrator] = found
-    return found
+        known[integrator] = _shelf_of(system), model, loop
+    return model, loop
 
 
 def model_of(system: System) -> Model:
     """Compile a system's functions (once for all its parameter values), or fall back to the interpreter with a warning.
 
-    ``NONSMOOTH_INTERPRET=1`` asks for the interpreter.
+    What they read, globals and constants of modules, is looked at again each time: where it has changed they are
+    compiled anew. ``NONSMOOTH_INTERPRET=1`` asks for the interpreter.
     """
     if os.environ.get("NONSMOOTH_INTERPRET") == "1":
         return _interpreted_model(system)
@@ -71,8 +83,7 @@ def model_of(system: System) -> Model:
         return _compiled_or_by_differences(system)
     except CannotCompile as reason:
         warn_caller(
-            f"numba cannot compile the model function {reason}; the same source runs in the interpreter, about a "
-            "hundred times slower. Write the function with numbers, math and loops only.",
+            f"{reason}; the same source runs in the interpreter, about a hundred times slower. {reason.cure}",
             InterpretedWarning,
         )
         return _interpreted_model(system)
@@ -80,23 +91,78 @@ def model_of(system: System) -> Model:
 
 def _compiled_or_by_differences(system: System) -> Model:
     """Machine code of the functions; where the compiler refuses dual numbers, derived rows are found by differences."""
-    shape = (system.n_q, system.n_u, tuple(system.parameter_values), system.unpack)
-    key = [(which, function, system.shape(which)) for which, function in system.functions.items()]
+    functions = system.functions
     try:
-        return _compiled(tuple(key), *shape)
+        return _shelf_of(system, functions).model()
     except CannotCompile:
-        if not any(hasattr(function, "by_differences") for _, function, _ in key):
+        rough = {which: getattr(function, "by_differences", function) for which, function in functions.items()}
+        if rough == functions:
             raise
-        rough = [(which, getattr(function, "by_differences", function), size) for which, function, size in key]
-        return _compiled(tuple(rough), *shape)
+        return _shelf_of(system, rough).model()
+
+
+class Shelf:
+    """The machine code of some model functions, and what it was made from."""
+
+    def __init__(self, functions: dict[int, Any], n_q: int, n_u: int, unpack: Callable, n_p: int) -> None:
+        self._arguments = functions, n_q, n_u, unpack, n_p
+        self._made_from = b""
+        self._watch: Watch | None = None
+        self._model: Model | CannotCompile | None = None
+
+    def has(self, model: Model) -> bool:
+        """Whether this model is up to date."""
+        return self._model is model and self._watch is not None and self._watch.holds()
+
+    def model(self) -> Model:
+        """The model, compiled where it is not known or not up to date.
+
+        Raises
+        ------
+        CannotCompile
+        """
+        if self._watch is None or not self._watch.holds():
+            self._update()
+        if isinstance(self._model, CannotCompile):
+            raise self._model.with_traceback(None)
+        assert self._model is not None
+        return self._model
+
+    def _update(self) -> None:
+        announce_first_compile()
+        self._watch = None  # what is refused is asked for again
+        survey = survey_of(*self._arguments)
+        if survey.digest() != self._made_from:
+            try:
+                compiled = compile_model(*self._arguments, survey)
+                self._model = Model(compiled.address, compiled, True)
+            except CannotCompile as reason:
+                self._model = reason
+        self._made_from, self._watch = survey.digest(), survey.watch
+
+
+def _shelf_of(system: System, functions: dict[int, Callable]) -> Shelf:
+    key = tuple((which, Same(function), system.shape(which)) for which, function in functions.items())
+    return _shelf(key, system.n_q, system.n_u, tuple(system.parameter_values), system.unpack)
+
+
+class Same:
+    """A key that is equal for the same object only: not every callable can be a key itself."""
+
+    def __init__(self, function: Callable) -> None:
+        self.function = function
+
+    def __hash__(self) -> int:
+        return id(self.function)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Same) and other.function is self.function
 
 
 @functools.lru_cache(maxsize=128)
-def _compiled(key: tuple, n_q: int, n_u: int, names: tuple[str, ...], unpack: Callable) -> Model:
-    announce_first_compile()
-    functions = {which: (function, which in TAKES_U, shape) for which, function, shape in key}
-    compiled = compile_model(functions, n_q, n_u, unpack, len(names))
-    return Model(compiled.address, compiled, True)
+def _shelf(key: tuple, n_q: int, n_u: int, names: tuple[str, ...], unpack: Callable) -> Shelf:
+    functions = {which: (same.function, which in TAKES_U, shape) for which, same, shape in key}
+    return Shelf(functions, n_q, n_u, unpack, len(names))
 
 
 def _interpreted_model(system: System) -> Model:
@@ -117,5 +183,5 @@ def _interpreted_model(system: System) -> Model:
 def announce_first_compile() -> None:
     """Say once, on stderr, that the first use on this machine compiles."""
     directory = cache_directory()
-    if not directory.exists():
+    if not os.path.exists(directory):
         print(f"nonsmooth: first use, compiling (kept in {directory})", file=sys.stderr)

@@ -38,6 +38,10 @@ class MissingExtra(NonsmoothError, ImportError):
     """An optional dependency is not installed; the message says which extra brings it."""
 
 
+class UnsupportedVersion(NonsmoothError, ImportError):
+    """A package, or Python itself, is of a version that was not tested; the message says which ones were."""
+
+
 class StepFailure(NonsmoothError, RuntimeError):
     """The integration stopped before its end.
 

@@ -4,9 +4,9 @@ Two kinds of function are compiled.
 
 *Kernels* are ours. ``@kernel`` marks a plain function written for arrays and scalars; nothing happens, and numba is not
 imported, until the kernel is first called. A kernel that carries a signature is an *entry point*: it is compiled once,
-with the kernels it calls, and kept on disk under a hash of all that it depends on. An entry point calls another through
-a slot that ``load`` fills: LLVM does not optimise the inner one again in each outer one, and what a scene does not need
-is never compiled.
+with the kernels it calls, and kept on disk under a hash of all that it is made from. An entry point calls another
+through a slot that ``load`` fills: LLVM does not optimise the inner one again in each outer one, and what a scene does
+not need is never compiled.
 ``interpreted(kernel)`` is the same source run by Python.
 
 *Model functions* are the user's. ``compile_model`` binds them all into one function
@@ -18,17 +18,19 @@ and returns its machine address, an integer that the compiled loops receive as a
 about 2 ns more than a C function pointer; handing dispatchers to the loop instead would compile the loop anew for every
 model (2 s each) and never reach the disk cache.
 
-``kernels`` marks them, ``compilers`` says how numba compiles them, ``cache`` where the result is kept, ``fingerprint``
-what it depends on, ``loading`` shares the work between processes, and ``models`` binds a user's functions.
+``kernels`` marks them, ``models`` binds a user's functions, whose helpers ``twins`` compiles with them; ``internals``
+has what is used of numba beside its public interface. ``fingerprint`` says what code is made from, by what ``bytecode``
+finds that it reads and ``libraries`` know by name; ``watch`` whether that is still so; ``cache`` under which key it is
+kept, ``code_files`` in which form; ``loading`` shares the work between processes.
 """
 
 from nonsmooth.jit.cache import cache_directory
 from nonsmooth.jit.fingerprint import identity
 from nonsmooth.jit.kernels import Callback, Kernel, interpreted, kernel, rare_kernel
 from nonsmooth.jit.loading import load_all
-from nonsmooth.jit.models import CannotCompile, CompiledModel, call_model, compile_model
+from nonsmooth.jit.models import CannotCompile, CompiledModel, call_model, compile_model, survey_of
 
 __all__ = [
     "Callback", "CannotCompile", "CompiledModel", "Kernel", "cache_directory", "call_model", "compile_model",
-    "identity", "interpreted", "kernel", "load_all", "rare_kernel",
+    "identity", "interpreted", "kernel", "load_all", "rare_kernel", "survey_of",
 ]  # fmt: skip

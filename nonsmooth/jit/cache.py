@@ -1,4 +1,9 @@
-"""The disk cache of compiled code: what was compiled once is read by every later process."""
+"""The disk cache of compiled code: what was compiled once is read by every later process.
+
+The key of a function is a hash of all that its machine code was made from: its sources and the values they read
+(`fingerprint`), the sources here that generate code, the versions of Python, numba, llvmlite and numpy, the processor,
+and numba's options.
+"""
 
 from __future__ import annotations
 
@@ -10,87 +15,65 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from nonsmooth.jit.code_files import CodeFile, usable
+
 PACKAGE = Path(__file__).parent
 GENERATORS = (*sorted(PACKAGE.glob("*.py")), PACKAGE.parent / "blocks.py")  # sources that generate code themselves
 
 
 def cache_directory() -> Path:
     """Where compiled code is kept: ``$NONSMOOTH_CACHE_DIR``, else ``nonsmooth`` under the user's cache directory."""
-    if "NONSMOOTH_CACHE_DIR" in os.environ:
+    if os.environ.get("NONSMOOTH_CACHE_DIR"):
         return Path(os.environ["NONSMOOTH_CACHE_DIR"])
     if sys.platform == "win32":
-        root = Path(os.environ.get("LOCALAPPDATA", "~"))
+        root = os.environ.get("LOCALAPPDATA") or "~"
     else:
-        root = Path(os.environ.get("XDG_CACHE_HOME", "~/.cache"))
-    return (root / "nonsmooth").expanduser()
+        root = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    return Path(os.path.expanduser(root)) / "nonsmooth"
 
 
-def directory_of(stamp: str) -> Path:
-    """Where the code under a stamp is kept."""
-    return cache_directory() / stamp[:16]
+def is_usable() -> bool:
+    """Whether compiled code can be kept."""
+    return usable(cache_directory())
 
 
-def is_cached(stamp: str) -> bool:
-    """Whether code is on disk under this stamp."""
-    return any(directory_of(stamp).glob("*.nbi"))
+def is_cached(name: str, key: str) -> bool:
+    """Whether code is on disk under this key."""
+    return is_usable() and code_file(name, key).exists
+
+
+def code_file(name: str, key: str) -> CodeFile:
+    """The file of a function's code; one that is never there where nothing can be kept."""
+    return CodeFile(cache_directory() if is_usable() else None, name, key, "\n".join(surroundings()))
+
+
+def key_of(content: bytes) -> str:
+    """The key of code that is made from this content, on this machine."""
+    return hashlib.sha256("\n".join((generators_hash(), *surroundings(), "")).encode() + content).hexdigest()
 
 
 @functools.cache
-def runtime_stamp() -> str:
+def generators_hash() -> str:
     """Hash of the sources that generate code themselves: they shape every compiled function."""
     return hashlib.sha256(b"".join(path.read_bytes() for path in GENERATORS)).hexdigest()
 
 
-def compile_cached(function: Callable, signature: Any, stamp: str, **options: Any) -> Any:
-    """Compile for one signature, reading or filling the disk cache under the given stamp."""
-    import numba
+def surroundings() -> tuple[str, ...]:
+    """Versions, processor and options that machine code depends on."""
+    from nonsmooth.jit import internals
+
+    return (f"numpy {np.__version__}", *internals.surroundings())
+
+
+def compile_cached(function: Callable, signature: Any, name: str, key: str, **options: Any) -> Any:
+    """Compile for one signature, reading or filling the disk cache under the given key."""
+    from nonsmooth.jit.internals import keep_results, numba
 
     dispatcher = numba.njit(**options)(function)
     if not numba.config.DISABLE_JIT:
-        dispatcher._cache = _stamped_cache(function, stamp)
+        keep_results(dispatcher, code_file(name, key))
         dispatcher.compile(signature)
         dispatcher.disable_compile()
     return dispatcher
-
-
-def _stamped_cache(function: Callable, stamp: str) -> Any:
-    """A numba function cache whose freshness is our stamp, not the file's date, so that generated code is kept too."""
-    from numba.core import caching
-
-    directory = directory_of(stamp)
-
-    class Locator(caching._CacheLocator):
-        """Where one function is kept, and what makes it stale."""
-
-        def get_cache_path(self) -> str:
-            """The folder."""
-            return str(directory)
-
-        def get_source_stamp(self) -> str:
-            """What must be equal for the kept code to be taken."""
-            return stamp
-
-        def get_disambiguator(self) -> str:
-            """The part of the file's name that tells functions of one name apart."""
-            return stamp[16:24]
-
-        @classmethod
-        def from_function(cls, py_func: Callable, py_file: str) -> Locator:
-            """The locator of any function."""
-            return cls()
-
-    class Implementation(caching.CompileResultCacheImpl):
-        """Numba's own form of results, in our place."""
-
-        _locator_classes = [Locator]
-
-    class Cache(caching.FunctionCache):
-        """Numba's own cache, with our locator."""
-
-        _impl_class = Implementation
-
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return caching.NullCache()  # nowhere to write: compile in every process
-    return Cache(function)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import hashlib
 import types
 from collections.abc import Callable
 from typing import Any
 
-from nonsmooth.jit.cache import compile_cached, is_cached, runtime_stamp
-from nonsmooth.jit.compilers import KERNEL_OPTIONS, compiler
-from nonsmooth.jit.fingerprint import digest, identity, names_of
+from nonsmooth.jit.bytecode import reading
+from nonsmooth.jit.cache import compile_cached, is_cached, key_of
+from nonsmooth.jit.fingerprint import digest
+
+OPTIONS = {"nogil": True, "error_model": "numpy"}  # no fastmath: two runs agree bit for bit
+# Kernels allocate nothing, so they need none of numba's reference counts.
+KERNEL_OPTIONS = {**OPTIONS, "_nrt": False}
 
 
 class Kernel:
@@ -44,24 +47,24 @@ class Kernel:
     @functools.cached_property
     def dispatcher(self) -> Any:
         """The numba dispatcher of this kernel."""
-        import numba
+        from nonsmooth.jit.internals import EntryLibrary, ShortLoopLibrary, compiler_of, numba
 
         bound = rebind(self.function, lambda kernel: kernel.callee)
         if self.signature is None:
             return numba.njit(**KERNEL_OPTIONS)(bound)
-        pipeline = compiler("entry", self.short_loops)
-        return compile_cached(bound, self.signature, kernel_stamp(self), **KERNEL_OPTIONS, pipeline_class=pipeline)
+        pipeline = compiler_of(ShortLoopLibrary if self.short_loops else EntryLibrary)
+        options = {**KERNEL_OPTIONS, "pipeline_class": pipeline}
+        return compile_cached(bound, self.signature, self.function.__name__, kernel_stamp(self), **options)
 
     @functools.cached_property
     def inlined(self) -> Any:
         """The dispatcher that other kernels call."""
-        import numba
+        from nonsmooth.jit.internals import InnerLibrary, RareLibrary, compiler_of, numba
 
         bound = rebind(self.function, lambda kernel: kernel.callee)
         wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        return numba.njit(**KERNEL_OPTIONS, **wrappers, pipeline_class=compiler("rare" if self.is_rare else "inner"))(
-            bound
-        )
+        pipeline = compiler_of(RareLibrary if self.is_rare else InnerLibrary)
+        return numba.njit(**KERNEL_OPTIONS, **wrappers, pipeline_class=pipeline)(bound)
 
     @property
     def callee(self) -> Any:
@@ -91,8 +94,9 @@ class Kernel:
         Whoever runs a loop loads the entry points that it may reach: what a scene does not need is not compiled.
         """
         if not self.is_loaded:
-            result = next(iter(self.dispatcher.overloads.values()))
-            self._slot.value = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+            from nonsmooth.jit.internals import machine_code_of
+
+            self._slot.value = machine_code_of(self.dispatcher)
 
     @property
     def is_loaded(self) -> bool:
@@ -102,7 +106,7 @@ class Kernel:
     @property
     def is_on_disk(self) -> bool:
         """Whether an earlier process compiled it."""
-        return is_cached(kernel_stamp(self))
+        return is_cached(self.function.__name__, kernel_stamp(self))
 
     @property
     def address(self) -> int:
@@ -116,15 +120,16 @@ class Kernel:
 
 @functools.cache
 def kernel_stamp(kernel: Kernel) -> str:
-    """Hash of a kernel, of all it calls and of the constants and types they read."""
-    return hashlib.sha256(runtime_stamp().encode() + identity(kernel.function)).hexdigest()
+    """The key of a kernel: of all it calls and of the constants and types they read."""
+    return key_of(kernel.call_identity())
 
 
 @functools.cache
 def _external(kernel: Kernel) -> Any:
     """An intrinsic that calls an entry point through its slot: a word that holds its address once it is loaded."""
-    from numba.core import cgutils, sigutils
     from numba.extending import intrinsic
+
+    from nonsmooth.jit.internals import cgutils, sigutils
 
     arguments, result = sigutils.normalize_signature(kernel.signature)
     symbol = kernel.slot_symbol()
@@ -168,8 +173,9 @@ class Callback(Kernel):
     @functools.cached_property
     def callee(self) -> Any:  # type: ignore[override]
         """What other kernels call: a call of the address, by the fixed signature."""
-        from numba.core import cgutils, sigutils
         from numba.extending import intrinsic
+
+        from nonsmooth.jit.internals import cgutils, sigutils
 
         arguments, result = sigutils.normalize_signature(self.signature)
 
@@ -216,15 +222,9 @@ def interpreted(kernel: Kernel) -> Callable:
 def rebind(function: Callable, replace: Callable[[Kernel], Callable]) -> Callable:
     """Copy a function with each kernel among the globals it reads replaced."""
     bound = dict(function.__globals__)
-    for name in names_of(function.__code__):
+    for name, *_ in reading(function.__code__).names:
         if isinstance(bound.get(name), Kernel):
             bound[name] = replace(bound[name])
-    return with_globals(function, bound)
-
-
-def with_globals(function: Callable, scope: dict[str, Any]) -> Callable:
-    """Copy a function, to read its globals from ``scope``."""
-    copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, function.__closure__)
-    copy.__module__ = function.__module__
-    copy.__qualname__ = function.__qualname__
+    copy = types.FunctionType(function.__code__, bound, function.__name__, function.__defaults__, function.__closure__)
+    copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
     return copy

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 import math
 import types
 from collections.abc import Callable
 from typing import Any
 
-from nonsmooth.jit.cache import compile_cached, runtime_stamp
-from nonsmooth.jit.compilers import OPTIONS
-from nonsmooth.jit.fingerprint import identity, names_of
-from nonsmooth.jit.kernels import Kernel, with_globals
+from nonsmooth.jit.cache import compile_cached, key_of
+from nonsmooth.jit.fingerprint import LooseSurvey, Survey, Unidentified, python_function
+from nonsmooth.jit.kernels import OPTIONS, Kernel
+from nonsmooth.jit.twins import Twins
 
 
 class CannotCompile(Exception):
-    """Numba refused a model function; ``str`` says which and why."""
+    """A model function cannot be compiled; ``str`` is a clause that says which and why."""
+
+    cure = "Write the function with numbers, math and loops only."
+
+
+class CannotIdentify(CannotCompile):
+    """A model function reads something that cannot be told from another one."""
+
+    cure = "Read numbers, arrays, tuples, functions, or attributes of a module only."
 
 
 class CompiledModel:
@@ -29,16 +36,66 @@ class CompiledModel:
     """
 
     def __init__(self, dispatcher: Any) -> None:
+        from nonsmooth.jit.internals import machine_code_of
+
         self._dispatcher = dispatcher  # keeps the machine code alive
-        result = next(iter(dispatcher.overloads.values()))
-        self.address = int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+        self.address = machine_code_of(dispatcher)
 
 
 MODEL_SIGNATURE = "void(int64, float64, CPointer(float64), CPointer(float64), CPointer(float64), CPointer(float64))"
 
 
-def compile_model(functions: dict[int, tuple[Callable, bool, tuple[int, ...]]], n_q: int, n_u: int, unpack: Callable,
-                  n_p: int) -> CompiledModel:  # fmt: skip
+Functions = dict[int, tuple[Callable, bool, tuple[int, ...]]]  # which -> (function, takes_u, shape of out)
+
+
+def survey_of(functions: Functions, n_q: int, n_u: int, unpack: Callable, n_p: int) -> Survey:
+    """All that the machine code of a model is made from; arguments as for `compile_model`.
+
+    Raises
+    ------
+    CannotIdentify
+        Where a function reads something without an identity; the message names it.
+    """
+    survey = Survey()
+    survey.put(repr((n_q, n_u, n_p, unpack._fields)).encode())  # type: ignore[attr-defined]
+    for which, (function, takes_u, shape) in functions.items():
+        name = getattr(function, "__name__", type(function).__name__)
+        if not isinstance(function, types.FunctionType) and python_function(function) is None:
+            raise CannotIdentify(f"the model function {name} is no function but a {type(function).__name__}")
+        survey.put(repr((which, takes_u, shape)).encode())
+        try:
+            survey.value(function, name)
+        except Unidentified as reason:
+            raise CannotIdentify(f"the model function {name} reads {reason}: whether that changed cannot be told, so "
+                                 "nothing is compiled") from None  # fmt: skip
+    _add_extensions(survey)
+    return survey
+
+
+def _add_extensions(survey: Survey) -> None:
+    """Add what others than numba taught it of functions and types that are not theirs.
+
+    Raises
+    ------
+    CannotIdentify
+        Where such an extension has changed: numba goes on with what it made of it first.
+    """
+    from nonsmooth.jit.internals import extensions
+
+    for function in extensions():
+        loose = LooseSurvey(function)
+        loose.function(function)
+        content = loose.digest()
+        if _extensions.setdefault(function, content) != content:
+            raise CannotIdentify(f"what {function.__qualname__} taught numba has changed; a new process sees it")
+        survey.put(content)
+
+
+_extensions: dict[Callable, bytes] = {}  # as they were when first met
+
+
+def compile_model(functions: Functions, n_q: int, n_u: int, unpack: Callable, n_p: int,
+                  survey: Survey | None = None) -> CompiledModel:  # fmt: skip
     """Compile a model's functions into one and return its address.
 
     Parameters
@@ -49,36 +106,38 @@ def compile_model(functions: dict[int, tuple[Callable, bool, tuple[int, ...]]], 
         Numbers of coordinates, velocities and parameters.
     unpack : type
         The NamedTuple class that user functions see as ``p``; its fields are the parameters in order.
+    survey : Survey, optional
+        That of `survey_of`, where it is known.
 
     Raises
     ------
     CannotCompile
         When numba refuses one of the functions; the message names it.
     """
-    stamp = hashlib.sha256(
-        repr((runtime_stamp(), n_q, n_u, n_p, unpack._fields)).encode()  # type: ignore[attr-defined]
-        + b"".join(
-            repr((which, takes_u, shape)).encode() + identity(function)
-            for which, (function, takes_u, shape) in functions.items()
-        )
-    ).hexdigest()
+    from nonsmooth.jit.internals import OurCompiler
+
+    survey = survey or survey_of(functions, n_q, n_u, unpack, n_p)
+    key = key_of(survey.digest())
     for inline in ("always", "never"):  # inlining halves the compile time; numba refuses it for a few constructs
         try:
-            adapter = _adapter(functions, n_q, n_u, unpack, n_p, inline)
-            return CompiledModel(compile_cached(adapter, MODEL_SIGNATURE, stamp, **OPTIONS))
+            adapter = _adapter(functions, n_q, n_u, unpack, n_p, inline, key)
+            options = {**OPTIONS, "pipeline_class": OurCompiler}
+            return CompiledModel(compile_cached(adapter, MODEL_SIGNATURE, "model", key, **options))
         except Exception as error:  # numba raises many unrelated types
             reason = error
     if len(functions) > 1:
         for which, entry in functions.items():
             compile_model({which: entry}, n_q, n_u, unpack, n_p)
     (function, _, _), *_ = functions.values()
-    raise CannotCompile(f"{function.__name__}: {_first_line(reason)}") from reason
+    name = getattr(function, "__name__", "")
+    raise CannotCompile(f"numba cannot compile the model function {name}: {_first_line(reason)}") from reason
 
 
-def _adapter(functions: dict, n_q: int, n_u: int, unpack: Callable, n_p: int, inline: str) -> Callable:
+def _adapter(functions: Functions, n_q: int, n_u: int, unpack: Callable, n_p: int, inline: str, key: str) -> Callable:
     """Generate ``model(which, t, q, u, p, out)``: views on the raw pointers, then a branch for each function."""
-    import numba
+    from nonsmooth.jit.internals import numba
 
+    twins = Twins(key)
     scope: dict[str, Any] = {
         "__name__": __name__,
         "view_q": _view((n_q,)),
@@ -92,24 +151,13 @@ def _adapter(functions: dict, n_q: int, n_u: int, unpack: Callable, n_p: int, in
         f"    p = Parameters({', '.join(f'p_[{i}]' for i in range(n_p))})",
     ]
     for which, (function, takes_u, shape) in functions.items():
-        scope[f"function_{which}"] = numba.njit(inline=inline, **OPTIONS)(_with_compiled_helpers(function))
+        scope[f"function_{which}"] = numba.njit(inline=inline, **OPTIONS)(twins.copy(function))
         scope[f"view_{which}"] = _view(shape, cleared=True)
         arguments = "t, q, u, p" if takes_u else "t, q, p"
         lines += [f"    if which == {which}:", f"        function_{which}({arguments}, view_{which}(out_))"]
     exec(compile("\n".join(lines), "<nonsmooth model>", "exec"), scope)
+    scope["model"].__qualname__ = f"model.{key}"
     return scope["model"]
-
-
-def _with_compiled_helpers(function: Callable) -> Callable:
-    """Copy a user's function with the plain Python functions it calls marked for compilation."""
-    import numba
-
-    bound = dict(function.__globals__)
-    for name in names_of(function.__code__):
-        helper = bound.get(name)
-        if isinstance(helper, types.FunctionType) and helper is not function:
-            bound[name] = numba.njit(**OPTIONS)(_with_compiled_helpers(helper))
-    return with_globals(function, bound)
 
 
 def _first_line(error: Exception) -> str:
@@ -125,9 +173,9 @@ def _view(shape: tuple[int, ...], cleared: bool = False) -> Any:
     says.
     """
     from numba import types as nb
-    from numba.core import cgutils
     from numba.extending import intrinsic
-    from numba.np.arrayobj import make_array, populate_array
+
+    from nonsmooth.jit.internals import cgutils, make_array, populate_array
 
     array = nb.Array(nb.float64, len(shape), "C")
     strides = [8] * len(shape)
@@ -174,8 +222,9 @@ class _CallModel(Kernel):
     def inlined(self) -> Any:
         """What kernels call: a call of the model's address, whose status becomes the answer."""
         from numba import types as nb
-        from numba.core import cgutils
         from numba.extending import intrinsic
+
+        from nonsmooth.jit.internals import cgutils
 
         pointer = nb.CPointer(nb.float64)
         argument_types = [nb.int64, nb.float64, pointer, pointer, pointer, pointer]

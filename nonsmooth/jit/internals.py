@@ -1,0 +1,369 @@
+"""All that is used of numba beside its public interface: the only file that a new version of numba can break.
+
+Each part has a test in ``tests/jit/test_internals.py``. Imported where something is compiled; a numba outside of the
+tested versions is refused then, since a part that means something else there would give wrong numbers in silence.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import pickle
+import re
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from nonsmooth.errors import UnsupportedVersion
+
+LOWEST, UNTESTED = (0, 61, 2), (0, 69)  # versions of numba: the first that was tested, and the first that was not
+
+try:
+    import numba
+except ImportError as error:
+    raise UnsupportedVersion(f"numba cannot be imported: {error}") from error
+
+
+def require_tested(version: str) -> None:
+    """Refuse a numba that was not tested.
+
+    Raises
+    ------
+    UnsupportedVersion
+    """
+    if not LOWEST <= tuple(map(int, re.findall(r"\d+", version)[:3])) < UNTESTED:
+        lowest, untested = (".".join(map(str, bound)) for bound in (LOWEST, UNTESTED))
+        raise UnsupportedVersion(
+            f'numba {version} was not tested with nonsmooth: pip install "numba>={lowest},<{untested}"'
+        )
+
+
+require_tested(numba.__version__)
+
+import llvmlite
+import llvmlite.binding as llvm
+from numba.core import ccallback, config, dispatcher, extending, serialize
+from numba.core import cgutils as cgutils
+from numba.core import sigutils as sigutils
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, CompileResult
+from numba.core.registry import cpu_target
+from numba.core.types import functions
+from numba.core.typing import templates
+from numba.core.typing.templates import AttributeTemplate as AttributeTemplate
+from numba.np import arrayobj
+from numba.np.arrayobj import make_array as make_array
+from numba.np.arrayobj import populate_array as populate_array
+from numba.np.ufunc import dufunc, gufunc
+
+Dispatcher: Any = dispatcher.Dispatcher
+DUFunc: Any = dufunc.DUFunc
+GUFunc: Any = gufunc.GUFunc
+CFunc: Any = ccallback.CFunc
+Intrinsic: Any = extending._Intrinsic
+
+# Libraries: kernels are inlined in the entry points that call them.
+
+
+class NoEnvironment:
+    """In place of numba's environments, the globals of functions that run by themselves."""
+
+    def set_env(self, name: str, env: Any) -> None:
+        """Nothing to set: an inner kernel never runs by itself."""
+
+
+class InnerLibrary(JITCodeLibrary):
+    """Intermediate code only, to be inlined in the entry points that call it.
+
+    Machine code for each of the fifty functions of a step would be made and never run.
+    """
+
+    codegen = NoEnvironment()
+    inlining = "alwaysinline"
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Mark the functions of a module, and take it in."""
+        for function in ir_module.functions:
+            if not function.is_declaration:
+                function.attributes.add(self.inlining)
+        super().add_ir_module(ir_module)
+
+    def _optimize_final_module(self) -> None:
+        """Left to the entry point."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """There is no machine code to point to."""
+        return 0
+
+
+class RareLibrary(InnerLibrary):
+    """Intermediate code that is never inlined."""
+
+    inlining = "noinline"
+
+
+class EntryLibrary(JITCodeLibrary):
+    """Machine code in which all but the rare kernels are inlined.
+
+    A call would hand arrays over word by word, and LLVM's own judgement spares it too few (a step of the rod: 620 ns,
+    inlined 470).
+    """
+
+    has_short_loops = False
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if is_shared(function):
+                function.linkage = "internal"
+        if not self.has_short_loops:
+            return super()._optimize_final_module()
+        tuning = llvm.create_pipeline_tuning_options(speed_level=3)
+        tuning.loop_vectorization = tuning.slp_vectorization = tuning.loop_unrolling = False
+        passes = llvm.create_pass_builder(self._codegen._tm, tuning)
+        passes.getModulePassManager().run(self._final_module, passes)
+
+
+class ShortLoopLibrary(EntryLibrary):
+    """The same without LLVM's vectorizer and unroller of loops."""
+
+    has_short_loops = True
+
+
+class ModelLibrary(JITCodeLibrary):
+    """Machine code whose functions are its own.
+
+    Numba leaves those that were called, not inlined, to the linker, which takes the first one of a name in the process;
+    names are counted up, so that two models from the disk may each have a ``helper`` of the same name.
+    """
+
+    def _optimize_final_module(self) -> None:
+        symbols = {symbol.name for symbol in self._final_module.global_variables}
+        for function in self._final_module.functions:
+            if is_shared(function) and UNRESOLVED + function.name not in symbols:
+                function.linkage = "internal"
+        super()._optimize_final_module()
+
+
+class OurCompiler(Compiler):
+    """Numba's compiler with a library of ours."""
+
+    library: type = ModelLibrary
+
+    def __init__(self, typingctx: Any, targetctx: Any, _: Any, *rest: Any) -> None:
+        library = self.library(targetctx.codegen(), "code")
+        library.enable_object_caching()
+        super().__init__(typingctx, targetctx, library, *rest)
+
+
+class KernelCompiler(OurCompiler):
+    """The same with the two shortcuts below."""
+
+    def compile_extra(self, function: Callable) -> Any:
+        """Compile with the shortcuts."""
+        with no_negative_indices(), known_calls():
+            return super().compile_extra(function)
+
+
+@functools.cache
+def compiler_of(library: type) -> type:
+    """The compiler class of kernels that makes this kind of library."""
+    return type("KernelCompiler", (KernelCompiler,), {"library": library})
+
+
+def is_shared(function: Any) -> bool:
+    """Whether the linker takes one function for all of its name."""
+    return not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr
+
+
+UNRESOLVED = ".numba.unresolved$"  # before the name of a function that is looked for as the code runs
+
+
+@contextlib.contextmanager
+def no_negative_indices() -> Iterator[None]:
+    """Compile without Python's negative indices: kernels use none, and the test for them costs as much as the sum it is
+    in (a step of the rod: 410 ns with it)."""
+    before = arrayobj.fix_integer_index
+
+    def index(context: Any, builder: Any, kind: Any, value: Any, size: Any) -> Any:
+        """The index as it is."""
+        return context.cast(builder, value, kind, numba.types.intp)
+
+    arrayobj.fix_integer_index = index
+    try:
+        yield
+    finally:
+        arrayobj.fix_integer_index = before
+
+
+@contextlib.contextmanager
+def known_calls() -> Iterator[None]:
+    """Keep what an operation on given types resolves to: numba asks each of its dozen overloads of ``a + b`` anew for
+    every ``+`` in the source (the first use of a scene: 13 s without)."""
+    operation: Any = functions.Function
+    before = operation.get_call_type
+
+    def resolve(self: Any, context: Any, args: Any, keywords: Any) -> Any:
+        """What is known, else numba's own answer."""
+        if keywords:
+            return before(self, context, args, keywords)
+        if (self, args) not in _resolved_calls:
+            _resolved_calls[self, args] = before(self, context, args, keywords)
+        return _resolved_calls[self, args]
+
+    operation.get_call_type = resolve
+    try:
+        yield
+    finally:
+        operation.get_call_type = before
+
+
+_resolved_calls: dict[Any, Any] = {}
+
+
+# What is kept on disk of a compiled function.
+
+
+class KeptResults:
+    """What a dispatcher asks before it compiles, and hands its result to: numba's interface of a disk cache."""
+
+    def __init__(self, cache_file: Any) -> None:
+        self._cache_file = cache_file
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """The compiled function as it was kept, or None."""
+        target.refresh()
+        return self._cache_file.load(lambda payload: CompileResult._rebuild(target, *pickle.loads(payload)))
+
+    def save_overload(self, signature: Any, result: CompileResult) -> None:
+        """Keep a compiled function, if it can run in another process."""
+        if can_be_kept(result):
+            self._cache_file.save(serialize.dumps(result._reduce()))
+
+    @property
+    def cache_path(self) -> str:
+        """The file."""
+        return str(self._cache_file.path)
+
+
+def can_be_kept(result: Any) -> bool:
+    """Whether compiled code holds no address of this process, as of an array that it reads in place, no loop that runs
+    in the interpreter, and no call that is resolved as it runs: of functions that call each other, which end a later
+    process by a signal (numba's own cache keeps them)."""
+    symbols = result.library._final_module.global_variables
+    return (
+        not result.library.has_dynamic_globals
+        and all(loop.can_cache for loop in result.lifted)
+        and not any(symbol.name.startswith(UNRESOLVED) for symbol in symbols)
+    )
+
+
+def keep_results(dispatcher: Any, cache_file: Any) -> None:
+    """Let a dispatcher read and fill a file of machine code."""
+    dispatcher._cache = KeptResults(cache_file)
+
+
+def machine_code_of(dispatcher: Any) -> int:
+    """The address of the one function that a dispatcher has compiled, without numba's wrapper for Python."""
+    result = next(iter(dispatcher.overloads.values()))
+    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+
+
+def surroundings() -> tuple[str, ...]:
+    """What machine code depends on beside its source: versions, processor, and numba's options."""
+    processor = cpu_target.target_context.codegen().magic_tuple()
+    options = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "ENABLE_AVX", "DEBUGINFO_DEFAULT")
+    chosen = [f"{name}={getattr(config, name, None)}" for name in options]
+    python = f"{sys.implementation.name} {sys.version_info[:3]} {sys.maxsize.bit_length() + 1} bits"
+    return python, f"numba {numba.__version__}", f"llvmlite {llvmlite.__version__}", *map(str, processor), *chosen
+
+
+# What users compile with numba: its source, and the same compiled afresh.
+
+
+def source_of(value: Any) -> tuple[str, Any] | None:
+    """A description and the Python function of what numba compiled, or of a type; None for anything else."""
+    if isinstance(value, numba.types.Type):
+        text = str(value)
+        return None if " at 0x" in text else (f"type {text}", None)
+    found = _facts_of(value)
+    if found is None or " at 0x" in repr(found[0]):  # an option that is an object of this process
+        return None
+    return f"{type(value).__name__} {found[0]!r}", found[1]
+
+
+def _facts_of(value: Any) -> tuple[Any, Any] | None:
+    """The options and the Python function of an object that numba compiled for this processor."""
+    if isinstance(value, Dispatcher):
+        if value.targetdescr is not cpu_target or value._compiler.pipeline_class is not Compiler:
+            return None
+        return (sorted(value.targetoptions.items()), sorted(value.locals.items()), _fixed(value)), value.py_func
+    if isinstance(value, DUFunc):
+        return (sorted(value.targetoptions.items()), value.identity, _signatures(value)), value._dispatcher.py_func
+    if isinstance(value, GUFunc):
+        made = value.gufunc_builder
+        facts = sorted(made.targetoptions.items()), made.signature, made.writable_args, _signatures(value)
+        return facts, made.py_func
+    if isinstance(value, CFunc):
+        return (sorted(value._compiler.targetoptions.items()), str(value._sig)), value._pyfunc
+    if isinstance(value, Intrinsic):
+        return (sorted(value._ctor_kwargs.items()), value._prefer_literal), value._defn
+    return None
+
+
+def _fixed(dispatcher: Any) -> list[Any] | None:
+    """The signatures that a dispatcher was given, None for one that compiles for any."""
+    return None if dispatcher._can_compile else [result.signature for result in dispatcher.overloads.values()]
+
+
+def _signatures(ufunc: Any) -> list[Any]:
+    """The signatures that a ufunc was given, none for one that compiles for any."""
+    if not ufunc._frozen:
+        return []
+    if isinstance(ufunc, GUFunc):
+        return list(ufunc.gufunc_builder._sigs)
+    return [result.signature for result in ufunc._dispatcher.overloads.values()]
+
+
+def twin_of(value: Any, function: Callable) -> Any:
+    """A compiled object like this one, of another Python function; nothing is compiled before `finish_twin`."""
+    if isinstance(value, Dispatcher):
+        return type(value)(function, value.locals, value.targetoptions)
+    if isinstance(value, DUFunc):
+        return numba.vectorize((), identity=value.identity, **value.targetoptions)(function)
+    if isinstance(value, GUFunc):
+        made = value.gufunc_builder
+        types = () if value._is_dynamic else ((),)
+        return numba.guvectorize(*types, made.signature, writable_args=made.writable_args, **made.targetoptions)(
+            function
+        )
+    if isinstance(value, CFunc):  # as a function: the address of a callback is another one in each process
+        return numba.njit(**value._compiler.targetoptions)(function)
+    return numba.extending.intrinsic(prefer_literal=value._prefer_literal, **value._ctor_kwargs)(function)
+
+
+def finish_twin(twin: Any, value: Any) -> None:
+    """Compile it for the signatures that the other one was given, if any, and for these alone."""
+    if isinstance(value, CFunc):
+        twin.compile(value._sig)
+        twin.disable_compile()
+    elif isinstance(value, Dispatcher) and not value._can_compile:
+        for signature in _fixed(value) or ():
+            twin.compile(signature)
+        twin.disable_compile()
+    elif isinstance(value, DUFunc | GUFunc) and value._frozen:
+        for signature in _signatures(value):
+            twin.add(signature)
+        twin.disable_compile()
+        twin.build_ufunc()
+
+
+def extensions() -> list[Callable]:
+    """The Python functions by which others than numba extended it, for functions and types that are not theirs."""
+    registry = templates.builtin_registry
+    found = [*registry.functions, *registry.attributes]
+    own = [getattr(template, "_overload_func", None) for template in found]
+    return [f for f in own if f is not None and not str(f.__module__).startswith("numba.")]
