@@ -97,6 +97,7 @@ _HOME = {
     "InvalidInput": "errors",
     "UnknownName": "errors",
     "MissingExtra": "errors",
+    "UnsupportedVersion": "errors",
     "StepFailure": "errors",
     "ModelFunctionError": "errors",
     "FileFailure": "errors",

@@ -30,7 +30,14 @@ from nonsmooth.commands.typed_input import (
     require_writable,
 )
 from nonsmooth.commands.watch import ended_by_ctrl_c, last_words
-from nonsmooth.errors import FileFailure, InvalidInput, MissingExtra, NonsmoothError, NonsmoothWarning
+from nonsmooth.errors import (
+    FileFailure,
+    InvalidInput,
+    MissingExtra,
+    NonsmoothError,
+    NonsmoothWarning,
+    UnsupportedVersion,
+)
 from nonsmooth.files import FIGURE_ENDINGS
 
 
@@ -63,7 +70,7 @@ def main(argv: list[str] | None = None) -> int:
         except FileFailure as error:
             complain(str(error))
             return NOT_WRITTEN
-        except (InvalidInput, MissingExtra, OSError) as error:
+        except (InvalidInput, MissingExtra, UnsupportedVersion, OSError) as error:
             complain(str(error))
             return BAD_INPUT
         except MemoryError:

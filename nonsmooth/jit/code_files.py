@@ -32,6 +32,8 @@ ENDING, PART = ".code", ".part"
 DAY = 86400.0  # s
 LONGEST_UNUSED = 60 * DAY  # then a file is removed: a study that is taken up again compiles anew once
 LARGEST_CACHE = 256 * 2**20  # bytes; beyond it what was unused longest goes. A model takes 60 kB, all our loops 5 MB
+# A link is refused, a pipe is not waited for; Windows, which has neither flag, would change ends of lines.
+READ_ONLY = os.O_RDONLY | sum(getattr(os, flag, 0) for flag in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
 OLD_FORM = "[0-9a-f]" * 16  # folders of earlier versions of this package
 
 
@@ -93,19 +95,9 @@ class CodeFile:
 
 def _read(path: Path, description: bytes) -> bytes:
     """The code of a file that is found to be whole, our own, and what it is asked for."""
-    try:
-        # neither a link nor a pipe is followed
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
-    except FileNotFoundError:
-        raise
-    except OSError as error:
-        raise Unfit(f"not readable ({error.strerror})") from None
+    handle = _open(path)
+    facts = os.fstat(handle)
     with open(handle, "rb") as file:
-        facts = os.fstat(file.fileno())
-        if not stat.S_ISREG(facts.st_mode):
-            raise Unfit("no file")
-        if others_may_write(facts):
-            raise Unfit("not safe, as others may write it")
         head = file.read(len(MAGIC) + HASH + 2 * COUNT)
         lengths = [int.from_bytes(head[-2 * COUNT :][i : i + COUNT], "little") for i in (0, COUNT)]
         if not head.startswith(MAGIC) or len(head) + sum(lengths) != facts.st_size:
@@ -119,6 +111,21 @@ def _read(path: Path, description: bytes) -> bytes:
         with contextlib.suppress(OSError):  # so that it is known to be in use
             os.utime(path)
     return content[2 * COUNT + lengths[0] :]
+
+
+def _open(path: Path) -> int:
+    """Open a file, and nothing else that may stand there."""
+    try:
+        handle = os.open(path, READ_ONLY)
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise Unfit(f"not readable ({error.strerror})") from None
+    facts = os.fstat(handle)
+    if stat.S_ISREG(facts.st_mode) and not others_may_write(facts):
+        return handle
+    os.close(handle)
+    raise Unfit("passed over, as others may write it" if stat.S_ISREG(facts.st_mode) else "no file")
 
 
 def _write(path: Path, content: bytes) -> None:

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+from nonsmooth.jit.cache import is_usable
 from nonsmooth.jit.kernels import Kernel
 
 ROOT = Path(__file__).parents[2]  # where the package is imported from
@@ -23,7 +24,8 @@ def load_all(entry_points: Iterable[Kernel]) -> None:
     """Load entry points, the one that takes longest to compile first."""
     entry_points = list(entry_points)
     missing = [kernel for kernel in entry_points if not kernel.is_loaded and not kernel.is_on_disk]
-    other = start_process(missing[1:]) if len(missing) > 1 and may_start_process() else None
+    is_shared = len(missing) > 1 and may_start_process() and is_usable()
+    other = start_process(missing[1:]) if is_shared else None
     try:
         if other is not None:
             missing[0].load()
@@ -33,6 +35,7 @@ def load_all(entry_points: Iterable[Kernel]) -> None:
     finally:
         if other is not None and other.poll() is None:
             other.kill()
+            other.wait()
     for kernel in entry_points:
         kernel.load()
 

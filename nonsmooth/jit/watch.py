@@ -21,7 +21,7 @@ class Watch:
 
     def __init__(self) -> None:
         self._names: dict[tuple[int, str], tuple[dict, str, Any]] = {}
-        self._functions: list[tuple[Callable, tuple]] = []
+        self._functions: list[tuple[Callable, Any, Any, Any]] = []
         self._cells: list[tuple[types.CellType, Any]] = []
         self._arrays: list[tuple[np.ndarray, tuple, bytes | None]] = []
 
@@ -31,7 +31,7 @@ class Watch:
 
     def function(self, function: Callable) -> None:
         """The code and the defaults of a function."""
-        self._functions.append((function, _parts(function)))
+        self._functions.append((function, function.__code__, function.__defaults__, function.__kwdefaults__))
         defaults = function.__kwdefaults__ or {}
         for name, default in defaults.items():
             self.name(defaults, name, default)
@@ -51,17 +51,20 @@ class Watch:
         for scope, name, value in self._names.values():
             if scope.get(name, MISSING) is not value:
                 return False
-        for function, parts in self._functions:
-            if any(new is not old for new, old in zip(_parts(function), parts, strict=True)):
+        for function, code, defaults, by_name in self._functions:
+            if (
+                function.__code__ is not code
+                or function.__defaults__ is not defaults
+                or function.__kwdefaults__ is not by_name
+            ):
                 return False
-        return all(content_of(cell) is value for cell, value in self._cells) and all(
-            _place(array) == place and (content is None or array.tobytes(order="A") == content)
-            for array, place, content in self._arrays
-        )
-
-
-def _parts(function: Callable) -> tuple:
-    return function.__code__, function.__defaults__, function.__kwdefaults__
+        for cell, value in self._cells:
+            if content_of(cell) is not value:
+                return False
+        for array, place, content in self._arrays:
+            if _place(array) != place or (content is not None and array.tobytes(order="A") != content):
+                return False
+        return True
 
 
 def content_of(cell: types.CellType) -> Any:

@@ -652,6 +652,35 @@ def test_keys_are_the_same_in_every_process(tmp_path):
     assert len(seen) == 1
 
 
+FACTORY = """
+import sys
+import nonsmooth as ns
+
+def mass(t, q, p, M):
+    M[0, 0] = 1.0
+
+def system_of(c):
+    def helper(x):
+        return [c * x for _ in range(2)][1]
+    scene = {"helper": helper, "__name__": "scene"}
+    exec("def force(t, q, u, p, h): h[0] = helper(q[0])", scene)
+    return ns.System(n_q=1, mass=mass, force=scene["force"])
+
+for c in map(float, sys.argv[1:]):
+    print(ns.simulate(system_of(c), (0, 1), [1.0], [0.0], integrator=ns.MoreauJean(dt=1.0)).u[-1, 0])
+"""
+
+
+def test_two_kept_models_whose_helpers_have_the_same_name_keep_apart():
+    """Compiled in a process each, and read by one."""
+    speeds = []
+    for constants in (["2"], ["3"], ["2", "3"], ["3", "2"]):
+        done = subprocess.run([sys.executable, "-c", FACTORY, *constants], capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+        speeds.append([float(line) for line in done.stdout.split()])
+    assert speeds == [[2.0], [3.0], [2.0, 3.0], [3.0, 2.0]]
+
+
 if __name__ == "__main__":
     kind, root, *names = sys.argv[1:]
     warnings.simplefilter("error")

@@ -1,0 +1,374 @@
+"""What is used of numba beside its public interface: each part still does what it is used for."""
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import NamedTuple
+
+import numba
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from nonsmooth.blocks import Matrix, Vector, new_block, view
+from nonsmooth.jit import cache, internals, kernel, rare_kernel
+from nonsmooth.jit.fingerprint import COPIED
+from nonsmooth.jit.internals import (
+    EntryLibrary,
+    KeptResults,
+    OurCompiler,
+    ShortLoopLibrary,
+    can_be_kept,
+    compiler_of,
+    extensions,
+    finish_twin,
+    no_negative_indices,
+    require_tested,
+    source_of,
+    surroundings,
+    twin_of,
+)
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = Path(ns.__file__).parent
+
+# versions
+
+
+def test_the_bounds_are_those_of_the_project():
+    (wanted,) = (line for line in dependencies() if line.startswith("numba"))
+    lowest, untested = (".".join(map(str, bound)) for bound in (internals.LOWEST, internals.UNTESTED))
+    assert wanted == f"numba>={lowest},<{untested}"
+
+
+def dependencies():
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
+
+
+@pytest.mark.parametrize("version", ["0.60.0", "0.61.0", "0.69.0", "0.69.0rc1", "0.70.0dev0+1.g1", "1.0.0"])
+def test_a_numba_that_was_not_tested_is_refused_in_one_sentence(version):
+    words = rf"^numba {re.escape(version)} was not tested with nonsmooth: pip install \"numba>=0\.61\.2,<0\.69\"$"
+    with pytest.raises(ns.UnsupportedVersion, match=words):
+        require_tested(version)
+
+
+@pytest.mark.parametrize("version", ["0.61.2", "0.65.1", "0.68.1", "0.68.0rc1"])
+def test_a_numba_that_was_tested_is_taken(version):
+    require_tested(version)
+
+
+@pytest.mark.parametrize(("change", "words"), [
+    ("import numba; numba.__version__ = '0.99.0'", 'nonsmooth: numba 0.99.0 was not tested with nonsmooth: '),
+    ("import sys; sys.modules['numba'] = None", "nonsmooth: numba cannot be imported: "),
+])  # fmt: skip
+def test_a_numba_that_does_not_fit_is_told_in_one_line(change, words):
+    code = f"{change}; from nonsmooth.cli import main; raise SystemExit(main(['run', 'bouncing-ball', '--no-plot']))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2 and done.stderr.startswith(words) and done.stderr.count("\n") == 1
+
+
+def test_no_other_file_uses_what_is_not_public():
+    for path in PACKAGE.rglob("*.py"):
+        if path.name != "internals.py":
+            assert not re.search(
+                r"numba\.(core|np|experimental|parfors)|\bllvmlite\.(?!ir\b|binding\b)", path.read_text()
+            )
+
+
+# libraries and compilers
+
+
+@kernel
+def doubled(x):
+    """Inlined."""
+    return 2.0 * x
+
+
+@rare_kernel
+def tripled(x):
+    """Called."""
+    return 3.0 * x
+
+
+def summed(x):
+    """Of the sixfold entries."""
+    total = 0.0
+    for i in range(x.shape[0]):
+        total += tripled(doubled(x[i]))
+    return total
+
+
+def scaled(x, y):
+    """A loop that LLVM turns into instructions for several numbers, if it may."""
+    for i in range(x.shape[0]):
+        y[i] = 3.0 * x[i]
+
+
+def compiled(function, signature, library):
+    options = {"nogil": True, "error_model": "numpy", "_nrt": False, "pipeline_class": compiler_of(library)}
+    dispatcher = numba.njit(signature, **options)(function)
+    (result,) = dispatcher.overloads.values()
+    return dispatcher, result
+
+
+def text_of(dispatcher):
+    (text,) = dispatcher.inspect_llvm().values()
+    return text
+
+
+def test_inner_kernels_are_inlined_and_rare_ones_are_called():
+    scope = {"tripled": tripled.callee, "doubled": doubled.callee}
+    bound = type(summed)(summed.__code__, scope, "summed")
+    dispatcher, _ = compiled(bound, "float64(float64[::1])", EntryLibrary)
+    defined = re.findall(r"^define .*@(\S+?)\(", text_of(dispatcher), re.M)
+    assert any("tripled" in name for name in defined) and not any("doubled" in name for name in defined)
+    assert dispatcher(np.arange(4.0)) == 36.0
+
+
+def test_short_loops_are_not_vectorised():
+    wide = r"<\d+ x double>"
+    for library, is_wide in ((EntryLibrary, True), (ShortLoopLibrary, False)):
+        dispatcher, _ = compiled(scaled, "void(float64[::1], float64[::1])", library)
+        assert bool(re.search(wide, text_of(dispatcher))) == is_wide
+        y = np.zeros(9)
+        dispatcher(np.arange(9.0), y)
+        assert (y == 3.0 * np.arange(9.0)).all()
+
+
+def test_kernels_are_compiled_without_the_test_for_negative_indices():
+    def entry(x, i):
+        return x[i]
+
+    signature = "float64(float64[::1], int64)"
+    plain = text_of(numba.njit(signature, error_model="numpy")(entry))
+    before = internals.arrayobj.fix_integer_index
+    dispatcher, _ = compiled(entry, signature, EntryLibrary)
+    assert internals.arrayobj.fix_integer_index is before  # back in its place
+    # a negative index is told by its sign: moved over the word (ashr) or compared
+    sign = r"icmp slt i64 .*, 0|ashr i64 .*, 63"
+    assert re.search(sign, plain) and not re.search(sign, text_of(dispatcher))
+    with no_negative_indices():
+        assert internals.arrayobj.fix_integer_index is not before
+
+
+def test_what_an_operation_resolves_to_is_asked_once(monkeypatch):
+    monkeypatch.setattr(internals, "_resolved_calls", {})
+    operation, asked = internals.functions.Function, []
+    before = operation.get_call_type
+
+    def count(self, context, args, keywords):
+        asked.append(args)
+        return before(self, context, args, keywords)
+
+    monkeypatch.setattr(operation, "get_call_type", count)
+
+    def polynomial(x):
+        return x + x * (x + x * (x + x * (x + x * x)))
+
+    assert compiled(polynomial, "float64(float64)", EntryLibrary)[0](2.0) == 62.0
+    assert 0 < len(asked) <= 2 and operation.get_call_type is count
+
+
+# what is kept
+
+
+class Memory:
+    """In place of a file."""
+
+    payload, path = None, "memory"
+
+    def load(self, rebuild):
+        return None if self.payload is None else rebuild(self.payload)
+
+    def save(self, payload):
+        self.payload = payload
+
+
+def test_what_was_compiled_runs_from_its_bytes_alone():
+    def f(x):
+        return 7.0 * x
+
+    memory, results = Memory(), []
+    for _ in range(2):
+        dispatcher = numba.njit(error_model="numpy")(f)
+        dispatcher._cache = KeptResults(memory)
+        dispatcher.compile("float64(float64)")
+        results.append((dispatcher(3.0), sum(dispatcher.stats.cache_hits.values())))
+        assert internals.machine_code_of(dispatcher) > 0
+    assert results == [(21.0, 0), (21.0, 1)]
+
+
+@pytest.mark.parametrize(("array", "is_copied"), [
+    (np.ones(COPIED // 8), True), (np.ones(COPIED // 8 + 1), False), (np.ones((3, 4)).T, True),
+    (np.ones(8)[::2], False),
+])  # fmt: skip
+def test_arrays_beyond_a_size_and_with_gaps_are_read_in_place_and_not_kept(array, is_copied):
+    @numba.njit("float64()")
+    def first():
+        return array.flat[0]
+
+    (result,) = first.overloads.values()
+    assert can_be_kept(result) == is_copied
+    array.flat[0] = 2.0
+    assert first() == (1.0 if is_copied else 2.0)
+
+
+def test_functions_that_call_each_other_are_not_kept():
+    """Numba looks for them by their name as the code runs, and finds none in another process."""
+
+    @numba.njit
+    def even(n):
+        return True if n == 0 else odd(n - 1)
+
+    @numba.njit
+    def odd(n):
+        return False if n == 0 else even(n - 1)
+
+    assert even(4)
+    assert not all(can_be_kept(result) for f in (even, odd) for result in f.overloads.values())
+
+
+def test_functions_of_a_model_are_its_own():
+    """The linker takes the first of those that it may share, also that of another model with the same name."""
+
+    @numba.njit
+    def helper(x):
+        return [2.0 * x for _ in range(2)][1]
+
+    @numba.njit("float64(float64)", pipeline_class=OurCompiler)
+    def f(x):
+        return helper(x)
+
+    defined = re.findall(r"^define (\w*).*@(\S*helper\S*?)\(", text_of(f), re.M)
+    assert f(3.0) == 6.0 and all(linkage == "internal" for linkage, _ in defined)
+
+
+@pytest.mark.parametrize("option", ["BOUNDSCHECK", "OPT"])
+def test_numbas_options_belong_to_the_key(option, monkeypatch):
+    before = cache.key_of(b"")
+    assert cache.key_of(b"") == before and len(surroundings()) > 6
+    monkeypatch.setattr(internals.config, option, 1)
+    assert cache.key_of(b"") != before
+
+
+# what users compile
+
+TIMES = 2.0
+
+
+def times(x):
+    return TIMES * x
+
+
+def times_each(x, y):
+    for i in range(x.shape[0]):
+        y[i] = TIMES * x[i]
+
+
+def thrice(x):
+    return 3.0 * x
+
+
+def thrice_each(x, y):
+    for i in range(x.shape[0]):
+        y[i] = 3.0 * x[i]
+
+
+MADE = {
+    "njit": (numba.njit(times), thrice),
+    "njit with a signature": (numba.njit("float64(float64)")(times), thrice),
+    "vectorize": (numba.vectorize(times), thrice),
+    "vectorize with a signature": (numba.vectorize(["float64(float64)"], identity=0)(times), thrice),
+    "guvectorize": (numba.guvectorize("(n)->(n)")(times_each), thrice_each),
+    "guvectorize with a signature": (
+        numba.guvectorize(["void(float64[:], float64[:])"], "(n)->(n)")(times_each), thrice_each,
+    ),
+    "cfunc": (numba.cfunc("float64(float64)")(times), thrice),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_what_a_user_compiled_is_known_by_its_source_and_made_again_of_another(name):
+    made, other = MADE[name]
+    description, source = source_of(made)
+    assert source in (times, times_each) and " at 0x" not in description
+    twin = twin_of(made, other)
+    finish_twin(twin, made)
+    assert source_of(twin)[1] is other
+    if name != "cfunc":  # a function in its place
+        assert source_of(twin)[0] == description
+    x, y = np.array([2.0]), np.zeros(1)
+    value = twin(x, y) if name == "guvectorize" else twin(x[0] if "cfunc" in name or "njit" in name else x)
+    assert (y if name == "guvectorize" else np.atleast_1d(value))[0] == 6.0
+    if "signature" in name and "guvectorize" not in name:
+        with pytest.raises(TypeError):
+            twin("text")
+
+
+def test_descriptions_tell_options_and_signatures_apart():
+    made = [
+        numba.njit(times), numba.njit(fastmath=True)(times), numba.njit("float64(float64)")(times),
+        numba.njit("float32(float32)")(times), numba.vectorize(times), numba.vectorize(["float64(float64)"])(times),
+        numba.cfunc("float64(float64)")(times), numba.cfunc("float32(float32)")(times),
+    ]  # fmt: skip
+    assert len({source_of(each)[0] for each in made}) == len(made)
+
+
+def test_an_intrinsic_is_known_by_its_source_and_made_again():
+    @numba.extending.intrinsic
+    def four(context):
+        def generate(context, builder, signature, args):
+            return context.get_constant(numba.float64, 4.0)
+
+        return numba.float64(), generate
+
+    description, source = source_of(four)
+    assert source is four._defn and "Intrinsic" in description
+    twin = twin_of(four, source)
+    assert twin is not four and numba.njit(lambda: twin())() == 4.0
+
+
+def test_types_are_known_by_what_they_print_and_other_objects_are_not_known():
+    assert source_of(numba.float64) != source_of(numba.float32)
+    assert source_of(numba.types.Array(numba.float64, 2, "C"))[0] == "type array(float64, 2d, C)"
+    assert source_of(times) is None and source_of(3.0) is None
+    assert source_of(numba.njit(pipeline_class=type("Mine", (internals.Compiler,), {}))(times)) is None
+
+
+def test_what_others_teach_numba_is_found():
+    class Mine(numba.types.Type):
+        pass
+
+    before = set(extensions())
+
+    @numba.extending.overload_method(Mine, "weight", inline="never")
+    def weight(x):
+        return lambda x: 3.0
+
+    assert set(extensions()) - before == {weight}
+
+
+# blocks
+
+
+class Pair(NamedTuple):
+    a: Vector
+    B: Matrix
+
+
+@kernel("float64(int64)")
+def trace(address):
+    """What blocks use: types of attributes, words of a table, arrays on memory that is not theirs."""
+    pair = view(address, Pair)
+    total = 0.0
+    for i in range(pair.a.shape[0]):
+        total += pair.a[i] * pair.B[i, i]
+    return total
+
+
+def test_blocks_are_read_through_their_table():
+    block = new_block(Pair, {"a": (3,), "B": (3, 3)})
+    block.arrays.a[:], block.arrays.B[:] = [1.0, 2.0, 3.0], np.arange(9.0).reshape(3, 3)
+    assert trace(block.address) == 0.0 + 2.0 * 4.0 + 3.0 * 8.0
