@@ -14,6 +14,7 @@ import numpy as np
 from nonsmooth.errors import InterpretedWarning, warn_caller
 from nonsmooth.jit import (
     CannotCompile,
+    CompiledModel,
     cache_directory,
     call_model,
     compile_model,
@@ -21,7 +22,7 @@ from nonsmooth.jit import (
     kernel,
     survey_of,
 )
-from nonsmooth.jit.watch import Watch
+from nonsmooth.jit.watch import CHANGED, Watch
 from nonsmooth.system import TAKES_U, System
 
 
@@ -41,10 +42,16 @@ class Model:
     is_compiled : bool
     """
 
-    def __init__(self, handle: Any, keep: Any, is_compiled: bool) -> None:
+    def __init__(self, handle: Any, keep: Any, is_compiled: bool, watch: Watch) -> None:
         self.handle = handle
         self._keep = keep
         self.is_compiled = is_compiled
+        self._watch = watch
+
+    @property
+    def is_current(self) -> bool:
+        """Whether it does what the functions do now: nothing that they read has changed since it was compiled."""
+        return self._watch.holds()
 
     def loop(self, integrator: Any, system: System) -> Callable:
         """The integrator's loop that fits this model: compiled, or its source."""
@@ -54,21 +61,20 @@ class Model:
         return integrator.loop.dispatcher
 
 
-_loops: weakref.WeakKeyDictionary[System, dict[Any, tuple[Shelf, Model, Callable]]] = weakref.WeakKeyDictionary()
+_loops: weakref.WeakKeyDictionary[System, dict[Any, tuple[Model, Callable]]] = weakref.WeakKeyDictionary()
 
 
 def loop_of(system: System, integrator: Any) -> tuple[Model, Callable]:
     """The model of a system and the integrator's loop for it; compiled ones are found once and remembered."""
     known = _loops.setdefault(system, {})
-    if integrator in known and os.environ.get("NONSMOOTH_INTERPRET") != "1":
-        shelf, model, loop = known[integrator]
-        if shelf.has(model):
-            return model, loop
+    found = known.get(integrator)
+    if found is not None and os.environ.get("NONSMOOTH_INTERPRET") != "1" and found[0].is_current:
+        return found
     model = model_of(system)
-    loop = model.loop(integrator, system)
+    found = model, model.loop(integrator, system)
     if model.is_compiled:
-        known[integrator] = _shelf_of(system), model, loop
-    return model, loop
+        known[integrator] = found
+    return found
 
 
 def model_of(system: System) -> Model:
@@ -102,43 +108,43 @@ def _compiled_or_by_differences(system: System) -> Model:
 
 
 class Shelf:
-    """The machine code of some model functions, and what it was made from."""
+    """The machine code of some functions, compiled when it is asked for and again where what they read has changed.
+
+    Parameters are those of `compile_model`.
+    """
 
     def __init__(self, functions: dict[int, Any], n_q: int, n_u: int, unpack: Callable, n_p: int) -> None:
         self._arguments = functions, n_q, n_u, unpack, n_p
-        self._made_from = b""
-        self._watch: Watch | None = None
-        self._model: Model | CannotCompile | None = None
-
-    def has(self, model: Model) -> bool:
-        """Whether this model is up to date."""
-        return self._model is model and self._watch is not None and self._watch.holds()
+        self._made_from, self._watch = b"", CHANGED
+        self._made: CompiledModel | CannotCompile | None = None
+        self._model: Model | None = None
 
     def model(self) -> Model:
-        """The model, compiled where it is not known or not up to date.
+        """The machine code.
 
         Raises
         ------
         CannotCompile
         """
-        if self._watch is None or not self._watch.holds():
+        if not self._watch.holds():
             self._update()
-        if isinstance(self._model, CannotCompile):
-            raise self._model.with_traceback(None)
-        assert self._model is not None
+        if self._model is None:
+            assert isinstance(self._made, CannotCompile)
+            raise self._made.with_traceback(None)
         return self._model
 
     def _update(self) -> None:
         announce_first_compile()
-        self._watch = None  # what is refused is asked for again
         survey = survey_of(*self._arguments)
-        if survey.digest() != self._made_from:
+        made_from = survey.digest()
+        if made_from != self._made_from:
             try:
-                compiled = compile_model(*self._arguments, survey)
-                self._model = Model(compiled.address, compiled, True)
+                self._made = compile_model(*self._arguments, survey)
             except CannotCompile as reason:
-                self._model = reason
-        self._made_from, self._watch = survey.digest(), survey.watch
+                self._made = reason
+        made = self._made
+        self._model = Model(made.address, made, True, survey.watch) if isinstance(made, CompiledModel) else None
+        self._made_from, self._watch = made_from, survey.watch
 
 
 def _shelf_of(system: System, functions: dict[int, Callable]) -> Shelf:
@@ -176,7 +182,7 @@ def _interpreted_model(system: System) -> Model:
         else:
             functions[which](t, q, unpack(*p), out)
 
-    return Model(model, None, False)
+    return Model(model, None, False, Watch())
 
 
 @functools.cache

@@ -21,6 +21,8 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import Kernel
+from nonsmooth.jit.fingerprint import LooseSurvey
+from nonsmooth.jit.watch import Watch
 
 STEP = 1e-30  # h; h^2 lies below the rounding of any quantity, h itself far above the smallest number
 LARGEST = 1e15  # of a derivative; beyond it the function has a pole here, or leaves its domain (sqrt of -1 has Im = 1)
@@ -52,9 +54,8 @@ def jacobian(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> tup
     return value, derivative
 
 
-@functools.cache
 def complexified(function: Any) -> Callable:
-    """The function with every function it calls able to take complex numbers."""
+    """The function with every function it calls able to take complex numbers; made anew where what it reads changed."""
     if hasattr(function, "continuation"):  # a row derived from its gap
         return function.continuation
     if isinstance(function, Kernel):
@@ -63,6 +64,21 @@ def complexified(function: Any) -> Callable:
         return complexified(function.py_func)
     if not isinstance(function, types.FunctionType):
         return function
+    kept = _kept(function)
+    if not kept or not kept[0][1].holds():
+        survey = LooseSurvey(function)
+        survey.function(function)
+        kept[:] = [(_copy(function), survey.watch)]
+    return kept[0][0]
+
+
+@functools.lru_cache(maxsize=1024)
+def _kept(function: Callable) -> list[tuple[Callable, Watch]]:
+    """Where the copy of a function is kept, with the watch on what it was made from."""
+    return []
+
+
+def _copy(function: types.FunctionType) -> Callable:
     scope = dict(function.__globals__) | {"abs": _abs}
     closure = tuple(types.CellType(_continuation(cell.cell_contents)) for cell in function.__closure__ or ())
     copy = types.FunctionType(function.__code__, scope, function.__name__, function.__defaults__, closure or None)

@@ -42,7 +42,7 @@ require_tested(numba.__version__)
 
 import llvmlite
 import llvmlite.binding as llvm
-from numba.core import ccallback, config, dispatcher, extending, serialize
+from numba.core import ccallback, config, dispatcher, entrypoints, extending, serialize
 from numba.core import cgutils as cgutils
 from numba.core import sigutils as sigutils
 from numba.core.codegen import JITCodeLibrary
@@ -363,7 +363,9 @@ def finish_twin(twin: Any, value: Any) -> None:
 
 def extensions() -> list[Callable]:
     """The Python functions by which others than numba extended it, for functions and types that are not theirs."""
+    entrypoints.init_all()  # as numba does before it compiles: the packages that announce themselves
     registry = templates.builtin_registry
     found = [*registry.functions, *registry.attributes]
     own = [getattr(template, "_overload_func", None) for template in found]
-    return [f for f in own if f is not None and not str(f.__module__).startswith("numba.")]
+    # what numba itself writes as text and executes belongs to no module
+    return [f for f in own if f is not None and f.__module__ and not f.__module__.startswith("numba.")]

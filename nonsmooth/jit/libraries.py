@@ -36,7 +36,9 @@ def _is_in_standard_library(name: str) -> bool:
 
 def name_of(value: Any) -> str:
     """What a function or class calls itself, "" for what has no name."""
-    name = getattr(value, "__qualname__", None) or getattr(value, "__name__", None)
+    # a method of numpy's one generator is known by its own name alone: np.random.rand
+    path = None if isinstance(value, types.MethodType) else getattr(value, "__qualname__", None)
+    name = path or getattr(value, "__name__", None)
     return name if isinstance(name, str) else ""
 
 
@@ -44,7 +46,7 @@ def library_path(value: Any, is_library: Callable[[types.ModuleType], bool] = is
     """``module.name`` of a function or class that a library has under this name; "" for others."""
     name = name_of(value)
     homes = [getattr(value, "__module__", None)] if name else []
-    if isinstance(value, np.ufunc | types.BuiltinFunctionType):
+    if isinstance(value, np.ufunc | types.BuiltinFunctionType | types.MethodType):
         homes += ["numpy", "numpy.random"]  # ufuncs, and the functions of numpy's one generator, name no module
     for home in homes:
         module = sys.modules.get(home) if isinstance(home, str) else None

@@ -67,6 +67,10 @@ class Watch:
         return True
 
 
+CHANGED = Watch()  # on something that is not what it was
+CHANGED.name({}, "", None)
+
+
 def content_of(cell: types.CellType) -> Any:
     """The value of a closed-over variable."""
     try:

@@ -15,11 +15,11 @@ import numpy as np
 
 from nonsmooth.arrays import as_number, as_vector, is_number, result_of
 from nonsmooth.blocks import Block, new_block
-from nonsmooth.compiled import Model, model_of
+from nonsmooth.compiled import Model, Shelf, model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.inspection import inspect_instant
-from nonsmooth.jit import CannotCompile, CompiledModel, compile_model, interpreted, load_all
+from nonsmooth.jit import CannotCompile, interpreted, load_all
 from nonsmooth.laws import LAW_C, LAW_E_F, LAW_E_N, LAW_WIDTH
 from nonsmooth.paradox.forces import KEPT, Forces, Outcome, forces_shapes
 from nonsmooth.paradox.search import NATURAL, PARAMETER, VARIABLE, Table, search_points
@@ -84,28 +84,30 @@ class Points:
         changes = {name: value for name, value in self.fixed.items() if name not in self.variables}
         self.model = with_values(model, changes)
         self.system = as_system(self.model)
-        self.natural = self._compile_natural()
+        self._natural = self._shelf_of_natural()
         self._is_inspected = False
 
     def default(self, name: str) -> Any:
         """The value of a variable that no axis sets."""
         return self.fixed.get(name, self.variables[name])
 
-    def _compile_natural(self) -> CompiledModel | None:
+    @property
+    def natural(self) -> Model | None:
         """The model's natural state as machine code; None where it has none that can be compiled."""
+        try:
+            return None if self._natural is None else self._natural.model()
+        except CannotCompile:
+            return None
+
+    def _shelf_of_natural(self) -> Shelf | None:
         function = getattr(self.model, "natural_state", None)
         values = [self.default(name) for name in self.variables]
         if self._state is not None or function is None or not all(isinstance(value, int | float) for value in values):
             return None
         system = self.system
+        entry = {NATURAL: (function, False, (system.n_q + system.n_u,))}
         unpack = parameter_tuple(tuple(system.parameter_values))
-        entry: dict[int, tuple[Callable, bool, tuple[int, ...]]] = {
-            NATURAL: (function, False, (system.n_q + system.n_u,))
-        }
-        try:
-            return compile_model(entry, len(self.variables), system.n_u, unpack, len(system.p))
-        except CannotCompile:
-            return None
+        return Shelf(entry, len(self.variables), system.n_u, unpack, len(system.p))
 
     def state_at(self, values: tuple[float, ...]) -> np.ndarray:
         """(n_q + n_u,) the state by the Python function, of a value for each name."""
@@ -183,7 +185,8 @@ class Points:
         )
         if is_redundant:
             decide_redundant(forces.arrays, model.is_compiled)
-        natural = self.natural.address if self.natural and states is None else 0
+        compiled = self.natural if states is None else None
+        natural = compiled.handle if compiled is not None else 0
         table = self._new_table(columns, states, kept)
         run = search_points if model.is_compiled else interpreted(search_points)
         handles = [block.address if model.is_compiled else block.arrays for block in (forces, table)]

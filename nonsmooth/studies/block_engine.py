@@ -9,7 +9,6 @@ A run begins from cleared memory: its result depends on its cell alone, not on t
 
 from __future__ import annotations
 
-import functools
 import math
 import time
 from typing import Any, NamedTuple
@@ -298,13 +297,14 @@ class BlockEngine:
     def run(self, cells: Block) -> None:
         """Run every cell of a block whose p, laws, q_0 and u_0 are set; the rest of its arrays is the result."""
         system, grid = self.system, self.grid
+        if not self.model.is_current:
+            self.model = model_of(system)
+        model, kernel = self.model, self.kernel
         shape = (system.n_u, system.n_c, system.d)
         state = new_block(State, state_shapes(*shape, EVENT_CAPACITY + 3 * system.n_c))
         record = new_block(Record, self.record_shapes)
         scratch = self.integrator.scratch(system)
-        blocks = [
-            block.address if self.model.is_compiled else block.arrays for block in (cells, state, record, scratch)
-        ]
+        blocks = [block.address if model.is_compiled else block.arrays for block in (cells, state, record, scratch)]
 
         def call(first: int, last: int, is_retry: bool) -> None:
             """Run the cells from one to another."""
@@ -313,8 +313,8 @@ class BlockEngine:
                 end_if_asked()
                 began = time.perf_counter()
                 with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite the loop itself finds
-                    self.kernel(
-                        self.model.handle, self.has, system.kinds, self.options, grid.t, grid.dts, grid.steps,
+                    kernel(
+                        model.handle, self.has, system.kinds, self.options, grid.t, grid.dts, grid.steps,
                         self.window, is_retry, last, self.max_steps, place, state.memory, scratch.memory, *blocks,
                     )  # fmt: skip
                 self.max_steps = next_block(int(place[STEPS_DONE]), time.perf_counter() - began)
@@ -323,11 +323,11 @@ class BlockEngine:
 
         call(0, len(cells.arrays.p), False)
         stopped = np.flatnonzero(cells.arrays.status == Status.NOT_SOLVED).tolist()
-        if stopped and self.integrator.load_for_retry(system, scratch.arrays, self.model.is_compiled):
+        if stopped and self.integrator.load_for_retry(system, scratch.arrays, model.is_compiled):
             for i in stopped:
                 call(i, i + 1, True)
 
-    @functools.cached_property
+    @property
     def kernel(self) -> Any:
         """The loop over cells: compiled, or its source."""
         return run_cells.dispatcher if self.model.is_compiled else interpreted(run_cells)
