@@ -13,7 +13,9 @@ C = K = 0 this is Moreau's time stepping. Source: Jean,
 from __future__ import annotations
 
 import functools
-from typing import NamedTuple
+import operator
+import weakref
+from typing import Any, NamedTuple
 
 from nonsmooth.blocks import Cube, Integers, Matrix, Vector, frozen
 from nonsmooth.dense import bandwidth, cholesky, cholesky_solve, cholesky_solve_rows, lu, lu_solve
@@ -94,9 +96,23 @@ def work_shapes(n: int, n_c: int, d: int) -> tuple:
     })  # fmt: skip
 
 
-@functools.lru_cache(maxsize=64)
+_known_facts: weakref.WeakKeyDictionary[System, tuple[list[Any], int]] = weakref.WeakKeyDictionary()
+
+
 def model_facts(system: System) -> int:
-    """The ``has`` argument of the kernels: a bit for each function of the model, and what is constant in it."""
+    """The ``has`` argument of the kernels: a bit for each function of the model, and what is constant in it.
+
+    Read anew where a function was given other code, as an editor does that loads a changed file into its process.
+    """
+    codes = [getattr(function, "__code__", None) for function in system.functions.values()]
+    known, has = _known_facts.get(system, ([], 0))
+    if len(known) != len(codes) or any(map(operator.is_not, known, codes)):
+        has = _read_facts(system)
+        _known_facts[system] = codes, has
+    return has
+
+
+def _read_facts(system: System) -> int:
     has = sum(1 << which for which in system.functions)
     if not system.reads(MASS, "t") and not system.reads(MASS, "q"):
         has |= MASS_IS_CONSTANT

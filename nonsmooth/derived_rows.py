@@ -24,6 +24,8 @@ import numpy as np
 from nonsmooth.complex_step import complexified
 from nonsmooth.continuation import CannotContinue, continued
 from nonsmooth.jit import identity
+from nonsmooth.jit.fingerprint import LooseSurvey
+from nonsmooth.jit.watch import Watch
 
 H = 1e-30  # what stands for h: h^2 lies below the rounding of any quantity
 E = 2.0**-11
@@ -93,6 +95,16 @@ def derived(name: str, function: Callable, size: tuple[int, int]) -> Callable:
     except Exception:  # what has no code
         seen = b""
     return _derived(name, function, size, seen)
+
+
+def watch_on(function: Callable) -> Watch:
+    """On what a gap reads: the functions that are derived from it hold the values of now."""
+    survey = LooseSurvey(function)
+    try:
+        survey.value(function, "")
+    except Exception:  # what has no code
+        return Watch()
+    return survey.watch
 
 
 @functools.lru_cache(maxsize=256)

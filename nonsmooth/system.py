@@ -14,6 +14,7 @@ from __future__ import annotations
 import dis
 import functools
 import inspect
+import types
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
@@ -22,8 +23,10 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.arrays import as_count, as_flag, as_fraction, as_instance, as_name
-from nonsmooth.derived_rows import derived
+from nonsmooth.derived_rows import derived, watch_on
 from nonsmooth.errors import InvalidInput, said_by, shown
+from nonsmooth.jit.fingerprint import LooseSurvey
+from nonsmooth.jit.watch import MISSING, Watch
 from nonsmooth.laws import IMPACT_LAWS, LAW_IMPACT, LAW_WIDTH, Coefficient, FrictionLaw, ImpactLaw, as_law, law_row
 from nonsmooth.parameters import changed, numeric_fields, parameter_tuple
 
@@ -217,12 +220,23 @@ class System:
         """Number of contacts."""
         return len(self.contacts)
 
-    @functools.cached_property
+    @property
     def functions(self) -> dict[int, Callable]:
-        """The functions, by their ``which`` number: those that were given, and the rows derived from the gap."""
-        given = {which: getattr(self, name) for name, which in FUNCTION_NAMES.items()} | self._derived_rows()
+        """The functions, by their ``which`` number: those that were given, and the rows derived from the gap.
+
+        Rows are derived anew where what the gap reads has changed.
+        """
+        known: tuple[dict[int, Callable], Watch] | None = vars(self).get("_functions")
+        if known is None or not known[1].holds():
+            known = vars(self)["_functions"] = self._find_functions()
+        return known[0]
+
+    def _find_functions(self) -> tuple[dict[int, Callable], Watch]:
+        derived_rows = self._derived_rows()
+        given = {which: getattr(self, name) for name, which in FUNCTION_NAMES.items()} | derived_rows
         sources = {which: getattr(function, "py_func", function) for which, function in given.items()}  # of numba's
-        return {which: function for which, function in sources.items() if callable(function)}
+        found = {which: function for which, function in sources.items() if callable(function)}
+        return found, watch_on(found[GAP]) if derived_rows else Watch()
 
     def _derived_rows(self) -> dict[int, Callable]:
         """The rows that were left out."""
@@ -231,7 +245,7 @@ class System:
         size, found = (self.n_q, self.n_c), {}
         if self.normal is None:
             found[NORMAL] = derived("normal", self.gap, size)
-        if self.gap_rate is None and _reads(self.gap, 0):
+        if self.gap_rate is None and _reads(getattr(self.gap, "__code__", None), 0):
             found[GAP_RATE] = derived("gap_rate", self.gap, size)
         return found
 
@@ -320,7 +334,7 @@ class System:
             return False
         position = ("t", "q", "u").index(argument)
         function = self.functions[which]
-        return _reads(getattr(function, "derived_from", function), position)
+        return _reads(getattr(getattr(function, "derived_from", function), "__code__", None), position)
 
     def with_parameters(self, **changes: float) -> System:
         """The same system with some parameters changed.
@@ -382,11 +396,30 @@ def evaluate(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray)
         ) from error
 
 
-@functools.lru_cache(maxsize=64)
 def _model_system(model: Any) -> System:
+    """The system of a model, built anew where its method ``system`` has changed, or what that reads."""
     if not callable(getattr(model, "system", None)):
         raise InvalidInput(f"a system or a model is needed; got {type(model).__name__} without a system() method")
-    return model.system()
+    kept = _kept(model)
+    if not kept or not kept[0][1].holds():
+        kept[:] = [(model.system(), _watch_on_method(type(model)))]
+    return kept[0][0]
+
+
+@functools.lru_cache(maxsize=64)
+def _kept(model: Any) -> list[tuple[System, Watch]]:
+    """Where the system of a model is kept, with the watch on what it was made from."""
+    return []
+
+
+def _watch_on_method(cls: type) -> Watch:
+    """On ``system`` and all that it reads."""
+    method = getattr(cls, "system", None)
+    survey = LooseSurvey(method)
+    survey.watch.name(vars(cls), "system", vars(cls).get("system", MISSING))  # type: ignore[arg-type]
+    if isinstance(method, types.FunctionType):
+        survey.function(method)
+    return survey.watch
 
 
 def with_values(model: Any, changes: dict[str, Any]) -> Any:
@@ -397,8 +430,7 @@ def with_values(model: Any, changes: dict[str, Any]) -> Any:
 
 
 @functools.cache
-def _reads(function: Callable, position: int) -> bool:
-    code = getattr(function, "__code__", None)
+def _reads(code: types.CodeType | None, position: int) -> bool:
     if code is None:
         return True
     name = code.co_varnames[position]

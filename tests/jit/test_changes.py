@@ -14,6 +14,7 @@ import nonsmooth as ns
 from nonsmooth import compiled
 from nonsmooth.jit import models
 from nonsmooth.stability.complex_step import complexified, jacobian
+from nonsmooth.system import as_system
 
 
 class P(NamedTuple):
@@ -231,6 +232,44 @@ def test_what_loses_its_identity_runs_interpreted_and_comes_back():
         assert speed(system) == 3.0
     scope["K"] = (4.0,)
     assert speed(system) == 4.0
+
+
+def test_a_mass_that_begins_to_read_its_coordinate_is_constant_no_more():
+    """An editor that loads a changed file into its process gives a function other code."""
+    text = "def mass(t, q, p, M):\n    M[0, 0] = MASS\n" + force("1.0")
+    fixed, moving = ({**globals()} for _ in range(2))
+    exec(text.replace("MASS", "2.0"), fixed)
+    exec(text.replace("MASS", "1.0 + q[0]"), moving)
+
+    def velocity(functions):
+        system = ns.System(n_q=1, mass=functions["mass"], force=functions["force"])
+        return system, lambda: ns.simulate(system, (0, 1), [1.0], [0.0], integrator=ns.MoreauJean(dt=0.01)).u[-1, 0]
+
+    system, run = velocity(fixed)
+    _, truth = velocity(moving)
+    assert run() == pytest.approx(0.5)
+    system.mass.__code__ = moving["mass"].__code__
+    assert run() == truth() != pytest.approx(0.5)
+
+
+def test_a_model_builds_its_system_anew_where_what_it_reads_has_changed():
+    scope = {"ns": ns, "mass": mass, "E": 0.5}
+    exec(
+        """
+def force(t, q, u, p, h): h[0] = -10.0
+def gap(t, q, p, g): g[0] = q[0]
+def normal(t, q, p, W): W[0, 0] = 1.0
+def system(self):
+    return ns.System(n_q=1, mass=mass, force=force, gap=gap, normal=normal, contacts=[ns.Contact(e_N=E)])
+""",
+        scope,
+    )
+    model = type("Ball", (), {"system": scope["system"]})()
+    assert as_system(model) is as_system(model) and as_system(model).contacts[0].e_N == 0.5
+    scope["E"] = 0.75
+    assert as_system(model).contacts[0].e_N == 0.75
+    type(model).system = lambda self: ns.System(n_q=1, mass=mass, force=scope["force"])
+    assert as_system(model).n_c == 0
 
 
 TAUGHT = """
