@@ -44,11 +44,11 @@ def inspect_instant(system: System, t: float, q: np.ndarray, u: np.ndarray, mode
 
 def _inspect(system: System, t: float, q: np.ndarray, u: np.ndarray, model: Model | None, is_instant: bool) -> None:
     if not is_due(system, INSTANT if is_instant else START):
-        try_functions(system, t, q, u)
+        try_functions(system, t, q, u, model)
         return
     try:
         require_manners(system, t, q, u)
-        try_functions(system, t, q, u)
+        try_functions(system, t, q, u, model)
         if model is not None:
             require_same_code(system, model, t, q, u)
     except InvalidInput:

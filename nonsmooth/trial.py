@@ -18,6 +18,7 @@ from nonsmooth.agreement import STEPS, generic
 from nonsmooth.compiled import Model, call_once
 from nonsmooth.errors import InvalidInput, said_by
 from nonsmooth.jit import cache_directory
+from nonsmooth.jit.fingerprint import calls_compiled
 from nonsmooth.system import GAP, GIVEN_FORCE, TANGENT, System
 
 ROOM = 8  # numbers on either side of the array: an index out of range is mostly out by one, or by a row
@@ -25,18 +26,19 @@ GUARD = -6.02214076e-133  # what stands there; no model function writes it by ch
 GUARDS = np.full(ROOM, GUARD).tobytes()
 SAME_CODE = 1e-6  # of the largest entry: sin and cos of two libraries differ by 1e-16, which may cancel to 1e-12
 
-_tried: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose functions have been called
+# Systems whose functions have been called, with the machine code that they had then.
+_tried: weakref.WeakKeyDictionary[System, Model | None] = weakref.WeakKeyDictionary()
 
 
-def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
-    """Call every function of a system in Python, once for each system.
+def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray, model: Model | None = None) -> None:
+    """Call every function of a system in Python, once for each system and again where its machine code is new.
 
     Raises
     ------
     InvalidInput
         For a function that raises, as at an index out of range; the message names it.
     """
-    if system in _tried:
+    if system in _tried and (model is None or not model.is_compiled or _tried[system] is model):
         return
     q, u = q.copy(), u.copy()
     with np.errstate(all="ignore"):
@@ -50,7 +52,7 @@ def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Non
                     f"the model function {system.name_of(which)} raised {said_by(error)}, at t = {t:g} s; it "
                     f"writes an array of shape {system.shape(which)}"
                 ) from error
-    _tried.add(system)
+    _tried[system] = model
 
 
 def require_manners(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
@@ -96,7 +98,8 @@ def _require_all_contacts(system: System, t: float, q: np.ndarray, u: np.ndarray
 def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: np.ndarray) -> None:
     """Hold the machine code of every function against its source, near a state.
 
-    At the state itself much may cancel, a gap that is closed to nothing but rounding; a step away it does not.
+    At the state itself much may cancel, a gap that is closed to nothing but rounding; a step away it does not. Helpers
+    that numba compiled are no source: Python calls their machine code, which may be older than the values they read.
 
     Raises
     ------
@@ -107,7 +110,9 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
         return
     q, u = q + STEPS[0] * generic(q.size), u + STEPS[0] * generic(u.size)
     with np.errstate(all="ignore"):
-        for which in system.functions:
+        for which, function in system.functions.items():
+            if calls_compiled(function):
+                continue
             written, found = np.zeros(system.shape(which)), np.zeros(math.prod(system.shape(which)))
             try:
                 system.call(which, t, q, u, written)

@@ -60,11 +60,19 @@ def identity(function: Any) -> bytes:
     return survey.digest()
 
 
+def calls_compiled(function: Any) -> bool:
+    """Whether a call in Python runs what the user compiled with numba, which keeps the values that it read first."""
+    survey = LooseSurvey(function)
+    survey.value(function, "")
+    return survey.meets_compiled
+
+
 class Survey:
     """A hash of functions and values, and a watch on what was looked up for it."""
 
     def __init__(self) -> None:
         self.watch = Watch()
+        self.meets_compiled = False  # whether a function that the user compiled with numba is among them
         self._hash = hashlib.sha256()
         self._numbers: dict[int, int] = {}  # of the functions and classes met, by their address
         self._met: list[Any] = []  # kept alive, so that no address is used again
@@ -233,6 +241,7 @@ class Survey:
         description, function = source
         self.put(description.encode())
         if function is not None:
+            self.meets_compiled = True
             self.function(function)
 
     # what a library has under its name

@@ -298,7 +298,7 @@ class BlockEngine:
         """Run every cell of a block whose p, laws, q_0 and u_0 are set; the rest of its arrays is the result."""
         system, grid = self.system, self.grid
         if not self.model.is_current:
-            self.model = model_of(system)
+            self.model, self.has = model_of(system), model_facts(system)
         model, kernel = self.model, self.kernel
         shape = (system.n_u, system.n_c, system.d)
         state = new_block(State, state_shapes(*shape, EVENT_CAPACITY + 3 * system.n_c))

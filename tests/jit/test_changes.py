@@ -12,8 +12,8 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth import compiled
+from nonsmooth.complex_step import complexified, jacobian
 from nonsmooth.jit import models
-from nonsmooth.stability.complex_step import complexified, jacobian
 from nonsmooth.system import as_system
 
 
@@ -250,6 +250,48 @@ def test_a_mass_that_begins_to_read_its_coordinate_is_constant_no_more():
     assert run() == pytest.approx(0.5)
     system.mass.__code__ = moving["mass"].__code__
     assert run() == truth() != pytest.approx(0.5)
+
+
+def test_an_index_that_leaves_its_array_after_a_change_is_refused_before_machine_code_would_write_there():
+    system, scope = model("def force(t, q, u, p, h):\n    for i in range(N):\n        h[i] = q[0]", N=1)
+    assert speed(system) == 1.0
+    for _ in range(3):  # looked at in the second and fourth run, tried in each
+        assert speed(system) == 1.0
+    scope["N"] = 2
+    with pytest.raises(ns.InvalidInput, match="the model function force raised IndexError"):
+        speed(system)
+
+
+SLOPE = 0.5
+
+
+def above_a_slope(t, q, p, g_N):
+    g_N[0] = q[1] - SLOPE * q[0]
+
+
+def two_masses(t, q, p, M):
+    M[0, 0] = M[1, 1] = 1.0
+
+
+def weight(t, q, u, p, h):
+    h[1] = -10.0
+
+
+def test_rows_that_are_derived_from_a_gap_follow_what_it_reads(monkeypatch):
+    """A bead that rests on a slope slides down it: its velocity has the direction of the slope of now."""
+    system = ns.System(n_q=2, mass=two_masses, force=weight, gap=above_a_slope, contacts=[ns.Contact()])
+
+    def direction():
+        u = ns.simulate(system, (0, 1), [0, 0], [0, 0], integrator=ns.MoreauJean(dt=0.1)).u[-1]
+        return u[1] / u[0]
+
+    assert direction() == pytest.approx(0.5)
+    functions = system.functions
+    assert system.functions is functions
+    monkeypatch.setitem(globals(), "SLOPE", 2.0)
+    assert direction() == pytest.approx(2.0)
+    monkeypatch.setenv("NONSMOOTH_INTERPRET", "1")
+    assert direction() == pytest.approx(2.0)
 
 
 def test_a_model_builds_its_system_anew_where_what_it_reads_has_changed():
