@@ -1,5 +1,6 @@
 """Files of machine code: what is damaged, foreign or not to be trusted is compiled anew, never run."""
 
+import hashlib
 import os
 import random
 import resource
@@ -274,7 +275,8 @@ def test_a_run_whose_machine_code_is_damaged_gives_the_right_answer(damage, tmp_
     capsys.readouterr()
     file.write_bytes(damage(whole, random.Random(damage.__name__)))
     assert speed() == right
-    assert file.read_bytes()[:9] == b"nonsmooth" and file.stat().st_size == len(whole)
+    head, content = len(code_files.MAGIC), file.read_bytes()  # not the same bytes: numba's text counts its variables
+    assert content[head : head + 32] == hashlib.sha256(content[head + 32 :]).digest()
     assert capsys.readouterr().err.endswith("it is compiled anew\n")
 
 

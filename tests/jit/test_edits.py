@@ -491,7 +491,7 @@ SAME = {  # edits that change nothing of what the code is made from
 }  # fmt: skip
 
 BEFORE, AFTER = 1, 2
-SOME = list(EDITS)[::4]
+SOME = list(EDITS)[::6]
 THOROUGH = [name if name in SOME else pytest.param(name, marks=pytest.mark.slow) for name in EDITS]
 
 
@@ -674,11 +674,11 @@ for c in map(float, sys.argv[1:]):
 def test_two_kept_models_whose_helpers_have_the_same_name_keep_apart():
     """Compiled in a process each, and read by one."""
     speeds = []
-    for constants in (["2"], ["3"], ["2", "3"], ["3", "2"]):
+    for constants in (["2"], ["3"], ["2", "3"]):
         done = subprocess.run([sys.executable, "-c", FACTORY, *constants], capture_output=True, text=True, timeout=120)
         assert done.returncode == 0, done.stderr
         speeds.append([float(line) for line in done.stdout.split()])
-    assert speeds == [[2.0], [3.0], [2.0, 3.0], [3.0, 2.0]]
+    assert speeds == [[2.0], [3.0], [2.0, 3.0]]
 
 
 if __name__ == "__main__":
