@@ -275,7 +275,7 @@ def machine_code_of(dispatcher: Any) -> int:
 def surroundings() -> tuple[str, ...]:
     """What machine code depends on beside its source: versions, processor, and numba's options."""
     processor = cpu_target.target_context.codegen().magic_tuple()
-    options = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "ENABLE_AVX", "DEBUGINFO_DEFAULT")
+    options = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "ENABLE_AVX", "USING_SVML", "DEBUGINFO_DEFAULT")
     chosen = [f"{name}={getattr(config, name, None)}" for name in options]
     python = f"{sys.implementation.name} {sys.version_info[:3]} {sys.maxsize.bit_length() + 1} bits"
     return python, f"numba {numba.__version__}", f"llvmlite {llvmlite.__version__}", *map(str, processor), *chosen

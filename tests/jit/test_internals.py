@@ -245,7 +245,7 @@ def test_functions_of_a_model_are_its_own():
     assert f(3.0) == 6.0 and all(linkage == "internal" for linkage, _ in defined)
 
 
-@pytest.mark.parametrize("option", ["BOUNDSCHECK", "OPT"])
+@pytest.mark.parametrize("option", ["BOUNDSCHECK", "OPT", "USING_SVML"])
 def test_numbas_options_belong_to_the_key(option, monkeypatch):
     before = cache.key_of(b"")
     assert cache.key_of(b"") == before and len(surroundings()) > 6
