@@ -23,6 +23,23 @@ UNCOUPLED = 1000.0 * EPS
 
 
 @kernel
+def are_coupled(k, m, start, G):
+    """Whether an entry of the blocks of contacts k and m is more than rounding."""
+    for a in range(start[k], start[k + 1]):
+        for b in range(start[m], start[m + 1]):
+            if is_entry(a, b, G):
+                return True
+    return False
+
+
+@kernel
+def is_entry(a, b, G):
+    """Whether G_ab or G_ba is more than rounding."""
+    largest = max(abs(G[a, b]), abs(G[b, a]))
+    return largest * largest > UNCOUPLED * UNCOUPLED * abs(G[a, a] * G[b, b])
+
+
+@kernel
 def find_islands(n, start, G, island):
     """Number the islands of n contacts from 0, in the order of their first contacts, to island (n,); how many."""
     for k in range(n):
