@@ -5,6 +5,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BeadChain, BouncingBall, FollowerForceArm, PainleveRod, RockingBlock
+from nonsmooth.bench.scenes import row_of_blocks
 from nonsmooth.cli import main
 from nonsmooth.commands.terminal import FAILED
 
@@ -41,38 +42,11 @@ def test_many_contacts_without_friction_are_refined_to_a_tolerance():
     assert np.abs(sol.q[-1] - exact).max() < 1e-5
 
 
-def block_row(n):
-    """n blocks on the ground with friction, each for itself; the first slides."""
-
-    def mass(t, q, p, M):
-        for i in range(2 * n):
-            M[i, i] = 1.0
-
-    def force(t, q, u, p, h):
-        for i in range(n):
-            h[2 * i + 1] = -9.81
-
-    def gap(t, q, p, g_N):
-        for i in range(n):
-            g_N[i] = q[2 * i + 1]
-
-    def normal(t, q, p, W_N):
-        for i in range(n):
-            W_N[i, 2 * i + 1] = 1.0
-
-    def tangent(t, q, p, W_F):
-        for i in range(n):
-            W_F[i, 0, 2 * i] = 1.0
-
-    return ns.System(n_q=2 * n, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent,
-                     contacts=[ns.Contact(mu=0.3)] * n)  # fmt: skip
-
-
 def test_many_contacts_with_friction_are_stepped():
     """With the model's own step, or a part of the span; the block stops after v^2/(2 mu g)."""
     u0 = np.zeros(16)
     u0[0] = 1.0
-    sol = run(block_row(8), 1.0, (np.zeros(16), u0))
+    sol = run(row_of_blocks(8, k=0.0), 1.0, (np.zeros(16), u0))
     assert "MoreauJean(dt=0.0001," in sol.about["integrator"] and sol.stats.steps == 10_000
     assert "8 contacts, 8 with friction" in sol.about["chosen"]
     assert abs(sol.q[-1, 0] - 1 / (2 * 0.3 * 9.81)) < 1e-6
@@ -81,7 +55,7 @@ def test_many_contacts_with_friction_are_stepped():
         dt = 1e-3
 
         def system(self):
-            return block_row(8)
+            return row_of_blocks(8, k=0.0)
 
     own = run(Model(), 0.1, (np.zeros(16), u0))
     assert "dt=0.001," in own.about["integrator"] and "the model's own" in own.about["chosen"]

@@ -23,29 +23,30 @@ UNCOUPLED = 1000.0 * EPS
 
 
 @kernel
-def are_coupled(k, m, start, G):
-    """Whether an entry of the blocks of contacts k and m is more than rounding."""
-    for a in range(start[k], start[k + 1]):
-        for b in range(start[m], start[m + 1]):
-            if is_entry(a, b, G):
-                return True
-    return False
-
-
-@kernel
-def is_entry(a, b, G):
-    """Whether G_ab or G_ba is more than rounding."""
-    largest = max(abs(G[a, b]), abs(G[b, a]))
-    return largest * largest > UNCOUPLED * UNCOUPLED * abs(G[a, a] * G[b, b])
-
-
-@kernel
 def find_islands(n, start, G, island):
     """Number the islands of n contacts from 0, in the order of their first contacts, to island (n,); how many."""
     for k in range(n):
         island[k] = k
         for m in range(k):
             if island[m] != island[k] and is_block(start[k], start[k + 1], start[m], start[m + 1], G):
+                join(k + 1, island[m], island[k], island)
+    return number_islands(n, island)
+
+
+@kernel
+def find_held_islands(n, start, held, G, island):
+    """``find_islands`` where only the first held[k] rows of contact k are equations or undecided.
+
+    The others are friction of a slide: a column that acts on the held rows, and a row that nothing is asked of. Two
+    contacts of one body that slide are apart where friction couples but their velocities in the direction of sliding.
+    """
+    for k in range(n):
+        island[k] = k
+        for m in range(k):
+            if island[m] != island[k] and (
+                is_block(start[k], start[k] + held[k], start[m], start[m + 1], G)
+                or is_block(start[m], start[m] + held[m], start[k], start[k + 1], G)
+            ):
                 join(k + 1, island[m], island[k], island)
     return number_islands(n, island)
 
@@ -58,6 +59,23 @@ def is_block(a_0, a_1, b_0, b_1, G):
             if G[a, b] * G[a, b] > UNCOUPLED * UNCOUPLED * abs(G[a, a] * G[b, b]):
                 return True
     return False
+
+
+@kernel
+def spread_strike(n, start, G, strikes):
+    """Let the impulses of the contacts with strikes[k] = 1 strike, one after the other, each contact whose normal
+    velocity they change.
+
+    A contact whose sliding they change alone is not struck: without a normal impulse it has no friction either.
+    """
+    grows = True
+    while grows:
+        grows = False
+        for k in range(n):
+            for m in range(n):
+                if strikes[k] == 0 and strikes[m] == 1 and is_block(start[k], start[k] + 1, start[m], start[m + 1], G):
+                    strikes[k] = 1
+                    grows = True
 
 
 @kernel

@@ -99,14 +99,20 @@ def rounded_speed(n, contacts):
     A velocity is resolved to atol + rtol |u|, as if nothing were slower than atol/rtol: where all comes to rest, what
     is left of a slide must not end and begin again with every rounding of its sign.
     """
-    fastest = contacts.numbers[ATOL] / contacts.numbers[RTOL]
+    return ROUNDINGS * EPS * max(contacts.numbers[ATOL] / contacts.numbers[RTOL], fastest_velocity(n, contacts))
+
+
+@kernel
+def fastest_velocity(n, contacts):
+    """The largest of the velocities, of sliding and of the surfaces."""
+    fastest = 0.0
     for j in range(n):
         fastest = max(fastest, abs(contacts.u[j]))
     for i in range(contacts.kinds.shape[0]):
         fastest = max(fastest, abs(contacts.gamma[i, 1]))
         if contacts.kinds[i, 1] > 0:
             fastest = max(fastest, abs(contacts.work.w_F[i, 0]))
-    return ROUNDINGS * EPS * fastest
+    return fastest
 
 
 @kernel

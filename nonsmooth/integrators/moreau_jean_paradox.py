@@ -5,15 +5,16 @@ A slide that runs out of forces ends at once, at the state before the step, by t
     M (u_+ - u_0) = W^T P,    W u_+ + w = 0,    or P of the contact's own law of impact
 
 and the step is taken again from u_+. Spread over the step, with rows carried to its ends by u_0, they would hand the
-next steps an error of contact velocity of O(dt), an error of their forces of O(1), and end the sticking. Where more
-contacts are closed they are spread all the same. The event holds the impulses of the step's own contact problem, which
-tend to those of the impact. Theory: docs/theory/moreau_jean.md.
+next steps an error of contact velocity of O(dt), an error of their forces of O(1), and end the sticking. Where other
+contacts are coupled to it they are spread all the same. The event holds the impulses of the step's own contact problem,
+which tend to those of the impact. Theory: docs/theory/moreau_jean.md.
 """
 
 from __future__ import annotations
 
 from nonsmooth.blocks import address, view
 from nonsmooth.contact_problem import row_velocities
+from nonsmooth.contact_solvers.islands import is_block
 from nonsmooth.contact_solvers.single import STICK, slip_of, stick
 from nonsmooth.integrators.moreau_jean_contact import Scratch, mode_of
 from nonsmooth.integrators.records import (
@@ -87,15 +88,21 @@ def end_slide(model, has, p, kinds, laws, mu, t, dt, n, n_k, k, is_rigid, state_
     if follows_own_law(i, kinds, laws):
         impulses_by_law(laws, i, work.gamma_0, work.G, work.P)
     add_event(t, INCONSISTENT, i, ContactMode.STICK.value, 0, k, 0, kinds, state, work)
-    if n_k == 1 and is_rigid and has_impact(kinds, laws, i, n, state, there):
+    if is_rigid and is_first_alone(n_k, there) and has_impact(kinds, laws, i, n, state, there):
         jump(kinds, t, i, n, state, there)
         return True
     return False
 
 
 @kernel
+def is_first_alone(n_k, there):
+    """Whether no other closed contact is coupled to the first of ``there``, so that its impact strikes none."""
+    return not is_block(there.start[0], there.start[1], there.start[1], there.start[n_k], there.G)
+
+
+@kernel
 def has_impact(kinds, laws, i, n, state, there):
-    """Whether impulses end the slide of the only closed contact, by its own law or to rest; they are in there.P.
+    """Whether impulses end the slide of the first contact, by its own law or to rest; they are in there.P.
 
     ``there`` holds the acceleration-level problem of the state, so its rows and G.
     """

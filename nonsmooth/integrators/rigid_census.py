@@ -1,10 +1,10 @@
-"""Whether another force fits the slide that goes on: one closed contact, whose slide has a one-dimensional problem.
+"""Whether another force fits the slide that goes on: of a contact that no other is coupled to, one equation.
 
     gamma_N' = p_sigma la_N + b,    p_sigma = G_NN - s mu sigma G_NF,    sigma the sign of la_N
 
 A unilateral contact (sigma = 1) that slides with la_N = -b/p > 0 may open as well where b > 0, and then p < 0. A
 bilateral one has a second force -b/p', p' = p_(-sigma), of the other sign where p p' < 0: p' falls through zero where
-it appears. Of several closed contacts the solutions are counted where their modes are decided (rigid_switching.py).
+it appears. Of contacts that are coupled the solutions are counted where their modes are decided (rigid_switching.py).
 
 Source: Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653.
 """
@@ -29,28 +29,28 @@ from nonsmooth.integrators.records import (
     N_EVENTS,
     SEVERAL,
 )
-from nonsmooth.integrators.rigid_modes import N_FUNCTIONS, SEVERAL_FIT, UNIQUE
+from nonsmooth.integrators.rigid_modes import N_FUNCTIONS, UNIQUE
 from nonsmooth.jit import kernel
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, ContactMode
 
 
 @kernel
-def sliding_alone(contacts):
-    """The one closed contact, if it slides by its own normal force; else -1."""
-    alone = -1
-    for i in range(contacts.kinds.shape[0]):
-        if contacts.mode[i] != ContactMode.OPEN:
-            if alone >= 0 or contacts.mode[i] != ContactMode.SLIDE or contacts.kinds[i, 0] == GIVEN_FORCE:
-                return -1
-            alone = i
-    return alone
+def slides(i, contacts):
+    """Whether contact i slides by its own normal force."""
+    return contacts.mode[i] == ContactMode.SLIDE and contacts.kinds[i, 0] != GIVEN_FORCE
+
+
+@kernel
+def slides_alone(i, contacts):
+    """Whether contact i slides by its own normal force, and no other is coupled to it."""
+    return slides(i, contacts) and contacts.is_alone[i] == 1
 
 
 @kernel
 def uniqueness(i, contacts):
     """p'/G_NN with the sign of p, of the bilateral contact that slides alone: positive where no other force fits."""
     work = contacts.work
-    a = work.start[0]
+    a = work.start[contacts.place[i]]
     friction = contacts.ratio[i] * work.G[a, a + 1] / work.G[a, a]
     return math.copysign(1.0, 1.0 + friction) * (1.0 - friction)
 
@@ -60,17 +60,20 @@ def several_fit(i, contacts):
     """Whether another force fits the contact that slides alone, at the state whose forces are in ``contacts``."""
     if contacts.kinds[i, 0] == BILATERAL:
         return contacts.la[i, 0] != 0.0 and uniqueness(i, contacts) < 0.0
-    return contacts.la[i, 0] > 0.0 and contacts.work.c[contacts.work.start[0]] > 0.0
+    a, G = contacts.work.start[contacts.place[i]], contacts.work.G
+    return contacts.la[i, 0] > 0.0 and G[a, a] + contacts.ratio[i] * G[a, a + 1] < 0.0
 
 
 @kernel
 def count_step(state, contacts):
     """Count a step at whose end several forces fit; where they do not, the next region is another one."""
-    i = sliding_alone(contacts)
-    if i >= 0 and several_fit(i, contacts):
-        state.counters[SEVERAL] += 1
-    else:
-        contacts.facts[SEVERAL_FIT] = 0
+    is_counted = False
+    for i in range(contacts.kinds.shape[0]):
+        if not slides_alone(i, contacts) or not several_fit(i, contacts):
+            contacts.several[i] = 0
+        elif not is_counted:
+            state.counters[SEVERAL] += 1
+            is_counted = True
 
 
 @kernel
@@ -87,9 +90,9 @@ def enters_region(event, contacts):
 @kernel
 def note_several(t, i, enters, state, contacts):
     """Note that several forces fit the slide of contact i, unless that was noted when its mode was decided."""
-    if contacts.facts[SEVERAL_FIT] == 1 or not (enters or several_fit(i, contacts)):
+    if contacts.several[i] == 1 or not (enters or several_fit(i, contacts)):
         return
-    contacts.facts[SEVERAL_FIT] = 1
+    contacts.several[i] = 1
     row, m = state.events, state.counters[N_EVENTS]
     for k in range(row.shape[1]):
         row[m, k] = 0.0

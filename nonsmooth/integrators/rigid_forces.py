@@ -6,10 +6,11 @@ Event functions end a mode:
     FRICTION    s gamma_F of sliding, unless mu = 0; mu |la_N| - |la_F| of sticking
     SIGN        sigma la_N of a bilateral contact that slides
     UNIQUE      p' of a bilateral contact that slides alone: where it falls through zero a second force fits
-    REGULAR     det A over that without friction, one for all: a slide whose p falls to zero has lost its force
-                (Génot–Brogliato point)
+    REGULAR     det A over that without friction, of the island where it is least: a slide whose p falls to zero has
+                lost its force (Génot–Brogliato point)
 
-Of redundant contacts no single force is known: their modes last while any share of the load is admissible, and what
+Contacts that G does not couple have their forces island by island. Of redundant contacts no single force is known:
+their modes last while any share of the load is admissible, and what
 ends then is CLOSURE or FRICTION of those that the least forces break. The trailing components of the state are the
 gaps, which are evaluated and not integrated, the impulses and the energy ledger.
 
@@ -24,7 +25,7 @@ from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.radau_stages import EPS, RATES
-from nonsmooth.integrators.rigid_census import sliding_alone, uniqueness
+from nonsmooth.integrators.rigid_census import slides_alone, uniqueness
 from nonsmooth.integrators.rigid_modes import (
     CLOSURE,
     DETERMINANT,
@@ -36,7 +37,6 @@ from nonsmooth.integrators.rigid_modes import (
     N_FUNCTIONS,
     N_U,
     RTOL,
-    SEVERAL_FIT,
     SIGN,
     SINGULAR_SLIDE,
     UNIQUE,
@@ -44,7 +44,8 @@ from nonsmooth.integrators.rigid_modes import (
     closed_problem,
     factorise_both,
     find_ratios,
-    list_equations,
+    list_equations_of,
+    list_islands,
     rounded_length,
     small_speed,
     solve_equations,
@@ -109,22 +110,22 @@ def rigid_events(model, p, contacts_at, t, x, out):
             out[e + m] = 1.0
             out[E + e + m] = 0.0
         kind, mode = contacts.kinds[i, 0], contacts.mode[i]
-        force = contacts.numbers[RTOL] * contacts.size[i] if contacts.facts[IS_SHARED] == 0 else BROKEN
+        force = contacts.numbers[RTOL] * contacts.size[i] if contacts.is_shared[i] == 0 else BROKEN
         if kind == UNILATERAL:
-            out[e + CLOSURE] = work.g_N[i] if mode == ContactMode.OPEN else of_load(la[i, 0], contacts)
+            out[e + CLOSURE] = work.g_N[i] if mode == ContactMode.OPEN else of_load(la[i, 0], i, contacts)
             out[E + e + CLOSURE] = length if mode == ContactMode.OPEN else force
         if mode == ContactMode.SLIDE:
             if contacts.ratio[i] != 0.0 or depends_on_speed(contacts.laws, i):
                 out[e + FRICTION] = contacts.slip[i] * contacts.gamma[i, 1]
                 out[E + e + FRICTION] = speed
             if kind == BILATERAL:
-                if contacts.facts[SEVERAL_FIT] == 0 and sliding_alone(contacts) == i:
+                if contacts.several[i] == 0 and slides_alone(i, contacts):
                     out[e + UNIQUE] = uniqueness(i, contacts)
-                out[e + SIGN] = of_load(contacts.sign[i] * la[i, 0], contacts)
+                out[e + SIGN] = of_load(contacts.sign[i] * la[i, 0], i, contacts)
                 out[E + e + SIGN] = force
         elif mode == ContactMode.STICK:
             reserve = static_coefficient(contacts.laws, i) * abs(la[i, 0]) - abs(la[i, 1])
-            out[e + FRICTION] = of_load(reserve, contacts)
+            out[e + FRICTION] = of_load(reserve, i, contacts)
             out[E + e + FRICTION] = force
     out[E - 1] = contacts.numbers[DETERMINANT] - SINGULAR_SLIDE
     out[2 * E - 1] = 0.0
@@ -132,30 +133,42 @@ def rigid_events(model, p, contacts_at, t, x, out):
 
 
 @kernel
-def of_load(value, contacts):
+def of_load(value, i, contacts):
     """The event function of a force: of redundant contacts it falls at once where no share is admissible any more."""
-    if contacts.facts[IS_SHARED] == 0:
+    if contacts.is_shared[i] == 0:
         return value
-    return 1.0 if contacts.facts[IS_ADMISSIBLE] == 1 or value >= 0.0 else BROKEN
+    return 1.0 if contacts.is_admissible[i] == 1 or value >= 0.0 else BROKEN
 
 
 @kernel
 def find_forces(model, p, t, x, contacts):
     """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
-    work, facts, kinds, la = contacts.work, contacts.facts, contacts.kinds, contacts.la
-    n, n_c = facts[N_U], kinds.shape[0]
+    la, n, n_c = contacts.la, contacts.facts[N_U], contacts.kinds.shape[0]
     status, n_k = closed_problem(model, p, t, x, contacts)
     if status != Status.RUNNING:
         return status
     contacts.numbers[DETERMINANT] = 1.0
-    facts[IS_SHARED], facts[IS_ADMISSIBLE] = 0, 0
     for i in range(n_c):
         la[i, 0], la[i, 1] = 0.0, 0.0
     if n_k == 0:
         return Status.RUNNING
     if not find_ratios(n_k, contacts):
         return Status.NEGATIVE_FRICTION
-    m = list_equations(n_k, contacts)
+    least = math.inf
+    for island in range(list_islands(n_k, contacts)):
+        find_forces_of(island, n, n_k, contacts)
+        least = min(least, contacts.numbers[DETERMINANT])
+    contacts.numbers[DETERMINANT] = least
+    add_forces(n, n_k, contacts)
+    return Status.RUNNING
+
+
+@kernel
+def find_forces_of(island, n, n_k, contacts):
+    """The forces of one island, and what is known of them."""
+    work, facts, kinds, la = contacts.work, contacts.facts, contacts.kinds, contacts.la
+    facts[IS_SHARED], facts[IS_ADMISSIBLE] = 0, 0
+    m = list_equations_of(island, n_k, contacts)
     for e in range(m):
         a = contacts.row[e]
         contacts.b[e] = -work.c[a]
@@ -163,7 +176,7 @@ def find_forces(model, p, t, x, contacts):
             i = work.closed[k]
             if kinds[i, 0] == GIVEN_FORCE:
                 contacts.b[e] -= work.G[a, work.start[k]] * la[i, 1]
-    smallest = factorise_both(n_k, m, contacts)
+    smallest = factorise_both(m, contacts)
     solve_equations(m, contacts)
     if smallest < DISTINCT and m > 1:
         share_load(n, m, address(contacts))
@@ -172,8 +185,17 @@ def find_forces(model, p, t, x, contacts):
         la[i, contacts.part[e]] = contacts.z[e]
         if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:
             la[i, 1] = contacts.ratio[i] * contacts.z[e]
-    add_forces(n, n_k, contacts)
-    return Status.RUNNING
+    size = 0
+    for k in range(n_k):
+        if contacts.island[k] == island:
+            i = work.closed[k]
+            contacts.determinant[i] = contacts.numbers[DETERMINANT]
+            contacts.is_shared[i], contacts.is_admissible[i] = facts[IS_SHARED], facts[IS_ADMISSIBLE]
+            contacts.is_alone[i] = 1
+            size += 1
+    for k in range(n_k):
+        if contacts.island[k] == island and size > 1:
+            contacts.is_alone[work.closed[k]] = 0
 
 
 @kernel

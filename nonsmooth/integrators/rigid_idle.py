@@ -1,9 +1,12 @@
-"""Contacts that are closed although the forces found do without them, because nothing parts them.
+"""Modes that hold although the forces found do without them: contacts that nothing parts, and that nothing moves.
 
 A box that stands on the floor in a corner touches the wall: with and without forces there the acceleration is the same.
 Of two planes that are nearly one, either carries a particle. Left open, such a contact penetrates by rounding, strikes,
 and is left open again, without any time passing. What is held is the acceleration, not the forces: the contact is
 closed where the contacts are redundant then and share an admissible load (rigid_redundant.py), and holds while they do.
+
+So it is with friction. Of two feet of one body at rest the forces found may push one to its limit, which then slides
+with the velocity zero for ever, and hold the other: both stick.
 """
 
 from __future__ import annotations
@@ -12,49 +15,61 @@ from nonsmooth.blocks import address
 from nonsmooth.contact_solvers.modes import SAME_MOTION
 from nonsmooth.errors import Status
 from nonsmooth.integrators.rigid_forces import rigid_rates
-from nonsmooth.integrators.rigid_modes import IS_ADMISSIBLE, N_U
+from nonsmooth.integrators.rigid_modes import N_U
 from nonsmooth.jit import kernel
+from nonsmooth.paradox.forces import is_asked
 from nonsmooth.system import UNILATERAL, ContactMode
 
 
 @kernel
-def close_idle(model, p, t, take, n_k, contacts, touch, forces):
-    """Close the contacts that the solution leaves free although they do not part, where they are redundant.
+def close_idle(model, p, t, n_k, contacts, touch, forces):
+    """Close the contacts that the solution leaves free although they do not part, and hold those that it lets slide
+    from rest although they do not move, where they are redundant.
 
     The acceleration is the same with them and without. Left open they would penetrate by rounding, and strike again.
     """
-    work, la = forces.work, forces.la[take]
-    r = work.start[n_k]
-    scale = 0.0
-    for a in range(r):
-        scale = max(scale, abs(work.c[a]))
     for k in range(n_k):
-        i, a, b = work.closed[k], work.start[k], work.start[k + 1] - 1
-        if contacts.kinds[i, 0] != UNILATERAL or contacts.mode[i] != ContactMode.OPEN:
+        i = forces.work.closed[k]
+        is_free = contacts.kinds[i, 0] == UNILATERAL and contacts.mode[i] == ContactMode.OPEN
+        starts_to_slide = contacts.mode[i] == ContactMode.SLIDE and forces.slip[k] == 0
+        if touch.strikes[i] == 1 or not (is_free or starts_to_slide) or not is_asked(forces.island[k], n_k, forces):
             continue
-        parting, slip = work.c[a], work.c[b] if b > a else 0.0
-        for c in range(r):
-            parting += work.G[a, c] * la[c]
-            slip += work.G[b, c] * la[c] if b > a else 0.0
-        if abs(parting) > SAME_MOTION * scale:
+        parts, moves, slip = relative_motion(k, n_k, contacts.kinds, forces)
+        if parts if is_free else moves:
             continue
-        if forces.slip[k] != 0 or abs(slip) <= SAME_MOTION * scale:
-            slip = float(forces.slip[k])
-        close(i, slip, contacts)
-        if not may_share(model, p, t, contacts, touch):
-            contacts.mode[i], contacts.slip[i] = ContactMode.OPEN.value, 0
+        mode, direction, sign = contacts.mode[i], contacts.slip[i], contacts.sign[i]
+        close(i, slip if moves and forces.slip[k] == 0 else float(forces.slip[k]), contacts)
+        if not may_share(model, p, t, i, contacts, touch):
+            contacts.mode[i], contacts.slip[i], contacts.sign[i] = mode, direction, sign
 
 
 @kernel
-def close_all(model, p, t, contacts, touch):
-    """Close all contacts that touch, if they are redundant and may share a load; tells whether they may.
+def relative_motion(k, n_k, kinds, forces):
+    """gamma_N' and gamma_F' of a contact under the forces taken: (is it not zero, is it not zero, gamma_F')."""
+    work = forces.work
+    a, b = work.start[k], work.start[k + 1] - 1
+    scale, parting, slip = 0.0, work.c[a], work.c[b] if kinds[work.closed[k], 1] > 0 else 0.0
+    for m in range(n_k):
+        if forces.island[m] == forces.island[k]:
+            for c in range(work.start[m], work.start[m + 1]):
+                scale = max(scale, abs(work.c[c]))
+                parting += work.G[a, c] * forces.taken[c]
+                slip += work.G[b, c] * forces.taken[c] if kinds[work.closed[k], 1] > 0 else 0.0
+    return abs(parting) > SAME_MOTION * scale, abs(slip) > SAME_MOTION * scale, slip
+
+
+@kernel
+def close_all(model, p, t, island, n_k, contacts, touch, forces):
+    """Close all contacts of an island, if they are redundant and may share a load; tells whether they may.
 
     Rows that are nearly parallel or opposite are lost in G, by which forces were looked for.
     """
-    for i in range(contacts.kinds.shape[0]):
-        if touch.is_touching[i] == 1:
-            close(i, touch.gamma[i, 1] if touch.is_resting[i] == 0 else 0.0, contacts)
-    return may_share(model, p, t, contacts, touch)
+    last = -1
+    for k in range(n_k):
+        if forces.island[k] == island:
+            last = forces.work.closed[k]
+            close(last, touch.gamma[last, 1] if touch.is_resting[last] == 0 else 0.0, contacts)
+    return may_share(model, p, t, last, contacts, touch)
 
 
 @kernel
@@ -67,10 +82,10 @@ def close(i, slip, contacts):
 
 
 @kernel
-def may_share(model, p, t, contacts, touch):
-    """Whether the contacts are redundant in their modes, or nearly so, and admissible forces go with them."""
+def may_share(model, p, t, i, contacts, touch):
+    """Whether the island of contact i is redundant in its modes, or nearly so, and admissible forces go with them."""
     n = contacts.facts[N_U]
     for j in range(n):
         touch.x[j], touch.x[n + j] = contacts.q[j], contacts.u[j]
     status = rigid_rates(model, p, address(contacts), t, touch.x, touch.rates)
-    return status == Status.RUNNING and contacts.facts[IS_ADMISSIBLE] == 1
+    return status == Status.RUNNING and contacts.is_admissible[i] == 1

@@ -1,12 +1,15 @@
-"""Impacts of the contacts that touch: the contact problem at velocity level, at one instant.
+"""Impacts of the contacts that strike, and of those that they strike: the contact problem at velocity level, at one
+instant.
 
     M (u_+ - u_-) = W^T P,    (gamma_+ + e gamma_-, P) in the laws of contact and friction (Newton)
 
-It is the problem of a Moreau–Jean step without duration, so that both integrators mean the same impact. An *impact
-without collision* has gamma_N = 0 before: P = 0 solves it too, and the solution that sticks is asked for. For one
-contact that is where the impulse map of paradox/impact.py ends, with P_F/P_N = -G_NN/G_NF, which is inside the cone
-where p < 0 and on it where p = 0, at a Génot–Brogliato point. Source: Moreau (1988); Génot, Brogliato, *Eur. J. Mech.
-A/Solids* 18 (1999) 653.
+It is the problem of a Moreau–Jean step without duration, so that both integrators mean the same impact. A contact that
+touches takes no part where the impulses of the others do not change its normal velocity: P = 0 solves its problem.
+
+An *impact without collision* has gamma_N = 0 before: P = 0 solves it too, and the solution that sticks is asked for.
+For one contact that is where the impulse map of paradox/impact.py ends, with P_F/P_N = -G_NN/G_NF, which is inside the
+cone where p < 0 and on it where p = 0, at a Génot–Brogliato point. Source: Moreau (1988); Génot, Brogliato, *Eur. J.
+Mech. A/Solids* 18 (1999) 653.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ import math
 from nonsmooth.acceleration_problem import acceleration_problem
 from nonsmooth.blocks import address, view
 from nonsmooth.contact_problem import add_restitution, row_velocities
+from nonsmooth.contact_solvers.islands import find_islands, spread_strike
 from nonsmooth.contact_solvers.planar import Route, solve_planar
 from nonsmooth.contact_solvers.single import NO_CANDIDATE, Selection, solve_single, stick
 from nonsmooth.dense import SINGULAR
@@ -35,7 +39,8 @@ CONE = 2.0 * NEARLY_SINGULAR  # P_F/P_N exceeds mu by the part p/(G_NN - p), whe
 
 @kernel("int64(int64, float64[::1], float64, float64[::1], boolean, boolean, int64, int64, int64)", short_loops=True)
 def impact(model, p, t, x, must_stick, has_restitution, state_at, contacts_at, touch_at):
-    """Change u by the impulses of the contacts that touch, book them in x and in touch.P; returns a Status."""
+    """Change u by the impulses of the contacts marked in touch.strikes, and of those that touch and whose normal
+    velocity these change; mark these too, book the impulses in x and in touch.P. Returns a Status."""
     state, contacts, touch = view(state_at, State), view(contacts_at, RigidContacts), view(touch_at, Touch)
     work, kinds, facts = contacts.work, contacts.kinds, contacts.facts
     n, n_c = facts[N_U], kinds.shape[0]
@@ -44,13 +49,45 @@ def impact(model, p, t, x, must_stick, has_restitution, state_at, contacts_at, t
     n_k = 0
     for i in range(n_c):
         if touch.is_touching[i] == 1 and kinds[i, 0] != GIVEN_FORCE:
-            work.closed[n_k] = i
+            work.closed[n_k], touch.spread[n_k] = i, touch.strikes[i]
             n_k += 1
     status, _ = acceleration_problem(
         model, facts[HAS], t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
     )
     if status != Status.RUNNING:
         return status
+    spread_strike(n_k, work.start, work.G, touch.spread)
+    for k in range(n_k):
+        touch.strikes[work.closed[k]] = touch.spread[k]
+        touch.number[work.closed[k]] = -1
+    count = find_islands(n_k, work.start, work.G, contacts.island)
+    for k in range(n_k):
+        if touch.spread[k] == 1:
+            touch.number[work.closed[k]] = contacts.island[k]
+    for island in range(count):
+        status = impact_of(island, model, p, t, x, must_stick, has_restitution, n_k, state, contacts, touch)
+        if status != Status.RUNNING:
+            return status
+    return Status.RUNNING.value
+
+
+@kernel
+def impact_of(island, model, p, t, x, must_stick, has_restitution, n_touching, state, contacts, touch):
+    """The impact of the contacts of one island: another one does not change their velocities. Returns a Status."""
+    work, kinds, facts, n = contacts.work, contacts.kinds, contacts.facts, contacts.facts[N_U]
+    n_k = 0
+    for i in range(kinds.shape[0]):
+        if touch.is_touching[i] == 1 and kinds[i, 0] != GIVEN_FORCE and touch.number[i] == island:
+            work.closed[n_k] = i
+            n_k += 1
+    if n_k == 0:
+        return Status.RUNNING.value
+    if n_k < n_touching:
+        status, _ = acceleration_problem(
+            model, facts[HAS], t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
+        )
+        if status != Status.RUNNING:
+            return status
     r = row_velocities(n, n_k, kinds, contacts.u, work)
     for a in range(r):
         work.c[a] = work.gamma_0[a]
@@ -121,7 +158,8 @@ def impulses_of_lost_slide(laws, i, gamma_0, G, P):
 
 @kernel
 def apply_impulses(n, n_k, r, x, contacts, touch):
-    """u += X^T P; impulses and works are added to the quadratures of x, with the mean velocities of the impact.
+    """u += X^T P, what cancels to rounding set to 0; impulses and works are added to the quadratures of x, with the
+    mean velocities of the impact.
 
     Returns what the contacts gained, relative to their surfaces, and the sum of the sizes of its parts.
     """
@@ -129,8 +167,12 @@ def apply_impulses(n, n_k, r, x, contacts, touch):
     n_c = kinds.shape[0]
     for j in range(n):
         before = x[n + j]
+        total, size = before, abs(before)
         for a in range(r):
-            x[n + j] += work.X[a, j] * work.P[a]
+            part = work.X[a, j] * work.P[a]
+            total += part
+            size += abs(part)
+        x[n + j] = 0.0 if abs(total) <= ROUNDING * size < math.inf else total
         work.trial[j] = 0.5 * (before + x[n + j])
     for m in range(touch.ledger.shape[0]):
         touch.ledger[m] = 0.0

@@ -27,7 +27,7 @@ from nonsmooth.integrators.penalty_loop import NEXT, ROWS, STALLS, Trail, state_
 from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_restart, radau_step
 from nonsmooth.integrators.radau_stages import DONE, NOW, STEP, Radau, radau_shapes, rates_at
 from nonsmooth.integrators.records import N_EVENTS, PENETRATION, STEPS, State
-from nonsmooth.integrators.rigid_census import count_step, enters_region, note_several, sliding_alone
+from nonsmooth.integrators.rigid_census import count_step, enters_region, note_several, slides, slides_alone
 from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.integrators.rigid_modes import (
     CLOSURE,
@@ -91,7 +91,7 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
         t = clock[NOW]
         if every > 0 and trail.counts[ROWS] + 2 > trail.t.shape[0]:
             return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
-        if state.counters[N_EVENTS] + contacts.kinds.shape[0] + 1 > state.events.shape[0]:  # an event, and the census
+        if state.counters[N_EVENTS] + 2 * contacts.kinds.shape[0] > state.events.shape[0]:  # an event, and the census
             return Status.RUNNING.value
         if contacts.facts[EVENT] != NO_EVENT:
             status = handle_event(rates, model, p, every, state, trail, scratch)
@@ -190,12 +190,15 @@ def handle_event(rates, model, p, every, state, trail, scratch):
     for j in range(n):
         has_jumped = has_jumped or u_0[j] != ode.x[n + j]
         state.q[j], state.u[j] = ode.x[j], ode.x[n + j]
-    alone = sliding_alone(contacts)
-    if not is_start and alone < 0 and (every == 0 or not has_jumped):
+    has_slide = False
+    for i in range(contacts.kinds.shape[0]):
+        has_slide = has_slide or slides(i, contacts)
+    if not is_start and not has_slide and (every == 0 or not has_jumped):
         return status
     status = rates_at(rates, model, p, address(contacts), t, ode.x, ode.f)
-    if alone >= 0 and status == Status.RUNNING:
-        note_several(t, alone, enters, state, contacts)
+    for i in range(contacts.kinds.shape[0]):
+        if status == Status.RUNNING and slides_alone(i, contacts):
+            note_several(t, i, enters and i == event // N_FUNCTIONS, state, contacts)
     if is_start:
         write_start(t, n, ode.x, u_0, events.x, contacts, trail)
     if every > 0 and has_jumped:

@@ -11,8 +11,9 @@ Each contact has a mode, and the modes make the forces the solution of one linea
 
 with gamma' = G la + b, the acceleration-level problem by which paradoxes are judged. Its matrix A is G without the rows
 of sliding friction, whose columns are added to those of the normal forces: one contact that slides has A = p =
-G_NN - s mu sigma G_NF. Redundant contacts make A singular: rigid_redundant.py. The forces and what ends a mode are in
-rigid_forces.py, what follows an event in rigid_switching.py.
+G_NN - s mu sigma G_NF. Contacts that G does not couple have systems of their own, island by island. Redundant contacts
+make A singular: rigid_redundant.py. The forces and what ends a mode are in rigid_forces.py, what follows an event in
+rigid_switching.py.
 
 Source: Pfeiffer, Glocker, *Multibody Dynamics with Unilateral Contacts* (1996), chapter 5;
 docs/theory/event_driven.md.
@@ -27,25 +28,28 @@ from typing import NamedTuple
 from nonsmooth.acceleration_problem import IMPLICIT, acceleration_problem
 from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, frozen
 from nonsmooth.contact_problem import Work, row_velocities, smooth_step, work_shapes
+from nonsmooth.contact_solvers.islands import find_held_islands
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 from nonsmooth.dense import lu, lu_solve
-from nonsmooth.integrators.contact_switching import ROUNDINGS, rounded_speed
+from nonsmooth.integrators.contact_switching import ROUNDINGS, fastest_velocity
 from nonsmooth.integrators.radau_stages import EPS, determinant_is_positive
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_WIDTH, friction_coefficient
 from nonsmooth.system import GIVEN_FORCE, ContactMode
 
-# facts; EVENT is the event that waits to be handled; IS_SHARED: 1 where contacts are redundant, so that no single force
-# is known; IS_ADMISSIBLE: 1 where contacts are redundant, or nearly so, and admissible forces go with their modes;
-# SEVERAL_FIT: whether several forces fit the slide
-HAS, N_U, SELECTION, EVENT, IS_SHARED, IS_ADMISSIBLE, SEVERAL_FIT = range(7)
-# numbers of the run: tolerances; det A over that without friction, and the shift of its diagonal where contacts are
-# redundant; the time that the shortest flight lasts which has just begun; the largest gap of a closed contact
+# facts; EVENT is the event that waits to be handled; of the island whose forces were found last, IS_SHARED: 1 where its
+# contacts are redundant, so that no single force is known; IS_ADMISSIBLE: 1 where they are redundant, or nearly so, and
+# admissible forces go with their modes
+HAS, N_U, SELECTION, EVENT, IS_SHARED, IS_ADMISSIBLE = range(6)
+# numbers of the run: tolerances; det A over that without friction of the island where it is least, and the shift of
+# its diagonal where contacts are redundant; the time that the shortest flight lasts which has just begun; the largest
+# gap of a closed contact
 ATOL, RTOL, DETERMINANT, SHIFT, FLIGHT, DRIFT = range(6)
 # event functions of a contact; the last of all is REGULAR
 CLOSURE, FRICTION, SIGN = range(3)
 UNIQUE = CLOSURE  # of a bilateral contact, which has nothing to close
 N_FUNCTIONS = 3
+EVERY = -1  # island
 N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfaces
 # det A over that without friction (p/G_NN of one contact) at which a slide ends: masses of different size make both
 # small, but not their ratio. Towards a Génot–Brogliato point la_N grows like
@@ -73,7 +77,7 @@ class RigidContacts(NamedTuple):
     """The contacts of a run. n = n_u, c = n_c, r = rows."""
 
     work: Work
-    facts: Integers  # (7,)
+    facts: Integers  # (6,)
     numbers: Vector  # (6,)
     kinds: IntegerTable  # (c, 2)
     laws: Matrix  # (c, LAW_WIDTH)
@@ -86,6 +90,14 @@ class RigidContacts(NamedTuple):
     gamma: Matrix  # (c, 2) contact velocities
     size: Vector  # (c,) what the terms of la_N add up to without their signs
     ratio: Vector  # (c,) la_F/la_N of a slide
+    determinant: Vector  # (c,) det A over that without friction, of the island of each contact
+    is_shared: Integers  # (c,) IS_SHARED of the island of each contact
+    is_admissible: Integers  # (c,) and IS_ADMISSIBLE
+    is_alone: Integers  # (c,) 1 for the only contact of an island
+    several: Integers  # (c,) 1 where several forces fit the slide, and that was noted
+    place: Integers  # (c,) position of each closed contact in work.closed
+    held: Integers  # (c,) rows of each of these that the modes hold at zero
+    island: Integers  # (c,) and the number of its island
     rates: Matrix  # (4, r) W' u + w'
     row: Integers  # (r,) row of G of each equation
     contact: Integers  # (r,) contact of each equation
@@ -105,9 +117,10 @@ def contacts_shapes(n: int, n_c: int, d: int) -> tuple:
     """Shapes of ``RigidContacts``."""
     r = max(1, n_c * (1 + d))
     return frozen({
-        "work": work_shapes(n, n_c, d), "facts": (7,), "numbers": (6,), "kinds": (n_c, 2), "laws": (n_c, LAW_WIDTH),
-        **dict.fromkeys(("mode", "slip", "sign", "size", "ratio"), (n_c,)), "q": (n,), "u": (n,), "la": (n_c, 2),
-        "gamma": (n_c, 2), "rates": (4, r), "A": (r, r), "factor": (r, r),
+        "work": work_shapes(n, n_c, d), "facts": (6,), "numbers": (6,), "kinds": (n_c, 2), "laws": (n_c, LAW_WIDTH),
+        **dict.fromkeys(("mode", "slip", "sign", "size", "ratio", "determinant", "is_shared", "is_admissible"), (n_c,)),
+        **dict.fromkeys(("is_alone", "several", "place", "held", "island"), (n_c,)),
+        "q": (n,), "u": (n,), "la": (n_c, 2), "gamma": (n_c, 2), "rates": (4, r), "A": (r, r), "factor": (r, r),
         **dict.fromkeys(("row", "contact", "part", "order", "b", "z", "left", "sum"), (r,)),
         "redundant": frozen({
             "Q": (r, n), "X": (r, n), "R": (r, r), **dict.fromkeys(("y", "order", "length"), (r,)),
@@ -119,7 +132,7 @@ def contacts_shapes(n: int, n_c: int, d: int) -> tuple:
 @kernel
 def small_speed(n, contacts):
     """A contact velocity that counts as zero [m/s]: rounding of the velocities, of atol where all are smaller."""
-    return rounded_speed(n, contacts) + ROUNDINGS * EPS * contacts.numbers[ATOL]
+    return ROUNDINGS * EPS * (fastest_velocity(n, contacts) + contacts.numbers[ATOL])
 
 
 @kernel
@@ -188,11 +201,32 @@ def find_ratios(n_k, contacts):
 
 
 @kernel
+def list_islands(n_k, contacts):
+    """Number the islands of the closed contacts in their modes; returns how many."""
+    work, kinds = contacts.work, contacts.kinds
+    for k in range(n_k):
+        i = work.closed[k]
+        has_normal = 1 if kinds[i, 0] != GIVEN_FORCE else 0
+        contacts.place[i] = k
+        contacts.held[k] = has_normal + (1 if contacts.mode[i] == ContactMode.STICK else 0)
+    return find_held_islands(n_k, work.start, contacts.held, work.G, contacts.island)
+
+
+@kernel
 def list_equations(n_k, contacts):
-    """The rows that the modes hold at zero: normal, then tangential where a contact sticks; returns their number."""
+    """``list_equations_of`` all contacts."""
+    return list_equations_of(EVERY, n_k, contacts)
+
+
+@kernel
+def list_equations_of(island, n_k, contacts):
+    """The rows that the modes hold at zero, of the contacts of an island: normal, then tangential where a contact
+    sticks; returns their number."""
     work = contacts.work
     m = 0
     for k in range(n_k):
+        if island != EVERY and contacts.island[k] != island:
+            continue
         i = work.closed[k]
         if contacts.kinds[i, 0] != GIVEN_FORCE:
             contacts.row[m], contacts.contact[m], contacts.part[m] = work.start[k], i, 0
@@ -204,11 +238,11 @@ def list_equations(n_k, contacts):
 
 
 @kernel
-def factorise_both(n_k, m, contacts):
+def factorise_both(m, contacts):
     """``factorise`` with friction, and return as it does, with the determinant over that without (1 if none slides)."""
     slides = False
-    for k in range(n_k):
-        slides = slides or contacts.mode[contacts.work.closed[k]] == ContactMode.SLIDE
+    for e in range(m):
+        slides = slides or contacts.mode[contacts.contact[e]] == ContactMode.SLIDE
     frictionless = 1.0
     if slides:
         factorise(m, False, contacts)

@@ -112,15 +112,22 @@ def orthogonalise(n, m, contacts):
 
 @kernel
 def are_consistent(rank, m, tolerance, contacts):
-    """Whether the rows after the first ``rank`` ask for what these give, within a part of the sizes of their terms."""
+    """Whether the rows after the first ``rank`` ask for what these give, within a part of the sizes of their terms.
+
+    A row whose terms all vanish asks for the rounding of the other terms: of sizes up to its length times |y|.
+    """
     rows, b = contacts.redundant, contacts.b
+    total = 0.0
+    for l in range(rank):
+        total += rows.y[l] * rows.y[l]
+    rounding = ROUNDINGS * EPS * total**0.5
     for k in range(rank, m):
         e = rows.order[k]
         lack, terms = b[e], abs(b[e])
         for l in range(rank):
             lack -= rows.R[l, e] * rows.y[l]
             terms += abs(rows.R[l, e] * rows.y[l])
-        if not abs(lack) <= tolerance * terms:
+        if not abs(lack) <= tolerance * terms + rounding * rows.length[e] ** 0.5:
             return False
     return True
 

@@ -2,10 +2,12 @@
 
 1. Contacts that touch and approach strike (rigid_impact.py); those that part are open.
 2. Every set of forces of the contacts that still touch is enumerated (paradox/forces.py) with the sliding directions
-   of the instant, and one is taken by the rule of docs/theory/selection.md. An event that lies on the border of two
-   modes is decided a moment later on the motion that the old modes would have gone on with: there one of the two no
-   longer holds. Contacts that are left free and do not part are closed where they are redundant (rigid_idle.py).
-3. Where there is none, sliding is inconsistent: an impact without collision follows, then step 2 again. With
+   of the instant, island by island, and one is taken by the rule of docs/theory/selection.md. Islands that are no part
+   of the event go on. An event that lies on the border of two modes is decided a moment later on the motion that the
+   old modes would have gone on with: there one of the two no longer holds. Contacts that are left free and do not part
+   are closed where they are redundant (rigid_idle.py).
+3. Where an island has none, its sliding is inconsistent: an impact without collision follows, of its contacts and
+   those whose normal velocity that changes, then step 2 again. With
    selection="impact" the same is done where there are several. The contact has then stuck, if the force that holds it
    has the sign of the impulse; the force of a stiff contact falls through zero otherwise, and there it lets go.
 4. Impacts slower than atol [m/s] have no restitution. A contact that leaves with the velocity v and will come back,
@@ -61,6 +63,7 @@ from nonsmooth.integrators.rigid_impact import impact
 from nonsmooth.integrators.rigid_modes import (
     ATOL,
     CLOSURE,
+    DETERMINANT,
     EVENT,
     FLIGHT,
     FRICTION,
@@ -68,7 +71,7 @@ from nonsmooth.integrators.rigid_modes import (
     N_FUNCTIONS,
     N_U,
     SELECTION,
-    SEVERAL_FIT,
+    SINGULAR_SLIDE,
     RigidContacts,
     rounded_length,
     small_speed,
@@ -76,7 +79,7 @@ from nonsmooth.integrators.rigid_modes import (
 from nonsmooth.integrators.rigid_touch import START, Touch, look
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_E_N
-from nonsmooth.paradox.forces import Forces, Outcome, forces_of_closed, forces_shapes
+from nonsmooth.paradox.forces import Forces, Outcome, forces_of_closed, forces_shapes, is_asked
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
 KEPT = 64  # solutions kept of one state
@@ -103,17 +106,18 @@ def switch_modes(model, p, t, moment, x, state_at, contacts_at, touch_at, forces
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
         touch.P[i, 0], touch.P[i, 1], touch.accumulates[i], touch.kind[i] = 0.0, 0.0, 0.0, MODE_CHANGE
     is_border = on_border(event, n_c, contacts)
-    if is_border:
+    is_lost = event == N_FUNCTIONS * n_c and n_c > 0
+    if is_border or is_lost:
         status = rigid_rates(model, p, address(contacts), t, x, touch.rates)
         if status != Status.RUNNING:
             return status
+        mark_lost(contacts, touch)
     for j in range(n):
         touch.q[j] = moment * x[n + j] if is_border else 0.0
         touch.u[j] = moment * contacts.work.du[j] if is_border else 0.0
     status, has_struck = strike(model, p, t, x, event, state, contacts, touch)
     if status == Status.RUNNING:
         later = t + moment if is_border and not has_struck else t
-        is_lost = event == N_FUNCTIONS * n_c and n_c > 0
         status = settle(model, p, t, later, x, is_lost, state_at, contacts_at, touch_at, forces_at)
     if status == Status.RUNNING and has_struck:
         status = give_up_bounces(model, p, t, x, state, contacts, touch, forces)
@@ -126,6 +130,16 @@ def switch_modes(model, p, t, moment, x, state_at, contacts_at, touch_at, forces
     note_events(t, state, contacts, touch)
     contacts.facts[EVENT] = NO_EVENT
     return status
+
+
+@kernel
+def mark_lost(contacts, touch):
+    """Mark the contacts of the islands that have lost their forces: where det A is least, and where it is as good as
+    zero, as in two islands that are alike."""
+    bound = max(contacts.numbers[DETERMINANT], 2.0 * SINGULAR_SLIDE)
+    for i in range(contacts.kinds.shape[0]):
+        is_closed = contacts.mode[i] != ContactMode.OPEN
+        touch.is_lost[i] = 1 if is_closed and contacts.determinant[i] <= bound else 0
 
 
 @kernel
@@ -153,9 +167,11 @@ def strike(model, p, t, x, event, state, contacts, touch):
             if attempt == 0:
                 touch.before[i, 0], touch.before[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
             kind, gamma_N = contacts.kinds[i, 0], touch.gamma[i, 0]
+            touch.strikes[i] = 0
             approaches = gamma_N < -speed if kind == UNILATERAL else kind == BILATERAL and abs(gamma_N) > speed
             if touch.is_touching[i] == 1 and approaches:
                 touch.kind[i] = IMPACT
+                touch.strikes[i] = 1
                 is_struck = True
         if not is_struck:
             return Status.RUNNING.value, has_struck
@@ -174,16 +190,17 @@ def end_series(model, p, t, x, state, contacts, touch):
     """The end of a series of impacts of several contacts at one instant, by one without restitution; a Status."""
     n_c = contacts.kinds.shape[0]
     for i in range(n_c):
+        touch.strikes[i] = 0
         if touch.kind[i] == IMPACT:
-            touch.is_touching[i] = 1
+            touch.is_touching[i], touch.strikes[i] = 1, 1
             if contacts.laws[i, LAW_E_N] >= 1.0:
                 return Status.CHATTERING.value
+    speed = small_speed(contacts.facts[N_U], contacts)  # before: of what comes to rest rounding is left
     status = impact(model, p, t, x, False, False, address(state), address(contacts), address(touch))
     if status != Status.RUNNING:
         return status
     if not look(model, p, t, x, NO_EVENT, contacts, touch):
         return Status.NOT_FINITE.value
-    speed = small_speed(contacts.facts[N_U], contacts)
     for i in range(n_c):
         if touch.is_touching[i] == 1 and abs(touch.gamma[i, 0]) > speed:
             return Status.CHATTERING.value
@@ -194,9 +211,10 @@ def end_series(model, p, t, x, state, contacts, touch):
     "int64(int64, float64[::1], float64, float64, float64[::1], boolean, int64, int64, int64, int64)", short_loops=True
 )
 def settle(model, p, t, later, x, is_lost, state_at, contacts_at, touch_at, forces_at):
-    """Give the contacts that touch their modes, with an impact without collision where they have none.
+    """Give the contacts that touch their modes, with an impact without collision of the islands that have none.
 
-    ``is_lost`` tells that there are no forces even before they are looked for. Returns a Status.
+    ``is_lost`` tells that the islands marked in touch.is_lost have no forces even before they are looked for. Returns
+    a Status.
     """
     state, contacts = view(state_at, State), view(contacts_at, RigidContacts)
     touch, forces = view(touch_at, Touch), view(forces_at, Forces)
@@ -207,20 +225,15 @@ def settle(model, p, t, later, x, is_lost, state_at, contacts_at, touch_at, forc
             contacts.q[j] = x[j] + (touch.q[j] if is_ahead else 0.0)
             contacts.u[j] = x[n + j] + (touch.u[j] if is_ahead else 0.0)
         n_k = list_touching(contacts, touch, forces)
-        found = 0
-        if not is_lost or attempt > 0:
-            outcome, found, _ = forces_of_closed(
-                model, contacts.facts[HAS], later, contacts.q, contacts.u, p, n_k, contacts.kinds, contacts.laws, forces
-            )
-            if outcome != Outcome.COMPLETE:
-                return Status.NOT_FINITE.value if outcome == Outcome.NOT_FINITE else Status.NOT_SOLVED.value
-        if found == 0 and not is_lost and close_all(model, p, later, contacts, touch):
+        outcome, _, _ = forces_of_closed(
+            model, contacts.facts[HAS], later, contacts.q, contacts.u, p, n_k, contacts.kinds, contacts.laws, forces
+        )
+        if outcome != Outcome.COMPLETE:
+            return Status.NOT_FINITE.value if outcome == Outcome.NOT_FINITE else Status.NOT_SOLVED.value
+        take_modes(attempt == 0, is_lost and attempt == 0, n_k, state, contacts, touch, forces)
+        close_idle(model, p, later, n_k, contacts, touch, forces)
+        if not must_strike(model, p, later, is_lost, n_k, contacts, touch, forces):
             return Status.RUNNING.value
-        if found > 0:
-            slides, take = take_modes(found, n_k, state, contacts, touch, forces)
-            close_idle(model, p, later, take, n_k, contacts, touch, forces)
-            if not (found > 1 and slides and attempt == 0 and contacts.facts[SELECTION] == Selection.IMPACT):
-                return Status.RUNNING.value
         status = strike_without_collision(model, p, t, x, state, contacts, touch)
         if status != Status.RUNNING:
             return status
@@ -230,10 +243,14 @@ def settle(model, p, t, later, x, is_lost, state_at, contacts_at, touch_at, forc
 
 @kernel
 def list_touching(contacts, touch, forces):
-    """Hand the contacts that touch over to the search for forces; returns their number."""
+    """Hand the contacts that touch over to the search for forces; returns their number.
+
+    It is asked for the islands that something has happened to: the others go on, whatever else would fit them.
+    """
     n_k = 0
     for i in range(contacts.kinds.shape[0]):
         forces.gamma[i, 0], forces.gamma[i, 1] = 0.0, touch.gamma[i, 1]
+        touch.strikes[i] = 0
         if touch.is_touching[i] == 0:
             contacts.mode[i], contacts.slip[i], contacts.sign[i] = ContactMode.OPEN.value, 0, 1
             continue
@@ -241,48 +258,124 @@ def list_touching(contacts, touch, forces):
         forces.slip[n_k] = 0
         if contacts.kinds[i, 1] > 0 and touch.is_resting[i] == 0:
             forces.slip[n_k] = 1 if touch.gamma[i, 1] > 0.0 else -1
+        forces.asked[n_k] = 0 if goes_on(i, forces.slip[n_k], contacts, touch) else 1
         n_k += 1
     return n_k
 
 
 @kernel
-def take_modes(found, n_k, state, contacts, touch, forces):
-    """Take one of the solutions found by the selection rule: (whether a contact slides before, which one)."""
-    work, tree, kinds = forces.work, forces.planar.tree, contacts.kinds
-    kept = min(found, forces.candidate.shape[0], tree.modes.shape[0])
-    slides = False
-    bits = 0
+def goes_on(i, slip, contacts, touch):
+    """Whether contact i is no part of the event, has not been struck, and moves as its mode says."""
+    event, mode = contacts.facts[EVENT], contacts.mode[i]
+    if event < 0 or event // N_FUNCTIONS == i or touch.P[i, 0] != 0.0 or touch.P[i, 1] != 0.0:
+        return False
+    if event == N_FUNCTIONS * contacts.kinds.shape[0] and touch.is_lost[i] == 1:
+        return False
+    if contacts.kinds[i, 1] == 0:
+        return mode != ContactMode.OPEN
+    if slip == 0:
+        return mode == ContactMode.STICK
+    return mode == ContactMode.SLIDE and contacts.slip[i] == slip
+
+
+@kernel
+def take_modes(is_first, is_lost, n_k, state, contacts, touch, forces):
+    """Take one of the solutions of each island by the selection rule; those without one, or that the rule stops, are
+    left with touch.strikes = 1."""
     for k in range(n_k):
+        island = forces.island[k]
+        if not is_first_of(k, forces) or not is_asked(island, n_k, forces):
+            continue
+        strikes = forces.number[island] == 0 or (is_lost and touch.is_lost[forces.work.closed[k]] == 1)
+        if not strikes:
+            slides = take_solution(island, n_k, state, contacts, touch, forces)
+            is_stopped = contacts.facts[SELECTION] == Selection.IMPACT and is_first
+            strikes = forces.number[island] > 1 and slides and is_stopped
+        if strikes:
+            let_strike(island, 1, n_k, touch, forces)
+
+
+@kernel
+def let_strike(island, strikes, n_k, touch, forces):
+    """Note whether the contacts of an island strike."""
+    for k in range(n_k):
+        if forces.island[k] == island:
+            touch.strikes[forces.work.closed[k]] = strikes
+
+
+@kernel
+def is_first_of(k, forces):
+    """Whether closed contact k is the first of its island."""
+    for m in range(k):
+        if forces.island[m] == forces.island[k]:
+            return False
+    return True
+
+
+@kernel
+def take_solution(island, n_k, state, contacts, touch, forces):
+    """Take one of the solutions of an island by the selection rule; returns whether a contact slides before."""
+    work, planar, tree, kinds = forces.work, forces.planar, forces.planar.tree, contacts.kinds
+    found = forces.number[island]
+    kept = min(found, forces.candidate.shape[0], tree.modes.shape[0])
+    slides, has_hysteresis, bits, n = False, False, 0, 0
+    for k in range(n_k):
+        if forces.island[k] != island:
+            continue
         i = work.closed[k]
         slides = slides or forces.slip[k] != 0
         was_caught = touch.is_resting[i] == 1 and forces.mu_static[k] > forces.mu[k]  # by the static friction
+        has_hysteresis = has_hysteresis or was_caught  # sticking beside a slide is none of the paradoxes then
         was_stuck = state.mode[i] == ContactMode.STICK
         for m in range(kept):
             if touch.kind[i] == INCONSISTENT and forces.candidate[m, k] == STICK:
                 was_stuck = forces.la[m, work.start[k]] * touch.P[i, 0] > 0.0
-            tree.modes[m, k] = forces.candidate[m, k]
+            tree.modes[m, n] = forces.candidate[m, k]
             bits |= 1 << forces.candidate[m, k]
-        forces.planar.was_stuck[k] = 1 if was_stuck or was_caught else 0
+        forces.contact[n], forces.member[n], forces.start[n] = k, i, work.start[k]
+        planar.mu[n], planar.was_stuck[n] = forces.mu[k], 1 if was_stuck or was_caught else 0
+        n += 1
     take = select(
-        kept, n_k, work.closed, work.start, kinds, forces.mu, work.G, forces.planar.was_stuck,
-        contacts.facts[SELECTION], tree,
+        kept, n, forces.member, forces.start, kinds, planar.mu, work.G, planar.was_stuck, contacts.facts[SELECTION],
+        tree,
     )  # fmt: skip
     is_noted = False
-    is_indeterminate = found >= 3 or (found == 2 and (slides or n_k > 1))
-    for k in range(n_k):
-        i = work.closed[k]
-        candidate = tree.modes[take, k]
+    is_indeterminate = found >= 3 or (found == 2 and (slides or n > 1 or not has_hysteresis))
+    for m in range(n):
+        i, k, candidate = forces.member[m], forces.contact[m], tree.modes[take, m]
         contacts.mode[i] = mode_of(candidate, kinds[i, 1])
         contacts.slip[i] = slip_of(candidate)
         contacts.sign[i] = sigma_of(candidate) if kinds[i, 0] == BILATERAL else 1
+        for a in range(work.start[k], work.start[k + 1]):
+            forces.taken[a] = forces.la[take, a]
+        if is_indeterminate:
+            touch.found[i, 0], touch.found[i, 1] = found, bits if n == 1 else 0
         if is_indeterminate and kinds[i, 1] > 0 and touch.kind[i] == MODE_CHANGE:
             touch.kind[i] = INDETERMINATE
             is_noted = True
-    contacts.facts[SEVERAL_FIT] = 1 if is_noted else 0
+    for m in range(n):
+        contacts.several[forces.member[m]] = 1 if is_noted else 0
     if is_indeterminate:
-        state.counters[SEVERAL] += 0 if slides and n_k == 1 else 1  # of these the steps are counted
-        touch.found[0], touch.found[1] = found, bits if n_k == 1 else 0
-    return slides, take
+        state.counters[SEVERAL] += 0 if slides and n == 1 else 1  # of these the steps are counted
+    return slides
+
+
+@kernel
+def must_strike(model, p, t, is_lost, n_k, contacts, touch, forces):
+    """Whether an island has no forces that its contacts could be given, or is to be stopped by the rule.
+
+    Forces of rows that are nearly parallel or opposite are lost in G, by which they were looked for: such contacts may
+    share a load all the same.
+    """
+    strikes = False
+    for k in range(n_k):
+        i, island = forces.work.closed[k], forces.island[k]
+        has_none = forces.number[island] == 0 and not (is_lost and touch.is_lost[i] == 1)
+        if touch.strikes[i] == 1 and has_none and is_first_of(k, forces):
+            if close_all(model, p, t, island, n_k, contacts, touch, forces):
+                let_strike(island, 0, n_k, touch, forces)
+        strikes = strikes or touch.strikes[i] == 1
+    return strikes
 
 
 @kernel
@@ -312,25 +405,42 @@ def strike_without_collision(model, p, t, x, state, contacts, touch):
 
 @kernel
 def give_up_bounces(model, p, t, x, state, contacts, touch, forces):
-    """Close the contacts whose next bounce is lower than the tolerance; note how long the shortest other flight is."""
+    """Close the contacts whose next bounce is lower than the tolerance; note how long the shortest other flight is.
+
+    What closes changes the forces, and so which of the others come back: each is closed once.
+    """
+    for _ in range(contacts.kinds.shape[0]):
+        status, has_closed = close_low_bounces(model, p, t, x, contacts, touch)
+        if status != Status.RUNNING or not has_closed:
+            return status
+        status = settle(model, p, t, t, x, False, address(state), address(contacts), address(touch), address(forces))
+        if status != Status.RUNNING:
+            return status
+    return Status.RUNNING.value
+
+
+@kernel
+def close_low_bounces(model, p, t, x, contacts, touch):
+    """Let the contacts touch whose next bounce is lower than the tolerance: (Status, whether there are any)."""
     work, kinds = contacts.work, contacts.kinds
     n, n_c = contacts.facts[N_U], kinds.shape[0]
     status = rigid_rates(model, p, address(contacts), t, x, touch.rates)
     if status != Status.RUNNING:
-        return status
+        return status, False
     for i in range(n_c):
         work.closed[i] = i
     if not find_row_rates(
         model, contacts.facts[HAS], t, n, contacts.q, contacts.u, p, n_c, kinds, contacts.rates, work
     ):
-        return Status.NOT_FINITE
+        return Status.NOT_FINITE.value, False
     for j in range(n):
         work.q_mid[j] = contacts.q[j]
     if not evaluate_rows(model, contacts.facts[HAS], True, t, contacts.u, p, work):
-        return Status.NOT_FINITE
+        return Status.NOT_FINITE.value, False
     height = max(contacts.numbers[ATOL], RESOLVED * rounded_length(n, contacts))
     r = 0
     has_closed = False
+    contacts.numbers[FLIGHT] = math.inf
     for i in range(n_c):
         v = touch.gamma[i, 0]
         if kinds[i, 0] == UNILATERAL and touch.is_touching[i] == 0 and v > 0.0 and work.g_N[i] <= height:
@@ -345,9 +455,7 @@ def give_up_bounces(model, p, t, x, state, contacts, touch, forces):
             elif a < 0.0:
                 contacts.numbers[FLIGHT] = min(contacts.numbers[FLIGHT], 2.0 * v / -a)
         r += (1 if kinds[i, 0] != GIVEN_FORCE else 0) + kinds[i, 1]
-    if not has_closed:
-        return Status.RUNNING
-    return settle(model, p, t, t, x, False, address(state), address(contacts), address(touch), address(forces))
+    return Status.RUNNING.value, has_closed
 
 
 @kernel
@@ -373,7 +481,7 @@ def note_events(t, state, contacts, touch):
         if kind == INCONSISTENT:
             row[m, EVENT_SOLUTIONS] = 0
         elif kind == INDETERMINATE:
-            row[m, EVENT_SOLUTIONS], row[m, EVENT_FOUND] = touch.found[0], touch.found[1]
+            row[m, EVENT_SOLUTIONS], row[m, EVENT_FOUND] = touch.found[i, 0], touch.found[i, 1]
         state.counters[N_EVENTS] += 1
     for i in range(contacts.kinds.shape[0]):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]

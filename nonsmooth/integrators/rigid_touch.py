@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 from typing import NamedTuple
 
-from nonsmooth.blocks import Integers, Matrix, Vector, frozen
+from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, frozen
 from nonsmooth.contact_problem import evaluate_rows, row_velocities
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 from nonsmooth.integrators.records import N_LEDGER
@@ -39,6 +39,10 @@ class Touch(NamedTuple):
     before: Matrix  # (c, 2) those before the impacts
     P: Matrix  # (c, 2) impulses of the event
     kind: Integers  # (c,) kind of the event
+    strikes: Integers  # (c,) 1 where impulses are asked for
+    spread: Integers  # (c,) the same of the contacts that touch, one after the other
+    number: Integers  # (c,) island of a contact that strikes, -1 of others
+    is_lost: Integers  # (c,) 1 where a slide has lost its force
     accumulates: Vector  # (c,) time that the bounces still take, which are given up; 0 where there are none
     offset: Vector  # (r,)
     none: Matrix  # (c, 1 + d) zero impulses
@@ -48,7 +52,7 @@ class Touch(NamedTuple):
     u_0: Vector  # (n,) velocities before the event
     x: Vector  # (N,) a state that is tried, and its rates
     rates: Vector  # (N,)
-    found: Integers  # (2,) number of solutions, bits of the modes of a single contact
+    found: IntegerTable  # (c, 2) number of solutions of its island, bits of the modes of a single contact
     planar: Planar
 
 
@@ -58,10 +62,11 @@ def touch_shapes(n: int, n_c: int, d: int) -> tuple:
     r = max(1, n_c * (1 + d))
     return frozen({
         **dict.fromkeys(("is_touching", "is_resting", "kind", "accumulates"), (n_c,)),
+        **dict.fromkeys(("strikes", "spread", "number", "is_lost"), (n_c,)),
         **dict.fromkeys(("gamma", "before", "P"), (n_c, 2)), "offset": (r,), "none": (n_c, 1 + d),
         "ledger": (N_LEDGER,),
         **dict.fromkeys(("q", "u", "u_0"), (n,)), **dict.fromkeys(("x", "rates"), (2 * n + 3 * n_c + N_WORKS,)),
-        "found": (2,),
+        "found": (n_c, 2),
         "planar": frozen(planar_shapes(max(1, n_c), d)),
     })  # fmt: skip
 

@@ -11,7 +11,7 @@ from nonsmooth.paradox.stability import Stability
 
 if TYPE_CHECKING:
     from nonsmooth.paradox.alternatives import ImpactAlternative
-    from nonsmooth.paradox.classify import Classification, ForceSolution
+    from nonsmooth.paradox.classify import Classification, ContactIsland, ForceSolution
 
 MEANING = {
     "INCONSISTENT": "no contact force fits this state",
@@ -41,6 +41,8 @@ def as_text(c: Classification) -> str:
     if not c.is_complete and c.kind.name != "NOT_ENUMERATED":
         lines.append("  (some solutions may be missing)")
     lines += [_contact_line(c, i) for i in range(len(c.mode))]
+    if len(c.islands) > 1:
+        lines += [_island_line(island) for island in c.islands]
     lines += [f"  ! {FLAGS[flag.name]}" for flag in type(c.flags) if flag & c.flags and flag.name]
     if c.solutions:
         lines += ["", "solutions (forces in N, accelerations in m/s^2)"]
@@ -51,6 +53,13 @@ def as_text(c: Classification) -> str:
         lines += ["", "impact without collision (impulses in N s, velocities after it in m/s)"]
         lines += _table(_impact_rows(c.impacts[:SHOWN]), IMPACT_HEAD)
     return "\n".join(lines)
+
+
+def _island_line(island: ContactIsland) -> str:
+    one = len(island.contacts) == 1
+    names = f"contact {island.contacts[0]}" if one else "contacts " + ", ".join(map(str, island.contacts))
+    meaning = MEANING[island.kind.name].format(n=island.n_solutions)
+    return f"  {names}, decided apart: {island.kind.name}, {meaning}"
 
 
 def _contact_line(c: Classification, i: int) -> str:
@@ -109,6 +118,15 @@ def as_dictionary(c: Classification) -> dict[str, Any]:
         "is_complete": c.is_complete,
         "is_always_regular": c.is_always_regular,
         "flags": [flag.name for flag in type(c.flags) if flag & c.flags],
+        "islands": [
+            {
+                "contacts": list(island.contacts),
+                "kind": island.kind.name,
+                "n_solutions": island.n_solutions,
+                "is_complete": island.is_complete,
+            }
+            for island in c.islands
+        ],
         "mode": list(c.mode),
         **{
             name: getattr(c, name).tolist()

@@ -6,12 +6,14 @@ that divide an impact into compression and expansion are not defined; with Newto
 
     gamma+ = G P + gamma-,    P != 0
 
-the contact problem of the velocities, and each of its solutions is listed. Source: docs/theory/painleve.md.
+the contact problem of the velocities, and each of its solutions is listed. What is struck is an island: those of
+several islands are any combination. Source: docs/theory/painleve.md.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -53,32 +55,40 @@ class ImpactAlternative:
     gamma_F: np.ndarray
 
 
-def impacts_without_collision(problem: Problem, restitution: np.ndarray) -> tuple[ImpactAlternative, ...] | None:
-    """Every impact without collision at a state, ``restitution`` (n_c,); None where they were not sought."""
-    if not any(slip != 0 and problem.kind(k) != GIVEN_FORCE for k, slip in enumerate(problem.slip)):
+class Impact(NamedTuple):
+    """An impact of an island: its law, coefficient, and impulses (r,)."""
+
+    law: ImpactLaw
+    e: float
+    P: np.ndarray
+
+
+def impacts_without_collision(part: Problem, restitution: np.ndarray) -> tuple[Impact, ...] | None:
+    """Every impact without collision of an island, ``restitution`` (n_c,); None where they were not sought."""
+    if not any(slip != 0 and part.kind(k) != GIVEN_FORCE for k, slip in enumerate(part.slip)):
         return ()
-    if len(problem.closed) > 1:
-        return impacts_of_several(problem)
-    return impacts_of_one(problem, float(restitution[problem.closed[0]]))
+    if len(part.closed) > 1:
+        return impacts_of_several(part)
+    return impacts_of_one(part, float(restitution[part.closed[0]]))
 
 
-def impacts_of_one(problem: Problem, e: float) -> tuple[ImpactAlternative, ...]:
-    """The impacts of the only closed contact, where p < 0."""
-    (G_NN, G_NF), (_, G_FF) = problem.G
-    gamma_F = problem.gamma[problem.closed[0], 1]
-    mu, s = problem.mu[0], problem.slip[0]
-    if problem.kind(0) == BILATERAL:
-        P = sticking_impulse(problem.G, gamma_F)
+def impacts_of_one(part: Problem, e: float) -> tuple[Impact, ...]:
+    """The impacts of the only contact of an island, where p < 0."""
+    (G_NN, G_NF), (_, G_FF) = part.G
+    gamma_F = part.gamma[part.closed[0], 1]
+    mu, s = part.mu[0], part.slip[0]
+    if part.kind(0) == BILATERAL:
+        P = sticking_impulse(part.G, gamma_F)
         if P is None or not mu * abs(G_NF) > G_NN:
             return ()
-        return (outcome_of(problem, ImpactLaw.NEWTON, 0.0, P),)
+        return (Impact(ImpactLaw.NEWTON, 0.0, P),)
     if not G_NN - s * mu * G_NF < 0.0:
         return ()
     found = []
     for law in ImpactLaw:
         P_N, P_F, _, _ = interpreted(impulse_map)(law, e, mu, G_NN, G_NF, G_FF, 0.0, gamma_F)
         if np.isfinite(P_N):
-            found.append(outcome_of(problem, law, e, np.array([P_N, P_F])))
+            found.append(Impact(law, e, np.array([P_N, P_F])))
     return tuple(found)
 
 
@@ -89,18 +99,16 @@ def sticking_impulse(G: np.ndarray, gamma_F: float) -> np.ndarray | None:
     return -np.linalg.solve(G, np.array([0.0, gamma_F]))
 
 
-def impacts_of_several(problem: Problem) -> tuple[ImpactAlternative, ...] | None:
+def impacts_of_several(part: Problem) -> tuple[Impact, ...] | None:
     """Every solution P != 0 of the velocity-level problem with gamma_N- = 0; None where they are too many to try."""
-    n, r = len(problem.closed), len(problem.c)
-    kinds = np.ascontiguousarray(problem.system.kinds[problem.closed])
+    n, r = len(part.closed), len(part.c)
+    kinds = np.ascontiguousarray(part.system.kinds[part.closed])
     if n > MAX_CONTACTS or interpreted(leaves)(n, np.arange(n), kinds, MAX_MODES) > MAX_MODES:
         return None
-    gamma = velocities(problem)
-    impulses = solve_velocities(problem, kinds, gamma)
-    largest = np.abs(gamma).max(initial=0.0) / np.diag(problem.G).max()
-    return tuple(
-        outcome_of(problem, ImpactLaw.NEWTON, 0.0, P[:r]) for P in impulses if np.abs(P).max() > 1e-9 * largest
-    )
+    gamma = velocities(part)
+    impulses = solve_velocities(part, kinds, gamma)
+    largest = np.abs(gamma).max(initial=0.0) / np.diag(part.G).max()
+    return tuple(Impact(ImpactLaw.NEWTON, 0.0, P[:r]) for P in impulses if np.abs(P).max() > 1e-9 * largest)
 
 
 def solve_velocities(problem: Problem, kinds: np.ndarray, gamma: np.ndarray) -> np.ndarray:
@@ -128,8 +136,10 @@ def velocities(problem: Problem) -> np.ndarray:
     return gamma
 
 
-def outcome_of(problem: Problem, law: ImpactLaw, e: float, P: np.ndarray) -> ImpactAlternative:
-    """Velocities after the impulses P (r,)."""
+def outcome_of(problem: Problem, rows: np.ndarray, impact: Impact) -> ImpactAlternative:
+    """Velocities of all contacts after the impulses of the rows of an island."""
+    P = np.zeros(len(problem.c))
+    P[rows] = impact.P
     P_N, P_F = problem.spread(P, 0.0)
     gamma_N, gamma_F = problem.spread(problem.rates(velocities(problem), P), np.nan)
-    return ImpactAlternative(law, e, P_N, P_F, problem.u + problem.X.T @ P, gamma_N, gamma_F)
+    return ImpactAlternative(impact.law, impact.e, P_N, P_F, problem.u + problem.X.T @ P, gamma_N, gamma_F)

@@ -4,16 +4,19 @@
     1            REGULAR
     2 or more    INDETERMINATE   rigid-body theory does not decide
 
-for the acceleration-level problem gamma' = G la + b of ``paradox.forces``. Source: Painlevé, *C. R. Acad. Sci. Paris*
+for the acceleration-level problem gamma' = G la + b of ``paradox.forces``. Contacts that G does not couple are islands:
+each is decided for itself, and a solution of all is one of each. Source: Painlevé, *C. R. Acad. Sci. Paris*
 121 (1895) 112; Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653; Champneys, Várkonyi, *IMA J. Appl. Math.* 81
 (2016) 538.
 """
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,10 +24,16 @@ from nonsmooth.arrays import as_fraction, as_number, as_vector
 from nonsmooth.contact_solvers.single import FREE, SLIDE_PLUS, STICK, sigma_of, slip_of
 from nonsmooth.jit import interpreted
 from nonsmooth.laws import LAW_E_N
-from nonsmooth.paradox.alternatives import ImpactAlternative, impacts_without_collision, sticking_impulse
+from nonsmooth.paradox.alternatives import (
+    Impact,
+    ImpactAlternative,
+    impacts_without_collision,
+    outcome_of,
+    sticking_impulse,
+)
 from nonsmooth.paradox.certificate import is_always_regular, solve_sliding
 from nonsmooth.paradox.chatter import chatter_ratio
-from nonsmooth.paradox.forces import Outcome
+from nonsmooth.paradox.forces import KEPT, Outcome
 from nonsmooth.paradox.stability import (
     Stability,
     StabilityTag,
@@ -95,6 +104,26 @@ class ForceSolution:
     is_unique_force: bool = True
 
 
+@dataclass(frozen=True)
+class ContactIsland:
+    """Closed contacts that the Delassus matrix couples with one another, and with no others.
+
+    Attributes
+    ----------
+    contacts : tuple of int
+    kind : ParadoxKind
+    n_solutions : int
+        Sets of forces of these contacts that fit the state.
+    is_complete : bool
+        Whether no solution can be missing.
+    """
+
+    contacts: tuple[int, ...]
+    kind: ParadoxKind
+    n_solutions: int
+    is_complete: bool
+
+
 @dataclass(frozen=True, eq=False)
 class Classification:
     """Every solution of the contact problem at a state, and what it means. ``print`` it to read it.
@@ -106,9 +135,12 @@ class Classification:
     kind : ParadoxKind
         INCONSISTENT, REGULAR, INDETERMINATE, or NOT_ENUMERATED where ``is_complete`` is False.
     solutions : tuple of ForceSolution
+        Each is one solution of every island; the first 256 of these products.
     n_solutions : int
+        The product of the numbers of the islands.
     is_complete : bool
-        Whether no solution can be missing.
+        Whether no solution can be missing: every island is complete and all products are listed, or an island surely
+        has none.
     flags : ParadoxFlag
     mode : tuple of str
         What each contact does: "open", "resting", "sliding +", "sliding -".
@@ -125,11 +157,14 @@ class Classification:
         Where all closed contacts slide: whether there is one solution for every load (a P-matrix); None where it is not
         known.
     impacts : tuple of ImpactAlternative
-        Impacts without collision that the state admits.
+        Impacts without collision that the state admits, each of one island.
     chatter_ratio : ndarray (n_c,)
-        Growth of the bounces of a contact at rest, from one to the next: above 1 they grow; nan where there are none.
+        Growth of the bounces of a contact at rest that no other is coupled to, from one to the next: above 1 they
+        grow; nan where there are none.
     is_bilateral : ndarray (n_c,) of bool
         Whether the normal force may have either sign.
+    islands : tuple of ContactIsland
+        The groups of closed contacts that are decided apart.
     """
 
     t: float
@@ -152,6 +187,7 @@ class Classification:
     impacts: tuple[ImpactAlternative, ...]
     chatter_ratio: np.ndarray
     is_bilateral: np.ndarray
+    islands: tuple[ContactIsland, ...] = ()
 
     def __str__(self) -> str:
         from nonsmooth.output.classification import as_text
@@ -196,8 +232,8 @@ def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None
 
     Notes
     -----
-    Complete as far as the modes can be enumerated: 8 planar contacts at rest, 18 that slide; beyond, where a
-    P-matrix says that there is one solution.
+    Complete as far as the modes can be enumerated: 8 planar contacts of one island at rest, 18 that slide; beyond,
+    where a P-matrix says that there is one solution.
     Source: docs/theory/painleve.md.
 
     Examples
@@ -217,20 +253,68 @@ def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None
     tolerance = as_fraction("tolerance", tolerance)
     e = None if restitution is None else as_fraction("restitution", restitution)
     problem = problem_at(system, t, q, u)
-    is_always = is_always_regular(problem)
-    solutions, is_complete = all_solutions(problem, bool(is_always))
-    n_solutions = len(solutions) if is_complete else max(problem.found, len(solutions))
-    a, b, p, k = coefficients(problem)
     restitutions = system.laws[:, LAW_E_N] if e is None else np.full(system.n_c, e)
-    impacts = impacts_without_collision(problem, restitutions)
-    chatter = chatter_ratios(problem, restitutions)
-    kind = kind_of(n_solutions, is_complete)
+    parts = [decide(problem, island, restitutions) for island in range(len(problem.counts))]
+    islands = tuple(part.island for part in parts)
+    solutions = all_solutions(problem, parts)
+    n_solutions = math.prod(island.n_solutions for island in islands)
+    is_listed = all(island.is_complete for island in islands) and len(solutions) == n_solutions
+    has_none = any(island.is_complete and island.n_solutions == 0 for island in islands)
+    is_complete = is_listed or has_none
+    a, b, p, k = coefficients(problem)
+    chatter = np.full(system.n_c, np.nan)
+    for part in parts:
+        chatter[list(part.island.contacts)] = part.chatter
+    impacts = tuple(
+        outcome_of(problem, problem.rows(problem.members(j)), impact)
+        for j, part in enumerate(parts)
+        for impact in part.impacts or ()
+    )
     return Classification(
-        t, q, u, kind, solutions, n_solutions, is_complete,
-        flags_of(problem, kind, solutions, impacts, chatter, tolerance), mode_names(problem),
+        t, q, u, kind_of(n_solutions, is_complete), solutions, n_solutions, is_complete,
+        flags_of(problem, parts, tolerance), mode_names(problem),
         problem.gamma[:, 0].copy(), problem.gamma[:, 1].copy(), problem.mu_of_contacts(),
-        a, b, p, k, is_always, impacts or (), chatter, system.kinds[:, 0] == BILATERAL,
+        a, b, p, k, all_or_unknown([part.is_always for part in parts]), impacts, chatter,
+        system.kinds[:, 0] == BILATERAL, islands,
     )  # fmt: skip
+
+
+class Part(NamedTuple):
+    """What is decided of one island."""
+
+    island: ContactIsland
+    solutions: list[PartSolution]
+    is_always: bool | None
+    impacts: tuple[Impact, ...] | None
+    chatter: float  # of the only contact of an island
+
+
+class PartSolution(NamedTuple):
+    """Modes (n,) and forces (r,) of one solution of an island, and how it is judged."""
+
+    candidate: np.ndarray
+    la: np.ndarray
+    stability: StabilityTag
+    is_unique: bool
+
+
+def decide(problem: Problem, island: int, restitutions: np.ndarray) -> Part:
+    """Everything that one island is judged by."""
+    part = problem.part(island)
+    is_always = is_always_regular(part)
+    solutions, is_complete = solutions_of(part, bool(is_always))
+    number = len(solutions) if is_complete else max(int(part.counts[0]), len(solutions))
+    contacts = tuple(int(i) for i in part.closed)
+    return Part(
+        ContactIsland(contacts, kind_of(number, is_complete), number, is_complete),
+        [PartSolution(*solution, *judge_modes(part, solution[0])) for solution in solutions], is_always,
+        impacts_without_collision(part, restitutions), chatter_of(part, restitutions),
+    )  # fmt: skip
+
+
+def all_or_unknown(known: list[bool | None]) -> bool | None:
+    """Whether all are true; None where one is not known, or where there are none."""
+    return None if not known or any(one is None for one in known) else all(known)
 
 
 def kind_of(n_solutions: int, is_complete: bool) -> ParadoxKind:
@@ -242,21 +326,28 @@ def kind_of(n_solutions: int, is_complete: bool) -> ParadoxKind:
     return ParadoxKind(n_solutions)
 
 
-def all_solutions(problem: Problem, is_always: bool) -> tuple[tuple[ForceSolution, ...], bool]:
-    """The solutions, and whether none can be missing; ``is_always`` says that there is exactly one."""
-    if len(problem.closed) == 0:
-        return (force_solution(problem, np.zeros(0, int), np.zeros(0)),), True
-    if problem.outcome == Outcome.TOO_MANY:
-        one = solve_sliding(problem)
-        return (() if one is None else (force_solution(problem, *one),)), is_always and one is not None
-    solutions = tuple(
-        force_solution(problem, candidate, la) for candidate, la in zip(problem.candidate, problem.la, strict=True)
-    )
-    return solutions, problem.outcome == Outcome.COMPLETE and problem.found == len(solutions)
+def solutions_of(part: Problem, is_always: bool) -> tuple[list[tuple[np.ndarray, np.ndarray]], bool]:
+    """Modes and forces of the solutions of an island, and whether none can be missing; ``is_always`` says that there is
+    exactly one."""
+    if part.outcomes[0] == Outcome.TOO_MANY:
+        one = solve_sliding(part)
+        return [] if one is None else [one], is_always and one is not None
+    solutions = list(zip(part.candidate, part.la, strict=True))
+    return solutions, bool(part.outcomes[0] == Outcome.COMPLETE and part.counts[0] == len(solutions))
 
 
-def force_solution(problem: Problem, candidate: np.ndarray, la: np.ndarray) -> ForceSolution:
-    """One solution in the terms of the system: ``candidate`` (n,) and ``la`` (r,) of the closed contacts."""
+def all_solutions(problem: Problem, parts: list[Part]) -> tuple[ForceSolution, ...]:
+    """The first products of a solution of each island; the motion without forces where no contact is closed."""
+    products = itertools.product(*(part.solutions for part in reversed(parts)))
+    return tuple(force_solution(problem, chosen[::-1]) for chosen in itertools.islice(products, KEPT))
+
+
+def force_solution(problem: Problem, chosen: tuple[PartSolution, ...]) -> ForceSolution:
+    """One solution in the terms of the system, of one of each island."""
+    candidate, la = np.zeros(len(problem.closed), int), np.zeros(len(problem.c))
+    for island, solution in enumerate(chosen):
+        members = problem.members(island)
+        candidate[members], la[problem.rows(members)] = solution.candidate, solution.la
     modes = [OPEN_NAME] * problem.system.n_c
     for k, i in enumerate(problem.closed):
         is_locked = problem.d(k) == 0 and candidate[k] == STICK
@@ -266,8 +357,17 @@ def force_solution(problem: Problem, candidate: np.ndarray, la: np.ndarray) -> F
         if problem.kind(k) == GIVEN_FORCE:
             la_N[i] = problem.normal[k]
     dgamma_N, dgamma_F = problem.spread(problem.rates(problem.c, la), np.nan)
-    tag, is_unique = judge_modes(problem, candidate)
-    return ForceSolution(tuple(modes), la_N, la_F, problem.du + problem.X.T @ la, dgamma_N, dgamma_F, tag, is_unique)
+    return ForceSolution(
+        tuple(modes), la_N, la_F, problem.du + problem.X.T @ la, dgamma_N, dgamma_F,
+        together([solution.stability for solution in chosen]), all(solution.is_unique for solution in chosen),
+    )  # fmt: skip
+
+
+def together(tags: list[StabilityTag]) -> StabilityTag:
+    """The stability of islands side by side: that of the worst, with all eigenvalues."""
+    rho = np.concatenate([np.zeros(0, complex), *(tag.rho for tag in tags)])
+    kind = max((tag.kind for tag in tags), default=Stability.STABLE)
+    return StabilityTag(kind, max((tag.damping for tag in tags), default=0.0), rho)
 
 
 def judge_modes(problem: Problem, candidate: np.ndarray) -> tuple[StabilityTag, bool]:
@@ -311,19 +411,16 @@ def coefficients(problem: Problem) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
     return a, b, p, slope
 
 
-def chatter_ratios(problem: Problem, restitution: np.ndarray) -> np.ndarray:
-    """Growth of the bounces of the only closed contact, where it rests; nan elsewhere."""
-    ratios = np.full(problem.system.n_c, np.nan)
-    if len(problem.closed) == 1 and problem.kind(0) == UNILATERAL and problem.d(0) > 0 and problem.slip[0] == 0:
-        i = problem.closed[0]
-        b, a = problem.c
-        if sticking_impulse(problem.G, 1.0) is not None:
-            ratios[i] = chatter_ratio(restitution[i], problem.mu[0], problem.G, a, b)
-    return ratios
+def chatter_of(part: Problem, restitution: np.ndarray) -> float:
+    """Growth of the bounces of the only contact of an island, where it rests; nan elsewhere."""
+    if len(part.closed) == 1 and part.kind(0) == UNILATERAL and part.d(0) > 0 and part.slip[0] == 0:
+        b, a = part.c
+        if sticking_impulse(part.G, 1.0) is not None:
+            return chatter_ratio(restitution[part.closed[0]], part.mu[0], part.G, a, b)
+    return math.nan
 
 
-def flags_of(problem: Problem, kind: ParadoxKind, solutions: tuple[ForceSolution, ...], impacts: tuple | None,
-             chatter: np.ndarray, tolerance: float) -> ParadoxFlag:  # fmt: skip
+def flags_of(problem: Problem, parts: list[Part], tolerance: float) -> ParadoxFlag:
     """The flags of a state."""
     flags = ParadoxFlag(0)
     for k in range(len(problem.closed)):
@@ -340,12 +437,14 @@ def flags_of(problem: Problem, kind: ParadoxKind, solutions: tuple[ForceSolution
         flags |= ParadoxFlag.P_ZERO if is_p_zero else ParadoxFlag(0)
         flags |= ParadoxFlag.B_ZERO if is_b_zero else ParadoxFlag(0)
         flags |= ParadoxFlag.GENOT_BROGLIATO if is_p_zero and is_b_zero else ParadoxFlag(0)
-    if (chatter > 1.0 + tolerance).any() and any("stick" in solution.modes for solution in solutions):
-        flags |= ParadoxFlag.REVERSE_CHATTER
-    if any(solution.stability.kind == Stability.FLUTTER for solution in solutions):
-        flags |= ParadoxFlag.CONTACT_FLUTTER
-    if kind == ParadoxKind.INCONSISTENT and impacts == ():
-        flags |= ParadoxFlag.JAMMED
+    for part in parts:
+        sticks = any((solution.candidate == STICK).any() for solution in part.solutions)
+        if part.chatter > 1.0 + tolerance and sticks:
+            flags |= ParadoxFlag.REVERSE_CHATTER
+        if any(solution.stability.kind == Stability.FLUTTER for solution in part.solutions):
+            flags |= ParadoxFlag.CONTACT_FLUTTER
+        if part.island.kind == ParadoxKind.INCONSISTENT and part.impacts == ():
+            flags |= ParadoxFlag.JAMMED
     return flags
 
 

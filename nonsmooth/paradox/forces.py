@@ -9,7 +9,8 @@ unknown, la_F = -s mu sigma la_N with sigma the sign of la_N: its row of frictio
 
 is a problem of normal forces alone, with a matrix that is not symmetric. For unilateral contacts (sigma = +1) it is the
 linear complementarity problem whose matrix fails to be a P-matrix in Painlevé's paradoxes; for bilateral ones both
-signs sigma are tried. The forces of all contacts are found together by ``contact_solvers.modes``.
+signs sigma are tried. Contacts that G does not couple are islands: each has its own solutions, found by
+``contact_solvers.modes``, and the solutions of all are the products of these, which nothing enumerates.
 
 Source: Lötstedt, *ZAMM* 61 (1981) 605; Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653.
 """
@@ -22,6 +23,7 @@ from typing import NamedTuple
 from nonsmooth.acceleration_problem import acceleration_problem
 from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, address, view
 from nonsmooth.contact_problem import Work, evaluate_rows, row_velocities, work_shapes
+from nonsmooth.contact_solvers.islands import find_held_islands
 from nonsmooth.contact_solvers.modes import enumerate_modes, leaves
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
@@ -35,7 +37,8 @@ from nonsmooth.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL
 CONSISTENT = 1e-7
 MAX_MODES = 400_000  # 5^8: eight bilateral contacts at rest, a fifth of a second
 MAX_CONTACTS = 18  # 2^18 modes of sliding contacts are fewer, 2^19 more
-KEPT = 256  # solutions kept of one state: eight sliding contacts have at most that many
+KEPT = 256  # solutions kept of one island: eight sliding contacts have at most that many
+MOST = 1 << 52  # solutions of all islands that are counted
 
 
 class Situation(IntEnum):
@@ -63,7 +66,9 @@ class Forces(NamedTuple):
     normal: Vector  # (c,) given normal forces of the closed contacts
     sigma: Integers  # (c,) sign of la_N tried at bilateral contacts that slide
     kinds: IntegerTable  # (c, 2) of the reduced problem, as what follows up to the tree
+    asked: Integers  # (c,) 1 for closed contacts whose island is looked at
     contact: Integers  # (c,) position among the closed contacts
+    member: Integers  # (c,) and number of a contact of an island
     listed: Integers  # (c,) 0, 1, 2 ...
     start: Integers  # (c + 1,)
     row: Integers  # (r,) row of the full problem
@@ -71,8 +76,13 @@ class Forces(NamedTuple):
     b: Vector  # (r,)
     P: Vector  # (r,) scratch
     planar: Planar  # friction of the reduced problem, and its solutions
-    candidate: IntegerTable  # (kept, c) modes of each solution, by closed contact
-    la: Matrix  # (kept, r) forces of each solution, by row of the full problem
+    held: Integers  # (c,) rows of each closed contact that stay in the reduced problem
+    island: Integers  # (c,) of each closed contact
+    number: Integers  # (c,) solutions of each island
+    outcome: Integers  # (c,) Outcome of each island
+    candidate: IntegerTable  # (kept, c) modes of each solution of the island of each closed contact
+    la: Matrix  # (kept, r) and its forces, by row of the full problem
+    taken: Vector  # (r,) the forces that an integrator takes of them
 
 
 def forces_shapes(n: int, n_c: int, d: int, kept: int = KEPT) -> dict:
@@ -80,11 +90,12 @@ def forces_shapes(n: int, n_c: int, d: int, kept: int = KEPT) -> dict:
     r = max(1, n_c * (1 + d))
     c = max(1, n_c)
     per_contact = dict.fromkeys(
-        ("situation", "slip", "mu", "mu_static", "normal", "sigma", "contact", "listed"), (c,)
+        ("situation", "slip", "mu", "mu_static", "normal", "sigma", "contact", "listed", "held", "asked", "member",
+         "island", "number", "outcome"), (c,),
     )  # fmt: skip
     return {
         **per_contact, "work": work_shapes(n, n_c, d), "rates": (4, r), "gamma": (c, 2), "kinds": (c, 2),
-        "start": (c + 1,), "row": (r,), "G": (r, r), "b": (r,), "P": (r,), "candidate": (kept, c),
+        "start": (c + 1,), "row": (r,), "G": (r, r), "b": (r,), "P": (r,), "taken": (r,), "candidate": (kept, c),
         "la": (kept, r), "planar": planar_shapes(min(max(c, 2), MAX_CONTACTS), d, kept),
     }  # fmt: skip
 
@@ -118,6 +129,7 @@ def forces_at_state(model, has, t, q, u, p, kinds, laws, forces_at):
         return Outcome.COMPLETE.value, 1, 0, 0
     for k in range(n_k):
         i = work.closed[k]
+        forces.asked[k] = 1
         forces.slip[k] = 0
         if forces.situation[i] == Situation.SLIDING:
             forces.slip[k] = 1 if forces.gamma[i, 1] > 0.0 else -1
@@ -204,16 +216,61 @@ def situation_of(kind, g_N, gamma_N, gamma_F, length, speed, surface):
 
 @kernel
 def find_forces(n_k, kinds, forces):
-    """Every solution of the problem in forces.work for given slip signs: (Outcome, number)."""
+    """The solutions of every island of the problem in forces.work for given slip signs: (Outcome of the island that
+    was least complete, number of solutions of all)."""
+    outcome, total = Outcome.COMPLETE.value, 1
+    for island in range(list_islands(n_k, kinds, forces)):
+        forces.outcome[island], forces.number[island] = Outcome.COMPLETE.value, 1
+        if is_asked(island, n_k, forces):
+            forces.outcome[island], forces.number[island] = find_forces_of(island, n_k, kinds, forces)
+        outcome = max(outcome, forces.outcome[island])
+        total = min(MOST, total * forces.number[island])
+    return outcome, total
+
+
+@kernel
+def is_asked(island, n_k, forces):
+    """Whether the solutions of an island are asked for: of islands that go on as they were they are not."""
+    for k in range(n_k):
+        if forces.island[k] == island and forces.asked[k] == 1:
+            return True
+    return False
+
+
+@kernel
+def list_islands(n_k, kinds, forces):
+    """Number the islands of the closed contacts; returns how many."""
+    work = forces.work
+    for k in range(n_k):
+        width = work.start[k + 1] - work.start[k]
+        is_sliding = forces.slip[k] != 0
+        forces.held[k] = width
+        if is_sliding:
+            forces.held[k] = 0 if kinds[work.closed[k], 0] == GIVEN_FORCE else 1
+    return find_held_islands(n_k, work.start, forces.held, work.G, forces.island)
+
+
+@kernel
+def solution_of(number, island, forces):
+    """Which solution of an island belongs to a solution of all: its digit, the first island's changes fastest."""
+    for before in range(island):
+        number //= forces.number[before]
+    return number % forces.number[island]
+
+
+@kernel
+def find_forces_of(island, n_k, kinds, forces):
+    """Every solution of one island: (Outcome, number)."""
     work, planar, tree = forces.work, forces.planar, forces.planar.tree
     found = 0
     outcome = Outcome.COMPLETE.value
     pairs = 1
     for k in range(n_k):
-        if kinds[work.closed[k], 0] == BILATERAL and forces.slip[k] != 0 and pairs <= MAX_MODES:
+        is_member = forces.island[k] == island
+        if is_member and kinds[work.closed[k], 0] == BILATERAL and forces.slip[k] != 0 and pairs <= MAX_MODES:
             pairs *= 2
     for signs in range(pairs):
-        n = reduce_problem(n_k, kinds, signs, forces)
+        n = reduce_problem(island, n_k, kinds, signs, forces)
         if n > forces.planar.mu.shape[0] or pairs * leaves(n, forces.listed, forces.kinds, MAX_MODES) > MAX_MODES:
             return Outcome.TOO_MANY.value, 0
         number = 1
@@ -230,19 +287,22 @@ def find_forces(n_k, kinds, forces):
                 n, forces.listed, forces.start, forces.kinds, forces.G, forces.b, forces.P, address(planar)
             )
         for m in range(min(number, tree.modes.shape[0])):
-            found += keep_solution(n_k, n, m, found, kinds, forces)
+            found += keep_solution(island, n_k, n, m, found, kinds, forces)
         if number > tree.modes.shape[0]:
             found += number - tree.modes.shape[0]
     return outcome, found
 
 
 @kernel
-def reduce_problem(n_k, kinds, signs, forces):
-    """The problem without the friction rows of contacts that slide, for one choice of the bilateral signs."""
+def reduce_problem(island, n_k, kinds, signs, forces):
+    """The problem of an island without the friction rows of contacts that slide, for one choice of the bilateral
+    signs."""
     work, slip, mu, sigma, start = forces.work, forces.slip, forces.mu, forces.sigma, forces.start
     n = 0
     r = 0
     for k in range(n_k):
+        if forces.island[k] != island:
+            continue
         kind, d = kinds[work.closed[k], 0], kinds[work.closed[k], 1]
         sigma[k] = 1
         is_sliding = slip[k] != 0
@@ -259,8 +319,7 @@ def reduce_problem(n_k, kinds, signs, forces):
         forces.planar.mu[n] = mu[k]
         forces.planar.mu_static[n] = forces.mu_static[k]
         forces.planar.normal_impulse[n] = forces.normal[k]
-        last = work.start[k] + 1 if is_sliding else work.start[k + 1]
-        for row in range(work.start[k], last):
+        for row in range(work.start[k], work.start[k] + forces.held[k]):
             forces.row[r] = row
             r += 1
         n += 1
@@ -290,8 +349,9 @@ def reduced_free(n_k, row, kinds, forces):
 
 
 @kernel
-def keep_solution(n_k, n, m, found, kinds, forces):
-    """Write solution m of the reduced problem among those found; 0 if its la_N contradicts the signs tried, else 1."""
+def keep_solution(island, n_k, n, m, found, kinds, forces):
+    """Write solution m of the reduced problem among those found of its island; 0 if its la_N contradicts the signs
+    tried, else 1."""
     work, tree, slip, sigma = forces.work, forces.planar.tree, forces.slip, forces.sigma
     for a in range(n):
         k = forces.contact[a]
@@ -303,6 +363,8 @@ def keep_solution(n_k, n, m, found, kinds, forces):
         return 1
     la, candidate = forces.la, forces.candidate
     for k in range(n_k):
+        if forces.island[k] != island:
+            continue
         candidate[found, k] = SLIDE_PLUS if slip[k] > 0 else SLIDE_MINUS
         if slip[k] != 0:  # a given normal force, unless overwritten below
             la[found, work.start[k]] = -slip[k] * forces.mu[k] * forces.normal[k]

@@ -22,10 +22,12 @@ def had_no_force(model, has, p, kinds, mu, slip, t, dt, n, n_k, k, q, u, work, t
     """Whether the slide of closed contact k ran out of forces within a step from (t, q, u).
 
     The acceleration-level problem is asked at the end of the step for the motion without contact forces, where a force
-    that fades to zero has crossed into the paradox, and at the state before the step, where it is left in ``there``.
+    that fades to zero has crossed into the paradox, and at the state before the step, where it is left in ``there``,
+    contact k first.
     """
     for m in range(n_k):
         there.closed[m] = work.closed[m]
+    there.closed[0], there.closed[k] = work.closed[k], work.closed[0]
     is_lost = False
     for way in range(2):
         ahead = 1.0 - way
@@ -36,9 +38,8 @@ def had_no_force(model, has, p, kinds, mu, slip, t, dt, n, n_k, k, q, u, work, t
             model, has, t + ahead * dt, n, work.trial, work.rhs, p, n_k, kinds, rates, there
         )
         if status == Status.RUNNING:
-            a = there.start[k]
-            is_bilateral = kinds[there.closed[k], 0] == BILATERAL
-            if has_no_sliding_force(is_bilateral, slip, mu, there.G[a, a], there.G[a, a + 1], there.c[a]):
+            is_bilateral = kinds[there.closed[0], 0] == BILATERAL
+            if has_no_sliding_force(is_bilateral, slip, mu, there.G[0, 0], there.G[0, 1], there.c[0]):
                 is_lost = True
         elif way == 1:
             return False

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, view
 from nonsmooth.contact_solvers.single import PULL_MINUS
 from nonsmooth.jit import call_model, kernel
-from nonsmooth.paradox.forces import Forces, Outcome, forces_at_state
+from nonsmooth.paradox.forces import Forces, Outcome, forces_at_state, solution_of
 from nonsmooth.system import BILATERAL, GIVEN_FORCE
 
 VARIABLE, PARAMETER = 0, 1  # what a name sets
@@ -114,7 +114,7 @@ def write_solutions(m, found, n_k, kinds, forces, table):
         table.modes[m, j] = OPEN if is_one else NO_SOLUTION
     for j in range(min(found, kept, forces.la.shape[0])):
         for k in range(n_k):
-            i = forces.work.closed[k]
-            table.modes[m, j * n_c + i] = forces.candidate[j, k]
+            i, row = forces.work.closed[k], solution_of(j, forces.island[k], forces)
+            table.modes[m, j * n_c + i] = forces.candidate[row, k]
             given = kinds[i, 0] == GIVEN_FORCE
-            table.la_N[m, j * n_c + i] = forces.normal[k] if given else forces.la[j, forces.work.start[k]]
+            table.la_N[m, j * n_c + i] = forces.normal[k] if given else forces.la[row, forces.work.start[k]]

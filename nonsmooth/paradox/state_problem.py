@@ -6,7 +6,7 @@ gamma' = G la + c,    u' = du + X^T la,    X = W M^-1,    du = M^-1 h
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,24 +35,23 @@ WHY = {
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """The acceleration-level problem of a state, and the solutions that were enumerated. n = closed contacts, r = rows.
+    """The acceleration-level problem of a state, or of an island of its contacts, and the solutions that were
+    enumerated. n = closed contacts, r = rows.
 
     Attributes
     ----------
     G, c, X, du
         See above; ``c_scale`` (r,) is the size of the terms that c is the sum of.
     closed : (n,) the closed contacts; start : (n + 1,) their first rows.
-    slip, mu, mu_static, normal : (n,)
-    candidate : (m, n) modes; la : (m, r) forces of the solutions kept.
-    found : int
-        Number of solutions enumerated.
+    slip, mu, mu_static, normal, island : (n,)
+    candidate : (m, n) modes; la : (m, r) forces of the solutions kept, each contact's those of its island.
+    outcomes, counts : (islands,)
+        How far the search went, and the number of solutions enumerated.
     """
 
     system: System
     q: np.ndarray
     u: np.ndarray
-    outcome: Outcome
-    found: int
     situation: np.ndarray
     gamma: np.ndarray
     closed: np.ndarray
@@ -68,6 +67,35 @@ class Problem:
     du: np.ndarray
     candidate: np.ndarray
     la: np.ndarray
+    island: np.ndarray
+    outcomes: np.ndarray
+    counts: np.ndarray
+
+    def members(self, island: int) -> np.ndarray:
+        """The places of an island's contacts among the closed ones."""
+        return np.flatnonzero(self.island == island)
+
+    def rows(self, members: np.ndarray) -> np.ndarray:
+        """The rows of some of the closed contacts."""
+        return np.concatenate([np.arange(self.start[k], self.start[k + 1]) for k in members])
+
+    def part(self, island: int) -> Problem:
+        """The problem of one island; the friction of slides under a given force elsewhere acts on it."""
+        members = self.members(island)
+        rows = self.rows(members)
+        given = np.zeros(len(self.c))
+        for k in range(len(self.closed)):
+            if self.slip[k] != 0 and self.kind(k) == GIVEN_FORCE and self.island[k] != island:
+                given[self.start[k]] = -self.slip[k] * self.mu[k] * self.normal[k]
+        widths = (self.start[1:] - self.start[:-1])[members]
+        kept = min(int(self.counts[island]), len(self.la))
+        of_contact = {name: getattr(self, name)[members] for name in ("closed", "slip", "mu", "mu_static", "normal")}
+        return replace(
+            self, **of_contact, start=np.concatenate(([0], np.cumsum(widths))), G=self.G[np.ix_(rows, rows)].copy(),
+            c=(self.c + self.G @ given)[rows], c_scale=self.c_scale[rows], X=self.X[rows],
+            candidate=self.candidate[:kept, members], la=self.la[:kept, rows], island=np.zeros(len(members), int),
+            outcomes=self.outcomes[[island]], counts=self.counts[[island]],
+        )  # fmt: skip
 
     def kind(self, k: int) -> int:
         """Kind of the closed contact k."""
@@ -118,25 +146,27 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
     if model.is_compiled:
         load_all(ENTRY_POINTS)
     handle = block.address if model.is_compiled else arrays
-    outcome, found, n, r = search(*arguments, handle)
-    if outcome == Outcome.SINGULAR:
+    outcome, _, n, r = search(*arguments, handle)
+    islands = int(arrays.island[:n].max(initial=-1)) + 1
+    if (arrays.outcome[:islands] == Outcome.SINGULAR).any():
         decide_redundant(arrays, model.is_compiled)
-        outcome, found, n, r = search(*arguments, handle)
+        outcome, _, n, r = search(*arguments, handle)
     if outcome == Outcome.INADMISSIBLE:
         raise InvalidInput(f"the state has no acceleration-level problem: {'; '.join(_reasons(arrays))}")
     if outcome == Outcome.NOT_FINITE:
         raise InvalidInput(f"a model function raised, or the mass matrix is not positive definite, at t = {t:g}")
     work = arrays.work
-    kept = min(found, len(arrays.la)) if n else found
+    kept = int(arrays.number[:islands].max(initial=0))
     c, W, du = work.c[:r].copy(), work.W[:r], work.du if n else free_motion(system, t, q, u)
     if not (np.isfinite(c).all() and np.isfinite(work.G[:r, :r]).all() and np.isfinite(du).all()):
         raise InvalidInput(f"a model function wrote a number that is not finite at t = {t:g}, q = {q}, u = {u}")
     return Problem(
-        system, q, u, Outcome(outcome), found, arrays.situation[: system.n_c].copy(),
+        system, q, u, arrays.situation[: system.n_c].copy(),
         arrays.gamma[: system.n_c].copy(), work.closed[:n].copy(), work.start[: n + 1].copy(),
         arrays.slip[:n].copy(), arrays.mu[:n].copy(), arrays.mu_static[:n].copy(), arrays.normal[:n].copy(),
         work.G[:r, :r].copy(), c, np.abs(W) @ np.abs(du) + np.abs(work.gamma_0[:r]), work.X[:r].copy(), du.copy(),
         arrays.candidate[:kept, :n].copy(), arrays.la[:kept, :r].copy(),
+        arrays.island[:n].copy(), arrays.outcome[:islands].copy(), arrays.number[:islands].copy(),
     )  # fmt: skip
 
 

@@ -94,7 +94,7 @@ def step_over(run: EventRun, stepper: Any) -> int:
         run.steps.append(stretch.steps)
     run.events += other.events
     go_on(run, stretch, other.state.P[:, 0])
-    return Status.FINISHED if t_end == run.t_record[-1] else Status.RUNNING
+    return Status.FINISHED if stretch.t[-1] == run.t_record[-1] else Status.RUNNING
 
 
 def by_equal_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.ndarray) -> tuple[Run, Stretch | None]:

@@ -13,6 +13,8 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall
+from nonsmooth.bench.scenes import row_of_blocks
+from nonsmooth.runs import hand_over
 from nonsmooth.runs import run as runs
 from nonsmooth.runs.hand_over import MANY, are_dense
 
@@ -146,54 +148,28 @@ def test_many_events_of_one_contact_are_left_to_its_accumulation():
     assert are_dense(rows, 1e-3) and not are_dense(rows, 1e-7) and not are_dense(rows[1:], 1e-3)
 
 
-class Row(NamedTuple):
-    k: float = 100.0  # N/m
-    g: float = 9.81  # m/s^2
-
-
-N_BLOCKS = 10
-
-
-def row_mass(t, q, p, M):
-    for i in range(2 * N_BLOCKS):
-        M[i, i] = 1.0
-
-
-def row_force(t, q, u, p, h):
-    for i in range(N_BLOCKS):
-        h[2 * i + 1] = -p.g
-        if i > 0:
-            h[2 * i] += p.k * (q[2 * i - 2] - q[2 * i])
-        if i < N_BLOCKS - 1:
-            h[2 * i] += p.k * (q[2 * i + 2] - q[2 * i])
-
-
-def row_gap(t, q, p, g_N):
-    for i in range(N_BLOCKS):
-        g_N[i] = q[2 * i + 1]
-
-
-def row_normal(t, q, p, W_N):
-    for i in range(N_BLOCKS):
-        W_N[i, 2 * i + 1] = 1.0
-
-
-def row_tangent(t, q, p, W_F):
-    for i in range(N_BLOCKS):
-        W_F[i, 0, 2 * i] = 1.0
+def pushed_row():
+    """Ten blocks in a row of springs, the first one pushed: ten frictional contacts at once, and q0, u0."""
+    u0 = np.zeros(20)
+    u0[0] = 2.0
+    return row_of_blocks(10), (np.zeros(20), u0)
 
 
 def test_more_contacts_than_can_be_enumerated_end_with_the_cure_or_are_stepped():
-    """Ten blocks in a row of springs, the first one pushed: ten frictional contacts at once."""
-    row = ns.System(n_q=2 * N_BLOCKS, mass=row_mass, force=row_force, gap=row_gap, normal=row_normal,
-                    tangent=row_tangent, contacts=[ns.Contact(mu=0.3)] * N_BLOCKS, parameters=Row())  # fmt: skip
-    start = np.zeros(2 * N_BLOCKS), np.concatenate(([2.0], np.zeros(2 * N_BLOCKS - 1)))
+    row, start = pushed_row()
     with pytest.raises(ns.StepFailure, match=r"contacts touch at once.*hand_over=Adaptive") as failure:
         ns.simulate(row, (0, 0.2), *start, integrator=ns.EventDriven(1e-6, 1e-8))
     assert failure.value.t == 0.0 and failure.value.u[0] == 2.0
     stepped = ns.simulate(row, (0, 0.05), *start, integrator=ns.EventDriven(1e-6, 1e-8, ns.MoreauJean(dt=1e-3)))
     plain = ns.simulate(row, (0, 0.05), *start, integrator=ns.MoreauJean(dt=1e-3))
     assert np.abs(stepped.q[-1] - plain.q[-1]).max() < 1e-12 and stepped.stats.steps == plain.stats.steps
+
+
+def test_a_last_stretch_that_is_given_up_early_is_not_the_end(monkeypatch):
+    monkeypatch.setattr(hand_over, "MOST_STEPS", 2)
+    row, start = pushed_row()
+    sol = ns.simulate(row, (0, 0.01), *start, integrator=ns.EventDriven(1e-6, 1e-8, ns.Adaptive(1e-6, 1e-8)))
+    assert sol.success and sol.t[-1] == 0.01
 
 
 @pytest.mark.parametrize("stepper", [1e-3, ns.EventDriven(), ns.MoreauJean(1e-3, 1.0, compliance=ns.Compliance(1e5))])

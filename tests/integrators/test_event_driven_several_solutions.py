@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from nonsmooth.bench.scenes import row_of_blocks
+from nonsmooth.bench.stress_scenes import Tower, tower
 
 STICK, OPEN = ns.ContactMode.STICK, ns.ContactMode.OPEN
 G = 9.81
@@ -52,7 +54,7 @@ def run(mu, selection="compliant-limit"):
 @pytest.mark.parametrize("selection", ["compliant-limit", "lift-off", "impact"])
 def test_number_of_solutions_is_reported_with_what_was_taken(mu, number, selection):
     solution = run(mu, selection)
-    assert [(event.t, event.contact) for event in solution.paradoxes] == [(0.0, 0), (0.0, 1)]
+    assert [(event.t, event.contact) for event in solution.paradoxes] == [(0.0, 0)]  # contact 1 has one solution
     for event in solution.paradoxes:
         assert event.kind == ns.EventKind.INDETERMINATE and event.n_solutions == number
     assert solution.stats.indeterminate_steps == 1
@@ -72,39 +74,22 @@ def test_a_narrower_cone_leaves_one_solution_and_no_paradox():
     assert solution.q[-1, :2] == pytest.approx([END**2 / 2, 3 * END**2 / 2], rel=1e-12)
 
 
-def row_of_masses(n):
-    """n masses on the floor side by side, each with friction."""
-
-    def mass(t, q, p, M):
-        for i in range(q.shape[0]):
-            M[i, i] = 1.0
-
-    def force(t, q, u, p, h):
-        for i in range(q.shape[0] // 2):
-            h[2 * i + 1] = -9.81
-
-    def gap(t, q, p, g_N):
-        for i in range(g_N.shape[0]):
-            g_N[i] = q[2 * i + 1]
-
-    def normal(t, q, p, W_N):
-        for i in range(W_N.shape[0]):
-            W_N[i, 2 * i + 1] = 1.0
-
-    def tangent(t, q, p, W_F):
-        for i in range(W_F.shape[0]):
-            W_F[i, 0, 2 * i] = 1.0
-
-    contacts = [ns.Contact(mu=0.3)] * n
-    return ns.System(n_q=2 * n, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, contacts=contacts)
-
-
 def test_more_contacts_than_are_tried_are_refused_with_their_number_and_a_cure():
-    """4^10 modes are more than 400000."""
-    row = row_of_masses(10)
+    """Ten masses upon each other: 4^10 modes are more than 400000."""
+    masses = tower(10, Tower())
     with pytest.raises(ns.StepFailure, match=r"10 contacts touch at once.*400000.*hand_over=Adaptive") as failure:
-        ns.simulate(row, (0, 1), np.zeros(20), np.zeros(20), integrator=ns.EventDriven())
+        ns.simulate(masses, (0, 1), np.zeros(20), np.zeros(20), integrator=ns.EventDriven())
     assert "smaller dt" not in str(failure.value)
     handed = ns.EventDriven(hand_over=ns.MoreauJean(dt=1e-2))
-    solution = ns.simulate(row, (0, 1), np.zeros(20), np.zeros(20), integrator=handed)
+    solution = ns.simulate(masses, (0, 1), np.zeros(20), np.zeros(20), integrator=handed)
     assert solution.success and np.abs(solution.q).max() == 0.0
+
+
+def test_any_number_of_contacts_that_share_nothing_is_decided():
+    """Sixteen masses side by side, pushed one after the other harder: mass i stops after v_i/(mu g)."""
+    masses, u = row_of_blocks(16, k=0.0), np.zeros(32)
+    u[::2] = np.linspace(0.1, 1.6, 16)
+    solution = ns.simulate(masses, (0, 1), np.zeros(32), u, integrator=ns.EventDriven())
+    assert solution.q[-1, ::2] == pytest.approx(u[::2] ** 2 / (2 * 0.3 * G), rel=1e-11)
+    assert [(e.contact, e.mode_after) for e in solution.events] == [(i, STICK) for i in range(16)]
+    assert [e.t for e in solution.events] == pytest.approx(u[::2] / (0.3 * G), rel=1e-11)
