@@ -369,7 +369,7 @@ def count_all(left, n, closed, start, kinds, laws, G, c, offset, previous_P, sli
     is_enumerable = count_modes(left, closed, kinds, MAX_LEAVES, planar) <= MAX_LEAVES
     if is_singular and is_enumerable and planar.can_decide_redundant[0] == 1:
         copy_friction(left, closed, start, G, c, planar)
-        found = enumerate_redundant(n, closed, start, kinds, G, c, P, address(planar))
+        found = enumerate_redundant(n, closed, start, kinds, G, G, c, P, address(planar))
         if found == 0:
             return Route.NO_SOLUTION.value, 0
         if take_solution(found, left, n, closed, start, kinds, G, c, selection, False, P, planar):

@@ -13,13 +13,15 @@ a complementarity problem with a symmetric positive semidefinite matrix, on whic
 where the family has no admissible member. So a block on two corners that stick is one solution with the least
 impulses, not an undecided branch.
 
-``modes.enumerate_modes`` is faster by orders of magnitude and comes first; this walk decides what it leaves open.
+``modes.enumerate_modes`` is faster by orders of magnitude and comes first; this walk decides what it leaves open. Modes
+that follow from others are not tried (implied.py), unless nothing is found without the rest.
 Source: Cottle, Pang, Stone, *The Linear Complementarity Problem* (1992), theorem 4.4.1 and section 1.4.
 """
 
 from __future__ import annotations
 
 from nonsmooth.blocks import view
+from nonsmooth.contact_solvers.implied import begin_walk, descend
 from nonsmooth.contact_solvers.modes import is_new, keep_solution, next_candidate
 from nonsmooth.contact_solvers.planar_problem import ACCEPTED, Planar, residual
 from nonsmooth.contact_solvers.single import BOUNDARY, FREE, NO_CANDIDATE, SLIDE_PLUS, STICK, sigma_of, slip_of
@@ -33,13 +35,25 @@ PIVOTS = 50  # of Lemke's method, times the number of inequalities
 
 
 @kernel(
-    "int64(int64, int64[::1], int64[::1], int64[:, ::1], float64[:, ::1], float64[::1], float64[::1], int64)",
+    "int64(int64, int64[::1], int64[::1], int64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1], float64[::1], "
+    "int64)",
     short_loops=True,
 )
-def enumerate_redundant(n, closed, start, kinds, G, c, P, planar_at):
-    """All solutions, redundant contacts included, to ``planar.tree``; their number. P is scratch."""
+def enumerate_redundant(n, closed, start, kinds, G, K, c, P, planar_at):
+    """All solutions, redundant contacts included, to ``planar.tree``; their number. P is scratch.
+
+    K = W M^-1 W^T of the rows; G is another matrix where it holds the friction of slides (paradox/forces.py).
+    """
     planar = view(planar_at, Planar)
+    found = walk(True, n, closed, start, kinds, G, K, c, P, planar)
+    return found if found > 0 else walk(False, n, closed, start, kinds, G, K, c, P, planar)
+
+
+@kernel
+def walk(skips, n, closed, start, kinds, G, K, c, P, planar):
+    """Try the combinations of modes, ``skips`` those that follow from others; the number of solutions."""
     tree, r = planar.tree, start[n]
+    begin_walk(r, K, c, tree)
     scale, largest = 0.0, 0.0
     for k in range(r):
         scale = max(scale, abs(c[k]))
@@ -49,9 +63,12 @@ def enumerate_redundant(n, closed, start, kinds, G, c, P, planar_at):
     tree.candidate[0] = NO_CANDIDATE
     while level >= 0:
         i = closed[level]
-        tree.candidate[level] = next_candidate(kinds[i, 0], kinds[i, 1], tree.candidate[level])
-        if tree.candidate[level] == NO_CANDIDATE:
+        candidate = next_candidate(kinds[i, 0], kinds[i, 1], tree.candidate[level])
+        tree.candidate[level] = candidate
+        if candidate == NO_CANDIDATE:
             level -= 1
+        elif skips and not descend(level, candidate, closed, start, kinds, r, scale, tree):
+            continue
         elif level < n - 1:
             level += 1
             tree.candidate[level] = NO_CANDIDATE
@@ -258,6 +275,8 @@ def least_admissible(m, rank, size, planar):
     family = planar.family
     B, C, column, x = family.B, family.C, family.column, family.x
     free = m - rank
+    if is_fixed_wrong(m, rank, size, family):
+        return False
     for a in range(free):
         for b in range(free):
             total = 1.0 if a == b else 0.0
@@ -272,13 +291,9 @@ def least_admissible(m, rank, size, planar):
         family.y[a] = total
     cholesky_solve(free, free, family.L, family.y)
     move(m, rank, family)
-    for e in range(size):  # rows of A = C N, and of A H^-1
+    for e in range(size):  # rows of A H^-1
         for a in range(free):
-            total = C[e, column[rank + a]]
-            for k in range(rank):
-                total -= C[e, column[k]] * B[k, rank + a]
-            family.A[e, a] = total
-            family.AH[e, a] = total
+            family.AH[e, a] = family.A[e, a]
         cholesky_solve(free, free, family.L, family.AH[e])
         planar.b[e] = -family.e[e]
         for k in range(m):
@@ -299,6 +314,31 @@ def least_admissible(m, rank, size, planar):
         family.y[a] = total
     move(m, rank, family)
     return True
+
+
+@kernel
+def is_fixed_wrong(m, rank, size, family):
+    """Whether an inequality is violated that no member of the family changes, as of the motion that all have in common;
+    A = C N is written on the way."""
+    B, C, column, x = family.B, family.C, family.column, family.x
+    for e in range(size):
+        largest, change = 0.0, 0.0
+        for a in range(m - rank):
+            total, terms = C[e, column[rank + a]], abs(C[e, column[rank + a]])
+            for k in range(rank):
+                total -= C[e, column[k]] * B[k, rank + a]
+                terms += abs(C[e, column[k]] * B[k, rank + a])
+            family.A[e, a] = total
+            largest, change = max(largest, terms), max(change, abs(total))
+        if change > BOUNDARY * largest:
+            continue
+        total, terms = -family.e[e], abs(family.e[e])
+        for k in range(m):
+            total += C[e, k] * x[k]
+            terms += abs(C[e, k] * x[k])
+        if total < -ACCEPTED * terms:
+            return True
+    return False
 
 
 @kernel

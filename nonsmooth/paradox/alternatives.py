@@ -123,7 +123,9 @@ def solve_velocities(problem: Problem, kinds: np.ndarray, gamma: np.ndarray) -> 
         return tree.arrays.solutions[: min(found, KEPT)]
     planar = new_block(Planar, planar_shapes(n, 1, KEPT))
     planar.arrays.mu[:], planar.arrays.mu_static[:] = problem.mu, problem.mu_static
-    found = enumerate_redundant(n, listed, problem.start, kinds, problem.G, gamma, np.zeros(r), planar.address)
+    found = enumerate_redundant(
+        n, listed, problem.start, kinds, problem.G, problem.G, gamma, np.zeros(r), planar.address
+    )
     return planar.arrays.tree.solutions[: min(found, KEPT)]
 
 

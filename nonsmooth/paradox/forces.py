@@ -23,6 +23,7 @@ from typing import NamedTuple
 from nonsmooth.acceleration_problem import acceleration_problem
 from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, address, view
 from nonsmooth.contact_problem import Work, evaluate_rows, row_velocities, work_shapes
+from nonsmooth.contact_solvers.implied import are_dependent
 from nonsmooth.contact_solvers.islands import find_held_islands
 from nonsmooth.contact_solvers.modes import enumerate_modes, leaves
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
@@ -73,6 +74,7 @@ class Forces(NamedTuple):
     start: Integers  # (c + 1,)
     row: Integers  # (r,) row of the full problem
     G: Matrix  # (r, r)
+    K: Matrix  # (r, r) G without friction
     b: Vector  # (r,)
     P: Vector  # (r,) scratch
     planar: Planar  # friction of the reduced problem, and its solutions
@@ -95,8 +97,8 @@ def forces_shapes(n: int, n_c: int, d: int, kept: int = KEPT) -> dict:
     )  # fmt: skip
     return {
         **per_contact, "work": work_shapes(n, n_c, d), "rates": (4, r), "gamma": (c, 2), "kinds": (c, 2),
-        "start": (c + 1,), "row": (r,), "G": (r, r), "b": (r,), "P": (r,), "taken": (r,), "candidate": (kept, c),
-        "la": (kept, r), "planar": planar_shapes(min(max(c, 2), MAX_CONTACTS), d, kept),
+        "start": (c + 1,), "row": (r,), "G": (r, r), "K": (r, r), **dict.fromkeys(("b", "P", "taken"), (r,)),
+        "candidate": (kept, c), "la": (kept, r), "planar": planar_shapes(min(max(c, 2), MAX_CONTACTS), d, kept),
     }  # fmt: skip
 
 
@@ -261,7 +263,7 @@ def solution_of(number, island, forces):
 @kernel
 def find_forces_of(island, n_k, kinds, forces):
     """Every solution of one island: (Outcome, number)."""
-    work, planar, tree = forces.work, forces.planar, forces.planar.tree
+    work, planar, tree, start, G, b = forces.work, forces.planar, forces.planar.tree, forces.start, forces.G, forces.b
     found = 0
     outcome = Outcome.COMPLETE.value
     pairs = 1
@@ -274,17 +276,17 @@ def find_forces_of(island, n_k, kinds, forces):
         if n > forces.planar.mu.shape[0] or pairs * leaves(n, forces.listed, forces.kinds, MAX_MODES) > MAX_MODES:
             return Outcome.TOO_MANY.value, 0
         number = 1
-        is_complete = True
-        if n > 0:
+        is_complete = n < 2 or planar.can_decide_redundant[0] == 0 or not are_dependent(start[n], forces.K, b, tree)
+        if n > 0 and is_complete:
             number, is_complete = enumerate_modes(
-                n, forces.listed, forces.start, forces.kinds, planar.mu, planar.mu_static, planar.normal_impulse,
-                forces.G, forces.b, address(tree),
+                n, forces.listed, start, forces.kinds, planar.mu, planar.mu_static, planar.normal_impulse,
+                G, b, address(tree),
             )  # fmt: skip
         if not is_complete and planar.can_decide_redundant[0] == 0:
             outcome = Outcome.SINGULAR.value
         elif not is_complete:
             number = enumerate_redundant(
-                n, forces.listed, forces.start, forces.kinds, forces.G, forces.b, forces.P, address(planar)
+                n, forces.listed, start, forces.kinds, G, forces.K, b, forces.P, address(planar)
             )
         for m in range(min(number, tree.modes.shape[0])):
             found += keep_solution(island, n_k, n, m, found, kinds, forces)
@@ -329,7 +331,7 @@ def reduce_problem(island, n_k, kinds, signs, forces):
         for m in range(n):
             k = forces.contact[m]
             for e in range(start[m], start[m + 1]):
-                forces.G[a, e] = work.G[forces.row[a], forces.row[e]]
+                forces.G[a, e] = forces.K[a, e] = work.G[forces.row[a], forces.row[e]]
             if slip[k] != 0:
                 f = -slip[k] * mu[k] * sigma[k]
                 if kinds[work.closed[k], 1] > 0:

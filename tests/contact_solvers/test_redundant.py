@@ -22,7 +22,7 @@ def solutions(G, c, mu, kinds):
     planar = block.arrays
     planar.mu[:] = planar.mu_static[:] = mu
     table = np.array([(kind, 1) for kind in kinds])
-    found = enumerate_redundant(n, np.arange(n), 2 * np.arange(n + 1), table, G, c, np.zeros(2 * n), block.address)
+    found = enumerate_redundant(n, np.arange(n), 2 * np.arange(n + 1), table, G, G, c, np.zeros(2 * n), block.address)
     return planar.tree.solutions[:found].copy(), planar.tree.modes[:found].copy()
 
 
