@@ -55,13 +55,14 @@ class Family(NamedTuple):
     e: Vector  # (e,)
     A: Matrix  # (e, r)
     AH: Matrix  # (e, r)
+    slack: Vector  # (e,) what rounding leaves of an inequality
 
 
 def family_shapes(n: int, r: int) -> dict[str, tuple[int, ...]]:
     """Shapes of ``Family`` for n contacts with r rows; a contact has up to three inequalities."""
     return {
         "B": (r, r + 1), "column": (r,), "row": (r,), "first": (n + 1,), "x": (r,), "y": (r,), "H": (r, r),
-        "L": (r, r), "C": (3 * n, r), "e": (3 * n,), "A": (3 * n, r), "AH": (3 * n, r),
+        "L": (r, r), "C": (3 * n, r), "e": (3 * n,), "A": (3 * n, r), "AH": (3 * n, r), "slack": (3 * n,),
     }  # fmt: skip
 
 

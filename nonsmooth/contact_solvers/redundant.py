@@ -7,31 +7,27 @@ For given modes the unknown impulses x satisfy linear equations B x + d = 0 of a
 or shows that there is no x. On the family the inclusions are linear inequalities C x >= e; the member with the least
 |x|^2 that satisfies them is
 
-    y = H^-1 ((C N)^T la - N^T x_0),    H = N^T N,    0 <= la _|_ C N y - (e - C x_0) >= 0,
+    min (x_0 + N y)^2,    C N y >= e - C x_0,
 
-a complementarity problem with a symmetric positive semidefinite matrix, on which Lemke's method ends in a ray exactly
-where the family has no admissible member. So a block on two corners that stick is one solution with the least
-impulses, not an undecided branch.
+which has a solution exactly where the family has an admissible member (least_share.py). So a block on two corners that
+stick is one solution with the least impulses, not an undecided branch.
 
 ``modes.enumerate_modes`` is faster by orders of magnitude and comes first; this walk decides what it leaves open. Modes
 that follow from others are not tried (implied.py), unless nothing is found without the rest.
-Source: Cottle, Pang, Stone, *The Linear Complementarity Problem* (1992), theorem 4.4.1 and section 1.4.
+Source: Golub, Van Loan, *Matrix Computations*, section 5.5.
 """
 
 from __future__ import annotations
 
 from nonsmooth.blocks import view
 from nonsmooth.contact_solvers.implied import begin_walk, descend
+from nonsmooth.contact_solvers.least_share import find_least
 from nonsmooth.contact_solvers.modes import is_new, keep_solution, next_candidate
 from nonsmooth.contact_solvers.planar_problem import ACCEPTED, Planar, residual
 from nonsmooth.contact_solvers.single import BOUNDARY, FREE, NO_CANDIDATE, SLIDE_PLUS, STICK, sigma_of, slip_of
 from nonsmooth.dense import cholesky, cholesky_solve
 from nonsmooth.jit import kernel
-from nonsmooth.lcp.lemke import lemke
-from nonsmooth.lcp.result import SOLVED
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL
-
-PIVOTS = 50  # of Lemke's method, times the number of inequalities
 
 
 @kernel(
@@ -296,22 +292,13 @@ def least_admissible(m, rank, size, planar):
             family.AH[e, a] = family.A[e, a]
         cholesky_solve(free, free, family.L, family.AH[e])
         planar.b[e] = -family.e[e]
+        family.slack[e] = abs(family.e[e])
         for k in range(m):
             planar.b[e] += C[e, k] * x[k]
-    for e in range(size):
-        for f in range(size):
-            total = 0.0
-            for a in range(free):
-                total += family.AH[e, a] * family.A[f, a]
-            planar.A[e, f] = total
-    status, _ = lemke(size, planar.A, planar.b, planar.z, planar.tableau, planar.scales, planar.basis, PIVOTS * size)
-    if status != SOLVED:
+            family.slack[e] += abs(C[e, k] * x[k])
+        family.slack[e] *= BOUNDARY
+    if not find_least(size, free, family.slack, planar):
         return False
-    for a in range(free):
-        total = 0.0
-        for e in range(size):
-            total += family.AH[e, a] * planar.z[e]
-        family.y[a] = total
     move(m, rank, family)
     return True
 

@@ -30,6 +30,7 @@ from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 DEPENDENT, NEARLY_DEPENDENT = 1e-10, 1e-6
 ROUNDINGS = 100.0  # units of rounding
 CONSISTENT = 1e-7  # of the sizes of its terms: what a dependent row may lack
+VANISHING = 1e-10  # of the other rows' terms, where its own vanish: W' u by differences has an error of 1e-11
 
 
 @kernel("void(int64, int64, int64)", short_loops=True)
@@ -85,7 +86,7 @@ def orthogonalise(n, m, contacts):
                 pivot, most = e, left
         if not most > DEPENDENT * DEPENDENT:
             break
-        if most < NEARLY_DEPENDENT * NEARLY_DEPENDENT and are_consistent(k, m, ROUNDINGS * EPS, contacts):
+        if most < NEARLY_DEPENDENT * NEARLY_DEPENDENT and are_consistent(k, m, ROUNDINGS * EPS, 0.0, contacts):
             break
         order[k], order[pivot] = order[pivot], order[k]
         e = order[k]
@@ -107,27 +108,27 @@ def orthogonalise(n, m, contacts):
                 Q[g, j] -= R[k, g] * Q[e, j]
                 X[g, j] -= R[k, g] * X[e, j]
         rank += 1
-    return rank, are_consistent(rank, m, CONSISTENT, contacts)
+    return rank, are_consistent(rank, m, CONSISTENT, VANISHING, contacts)
 
 
 @kernel
-def are_consistent(rank, m, tolerance, contacts):
+def are_consistent(rank, m, tolerance, vanishing, contacts):
     """Whether the rows after the first ``rank`` ask for what these give, within a part of the sizes of their terms.
 
-    A row whose terms all vanish asks for the rounding of the other terms: of sizes up to its length times |y|.
+    A row whose terms all vanish asks for the error of the others: ``vanishing`` of its length times |y|.
     """
     rows, b = contacts.redundant, contacts.b
     total = 0.0
     for l in range(rank):
         total += rows.y[l] * rows.y[l]
-    rounding = ROUNDINGS * EPS * total**0.5
+    error = vanishing * total**0.5
     for k in range(rank, m):
         e = rows.order[k]
         lack, terms = b[e], abs(b[e])
         for l in range(rank):
             lack -= rows.R[l, e] * rows.y[l]
             terms += abs(rows.R[l, e] * rows.y[l])
-        if not abs(lack) <= tolerance * terms + rounding * rows.length[e] ** 0.5:
+        if not abs(lack) <= tolerance * terms + error * rows.length[e] ** 0.5:
             return False
     return True
 
