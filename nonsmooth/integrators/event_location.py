@@ -7,7 +7,8 @@ Newton's method, so that the state at the event has the order of the method, not
 
 A function that begins at zero, within its own tolerance, is *armed* only once it has been above it: what rounding
 leaves at the beginning of a mode is no event. What falls without having been armed is one where minus the tolerance is
-reached; at the beginning of a mode, at once. The tolerance is that of rounding; the error between the stages may be
+reached; at the beginning of a mode, at once. A negative tolerance says that the function jumps: its zero is where the
+polynomial of the step has it. The tolerance is that of rounding; the error between the stages may be
 larger, so what has fallen there must have fallen at the end of the shortened step too, or the step is tried again with
 a tenth of its length.
 Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.6; Shampine, Thompson,
@@ -177,6 +178,8 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
         return status
     events.found[WHICH] = which
     slope = (at_event - value[which]) / (SLOPE_STEP * high * h)
+    if value[events.armed.shape[0] + which] < 0.0:
+        slope = 0.0
     status, is_met = correct(rates, functions, model, p, context, high * h, slope, which, level, ode, events)
     is_refused = status != Status.RUNNING and status != Status.STEP_VANISHED
     if not is_met and not is_refused and events.found[REDUCTIONS] < MOST_REDUCTIONS:
