@@ -132,12 +132,9 @@ def _read_facts(system: System) -> int:
 @kernel
 def smooth_step(model, has, is_first, t, dt, theta, n, u, p, work):
     """M, h and du = Mhat^-1 dt h at the mid-point; returns a Status."""
-    if is_first or not has & MASS_IS_CONSTANT:
-        if not call_model(model, MASS, t, work.q_mid, u, p, work.M):
-            return Status.NOT_FINITE
-        work.band[0] = bandwidth(n, work.M)
-        if not cholesky(n, work.band[0], work.M, work.factor):
-            return Status.MASS_NOT_POSITIVE
+    status = factor_mass(model, has, is_first, t, n, u, p, work)
+    if status != Status.RUNNING:
+        return status
     if not call_model(model, FORCE, t, work.q_mid, u, p, work.h):
         return Status.NOT_FINITE
     for i in range(n):
@@ -146,6 +143,18 @@ def smooth_step(model, has, is_first, t, dt, theta, n, u, p, work):
         return implicit_step(model, has, t, dt, theta, n, u, p, work)
     cholesky_solve(n, work.band[0], work.factor, work.du)
     return Status.RUNNING
+
+
+@kernel
+def factor_mass(model, has, is_first, t, n, u, p, work):
+    """M at the mid-point and its Cholesky factor; returns a Status."""
+    if is_first or not has & MASS_IS_CONSTANT:
+        if not call_model(model, MASS, t, work.q_mid, u, p, work.M):
+            return Status.NOT_FINITE.value
+        work.band[0] = bandwidth(n, work.M)
+        if not cholesky(n, work.band[0], work.M, work.factor):
+            return Status.MASS_NOT_POSITIVE.value
+    return Status.RUNNING.value
 
 
 @kernel

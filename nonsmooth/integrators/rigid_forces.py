@@ -42,10 +42,11 @@ from nonsmooth.integrators.rigid_modes import (
     UNIQUE,
     RigidContacts,
     closed_problem,
-    factorise_both,
+    decompose_both,
     find_ratios,
     list_equations_of,
     list_islands,
+    regularise,
     rounded_length,
     small_speed,
     solve_equations,
@@ -176,10 +177,14 @@ def find_forces_of(island, n, n_k, contacts):
             i = work.closed[k]
             if kinds[i, 0] == GIVEN_FORCE:
                 contacts.b[e] -= work.G[a, work.start[k]] * la[i, 1]
-    smallest = factorise_both(m, contacts)
-    solve_equations(m, contacts)
+    smallest = decompose_both(m, contacts)
     if smallest < DISTINCT and m > 1:
+        guess_load(m, contacts)
         share_load(n, m, address(contacts))
+    else:
+        if smallest == 0.0:
+            regularise(m, contacts)
+        solve_equations(m, contacts)
     for e in range(m):
         i = contacts.contact[e]
         la[i, contacts.part[e]] = contacts.z[e]
@@ -196,6 +201,19 @@ def find_forces_of(island, n, n_k, contacts):
     for k in range(n_k):
         if contacts.island[k] == island and size > 1:
             contacts.is_alone[work.closed[k]] = 0
+
+
+@kernel
+def guess_load(m, contacts):
+    """A load of redundant contacts where its share cannot do without: it tells the sign of a bilateral force that
+    sticks, and stays where there are more rows than are shared."""
+    needs_guess = m > contacts.redundant.planar.family.B.shape[0]
+    for e in range(m):
+        i = contacts.contact[e]
+        needs_guess = needs_guess or (contacts.kinds[i, 0] == BILATERAL and contacts.mode[i] == ContactMode.STICK)
+    if needs_guess:
+        regularise(m, contacts)
+        solve_equations(m, contacts)
 
 
 @kernel

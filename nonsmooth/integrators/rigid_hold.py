@@ -17,7 +17,7 @@ from nonsmooth.integrators.rigid_modes import (
     DRIFT,
     HAS,
     N_U,
-    closed_problem,
+    closed_constraints,
     factorise,
     find_ratios,
     list_equations,
@@ -43,7 +43,7 @@ def hold(model, p, t, x, with_friction, contacts):
         return Status.RUNNING
     n_k, m = 0, 0
     for _ in range(LINEARISATIONS):
-        status, n_k = closed_problem(model, p, t, x, contacts)
+        status, n_k = closed_constraints(model, p, t, x, contacts)
         if status != Status.RUNNING:
             return status
         m = list_equations(n_k, contacts)

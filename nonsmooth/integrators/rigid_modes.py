@@ -25,12 +25,13 @@ import functools
 import math
 from typing import NamedTuple
 
-from nonsmooth.acceleration_problem import IMPLICIT, acceleration_problem
+from nonsmooth.acceleration_problem import IMPLICIT, acceleration_problem, constraint_problem
 from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, frozen
 from nonsmooth.contact_problem import Work, row_velocities, smooth_step, work_shapes
 from nonsmooth.contact_solvers.islands import find_held_islands
 from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
 from nonsmooth.dense import lu, lu_solve
+from nonsmooth.errors import Status
 from nonsmooth.integrators.contact_switching import ROUNDINGS, fastest_velocity
 from nonsmooth.integrators.radau_stages import EPS, determinant_is_positive
 from nonsmooth.jit import kernel
@@ -153,30 +154,58 @@ def longest(n, contacts):
 @kernel
 def closed_problem(model, p, t, x, contacts):
     """The acceleration-level problem of the contacts that are not open, and their velocities: (Status, contacts)."""
-    work, facts, kinds = contacts.work, contacts.facts, contacts.kinds
-    n, n_c = facts[N_U], kinds.shape[0]
-    for j in range(n):
-        contacts.q[j], contacts.u[j] = x[j], x[n + j]
-        work.q_mid[j] = x[j]
-    n_k = 0
-    for i in range(n_c):
-        contacts.gamma[i, 0], contacts.gamma[i, 1] = 0.0, 0.0
-        if contacts.mode[i] != ContactMode.OPEN:
-            work.closed[n_k] = i
-            n_k += 1
+    work, facts, kinds, n = contacts.work, contacts.facts, contacts.kinds, contacts.facts[N_U]
+    n_k = list_closed(x, contacts)
     if n_k == 0:
         return smooth_step(model, facts[HAS] & ~IMPLICIT, True, t, 1.0, 0.5, n, contacts.u, p, work), 0
     status, _ = acceleration_problem(
         model, facts[HAS], t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
     )
     row_velocities(n, n_k, kinds, contacts.u, work)
+    set_velocities(n_k, contacts)
+    return status, n_k
+
+
+@kernel
+def closed_constraints(model, p, t, x, contacts):
+    """The constraints of the contacts that are not open, and their velocities: (Status, contacts)."""
+    n_k = list_closed(x, contacts)
+    if n_k == 0:
+        return Status.RUNNING.value, 0
+    status, _ = constraint_problem(
+        model, contacts.facts[HAS], t, contacts.facts[N_U], contacts.q, contacts.u, p, n_k, contacts.kinds,
+        contacts.work,
+    )  # fmt: skip
+    set_velocities(n_k, contacts)
+    return status, n_k
+
+
+@kernel
+def list_closed(x, contacts):
+    """Take q and u from the state, and list the contacts that are not open; returns their number."""
+    work, n = contacts.work, contacts.facts[N_U]
+    for j in range(n):
+        contacts.q[j], contacts.u[j] = x[j], x[n + j]
+        work.q_mid[j] = x[j]
+    n_k = 0
+    for i in range(contacts.kinds.shape[0]):
+        contacts.gamma[i, 0], contacts.gamma[i, 1] = 0.0, 0.0
+        if contacts.mode[i] != ContactMode.OPEN:
+            work.closed[n_k] = i
+            n_k += 1
+    return n_k
+
+
+@kernel
+def set_velocities(n_k, contacts):
+    """The velocities of the closed contacts from those of their rows."""
+    work, kinds = contacts.work, contacts.kinds
     for k in range(n_k):
         i = work.closed[k]
         if kinds[i, 0] != GIVEN_FORCE:
             contacts.gamma[i, 0] = work.gamma_0[work.start[k]]
         if kinds[i, 1] > 0:
             contacts.gamma[i, 1] = work.gamma_0[work.start[k + 1] - 1]
-    return status, n_k
 
 
 @kernel
@@ -238,28 +267,34 @@ def list_equations_of(island, n_k, contacts):
 
 
 @kernel
-def factorise_both(m, contacts):
-    """``factorise`` with friction, and return as it does, with the determinant over that without (1 if none slides)."""
+def decompose_both(m, contacts):
+    """``decompose`` with friction, and return as it does, with the determinant over that without (1 if none slides)."""
     slides = False
     for e in range(m):
         slides = slides or contacts.mode[contacts.contact[e]] == ContactMode.SLIDE
     frictionless = 1.0
     if slides:
-        factorise(m, False, contacts)
+        decompose(m, False, contacts)
         frictionless = contacts.numbers[DETERMINANT]
-    smallest = factorise(m, True, contacts)
+    smallest = decompose(m, True, contacts)
     contacts.numbers[DETERMINANT] = contacts.numbers[DETERMINANT] / frictionless if slides else 1.0
     return smallest
 
 
 @kernel
 def factorise(m, with_friction, contacts):
-    """LU factors of A, of A + shift where contacts are redundant; with_friction adds the columns of sliding friction.
+    """LU factors of A, of A + shift where contacts are redundant; with_friction adds the columns of sliding
+    friction."""
+    if decompose(m, with_friction, contacts) == 0.0:
+        regularise(m, contacts)
 
-    Leaves the determinant and the shift in numbers; returns the smallest pivot over the largest entry, 0 if singular.
-    """
+
+@kernel
+def decompose(m, with_friction, contacts):
+    """LU factors of A; returns the smallest pivot over the largest entry, 0 if A is singular. Leaves the determinant in
+    numbers, 1 if A is singular."""
     work, A, factor, row = contacts.work, contacts.A, contacts.factor, contacts.row
-    scale, trace = 1.0, 0.0
+    scale = 1.0
     for f in range(m):
         i = contacts.contact[f]
         slides = with_friction and contacts.mode[i] == ContactMode.SLIDE
@@ -269,7 +304,6 @@ def factorise(m, with_friction, contacts):
                 A[e, f] += contacts.ratio[i] * work.G[row[e], row[f] + 1]
             factor[e, f] = A[e, f]
         scale *= work.G[row[f], row[f]]
-        trace += work.G[row[f], row[f]]
     contacts.numbers[SHIFT] = 0.0
     if lu(m, factor, contacts.order):
         determinant, smallest, largest = 1.0, math.inf, 0.0
@@ -280,15 +314,22 @@ def factorise(m, with_friction, contacts):
         is_positive = determinant_is_positive(m, factor, contacts.order, contacts.sum)
         contacts.numbers[DETERMINANT] = determinant / scale if is_positive else -determinant / scale
         return smallest / largest if m > 0 else math.inf
-    shift = REGULARISATION * trace
+    contacts.numbers[DETERMINANT] = 1.0
+    return 0.0
+
+
+@kernel
+def regularise(m, contacts):
+    """LU factors of A + shift."""
+    A, factor, trace = contacts.A, contacts.factor, 0.0
+    for e in range(m):
+        trace += contacts.work.G[contacts.row[e], contacts.row[e]]
+    contacts.numbers[SHIFT] = REGULARISATION * trace
     for e in range(m):
         for f in range(m):
             factor[e, f] = A[e, f]
-        factor[e, e] += shift
+        factor[e, e] += contacts.numbers[SHIFT]
     lu(m, factor, contacts.order)
-    contacts.numbers[SHIFT] = shift
-    contacts.numbers[DETERMINANT] = 1.0
-    return 0.0
 
 
 @kernel

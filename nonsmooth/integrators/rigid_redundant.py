@@ -16,6 +16,8 @@ Source: Golub, Van Loan, *Matrix Computations*, section 5.2; Pfeiffer, Glocker (
 
 from __future__ import annotations
 
+import math
+
 from nonsmooth.blocks import view
 from nonsmooth.contact_solvers.redundant import eliminate_completely, impulse_inequality, least_admissible
 from nonsmooth.contact_solvers.single import BOUNDARY
@@ -90,7 +92,7 @@ def orthogonalise(n, m, contacts):
             break
         order[k], order[pivot] = order[pivot], order[k]
         e = order[k]
-        norm = squared(n, Q, X, e) ** 0.5
+        norm = math.sqrt(squared(n, Q, X, e))
         R[k, e] = norm
         y[k] = b[e]
         for l in range(k):
@@ -121,14 +123,14 @@ def are_consistent(rank, m, tolerance, vanishing, contacts):
     total = 0.0
     for l in range(rank):
         total += rows.y[l] * rows.y[l]
-    error = vanishing * total**0.5
+    error = vanishing * math.sqrt(total)
     for k in range(rank, m):
         e = rows.order[k]
         lack, terms = b[e], abs(b[e])
         for l in range(rank):
             lack -= rows.R[l, e] * rows.y[l]
             terms += abs(rows.R[l, e] * rows.y[l])
-        if not abs(lack) <= tolerance * terms + error * rows.length[e] ** 0.5:
+        if not abs(lack) <= tolerance * terms + error * math.sqrt(rows.length[e]):
             return False
     return True
 

@@ -26,7 +26,6 @@ import math
 
 from nonsmooth.acceleration_problem import find_row_rates
 from nonsmooth.blocks import address, frozen, view
-from nonsmooth.contact_problem import evaluate_rows
 from nonsmooth.contact_solvers.modes import select
 from nonsmooth.contact_solvers.single import STICK, Selection, sigma_of, slip_of
 from nonsmooth.errors import Status
@@ -432,10 +431,6 @@ def close_low_bounces(model, p, t, x, contacts, touch):
     if not find_row_rates(
         model, contacts.facts[HAS], t, n, contacts.q, contacts.u, p, n_c, kinds, contacts.rates, work
     ):
-        return Status.NOT_FINITE.value, False
-    for j in range(n):
-        work.q_mid[j] = contacts.q[j]
-    if not evaluate_rows(model, contacts.facts[HAS], True, t, contacts.u, p, work):
         return Status.NOT_FINITE.value, False
     height = max(contacts.numbers[ATOL], RESOLVED * rounded_length(n, contacts))
     r = 0
