@@ -21,6 +21,7 @@ from nonsmooth.arrays import as_floats
 from nonsmooth.errors import InvalidInput, shown
 
 DEGREE = 2  # of the velocities between the records of a time stepping
+ROUNDING = 4  # units in the last place of the later end: a time that a sum or a product made is not outside for that
 Side = Literal["left", "right"]
 
 
@@ -64,7 +65,9 @@ class Motion:
             raise InvalidInput(f"side must be 'left' or 'right'; got {shown(side)}")
         times = as_floats("t", t)
         moments = times.reshape(-1)
-        outside = ~((moments >= self.start[0]) & (moments <= self.end[0]))
+        slack = ROUNDING * np.spacing(max(abs(self.start[0]), abs(self.end[0])))
+        outside = ~((moments >= self.start[0] - slack) & (moments <= self.end[0] + slack))
+        moments = np.where(outside, moments, np.clip(moments, self.start[0], self.end[0]))
         if times.ndim > 1 or outside.any():
             got = f"{moments[outside][0]:g}" if outside.any() else f"an array of shape {times.shape}"
             raise InvalidInput(f"t must be a time within [{self.start[0]:g}, {self.end[0]:g}], or a vector of such "

@@ -64,8 +64,8 @@ def simulate(
     every : int
         Record every so many steps; of an integrator that chooses its steps also every event.
     t_eval : array_like, optional
-        Record at these times instead: steps of Moreau–Jean, fixed or adaptive, end exactly there, others are
-        interpolated.
+        Record exactly at these times instead: steps of Moreau–Jean, fixed or adaptive, end there, others are
+        interpolated. The start is one of them where it is asked for.
     selection : {"compliant-limit", "lift-off", "impact"}
         Which solution is taken where a rigid contact problem has several.
     project : bool
@@ -157,6 +157,8 @@ def simulate(
     if run.status == Status.INTERRUPTED and _is_whole.get():
         raise KeyboardInterrupt
     solution = run.solution()
+    if t_eval is not None and len(solution.t) > 1 and solution.t[0] < np.ravel(t_eval)[0]:
+        solution = solution.without_start()
     if solution.stats.energy_gains:
         warn_caller(energy_gain(solution.stats), EnergyGainWarning)
     if reason is not None:

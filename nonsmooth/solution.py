@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -177,7 +177,7 @@ class Solution:
     q, u : (n_t, n_q), (n_t, n_u)
     g_N : (n_t, n_c) gaps [m]
     P_N : (n_t, n_c), P_F : (n_t, n_c, d)
-        Impulses since the record before [N s].
+        Impulses since the record before, of the first one since the start [N s].
     mode : (n_t, n_c) ContactMode, and slip : (n_t, n_c) sign of sliding, of the last step
     event_rows : (n_events, 13)
         The events as numbers; ``events`` and ``paradoxes`` give them as objects.
@@ -225,6 +225,13 @@ class Solution:
             event_rows, functools.partial(ledger_of, system, t, record.q, record.u, record.ledger), stats, status,
             message, about_run(system, integrator), system, la, find_motion, *user_events,
         )  # fmt: skip
+
+    def without_start(self) -> Solution:
+        """The same without its first record; impulses and works remain those since the start."""
+        rows = {name: getattr(self, name)[1:] for name in ("t", "q", "u", "g_N", "P_N", "P_F", "mode", "slip")}
+        la = None if self.la is None else self.la[1:]
+        find_ledger = functools.partial(_ledger_behind_start, self.find_ledger, len(self.t))
+        return replace(self, **rows, la=la, find_ledger=find_ledger)
 
     @property
     def success(self) -> bool:
@@ -383,6 +390,13 @@ def ledger_of(
         states = zip(t[rows], q[rows], u[rows], strict=True)
         ledger["potential"] = np.array([system.evaluate(POTENTIAL, *state)[0] for state in states])
     return ledger
+
+
+def _ledger_behind_start(
+    find_ledger: Callable[[Any], dict[str, np.ndarray]], m: int, rows: Any
+) -> dict[str, np.ndarray]:
+    """The ledger at some rows of a record of m rows, its first one not counted."""
+    return find_ledger(np.arange(1, m)[rows])
 
 
 def mass_changes(system: System) -> bool:

@@ -86,6 +86,47 @@ def test_t_eval_records_exactly_there():
     assert np.allclose(solution.q[:, 0], 1 - 9.81 / 2 * np.square(t), atol=1e-12)  # theta = 1/2 is exact in free fall
 
 
+ALL = [STEP, ns.Adaptive(1e-6, 1e-8), ns.EventDriven(), ns.Penalty(1e6, damping_ratio=0.5), "auto"]
+
+
+@pytest.mark.parametrize("integrator", ALL)
+def test_results_are_at_the_times_asked_for_and_at_no_other(integrator, tmp_path):
+    """The first one behind the start: impulses and works are still those since the start, also read from a file."""
+    t, state, pusher = np.array([0.31, 0.5, 0.7]), ([1.0], [0.0]), ball()
+    asked = ns.simulate(pusher, (0, 0.8), *state, integrator=integrator, t_eval=t)
+    whole = ns.simulate(pusher, (0, 0.8), *state, integrator=integrator, t_eval=[0.0, *t])
+    assert np.array_equal(asked.t, t) and np.array_equal(whole.t, [0.0, *t])
+    for name in ("q", "u", "g_N", "P_N", "P_F", "mode", "slip"):
+        assert np.array_equal(getattr(asked, name), getattr(whole, name)[1:])
+    for name, works in whole.ledger.items():
+        assert np.array_equal(asked.ledger[name], works[1:])
+    assert asked.P_N.sum() > 0.0 and asked.ledger["force"][0] == pytest.approx(0.5 * 9.81 * 9.81 * 0.31**2, rel=1e-6)
+    assert "energy: kinetic" in asked.summary()
+    read = ns.Solution.load(asked.save(tmp_path / "asked.npz"))
+    assert np.array_equal(read.t, t) and np.array_equal(read.ledger["force"], asked.ledger["force"])
+    if integrator != "auto":
+        kept = ns.simulate(pusher, (0, 0.8), *state, integrator=integrator, t_eval=t, checkpoint=tmp_path / "kept")
+        again = ns.Solution.load(tmp_path / "kept")
+        for sol in (kept, again):
+            assert np.array_equal(sol.t, t) and np.array_equal(sol.q, asked.q) and np.array_equal(sol.P_N, asked.P_N)
+            assert np.array_equal(sol.ledger["force"], asked.ledger["force"])
+
+
+@pytest.mark.parametrize("t_0, t_1, dt", [(0.0, 0.3, 0.1), (0.0, 2.0, 0.07), (1.3, 1.3 + 0.7, 1e-3), (-0.1, 0.2, 0.1)])
+@pytest.mark.parametrize("integrator", [ns.MoreauJean, None])
+def test_the_end_of_a_run_is_the_end_asked_for(t_0, t_1, dt, integrator):
+    """n dt is not t_1 in floating point; the last record is, and the motion is known there and a rounding beside."""
+    chosen = ns.EventDriven() if integrator is None else integrator(dt)
+    sol = ns.simulate(ball(), (t_0, t_1), [1.0], [0.0], integrator=chosen)
+    assert sol.t[-1] == t_1
+    for t in (t_1, np.nextafter(t_1, 9.0), t_0 + (t_1 - t_0)):
+        assert np.array_equal(sol(t).q, sol.q[-1])
+    assert np.array_equal(sol(np.nextafter(t_0, -9.0)).u, sol.u[0])
+    for t in (t_1 + 1e-9, t_0 - 1e-9):
+        with pytest.raises(ns.InvalidInput, match="t must be a time within"):
+            sol(t)
+
+
 def test_every_thins_the_record_and_keeps_the_impulses():
     all_steps = ns.simulate(ball(), (0, 1), [1.0], [0.0], integrator=STEP)
     some = ns.simulate(ball(), (0, 1), [1.0], [0.0], integrator=STEP, every=10)

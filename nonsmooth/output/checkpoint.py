@@ -233,11 +233,12 @@ def load_checkpoint(path: Path, system: System | None = None, is_verified: bool 
     find_ledger = functools.partial(_works_at, rows["ledger"])
     if system is not None:
         find_ledger = functools.partial(ledger_of, system, *(rows[name] for name in ("t", "q", "u", "ledger")))
-    return Solution(
+    solution = Solution(
         rows["t"], rows["q"], rows["u"], rows["g_N"], rows["P_N"], rows["P_F"], rows["mode"], rows["slip"], events,
          find_ledger, Stats(**about["stats"]), status, message, about["about"], system,
         la=rows["la"] if "la" in (rows.dtype.names or ()) else None,
     )  # fmt: skip
+    return solution if about["facts"].get("records_start", True) or len(rows) < 2 else solution.without_start()
 
 
 def _works_at(works: np.ndarray, rows: Any) -> dict[str, np.ndarray]:

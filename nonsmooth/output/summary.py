@@ -120,12 +120,13 @@ def _outcome(event: ParadoxEvent) -> str:
 def _energy(solution: Solution) -> list[str]:
     ledger = solution.find_ledger([0, -1])
     change = ledger["kinetic"][-1] - ledger["kinetic"][0]
-    contact_work = sum(float(ledger[name][-1]) for name in ("friction", "normal", "surface"))
-    works = ", ".join(f"{name} {ledger[name][-1]:.6g}" for name in ("force", "friction", "normal", "surface"))
+    done = {name: float(work[-1] - work[0]) for name, work in ledger.items()}
+    contact_work = sum(done[name] for name in ("friction", "normal", "surface"))
+    works = ", ".join(f"{name} {done[name]:.6g}" for name in ("force", "friction", "normal", "surface"))
     if "mass" in ledger:
-        rest = f"the rest, {ledger['mass'][-1]:+.6g} J, goes with the changing mass"
+        rest = f"the rest, {done['mass']:+.6g} J, goes with the changing mass"
     else:
-        rest = f"to {abs(change - ledger['force'][-1] - contact_work):.1g} J"
+        rest = f"to {abs(change - done['force'] - contact_work):.1g} J"
     lines = [f"energy: kinetic {change:+.6g} J = work of {works} J ({rest})"]
     if solution.stats.energy_gains:
         lines.append(f"  {energy_gain(solution.stats)}")

@@ -38,6 +38,7 @@ def facts_of_run(
         "t_span": [float(t) for t in t_span],
         "every": int(every),
         "t_eval": None if t_eval is None else _hash(np.asarray(t_eval, dtype=np.float64).tobytes()),
+        "records_start": t_eval is None or bool(np.ravel(t_eval)[0] <= t_span[0]),
         "q0": q0.tolist(),
         "u0": u0.tolist(),
         "selection": int(selection),

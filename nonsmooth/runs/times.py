@@ -58,7 +58,11 @@ def grid_times(integrator: Any, t_span: tuple[float, float], every: int, t_eval:
 
     def part(first: int, stop: int) -> np.ndarray:
         t = t_0 + stride * np.arange(first, min(stop, whole))
-        return np.append(t, t_1) if has_rest and stop > whole else t
+        if has_rest:
+            return np.append(t, t_1) if stop > whole else t
+        if stop >= whole > first:
+            t[-1] = t_1  # not a rounding away
+        return t
 
     return RecordTimes(whole + has_rest, part)
 

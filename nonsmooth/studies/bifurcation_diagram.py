@@ -171,8 +171,8 @@ class Chain:
             )
             tell(len(late) / len(self.values))
             state = run.q[-1], run.u[-1]
-            late.append(run.q[1:, self.coordinate])  # without the start
-            opens.append(bool((run.mode[1:] == ContactMode.OPEN).any()))
+            late.append(run.q[:, self.coordinate])
+            opens.append(bool((run.mode == ContactMode.OPEN).any()))
         return {"late": np.array(late), "opens": np.array(opens)}
 
 

@@ -62,7 +62,7 @@ class Problem:
         return self.start[0], float(self.times[-1])
 
     def run(self, integrator: Any, at: np.ndarray | None = None) -> Solution:
-        """The run of an integrator, recorded at some times, or at every step; the start comes first."""
+        """The run of an integrator, recorded at some times, or at the start and every step."""
         _, q0, u0 = self.start
         return simulate_whole(self.system, self.span, q0, u0, integrator=integrator, t_eval=at)
 

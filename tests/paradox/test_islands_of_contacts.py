@@ -114,8 +114,8 @@ def test_a_solution_of_all_rods_is_one_of_each(of_rods):
     for s in c.solutions:
         for r in range(2):
             (alike,) = [o for o in one.solutions if o.modes[0] == s.modes[r]]
-            assert s.la_N[r] == pytest.approx(alike.la_N[0], rel=1e-12)
-            assert s.du[3 * r : 3 * r + 3] == pytest.approx(alike.du, rel=1e-12)
+            assert s.la_N[r] == pytest.approx(alike.la_N[0], rel=1e-11)  # W' u by differences, the model's own
+            assert s.du[3 * r : 3 * r + 3] == pytest.approx(alike.du, rel=1e-11)
     none = ns.classify(of_rods[2], 0.0, *side_by_side(INCONSISTENT, INDETERMINATE))
     assert none.kind == ns.ParadoxKind.INCONSISTENT and none.solutions == () and none.is_complete
     assert [(i.kind.name, i.n_solutions) for i in none.islands] == [("INCONSISTENT", 0), ("INDETERMINATE", 2)]
