@@ -27,6 +27,7 @@ _HOME = {
     "MoreauJean": "integrators.moreau_jean",
     "Adaptive": "integrators.adaptive",
     "EventDriven": "integrators.event_driven",
+    "Auto": "runs.choice",
     "classify": "paradox.classify",
     "Classification": "paradox.classify",
     "ParadoxKind": "paradox.classify",

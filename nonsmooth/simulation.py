@@ -57,10 +57,10 @@ def simulate(
         Start and end [s].
     q0, u0 : array_like (n_q,), (n_u,)
         Initial coordinates and velocities.
-    integrator : MoreauJean, Adaptive, EventDriven, Penalty or "auto"
-        The method and its step or tolerances; "auto" takes EventDriven for few contacts, Adaptive for many without
-        friction and MoreauJean for the rest, and says why in the summary and in ``about["chosen"]``
-        (nonsmooth/runs/choice.py has the rules).
+    integrator : MoreauJean, Adaptive, EventDriven, Penalty, Auto or "auto"
+        The method and its step or tolerances; "auto" takes EventDriven where few contacts are decided at once,
+        Adaptive for many without friction and MoreauJean for the rest, and says why in the summary and in
+        ``about["chosen"]``; Auto(rtol) takes what keeps a tolerance (nonsmooth/runs/choice.py has the rules).
     every : int
         Record every so many steps; of an integrator that chooses its steps also every event.
     t_eval : array_like, optional
@@ -120,18 +120,14 @@ def simulate(
     (True, True)
     """
     model, system = system, as_system(system)
-    reason = None
-    if isinstance(integrator, str) and integrator == "auto":
-        from nonsmooth.runs.choice import choose
-
-        integrator, reason = choose(model, system, t_span)
     every = as_count("every", every)
     if every != 1 and t_eval is not None:
         raise InvalidInput("give either every or t_eval; got both")
     rule = SELECTIONS[as_name("selection rule", selection, SELECTIONS)]
     if not isinstance(on_failure, str) or on_failure not in ("raise", "return"):
         raise InvalidInput(f"on_failure must be 'raise' or 'return'; got {shown(on_failure)}")
-    require_integrator(integrator)
+    q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
+    integrator, reason = choose(integrator, model, system, t_span, q_0, u_0)
     if max_wall_time is not None:
         as_positive("max_wall_time", max_wall_time, "s")
     functions = as_functions(events)
@@ -140,7 +136,6 @@ def simulate(
     if progress is not None and not callable(progress):
         raise InvalidInput(f"progress must be a function of the fraction done; got {shown(progress)}")
     project = as_flag("project", project)
-    q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
     task = (system, integrator, t_span, every, t_eval, q_0, u_0, rule, project)
     if checkpoint is None and resume is None:
         run = new_run(*task)
@@ -178,6 +173,21 @@ def simulate_whole(*motion: Any, **options: Any) -> Solution:
         return simulate(*motion, **{"progress": listener(), **options})
     finally:
         _is_whole.reset(token)
+
+
+def choose(
+    integrator: Any, model: Any, system: System, t_span: tuple[float, float], q: np.ndarray, u: np.ndarray
+) -> tuple[Any, str | None]:
+    """The integrator that was given, or the one that "auto" and ``Auto`` choose, and why."""
+    if isinstance(integrator, str) and integrator == "auto":
+        from nonsmooth.runs.choice import Auto
+
+        integrator = Auto()
+    if getattr(integrator, "chooses_integrator", False) and not isinstance(integrator, type):
+        chosen: tuple[Any, str] = integrator.choose(model, system, t_span, q, u)
+        return chosen
+    require_integrator(integrator)
+    return integrator, None
 
 
 def require_integrator(integrator: Any) -> None:

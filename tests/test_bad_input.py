@@ -93,6 +93,7 @@ CALLS = {
     }),
     "MoreauJean": (ns.MoreauJean, {"dt": 1e-3, "theta": 0.5, "projection": False, "compliance": None}),
     "EventDriven": (ns.EventDriven, {"rtol": 1e-8, "atol": 1e-10, "hand_over": None}),
+    "Auto": (ns.Auto, {"rtol": 1e-6}),
     "Adaptive": (ns.Adaptive, {"rtol": 1e-6, "atol": 1e-8}),
     "Compliance": (ns.Compliance, {"stiffness": 1e4, "damping": 1.0}),
     "Penalty": (ns.Penalty, {
@@ -275,6 +276,7 @@ ROWS = [
         r"hand_over must be an Adaptive\(rtol, atol\), or a MoreauJean\(dt\) with rigid contacts; got 0.001",
     ),
     ("EventDriven", {"atol": -1.0}, r"atol must be positive; got -1"),
+    ("Auto", {"rtol": 1.0}, r"rtol must lie in \[2.2e-14, 1\), above the rounding; got 1"),
     ("Adaptive", {"rtol": 0.0}, r"rtol must lie in \[2.2e-14, 1\), above the rounding; got 0"),
     ("Adaptive", {"atol": -1.0}, r"atol must be positive; got -1"),
     ("Compliance", {"stiffness": -1.0}, r"stiffness must be positive \[N/m\]; got -1"),

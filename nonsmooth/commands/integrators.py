@@ -16,7 +16,7 @@ INTEGRATORS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "event-driven": ("EventDriven", "event_driven", ("rtol", "atol")),
     "penalty": ("Penalty", "penalty", ("stiffness", "damping", "damping_ratio", "rtol", "atol")),
 }
-AUTO = "auto"  # chosen by `simulate`; takes no options
+AUTO, OF_AUTO = "auto", ("rtol",)  # chosen by `simulate`; the options that it takes
 
 
 def add_integrator(command: argparse.ArgumentParser, many: tuple[str, ...] = (), may_choose: bool = False) -> None:
@@ -27,14 +27,14 @@ def add_integrator(command: argparse.ArgumentParser, many: tuple[str, ...] = (),
         command.add_argument(f"--{option}", type=number, help=what, **several, **more)
 
     names = [*INTEGRATORS, AUTO] if may_choose else [*INTEGRATORS]
-    what = "moreau-jean by default" + ("; auto chooses by the number of contacts" if may_choose else "")
+    what = "moreau-jean by default" + ("; auto chooses by what touches at once" if may_choose else "")
     command.add_argument("--integrator", choices=names, default="moreau-jean", help=what)
     add("dt", "moreau-jean: step [s]; the model's own by default" if "dt" not in many else
         "moreau-jean: steps [s]; 1e-2 to 1e-4 by default")  # fmt: skip
     add("theta", "moreau-jean: weight of the new velocity, 0.5 (default) to 1")
     command.add_argument("--projection", action="store_true", default=None,
                          help="moreau-jean: move positions back to the surfaces after each step")  # fmt: skip
-    add("rtol", "adaptive, event-driven, penalty: relative tolerance; 1e-8 by default" if "rtol" not in many else
+    add("rtol", "adaptive, event-driven, penalty, auto: relative tolerance; 1e-8 by default" if "rtol" not in many else
         "adaptive, event-driven, penalty: relative tolerances; 1e-4 to 1e-10 by default")  # fmt: skip
     add("atol", "adaptive, event-driven, penalty: absolute tolerance; 1e-10 by default")
     add("stiffness", "penalty: [N/m]", metavar="K")
@@ -43,7 +43,7 @@ def add_integrator(command: argparse.ArgumentParser, many: tuple[str, ...] = (),
 
 
 def new_integrator(arguments: argparse.Namespace, model: Any) -> Any:
-    """The integrator with the options that were given, or "auto".
+    """The integrator with the options that were given.
 
     Raises
     ------
@@ -52,7 +52,9 @@ def new_integrator(arguments: argparse.Namespace, model: Any) -> Any:
     """
     name, own, given = given_options(arguments)
     if name == AUTO:
-        return AUTO
+        from nonsmooth.runs.choice import Auto
+
+        return Auto(**given)
     if "dt" in own and "dt" not in given:
         given["dt"] = getattr(model, "dt", None)
         if given["dt"] is None:
@@ -69,7 +71,7 @@ def given_options(arguments: argparse.Namespace) -> tuple[str, tuple[str, ...], 
         For an option of another integrator, and where a stiffness is missing.
     """
     name = arguments.integrator
-    own = INTEGRATORS[name][2] if name in INTEGRATORS else ()
+    own = INTEGRATORS[name][2] if name in INTEGRATORS else OF_AUTO
     every = {option for _, _, options in INTEGRATORS.values() for option in options}
     given = {option: getattr(arguments, option) for option in sorted(every) if getattr(arguments, option) is not None}
     for option in given:

@@ -38,9 +38,10 @@ def summary(solution: Solution) -> str:
 
 
 def _chosen(solution: Solution) -> list[str]:
-    """Which integrator was chosen, and why."""
-    reason = solution.about.get("chosen")
-    return [] if reason is None else [f"{solution.about['integrator']}, because {reason}"]
+    """Which integrator was chosen, and why; and what it handed over to another."""
+    about = solution.about
+    chosen = [f"{about['integrator']}, because {about['chosen']}"] if "chosen" in about else []
+    return chosen + ([f"handed over: {about['handed over']}"] if "handed over" in about else [])
 
 
 def as_html(solution: Solution) -> str:

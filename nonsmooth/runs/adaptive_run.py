@@ -39,6 +39,8 @@ class AdaptiveRun(Run):
     """One integration in progress, of an integrator with ``chooses_steps``."""
 
     follows_since = -math.inf  # [s] begin of the stretch whose events are followed
+    doublings = 0  # of the length of a stretch that another integrator takes over
+    stretches, handed_over = 0, 0.0  # how many there were, and their time [s]
 
     def __init__(
         self,
@@ -118,7 +120,8 @@ class AdaptiveRun(Run):
         assert self.watch is not None
         memories = [block.memory for block in (self.state_block, self.trail_block, self.scratch_block)]
         before = [memory.copy() for memory in memories]
-        n_rows, n_steps, n_events, since = len(self.rows), len(self.steps), len(self.events), self.follows_since
+        n_rows, n_steps, n_events = len(self.rows), len(self.steps), len(self.events)
+        handed = self.follows_since, self.doublings, self.stretches, self.handed_over
         status = self._block(max_steps)
         here = (self._time(), *self._place())
         stop = self.watch.scan(join(self.steps[n_steps:], here, here), has_ended=status == Status.FINISHED)
@@ -126,7 +129,7 @@ class AdaptiveRun(Run):
             for memory, old in zip(memories, before, strict=True):
                 memory[:] = old
             del self.rows[n_rows:], self.steps[n_steps:], self.events[n_events:]
-            self.follows_since = since
+            self.follows_since, self.doublings, self.stretches, self.handed_over = handed
             self._end_at(stop)
             status = Status.RUNNING
             while status == Status.RUNNING:

@@ -1,51 +1,142 @@
-"""``integrator="auto"``: which integrator a system gets, and the reason in words.
+"""``integrator="auto"`` and ``Auto(rtol)``: which integrator a system and a start get, and the reason in words.
 
 The rules, in this order:
 
 1. no contacts: EventDriven, which is of order 5 there and takes stiff forces;
-2. few contacts, at most 6 with friction and 12 in all: EventDriven, which hands stretches of dense events to Adaptive;
+2. few contacts that are decided at once: EventDriven, which changes its mind where it meets more than it can enumerate,
+   or too many events: it hands such stretches over, to Adaptive with its tolerances;
 3. up to 100 unilateral contacts without friction: Adaptive, whose every contact problem has one solution, found in a
    few pivots from the one before;
-4. else MoreauJean, with the model's own ``dt``, where it has one, else a ten-thousandth of the span.
+4. else, if a tolerance is asked for: Adaptive;
+5. else MoreauJean, with the model's own ``dt``, where it has one, else a ten-thousandth of the span.
 
-The modes of contacts that touch are enumerated at an event: with friction 7 contacts take 0.1 s, 9 take 2 s. A contact
-problem of a stack with friction takes 10 ms, of which an impact needs a hundred with Adaptive, and one with MoreauJean.
+The modes of contacts that touch and that G couples are enumerated at an event: with friction 7 contacts take 0.1 s, 9
+take 2 s. So what counts is not how many contacts a system has but how many are decided at once: the largest island of
+the start. A wheel of eight spokes touches with one or two of them. Feet of one body are coupled, but no more than its
+coordinates are independent, and the modes of the others follow (implied.py). A contact problem of a stack with friction
+takes 10 ms, of which an impact needs a hundred with Adaptive, and one with MoreauJean.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
-from nonsmooth.integrators.adaptive import Adaptive
-from nonsmooth.integrators.event_driven import EventDriven
-from nonsmooth.integrators.moreau_jean import MoreauJean
-from nonsmooth.runs.times import as_span
-from nonsmooth.system import UNILATERAL, System
+import numpy as np
 
-MOST_CONTACTS, MOST_WITH_FRICTION = 12, 6
+from nonsmooth.arrays import as_number
+from nonsmooth.contact_solvers.islands import find_islands
+from nonsmooth.errors import InvalidInput
+from nonsmooth.initial_state import CONSISTENT
+from nonsmooth.integrators.adaptive import Adaptive
+from nonsmooth.integrators.event_driven import SMALLEST_RTOL, EventDriven
+from nonsmooth.integrators.moreau_jean import MoreauJean
+from nonsmooth.jit import interpreted
+from nonsmooth.runs.times import as_span
+from nonsmooth.system import GAP, MASS, NORMAL, TANGENT, UNILATERAL, System, evaluate
+
+MOST_CONTACTS, MOST_WITH_FRICTION = 12, 6  # that are decided at once
 MOST_WITHOUT_FRICTION = 100
-FINE = Adaptive()  # for stretches of an event-driven run, with the same tolerances
-COARSE = Adaptive(rtol=1e-6, atol=1e-8)  # for many contacts
+FINE, COARSE = 1e-8, 1e-6  # relative tolerances, where none is given: of located events, and of many contacts
+PER_ATOL = 100  # rtol over atol [1/SI units]
 STEPS = 10_000  # in the span, of a model without a step of its own
 
 
-def choose(model: Any, system: System, t_span: tuple[float, float]) -> tuple[Any, str]:
-    """The integrator for a system, and why."""
-    t_0, t_1 = as_span(t_span)
-    n_c, n_friction = system.n_c, int(system.kinds[:, 1].astype(bool).sum())
-    if n_c == 0:
-        return EventDriven(), "there are no contacts, and smooth motion is integrated with order 5"
-    if n_c <= MOST_CONTACTS and n_friction <= MOST_WITH_FRICTION:
+@dataclass(frozen=True)
+class Auto:
+    """The integrator that fits a system and its start, within a tolerance.
+
+    Parameters
+    ----------
+    rtol : float, optional
+        Relative tolerance; the absolute one is a hundredth of it in SI units. With it only integrators that keep a
+        tolerance are chosen; without it, as with ``"auto"``, 1e-8 where events are located, 1e-6 for many contacts
+        without friction, and MoreauJean for many with friction.
+
+    Raises
+    ------
+    InvalidInput
+        Unless 2.2e-14 <= rtol < 1.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> from models import BouncingBall
+    >>> ball = BouncingBall(e=0.8)
+    >>> sol = ns.simulate(ball, (0, 1), *ball.state(height=1.0), integrator=ns.Auto(rtol=1e-6))
+    >>> sol.about["integrator"][:23], sol.about["chosen"]
+    ('EventDriven(rtol=1e-06,', 'every event of 1 contact can be located')
+    """
+
+    rtol: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.rtol is not None and not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
+            raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
+
+    chooses_integrator = True
+
+    def choose(
+        self, model: Any, system: System, t_span: tuple[float, float], q: np.ndarray, u: np.ndarray
+    ) -> tuple[Any, str]:
+        """The integrator for a system that starts at q, u, and why."""
+        t_0, t_1 = as_span(t_span)
+        n_c, n_friction = system.n_c, int(system.kinds[:, 1].astype(bool).sum())
+        fine = FINE if self.rtol is None else self.rtol
+        if n_c == 0:
+            return EventDriven(
+                fine, fine / PER_ATOL
+            ), "there are no contacts, and smooth motion is integrated with order 5"
+        located = EventDriven(fine, fine / PER_ATOL, hand_over=Adaptive(fine, fine / PER_ATOL))
         contacts = "1 contact" if n_c == 1 else f"{n_c} contacts"
-        return EventDriven(hand_over=FINE), f"every event of {contacts} can be located"
-    if n_c <= MOST_WITHOUT_FRICTION and n_friction == 0 and (system.kinds[:, 0] == UNILATERAL).all():
-        return COARSE, f"{n_c} contacts are too many to locate their events, but without friction few enough to refine"
-    own = getattr(model, "dt", None)
-    dt = own if own is not None else (t_1 - t_0) / STEPS
-    if not dt > 0.0:
-        return EventDriven(hand_over=FINE), "the span has no length"
-    whose = "the model's own" if own is not None else f"a part in {STEPS} of the span"
-    return (
-        MoreauJean(dt),
-        f"{n_c} contacts, {n_friction} with friction, have too many combinations of modes; dt is {whose}",
-    )
+        if n_c <= MOST_CONTACTS and n_friction <= MOST_WITH_FRICTION:
+            return located, f"every event of {contacts} can be located"
+        if n_c <= MOST_WITHOUT_FRICTION and n_friction == 0 and (system.kinds[:, 0] == UNILATERAL).all():
+            coarse = COARSE if self.rtol is None else self.rtol
+            return (
+                Adaptive(coarse, coarse / PER_ATOL),
+                f"{contacts} are too many to locate their events, but without friction few enough to refine",
+            )
+        own = getattr(model, "dt", None)
+        dt = own if own is not None else (t_1 - t_0) / STEPS
+        several, with_friction = decided_at_once(system, t_0, q, u)
+        if several <= MOST_CONTACTS and with_friction <= MOST_WITH_FRICTION:
+            if self.rtol is None and n_c > MOST_CONTACTS and dt > 0.0:
+                located = EventDriven(fine, fine / PER_ATOL, hand_over=MoreauJean(dt))
+            return (
+                located,
+                f"of {contacts} at most {several} are decided at once at the start, whose events can be located",
+            )
+        many = f"{contacts}, {n_friction} with friction, have too many combinations of modes"
+        if self.rtol is not None:
+            return Adaptive(fine, fine / PER_ATOL), f"{many}; it keeps the tolerance asked for"
+        if not dt > 0.0:
+            return located, "the span has no length"
+        whose = "the model's own" if own is not None else f"a part in {STEPS} of the span"
+        return MoreauJean(dt), f"{many}; dt is {whose}"
+
+
+def decided_at_once(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[int, int]:
+    """The contacts of the largest island among those that touch at a state, and how many have friction.
+
+    Not more than their rows are independent: the modes of the others follow. None where a function of the system cannot
+    be evaluated, or the mass matrix inverted: the run refuses that in its own words.
+    """
+    try:
+        gaps, M, W_N = (evaluate(system, which, t, q, u) for which in (GAP, MASS, NORMAL))
+        W_F = evaluate(system, TANGENT, t, q, u)[:, 0] if system.d else np.zeros_like(W_N)
+        touching = np.flatnonzero((gaps <= CONSISTENT * np.abs(q).max()) | (system.kinds[:, 0] != UNILATERAL))
+        W = np.stack((W_N[touching], W_F[touching]), axis=1).reshape(-1, system.n_u)
+        G = W @ np.linalg.solve(M, W.T)
+    except (InvalidInput, np.linalg.LinAlgError):
+        return 0, 0
+    island = np.zeros(len(touching), np.int64)
+    count = interpreted(find_islands)(len(touching), 2 * np.arange(len(touching) + 1), G, island)
+    several, with_friction = 0, 0
+    for k in range(count):
+        members = np.flatnonzero(island == k)
+        rank = int(np.linalg.matrix_rank(W.reshape(-1, 2, system.n_u)[members].reshape(-1, system.n_u)))
+        frictional = int((system.kinds[touching[members], 1] > 0).sum())
+        several = max(several, min(len(members), rank))
+        with_friction = max(with_friction, min(frictional, rank))
+    return several, with_friction

@@ -38,7 +38,7 @@ class EventRun(AdaptiveRun):
         steps_left = self.budget - int(self.state.counters[STEPS])
         status = super()._block(max(1, min(LOOK, steps_left)))  # whatever the clock says
         if status in GIVEN_UP or (status == Status.RUNNING and are_dense(self._recent_events(), unit(self, stepper))):
-            return step_over(self, stepper)
+            return step_over(self, stepper, status)
         return status
 
     def _recent_events(self) -> np.ndarray:
@@ -63,7 +63,13 @@ class EventRun(AdaptiveRun):
         if self.events:
             rows = np.concatenate(self.events)
             self.events = [rows[np.argsort(rows[:, EVENT_T], kind="stable")]]
-        return super().solution()
+        solution = super().solution()
+        if self.stretches:
+            name, several = type(self.integrator.hand_over).__name__, "es" if self.stretches > 1 else ""
+            solution.about["handed over"] = (
+                f"{self.stretches} stretch{several} of {self.handed_over:.3g} s in all to {name}"
+            )
+        return solution
 
     def gap_scale(self) -> np.ndarray:
         return np.ones(self.system.n_c)

@@ -3,10 +3,14 @@
 It begins with the state and the modes of the run and takes its own steps; at the end of the stretch the state is moved
 to the nearest admissible one and the contacts get their modes anew. Within the stretch the error is that of the other
 integrator: of MoreauJean of first order in its dt, of Adaptive its tolerance.
+
+Where too many contacts touch to decide, and again soon behind a stretch, the next one is twice as long: a stretch
+begins with small steps, and where nothing but stepping helps, some ten stretches reach the end.
 """
 
 from __future__ import annotations
 
+import time
 import warnings
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -42,7 +46,8 @@ if TYPE_CHECKING:
 
 PART = 1e-4  # of the span: what stands for the step of an integrator that chooses its steps
 STRETCH = 50  # steps of the time stepper until events are followed again
-MOST_STEPS = 1000  # and of an integrator that chooses them
+MOST_STEPS = 1000  # and of an integrator that chooses them; both are doubled where a stretch does not help
+MOST_DOUBLINGS = 6  # so that of an integrator that chooses its steps ten stretches are the whole span
 MANY = 100  # events within one of its steps
 LOOK = 100  # steps between two looks at the events: the same ones on a fast machine as on a slow one
 GIVEN_UP = (Status.CHATTERING, Status.NOT_SOLVED)
@@ -65,6 +70,11 @@ def unit(run: EventRun, stepper: Any) -> float:
     return PART * float(run.t_record[-1] - run.t_record[0]) if dt is None else dt
 
 
+def longest(run: EventRun, stepper: Any) -> float:
+    """The time [s] that a stretch may take."""
+    return STRETCH * unit(run, stepper) * 2.0**run.doublings
+
+
 def are_dense(recent: np.ndarray, dt: float) -> bool:
     """Whether the recent events (m, EVENT_WIDTH), of several contacts, are many within dt [s].
 
@@ -74,10 +84,12 @@ def are_dense(recent: np.ndarray, dt: float) -> bool:
     return len(recent) >= MANY and times.max() - times.min() < dt and len(np.unique(contacts)) > 1
 
 
-def step_over(run: EventRun, stepper: Any) -> int:
+def step_over(run: EventRun, stepper: Any, why: int) -> int:
     """Step from the state of the run over a stretch, and put the run behind it; returns a Status."""
     t = run._time()
-    t_end = min(t + STRETCH * unit(run, stepper), float(run.t_record[-1]))
+    is_stuck = why == Status.NOT_SOLVED and t - run.follows_since < longest(run, stepper)
+    run.doublings = min(run.doublings + 1, MOST_DOUBLINGS) if is_stuck else 0
+    t_end = min(t + longest(run, stepper), float(run.t_record[-1]))
     x = run.scratch_block.arrays.ode.x.copy()
     take = by_chosen_steps if getattr(stepper, "chooses_steps", False) else by_equal_steps
     with warnings.catch_warnings():
@@ -93,6 +105,7 @@ def step_over(run: EventRun, stepper: Any) -> int:
     if run.keeps_steps:
         run.steps.append(stretch.steps)
     run.events += other.events
+    run.stretches, run.handed_over = run.stretches + 1, run.handed_over + float(stretch.t[-1]) - t
     go_on(run, stretch, other.state.P[:, 0])
     return Status.FINISHED if stretch.t[-1] == run.t_record[-1] else Status.RUNNING
 
@@ -114,7 +127,7 @@ def by_equal_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.nd
 
 
 def by_chosen_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.ndarray) -> tuple[Run, Stretch | None]:
-    """The stretch by an integrator that chooses its steps, as far as it comes in MOST_STEPS; None where it failed."""
+    """The stretch by an integrator that chooses its steps, as far as it comes in its steps; None where it failed."""
     from nonsmooth.runs.extrapolation_run import ExtrapolationRun
 
     contacts, n = run.scratch_block.arrays.contacts, run.system.n_u
@@ -124,7 +137,8 @@ def by_chosen_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.n
     if run.keeps_steps:
         steps.keep_steps()
     stepper.begin(steps.scratch_block.arrays, contacts.mode, contacts.slip, selection)
-    steps.advance(None, None, max(1, min(MOST_STEPS, run.budget - int(run.state.counters[STEPS]))))
+    most = min(MOST_STEPS << run.doublings, run.budget - int(run.state.counters[STEPS]))
+    steps.advance(max(0.0, run.deadline - time.perf_counter()), None, max(1, most))
     mine, its = run.scratch_block.arrays.ode.counters, steps.scratch_block.arrays.counters
     mine[REJECTED] += its[REFUSED]
     mine[EVALUATIONS] += its[SUBSTEPS]

@@ -6,6 +6,7 @@ Between two blocks Python looks for Ctrl-C and shows progress; the loop itself n
 from __future__ import annotations
 
 import functools
+import math
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -126,6 +127,7 @@ class Run:
     watch: EventWatch | None = None
     stop: Stop | None = None
     budget = sys.maxsize  # steps
+    deadline = math.inf  # [s] of the clock
     spent = ""  # which budget was used up
     cause: BaseException | None = None  # of a failure, an exception of the user's
     contradiction = ""  # which functions of the model do not agree
@@ -151,6 +153,7 @@ class Run:
         """Run block after block until the end, a failure, Ctrl-C or the end of the budget."""
         block, started = FIRST_BLOCK, time.perf_counter()
         self.budget = sys.maxsize if max_steps is None else max_steps
+        self.deadline = math.inf if max_wall_time is None else started + max_wall_time
         try:
             while self.status == Status.RUNNING:
                 began, before = time.perf_counter(), int(self.state.counters[STEPS])

@@ -13,7 +13,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall
-from nonsmooth.bench.scenes import row_of_blocks
+from nonsmooth.bench.stress_scenes import Tower, tower
 from nonsmooth.runs import hand_over
 from nonsmooth.runs import run as runs
 from nonsmooth.runs.hand_over import MANY, are_dense
@@ -148,28 +148,40 @@ def test_many_events_of_one_contact_are_left_to_its_accumulation():
     assert are_dense(rows, 1e-3) and not are_dense(rows, 1e-7) and not are_dense(rows[1:], 1e-3)
 
 
-def pushed_row():
-    """Ten blocks in a row of springs, the first one pushed: ten frictional contacts at once, and q0, u0."""
+def pushed_tower():
+    """Ten masses upon each other, the upper one pushed: ten frictional contacts decided at once, and q0, u0."""
     u0 = np.zeros(20)
-    u0[0] = 2.0
-    return row_of_blocks(10), (np.zeros(20), u0)
+    u0[18] = 1.0
+    return tower(10, Tower()), (np.zeros(20), u0)
 
 
 def test_more_contacts_than_can_be_enumerated_end_with_the_cure_or_are_stepped():
-    row, start = pushed_row()
+    masses, start = pushed_tower()
     with pytest.raises(ns.StepFailure, match=r"contacts touch at once.*hand_over=Adaptive") as failure:
-        ns.simulate(row, (0, 0.2), *start, integrator=ns.EventDriven(1e-6, 1e-8))
-    assert failure.value.t == 0.0 and failure.value.u[0] == 2.0
-    stepped = ns.simulate(row, (0, 0.05), *start, integrator=ns.EventDriven(1e-6, 1e-8, ns.MoreauJean(dt=1e-3)))
-    plain = ns.simulate(row, (0, 0.05), *start, integrator=ns.MoreauJean(dt=1e-3))
+        ns.simulate(masses, (0, 0.2), *start, integrator=ns.EventDriven(1e-6, 1e-8))
+    assert failure.value.t == 0.0 and failure.value.u[18] == 1.0
+    stepped = ns.simulate(masses, (0, 0.05), *start, integrator=ns.EventDriven(1e-6, 1e-8, ns.MoreauJean(dt=1e-3)))
+    plain = ns.simulate(masses, (0, 0.05), *start, integrator=ns.MoreauJean(dt=1e-3))
     assert np.abs(stepped.q[-1] - plain.q[-1]).max() < 1e-12 and stepped.stats.steps == plain.stats.steps
 
 
+@BOTH
+def test_a_stretch_that_does_not_help_is_followed_by_one_twice_as_long(integrator):
+    """Two hundred stretches would be the span; 50 units, 100, 200, ... 3200 and as many again are some ten."""
+    masses, start = pushed_tower()
+    stepper = ns.MoreauJean(dt=1e-4) if isinstance(integrator.hand_over, ns.MoreauJean) else ns.Adaptive(1e-4, 1e-6)
+    sol = ns.simulate(masses, (0, 1), *start, integrator=ns.EventDriven(1e-6, 1e-8, stepper), t_eval=[0.5, 1.0])
+    assert int(sol.about["handed over"].split()[0]) <= 11 and "of 1 s in all" in sol.about["handed over"]
+    assert f"to {type(stepper).__name__}" in sol.summary().splitlines()[1]
+    mu, g = masses.parameters.mu, masses.parameters.g
+    assert sol.q[-1, 18] == pytest.approx(1 / (2 * mu * g), rel=1e-3)  # the upper mass alone, v^2/(2 mu g)
+
+
 def test_a_last_stretch_that_is_given_up_early_is_not_the_end(monkeypatch):
+    """The span ends where the bounces are densest; of the stretch that would reach the end two steps are taken."""
     monkeypatch.setattr(hand_over, "MOST_STEPS", 2)
-    row, start = pushed_row()
-    sol = ns.simulate(row, (0, 0.01), *start, integrator=ns.EventDriven(1e-6, 1e-8, ns.Adaptive(1e-6, 1e-8)))
-    assert sol.success and sol.t[-1] == 0.01
+    sol = squeezed(ADAPTED, t_end=1.0)
+    assert sol.success and sol.t[-1] == 1.0 and momentum_error(sol) < 1e-13
 
 
 @pytest.mark.parametrize("stepper", [1e-3, ns.EventDriven(), ns.MoreauJean(1e-3, 1.0, compliance=ns.Compliance(1e5))])
