@@ -40,7 +40,7 @@ from nonsmooth.system import (
 
 # Facts about a model, beside one bit for each function it has.
 MASS_IS_CONSTANT, ROWS_ARE_CONSTANT, SURFACES_ARE_CONSTANT = 1 << 16, 1 << 17, 1 << 18
-DAMPING_BY_DIFFERENCES, STIFFNESS_BY_DIFFERENCES = 1 << 19, 1 << 20
+DAMPING_BY_DIFFERENCES, STIFFNESS_BY_DIFFERENCES, NORMAL_FORCE_READS_U = 1 << 19, 1 << 20, 1 << 21
 SQRT_EPS = 1.5e-8  # relative increment of a forward difference
 
 
@@ -126,6 +126,8 @@ def _read_facts(system: System) -> int:
         has |= DAMPING_BY_DIFFERENCES
     if system.stiffness == "differences":
         has |= STIFFNESS_BY_DIFFERENCES
+    if system.reads(NORMAL_FORCE, "u"):
+        has |= NORMAL_FORCE_READS_U
     return has
 
 

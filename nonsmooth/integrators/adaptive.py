@@ -21,11 +21,15 @@ from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.planar_newton import solve_by_newton
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.adaptive_held import held_step
 from nonsmooth.integrators.adaptive_loop import run
 from nonsmooth.integrators.adaptive_polynomial import highest_coefficients, slope_weights
+from nonsmooth.integrators.adaptive_scales import BAND
 from nonsmooth.integrators.adaptive_state import (
     ATOL,
+    CUT,
     FIRST_STEP,
+    LOOKED,
     NOW,
     ROWS,
     RTOL,
@@ -41,7 +45,11 @@ from nonsmooth.integrators.moreau_jean import needs_newton
 from nonsmooth.integrators.moreau_jean_contact import solve
 from nonsmooth.integrators.moreau_jean_paradox import end_slide
 from nonsmooth.integrators.radau_stages import EPS
+from nonsmooth.integrators.rigid_forces import rigid_events
+from nonsmooth.integrators.rigid_modes import ATOL as RIGID_ATOL
 from nonsmooth.integrators.rigid_modes import HAS, N_U, SELECTION
+from nonsmooth.integrators.rigid_modes import RTOL as RIGID_RTOL
+from nonsmooth.integrators.rigid_redundant import share_load
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.system import GIVEN_FORCE, System
 
@@ -96,7 +104,7 @@ class Adaptive:
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        entry_points = [try_step, substep, solve]
+        entry_points = [try_step, held_step, substep, solve, rigid_events, share_load]
         if system.n_c > 1:
             entry_points += [solve_planar, enumerate_modes, enumerate_redundant, pivot]
         if needs_newton(system):
@@ -111,11 +119,13 @@ class Adaptive:
         arrays: Extrapolation = block.arrays
         contacts = arrays.contacts
         contacts.facts[[HAS, N_U]] = has, system.n_u
+        contacts.numbers[[RIGID_ATOL, RIGID_RTOL]] = self.atol, BAND * self.rtol
         contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
         arrays.laws[:] = system.laws
         arrays.step.planar.can_decide_redundant[0] = int(system.n_c > 1)
         arrays.step.planar.has_newton[0] = needs_newton(system)
         arrays.clock[[NOW, STEP, RTOL, ATOL]] = t, FIRST_STEP * (t_end - t), self.rtol, self.atol
+        arrays.clock[[CUT, LOOKED]] = np.inf, t
         arrays.counters[TARGET] = best_row(self.rtol)
         arrays.weights[:] = extrapolation_weights()
         arrays.slope_weights[:], arrays.highest[:] = slope_weights(), highest_coefficients()

@@ -1,25 +1,47 @@
-"""The loop of an adaptive run: try a step, accept it, write rows and events, choose the next length.
+"""The loop of an adaptive run: try a step, accept it, decide on modes at events, write rows, choose the next length.
 
-The step is that of adaptive_step.py.
+The step is that of adaptive_step.py, events are those of adaptive_switch.py and adaptive_through.py.
+
+Budget: LOOK tries in which no coordinate has moved by LEAST_WAY tolerances in all, and of the span no more than
+LEAST_TIME has passed, end the run. A step that follows a motion moves it by many tolerances, and a stretch at rest is
+covered in few steps.
 """
 
 from __future__ import annotations
 
+import math
+
 from nonsmooth.blocks import view
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive_gaps import observe, set_tolerances
+from nonsmooth.integrators.adaptive_events import arm, event_values, only_enters_region, set_bands
 from nonsmooth.integrators.adaptive_polynomial import PIECES, keep_event, keep_smooth
+from nonsmooth.integrators.adaptive_scales import instant, observe, set_tolerances
 from nonsmooth.integrators.adaptive_state import (
+    CUT,
+    DECIDE,
     FIRST_STEP,
+    GO_ON,
+    GO_THROUGH,
+    HAS_JACOBIAN,
     IS_FIRST,
+    IS_LOCATED,
     LEAST,
+    LOOKED,
     NOW,
     REJECTED,
     ROW,
+    STALLS,
     STEP,
+    THROUGH,
+    TO_DO,
+    TRIES,
+    WAY,
     Extrapolation,
 )
-from nonsmooth.integrators.adaptive_step import EVENT, REFUSED, try_step
+from nonsmooth.integrators.adaptive_step import AT_EVENT, AT_ONCE, SHRINK, SMOOTH, UNRESOLVED, try_step
+from nonsmooth.integrators.adaptive_switch import decide
+from nonsmooth.integrators.adaptive_table import FASTEST
+from nonsmooth.integrators.adaptive_through import step_through
 from nonsmooth.integrators.penalty_loop import NEXT, ROWS, Trail, write_row
 from nonsmooth.integrators.radau import SMALLEST
 from nonsmooth.integrators.records import (
@@ -43,12 +65,19 @@ from nonsmooth.integrators.records import (
     UNCOUNTED,
     State,
 )
-from nonsmooth.integrators.rigid_modes import HAS, N_WORKS
+from nonsmooth.integrators.rigid_census import count_step, note_several, sliding_alone
+from nonsmooth.integrators.rigid_modes import HAS, N_FUNCTIONS, N_WORKS, UNIQUE
 from nonsmooth.integrators.step_polynomial import IS_KEPT, N_STEPS
 from nonsmooth.jit import kernel
-from nonsmooth.system import GAP, UNILATERAL, ContactMode
+from nonsmooth.system import GAP, UNILATERAL
 
 SUMMED = (SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL, UNCOUNTED, SHARED)
+LOOK = 20_000  # tries between two looks at the budget
+LEAST_WAY = 1_000.0  # tolerances, over that many tries: one in twenty a try
+LEAST_TIME = 1e-3  # of the span
+QUIET = 100.0  # instants: a smooth step that is longer ends a series of events
+TWICE = 2.0  # the way to an event as a straight line has it: the step that looks for it ends behind it
+FIRST_THROUGH = 4.0  # instants: the first plain steps where no modes last
 
 
 @kernel("int64(int64, float64[::1], float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
@@ -60,8 +89,8 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
     """
     state, trail, run = view(state_at, State), view(trail_at, Trail), view(run_at, Extrapolation)
     clock, counters, end = run.clock, run.counters, t_record.shape[0] - 1
-    run.step.is_known[0] = 0
-    run.step.is_known[1] = 0
+    for k in range(2):
+        run.step.is_known[k], run.is_known[k] = 0, 0
     if state.counters[STEPS] == 0 and trail.counts[NEXT] == 0:
         if not begin(model, p, state, run):
             return Status.NOT_FINITE.value
@@ -72,37 +101,55 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
         clock[LEAST] = SMALLEST * max(abs(t), FIRST_STEP * (t_record[end] - t_record[0]))
         if t >= t_record[end]:
             return Status.FINISHED.value
-        if every > 0 and trail.counts[ROWS] >= trail.t.shape[0]:
-            return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
-        if state.counters[N_EVENTS] + run.trial.events.shape[0] > state.events.shape[0]:
+        if is_full(every, state, run, trail):
             return Status.RUNNING.value
-        stop = t_record[trail.counts[NEXT]] if every == 0 else t_record[end]
-        if trail.steps.counts[IS_KEPT] != 0 and trail.steps.counts[N_STEPS] + PIECES > trail.steps.t.shape[0]:
-            return Status.RUNNING.value
-        H, is_last = clock[STEP], False
-        if t + H >= stop - clock[LEAST]:
-            H, is_last = stop - t, True
+        if is_spent(t_record[end] - t_record[0], run):
+            return Status.BUDGET_SPENT.value
         set_tolerances(run)
-        counters[IS_FIRST] = 1 if state.counters[STEPS] == 0 else 0
-        status, outcome, factor = try_step(model, p, t, H, state_at, run_at)
+        if counters[TO_DO] == DECIDE:
+            status, has_jumped = decide(model, p, t, state, run)
+            collect(state, run.trial)
+            if status != Status.RUNNING:
+                return status
+            if has_jumped and every > 0:
+                write_state(t, state, run, trail)
+            continue
+        stop = t_record[trail.counts[NEXT]] if every == 0 else t_record[end]
+        goes_through = counters[TO_DO] == GO_THROUGH
+        H = through_length(run) if goes_through else min(clock[STEP], clock[CUT])
+        is_last = t + H >= stop - clock[LEAST]
+        H = stop - t if is_last else H
+        if goes_through:
+            status, is_accepted = step_through(model, p, t, H, state, run)
+        else:
+            status, is_accepted = go_on(model, p, t, H, is_last, state_at, run, run_at)
         collect(state, run.trial)
-        if outcome == REFUSED:
+        if not is_accepted:
+            if goes_through:
+                clock[THROUGH] = SHRINK * H
+            elif counters[TO_DO] != GO_ON:
+                continue
             counters[REJECTED] += 1
-            clock[STEP] = factor * H
-            if clock[STEP] < clock[LEAST]:
+            if H < clock[LEAST]:
                 return status if status != Status.RUNNING else Status.STEP_VANISHED.value
             continue
         t_1 = stop if is_last else t + H
         if trail.steps.counts[IS_KEPT] != 0:
-            if outcome == EVENT:
+            if goes_through:
                 keep_event(t, H, state, run, trail.steps)
             else:
                 keep_smooth(t, H, counters[ROW], state, run, trail.steps)
-        has_changed = accept(t_1, outcome == EVENT, state, run)
-        clock[STEP] = max(clock[STEP], factor * H) if is_last else factor * H
+        if goes_through:
+            status = end_stretch(model, p, t_1, state, run)
+        else:
+            end_smooth(t_1, H, state, run)
+        accept(t_1, state, run)
+        if status != Status.RUNNING:
+            return status
         if is_last and every == 0:
             trail.counts[NEXT] += 1
-        if (is_last and every == 0) or (every > 0 and (state.counters[STEPS] % every == 0 or has_changed or is_last)):
+        at_event = counters[TO_DO] != GO_ON
+        if (is_last and every == 0) or (every > 0 and (state.counters[STEPS] % every == 0 or at_event or is_last)):
             write_state(t_1, state, run, trail)
     return Status.RUNNING.value
 
@@ -118,7 +165,120 @@ def begin(model, p, state, run):
     for i in range(state.mode.shape[0]):
         state.mode[i], state.slip[i] = run.contacts.mode[i], run.contacts.slip[i]
     remember(n, run)
+    run.counters[IS_FIRST] = 1
+    run.counters[TO_DO] = DECIDE if state.mode.shape[0] > 0 else GO_ON
     return True
+
+
+@kernel
+def is_full(every, state, run, trail):
+    """Whether rows, events or steps are full: the caller empties them."""
+    if every > 0 and trail.counts[ROWS] + 1 >= trail.t.shape[0]:
+        return True
+    if state.counters[N_EVENTS] + run.trial.events.shape[0] > state.events.shape[0]:
+        return True
+    return trail.steps.counts[IS_KEPT] != 0 and trail.steps.counts[N_STEPS] + PIECES > trail.steps.t.shape[0]
+
+
+@kernel
+def is_spent(span, run):
+    """Count a try; whether so many got nowhere that the run is to end."""
+    run.counters[TRIES] += 1
+    if run.counters[TRIES] < LOOK:
+        return False
+    is_nowhere = run.clock[WAY] < LEAST_WAY and run.clock[NOW] - run.clock[LOOKED] < LEAST_TIME * span
+    run.counters[TRIES], run.clock[WAY], run.clock[LOOKED] = 0, 0.0, run.clock[NOW]
+    return is_nowhere
+
+
+@kernel
+def through_length(run):
+    """The length of the next plain steps where no modes last."""
+    run.clock[THROUGH] = max(run.clock[THROUGH], FIRST_THROUGH * instant(run))
+    return run.clock[THROUGH]
+
+
+@kernel
+def go_on(model, p, t, H, is_last, state_at, run, run_at):
+    """Try a step of smooth motion: (Status, whether it is accepted); what is to be done next is in counters[TO_DO]."""
+    clock, counters = run.clock, run.counters
+    is_cut = H == clock[CUT]
+    clock[CUT] = math.inf
+    status, outcome, factor = try_step(model, p, t, H, state_at, run_at)
+    if outcome == SMOOTH or outcome == AT_EVENT:
+        clock[STEP] = max(clock[STEP], factor * H) if is_cut or is_last else factor * H
+        if is_cut:
+            clock[CUT] = FASTEST * H
+        counters[TO_DO] = DECIDE if outcome == AT_EVENT and not only_enters_region(run) else GO_ON
+        return status, True
+    if outcome == AT_ONCE:
+        counters[TO_DO] = DECIDE
+    elif outcome == UNRESOLVED:
+        counters[TO_DO] = GO_THROUGH
+    elif factor < 1.0:
+        clock[STEP] = factor * H
+        counters[IS_LOCATED] = 0
+    return status, False
+
+
+@kernel
+def end_smooth(t_1, H, state, run):
+    """The event functions at the end of a step of smooth motion as those at the beginning of the next."""
+    clock, counters, contacts = run.clock, run.counters, run.contacts
+    n, n_c = state.q.shape[0], state.mode.shape[0]
+    enters = n_c > 0 and only_enters_region(run)
+    if counters[TO_DO] == DECIDE or enters:
+        clock[CUT] = math.inf
+    way = 0.0
+    for i in range(n):
+        way = max(way, abs(run.x[i] - state.q[i]) / run.tol[i], abs(run.x[n + i] - state.u[i]) / run.tol[n + i])
+    clock[WAY] += way
+    counters[HAS_JACOBIAN] = 0
+    if H > QUIET * instant(run):
+        counters[STALLS], clock[THROUGH] = 0, 0.0
+    if n_c == 0:
+        return
+    if counters[IS_LOCATED] == 1 and counters[TO_DO] == GO_ON and not enters:
+        clock[CUT] = what_is_left(H, run)
+    counters[IS_LOCATED] = 0
+    for e in range(run.f_0.shape[0]):
+        run.f_0[e] = run.f_1[e]
+    set_bands(run)
+    arm(run)
+    count_step(state, contacts)
+    alone = sliding_alone(contacts)
+    if alone >= 0 and enters:
+        note_several(t_1, alone, True, state, contacts)
+        run.f_0[N_FUNCTIONS * alone + UNIQUE] = 1.0
+
+
+@kernel
+def what_is_left(H, run):
+    """A length that reaches an event which a step was to end at, by the slope of its function over that step."""
+    rest = math.inf
+    for e in range(run.f_0.shape[0]):
+        fall = run.f_0[e] - run.f_1[e]
+        if fall > 0.0 and run.f_1[e] < fall:
+            rest = min(rest, TWICE * (run.f_1[e] + run.band[e]) / fall * H)
+    return max(rest, FIRST_THROUGH * run.clock[LEAST])
+
+
+@kernel
+def end_stretch(model, p, t_1, state, run):
+    """After plain steps where no modes last: decide anew. Returns a Status."""
+    counters = run.counters
+    run.clock[THROUGH] *= FASTEST
+    counters[TO_DO], counters[HAS_JACOBIAN], counters[IS_LOCATED] = DECIDE, 0, 0
+    status = event_values(model, p, t_1, run.x, run, run.f_0)
+    set_bands(run)
+    for e in range(run.armed.shape[0]):
+        run.armed[e] = 0
+    for i in range(state.mode.shape[0]):
+        state.mode[i], state.slip[i], state.several[i] = run.contacts.mode[i], run.contacts.slip[i], run.several[i]
+    keep_events(state, run)
+    state.counters[GAINS] += run.trial.counters[GAINS]
+    state.worst[GAIN] = max(state.worst[GAIN], run.trial.worst[GAIN])
+    return status
 
 
 @kernel
@@ -131,41 +291,25 @@ def remember(n, run):
 
 
 @kernel
-def accept(t_1, has_event, state, run):
-    """Move to the end of the step, run.x, with its impulses, works, modes and events; whether a mode changed.
-
-    A contact that parts at the end, of an impact in the last substep, is open.
-    """
-    contacts, trial, change = run.contacts, run.trial, run.change
-    n, n_c, width = state.q.shape[0], state.mode.shape[0], state.P.shape[1]
+def accept(t_1, state, run):
+    """Move to the end of the step, run.x, with its impulses and works."""
+    trial, change, n, width = run.trial, run.change, state.q.shape[0], state.P.shape[1]
     for i in range(n):
         state.q[i], state.u[i] = run.x[i], run.x[n + i]
         run.a_0[i] = run.a_1[i]
     end = 2 * n
-    has_changed = False
-    for i in range(n_c):
-        if has_event:
-            has_changed = has_changed or trial.mode[i] != state.mode[i] or trial.slip[i] != state.slip[i]
-            parts = contacts.kinds[i, 0] == UNILATERAL and run.gamma_1[i] > run.tol_gamma[i]
-            state.mode[i] = ContactMode.OPEN.value if parts else trial.mode[i]
-            state.slip[i] = 0 if parts else trial.slip[i]
-            contacts.mode[i], contacts.slip[i] = state.mode[i], state.slip[i]
-        state.several[i] = run.several[i]
+    for i in range(state.mode.shape[0]):
         for k in range(width):
             state.P[i, k] = trial.P[i, k]
             state.P_sum[i, k] += change[end + k]
         end += width
-        if contacts.kinds[i, 0] == UNILATERAL:
+        if run.contacts.kinds[i, 0] == UNILATERAL:
             state.worst[PENETRATION] = max(state.worst[PENETRATION], -run.g_1[i])
     for k in range(N_LEDGER):
         state.ledger[k] += change[end + k]
-    keep_events(state, run)
     remember(n, run)
     state.counters[STEPS] += 1
-    state.counters[GAINS] += trial.counters[GAINS]
-    state.worst[GAIN] = max(state.worst[GAIN], trial.worst[GAIN])
     run.clock[NOW] = t_1
-    return has_changed
 
 
 @kernel

@@ -24,13 +24,12 @@ from fractions import Fraction
 
 import numpy as np
 
-from nonsmooth.integrators.adaptive_state import aitken_neville
+from nonsmooth.integrators.adaptive_state import DEGREE, MOST, aitken_neville
+from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT, N_EVENTS
 from nonsmooth.integrators.step_polynomial import N_STEPS
 from nonsmooth.jit import kernel
 
-MOST = 3  # derivatives at an end
-DEGREE = 2 * MOST + 2
 PIECES = 4  # of a step with an event, at most
 # The slopes of a row, at the beginning and at the end, and the first row that has each.
 FIRST_0, NEXT_0, SECOND_0, FIRST_1, SECOND_1 = range(5)
@@ -84,32 +83,65 @@ def note_slopes(j, n, run):
 
 
 @kernel
-def keep_smooth(t, H, j, state, run, steps):
-    """Append the polynomial of a step that converged at row j, from the state to run.x."""
-    s, n, L = steps.counts[N_STEPS], state.q.shape[0], min(j, MOST)
-    B, left, ends = steps.B, run.left, run.ends
-    steps.t[s], steps.h[s] = t, H
+def fit(H, j, state, run):
+    """run.B: the motion of a step that converged at row j, from the state to run.x."""
+    n, L = state.q.shape[0], min(j, MOST)
+    B, left, ends = run.B, run.left, run.ends
     for i in range(n):
-        steps.q[s, i], steps.u[s, i] = state.q[i], state.u[i]
         find_derivatives(i, j, run)
         left[0] = run.x[n + i] - state.u[i]
-        left[L + 1] = (run.x[i] - state.q[i]) / H - state.u[i]
+        left[L + 1] = mean_velocity(i, H, state, run) - state.u[i]
         for order in range(1, L + 1):
             left[order] = ends[1, order]
         for k in range(DEGREE):
-            B[s, k, i] = 0.0
+            B[k, i] = 0.0
         factorial = 1.0
         for k in range(1, L + 1):
             factorial *= k
             term = ends[0, k] / factorial
-            B[s, k - 1, i] = term
+            B[k - 1, i] = term
             left[L + 1] -= term / (k + 1)
             for order in range(L + 1):
                 left[order] -= term
                 term *= k - order
         for a in range(L + 2):
             for b in range(L + 2):
-                B[s, L + a, i] += run.highest[L, a, b] * left[b]
+                B[L + a, i] += run.highest[L, a, b] * left[b]
+
+
+@kernel
+def mean_velocity(i, H, state, run):
+    """(q_1 - q_0)/H of coordinate i, without the rounding of the coordinates, which is much in short steps."""
+    change = run.change[i]
+    moved = run.x[i] - (state.q[i] + change)
+    if abs(moved) > ROUNDING * max(abs(run.x[i]), abs(state.q[i])):
+        change += moved
+    return change / H
+
+
+@kernel
+def state_within(theta, H, state, run):
+    """run.y: the state at the part theta of the step that was fitted."""
+    n, B, y = state.q.shape[0], run.B, run.y
+    for i in range(n):
+        u, area = 0.0, 0.0
+        for k in range(DEGREE - 1, -1, -1):
+            u = theta * (B[k, i] + u)
+            area = B[k, i] / (k + 2.0) + theta * area
+        y[i] = state.q[i] + theta * H * (state.u[i] + theta * area)
+        y[n + i] = state.u[i] + u
+
+
+@kernel
+def keep_smooth(t, H, j, state, run, steps):
+    """Append the motion of a step that converged at row j, from the state to run.x."""
+    s = steps.counts[N_STEPS]
+    fit(H, j, state, run)
+    steps.t[s], steps.h[s] = t, H
+    for i in range(state.q.shape[0]):
+        steps.q[s, i], steps.u[s, i] = state.q[i], state.u[i]
+        for k in range(DEGREE):
+            steps.B[s, k, i] = run.B[k, i]
     steps.counts[N_STEPS] += 1
 
 

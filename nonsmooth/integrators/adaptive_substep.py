@@ -32,7 +32,7 @@ from nonsmooth.contact_problem import (
 )
 from nonsmooth.contact_solvers.single import Selection
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive_state import IS_FIRST, SUBSTEPS, Extrapolation
+from nonsmooth.integrators.adaptive_state import ENDS_SERIES, IS_FIRST, SUBSTEPS, Extrapolation
 from nonsmooth.integrators.moreau_jean_contact import solve
 from nonsmooth.integrators.moreau_jean_paradox import note_paradoxes
 from nonsmooth.integrators.moreau_jean_step import ROUNDING, accept, all_finite, new_velocity
@@ -43,6 +43,7 @@ from nonsmooth.paradox.impact import follows_own_law
 from nonsmooth.system import GAP, UNILATERAL, ContactMode
 
 THETA = 0.5
+DROPPED = 0.1  # of the tolerance of a gap: the height of a bounce that does not take place
 RETAKE = -1  # no Status: an impact without collision changed the velocities, and the step is to be taken from them
 
 
@@ -70,7 +71,7 @@ def substep(model, p, t, dt, run_at):
             return Status.NOT_FINITE.value
         step.is_known[1] = 1
         r = assemble(model, p, t, dt, n, n_k, run)
-        touching = leave_out_parting(n_k, run, work)
+        touching = leave_out_parting(n_k, run, work) if run.counters[ENDS_SERIES] == 0 else n_k
         if 0 < touching < n_k:
             r = assemble(model, p, t, dt, n, touching, run)
         n_k = touching
@@ -189,8 +190,8 @@ def choose_restitution(dt, n_k, run, work):
         was_closed = run.trial.mode[i] != ContactMode.OPEN
         has_own_law = was_closed and follows_own_law(i, run.contacts.kinds, run.contacts.laws)
         run.laws[i, LAW_E_N] = e if has_own_law else 0.0  # which an impact without collision follows too
-        if e == 0.0 or gamma_N >= 0.0:
+        if e == 0.0 or gamma_N >= 0.0 or run.counters[ENDS_SERIES] == 1:
             continue
         inward = (gamma_N - work.c[row]) / dt
-        if -gamma_N > run.tol_gamma[i] and e * gamma_N * (e * gamma_N) > 2.0 * inward * run.tol_g[i]:
+        if -gamma_N > run.tol_gamma[i] and e * gamma_N * (e * gamma_N) > 2.0 * inward * DROPPED * run.tol_g[i]:
             run.laws[i, LAW_E_N] = e

@@ -1,0 +1,323 @@
+"""What follows an event of an adaptive run: a jump of the velocities, if there is one, and new modes.
+
+1. A slide that has come to rest is stopped, gamma_F = 0.
+2. *Jump*: a plain step so short that smooth motion moves nothing in it by more than a hundredth of its tolerance. What
+   moves by more is a jump: an impact, or what a slide that has lost its force is stopped by. It is taken at the
+   instant, and again until there is none. Contacts that throw one another back strike in turn ever faster, until their
+   gaps are within the band; each impact takes energy, and the series is that of one impact of all of them without
+   restitution. A bounce that would stay within the tolerance is dropped (adaptive_substep.py).
+3. *Modes*: a plain step of a thousandth of the step that the motion takes decides on them. It is not taken. They are
+   kept if their event functions agree at the instant; else a step a tenth as long is asked.
+4. Where no modes are found the motion goes on by plain steps for a while (adaptive_through.py).
+
+So whatever the plain step decides is what is integrated: several impacts at once, paradoxes, the selection among
+several solutions.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.blocks import address
+from nonsmooth.errors import Status
+from nonsmooth.integrators.adaptive_events import NOWHERE, STANDS, arm, event_values, fallen, set_bands
+from nonsmooth.integrators.adaptive_scales import closed_gap, instant, observe
+from nonsmooth.integrators.adaptive_state import (
+    ENDS_SERIES,
+    GO_ON,
+    GO_THROUGH,
+    HAS_JACOBIAN,
+    IS_FIRST,
+    IS_LOCATED,
+    STALLS,
+    STEP,
+    TO_DO,
+)
+from nonsmooth.integrators.adaptive_substep import RETAKE, substep
+from nonsmooth.integrators.adaptive_table import begin_trial
+from nonsmooth.integrators.records import (
+    EVENT_CONTACT,
+    EVENT_GAMMA_F,
+    EVENT_KIND,
+    EVENT_MODE_0,
+    EVENT_MODE_1,
+    EVENT_SLIP_0,
+    EVENT_SLIP_1,
+    EVENT_SOLUTIONS,
+    EVENT_T,
+    EVENT_WIDTH,
+    GAIN,
+    GAINS,
+    IMPACT,
+    INCONSISTENT,
+    INDETERMINATE,
+    MODE_CHANGE,
+    N_EVENTS,
+    N_LEDGER,
+)
+from nonsmooth.integrators.rigid_census import note_several, sliding_alone
+from nonsmooth.integrators.rigid_hold import hold
+from nonsmooth.integrators.rigid_modes import FRICTION, N_FUNCTIONS, SEVERAL_FIT
+from nonsmooth.jit import kernel
+from nonsmooth.laws import friction_coefficient, static_coefficient
+from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
+
+JUMP = 0.1  # of a tolerance: ten times what smooth motion does in an instant
+JUMPS = 64  # at an instant, per contact: then the series is ended
+PROBE = 1e-3  # of the step that the motion takes: how far ahead modes are decided
+PROBES = 8  # each a tenth of the one before
+MOST_STALLS = 8  # events at an instant, per contact: then the motion goes on by plain steps
+
+
+@kernel
+def decide(model, p, t, state, run):
+    """Jump and find modes at the beginning of a step: (Status, whether the velocities have jumped). What is to be done
+    next is in counters[TO_DO]."""
+    n, n_c, x = state.q.shape[0], state.mode.shape[0], run.x
+    contacts, counters = run.contacts, run.counters
+    first_event = state.counters[N_EVENTS]
+    counters[STALLS] += 1
+    for i in range(n):
+        x[i], x[n + i], run.u_0[i] = state.q[i], state.u[i], state.u[i]
+    stop_slides(run)
+    status = hold(model, p, t, x, False, contacts)
+    has_jumped = False
+    for k in range(JUMPS * n_c + 1):
+        if status != Status.RUNNING:
+            return status, has_jumped
+        counters[ENDS_SERIES] = 1 if k == JUMPS * n_c else 0
+        status, jumps = jump(model, p, t, state, run)
+        if not jumps:
+            break
+        has_jumped = True
+    counters[ENDS_SERIES] = 0
+    if status == Status.RUNNING:
+        status = find_modes(model, p, t, state, run)
+    if status != Status.RUNNING:
+        return status, has_jumped
+    note_changes(t, first_event, state, run)
+    for i in range(n):
+        state.q[i], state.u[i] = x[i], x[n + i]
+        run.largest[i] = max(run.largest[i], abs(x[i]))
+        run.largest[n + i] = max(run.largest[n + i], abs(x[n + i]))
+    for i in range(n_c):
+        state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
+        run.g_0[i], run.gamma_0[i] = run.g_1[i], run.gamma_1[i]
+    counters[IS_FIRST], counters[IS_LOCATED], counters[HAS_JACOBIAN] = 0, 0, 0
+    alone = sliding_alone(contacts)
+    if counters[TO_DO] == GO_ON and alone >= 0:
+        note_several(t, alone, False, state, contacts)
+    return status, has_jumped
+
+
+@kernel
+def stop_slides(run):
+    """Let the slides that have come to rest be held at rest, in contacts.mode; run.mode, run.slip: as they were."""
+    contacts = run.contacts
+    for i in range(contacts.mode.shape[0]):
+        run.mode[i], run.slip[i], run.has_struck[i], run.is_stopped[i] = contacts.mode[i], contacts.slip[i], 0, 0
+        value, band = run.f_0[N_FUNCTIONS * i + FRICTION], run.band[N_FUNCTIONS * i + FRICTION]
+        highest = band if run.armed[N_FUNCTIONS * i + FRICTION] == 1 else -band
+        is_at_rest = -2.0 * band <= value <= highest and run.counters[IS_FIRST] == 0
+        if contacts.mode[i] == ContactMode.SLIDE and is_at_rest:
+            run.is_stopped[i] = 1
+            contacts.mode[i], contacts.slip[i] = ContactMode.STICK.value, 0
+
+
+@kernel
+def jump(model, p, t, state, run):
+    """(Status, whether a plain step of an instant moves the velocities of run.x by a jump), which is taken then."""
+    n, x, trial, contacts = state.q.shape[0], run.x, run.trial, run.contacts
+    for i in range(state.mode.shape[0]):
+        is_slide = run.is_stopped[i] == 1
+        state.mode[i] = ContactMode.SLIDE.value if is_slide else contacts.mode[i]
+        state.slip[i] = run.slip[i] if is_slide else contacts.slip[i]
+    dt, longer = instant(run), 0.0
+    for _ in range(2):  # what does not grow with the step is a jump
+        status = try_instant(model, p, t, dt, state, run)
+        moved = 0.0
+        for i in range(n):
+            moved = max(moved, abs(trial.u[i] - x[n + i]) / run.tol[n + i])
+        if status != Status.RUNNING or moved <= JUMP or moved < 0.5 * longer:
+            return status, False
+        dt, longer = 0.1 * dt, moved
+    for i in range(n):
+        x[n + i] = trial.u[i]
+    if not observe(model, p, t, x, run.g_1, run.gamma_1, run):
+        return Status.NOT_FINITE.value, True
+    take_jump(state, run)
+    return hold(model, p, t, x, False, contacts), True
+
+
+@kernel
+def try_instant(model, p, t, dt, state, run):
+    """A plain step from run.x, or the impact without collision before it; returns a Status."""
+    n, trial = state.q.shape[0], run.trial
+    begin_trial(state, trial)
+    for i in range(n):
+        trial.q[i], trial.u[i] = run.x[i], run.x[n + i]
+    status = substep(model, p, t, dt, address(run))
+    return Status.RUNNING.value if status == RETAKE else status
+
+
+@kernel
+def take_jump(state, run):
+    """Take the jump of the trial: its impulses and works, its modes and events; what parts is open."""
+    trial, contacts = run.trial, run.contacts
+    for i in range(contacts.mode.shape[0]):
+        parts = contacts.kinds[i, 0] == UNILATERAL and run.gamma_1[i] > run.tol_gamma[i]
+        contacts.mode[i] = ContactMode.OPEN.value if parts else trial.mode[i]
+        contacts.slip[i] = 0 if parts else trial.slip[i]
+        run.is_stopped[i] = 0
+        for k in range(state.P.shape[1]):
+            state.P[i, k] = trial.P[i, k]
+            state.P_sum[i, k] += trial.P_sum[i, k]
+    for k in range(N_LEDGER):
+        state.ledger[k] += trial.ledger[k]
+    state.counters[GAINS] += trial.counters[GAINS]
+    state.worst[GAIN] = max(state.worst[GAIN], trial.worst[GAIN])
+    for e in range(trial.counters[N_EVENTS]):
+        kind = trial.events[e, EVENT_KIND]
+        if kind == IMPACT or kind == INCONSISTENT:
+            run.has_struck[int(trial.events[e, EVENT_CONTACT])] = 1
+            copy_event(e, state, run)
+
+
+@kernel
+def copy_event(e, state, run):
+    """Append event e of the trial to those of the run."""
+    m = state.counters[N_EVENTS]
+    for k in range(EVENT_WIDTH):
+        state.events[m, k] = run.trial.events[e, k]
+    state.counters[N_EVENTS] += 1
+
+
+@kernel
+def find_modes(model, p, t, state, run):
+    """Decide on the modes at run.x, to contacts.mode, by plain steps a part of the motion's long; returns a Status.
+
+    Where those of none last, the contacts have the modes from before, and the motion is to go on by plain steps.
+    """
+    n, n_c, contacts, counters = state.q.shape[0], state.mode.shape[0], run.contacts, run.counters
+    if not observe(model, p, t, run.x, run.g_1, run.gamma_1, run):
+        return Status.NOT_FINITE.value
+    for i in range(n_c):
+        state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
+        if run.is_stopped[i] == 1 and not is_caught(i, run):
+            state.mode[i], state.slip[i] = ContactMode.SLIDE.value, run.slip[i]
+    ahead, shortest = PROBE * run.clock[STEP], instant(run)
+    counters[TO_DO] = GO_THROUGH
+    for _ in range(PROBES):
+        if counters[STALLS] > MOST_STALLS * n_c:
+            break
+        ahead = max(ahead, shortest)
+        status = probe(model, p, t, ahead, state, run)
+        if status != Status.RUNNING:
+            return status
+        if counters[TO_DO] == GO_ON or ahead == shortest:
+            break
+        ahead *= 0.1
+    for e in range(run.armed.shape[0]):
+        run.armed[e] = 0
+    if counters[TO_DO] == GO_ON:
+        arm(run)
+        for i in range(n):
+            run.x[i], run.x[n + i] = run.y[i], run.y[n + i]
+        return Status.RUNNING.value
+    for i in range(n_c):
+        contacts.mode[i], contacts.slip[i] = state.mode[i], state.slip[i]
+    return Status.RUNNING.value
+
+
+@kernel
+def is_caught(i, run):
+    """Whether a slide that has come to rest is caught by static friction, which is above that of sliding."""
+    laws = run.contacts.laws
+    return static_coefficient(laws, i) > friction_coefficient(laws, i, 0.0)
+
+
+@kernel
+def probe(model, p, t, ahead, state, run):
+    """Let a plain step of the length ``ahead`` decide; if its modes last at the instant they are taken, with the state
+    run.y that they hold, and counters[TO_DO] is GO_ON. Returns a Status."""
+    n, n_c, contacts, trial = state.q.shape[0], state.mode.shape[0], run.contacts, run.trial
+    begin_trial(state, trial)
+    for i in range(n):
+        trial.q[i], trial.u[i] = run.x[i], run.x[n + i]
+    for i in range(n_c):
+        contacts.mode[i], contacts.slip[i] = state.mode[i], state.slip[i]
+    if substep(model, p, t, ahead, address(run)) != Status.RUNNING:
+        return Status.RUNNING.value
+    for i in range(n_c):
+        was_open = state.mode[i] == ContactMode.OPEN and contacts.kinds[i, 0] == UNILATERAL
+        if was_open and trial.mode[i] != ContactMode.OPEN and run.g_1[i] > closed_gap(i, run):
+            return Status.RUNNING.value
+        take_mode(i, run)
+    for i in range(2 * n):
+        run.y[i] = run.x[i]
+    status = hold(model, p, t, run.y, False, contacts)
+    if status != Status.RUNNING:
+        return status
+    contacts.facts[SEVERAL_FIT] = 1
+    status = event_values(model, p, t, run.y, run, run.f_0)
+    contacts.facts[SEVERAL_FIT] = 0
+    if status != Status.RUNNING:
+        return status
+    set_bands(run)
+    for e in range(run.armed.shape[0]):
+        run.armed[e], run.rises[e] = 0, NOWHERE
+    if fallen(run.f_0, 0.0, run) == STANDS:
+        run.counters[TO_DO] = GO_ON
+    return status
+
+
+@kernel
+def take_mode(i, run):
+    """The mode of contact i that the trial ended with; one without any given normal force slides."""
+    contacts, trial = run.contacts, run.trial
+    contacts.mode[i], contacts.slip[i], contacts.sign[i] = trial.mode[i], trial.slip[i], 1
+    if contacts.kinds[i, 0] == BILATERAL and trial.P[i, 0] < 0.0:
+        contacts.sign[i] = -1
+    if contacts.kinds[i, 0] == GIVEN_FORCE:
+        run.is_loaded[i] = 1 if run.step.work.N[i] > run.band[N_FUNCTIONS * i] else 0
+        if contacts.mode[i] == ContactMode.OPEN:
+            contacts.mode[i], contacts.slip[i] = ContactMode.SLIDE.value, 1
+
+
+@kernel
+def note_changes(t, first_event, state, run):
+    """Note what changed since modes were decided before: the modes of a start are no event."""
+    contacts, trial = run.contacts, run.trial
+    for m in range(first_event, state.counters[N_EVENTS]):
+        i = int(state.events[m, EVENT_CONTACT])
+        state.events[m, EVENT_MODE_1], state.events[m, EVENT_SLIP_1] = contacts.mode[i], contacts.slip[i]
+    is_found = run.counters[TO_DO] == GO_ON
+    for i in range(contacts.mode.shape[0]):
+        state.several[i] = trial.several[i] if is_found else state.several[i]
+        run.several[i] = state.several[i]
+    for e in range(trial.counters[N_EVENTS] if is_found else 0):
+        i = int(trial.events[e, EVENT_CONTACT])
+        if trial.events[e, EVENT_KIND] == INDETERMINATE and run.has_struck[i] == 0:
+            m = state.counters[N_EVENTS]
+            copy_event(e, state, run)
+            set_modes(m, t, i, state, run)
+            run.has_struck[i] = 1
+            contacts.facts[SEVERAL_FIT] = 1
+    for i in range(contacts.mode.shape[0]):
+        changed = contacts.mode[i] != run.mode[i] or contacts.slip[i] != run.slip[i]
+        if not changed or run.has_struck[i] == 1 or run.counters[IS_FIRST] == 1:
+            continue
+        m = state.counters[N_EVENTS]
+        for k in range(EVENT_WIDTH):
+            state.events[m, k] = 0.0
+        state.events[m, EVENT_KIND], state.events[m, EVENT_SOLUTIONS] = MODE_CHANGE, 1
+        state.events[m, EVENT_CONTACT], state.events[m, EVENT_GAMMA_F] = i, contacts.gamma[i, 1]
+        set_modes(m, t, i, state, run)
+        state.counters[N_EVENTS] += 1
+
+
+@kernel
+def set_modes(m, t, i, state, run):
+    """Give event m of contact i its time, and the modes before and after."""
+    row, contacts = state.events, run.contacts
+    row[m, EVENT_T] = t
+    row[m, EVENT_MODE_0], row[m, EVENT_SLIP_0] = run.mode[i], run.slip[i]
+    row[m, EVENT_MODE_1], row[m, EVENT_SLIP_1] = contacts.mode[i], contacts.slip[i]

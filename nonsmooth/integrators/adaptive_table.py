@@ -1,0 +1,137 @@
+"""The table of an adaptive step: plain steps with 1, 2, 3, ... substeps, extrapolated where modes are held.
+
+    T_j = T + c_2 (H/j)^2 + c_3 (H/j)^3 + ...
+
+The error is the distance of the extrapolated value to the one of an order less: of coordinates and velocities, and of
+the impulses by the velocities that they would cause. These are all that moves where a contact sticks, and the step has
+to follow what it carries: the friction may be used up within it. Order and step are those of least work for the length.
+Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.9.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.blocks import address
+from nonsmooth.errors import Status
+from nonsmooth.integrators.adaptive_held import held_step
+from nonsmooth.integrators.adaptive_polynomial import FIRST_1, note_slopes
+from nonsmooth.integrators.adaptive_state import IS_SEEN, ROWS, RTOL, TARGET
+from nonsmooth.integrators.records import GAIN, GAINS, N_EVENTS, N_LEDGER
+from nonsmooth.integrators.rigid_modes import IS_SHARED
+from nonsmooth.jit import kernel
+from nonsmooth.system import GIVEN_FORCE
+
+FASTEST, SLOWEST = 4.0, 0.1  # bounds of the change of a step
+SAFETY = 0.8
+SEEN = 0.05  # of the largest change, each in tolerances: below this error the rows show what the motion does
+
+
+@kernel
+def fill_row(model, p, t, H, j, state, run):
+    """Row j of the table, with the modes held; returns a Status."""
+    begin_trial(state, run.trial)
+    dt, n = H / (j + 1), state.u.shape[0]
+    for i in range(n):
+        run.way[i] = 0.0
+    for k in range(j + 1):
+        note_node(k, n, run)
+        status = held_step(model, p, t + k * dt, dt, k, address(run))
+        if status != Status.RUNNING:
+            return status
+    note_node(j + 1, n, run)
+    note_slopes(j, n, run)
+    for i in range(n):
+        run.a_1[i] = run.slopes[j, FIRST_1, i] / H
+    write_change(j, state, run)
+    for i in range(n):
+        run.table[j, i] = run.way[i]  # the difference of the coordinates has their rounding
+    return Status.RUNNING.value
+
+
+@kernel
+def note_node(k, n, run):
+    """Note the state after k substeps of a row."""
+    for i in range(n):
+        run.node_q[k, i], run.node_u[k, i] = run.trial.q[i], run.trial.u[i]
+        if k < ROWS:
+            run.begin_u[k, i] = run.trial.u[i]
+
+
+@kernel
+def begin_trial(state, trial):
+    """The accepted state, to be tried from."""
+    for i in range(state.q.shape[0]):
+        trial.q[i], trial.u[i] = state.q[i], state.u[i]
+    for i in range(state.mode.shape[0]):
+        trial.mode[i], trial.slip[i], trial.several[i] = state.mode[i], state.slip[i], state.several[i]
+        for k in range(state.P.shape[1]):
+            trial.P[i, k] = state.P[i, k]
+            trial.P_sum[i, k] = 0.0
+    for k in range(N_LEDGER):
+        trial.ledger[k] = 0.0
+    trial.counters[N_EVENTS], trial.counters[GAINS], trial.worst[GAIN] = 0, 0, 0.0
+
+
+@kernel
+def write_change(j, state, run):
+    """The changes over the trial, as a row of the table."""
+    trial, table = run.trial, run.table
+    n, width = state.q.shape[0], state.P.shape[1]
+    for i in range(n):
+        table[j, i] = trial.q[i] - state.q[i]
+        table[j, n + i] = trial.u[i] - state.u[i]
+    end = 2 * n
+    for i in range(state.mode.shape[0]):
+        for k in range(width):
+            table[j, end + k] = trial.P_sum[i, k]
+        end += width
+    for k in range(N_LEDGER):
+        table[j, end + k] = trial.ledger[k]
+
+
+@kernel
+def extrapolate(j, n_k, state, run):
+    """run.change from the rows 0..j, and errors[j], its distance in tolerances from that of the rows 1..j."""
+    table, weights, tol = run.table, run.weights, run.tol
+    error, size = 0.0, 0.0
+    for i in range(run.change.shape[0]):
+        best, other = 0.0, 0.0
+        for k in range(j + 1):
+            best += weights[0, j, k] * table[k, i]
+            other += weights[1, j, k] * table[k, i]
+        run.change[i], run.distance[i] = best, best - other
+        if i < tol.shape[0]:
+            error = max(error, abs(best - other) / (tol[i] + run.clock[RTOL] * abs(best)))
+            size = max(size, abs(best) / tol[i])
+    run.counters[IS_SEEN] = 1 if error <= SEEN * size else 0
+    run.errors[j] = max(error, error_of_impulses(n_k, state, run))
+
+
+@kernel
+def error_of_impulses(n_k, state, run):
+    """The distances of the impulses, as velocities of their contacts in tolerances: not where they share a load, since
+    then any share will do."""
+    contacts, work = run.contacts, run.contacts.work
+    if contacts.facts[IS_SHARED] == 1:
+        return 0.0
+    error, width = 0.0, state.P.shape[1]
+    for k in range(n_k):
+        i, first = work.closed[k], 2 * state.q.shape[0] + work.closed[k] * width
+        if contacts.kinds[i, 0] != GIVEN_FORCE:
+            a = work.start[k]
+            error = max(error, abs(run.distance[first]) * work.G[a, a] / run.tol_gamma[i])
+        if contacts.kinds[i, 1] > 0:
+            b = work.start[k + 1] - 1
+            error = max(error, abs(run.distance[first + 1]) * work.G[b, b] / run.tol_slip[i])
+    return error
+
+
+@kernel
+def plan(j, run):
+    """The factor of the next step after convergence at row j: so that the next one converges at the row aimed at."""
+    target = run.counters[TARGET]
+    if j < target - 1:
+        return FASTEST
+    if not run.errors[j] > 0.0:
+        return FASTEST
+    aim = 0.5 if j == target else 1.0 / SAFETY
+    return min(FASTEST, max(SLOWEST, SAFETY * (aim / run.errors[j]) ** (1.0 / (j + 2.0))))
