@@ -21,10 +21,11 @@ from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.planar_newton import solve_by_newton
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.adaptive_events import find_event
 from nonsmooth.integrators.adaptive_held import held_step
 from nonsmooth.integrators.adaptive_loop import run
 from nonsmooth.integrators.adaptive_polynomial import highest_coefficients, slope_weights
-from nonsmooth.integrators.adaptive_scales import BAND
+from nonsmooth.integrators.adaptive_scales import BAND, hold_modes
 from nonsmooth.integrators.adaptive_state import (
     ATOL,
     CUT,
@@ -41,6 +42,8 @@ from nonsmooth.integrators.adaptive_state import (
 )
 from nonsmooth.integrators.adaptive_step import try_step
 from nonsmooth.integrators.adaptive_substep import substep
+from nonsmooth.integrators.adaptive_switch import decide
+from nonsmooth.integrators.adaptive_through import step_through
 from nonsmooth.integrators.moreau_jean import needs_newton
 from nonsmooth.integrators.moreau_jean_contact import solve
 from nonsmooth.integrators.moreau_jean_paradox import end_slide
@@ -104,7 +107,9 @@ class Adaptive:
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        entry_points = [try_step, held_step, substep, solve, rigid_events, share_load]
+        entry_points = [try_step, held_step, hold_modes, find_event, decide, step_through, substep, solve, rigid_events]
+        if system.n_c > 1:
+            entry_points.append(share_load)
         if system.n_c > 1:
             entry_points += [solve_planar, enumerate_modes, enumerate_redundant, pivot]
         if needs_newton(system):
@@ -128,7 +133,7 @@ class Adaptive:
         arrays.clock[[CUT, LOOKED]] = np.inf, t
         arrays.counters[TARGET] = best_row(self.rtol)
         arrays.weights[:] = extrapolation_weights()
-        arrays.slope_weights[:], arrays.highest[:] = slope_weights(), highest_coefficients()
+        arrays.slope_shares[:], arrays.highest[:] = slope_weights(), highest_coefficients()
         return block
 
     def begin(self, scratch: Extrapolation, mode: np.ndarray, slip: np.ndarray, selection: int) -> None:

@@ -20,18 +20,19 @@ from __future__ import annotations
 
 import math
 
-from nonsmooth.blocks import address
+from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_held import load
 from nonsmooth.integrators.adaptive_polynomial import fit, state_within
 from nonsmooth.integrators.adaptive_scales import BAND, closed_gap
-from nonsmooth.integrators.adaptive_state import IS_LOCATED, LEAST
+from nonsmooth.integrators.adaptive_state import IS_LOCATED, LEAST, Extrapolation
 from nonsmooth.integrators.radau_stages import EPS
+from nonsmooth.integrators.records import State
 from nonsmooth.integrators.rigid_census import enters_region
 from nonsmooth.integrators.rigid_forces import rigid_events
 from nonsmooth.integrators.rigid_modes import CLOSURE, FRICTION, N_FUNCTIONS
 from nonsmooth.integrators.rigid_modes import RTOL as SHARE
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.system import GIVEN_FORCE, ContactMode
 
 NOWHERE = 2.0  # a place that is not in the step
@@ -186,10 +187,11 @@ def dip(e, a, m, run):
     return place, v_0 + (place - t_0) * (slope + (place - t_1) * curvature)
 
 
-@kernel
-def find_event(model, p, t, H, j, state, run):
+@kernel("Tuple((int64, float64))(int64, float64[::1], float64, float64, int64, int64, int64)", short_loops=True)
+def find_event(model, p, t, H, j, state_at, run_at):
     """Where a step that converged at row j, whose end is run.x, has its first event: (Status, place, 1 if it ends
     with one, NOWHERE if there is none)."""
+    state, run = view(state_at, State), view(run_at, Extrapolation)
     status = event_values(model, p, t + H, run.x, run, run.f_1)
     if status != Status.RUNNING:
         return status, NOWHERE
@@ -235,7 +237,7 @@ def only_enters_region(run):
     return enters
 
 
-@kernel
+@rare_kernel
 def values_within(model, p, t, H, place, state, run):
     """The event functions at a place of the motion that was fitted, to run.f_in; returns a Status."""
     state_within(place, H, state, run)
@@ -262,7 +264,7 @@ def has_slope(f, run):
     return False
 
 
-@kernel
+@rare_kernel
 def enclose(model, p, t, H, low, high, state, run):
     """(Status, place) of the first fall between two places, at the second of which the values are in run.f_in.
 

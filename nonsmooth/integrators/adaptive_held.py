@@ -15,6 +15,8 @@ second order then whatever C is. Source: Steihaug, Wolfbrandt, *Math. Comp.* 33 
 
 from __future__ import annotations
 
+import math
+
 from nonsmooth.acceleration_problem import find_row_rates
 from nonsmooth.blocks import address, view
 from nonsmooth.contact_problem import (
@@ -136,6 +138,8 @@ def prepare(model, p, t, dt, n, n_k, run):
             return status, 0
     if n_k == 0:
         return Status.RUNNING.value, 0
+    for i in range(work.N.shape[0]):
+        work.N[i] = 0.0  # the loads are those at u_mid: find_loads
     if not evaluate_rows(model, has & ~(1 << NORMAL_FORCE), run.is_known[1] == 0, t_mid, u, p, work):
         return Status.NOT_FINITE.value, 0
     run.is_known[1] = 1
@@ -168,11 +172,12 @@ def find_jacobians(model, p, t_mid, dt, n, run):
             return Status.NOT_FINITE.value
     elif has & (1 << STIFFNESS) and not call_model(model, STIFFNESS, t_mid, work.q_mid, u, p, work.K):
         return Status.NOT_FINITE.value
-    run.counters[HAS_JACOBIAN] = 1
     for i in range(n):
         for j in range(n):
             work.Mhat[i, j] = work.M[i, j] + THETA * dt * (work.C[i, j] + THETA * dt * work.K[i, j])
-    return Status.RUNNING.value if lu(n, work.Mhat, work.order) else Status.MASS_NOT_POSITIVE.value
+    is_regular = lu(n, work.Mhat, work.order)
+    run.counters[HAS_JACOBIAN] = 1 if is_regular else 0
+    return Status.RUNNING.value if is_regular else Status.MASS_NOT_POSITIVE.value
 
 
 @kernel
@@ -234,6 +239,16 @@ def push(model, p, t_mid, dt, n, n_k, r, run):
         find_impulses(dt, n, n_k, r, run)
     new_velocity(n, r, u, work)
     return Status.RUNNING.value
+
+
+@kernel
+def find_loads(model, p, t_mid, run):
+    """The given normal forces, to work.N; False if one is not finite."""
+    work = run.contacts.work
+    is_finite = call_model(model, NORMAL_FORCE, t_mid, work.q_mid, run.u_mid, p, work.N)
+    for i in range(work.N.shape[0]):
+        is_finite = is_finite and math.isfinite(work.N[i])
+    return is_finite
 
 
 @kernel

@@ -107,7 +107,7 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
             return Status.BUDGET_SPENT.value
         set_tolerances(run)
         if counters[TO_DO] == DECIDE:
-            status, has_jumped = decide(model, p, t, state, run)
+            status, has_jumped = decide(model, p, t, state_at, run_at)
             collect(state, run.trial)
             if status != Status.RUNNING:
                 return status
@@ -120,7 +120,7 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
         is_last = t + H >= stop - clock[LEAST]
         H = stop - t if is_last else H
         if goes_through:
-            status, is_accepted = step_through(model, p, t, H, state, run)
+            status, is_accepted = step_through(model, p, t, H, state_at, run_at)
         else:
             status, is_accepted = go_on(model, p, t, H, is_last, state_at, run, run_at)
         collect(state, run.trial)

@@ -28,7 +28,7 @@ from nonsmooth.integrators.adaptive_state import DEGREE, MOST, aitken_neville
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT, N_EVENTS
 from nonsmooth.integrators.step_polynomial import N_STEPS
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 
 PIECES = 4  # of a step with an event, at most
 # The slopes of a row, at the beginning and at the end, and the first row that has each.
@@ -82,7 +82,7 @@ def note_slopes(j, n, run):
             slopes[j, SECOND_1, i] = m * m * (u[m, i] - 2.0 * u[m - 1, i] + u[m - 2, i])
 
 
-@kernel
+@rare_kernel
 def fit(H, j, state, run):
     """run.B: the motion of a step that converged at row j, from the state to run.x."""
     n, L = state.q.shape[0], min(j, MOST)
@@ -166,7 +166,7 @@ def extrapolated(which, lower, place, i, j, run):
         value = run.slopes[k, which, i]
         if place != 0.0:
             value = (value - lower) * (k + 1) / place
-        total += run.slope_weights[which, j, k] * value
+        total += run.slope_shares[which, j, k] * value
     return total
 
 

@@ -9,10 +9,10 @@ does within its bands is below the resolution.
 
 from __future__ import annotations
 
-import math
-
+from nonsmooth.blocks import view
 from nonsmooth.integrators.adaptive_state import ATOL, LEAST, RTOL, STEP
-from nonsmooth.integrators.rigid_modes import HAS
+from nonsmooth.integrators.rigid_hold import hold
+from nonsmooth.integrators.rigid_modes import HAS, RigidContacts
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.system import GAP, GAP_RATE, NORMAL, TANGENT
 
@@ -80,6 +80,12 @@ def instant(run):
     return max(shortest, run.clock[LEAST])
 
 
+@kernel("int64(int64, float64[::1], float64, float64[::1], int64)", short_loops=True)
+def hold_modes(model, p, t, x, contacts_at):
+    """Move a state onto the constraints of its modes (rigid_hold.py), compiled once; returns a Status."""
+    return hold(model, p, t, x, False, view(contacts_at, RigidContacts))
+
+
 @kernel
 def farthest(n, run):
     """The largest change of a coordinate in the first two rows, in tolerances."""
@@ -87,12 +93,3 @@ def farthest(n, run):
     for i in range(n):
         largest = max(largest, abs(run.table[0, i]) / run.tol[i], abs(run.table[1, i]) / run.tol[i])
     return largest
-
-
-@kernel
-def is_finite(size, values):
-    """Whether the first ``size`` values are finite numbers."""
-    for i in range(size):
-        if not math.isfinite(values[i]):
-            return False
-    return True

@@ -26,7 +26,9 @@ NOW, STEP, LEAST, RTOL, ATOL, CUT, THROUGH, WAY, LOOKED = range(9)
 # Jacobians of the forces were taken at its beginning; events in a row without any motion, tries since the budget was
 # looked at, whether the rows of the step are near enough to one another to tell where its events are,
 # whether an impact is to end a series of them
-REJECTED, SUBSTEPS, TARGET, ROW, IS_FIRST, TO_DO, IS_LOCATED, HAS_JACOBIAN, STALLS, TRIES, IS_SEEN, ENDS_SERIES = range(12)
+REJECTED, SUBSTEPS, TARGET, ROW, IS_FIRST, TO_DO, IS_LOCATED, HAS_JACOBIAN, STALLS, TRIES, IS_SEEN, ENDS_SERIES = range(
+    12
+)
 # TO_DO: a smooth step; modes are to be decided first; plain steps until there are modes that last
 GO_ON, DECIDE, GO_THROUGH = range(3)
 TRIAL_EVENTS = 8  # of the substeps of a row, per contact
@@ -42,7 +44,7 @@ class Extrapolation(NamedTuple):
     counters: Integers  # (12,)
     is_known: Integers  # (2,) 1 once M and the rows of a held step were evaluated, for those that are constant
     weights: Cube  # (2, ROWS, ROWS) of the rows in the extrapolated value, and in the one of an order less
-    slope_weights: Cube  # (5, ROWS, ROWS) of the rows in the slopes of the velocities
+    slope_shares: Cube  # (5, ROWS, ROWS) weights of the rows in the slopes of the velocities
     slopes: Cube  # (ROWS, 5, n) of the velocities, row by row
     highest: Cube  # (4, 5, 5) coefficients of the motion within a step
     ends: Matrix  # (2, 4) derivatives of a velocity at the beginning and at the end
@@ -104,7 +106,7 @@ def extrapolation_shapes(n: int, n_c: int, d: int) -> tuple:
     return frozen({
         "contacts": contacts_shapes(n, n_c, d), "step": moreau_jean_contact.scratch_shapes(n, n_c, d),
         "trial": state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c)), "clock": (9,), "counters": (12,),
-        "is_known": (2,), "weights": (2, ROWS, ROWS), "slope_weights": (5, ROWS, ROWS), "slopes": (ROWS, 5, n),
+        "is_known": (2,), "weights": (2, ROWS, ROWS), "slope_shares": (5, ROWS, ROWS), "slopes": (ROWS, 5, n),
         "highest": (4, 5, 5), "ends": (2, 4), "left": (5,), "B": (DEGREE, n), "node_q": (ROWS + 1, n),
         "node_u": (ROWS + 1, n), "begin_u": (ROWS, n), "piece": (6, n), "table": (ROWS, N), "change": (N,), "distance": (N,),
         "errors": (ROWS,), "largest": (2 * n,), "tol": (2 * n,),

@@ -15,15 +15,14 @@ from __future__ import annotations
 
 import math
 
-from nonsmooth.blocks import view
+from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_events import NOWHERE, crossing, find_event
 from nonsmooth.integrators.adaptive_held import list_closed
-from nonsmooth.integrators.adaptive_scales import instant, observe
+from nonsmooth.integrators.adaptive_scales import hold_modes, instant, observe
 from nonsmooth.integrators.adaptive_state import CUT, IS_LOCATED, IS_SEEN, LEAST, ROW, ROWS, TARGET, Extrapolation
-from nonsmooth.integrators.adaptive_table import SAFETY, SLOWEST, extrapolate, fill_row, plan
+from nonsmooth.integrators.adaptive_table import SAFETY, SLOWEST, converges, extrapolate, fill_row, plan
 from nonsmooth.integrators.records import FORCE_WORK, N_LEDGER, State
-from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.jit import kernel
 
 # How a step that was tried ended: it is refused; accepted; accepted, and modes are to be decided at its end; not taken,
@@ -55,8 +54,8 @@ def try_step(model, p, t, H, state_at, run_at):
             if place < EARLY and BEHIND * place * H > run.clock[LEAST]:
                 run.clock[CUT] = BEHIND * place * H
                 return Status.RUNNING.value, REFUSED, 1.0
-        if run.errors[j] <= 1.0:
-            return end_step(model, p, t, H, j, state, run)
+        if converges(j, run):
+            return end_step(model, p, t, H, j, state_at, state, run_at, run)
         if j == target or (j > 1 and run.errors[j] > run.errors[j - 1]):
             break
     if H <= instant(run):
@@ -70,7 +69,7 @@ def try_step(model, p, t, H, state_at, run_at):
 
 
 @kernel
-def end_step(model, p, t, H, j, state, run):
+def end_step(model, p, t, H, j, state_at, state, run_at, run):
     """End a step that converged at row j, if it holds no event; returns as ``try_step`` does."""
     n, n_c, x = state.q.shape[0], state.mode.shape[0], run.x
     run.counters[ROW] = j
@@ -79,11 +78,11 @@ def end_step(model, p, t, H, j, state, run):
         x[n + i] = state.u[i] + run.change[n + i]
     if n_c == 0:
         return Status.RUNNING.value, SMOOTH, plan(j, run)
-    status = hold(model, p, t + H, x, False, run.contacts)
+    status = hold_modes(model, p, t + H, x, address(run.contacts))
     if status != Status.RUNNING:
         return status, REFUSED, SHRINK
     book_hold(n, state, run)
-    status, place = find_event(model, p, t, H, j, state, run)
+    status, place = find_event(model, p, t, H, j, state_at, run_at)
     if status != Status.RUNNING:
         return status, REFUSED, SHRINK
     if place < 1.0:

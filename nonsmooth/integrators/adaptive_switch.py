@@ -16,10 +16,10 @@ several solutions.
 
 from __future__ import annotations
 
-from nonsmooth.blocks import address
+from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_events import NOWHERE, STANDS, arm, event_values, fallen, set_bands
-from nonsmooth.integrators.adaptive_scales import closed_gap, instant, observe
+from nonsmooth.integrators.adaptive_scales import closed_gap, hold_modes, instant, observe
 from nonsmooth.integrators.adaptive_state import (
     ENDS_SERIES,
     GO_ON,
@@ -30,6 +30,7 @@ from nonsmooth.integrators.adaptive_state import (
     STALLS,
     STEP,
     TO_DO,
+    Extrapolation,
 )
 from nonsmooth.integrators.adaptive_substep import RETAKE, substep
 from nonsmooth.integrators.adaptive_table import begin_trial
@@ -52,9 +53,9 @@ from nonsmooth.integrators.records import (
     MODE_CHANGE,
     N_EVENTS,
     N_LEDGER,
+    State,
 )
 from nonsmooth.integrators.rigid_census import note_several, sliding_alone
-from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.integrators.rigid_modes import FRICTION, N_FUNCTIONS, SEVERAL_FIT
 from nonsmooth.jit import kernel
 from nonsmooth.laws import friction_coefficient, static_coefficient
@@ -67,10 +68,11 @@ PROBES = 8  # each a tenth of the one before
 MOST_STALLS = 8  # events at an instant, per contact: then the motion goes on by plain steps
 
 
-@kernel
-def decide(model, p, t, state, run):
+@kernel("Tuple((int64, boolean))(int64, float64[::1], float64, int64, int64)", short_loops=True)
+def decide(model, p, t, state_at, run_at):
     """Jump and find modes at the beginning of a step: (Status, whether the velocities have jumped). What is to be done
     next is in counters[TO_DO]."""
+    state, run = view(state_at, State), view(run_at, Extrapolation)
     n, n_c, x = state.q.shape[0], state.mode.shape[0], run.x
     contacts, counters = run.contacts, run.counters
     first_event = state.counters[N_EVENTS]
@@ -78,7 +80,7 @@ def decide(model, p, t, state, run):
     for i in range(n):
         x[i], x[n + i], run.u_0[i] = state.q[i], state.u[i], state.u[i]
     stop_slides(run)
-    status = hold(model, p, t, x, False, contacts)
+    status = hold_modes(model, p, t, x, address(contacts))
     has_jumped = False
     for k in range(JUMPS * n_c + 1):
         if status != Status.RUNNING:
@@ -144,7 +146,7 @@ def jump(model, p, t, state, run):
     if not observe(model, p, t, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, True
     take_jump(state, run)
-    return hold(model, p, t, x, False, contacts), True
+    return hold_modes(model, p, t, x, address(contacts)), True
 
 
 @kernel
@@ -253,7 +255,7 @@ def probe(model, p, t, ahead, state, run):
         take_mode(i, run)
     for i in range(2 * n):
         run.y[i] = run.x[i]
-    status = hold(model, p, t, run.y, False, contacts)
+    status = hold_modes(model, p, t, run.y, address(contacts))
     if status != Status.RUNNING:
         return status
     contacts.facts[SEVERAL_FIT] = 1

@@ -7,23 +7,24 @@ coordinate moves by its tolerance in them. The next are four times as long, unti
 
 from __future__ import annotations
 
-from nonsmooth.blocks import address
+from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_polynomial import FIRST_1, note_slopes
-from nonsmooth.integrators.adaptive_scales import closed_gap, farthest, observe
-from nonsmooth.integrators.adaptive_state import RTOL
+from nonsmooth.integrators.adaptive_scales import closed_gap, farthest, hold_modes, observe
+from nonsmooth.integrators.adaptive_state import RTOL, Extrapolation
 from nonsmooth.integrators.adaptive_step import book_hold
 from nonsmooth.integrators.adaptive_substep import RETAKE, substep
 from nonsmooth.integrators.adaptive_switch import take_mode
 from nonsmooth.integrators.adaptive_table import begin_trial, note_node, write_change
-from nonsmooth.integrators.rigid_hold import hold
+from nonsmooth.integrators.records import State
 from nonsmooth.jit import kernel
 from nonsmooth.system import UNILATERAL, ContactMode
 
 
-@kernel
-def step_through(model, p, t, H, state, run):
+@kernel("Tuple((int64, boolean))(int64, float64[::1], float64, float64, int64, int64)", short_loops=True)
+def step_through(model, p, t, H, state_at, run_at):
     """Try two plain steps in the time H, to run.x: (Status, whether they are accepted)."""
+    state, run = view(state_at, State), view(run_at, Extrapolation)
     for j in range(2):
         status = fill_row(model, p, t, H, j, state, run)
         if status != Status.RUNNING:
@@ -81,7 +82,7 @@ def end_through(model, p, t_1, state, run):
         take_mode(i, run)
         if parts:
             contacts.mode[i], contacts.slip[i] = ContactMode.OPEN.value, 0
-    status = hold(model, p, t_1, x, False, contacts)
+    status = hold_modes(model, p, t_1, x, address(contacts))
     if status != Status.RUNNING:
         return status, False
     book_hold(n, state, run)

@@ -182,7 +182,8 @@ def write(run: EventRun, stretch: Stretch) -> None:
     n, n_c = run.system.n_u, run.system.n_c
     P = stretch.x[:, 2 * n + n_c : 2 * n + 3 * n_c].reshape(-1, 2, n_c).transpose(0, 2, 1)
     la = np.zeros_like(P)
-    la[1:] = np.diff(P, axis=0) / np.diff(stretch.t)[:, None, None]
+    lasts = np.diff(stretch.t) > 0.0  # no jump of the velocities
+    la[1:][lasts] = np.diff(P, axis=0)[lasts] / np.diff(stretch.t)[lasts, None, None]
     columns = (stretch.t, stretch.x, la, stretch.mode, stretch.slip)
     if run.every > 0:
         chosen = slice(1, None) if run.every == 1 else slice(-1, None)

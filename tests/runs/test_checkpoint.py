@@ -47,8 +47,8 @@ RUNS = {
         scene(SpragSlip(), (0, 0.2), th=0.8, thdot=1.0),
         dict(integrator=ns.Penalty(stiffness=1e6, damping=1e3), t_eval=np.linspace(0.1, 0.2, 11)),
     ),
-    "pendulum, adaptive": (scene(WallPendulum(), (0, 2)), dict(integrator=ns.Adaptive(rtol=1e-7), every=2)),
-    "rocking block, adaptive": (scene(RockingBlock(), (0, 1)), dict(integrator=ns.Adaptive(rtol=1e-5))),
+    "pendulum, adaptive": (scene(WallPendulum(), (0, 9)), dict(integrator=ns.Adaptive(rtol=1e-9), every=2)),
+    "rocking block, adaptive": (scene(RockingBlock(), (0, 3)), dict(integrator=ns.Adaptive(rtol=1e-9))),
 }
 
 
