@@ -41,6 +41,7 @@ from nonsmooth.system import (
 # Facts about a model, beside one bit for each function it has.
 MASS_IS_CONSTANT, ROWS_ARE_CONSTANT, SURFACES_ARE_CONSTANT = 1 << 16, 1 << 17, 1 << 18
 DAMPING_BY_DIFFERENCES, STIFFNESS_BY_DIFFERENCES, NORMAL_FORCE_READS_U = 1 << 19, 1 << 20, 1 << 21
+ROWS_READ_T = 1 << 22
 SQRT_EPS = 1.5e-8  # relative increment of a forward difference
 
 
@@ -120,6 +121,8 @@ def _read_facts(system: System) -> int:
     if not any(system.reads(which, argument) for which in rows for argument in ("t", "q")):
         has |= ROWS_ARE_CONSTANT
     surfaces = (GAP_RATE, SURFACE_VELOCITY)
+    if any(system.reads(which, "t") for which in rows + surfaces):
+        has |= ROWS_READ_T
     if not any(system.reads(which, argument) for which in surfaces for argument in ("t", "q")):
         has |= SURFACES_ARE_CONSTANT
     if DAMPING not in system.functions and system.reads(FORCE, "u"):
@@ -257,6 +260,17 @@ def evaluate_rows(model, has, is_first, t, u, p, work):
         total += 0.0 * work.w_N[i] + 0.0 * work.N[i]
         for axis in range(work.w_F.shape[1]):
             total += 0.0 * work.w_F[i, axis]
+    return total == 0.0
+
+
+@kernel
+def find_loads(model, t, u, p, work):
+    """The given normal forces at the velocities u, to work.N; False if the function raised or one is not finite."""
+    total = 0.0
+    if not call_model(model, NORMAL_FORCE, t, work.q_mid, u, p, work.N):
+        return False
+    for i in range(work.N.shape[0]):
+        total += 0.0 * work.N[i]
     return total == 0.0
 
 

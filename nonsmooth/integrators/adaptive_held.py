@@ -17,19 +17,21 @@ from __future__ import annotations
 
 import math
 
-from nonsmooth.acceleration_problem import find_row_rates
+from nonsmooth.acceleration_problem import find_row_rates, row_shift
 from nonsmooth.blocks import address, view
 from nonsmooth.contact_problem import (
     DAMPING_BY_DIFFERENCES,
     MASS_IS_CONSTANT,
     NORMAL_FORCE_READS_U,
     ROWS_ARE_CONSTANT,
+    ROWS_READ_T,
     STIFFNESS_BY_DIFFERENCES,
     SURFACES_ARE_CONSTANT,
     apply_inverse,
     delassus,
     difference,
     evaluate_rows,
+    find_loads,
     is_implicit,
     row_velocities,
     stack_rows,
@@ -73,6 +75,7 @@ THETA = 0.5
 READS_U = DAMPING_BY_DIFFERENCES | NORMAL_FORCE_READS_U
 SPEEDS = 10  # iterations of Newton's method on the sliding speeds: it is quadratic, and starts from those before
 SLOPE = 1e-6  # of the speeds: the difference that gives the slope of a friction law, which steers the iteration only
+NEAR = 1e-2  # of the shift of the rows: below it a difference of moving rows is rounding
 SETTLED = 1e-14  # of the largest impulse: a smaller correction is rounding
 
 
@@ -184,7 +187,8 @@ def find_jacobians(model, p, t_mid, dt, n, run):
 def carry_velocities(model, p, t, dt, n, n_k, r, run):
     """work.gamma_0 at the beginning of the step, run.rate = dt (W' u + w') of its middle; False if a row is none.
 
-    A gamma_0 of rounding is zero: an impulse of dt la_N is lost in it where steps are short.
+    The differences of rows that move with the time reach from the beginning of the step to its end: what they are off
+    by is extrapolated. A gamma_0 of rounding is zero: an impulse of dt la_N is lost in it where steps are short.
     """
     contacts, there, work = run.contacts, run.step.there, run.contacts.work
     has, kinds, q, u = contacts.facts[HAS], contacts.kinds, run.trial.q, run.trial.u
@@ -194,7 +198,10 @@ def carry_velocities(model, p, t, dt, n, n_k, r, run):
         rows = has & ~(1 << NORMAL_FORCE)
         for k in range(n_k):
             there.closed[k] = work.closed[k]
-        if not find_row_rates(model, rows, t + 0.5 * dt, n, work.q_mid, u, p, n_k, kinds, contacts.rates, there):
+        e = row_shift(has, n, u)
+        if has & ROWS_READ_T:
+            e = max(0.25 * dt, NEAR * e)
+        if not find_row_rates(model, rows, e, t + 0.5 * dt, n, work.q_mid, u, p, n_k, kinds, contacts.rates, there):
             return False
         for j in range(n):
             there.q_mid[j] = q[j]
@@ -231,7 +238,7 @@ def push(model, p, t_mid, dt, n, n_k, r, run):
             work.du[i] = dt * work.h[i]
         cholesky_solve(n, work.band[0], work.factor, work.du)
     if n_k > 0:
-        if has & (1 << NORMAL_FORCE) and not call_model(model, NORMAL_FORCE, t_mid, work.q_mid, run.u_mid, p, work.N):
+        if has & (1 << NORMAL_FORCE) and not find_loads(model, t_mid, run.u_mid, p, work):
             return Status.NOT_FINITE.value
         delassus(n, r, work)
         for k in range(r):
@@ -239,16 +246,6 @@ def push(model, p, t_mid, dt, n, n_k, r, run):
         find_impulses(dt, n, n_k, r, run)
     new_velocity(n, r, u, work)
     return Status.RUNNING.value
-
-
-@kernel
-def find_loads(model, p, t_mid, run):
-    """The given normal forces, to work.N; False if one is not finite."""
-    work = run.contacts.work
-    is_finite = call_model(model, NORMAL_FORCE, t_mid, work.q_mid, run.u_mid, p, work.N)
-    for i in range(work.N.shape[0]):
-        is_finite = is_finite and math.isfinite(work.N[i])
-    return is_finite
 
 
 @kernel

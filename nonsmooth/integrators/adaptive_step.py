@@ -40,7 +40,6 @@ def try_step(model, p, t, H, state_at, run_at):
     clock[CUT] where an event is to end the next one."""
     state, run = view(state_at, State), view(run_at, Extrapolation)
     target = run.counters[TARGET]
-    n_c = state.mode.shape[0]
     place = NOWHERE
     for j in range(ROWS):
         status = fill_row(model, p, t, H, j, state, run)

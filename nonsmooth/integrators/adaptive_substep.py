@@ -17,7 +17,7 @@ It is the step of moreau_jean_step.py with theta = 1/2 and six changes:
 
 from __future__ import annotations
 
-from nonsmooth.acceleration_problem import find_row_rates
+from nonsmooth.acceleration_problem import find_row_rates, row_shift
 from nonsmooth.blocks import address, view
 from nonsmooth.contact_problem import (
     ROWS_ARE_CONSTANT,
@@ -129,7 +129,9 @@ def find_free_velocities(model, p, t, dt, n, n_k, r, run):
         for k in range(n_k):
             there.closed[k] = work.closed[k]
         rates = run.step.rates
-        if not find_row_rates(model, has, t + 0.5 * dt, n, work.q_mid, u, p, n_k, kinds, rates, there):
+        if not find_row_rates(
+            model, has, row_shift(has, n, u), t + 0.5 * dt, n, work.q_mid, u, p, n_k, kinds, rates, there
+        ):
             return False
         for j in range(n):
             there.q_mid[j] = q[j]

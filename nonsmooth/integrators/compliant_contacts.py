@@ -24,7 +24,7 @@ import functools
 import math
 from typing import NamedTuple
 
-from nonsmooth.acceleration_problem import IMPLICIT, find_row_rates
+from nonsmooth.acceleration_problem import IMPLICIT, find_row_rates, row_shift
 from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, frozen, view
 from nonsmooth.contact_problem import Work, evaluate_rows, smooth_step, stack_rows, work_shapes
 from nonsmooth.dense import bandwidth, cholesky, cholesky_solve
@@ -144,7 +144,8 @@ def find_forces(model, p, t, x, contacts):
     for i in range(n):
         contacts.q[i], contacts.u[i] = x[i], x[n + i]
     if n_c > 0:
-        if not find_row_rates(model, has, t, n, contacts.q, contacts.u, p, n_c, contacts.kinds, contacts.rates, work):
+        shift, kinds = row_shift(has, n, contacts.u), contacts.kinds
+        if not find_row_rates(model, has, shift, t, n, contacts.q, contacts.u, p, n_c, kinds, contacts.rates, work):
             return Status.NOT_FINITE
     for i in range(n):
         work.q_mid[i] = contacts.q[i]

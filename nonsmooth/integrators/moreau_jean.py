@@ -4,7 +4,8 @@
     Mhat (u_1 - u_0) = dt h(q_mid, u_0) + W^T P,    (gamma_1 + e gamma_0, P) in the laws of contact and friction
     q_1 = q_0 + dt ((1 - theta) u_0 + theta u_1)
 
-Only contacts whose gap at the mid-point is closed take part. With theta = 1/2 the step is of second order in smooth
+Only contacts whose gap at the mid-point is closed take part. Given normal forces that read the velocities are taken at
+(u_0 + u_1)/2, by a second solution of the contact problem. With theta = 1/2 the step is of second order in smooth
 motion and of first order across impacts. Sources: Moreau (1988); Jean, *Comput. Methods Appl. Mech. Engrg.* 177 (1999)
 235; the feedback of the gap and the passage through paradoxes: docs/theory/moreau_jean.md.
 """

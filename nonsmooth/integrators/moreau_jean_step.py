@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from nonsmooth.blocks import address, view
 from nonsmooth.contact_problem import (
+    NORMAL_FORCE_READS_U,
     add_restitution,
     apply_inverse,
     carry_to_ends,
     close_contacts,
     delassus,
     evaluate_rows,
+    find_loads,
     is_implicit,
     smooth_step,
     stack_rows,
@@ -38,8 +40,8 @@ from nonsmooth.integrators.records import (
     set_mode,
     write_record,
 )
-from nonsmooth.jit import call_model, kernel
-from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL
+from nonsmooth.jit import call_model, kernel, rare_kernel
+from nonsmooth.system import GAP, GIVEN_FORCE, NORMAL_FORCE, UNILATERAL
 
 ROUNDING = 2e-15  # about eight units in the last place: a smaller change of a velocity is no change
 
@@ -129,6 +131,10 @@ def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_a
         else:
             add_compliance(n_k, kinds, laws, options[3], options[4], dt, work)
         status = solve(kinds, laws, int(options[1]), dt, n_k, state_at, scratch_at)
+        if status == Status.RUNNING and has & NORMAL_FORCE_READS_U:
+            if not find_loads_between(model, t_mid, n, r, u, p, work):
+                return Status.NOT_FINITE
+            status = solve(kinds, laws, int(options[1]), dt, n_k, state_at, scratch_at)
         if status != Status.RUNNING:
             return status
         if note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, scratch):
@@ -154,6 +160,16 @@ def predict_gaps(model, has, t, dt, n, is_rigid, q, u, p, work):
     for i in range(n):
         work.trial[i] = q[i] + dt * u[i]
     return call_model(model, GAP, t + dt, work.trial, u, p, work.g_N)
+
+
+@rare_kernel
+def find_loads_between(model, t_mid, n, r, u, p, work):
+    """The given normal forces at the mean of the velocities before the step and after it, where they read them: at u_0
+    alone the step would be of first order. False if one is not finite."""
+    new_velocity(n, r, u, work)
+    for i in range(n):
+        work.trial[i] = 0.5 * (u[i] + work.u_1[i])
+    return find_loads(model, t_mid, work.trial, p, work)
 
 
 @kernel

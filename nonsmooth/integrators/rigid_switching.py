@@ -24,8 +24,9 @@ from __future__ import annotations
 
 import math
 
-from nonsmooth.acceleration_problem import find_row_rates
+from nonsmooth.acceleration_problem import find_row_rates, row_shift
 from nonsmooth.blocks import address, frozen, view
+from nonsmooth.contact_problem import evaluate_rows
 from nonsmooth.contact_solvers.modes import select
 from nonsmooth.contact_solvers.single import STICK, Selection, sigma_of, slip_of
 from nonsmooth.errors import Status
@@ -428,9 +429,13 @@ def close_low_bounces(model, p, t, x, contacts, touch):
         return status, False
     for i in range(n_c):
         work.closed[i] = i
-    if not find_row_rates(
-        model, contacts.facts[HAS], t, n, contacts.q, contacts.u, p, n_c, kinds, contacts.rates, work
-    ):
+    has = contacts.facts[HAS]
+    shift = row_shift(has, n, contacts.u)
+    if not find_row_rates(model, has, shift, t, n, contacts.q, contacts.u, p, n_c, kinds, contacts.rates, work):
+        return Status.NOT_FINITE.value, False
+    for j in range(n):
+        work.q_mid[j] = contacts.q[j]
+    if not evaluate_rows(model, has, True, t, contacts.u, p, work):
         return Status.NOT_FINITE.value, False
     height = max(contacts.numbers[ATOL], RESOLVED * rounded_length(n, contacts))
     r = 0
