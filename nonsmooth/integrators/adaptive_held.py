@@ -15,8 +15,6 @@ second order then whatever C is. Source: Steihaug, Wolfbrandt, *Math. Comp.* 33 
 
 from __future__ import annotations
 
-import math
-
 from nonsmooth.acceleration_problem import find_row_rates, row_shift
 from nonsmooth.blocks import address, view
 from nonsmooth.contact_problem import (

@@ -73,7 +73,6 @@ class Extrapolation(NamedTuple):
     gamma_0: Vector  # (c,) their rates
     g_1: Vector  # (c,) and at the end
     gamma_1: Vector  # (c,)
-    a_N: Vector  # (c,) the last acceleration of the gaps in smooth motion, 0 after an event
     several: Integers  # (c,) whether the last substep of the row, before the probe, had several solutions
     is_loaded: Integers  # (c,) of a given normal force: whether there is one
     heaviest: Vector  # (c,) the largest given normal force so far
@@ -101,7 +100,7 @@ def extrapolation_shapes(n: int, n_c: int, d: int) -> tuple:
     """Shapes of ``Extrapolation``."""
     N = 2 * n + n_c * (1 + d) + N_LEDGER
     E = N_FUNCTIONS * n_c + 1
-    floats = ("tol_g", "tol_gamma", "tol_slip", "lid", "g_0", "gamma_0", "g_1", "gamma_1", "a_N", "heaviest")
+    floats = ("tol_g", "tol_gamma", "tol_slip", "lid", "g_0", "gamma_0", "g_1", "gamma_1", "heaviest")
     integers = ("several", "is_loaded", "mode", "slip", "has_struck", "is_stopped")
     return frozen({
         "contacts": contacts_shapes(n, n_c, d), "step": moreau_jean_contact.scratch_shapes(n, n_c, d),

@@ -5,7 +5,8 @@
    moves by more is a jump: an impact, or what a slide that has lost its force is stopped by. It is taken at the
    instant, and again until there is none. Contacts that throw one another back strike in turn ever faster, until their
    gaps are within the band; each impact takes energy, and the series is that of one impact of all of them without
-   restitution. A bounce that would stay within the tolerance is dropped (adaptive_substep.py).
+   restitution. A bounce that would stay within the tolerance is dropped (adaptive_substep.py), and so is a flight to
+   which the impact of another contact throws one up (adaptive_hops.py).
 3. *Modes*: a plain step of a thousandth of the step that the motion takes decides on them. It is not taken. They are
    kept if their event functions agree at the instant; else a step a tenth as long is asked.
 4. Where no modes are found the motion goes on by plain steps for a while (adaptive_through.py).
@@ -19,6 +20,7 @@ from __future__ import annotations
 from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_events import NOWHERE, STANDS, arm, event_values, fallen, set_bands
+from nonsmooth.integrators.adaptive_hops import drop_hops
 from nonsmooth.integrators.adaptive_scales import closed_gap, hold_modes, instant, observe
 from nonsmooth.integrators.adaptive_state import (
     ENDS_SERIES,
@@ -205,6 +207,34 @@ def find_modes(model, p, t, state, run):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
         if run.is_stopped[i] == 1 and not is_caught(i, run):
             state.mode[i], state.slip[i] = ContactMode.SLIDE.value, run.slip[i]
+    status = try_modes(model, p, t, state, run)
+    for _ in range(n_c):
+        if status != Status.RUNNING or counters[TO_DO] != GO_ON or not drop_hops(model, p, t, run):
+            break
+        status = hold_modes(model, p, t, run.x, address(contacts))
+        if status != Status.RUNNING or not observe(model, p, t, run.x, run.g_1, run.gamma_1, run):
+            return status if status != Status.RUNNING else Status.NOT_FINITE.value
+        for i in range(n_c):
+            state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
+        status = try_modes(model, p, t, state, run)
+    if status != Status.RUNNING:
+        return status
+    for e in range(run.armed.shape[0]):
+        run.armed[e] = 0
+    if counters[TO_DO] == GO_ON:
+        arm(run)
+        for i in range(n):
+            run.x[i], run.x[n + i] = run.y[i], run.y[n + i]
+        return Status.RUNNING.value
+    for i in range(n_c):
+        contacts.mode[i], contacts.slip[i] = state.mode[i], state.slip[i]
+    return Status.RUNNING.value
+
+
+@kernel
+def try_modes(model, p, t, state, run):
+    """Let plain steps decide, each a tenth as long as the one before, until modes last; returns a Status."""
+    counters, n_c = run.counters, state.mode.shape[0]
     ahead, shortest = PROBE * run.clock[STEP], instant(run)
     counters[TO_DO] = GO_THROUGH
     for _ in range(PROBES):
@@ -217,15 +247,6 @@ def find_modes(model, p, t, state, run):
         if counters[TO_DO] == GO_ON or ahead == shortest:
             break
         ahead *= 0.1
-    for e in range(run.armed.shape[0]):
-        run.armed[e] = 0
-    if counters[TO_DO] == GO_ON:
-        arm(run)
-        for i in range(n):
-            run.x[i], run.x[n + i] = run.y[i], run.y[n + i]
-        return Status.RUNNING.value
-    for i in range(n_c):
-        contacts.mode[i], contacts.slip[i] = state.mode[i], state.slip[i]
     return Status.RUNNING.value
 
 

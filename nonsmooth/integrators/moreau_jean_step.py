@@ -41,7 +41,7 @@ from nonsmooth.integrators.records import (
     write_record,
 )
 from nonsmooth.jit import call_model, kernel, rare_kernel
-from nonsmooth.system import GAP, GIVEN_FORCE, NORMAL_FORCE, UNILATERAL
+from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL
 
 ROUNDING = 2e-15  # about eight units in the last place: a smaller change of a velocity is no change
 
