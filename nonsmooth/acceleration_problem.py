@@ -30,7 +30,7 @@ from nonsmooth.system import DAMPING, GIVEN_FORCE, ROW_RATES, STIFFNESS
 IMPLICIT = 1 << DAMPING | 1 << STIFFNESS | DAMPING_BY_DIFFERENCES | STIFFNESS_BY_DIFFERENCES
 # W' u is a fourth-order difference over the time in which the fastest coordinate moves by this much: truncation
 # (1e-4)^4 / 30 and rounding 1e-16 / 1e-4 both stay below 1e-11 of W' u where rows vary over a unit of the coordinates.
-# Where rows or surfaces move with the time it is no more than so many seconds: a slow body says nothing of a fast table.
+# Where rows or surfaces move with the time it is no more than so many seconds: a slow body says nothing of a table.
 DIFFERENCE = 1e-4
 
 

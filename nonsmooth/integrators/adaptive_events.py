@@ -138,7 +138,7 @@ def crossing(m, run):
 
 @kernel
 def root(e, a, size, m, run):
-    """The zero of function e before node a, at which it is negative, of the parabola through this and two more nodes."""
+    """The zero of function e before node a, at which it is negative, of the parabola through three nodes."""
     (t_0, v_0), (t_1, v_1) = node(e, a - 1, m, run), node(e, a, m, run)
     if not v_0 > 0.0:
         return t_0
@@ -156,7 +156,7 @@ def root(e, a, size, m, run):
 
 @kernel
 def next_suspect(after, m, run):
-    """The next place after one at which a function may have fallen: a sample has, or it dips low; 1 if there is none."""
+    """The next place after one at which a function may have fallen: a sample has, or it dips low; 1 if none."""
     first = 1.0
     for e in range(run.f_0.shape[0]):
         size = interior(e, m, run)
@@ -269,7 +269,7 @@ def enclose(model, p, t, H, low, high, state, run):
     """(Status, place) of the first fall between two places, at the second of which the values are in run.f_in.
 
     Regula falsi with the Illinois factor for the lowest of all functions, each over what it falls by until there, and
-    counted from the middle of where it counts as fallen; every third time, and where functions have no slope, bisection.
+    counted from the middle of where it counts as fallen; every third time, and where they have no slope, bisection.
     """
     E = run.f_0.shape[0]
     for e in range(E):

@@ -1,9 +1,9 @@
 """Flights too low to be followed: contacts that an impact of another has thrown up, and that come back at once.
 
-Two feet without restitution throw one another up in turn, ever lower and sooner. A flight whose height, v^2 / (2 a) with
-the acceleration a back towards the surface, is below a part of the tolerance of the gap does not take place. Over it the
-weight gives what the landing takes, P = v/G, with its friction; held closed instead, the contact carries 2 v/G in that
-time. So the impulse at its beginning is -v/G, of which friction is a part as of any other:
+Two feet without restitution throw one another up in turn, ever lower and sooner. A flight whose height, v^2 / (2 a)
+with the acceleration a back towards the surface, is below a part of the tolerance of the gap does not take place.
+Over it the weight gives what the landing takes, P = v/G, with its friction; held closed instead, the contact carries
+2 v/G in that time. So the impulse at its beginning is -v/G, of which friction is a part as of any other:
 
     gamma_N = 0 (closed),    gamma_F = 0 (sticking),    P_F = -s mu sigma P_N (sliding)
 

@@ -8,7 +8,8 @@
 3. Modes are decided at events only (adaptive_switch.py). A step that cannot be resolved although nothing moves in it is
    one through something that is not smooth and no event: it is taken by plain steps (adaptive_through.py).
 
-Source: Studer, Leine, Glocker, *Int. J. Numer. Meth. Engng* 76 (2008) 1747; Eich, *SIAM J. Numer. Anal.* 30 (1993) 1467.
+Sources: Studer, Leine, Glocker, *Int. J. Numer. Meth. Engng* 76 (2008) 1747; Eich, *SIAM J. Numer. Anal.* 30 (1993)
+1467.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
     T_j = T + c_2 (H/j)^2 + c_3 (H/j)^3 + ...
 
 The error is the distance of the extrapolated value to the one of an order less, of coordinates and velocities. The
-impulses are followed to a thousandth: they are all that moves where a contact sticks, and the friction may be used up. Order and step are those of least work for the length.
+impulses are followed to a thousandth: they are all that moves where a contact sticks, and the friction may be used up.
+Order and step are those of least work for the length.
 Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.9.
 """
 

@@ -68,7 +68,7 @@ def fill_row(model, p, t, H, j, state, run):
 
 @kernel
 def end_through(model, p, t_1, state, run):
-    """Move the end onto the constraints of its modes, but for contacts that part: (Status, whether no gap has fallen)."""
+    """Move the end onto the constraints of its modes, but for what parts: (Status, whether no gap has fallen)."""
     contacts, trial, x, n = run.contacts, run.trial, run.x, state.q.shape[0]
     for i in range(n):
         x[i], x[n + i] = trial.q[i], trial.u[i]
