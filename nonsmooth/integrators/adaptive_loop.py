@@ -4,7 +4,8 @@ The step is that of adaptive_step.py, events are those of adaptive_switch.py and
 
 Budget: LOOK tries in which no coordinate has moved by LEAST_WAY tolerances in all, and of the span no more than
 LEAST_TIME has passed, end the run. A step that follows a motion moves it by many tolerances, and a stretch at rest is
-covered in few steps.
+covered in few steps. So do LOOK tries in which no more than HOPELESS of the span has passed, whatever moved: at that
+pace the run would take 2e10 tries, days.
 """
 
 from __future__ import annotations
@@ -75,6 +76,7 @@ SUMMED = (SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL, UNCOUNTED, SHARED)
 LOOK = 20_000  # tries between two looks at the budget
 LEAST_WAY = 1_000.0  # tolerances, over that many tries: one in twenty a try
 LEAST_TIME = 1e-3  # of the span
+HOPELESS = 1e-6  # of the span
 QUIET = 100.0  # instants: a smooth step that is longer ends a series of events
 TWICE = 2.0  # the way to an event as a straight line has it: the step that looks for it ends behind it
 FIRST_THROUGH = 4.0  # instants: the first plain steps where no modes last
@@ -186,7 +188,8 @@ def is_spent(span, run):
     run.counters[TRIES] += 1
     if run.counters[TRIES] < LOOK:
         return False
-    is_nowhere = run.clock[WAY] < LEAST_WAY and run.clock[NOW] - run.clock[LOOKED] < LEAST_TIME * span
+    passed = run.clock[NOW] - run.clock[LOOKED]
+    is_nowhere = passed < HOPELESS * span or (run.clock[WAY] < LEAST_WAY and passed < LEAST_TIME * span)
     run.counters[TRIES], run.clock[WAY], run.clock[LOOKED] = 0, 0.0, run.clock[NOW]
     return is_nowhere
 

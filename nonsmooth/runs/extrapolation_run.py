@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from nonsmooth.integrators.adaptive_loop import LOOK
 from nonsmooth.integrators.adaptive_polynomial import DEGREE, PIECES
 from nonsmooth.integrators.adaptive_state import LEAST, NOW, REJECTED, STEP, SUBSTEPS
 from nonsmooth.integrators.penalty_loop import trail_shapes
@@ -18,6 +19,8 @@ from nonsmooth.solution import Solution, Stats
 
 class ExtrapolationRun(EventRun):
     """One integration in progress, of an integrator that ``extrapolates``."""
+
+    spent = f"the budget of a run that gets nowhere, {LOOK} tries (larger tolerances may get past this point),"
 
     def _trail_shapes(self, rows: int, keeps_steps: bool) -> dict[str, Any]:
         n, n_c, room = self.system.n_u, self.system.n_c, PIECES * BLOCK if keeps_steps else 1
