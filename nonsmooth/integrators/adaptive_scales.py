@@ -17,6 +17,7 @@ from nonsmooth.jit import call_model, kernel
 from nonsmooth.system import GAP, GAP_RATE, NORMAL, TANGENT
 
 BAND = 1e-2  # of a tolerance: what an event may be off by. It is one of many in a step, and most events amplify it
+BRIEF = 1e-3  # of a step
 INSTANT = 1e-2  # of the tolerances: what may move in the time of an event
 
 
@@ -68,9 +69,10 @@ def closed_gap(i, run):
 
 @kernel
 def instant(run):
-    """A time in which smooth motion moves nothing by more than INSTANT of its tolerance, and no more than a step."""
+    """A time in which smooth motion moves nothing by more than INSTANT of its tolerance, and no more than BRIEF of a
+    step: what is at rest may be about to break away."""
     n = run.a_0.shape[0]
-    shortest = run.clock[STEP]
+    shortest = BRIEF * run.clock[STEP]
     for i in range(n):
         speed, acceleration = run.largest[n + i], max(abs(run.a_0[i]), abs(run.a_1[i]))
         if speed > 0.0:
