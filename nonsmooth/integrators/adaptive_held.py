@@ -16,7 +16,7 @@ second order then whatever C is. Source: Steihaug, Wolfbrandt, *Math. Comp.* 33 
 from __future__ import annotations
 
 from nonsmooth.acceleration_problem import find_row_rates, row_shift
-from nonsmooth.blocks import address, view
+from nonsmooth.blocks import view
 from nonsmooth.contact_problem import (
     DAMPING_BY_DIFFERENCES,
     MASS_IS_CONSTANT,
@@ -39,21 +39,17 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_state import HAS_JACOBIAN, SUBSTEPS, Extrapolation
 from nonsmooth.integrators.moreau_jean_step import ROUNDING, new_velocity
 from nonsmooth.integrators.records import KEPT, SKIPPED, SOLVED, book_energy
-from nonsmooth.integrators.rigid_forces import BROKEN
+from nonsmooth.integrators.rigid_forces import of_load, solve_island
 from nonsmooth.integrators.rigid_modes import (
     CLOSURE,
-    DISTINCT,
     FRICTION,
     HAS,
     IS_ADMISSIBLE,
     IS_SHARED,
     N_FUNCTIONS,
     SIGN,
-    factorise,
-    list_equations,
-    solve_equations,
+    list_islands,
 )
-from nonsmooth.integrators.rigid_redundant import share_load
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.laws import depends_on_speed, friction_coefficient, static_coefficient
 from nonsmooth.system import (
@@ -248,32 +244,21 @@ def push(model, p, t_mid, dt, n, n_k, r, run):
 
 @kernel
 def find_impulses(dt, n, n_k, r, run):
-    """work.P from the equations of the modes; redundant contacts share their load."""
+    """work.P from the equations of the modes, island by island; redundant contacts share their load."""
     contacts, work = run.contacts, run.contacts.work
     varies = set_friction(dt, n_k, run)
-    m = list_equations(n_k, contacts)
-    for e in range(m):
-        a = contacts.row[e]
-        contacts.b[e] = -work.c[a]
-        for k in range(n_k):
-            if contacts.kinds[work.closed[k], 0] == GIVEN_FORCE:
-                contacts.b[e] -= work.G[a, work.start[k]] * contacts.la[work.closed[k], 1]
-    smallest = factorise(m, True, contacts)
-    solve_equations(m, contacts)
-    contacts.facts[IS_SHARED], contacts.facts[IS_ADMISSIBLE] = 0, 0
-    is_distinct = not (smallest < DISTINCT and m > 1)
-    if not is_distinct:
-        share_load(n, m, address(contacts))
     for k in range(n_k):
         i = work.closed[k]
         if contacts.kinds[i, 0] == GIVEN_FORCE:
             work.P[work.start[k]] = contacts.la[i, 1]
-    for e in range(m):
-        i, a = contacts.contact[e], contacts.row[e]
-        work.P[a] = contacts.z[e]
-        if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:
-            work.P[a + 1] = contacts.ratio[i] * contacts.z[e]
-    if varies and is_distinct:
+    for island in range(list_islands(n_k, contacts)):
+        for e in range(solve_island(island, n, n_k, contacts)):
+            i, a = contacts.contact[e], contacts.row[e]
+            work.P[a] = contacts.z[e]
+            if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:
+                work.P[a + 1] = contacts.ratio[i] * contacts.z[e]
+        varies = varies and contacts.facts[IS_SHARED] == 0 and contacts.facts[IS_ADMISSIBLE] == 0
+    if varies:
         settle_speeds(n_k, r, run)
 
 
@@ -374,7 +359,7 @@ def take_samples(k, dt, n_k, run):
             normal = max(0.0, work.N[i])
             run.sample[k, e + CLOSURE] = load(i, run)
         elif kind == UNILATERAL:
-            run.sample[k, e + CLOSURE] = of_share(normal, contacts)
+            run.sample[k, e + CLOSURE] = of_load(normal, i, contacts)
         if mode == ContactMode.SLIDE:
             if contacts.ratio[i] != 0.0 or depends_on_speed(contacts.laws, i):
                 gamma = work.c[b]
@@ -382,10 +367,10 @@ def take_samples(k, dt, n_k, run):
                     gamma += work.G[b, c] * work.P[c]
                 run.sample[k, e + FRICTION] = contacts.slip[i] * gamma
             if kind == BILATERAL:
-                run.sample[k, e + SIGN] = of_share(contacts.sign[i] * normal, contacts)
+                run.sample[k, e + SIGN] = of_load(contacts.sign[i] * normal, i, contacts)
         elif mode == ContactMode.STICK:
             reserve = static_coefficient(contacts.laws, i) * abs(normal) - abs(work.P[b]) / dt
-            run.sample[k, e + FRICTION] = of_share(reserve, contacts)
+            run.sample[k, e + FRICTION] = of_load(reserve, i, contacts)
 
 
 @kernel
@@ -394,14 +379,6 @@ def load(i, run):
     band = run.band[N_FUNCTIONS * i + CLOSURE]
     excess = run.contacts.work.N[i] - band
     return excess if run.is_loaded[i] == 1 else -excess
-
-
-@kernel
-def of_share(value, contacts):
-    """The event function of a force; of redundant contacts it falls where no share of the load is admissible."""
-    if contacts.facts[IS_SHARED] == 0:
-        return value
-    return 1.0 if contacts.facts[IS_ADMISSIBLE] == 1 or value >= 0.0 else BROKEN
 
 
 @kernel

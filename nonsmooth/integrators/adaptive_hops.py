@@ -17,7 +17,7 @@ from nonsmooth.contact_problem import apply_inverse, delassus, evaluate_rows, st
 from nonsmooth.integrators.adaptive_held import coefficient, list_closed
 from nonsmooth.integrators.adaptive_scales import closed_gap
 from nonsmooth.integrators.adaptive_substep import DROPPED
-from nonsmooth.integrators.rigid_modes import DISTINCT, HAS, factorise, list_equations, solve_equations
+from nonsmooth.integrators.rigid_modes import DISTINCT, HAS, decompose, list_equations, solve_equations
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.system import GIVEN_FORCE, UNILATERAL, ContactMode
 
@@ -98,7 +98,8 @@ def throw_down(n, run):
     m = list_equations(n_k, contacts)
     for e in range(m):
         contacts.b[e] = -work.gamma_0[contacts.row[e]]
-    if factorise(m, True, contacts) < DISTINCT and m > 1:
+    smallest = decompose(m, True, contacts)
+    if smallest == 0.0 or (smallest < DISTINCT and m > 1):
         return
     solve_equations(m, contacts)
     for e in range(m):

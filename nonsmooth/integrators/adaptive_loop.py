@@ -66,7 +66,7 @@ from nonsmooth.integrators.records import (
     UNCOUNTED,
     State,
 )
-from nonsmooth.integrators.rigid_census import count_step, note_several, sliding_alone
+from nonsmooth.integrators.rigid_census import count_step, enters_region, note_several
 from nonsmooth.integrators.rigid_modes import HAS, N_FUNCTIONS, N_WORKS, UNIQUE
 from nonsmooth.integrators.step_polynomial import IS_KEPT, N_STEPS
 from nonsmooth.jit import kernel
@@ -249,10 +249,11 @@ def end_smooth(t_1, H, state, run):
     set_bands(run)
     arm(run)
     count_step(state, contacts)
-    alone = sliding_alone(contacts)
-    if alone >= 0 and enters:
-        note_several(t_1, alone, True, state, contacts)
-        run.f_0[N_FUNCTIONS * alone + UNIQUE] = 1.0
+    for i in range(n_c):
+        e = N_FUNCTIONS * i + UNIQUE
+        if enters and enters_region(e, contacts) and run.f_0[e] < 0.0:
+            note_several(t_1, i, True, state, contacts)
+            run.f_0[e] = 1.0
 
 
 @kernel

@@ -57,8 +57,8 @@ from nonsmooth.integrators.records import (
     N_LEDGER,
     State,
 )
-from nonsmooth.integrators.rigid_census import note_several, sliding_alone
-from nonsmooth.integrators.rigid_modes import FRICTION, N_FUNCTIONS, SEVERAL_FIT
+from nonsmooth.integrators.rigid_census import note_several, slides_alone
+from nonsmooth.integrators.rigid_modes import FRICTION, N_FUNCTIONS
 from nonsmooth.jit import kernel
 from nonsmooth.laws import friction_coefficient, static_coefficient
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
@@ -106,9 +106,9 @@ def decide(model, p, t, state_at, run_at):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
         run.g_0[i], run.gamma_0[i] = run.g_1[i], run.gamma_1[i]
     counters[IS_FIRST], counters[IS_LOCATED], counters[HAS_JACOBIAN] = 0, 0, 0
-    alone = sliding_alone(contacts)
-    if counters[TO_DO] == GO_ON and alone >= 0:
-        note_several(t, alone, False, state, contacts)
+    for i in range(n_c):
+        if counters[TO_DO] == GO_ON and slides_alone(i, contacts):
+            note_several(t, i, False, state, contacts)
     return status, has_jumped
 
 
@@ -279,9 +279,11 @@ def probe(model, p, t, ahead, state, run):
     status = hold_modes(model, p, t, run.y, address(contacts))
     if status != Status.RUNNING:
         return status
-    contacts.facts[SEVERAL_FIT] = 1
+    for i in range(n_c):
+        contacts.several[i] = 1  # whether another force fits too is asked below
     status = event_values(model, p, t, run.y, run, run.f_0)
-    contacts.facts[SEVERAL_FIT] = 0
+    for i in range(n_c):
+        contacts.several[i] = 0
     if status != Status.RUNNING:
         return status
     set_bands(run)
@@ -323,7 +325,7 @@ def note_changes(t, first_event, state, run):
             copy_event(e, state, run)
             set_modes(m, t, i, state, run)
             run.has_struck[i] = 1
-            contacts.facts[SEVERAL_FIT] = 1
+            contacts.several[i] = 1
     for i in range(contacts.mode.shape[0]):
         changed = contacts.mode[i] != run.mode[i] or contacts.slip[i] != run.slip[i]
         if not changed or run.has_struck[i] == 1 or run.counters[IS_FIRST] == 1:

@@ -16,7 +16,6 @@ from nonsmooth.integrators.adaptive_held import held_step
 from nonsmooth.integrators.adaptive_polynomial import FIRST_1, note_slopes
 from nonsmooth.integrators.adaptive_state import IS_SEEN, ROWS, RTOL, TARGET
 from nonsmooth.integrators.records import GAIN, GAINS, N_EVENTS, N_LEDGER
-from nonsmooth.integrators.rigid_modes import IS_SHARED
 from nonsmooth.jit import kernel
 from nonsmooth.system import GIVEN_FORCE
 
@@ -123,11 +122,11 @@ def error_of_impulses(n_k, state, run):
     """The distances of the impulses, as velocities of their contacts, over their tolerances and a part of themselves:
     that much of a load must be seen for its end to be found. Not where contacts share a load: any share will do."""
     contacts, work = run.contacts, run.contacts.work
-    if contacts.facts[IS_SHARED] == 1:
-        return 0.0
     error, width = 0.0, state.P.shape[1]
     for k in range(n_k):
         i, first = work.closed[k], 2 * state.q.shape[0] + work.closed[k] * width
+        if contacts.is_shared[i] == 1:
+            continue
         if contacts.kinds[i, 0] != GIVEN_FORCE:
             G = work.G[work.start[k], work.start[k]]
             tol = run.tol_gamma[i] + LOAD * G * abs(run.change[first])

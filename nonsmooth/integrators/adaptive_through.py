@@ -50,10 +50,11 @@ def fill_row(model, p, t, H, j, state, run):
     for k in range(j + 1):
         note_node(k, n, run)
         status = substep(model, p, t + k * dt, dt, address(run))
-        if status == RETAKE:
-            for i in range(n):
-                run.begin_u[k, i] = trial.u[i]
-            status = substep(model, p, t + k * dt, dt, address(run))
+        for _ in range(state.mode.shape[0]):  # slides that share nothing end one after the other
+            if status == RETAKE:
+                for i in range(n):
+                    run.begin_u[k, i] = trial.u[i]
+                status = substep(model, p, t + k * dt, dt, address(run))
         if status != Status.RUNNING:
             return status if status != RETAKE else Status.NOT_SOLVED.value
     note_node(j + 1, n, run)

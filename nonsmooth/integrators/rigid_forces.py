@@ -167,6 +167,18 @@ def find_forces(model, p, t, x, contacts):
 @kernel
 def find_forces_of(island, n, n_k, contacts):
     """The forces of one island, and what is known of them."""
+    la = contacts.la
+    for e in range(solve_island(island, n, n_k, contacts)):
+        i = contacts.contact[e]
+        la[i, contacts.part[e]] = contacts.z[e]
+        if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:
+            la[i, 1] = contacts.ratio[i] * contacts.z[e]
+
+
+@kernel
+def solve_island(island, n, n_k, contacts):
+    """The equations of one island, with the friction of given normal forces in contacts.la: their number, what solves
+    them in contacts.z, and what is known of that for each contact."""
     work, facts, kinds, la = contacts.work, contacts.facts, contacts.kinds, contacts.la
     facts[IS_SHARED], facts[IS_ADMISSIBLE] = 0, 0
     m = list_equations_of(island, n_k, contacts)
@@ -185,11 +197,6 @@ def find_forces_of(island, n, n_k, contacts):
         if smallest == 0.0:
             regularise(m, contacts)
         solve_equations(m, contacts)
-    for e in range(m):
-        i = contacts.contact[e]
-        la[i, contacts.part[e]] = contacts.z[e]
-        if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:
-            la[i, 1] = contacts.ratio[i] * contacts.z[e]
     size = 0
     for k in range(n_k):
         if contacts.island[k] == island:
@@ -201,6 +208,7 @@ def find_forces_of(island, n, n_k, contacts):
     for k in range(n_k):
         if contacts.island[k] == island and size > 1:
             contacts.is_alone[work.closed[k]] = 0
+    return m
 
 
 @kernel
