@@ -173,7 +173,7 @@ class System:
     >>> ball = ns.System(n_q=1, mass=mass, force=force, gap=gap, normal=normal,
     ...                  contacts=[ns.Contact(e_N=0.5)], parameters=P())
     >>> ball
-    System('mass', n_q=1, n_c=1)
+    System(n_q=1, n_c=1)
     """
 
     n_q: int

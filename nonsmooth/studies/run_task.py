@@ -77,7 +77,7 @@ class RunTask:
     >>> import nonsmooth as ns
     >>> from models import BeltOscillator
     >>> task = ns.RunTask(BeltOscillator(), "amplitude", t_span=(0, 20), integrator=ns.MoreauJean(dt=1e-2))
-    >>> found = ns.sweep(task, {"vb": [0.1, 0.42]})
+    >>> found = ns.sweep(task, {"vb": [0.1, 0.2]})
     >>> found.amplitude.dims
     ('vb', 'coordinate')
     """
