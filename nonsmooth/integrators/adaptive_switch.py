@@ -174,6 +174,7 @@ def take_jump(state, run):
         for k in range(state.P.shape[1]):
             state.P[i, k] = trial.P[i, k]
             state.P_sum[i, k] += trial.P_sum[i, k]
+        state.several[i] = trial.several[i]
     for k in range(N_LEDGER):
         state.ledger[k] += trial.ledger[k]
     state.counters[GAINS] += trial.counters[GAINS]
@@ -182,6 +183,7 @@ def take_jump(state, run):
         kind = trial.events[e, EVENT_KIND]
         if kind == IMPACT or kind == INCONSISTENT:
             run.has_struck[int(trial.events[e, EVENT_CONTACT])] = 1
+        if kind != MODE_CHANGE:
             copy_event(e, state, run)
 
 

@@ -21,7 +21,7 @@ from nonsmooth.blocks import address, view
 from nonsmooth.contact_problem import add_restitution, row_velocities
 from nonsmooth.contact_solvers.islands import find_islands, spread_strike
 from nonsmooth.contact_solvers.planar import Route, solve_planar
-from nonsmooth.contact_solvers.single import NO_CANDIDATE, Selection, solve_single, stick
+from nonsmooth.contact_solvers.single import NO_CANDIDATE, Selection, count, solve_single, stick
 from nonsmooth.dense import SINGULAR
 from nonsmooth.errors import Status
 from nonsmooth.integrators.energy_gain import note_gain
@@ -100,6 +100,8 @@ def impact_of(island, model, p, t, x, must_stick, has_restitution, n_touching, s
             work.c[a] = work.gamma_0[a]
     if not find_impulses(n_k, must_stick, contacts, touch):
         return Status.NO_SOLUTION.value
+    if not must_stick:
+        note_solutions(n_k, contacts, touch)
     gain, size = apply_impulses(n, n_k, r, x, contacts, touch)
     if gain > ROUNDING * size:
         note_gain(gain, True, n_k, kinds, contacts.laws, state, work)
@@ -108,7 +110,8 @@ def impact_of(island, model, p, t, x, must_stick, has_restitution, n_touching, s
 
 @kernel
 def find_impulses(n_k, must_stick, contacts, touch):
-    """Solve for work.P; False where there is no solution."""
+    """Solve for work.P; False where there is no solution. Their number is left in touch.planar.found, and the modes of
+    a single contact in touch.planar.bits."""
     work, kinds, laws = contacts.work, contacts.kinds, contacts.laws
     G, c, P = work.G, work.c, work.P
     selection = Selection.IMPACT.value if must_stick else contacts.facts[SELECTION]
@@ -116,7 +119,7 @@ def find_impulses(n_k, must_stick, contacts, touch):
         i = work.closed[k]
         b = work.start[k + 1] - 1
         touch.offset[b] = (1.0 - laws[i, LAW_E_F]) * work.gamma_0[b]
-        touch.planar.normal_impulse[k] = 0.0
+        touch.planar.normal_impulse[k], touch.planar.found[k], touch.planar.bits[k] = 0.0, 1, 0
     i = work.closed[0]
     if n_k == 1 and kinds[i, 1] == 0:
         P[0] = -c[0] / G[0, 0]
@@ -132,16 +135,26 @@ def find_impulses(n_k, must_stick, contacts, touch):
     if n_k == 1 and work.gamma_0[0] < 0.0 and follows_own_law(i, kinds, laws):
         return impulses_by_law(laws, i, work.gamma_0, G, P)
     if n_k == 1:
-        candidate, P[0], P[1], _ = solve_single(
+        candidate, P[0], P[1], bits = solve_single(
             kinds[i, 0], laws, i, G[0, 0], G[0, 1], G[1, 0], G[1, 1], c[0], c[1], touch.offset[1],
             contacts.mode[i] == ContactMode.STICK, contacts.slip[i], selection,
         )  # fmt: skip
+        touch.planar.found[0], touch.planar.bits[0] = count(bits), bits
         return candidate != NO_CANDIDATE
     route, _, _, _ = solve_planar(
         n_k, work.closed, work.start, kinds, laws, G, c, touch.offset, touch.none, contacts.mode, contacts.slip,
         selection, P, address(touch.planar),
     )  # fmt: skip
     return route > Route.NO_SOLUTION
+
+
+@kernel
+def note_solutions(n_k, contacts, touch):
+    """Note how many solutions the impact has that the selection rule took this one of."""
+    for k in range(n_k):
+        i = contacts.work.closed[k]
+        if touch.planar.found[k] > touch.impacts[i, 0]:
+            touch.impacts[i, 0], touch.impacts[i, 1] = touch.planar.found[k], touch.planar.bits[k]
 
 
 @kernel

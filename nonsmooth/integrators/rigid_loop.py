@@ -50,6 +50,7 @@ from nonsmooth.paradox.forces import Forces
 from nonsmooth.system import GAP, ContactMode
 
 MAX_STALLS = 8  # events at one instant, per event function
+EVENTS_AT_ONCE = 3  # rows of a contact at one moment: what happens, the solutions of its impact, those of its forces
 # Of the step that the motion would take: how far ahead an event on the border of two modes is decided. What changes of
 # the forces until then, 1e-5 of what they change in a step, is far above their rounding.
 MOMENT = 1e-5
@@ -91,7 +92,7 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
         t = clock[NOW]
         if every > 0 and trail.counts[ROWS] + 2 > trail.t.shape[0]:
             return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
-        if state.counters[N_EVENTS] + 2 * contacts.kinds.shape[0] > state.events.shape[0]:  # an event, and the census
+        if state.counters[N_EVENTS] + EVENTS_AT_ONCE * contacts.kinds.shape[0] > state.events.shape[0]:
             return Status.RUNNING.value
         if contacts.facts[EVENT] != NO_EVENT:
             status = handle_event(rates, model, p, every, state, trail, scratch)

@@ -105,6 +105,7 @@ def switch_modes(model, p, t, moment, x, state_at, contacts_at, touch_at, forces
     for i in range(n_c):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
         touch.P[i, 0], touch.P[i, 1], touch.accumulates[i], touch.kind[i] = 0.0, 0.0, 0.0, MODE_CHANGE
+        touch.impacts[i, 0], touch.impacts[i, 1] = 1, 0
     is_border = on_border(event, n_c, contacts)
     is_lost = event == N_FUNCTIONS * n_c and n_c > 0
     if is_border or is_lost:
@@ -461,27 +462,31 @@ def close_low_bounces(model, p, t, x, contacts, touch):
 @kernel
 def note_events(t, state, contacts, touch):
     """Append what changed: modes, impacts, paradoxes. The modes of a start are no event."""
-    row = state.events
     is_start = contacts.facts[EVENT] == START and state.counters[STEPS] == 0
     for i in range(contacts.kinds.shape[0]):
         changed = contacts.mode[i] != state.mode[i] or contacts.slip[i] != state.slip[i]
         kind = touch.kind[i]
+        if touch.impacts[i, 0] > 1 and kind != INDETERMINATE:
+            write_event(t, i, INDETERMINATE, touch.impacts[i, 0], touch.impacts[i, 1], state, contacts, touch)
         if kind == MODE_CHANGE and (not changed or is_start):
             continue
-        m = state.counters[N_EVENTS]
-        row[m, EVENT_T] = t + touch.accumulates[i]
-        row[m, EVENT_KIND] = kind
-        row[m, EVENT_CONTACT] = i
-        row[m, EVENT_MODE_0], row[m, EVENT_SLIP_0] = state.mode[i], state.slip[i]
-        row[m, EVENT_MODE_1], row[m, EVENT_SLIP_1] = contacts.mode[i], contacts.slip[i]
-        row[m, EVENT_P_N], row[m, EVENT_P_F] = touch.P[i, 0], touch.P[i, 1]
-        row[m, EVENT_GAMMA_N], row[m, EVENT_GAMMA_F] = touch.before[i, 0], touch.before[i, 1]
-        row[m, EVENT_SOLUTIONS] = 1
-        row[m, EVENT_FOUND] = 0
-        if kind == INCONSISTENT:
-            row[m, EVENT_SOLUTIONS] = 0
-        elif kind == INDETERMINATE:
-            row[m, EVENT_SOLUTIONS], row[m, EVENT_FOUND] = touch.found[i, 0], touch.found[i, 1]
-        state.counters[N_EVENTS] += 1
+        if kind == INDETERMINATE:
+            write_event(t, i, kind, touch.found[i, 0], touch.found[i, 1], state, contacts, touch)
+        else:
+            write_event(t, i, kind, 0 if kind == INCONSISTENT else 1, 0, state, contacts, touch)
     for i in range(contacts.kinds.shape[0]):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
+
+
+@kernel
+def write_event(t, i, kind, solutions, found, state, contacts, touch):
+    """Append an event of contact i: modes, impulses and velocities before it, number and modes of its solutions."""
+    row, m = state.events, state.counters[N_EVENTS]
+    row[m, EVENT_T] = t + touch.accumulates[i]
+    row[m, EVENT_KIND], row[m, EVENT_CONTACT] = kind, i
+    row[m, EVENT_MODE_0], row[m, EVENT_SLIP_0] = state.mode[i], state.slip[i]
+    row[m, EVENT_MODE_1], row[m, EVENT_SLIP_1] = contacts.mode[i], contacts.slip[i]
+    row[m, EVENT_P_N], row[m, EVENT_P_F] = touch.P[i, 0], touch.P[i, 1]
+    row[m, EVENT_GAMMA_N], row[m, EVENT_GAMMA_F] = touch.before[i, 0], touch.before[i, 1]
+    row[m, EVENT_SOLUTIONS], row[m, EVENT_FOUND] = solutions, found
+    state.counters[N_EVENTS] += 1

@@ -53,6 +53,7 @@ class Touch(NamedTuple):
     x: Vector  # (N,) a state that is tried, and its rates
     rates: Vector  # (N,)
     found: IntegerTable  # (c, 2) number of solutions of its island, bits of the modes of a single contact
+    impacts: IntegerTable  # (c, 2) the same of the impact of the event that had most
     planar: Planar
 
 
@@ -66,7 +67,7 @@ def touch_shapes(n: int, n_c: int, d: int) -> tuple:
         **dict.fromkeys(("gamma", "before", "P"), (n_c, 2)), "offset": (r,), "none": (n_c, 1 + d),
         "ledger": (N_LEDGER,),
         **dict.fromkeys(("q", "u", "u_0"), (n,)), **dict.fromkeys(("x", "rates"), (2 * n + 3 * n_c + N_WORKS,)),
-        "found": (n_c, 2),
+        "found": (n_c, 2), "impacts": (n_c, 2),
         "planar": frozen(planar_shapes(max(1, n_c), d)),
     })  # fmt: skip
 

@@ -10,12 +10,17 @@ Contact 0 at rest has G = ((2, 1), (1, 1)) and b = (1, 3) m/s^2. By hand:
 Contact 1 belongs to another body, which stands under its weight: one solution for itself.
 """
 
+import itertools
+
 import numpy as np
 import pytest
 
 import nonsmooth as ns
+from nonsmooth.bench import stress_random
 from nonsmooth.bench.scenes import row_of_blocks
 from nonsmooth.bench.stress_scenes import Tower, tower
+from nonsmooth.laws import LAW_C, LAW_E_N
+from nonsmooth.system import NORMAL, TANGENT
 
 STICK, OPEN = ns.ContactMode.STICK, ns.ContactMode.OPEN
 G = 9.81
@@ -93,3 +98,57 @@ def test_any_number_of_contacts_that_share_nothing_is_decided():
     assert solution.q[-1, ::2] == pytest.approx(u[::2] ** 2 / (2 * 0.3 * G), rel=1e-11)
     assert [(e.contact, e.mode_after) for e in solution.events] == [(i, STICK) for i in range(16)]
     assert [e.t for e in solution.events] == pytest.approx(u[::2] / (0.3 * G), rel=1e-11)
+
+
+def velocities_after_impact(M, W, mu, e, u):
+    """Every u+ after an impact of contacts that touch, W (c, 2, n) their rows: each is open, sticks or slides."""
+    n, c, found = len(u), len(mu), []
+    bounce = e * np.maximum(0.0, -W[:, 0] @ u)
+    for modes in itertools.product((None, 0, 1, -1), repeat=c):  # open, the signs of slip
+        A, b = np.zeros((n + 2 * c, n + 2 * c)), np.zeros(n + 2 * c)
+        A[:n, :n], b[:n] = M, M @ u
+        for i, (slip, N, F) in enumerate(zip(modes, range(n, n + 2 * c, 2), range(n + 1, n + 2 * c, 2), strict=True)):
+            A[:n, N], A[:n, F] = -W[i, 0], -W[i, 1]
+            if slip is None:
+                A[N, N] = 1.0
+            else:
+                A[N, :n], b[N] = W[i, 0], bounce[i]
+            if slip == 0:
+                A[F, :n] = W[i, 1]
+            else:
+                A[F, F], A[F, N] = 1.0, (slip or 0) * mu[i]
+        if np.linalg.matrix_rank(A) < len(A):  # four velocities of three coordinates: all can be zero by no impulse
+            continue
+        x = np.linalg.solve(A, b)
+        u_1, (P_N, P_F), (gamma_N, gamma_F) = x[:n], x[n:].reshape(c, 2).T, (W @ x[:n]).T
+        is_open = np.array([slip is None for slip in modes])
+        slack = np.where(
+            is_open, gamma_N - bounce, np.minimum(P_N, [gamma_F[i] * (slip or 0) for i, slip in enumerate(modes)])
+        )
+        sticks = np.array([slip == 0 for slip in modes])
+        slack = np.where(sticks, np.minimum(P_N, mu * P_N - np.abs(P_F)), slack)
+        if slack.min() > -1e-9 and all(np.abs(u_1 - other).max() > 1e-7 for other in found):
+            found.append(u_1)
+    return found
+
+
+@pytest.mark.parametrize(
+    "integrator", [ns.EventDriven(1e-10), ns.Adaptive(1e-7, 1e-9)], ids=lambda one: type(one).__name__
+)
+def test_an_impact_with_several_solutions_is_reported_with_their_number(integrator):
+    """Contact 0 strikes while contact 2 slides: what was taken is one of those that an enumeration finds."""
+    s = stress_random.sample(809)
+    run = ns.simulate(s.system, (0, 0.06), s.q0, s.u0, integrator=integrator, selection=s.selection)
+    (struck,) = [event for event in run.events if event.kind == ns.EventKind.IMPACT and event.contact == 0]
+    noted = [event for event in run.paradoxes if event.t == struck.t]
+    rows, n = [0, 2], 3
+    ends = [
+        ns.simulate(s.system, (0, struck.t + late), s.q0, s.u0, integrator=integrator, selection=s.selection).u[-1, :n]
+        for late in (-1e-7, 1e-7)
+    ]
+    N, F = (s.system.evaluate(which, 0.0, s.q0, s.u0) for which in (NORMAL, TANGENT))
+    W, laws = np.stack([N[rows], F[rows, 0]], axis=1)[:, :, :n], s.system.laws[rows]
+    solutions = velocities_after_impact(s.M[:n, :n], W, laws[:, LAW_C], laws[:, LAW_E_N], ends[0])
+    assert len(solutions) > 1 and sorted(event.contact for event in noted) == rows
+    assert {event.n_solutions for event in noted} == {len(solutions)}
+    assert min(np.abs(ends[1] - u).max() for u in solutions) < 1e-5  # 1e-7 s of acceleration
