@@ -87,6 +87,8 @@ def find_rises(m, run):
     """The places from which on functions count as armed that rise above their bands in a step of m substeps."""
     for e in range(run.f_0.shape[0]):
         run.rises[e] = NOWHERE
+        if run.armed[e] == 1:
+            continue
         for a in range(interior(e, m, run), 0, -1):
             place, value = node(e, a, m, run)
             if value > run.band[e]:
@@ -124,8 +126,10 @@ def node(e, a, m, run):
 def crossing(m, run):
     """Where in a step of m substeps a function falls through zero first, as the parabola through its samples has it;
     NOWHERE if none does."""
-    find_rises(m, run)
     first = NOWHERE
+    if not has_negative(m, run):
+        return first
+    find_rises(m, run)
     for e in range(run.f_0.shape[0]):
         size = interior(e, m, run)
         for a in range(1, size + 1):
@@ -134,6 +138,16 @@ def crossing(m, run):
                 first = min(first, root(e, a, size, m, run))
                 break
     return first
+
+
+@kernel
+def has_negative(m, run):
+    """Whether any of m samples is."""
+    for a in range(m):
+        for e in range(run.f_0.shape[0]):
+            if run.sample[a, e] < 0.0:
+                return True
+    return False
 
 
 @kernel
@@ -160,10 +174,11 @@ def next_suspect(after, m, run):
     first = 1.0
     for e in range(run.f_0.shape[0]):
         size = interior(e, m, run)
-        lowest, highest = min(run.f_0[e], run.f_1[e]), max(run.f_0[e], run.f_1[e])
+        lowest, highest = extent(e, size, run)
+        if lowest > max(run.band[e], highest - lowest):
+            continue  # no parabola dips by more than a third of that
         for a in range(1, size + 1):
             place, value = node(e, a, m, run)
-            lowest, highest = min(lowest, value), max(highest, value)
             if place > after and value < threshold(e, place, run):
                 first = min(first, place)
         for a in range(1, size + 1):
@@ -171,6 +186,15 @@ def next_suspect(after, m, run):
             if after < place < first and value < LOW * (highest - lowest):
                 first = place
     return first
+
+
+@kernel
+def extent(e, size, run):
+    """The lowest and the highest of the nodes of function e."""
+    lowest, highest = min(run.f_0[e], run.f_1[e]), max(run.f_0[e], run.f_1[e])
+    for a in range(size):
+        lowest, highest = min(lowest, run.sample[a, e]), max(highest, run.sample[a, e])
+    return lowest, highest
 
 
 @kernel

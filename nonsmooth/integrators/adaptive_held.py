@@ -252,7 +252,7 @@ def find_impulses(dt, n, n_k, r, run):
         if contacts.kinds[i, 0] == GIVEN_FORCE:
             work.P[work.start[k]] = contacts.la[i, 1]
     for island in range(list_islands(n_k, contacts)):
-        for e in range(solve_island(island, n, n_k, contacts)):
+        for e in range(solve_island(island, n, n_k, False, contacts)):
             i, a = contacts.contact[e], contacts.row[e]
             work.P[a] = contacts.z[e]
             if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:

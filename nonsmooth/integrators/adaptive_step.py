@@ -22,7 +22,16 @@ from nonsmooth.integrators.adaptive_events import NOWHERE, crossing, find_event
 from nonsmooth.integrators.adaptive_held import list_closed
 from nonsmooth.integrators.adaptive_scales import hold_modes, instant, observe
 from nonsmooth.integrators.adaptive_state import CUT, IS_LOCATED, IS_SEEN, LEAST, ROW, ROWS, TARGET, Extrapolation
-from nonsmooth.integrators.adaptive_table import SAFETY, SLOWEST, converges, extrapolate, fill_row, plan
+from nonsmooth.integrators.adaptive_table import (
+    LEAST_GAIN,
+    MOST_GAIN,
+    SAFETY,
+    SLOWEST,
+    converges,
+    extrapolate,
+    fill_row,
+    plan,
+)
 from nonsmooth.integrators.records import FORCE_WORK, N_LEDGER, State
 from nonsmooth.jit import kernel
 
@@ -56,16 +65,31 @@ def try_step(model, p, t, H, state_at, run_at):
                 return Status.RUNNING.value, REFUSED, 1.0
         if converges(j, run):
             return end_step(model, p, t, H, j, state_at, state, run_at, run)
-        if j == target or (j > 1 and run.errors[j] > run.errors[j - 1]):
+        if j == target or is_hopeless(j, target, run):
             break
     if H <= instant(run):
         return Status.RUNNING.value, UNRESOLVED, 1.0
-    factor = SAFETY * run.errors[j] ** (-1.0 / (j + 2.0)) if math.isfinite(run.errors[j]) else SLOWEST
-    factor = min(SAFETY, max(SLOWEST, factor))
+    factor = shorter(j, target, run)
     if factor < BEFORE * place < 1.0:
         run.clock[CUT] = BEFORE * place * H
         return Status.RUNNING.value, REFUSED, 1.0
     return Status.RUNNING.value, REFUSED, factor
+
+
+@kernel
+def is_hopeless(j, target, run):
+    """Whether no later row will do: the rows diverge, or the last one would have to gain more than is believed."""
+    return (j > 1 and run.errors[j] > run.errors[j - 1]) or (j == target - 1 and run.errors[j] > MOST_GAIN)
+
+
+@kernel
+def shorter(j, target, run):
+    """The factor of a step whose rows ended at row j: so long steps are not yet of the order of their rows, and their
+    errors fall with half of it, as measured."""
+    error = run.errors[j] if j >= target else run.errors[j] / LEAST_GAIN
+    if not math.isfinite(error):
+        return SLOWEST
+    return min(SAFETY, max(SLOWEST, SAFETY * error ** (-2.0 / (j + 2.0))))
 
 
 @kernel

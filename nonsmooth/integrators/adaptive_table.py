@@ -20,10 +20,10 @@ from nonsmooth.jit import kernel
 from nonsmooth.system import GIVEN_FORCE
 
 FASTEST, SLOWEST = 4.0, 0.1  # bounds of the change of a step
-SAFETY = 0.8
+SAFETY = 0.9
 UNDERRATED = 4.0  # times its estimate is the error of a step at most, where it is as long as the tolerance lets it
 LOAD = 1e-3  # of an impulse: what of it is not seen
-MOST_GAIN = 50.0  # of a row: 5 to 30 as measured
+LEAST_GAIN, MOST_GAIN = 5.0, 50.0  # of a row: 5 to 30 as measured
 SEEN = 0.05  # of the largest change, each in tolerances: below this error the rows show what the motion does
 
 

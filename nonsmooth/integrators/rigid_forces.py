@@ -42,6 +42,7 @@ from nonsmooth.integrators.rigid_modes import (
     UNIQUE,
     RigidContacts,
     closed_problem,
+    decompose_alone,
     decompose_both,
     find_ratios,
     list_equations_of,
@@ -168,7 +169,7 @@ def find_forces(model, p, t, x, contacts):
 def find_forces_of(island, n, n_k, contacts):
     """The forces of one island, and what is known of them."""
     la = contacts.la
-    for e in range(solve_island(island, n, n_k, contacts)):
+    for e in range(solve_island(island, n, n_k, True, contacts)):
         i = contacts.contact[e]
         la[i, contacts.part[e]] = contacts.z[e]
         if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:
@@ -176,9 +177,9 @@ def find_forces_of(island, n, n_k, contacts):
 
 
 @kernel
-def solve_island(island, n, n_k, contacts):
+def solve_island(island, n, n_k, asks_determinant, contacts):
     """The equations of one island, with the friction of given normal forces in contacts.la: their number, what solves
-    them in contacts.z, and what is known of that for each contact."""
+    them in contacts.z, and what is known of that for each contact, its determinant where that is asked for."""
     work, facts, kinds, la = contacts.work, contacts.facts, contacts.kinds, contacts.la
     facts[IS_SHARED], facts[IS_ADMISSIBLE] = 0, 0
     m = list_equations_of(island, n_k, contacts)
@@ -189,7 +190,7 @@ def solve_island(island, n, n_k, contacts):
             i = work.closed[k]
             if kinds[i, 0] == GIVEN_FORCE:
                 contacts.b[e] -= work.G[a, work.start[k]] * la[i, 1]
-    smallest = decompose_both(m, contacts)
+    smallest = decompose_both(m, contacts) if asks_determinant else decompose_alone(m, True, contacts)
     if smallest < DISTINCT and m > 1:
         guess_load(m, contacts)
         share_load(n, m, address(contacts))

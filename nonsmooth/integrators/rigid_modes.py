@@ -291,10 +291,25 @@ def factorise(m, with_friction, contacts):
 
 @kernel
 def decompose(m, with_friction, contacts):
-    """LU factors of A; returns the smallest pivot over the largest entry, 0 if A is singular. Leaves the determinant in
-    numbers, 1 if A is singular."""
+    """``decompose_alone``, and leave the determinant in numbers, 1 if A is singular."""
+    work, factor, row = contacts.work, contacts.factor, contacts.row
+    smallest = decompose_alone(m, with_friction, contacts)
+    contacts.numbers[DETERMINANT] = 1.0
+    if smallest > 0.0:
+        determinant, scale = 1.0, 1.0
+        for e in range(m):
+            determinant *= abs(factor[e, e])
+            scale *= work.G[row[e], row[e]]
+        is_positive = determinant_is_positive(m, factor, contacts.order, contacts.sum)
+        contacts.numbers[DETERMINANT] = determinant / scale if is_positive else -determinant / scale
+    return smallest
+
+
+@kernel
+def decompose_alone(m, with_friction, contacts):
+    """LU factors of A; returns the smallest pivot over the largest entry, 0 if A is singular."""
     work, A, factor, row = contacts.work, contacts.A, contacts.factor, contacts.row
-    scale = 1.0
+    largest = 0.0
     for f in range(m):
         i = contacts.contact[f]
         slides = with_friction and contacts.mode[i] == ContactMode.SLIDE
@@ -303,19 +318,14 @@ def decompose(m, with_friction, contacts):
             if slides:
                 A[e, f] += contacts.ratio[i] * work.G[row[e], row[f] + 1]
             factor[e, f] = A[e, f]
-        scale *= work.G[row[f], row[f]]
+        largest = max(largest, work.G[row[f], row[f]])
     contacts.numbers[SHIFT] = 0.0
-    if lu(m, factor, contacts.order):
-        determinant, smallest, largest = 1.0, math.inf, 0.0
-        for e in range(m):
-            determinant *= abs(factor[e, e])
-            smallest = min(smallest, abs(factor[e, e]))
-            largest = max(largest, work.G[row[e], row[e]])
-        is_positive = determinant_is_positive(m, factor, contacts.order, contacts.sum)
-        contacts.numbers[DETERMINANT] = determinant / scale if is_positive else -determinant / scale
-        return smallest / largest if m > 0 else math.inf
-    contacts.numbers[DETERMINANT] = 1.0
-    return 0.0
+    if not lu(m, factor, contacts.order):
+        return 0.0
+    smallest = math.inf
+    for e in range(m):
+        smallest = min(smallest, abs(factor[e, e]))
+    return smallest / largest if m > 0 else math.inf
 
 
 @kernel
