@@ -17,6 +17,7 @@ from __future__ import annotations
 import functools
 import math
 import typing
+from collections.abc import Callable, Iterator
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -104,15 +105,35 @@ class Block:
 
 
 def _arrays(cls: type, plan: Layout, memory: np.ndarray, first: int) -> Any:
-    values = []
+    values: list[Any] = []
     for _, kind, place in plan.fields:
         if isinstance(kind, tuple):
             dtype, shape = kind
             values.append(np.ndarray(shape, dtype, memory, WORD * (first + place)))  # type: ignore[arg-type]
         else:
             inner, start = place
-            values.append(_arrays(kind, inner, memory, first + start))
+            values.append(_Nested(functools.partial(_arrays, kind, inner, memory, first + start)))
     return cls(*values)
+
+
+class _Nested:
+    """The NamedTuple of a nested block, made where something in it is asked for: a run in compiled code asks for little
+    of it."""
+
+    def __init__(self, make: Callable[[], Any]) -> None:
+        self._make = make
+
+    @functools.cached_property
+    def _made(self) -> Any:
+        return self._make()
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(self._made, name)
+        setattr(self, name, value)  # from now on an attribute like others
+        return value
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._made)
 
 
 def new_block(cls: type, shapes: Shapes) -> Block:
