@@ -21,6 +21,7 @@ from nonsmooth.system import GIVEN_FORCE
 
 FASTEST, SLOWEST = 4.0, 0.1  # bounds of the change of a step
 SAFETY = 0.9
+AIM = 0.65  # of the tolerance: the error that the next step aims at in the last row, as measured of least work
 UNDERRATED = 4.0  # times its estimate is the error of a step at most, where it is as long as the tolerance lets it
 LOAD = 1e-3  # of an impulse: what of it is not seen
 LEAST_GAIN, MOST_GAIN = 5.0, 50.0  # of a row: 5 to 30 as measured
@@ -146,5 +147,5 @@ def plan(j, run):
         return FASTEST
     if not run.errors[j] > 0.0:
         return FASTEST
-    aim = 0.5 if j == target else 1.0 / SAFETY
+    aim = AIM if j == target else 1.0 / SAFETY
     return min(FASTEST, max(SLOWEST, SAFETY * (aim / run.errors[j]) ** (1.0 / (j + 2.0))))
