@@ -91,12 +91,10 @@ class Modes:
         return np.maximum(self.call("normal_force", (self.n_c,), t, q, u), 0.0)
 
     def dynamics(self, t, y, modes):
-        """(u', forces (n_c, 2), rates of the contact velocities (2 n_c,))."""
+        """(u', forces (n_c, 2), rates of the contact velocities (2 n_c,), size of the terms of these)."""
         q, u = y[: self.n], y[self.n :]
         M, h = self.call("mass", (self.n, self.n), t, q), self.call("force", (self.n,), t, q, u)
         closed = [k for k in range(self.n_c) if modes[k] != OPEN]
-        if not closed:
-            return np.linalg.solve(M, h), np.zeros((self.n_c, 2)), np.zeros(2 * self.n_c)
         W, w = self.rows(t, q)
         gamma, rates, N = W @ u + w, self.row_rates(t, q, u), self.loads(t, q, u)
         held, directions, names = [], [], []
@@ -133,7 +131,8 @@ class Modes:
                 s, sigma = modes[k]
                 mu = coefficient(self.laws[k], max(0.0, s * gamma[2 * k + 1]))
                 forces[k, 1] = -s * mu * sigma * forces[k, 0]
-        return free, forces, W @ free + rates
+        size = (np.abs(W) @ np.abs(free) + np.abs(rates)).max(initial=1e-12)
+        return free, forces, W @ free + rates, size
 
     def reserve(self, k, forces):
         return static(self.laws[k]) * abs(forces[k, 0]) - abs(forces[k, 1])
@@ -163,11 +162,10 @@ class Modes:
     def fits(self, t, y, modes, resting):
         """How far the modes (of contacts that touch) are from fitting: 0 if all their inequalities hold."""
         try:
-            _, forces, rates = self.dynamics(t, y, modes)
+            _, forces, rates, speed = self.dynamics(t, y, modes)
         except np.linalg.LinAlgError:
             return math.inf
         size = max(1e-12, np.abs(forces).max())
-        speed = max(1e-12, np.abs(rates).max())
         worst = 0.0
         for k in self.touching:
             mode = modes[k]
@@ -251,13 +249,14 @@ class Modes:
             X = np.linalg.solve(M, np.array(directions).T)
             P = np.linalg.lstsq(W[held] @ X, np.array(goals) - gamma[held], rcond=1e-11)[0]
             after = W @ (u + X @ P) + w
-            if self.impact_fits(touching, modes, P, gamma, after, held):
+            if self.impact_fits(touching, modes, P, gamma, after, after[held] - goals):
                 return np.concatenate([q, u + X @ P])
         raise AssertionError(f"no impulses fit at t = {t}")
 
-    def impact_fits(self, touching, modes, P, gamma, after, held):
+    def impact_fits(self, touching, modes, P, gamma, after, missed):
+        """Whether impulses P fit their modes; ``missed``: by how much the velocities miss what the modes ask."""
         P, slack = list(P), 1e-11 * (1.0 + np.abs(gamma).max())
-        if np.abs(after[held] - after[held]).max() > 0:
+        if np.abs(missed).max() > slack:  # of more equations than impulses, by least squares
             return False
         for k, mode in zip(touching, modes, strict=True):
             e = self.e_N[k] if self.kinds[k] == "unilateral" else 0.0
@@ -309,7 +308,11 @@ class Modes:
         return y, self.decide(t, y, resting, later, was_stuck)
 
     def drop_bounces(self, t, y, touching, gamma):
-        """Close the contacts whose next bounce is lower than LOW."""
+        """Close the contacts whose next bounce is lower than LOW, by an impulse -gamma_N / G with its friction.
+
+        The bounces of speed v would last 2 v / a (1 - e) and take (1 + e) / (1 - e) v / G; held closed for so long the
+        contact takes 2 v / G (1 - e), which is v / G more. So the motion after is the same but for the order of v^2.
+        """
         a = self.dynamics(t, y, [OPEN] * self.n_c)[0]
         W, _ = self.rows(t, y[: self.n])
         pull = W @ a + self.row_rates(t, y[: self.n], y[self.n :])
@@ -322,10 +325,17 @@ class Modes:
             return y
         M = self.call("mass", (self.n, self.n), t, y[: self.n])
         R = W[[2 * k for k in low]]
-        X = np.linalg.solve(M, R.T)
+        X = np.linalg.solve(M, np.array([self.direction(k, W, gamma) for k in low]).T)
         return np.concatenate(
             [y[: self.n], y[self.n :] - X @ np.linalg.lstsq(R @ X, gamma[[2 * k for k in low]], rcond=1e-11)[0]]
         )
+
+    def direction(self, k, W, gamma):
+        """Of the impulse at a contact that slides: W_N - s mu W_F; without friction where it rests."""
+        v = gamma[2 * k + 1]
+        if self.laws[k] is None or abs(v) < SLOW:
+            return W[2 * k]
+        return W[2 * k] - math.copysign(coefficient(self.laws[k], abs(v)), v) * W[2 * k + 1]
 
 
 def motion(system, q0, u0, times, rtol=1e-13, max_step=np.inf):
