@@ -70,6 +70,9 @@ READS_U = DAMPING_BY_DIFFERENCES | NORMAL_FORCE_READS_U
 SPEEDS = 10  # iterations of Newton's method on the sliding speeds: it is quadratic, and starts from those before
 SLOPE = 1e-6  # of the speeds: the difference that gives the slope of a friction law, which steers the iteration only
 NEAR = 1e-2  # of the shift of the rows: below it a difference of moving rows is rounding
+# bands: a given normal force that is none. Models cut it at zero, and there its function, armed or not, must be farther
+# below its threshold than the two bands within which an event counts as located: 4 - 1 > 2
+NO_LOAD = 4.0
 SETTLED = 1e-14  # of the largest impulse: a smaller correction is rounding
 
 
@@ -375,9 +378,8 @@ def take_samples(k, dt, n_k, run):
 
 @kernel
 def load(i, run):
-    """The event function of a given normal force that acts, or does not: a band apart, since models cut it at zero."""
-    band = run.band[N_FUNCTIONS * i + CLOSURE]
-    excess = run.contacts.work.N[i] - band
+    """The event function of a given normal force that acts, or does not."""
+    excess = run.contacts.work.N[i] - NO_LOAD * run.band[N_FUNCTIONS * i + CLOSURE]
     return excess if run.is_loaded[i] == 1 else -excess
 
 

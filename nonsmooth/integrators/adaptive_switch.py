@@ -20,6 +20,7 @@ from __future__ import annotations
 from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_events import NOWHERE, STANDS, arm, event_values, fallen, set_bands
+from nonsmooth.integrators.adaptive_held import NO_LOAD
 from nonsmooth.integrators.adaptive_hops import drop_hops
 from nonsmooth.integrators.adaptive_scales import closed_gap, hold_modes, instant, observe
 from nonsmooth.integrators.adaptive_state import (
@@ -298,15 +299,25 @@ def probe(model, p, t, ahead, state, run):
 
 @kernel
 def take_mode(i, run):
-    """The mode of contact i that the trial ended with; one without any given normal force slides."""
+    """The mode of contact i that the trial ended with; one without any given normal force slides the way it goes."""
     contacts, trial = run.contacts, run.trial
     contacts.mode[i], contacts.slip[i], contacts.sign[i] = trial.mode[i], trial.slip[i], 1
     if contacts.kinds[i, 0] == BILATERAL and trial.P[i, 0] < 0.0:
         contacts.sign[i] = -1
     if contacts.kinds[i, 0] == GIVEN_FORCE:
-        run.is_loaded[i] = 1 if run.step.work.N[i] > run.band[N_FUNCTIONS * i] else 0
+        run.is_loaded[i] = 1 if run.step.work.N[i] > NO_LOAD * run.band[N_FUNCTIONS * i] else 0
         if contacts.mode[i] == ContactMode.OPEN:
-            contacts.mode[i], contacts.slip[i] = ContactMode.SLIDE.value, 1
+            contacts.mode[i], contacts.slip[i] = ContactMode.SLIDE.value, way_of_slide(i, run)
+
+
+@kernel
+def way_of_slide(i, run):
+    """The sign of the sliding velocity with which the trial ended; 1 at rest."""
+    work, u = run.step.work, run.trial.u
+    gamma = work.w_F[i, 0]
+    for j in range(u.shape[0]):
+        gamma += work.W_F[i, 0, j] * u[j]
+    return -1 if gamma < 0.0 else 1
 
 
 @kernel
