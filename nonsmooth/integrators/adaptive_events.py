@@ -23,7 +23,7 @@ import math
 from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_held import load
-from nonsmooth.integrators.adaptive_polynomial import fit, state_within
+from nonsmooth.integrators.adaptive_polynomial import state_within
 from nonsmooth.integrators.adaptive_scales import BAND, closed_gap
 from nonsmooth.integrators.adaptive_state import IS_LOCATED, LEAST, Extrapolation
 from nonsmooth.integrators.radau_stages import EPS
@@ -213,19 +213,17 @@ def dip(e, a, m, run):
 
 @kernel("Tuple((int64, float64))(int64, float64[::1], float64, float64, int64, int64, int64)", short_loops=True)
 def find_event(model, p, t, H, j, state_at, run_at):
-    """Where a step that converged at row j, whose end is run.x, has its first event: (Status, place, 1 if it ends
-    with one, NOWHERE if there is none)."""
+    """Where a step that converged at row j, and was fitted, has its first event: (Status, place, 1 if it ends with one,
+    NOWHERE if there is none). Its end is run.x."""
     state, run = view(state_at, State), view(run_at, Extrapolation)
     status = event_values(model, p, t + H, run.x, run, run.f_1)
     if status != Status.RUNNING:
         return status, NOWHERE
-    is_fitted, low = False, 0.0
+    is_known, low = True, 0.0
     find_rises(j + 1, run)
     place = next_suspect(low, j + 1, run)
     while place < 1.0:
-        if not is_fitted:
-            fit(H, j, state, run)
-            is_fitted = True
+        is_known = False
         status = values_within(model, p, t, H, place, state, run)
         if status != Status.RUNNING:
             return status, NOWHERE
@@ -234,7 +232,7 @@ def find_event(model, p, t, H, j, state_at, run_at):
         low = place
         place = next_suspect(low, j + 1, run)
     how = fallen(run.f_1, 1.0, run)
-    if is_fitted and how != BEYOND:
+    if not is_known and how != BEYOND:
         status = event_values(model, p, t + H, run.x, run, run.f_1)  # the forces at the end are known again
     if how == STANDS:
         return Status.RUNNING.value, NOWHERE
@@ -242,8 +240,6 @@ def find_event(model, p, t, H, j, state_at, run_at):
         return Status.RUNNING.value, 1.0
     if run.counters[IS_LOCATED] == 1 and not has_slope(run.f_1, run):
         return Status.RUNNING.value, 1.0
-    if not is_fitted:
-        fit(H, j, state, run)
     for e in range(run.f_1.shape[0]):
         run.f_in[e] = run.f_1[e]
     return enclose(model, p, t, H, low, 1.0, state, run)

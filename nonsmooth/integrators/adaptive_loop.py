@@ -30,7 +30,6 @@ from nonsmooth.integrators.adaptive_state import (
     LOOKED,
     NOW,
     REJECTED,
-    ROW,
     STALLS,
     STEP,
     THROUGH,
@@ -140,7 +139,7 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
             if goes_through:
                 keep_event(t, H, state, run, trail.steps)
             else:
-                keep_smooth(t, H, counters[ROW], state, run, trail.steps)
+                keep_smooth(t, H, state, run, trail.steps)
         if goes_through:
             status = end_stretch(model, p, t_1, state, run)
         else:

@@ -11,9 +11,14 @@ They are extrapolated from the rows of the table. With the velocities u^0, u^1, 
 with errors in all powers of 1/m. Only the first of them may hold u^0: what the velocity of a closed contact errs by,
 O(1/m^2), sets in with the first substep.
 
+Without q_1 the velocities would be a polynomial of a degree less, off by B_(2L+2) theta^(L+1) (1 - theta)^(L+1): that
+estimates, from above, what they err by within the step, B_(2L+2)/4^(L+1) at most, and the coordinates, its integral. A
+step is as long as both are within FOLLOWED tolerances.
+
 In a step with an event each substep is a piece of its own: a parabola, or where an impact is in it two straight lines
 with the acceleration before the step, and the jump half-way between, as the substep has it.
-Source: Hairer, Ostermann, *Numer. Math.* 58 (1990) 419.
+Source: Hairer, Ostermann, *Numer. Math.* 58 (1990) 419; Hairer, Nørsett, Wanner, *Solving Ordinary Differential
+Equations I* (1993), section II.9: the estimate, and its bound.
 """
 
 from __future__ import annotations
@@ -26,11 +31,14 @@ import numpy as np
 
 from nonsmooth.integrators.adaptive_state import DEGREE, MOST, aitken_neville
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
+from nonsmooth.integrators.radau_stages import EPS
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT, N_EVENTS
 from nonsmooth.integrators.step_polynomial import N_STEPS
 from nonsmooth.jit import kernel, rare_kernel
 
 PIECES = 4  # of a step with an event, at most
+FOLLOWED = 10.0  # tolerances, as in ODEX: the estimate is 2 to 15 times the error
+CANCELLED = 1e4  # roundings of a velocity: what its highest coefficient has of them
 # The slopes of a row, at the beginning and at the end, and the first row that has each.
 FIRST_0, NEXT_0, SECOND_0, FIRST_1, SECOND_1 = range(5)
 FIRST_ROWS = (0, 1, 2, 1, 2)
@@ -110,6 +118,24 @@ def fit(H, j, state, run):
 
 
 @kernel
+def reach(H, j, state, run):
+    """How many times as long a step that converged at row j, and was fitted, could be for the motion within it to be
+    followed."""
+    n, L, tol = state.q.shape[0], min(j, MOST), run.tol
+    highest = 2 * L + 1
+    in_u, in_q = 1.0, 1.0 / (2 * L + 3)  # (1/4)^(L+1) and (L+1)!^2/(2L+3)!
+    for k in range(1, L + 2):
+        in_u *= 0.25
+        in_q *= k / (L + 1.0 + k)
+    error = 0.0
+    for i in range(n):
+        size = abs(run.B[highest, i])
+        rounding = CANCELLED * EPS * run.largest[n + i]
+        error = max(error, in_q * H * size / (tol[i] + H * rounding), in_u * size / (tol[n + i] + rounding))
+    return (FOLLOWED / error) ** (1.0 / (highest + 1)) if error > 0.0 else math.inf
+
+
+@kernel
 def mean_velocity(i, H, state, run):
     """(q_1 - q_0)/H of coordinate i, without the rounding of the coordinates, which is much in short steps."""
     change = run.change[i]
@@ -133,10 +159,9 @@ def state_within(theta, H, state, run):
 
 
 @kernel
-def keep_smooth(t, H, j, state, run, steps):
-    """Append the motion of a step that converged at row j, from the state to run.x."""
+def keep_smooth(t, H, state, run, steps):
+    """Append the motion of the step that was fitted, from the state."""
     s = steps.counts[N_STEPS]
-    fit(H, j, state, run)
     steps.t[s], steps.h[s] = t, H
     for i in range(state.q.shape[0]):
         steps.q[s, i], steps.u[s, i] = state.q[i], state.u[i]

@@ -21,14 +21,12 @@ DEGREE = 2 * MOST + 2  # of the velocities within a step
 # next step is to end because an event is there (inf: nowhere), the next step through what has no modes, the way since
 # the budget was looked at and the time of that
 NOW, STEP, LEAST, RTOL, ATOL, CUT, THROUGH, WAY, LOOKED = range(9)
-# counters: refused steps and plain steps, the row of the table at which steps are to converge, and did; whether the
-# step is the first; what is to be done before it (see below); whether its end was located; whether differences for the
+# counters: refused steps and plain steps, the row of the table at which steps are to converge; whether the step is the
+# first; what is to be done before it (see below); whether its end was located; whether differences for the
 # Jacobians of the forces were taken at its beginning; events in a row without any motion, tries since the budget was
 # looked at, whether the rows of the step are near enough to one another to tell where its events are,
 # whether an impact is to end a series of them
-REJECTED, SUBSTEPS, TARGET, ROW, IS_FIRST, TO_DO, IS_LOCATED, HAS_JACOBIAN, STALLS, TRIES, IS_SEEN, ENDS_SERIES = range(
-    12
-)
+REJECTED, SUBSTEPS, TARGET, IS_FIRST, TO_DO, IS_LOCATED, HAS_JACOBIAN, STALLS, TRIES, IS_SEEN, ENDS_SERIES = range(11)
 # TO_DO: a smooth step; modes are to be decided first; plain steps until there are modes that last
 GO_ON, DECIDE, GO_THROUGH = range(3)
 TRIAL_EVENTS = 8  # of the substeps of a row, per contact
@@ -41,7 +39,7 @@ class Extrapolation(NamedTuple):
     step: moreau_jean_contact.Scratch
     trial: State
     clock: Vector  # (9,)
-    counters: Integers  # (12,)
+    counters: Integers  # (11,)
     is_known: Integers  # (2,) 1 once M and the rows of a held step were evaluated, for those that are constant
     weights: Cube  # (2, ROWS, ROWS) of the rows in the extrapolated value, and in the one of an order less
     slope_shares: Cube  # (5, ROWS, ROWS) weights of the rows in the slopes of the velocities
@@ -104,7 +102,7 @@ def extrapolation_shapes(n: int, n_c: int, d: int) -> tuple:
     integers = ("several", "is_loaded", "mode", "slip", "has_struck", "is_stopped")
     return frozen({
         "contacts": contacts_shapes(n, n_c, d), "step": moreau_jean_contact.scratch_shapes(n, n_c, d),
-        "trial": state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c)), "clock": (9,), "counters": (12,),
+        "trial": state_shapes(n, n_c, d, TRIAL_EVENTS * max(1, n_c)), "clock": (9,), "counters": (11,),
         "is_known": (2,), "weights": (2, ROWS, ROWS), "slope_shares": (5, ROWS, ROWS), "slopes": (ROWS, 5, n),
         "highest": (4, 5, 5), "ends": (2, 4), "left": (5,), "B": (DEGREE, n), "node_q": (ROWS + 1, n),
         "node_u": (ROWS + 1, n), "begin_u": (ROWS, n), "piece": (6, n), "table": (ROWS, N), "change": (N,),

@@ -20,8 +20,9 @@ from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_events import NOWHERE, crossing, find_event
 from nonsmooth.integrators.adaptive_held import list_closed
+from nonsmooth.integrators.adaptive_polynomial import fit, reach
 from nonsmooth.integrators.adaptive_scales import hold_modes, instant, observe
-from nonsmooth.integrators.adaptive_state import CUT, IS_LOCATED, IS_SEEN, LEAST, ROW, ROWS, TARGET, Extrapolation
+from nonsmooth.integrators.adaptive_state import CUT, IS_LOCATED, IS_SEEN, LEAST, ROWS, TARGET, Extrapolation
 from nonsmooth.integrators.adaptive_table import (
     LEAST_GAIN,
     MOST_GAIN,
@@ -36,8 +37,9 @@ from nonsmooth.integrators.records import FORCE_WORK, N_LEDGER, State
 from nonsmooth.jit import kernel
 
 # How a step that was tried ended: it is refused; accepted; accepted, and modes are to be decided at its end; not taken,
-# since they are to be decided at its beginning; not taken, since it cannot be resolved.
-REFUSED, SMOOTH, AT_EVENT, AT_ONCE, UNRESOLVED = range(5)
+# since they are to be decided at its beginning; not taken, since it cannot be resolved; it converged, but the motion
+# within it is not followed yet: more rows give more of its derivatives.
+REFUSED, SMOOTH, AT_EVENT, AT_ONCE, UNRESOLVED, UNFOLLOWED = range(6)
 SHRINK = 0.3  # of a step that fails
 EARLY = 0.3  # of the step: an event before it is not worth the other rows
 BEHIND = 2.0  # of the way to an event as the first rows see it: where the step that looks for it ends
@@ -64,8 +66,12 @@ def try_step(model, p, t, H, state_at, run_at):
                 run.clock[CUT] = BEHIND * place * H
                 return Status.RUNNING.value, REFUSED, 1.0
         if converges(j, run):
-            return end_step(model, p, t, H, j, state_at, state, run_at, run)
-        if j == target or is_hopeless(j, target, run):
+            status, outcome, factor = end_step(model, p, t, H, j, state_at, state, run_at, run)
+            if outcome != UNFOLLOWED:
+                return status, outcome, factor
+            if j >= target:
+                return status, REFUSED, factor
+        elif j == target or is_hopeless(j, target, run):
             break
     if H <= instant(run):
         return Status.RUNNING.value, UNRESOLVED, 1.0
@@ -96,16 +102,21 @@ def shorter(j, target, run):
 def end_step(model, p, t, H, j, state_at, state, run_at, run):
     """End a step that converged at row j, if it holds no event; returns as ``try_step`` does."""
     n, n_c, x = state.q.shape[0], state.mode.shape[0], run.x
-    run.counters[ROW] = j
     for i in range(n):
         x[i] = state.q[i] + run.change[i]
         x[n + i] = state.u[i] + run.change[n + i]
+    if n_c > 0:
+        status = hold_modes(model, p, t + H, x, address(run.contacts))
+        if status != Status.RUNNING:
+            return status, REFUSED, SHRINK
+        book_hold(n, state, run)
+    fit(H, j, state, run)
+    followed = reach(H, j, state, run)
+    if followed < 1.0 and H > instant(run):
+        return Status.RUNNING.value, UNFOLLOWED, SAFETY * max(SLOWEST, followed)
+    factor = min(plan(j, run), SAFETY * followed) if j >= run.counters[TARGET] else plan(j, run)
     if n_c == 0:
-        return Status.RUNNING.value, SMOOTH, plan(j, run)
-    status = hold_modes(model, p, t + H, x, address(run.contacts))
-    if status != Status.RUNNING:
-        return status, REFUSED, SHRINK
-    book_hold(n, state, run)
+        return Status.RUNNING.value, SMOOTH, factor
     status, place = find_event(model, p, t, H, j, state_at, run_at)
     if status != Status.RUNNING:
         return status, REFUSED, SHRINK
@@ -117,7 +128,7 @@ def end_step(model, p, t, H, j, state_at, state, run_at, run):
         return Status.RUNNING.value, REFUSED, 1.0
     if not observe(model, p, t + H, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, REFUSED, SHRINK
-    return Status.RUNNING.value, AT_EVENT if place == 1.0 else SMOOTH, plan(j, run)
+    return Status.RUNNING.value, AT_EVENT if place == 1.0 else SMOOTH, factor
 
 
 @kernel
