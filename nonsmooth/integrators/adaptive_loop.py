@@ -76,7 +76,7 @@ LOOK = 20_000  # tries between two looks at the budget
 LEAST_WAY = 1_000.0  # tolerances, over that many tries: one in twenty a try
 LEAST_TIME = 1e-3  # of the span
 HOPELESS = 1e-6  # of the span
-QUIET = 100.0  # instants: a smooth step that is longer ends a series of events
+QUIET = 100.0  # instants: a step that is longer ends a series of events
 TWICE = 2.0  # the way to an event as a straight line has it: the step that looks for it ends behind it
 FIRST_THROUGH = 4.0  # instants: the first plain steps where no modes last
 
@@ -141,7 +141,7 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
             else:
                 keep_smooth(t, H, state, run, trail.steps)
         if goes_through:
-            status = end_stretch(model, p, t_1, state, run)
+            status = end_stretch(model, p, t_1, H, state, run)
         else:
             end_smooth(t_1, H, state, run)
         accept(t_1, state, run)
@@ -267,10 +267,12 @@ def what_is_left(H, run):
 
 
 @kernel
-def end_stretch(model, p, t_1, state, run):
+def end_stretch(model, p, t_1, H, state, run):
     """After plain steps where no modes last: decide anew. Returns a Status."""
     counters = run.counters
     run.clock[THROUGH] *= FASTEST
+    if H > QUIET * instant(run):
+        counters[STALLS] = 0
     counters[TO_DO], counters[HAS_JACOBIAN], counters[IS_LOCATED] = DECIDE, 0, 0
     status = event_values(model, p, t_1, run.x, run, run.f_0)
     set_bands(run)
