@@ -204,7 +204,7 @@ def pushes(k, n, closed, start, kinds, mu_static, normal_impulse, small, tree):
         reach = abs(P_N) if kind == BILATERAL else P_N
         others = reach_of_others(k, n, mu_static, start, tree)
         return reach >= -small and abs(tree.P[start[k + 1] - 1]) <= mu_static[k] * reach + others + small
-    return sigma_of(candidate) * P_N >= -small and P_N != 0.0
+    return sigma_of(candidate) * P_N >= -small and (P_N != 0.0 or kind == GIVEN_FORCE)
 
 
 @kernel
