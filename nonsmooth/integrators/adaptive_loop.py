@@ -39,7 +39,7 @@ from nonsmooth.integrators.adaptive_state import (
     Extrapolation,
 )
 from nonsmooth.integrators.adaptive_step import AT_EVENT, AT_ONCE, SHRINK, SMOOTH, UNRESOLVED, try_step
-from nonsmooth.integrators.adaptive_switch import decide
+from nonsmooth.integrators.adaptive_switch import EVENTS_AT_ONCE, decide
 from nonsmooth.integrators.adaptive_table import FASTEST
 from nonsmooth.integrators.adaptive_through import step_through
 from nonsmooth.integrators.penalty_loop import NEXT, ROWS, Trail, write_row
@@ -176,7 +176,7 @@ def is_full(every, state, run, trail):
     """Whether rows, events or steps are full: the caller empties them."""
     if every > 0 and trail.counts[ROWS] + 1 >= trail.t.shape[0]:
         return True
-    if state.counters[N_EVENTS] + run.trial.events.shape[0] > state.events.shape[0]:
+    if state.counters[N_EVENTS] + EVENTS_AT_ONCE * state.mode.shape[0] > state.events.shape[0]:
         return True
     return trail.steps.counts[IS_KEPT] != 0 and trail.steps.counts[N_STEPS] + PIECES > trail.steps.t.shape[0]
 

@@ -33,6 +33,7 @@ from nonsmooth.integrators.adaptive_state import (
     STALLS,
     STEP,
     TO_DO,
+    TRIAL_EVENTS,
     Extrapolation,
 )
 from nonsmooth.integrators.adaptive_substep import RETAKE, substep
@@ -48,6 +49,7 @@ from nonsmooth.integrators.records import (
     EVENT_SOLUTIONS,
     EVENT_T,
     EVENT_WIDTH,
+    EVENTS_LOST,
     GAIN,
     GAINS,
     IMPACT,
@@ -66,6 +68,7 @@ from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
 JUMP = 0.1  # of a tolerance: ten times what smooth motion does in an instant
 JUMPS = 64  # at an instant, per contact: then the series is ended
+EVENTS_AT_ONCE = JUMPS + 2 * TRIAL_EVENTS  # rows of events, per contact, that there must be room for before an instant
 PROBE = 1e-3  # of the step that the motion takes: how far ahead modes are decided
 PROBES = 8  # each a tenth of the one before
 MOST_STALLS = 8  # events at an instant, per contact: then the motion goes on by plain steps
@@ -190,8 +193,12 @@ def take_jump(state, run):
 
 @kernel
 def copy_event(e, state, run):
-    """Append event e of the trial to those of the run."""
+    """Append event e of the trial to those of the run; count it as lost where there is no room but for the changes of
+    modes."""
     m = state.counters[N_EVENTS]
+    if m + state.mode.shape[0] >= state.events.shape[0]:
+        run.trial.counters[EVENTS_LOST] += 1
+        return
     for k in range(EVENT_WIDTH):
         state.events[m, k] = run.trial.events[e, k]
     state.counters[N_EVENTS] += 1
@@ -336,7 +343,8 @@ def note_changes(t, first_event, state, run):
         if trial.events[e, EVENT_KIND] == INDETERMINATE and run.has_struck[i] == 0:
             m = state.counters[N_EVENTS]
             copy_event(e, state, run)
-            set_modes(m, t, i, state, run)
+            if state.counters[N_EVENTS] > m:
+                set_modes(m, t, i, state, run)
             run.has_struck[i] = 1
             contacts.several[i] = 1
     for i in range(contacts.mode.shape[0]):

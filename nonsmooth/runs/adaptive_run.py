@@ -16,6 +16,7 @@ from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import Status
 from nonsmooth.initial_state import check_mass, project_state
 from nonsmooth.inspection import inspect_start
+from nonsmooth.integrators.adaptive_switch import EVENTS_AT_ONCE
 from nonsmooth.integrators.compliant_contacts import N_WORKS, OMEGA
 from nonsmooth.integrators.penalty_loop import ROWS, Trail, trail_shapes
 from nonsmooth.integrators.radau import SMALLEST
@@ -29,7 +30,7 @@ from nonsmooth.runs.user_events import PLACES, EventWatch, Stop
 from nonsmooth.solution import Solution, Stats
 from nonsmooth.system import System
 
-EVENT_CAPACITY = 1024
+EVENT_CAPACITY = 1024  # rows, and those of an instant
 ROW_CAPACITY = 4096  # rows between two visits of Python
 INSTANT = 0.75 * SMALLEST  # of the time: what is left to the end is no step
 BLOCK = 512  # steps between two visits: 10 ms of a rod, 5 s of a hundred beads
@@ -63,7 +64,7 @@ class AdaptiveRun(Run):
         if project:
             q0, u0 = project_state(system, t_0, q0, u0)
         n, n_c, d = system.n_u, system.n_c, system.d
-        self.state_block = new_block(State, state_shapes(n, n_c, d, EVENT_CAPACITY + 4 * n_c))
+        self.state_block = new_block(State, state_shapes(n, n_c, d, EVENT_CAPACITY + EVENTS_AT_ONCE * n_c))
         self.scratch_block = integrator.scratch(system, self.has, t_0, float(t_record[-1]), q0, u0)
         self.trail_block = self._new_trail(keeps_steps=every == 1)
         self.state: State = self.state_block.arrays

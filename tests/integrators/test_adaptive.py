@@ -20,6 +20,7 @@ from models import (
 )
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.adaptive_state import ROWS, extrapolation_weights
+from nonsmooth.runs import adaptive_run
 
 
 def run(model, t_end, state, rtol, **options):
@@ -324,3 +325,15 @@ def test_body_that_is_pushed_off_its_surface_strikes_it_first(push, rtol):
     assert event.t == pytest.approx(impact, abs=10 * rtol)
     assert sol.u[-1, 0] == pytest.approx(0.1 + push, rel=10 * rtol)
     assert sol.q[-1, 0] == pytest.approx(0.1 + 0.5 * push, rel=10 * rtol)
+
+
+def test_many_impacts_at_one_instant_have_room_wherever_the_last_ones_were_emptied(monkeypatch):
+    """Twelve beads come to rest on one another: hundreds of impacts at one time."""
+    chain = BeadChain(n=12, e=0.46)
+    runs = []
+    for capacity in (0, 1024, 20000):
+        monkeypatch.setattr(adaptive_run, "EVENT_CAPACITY", capacity)
+        runs.append(ns.simulate(chain, (0, 0.5), *chain.state(), integrator=ns.Adaptive(1e-6, 1e-8)))
+    assert all(one.stats.events_dropped == 0 for one in runs)
+    assert np.array_equal(runs[0].event_rows, runs[1].event_rows) and len(runs[0].events) > 200
+    assert np.array_equal(runs[0].event_rows, runs[2].event_rows)
