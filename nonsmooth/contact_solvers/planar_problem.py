@@ -262,8 +262,9 @@ def name_modes(slack, n, closed, start, kinds, G, c, P, planar):
     """Name the modes by what the contacts do, from their impulses and velocities in ``planar.gamma``; always True.
 
     Open is a contact that parts; closed one with gamma_N = 0, whether it has an impulse or others carry its load. It
-    slides where gamma_F is not zero and the whole friction opposes it, else it sticks, also where its impulse lies on
-    the border of the cone. So no mode hangs on how redundant contacts share a load.
+    slides where gamma_F is not zero, unless that is within what is accepted and the friction does not oppose it; else
+    it sticks, also where its impulse lies on the border of the cone. So no mode hangs on how redundant contacts share a
+    load, and none that moves is called at rest because its friction is lost in rounding.
     """
     r = start[n]
     scale = 0.0
@@ -272,12 +273,13 @@ def name_modes(slack, n, closed, start, kinds, G, c, P, planar):
     for k in range(n):
         kind, a, t = kinds[closed[k], 0], start[k], start[k + 1] - 1
         P_N = planar.normal_impulse[k] if kind == GIVEN_FORCE else P[a]
+        opposing = -math.copysign(P[t], P[t] * planar.gamma[t])
         parts = planar.gamma[a] > abs(G[a, a]) * P_N and not is_zero(a, slack, r, scale, G, c, P, planar)
         if (kind == UNILATERAL and parts) or (kind == GIVEN_FORCE and P_N == 0.0):
             planar.candidate[k] = FREE
         elif kinds[closed[k], 1] == 0 or is_zero(t, slack, r, scale, G, c, P, planar):
             planar.candidate[k] = STICK
-        elif -math.copysign(1.0, planar.gamma[t]) * P[t] < planar.mu[k] * abs(P_N) * (1.0 - ACCEPTED):
+        elif abs(planar.gamma[t]) <= ACCEPTED * scale and opposing < planar.mu[k] * abs(P_N) * (1.0 - ACCEPTED):
             planar.candidate[k] = STICK
         else:
             planar.candidate[k] = sliding(planar.gamma[t] > 0.0, P_N < 0.0)

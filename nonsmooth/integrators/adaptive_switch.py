@@ -71,6 +71,9 @@ JUMPS = 64  # at an instant, per contact: then the series is ended
 EVENTS_AT_ONCE = JUMPS + 2 * TRIAL_EVENTS  # rows of events, per contact, that there must be room for before an instant
 PROBE = 1e-3  # of the step that the motion takes: how far ahead modes are decided
 PROBES = 8  # each a tenth of the one before
+STAYED = (
+    100.0  # tolerances: what holding the modes of a probe may change of a velocity; the end of a slide is within two
+)
 MOST_STALLS = 8  # events at an instant, per contact: then the motion goes on by plain steps
 
 
@@ -287,7 +290,7 @@ def probe(model, p, t, ahead, state, run):
     for i in range(2 * n):
         run.y[i] = run.x[i]
     status = hold_modes(model, p, t, run.y, address(contacts))
-    if status != Status.RUNNING:
+    if status != Status.RUNNING or not has_stayed(n, run):
         return status
     for i in range(n_c):
         contacts.several[i] = 1  # whether another force fits too is asked below
@@ -302,6 +305,15 @@ def probe(model, p, t, ahead, state, run):
     if fallen(run.f_0, 0.0, run) == STANDS:
         run.counters[TO_DO] = GO_ON
     return status
+
+
+@kernel
+def has_stayed(n, run):
+    """Whether modes hold the velocities that are there: a contact is not stopped by the name of its mode."""
+    for i in range(n, 2 * n):
+        if abs(run.y[i] - run.x[i]) > STAYED * run.tol[i]:
+            return False
+    return True
 
 
 @kernel
