@@ -1,9 +1,9 @@
 """Events of an ordinary differential equation: where a function of the state falls through zero.
 
-An event function is positive while its mode lasts. It is watched at the stages of each step; a gap also where the
-parabola through them is lowest, if that is below -atol: a contact may touch and part within one step. The first zero is
-enclosed by bisection of the collocation polynomial, and the step is then taken anew to that time and corrected by
-Newton's method, so that the state at the event has the order of the method, not that of the polynomial.
+An event function is positive while its mode lasts. It is watched at the stages of each step, and between them
+(event_resolution.py): what falls and rises again within one step is found too. The first zero is enclosed by bisection
+of the collocation polynomial, and the step is then taken anew to that time and corrected by Newton's method, so that
+the state at the event has the order of the method, not that of the polynomial.
 
 A function that begins at zero, within its own tolerance, is *armed* only once it has been above it: what rounding
 leaves at the beginning of a mode is no event. What falls without having been armed is one where minus the tolerance is
@@ -21,8 +21,17 @@ from typing import NamedTuple
 
 from nonsmooth.blocks import Integers, Matrix, Vector, address, view
 from nonsmooth.errors import Status
-from nonsmooth.integrators.radau import radau_interpolate, radau_shorten
-from nonsmooth.integrators.radau_stages import DONE, EPS, NOW, RATES, STEP, C, Radau
+from nonsmooth.integrators.event_resolution import (
+    EXTRA,
+    PLACES,
+    forget_largest,
+    is_clear,
+    judge,
+    keep_end,
+    note_values,
+)
+from nonsmooth.integrators.radau import SAFETY, radau_interpolate, radau_shorten
+from nonsmooth.integrators.radau_stages import DONE, EPS, HAS_DENSE, NOW, RATES, RTOL, STEP, STEP_OLD, C, Radau
 from nonsmooth.jit import Callback, kernel
 
 BISECTIONS = 50
@@ -32,8 +41,11 @@ SLOPE_STEP = 1e-3  # of the distance to the event: the difference that gives the
 NO_EVENT, TOO_LONG = -1, -2
 ROUNDINGS = 1000.0  # units of rounding that the tolerance of an event function stands for
 REDUCTION, MOST_REDUCTIONS = 0.1, 6  # of a step whose error hides the sign of an event function
+SHRINK, SHORTER, MOST_REFINEMENTS = 0.1, 0.3, 12  # of a step whose event functions are not resolved
+TINY = 1e6 * EPS  # step, relative to t, that is not refined any further
+LONGER = 2.0  # than the step before: such a step is looked into, whatever its stages say
 # found
-WHICH, IS_IMMEDIATE, CHECK_START, HANDLED, REDUCTIONS = range(5)
+WHICH, IS_IMMEDIATE, CHECK_START, HANDLED, REDUCTIONS, REFINEMENTS = range(6)
 
 # event_values(address, model, p, context, t, x, out) -> Status writes E values, then their E tolerances
 event_values = Callback(RATES)
@@ -43,19 +55,20 @@ class Events(NamedTuple):
     """What is known of the event functions, E of them."""
 
     armed: Integers  # (E,)
-    is_gap: Integers  # (E,) 1 for the gap of an open contact, which is looked at between the stages too
+    is_gap: Integers  # (E,) 1 for the gap of an open contact: what dips below zero by less than atol is no touch
     floor: Vector  # (E,) what the rounding of its time left of an event that was handled
     value: Vector  # (2E,) values and tolerances
-    stages: Matrix  # (3, E) values at the stages of the step
+    sample: Matrix  # (6, E) values at the beginning of the step, its stages, and two places between them
+    largest: Vector  # (E,) absolute values since the last event
     x: Vector  # (N,) a state within the step
-    found: Integers  # (5,)
+    found: Integers  # (6,)
 
 
 def events_shapes(n_events: int, n_x: int) -> dict[str, tuple[int, ...]]:
     """Shapes of ``Events``."""
     return {
         "armed": (n_events,), "is_gap": (n_events,), "floor": (n_events,), "value": (2 * n_events,),
-        "stages": (3, n_events), "x": (n_x,), "found": (5,),
+        "sample": (6, n_events), "largest": (n_events,), "x": (n_x,), "found": (6,),
     }  # fmt: skip
 
 
@@ -78,6 +91,8 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
         status = event_values(functions, model, p, context, clock[NOW] + theta * clock[DONE], events.x, events.value)
         if status != Status.RUNNING:
             return status
+        if sample < 0:
+            forget_largest(events)
         if sample < 0 and found[HANDLED] != NO_EVENT:
             events.floor[found[HANDLED]] = max(0.0, -events.value[found[HANDLED]])
             found[HANDLED] = NO_EVENT
@@ -90,38 +105,57 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
             return shorten_to_event(rates, functions, model, p, context, low, theta, ode, events)
         arm(events)
         low = theta
-        if sample >= 0:
-            for e in range(events.armed.shape[0]):
-                events.stages[sample, e] = events.value[e]
-    theta = first_dip(ode.atol[0], events)
+        note_values(1 + sample, events.value, events)
+    found[CHECK_START] = 0
+    is_long = ode.flags[HAS_DENSE] == 0 or clock[DONE] > LONGER * clock[STEP_OLD]
+    if is_long or not is_clear(events):
+        status = look_between(rates, functions, model, p, context, ode, events)
+        if found[WHICH] != NO_EVENT or status != Status.RUNNING:
+            return status
+    else:
+        clock[STEP] = min(clock[STEP], LONGER * clock[DONE])
+    keep_end(events)
+    found[REDUCTIONS], found[REFINEMENTS] = 0, 0
+    return Status.RUNNING.value
+
+
+@kernel
+def look_between(rates, functions, model, p, context, ode, events):
+    """Look for what falls between the stages, and whether it would be seen; a Status, and found[WHICH] as above."""
+    clock, found = ode.clock, events.found
+    for k in range(EXTRA, len(PLACES)):
+        status = values_at(PLACES[k], functions, model, p, context, ode, events)
+        if status != Status.RUNNING:
+            return status
+        which, _ = first_fallen(events)
+        if which != NO_EVENT:
+            return shorten_to_event(rates, functions, model, p, context, 0.0, PLACES[k], ode, events)
+        note_values(k, events.value, events)
+    room, theta = judge(ode.atol[0], clock[RTOL], events)
     if theta < 1.0:
-        radau_interpolate(theta, ode, events.x)
-        status = event_values(functions, model, p, context, clock[NOW] + theta * clock[DONE], events.x, events.value)
+        status = values_at(theta, functions, model, p, context, ode, events)
         if status != Status.RUNNING:
             return status
         which, _ = first_fallen(events)
         if which != NO_EVENT:
             return shorten_to_event(rates, functions, model, p, context, 0.0, theta, ode, events)
-    found[CHECK_START] = 0
-    found[REDUCTIONS] = 0
+        room = 0.0
+    factor = SAFETY * room**0.25
+    if room >= 1.0 or found[REFINEMENTS] == MOST_REFINEMENTS or SHRINK * clock[DONE] <= TINY * abs(clock[NOW]):
+        clock[STEP] = min(clock[STEP], clock[DONE] * max(1.0, factor))
+    else:
+        found[WHICH] = TOO_LONG
+        found[REFINEMENTS] += 1
+        clock[STEP] = clock[DONE] * min(SHORTER, max(SHRINK, factor))
     return Status.RUNNING.value
 
 
 @kernel
-def first_dip(atol, events):
-    """Where in the step, in (0, 1), a gap dips below -atol between stages at which it is positive, by the parabola
-    through them; the first of several, 1 if none does."""
-    first = 1.0
-    for e in range(events.armed.shape[0]):
-        v_0, v_1, v_2 = events.stages[0, e], events.stages[1, e], events.stages[2, e]
-        slope = (v_1 - v_0) / (C[1] - C[0])
-        curvature = ((v_2 - v_1) / (C[2] - C[1]) - slope) / (C[2] - C[0])
-        if events.is_gap[e] == 0 or events.armed[e] == 0 or not curvature > 0.0:
-            continue
-        theta = 0.5 * (C[0] + C[1] - slope / curvature)
-        if 0.0 < theta < first and v_0 + (theta - C[0]) * (slope + (theta - C[1]) * curvature) < -atol:
-            first = theta
-    return first
+def values_at(theta, functions, model, p, context, ode, events):
+    """The event functions within the step that was tried, to events.value; returns a Status."""
+    radau_interpolate(theta, ode, events.x)
+    t = ode.clock[NOW] + theta * ode.clock[DONE]
+    return event_values(functions, model, p, context, t, events.x, events.value)
 
 
 @kernel
