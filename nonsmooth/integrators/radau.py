@@ -131,6 +131,7 @@ def begin(rates, model, p, context, h_max, ode):
     clock[LIMIT] = math.inf
     # one part of a component, or of its tolerance where all are zero, in the first step
     h = 0.01 * math.sqrt(max(size, 1.0) / speed) if speed > 0.0 else math.inf
+    h = max(h, 2.0 * SMALLEST * abs(clock[NOW]))  # of a component near zero, which the time does not resolve
     clock[STEP] = h if h < h_max else QUIET * h_max
     return Status.RUNNING.value
 

@@ -1,0 +1,196 @@
+"""Events that begin and end within what would be one step of the motion: loads that the motion says little of.
+
+A body at rest, or one that a load does not move, is integrated by steps that grow without bound; the closed forms here
+say when the load ends a mode, for however short a time.
+"""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import nonsmooth as ns
+from nonsmooth import ContactMode
+
+MU, GRAVITY = 0.3, 9.81
+TOLERANCES = [1e-4, 1e-8, 1e-12]
+
+
+def events_at(rtol):
+    return ns.EventDriven(rtol, max(1e-14, 1e-2 * rtol))
+
+
+def block(force, contact):
+    """A block of 1 kg on a table: coordinates (x, y), force(t) = (F_x, F_y) beside its weight."""
+
+    def loads(t, q, u, p, h):
+        h[0], h[1] = force(t)
+        h[1] -= GRAVITY
+
+    def mass(t, q, p, M):
+        M[0, 0] = M[1, 1] = 1.0
+
+    def gap(t, q, p, g):
+        g[0] = q[1]
+
+    def normal(t, q, p, W):
+        W[0, 1] = 1.0
+
+    def tangent(t, q, p, W):
+        W[0, 0, 0] = 1.0
+
+    return ns.System(n_q=2, mass=mass, force=loads, gap=gap, normal=normal, tangent=tangent, contacts=[contact])
+
+
+def pushed(part, rate):
+    push = part * MU * GRAVITY
+
+    def force(t):
+        return push * math.sin(rate * t), 0.0
+
+    return block(force, ns.Contact(mu=MU))
+
+
+def slip_at_a_crest(part, rate):
+    """(Begin, length) of the slip under part mu m g sin(rate t): v' = mu g (part sin(rate t) - 1) until v = 0."""
+    begin = math.asin(1 / part) / rate
+
+    def velocity(t):
+        return part * (math.cos(rate * begin) - math.cos(rate * t)) / rate - (t - begin)
+
+    end = brentq(velocity, math.pi / rate - begin, math.pi / rate, xtol=1e-16)
+    way = math.cos(rate * begin) * (end - begin) - (math.sin(rate * end) - math.sin(rate * begin)) / rate
+    return begin, MU * GRAVITY * (part * way / rate - (end - begin) ** 2 / 2)
+
+
+def begins_of(sol, mode):
+    return [event.t for event in sol.events if event.mode_after == mode]
+
+
+@pytest.mark.parametrize("rtol", [*TOLERANCES, "auto"])
+@pytest.mark.parametrize("part", [0.9999, 1.0001, 1.001, 1.01, 1.1])
+def test_block_slips_at_every_crest_of_a_force_beyond_its_friction(part, rtol):
+    """To and fro alike, from sin(3 t) = 1/part on; and not at all below 1."""
+    begin, slip = slip_at_a_crest(part, 3.0) if part > 1 else (0.0, 0.0)
+    integrator = "auto" if rtol == "auto" else events_at(rtol)
+    sol = ns.simulate(pushed(part, 3.0), (0, 4), [0, 0], [0, 0], integrator=integrator)
+    crests = [begin + math.pi / 3 * k for k in range(4)] if part > 1 else []
+    assert begins_of(sol, ContactMode.SLIDE) == pytest.approx(crests, abs=1e-12)
+    assert np.abs(sol.q[:, 0]).max() == pytest.approx(slip, rel=1e-4, abs=1e-15)
+
+
+def test_no_crest_is_missed_at_random_rates_and_tolerances():
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        part, rate, rtol = 1 + 10 ** rng.uniform(-5, -0.3), 10 ** rng.uniform(-0.5, 2.5), 10 ** rng.uniform(-9, -3)
+        t_end = rng.uniform(5, 20) * math.pi / rate
+        sol = ns.simulate(pushed(part, rate), (0, t_end), [0, 0], [0, 0], integrator=ns.EventDriven(rtol))
+        begin = math.asin(1 / part) / rate
+        crests = itertools.takewhile(lambda t: t < t_end, (begin + math.pi / rate * k for k in itertools.count()))
+        assert begins_of(sol, ContactMode.SLIDE) == pytest.approx(list(crests), rel=1e-10)
+
+
+def flight_from_a_table(part, rate):
+    """(Begin, end) of the first flight from a table at y = -part g sin(rate t)/rate^2, whose acceleration is
+    part g sin(rate t): the table is left where it falls away with g."""
+    begin = (math.pi + math.asin(1 / part)) / rate
+    y, v = -part * GRAVITY * math.sin(rate * begin) / rate**2, -part * GRAVITY * math.cos(rate * begin) / rate
+
+    def gap(t):
+        tau = t - begin
+        return y + v * tau - GRAVITY * tau**2 / 2 + part * GRAVITY * math.sin(rate * t) / rate**2
+
+    shortest = (math.pi - 2 * math.asin(1 / part)) / rate  # the table falls faster than the block until then
+    return begin, brentq(gap, begin + shortest, begin + 3 * shortest, xtol=1e-16)
+
+
+@pytest.mark.parametrize("rtol", TOLERANCES)
+@pytest.mark.parametrize("part", [1.0001, 1.001, 1.01])
+def test_block_leaves_a_shaken_table_where_it_falls_faster_than_g(part, rtol):
+    rate = 7.0
+
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = -GRAVITY
+
+    def gap(t, q, p, g):
+        g[0] = q[0] + part * GRAVITY * math.sin(rate * t) / rate**2
+
+    def normal(t, q, p, W):
+        W[0, 0] = 1.0
+
+    def surface_velocity(t, q, p, w):
+        w[0, 0] = part * GRAVITY * math.cos(rate * t) / rate
+
+    system = ns.System(
+        n_q=1, mass=mass, force=force, gap=gap, normal=normal, surface_velocity=surface_velocity,
+        contacts=[ns.Contact()],
+    )  # fmt: skip
+    begin, end = flight_from_a_table(part, rate)
+    u0 = -part * GRAVITY / rate
+    sol = ns.simulate(system, (0, 2), [0], [u0], integrator=events_at(rtol))
+    period = 2 * math.pi / rate
+    flights = begins_of(sol, ContactMode.OPEN)
+    assert flights == pytest.approx([begin + period * k for k in range(len(flights))], abs=2e-2 * rtol + 1e-11)
+    assert len(flights) == 2
+
+
+@pytest.mark.parametrize("rtol", TOLERANCES)
+@pytest.mark.parametrize("part", [0.9999, 1.0001, 1.01])
+def test_block_is_lifted_at_every_crest_of_a_pull_beyond_its_weight(part, rtol):
+    """Nothing but the normal force knows of the pull while the block slides without friction."""
+    pull = part * GRAVITY
+
+    def force(t):
+        return 0.0, pull * math.sin(3 * t)
+
+    sol = ns.simulate(block(force, ns.Contact()), (0, 6), [0, 0], [1, 0], integrator=events_at(rtol))
+    crests = [(math.asin(1 / part) + 2 * math.pi * k) / 3 for k in range(3)] if part > 1 else []
+    assert begins_of(sol, ContactMode.OPEN) == pytest.approx(crests, abs=1e-12)
+    assert sol.q[-1, 0] == pytest.approx(6.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("rtol", TOLERANCES)
+@pytest.mark.parametrize("depth", [1e-4, 1e-2])
+def test_guide_lets_go_where_its_normal_force_passes_through_zero(depth, rtol):
+    """|N| = |cos(5 t) + 1 - depth| falls below F/mu about each trough, twice through zero in a moment."""
+    push = 0.1 * MU * depth
+
+    def force(t):
+        return push, -(math.cos(5 * t) + 1 - depth) + GRAVITY
+
+    sol = ns.simulate(block(force, ns.Contact(mu=MU, bilateral=True)), (0, 3), [0, 0], [0, 0],
+                      integrator=events_at(rtol))  # fmt: skip
+    first = math.acos(push / MU - 1 + depth) / 5
+    slides = begins_of(sol, ContactMode.SLIDE)
+    assert slides[0] == pytest.approx(first, abs=1e-12)
+    assert sum(abs(t - first - 2 * math.pi / 5 * k) < 1e-12 for t in slides for k in range(2)) == 2
+
+
+@pytest.mark.parametrize("rtol", TOLERANCES)
+def test_block_that_a_given_force_holds_slips_where_that_force_vanishes_for_a_moment(rtol):
+    """mu N = mu (1 - (1 - 1e-3) exp(-((t - 2)/0.3)^2)) falls below F = 2e-3 mu: once, about t = 2."""
+
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = 2e-3 * MU
+
+    def normal_force(t, q, u, p, N):
+        N[0] = 1 - (1 - 1e-3) * math.exp(-(((t - 2) / 0.3) ** 2))
+
+    def tangent(t, q, p, W):
+        W[0, 0, 0] = 1.0
+
+    system = ns.System(
+        n_q=1, mass=mass, force=force, tangent=tangent, normal_force=normal_force,
+        contacts=[ns.Contact(mu=MU, normal_force=True)],
+    )  # fmt: skip
+    sol = ns.simulate(system, (0, 5), [0], [0], integrator=events_at(rtol))
+    begin = 2 - 0.3 * math.sqrt(math.log((1 - 1e-3) / (1 - 2e-3)))
+    assert begins_of(sol, ContactMode.SLIDE) == pytest.approx([begin], abs=1e-11)
