@@ -17,6 +17,7 @@ Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from nonsmooth.blocks import Integers, Matrix, Vector, address, view
@@ -60,6 +61,7 @@ class Events(NamedTuple):
     value: Vector  # (2E,) values and tolerances
     sample: Matrix  # (6, E) values at the beginning of the step, its stages, and two places between them
     largest: Vector  # (E,) absolute values since the last event
+    longest: Vector  # (1,) step [s] by which the event functions are followed
     x: Vector  # (N,) a state within the step
     found: Integers  # (6,)
 
@@ -68,7 +70,7 @@ def events_shapes(n_events: int, n_x: int) -> dict[str, tuple[int, ...]]:
     """Shapes of ``Events``."""
     return {
         "armed": (n_events,), "is_gap": (n_events,), "floor": (n_events,), "value": (2 * n_events,),
-        "sample": (6, n_events), "largest": (n_events,), "x": (n_x,), "found": (6,),
+        "sample": (6, n_events), "largest": (n_events,), "longest": (1,), "x": (n_x,), "found": (6,),
     }  # fmt: skip
 
 
@@ -76,8 +78,8 @@ def events_shapes(n_events: int, n_x: int) -> dict[str, tuple[int, ...]]:
 def locate_event(rates, functions, model, p, context, ode_at, events_block):
     """Look for the first event within the step that was tried, and shorten the step to it.
 
-    found[WHICH] is the event, NO_EVENT, or TOO_LONG where a step is to be tried anew, with the clock[STEP] set here;
-    found[IS_IMMEDIATE] tells that the event lies at the beginning of the step. Returns a Status.
+    found[WHICH] is the event, NO_EVENT, or TOO_LONG where a step is to be tried anew, shorter; found[IS_IMMEDIATE] tells
+    that the event lies at the beginning of the step. Returns a Status.
     """
     ode, events = view(ode_at, Radau), view(events_block, Events)
     found, clock = events.found, ode.clock
@@ -93,6 +95,7 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
             return status
         if sample < 0:
             forget_largest(events)
+            events.longest[0] = math.inf
         if sample < 0 and found[HANDLED] != NO_EVENT:
             events.floor[found[HANDLED]] = max(0.0, -events.value[found[HANDLED]])
             found[HANDLED] = NO_EVENT
@@ -113,10 +116,16 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
         if found[WHICH] != NO_EVENT or status != Status.RUNNING:
             return status
     else:
-        clock[STEP] = min(clock[STEP], LONGER * clock[DONE])
+        events.longest[0] = LONGER * clock[DONE]
     keep_end(events)
     found[REDUCTIONS], found[REFINEMENTS] = 0, 0
     return Status.RUNNING.value
+
+
+@kernel
+def longest_step(events):
+    """The longest step [s] by which the event functions are followed, as far as is known."""
+    return events.longest[0] if events.found[CHECK_START] == 0 else math.inf
 
 
 @kernel
@@ -127,9 +136,6 @@ def look_between(rates, functions, model, p, context, ode, events):
         status = values_at(PLACES[k], functions, model, p, context, ode, events)
         if status != Status.RUNNING:
             return status
-        which, _ = first_fallen(events)
-        if which != NO_EVENT:
-            return shorten_to_event(rates, functions, model, p, context, 0.0, PLACES[k], ode, events)
         note_values(k, events.value, events)
     room, theta = judge(ode.atol[0], clock[RTOL], events)
     if theta < 1.0:
@@ -142,11 +148,11 @@ def look_between(rates, functions, model, p, context, ode, events):
         room = 0.0
     factor = SAFETY * room**0.25
     if room >= 1.0 or found[REFINEMENTS] == MOST_REFINEMENTS or SHRINK * clock[DONE] <= TINY * abs(clock[NOW]):
-        clock[STEP] = min(clock[STEP], clock[DONE] * max(1.0, factor))
+        events.longest[0] = clock[DONE] * max(1.0, factor)
     else:
         found[WHICH] = TOO_LONG
         found[REFINEMENTS] += 1
-        clock[STEP] = clock[DONE] * min(SHORTER, max(SHRINK, factor))
+        events.longest[0] = clock[DONE] * min(SHORTER, max(SHRINK, factor))
     return Status.RUNNING.value
 
 

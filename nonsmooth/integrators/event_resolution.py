@@ -94,6 +94,9 @@ def judge(atol, rtol, events):
         if events.is_gap[e] == 1:
             floor = max(floor, atol)
         error = DOUBT * error_of_cubic(e, events)
+        for k in range(EXTRA, len(PLACES)):
+            if events.sample[k, e] < -floor:
+                first = min(first, PLACES[k])
         for a in range(len(PLACES) - 1):
             low, high = PLACES[ORDER[a]], PLACES[ORDER[a + 1]]
             middle = 0.5 * (low + high)

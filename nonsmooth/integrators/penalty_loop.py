@@ -23,6 +23,7 @@ from nonsmooth.integrators.event_location import (
     Events,
     events_shapes,
     locate_event,
+    longest_step,
 )
 from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_restart, radau_step
 from nonsmooth.integrators.radau_stages import DONE, NOW, Radau, dense_value, radau_shapes, rates_at
@@ -133,7 +134,7 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
         if state.counters[N_EVENTS] + contacts.kinds.shape[0] > state.events.shape[0]:
             return Status.RUNNING.value
-        status = radau_step(rates, model, p, address(contacts), h_max, address(ode))
+        status = radau_step(rates, model, p, address(contacts), min(h_max, longest_step(events)), address(ode))
         if status != Status.RUNNING:
             return status
         status = locate_event(rates, functions, model, p, address(contacts), address(ode), address(events))

@@ -22,6 +22,7 @@ from nonsmooth.integrators.event_location import (
     Events,
     events_shapes,
     locate_event,
+    longest_step,
 )
 from nonsmooth.integrators.penalty_loop import NEXT, ROWS, STALLS, Trail, state_at_moment, write_row
 from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_restart, radau_step
@@ -100,7 +101,7 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
                 return status
         if not t_end - t > SMALLEST * abs(t):
             return Status.FINISHED.value
-        h_max = min(t_end - t, ONE_FLIGHT * contacts.numbers[FLIGHT])
+        h_max = min(t_end - t, ONE_FLIGHT * contacts.numbers[FLIGHT], longest_step(events))
         status = radau_step(rates, model, p, address(contacts), h_max, address(ode))
         if status == Status.RUNNING:
             status = locate_event(rates, functions, model, p, address(contacts), address(ode), address(events))

@@ -123,11 +123,11 @@ def test_block_leaves_a_shaken_table_where_it_falls_faster_than_g(part, rtol):
     def normal(t, q, p, W):
         W[0, 0] = 1.0
 
-    def surface_velocity(t, q, p, w):
-        w[0, 0] = part * GRAVITY * math.cos(rate * t) / rate
+    def gap_rate(t, q, p, w):
+        w[0] = part * GRAVITY * math.cos(rate * t) / rate
 
     system = ns.System(
-        n_q=1, mass=mass, force=force, gap=gap, normal=normal, surface_velocity=surface_velocity,
+        n_q=1, mass=mass, force=force, gap=gap, normal=normal, gap_rate=gap_rate,
         contacts=[ns.Contact()],
     )  # fmt: skip
     begin, end = flight_from_a_table(part, rate)
