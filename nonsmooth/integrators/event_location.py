@@ -78,8 +78,8 @@ def events_shapes(n_events: int, n_x: int) -> dict[str, tuple[int, ...]]:
 def locate_event(rates, functions, model, p, context, ode_at, events_block):
     """Look for the first event within the step that was tried, and shorten the step to it.
 
-    found[WHICH] is the event, NO_EVENT, or TOO_LONG where a step is to be tried anew, shorter; found[IS_IMMEDIATE] tells
-    that the event lies at the beginning of the step. Returns a Status.
+    found[WHICH] is the event, NO_EVENT, or TOO_LONG where a step is to be tried anew, shorter; found[IS_IMMEDIATE]
+    tells that the event lies at the beginning of the step. Returns a Status.
     """
     ode, events = view(ode_at, Radau), view(events_block, Events)
     found, clock = events.found, ode.clock

@@ -57,8 +57,9 @@ def forget_largest(events):
 
 @kernel
 def is_watched(e, events):
-    """Whether a function has a zero between the places: it is armed, and does not jump."""
-    return events.armed[e] == 1 and events.value[events.armed.shape[0] + e] >= 0.0
+    """Whether a function may fall between the places: it is armed, was not left below zero by an event that was
+    handled, and does not jump."""
+    return events.armed[e] == 1 and events.sample[BEGIN, e] >= 0.0 <= events.value[events.armed.shape[0] + e]
 
 
 @kernel
