@@ -51,7 +51,7 @@ SAFETY = 0.9
 SHRINK, GROW = 0.1, 10.0  # bounds of the change of step
 KEEP = 1.2  # a step that would grow by less keeps its length, and with it the factors
 RECOVER = 1.2  # growth of the longest step after Newton's method failed with a longer one
-QUIET = 1e-6  # of the span: the first step of a motion that says nothing of a time in which it changes
+QUIET = 1e-6  # of the span: the first step of a body at rest, which says nothing of the time in which its loads change
 SLOW = 1e-3  # rate of convergence of Newton's method above which the Jacobian is renewed
 SMALLEST = 16.0 * EPS  # step, relative to t
 
@@ -130,9 +130,8 @@ def begin(rates, model, p, context, h_max, ode):
     clock[ERROR_OLD] = 0.0
     clock[LIMIT] = math.inf
     # one part of a component, or of its tolerance where all are zero, in the first step
-    h = 0.01 * math.sqrt(max(size, 1.0) / speed) if speed > 0.0 else math.inf
-    h = max(h, 2.0 * SMALLEST * abs(clock[NOW]))  # of a component near zero, which the time does not resolve
-    clock[STEP] = h if h < h_max else QUIET * h_max
+    h = 0.01 * math.sqrt(max(size, 1.0) / speed) if speed > 0.0 else QUIET * h_max
+    clock[STEP] = min(h_max, max(h, 2.0 * SMALLEST * abs(clock[NOW])))
     return Status.RUNNING.value
 
 
