@@ -89,7 +89,7 @@ def judge(atol, rtol, events):
     they are resolved; and the first place in the step where one falls below its floor, 1 if none does."""
     room, first = math.inf, 1.0
     for e in range(events.armed.shape[0]):
-        if not is_watched(e, events):
+        if not is_watched(e, events) or is_constant(e, events):
             continue
         floor = max(FLOOR * rtol, ROUNDED) * events.largest[e]
         if events.is_gap[e] == 1:
@@ -109,6 +109,15 @@ def judge(atol, rtol, events):
                 if off > floor:
                     room = min(room, max(0.0, min(value + floor, FOLLOWED * events.largest[e])) / off)
     return room, first
+
+
+@kernel
+def is_constant(e, events):
+    """Whether a function has one value at all places."""
+    for k in range(1, len(PLACES)):
+        if events.sample[k, e] != events.sample[BEGIN, e]:
+            return False
+    return True
 
 
 @kernel
