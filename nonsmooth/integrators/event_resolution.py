@@ -24,6 +24,30 @@ from nonsmooth.jit import kernel
 PLACES = (0.0, C[0], C[1], C[2], 0.4, 0.85)
 ORDER = (0, 1, 4, 2, 5, 3)
 BEGIN, END, EXTRA = 0, 3, 4
+
+
+def lagrange(theta: float, places: tuple[float, ...]) -> tuple[float, ...]:
+    """What the values at the places contribute at theta to the polynomial through them."""
+    return tuple(math.prod((theta - r) / (k - r) for r in places if r != k) for k in places)
+
+
+def shape(theta: float) -> float:
+    """|w(theta)|, which vanishes where the cubic is exact."""
+    return abs(math.prod(theta - place for place in PLACES[:EXTRA]))
+
+
+MIDDLES = tuple(0.5 * (PLACES[ORDER[a]] + PLACES[ORDER[a + 1]]) for a in range(len(ORDER) - 1))
+AT_MIDDLES = tuple(lagrange(theta, PLACES) for theta in MIDDLES)  # P
+SHAPE_AT_MIDDLES = tuple(shape(theta) for theta in MIDDLES)
+SCALES = tuple(1.0 / math.prod(k - r for r in PLACES if r != k) for k in PLACES)  # of the products of P elsewhere
+# (f - P_3)/|w| at the two places beside the cubic: weights of the values at the first four, and of its own
+OFF_CUBIC = tuple(tuple(-part / shape(theta) for part in lagrange(theta, PLACES[:EXTRA])) for theta in PLACES[EXTRA:])
+OFF_OWN = tuple(1.0 / shape(theta) for theta in PLACES[EXTRA:])
+# Between the beginning and the stages: weights of the stages in their parabola, and what the cubic adds to it
+BETWEEN = (0.5 * C[0], 0.5 * (C[0] + C[1]), 0.5 * (C[1] + C[2]))
+PARABOLA = tuple(lagrange(theta, C) for theta in BETWEEN)
+BENT = tuple(math.prod(theta - c for c in C) for theta in BETWEEN)
+TWIST = tuple(1.0 / math.prod(k - r for r in PLACES[:EXTRA] if r != k) for k in PLACES[:EXTRA])
 FAR = 4.0  # times what a function varies by at the stages: so far from zero it cannot fall between them
 LOW = 0.25  # of what a function varies by at the stages: if it comes as near to zero its dip is looked at closely
 CLEAR = 10.0  # times what the parabola through the stages is off by, which is more than the error of the cubic
@@ -71,16 +95,27 @@ def is_clear(events):
         if not is_watched(e, events) or lowest > FAR * (highest - lowest):
             continue
         low = LOW * (highest - lowest)
-        slope = (f_2 - f_1) / (C[1] - C[0])
-        curvature = ((f_3 - f_2) / (C[2] - C[1]) - slope) / (C[2] - C[0])
-        twist = (f_1 - C[0] * (slope - C[1] * curvature) - f_0) / (C[0] * C[1] * C[2])
-        vertex = 0.5 * (C[0] + C[1] - slope / curvature) if curvature > 0.0 else 1.0
-        for theta in (0.5 * C[0], 0.5 * (C[0] + C[1]), 0.5 * (C[1] + C[2]), min(1.0, max(0.0, vertex))):
-            parabola = f_1 + (theta - C[0]) * (slope + (theta - C[1]) * curvature)
-            off = twist * (theta - C[0]) * (theta - C[1]) * (theta - C[2])
-            if not parabola + off >= CLEAR * abs(off) + low:
+        twist = TWIST[0] * f_0 + TWIST[1] * f_1 + TWIST[2] * f_2 + TWIST[3] * f_3
+        for k in range(len(BETWEEN)):
+            parabola = PARABOLA[k][0] * f_1 + PARABOLA[k][1] * f_2 + PARABOLA[k][2] * f_3
+            if not parabola + twist * BENT[k] >= CLEAR * abs(twist * BENT[k]) + low:
                 return False
+        if not is_clear_at_vertex(f_1, f_2, f_3, twist, low):
+            return False
     return True
+
+
+@kernel
+def is_clear_at_vertex(f_1, f_2, f_3, twist, low):
+    """The same where the parabola through the stages is lowest in the step, or at its end."""
+    slope = (f_2 - f_1) * (1.0 / (C[1] - C[0]))
+    curvature = ((f_3 - f_2) * (1.0 / (C[2] - C[1])) - slope) * (1.0 / (C[2] - C[0]))
+    if not curvature > 0.0:
+        return f_3 >= low
+    theta = min(1.0, max(0.0, 0.5 * (C[0] + C[1] - slope / curvature)))
+    parabola = f_1 + (theta - C[0]) * (slope + (theta - C[1]) * curvature)
+    off = twist * (theta - C[0]) * (theta - C[1]) * (theta - C[2])
+    return parabola + off >= CLEAR * abs(off) + low
 
 
 @kernel
@@ -98,17 +133,26 @@ def judge(atol, rtol, events):
         for k in range(EXTRA, len(PLACES)):
             if events.sample[k, e] < -floor:
                 first = min(first, PLACES[k])
-        for a in range(len(PLACES) - 1):
-            low, high = PLACES[ORDER[a]], PLACES[ORDER[a + 1]]
-            middle = 0.5 * (low + high)
-            for theta in (middle, lowest_place(e, low, middle, high, events)):
-                value = polynomial(theta, len(PLACES), e, events)
+        most = FOLLOWED * events.largest[e]
+        for a in range(len(MIDDLES)):
+            value = middle_value(a, e, events)
+            if value < -floor:
+                first = min(first, MIDDLES[a])
+            room = min(room, room_at(value + floor, most, error * SHAPE_AT_MIDDLES[a], floor))
+            theta = lowest_place(a, value, e, events)
+            if theta != MIDDLES[a]:
+                value = polynomial(theta, e, events)
                 if value < -floor:
                     first = min(first, theta)
-                off = error * abs(shape(theta))
-                if off > floor:
-                    room = min(room, max(0.0, min(value + floor, FOLLOWED * events.largest[e])) / off)
+                off = error * abs(theta * (theta - C[0]) * (theta - C[1]) * (theta - C[2]))
+                room = min(room, room_at(value + floor, most, off, floor))
     return room, first
+
+
+@kernel
+def room_at(value, most, off, floor):
+    """How many times the error fits between a value and zero; an error below the floor does any number of times."""
+    return max(0.0, min(value, most)) / off if off > floor else math.inf
 
 
 @kernel
@@ -124,36 +168,42 @@ def is_constant(e, events):
 def error_of_cubic(e, events):
     """max |f - P_3|/|w| at the two places beside its nodes."""
     error = 0.0
-    for k in range(EXTRA, len(PLACES)):
-        theta = PLACES[k]
-        error = max(error, abs(events.sample[k, e] - polynomial(theta, EXTRA, e, events)) / abs(shape(theta)))
+    for a in range(len(OFF_OWN)):
+        off = OFF_OWN[a] * events.sample[EXTRA + a, e]
+        for k in range(EXTRA):
+            off += OFF_CUBIC[a][k] * events.sample[k, e]
+        error = max(error, abs(off))
     return error
 
 
 @kernel
-def shape(theta):
-    """w(theta), which vanishes where the cubic is exact."""
-    return theta * (theta - C[0]) * (theta - C[1]) * (theta - C[2])
+def middle_value(a, e, events):
+    """The polynomial through all places, in the middle between two."""
+    value = 0.0
+    for k in range(len(PLACES)):
+        value += AT_MIDDLES[a][k] * events.sample[k, e]
+    return value
 
 
 @kernel
-def polynomial(theta, m, e, events):
-    """The polynomial through the first m places, in the form of Lagrange."""
+def polynomial(theta, e, events):
+    """The polynomial through all places, in the form of Lagrange."""
     total = 0.0
-    for k in range(m):
-        part = events.sample[k, e]
-        for r in range(m):
+    for k in range(len(PLACES)):
+        part = SCALES[k] * events.sample[k, e]
+        for r in range(len(PLACES)):
             if r != k:
-                part *= (theta - PLACES[r]) / (PLACES[k] - PLACES[r])
+                part *= theta - PLACES[r]
         total += part
     return total
 
 
 @kernel
-def lowest_place(e, low, middle, high, events):
-    """Where the parabola through three values of the polynomial is lowest in (low, high); the middle if it is not."""
-    m = len(PLACES)
-    f_0, f_1, f_2 = polynomial(low, m, e, events), polynomial(middle, m, e, events), polynomial(high, m, e, events)
-    bend = f_0 - 2.0 * f_1 + f_2
-    theta = middle + 0.25 * (high - low) * (f_0 - f_2) / bend if bend > 0.0 else middle
-    return theta if low < theta < high else middle
+def lowest_place(a, value, e, events):
+    """Where the parabola through two places and the value in their middle is lowest; the middle if not between."""
+    half = MIDDLES[a] - PLACES[ORDER[a]]
+    f_0, f_2 = events.sample[ORDER[a], e], events.sample[ORDER[a + 1], e]
+    bend = f_0 - 2.0 * value + f_2
+    if not 0.5 * abs(f_0 - f_2) < bend:
+        return MIDDLES[a]
+    return MIDDLES[a] + 0.5 * half * (f_0 - f_2) / bend
