@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 import nonsmooth as ns
 from nonsmooth import ContactMode
+from nonsmooth.integrators import event_resolution as resolution
 
 MU, GRAVITY = 0.3, 9.81
 TOLERANCES = [1e-4, 1e-8, 1e-12]
@@ -192,3 +193,20 @@ def test_block_that_a_given_force_holds_slips_where_that_force_vanishes_for_a_mo
     sol = ns.simulate(system, (0, 5), [0], [0], integrator=events_at(rtol))
     begin = 2 - 0.3 * math.sqrt(math.log((1 - 1e-3) / (1 - 2e-3)))
     assert begins_of(sol, ContactMode.SLIDE) == pytest.approx([begin], abs=1e-11)
+
+
+def test_weights_between_the_stages_are_those_of_the_polynomials():
+    """Of one of degree 5 all six places tell it; of degree 4 the cubic misses its leading coefficient times w; of a
+    cubic the stages' parabola misses the product of its three factors."""
+    rng = np.random.default_rng(2)
+    places = np.array(resolution.PLACES)
+    quintic, quartic, cubic = (np.polynomial.Polynomial(rng.normal(size=n)) for n in (6, 5, 4))
+    middles = np.array(resolution.AT_MIDDLES) @ quintic(places)
+    assert middles == pytest.approx(quintic(np.array(resolution.MIDDLES)), rel=1e-12, abs=1e-13)
+    assert np.array(resolution.SCALES) @ quintic(places) == pytest.approx(quintic.coef[5], rel=1e-11)
+    off = np.array(resolution.OFF_CUBIC) @ quartic(places[:4]) + np.array(resolution.OFF_OWN) * quartic(places[4:])
+    assert np.abs(off) == pytest.approx(np.abs(quartic.coef[4]), rel=1e-11)
+    between = np.array(resolution.PARABOLA) @ cubic(places[1:4])
+    twist = np.array(resolution.TWIST) @ cubic(places[:4])
+    exact = cubic(np.array(resolution.BETWEEN))
+    assert between + twist * np.array(resolution.BENT) == pytest.approx(exact, rel=1e-12, abs=1e-13)
