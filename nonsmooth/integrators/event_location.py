@@ -33,7 +33,7 @@ from nonsmooth.integrators.event_resolution import (
 )
 from nonsmooth.integrators.radau import SAFETY, radau_interpolate, radau_shorten
 from nonsmooth.integrators.radau_stages import DONE, EPS, HAS_DENSE, NOW, RATES, RTOL, STEP, STEP_OLD, C, Radau
-from nonsmooth.jit import Callback, kernel
+from nonsmooth.jit import Callback, kernel, rare_kernel
 
 BISECTIONS = 50
 CORRECTIONS = 6
@@ -128,7 +128,7 @@ def longest_step(events):
     return events.longest[0] if events.found[CHECK_START] == 0 else math.inf
 
 
-@kernel
+@rare_kernel
 def look_between(rates, functions, model, p, context, ode, events):
     """Look for what falls between the stages, and whether it would be seen; a Status, and found[WHICH] as above."""
     clock, found = ode.clock, events.found

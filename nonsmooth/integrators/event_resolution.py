@@ -92,7 +92,7 @@ def is_clear(events):
     for e in range(events.armed.shape[0]):
         f_0, f_1, f_2, f_3 = events.sample[0, e], events.sample[1, e], events.sample[2, e], events.sample[3, e]
         lowest, highest = min(f_0, f_1, f_2, f_3), max(f_0, f_1, f_2, f_3)
-        if not is_watched(e, events) or lowest > FAR * (highest - lowest):
+        if lowest > FAR * (highest - lowest) or not is_watched(e, events):
             continue
         low = LOW * (highest - lowest)
         twist = TWIST[0] * f_0 + TWIST[1] * f_1 + TWIST[2] * f_2 + TWIST[3] * f_3
