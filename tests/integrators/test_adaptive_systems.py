@@ -21,8 +21,6 @@ from nonsmooth.bench import peers
 
 MOST = 30.0  # tolerances
 ALIKE = 3e-10  # of two references, over 1e-2 + max |q|: rows that move fast have their rates by differences
-# EventDriven at 1e-12 finds no modes at the breakaway of the lightened block
-WITHOUT_EVENTS = {"wobbling load"}
 
 SYSTEMS = {}  # functions that make them
 
@@ -1071,8 +1069,8 @@ def times(case):
 
 
 def by_events(case):
-    """Coordinates of EventDriven."""
-    integrator = ns.EventDriven(1e-12, 1e-14)
+    """Coordinates of EventDriven; at atol = 1e-14 the rounding of a load that two feet share is no smaller."""
+    integrator = ns.EventDriven(1e-12, 1e-13)
     return ns.simulate(case.system, (0, case.t_end), case.q0, case.u0, integrator=integrator, t_eval=times(case)).q
 
 
@@ -1094,7 +1092,7 @@ def test_motion_is_that_of_scipy_with_modes_found_by_trying_all(name):
     case = SYSTEMS[name]()
     exact = by_trying(case)
     assert max(error(case, rtol, exact) for rtol in (1e-6, 1e-8, 1e-10)) < MOST
-    assert name in WITHOUT_EVENTS or distance(by_events(case), exact) < ALIKE
+    assert distance(by_events(case), exact) < ALIKE
 
 
 @pytest.mark.slow
@@ -1103,7 +1101,7 @@ def test_error_is_a_few_tolerances_at_every_tolerance(name):
     case = SYSTEMS[name]()
     exact = by_trying(case)
     assert max(error(case, rtol, exact) for rtol in 10.0 ** -np.arange(4, 10.5)) < MOST
-    assert name in WITHOUT_EVENTS or distance(by_events(case), exact) < ALIKE
+    assert distance(by_events(case), exact) < ALIKE
 
 
 @pytest.mark.parametrize("name", ["stribeck belt", "between two walls", "bead on a hoop"])
