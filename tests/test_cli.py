@@ -235,7 +235,7 @@ def test_quiet_prints_nothing_and_records_at_the_times_asked_for(tmp_path, capsy
     arguments = ["run", "bouncing-ball", "--t-end", "0.3", "--t-eval", "0.1", "0.3", "--quiet", "--no-plot"]
     assert main([*arguments, "--out", str(out)]) == 0
     assert capsys.readouterr() == ("", "")
-    assert ns.Solution.load(out).t.tolist() == [0.0, 0.1, 0.3]
+    assert ns.Solution.load(out).t.tolist() == [0.1, 0.3]
 
 
 def test_an_inconsistent_start_is_reported_in_one_line_and_projected_on_request(capsys):
