@@ -3,7 +3,8 @@
 An event function is positive while its mode lasts. It is watched at the stages of each step, and between them
 (event_resolution.py): what falls and rises again within one step is found too. The first zero is enclosed by bisection
 of the collocation polynomial, and the step is then taken anew to that time and corrected by Newton's method, so that
-the state at the event has the order of the method, not that of the polynomial.
+the state at the event has the order of the method, not that of the polynomial. The step that is left is watched in the
+same way: what dips before the event may lie between the stages of the longer one.
 
 A function that begins at zero, within its own tolerance, is *armed* only once it has been above it: what rounding
 leaves at the beginning of a mode is no event. What falls without having been armed is one where minus the tolerance is
@@ -23,6 +24,7 @@ from typing import NamedTuple
 from nonsmooth.blocks import Integers, Matrix, Vector, address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.event_resolution import (
+    BEGIN,
     EXTRA,
     PLACES,
     forget_largest,
@@ -58,6 +60,8 @@ class Events(NamedTuple):
     armed: Integers  # (E,)
     is_gap: Integers  # (E,) 1 for the gap of an open contact: what dips below zero by less than atol is no touch
     floor: Vector  # (E,) what the rounding of its time left of an event that was handled
+    armed_before: Integers  # (E,) the same at the beginning of the step
+    floor_before: Vector  # (E,)
     value: Vector  # (2E,) values and tolerances
     sample: Matrix  # (6, E) values at the beginning of the step, its stages, and two places between them
     largest: Vector  # (E,) absolute values since the last event
@@ -69,7 +73,8 @@ class Events(NamedTuple):
 def events_shapes(n_events: int, n_x: int) -> dict[str, tuple[int, ...]]:
     """Shapes of ``Events``."""
     return {
-        "armed": (n_events,), "is_gap": (n_events,), "floor": (n_events,), "value": (2 * n_events,),
+        "armed": (n_events,), "is_gap": (n_events,), "floor": (n_events,),
+        "armed_before": (n_events,), "floor_before": (n_events,), "value": (2 * n_events,),
         "sample": (6, n_events), "largest": (n_events,), "longest": (1,), "x": (n_x,), "found": (6,),
     }  # fmt: skip
 
@@ -82,44 +87,101 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
     tells that the event lies at the beginning of the step. Returns a Status.
     """
     ode, events = view(ode_at, Radau), view(events_block, Events)
-    found, clock = events.found, ode.clock
-    found[WHICH] = NO_EVENT
-    found[IS_IMMEDIATE] = 0
+    found = events.found
+    found[WHICH], found[IS_IMMEDIATE] = NO_EVENT, 0
+    if found[CHECK_START] != 0:
+        status = look_at_start(functions, model, p, context, ode, events)
+        if status != Status.RUNNING or found[IS_IMMEDIATE] != 0:
+            return status
+    keep_armed(events)
+    status = look_along(NO_EVENT, rates, functions, model, p, context, ode, events)
+    length = math.inf
+    while status == Status.RUNNING and found[WHICH] >= 0 and ode.clock[DONE] < length:
+        length = ode.clock[DONE]
+        status = look_before(found[WHICH], rates, functions, model, p, context, ode, events)
+    found[CHECK_START] = 0
+    if found[WHICH] == TOO_LONG:
+        restore_armed(events)
+        return status
+    if found[WHICH] == NO_EVENT:
+        keep_end(events)
+    found[REDUCTIONS], found[REFINEMENTS] = 0, 0
+    return status
+
+
+@kernel
+def look_at_start(functions, model, p, context, ode, events):
+    """Look for what has fallen where a mode begins, and begin to follow the functions; a Status."""
+    found = events.found
+    status = values_at_stage(-1, functions, model, p, context, ode, events)
+    if status != Status.RUNNING:
+        return status
+    forget_largest(events)
+    events.longest[0] = math.inf
+    if found[HANDLED] != NO_EVENT:
+        events.floor[found[HANDLED]] = max(0.0, -events.value[found[HANDLED]])
+        found[HANDLED] = NO_EVENT
+    which, _ = first_fallen(events)
+    if which != NO_EVENT:
+        found[WHICH] = which
+        found[IS_IMMEDIATE] = 1
+        return status
+    arm(events)
+    note_values(BEGIN, events.value, events)
+    return status
+
+
+@kernel
+def look_along(ending, rates, functions, model, p, context, ode, events):
+    """Look for the first fall within the step, at its stages and between them; at its end only where it is not known
+    to end with an event. A Status, and found[WHICH] as above."""
     low = 0.0
-    for sample in range(-1 if found[CHECK_START] != 0 else 0, 3):
-        theta = C[sample] if sample >= 0 else 0.0
-        for i in range(ode.x.shape[0]):
-            events.x[i] = ode.x[i] + ode.Z[sample, i] if sample >= 0 else ode.x[i]
-        status = event_values(functions, model, p, context, clock[NOW] + theta * clock[DONE], events.x, events.value)
+    for sample in range(3):
+        status = values_at_stage(sample, functions, model, p, context, ode, events)
         if status != Status.RUNNING:
             return status
-        if sample < 0:
-            forget_largest(events)
-            events.longest[0] = math.inf
-        if sample < 0 and found[HANDLED] != NO_EVENT:
-            events.floor[found[HANDLED]] = max(0.0, -events.value[found[HANDLED]])
-            found[HANDLED] = NO_EVENT
         which, _ = first_fallen(events)
-        if which != NO_EVENT and sample < 0:
-            found[WHICH] = which
-            found[IS_IMMEDIATE] = 1
-            return Status.RUNNING.value
-        if which != NO_EVENT:
-            return shorten_to_event(rates, functions, model, p, context, low, theta, ode, events)
+        if which != NO_EVENT and (sample < 2 or ending == NO_EVENT):
+            return shorten_to_event(rates, functions, model, p, context, low, C[sample], ode, events)
         arm(events)
-        low = theta
+        low = C[sample]
         note_values(1 + sample, events.value, events)
-    found[CHECK_START] = 0
-    is_long = ode.flags[HAS_DENSE] == 0 or clock[DONE] > LONGER * clock[STEP_OLD]
-    if is_long or not is_clear(events):
+    was_armed = 0
+    if ending != NO_EVENT:  # which leaves no doubt: it falls there
+        was_armed = events.armed[ending]
+        events.armed[ending] = 0
+    if is_doubtful(ode, events):
         status = look_between(rates, functions, model, p, context, ode, events)
-        if found[WHICH] != NO_EVENT or status != Status.RUNNING:
-            return status
     else:
-        events.longest[0] = LONGER * clock[DONE]
-    keep_end(events)
-    found[REDUCTIONS], found[REFINEMENTS] = 0, 0
-    return Status.RUNNING.value
+        events.longest[0] = LONGER * ode.clock[DONE]
+    if ending != NO_EVENT:
+        events.armed[ending] = was_armed
+    return status
+
+
+@rare_kernel
+def look_before(ending, rates, functions, model, p, context, ode, events):
+    """Look for what falls in the step that was shortened to the event of a function, before it: the stages of the
+    longer step were too far apart to show it. What is not armed was looked at there: nearer to zero lies its rounding.
+    A Status, and found[WHICH] as above: the same event, with the same length of the step, if nothing does."""
+    found = events.found
+    found[WHICH] = NO_EVENT
+    for e in range(events.armed.shape[0]):
+        events.armed[e] = events.armed_before[e]
+        events.floor[e] = events.floor_before[e] if events.armed_before[e] == 1 else math.inf
+    status = look_along(ending, rates, functions, model, p, context, ode, events)
+    for e in range(events.armed.shape[0]):
+        if events.armed[e] == 0:
+            events.floor[e] = events.floor_before[e]
+    if found[WHICH] == NO_EVENT:
+        found[WHICH] = ending
+    return status
+
+
+@kernel
+def is_doubtful(ode, events):
+    """Whether a function may fall between the stages of the step."""
+    return ode.flags[HAS_DENSE] == 0 or ode.clock[DONE] > LONGER * ode.clock[STEP_OLD] or not is_clear(events)
 
 
 @kernel
@@ -157,6 +219,15 @@ def look_between(rates, functions, model, p, context, ode, events):
 
 
 @kernel
+def values_at_stage(sample, functions, model, p, context, ode, events):
+    """The event functions at a stage of the step, or where it begins for sample = -1, to events.value; a Status."""
+    theta = C[sample] if sample >= 0 else 0.0
+    for i in range(ode.x.shape[0]):
+        events.x[i] = ode.x[i] + ode.Z[sample, i] if sample >= 0 else ode.x[i]
+    return event_values(functions, model, p, context, ode.clock[NOW] + theta * ode.clock[DONE], events.x, events.value)
+
+
+@kernel
 def values_at(theta, functions, model, p, context, ode, events):
     """The event functions within the step that was tried, to events.value; returns a Status."""
     radau_interpolate(theta, ode, events.x)
@@ -185,6 +256,22 @@ def arm(events):
         if events.value[e] > events.value[E + e]:
             events.armed[e] = 1
             events.floor[e] = 0.0
+
+
+@kernel
+def keep_armed(events):
+    """Keep what is armed where the step begins."""
+    for e in range(events.armed.shape[0]):
+        events.armed_before[e] = events.armed[e]
+        events.floor_before[e] = events.floor[e]
+
+
+@kernel
+def restore_armed(events):
+    """What was armed later in a step that is taken anew was not yet where it began."""
+    for e in range(events.armed.shape[0]):
+        events.armed[e] = events.armed_before[e]
+        events.floor[e] = events.floor_before[e]
 
 
 @kernel
@@ -227,7 +314,6 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
         events.found[REDUCTIONS] += 1
         clock[STEP] = REDUCTION * h
         return Status.RUNNING.value
-    events.found[REDUCTIONS] = 0
     return status
 
 
@@ -249,5 +335,4 @@ def correct(rates, functions, model, p, context, length, slope, which, level, od
         if abs(change) <= 4.0 * EPS * max(abs(t), length) or not is_met:
             break
         length += change
-    arm(events)
     return Status.RUNNING.value, is_met

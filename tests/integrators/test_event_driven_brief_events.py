@@ -210,3 +210,34 @@ def test_weights_between_the_stages_are_those_of_the_polynomials():
     twist = np.array(resolution.TWIST) @ cubic(places[:4])
     exact = cubic(np.array(resolution.BETWEEN))
     assert between + twist * np.array(resolution.BENT) == pytest.approx(exact, rel=1e-12, abs=1e-13)
+
+
+def two_particles():
+    """Of 1 kg each, y_1'' = 1 and y_2'' = 0, above tables at zero."""
+
+    def mass(t, q, p, M):
+        M[0, 0] = M[1, 1] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = 1.0
+
+    def gap(t, q, p, g):
+        g[0], g[1] = q
+
+    def normal(t, q, p, W):
+        W[0, 0] = W[1, 1] = 1.0
+
+    contacts = [ns.Contact(mu=0.0, e_N=1.0), ns.Contact(mu=0.0, e_N=1.0)]
+    return ns.System(n_q=2, mass=mass, force=force, gap=gap, normal=normal, contacts=contacts)
+
+
+def test_particle_that_dips_before_another_one_lands_lands_first():
+    """The step of a parabola is as long as it may be: it ends where the second particle lands, and the stages of the
+    longer step say nothing of the first one, which dips by 1e-7 m to 1e-4 m within 1e-3 s to 3e-2 s."""
+    system, rng = two_particles(), np.random.default_rng(3)
+    for _ in range(300):
+        depth, at = 10 ** rng.uniform(-7, -4), rng.uniform(0.3, 0.9)
+        fall = at + rng.uniform(0.03, 1.0)
+        sol = ns.simulate(system, (0, fall + 0.2), [at**2 / 2 - depth, fall], [-at, -1.0], integrator=events_at(1e-8))
+        first = min(sol.events, key=lambda event: event.t)
+        assert (first.contact, first.t) == (0, pytest.approx(at - math.sqrt(2 * depth), abs=1e-9))

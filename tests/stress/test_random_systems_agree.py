@@ -24,13 +24,9 @@ def test_random_systems_agree_or_say_why_not(seed):
     assert not unexplained(seed)
 
 
-# Of 3000: a gap that falls and rises within a step that ends with another event of EventDriven
-OPEN = {1842}
-
-
 @pytest.mark.slow
 def test_thousands_of_random_systems_agree_or_say_why_not():
-    assert {v.seed for seed in range(3000) for v in unexplained(seed)} == OPEN
+    assert not {v.seed for seed in range(3000) for v in unexplained(seed)}
 
 
 @pytest.mark.parametrize("rtol", [0.97e-8, 1e-8, 1.05e-8, 1.1e-8])
