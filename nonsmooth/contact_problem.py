@@ -12,12 +12,12 @@ C = K = 0 this is Moreau's time stepping. Source: Jean,
 
 from __future__ import annotations
 
-import functools
 import operator
 import weakref
-from typing import Any, NamedTuple
+from typing import Annotated as Array
+from typing import Any
 
-from nonsmooth.blocks import Cube, Integers, Matrix, Vector, frozen
+from nonsmooth.blocks import Block, Floats, Ints
 from nonsmooth.dense import bandwidth, cholesky, cholesky_solve, cholesky_solve_rows, lu, lu_solve
 from nonsmooth.errors import Status
 from nonsmooth.jit import call_model, kernel
@@ -45,56 +45,41 @@ ROWS_READ_T = 1 << 22
 SQRT_EPS = 1.5e-8  # relative increment of a forward difference
 
 
-class Work(NamedTuple):
+class Work(Block, r="max(1, n_c * (1 + d))"):
     """Arrays of one step, allocated once a run. n = n_u, c = n_c, r = most rows that can be closed."""
 
-    q_mid: Vector  # (n,)
-    h: Vector  # (n,) force, then the force actually applied
-    du: Vector  # (n,) Mhat^-1 dt h
-    trial: Vector  # (n,) scratch
-    rhs: Vector  # (n,) scratch
-    M: Matrix  # (n, n)
-    band: Integers  # (1,) bandwidth of M
-    factor: Matrix  # (n, n) Cholesky factor of M
-    Mhat: Matrix  # (n, n) LU factors of Mhat
-    C: Matrix  # (n, n)
-    K: Matrix  # (n, n)
-    order: Integers  # (n,) row order of the LU factors
-    g_N: Vector  # (c,)
-    W_N: Matrix  # (c, n)
-    W_F: Cube  # (c, d, n)
-    w_N: Vector  # (c,)
-    w_F: Matrix  # (c, d)
-    N: Vector  # (c,) given normal forces
-    rates: Matrix  # (c, 1 + d) W' u + w' as the model gives them
-    closed: Integers  # (c,) the closed contacts
-    start: Integers  # (c + 1,) first row of each closed contact
-    W: Matrix  # (r, n)
-    first: Integers  # (r,) each row of W is zero before this column
-    last: Integers  # (r,) and from this one on
-    X: Matrix  # (r, n) rows of W Mhat^-1
-    G: Matrix  # (r, r)
-    w: Vector  # (r,)
-    gamma_0: Vector  # (r,) velocities before the step
-    c: Vector  # (r,)
-    P: Vector  # (r,)
-    gamma_1: Vector  # (r,) G P + c without restitution and feedback: the velocities after the step
-    u_1: Vector  # (n,) velocities after the step
-
-
-@functools.lru_cache(maxsize=64)
-def work_shapes(n: int, n_c: int, d: int) -> tuple:
-    """Shapes of ``Work``."""
-    r = max(1, n_c * (1 + d))
-    per_velocity = dict.fromkeys(("q_mid", "h", "du", "trial", "rhs", "u_1", "order"), (n,))
-    square = dict.fromkeys(("M", "factor", "Mhat", "C", "K"), (n, n))
-    per_contact = dict.fromkeys(("g_N", "w_N", "N", "closed"), (n_c,))
-    rows = dict.fromkeys(("w", "gamma_0", "c", "P", "gamma_1"), (r,))
-    return frozen({
-        **per_velocity, **square, **per_contact, **rows, "W_N": (n_c, n), "W_F": (n_c, d, n), "w_F": (n_c, d),
-        "band": (1,), "rates": (n_c, 1 + d), "start": (n_c + 1,), "W": (r, n),
-        "first": (r,), "last": (r,), "X": (r, n), "G": (r, r),
-    })  # fmt: skip
+    q_mid: Array[Floats, "n"]
+    h: Array[Floats, "n"]  # force, then the force actually applied
+    du: Array[Floats, "n"]  # Mhat^-1 dt h
+    trial: Array[Floats, "n"]  # scratch
+    rhs: Array[Floats, "n"]  # scratch
+    M: Array[Floats, "n", "n"]
+    band: int  # bandwidth of M
+    factor: Array[Floats, "n", "n"]  # Cholesky factor of M
+    Mhat: Array[Floats, "n", "n"]  # LU factors of Mhat
+    C: Array[Floats, "n", "n"]
+    K: Array[Floats, "n", "n"]
+    order: Array[Ints, "n"]  # row order of the LU factors
+    g_N: Array[Floats, "n_c"]
+    W_N: Array[Floats, "n_c", "n"]
+    W_F: Array[Floats, "n_c", "d", "n"]
+    w_N: Array[Floats, "n_c"]
+    w_F: Array[Floats, "n_c", "d"]
+    N: Array[Floats, "n_c"]  # given normal forces
+    rates: Array[Floats, "n_c", "1 + d"]  # W' u + w' as the model gives them
+    closed: Array[Ints, "n_c"]  # the closed contacts
+    start: Array[Ints, "n_c + 1"]  # first row of each closed contact
+    W: Array[Floats, "r", "n"]
+    first: Array[Ints, "r"]  # each row of W is zero before this column
+    last: Array[Ints, "r"]  # and from this one on
+    X: Array[Floats, "r", "n"]  # rows of W Mhat^-1
+    G: Array[Floats, "r", "r"]
+    w: Array[Floats, "r"]
+    gamma_0: Array[Floats, "r"]  # velocities before the step
+    c: Array[Floats, "r"]
+    P: Array[Floats, "r"]
+    gamma_1: Array[Floats, "r"]  # G P + c without restitution and feedback: the velocities after the step
+    u_1: Array[Floats, "n"]  # velocities after the step
 
 
 _known_facts: weakref.WeakKeyDictionary[System, tuple[list[Any], int]] = weakref.WeakKeyDictionary()
@@ -146,7 +131,7 @@ def smooth_step(model, has, is_first, t, dt, theta, n, u, p, work):
         work.du[i] = dt * work.h[i]
     if is_implicit(has):
         return implicit_step(model, has, t, dt, theta, n, u, p, work)
-    cholesky_solve(n, work.band[0], work.factor, work.du)
+    cholesky_solve(n, work.band, work.factor, work.du)
     return Status.RUNNING
 
 
@@ -156,8 +141,8 @@ def factor_mass(model, has, is_first, t, n, u, p, work):
     if is_first or not has & MASS_IS_CONSTANT:
         if not call_model(model, MASS, t, work.q_mid, u, p, work.M):
             return Status.NOT_FINITE.value
-        work.band[0] = bandwidth(n, work.M)
-        if not cholesky(n, work.band[0], work.M, work.factor):
+        work.band = bandwidth(n, work.M)
+        if not cholesky(n, work.band, work.M, work.factor):
             return Status.MASS_NOT_POSITIVE.value
     return Status.RUNNING.value
 
@@ -174,7 +159,7 @@ def implicit_step(model, has, t, dt, theta, n, u, p, work):
     if has & DAMPING_BY_DIFFERENCES:
         for i in range(n):
             work.trial[i] = work.du[i]
-        cholesky_solve(n, work.band[0], work.factor, work.trial)
+        cholesky_solve(n, work.band, work.factor, work.trial)
         if not difference(model, t, n, work.q_mid, u, p, True, work):
             return Status.NOT_FINITE
     elif has & (1 << DAMPING) and not call_model(model, DAMPING, t, work.q_mid, u, p, work.C):
@@ -234,7 +219,7 @@ def apply_inverse(has, n, work, m):
         for r in range(m):
             for i in range(n):
                 X[r, i] = W[r, i]
-        cholesky_solve_rows(n, work.band[0], work.factor, m, X)
+        cholesky_solve_rows(n, work.band, work.factor, m, X)
 
 
 @kernel

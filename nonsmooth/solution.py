@@ -158,12 +158,12 @@ class Stats:
         """From the counters and the worst figures that a run left in its state."""
         counters, worst = state.counters, state.worst
         return cls(
-            int(counters[records.STEPS]), int(counters[records.SOLVED]), int(counters[records.SKIPPED]),
-            int(counters[records.KEPT]), int(counters[records.PIVOTS]), int(counters[records.SEVERAL]),
-            dropped + int(counters[records.EVENTS_LOST]), float(worst[records.RESIDUAL]),
-            float(worst[records.PENETRATION]), float(worst[records.LEDGER_ERROR]), wall_time, compile_time, is_compiled,
-            int(counters[records.GAINS]), float(worst[records.GAIN]), int(counters[records.UNCOUNTED]),
-            int(counters[records.SHARED]), **adaptive,
+            int(counters.steps), int(counters.solved), int(counters.skipped),
+            int(counters.kept), int(counters.pivots), int(counters.several),
+            dropped + int(counters.events_lost), float(worst.residual),
+            float(worst.penetration), float(worst.ledger_error), wall_time, compile_time, is_compiled,
+            int(counters.gains), float(worst.gain), int(counters.uncounted),
+            int(counters.shared), **adaptive,
         )  # fmt: skip
 
 
@@ -215,7 +215,7 @@ class Solution:
 
     @classmethod
     def from_run(
-        cls, system: System, integrator: Any, t: np.ndarray, record: records.Record, event_rows: np.ndarray,
+        cls, system: System, integrator: Any, t: np.ndarray, record: records.Columns, event_rows: np.ndarray,
         status: Status, message: str, stats: Stats, la: np.ndarray | None = None,
         find_motion: Callable[[], Motion] | None = None, user_events: tuple[list[np.ndarray], ...] = ([], [], []),
     ) -> Solution:  # fmt: skip

@@ -53,7 +53,7 @@ def known_solutions(n, left, closed, start, G, c, planar):
     if is_oriented and is_near(SAFE * memory.least[first], n, closed, start, G, planar):
         return ALWAYS_ONE
     if (
-        planar.may_wait[0] == 1
+        planar.may_wait == 1
         and is_as_before
         and is_near(MATERIAL, n, closed, start, G, planar)
         and is_same_load(n, closed, start, c, planar)
@@ -110,12 +110,12 @@ def is_same_load(n, closed, start, c, planar):
 def remember(found, n, left, closed, start, G, c, planar):
     """Note a census, and its work."""
     memory, rows, group, place = planar.memory, rows_of_contact(planar), planar.tree.group, planar.rest.place
-    memory.last[0] += 1
-    memory.debt[0] += planar.tree.nodes[0] * left
+    memory.last += 1
+    memory.debt += planar.tree.nodes * left
     for k in range(n):
         i = closed[k]
-        memory.stamp[i], memory.members[i], memory.found[i] = memory.last[0], n, found
-        memory.candidate[i], memory.role[i], memory.least[i] = FREE, LEFT_OUT, planar.tree.least[0]
+        memory.stamp[i], memory.members[i], memory.found[i] = memory.last, n, found
+        memory.candidate[i], memory.role[i], memory.least[i] = FREE, LEFT_OUT, planar.tree.least
         memory.mu[i], memory.normal_impulse[i] = planar.mu[k], planar.normal_impulse[k]
         for a in range(start[k], start[k + 1]):
             row = i * rows + a - start[k]
@@ -137,10 +137,10 @@ def note_modes(n, closed, planar):
 @kernel
 def pay_off(planar):
     """What a problem pays off of the censuses before it."""
-    planar.memory.debt[0] = max(0, planar.memory.debt[0] - EARNED)
+    planar.memory.debt = max(0, planar.memory.debt - EARNED)
 
 
 @kernel
 def may_count(planar):
     """Whether a census may be taken now."""
-    return planar.may_wait[0] == 0 or planar.memory.debt[0] <= LARGEST_DEBT
+    return planar.may_wait == 0 or planar.memory.debt <= LARGEST_DEBT

@@ -108,7 +108,7 @@ def hold_modes(n, closed, start, kinds, G, c, P, planar):
             P[row] = 0.0
         if not solve_for_modes(n, closed, start, kinds, G, c, P, planar):
             return False
-        if planar.is_shared[0] == 0 or not saturate(n, closed, start, kinds, G, P, planar):
+        if planar.is_shared == 0 or not saturate(n, closed, start, kinds, G, P, planar):
             break
     return (
         residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
@@ -123,9 +123,9 @@ def solve_for_modes(n, closed, start, kinds, G, c, P, planar):
     r = start[n]
     size = impose_modes(n, closed, start, kinds, P, planar)
     assemble_modes(n, size, start, G, 0.0, planar)
-    planar.is_shared[0] = 0
+    planar.is_shared = 0
     if not lu(size, planar.A, planar.order):
-        planar.is_shared[0] = 1
+        planar.is_shared = 1
         assemble_modes(n, size, start, G, ALPHA, planar)
         if not lu(size, planar.A, planar.order):
             return False
@@ -236,7 +236,7 @@ def goes_on(n, closed, start, kinds, G, c, P, planar):
     scale = 0.0
     for k in range(start[n]):
         scale = max(scale, abs(c[k]))
-    slack, rest = ROUNDED * scale, ROUNDED * load(n, start, G, P) if planar.is_shared[0] == 1 else 0.0
+    slack, rest = ROUNDED * scale, ROUNDED * load(n, start, G, P) if planar.is_shared == 1 else 0.0
     for k in range(n):
         i, a, t, candidate = closed[k], start[k], start[k + 1] - 1, planar.candidate[k]
         kind = kinds[i, 0]

@@ -23,9 +23,9 @@ NP-complete, so a bound there must be. Sources: docs/theory/moreau_jean.md; Robi
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated as Array
 
-from nonsmooth.blocks import Cube, Integers, IntegerTable, Matrix, Vector, view
+from nonsmooth.blocks import Block, Floats, Ints, view
 from nonsmooth.contact_solvers.single import (
     BOUNDARY,
     FREE,
@@ -47,32 +47,23 @@ MAX_SOLUTIONS = 32  # kept of a step; the number found is counted beyond it
 SAME_MOTION = 1e-9  # relative distance below which two solutions are one motion
 
 
-class Tree(NamedTuple):
+class Tree(Block, kept=MAX_SOLUTIONS):
     """Arrays of the walk. n = contacts, r = rows."""
 
-    S: Cube  # (n + 1, r, r) reduced matrices, one a level
-    s: Matrix  # (n + 1, r) reduced right-hand sides
-    alpha: Vector  # (r,)
-    beta: Matrix  # (r, r)
-    candidate: Integers  # (n,) mode of each contact on the present branch
-    P: Vector  # (r,) impulses of the present leaf
-    gamma: Vector  # (r,)
-    solutions: Matrix  # (kept, r) impulses
-    motions: Matrix  # (kept, r) contact velocities
-    modes: IntegerTable  # (kept, n)
-    inverse: Vector  # (r,) 1 / G_kk
-    group: Integers  # (n,) 0, or 1 + the first contact with the same friction row
-    nodes: Integers  # (1,) eliminations of the last walk
-    least: Vector  # (1,) its least pivot, relative to the diagonal of G
-
-
-def tree_shapes(n: int, r: int, kept: int = MAX_SOLUTIONS) -> dict[str, tuple[int, ...]]:
-    """Shapes of ``Tree`` for a walk over n contacts with r rows that keeps the first ``kept`` solutions."""
-    return {
-        "S": (n + 1, r, r), "s": (n + 1, r), "alpha": (r,), "beta": (r, r), "candidate": (n,), "P": (r,), "gamma": (r,),
-        "solutions": (kept, r), "motions": (kept, r), "modes": (kept, n), "inverse": (r,), "group": (n,),
-        "nodes": (1,), "least": (1,),
-    }  # fmt: skip
+    S: Array[Floats, "n + 1", "r", "r"]  # reduced matrices, one a level
+    s: Array[Floats, "n + 1", "r"]  # reduced right-hand sides
+    alpha: Array[Floats, "r"]
+    beta: Array[Floats, "r", "r"]
+    candidate: Array[Ints, "n"]  # mode of each contact on the present branch
+    P: Array[Floats, "r"]  # impulses of the present leaf
+    gamma: Array[Floats, "r"]
+    solutions: Array[Floats, "kept", "r"]  # impulses
+    motions: Array[Floats, "kept", "r"]  # contact velocities
+    modes: Array[Ints, "kept", "n"]
+    inverse: Array[Floats, "r"]  # 1 / G_kk
+    group: Array[Ints, "n"]  # 0, or 1 + the first contact with the same friction row
+    nodes: int  # eliminations of the last walk
+    least: float  # its least pivot, relative to the diagonal of G
 
 
 @kernel
@@ -114,7 +105,7 @@ def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
     S, s, alpha, beta = tree.S, tree.s, tree.alpha, tree.beta
     width = (1 if kind != GIVEN_FORCE else 0) + d
     last = first + width
-    tree.nodes[0] += 1
+    tree.nodes += 1
     for k in range(first, last):
         alpha[k] = 0.0
         for m in range(k + 1, r):  # from the next row on: contacts listed before may have had other rows
@@ -155,7 +146,7 @@ def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
 @kernel
 def is_pivot(relative, size, tree):
     """Whether a pivot, relative to the diagonal of G, is more than rounding of ``size``; the least one is noted."""
-    tree.least[0] = min(tree.least[0], relative)
+    tree.least = min(tree.least, relative)
     return abs(relative) > SINGULAR * size
 
 
@@ -273,7 +264,7 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
     is_complete = True
     level = 0
     tree.candidate[0] = NO_CANDIDATE
-    tree.nodes[0], tree.least[0] = 0, math.inf
+    tree.nodes, tree.least = 0, math.inf
     while level >= 0:
         i = closed[level]
         kind, d = kinds[i, 0], kinds[i, 1]

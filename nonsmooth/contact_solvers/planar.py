@@ -109,7 +109,7 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
     """
     planar = view(planar_at, Planar)
     part = planar.part
-    planar.pivots[0] = 0
+    planar.pivots = 0
     pay_off(planar)
     n_islands = find_islands(n, start, G, planar.island)
     is_counted, is_shared, found, worst, route = True, False, 1, 0.0, Route.KEPT.value
@@ -132,24 +132,24 @@ def solve_planar(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
                 kinds[i, 0], kinds[i, 1], laws, i, G_e, c_e, offset_e, planar.normal_impulse[0],
                 mode[i] == ContactMode.STICK, slip[i], selection, P_e,
             )  # fmt: skip
-            planar.candidate[0], planar.is_counted[0], planar.is_shared[0] = candidate, 1, 0
+            planar.candidate[0], planar.is_counted, planar.is_shared = candidate, 1, 0
             path, solutions, off = (
                 route_alone(candidate, mode[i], slip[i]),
                 count(bits),
                 relative(error, c_e, start_e[1]),
             )
         if path <= Route.NO_SOLUTION:
-            return path, 0, planar.pivots[0], off
+            return path, 0, planar.pivots, off
         give_back(e, m, n_islands, solutions, bits, n, start, P, planar)
-        is_counted, is_shared = is_counted and planar.is_counted[0] == 1, is_shared or planar.is_shared[0] == 1
+        is_counted, is_shared = is_counted and planar.is_counted == 1, is_shared or planar.is_shared == 1
         found *= solutions
         worst = max(worst, off)
         if path != Route.KEPT and (route == Route.KEPT or route == Route.KEPT_MODES):
             route = path
     for k in range(n if n_islands > 1 else 0):
         planar.candidate[k] = planar.taken[k]
-    planar.is_counted[0], planar.is_shared[0] = 1 if is_counted else 0, 1 if is_shared else 0
-    return route, found, planar.pivots[0], worst
+    planar.is_counted, planar.is_shared = 1 if is_counted else 0, 1 if is_shared else 0
+    return route, found, planar.pivots, worst
 
 
 @kernel
@@ -235,7 +235,7 @@ def solve_island(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
         planar.mu_static[k] = static_coefficient(laws, i)
     if keep_impulses(n, closed, start, kinds, G, c, previous_P, mode, P, planar):
         found = memory.told[closed[0]]
-        planar.is_counted[0], planar.is_shared[0] = 1 if found > 0 else 0, memory.is_shared[closed[0]]
+        planar.is_counted, planar.is_shared = 1 if found > 0 else 0, memory.is_shared[closed[0]]
         return Route.KEPT.value, max(1, found), 0.0
     route, found = Route.FAILED.value, 0
     varies = has_varying_friction(n, closed, start, kinds, laws, offset, planar)
@@ -248,9 +248,9 @@ def solve_island(n, closed, start, kinds, laws, G, c, offset, previous_P, mode, 
         if not update_friction(n, closed, start, kinds, laws, offset, planar):
             break
     for k in range(n):
-        memory.told[closed[k]] = found if planar.is_counted[0] == 1 else 0
-        memory.is_shared[closed[k]] = planar.is_shared[0]
-    return route, found, planar.error[0]
+        memory.told[closed[k]] = found if planar.is_counted == 1 else 0
+        memory.is_shared[closed[k]] = planar.is_shared
+    return route, found, planar.error
 
 
 @kernel
@@ -260,7 +260,7 @@ def solve_with_fixed_friction(
     """The ladder for given friction coefficients; the velocities reached are left in ``planar.gamma``."""
     recall_modes(n, closed, kinds, mode, slip, previous_P, planar)
     if has_one_motion(n, closed, start, kinds, G, planar):
-        planar.is_counted[0] = 1
+        planar.is_counted = 1
         route = go_on(n, closed, start, kinds, G, c, previous_P, P, planar)
         if route != Route.FAILED:
             return route, 1
@@ -275,7 +275,7 @@ def solve_with_fixed_friction(
         elif known != UNKNOWN and hold_modes(n, closed, start, kinds, G, c, P, planar):
             route = Route.KEPT_MODES.value
         is_counted = known == ALWAYS_ONE or (known == ONE_AS_BEFORE and route == Route.KEPT_MODES)
-        planar.is_counted[0] = 1 if is_counted else 0
+        planar.is_counted = 1 if is_counted else 0
         if route != Route.FAILED and (
             is_counted
             or known == NOT_TOLD
@@ -301,7 +301,7 @@ def go_on(n, closed, start, kinds, G, c, previous_P, P, planar):
 @rare_kernel
 def solve_anew(n, closed, start, kinds, G, c, previous_P, P, planar):
     """One solution by Newton's or Lemke's method; FAILED if these find none."""
-    if planar.has_newton[0] == 1 and solve_by_newton(n, closed, start, kinds, G, c, previous_P, P, address(planar)):
+    if planar.has_newton == 1 and solve_by_newton(n, closed, start, kinds, G, c, previous_P, P, address(planar)):
         share(n, closed, start, kinds, G, c, P, planar)
         return Route.NEWTON.value
     if can_be_faceted(n, closed, kinds) and solve_by_lemke(n, closed, start, kinds, G, c, P, planar):
@@ -345,7 +345,7 @@ def has_saddle(n, closed, start, kinds, G, planar):
 @kernel
 def count_all(left, n, closed, start, kinds, laws, G, c, offset, previous_P, slip, selection, P, planar):
     """Every solution, of the contacts that are left and, where that does not decide, of all; else any solution."""
-    planar.is_counted[0] = 1
+    planar.is_counted = 1
     is_singular = False
     for attempt in range(2):
         if attempt == 1:
@@ -361,19 +361,19 @@ def count_all(left, n, closed, start, kinds, laws, G, c, offset, previous_P, sli
         is_singular = True
         if left == n and not has_groups(n, planar):
             break
-    planar.is_counted[0] = 0
+    planar.is_counted = 0
     route = go_on(n, closed, start, kinds, G, c, previous_P, P, planar)
     if route != Route.FAILED:
         return route, 1
     left = take_all(n, planar)
     is_enumerable = count_modes(left, closed, kinds, MAX_LEAVES, planar) <= MAX_LEAVES
-    if is_singular and is_enumerable and planar.can_decide_redundant[0] == 1:
+    if is_singular and is_enumerable and planar.can_decide_redundant == 1:
         copy_friction(left, closed, start, G, c, planar)
         found = enumerate_redundant(n, closed, start, kinds, G, G, c, P, address(planar))
         if found == 0:
             return Route.NO_SOLUTION.value, 0
         if take_solution(found, left, n, closed, start, kinds, G, c, selection, False, P, planar):
-            planar.is_counted[0] = 1
+            planar.is_counted = 1
             return Route.ENUMERATED.value, found
     if gauss_seidel(n, closed, start, kinds, laws, G, c, offset, slip, selection, P, planar):
         share(n, closed, start, kinds, G, c, P, planar)
@@ -447,13 +447,13 @@ def take_solution(found, left, n, closed, start, kinds, G, c, selection, is_regu
     for a in range(rest.start[left]):
         P[rest.row[a]] = tree.solutions[take, a]
     is_solved = residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
-    planar.is_shared[0] = 0
+    planar.is_shared = 0
     if is_regular and left == n and not sticks_together(take, left, planar):
         name_modes(STILL, n, closed, start, kinds, G, c, P, planar)
     elif share(n, closed, start, kinds, G, c, P, planar):
         is_solved = True
     else:
-        planar.is_shared[0] = 1
+        planar.is_shared = 1
         spread_friction(take, left, start, P, planar)
         is_solved = residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
         name_modes(STILL, n, closed, start, kinds, G, c, P, planar)
@@ -498,7 +498,7 @@ def solve_by_lemke(n, closed, start, kinds, G, c, P, planar):
     """Lemke's method on Glocker's problem; True if the answer satisfies the inclusions."""
     size = assemble_lcp(n, closed, start, kinds, G, c, planar)
     pivots = pivot(size, planar.A, planar.b, planar.z, planar.tableau, planar.scales, planar.basis, LEMKE_PIVOTS * size)
-    planar.pivots[0] += pivots
+    planar.pivots += pivots
     row = 0
     for k in range(n):
         i = closed[k]

@@ -23,12 +23,12 @@ Sources: Jean, *Comput. Methods Appl. Mech. Engrg.* 177 (1999) 235; Oettli, Prag
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Annotated as Array
 
 import numpy as np
 
-from nonsmooth.blocks import Integers, Matrix, Vector
-from nonsmooth.contact_solvers.modes import MAX_SOLUTIONS, Tree, tree_shapes
+from nonsmooth.blocks import Block, Floats, Ints
+from nonsmooth.contact_solvers.modes import MAX_SOLUTIONS, Tree
 from nonsmooth.contact_solvers.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
 from nonsmooth.jit import kernel
 from nonsmooth.laws import depends_on_speed, friction_coefficient
@@ -40,146 +40,106 @@ HALF_THE_DIGITS = 1e-8  # of max |c|: no violation beyond this is put down to ro
 MERITS = 4  # of ``planar_newton``: what a step may rise to
 
 
-class Family(NamedTuple):
+class Family(Block):
     """Arrays of the impulses that are possible with given modes. r = rows, m <= r unknowns, e inequalities."""
 
-    B: Matrix  # (r, r + 1)
-    column: Integers  # (r,) unknown in each column of B
-    row: Integers  # (r,) row of each unknown
-    first: Integers  # (n + 1,) first unknown of each contact
-    x: Vector  # (r,)
-    y: Vector  # (r,)
-    H: Matrix  # (r, r)
-    L: Matrix  # (r, r)
-    C: Matrix  # (e, r)
-    e: Vector  # (e,)
-    A: Matrix  # (e, r)
-    AH: Matrix  # (e, r)
-    slack: Vector  # (e,) what rounding leaves of an inequality
+    B: Array[Floats, "r", "r + 1"]
+    column: Array[Ints, "r"]  # unknown in each column of B
+    row: Array[Ints, "r"]  # row of each unknown
+    first: Array[Ints, "n + 1"]  # first unknown of each contact
+    x: Array[Floats, "r"]
+    y: Array[Floats, "r"]
+    H: Array[Floats, "r", "r"]
+    L: Array[Floats, "r", "r"]
+    C: Array[Floats, "3 * n", "r"]
+    e: Array[Floats, "3 * n"]
+    A: Array[Floats, "3 * n", "r"]
+    AH: Array[Floats, "3 * n", "r"]
+    slack: Array[Floats, "3 * n"]  # what rounding leaves of an inequality
 
 
-def family_shapes(n: int, r: int) -> dict[str, tuple[int, ...]]:
-    """Shapes of ``Family`` for n contacts with r rows; a contact has up to three inequalities."""
-    return {
-        "B": (r, r + 1), "column": (r,), "row": (r,), "first": (n + 1,), "x": (r,), "y": (r,), "H": (r, r),
-        "L": (r, r), "C": (3 * n, r), "e": (3 * n,), "A": (3 * n, r), "AH": (3 * n, r), "slack": (3 * n,),
-    }  # fmt: skip
-
-
-class Part(NamedTuple):
+class Part(Block):
     """A problem of some of the contacts: an island, or what a census looks at. n = contacts, r = rows."""
 
-    place: Integers  # (n,) of each contact among those it was taken from
-    closed: Integers  # (n,)
-    start: Integers  # (n + 1,)
-    row: Integers  # (r,) of each row among those it was taken from
-    G: Matrix  # (r, r)
-    c: Vector  # (r,)
-    offset: Vector  # (r,)
-    P: Vector  # (r,)
-    mu: Vector  # (n,)
-    mu_static: Vector  # (n,)
-    normal_impulse: Vector  # (n,)
-    was_stuck: Integers  # (n,)
+    place: Array[Ints, "n"]  # of each contact among those it was taken from
+    closed: Array[Ints, "n"]
+    start: Array[Ints, "n + 1"]
+    row: Array[Ints, "r"]  # of each row among those it was taken from
+    G: Array[Floats, "r", "r"]
+    c: Array[Floats, "r"]
+    offset: Array[Floats, "r"]
+    P: Array[Floats, "r"]
+    mu: Array[Floats, "n"]
+    mu_static: Array[Floats, "n"]
+    normal_impulse: Array[Floats, "n"]
+    was_stuck: Array[Ints, "n"]
 
 
-def part_shapes(n: int, r: int) -> dict[str, tuple[int, ...]]:
-    """Shapes of ``Part`` for up to n contacts with r rows."""
-    return {
-        **dict.fromkeys(("place", "closed", "mu", "mu_static", "normal_impulse", "was_stuck"), (n,)),
-        **dict.fromkeys(("row", "c", "offset", "P"), (r,)), "start": (n + 1,), "G": (r, r),
-    }  # fmt: skip
-
-
-class Memory(NamedTuple):
+class Memory(Block):
     """The last census of each contact, by its number in the system: a problem and what was found. c = contacts."""
 
-    stamp: Integers  # (c,) number of the census; the contacts of one problem have the same
-    members: Integers  # (c,) how many these are; 0 before the first census
-    found: Integers  # (c,) solutions
-    candidate: Integers  # (c,) mode taken
-    role: Integers  # (c,) its part in the census
-    least: Vector  # (c,) least pivot
-    G: Matrix  # (r, r) in the rows of all contacts of the system
-    c: Vector  # (r,)
-    mu: Vector  # (c,)
-    normal_impulse: Vector  # (c,)
-    told: Integers  # (c,) solutions of the last problem that were reported, 0 where they were not counted
-    is_shared: Integers  # (c,) whether the impulses of the last problem were one share of many
-    last: Integers  # (1,) number of the last census
-    debt: Integers  # (1,) work of the censuses taken that is not paid off yet
+    stamp: Array[Ints, "n"]  # number of the census; the contacts of one problem have the same
+    members: Array[Ints, "n"]  # how many these are; 0 before the first census
+    found: Array[Ints, "n"]  # solutions
+    candidate: Array[Ints, "n"]  # mode taken
+    role: Array[Ints, "n"]  # its part in the census
+    least: Array[Floats, "n"]  # least pivot
+    G: Array[Floats, "r", "r"]  # in the rows of all contacts of the system
+    c: Array[Floats, "r"]
+    mu: Array[Floats, "n"]
+    normal_impulse: Array[Floats, "n"]
+    told: Array[Ints, "n"]  # solutions of the last problem that were reported, 0 where they were not counted
+    is_shared: Array[Ints, "n"]  # whether the impulses of the last problem were one share of many
+    last: int  # number of the last census
+    debt: int  # work of the censuses taken that is not paid off yet
 
 
-def memory_shapes(n: int, r: int) -> dict[str, tuple[int, ...]]:
-    """Shapes of ``Memory`` for a system of n contacts with r rows."""
-    return {
-        **dict.fromkeys(
-            ("stamp", "members", "found", "candidate", "role", "least", "mu", "normal_impulse", "told", "is_shared"),
-            (n,),
-        ),
-        "G": (r, r), "c": (r,), "last": (1,), "debt": (1,),
-    }  # fmt: skip
-
-
-class Planar(NamedTuple):
+class Planar(
+    Block,
+    kept=MAX_SOLUTIONS,
+    m="3 * n if n > 1 else 1",
+    r="n * (1 + d) if n > 1 else 1",
+    levels="min(n, 18) if n > 1 else 1",
+):
     """Arrays of the several-contact solvers. n = contacts, r = rows, m = unknowns of the LCP."""
 
-    A: Matrix  # (m, m)
-    b: Vector  # (m,)
-    z: Vector  # (m,)
-    tableau: Matrix
-    scales: Matrix
-    basis: Integers
-    mu: Vector  # (n,) coefficient of sliding
-    mu_static: Vector  # (n,)
-    normal_impulse: Vector  # (n,) of contacts with a given normal force
-    was_stuck: Integers  # (n,) 0 or 1
-    candidate: Integers  # (n,) what was chosen
-    unknown: Integers  # (r,) the rows whose impulses are unknown, modes given
-    order: Integers  # (r,) row order of LU factors
-    gamma: Vector  # (r,)
-    error: Vector  # (1,) the last residual
-    pivots: Integers  # (1,)
-    best: Vector  # (r,) impulses with the least merit of ``planar_newton``
-    trial: Vector  # (r,)
-    step: Vector  # (r,)
-    merits: Vector  # the last ones
-    can_decide_redundant: Integers  # (1,) 1 once ``redundant.enumerate_redundant`` is loaded
-    has_newton: Integers  # (1,) 1 once ``planar_newton.solve_by_newton`` is loaded
-    may_wait: Integers  # (1,) 1 where a census may be put off (census.py)
-    given: Vector  # (n,) given normal impulses of all islands
-    taken: Integers  # (n,) candidates of all islands
-    stays: Integers  # (n,) whether a census looks at a contact
-    island: Integers  # (n,) number of the island of each contact
-    members: Integers  # (n,) number of contacts in the island of each contact
-    found: Integers  # (n,) number of solutions of the island of each contact
-    bits: Integers  # (n,) admissible candidates of a contact that is alone in its island, else 0
-    is_counted: Integers  # (1,) whether the solutions of the last problem were counted, or certified to be one
-    is_shared: Integers  # (1,) whether the impulses of the last problem are one share of many
+    A: Array[Floats, "m", "m"]
+    b: Array[Floats, "m"]
+    z: Array[Floats, "m"]
+    tableau: Array[Floats, "m", "m + 2"]
+    scales: Array[Floats, 4, "m + 2"]
+    basis: Array[Ints, "4 * m + 2"]
+    mu: Array[Floats, "n"]  # coefficient of sliding
+    mu_static: Array[Floats, "n"]
+    normal_impulse: Array[Floats, "n"]  # of contacts with a given normal force
+    was_stuck: Array[Ints, "n"]  # 0 or 1
+    candidate: Array[Ints, "n"]  # what was chosen
+    unknown: Array[Ints, "r"]  # the rows whose impulses are unknown, modes given
+    order: Array[Ints, "r"]  # row order of LU factors
+    gamma: Array[Floats, "r"]
+    error: float  # the last residual
+    pivots: int
+    best: Array[Floats, "r"]  # impulses with the least merit of ``planar_newton``
+    trial: Array[Floats, "r"]
+    step: Array[Floats, "r"]
+    merits: Array[Floats, MERITS]  # the last ones
+    can_decide_redundant: int  # 1 once ``redundant.enumerate_redundant`` is loaded
+    has_newton: int  # 1 once ``planar_newton.solve_by_newton`` is loaded
+    may_wait: int  # 1 where a census may be put off (census.py)
+    given: Array[Floats, "n"]  # given normal impulses of all islands
+    taken: Array[Ints, "n"]  # candidates of all islands
+    stays: Array[Ints, "n"]  # whether a census looks at a contact
+    island: Array[Ints, "n"]  # number of the island of each contact
+    members: Array[Ints, "n"]  # number of contacts in the island of each contact
+    found: Array[Ints, "n"]  # number of solutions of the island of each contact
+    bits: Array[Ints, "n"]  # admissible candidates of a contact that is alone in its island, else 0
+    is_counted: int  # whether the solutions of the last problem were counted, or certified to be one
+    is_shared: int  # whether the impulses of the last problem are one share of many
     part: Part  # an island
     rest: Part  # what a census looks at
     memory: Memory
-    tree: Tree
-    family: Family
-
-
-def planar_shapes(n: int, d: int, kept: int = MAX_SOLUTIONS) -> dict[str, Any]:
-    """Shapes of ``Planar`` for up to n contacts and ``kept`` solutions; next to nothing when there is but one."""
-    m = 3 * n if n > 1 else 1
-    r = n * (1 + d) if n > 1 else 1
-    levels = min(n, 18) if n > 1 else 1  # more are not enumerated, even where each has two modes
-    per_contact = dict.fromkeys(
-        ("mu", "mu_static", "normal_impulse", "was_stuck", "candidate", "given", "taken", "stays", "island",
-         "members", "found", "bits"), (n,),
-    )  # fmt: skip
-    flags = ("error", "pivots", "can_decide_redundant", "has_newton", "may_wait", "is_counted", "is_shared")
-    return {
-        **per_contact, **dict.fromkeys(flags, (1,)), "A": (m, m), "b": (m,), "z": (m,), "tableau": (m, m + 2),
-        "scales": (4, m + 2), "basis": (4 * m + 2,), "gamma": (r,), "unknown": (r,), "order": (r,),
-        "best": (r,), "trial": (r,), "step": (r,), "merits": (MERITS,),
-        "part": part_shapes(n, r), "rest": part_shapes(n, r), "memory": memory_shapes(n, r),
-        "tree": tree_shapes(levels, min(r, 2 * levels), kept), "family": family_shapes(levels, min(r, 2 * levels)),
-    }  # fmt: skip
+    tree: Array[Tree, "n = levels", "r = min(r, 2 * levels)", "kept = kept"]
+    family: Array[Family, "n = levels", "r = min(r, 2 * levels)"]
 
 
 @kernel
@@ -229,7 +189,7 @@ def residual(n, closed, start, kinds, G, c, P, planar):
         worst = np.inf
     elif scale > 0.0:
         worst /= scale
-    planar.error[0] = worst
+    planar.error = worst
     return worst
 
 

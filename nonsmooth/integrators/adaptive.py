@@ -15,7 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from nonsmooth.arrays import as_number, as_positive
-from nonsmooth.blocks import Block, new_block
+from nonsmooth.blocks import new
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.planar_newton import solve_by_newton
@@ -26,20 +26,7 @@ from nonsmooth.integrators.adaptive_held import held_step
 from nonsmooth.integrators.adaptive_loop import run
 from nonsmooth.integrators.adaptive_polynomial import highest_coefficients, slope_weights
 from nonsmooth.integrators.adaptive_scales import BAND, hold_modes
-from nonsmooth.integrators.adaptive_state import (
-    ATOL,
-    CUT,
-    FIRST_STEP,
-    LOOKED,
-    NOW,
-    ROWS,
-    RTOL,
-    STEP,
-    TARGET,
-    Extrapolation,
-    extrapolation_shapes,
-    extrapolation_weights,
-)
+from nonsmooth.integrators.adaptive_state import FIRST_STEP, ROWS, Extrapolation, extrapolation_weights
 from nonsmooth.integrators.adaptive_step import try_step
 from nonsmooth.integrators.adaptive_substep import substep
 from nonsmooth.integrators.adaptive_switch import decide
@@ -49,9 +36,6 @@ from nonsmooth.integrators.moreau_jean_contact import solve
 from nonsmooth.integrators.moreau_jean_paradox import end_slide
 from nonsmooth.integrators.radau_stages import EPS
 from nonsmooth.integrators.rigid_forces import rigid_events
-from nonsmooth.integrators.rigid_modes import ATOL as RIGID_ATOL
-from nonsmooth.integrators.rigid_modes import HAS, N_U, SELECTION
-from nonsmooth.integrators.rigid_modes import RTOL as RIGID_RTOL
 from nonsmooth.integrators.rigid_redundant import share_load
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.system import GIVEN_FORCE, System
@@ -118,29 +102,29 @@ class Adaptive:
             entry_points.append(end_slide)
         load_all(entry_points)
 
-    def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Block:
+    def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Extrapolation:
         """The arrays of a run from t to t_end."""
-        block = new_block(Extrapolation, extrapolation_shapes(system.n_u, system.n_c, system.d))
-        arrays: Extrapolation = block.arrays
+        arrays = new(Extrapolation, n=system.n_u, n_c=system.n_c, d=system.d)
         contacts = arrays.contacts
-        contacts.facts[[HAS, N_U]] = has, system.n_u
-        contacts.numbers[[RIGID_ATOL, RIGID_RTOL]] = self.atol, BAND * self.rtol
+        contacts.facts.has, contacts.facts.n_u = has, system.n_u
+        contacts.numbers.atol, contacts.numbers.rtol = self.atol, BAND * self.rtol
         contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
         arrays.laws[:] = system.laws
-        arrays.step.planar.can_decide_redundant[0] = int(system.n_c > 1)
-        arrays.step.planar.has_newton[0] = needs_newton(system)
-        arrays.clock[[NOW, STEP, RTOL, ATOL]] = t, FIRST_STEP * (t_end - t), self.rtol, self.atol
-        arrays.clock[[CUT, LOOKED]] = np.inf, t
-        arrays.counters[TARGET] = best_row(self.rtol)
+        arrays.step.planar.can_decide_redundant = int(system.n_c > 1)
+        arrays.step.planar.has_newton = needs_newton(system)
+        clock = arrays.clock
+        clock.now, clock.step, clock.rtol, clock.atol = t, FIRST_STEP * (t_end - t), self.rtol, self.atol
+        clock.cut, clock.looked = np.inf, t
+        arrays.counters.target = best_row(self.rtol)
         arrays.weights[:] = extrapolation_weights()
         arrays.slope_shares[:], arrays.highest[:] = slope_weights(), highest_coefficients()
-        return block
+        return arrays
 
     def begin(self, scratch: Extrapolation, mode: np.ndarray, slip: np.ndarray, selection: int) -> None:
         """Set the modes at the start (n_c,) and the selection rule."""
         contacts = scratch.contacts
         contacts.mode[:], contacts.slip[:] = mode, slip
-        contacts.facts[SELECTION] = selection
+        contacts.facts.selection = selection
 
 
 def best_row(rtol: float) -> int:

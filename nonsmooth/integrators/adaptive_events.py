@@ -25,13 +25,12 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_held import load
 from nonsmooth.integrators.adaptive_polynomial import state_within
 from nonsmooth.integrators.adaptive_scales import BAND, closed_gap
-from nonsmooth.integrators.adaptive_state import IS_LOCATED, LEAST, Extrapolation
+from nonsmooth.integrators.adaptive_state import Extrapolation
 from nonsmooth.integrators.radau_stages import EPS
 from nonsmooth.integrators.records import State
 from nonsmooth.integrators.rigid_census import enters_region
 from nonsmooth.integrators.rigid_forces import rigid_events
 from nonsmooth.integrators.rigid_modes import CLOSURE, FRICTION, N_FUNCTIONS
-from nonsmooth.integrators.rigid_modes import RTOL as SHARE
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.system import GIVEN_FORCE, ContactMode
 
@@ -69,7 +68,7 @@ def set_bands(run):
         e = N_FUNCTIONS * i
         if contacts.kinds[i, 0] == GIVEN_FORCE:
             run.heaviest[i] = max(run.heaviest[i], abs(contacts.work.N[i]))
-            run.band[e + CLOSURE] = contacts.numbers[SHARE] * run.heaviest[i]
+            run.band[e + CLOSURE] = contacts.numbers.rtol * run.heaviest[i]
         elif contacts.mode[i] == ContactMode.OPEN:
             run.band[e + CLOSURE] = closed_gap(i, run)
         if contacts.mode[i] == ContactMode.SLIDE:
@@ -238,7 +237,7 @@ def find_event(model, p, t, H, j, state_at, run_at):
         return Status.RUNNING.value, NOWHERE
     if how == WITHIN:
         return Status.RUNNING.value, 1.0
-    if run.counters[IS_LOCATED] == 1 and not has_slope(run.f_1, run):
+    if run.counters.is_located == 1 and not has_slope(run.f_1, run):
         return Status.RUNNING.value, 1.0
     for e in range(run.f_1.shape[0]):
         run.f_in[e] = run.f_1[e]
@@ -303,7 +302,7 @@ def enclose(model, p, t, H, low, high, state, run):
         v_low, v_high = lowest(run.f_0, low, run), lowest(run.f_in, high, run)
     side = 0
     for k in range(ENCLOSURES):
-        if status != Status.RUNNING or (high - low) * H <= run.clock[LEAST] or high - low <= EPS * high:
+        if status != Status.RUNNING or (high - low) * H <= run.clock.least or high - low <= EPS * high:
             break
         part = 0.5
         if k % 3 < 2 and v_low > 0.0 > v_high:

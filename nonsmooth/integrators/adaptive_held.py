@@ -36,16 +36,13 @@ from nonsmooth.contact_problem import (
 )
 from nonsmooth.dense import bandwidth, cholesky, cholesky_solve, lu, lu_solve
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive_state import HAS_JACOBIAN, SUBSTEPS, Extrapolation
+from nonsmooth.integrators.adaptive_state import Extrapolation
 from nonsmooth.integrators.moreau_jean_step import ROUNDING, new_velocity
-from nonsmooth.integrators.records import KEPT, SKIPPED, SOLVED, book_energy
+from nonsmooth.integrators.records import book_energy
 from nonsmooth.integrators.rigid_forces import of_load, solve_island
 from nonsmooth.integrators.rigid_modes import (
     CLOSURE,
     FRICTION,
-    HAS,
-    IS_ADMISSIBLE,
-    IS_SHARED,
     N_FUNCTIONS,
     SIGN,
     list_islands,
@@ -81,8 +78,8 @@ def held_step(model, p, t, dt, k, run_at):
     """Advance ``run.trial`` by one step, the k-th of its row, with the modes of run.contacts; returns a Status."""
     run = view(run_at, Extrapolation)
     contacts, trial, work = run.contacts, run.trial, run.contacts.work
-    has, n = contacts.facts[HAS], trial.q.shape[0]
-    run.counters[SUBSTEPS] += 1
+    has, n = contacts.facts.has, trial.q.shape[0]
+    run.counters.substeps += 1
     n_k = list_closed(contacts)
     status, r = prepare(model, p, t, dt, n, n_k, run)
     if status != Status.RUNNING:
@@ -120,7 +117,7 @@ def list_closed(contacts):
 def prepare(model, p, t, dt, n, n_k, run):
     """What does not depend on the forces: gaps, M, Mhat, rows and their rates, G. Returns (Status, rows)."""
     contacts, trial, work = run.contacts, run.trial, run.contacts.work
-    has, t_mid, u = contacts.facts[HAS], t + 0.5 * dt, trial.u
+    has, t_mid, u = contacts.facts.has, t + 0.5 * dt, trial.u
     for j in range(n):
         work.q_mid[j] = trial.q[j] + 0.5 * dt * u[j]
     if n_k < contacts.kinds.shape[0] and not call_model(model, GAP, t_mid, work.q_mid, u, p, work.g_N):
@@ -128,8 +125,8 @@ def prepare(model, p, t, dt, n, n_k, run):
     if run.is_known[0] == 0 or not has & MASS_IS_CONSTANT:
         if not call_model(model, MASS, t_mid, work.q_mid, u, p, work.M):
             return Status.NOT_FINITE.value, 0
-        work.band[0] = bandwidth(n, work.M)
-        if not cholesky(n, work.band[0], work.M, work.factor):
+        work.band = bandwidth(n, work.M)
+        if not cholesky(n, work.band, work.M, work.factor):
             return Status.MASS_NOT_POSITIVE.value, 0
         run.is_known[0] = 1
     if is_implicit(has):
@@ -153,14 +150,14 @@ def prepare(model, p, t, dt, n, n_k, run):
 def find_jacobians(model, p, t_mid, dt, n, run):
     """C, K and the factors of Mhat; differences are taken in the first plain step of an adaptive one only."""
     contacts, work, u = run.contacts, run.contacts.work, run.trial.u
-    has, is_first = contacts.facts[HAS], run.counters[HAS_JACOBIAN] == 0
+    has, is_first = contacts.facts.has, run.counters.has_jacobian == 0
     if is_first and has & (DAMPING_BY_DIFFERENCES | STIFFNESS_BY_DIFFERENCES):
         if not call_model(model, FORCE, t_mid, work.q_mid, u, p, work.h):
             return Status.NOT_FINITE.value
     if is_first and has & DAMPING_BY_DIFFERENCES:
         for j in range(n):
             work.trial[j] = dt * work.h[j]
-        cholesky_solve(n, work.band[0], work.factor, work.trial)
+        cholesky_solve(n, work.band, work.factor, work.trial)
         if not difference(model, t_mid, n, work.q_mid, u, p, True, work):
             return Status.NOT_FINITE.value
     elif has & (1 << DAMPING) and not call_model(model, DAMPING, t_mid, work.q_mid, u, p, work.C):
@@ -176,7 +173,7 @@ def find_jacobians(model, p, t_mid, dt, n, run):
         for j in range(n):
             work.Mhat[i, j] = work.M[i, j] + THETA * dt * (work.C[i, j] + THETA * dt * work.K[i, j])
     is_regular = lu(n, work.Mhat, work.order)
-    run.counters[HAS_JACOBIAN] = 1 if is_regular else 0
+    run.counters.has_jacobian = 1 if is_regular else 0
     return Status.RUNNING.value if is_regular else Status.MASS_NOT_POSITIVE.value
 
 
@@ -188,7 +185,7 @@ def carry_velocities(model, p, t, dt, n, n_k, r, run):
     by is extrapolated. A gamma_0 of rounding is zero: an impulse of dt la_N is lost in it where steps are short.
     """
     contacts, there, work = run.contacts, run.step.there, run.contacts.work
-    has, kinds, q, u = contacts.facts[HAS], contacts.kinds, run.trial.q, run.trial.u
+    has, kinds, q, u = contacts.facts.has, contacts.kinds, run.trial.q, run.trial.u
     for k in range(r):
         run.rate[k] = 0.0
     if not has & ROWS_ARE_CONSTANT or not has & SURFACES_ARE_CONSTANT:
@@ -221,7 +218,7 @@ def carry_velocities(model, p, t, dt, n, n_k, r, run):
 def push(model, p, t_mid, dt, n, n_k, r, run):
     """The velocities work.u_1 after the step, by the forces at u_mid; returns a Status."""
     contacts, work, u = run.contacts, run.contacts.work, run.trial.u
-    has = contacts.facts[HAS]
+    has = contacts.facts.has
     if not call_model(model, FORCE, t_mid, work.q_mid, run.u_mid, p, work.h):
         return Status.NOT_FINITE.value
     if is_implicit(has):
@@ -233,7 +230,7 @@ def push(model, p, t_mid, dt, n, n_k, r, run):
     else:
         for i in range(n):
             work.du[i] = dt * work.h[i]
-        cholesky_solve(n, work.band[0], work.factor, work.du)
+        cholesky_solve(n, work.band, work.factor, work.du)
     if n_k > 0:
         if has & (1 << NORMAL_FORCE) and not find_loads(model, t_mid, run.u_mid, p, work):
             return Status.NOT_FINITE.value
@@ -260,7 +257,7 @@ def find_impulses(dt, n, n_k, r, run):
             work.P[a] = contacts.z[e]
             if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:
                 work.P[a + 1] = contacts.ratio[i] * contacts.z[e]
-        varies = varies and contacts.facts[IS_SHARED] == 0 and contacts.facts[IS_ADMISSIBLE] == 0
+        varies = varies and contacts.facts.is_shared == 0 and contacts.facts.is_admissible == 0
     if varies:
         settle_speeds(n_k, r, run)
 
@@ -388,7 +385,7 @@ def book(dt, n, n_k, run):
     """Move to the end of the step; book energy and impulses."""
     contacts, trial, work = run.contacts, run.trial, run.contacts.work
     kinds = contacts.kinds
-    book_energy(dt, THETA, is_implicit(contacts.facts[HAS]), n, n_k, kinds, trial, work)
+    book_energy(dt, THETA, is_implicit(contacts.facts.has), n, n_k, kinds, trial, work)
     for i in range(kinds.shape[0]):
         for m in range(trial.P.shape[1]):
             trial.P[i, m] = 0.0
@@ -406,5 +403,8 @@ def book(dt, n, n_k, run):
         run.way[j] += way
         trial.q[j] += way
         trial.u[j] = work.u_1[j]
-    trial.counters[SKIPPED if n_k == 0 else KEPT] += 1
-    trial.counters[SOLVED] += 0 if n_k == 0 else 1
+    if n_k == 0:
+        trial.counters.skipped += 1
+    else:
+        trial.counters.kept += 1
+        trial.counters.solved += 1

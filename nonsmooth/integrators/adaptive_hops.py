@@ -17,7 +17,7 @@ from nonsmooth.contact_problem import apply_inverse, delassus, evaluate_rows, st
 from nonsmooth.integrators.adaptive_held import coefficient, list_closed
 from nonsmooth.integrators.adaptive_scales import closed_gap
 from nonsmooth.integrators.adaptive_substep import DROPPED
-from nonsmooth.integrators.rigid_modes import DISTINCT, HAS, decompose, list_equations, solve_equations
+from nonsmooth.integrators.rigid_modes import DISTINCT, decompose, list_equations, solve_equations
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.system import GIVEN_FORCE, UNILATERAL, ContactMode
 
@@ -36,7 +36,7 @@ def drop_hops(model, p, t, run):
     Of the state run.x accelerations are in contacts.work.du, and run.g_1, run.gamma_1 are known.
     """
     contacts, work, n = run.contacts, run.contacts.work, run.contacts.q.shape[0]
-    has, kinds, n_c = contacts.facts[HAS], contacts.kinds, contacts.kinds.shape[0]
+    has, kinds, n_c = contacts.facts.has, contacts.kinds, contacts.kinds.shape[0]
     parts = False
     for i in range(n_c):
         work.closed[i] = i
@@ -85,7 +85,7 @@ def close_hops(n, run):
 def throw_down(n, run):
     """The velocities of run.x by the impulses that hold the modes; redundant ones are left to the constraints."""
     contacts, work = run.contacts, run.contacts.work
-    kinds, n_k, explicit = contacts.kinds, list_closed(contacts), contacts.facts[HAS] & ~IMPLICIT
+    kinds, n_k, explicit = contacts.kinds, list_closed(contacts), contacts.facts.has & ~IMPLICIT
     r = stack_rows(n, n_k, kinds, contacts.u, work)
     apply_inverse(explicit, n, work, r)
     delassus(n, r, work)

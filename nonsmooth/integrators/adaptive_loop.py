@@ -18,60 +18,24 @@ from nonsmooth.integrators.adaptive_events import arm, event_values, only_enters
 from nonsmooth.integrators.adaptive_polynomial import PIECES, keep_event, keep_smooth
 from nonsmooth.integrators.adaptive_scales import instant, observe, set_tolerances
 from nonsmooth.integrators.adaptive_state import (
-    CUT,
     DECIDE,
     FIRST_STEP,
     GO_ON,
     GO_THROUGH,
-    HAS_JACOBIAN,
-    IS_FIRST,
-    IS_LOCATED,
-    LEAST,
-    LOOKED,
-    NOW,
-    REJECTED,
-    STALLS,
-    STEP,
-    THROUGH,
-    TO_DO,
-    TRIES,
-    WAY,
     Extrapolation,
 )
 from nonsmooth.integrators.adaptive_step import AT_EVENT, AT_ONCE, SHRINK, SMOOTH, UNRESOLVED, try_step
 from nonsmooth.integrators.adaptive_switch import EVENTS_AT_ONCE, decide
 from nonsmooth.integrators.adaptive_table import FASTEST
 from nonsmooth.integrators.adaptive_through import step_through
-from nonsmooth.integrators.penalty_loop import NEXT, ROWS, Trail, write_row
+from nonsmooth.integrators.penalty_loop import Trail, write_row
 from nonsmooth.integrators.radau import SMALLEST
-from nonsmooth.integrators.records import (
-    EVENT_WIDTH,
-    EVENTS_LOST,
-    FAILED_CONTACT,
-    GAIN,
-    GAINS,
-    KEPT,
-    LEDGER_ERROR,
-    N_EVENTS,
-    N_LEDGER,
-    PENETRATION,
-    PIVOTS,
-    RESIDUAL,
-    SEVERAL,
-    SHARED,
-    SKIPPED,
-    SOLVED,
-    STEPS,
-    UNCOUNTED,
-    State,
-)
+from nonsmooth.integrators.records import EVENT_WIDTH, N_LEDGER, State
 from nonsmooth.integrators.rigid_census import count_step, enters_region, note_several
-from nonsmooth.integrators.rigid_modes import HAS, N_FUNCTIONS, N_WORKS, UNIQUE
-from nonsmooth.integrators.step_polynomial import IS_KEPT, N_STEPS
+from nonsmooth.integrators.rigid_modes import N_FUNCTIONS, N_WORKS, UNIQUE
 from nonsmooth.jit import kernel
 from nonsmooth.system import GAP, UNILATERAL
 
-SUMMED = (SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL, UNCOUNTED, SHARED)
 LOOK = 20_000  # tries between two looks at the budget
 LEAST_WAY = 1_000.0  # tolerances, over that many tries: one in twenty a try
 LEAST_TIME = 1e-3  # of the span
@@ -92,14 +56,14 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
     clock, counters, end = run.clock, run.counters, t_record.shape[0] - 1
     for k in range(2):
         run.step.is_known[k], run.is_known[k] = 0, 0
-    if state.counters[STEPS] == 0 and trail.counts[NEXT] == 0:
+    if state.counters.steps == 0 and trail.counts.next == 0:
         if not begin(model, p, state, run):
             return Status.NOT_FINITE.value
-        write_state(clock[NOW], state, run, trail)
-        trail.counts[NEXT] = 1
+        write_state(clock.now, state, run, trail)
+        trail.counts.next = 1
     for _ in range(max_steps):
-        t = clock[NOW]
-        clock[LEAST] = SMALLEST * max(abs(t), FIRST_STEP * (t_record[end] - t_record[0]))
+        t = clock.now
+        clock.least = SMALLEST * max(abs(t), FIRST_STEP * (t_record[end] - t_record[0]))
         if t >= t_record[end]:
             return Status.FINISHED.value
         if is_full(every, state, run, trail):
@@ -107,7 +71,7 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
         if is_spent(t_record[end] - t_record[0], run):
             return Status.BUDGET_SPENT.value
         set_tolerances(run)
-        if counters[TO_DO] == DECIDE:
+        if counters.to_do == DECIDE:
             status, has_jumped = decide(model, p, t, state_at, run_at)
             collect(state, run.trial)
             if status != Status.RUNNING:
@@ -115,10 +79,10 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
             if has_jumped and every > 0:
                 write_state(t, state, run, trail)
             continue
-        stop = t_record[trail.counts[NEXT]] if every == 0 else t_record[end]
-        goes_through = counters[TO_DO] == GO_THROUGH
-        H = through_length(run) if goes_through else min(clock[STEP], clock[CUT])
-        is_last = t + H >= stop - clock[LEAST]
+        stop = t_record[trail.counts.next] if every == 0 else t_record[end]
+        goes_through = counters.to_do == GO_THROUGH
+        H = through_length(run) if goes_through else min(clock.step, clock.cut)
+        is_last = t + H >= stop - clock.least
         H = stop - t if is_last else H
         if goes_through:
             status, is_accepted = step_through(model, p, t, H, state_at, run_at)
@@ -127,15 +91,15 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
         collect(state, run.trial)
         if not is_accepted:
             if goes_through:
-                clock[THROUGH] = SHRINK * H
-            elif counters[TO_DO] != GO_ON:
+                clock.through = SHRINK * H
+            elif counters.to_do != GO_ON:
                 continue
-            counters[REJECTED] += 1
-            if H < clock[LEAST]:
+            counters.rejected += 1
+            if H < clock.least:
                 return status if status != Status.RUNNING else Status.STEP_VANISHED.value
             continue
         t_1 = stop if is_last else t + H
-        if trail.steps.counts[IS_KEPT] != 0:
+        if trail.steps.counts.is_kept != 0:
             if goes_through:
                 keep_event(t, H, state, run, trail.steps)
             else:
@@ -148,9 +112,9 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
         if status != Status.RUNNING:
             return status
         if is_last and every == 0:
-            trail.counts[NEXT] += 1
-        at_event = counters[TO_DO] != GO_ON
-        if (is_last and every == 0) or (every > 0 and (state.counters[STEPS] % every == 0 or at_event or is_last)):
+            trail.counts.next += 1
+        at_event = counters.to_do != GO_ON
+        if (is_last and every == 0) or (every > 0 and (state.counters.steps % every == 0 or at_event or is_last)):
             write_state(t_1, state, run, trail)
     return Status.RUNNING.value
 
@@ -161,65 +125,65 @@ def begin(model, p, state, run):
     n = state.q.shape[0]
     for i in range(n):
         run.x[i], run.x[n + i] = state.q[i], state.u[i]
-    if not observe(model, p, run.clock[NOW], run.x, run.g_1, run.gamma_1, run):
+    if not observe(model, p, run.clock.now, run.x, run.g_1, run.gamma_1, run):
         return False
     for i in range(state.mode.shape[0]):
         state.mode[i], state.slip[i] = run.contacts.mode[i], run.contacts.slip[i]
     remember(n, run)
-    run.counters[IS_FIRST] = 1
-    run.counters[TO_DO] = DECIDE if state.mode.shape[0] > 0 else GO_ON
+    run.counters.is_first = 1
+    run.counters.to_do = DECIDE if state.mode.shape[0] > 0 else GO_ON
     return True
 
 
 @kernel
 def is_full(every, state, run, trail):
     """Whether rows, events or steps are full: the caller empties them."""
-    if every > 0 and trail.counts[ROWS] + 1 >= trail.t.shape[0]:
+    if every > 0 and trail.counts.rows + 1 >= trail.t.shape[0]:
         return True
-    if state.counters[N_EVENTS] + EVENTS_AT_ONCE * state.mode.shape[0] > state.events.shape[0]:
+    if state.counters.n_events + EVENTS_AT_ONCE * state.mode.shape[0] > state.events.shape[0]:
         return True
-    return trail.steps.counts[IS_KEPT] != 0 and trail.steps.counts[N_STEPS] + PIECES > trail.steps.t.shape[0]
+    return trail.steps.counts.is_kept != 0 and trail.steps.counts.n_steps + PIECES > trail.steps.t.shape[0]
 
 
 @kernel
 def is_spent(span, run):
     """Count a try; whether so many got nowhere that the run is to end."""
-    run.counters[TRIES] += 1
-    if run.counters[TRIES] < LOOK:
+    run.counters.tries += 1
+    if run.counters.tries < LOOK:
         return False
-    passed = run.clock[NOW] - run.clock[LOOKED]
-    is_nowhere = passed < HOPELESS * span or (run.clock[WAY] < LEAST_WAY and passed < LEAST_TIME * span)
-    run.counters[TRIES], run.clock[WAY], run.clock[LOOKED] = 0, 0.0, run.clock[NOW]
+    passed = run.clock.now - run.clock.looked
+    is_nowhere = passed < HOPELESS * span or (run.clock.way < LEAST_WAY and passed < LEAST_TIME * span)
+    run.counters.tries, run.clock.way, run.clock.looked = 0, 0.0, run.clock.now
     return is_nowhere
 
 
 @kernel
 def through_length(run):
     """The length of the next plain steps where no modes last."""
-    run.clock[THROUGH] = max(run.clock[THROUGH], FIRST_THROUGH * instant(run))
-    return run.clock[THROUGH]
+    run.clock.through = max(run.clock.through, FIRST_THROUGH * instant(run))
+    return run.clock.through
 
 
 @kernel
 def go_on(model, p, t, H, is_last, state_at, run, run_at):
-    """Try a step of smooth motion: (Status, whether it is accepted); what is to be done next is in counters[TO_DO]."""
+    """Try a step of smooth motion: (Status, whether it is accepted); what is to be done next is in counters.to_do."""
     clock, counters = run.clock, run.counters
-    is_cut = H == clock[CUT]
-    clock[CUT] = math.inf
+    is_cut = H == clock.cut
+    clock.cut = math.inf
     status, outcome, factor = try_step(model, p, t, H, state_at, run_at)
     if outcome == SMOOTH or outcome == AT_EVENT:
-        clock[STEP] = max(clock[STEP], factor * H) if is_cut or is_last else factor * H
+        clock.step = max(clock.step, factor * H) if is_cut or is_last else factor * H
         if is_cut:
-            clock[CUT] = FASTEST * H
-        counters[TO_DO] = DECIDE if outcome == AT_EVENT and not only_enters_region(run) else GO_ON
+            clock.cut = FASTEST * H
+        counters.to_do = DECIDE if outcome == AT_EVENT and not only_enters_region(run) else GO_ON
         return status, True
     if outcome == AT_ONCE:
-        counters[TO_DO] = DECIDE
+        counters.to_do = DECIDE
     elif outcome == UNRESOLVED:
-        counters[TO_DO] = GO_THROUGH
+        counters.to_do = GO_THROUGH
     elif factor < 1.0:
-        clock[STEP] = factor * H
-        counters[IS_LOCATED] = 0
+        clock.step = factor * H
+        counters.is_located = 0
     return status, False
 
 
@@ -229,20 +193,20 @@ def end_smooth(t_1, H, state, run):
     clock, counters, contacts = run.clock, run.counters, run.contacts
     n, n_c = state.q.shape[0], state.mode.shape[0]
     enters = n_c > 0 and only_enters_region(run)
-    if counters[TO_DO] == DECIDE or enters:
-        clock[CUT] = math.inf
+    if counters.to_do == DECIDE or enters:
+        clock.cut = math.inf
     way = 0.0
     for i in range(n):
         way = max(way, abs(run.x[i] - state.q[i]) / run.tol[i], abs(run.x[n + i] - state.u[i]) / run.tol[n + i])
-    clock[WAY] += way
-    counters[HAS_JACOBIAN] = 0
+    clock.way += way
+    counters.has_jacobian = 0
     if H > QUIET * instant(run):
-        counters[STALLS], clock[THROUGH] = 0, 0.0
+        counters.stalls, clock.through = 0, 0.0
     if n_c == 0:
         return
-    if counters[IS_LOCATED] == 1 and counters[TO_DO] == GO_ON and not enters:
-        clock[CUT] = what_is_left(H, run)
-    counters[IS_LOCATED] = 0
+    if counters.is_located == 1 and counters.to_do == GO_ON and not enters:
+        clock.cut = what_is_left(H, run)
+    counters.is_located = 0
     for e in range(run.f_0.shape[0]):
         run.f_0[e] = run.f_1[e]
     set_bands(run)
@@ -263,17 +227,17 @@ def what_is_left(H, run):
         fall = run.f_0[e] - run.f_1[e]
         if fall > 0.0 and run.f_1[e] < fall:
             rest = min(rest, TWICE * (run.f_1[e] + run.band[e]) / fall * H)
-    return max(rest, FIRST_THROUGH * run.clock[LEAST])
+    return max(rest, FIRST_THROUGH * run.clock.least)
 
 
 @kernel
 def end_stretch(model, p, t_1, H, state, run):
     """After plain steps where no modes last: decide anew. Returns a Status."""
     counters = run.counters
-    run.clock[THROUGH] *= FASTEST
+    run.clock.through *= FASTEST
     if H > QUIET * instant(run):
-        counters[STALLS] = 0
-    counters[TO_DO], counters[HAS_JACOBIAN], counters[IS_LOCATED] = DECIDE, 0, 0
+        counters.stalls = 0
+    counters.to_do, counters.has_jacobian, counters.is_located = DECIDE, 0, 0
     status = event_values(model, p, t_1, run.x, run, run.f_0)
     set_bands(run)
     for e in range(run.armed.shape[0]):
@@ -281,8 +245,8 @@ def end_stretch(model, p, t_1, H, state, run):
     for i in range(state.mode.shape[0]):
         state.mode[i], state.slip[i], state.several[i] = run.contacts.mode[i], run.contacts.slip[i], run.several[i]
     keep_events(state, run)
-    state.counters[GAINS] += run.trial.counters[GAINS]
-    state.worst[GAIN] = max(state.worst[GAIN], run.trial.worst[GAIN])
+    state.counters.gains += run.trial.counters.gains
+    state.worst.gain = max(state.worst.gain, run.trial.worst.gain)
     return status
 
 
@@ -309,43 +273,49 @@ def accept(t_1, state, run):
             state.P_sum[i, k] += change[end + k]
         end += width
         if run.contacts.kinds[i, 0] == UNILATERAL:
-            state.worst[PENETRATION] = max(state.worst[PENETRATION], -run.g_1[i])
+            state.worst.penetration = max(state.worst.penetration, -run.g_1[i])
     for k in range(N_LEDGER):
         state.ledger[k] += change[end + k]
     remember(n, run)
-    state.counters[STEPS] += 1
-    run.clock[NOW] = t_1
+    state.counters.steps += 1
+    run.clock.now = t_1
 
 
 @kernel
 def keep_events(state, run):
     """Append the events of the accepted row."""
     trial = run.trial
-    m = state.counters[N_EVENTS]
-    for e in range(trial.counters[N_EVENTS]):
+    m = state.counters.n_events
+    for e in range(trial.counters.n_events):
         for k in range(EVENT_WIDTH):
             state.events[m, k] = trial.events[e, k]
         m += 1
-    state.counters[N_EVENTS] = m
+    state.counters.n_events = m
 
 
 @kernel
 def collect(state, trial):
     """Add what the substeps counted, and their worst figures."""
-    for which in SUMMED:
-        state.counters[which] += trial.counters[which]
-        trial.counters[which] = 0
-    state.counters[EVENTS_LOST] = trial.counters[EVENTS_LOST]
-    state.counters[FAILED_CONTACT] = trial.counters[FAILED_CONTACT]
-    state.worst[RESIDUAL] = max(state.worst[RESIDUAL], trial.worst[RESIDUAL])
-    state.worst[LEDGER_ERROR] = max(state.worst[LEDGER_ERROR], trial.worst[LEDGER_ERROR])
+    total, its = state.counters, trial.counters
+    total.solved, total.skipped, total.kept = (
+        total.solved + its.solved,
+        total.skipped + its.skipped,
+        total.kept + its.kept,
+    )
+    total.pivots, total.several = total.pivots + its.pivots, total.several + its.several
+    total.uncounted, total.shared = total.uncounted + its.uncounted, total.shared + its.shared
+    its.solved, its.skipped, its.kept, its.pivots, its.several, its.uncounted, its.shared = 0, 0, 0, 0, 0, 0, 0
+    state.counters.events_lost = trial.counters.events_lost
+    state.counters.failed_contact = trial.counters.failed_contact
+    state.worst.residual = max(state.worst.residual, trial.worst.residual)
+    state.worst.ledger_error = max(state.worst.ledger_error, trial.worst.ledger_error)
 
 
 @kernel
 def write_state(t, state, run, trail):
     """Append a row: the state, the gaps, the impulses and works since the start."""
     x, n, n_c = run.x, state.q.shape[0], state.mode.shape[0]
-    has_gap = run.contacts.facts[HAS] & (1 << GAP)
+    has_gap = run.contacts.facts.has & (1 << GAP)
     for i in range(n):
         x[i], x[n + i] = state.q[i], state.u[i]
     end = 2 * n

@@ -32,8 +32,7 @@ import numpy as np
 from nonsmooth.integrators.adaptive_state import DEGREE, MOST, aitken_neville
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.radau_stages import EPS
-from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT, N_EVENTS
-from nonsmooth.integrators.step_polynomial import N_STEPS
+from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT
 from nonsmooth.jit import kernel, rare_kernel
 
 PIECES = 4  # of a step with an event, at most
@@ -161,13 +160,13 @@ def state_within(theta, H, state, run):
 @kernel
 def keep_smooth(t, H, state, run, steps):
     """Append the motion of the step that was fitted, from the state."""
-    s = steps.counts[N_STEPS]
+    s = steps.counts.n_steps
     steps.t[s], steps.h[s] = t, H
     for i in range(state.q.shape[0]):
         steps.q[s, i], steps.u[s, i] = state.q[i], state.u[i]
         for k in range(DEGREE):
             steps.B[s, k, i] = run.B[k, i]
-    steps.counts[N_STEPS] += 1
+    steps.counts.n_steps += 1
 
 
 @kernel
@@ -214,7 +213,7 @@ def keep_event(t, H, state, run, steps):
 @kernel
 def has_impact(t, trial):
     """Whether an impact is in the substep that begins at t."""
-    for e in range(trial.counters[N_EVENTS]):
+    for e in range(trial.counters.n_events):
         if trial.events[e, EVENT_T] == t and trial.events[e, EVENT_KIND] == IMPACT:
             return True
     return False
@@ -238,7 +237,7 @@ def split(t, dt, n, run, steps):
 @kernel
 def keep_parabola(t, h, n, piece, steps):
     """Append the piece from (q, u) = piece[0:2] to piece[2:4] whose velocities are a parabola."""
-    s = steps.counts[N_STEPS]
+    s = steps.counts.n_steps
     steps.t[s], steps.h[s] = t, h
     for i in range(n):
         steps.q[s, i], steps.u[s, i] = piece[0, i], piece[1, i]
@@ -247,4 +246,4 @@ def keep_parabola(t, h, n, piece, steps):
         steps.B[s, 1, i] = 3.0 * change - 6.0 * mean
         for k in range(2, DEGREE):
             steps.B[s, k, i] = 0.0
-    steps.counts[N_STEPS] += 1
+    steps.counts.n_steps += 1

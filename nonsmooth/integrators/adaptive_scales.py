@@ -10,9 +10,8 @@ does within its bands is below the resolution.
 from __future__ import annotations
 
 from nonsmooth.blocks import view
-from nonsmooth.integrators.adaptive_state import ATOL, LEAST, RTOL, STEP
 from nonsmooth.integrators.rigid_hold import hold
-from nonsmooth.integrators.rigid_modes import HAS, RigidContacts
+from nonsmooth.integrators.rigid_modes import RigidContacts
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.system import GAP, GAP_RATE, NORMAL, TANGENT
 
@@ -25,7 +24,7 @@ INSTANT = 1e-2  # of the tolerances: what may move in the time of an event
 def observe(model, p, t, x, g, gamma, run):
     """Gaps and their rates at a state, and the rows contacts.work.W_N and W_F there; False if a function raised."""
     contacts, work = run.contacts, run.contacts.work
-    has, n, n_c = contacts.facts[HAS], contacts.q.shape[0], contacts.kinds.shape[0]
+    has, n, n_c = contacts.facts.has, contacts.q.shape[0], contacts.kinds.shape[0]
     for i in range(n):
         contacts.q[i], contacts.u[i] = x[i], x[n + i]
     q, u = contacts.q, contacts.u
@@ -49,7 +48,7 @@ def set_tolerances(run):
     """The tolerances of the next step, by the rows of the state that was observed last."""
     tol, work, n = run.tol, run.contacts.work, run.contacts.q.shape[0]
     for i in range(tol.shape[0]):
-        tol[i] = run.clock[ATOL] + run.clock[RTOL] * run.largest[i]
+        tol[i] = run.clock.atol + run.clock.rtol * run.largest[i]
     for i in range(work.W_N.shape[0]):
         run.tol_g[i], run.tol_gamma[i], run.tol_slip[i] = 0.0, 0.0, 0.0
         for j in range(n):
@@ -64,7 +63,7 @@ def set_tolerances(run):
 @kernel
 def closed_gap(i, run):
     """The gap below which contact i counts as closed: above what it moves in the shortest step."""
-    return BAND * run.tol_g[i] + run.clock[LEAST] * abs(run.gamma_0[i])
+    return BAND * run.tol_g[i] + run.clock.least * abs(run.gamma_0[i])
 
 
 @kernel
@@ -72,14 +71,14 @@ def instant(run):
     """A time in which smooth motion moves nothing by more than INSTANT of its tolerance, and no more than BRIEF of a
     step: what is at rest may be about to break away."""
     n = run.a_0.shape[0]
-    shortest = BRIEF * run.clock[STEP]
+    shortest = BRIEF * run.clock.step
     for i in range(n):
         speed, acceleration = run.largest[n + i], max(abs(run.a_0[i]), abs(run.a_1[i]))
         if speed > 0.0:
             shortest = min(shortest, INSTANT * run.tol[i] / speed)
         if acceleration > 0.0:
             shortest = min(shortest, INSTANT * run.tol[n + i] / acceleration)
-    return max(shortest, run.clock[LEAST])
+    return max(shortest, run.clock.least)
 
 
 @kernel("int64(int64, float64[::1], float64, float64[::1], int64)", short_loops=True)

@@ -22,7 +22,7 @@ from nonsmooth.integrators.adaptive_events import NOWHERE, crossing, find_event
 from nonsmooth.integrators.adaptive_held import list_closed
 from nonsmooth.integrators.adaptive_polynomial import fit, reach
 from nonsmooth.integrators.adaptive_scales import hold_modes, instant, observe
-from nonsmooth.integrators.adaptive_state import CUT, IS_LOCATED, IS_SEEN, LEAST, ROWS, TARGET, Extrapolation
+from nonsmooth.integrators.adaptive_state import ROWS, Extrapolation
 from nonsmooth.integrators.adaptive_table import (
     LEAST_GAIN,
     MOST_GAIN,
@@ -49,9 +49,9 @@ BEFORE = 0.9  # of it: where a step ends that does not converge, maybe because t
 @kernel("Tuple((int64, int64, float64))(int64, float64[::1], float64, float64, int64, int64)", short_loops=True)
 def try_step(model, p, t, H, state_at, run_at):
     """Try one step of length H: (Status, how it ended, what to multiply H by). ``run.change`` is what it changes, and
-    clock[CUT] where an event is to end the next one."""
+    clock.cut where an event is to end the next one."""
     state, run = view(state_at, State), view(run_at, Extrapolation)
-    target = run.counters[TARGET]
+    target = run.counters.target
     place = NOWHERE
     for j in range(ROWS):
         status = fill_row(model, p, t, H, j, state, run)
@@ -60,10 +60,10 @@ def try_step(model, p, t, H, state_at, run_at):
         if j == 0:
             continue
         extrapolate(j, list_closed(run.contacts), state, run)
-        if run.counters[IS_SEEN] == 1 and run.counters[IS_LOCATED] == 0:
+        if run.counters.is_seen == 1 and run.counters.is_located == 0:
             place = crossing(j + 1, run)
-            if place < EARLY and BEHIND * place * H > run.clock[LEAST]:
-                run.clock[CUT] = BEHIND * place * H
+            if place < EARLY and BEHIND * place * H > run.clock.least:
+                run.clock.cut = BEHIND * place * H
                 return Status.RUNNING.value, REFUSED, 1.0
         if converges(j, run):
             status, outcome, factor = end_step(model, p, t, H, j, state_at, state, run_at, run)
@@ -77,7 +77,7 @@ def try_step(model, p, t, H, state_at, run_at):
         return Status.RUNNING.value, UNRESOLVED, 1.0
     factor = shorter(j, target, run)
     if factor < BEFORE * place < 1.0:
-        run.clock[CUT] = BEFORE * place * H
+        run.clock.cut = BEFORE * place * H
         return Status.RUNNING.value, REFUSED, 1.0
     return Status.RUNNING.value, REFUSED, factor
 
@@ -114,17 +114,17 @@ def end_step(model, p, t, H, j, state_at, state, run_at, run):
     followed = reach(H, j, state, run)
     if followed < 1.0 and H > instant(run):
         return Status.RUNNING.value, UNFOLLOWED, SAFETY * max(SLOWEST, followed)
-    factor = min(plan(j, run), SAFETY * followed) if j >= run.counters[TARGET] else plan(j, run)
+    factor = min(plan(j, run), SAFETY * followed) if j >= run.counters.target else plan(j, run)
     if n_c == 0:
         return Status.RUNNING.value, SMOOTH, factor
     status, place = find_event(model, p, t, H, j, state_at, run_at)
     if status != Status.RUNNING:
         return status, REFUSED, SHRINK
     if place < 1.0:
-        run.clock[CUT] = place * H
-        if place * H <= run.clock[LEAST]:
+        run.clock.cut = place * H
+        if place * H <= run.clock.least:
             return Status.RUNNING.value, AT_ONCE, 1.0
-        run.counters[IS_LOCATED] = 1
+        run.counters.is_located = 1
         return Status.RUNNING.value, REFUSED, 1.0
     if not observe(model, p, t + H, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, REFUSED, SHRINK

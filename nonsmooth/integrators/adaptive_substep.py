@@ -32,11 +32,10 @@ from nonsmooth.contact_problem import (
 )
 from nonsmooth.contact_solvers.single import Selection
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive_state import ENDS_SERIES, IS_FIRST, SUBSTEPS, Extrapolation
+from nonsmooth.integrators.adaptive_state import Extrapolation
 from nonsmooth.integrators.moreau_jean_contact import solve
 from nonsmooth.integrators.moreau_jean_paradox import note_paradoxes
 from nonsmooth.integrators.moreau_jean_step import ROUNDING, accept, all_finite, new_velocity
-from nonsmooth.integrators.rigid_modes import HAS, SELECTION
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.laws import LAW_E_N
 from nonsmooth.paradox.impact import follows_own_law
@@ -52,10 +51,10 @@ def substep(model, p, t, dt, run_at):
     """Advance ``run.trial`` by one step, or by the impact before it (RETAKE); returns a Status."""
     run = view(run_at, Extrapolation)
     contacts, trial, step = run.contacts, run.trial, run.step
-    work, kinds, has = step.work, contacts.kinds, contacts.facts[HAS]
+    work, kinds, has = step.work, contacts.kinds, contacts.facts.has
     q, u, t_mid = trial.q, trial.u, t + 0.5 * dt
     n, n_c = q.shape[0], kinds.shape[0]
-    run.counters[SUBSTEPS] += 1
+    run.counters.substeps += 1
     for j in range(n):
         work.q_mid[j] = q[j] + 0.5 * dt * u[j]
     if has & (1 << GAP) and not call_model(model, GAP, t_mid, work.q_mid, u, p, work.g_N):
@@ -71,7 +70,7 @@ def substep(model, p, t, dt, run_at):
             return Status.NOT_FINITE.value
         step.is_known[1] = 1
         r = assemble(model, p, t, dt, n, n_k, run)
-        touching = leave_out_parting(n_k, run, work) if run.counters[ENDS_SERIES] == 0 else n_k
+        touching = leave_out_parting(n_k, run, work) if run.counters.ends_series == 0 else n_k
         if 0 < touching < n_k:
             r = assemble(model, p, t, dt, n, touching, run)
         n_k = touching
@@ -98,8 +97,8 @@ def substep(model, p, t, dt, run_at):
 @kernel
 def rule(n_k, run, work):
     """The selection rule of this step."""
-    selection = run.contacts.facts[SELECTION]
-    if selection != Selection.IMPACT or run.counters[IS_FIRST] == 1:
+    selection = run.contacts.facts.selection
+    if selection != Selection.IMPACT or run.counters.is_first == 1:
         return selection
     for k in range(n_k):
         if run.trial.mode[work.closed[k]] == ContactMode.SLIDE:
@@ -110,7 +109,7 @@ def rule(n_k, run, work):
 @kernel
 def assemble(model, p, t, dt, n, n_k, run):
     """G and c of the closed contacts; returns the number of rows, -1 if a model function raised."""
-    work, has, u = run.step.work, run.contacts.facts[HAS], run.trial.u
+    work, has, u = run.step.work, run.contacts.facts.has, run.trial.u
     r = stack_rows(n, n_k, run.contacts.kinds, u, work)
     apply_inverse(has, n, work, r)
     delassus(n, r, work)
@@ -123,7 +122,7 @@ def find_free_velocities(model, p, t, dt, n, n_k, r, run):
 
     A gamma_0 of rounding is zero: an impulse of dt la_N is lost in it where steps are short.
     """
-    work, there, kinds, has = run.step.work, run.step.there, run.contacts.kinds, run.contacts.facts[HAS]
+    work, there, kinds, has = run.step.work, run.step.there, run.contacts.kinds, run.contacts.facts.has
     q, u, c, gamma_0 = run.trial.q, run.trial.u, work.c, work.gamma_0
     if not has & ROWS_ARE_CONSTANT or not has & SURFACES_ARE_CONSTANT:
         for k in range(n_k):
@@ -192,7 +191,7 @@ def choose_restitution(dt, n_k, run, work):
         was_closed = run.trial.mode[i] != ContactMode.OPEN
         has_own_law = was_closed and follows_own_law(i, run.contacts.kinds, run.contacts.laws)
         run.laws[i, LAW_E_N] = e if has_own_law else 0.0  # which an impact without collision follows too
-        if e == 0.0 or gamma_N >= 0.0 or run.counters[ENDS_SERIES] == 1:
+        if e == 0.0 or gamma_N >= 0.0 or run.counters.ends_series == 1:
             continue
         inward = (gamma_N - work.c[row]) / dt
         if -gamma_N > run.tol_gamma[i] and e * gamma_N * (e * gamma_N) > 2.0 * inward * DROPPED * run.tol_g[i]:

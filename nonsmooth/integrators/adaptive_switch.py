@@ -24,15 +24,8 @@ from nonsmooth.integrators.adaptive_held import NO_LOAD
 from nonsmooth.integrators.adaptive_hops import drop_hops
 from nonsmooth.integrators.adaptive_scales import closed_gap, hold_modes, instant, observe
 from nonsmooth.integrators.adaptive_state import (
-    ENDS_SERIES,
     GO_ON,
     GO_THROUGH,
-    HAS_JACOBIAN,
-    IS_FIRST,
-    IS_LOCATED,
-    STALLS,
-    STEP,
-    TO_DO,
     TRIAL_EVENTS,
     Extrapolation,
 )
@@ -49,14 +42,10 @@ from nonsmooth.integrators.records import (
     EVENT_SOLUTIONS,
     EVENT_T,
     EVENT_WIDTH,
-    EVENTS_LOST,
-    GAIN,
-    GAINS,
     IMPACT,
     INCONSISTENT,
     INDETERMINATE,
     MODE_CHANGE,
-    N_EVENTS,
     N_LEDGER,
     State,
 )
@@ -80,12 +69,12 @@ MOST_STALLS = 8  # events at an instant, per contact: then the motion goes on by
 @kernel("Tuple((int64, boolean))(int64, float64[::1], float64, int64, int64)", short_loops=True)
 def decide(model, p, t, state_at, run_at):
     """Jump and find modes at the beginning of a step: (Status, whether the velocities have jumped). What is to be done
-    next is in counters[TO_DO]."""
+    next is in counters.to_do."""
     state, run = view(state_at, State), view(run_at, Extrapolation)
     n, n_c, x = state.q.shape[0], state.mode.shape[0], run.x
     contacts, counters = run.contacts, run.counters
-    first_event = state.counters[N_EVENTS]
-    counters[STALLS] += 1
+    first_event = state.counters.n_events
+    counters.stalls += 1
     for i in range(n):
         x[i], x[n + i], run.u_0[i] = state.q[i], state.u[i], state.u[i]
     stop_slides(run)
@@ -94,12 +83,12 @@ def decide(model, p, t, state_at, run_at):
     for k in range(JUMPS * n_c + 1):
         if status != Status.RUNNING:
             return status, has_jumped
-        counters[ENDS_SERIES] = 1 if k == JUMPS * n_c else 0
+        counters.ends_series = 1 if k == JUMPS * n_c else 0
         status, jumps = jump(model, p, t, state, run)
         if not jumps:
             break
         has_jumped = True
-    counters[ENDS_SERIES] = 0
+    counters.ends_series = 0
     if status == Status.RUNNING:
         status = find_modes(model, p, t, state, run)
     if status != Status.RUNNING:
@@ -112,9 +101,9 @@ def decide(model, p, t, state_at, run_at):
     for i in range(n_c):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
         run.g_0[i], run.gamma_0[i] = run.g_1[i], run.gamma_1[i]
-    counters[IS_FIRST], counters[IS_LOCATED], counters[HAS_JACOBIAN] = 0, 0, 0
+    counters.is_first, counters.is_located, counters.has_jacobian = 0, 0, 0
     for i in range(n_c):
-        if counters[TO_DO] == GO_ON and slides_alone(i, contacts):
+        if counters.to_do == GO_ON and slides_alone(i, contacts):
             note_several(t, i, False, state, contacts)
     return status, has_jumped
 
@@ -127,7 +116,7 @@ def stop_slides(run):
         run.mode[i], run.slip[i], run.has_struck[i], run.is_stopped[i] = contacts.mode[i], contacts.slip[i], 0, 0
         value, band = run.f_0[N_FUNCTIONS * i + FRICTION], run.band[N_FUNCTIONS * i + FRICTION]
         highest = band if run.armed[N_FUNCTIONS * i + FRICTION] == 1 else -band
-        is_at_rest = -2.0 * band <= value <= highest and run.counters[IS_FIRST] == 0
+        is_at_rest = -2.0 * band <= value <= highest and run.counters.is_first == 0
         if contacts.mode[i] == ContactMode.SLIDE and is_at_rest:
             run.is_stopped[i] = 1
             contacts.mode[i], contacts.slip[i] = ContactMode.STICK.value, 0
@@ -184,9 +173,9 @@ def take_jump(state, run):
         state.several[i] = trial.several[i]
     for k in range(N_LEDGER):
         state.ledger[k] += trial.ledger[k]
-    state.counters[GAINS] += trial.counters[GAINS]
-    state.worst[GAIN] = max(state.worst[GAIN], trial.worst[GAIN])
-    for e in range(trial.counters[N_EVENTS]):
+    state.counters.gains += trial.counters.gains
+    state.worst.gain = max(state.worst.gain, trial.worst.gain)
+    for e in range(trial.counters.n_events):
         kind = trial.events[e, EVENT_KIND]
         if kind == IMPACT or kind == INCONSISTENT:
             run.has_struck[int(trial.events[e, EVENT_CONTACT])] = 1
@@ -198,13 +187,13 @@ def take_jump(state, run):
 def copy_event(e, state, run):
     """Append event e of the trial to those of the run; count it as lost where there is no room but for the changes of
     modes."""
-    m = state.counters[N_EVENTS]
+    m = state.counters.n_events
     if m + state.mode.shape[0] >= state.events.shape[0]:
-        run.trial.counters[EVENTS_LOST] += 1
+        run.trial.counters.events_lost += 1
         return
     for k in range(EVENT_WIDTH):
         state.events[m, k] = run.trial.events[e, k]
-    state.counters[N_EVENTS] += 1
+    state.counters.n_events += 1
 
 
 @kernel
@@ -222,7 +211,7 @@ def find_modes(model, p, t, state, run):
             state.mode[i], state.slip[i] = ContactMode.SLIDE.value, run.slip[i]
     status = try_modes(model, p, t, state, run)
     for _ in range(n_c):
-        if status != Status.RUNNING or counters[TO_DO] != GO_ON or not drop_hops(model, p, t, run):
+        if status != Status.RUNNING or counters.to_do != GO_ON or not drop_hops(model, p, t, run):
             break
         status = hold_modes(model, p, t, run.x, address(contacts))
         if status != Status.RUNNING or not observe(model, p, t, run.x, run.g_1, run.gamma_1, run):
@@ -234,7 +223,7 @@ def find_modes(model, p, t, state, run):
         return status
     for e in range(run.armed.shape[0]):
         run.armed[e] = 0
-    if counters[TO_DO] == GO_ON:
+    if counters.to_do == GO_ON:
         arm(run)
         for i in range(n):
             run.x[i], run.x[n + i] = run.y[i], run.y[n + i]
@@ -248,16 +237,16 @@ def find_modes(model, p, t, state, run):
 def try_modes(model, p, t, state, run):
     """Let plain steps decide, each a tenth as long as the one before, until modes last; returns a Status."""
     counters, n_c = run.counters, state.mode.shape[0]
-    ahead, shortest = PROBE * run.clock[STEP], instant(run)
-    counters[TO_DO] = GO_THROUGH
+    ahead, shortest = PROBE * run.clock.step, instant(run)
+    counters.to_do = GO_THROUGH
     for _ in range(PROBES):
-        if counters[STALLS] > MOST_STALLS * n_c:
+        if counters.stalls > MOST_STALLS * n_c:
             break
         ahead = max(ahead, shortest)
         status = probe(model, p, t, ahead, state, run)
         if status != Status.RUNNING:
             return status
-        if counters[TO_DO] == GO_ON or ahead == shortest:
+        if counters.to_do == GO_ON or ahead == shortest:
             break
         ahead *= 0.1
     return Status.RUNNING.value
@@ -273,7 +262,7 @@ def is_caught(i, run):
 @kernel
 def probe(model, p, t, ahead, state, run):
     """Let a plain step of the length ``ahead`` decide; if its modes last at the instant they are taken, with the state
-    run.y that they hold, and counters[TO_DO] is GO_ON. Returns a Status."""
+    run.y that they hold, and counters.to_do is GO_ON. Returns a Status."""
     n, n_c, contacts, trial = state.q.shape[0], state.mode.shape[0], run.contacts, run.trial
     begin_trial(state, trial)
     for i in range(n):
@@ -303,7 +292,7 @@ def probe(model, p, t, ahead, state, run):
     for e in range(run.armed.shape[0]):
         run.armed[e], run.rises[e] = 0, NOWHERE
     if fallen(run.f_0, 0.0, run) == STANDS:
-        run.counters[TO_DO] = GO_ON
+        run.counters.to_do = GO_ON
     return status
 
 
@@ -343,33 +332,33 @@ def way_of_slide(i, run):
 def note_changes(t, first_event, state, run):
     """Note what changed since modes were decided before: the modes of a start are no event."""
     contacts, trial = run.contacts, run.trial
-    for m in range(first_event, state.counters[N_EVENTS]):
+    for m in range(first_event, state.counters.n_events):
         i = int(state.events[m, EVENT_CONTACT])
         state.events[m, EVENT_MODE_1], state.events[m, EVENT_SLIP_1] = contacts.mode[i], contacts.slip[i]
-    is_found = run.counters[TO_DO] == GO_ON
+    is_found = run.counters.to_do == GO_ON
     for i in range(contacts.mode.shape[0]):
         state.several[i] = trial.several[i] if is_found else state.several[i]
         run.several[i] = state.several[i]
-    for e in range(trial.counters[N_EVENTS] if is_found else 0):
+    for e in range(trial.counters.n_events if is_found else 0):
         i = int(trial.events[e, EVENT_CONTACT])
         if trial.events[e, EVENT_KIND] == INDETERMINATE and run.has_struck[i] == 0:
-            m = state.counters[N_EVENTS]
+            m = state.counters.n_events
             copy_event(e, state, run)
-            if state.counters[N_EVENTS] > m:
+            if state.counters.n_events > m:
                 set_modes(m, t, i, state, run)
             run.has_struck[i] = 1
             contacts.several[i] = 1
     for i in range(contacts.mode.shape[0]):
         changed = contacts.mode[i] != run.mode[i] or contacts.slip[i] != run.slip[i]
-        if not changed or run.has_struck[i] == 1 or run.counters[IS_FIRST] == 1:
+        if not changed or run.has_struck[i] == 1 or run.counters.is_first == 1:
             continue
-        m = state.counters[N_EVENTS]
+        m = state.counters.n_events
         for k in range(EVENT_WIDTH):
             state.events[m, k] = 0.0
         state.events[m, EVENT_KIND], state.events[m, EVENT_SOLUTIONS] = MODE_CHANGE, 1
         state.events[m, EVENT_CONTACT], state.events[m, EVENT_GAMMA_F] = i, contacts.gamma[i, 1]
         set_modes(m, t, i, state, run)
-        state.counters[N_EVENTS] += 1
+        state.counters.n_events += 1
 
 
 @kernel

@@ -14,8 +14,8 @@ from nonsmooth.blocks import address
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_held import held_step
 from nonsmooth.integrators.adaptive_polynomial import FIRST_1, note_slopes
-from nonsmooth.integrators.adaptive_state import IS_SEEN, ROWS, RTOL, TARGET
-from nonsmooth.integrators.records import GAIN, GAINS, N_EVENTS, N_LEDGER
+from nonsmooth.integrators.adaptive_state import ROWS
+from nonsmooth.integrators.records import N_LEDGER
 from nonsmooth.jit import kernel
 from nonsmooth.system import GIVEN_FORCE
 
@@ -71,7 +71,7 @@ def begin_trial(state, trial):
             trial.P_sum[i, k] = 0.0
     for k in range(N_LEDGER):
         trial.ledger[k] = 0.0
-    trial.counters[N_EVENTS], trial.counters[GAINS], trial.worst[GAIN] = 0, 0, 0.0
+    trial.counters.n_events, trial.counters.gains, trial.worst.gain = 0, 0, 0.0
 
 
 @kernel
@@ -103,9 +103,9 @@ def extrapolate(j, n_k, state, run):
             other += weights[1, j, k] * table[k, i]
         run.change[i], run.distance[i] = best, best - other
         if i < tol.shape[0]:
-            error = max(error, abs(best - other) / (tol[i] + run.clock[RTOL] * abs(best)))
+            error = max(error, abs(best - other) / (tol[i] + run.clock.rtol * abs(best)))
             size = max(size, abs(best) / tol[i])
-    run.counters[IS_SEEN] = 1 if error <= SEEN * size else 0
+    run.counters.is_seen = 1 if error <= SEEN * size else 0
     run.errors[j] = UNDERRATED * max(error, error_of_impulses(n_k, state, run))
 
 
@@ -142,7 +142,7 @@ def error_of_impulses(n_k, state, run):
 @kernel
 def plan(j, run):
     """The factor of the next step after convergence at row j: so that the next one converges at the row aimed at."""
-    target = run.counters[TARGET]
+    target = run.counters.target
     if j < target - 1:
         return FASTEST
     if not run.errors[j] > 0.0:

@@ -11,7 +11,7 @@ from nonsmooth.blocks import address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_polynomial import FIRST_1, note_slopes
 from nonsmooth.integrators.adaptive_scales import closed_gap, farthest, hold_modes, observe
-from nonsmooth.integrators.adaptive_state import RTOL, Extrapolation
+from nonsmooth.integrators.adaptive_state import Extrapolation
 from nonsmooth.integrators.adaptive_step import book_hold
 from nonsmooth.integrators.adaptive_substep import RETAKE, substep
 from nonsmooth.integrators.adaptive_switch import take_mode
@@ -33,7 +33,7 @@ def step_through(model, p, t, H, state_at, run_at):
     error = 0.0
     for i in range(2 * n):
         size = max(abs(table[0, i]), abs(table[1, i]))
-        error = max(error, abs(table[1, i] - table[0, i]) / (tol[i] + run.clock[RTOL] * size))
+        error = max(error, abs(table[1, i] - table[0, i]) / (tol[i] + run.clock.rtol * size))
     if not (error <= 1.0 or farthest(n, run) <= 1.0):
         return Status.RUNNING.value, False
     for i in range(run.change.shape[0]):

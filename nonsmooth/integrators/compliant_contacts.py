@@ -20,27 +20,22 @@ Source: Brogliato, *Nonsmooth Mechanics* (2016), chapter 2; docs/penalty.md.
 
 from __future__ import annotations
 
-import functools
 import math
-from typing import NamedTuple
+from typing import Annotated as Array
 
 from nonsmooth.acceleration_problem import IMPLICIT, find_row_rates, row_shift
-from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, frozen, view
-from nonsmooth.contact_problem import Work, evaluate_rows, smooth_step, stack_rows, work_shapes
+from nonsmooth.blocks import Block, Floats, Ints, view
+from nonsmooth.contact_problem import Work, evaluate_rows, smooth_step, stack_rows
 from nonsmooth.dense import bandwidth, cholesky, cholesky_solve
 from nonsmooth.errors import Status
 from nonsmooth.integrators.compliant_law import NormalLaw, normal_force
 from nonsmooth.integrators.radau_stages import RATES
 from nonsmooth.jit import kernel
-from nonsmooth.laws import friction_coefficient
+from nonsmooth.laws import LAW_WIDTH, friction_coefficient
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, ROW_RATES, ContactMode
 
-# facts
-HAS, N_U, LAW, IS_REGULARISED, IS_KNOWN = range(5)
 # columns of a contact's constants
 K, C_N, OMEGA = range(3)
-# numbers of the run
-V_S, RTOL, ZETA, ATOL = range(4)
 N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfaces
 REGULARISATION = 1e-10  # of the trace: makes redundant sticking contacts share their load
 REFINEMENTS = 3
@@ -49,39 +44,47 @@ REFINEMENTS = 3
 FORGETTING = 0.01
 
 
-class Contacts(NamedTuple):
+class CompliantFacts(Block):
+    """Whole numbers of a run."""
+
+    has: int  # what the model has, by bits
+    n_u: int
+    law: int  # of the normal force
+    is_regularised: int  # friction, by a speed v_s
+    is_known: int  # whether the constant parts of the model were evaluated
+
+
+class CompliantNumbers(Block):
+    """Numbers of a run."""
+
+    v_s: float  # [m/s]
+    rtol: float
+    zeta: float  # damping ratio; -1 where c is given
+    atol: float
+
+
+class Contacts(Block, r="max(1, n_c * (1 + d))"):
     """The contacts of a run. n = n_u, c = n_c."""
 
     work: Work
-    facts: Integers  # (5,)
-    numbers: Vector  # (4,) v_s, rtol, zeta (-1 where c is given), atol
-    kinds: IntegerTable  # (c, 2)
-    laws: Matrix  # (c, LAW_WIDTH)
-    constants: Matrix  # (c, 3) k, c, omega
-    mode: Integers  # (c,) ContactMode
-    slip: Integers  # (c,) sign of sliding
-    sign: Integers  # (c,) sign of la_N
-    q: Vector  # (n,)
-    u: Vector  # (n,)
-    la: Matrix  # (c, 2) forces
-    gamma: Matrix  # (c, 2) contact velocities, the normal one v
-    stuck: Integers  # (c,) sticking contacts
-    A: Matrix  # (c, c) W_F M^-1 W_F^T of these
-    factor: Matrix  # (c, c)
-    rhs: Vector  # (c,)
-    residual: Vector  # (c,)
-    rates: Matrix  # (4, r) W' u + w'
-
-
-@functools.lru_cache(maxsize=64)
-def contacts_shapes(n: int, n_c: int, d: int, law_width: int) -> tuple:
-    """Shapes of ``Contacts``."""
-    r = max(1, n_c * (1 + d))
-    return frozen({
-        "work": work_shapes(n, n_c, d), "facts": (5,), "numbers": (4,), "kinds": (n_c, 2), "laws": (n_c, law_width),
-        "constants": (n_c, 3), **dict.fromkeys(("mode", "slip", "sign", "stuck", "rhs", "residual"), (n_c,)),
-        "q": (n,), "u": (n,), "la": (n_c, 2), "gamma": (n_c, 2), "A": (n_c, n_c), "factor": (n_c, n_c), "rates": (4, r),
-    })  # fmt: skip
+    facts: CompliantFacts
+    numbers: CompliantNumbers
+    kinds: Array[Ints, "n_c", 2]
+    laws: Array[Floats, "n_c", LAW_WIDTH]
+    constants: Array[Floats, "n_c", 3]  # k, c, omega
+    mode: Array[Ints, "n_c"]  # ContactMode
+    slip: Array[Ints, "n_c"]  # sign of sliding
+    sign: Array[Ints, "n_c"]  # sign of la_N
+    q: Array[Floats, "n"]
+    u: Array[Floats, "n"]
+    la: Array[Floats, "n_c", 2]  # forces
+    gamma: Array[Floats, "n_c", 2]  # contact velocities, the normal one v
+    stuck: Array[Ints, "n_c"]  # sticking contacts
+    A: Array[Floats, "n_c", "n_c"]  # W_F M^-1 W_F^T of these
+    factor: Array[Floats, "n_c", "n_c"]
+    rhs: Array[Floats, "n_c"]
+    residual: Array[Floats, "n_c"]
+    rates: Array[Floats, 4, "r"]  # W' u + w'
 
 
 @kernel(RATES, short_loops=True)
@@ -89,7 +92,7 @@ def contact_rates(model, p, contacts_at, t, x, out):
     """x' with x = (q, u, z, v, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
     contacts = view(contacts_at, Contacts)
     work, facts, la, gamma = contacts.work, contacts.facts, contacts.la, contacts.gamma
-    n, n_c = facts[N_U], contacts.kinds.shape[0]
+    n, n_c = facts.n_u, contacts.kinds.shape[0]
     status = find_forces(model, p, t, x, contacts)
     if status != Status.RUNNING:
         return status
@@ -134,7 +137,7 @@ def normal_acceleration(i, n, contacts):
 def find_forces(model, p, t, x, contacts):
     """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
     work, facts = contacts.work, contacts.facts
-    has, n, n_c = facts[HAS], facts[N_U], contacts.kinds.shape[0]
+    has, n, n_c = facts.has, facts.n_u, contacts.kinds.shape[0]
     n_stuck = 0
     for i in range(n_c):
         if contacts.mode[i] == ContactMode.STICK:
@@ -149,7 +152,7 @@ def find_forces(model, p, t, x, contacts):
             return Status.NOT_FINITE
     for i in range(n):
         work.q_mid[i] = contacts.q[i]
-    is_first = facts[IS_KNOWN] == 0
+    is_first = facts.is_known == 0
     status = smooth_step(model, has & ~IMPLICIT, is_first, t, 1.0, 0.5, n, contacts.u, p, work)
     if status != Status.RUNNING:
         return status
@@ -158,7 +161,7 @@ def find_forces(model, p, t, x, contacts):
     are_moved = has & (1 << ROW_RATES) == 0  # the rows are those of the last difference
     if not evaluate_rows(model, has, is_first or are_moved, t, contacts.u, p, work):
         return Status.NOT_FINITE
-    facts[IS_KNOWN] = 1
+    facts.is_known = 1
     stack_rows(n, n_c, contacts.kinds, contacts.u, work)
     if not given_forces(n, x, contacts):
         return Status.NEGATIVE_FRICTION
@@ -171,7 +174,7 @@ def find_forces(model, p, t, x, contacts):
 @kernel
 def given_forces(n, x, contacts):
     """The forces that the state gives: all but the friction of sticking contacts; False where mu(v) < 0."""
-    work, la, gamma, law = contacts.work, contacts.la, contacts.gamma, contacts.facts[LAW]
+    work, la, gamma, law = contacts.work, contacts.la, contacts.gamma, contacts.facts.law
     for i in range(contacts.kinds.shape[0]):
         kind, d = contacts.kinds[i, 0], contacts.kinds[i, 1]
         mode = contacts.mode[i]
@@ -191,9 +194,9 @@ def given_forces(n, x, contacts):
         if mode != ContactMode.SLIDE:
             continue
         limit = la[i, 0] * contacts.sign[i]
-        if contacts.facts[IS_REGULARISED] != 0:
+        if contacts.facts.is_regularised != 0:
             mu = friction_coefficient(contacts.laws, i, abs(v))
-            la[i, 1] = -mu * limit * math.tanh(v / contacts.numbers[V_S])
+            la[i, 1] = -mu * limit * math.tanh(v / contacts.numbers.v_s)
         else:
             mu = friction_coefficient(contacts.laws, i, max(0.0, contacts.slip[i] * v))
             la[i, 1] = -contacts.slip[i] * mu * limit
@@ -217,7 +220,7 @@ def accelerate(n, n_c, contacts):
             b = work.start[i + 1] - 1
             for j in range(n):
                 rhs[j] += W[b, j] * la[i, 1]
-    cholesky_solve(n, work.band[0], work.factor, rhs)
+    cholesky_solve(n, work.band, work.factor, rhs)
     for j in range(n):
         work.du[j] += rhs[j]
 
@@ -250,7 +253,7 @@ def sticking_matrix(n, n_stuck, contacts):
         row = work.start[stuck[a] + 1] - 1
         for j in range(n):
             trial[j] = work.W[row, j]
-        cholesky_solve(n, work.band[0], work.factor, trial)
+        cholesky_solve(n, work.band, work.factor, trial)
         for j in range(n):
             work.X[row, j] = trial[j]
         for b in range(n_stuck):

@@ -14,14 +14,8 @@ from nonsmooth.blocks import address, view
 from nonsmooth.dense import cholesky_solve
 from nonsmooth.errors import Status
 from nonsmooth.integrators.compliant_contacts import (
-    ATOL,
     C_N,
-    IS_REGULARISED,
-    LAW,
-    N_U,
     OMEGA,
-    RTOL,
-    ZETA,
     Contacts,
     K,
     find_forces,
@@ -50,7 +44,7 @@ def contact_events(model, p, contacts_at, t, x, out):
     status = find_forces(model, p, t, x, contacts)
     if status != Status.RUNNING:
         return status
-    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
     E = N_FUNCTIONS * n_c
     for i in range(n_c):
         e = N_FUNCTIONS * i
@@ -66,15 +60,15 @@ def contact_events(model, p, contacts_at, t, x, out):
         if contacts.kinds[i, 1] > 0 and kind != GIVEN_FORCE and mode != ContactMode.OPEN:
             out[e + SIGN] = contacts.sign[i] * contacts.la[i, 0]
             out[E + e + SIGN] = force
-            if kind == UNILATERAL and contacts.facts[LAW] != NormalLaw.KELVIN_VOIGT:
+            if kind == UNILATERAL and contacts.facts.law != NormalLaw.KELVIN_VOIGT:
                 out[e + SIGN] = 1.0
-        if mode == ContactMode.SLIDE and contacts.facts[IS_REGULARISED] == 0:
+        if mode == ContactMode.SLIDE and contacts.facts.is_regularised == 0:
             out[e + FRICTION] = contacts.slip[i] * contacts.gamma[i, 1]
             out[E + e + FRICTION] = speed
         elif mode == ContactMode.STICK:
             mu = static_coefficient(contacts.laws, i)
             out[e + FRICTION] = mu * contacts.sign[i] * contacts.la[i, 0] - abs(contacts.la[i, 1])
-            out[E + e + FRICTION] = (1.0 + mu) * force + contacts.numbers[RTOL] * abs(contacts.la[i, 1])
+            out[E + e + FRICTION] = (1.0 + mu) * force + contacts.numbers.rtol * abs(contacts.la[i, 1])
     return Status.RUNNING.value
 
 
@@ -83,7 +77,7 @@ def closure(i, x, n, contacts):
     """Positive while contact i stays as it is: the force of a closed contact, minus that of an open one."""
     k, c, omega = contacts.constants[i, K], contacts.constants[i, C_N], contacts.constants[i, OMEGA]
     d, d_rate = -x[2 * n + i] / omega, -contacts.gamma[i, 0]
-    law = contacts.facts[LAW]
+    law = contacts.facts.law
     force = normal_force(law, k, c, d, d_rate)
     if contacts.mode[i] != ContactMode.OPEN:
         return k * d if law == NormalLaw.KELVIN_VOIGT else force
@@ -99,7 +93,7 @@ def rounded_speed(n, contacts):
     A velocity is resolved to atol + rtol |u|, as if nothing were slower than atol/rtol: where all comes to rest, what
     is left of a slide must not end and begin again with every rounding of its sign.
     """
-    return ROUNDINGS * EPS * max(contacts.numbers[ATOL] / contacts.numbers[RTOL], fastest_velocity(n, contacts))
+    return ROUNDINGS * EPS * max(contacts.numbers.atol / contacts.numbers.rtol, fastest_velocity(n, contacts))
 
 
 @kernel
@@ -119,9 +113,9 @@ def fastest_velocity(n, contacts):
 def force_tolerance(i, speed, contacts):
     """A force that counts as zero [N]: what such a velocity makes in the damper and, after 1/omega, in the spring."""
     if contacts.kinds[i, 0] == GIVEN_FORCE:
-        return contacts.numbers[RTOL] * contacts.la[i, 0]
+        return contacts.numbers.rtol * contacts.la[i, 0]
     k, c, omega = contacts.constants[i, K], contacts.constants[i, C_N], contacts.constants[i, OMEGA]
-    return normal_force(contacts.facts[LAW], k, c, speed / omega, speed)
+    return normal_force(contacts.facts.law, k, c, speed / omega, speed)
 
 
 @kernel
@@ -139,7 +133,7 @@ def change_mode(rates, model, p, t, x, which, contacts, out):
         contacts.slip[i] = 0
         return Status.RUNNING
     if function == CLOSURE:
-        if contacts.numbers[ZETA] >= 0.0:
+        if contacts.numbers.zeta >= 0.0:
             set_damping(i, contacts)
         contacts.sign[i] = 1
         return close_contact(rates, model, p, t, x, i, contacts, out)
@@ -153,15 +147,15 @@ def change_mode(rates, model, p, t, x, which, contacts, out):
 @kernel
 def set_damping(i, contacts):
     """c = 2 zeta sqrt(k m) with the mass m = 1/G_NN that the contact meets where it closes."""
-    work, n = contacts.work, contacts.facts[N_U]
+    work, n = contacts.work, contacts.facts.n_u
     trial = work.trial
     for j in range(n):
         trial[j] = work.W_N[i, j]
-    cholesky_solve(n, work.band[0], work.factor, trial)
+    cholesky_solve(n, work.band, work.factor, trial)
     G = 0.0
     for j in range(n):
         G += work.W_N[i, j] * trial[j]
-    contacts.constants[i, C_N] = 2.0 * contacts.numbers[ZETA] * math.sqrt(contacts.constants[i, K] / G)
+    contacts.constants[i, C_N] = 2.0 * contacts.numbers.zeta * math.sqrt(contacts.constants[i, K] / G)
 
 
 @kernel
@@ -172,9 +166,9 @@ def close_contact(rates, model, p, t, x, i, contacts, out):
         return Status.RUNNING
     contacts.mode[i] = ContactMode.SLIDE.value
     contacts.slip[i] = 1 if contacts.gamma[i, 1] > 0.0 else -1
-    if contacts.facts[IS_REGULARISED] != 0:
+    if contacts.facts.is_regularised != 0:
         return Status.RUNNING
-    if abs(contacts.gamma[i, 1]) > rounded_speed(contacts.facts[N_U], contacts):
+    if abs(contacts.gamma[i, 1]) > rounded_speed(contacts.facts.n_u, contacts):
         return Status.RUNNING
     return settle(rates, model, p, t, x, i, contacts, out)
 
@@ -183,7 +177,7 @@ def close_contact(rates, model, p, t, x, i, contacts, out):
 def settle(rates, model, p, t, x, arrested, contacts, out):
     """Let a contact stick, and every other that slides without velocity; then let go, one by one, those that would hold
     too much."""
-    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
     speed = rounded_speed(n, contacts)
     for i in range(n_c):
         if i == arrested or (contacts.mode[i] == ContactMode.SLIDE and abs(contacts.gamma[i, 1]) <= speed):
@@ -254,7 +248,7 @@ def begin_contacts(rates, model, p, t, x, contacts_at, out):
     A unilateral contact begins closed where it approaches without a gap; one that is indented is closed by an event.
     """
     contacts = view(contacts_at, Contacts)
-    n = contacts.facts[N_U]
+    n = contacts.facts.n_u
     for i in range(contacts.kinds.shape[0]):
         contacts.mode[i] = ContactMode.OPEN.value
         contacts.slip[i] = 0

@@ -23,7 +23,6 @@ from __future__ import annotations
 
 from nonsmooth.contact_solvers.planar_problem import ACCEPTED
 from nonsmooth.integrators.radau_stages import EPS
-from nonsmooth.integrators.records import GAIN, GAINS, LEDGER_SIZE
 from nonsmooth.jit import rare_kernel
 from nonsmooth.laws import LAW_E_F, LAW_E_N
 from nonsmooth.system import BILATERAL, GIVEN_FORCE
@@ -46,7 +45,7 @@ def note_gain(gain, is_impact, n_k, kinds, laws, state, work):
                 driven += abs(P[r] * (c[r] - (1.0 + e) * gamma_0[r]))
             impulses += abs(P[r])
             scale = max(scale, abs(c[r]))
-    rounding = EPS * state.worst[LEDGER_SIZE]
+    rounding = EPS * state.worst.ledger_size
     if gain > driven + ACCEPTED * scale * impulses + rounding:
-        state.counters[GAINS] += 1
-        state.worst[GAIN] = max(state.worst[GAIN], gain)
+        state.counters.gains += 1
+        state.worst.gain = max(state.worst.gain, gain)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nonsmooth.arrays import as_number, as_positive
-from nonsmooth.blocks import Block, new_block
+from nonsmooth.blocks import new
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
@@ -23,12 +23,10 @@ from nonsmooth.integrators.adaptive import Adaptive
 from nonsmooth.integrators.event_location import locate_event
 from nonsmooth.integrators.moreau_jean import MoreauJean
 from nonsmooth.integrators.radau import radau_shorten, radau_step
-from nonsmooth.integrators.radau_stages import EPS, NOW
-from nonsmooth.integrators.radau_stages import RTOL as RADAU_RTOL
+from nonsmooth.integrators.radau_stages import EPS
 from nonsmooth.integrators.rigid_forces import rigid_events, rigid_rates
 from nonsmooth.integrators.rigid_impact import impact
-from nonsmooth.integrators.rigid_loop import Scratch, run, scratch_shapes
-from nonsmooth.integrators.rigid_modes import ATOL, EVENT, FLIGHT, HAS, N_U, RTOL, SELECTION
+from nonsmooth.integrators.rigid_loop import Scratch, run
 from nonsmooth.integrators.rigid_redundant import share_load
 from nonsmooth.integrators.rigid_switching import settle, switch_modes
 from nonsmooth.integrators.rigid_touch import START
@@ -109,24 +107,24 @@ class EventDriven:
             entry_points += [enumerate_redundant, solve_planar, pivot]
         load_all(entry_points)
 
-    def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Block:
+    def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Scratch:
         """The arrays of a run from t, filled with its start."""
-        block = new_block(Scratch, scratch_shapes(system.n_u, system.n_c, system.d))
+        arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
         n = system.n_u
-        arrays: Scratch = block.arrays
         contacts, ode = arrays.contacts, arrays.ode
-        contacts.facts[[HAS, N_U, EVENT]] = has, n, START
-        contacts.numbers[[ATOL, RTOL, FLIGHT]] = self.atol, self.rtol, np.inf
+        facts, numbers = contacts.facts, contacts.numbers
+        facts.has, facts.n_u, facts.event = has, n, START
+        numbers.atol, numbers.rtol, numbers.flight = self.atol, self.rtol, np.inf
         contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
         decides = int(system.n_c > 1)
-        arrays.forces.planar.can_decide_redundant[0] = arrays.touch.planar.can_decide_redundant[0] = decides
+        arrays.forces.planar.can_decide_redundant = arrays.touch.planar.can_decide_redundant = decides
         ode.x[:n], ode.x[n : 2 * n] = q, u
         ode.atol[:] = self.atol
-        ode.clock[[NOW, RADAU_RTOL]] = t, self.rtol
-        return block
+        ode.clock.now, ode.clock.rtol = t, self.rtol
+        return arrays
 
     def begin(self, scratch: Scratch, mode: np.ndarray, slip: np.ndarray, selection: int) -> None:
         """Set the modes at the start (n_c,) and the selection rule."""
         contacts = scratch.contacts
         contacts.mode[:], contacts.slip[:] = mode, slip
-        contacts.facts[SELECTION] = selection
+        contacts.facts.selection = selection

@@ -19,9 +19,9 @@ Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated as Array
 
-from nonsmooth.blocks import Integers, Matrix, Vector, address, view
+from nonsmooth.blocks import Block, Floats, Ints, address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.event_resolution import (
     BEGIN,
@@ -34,7 +34,7 @@ from nonsmooth.integrators.event_resolution import (
     note_values,
 )
 from nonsmooth.integrators.radau import SAFETY, radau_interpolate, radau_shorten
-from nonsmooth.integrators.radau_stages import DONE, EPS, HAS_DENSE, NOW, RATES, RTOL, STEP, STEP_OLD, C, Radau
+from nonsmooth.integrators.radau_stages import EPS, RATES, C, Radau
 from nonsmooth.jit import Callback, kernel, rare_kernel
 
 BISECTIONS = 50
@@ -47,65 +47,65 @@ REDUCTION, MOST_REDUCTIONS = 0.1, 6  # of a step whose error hides the sign of a
 SHRINK, SHORTER, MOST_REFINEMENTS = 0.1, 0.3, 12  # of a step whose event functions are not resolved
 TINY = 1e6 * EPS  # step, relative to t, that is not refined any further
 LONGER = 2.0  # than the step before: such a step is looked into, whatever its stages say
-# found
-WHICH, IS_IMMEDIATE, CHECK_START, HANDLED, REDUCTIONS, REFINEMENTS = range(6)
 
 # event_values(address, model, p, context, t, x, out) -> Status writes E values, then their E tolerances
 event_values = Callback(RATES)
 
 
-class Events(NamedTuple):
+class Found(Block):
+    """What was found in a step."""
+
+    which: int  # the event, NO_EVENT or TOO_LONG
+    is_immediate: int  # 1 where it lies at the beginning of the step
+    check_start: int  # 1 where a mode has just begun
+    handled: int  # the event that began it
+    reductions: int  # of a step whose error hides the sign of a function
+    refinements: int  # of a step whose functions are not resolved
+
+
+class Events(Block):
     """What is known of the event functions, E of them."""
 
-    armed: Integers  # (E,)
-    is_gap: Integers  # (E,) 1 for the gap of an open contact: what dips below zero by less than atol is no touch
-    floor: Vector  # (E,) what the rounding of its time left of an event that was handled
-    armed_before: Integers  # (E,) the same at the beginning of the step
-    floor_before: Vector  # (E,)
-    value: Vector  # (2E,) values and tolerances
-    sample: Matrix  # (6, E) values at the beginning of the step, its stages, and two places between them
-    largest: Vector  # (E,) absolute values since the last event
-    longest: Vector  # (1,) step [s] by which the event functions are followed
-    x: Vector  # (N,) a state within the step
-    found: Integers  # (6,)
-
-
-def events_shapes(n_events: int, n_x: int) -> dict[str, tuple[int, ...]]:
-    """Shapes of ``Events``."""
-    return {
-        "armed": (n_events,), "is_gap": (n_events,), "floor": (n_events,),
-        "armed_before": (n_events,), "floor_before": (n_events,), "value": (2 * n_events,),
-        "sample": (6, n_events), "largest": (n_events,), "longest": (1,), "x": (n_x,), "found": (6,),
-    }  # fmt: skip
+    armed: Array[Ints, "n_events"]
+    is_gap: Array[Ints, "n_events"]  # of an open contact: what dips below zero by less than atol is no touch
+    floor: Array[Floats, "n_events"]  # what the rounding of its time left of an event that was handled
+    armed_before: Array[Ints, "n_events"]  # the same at the beginning of the step
+    floor_before: Array[Floats, "n_events"]
+    value: Array[Floats, "2 * n_events"]  # values and tolerances
+    sample: Array[Floats, 6, "n_events"]  # at the beginning of the step, its stages, and two places between
+    largest: Array[Floats, "n_events"]  # absolute values since the last event
+    longest: float  # step [s] by which the event functions are followed
+    x: Array[Floats, "n_x"]  # a state within the step
+    found: Found
 
 
 @kernel("int64(int64, int64, int64, float64[::1], int64, int64, int64)", short_loops=True)
 def locate_event(rates, functions, model, p, context, ode_at, events_block):
     """Look for the first event within the step that was tried, and shorten the step to it.
 
-    found[WHICH] is the event, NO_EVENT, or TOO_LONG where a step is to be tried anew, shorter; found[IS_IMMEDIATE]
+    found.which is the event, NO_EVENT, or TOO_LONG where a step is to be tried anew, shorter; found.is_immediate
     tells that the event lies at the beginning of the step. Returns a Status.
     """
     ode, events = view(ode_at, Radau), view(events_block, Events)
     found = events.found
-    found[WHICH], found[IS_IMMEDIATE] = NO_EVENT, 0
-    if found[CHECK_START] != 0:
+    found.which, found.is_immediate = NO_EVENT, 0
+    if found.check_start != 0:
         status = look_at_start(functions, model, p, context, ode, events)
-        if status != Status.RUNNING or found[IS_IMMEDIATE] != 0:
+        if status != Status.RUNNING or found.is_immediate != 0:
             return status
     keep_armed(events)
     status = look_along(NO_EVENT, rates, functions, model, p, context, ode, events)
     length = math.inf
-    while status == Status.RUNNING and found[WHICH] >= 0 and ode.clock[DONE] < length:
-        length = ode.clock[DONE]
-        status = look_before(found[WHICH], rates, functions, model, p, context, ode, events)
-    found[CHECK_START] = 0
-    if found[WHICH] == TOO_LONG:
+    while status == Status.RUNNING and found.which >= 0 and ode.clock.done < length:
+        length = ode.clock.done
+        status = look_before(found.which, rates, functions, model, p, context, ode, events)
+    found.check_start = 0
+    if found.which == TOO_LONG:
         restore_armed(events)
         return status
-    if found[WHICH] == NO_EVENT:
+    if found.which == NO_EVENT:
         keep_end(events)
-    found[REDUCTIONS], found[REFINEMENTS] = 0, 0
+    found.reductions, found.refinements = 0, 0
     return status
 
 
@@ -117,14 +117,14 @@ def look_at_start(functions, model, p, context, ode, events):
     if status != Status.RUNNING:
         return status
     forget_largest(events)
-    events.longest[0] = math.inf
-    if found[HANDLED] != NO_EVENT:
-        events.floor[found[HANDLED]] = max(0.0, -events.value[found[HANDLED]])
-        found[HANDLED] = NO_EVENT
+    events.longest = math.inf
+    if found.handled != NO_EVENT:
+        events.floor[found.handled] = max(0.0, -events.value[found.handled])
+        found.handled = NO_EVENT
     which, _ = first_fallen(events)
     if which != NO_EVENT:
-        found[WHICH] = which
-        found[IS_IMMEDIATE] = 1
+        found.which = which
+        found.is_immediate = 1
         return status
     arm(events)
     note_values(BEGIN, events.value, events)
@@ -134,7 +134,7 @@ def look_at_start(functions, model, p, context, ode, events):
 @kernel
 def look_along(ending, rates, functions, model, p, context, ode, events):
     """Look for the first fall within the step, at its stages and between them; at its end only where it is not known
-    to end with an event. A Status, and found[WHICH] as above."""
+    to end with an event. A Status, and found.which as above."""
     low = 0.0
     for sample in range(3):
         status = values_at_stage(sample, functions, model, p, context, ode, events)
@@ -153,7 +153,7 @@ def look_along(ending, rates, functions, model, p, context, ode, events):
     if is_doubtful(ode, events):
         status = look_between(rates, functions, model, p, context, ode, events)
     else:
-        events.longest[0] = LONGER * ode.clock[DONE]
+        events.longest = LONGER * ode.clock.done
     if ending != NO_EVENT:
         events.armed[ending] = was_armed
     return status
@@ -163,9 +163,9 @@ def look_along(ending, rates, functions, model, p, context, ode, events):
 def look_before(ending, rates, functions, model, p, context, ode, events):
     """Look for what falls in the step that was shortened to the event of a function, before it: the stages of the
     longer step were too far apart to show it. What is not armed was looked at there: nearer to zero lies its rounding.
-    A Status, and found[WHICH] as above: the same event, with the same length of the step, if nothing does."""
+    A Status, and found.which as above: the same event, with the same length of the step, if nothing does."""
     found = events.found
-    found[WHICH] = NO_EVENT
+    found.which = NO_EVENT
     for e in range(events.armed.shape[0]):
         events.armed[e] = events.armed_before[e]
         events.floor[e] = events.floor_before[e] if events.armed_before[e] == 1 else math.inf
@@ -173,33 +173,33 @@ def look_before(ending, rates, functions, model, p, context, ode, events):
     for e in range(events.armed.shape[0]):
         if events.armed[e] == 0:
             events.floor[e] = events.floor_before[e]
-    if found[WHICH] == NO_EVENT:
-        found[WHICH] = ending
+    if found.which == NO_EVENT:
+        found.which = ending
     return status
 
 
 @kernel
 def is_doubtful(ode, events):
     """Whether a function may fall between the stages of the step."""
-    return ode.flags[HAS_DENSE] == 0 or ode.clock[DONE] > LONGER * ode.clock[STEP_OLD] or not is_clear(events)
+    return ode.flags.has_dense == 0 or ode.clock.done > LONGER * ode.clock.step_old or not is_clear(events)
 
 
 @kernel
 def longest_step(events):
     """The longest step [s] by which the event functions are followed, as far as is known."""
-    return events.longest[0] if events.found[CHECK_START] == 0 else math.inf
+    return events.longest if events.found.check_start == 0 else math.inf
 
 
 @rare_kernel
 def look_between(rates, functions, model, p, context, ode, events):
-    """Look for what falls between the stages, and whether it would be seen; a Status, and found[WHICH] as above."""
+    """Look for what falls between the stages, and whether it would be seen; a Status, and found.which as above."""
     clock, found = ode.clock, events.found
     for k in range(EXTRA, len(PLACES)):
         status = values_at(PLACES[k], functions, model, p, context, ode, events)
         if status != Status.RUNNING:
             return status
         note_values(k, events.value, events)
-    room, theta = judge(ode.atol[0], clock[RTOL], events)
+    room, theta = judge(ode.atol[0], clock.rtol, events)
     if theta < 1.0:
         status = values_at(theta, functions, model, p, context, ode, events)
         if status != Status.RUNNING:
@@ -209,12 +209,12 @@ def look_between(rates, functions, model, p, context, ode, events):
             return shorten_to_event(rates, functions, model, p, context, 0.0, theta, ode, events)
         room = 0.0
     factor = SAFETY * room**0.25
-    if room >= 1.0 or found[REFINEMENTS] == MOST_REFINEMENTS or SHRINK * clock[DONE] <= TINY * abs(clock[NOW]):
-        events.longest[0] = clock[DONE] * max(1.0, factor)
+    if room >= 1.0 or found.refinements == MOST_REFINEMENTS or SHRINK * clock.done <= TINY * abs(clock.now):
+        events.longest = clock.done * max(1.0, factor)
     else:
-        found[WHICH] = TOO_LONG
-        found[REFINEMENTS] += 1
-        events.longest[0] = clock[DONE] * min(SHORTER, max(SHRINK, factor))
+        found.which = TOO_LONG
+        found.refinements += 1
+        events.longest = clock.done * min(SHORTER, max(SHRINK, factor))
     return Status.RUNNING.value
 
 
@@ -224,14 +224,14 @@ def values_at_stage(sample, functions, model, p, context, ode, events):
     theta = C[sample] if sample >= 0 else 0.0
     for i in range(ode.x.shape[0]):
         events.x[i] = ode.x[i] + ode.Z[sample, i] if sample >= 0 else ode.x[i]
-    return event_values(functions, model, p, context, ode.clock[NOW] + theta * ode.clock[DONE], events.x, events.value)
+    return event_values(functions, model, p, context, ode.clock.now + theta * ode.clock.done, events.x, events.value)
 
 
 @kernel
 def values_at(theta, functions, model, p, context, ode, events):
     """The event functions within the step that was tried, to events.value; returns a Status."""
     radau_interpolate(theta, ode, events.x)
-    t = ode.clock[NOW] + theta * ode.clock[DONE]
+    t = ode.clock.now + theta * ode.clock.done
     return event_values(functions, model, p, context, t, events.x, events.value)
 
 
@@ -278,7 +278,7 @@ def restore_armed(events):
 def shorten_to_event(rates, functions, model, p, context, low, high, ode, events):
     """Enclose the first zero in (low, high) of the step, take the step to it and correct it; returns a Status."""
     clock, x, value = ode.clock, events.x, events.value
-    t, h = clock[NOW], clock[DONE]
+    t, h = clock.now, clock.done
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         if (high - low) * h <= EPS * abs(t) or high - low <= EPS * high:
@@ -303,16 +303,16 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
     status = event_values(functions, model, p, context, t + high * (1.0 - SLOPE_STEP) * h, x, value)
     if status != Status.RUNNING:
         return status
-    events.found[WHICH] = which
+    events.found.which = which
     slope = (at_event - value[which]) / (SLOPE_STEP * high * h)
     if value[events.armed.shape[0] + which] < 0.0:
         slope = 0.0
     status, is_met = correct(rates, functions, model, p, context, high * h, slope, which, level, ode, events)
     is_refused = status != Status.RUNNING and status != Status.STEP_VANISHED
-    if not is_met and not is_refused and events.found[REDUCTIONS] < MOST_REDUCTIONS:
-        events.found[WHICH] = TOO_LONG  # the polynomial fell, the motion does not; or the shorter step was not solved
-        events.found[REDUCTIONS] += 1
-        clock[STEP] = REDUCTION * h
+    if not is_met and not is_refused and events.found.reductions < MOST_REDUCTIONS:
+        events.found.which = TOO_LONG  # the polynomial fell, the motion does not; or the shorter step was not solved
+        events.found.reductions += 1
+        clock.step = REDUCTION * h
         return Status.RUNNING.value
     return status
 
@@ -321,7 +321,7 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
 def correct(rates, functions, model, p, context, length, slope, which, level, ode, events):
     """Newton's method on the length of the step, until the event function has fallen to the level; each of its values
     is from a step taken anew. Returns (Status, whether it falls there)."""
-    t = ode.clock[NOW]
+    t = ode.clock.now
     is_met = False
     for _ in range(CORRECTIONS):
         status = radau_shorten(rates, model, p, context, length, address(ode))

@@ -17,14 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from nonsmooth.arrays import as_flag, as_number, as_positive
-from nonsmooth.blocks import Block, new_block
+from nonsmooth.blocks import new
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.planar import exceeds_enumeration, pivot, solve_planar
 from nonsmooth.contact_solvers.planar_newton import solve_by_newton
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.compliance import Compliance
-from nonsmooth.integrators.moreau_jean_contact import Scratch, scratch_shapes, solve
+from nonsmooth.integrators.moreau_jean_contact import Scratch, solve
 from nonsmooth.integrators.moreau_jean_paradox import end_slide
 from nonsmooth.integrators.moreau_jean_step import run, step
 from nonsmooth.integrators.projection import project
@@ -95,12 +95,12 @@ class MoreauJean:
         law = (0.0, 0.0) if self.compliance is None else (self.compliance.stiffness, self.compliance.damping)
         return np.array([self.theta, float(selection), float(self.projection), *law])
 
-    def scratch(self, system: System) -> Block:
+    def scratch(self, system: System) -> Scratch:
         """The arrays that the loop works in."""
-        block = new_block(Scratch, scratch_shapes(system.n_u, system.n_c, system.d))
-        block.arrays.planar.has_newton[0] = needs_newton(system)
-        block.arrays.planar.may_wait[0] = 1
-        return block
+        arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
+        arrays.planar.has_newton = needs_newton(system)
+        arrays.planar.may_wait = 1
+        return arrays
 
     @property
     def loop(self) -> Kernel:
@@ -123,11 +123,11 @@ class MoreauJean:
     def load_for_retry(self, system: System, scratch: Scratch, is_compiled: bool) -> bool:
         """Get ready what decides a contact problem that was not solved; False if there is nothing more to try."""
         planar, is_many = scratch.planar, exceeds_enumeration(system)
-        if system.n_c < 2 or planar.can_decide_redundant[0] == 1:
+        if system.n_c < 2 or planar.can_decide_redundant == 1:
             return False
         if is_compiled:
             load_all([enumerate_redundant, solve_by_newton] if is_many else [enumerate_redundant])
-        planar.can_decide_redundant[0], planar.has_newton[0] = 1, is_many
+        planar.can_decide_redundant, planar.has_newton = 1, is_many
         return True
 
 

@@ -6,13 +6,12 @@ docs/theory/moreau_jean.md.
 
 from __future__ import annotations
 
-import functools
-from typing import NamedTuple
+from typing import Annotated as Array
 
-from nonsmooth.blocks import Integers, Matrix, Vector, address, frozen, view
-from nonsmooth.contact_problem import Work, work_shapes
+from nonsmooth.blocks import Block, Floats, Ints, address, view
+from nonsmooth.contact_problem import Work
 from nonsmooth.contact_solvers.planar import Route, solve_planar
-from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.contact_solvers.planar_problem import Planar
 from nonsmooth.contact_solvers.single import (
     BOUNDARY,
     FREE,
@@ -25,15 +24,6 @@ from nonsmooth.contact_solvers.single import (
 )
 from nonsmooth.errors import Status
 from nonsmooth.integrators.records import (
-    FAILED_CONTACT,
-    FOUND,
-    KEPT,
-    PIVOTS,
-    RESIDUAL,
-    SHARED,
-    SOLUTIONS,
-    SOLVED,
-    UNCOUNTED,
     State,
 )
 from nonsmooth.jit import kernel
@@ -42,27 +32,16 @@ from nonsmooth.paradox.impact import follows_own_law, impulses_by_law
 from nonsmooth.system import ContactMode
 
 
-class Scratch(NamedTuple):
+class Scratch(Block, r="max(1, n_c * (1 + d))"):
     """Arrays of one step."""
 
     work: Work
     there: Work  # the acceleration-level problem at the state before the step
-    planar: Planar
-    candidate: Integers  # (c,) the candidate taken by each closed contact
-    offset: Vector  # (r,) (1 - e_F) gamma_0
-    rates: Matrix  # (4, r)
-    is_known: Integers  # (2,) 1 once M and the rows were evaluated, for those that are constant
-
-
-@functools.lru_cache(maxsize=64)
-def scratch_shapes(n: int, n_c: int, d: int) -> tuple:
-    """Shapes of ``Scratch``."""
-    r = max(1, n_c * (1 + d))
-    work = work_shapes(n, n_c, d)
-    return frozen({
-        "work": work, "there": work, "planar": frozen(planar_shapes(n_c, d)), "candidate": (n_c,), "offset": (r,),
-        "rates": (4, r), "is_known": (2,),
-    })  # fmt: skip
+    planar: Array[Planar, "n = n_c"]
+    candidate: Array[Ints, "n_c"]  # the candidate taken by each closed contact
+    offset: Array[Floats, "r"]  # (1 - e_F) gamma_0
+    rates: Array[Floats, 4, "r"]
+    is_known: Array[Ints, 2]  # 1 once M and the rows were evaluated, for those that are constant
 
 
 @kernel("int64(int64[:, ::1], float64[:, ::1], int64, float64, int64, int64, int64)", short_loops=True)
@@ -76,17 +55,17 @@ def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
             a = work.start[k + 1] - 1
             scratch.offset[a] = (1.0 - laws[i, LAW_E_F]) * work.gamma_0[a]
             if depends_on_speed(laws, i) and friction_coefficient(laws, i, abs(work.gamma_0[a])) < 0.0:
-                state.counters[FAILED_CONTACT] = i
+                state.counters.failed_contact = i
                 return Status.NEGATIVE_FRICTION
-    state.counters[SOLVED] += 1
+    state.counters.solved += 1
     if n_k == 1:
         found = solve_one(kinds, laws, dt, selection, state, scratch)
         if found == 0:
-            state.counters[FAILED_CONTACT] = work.closed[0]
+            state.counters.failed_contact = work.closed[0]
             return Status.NO_SOLUTION
         if work.gamma_0[0] < 0.0 and follows_own_law(work.closed[0], kinds, laws):
             follow_impact_law(laws, scratch)
-        state.counters[SOLUTIONS] = found
+        state.counters.solutions = found
         return Status.RUNNING
     for k in range(n_k):
         scratch.planar.normal_impulse[k] = dt * max(0.0, work.N[work.closed[k]])
@@ -94,21 +73,21 @@ def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
         n_k, work.closed, work.start, kinds, laws, work.G, work.c, scratch.offset, state.P, state.mode, state.slip,
         selection, work.P, address(scratch.planar),
     )  # fmt: skip
-    state.counters[FOUND] = 0
-    state.counters[PIVOTS] += pivots
+    state.counters.found = 0
+    state.counters.pivots += pivots
     if route <= Route.NO_SOLUTION:
-        state.counters[FAILED_CONTACT] = -1
+        state.counters.failed_contact = -1
         return Status.NO_SOLUTION if route == Route.NO_SOLUTION else Status.NOT_SOLVED
-    state.worst[RESIDUAL] = max(state.worst[RESIDUAL], residual)
+    state.worst.residual = max(state.worst.residual, residual)
     if route == Route.KEPT or route == Route.KEPT_MODES:
-        state.counters[KEPT] += 1
-    if scratch.planar.is_counted[0] == 0:
-        state.counters[UNCOUNTED] += 1
-    if scratch.planar.is_shared[0] == 1:
-        state.counters[SHARED] += 1
+        state.counters.kept += 1
+    if scratch.planar.is_counted == 0:
+        state.counters.uncounted += 1
+    if scratch.planar.is_shared == 1:
+        state.counters.shared += 1
     for k in range(n_k):
         scratch.candidate[k] = scratch.planar.candidate[k]
-    state.counters[SOLUTIONS] = found
+    state.counters.solutions = found
     return Status.RUNNING
 
 
@@ -121,14 +100,14 @@ def solve_one(kinds, laws, dt, selection, state, scratch):
         kinds[i, 0], kinds[i, 1], laws, i, work.G, c, scratch.offset, dt * max(0.0, work.N[i]),
         state.mode[i] == ContactMode.STICK, state.slip[i], selection, work.P,
     )  # fmt: skip
-    state.counters[FOUND] = found
+    state.counters.found = found
     if candidate == NO_CANDIDATE:
         return 0
     scratch.candidate[0] = candidate
     if error > 0.0:
         size = max(abs(c[0]), abs(c[1]))
-        if error > state.worst[RESIDUAL] * size:
-            state.worst[RESIDUAL] = error / size
+        if error > state.worst.residual * size:
+            state.worst.residual = error / size
     return count(found)
 
 

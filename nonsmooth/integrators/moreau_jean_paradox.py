@@ -18,11 +18,8 @@ from nonsmooth.contact_solvers.islands import is_block
 from nonsmooth.contact_solvers.single import STICK, slip_of, stick
 from nonsmooth.integrators.moreau_jean_contact import Scratch, mode_of
 from nonsmooth.integrators.records import (
-    FOUND,
     INCONSISTENT,
     INDETERMINATE,
-    SEVERAL,
-    SOLUTIONS,
     State,
     add_event,
     book_energy,
@@ -42,14 +39,14 @@ def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, s
     Returns whether the velocity has jumped, so that the step must be taken again.
     """
     work = scratch.work
-    found, members, has_several = state.counters[SOLUTIONS], 1, False
+    found, members, has_several = state.counters.solutions, 1, False
     for k in range(n_k):
         i = work.closed[k]
         if kinds[i, 1] == 0 or kinds[i, 0] == GIVEN_FORCE:
             continue
         if n_k > 1:  # of the island of the contact
             found, members = scratch.planar.found[k], scratch.planar.members[k]
-            state.counters[FOUND] = scratch.planar.bits[k]
+            state.counters.found = scratch.planar.bits[k]
         is_indeterminate = found >= 3 or (found == 2 and members > 1)
         has_several = has_several or is_indeterminate
         candidate = scratch.candidate[k]
@@ -66,7 +63,7 @@ def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, s
             add_event(t, INDETERMINATE, i, mode, slip_of(candidate), k, found, kinds, state, work)
         state.several[i] = 1 if is_indeterminate else 0
     if has_several:
-        state.counters[SEVERAL] += 1
+        state.counters.several += 1
     return False
 
 

@@ -28,12 +28,6 @@ from nonsmooth.integrators.moreau_jean_contact import Scratch, mode_of, solve
 from nonsmooth.integrators.moreau_jean_paradox import note_paradoxes
 from nonsmooth.integrators.projection import project
 from nonsmooth.integrators.records import (
-    INTERVAL,
-    N_EVENTS,
-    PENETRATION,
-    SKIPPED,
-    STEP,
-    STEPS,
     Record,
     State,
     book_energy,
@@ -54,7 +48,7 @@ RUN = (
 
 @kernel(RUN, short_loops=True)
 def run(model, has, p, kinds, laws, options, t_record, dts, steps, max_steps, state_at, record_at, scratch_at):
-    """Advance from counters[INTERVAL], counters[STEP] by at most max_steps steps; returns a Status.
+    """Advance from counters.interval, counters.step by at most max_steps steps; returns a Status.
 
     Interval j takes steps[j] steps of dts[j] from t_record[j] and ends with record j + 1. options: theta, selection,
     projection, stiffness (0 of a rigid contact), damping.
@@ -64,25 +58,25 @@ def run(model, has, p, kinds, laws, options, t_record, dts, steps, max_steps, st
     n, n_c = state.q.shape[0], kinds.shape[0]
     scratch.is_known[0] = 0
     scratch.is_known[1] = 0
-    if counters[INTERVAL] == 0 and counters[STEP] == 0:
+    if counters.interval == 0 and counters.step == 0:
         if not write_record(model, has, 0, t_record[0], p, n, n_c, state, record, scratch.work):
             return Status.NOT_FINITE
     for _ in range(max_steps):
-        j = counters[INTERVAL]
+        j = counters.interval
         if j >= steps.shape[0]:
             break
-        if counters[N_EVENTS] + 3 * n_c > state.events.shape[0]:
+        if counters.n_events + 3 * n_c > state.events.shape[0]:
             return Status.RUNNING  # the events are full: the caller empties them
-        t = t_record[j] + counters[STEP] * dts[j]
+        t = t_record[j] + counters.step * dts[j]
         status = step(model, has, p, kinds, laws, options, t, dts[j], n, n_c, state_at, scratch_at)
         if status != Status.RUNNING:
             return status
-        if counters[STEP] == steps[j]:
-            counters[INTERVAL] += 1
-            counters[STEP] = 0
+        if counters.step == steps[j]:
+            counters.interval += 1
+            counters.step = 0
             if not write_record(model, has, j + 1, t_record[j + 1], p, n, n_c, state, record, scratch.work):
                 return Status.NOT_FINITE
-    return Status.FINISHED if counters[INTERVAL] >= steps.shape[0] else Status.RUNNING
+    return Status.FINISHED if counters.interval >= steps.shape[0] else Status.RUNNING
 
 
 @kernel(
@@ -115,7 +109,7 @@ def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_a
     if n_k == 0:
         for i in range(n):
             work.u_1[i] = state.u[i] + work.du[i]
-        state.counters[SKIPPED] += 1
+        state.counters.skipped += 1
     else:
         if not evaluate_rows(model, has, scratch.is_known[1] == 0, t_mid, state.u, p, work):
             return Status.NOT_FINITE
@@ -223,7 +217,7 @@ def accept(has, kinds, laws, is_rigid, t, dt, theta, n, n_c, n_k, state, scratch
             shift = 1
             state.P[i, 0] = dt * max(0.0, work.N[i])
         elif kinds[i, 0] == UNILATERAL:
-            state.worst[PENETRATION] = max(state.worst[PENETRATION], -work.g_N[i])
+            state.worst.penetration = max(state.worst.penetration, -work.g_N[i])
         for m in range(work.start[k], work.start[k + 1]):
             state.P[i, m - work.start[k] + shift] = work.P[m]
         for m in range(state.P.shape[1]):
@@ -233,5 +227,5 @@ def accept(has, kinds, laws, is_rigid, t, dt, theta, n, n_c, n_k, state, scratch
     for i in range(n):
         q[i] += dt * ((1.0 - theta) * u[i] + theta * u_1[i])
         u[i] = u_1[i]
-    state.counters[STEP] += 1
-    state.counters[STEPS] += 1
+    state.counters.step += 1
+    state.counters.steps += 1

@@ -15,15 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from nonsmooth.arrays import as_name, as_non_negative, as_number, as_positive
-from nonsmooth.blocks import Block, new_block
+from nonsmooth.blocks import new
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.compliant_contacts import OMEGA, contact_rates
 from nonsmooth.integrators.compliant_law import EXPONENTS, LAWS, NormalLaw, Regularised
 from nonsmooth.integrators.contact_switching import begin_contacts, contact_events
 from nonsmooth.integrators.event_location import locate_event
-from nonsmooth.integrators.penalty_loop import Scratch, begin_run, evaluate_contacts, run, scratch_shapes, switch
+from nonsmooth.integrators.penalty_loop import Scratch, begin_run, evaluate_contacts, run, switch
 from nonsmooth.integrators.radau import radau_shorten, radau_step
-from nonsmooth.integrators.radau_stages import EPS, NOW, RTOL
+from nonsmooth.integrators.radau_stages import EPS
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.system import BILATERAL, FORCE, GAP, GIVEN_FORCE, MASS, NORMAL, System, evaluate
 
@@ -135,17 +135,17 @@ class Penalty:
         of_method = (radau_step, radau_shorten, locate_event) if self.is_compiled else (evaluate_contacts,)
         load_all((*of_contacts, *of_method))
 
-    def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Block:
+    def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Scratch:
         """The arrays of a run from t to t_end, filled with its start."""
-        block = new_block(Scratch, scratch_shapes(system.n_u, system.n_c, system.d))
+        arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
         n, n_c = system.n_u, system.n_c
-        arrays: Scratch = block.arrays
         contacts, ode = arrays.contacts, arrays.ode
         is_regularised = isinstance(self.friction, Regularised)
-        contacts.facts[:] = has, n, LAWS[self.law], is_regularised, 0
+        facts, numbers = contacts.facts, contacts.numbers
+        facts.has, facts.n_u, facts.law, facts.is_regularised = has, n, LAWS[self.law], is_regularised
         v_s = self.friction.v_s if isinstance(self.friction, Regularised) else 0.0
-        meets_mass = self.damping_ratio is not None and self.mass is None
-        contacts.numbers[:] = v_s, self.rtol, self.damping_ratio if meets_mass else -1.0, self.atol
+        numbers.v_s, numbers.rtol, numbers.atol = v_s, self.rtol, self.atol
+        numbers.zeta = self.damping_ratio if self.damping_ratio is not None and self.mass is None else -1.0
         contacts.kinds[:], contacts.laws[:] = system.kinds, system.laws
         contacts.constants[:] = self.constants(system, t, q, u)
         self.check_resolution(contacts.constants[:, OMEGA], max(abs(t), abs(t_end)))
@@ -154,8 +154,8 @@ class Penalty:
         ode.x[2 * n : 2 * n + n_c] = contacts.constants[:, OMEGA] * gaps
         ode.atol[: 2 * n + n_c] = self.atol
         ode.atol[2 * n + n_c :] = self.atol * self.velocity_parts(contacts.constants)
-        ode.clock[[NOW, RTOL]] = t, self.rtol
-        return block
+        ode.clock.now, ode.clock.rtol = t, self.rtol
+        return arrays
 
     def velocity_parts(self, constants: np.ndarray) -> np.ndarray:
         """(n_c,) How much finer than atol the normal velocities are held: an error of theirs makes as much force in

@@ -6,27 +6,21 @@ compliant_contacts.py.
 
 from __future__ import annotations
 
-import functools
-from typing import Any, NamedTuple
+from typing import Annotated as Array
 
-from nonsmooth.blocks import Cube, Integers, Matrix, Vector, address, frozen, view
+from nonsmooth.blocks import Block, Floats, address, view
 from nonsmooth.errors import Status
-from nonsmooth.integrators.compliant_contacts import N_U, N_WORKS, OMEGA, Contacts, contacts_shapes
+from nonsmooth.integrators.compliant_contacts import N_WORKS, OMEGA, Contacts
 from nonsmooth.integrators.contact_switching import N_FUNCTIONS, begin_contacts, change_mode, rounded_speed
 from nonsmooth.integrators.event_location import (
-    CHECK_START,
-    HANDLED,
-    IS_IMMEDIATE,
     NO_EVENT,
     TOO_LONG,
-    WHICH,
     Events,
-    events_shapes,
     locate_event,
     longest_step,
 )
 from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_restart, radau_step
-from nonsmooth.integrators.radau_stages import DONE, NOW, Radau, dense_value, radau_shapes, rates_at
+from nonsmooth.integrators.radau_stages import Radau, dense_value, rates_at
 from nonsmooth.integrators.records import (
     EVENT_CONTACT,
     EVENT_GAMMA_F,
@@ -42,70 +36,48 @@ from nonsmooth.integrators.records import (
     EVENT_T,
     IMPACT,
     MODE_CHANGE,
-    N_EVENTS,
-    PENETRATION,
-    STEPS,
     State,
 )
 from nonsmooth.integrators.step_polynomial import (
-    IS_KEPT,
-    N_STEPS,
+    DEGREE,
     Steps,
     begin_polynomial,
     end_polynomial,
     state_within,
-    steps_shapes,
 )
 from nonsmooth.jit import kernel
-from nonsmooth.laws import LAW_WIDTH
 from nonsmooth.system import ContactMode
 
 MAX_STALLS = 8  # changes of mode at one instant, per event function
-# counts of a trail
-ROWS, NEXT, STALLS = range(3)
 
 
-class Scratch(NamedTuple):
+class Scratch(Block, x=f"2 * (n + n_c) + 2 * n_c + {N_WORKS}", works=N_WORKS, functions=f"{N_FUNCTIONS} * n_c"):
     """Arrays of a run with compliant contacts."""
 
-    ode: Radau
-    events: Events
+    ode: Array[Radau, "m = n", "n = 2 * (n + n_c)", "quadratures = 2 * n_c + works"]
+    events: Array[Events, "n_events = functions", "n_x = x"]
     contacts: Contacts
-    impulses: Matrix  # (c, 2) at the last change of mode
+    impulses: Array[Floats, "n_c", 2]  # at the last change of mode
 
 
-class Trail(NamedTuple):
+class TrailCounts(Block):
+    """What was written."""
+
+    rows: int
+    next: int  # of t_record
+    stalls: int  # events in a row without any motion
+
+
+class Trail(Block, degree=DEGREE, row=f"2 * n + 3 * n_c + {N_WORKS}"):
     """Rows that a run writes, m of them, and its steps; the caller empties them."""
 
-    counts: Integers  # (3,)
-    steps: Steps
-    t: Vector  # (m,)
-    x: Matrix  # (m, N)
-    la: Cube  # (m, c, 2)
-    mode: Matrix  # (m, c)
-    slip: Matrix  # (m, c)
-
-
-@functools.lru_cache(maxsize=64)
-def scratch_shapes(n: int, n_c: int, d: int) -> tuple:
-    """Shapes of ``Scratch``."""
-    quadratures = 2 * n_c + N_WORKS
-    return frozen({
-        "ode": radau_shapes(n, 2 * (n + n_c), quadratures),
-        "events": events_shapes(N_FUNCTIONS * n_c, 2 * (n + n_c) + quadratures),
-        "contacts": contacts_shapes(n, n_c, d, LAW_WIDTH),
-        "impulses": (n_c, 2),
-    })  # fmt: skip
-
-
-def trail_shapes(m: int, steps: int, n: int, n_c: int) -> dict[str, Any]:
-    """Shapes of ``Trail`` for m rows and so many steps."""
-    per_contact = (m, n_c)
-    return {
-        "counts": (3,), "steps": steps_shapes(steps, n), "t": (m,),
-        "x": (m, 2 * n + 3 * n_c + N_WORKS), "la": (m, n_c, 2), "mode": per_contact,
-        "slip": per_contact,
-    }  # fmt: skip
+    counts: TrailCounts
+    steps: Array[Steps, "m = steps", "degree = degree"]
+    t: Array[Floats, "m"]
+    x: Array[Floats, "m", "row"]
+    la: Array[Floats, "m", "n_c", 2]
+    mode: Array[Floats, "m", "n_c"]
+    slip: Array[Floats, "m", "n_c"]
 
 
 @kernel("int64(int64, int64, int64, float64[::1], float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
@@ -119,20 +91,20 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
     ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
     clock = ode.clock
     t_end = t_record[t_record.shape[0] - 1]
-    if state.counters[STEPS] == 0 and trail.counts[NEXT] == 0:
+    if state.counters.steps == 0 and trail.counts.next == 0:
         status = begin_run(rates, model, p, scratch_at)
         if status != Status.RUNNING:
             return status
-        write_compliant_row(clock[NOW], ode.x, contacts, trail)
-        trail.counts[NEXT] = 1
+        write_compliant_row(clock.now, ode.x, contacts, trail)
+        trail.counts.next = 1
     for _ in range(max_steps):
-        t = clock[NOW]
+        t = clock.now
         h_max = t_end - t
         if not h_max > SMALLEST * abs(t):
             return Status.FINISHED.value
-        if every > 0 and trail.counts[ROWS] >= trail.t.shape[0]:
+        if every > 0 and trail.counts.rows >= trail.t.shape[0]:
             return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
-        if state.counters[N_EVENTS] + contacts.kinds.shape[0] > state.events.shape[0]:
+        if state.counters.n_events + contacts.kinds.shape[0] > state.events.shape[0]:
             return Status.RUNNING.value
         status = radau_step(rates, model, p, address(contacts), min(h_max, longest_step(events)), address(ode))
         if status != Status.RUNNING:
@@ -140,28 +112,28 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
         status = locate_event(rates, functions, model, p, address(contacts), address(ode), address(events))
         if status != Status.RUNNING:
             return status
-        which = events.found[WHICH]
+        which = events.found.which
         if which == TOO_LONG:
             continue
-        if events.found[IS_IMMEDIATE] == 0:
-            t_1 = t_end if clock[DONE] == h_max else t + clock[DONE]
-            begin_polynomial(t, contacts.facts[N_U], ode, trail.steps)
+        if events.found.is_immediate == 0:
+            t_1 = t_end if clock.done == h_max else t + clock.done
+            begin_polynomial(t, contacts.facts.n_u, ode, trail.steps)
             status = radau_accept(rates, model, p, address(contacts), ode)
             if status != Status.RUNNING:
                 return status
-            clock[NOW] = t_1
+            clock.now = t_1
             accept(state, contacts, ode)
-            end_polynomial(contacts.facts[N_U], ode, trail.steps)
+            end_polynomial(contacts.facts.n_u, ode, trail.steps)
             if every == 0:
                 status = interpolate_rows(rates, model, p, t, t_1, t_record, scratch, trail)
                 if status != Status.RUNNING:
                     return status
-            if every > 0 and (state.counters[STEPS] % every == 0 or which != NO_EVENT or t_1 == t_end):
+            if every > 0 and (state.counters.steps % every == 0 or which != NO_EVENT or t_1 == t_end):
                 write_compliant_row(t_1, ode.x, contacts, trail)
-            trail.counts[STALLS] = 0
+            trail.counts.stalls = 0
         if which != NO_EVENT:
-            trail.counts[STALLS] += 1
-            if trail.counts[STALLS] > MAX_STALLS * N_FUNCTIONS * contacts.kinds.shape[0]:
+            trail.counts.stalls += 1
+            if trail.counts.stalls > MAX_STALLS * N_FUNCTIONS * contacts.kinds.shape[0]:
                 return Status.CHATTERING.value
             status = switch(rates, model, p, which, state_at, scratch_at)
             if status != Status.RUNNING:
@@ -174,9 +146,9 @@ def begin_run(rates, model, p, scratch_at):
     """The modes at the start; returns a Status."""
     scratch = view(scratch_at, Scratch)
     ode, events = scratch.ode, scratch.events
-    events.found[CHECK_START] = 1
-    events.found[HANDLED] = NO_EVENT
-    return begin_contacts(rates, model, p, ode.clock[NOW], ode.x, address(scratch.contacts), ode.f)
+    events.found.check_start = 1
+    events.found.handled = NO_EVENT
+    return begin_contacts(rates, model, p, ode.clock.now, ode.x, address(scratch.contacts), ode.f)
 
 
 @kernel("int64(int64, int64, float64[::1], float64, float64[::1], float64[::1], int64)", short_loops=True)
@@ -188,12 +160,12 @@ def evaluate_contacts(function, model, p, t, x, out, scratch_at):
 @kernel
 def accept(state, contacts, ode):
     """Count the step, keep the state and the deepest indentation."""
-    n = contacts.facts[N_U]
+    n = contacts.facts.n_u
     for i in range(n):
         state.q[i], state.u[i] = ode.x[i], ode.x[n + i]
     for i in range(contacts.kinds.shape[0]):
-        state.worst[PENETRATION] = max(state.worst[PENETRATION], -ode.x[2 * n + i] / contacts.constants[i, OMEGA])
-    state.counters[STEPS] += 1
+        state.worst.penetration = max(state.worst.penetration, -ode.x[2 * n + i] / contacts.constants[i, OMEGA])
+    state.counters.steps += 1
 
 
 @kernel("int64(int64, int64, float64[::1], int64, int64, int64)", short_loops=True)
@@ -204,7 +176,7 @@ def switch(rates, model, p, which, state_at, scratch_at):
     n_c = contacts.kinds.shape[0]
     for i in range(n_c):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
-    status = change_mode(rates, model, p, ode.clock[NOW], ode.x, which, contacts, ode.f)
+    status = change_mode(rates, model, p, ode.clock.now, ode.x, which, contacts, ode.f)
     if status != Status.RUNNING:
         return status
     for i in range(n_c):
@@ -212,10 +184,10 @@ def switch(rates, model, p, which, state_at, scratch_at):
             for m in range(N_FUNCTIONS):
                 events.armed[N_FUNCTIONS * i + m] = 0
         if contacts.mode[i] != state.mode[i] or contacts.slip[i] != state.slip[i]:
-            note_event(ode.clock[NOW], i, state, scratch)
+            note_event(ode.clock.now, i, state, scratch)
             state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
-    events.found[CHECK_START] = 1
-    events.found[HANDLED] = which
+    events.found.check_start = 1
+    events.found.handled = which
     radau_restart(ode)
     return Status.RUNNING.value
 
@@ -224,10 +196,10 @@ def switch(rates, model, p, which, state_at, scratch_at):
 def note_event(t, i, state, scratch):
     """Append the change of mode of contact i, with its impulses since the change before; none at the start."""
     contacts, x, before = scratch.contacts, scratch.ode.x, scratch.impulses
-    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
     P_N, P_F = x[2 * (n + n_c) + i], x[2 * n + 3 * n_c + i]
-    m = state.counters[N_EVENTS]
-    if state.counters[STEPS] > 0 and m < state.events.shape[0]:
+    m = state.counters.n_events
+    if state.counters.steps > 0 and m < state.events.shape[0]:
         row = state.events
         is_impact = state.mode[i] == ContactMode.OPEN and contacts.gamma[i, 0] < -rounded_speed(n, contacts)
         row[m, EVENT_T] = t
@@ -238,7 +210,7 @@ def note_event(t, i, state, scratch):
         row[m, EVENT_P_N], row[m, EVENT_P_F] = P_N - before[i, 0], P_F - before[i, 1]
         row[m, EVENT_GAMMA_N], row[m, EVENT_GAMMA_F] = contacts.gamma[i, 0], contacts.gamma[i, 1]
         row[m, EVENT_SOLUTIONS] = 1
-        state.counters[N_EVENTS] += 1
+        state.counters.n_events += 1
     before[i, 0], before[i, 1] = P_N, P_F
 
 
@@ -247,14 +219,14 @@ def interpolate_rows(rates, model, p, t, t_1, t_record, scratch, trail):
     """Write the rows of the record times in (t, t_1], of the step that was accepted; returns a Status."""
     ode, contacts, x = scratch.ode, scratch.contacts, scratch.events.x
     is_written = False
-    while trail.counts[NEXT] < t_record.shape[0] and t_record[trail.counts[NEXT]] <= t_1:
-        moment = t_record[trail.counts[NEXT]]
-        state_at_moment(moment, t, contacts.facts[N_U], ode, trail.steps, x)
+    while trail.counts.next < t_record.shape[0] and t_record[trail.counts.next] <= t_1:
+        moment = t_record[trail.counts.next]
+        state_at_moment(moment, t, contacts.facts.n_u, ode, trail.steps, x)
         status = rates_at(rates, model, p, address(contacts), moment, x, ode.f)
         if status != Status.RUNNING:
             return status
         write_compliant_row(moment, x, contacts, trail)
-        trail.counts[NEXT] += 1
+        trail.counts.next += 1
         is_written = True
     if is_written:
         return rates_at(rates, model, p, address(contacts), t_1, ode.x, ode.f)  # the contacts at the end of the step
@@ -264,8 +236,8 @@ def interpolate_rows(rates, model, p, t, t_1, t_record, scratch, trail):
 @kernel
 def state_at_moment(moment, t, n, ode, steps, x):
     """The state within the step from t that was accepted last."""
-    theta = min(1.0, (moment - t) / ode.clock[DONE])
-    state_within(steps.counts[N_STEPS] - steps.counts[IS_KEPT], theta, steps, x)
+    theta = min(1.0, (moment - t) / ode.clock.done)
+    state_within(steps.counts.n_steps - steps.counts.is_kept, theta, steps, x)
     Z = ode.Z
     for i in range(2 * n, x.shape[0]):
         x[i] = ode.x[i] - Z[2, i] + dense_value(theta, Z[0, i], Z[1, i], Z[2, i])
@@ -274,8 +246,8 @@ def state_at_moment(moment, t, n, ode, steps, x):
 @kernel
 def write_compliant_row(t, x, contacts, trail):
     """Append the state without the normal velocities v, which follow from u, the forces and the modes."""
-    m, n_c = trail.counts[ROWS], contacts.kinds.shape[0]
-    v = 2 * contacts.facts[N_U] + n_c
+    m, n_c = trail.counts.rows, contacts.kinds.shape[0]
+    v = 2 * contacts.facts.n_u + n_c
     for i in range(v):
         trail.x[m, i] = x[i]
     for i in range(v, trail.x.shape[1]):
@@ -287,16 +259,16 @@ def write_compliant_row(t, x, contacts, trail):
 def write_row(t, x, contacts, trail):
     """Append the state, the forces and the modes."""
     for i in range(x.shape[0]):
-        trail.x[trail.counts[ROWS], i] = x[i]
+        trail.x[trail.counts.rows, i] = x[i]
     write_forces(t, contacts, trail)
 
 
 @kernel
 def write_forces(t, contacts, trail):
     """The time, the forces and the modes of a row, which is complete then."""
-    m = trail.counts[ROWS]
+    m = trail.counts.rows
     trail.t[m] = t
     for i in range(contacts.kinds.shape[0]):
         trail.la[m, i, 0], trail.la[m, i, 1] = contacts.la[i, 0], contacts.la[i, 1]
         trail.mode[m, i], trail.slip[m, i] = contacts.mode[i], contacts.slip[i]
-    trail.counts[ROWS] += 1
+    trail.counts.rows += 1

@@ -13,26 +13,9 @@ import math
 from nonsmooth.blocks import view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.radau_stages import (
-    ACCEPTED,
     DENSE,
-    DONE,
     EPS,
-    ERROR_OLD,
-    EVALUATIONS,
-    FACTORED,
-    HAS_DENSE,
-    HAS_JACOBIAN,
-    HAS_RATES,
-    IS_CURRENT,
-    IS_WORN,
-    LIMIT,
     NEWTON_ITERATIONS,
-    NOW,
-    REFUSAL,
-    REJECTED,
-    RTOL,
-    STEP,
-    STEP_OLD,
     T_INVERSE,
     C,
     Radau,
@@ -58,55 +41,55 @@ SMALLEST = 16.0 * EPS  # step, relative to t
 
 @kernel("int64(int64, int64, float64[::1], int64, float64, int64)", short_loops=True)
 def radau_step(rates, model, p, context, h_max, ode_at):
-    """Try steps until one is good: Z, x_1 and clock[DONE] describe it; x and the time stay. Returns a Status."""
+    """Try steps until one is good: Z, x_1 and clock.done describe it; x and the time stay. Returns a Status."""
     ode = view(ode_at, Radau)
     clock, flags, counters = ode.clock, ode.flags, ode.counters
-    if flags[HAS_RATES] == 0:
+    if flags.has_rates == 0:
         status = begin(rates, model, p, context, h_max, ode)
         if status != Status.RUNNING:
             return status
     while True:
-        h = min(clock[STEP], h_max)
-        if not h > SMALLEST * abs(clock[NOW]):
-            return flags[REFUSAL] if flags[REFUSAL] != 0 else Status.STEP_VANISHED.value
-        if flags[HAS_JACOBIAN] == 0:
+        h = min(clock.step, h_max)
+        if not h > SMALLEST * abs(clock.now):
+            return flags.refusal if flags.refusal != 0 else Status.STEP_VANISHED.value
+        if flags.has_jacobian == 0:
             status = jacobian(rates, model, p, context, ode)
             if status != Status.RUNNING:
                 return status
-        flags[REFUSAL] = 0
-        if clock[FACTORED] != h and not factorise(h, ode):
-            counters[REJECTED] += 1
-            clock[STEP] = 0.5 * h
+        flags.refusal = 0
+        if clock.factored != h and not factorise(h, ode):
+            counters.rejected += 1
+            clock.step = 0.5 * h
             continue
         guess_stages(h, ode)
         converged, iterations, rate = newton(rates, model, p, context, h, ode)
         if not converged:
-            if flags[IS_CURRENT] == 0:
-                flags[HAS_JACOBIAN] = 0
+            if flags.is_current == 0:
+                flags.has_jacobian = 0
             else:
-                counters[REJECTED] += 1
-                clock[STEP] = 0.5 * h
-                clock[LIMIT] = 0.5 * h
-                flags[HAS_DENSE] = 0
+                counters.rejected += 1
+                clock.step = 0.5 * h
+                clock.limit = 0.5 * h
+                flags.has_dense = 0
             continue
         finish_stages(h, ode)
         error = estimate_error(h, ode)
         safety = SAFETY * (2.0 * NEWTON_ITERATIONS + 1.0) / (2.0 * NEWTON_ITERATIONS + iterations)
         factor = safety * step_factor(h, error, clock)
         if not error <= 1.0:
-            counters[REJECTED] += 1
-            clock[STEP] = h * max(SHRINK, factor)
+            counters.rejected += 1
+            clock.step = h * max(SHRINK, factor)
             continue
         is_slow = iterations > 2 and rate > SLOW
-        if not is_slow and factor < KEEP and h == clock[STEP]:
+        if not is_slow and factor < KEEP and h == clock.step:
             factor = 1.0
-        if h == clock[STEP] or factor < 1.0:
-            clock[STEP] = h * min(GROW, factor)
-        clock[LIMIT] *= RECOVER
-        clock[STEP] = min(clock[STEP], clock[LIMIT])
-        clock[DONE] = h
-        clock[ERROR_OLD] = error
-        flags[IS_WORN] = is_slow
+        if h == clock.step or factor < 1.0:
+            clock.step = h * min(GROW, factor)
+        clock.limit *= RECOVER
+        clock.step = min(clock.step, clock.limit)
+        clock.done = h
+        clock.error_old = error
+        flags.is_worn = is_slow
         return Status.RUNNING.value
 
 
@@ -114,24 +97,24 @@ def radau_step(rates, model, p, context, h_max, ode_at):
 def begin(rates, model, p, context, h_max, ode):
     """Rates, scales and a first step at a start: h = |x| / (100 |x'|), norms as in the error test."""
     clock, x, f_0, scale = ode.clock, ode.x, ode.f_0, ode.scale
-    status = rates_at(rates, model, p, context, clock[NOW], x, f_0)
-    ode.counters[EVALUATIONS] += 1
+    status = rates_at(rates, model, p, context, clock.now, x, f_0)
+    ode.counters.evaluations += 1
     if status != Status.RUNNING:
         return status
     size, speed = 0.0, 0.0
     for i in range(scale.shape[0]):
-        scale[i] = ode.atol[i] + clock[RTOL] * abs(x[i])
+        scale[i] = ode.atol[i] + clock.rtol * abs(x[i])
         size += x[i] / scale[i] * (x[i] / scale[i])
         speed += f_0[i] / scale[i] * (f_0[i] / scale[i])
-    ode.flags[HAS_RATES] = 1
-    ode.flags[HAS_JACOBIAN] = 0
-    ode.flags[HAS_DENSE] = 0
-    clock[FACTORED] = 0.0
-    clock[ERROR_OLD] = 0.0
-    clock[LIMIT] = math.inf
+    ode.flags.has_rates = 1
+    ode.flags.has_jacobian = 0
+    ode.flags.has_dense = 0
+    clock.factored = 0.0
+    clock.error_old = 0.0
+    clock.limit = math.inf
     # one part of a component, or of its tolerance where all are zero, in the first step
     h = 0.01 * math.sqrt(max(size, 1.0) / speed) if speed > 0.0 else QUIET * h_max
-    clock[STEP] = min(h_max, max(h, 2.0 * SMALLEST * abs(clock[NOW])))
+    clock.step = min(h_max, max(h, 2.0 * SMALLEST * abs(clock.now)))
     return Status.RUNNING.value
 
 
@@ -141,8 +124,8 @@ def step_factor(h, error, clock):
     if not error > 1e-12:
         return GROW
     factor = 1.0
-    if clock[ERROR_OLD] > 0.0:
-        factor = min(1.0, h / clock[STEP_OLD] * (clock[ERROR_OLD] / error) ** 0.25)
+    if clock.error_old > 0.0:
+        factor = min(1.0, h / clock.step_old * (clock.error_old / error) ** 0.25)
     return factor * error**-0.25
 
 
@@ -150,13 +133,13 @@ def step_factor(h, error, clock):
 def radau_shorten(rates, model, p, context, h, ode_at):
     """Take the step of ``radau_step`` anew with a smaller h: to an event that was found within it."""
     ode = view(ode_at, Radau)
-    if ode.flags[IS_CURRENT] == 0:
+    if ode.flags.is_current == 0:
         status = jacobian(rates, model, p, context, ode)
         if status != Status.RUNNING:
             return status
     if not factorise(h, ode):
         return Status.STEP_VANISHED.value
-    ratio = h / ode.clock[DONE]
+    ratio = h / ode.clock.done
     for i in range(ode.x.shape[0]):  # the polynomial of the longer step is the first guess
         ode.trial[i] = ode.Z[0, i]
         ode.f[i] = ode.Z[1, i]
@@ -174,7 +157,7 @@ def radau_shorten(rates, model, p, context, h, ode_at):
     if not converged:
         return Status.STEP_VANISHED.value
     finish_stages(h, ode)
-    ode.clock[DONE] = h
+    ode.clock.done = h
     return Status.RUNNING.value
 
 
@@ -194,21 +177,22 @@ def radau_accept(rates, model, p, context, ode):
         for k in range(3):
             dense[k, i] = DENSE[0][k] * Z[0, i] + DENSE[1][k] * Z[1, i] + DENSE[2][k] * Z[2, i]
         x[i] = x_1[i]
-    clock[NOW] += clock[DONE]
-    clock[STEP_OLD] = clock[DONE]
-    ode.flags[HAS_DENSE] = 1
-    ode.flags[IS_CURRENT] = 0
-    if ode.flags[IS_WORN] != 0:
-        ode.flags[HAS_JACOBIAN] = 0
-    ode.counters[ACCEPTED] += 1
-    ode.counters[EVALUATIONS] += 1
+    clock.now += clock.done
+    clock.step_old = clock.done
+    ode.flags.has_dense = 1
+    ode.flags.is_current = 0
+    if ode.flags.is_worn != 0:
+        ode.flags.has_jacobian = 0
+    ode.counters.accepted += 1
+    ode.counters.evaluations += 1
     for i in range(scale.shape[0]):
-        scale[i] = ode.atol[i] + clock[RTOL] * abs(x[i])
-    return rates_at(rates, model, p, context, clock[NOW], x, ode.f_0)
+        scale[i] = ode.atol[i] + clock.rtol * abs(x[i])
+    return rates_at(rates, model, p, context, clock.now, x, ode.f_0)
 
 
 @kernel
 def radau_restart(ode):
     """Forget what belongs to the rates before a change of them."""
-    for k in range(ode.flags.shape[0]):
-        ode.flags[k] = 0
+    flags = ode.flags
+    flags.has_rates, flags.has_jacobian, flags.is_current, flags.is_worn, flags.has_dense = 0, 0, 0, 0, 0
+    flags.refusal = 0

@@ -14,11 +14,10 @@ step is refused where det(gamma/h - J) < 0, that is where an odd number of real 
 
 from __future__ import annotations
 
-import functools
 import math
-from typing import NamedTuple
+from typing import Annotated as Array
 
-from nonsmooth.blocks import Integers, Matrix, Vector, frozen
+from nonsmooth.blocks import Block, Floats, Ints
 from nonsmooth.complex_dense import complex_lu, complex_lu_solve
 from nonsmooth.dense import lu, lu_solve
 from nonsmooth.errors import Status
@@ -57,62 +56,77 @@ NEWTON_ITERATIONS = 6
 ROUNDED = 0.03  # a change of the stages, of their tolerance, that stands for rounding where it no longer shrinks
 EPS = 2.220446049250313e-16
 
-# clock; LIMIT is the longest step that is tried
-NOW, STEP, DONE, STEP_OLD, ERROR_OLD, FACTORED, RTOL, LIMIT = range(8)
-# flags: f_0 is of this x; J exists; J is of this x; J is to be renewed; ``dense`` holds the step before; the
-# Status of rates that refused a state which a step tried
-HAS_RATES, HAS_JACOBIAN, IS_CURRENT, IS_WORN, HAS_DENSE, REFUSAL = range(6)
-# counters
-ACCEPTED, REJECTED, EVALUATIONS, JACOBIANS, FACTORISATIONS = range(5)
 
 # rates(address, model, p, context, t, x, out) -> Status writes x'; model, p and context are handed through
 RATES = "int64(int64, float64[::1], int64, float64, float64[::1], float64[::1])"
 rates_at = Callback(RATES)
 
 
-class Radau(NamedTuple):
+class RadauClock(Block):
+    """Times and step sizes [s], and the relative tolerance."""
+
+    now: float  # time of x
+    step: float  # that the error asks for
+    done: float  # the step that was tried
+    step_old: float  # and the one before
+    error_old: float  # its error, in tolerances
+    factored: float  # the step that the factors are of
+    rtol: float
+    limit: float  # the longest step that is tried
+
+
+class RadauFlags(Block):
+    """0 or 1, but for the last."""
+
+    has_rates: int  # f_0 is of this x
+    has_jacobian: int  # J exists
+    is_current: int  # J is of this x
+    is_worn: int  # J is to be renewed
+    has_dense: int  # ``dense`` holds the step before
+    refusal: int  # the Status of rates that refused a state which a step tried
+
+
+class RadauCounters(Block):
+    """What the integrator did."""
+
+    accepted: int
+    rejected: int
+    evaluations: int
+    jacobians: int
+    factorisations: int
+
+
+class Radau(Block, N="n + quadratures", k="n - m"):
     """Arrays of the integrator. N components, n of them implicit, k = n - m of these not kinematic."""
 
-    clock: Vector  # (8,)
-    flags: Integers  # (6,)
-    counters: Integers  # (5,)
-    x: Vector  # (N,)
-    x_1: Vector  # (N,) end of the step that was tried
-    f_0: Vector  # (N,) rates at x
-    atol: Vector  # (n,)
-    scale: Vector  # (n,) atol + rtol |x|
-    Z: Matrix  # (3, N)
-    F: Matrix  # (3, N) rates at the stages
-    W: Matrix  # (3, n) T^-1 Z
-    dense: Matrix  # (3, N) coefficients of the step before
-    J: Matrix  # (n, n)
-    real: Matrix  # (k, k) factors of gamma/h - J, kinematic components eliminated
-    re: Matrix  # (k, k) factors of (alpha + i beta)/h - J
-    im: Matrix  # (k, k)
-    order: Integers  # (k,)
-    order_c: Integers  # (k,)
-    trial: Vector  # (N,) scratch
-    f: Vector  # (N,) scratch
-    a: Vector  # (n,) scratch, and so on
-    b: Vector  # (n,)
-    c: Vector  # (n,)
-    d: Vector  # (n,)
-    v: Vector  # (k,)
-    w: Vector  # (k,)
-    y: Vector  # (k,)
-    z: Vector  # (k,)
-
-
-@functools.lru_cache(maxsize=64)
-def radau_shapes(m: int, n: int, quadratures: int) -> tuple:
-    """Shapes of ``Radau`` for n implicit components, m of them kinematic, and the trailing quadratures."""
-    N, k = n + quadratures, n - m
-    return frozen({
-        "clock": (8,), "flags": (6,), "counters": (5,),
-        **dict.fromkeys(("x", "x_1", "f_0", "trial", "f"), (N,)), **dict.fromkeys(("Z", "F", "dense"), (3, N)),
-        **dict.fromkeys(("atol", "scale", "a", "b", "c", "d"), (n,)), "W": (3, n), "J": (n, n),
-        **dict.fromkeys(("real", "re", "im"), (k, k)), **dict.fromkeys(("order", "order_c", "v", "w", "y", "z"), (k,)),
-    })  # fmt: skip
+    clock: RadauClock
+    flags: RadauFlags
+    counters: RadauCounters
+    x: Array[Floats, "N"]
+    x_1: Array[Floats, "N"]  # end of the step that was tried
+    f_0: Array[Floats, "N"]  # rates at x
+    atol: Array[Floats, "n"]
+    scale: Array[Floats, "n"]  # atol + rtol |x|
+    Z: Array[Floats, 3, "N"]
+    F: Array[Floats, 3, "N"]  # rates at the stages
+    W: Array[Floats, 3, "n"]  # T^-1 Z
+    dense: Array[Floats, 3, "N"]  # coefficients of the step before
+    J: Array[Floats, "n", "n"]
+    real: Array[Floats, "k", "k"]  # factors of gamma/h - J, kinematic components eliminated
+    re: Array[Floats, "k", "k"]  # factors of (alpha + i beta)/h - J
+    im: Array[Floats, "k", "k"]
+    order: Array[Ints, "k"]
+    order_c: Array[Ints, "k"]
+    trial: Array[Floats, "N"]  # scratch
+    f: Array[Floats, "N"]  # scratch
+    a: Array[Floats, "n"]  # scratch, and so on
+    b: Array[Floats, "n"]
+    c: Array[Floats, "n"]
+    d: Array[Floats, "n"]
+    v: Array[Floats, "k"]
+    w: Array[Floats, "k"]
+    y: Array[Floats, "k"]
+    z: Array[Floats, "k"]
 
 
 @kernel
@@ -122,19 +136,19 @@ def jacobian(rates, model, p, context, ode):
     clock, x, f, f_0, J = ode.clock, ode.x, ode.f, ode.f_0, ode.J
     for j in range(n):
         x_j = x[j]
-        x[j] = x_j + math.sqrt(EPS) * max(abs(x_j), ode.atol[j] / clock[RTOL])
+        x[j] = x_j + math.sqrt(EPS) * max(abs(x_j), ode.atol[j] / clock.rtol)
         step = x[j] - x_j
-        status = rates_at(rates, model, p, context, clock[NOW], x, f)
+        status = rates_at(rates, model, p, context, clock.now, x, f)
         x[j] = x_j
         if status != Status.RUNNING:
             return status
         for i in range(m, n):
             J[i, j] = (f[i] - f_0[i]) / step
-    ode.counters[EVALUATIONS] += n
-    ode.counters[JACOBIANS] += 1
-    ode.flags[HAS_JACOBIAN] = 1
-    ode.flags[IS_CURRENT] = 1
-    clock[FACTORED] = 0.0
+    ode.counters.evaluations += n
+    ode.counters.jacobians += 1
+    ode.flags.has_jacobian = 1
+    ode.flags.is_current = 1
+    clock.factored = 0.0
     return Status.RUNNING.value
 
 
@@ -156,13 +170,13 @@ def factorise(h, ode):
         real[i, i] += e
         re[i, i] += a
         im[i, i] += b
-    ode.counters[FACTORISATIONS] += 1
-    ode.clock[FACTORED] = 0.0
+    ode.counters.factorisations += 1
+    ode.clock.factored = 0.0
     if not lu(k, real, ode.order) or not complex_lu(k, re, im, ode.order_c):
         return False
     if not determinant_is_positive(k, real, ode.order, ode.v):
         return False
-    ode.clock[FACTORED] = h
+    ode.clock.factored = h
     return True
 
 
@@ -191,9 +205,9 @@ def guess_stages(h, ode):
     """Z from the polynomial of the step before, else zero; W = T^-1 Z."""
     n = ode.W.shape[1]
     Z, W, dense, clock = ode.Z, ode.W, ode.dense, ode.clock
-    has_dense = ode.flags[HAS_DENSE] != 0
+    has_dense = ode.flags.has_dense != 0
     for s in range(3):
-        theta = 1.0 + C[s] * h / clock[STEP_OLD] if has_dense else 1.0
+        theta = 1.0 + C[s] * h / clock.step_old if has_dense else 1.0
         for i in range(n):
             Z[s, i] = 0.0
             if has_dense:
@@ -209,16 +223,16 @@ def newton(rates, model, p, context, h, ode):
     """Solve the stages by Newton's method; returns (converged, iterations, rate of convergence)."""
     n, N = ode.W.shape[1], ode.x.shape[0]
     clock, x, Z, W, F, trial, f = ode.clock, ode.x, ode.Z, ode.W, ode.F, ode.trial, ode.f
-    tolerance = max(10.0 * EPS / clock[RTOL], min(0.03, math.sqrt(clock[RTOL])))
+    tolerance = max(10.0 * EPS / clock.rtol, min(0.03, math.sqrt(clock.rtol)))
     rate, before = 0.0, 0.0
     for iteration in range(NEWTON_ITERATIONS):
         for s in range(3):
             for i in range(N):
                 trial[i] = x[i] + Z[s, i] if i < n else x[i]
-            status = rates_at(rates, model, p, context, clock[NOW] + C[s] * h, trial, f)
-            ode.counters[EVALUATIONS] += 1
+            status = rates_at(rates, model, p, context, clock.now + C[s] * h, trial, f)
+            ode.counters.evaluations += 1
             if status != Status.RUNNING:
-                ode.flags[REFUSAL] = status
+                ode.flags.refusal = status
                 return False, iteration, rate
             for i in range(N):
                 F[s, i] = f[i]
@@ -331,7 +345,7 @@ def estimate_error(h, ode):
     solve_real(h, ode)
     total = 0.0
     for i in range(n):
-        part = a[i] / (ode.atol[i] + ode.clock[RTOL] * max(abs(x[i]), abs(x_1[i])))
+        part = a[i] / (ode.atol[i] + ode.clock.rtol * max(abs(x[i]), abs(x_1[i])))
         total += part * part
     return math.sqrt(total / n)
 

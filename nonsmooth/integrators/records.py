@@ -11,23 +11,15 @@ moving surfaces). A position projection changes no velocity; its column holds th
 from __future__ import annotations
 
 import functools
-import math
+from typing import Annotated as Array
 from typing import NamedTuple
 
-from nonsmooth.blocks import WORD, Cube, Integers, IntegerTable, Matrix, Vector, frozen
+import numpy as np
+
+from nonsmooth.blocks import WORD, Block, Floats, Ints, new
 from nonsmooth.jit import call_model, kernel, rare_kernel
 from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
-# counters: where the run is, and what it did
-INTERVAL, STEP, N_EVENTS, EVENTS_LOST, FAILED_CONTACT = range(5)
-STEPS, SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL = range(5, 11)
-FOUND, SOLUTIONS = 11, 12  # of the last contact problem: the set of modes, and their number
-GAINS = 13  # impacts, or steps, in which the contacts gained energy
-UNCOUNTED, SHARED = 14, 15  # problems whose solutions were not counted; whose impulses are one share of many
-N_COUNTERS = 16
-# worst figures
-RESIDUAL, PENETRATION, LEDGER_ERROR, LEDGER_SIZE, GAIN = range(5)
-N_WORST = 5
 # columns of the energy ledger
 FORCE_WORK, FRICTION_WORK, NORMAL_WORK, SURFACE_WORK, PROJECTION_WORK = range(5)
 N_LEDGER = 5
@@ -38,57 +30,81 @@ EVENT_WIDTH = 13
 MODE_CHANGE, IMPACT, INCONSISTENT, INDETERMINATE = range(4)
 
 
-class State(NamedTuple):
+class Worst(Block):
+    """The worst figures of a run."""
+
+    residual: float  # of a contact problem, relative to its size
+    penetration: float  # [m]
+    ledger_error: float  # of a step, relative to ledger_size
+    ledger_size: float  # [J] of the terms of a step, the largest so far
+    gain: float  # [J]
+
+
+class Counters(Block):
+    """Where a run is, and what it did."""
+
+    interval: int
+    step: int
+    n_events: int
+    events_lost: int
+    failed_contact: int
+    steps: int
+    solved: int
+    skipped: int
+    kept: int
+    pivots: int
+    several: int
+    found: int  # of the last contact problem: the set of modes
+    solutions: int  # and their number
+    gains: int  # impacts, or steps, in which the contacts gained energy
+    uncounted: int  # problems whose solutions were not counted
+    shared: int  # whose impulses are one share of many
+
+
+class State(Block):
     """What a step changes. n = n_u, c = n_c."""
 
-    q: Vector  # (n,)
-    u: Vector  # (n,)
-    mode: Integers  # (c,) ContactMode
-    slip: Integers  # (c,) sign of sliding
-    several: Integers  # (c,) whether the last step's problem had several solutions
-    P: Matrix  # (c, 1 + d) impulses of the last step
-    P_sum: Matrix  # (c, 1 + d) impulses since the last record
-    ledger: Vector  # (N_LEDGER,)
-    worst: Vector  # (N_WORST,) LEDGER_SIZE: of the terms of a step, the largest so far
-    counters: Integers  # (N_COUNTERS,)
-    events: Matrix  # (capacity, EVENT_WIDTH)
+    q: Array[Floats, "n"]
+    u: Array[Floats, "n"]
+    mode: Array[Ints, "n_c"]  # ContactMode
+    slip: Array[Ints, "n_c"]  # sign of sliding
+    several: Array[Ints, "n_c"]  # whether the last step's problem had several solutions
+    P: Array[Floats, "n_c", "1 + d"]  # impulses of the last step
+    P_sum: Array[Floats, "n_c", "1 + d"]  # impulses since the last record
+    ledger: Array[Floats, N_LEDGER]
+    worst: Worst
+    counters: Counters
+    events: Array[Floats, "capacity", EVENT_WIDTH]
 
 
-class Record(NamedTuple):
+class Columns(NamedTuple):
+    """Rows of a ``Record``, each column by itself."""
+
+    q: np.ndarray
+    u: np.ndarray
+    g_N: np.ndarray
+    P: np.ndarray
+    mode: np.ndarray
+    slip: np.ndarray
+    ledger: np.ndarray
+
+
+class Record(Block):
     """What a run writes down, one row a record, (m, ...)."""
 
-    q: Matrix
-    u: Matrix
-    g_N: Matrix
-    P: Cube  # (m, c, 1 + d)
-    mode: IntegerTable
-    slip: IntegerTable
-    ledger: Matrix  # (m, N_LEDGER)
-
-
-@functools.lru_cache(maxsize=64)
-def state_shapes(n: int, n_c: int, d: int, event_capacity: int) -> tuple:
-    """Shapes of ``State``."""
-    per_contact = dict.fromkeys(("mode", "slip", "several"), (n_c,))
-    return frozen({
-        "q": (n,), "u": (n,), **per_contact, "P": (n_c, 1 + d), "P_sum": (n_c, 1 + d), "ledger": (N_LEDGER,),
-        "worst": (N_WORST,), "counters": (N_COUNTERS,), "events": (event_capacity, EVENT_WIDTH),
-    })  # fmt: skip
-
-
-def record_shapes(m: int, n: int, n_c: int, d: int) -> dict[str, tuple[int, ...]]:
-    """Shapes of ``Record`` for m records."""
-    return {
-        "q": (m, n), "u": (m, n), "g_N": (m, n_c), "P": (m, n_c, 1 + d), "mode": (m, n_c), "slip": (m, n_c),
-        "ledger": (m, N_LEDGER),
-    }  # fmt: skip
+    q: Array[Floats, "m", "n"]
+    u: Array[Floats, "m", "n"]
+    g_N: Array[Floats, "m", "n_c"]
+    P: Array[Floats, "m", "n_c", "1 + d"]
+    mode: Array[Ints, "m", "n_c"]
+    slip: Array[Ints, "m", "n_c"]
+    ledger: Array[Floats, "m", N_LEDGER]
 
 
 @functools.lru_cache(maxsize=64)
 def bytes_of_record(n: int, n_c: int, d: int) -> int:
     """Size of one record with its time and its steps."""
-    entries = 3 + sum(math.prod(shape) for shape in record_shapes(1, n, n_c, d).values())
-    return WORD * entries
+    return WORD * (3 + sum(column.size for column in new(Record, m=1, n=n, n_c=n_c, d=d)))
 
 
 @kernel
@@ -106,9 +122,9 @@ def set_mode(t, i, mode, slip, k, kinds, state, work):
 @rare_kernel
 def add_event(t, kind, i, mode, slip, k, solutions, kinds, state, work):
     """Append an event; k is the place of contact i among the closed ones."""
-    m = state.counters[N_EVENTS]
+    m = state.counters.n_events
     if m >= state.events.shape[0]:
-        state.counters[EVENTS_LOST] += 1
+        state.counters.events_lost += 1
         return
     row = state.events
     a = work.start[k]
@@ -127,8 +143,8 @@ def add_event(t, kind, i, mode, slip, k, solutions, kinds, state, work):
     row[m, EVENT_GAMMA_N] = work.gamma_0[a] if has_normal else 0.0
     row[m, EVENT_GAMMA_F] = work.gamma_0[b] if has_friction else 0.0
     row[m, EVENT_SOLUTIONS] = solutions
-    row[m, EVENT_FOUND] = state.counters[FOUND]
-    state.counters[N_EVENTS] += 1
+    row[m, EVENT_FOUND] = state.counters.found
+    state.counters.n_events += 1
 
 
 @kernel
@@ -163,7 +179,7 @@ def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
     surfaces, and the sum of the sizes of its parts.
     """
     h, M, u_0, u_1, ubar = work.h, work.M, state.u, work.u_1, work.trial
-    ledger, worst, band = state.ledger, state.worst, work.band[0]
+    ledger, worst, band = state.ledger, state.worst, work.band
     for i in range(n):
         ubar[i] = 0.5 * (u_0[i] + u_1[i])
     change, force, size = 0.0, 0.0, 0.0
@@ -181,10 +197,10 @@ def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
     contact, gain, contact_size = book_contact_energy(n_k, kinds, ubar, ledger, work)
     ledger[FORCE_WORK] += force
     size += contact_size
-    worst[LEDGER_SIZE] = max(worst[LEDGER_SIZE], size)
+    worst.ledger_size = max(worst.ledger_size, size)
     error = abs(change - force - contact)
-    if error > worst[LEDGER_ERROR] * worst[LEDGER_SIZE]:
-        worst[LEDGER_ERROR] = error / worst[LEDGER_SIZE]
+    if error > worst.ledger_error * worst.ledger_size:
+        worst.ledger_error = error / worst.ledger_size
     return gain, contact_size
 
 

@@ -26,8 +26,6 @@ from nonsmooth.integrators.records import (
     EVENT_SOLUTIONS,
     EVENT_T,
     INDETERMINATE,
-    N_EVENTS,
-    SEVERAL,
 )
 from nonsmooth.integrators.rigid_modes import N_FUNCTIONS, UNIQUE
 from nonsmooth.jit import kernel
@@ -72,7 +70,7 @@ def count_step(state, contacts):
         if not slides_alone(i, contacts) or not several_fit(i, contacts):
             contacts.several[i] = 0
         elif not is_counted:
-            state.counters[SEVERAL] += 1
+            state.counters.several += 1
             is_counted = True
 
 
@@ -93,7 +91,7 @@ def note_several(t, i, enters, state, contacts):
     if contacts.several[i] == 1 or not (enters or several_fit(i, contacts)):
         return
     contacts.several[i] = 1
-    row, m = state.events, state.counters[N_EVENTS]
+    row, m = state.events, state.counters.n_events
     for k in range(row.shape[1]):
         row[m, k] = 0.0
     row[m, EVENT_T], row[m, EVENT_KIND], row[m, EVENT_CONTACT] = t, INDETERMINATE, i
@@ -101,7 +99,7 @@ def note_several(t, i, enters, state, contacts):
     row[m, EVENT_SLIP_0] = row[m, EVENT_SLIP_1] = contacts.slip[i]
     row[m, EVENT_GAMMA_F] = contacts.gamma[i, 1]
     row[m, EVENT_SOLUTIONS], row[m, EVENT_FOUND] = 2, modes_that_fit(i, contacts)
-    state.counters[N_EVENTS] += 1
+    state.counters.n_events += 1
 
 
 @kernel

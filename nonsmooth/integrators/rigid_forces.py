@@ -28,15 +28,9 @@ from nonsmooth.integrators.radau_stages import EPS, RATES
 from nonsmooth.integrators.rigid_census import slides_alone, uniqueness
 from nonsmooth.integrators.rigid_modes import (
     CLOSURE,
-    DETERMINANT,
     DISTINCT,
     FRICTION,
-    HAS,
-    IS_ADMISSIBLE,
-    IS_SHARED,
     N_FUNCTIONS,
-    N_U,
-    RTOL,
     SIGN,
     SINGULAR_SLIDE,
     UNIQUE,
@@ -67,7 +61,7 @@ def rigid_rates(model, p, contacts_at, t, x, out):
     """x' with x = (q, u, g_N, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
     contacts = view(contacts_at, RigidContacts)
     work, la, gamma = contacts.work, contacts.la, contacts.gamma
-    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
     status = find_forces(model, p, t, x, contacts)
     if status != Status.RUNNING:
         return status
@@ -101,9 +95,9 @@ def rigid_events(model, p, contacts_at, t, x, out):
     if status != Status.RUNNING:
         return status
     work, la = contacts.work, contacts.la
-    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
     E = N_FUNCTIONS * n_c + 1
-    if contacts.facts[HAS] & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
+    if contacts.facts.has & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
         return Status.NOT_FINITE.value
     speed, length = small_speed(n, contacts), rounded_length(n, contacts)
     for i in range(n_c):
@@ -112,7 +106,7 @@ def rigid_events(model, p, contacts_at, t, x, out):
             out[e + m] = 1.0
             out[E + e + m] = 0.0
         kind, mode = contacts.kinds[i, 0], contacts.mode[i]
-        force = contacts.numbers[RTOL] * contacts.size[i] if contacts.is_shared[i] == 0 else BROKEN
+        force = contacts.numbers.rtol * contacts.size[i] if contacts.is_shared[i] == 0 else BROKEN
         if kind == UNILATERAL:
             out[e + CLOSURE] = work.g_N[i] if mode == ContactMode.OPEN else of_load(la[i, 0], i, contacts)
             out[E + e + CLOSURE] = length if mode == ContactMode.OPEN else force
@@ -129,7 +123,7 @@ def rigid_events(model, p, contacts_at, t, x, out):
             reserve = static_coefficient(contacts.laws, i) * abs(la[i, 0]) - abs(la[i, 1])
             out[e + FRICTION] = of_load(reserve, i, contacts)
             out[E + e + FRICTION] = force
-    out[E - 1] = contacts.numbers[DETERMINANT] - SINGULAR_SLIDE
+    out[E - 1] = contacts.numbers.determinant - SINGULAR_SLIDE
     out[2 * E - 1] = 0.0
     return Status.RUNNING.value
 
@@ -145,11 +139,11 @@ def of_load(value, i, contacts):
 @kernel
 def find_forces(model, p, t, x, contacts):
     """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
-    la, n, n_c = contacts.la, contacts.facts[N_U], contacts.kinds.shape[0]
+    la, n, n_c = contacts.la, contacts.facts.n_u, contacts.kinds.shape[0]
     status, n_k = closed_problem(model, p, t, x, contacts)
     if status != Status.RUNNING:
         return status
-    contacts.numbers[DETERMINANT] = 1.0
+    contacts.numbers.determinant = 1.0
     for i in range(n_c):
         la[i, 0], la[i, 1] = 0.0, 0.0
     if n_k == 0:
@@ -159,8 +153,8 @@ def find_forces(model, p, t, x, contacts):
     least = math.inf
     for island in range(list_islands(n_k, contacts)):
         find_forces_of(island, n, n_k, contacts)
-        least = min(least, contacts.numbers[DETERMINANT])
-    contacts.numbers[DETERMINANT] = least
+        least = min(least, contacts.numbers.determinant)
+    contacts.numbers.determinant = least
     add_forces(n, n_k, contacts)
     return Status.RUNNING
 
@@ -181,7 +175,7 @@ def solve_island(island, n, n_k, asks_determinant, contacts):
     """The equations of one island, with the friction of given normal forces in contacts.la: their number, what solves
     them in contacts.z, and what is known of that for each contact, its determinant where that is asked for."""
     work, facts, kinds, la = contacts.work, contacts.facts, contacts.kinds, contacts.la
-    facts[IS_SHARED], facts[IS_ADMISSIBLE] = 0, 0
+    facts.is_shared, facts.is_admissible = 0, 0
     m = list_equations_of(island, n_k, contacts)
     for e in range(m):
         a = contacts.row[e]
@@ -202,8 +196,8 @@ def solve_island(island, n, n_k, asks_determinant, contacts):
     for k in range(n_k):
         if contacts.island[k] == island:
             i = work.closed[k]
-            contacts.determinant[i] = contacts.numbers[DETERMINANT]
-            contacts.is_shared[i], contacts.is_admissible[i] = facts[IS_SHARED], facts[IS_ADMISSIBLE]
+            contacts.determinant[i] = contacts.numbers.determinant
+            contacts.is_shared[i], contacts.is_admissible[i] = facts.is_shared, facts.is_admissible
             contacts.is_alone[i] = 1
             size += 1
     for k in range(n_k):

@@ -14,9 +14,6 @@ import math
 from nonsmooth.errors import Status
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.rigid_modes import (
-    DRIFT,
-    HAS,
-    N_U,
     closed_constraints,
     factorise,
     find_ratios,
@@ -38,7 +35,7 @@ def hold(model, p, t, x, with_friction, contacts):
     A rebound that is given up (with_friction) is taken off with the friction that belongs to its impulse. The gaps are
     written to the state.
     """
-    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
     if n_c == 0:
         return Status.RUNNING
     n_k, m = 0, 0
@@ -51,7 +48,7 @@ def hold(model, p, t, x, with_friction, contacts):
             factorise(m, False, contacts)
         if not move_positions(model, p, t, m, x, contacts):
             return Status.NOT_FINITE
-        if not contacts.numbers[DRIFT] > rounded_length(n, contacts):
+        if not contacts.numbers.drift > rounded_length(n, contacts):
             break
     if m == 0:
         return Status.RUNNING
@@ -69,9 +66,9 @@ def hold(model, p, t, x, with_friction, contacts):
 @kernel
 def move_positions(model, p, t, m, x, contacts):
     """Close the gaps of the closed contacts by one linearisation, and write all gaps; False if one is not finite."""
-    work, has = contacts.work, contacts.facts[HAS]
-    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
-    contacts.numbers[DRIFT] = 0.0
+    work, has = contacts.work, contacts.facts.has
+    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
+    contacts.numbers.drift = 0.0
     if has & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
         return False
     for i in range(n_c):
@@ -84,10 +81,10 @@ def move_positions(model, p, t, m, x, contacts):
         if contacts.part[e] == 0:
             x[2 * n + i] = 0.0
             gap = abs(work.g_N[i])
-            contacts.numbers[DRIFT] = max(contacts.numbers[DRIFT], gap)
+            contacts.numbers.drift = max(contacts.numbers.drift, gap)
             if gap > ROUNDING * longest(n, contacts):
                 contacts.b[e] = -work.g_N[i]
-    if contacts.numbers[DRIFT] > 0.0:
+    if contacts.numbers.drift > 0.0:
         solve_equations(m, contacts)
         move(n, m, 0, False, x, contacts)
     return True

@@ -15,7 +15,6 @@ from nonsmooth.blocks import address
 from nonsmooth.contact_solvers.modes import SAME_MOTION
 from nonsmooth.errors import Status
 from nonsmooth.integrators.rigid_forces import rigid_rates
-from nonsmooth.integrators.rigid_modes import N_U
 from nonsmooth.jit import kernel
 from nonsmooth.paradox.forces import is_asked
 from nonsmooth.system import UNILATERAL, ContactMode
@@ -84,7 +83,7 @@ def close(i, slip, contacts):
 @kernel
 def may_share(model, p, t, i, contacts, touch):
     """Whether the island of contact i is redundant in its modes, or nearly so, and admissible forces go with them."""
-    n = contacts.facts[N_U]
+    n = contacts.facts.n_u
     for j in range(n):
         touch.x[j], touch.x[n + j] = contacts.q[j], contacts.u[j]
     status = rigid_rates(model, p, address(contacts), t, touch.x, touch.rates)

@@ -27,7 +27,7 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.energy_gain import note_gain
 from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.records import State, book_contact_energy
-from nonsmooth.integrators.rigid_modes import ATOL, HAS, N_U, NEARLY_SINGULAR, SELECTION, RigidContacts
+from nonsmooth.integrators.rigid_modes import NEARLY_SINGULAR, RigidContacts
 from nonsmooth.integrators.rigid_touch import Touch
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_E_F, friction_coefficient, static_coefficient
@@ -43,7 +43,7 @@ def impact(model, p, t, x, must_stick, has_restitution, state_at, contacts_at, t
     velocity these change; mark these too, book the impulses in x and in touch.P. Returns a Status."""
     state, contacts, touch = view(state_at, State), view(contacts_at, RigidContacts), view(touch_at, Touch)
     work, kinds, facts = contacts.work, contacts.kinds, contacts.facts
-    n, n_c = facts[N_U], kinds.shape[0]
+    n, n_c = facts.n_u, kinds.shape[0]
     for j in range(n):
         contacts.q[j], contacts.u[j] = x[j], x[n + j]
     n_k = 0
@@ -52,7 +52,7 @@ def impact(model, p, t, x, must_stick, has_restitution, state_at, contacts_at, t
             work.closed[n_k], touch.spread[n_k] = i, touch.strikes[i]
             n_k += 1
     status, _ = acceleration_problem(
-        model, facts[HAS], t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
+        model, facts.has, t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
     )
     if status != Status.RUNNING:
         return status
@@ -74,7 +74,7 @@ def impact(model, p, t, x, must_stick, has_restitution, state_at, contacts_at, t
 @kernel
 def impact_of(island, model, p, t, x, must_stick, has_restitution, n_touching, state, contacts, touch):
     """The impact of the contacts of one island: another one does not change their velocities. Returns a Status."""
-    work, kinds, facts, n = contacts.work, contacts.kinds, contacts.facts, contacts.facts[N_U]
+    work, kinds, facts, n = contacts.work, contacts.kinds, contacts.facts, contacts.facts.n_u
     n_k = 0
     for i in range(kinds.shape[0]):
         if touch.is_touching[i] == 1 and kinds[i, 0] != GIVEN_FORCE and touch.number[i] == island:
@@ -84,7 +84,7 @@ def impact_of(island, model, p, t, x, must_stick, has_restitution, n_touching, s
         return Status.RUNNING.value
     if n_k < n_touching:
         status, _ = acceleration_problem(
-            model, facts[HAS], t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
+            model, facts.has, t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
         )
         if status != Status.RUNNING:
             return status
@@ -96,7 +96,7 @@ def impact_of(island, model, p, t, x, must_stick, has_restitution, n_touching, s
         a = work.start[k]
         if must_stick:
             work.c[a] = 0.0  # what is left of gamma_N is rounding
-        elif not has_restitution or abs(work.gamma_0[a]) <= contacts.numbers[ATOL]:
+        elif not has_restitution or abs(work.gamma_0[a]) <= contacts.numbers.atol:
             work.c[a] = work.gamma_0[a]
     if not find_impulses(n_k, must_stick, contacts, touch):
         return Status.NO_SOLUTION.value
@@ -114,7 +114,7 @@ def find_impulses(n_k, must_stick, contacts, touch):
     a single contact in touch.planar.bits."""
     work, kinds, laws = contacts.work, contacts.kinds, contacts.laws
     G, c, P = work.G, work.c, work.P
-    selection = Selection.IMPACT.value if must_stick else contacts.facts[SELECTION]
+    selection = Selection.IMPACT.value if must_stick else contacts.facts.selection
     for k in range(n_k):
         i = work.closed[k]
         b = work.start[k + 1] - 1

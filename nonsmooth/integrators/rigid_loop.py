@@ -6,45 +6,33 @@ what follows an event in rigid_switching.py.
 
 from __future__ import annotations
 
-import functools
 import math
-from typing import NamedTuple
+from typing import Annotated as Array
 
-from nonsmooth.blocks import address, frozen, view
+from nonsmooth.blocks import Block, address, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.event_location import (
-    CHECK_START,
-    HANDLED,
-    IS_IMMEDIATE,
     NO_EVENT,
     TOO_LONG,
-    WHICH,
     Events,
-    events_shapes,
     locate_event,
     longest_step,
 )
-from nonsmooth.integrators.penalty_loop import NEXT, ROWS, STALLS, Trail, state_at_moment, write_row
+from nonsmooth.integrators.penalty_loop import Trail, state_at_moment, write_row
 from nonsmooth.integrators.radau import SMALLEST, radau_accept, radau_restart, radau_step
-from nonsmooth.integrators.radau_stages import DONE, NOW, STEP, Radau, radau_shapes, rates_at
-from nonsmooth.integrators.records import N_EVENTS, PENETRATION, STEPS, State
+from nonsmooth.integrators.radau_stages import Radau, rates_at
+from nonsmooth.integrators.records import State
 from nonsmooth.integrators.rigid_census import count_step, enters_region, note_several, slides, slides_alone
 from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.integrators.rigid_modes import (
     CLOSURE,
-    DETERMINANT,
-    EVENT,
-    FLIGHT,
-    HAS,
     N_FUNCTIONS,
-    N_U,
     N_WORKS,
     NEARLY_SINGULAR,
     RigidContacts,
-    contacts_shapes,
 )
-from nonsmooth.integrators.rigid_switching import search_shapes, switch_modes
-from nonsmooth.integrators.rigid_touch import START, Touch, touch_shapes
+from nonsmooth.integrators.rigid_switching import KEPT, switch_modes
+from nonsmooth.integrators.rigid_touch import START, Touch
 from nonsmooth.integrators.step_polynomial import begin_polynomial, end_polynomial
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.paradox.forces import Forces
@@ -58,24 +46,14 @@ MOMENT = 1e-5
 ONE_FLIGHT = 0.75  # of the flight that has begun: the longest first step, whose stages then all see the gap open
 
 
-class Scratch(NamedTuple):
+class Scratch(Block, others=f"3 * n_c + {N_WORKS}", functions=f"{N_FUNCTIONS} * n_c + 1", kept=KEPT):
     """Arrays of an event-driven run."""
 
-    ode: Radau
-    events: Events
+    ode: Array[Radau, "m = n", "n = 2 * n", "quadratures = others"]
+    events: Array[Events, "n_events = functions", "n_x = 2 * n + others"]
     contacts: RigidContacts
     touch: Touch
-    forces: Forces
-
-
-@functools.lru_cache(maxsize=64)
-def scratch_shapes(n: int, n_c: int, d: int) -> tuple:
-    """Shapes of ``Scratch``."""
-    others = 3 * n_c + N_WORKS
-    return frozen({
-        "ode": radau_shapes(n, 2 * n, others), "events": events_shapes(N_FUNCTIONS * n_c + 1, 2 * n + others),
-        "contacts": contacts_shapes(n, n_c, d), "touch": touch_shapes(n, n_c, d), "forces": search_shapes(n, n_c, d),
-    })  # fmt: skip
+    forces: Array[Forces, "kept = kept"]
 
 
 @kernel("int64(int64, int64, int64, float64[::1], float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
@@ -90,91 +68,91 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
     clock = ode.clock
     t_end = t_record[t_record.shape[0] - 1]
     for _ in range(max_steps):
-        t = clock[NOW]
-        if every > 0 and trail.counts[ROWS] + 2 > trail.t.shape[0]:
+        t = clock.now
+        if every > 0 and trail.counts.rows + 2 > trail.t.shape[0]:
             return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
-        if state.counters[N_EVENTS] + EVENTS_AT_ONCE * contacts.kinds.shape[0] > state.events.shape[0]:
+        if state.counters.n_events + EVENTS_AT_ONCE * contacts.kinds.shape[0] > state.events.shape[0]:
             return Status.RUNNING.value
-        if contacts.facts[EVENT] != NO_EVENT:
+        if contacts.facts.event != NO_EVENT:
             status = handle_event(rates, model, p, every, state, trail, scratch)
             if status != Status.RUNNING:
                 return status
         if not t_end - t > SMALLEST * abs(t):
             return Status.FINISHED.value
-        h_max = min(t_end - t, ONE_FLIGHT * contacts.numbers[FLIGHT], longest_step(events))
+        h_max = min(t_end - t, ONE_FLIGHT * contacts.numbers.flight, longest_step(events))
         status = radau_step(rates, model, p, address(contacts), h_max, address(ode))
         if status == Status.RUNNING:
             status = locate_event(rates, functions, model, p, address(contacts), address(ode), address(events))
         if status == Status.STEP_VANISHED and slide_is_lost(rates, model, p, contacts, ode):
-            contacts.facts[EVENT] = events.armed.shape[0] - 1
+            contacts.facts.event = events.armed.shape[0] - 1
             continue
         if status != Status.RUNNING:
             return status
-        if events.found[WHICH] == TOO_LONG:
+        if events.found.which == TOO_LONG:
             continue
-        contacts.facts[EVENT] = events.found[WHICH]
-        if events.found[IS_IMMEDIATE] != 0:
+        contacts.facts.event = events.found.which
+        if events.found.is_immediate != 0:
             continue
-        contacts.numbers[FLIGHT] = math.inf
-        t_1 = t_end if clock[DONE] == t_end - t else t + clock[DONE]
-        begin_polynomial(t, contacts.facts[N_U], ode, trail.steps)
+        contacts.numbers.flight = math.inf
+        t_1 = t_end if clock.done == t_end - t else t + clock.done
+        begin_polynomial(t, contacts.facts.n_u, ode, trail.steps)
         status = hold(model, p, t_1, ode.x_1, False, contacts)
         if status == Status.RUNNING:
             status = radau_accept(rates, model, p, address(contacts), ode)
         if status != Status.RUNNING:
             return status
-        clock[NOW] = t_1
+        clock.now = t_1
         accept(state, contacts, ode)
         count_step(state, contacts)
-        end_polynomial(contacts.facts[N_U], ode, trail.steps)
+        end_polynomial(contacts.facts.n_u, ode, trail.steps)
         if every == 0:
             status = write_rows(rates, model, p, t, t_1, t_record, scratch, trail)
             if status != Status.RUNNING:
                 return status
-        is_end = t_1 == t_end or events.found[WHICH] != NO_EVENT
-        if every > 0 and (state.counters[STEPS] % every == 0 or is_end):
+        is_end = t_1 == t_end or events.found.which != NO_EVENT
+        if every > 0 and (state.counters.steps % every == 0 or is_end):
             write_row(t_1, ode.x, contacts, trail)
         if t_1 - t > SMALLEST * abs(t_end):  # at t = 0 steps of 1e-24 s would get on, but not to the end
-            trail.counts[STALLS] = 0
+            trail.counts.stalls = 0
     return Status.RUNNING.value
 
 
 @kernel
 def slide_is_lost(rates, model, p, contacts, ode):
     """Whether the steps vanish because the motion has come to a Génot–Brogliato point."""
-    status = rates_at(rates, model, p, address(contacts), ode.clock[NOW], ode.x, ode.f)
-    return status == Status.RUNNING and contacts.numbers[DETERMINANT] < NEARLY_SINGULAR
+    status = rates_at(rates, model, p, address(contacts), ode.clock.now, ode.x, ode.f)
+    return status == Status.RUNNING and contacts.numbers.determinant < NEARLY_SINGULAR
 
 
 @kernel
 def accept(state, contacts, ode):
     """Count the step, keep the state and the deepest penetration."""
-    n = contacts.facts[N_U]
+    n = contacts.facts.n_u
     for i in range(n):
         state.q[i], state.u[i] = ode.x[i], ode.x[n + i]
     for i in range(contacts.kinds.shape[0]):
-        state.worst[PENETRATION] = max(state.worst[PENETRATION], -ode.x[2 * n + i])
-    state.counters[STEPS] += 1
+        state.worst.penetration = max(state.worst.penetration, -ode.x[2 * n + i])
+    state.counters.steps += 1
 
 
 @kernel
 def handle_event(rates, model, p, every, state, trail, scratch):
     """Change the modes and begin anew with the rates of the new ones; returns a Status."""
     ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
-    n, event = contacts.facts[N_U], contacts.facts[EVENT]
-    trail.counts[STALLS] += 1
-    if trail.counts[STALLS] > MAX_STALLS * events.armed.shape[0]:
+    n, event = contacts.facts.n_u, contacts.facts.event
+    trail.counts.stalls += 1
+    if trail.counts.stalls > MAX_STALLS * events.armed.shape[0]:
         return Status.CHATTERING
-    t, is_start = ode.clock[NOW], event == START
+    t, is_start = ode.clock.now, event == START
     u_0 = scratch.touch.u_0
     for j in range(n):
         u_0[j] = ode.x[n + j]
     status, enters = Status.RUNNING.value, enters_region(event, contacts)
     if enters or contacts.kinds.shape[0] == 0:
-        contacts.facts[EVENT] = NO_EVENT
+        contacts.facts.event = NO_EVENT
     else:
         status = switch_modes(
-            model, p, t, MOMENT * ode.clock[STEP], ode.x, address(state), address(contacts), address(scratch.touch),
+            model, p, t, MOMENT * ode.clock.step, ode.x, address(state), address(contacts), address(scratch.touch),
             address(scratch.forces),
         )  # fmt: skip
     if status != Status.RUNNING:
@@ -185,8 +163,8 @@ def handle_event(rates, model, p, every, state, trail, scratch):
         events.armed[e] = 0
     for i in range(contacts.kinds.shape[0]):
         events.is_gap[N_FUNCTIONS * i + CLOSURE] = 1 if contacts.mode[i] == ContactMode.OPEN else 0
-    events.found[CHECK_START] = 1
-    events.found[HANDLED] = event if event >= 0 else NO_EVENT
+    events.found.check_start = 1
+    events.found.handled = event if event >= 0 else NO_EVENT
     radau_restart(ode)
     has_jumped = False
     for j in range(n):
@@ -211,7 +189,7 @@ def handle_event(rates, model, p, every, state, trail, scratch):
 @kernel
 def write_gaps(model, p, t, x, contacts):
     """Write the gaps of a state into it; False if the gap function raised."""
-    n, has_gap = contacts.facts[N_U], contacts.facts[HAS] & (1 << GAP)
+    n, has_gap = contacts.facts.n_u, contacts.facts.has & (1 << GAP)
     for j in range(n):
         contacts.q[j], contacts.u[j] = x[j], x[n + j]
     if has_gap and not call_model(model, GAP, t, contacts.q, contacts.u, p, contacts.work.g_N):
@@ -229,17 +207,17 @@ def write_start(t, n, x, u_0, x_0, contacts, trail):
     for j in range(n):
         x_0[n + j] = u_0[j]
     write_row(t, x_0, contacts, trail)
-    trail.counts[NEXT] = 1
+    trail.counts.next = 1
 
 
 @kernel
 def write_rows(rates, model, p, t, t_1, t_record, scratch, trail):
     """Write the rows of the record times in (t, t_1] of the accepted step, with their gaps; returns a Status."""
     ode, contacts, x = scratch.ode, scratch.contacts, scratch.events.x
-    n = contacts.facts[N_U]
+    n = contacts.facts.n_u
     is_written = False
-    while trail.counts[NEXT] < t_record.shape[0] and t_record[trail.counts[NEXT]] <= t_1:
-        moment = t_record[trail.counts[NEXT]]
+    while trail.counts.next < t_record.shape[0] and t_record[trail.counts.next] <= t_1:
+        moment = t_record[trail.counts.next]
         state_at_moment(moment, t, n, ode, trail.steps, x)
         status = rates_at(rates, model, p, address(contacts), moment, x, ode.f)
         if status != Status.RUNNING:
@@ -247,7 +225,7 @@ def write_rows(rates, model, p, t, t_1, t_record, scratch, trail):
         if not write_gaps(model, p, moment, x, contacts):
             return Status.NOT_FINITE
         write_row(moment, x, contacts, trail)
-        trail.counts[NEXT] += 1
+        trail.counts.next += 1
         is_written = True
     if is_written:
         return rates_at(rates, model, p, address(contacts), t_1, ode.x, ode.f)  # the forces at the end of the step

@@ -21,15 +21,14 @@ docs/theory/event_driven.md.
 
 from __future__ import annotations
 
-import functools
 import math
-from typing import NamedTuple
+from typing import Annotated as Array
 
 from nonsmooth.acceleration_problem import IMPLICIT, acceleration_problem, constraint_problem
-from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, frozen
-from nonsmooth.contact_problem import Work, row_velocities, smooth_step, work_shapes
+from nonsmooth.blocks import Block, Floats, Ints
+from nonsmooth.contact_problem import Work, row_velocities, smooth_step
 from nonsmooth.contact_solvers.islands import find_held_islands
-from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.contact_solvers.planar_problem import Planar
 from nonsmooth.dense import lu, lu_solve
 from nonsmooth.errors import Status
 from nonsmooth.integrators.contact_switching import ROUNDINGS, fastest_velocity
@@ -38,14 +37,6 @@ from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_WIDTH, friction_coefficient
 from nonsmooth.system import GIVEN_FORCE, ContactMode
 
-# facts; EVENT is the event that waits to be handled; of the island whose forces were found last, IS_SHARED: 1 where its
-# contacts are redundant, so that no single force is known; IS_ADMISSIBLE: 1 where they are redundant, or nearly so, and
-# admissible forces go with their modes
-HAS, N_U, SELECTION, EVENT, IS_SHARED, IS_ADMISSIBLE = range(6)
-# numbers of the run: tolerances; det A over that without friction of the island where it is least, and the shift of
-# its diagonal where contacts are redundant; the time that the shortest flight lasts which has just begun; the largest
-# gap of a closed contact
-ATOL, RTOL, DETERMINANT, SHIFT, FLIGHT, DRIFT = range(6)
 # event functions of a contact; the last of all is REGULAR
 CLOSURE, FRICTION, SIGN = range(3)
 UNIQUE = CLOSURE  # of a bilateral contact, which has nothing to close
@@ -62,78 +53,83 @@ REFINEMENTS = 3
 DISTINCT = 1e-6  # smallest pivot of A, squared sine of the angle between two rows, that leaves ten digits of the forces
 
 
-class Redundant(NamedTuple):
+class Redundant(Block, r="max(1, n_c * (1 + d))"):
     """Arrays of the load that redundant contacts share. r = rows."""
 
-    Q: Matrix  # (r, n) orthogonal rows
-    X: Matrix  # (r, n) M^-1 times each
-    R: Matrix  # (r, r)
-    y: Vector  # (r,)
-    order: Integers  # (r,)
-    length: Vector  # (r,) squared lengths of the rows in the metric M^-1
-    planar: Planar
+    Q: Array[Floats, "r", "n"]  # orthogonal rows
+    X: Array[Floats, "r", "n"]  # M^-1 times each
+    R: Array[Floats, "r", "r"]
+    y: Array[Floats, "r"]
+    order: Array[Ints, "r"]
+    length: Array[Floats, "r"]  # squared lengths of the rows in the metric M^-1
+    planar: Array[Planar, "n = max(2, n_c)", "kept = 1"]
 
 
-class RigidContacts(NamedTuple):
+class RigidFacts(Block):
+    """Whole numbers of a run."""
+
+    has: int  # what the model has, by bits
+    n_u: int
+    selection: int  # the rule where there are several solutions
+    event: int  # that waits to be handled
+    is_shared: int  # of the island found last: 1 where its contacts are redundant, so that no single force is known
+    is_admissible: int  # 1 where they are redundant, or nearly so, and admissible forces go with their modes
+
+
+class RigidNumbers(Block):
+    """Numbers of a run."""
+
+    atol: float
+    rtol: float
+    determinant: float  # det A over that without friction, of the island where it is least
+    shift: float  # of its diagonal where contacts are redundant
+    flight: float  # [s] that the shortest flight lasts which has just begun
+    drift: float  # [m] the largest gap of a closed contact
+
+
+class RigidContacts(Block, r="max(1, n_c * (1 + d))"):
     """The contacts of a run. n = n_u, c = n_c, r = rows."""
 
     work: Work
-    facts: Integers  # (6,)
-    numbers: Vector  # (6,)
-    kinds: IntegerTable  # (c, 2)
-    laws: Matrix  # (c, LAW_WIDTH)
-    mode: Integers  # (c,) ContactMode
-    slip: Integers  # (c,) sign of sliding
-    sign: Integers  # (c,) sign of la_N
-    q: Vector  # (n,)
-    u: Vector  # (n,)
-    la: Matrix  # (c, 2) forces
-    gamma: Matrix  # (c, 2) contact velocities
-    size: Vector  # (c,) what the terms of la_N add up to without their signs
-    ratio: Vector  # (c,) la_F/la_N of a slide
-    determinant: Vector  # (c,) det A over that without friction, of the island of each contact
-    is_shared: Integers  # (c,) IS_SHARED of the island of each contact
-    is_admissible: Integers  # (c,) and IS_ADMISSIBLE
-    is_alone: Integers  # (c,) 1 for the only contact of an island
-    several: Integers  # (c,) 1 where several forces fit the slide, and that was noted
-    place: Integers  # (c,) position of each closed contact in work.closed
-    held: Integers  # (c,) rows of each of these that the modes hold at zero
-    island: Integers  # (c,) and the number of its island
-    rates: Matrix  # (4, r) W' u + w'
-    row: Integers  # (r,) row of G of each equation
-    contact: Integers  # (r,) contact of each equation
-    part: Integers  # (r,) whether an equation is normal (0) or tangential (1)
-    A: Matrix  # (r, r)
-    factor: Matrix  # (r, r)
-    order: Integers  # (r,)
-    b: Vector  # (r,)
-    z: Vector  # (r,)
-    left: Vector  # (r,) scratch
-    sum: Vector  # (r,) scratch
+    facts: RigidFacts
+    numbers: RigidNumbers
+    kinds: Array[Ints, "n_c", 2]
+    laws: Array[Floats, "n_c", LAW_WIDTH]
+    mode: Array[Ints, "n_c"]  # ContactMode
+    slip: Array[Ints, "n_c"]  # sign of sliding
+    sign: Array[Ints, "n_c"]  # sign of la_N
+    q: Array[Floats, "n"]
+    u: Array[Floats, "n"]
+    la: Array[Floats, "n_c", 2]  # forces
+    gamma: Array[Floats, "n_c", 2]  # contact velocities
+    size: Array[Floats, "n_c"]  # what the terms of la_N add up to without their signs
+    ratio: Array[Floats, "n_c"]  # la_F/la_N of a slide
+    determinant: Array[Floats, "n_c"]  # det A over that without friction, of the island of each contact
+    is_shared: Array[Ints, "n_c"]  # IS_SHARED of the island of each contact
+    is_admissible: Array[Ints, "n_c"]  # and IS_ADMISSIBLE
+    is_alone: Array[Ints, "n_c"]  # 1 for the only contact of an island
+    several: Array[Ints, "n_c"]  # 1 where several forces fit the slide, and that was noted
+    place: Array[Ints, "n_c"]  # position of each closed contact in work.closed
+    held: Array[Ints, "n_c"]  # rows of each of these that the modes hold at zero
+    island: Array[Ints, "n_c"]  # and the number of its island
+    rates: Array[Floats, 4, "r"]  # W' u + w'
+    row: Array[Ints, "r"]  # row of G of each equation
+    contact: Array[Ints, "r"]  # contact of each equation
+    part: Array[Ints, "r"]  # whether an equation is normal (0) or tangential (1)
+    A: Array[Floats, "r", "r"]
+    factor: Array[Floats, "r", "r"]
+    order: Array[Ints, "r"]
+    b: Array[Floats, "r"]
+    z: Array[Floats, "r"]
+    left: Array[Floats, "r"]  # scratch
+    sum: Array[Floats, "r"]  # scratch
     redundant: Redundant
-
-
-@functools.lru_cache(maxsize=64)
-def contacts_shapes(n: int, n_c: int, d: int) -> tuple:
-    """Shapes of ``RigidContacts``."""
-    r = max(1, n_c * (1 + d))
-    return frozen({
-        "work": work_shapes(n, n_c, d), "facts": (6,), "numbers": (6,), "kinds": (n_c, 2), "laws": (n_c, LAW_WIDTH),
-        **dict.fromkeys(("mode", "slip", "sign", "size", "ratio", "determinant", "is_shared", "is_admissible"), (n_c,)),
-        **dict.fromkeys(("is_alone", "several", "place", "held", "island"), (n_c,)),
-        "q": (n,), "u": (n,), "la": (n_c, 2), "gamma": (n_c, 2), "rates": (4, r), "A": (r, r), "factor": (r, r),
-        **dict.fromkeys(("row", "contact", "part", "order", "b", "z", "left", "sum"), (r,)),
-        "redundant": frozen({
-            "Q": (r, n), "X": (r, n), "R": (r, r), **dict.fromkeys(("y", "order", "length"), (r,)),
-            "planar": frozen(planar_shapes(max(2, n_c), d, 1)),
-        }),
-    })  # fmt: skip
 
 
 @kernel
 def small_speed(n, contacts):
     """A contact velocity that counts as zero [m/s]: rounding of the velocities, of atol where all are smaller."""
-    return ROUNDINGS * EPS * (fastest_velocity(n, contacts) + contacts.numbers[ATOL])
+    return ROUNDINGS * EPS * (fastest_velocity(n, contacts) + contacts.numbers.atol)
 
 
 @kernel
@@ -154,12 +150,12 @@ def longest(n, contacts):
 @kernel
 def closed_problem(model, p, t, x, contacts):
     """The acceleration-level problem of the contacts that are not open, and their velocities: (Status, contacts)."""
-    work, facts, kinds, n = contacts.work, contacts.facts, contacts.kinds, contacts.facts[N_U]
+    work, facts, kinds, n = contacts.work, contacts.facts, contacts.kinds, contacts.facts.n_u
     n_k = list_closed(x, contacts)
     if n_k == 0:
-        return smooth_step(model, facts[HAS] & ~IMPLICIT, True, t, 1.0, 0.5, n, contacts.u, p, work), 0
+        return smooth_step(model, facts.has & ~IMPLICIT, True, t, 1.0, 0.5, n, contacts.u, p, work), 0
     status, _ = acceleration_problem(
-        model, facts[HAS], t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
+        model, facts.has, t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
     )
     row_velocities(n, n_k, kinds, contacts.u, work)
     set_velocities(n_k, contacts)
@@ -173,7 +169,7 @@ def closed_constraints(model, p, t, x, contacts):
     if n_k == 0:
         return Status.RUNNING.value, 0
     status, _ = constraint_problem(
-        model, contacts.facts[HAS], t, contacts.facts[N_U], contacts.q, contacts.u, p, n_k, contacts.kinds,
+        model, contacts.facts.has, t, contacts.facts.n_u, contacts.q, contacts.u, p, n_k, contacts.kinds,
         contacts.work,
     )  # fmt: skip
     set_velocities(n_k, contacts)
@@ -183,7 +179,7 @@ def closed_constraints(model, p, t, x, contacts):
 @kernel
 def list_closed(x, contacts):
     """Take q and u from the state, and list the contacts that are not open; returns their number."""
-    work, n = contacts.work, contacts.facts[N_U]
+    work, n = contacts.work, contacts.facts.n_u
     for j in range(n):
         contacts.q[j], contacts.u[j] = x[j], x[n + j]
         work.q_mid[j] = x[j]
@@ -275,9 +271,9 @@ def decompose_both(m, contacts):
     frictionless = 1.0
     if slides:
         decompose(m, False, contacts)
-        frictionless = contacts.numbers[DETERMINANT]
+        frictionless = contacts.numbers.determinant
     smallest = decompose(m, True, contacts)
-    contacts.numbers[DETERMINANT] = contacts.numbers[DETERMINANT] / frictionless if slides else 1.0
+    contacts.numbers.determinant = contacts.numbers.determinant / frictionless if slides else 1.0
     return smallest
 
 
@@ -294,14 +290,14 @@ def decompose(m, with_friction, contacts):
     """``decompose_alone``, and leave the determinant in numbers, 1 if A is singular."""
     work, factor, row = contacts.work, contacts.factor, contacts.row
     smallest = decompose_alone(m, with_friction, contacts)
-    contacts.numbers[DETERMINANT] = 1.0
+    contacts.numbers.determinant = 1.0
     if smallest > 0.0:
         determinant, scale = 1.0, 1.0
         for e in range(m):
             determinant *= abs(factor[e, e])
             scale *= work.G[row[e], row[e]]
         is_positive = determinant_is_positive(m, factor, contacts.order, contacts.sum)
-        contacts.numbers[DETERMINANT] = determinant / scale if is_positive else -determinant / scale
+        contacts.numbers.determinant = determinant / scale if is_positive else -determinant / scale
     return smallest
 
 
@@ -319,7 +315,7 @@ def decompose_alone(m, with_friction, contacts):
                 A[e, f] += contacts.ratio[i] * work.G[row[e], row[f] + 1]
             factor[e, f] = A[e, f]
         largest = max(largest, work.G[row[f], row[f]])
-    contacts.numbers[SHIFT] = 0.0
+    contacts.numbers.shift = 0.0
     if not lu(m, factor, contacts.order):
         return 0.0
     smallest = math.inf
@@ -334,11 +330,11 @@ def regularise(m, contacts):
     A, factor, trace = contacts.A, contacts.factor, 0.0
     for e in range(m):
         trace += contacts.work.G[contacts.row[e], contacts.row[e]]
-    contacts.numbers[SHIFT] = REGULARISATION * trace
+    contacts.numbers.shift = REGULARISATION * trace
     for e in range(m):
         for f in range(m):
             factor[e, f] = A[e, f]
-        factor[e, e] += contacts.numbers[SHIFT]
+        factor[e, e] += contacts.numbers.shift
     lu(m, factor, contacts.order)
 
 
@@ -347,7 +343,7 @@ def solve_equations(m, contacts):
     """A z = b, by proximal iterations where A is singular."""
     b, z, left, total = contacts.b, contacts.z, contacts.left, contacts.sum
     lu_solve(m, contacts.factor, contacts.order, b, z)
-    if contacts.numbers[SHIFT] == 0.0:
+    if contacts.numbers.shift == 0.0:
         return
     for _ in range(REFINEMENTS):
         for e in range(m):

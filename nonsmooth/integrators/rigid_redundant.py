@@ -22,7 +22,7 @@ from nonsmooth.blocks import view
 from nonsmooth.contact_solvers.redundant import eliminate_completely, impulse_inequality, least_admissible
 from nonsmooth.contact_solvers.single import BOUNDARY
 from nonsmooth.integrators.radau_stages import EPS
-from nonsmooth.integrators.rigid_modes import IS_ADMISSIBLE, IS_SHARED, RigidContacts
+from nonsmooth.integrators.rigid_modes import RigidContacts
 from nonsmooth.jit import kernel
 from nonsmooth.laws import static_coefficient
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
@@ -64,8 +64,8 @@ def share_load(n, m, contacts_at):
         is_admissible = is_admissible and total >= family.e[e]
     for e in range(m):
         contacts.z[e] = family.x[e]
-    contacts.facts[IS_SHARED] = 0 if full == m else 1
-    contacts.facts[IS_ADMISSIBLE] = 1 if is_admissible else 0
+    contacts.facts.is_shared = 0 if full == m else 1
+    contacts.facts.is_admissible = 1 if is_admissible else 0
 
 
 @kernel

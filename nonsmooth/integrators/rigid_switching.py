@@ -25,7 +25,7 @@ from __future__ import annotations
 import math
 
 from nonsmooth.acceleration_problem import find_row_rates, row_shift
-from nonsmooth.blocks import address, frozen, view
+from nonsmooth.blocks import address, view
 from nonsmooth.contact_problem import evaluate_rows
 from nonsmooth.contact_solvers.modes import select
 from nonsmooth.contact_solvers.single import STICK, Selection, sigma_of, slip_of
@@ -46,14 +46,10 @@ from nonsmooth.integrators.records import (
     EVENT_SLIP_1,
     EVENT_SOLUTIONS,
     EVENT_T,
-    FAILED_CONTACT,
     IMPACT,
     INCONSISTENT,
     INDETERMINATE,
     MODE_CHANGE,
-    N_EVENTS,
-    SEVERAL,
-    STEPS,
     State,
 )
 from nonsmooth.integrators.rigid_forces import rigid_rates
@@ -61,16 +57,9 @@ from nonsmooth.integrators.rigid_hold import hold
 from nonsmooth.integrators.rigid_idle import close_all, close_idle
 from nonsmooth.integrators.rigid_impact import impact
 from nonsmooth.integrators.rigid_modes import (
-    ATOL,
     CLOSURE,
-    DETERMINANT,
-    EVENT,
-    FLIGHT,
     FRICTION,
-    HAS,
     N_FUNCTIONS,
-    N_U,
-    SELECTION,
     SINGULAR_SLIDE,
     RigidContacts,
     rounded_length,
@@ -79,7 +68,7 @@ from nonsmooth.integrators.rigid_modes import (
 from nonsmooth.integrators.rigid_touch import START, Touch, look
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_E_N
-from nonsmooth.paradox.forces import Forces, Outcome, forces_of_closed, forces_shapes, is_asked
+from nonsmooth.paradox.forces import Forces, Outcome, forces_of_closed, is_asked
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
 KEPT = 64  # solutions kept of one state
@@ -87,21 +76,16 @@ MAX_IMPACTS = 64  # at one instant, per contact
 RESOLVED = 10.0  # times what rounding leaves of a gap: a lower bounce cannot be told from none
 
 
-def search_shapes(n: int, n_c: int, d: int) -> tuple:
-    """Shapes of the search for forces."""
-    return frozen(forces_shapes(n, n_c, d, KEPT))
-
-
 @kernel("int64(int64, float64[::1], float64, float64, float64[::1], int64, int64, int64, int64)", short_loops=True)
 def switch_modes(model, p, t, moment, x, state_at, contacts_at, touch_at, forces_at):
-    """Handle the event contacts.facts[EVENT] at the state x; ``moment`` [s] is short against the motion.
+    """Handle the event contacts.facts.event at the state x; ``moment`` [s] is short against the motion.
 
     Returns a Status; RUNNING with the new modes, and with x moved by the impulses.
     """
     state, contacts = view(state_at, State), view(contacts_at, RigidContacts)
     touch, forces = view(touch_at, Touch), view(forces_at, Forces)
-    n, n_c, event = contacts.facts[N_U], contacts.kinds.shape[0], contacts.facts[EVENT]
-    contacts.numbers[FLIGHT] = math.inf
+    n, n_c, event = contacts.facts.n_u, contacts.kinds.shape[0], contacts.facts.event
+    contacts.numbers.flight = math.inf
     for i in range(n_c):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
         touch.P[i, 0], touch.P[i, 1], touch.accumulates[i], touch.kind[i] = 0.0, 0.0, 0.0, MODE_CHANGE
@@ -129,7 +113,7 @@ def switch_modes(model, p, t, moment, x, state_at, contacts_at, touch_at, forces
         gives_up = gives_up or touch.accumulates[i] > 0.0
     status = hold(model, p, t, x, gives_up, contacts)
     note_events(t, state, contacts, touch)
-    contacts.facts[EVENT] = NO_EVENT
+    contacts.facts.event = NO_EVENT
     return status
 
 
@@ -137,7 +121,7 @@ def switch_modes(model, p, t, moment, x, state_at, contacts_at, touch_at, forces
 def mark_lost(contacts, touch):
     """Mark the contacts of the islands that have lost their forces: where det A is least, and where it is as good as
     zero, as in two islands that are alike."""
-    bound = max(contacts.numbers[DETERMINANT], 2.0 * SINGULAR_SLIDE)
+    bound = max(contacts.numbers.determinant, 2.0 * SINGULAR_SLIDE)
     for i in range(contacts.kinds.shape[0]):
         is_closed = contacts.mode[i] != ContactMode.OPEN
         touch.is_lost[i] = 1 if is_closed and contacts.determinant[i] <= bound else 0
@@ -162,7 +146,7 @@ def strike(model, p, t, x, event, state, contacts, touch):
     for attempt in range(MAX_IMPACTS * n_c + 1):
         if not look(model, p, t, x, event, contacts, touch):
             return Status.NOT_FINITE.value, has_struck
-        speed = small_speed(contacts.facts[N_U], contacts)
+        speed = small_speed(contacts.facts.n_u, contacts)
         is_struck = False
         for i in range(n_c):
             if attempt == 0:
@@ -196,7 +180,7 @@ def end_series(model, p, t, x, state, contacts, touch):
             touch.is_touching[i], touch.strikes[i] = 1, 1
             if contacts.laws[i, LAW_E_N] >= 1.0:
                 return Status.CHATTERING.value
-    speed = small_speed(contacts.facts[N_U], contacts)  # before: of what comes to rest rounding is left
+    speed = small_speed(contacts.facts.n_u, contacts)  # before: of what comes to rest rounding is left
     status = impact(model, p, t, x, False, False, address(state), address(contacts), address(touch))
     if status != Status.RUNNING:
         return status
@@ -219,7 +203,7 @@ def settle(model, p, t, later, x, is_lost, state_at, contacts_at, touch_at, forc
     """
     state, contacts = view(state_at, State), view(contacts_at, RigidContacts)
     touch, forces = view(touch_at, Touch), view(forces_at, Forces)
-    n, n_c = contacts.facts[N_U], contacts.kinds.shape[0]
+    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
     for attempt in range(n_c + 1):
         for j in range(n):
             is_ahead = later > t
@@ -227,7 +211,7 @@ def settle(model, p, t, later, x, is_lost, state_at, contacts_at, touch_at, forc
             contacts.u[j] = x[n + j] + (touch.u[j] if is_ahead else 0.0)
         n_k = list_touching(contacts, touch, forces)
         outcome, _, _ = forces_of_closed(
-            model, contacts.facts[HAS], later, contacts.q, contacts.u, p, n_k, contacts.kinds, contacts.laws, forces
+            model, contacts.facts.has, later, contacts.q, contacts.u, p, n_k, contacts.kinds, contacts.laws, forces
         )
         if outcome != Outcome.COMPLETE:
             return Status.NOT_FINITE.value if outcome == Outcome.NOT_FINITE else Status.NOT_SOLVED.value
@@ -267,7 +251,7 @@ def list_touching(contacts, touch, forces):
 @kernel
 def goes_on(i, slip, contacts, touch):
     """Whether contact i is no part of the event, has not been struck, and moves as its mode says."""
-    event, mode = contacts.facts[EVENT], contacts.mode[i]
+    event, mode = contacts.facts.event, contacts.mode[i]
     if event < 0 or event // N_FUNCTIONS == i or touch.P[i, 0] != 0.0 or touch.P[i, 1] != 0.0:
         return False
     if event == N_FUNCTIONS * contacts.kinds.shape[0] and touch.is_lost[i] == 1:
@@ -290,7 +274,7 @@ def take_modes(is_first, is_lost, n_k, state, contacts, touch, forces):
         strikes = forces.number[island] == 0 or (is_lost and touch.is_lost[forces.work.closed[k]] == 1)
         if not strikes:
             slides = take_solution(island, n_k, state, contacts, touch, forces)
-            is_stopped = contacts.facts[SELECTION] == Selection.IMPACT and is_first
+            is_stopped = contacts.facts.selection == Selection.IMPACT and is_first
             strikes = forces.number[island] > 1 and slides and is_stopped
         if strikes:
             let_strike(island, 1, n_k, touch, forces)
@@ -337,7 +321,7 @@ def take_solution(island, n_k, state, contacts, touch, forces):
         planar.mu[n], planar.was_stuck[n] = forces.mu[k], 1 if was_stuck or was_caught else 0
         n += 1
     take = select(
-        kept, n, forces.member, forces.start, kinds, planar.mu, work.G, planar.was_stuck, contacts.facts[SELECTION],
+        kept, n, forces.member, forces.start, kinds, planar.mu, work.G, planar.was_stuck, contacts.facts.selection,
         tree,
     )  # fmt: skip
     is_noted = False
@@ -357,7 +341,7 @@ def take_solution(island, n_k, state, contacts, touch, forces):
     for m in range(n):
         contacts.several[forces.member[m]] = 1 if is_noted else 0
     if is_indeterminate:
-        state.counters[SEVERAL] += 0 if slides and n == 1 else 1  # of these the steps are counted
+        state.counters.several += 0 if slides and n == 1 else 1  # of these the steps are counted
     return slides
 
 
@@ -390,7 +374,7 @@ def strike_without_collision(model, p, t, x, state, contacts, touch):
         before += abs(touch.P[i, 0]) + abs(touch.P[i, 1])
     status = impact(model, p, t, x, True, True, address(state), address(contacts), address(touch))
     if status != Status.RUNNING:
-        state.counters[FAILED_CONTACT] = -1
+        state.counters.failed_contact = -1
         return status
     after = 0.0
     for i in range(n_c):
@@ -399,7 +383,7 @@ def strike_without_collision(model, p, t, x, state, contacts, touch):
         if touch.P[i, 0] != 0.0 and is_sliding and touch.kind[i] != INDETERMINATE:
             touch.kind[i] = INCONSISTENT
     if after == before:
-        state.counters[FAILED_CONTACT] = -1
+        state.counters.failed_contact = -1
         return Status.NO_SOLUTION
     return Status.RUNNING if look(model, p, t, x, NO_EVENT, contacts, touch) else Status.NOT_FINITE
 
@@ -424,13 +408,13 @@ def give_up_bounces(model, p, t, x, state, contacts, touch, forces):
 def close_low_bounces(model, p, t, x, contacts, touch):
     """Let the contacts touch whose next bounce is lower than the tolerance: (Status, whether there are any)."""
     work, kinds = contacts.work, contacts.kinds
-    n, n_c = contacts.facts[N_U], kinds.shape[0]
+    n, n_c = contacts.facts.n_u, kinds.shape[0]
     status = rigid_rates(model, p, address(contacts), t, x, touch.rates)
     if status != Status.RUNNING:
         return status, False
     for i in range(n_c):
         work.closed[i] = i
-    has = contacts.facts[HAS]
+    has = contacts.facts.has
     shift = row_shift(has, n, contacts.u)
     if not find_row_rates(model, has, shift, t, n, contacts.q, contacts.u, p, n_c, kinds, contacts.rates, work):
         return Status.NOT_FINITE.value, False
@@ -438,10 +422,10 @@ def close_low_bounces(model, p, t, x, contacts, touch):
         work.q_mid[j] = contacts.q[j]
     if not evaluate_rows(model, has, True, t, contacts.u, p, work):
         return Status.NOT_FINITE.value, False
-    height = max(contacts.numbers[ATOL], RESOLVED * rounded_length(n, contacts))
+    height = max(contacts.numbers.atol, RESOLVED * rounded_length(n, contacts))
     r = 0
     has_closed = False
-    contacts.numbers[FLIGHT] = math.inf
+    contacts.numbers.flight = math.inf
     for i in range(n_c):
         v = touch.gamma[i, 0]
         if kinds[i, 0] == UNILATERAL and touch.is_touching[i] == 0 and v > 0.0 and work.g_N[i] <= height:
@@ -454,7 +438,7 @@ def close_low_bounces(model, p, t, x, contacts, touch):
                 touch.accumulates[i] = 2.0 * v / (-a * (1.0 - e))
                 has_closed = True
             elif a < 0.0:
-                contacts.numbers[FLIGHT] = min(contacts.numbers[FLIGHT], 2.0 * v / -a)
+                contacts.numbers.flight = min(contacts.numbers.flight, 2.0 * v / -a)
         r += (1 if kinds[i, 0] != GIVEN_FORCE else 0) + kinds[i, 1]
     return Status.RUNNING.value, has_closed
 
@@ -462,7 +446,7 @@ def close_low_bounces(model, p, t, x, contacts, touch):
 @kernel
 def note_events(t, state, contacts, touch):
     """Append what changed: modes, impacts, paradoxes. The modes of a start are no event."""
-    is_start = contacts.facts[EVENT] == START and state.counters[STEPS] == 0
+    is_start = contacts.facts.event == START and state.counters.steps == 0
     for i in range(contacts.kinds.shape[0]):
         changed = contacts.mode[i] != state.mode[i] or contacts.slip[i] != state.slip[i]
         kind = touch.kind[i]
@@ -481,7 +465,7 @@ def note_events(t, state, contacts, touch):
 @kernel
 def write_event(t, i, kind, solutions, found, state, contacts, touch):
     """Append an event of contact i: modes, impulses and velocities before it, number and modes of its solutions."""
-    row, m = state.events, state.counters[N_EVENTS]
+    row, m = state.events, state.counters.n_events
     row[m, EVENT_T] = t + touch.accumulates[i]
     row[m, EVENT_KIND], row[m, EVENT_CONTACT] = kind, i
     row[m, EVENT_MODE_0], row[m, EVENT_SLIP_0] = state.mode[i], state.slip[i]
@@ -489,4 +473,4 @@ def write_event(t, i, kind, solutions, found, state, contacts, touch):
     row[m, EVENT_P_N], row[m, EVENT_P_F] = touch.P[i, 0], touch.P[i, 1]
     row[m, EVENT_GAMMA_N], row[m, EVENT_GAMMA_F] = touch.before[i, 0], touch.before[i, 1]
     row[m, EVENT_SOLUTIONS], row[m, EVENT_FOUND] = solutions, found
-    state.counters[N_EVENTS] += 1
+    state.counters.n_events += 1

@@ -6,19 +6,15 @@ unless it parts, gamma_N > 0. It rests where gamma_F = 0: to rounding and atol, 
 
 from __future__ import annotations
 
-import functools
-from typing import NamedTuple
+from typing import Annotated as Array
 
-from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, frozen
+from nonsmooth.blocks import Block, Floats, Ints
 from nonsmooth.contact_problem import evaluate_rows, row_velocities
-from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.contact_solvers.planar_problem import Planar
 from nonsmooth.integrators.records import N_LEDGER
 from nonsmooth.integrators.rigid_modes import (
-    ATOL,
     FRICTION,
-    HAS,
     N_FUNCTIONS,
-    N_U,
     N_WORKS,
     rounded_length,
     small_speed,
@@ -30,53 +26,38 @@ START = -2  # the event with which a run begins
 RESUME = -3  # and that with which it goes on after a stretch of time stepping
 
 
-class Touch(NamedTuple):
+class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"):
     """What is known of the contacts at the instant of an event."""
 
-    is_touching: Integers  # (c,) closed, and gamma_N = 0 once impacts are over
-    is_resting: Integers  # (c,) gamma_F = 0
-    gamma: Matrix  # (c, 2) contact velocities
-    before: Matrix  # (c, 2) those before the impacts
-    P: Matrix  # (c, 2) impulses of the event
-    kind: Integers  # (c,) kind of the event
-    strikes: Integers  # (c,) 1 where impulses are asked for
-    spread: Integers  # (c,) the same of the contacts that touch, one after the other
-    number: Integers  # (c,) island of a contact that strikes, -1 of others
-    is_lost: Integers  # (c,) 1 where a slide has lost its force
-    accumulates: Vector  # (c,) time that the bounces still take, which are given up; 0 where there are none
-    offset: Vector  # (r,)
-    none: Matrix  # (c, 1 + d) zero impulses
-    ledger: Vector  # (N_LEDGER,)
-    q: Vector  # (n,) the change of the state a moment later
-    u: Vector  # (n,)
-    u_0: Vector  # (n,) velocities before the event
-    x: Vector  # (N,) a state that is tried, and its rates
-    rates: Vector  # (N,)
-    found: IntegerTable  # (c, 2) number of solutions of its island, bits of the modes of a single contact
-    impacts: IntegerTable  # (c, 2) the same of the impact of the event that had most
-    planar: Planar
-
-
-@functools.lru_cache(maxsize=64)
-def touch_shapes(n: int, n_c: int, d: int) -> tuple:
-    """Shapes of ``Touch``."""
-    r = max(1, n_c * (1 + d))
-    return frozen({
-        **dict.fromkeys(("is_touching", "is_resting", "kind", "accumulates"), (n_c,)),
-        **dict.fromkeys(("strikes", "spread", "number", "is_lost"), (n_c,)),
-        **dict.fromkeys(("gamma", "before", "P"), (n_c, 2)), "offset": (r,), "none": (n_c, 1 + d),
-        "ledger": (N_LEDGER,),
-        **dict.fromkeys(("q", "u", "u_0"), (n,)), **dict.fromkeys(("x", "rates"), (2 * n + 3 * n_c + N_WORKS,)),
-        "found": (n_c, 2), "impacts": (n_c, 2),
-        "planar": frozen(planar_shapes(max(1, n_c), d)),
-    })  # fmt: skip
+    is_touching: Array[Ints, "n_c"]  # closed, and gamma_N = 0 once impacts are over
+    is_resting: Array[Ints, "n_c"]  # gamma_F = 0
+    gamma: Array[Floats, "n_c", 2]  # contact velocities
+    before: Array[Floats, "n_c", 2]  # those before the impacts
+    P: Array[Floats, "n_c", 2]  # impulses of the event
+    kind: Array[Ints, "n_c"]  # kind of the event
+    strikes: Array[Ints, "n_c"]  # 1 where impulses are asked for
+    spread: Array[Ints, "n_c"]  # the same of the contacts that touch, one after the other
+    number: Array[Ints, "n_c"]  # island of a contact that strikes, -1 of others
+    is_lost: Array[Ints, "n_c"]  # 1 where a slide has lost its force
+    accumulates: Array[Floats, "n_c"]  # time that the bounces still take, which are given up; 0 where there are none
+    offset: Array[Floats, "r"]
+    none: Array[Floats, "n_c", "1 + d"]  # zero impulses
+    ledger: Array[Floats, N_LEDGER]
+    q: Array[Floats, "n"]  # the change of the state a moment later
+    u: Array[Floats, "n"]
+    u_0: Array[Floats, "n"]  # velocities before the event
+    x: Array[Floats, "row"]  # a state that is tried, and its rates
+    rates: Array[Floats, "row"]
+    found: Array[Ints, "n_c", 2]  # number of solutions of its island, bits of the modes of a single contact
+    impacts: Array[Ints, "n_c", 2]  # the same of the impact of the event that had most
+    planar: Array[Planar, "n = max(1, n_c)"]
 
 
 @kernel
 def look(model, p, t, x, event, contacts, touch):
     """Which contacts touch and rest, and their velocities; False if a model function raised."""
-    work, kinds, has = contacts.work, contacts.kinds, contacts.facts[HAS]
-    n, n_c = contacts.facts[N_U], kinds.shape[0]
+    work, kinds, has = contacts.work, contacts.kinds, contacts.facts.has
+    n, n_c = contacts.facts.n_u, kinds.shape[0]
     for j in range(n):
         contacts.q[j], contacts.u[j] = x[j], x[n + j]
         work.q_mid[j] = x[j]
@@ -104,7 +85,7 @@ def look(model, p, t, x, event, contacts, touch):
         parts = kinds[i, 0] == UNILATERAL and touch.gamma[i, 0] > speed
         touch.is_touching[i] = 1 if is_closed and not parts else 0
         is_arrested = is_closing and contacts.mode[i] == ContactMode.SLIDE and event % N_FUNCTIONS == FRICTION
-        is_slow = abs(touch.gamma[i, 1]) <= speed + contacts.numbers[ATOL]
+        is_slow = abs(touch.gamma[i, 1]) <= speed + contacts.numbers.atol
         if event == START:  # a start says itself what rests
             is_slow = contacts.mode[i] == ContactMode.STICK
         touch.is_resting[i] = 1 if is_slow or is_arrested else 0

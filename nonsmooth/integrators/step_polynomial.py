@@ -12,41 +12,41 @@ Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated as Array
 
-from nonsmooth.blocks import Cube, Integers, Matrix, Vector
-from nonsmooth.integrators.radau_stages import DENSE, DONE, C
+from nonsmooth.blocks import Block, Floats
+from nonsmooth.integrators.radau_stages import DENSE, C
 from nonsmooth.jit import kernel
 
 DEGREE = 4
 # Tolerances of a component by which the stages, of order 3, may lie beside the polynomial. In smooth motion they do by
 # a few: the error estimate of a step is of order 3 too.
 BESIDE = 10.0
-# counts of the steps
-N_STEPS, IS_KEPT = range(2)
 
 
-class Steps(NamedTuple):
+class StepsCounts(Block):
+    """Of the steps that were taken."""
+
+    n_steps: int
+    is_kept: int  # 1 where they are kept
+
+
+class Steps(Block, degree=DEGREE):
     """Steps that a run took, m of them; the caller empties them. Where they are not kept, the last one alone."""
 
-    counts: Integers  # (2,)
-    t: Vector  # (m,) beginnings
-    h: Vector  # (m,) lengths
-    q: Matrix  # (m, n) at the beginning
-    u: Matrix  # (m, n)
-    B: Cube  # (m, 4, n)
-
-
-def steps_shapes(m: int, n: int) -> dict[str, tuple[int, ...]]:
-    """Shapes of ``Steps``."""
-    return {"counts": (2,), "t": (m,), "h": (m,), "q": (m, n), "u": (m, n), "B": (m, DEGREE, n)}
+    counts: StepsCounts
+    t: Array[Floats, "m"]  # beginnings
+    h: Array[Floats, "m"]  # lengths
+    q: Array[Floats, "m", "n"]  # at the beginning
+    u: Array[Floats, "m", "n"]
+    B: Array[Floats, "m", "degree", "n"]
 
 
 @kernel
 def begin_polynomial(t, n, ode, steps):
     """Note the beginning of a step that is about to be accepted; B_1 = h u'_0."""
-    m = steps.counts[N_STEPS]
-    h = ode.clock[DONE]
+    m = steps.counts.n_steps
+    h = ode.clock.done
     steps.t[m], steps.h[m] = t, h
     for i in range(n):
         steps.q[m, i], steps.u[m, i] = ode.x[i], ode.x[n + i]
@@ -56,7 +56,7 @@ def begin_polynomial(t, n, ode, steps):
 @kernel
 def end_polynomial(n, ode, steps):
     """Find B from the end of the step, which has been accepted."""
-    m = steps.counts[N_STEPS]
+    m = steps.counts.n_steps
     B, h = steps.B, steps.h[m]
     for i in range(n):
         u_0 = steps.u[m, i]
@@ -72,8 +72,8 @@ def end_polynomial(n, ode, steps):
             if not abs(polynomial(m, i, C[s], steps) - ode.Z[s, n + i]) <= reach:
                 collocate(m, i, change, mean, ode.Z[0, n + i], ode.Z[1, n + i], ode.Z[2, n + i], steps)
                 break
-    if steps.counts[IS_KEPT] != 0:
-        steps.counts[N_STEPS] += 1
+    if steps.counts.is_kept != 0:
+        steps.counts.n_steps += 1
 
 
 @kernel

@@ -21,7 +21,6 @@ import functools
 import hashlib
 import sys
 import types
-import typing
 from collections.abc import Callable
 from typing import Any
 
@@ -218,10 +217,8 @@ class Survey:
         elif issubclass(cls, tuple) and hasattr(cls, "_fields"):
             self.put(b"NamedTuple", *map(str.encode, cls._fields))
             self.value(tuple(getattr(cls, "_field_defaults", {}).items()), f"a default of {name}")
-            for field, shape, block in _block_fields(cls):
-                self.put(field.encode(), shape)
-                if block is not None:
-                    self._class(block, f"{name}.{field}")
+        elif hasattr(cls, "layout_identity"):  # a block
+            self.put(b"block", cls.layout_identity())
         elif issubclass(cls, BaseException) or library_path(cls, self.is_library):
             self.put(b"class", f"{cls.__module__}.{cls.__qualname__}".encode())
         else:
@@ -309,18 +306,3 @@ def python_function(value: Any) -> types.FunctionType | None:
     """The Python function of what the user compiled with numba; None for anything else."""
     source = _numba_source(value)
     return None if source is None else source[1]
-
-
-@functools.cache
-def _block_fields(cls: type) -> list[tuple[str, bytes, type | None]]:
-    """The fields of a block class: what their annotations say of the arrays, and the classes of nested blocks."""
-    try:
-        hints = typing.get_type_hints(cls, include_extras=True)
-    except Exception:  # an annotation that means nothing here: no block, whose annotations are read
-        return []
-    fields = []
-    for name, hint in hints.items():
-        is_block = isinstance(hint, type) and issubclass(hint, tuple) and hasattr(hint, "_fields")
-        shape = tuple(part for part in getattr(hint, "__metadata__", ()) if type(part) in SCALARS)
-        fields.append((name, constant(shape), hint if is_block else None))
-    return fields

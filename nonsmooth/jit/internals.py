@@ -47,6 +47,7 @@ from numba.core import cgutils as cgutils
 from numba.core import sigutils as sigutils
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
+from numba.core.imputils import lower_setattr_generic as lower_setattr_generic
 from numba.core.registry import cpu_target
 from numba.core.types import functions
 from numba.core.typing import templates

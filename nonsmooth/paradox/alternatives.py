@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nonsmooth.blocks import new_block
-from nonsmooth.contact_solvers.modes import Tree, enumerate_modes, leaves, tree_shapes
-from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.blocks import new
+from nonsmooth.contact_solvers.modes import Tree, enumerate_modes, leaves
+from nonsmooth.contact_solvers.planar_problem import Planar
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.jit import interpreted
 from nonsmooth.laws import ImpactLaw
@@ -115,18 +115,18 @@ def solve_velocities(problem: Problem, kinds: np.ndarray, gamma: np.ndarray) -> 
     """Every impulse P (m, r) with gamma+ = G P + gamma within the laws; redundant contacts are decided if need be."""
     n, r = len(problem.closed), len(problem.c)
     listed, no_force = np.arange(n), np.zeros(n)
-    tree = new_block(Tree, tree_shapes(n, r, KEPT))
+    tree = new(Tree, n=n, r=r, kept=KEPT)
     found, is_complete = enumerate_modes(
         n, listed, problem.start, kinds, problem.mu, problem.mu_static, no_force, problem.G, gamma, tree.address
     )
     if is_complete:
-        return tree.arrays.solutions[: min(found, KEPT)]
-    planar = new_block(Planar, planar_shapes(n, 1, KEPT))
-    planar.arrays.mu[:], planar.arrays.mu_static[:] = problem.mu, problem.mu_static
+        return tree.solutions[: min(found, KEPT)]
+    planar = new(Planar, n=n, d=1, kept=KEPT)
+    planar.mu[:], planar.mu_static[:] = problem.mu, problem.mu_static
     found = enumerate_redundant(
         n, listed, problem.start, kinds, problem.G, problem.G, gamma, np.zeros(r), planar.address
     )
-    return planar.arrays.tree.solutions[: min(found, KEPT)]
+    return planar.tree.solutions[: min(found, KEPT)]
 
 
 def velocities(problem: Problem) -> np.ndarray:

@@ -18,15 +18,15 @@ Source: Lötstedt, *ZAMM* 61 (1981) 605; Génot, Brogliato, *Eur. J. Mech. A/Sol
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Annotated as Array
 
 from nonsmooth.acceleration_problem import acceleration_problem
-from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, address, view
-from nonsmooth.contact_problem import Work, evaluate_rows, row_velocities, work_shapes
+from nonsmooth.blocks import Block, Floats, Ints, address, view
+from nonsmooth.contact_problem import Work, evaluate_rows, row_velocities
 from nonsmooth.contact_solvers.implied import are_dependent
 from nonsmooth.contact_solvers.islands import find_held_islands
 from nonsmooth.contact_solvers.modes import enumerate_modes, leaves
-from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.contact_solvers.planar_problem import Planar
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.contact_solvers.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
 from nonsmooth.errors import Status
@@ -54,52 +54,37 @@ class Situation(IntEnum):
     MOVING_APART = 6  # bilateral with gamma_N != 0
 
 
-class Forces(NamedTuple):
+class Forces(Block, most=MAX_CONTACTS, kept=KEPT, c="max(1, n_c)", r="max(1, n_c * (1 + d))"):
     """Arrays of the search for forces. c = contacts, r = rows."""
 
     work: Work
-    rates: Matrix  # (4, r)
-    situation: Integers  # (c,) of every contact
-    gamma: Matrix  # (c, 2) gamma_N, gamma_F of every contact
-    slip: Integers  # (c,) sign of sliding of each closed contact, 0 at rest
-    mu: Vector  # (c,) of each closed contact, at its present speed
-    mu_static: Vector  # (c,)
-    normal: Vector  # (c,) given normal forces of the closed contacts
-    sigma: Integers  # (c,) sign of la_N tried at bilateral contacts that slide
-    kinds: IntegerTable  # (c, 2) of the reduced problem, as what follows up to the tree
-    asked: Integers  # (c,) 1 for closed contacts whose island is looked at
-    contact: Integers  # (c,) position among the closed contacts
-    member: Integers  # (c,) and number of a contact of an island
-    listed: Integers  # (c,) 0, 1, 2 ...
-    start: Integers  # (c + 1,)
-    row: Integers  # (r,) row of the full problem
-    G: Matrix  # (r, r)
-    K: Matrix  # (r, r) G without friction
-    b: Vector  # (r,)
-    P: Vector  # (r,) scratch
-    planar: Planar  # friction of the reduced problem, and its solutions
-    held: Integers  # (c,) rows of each closed contact that stay in the reduced problem
-    island: Integers  # (c,) of each closed contact
-    number: Integers  # (c,) solutions of each island
-    outcome: Integers  # (c,) Outcome of each island
-    candidate: IntegerTable  # (kept, c) modes of each solution of the island of each closed contact
-    la: Matrix  # (kept, r) and its forces, by row of the full problem
-    taken: Vector  # (r,) the forces that an integrator takes of them
-
-
-def forces_shapes(n: int, n_c: int, d: int, kept: int = KEPT) -> dict:
-    """Shapes of ``Forces``."""
-    r = max(1, n_c * (1 + d))
-    c = max(1, n_c)
-    per_contact = dict.fromkeys(
-        ("situation", "slip", "mu", "mu_static", "normal", "sigma", "contact", "listed", "held", "asked", "member",
-         "island", "number", "outcome"), (c,),
-    )  # fmt: skip
-    return {
-        **per_contact, "work": work_shapes(n, n_c, d), "rates": (4, r), "gamma": (c, 2), "kinds": (c, 2),
-        "start": (c + 1,), "row": (r,), "G": (r, r), "K": (r, r), **dict.fromkeys(("b", "P", "taken"), (r,)),
-        "candidate": (kept, c), "la": (kept, r), "planar": planar_shapes(min(max(c, 2), MAX_CONTACTS), d, kept),
-    }  # fmt: skip
+    rates: Array[Floats, 4, "r"]
+    situation: Array[Ints, "c"]  # of every contact
+    gamma: Array[Floats, "c", 2]  # gamma_N, gamma_F of every contact
+    slip: Array[Ints, "c"]  # sign of sliding of each closed contact, 0 at rest
+    mu: Array[Floats, "c"]  # of each closed contact, at its present speed
+    mu_static: Array[Floats, "c"]
+    normal: Array[Floats, "c"]  # given normal forces of the closed contacts
+    sigma: Array[Ints, "c"]  # sign of la_N tried at bilateral contacts that slide
+    kinds: Array[Ints, "c", 2]  # of the reduced problem, as what follows up to the tree
+    asked: Array[Ints, "c"]  # 1 for closed contacts whose island is looked at
+    contact: Array[Ints, "c"]  # position among the closed contacts
+    member: Array[Ints, "c"]  # and number of a contact of an island
+    listed: Array[Ints, "c"]  # 0, 1, 2 ...
+    start: Array[Ints, "c + 1"]
+    row: Array[Ints, "r"]  # row of the full problem
+    G: Array[Floats, "r", "r"]
+    K: Array[Floats, "r", "r"]  # G without friction
+    b: Array[Floats, "r"]
+    P: Array[Floats, "r"]  # scratch
+    planar: Array[Planar, "n = min(max(n_c, 2), most)", "kept = kept"]  # of the reduced problem
+    held: Array[Ints, "c"]  # rows of each closed contact that stay in the reduced problem
+    island: Array[Ints, "c"]  # of each closed contact
+    number: Array[Ints, "c"]  # solutions of each island
+    outcome: Array[Ints, "c"]  # Outcome of each island
+    candidate: Array[Ints, "kept", "c"]  # modes of each solution of the island of each closed contact
+    la: Array[Floats, "kept", "r"]  # and its forces, by row of the full problem
+    taken: Array[Floats, "r"]  # the forces that an integrator takes of them
 
 
 class Outcome(IntEnum):
@@ -276,13 +261,13 @@ def find_forces_of(island, n_k, kinds, forces):
         if n > forces.planar.mu.shape[0] or pairs * leaves(n, forces.listed, forces.kinds, MAX_MODES) > MAX_MODES:
             return Outcome.TOO_MANY.value, 0
         number = 1
-        is_complete = n < 2 or planar.can_decide_redundant[0] == 0 or not are_dependent(start[n], forces.K, b, tree)
+        is_complete = n < 2 or planar.can_decide_redundant == 0 or not are_dependent(start[n], forces.K, b, tree)
         if n > 0 and is_complete:
             number, is_complete = enumerate_modes(
                 n, forces.listed, start, forces.kinds, planar.mu, planar.mu_static, planar.normal_impulse,
                 G, b, address(tree),
             )  # fmt: skip
-        if not is_complete and planar.can_decide_redundant[0] == 0:
+        if not is_complete and planar.can_decide_redundant == 0:
             outcome = Outcome.SINGULAR.value
         elif not is_complete:
             number = enumerate_redundant(

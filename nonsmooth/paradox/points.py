@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.arrays import as_number, as_vector, is_number, result_of
-from nonsmooth.blocks import Block, new_block
+from nonsmooth.blocks import new
 from nonsmooth.compiled import Model, Shelf, model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.inspection import inspect_instant
 from nonsmooth.jit import CannotCompile, interpreted, load_all
-from nonsmooth.laws import LAW_C, LAW_E_F, LAW_E_N, LAW_WIDTH
-from nonsmooth.paradox.forces import KEPT, Forces, Outcome, forces_shapes
+from nonsmooth.laws import LAW_C, LAW_E_F, LAW_E_N
+from nonsmooth.paradox.forces import KEPT, Forces, Outcome
 from nonsmooth.paradox.search import NATURAL, PARAMETER, VARIABLE, Table, search_points
 from nonsmooth.paradox.state_problem import ENTRY_POINTS, decide_redundant
 from nonsmooth.parameters import parameter_tuple
@@ -180,48 +180,42 @@ class Points:
         """One call; with redundant contacts decided if that is asked for."""
         system = self.system
         n_c = max(1, system.n_c)
-        forces = new_block(
-            Forces, forces_shapes(system.n_u, system.n_c, system.d, kept if n_c == 1 else max(kept, KEPT))
-        )
+        room = kept if n_c == 1 else max(kept, KEPT)
+        forces = new(Forces, n=system.n_u, n_c=system.n_c, d=system.d, kept=room)
         if is_redundant:
-            decide_redundant(forces.arrays, model.is_compiled)
+            decide_redundant(forces, model.is_compiled)
         compiled = self.natural if states is None else None
         natural = compiled.handle if compiled is not None else 0
         table = self._new_table(columns, states, kept)
         run = search_points if model.is_compiled else interpreted(search_points)
-        handles = [block.address if model.is_compiled else block.arrays for block in (forces, table)]
+        handles = [block.address if model.is_compiled else block for block in (forces, table)]
         run(model.handle, model_facts(system), natural, system.kinds, self.t, *handles)
-        arrays: Table = table.arrays
         return Found(
-            arrays.number, arrays.outcome, arrays.p_s, arrays.b, arrays.gamma_F,
-            arrays.la_N.reshape(-1, kept, n_c), arrays.modes.reshape(-1, kept, n_c),
+            table.number, table.outcome, table.p_s, table.b, table.gamma_F,
+            table.la_N.reshape(-1, kept, n_c), table.modes.reshape(-1, kept, n_c),
         )  # fmt: skip
 
-    def _new_table(self, columns: list[np.ndarray], states: np.ndarray | None, kept: int) -> Block:
+    def _new_table(self, columns: list[np.ndarray], states: np.ndarray | None, kept: int) -> Table:
         """A block with the values, the defaults and the laws filled in."""
         system = self.system
-        n, m, n_c = system.n_q + system.n_u, len(columns[0]), max(1, system.n_c)
+        m, n_c = len(columns[0]), max(1, system.n_c)
         places = list(self.variables), list(system.parameter_values)
         links = law_links(system)
-        table = new_block(Table, {
-            "values": (len(columns), m), "names": (len(columns), 2),
-            "links": (len(links), 3), "laws": (n_c, LAW_WIDTH), "s": (len(self.variables),), "p": (len(system.p),),
-            "x": (n,), "q": (system.n_q,), "u": (system.n_u,), "states": (1 if states is None else m, n),
-            "number": (m,), "outcome": (m,), "p_s": (m, n_c), "b": (m, n_c), "gamma_F": (m, n_c),
-            "la_N": (m, kept * n_c), "modes": (m, kept * n_c),
-        })  # fmt: skip
-        arrays: Table = table.arrays
+        table = new(
+            Table, a=len(columns), m=m, l=len(links), c=n_c, k=kept, n_s=len(self.variables), n_p=len(system.p),
+            n_q=system.n_q, n_u=system.n_u, n_states=1 if states is None else m,
+        )  # fmt: skip
         for j, (name, values) in enumerate(zip(self.names, columns, strict=True)):
-            arrays.values[j] = values
+            table.values[j] = values
             kind = VARIABLE if name in self.variables else PARAMETER
-            arrays.names[j] = kind, places[kind].index(name)
-        arrays.links[:] = links
-        arrays.laws[: system.n_c] = system.laws
-        arrays.p[:] = system.p
+            table.names[j] = kind, places[kind].index(name)
+        table.links[:] = links
+        table.laws[: system.n_c] = system.laws
+        table.p[:] = system.p
         if states is None:
-            arrays.s[:] = [self.default(name) for name in self.variables]
+            table.s[:] = [self.default(name) for name in self.variables]
         else:
-            arrays.states[:] = states
+            table.states[:] = states
         return table
 
 

@@ -7,11 +7,12 @@ of them; ``paradox.forces`` does the rest.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated as Array
 
-from nonsmooth.blocks import Integers, IntegerTable, Matrix, Vector, view
+from nonsmooth.blocks import Block, Floats, Ints, view
 from nonsmooth.contact_solvers.single import PULL_MINUS
 from nonsmooth.jit import call_model, kernel
+from nonsmooth.laws import LAW_WIDTH
 from nonsmooth.paradox.forces import Forces, Outcome, forces_at_state, solution_of
 from nonsmooth.system import BILATERAL, GIVEN_FORCE
 
@@ -20,26 +21,28 @@ NO_SOLUTION, OPEN = -1, PULL_MINUS + 1  # codes of modes beside those of contact
 NATURAL = 0  # the only function of a compiled natural state
 
 
-class Table(NamedTuple):
+class Table(Block):
     """What the points are made of, and what is found there. a = names, m = points, c = contacts, k = kept."""
 
-    values: Matrix  # (a, m) of each name at each point
-    names: IntegerTable  # (a, 2) VARIABLE or PARAMETER, and its place in s or p
-    links: IntegerTable  # (l, 3) contact, column of its law, place in p: coefficients that are parameters
-    laws: Matrix  # (c, LAW_WIDTH)
-    s: Vector  # natural variables
-    p: Vector  # parameters
-    x: Vector  # (n_q + n_u,)
-    q: Vector
-    u: Vector
-    states: Matrix  # (m, n_q + n_u) given states, where the model has no natural state of its own; else (1, 1)
-    number: Integers  # (m,) solutions
-    outcome: Integers  # (m,)
-    p_s: Matrix  # (m, c) the smallest p of the slides that the state admits
-    b: Matrix  # (m, c)
-    gamma_F: Matrix  # (m, c)
-    la_N: Matrix  # (m, k c)
-    modes: IntegerTable  # (m, k c)
+    values: Array[Floats, "a", "m"]  # of each name at each point
+    names: Array[Ints, "a", 2]  # VARIABLE or PARAMETER, and its place in s or p
+    links: Array[Ints, "l", 3]  # contact, column of its law, place in p: coefficients that are parameters
+    laws: Array[Floats, "c", LAW_WIDTH]
+    s: Array[Floats, "n_s"]  # natural variables
+    p: Array[Floats, "n_p"]  # parameters
+    x: Array[Floats, "n_q + n_u"]
+    q: Array[Floats, "n_q"]
+    u: Array[Floats, "n_u"]
+    states: Array[
+        Floats, "n_states", "n_q + n_u"
+    ]  # given, one a point, where the model has no natural state; else one row
+    number: Array[Ints, "m"]  # solutions
+    outcome: Array[Ints, "m"]
+    p_s: Array[Floats, "m", "c"]  # the smallest p of the slides that the state admits
+    b: Array[Floats, "m", "c"]
+    gamma_F: Array[Floats, "m", "c"]
+    la_N: Array[Floats, "m", "k * c"]
+    modes: Array[Ints, "m", "k * c"]
 
 
 @kernel("void(int64, int64, int64, int64[:, ::1], float64, int64, int64)", short_loops=True)

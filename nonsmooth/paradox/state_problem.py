@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nonsmooth.blocks import Block, new_block
+from nonsmooth.blocks import new
 from nonsmooth.compiled import model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.contact_solvers.modes import enumerate_modes
@@ -18,7 +18,7 @@ from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
 from nonsmooth.inspection import inspect_instant
 from nonsmooth.jit import interpreted, load_all
-from nonsmooth.paradox.forces import Forces, Outcome, Situation, forces_at_state, forces_shapes
+from nonsmooth.paradox.forces import Forces, Outcome, Situation, forces_at_state
 from nonsmooth.system import FORCE, GIVEN_FORCE, MASS, System
 
 ROUNDING = 1e-13  # of the terms of a sum: a smaller sum is zero
@@ -141,7 +141,7 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
     has = model_facts(system)
     block = kept_block(has, system.n_u, system.n_c, system.d)
     arguments = (model.handle, has, t, q, u, system.p, system.kinds, system.laws)
-    arrays = block.arrays
+    arrays = block
     search = forces_at_state if model.is_compiled else interpreted(forces_at_state)
     if model.is_compiled:
         load_all(ENTRY_POINTS)
@@ -170,14 +170,14 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
     )  # fmt: skip
 
 
-def kept_block(has: int, n: int, n_c: int, d: int) -> Block:
+def kept_block(has: int, n: int, n_c: int, d: int) -> Forces:
     """The thread's memory for systems with these functions and sizes; making it anew takes longer than the search.
 
     What a function of the system writes is written in every search; what no function writes stays zero.
     """
     blocks = _memory.__dict__.setdefault("blocks", {})
     if (has, n, n_c, d) not in blocks:
-        blocks[has, n, n_c, d] = new_block(Forces, forces_shapes(n, n_c, d))
+        blocks[has, n, n_c, d] = new(Forces, n=n, n_c=n_c, d=d)
     return blocks[has, n, n_c, d]
 
 
@@ -185,7 +185,7 @@ def decide_redundant(arrays: Forces, is_compiled: bool) -> None:
     """Let a search decide modes with singular equations; compiled when first met."""
     if is_compiled:
         enumerate_redundant.load()
-    arrays.planar.can_decide_redundant[0] = 1
+    arrays.planar.can_decide_redundant = 1
 
 
 def free_motion(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.blocks import Block, new_block
+from nonsmooth.blocks import new
 from nonsmooth.compiled import loop_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import Status
@@ -18,11 +18,10 @@ from nonsmooth.initial_state import check_mass, project_state
 from nonsmooth.inspection import inspect_start
 from nonsmooth.integrators.adaptive_switch import EVENTS_AT_ONCE
 from nonsmooth.integrators.compliant_contacts import N_WORKS, OMEGA
-from nonsmooth.integrators.penalty_loop import ROWS, Trail, trail_shapes
+from nonsmooth.integrators.penalty_loop import Trail
 from nonsmooth.integrators.radau import SMALLEST
-from nonsmooth.integrators.radau_stages import DONE, EVALUATIONS, FACTORISATIONS, JACOBIANS, NOW, REJECTED
-from nonsmooth.integrators.records import N_LEDGER, STEPS, Record, State, state_shapes
-from nonsmooth.integrators.step_polynomial import IS_KEPT, N_STEPS
+from nonsmooth.integrators.records import N_LEDGER, Columns, State
+from nonsmooth.integrators.step_polynomial import DEGREE
 from nonsmooth.jit import interpreted
 from nonsmooth.motion import Motion, join
 from nonsmooth.runs.run import Run
@@ -42,6 +41,7 @@ class AdaptiveRun(Run):
     follows_since = -math.inf  # [s] begin of the stretch whose events are followed
     doublings = 0  # of the length of a stretch that another integrator takes over
     stretches, handed_over = 0, 0.0  # how many there were, and their time [s]
+    pieces, degree = 1, DEGREE  # polynomials a step, at most, and their degree
 
     def __init__(
         self,
@@ -64,10 +64,9 @@ class AdaptiveRun(Run):
         if project:
             q0, u0 = project_state(system, t_0, q0, u0)
         n, n_c, d = system.n_u, system.n_c, system.d
-        self.state_block = new_block(State, state_shapes(n, n_c, d, EVENT_CAPACITY + EVENTS_AT_ONCE * n_c))
-        self.scratch_block = integrator.scratch(system, self.has, t_0, float(t_record[-1]), q0, u0)
-        self.trail_block = self._new_trail(keeps_steps=every == 1)
-        self.state: State = self.state_block.arrays
+        self.state = new(State, n=n, n_c=n_c, d=d, capacity=EVENT_CAPACITY + EVENTS_AT_ONCE * n_c)
+        self.scratch = integrator.scratch(system, self.has, t_0, float(t_record[-1]), q0, u0)
+        self.trail = self._new_trail(keeps_steps=every == 1)
         self.state.q[:], self.state.u[:] = q0, u0
         self.rows: list[tuple[np.ndarray, ...]] = []
         self.steps: list[tuple[np.ndarray, ...]] = []
@@ -76,17 +75,14 @@ class AdaptiveRun(Run):
         self.status = Status.RUNNING
         self.wall_time = 0.0
 
-    def _new_trail(self, keeps_steps: bool) -> Block:
+    def _new_trail(self, keeps_steps: bool) -> Trail:
         """Room for the rows of a block, and for its steps where they are wanted."""
         self.keeps_steps = keeps_steps
         rows = len(self.t_record) if self.every == 0 else ROW_CAPACITY
-        block = new_block(Trail, self._trail_shapes(rows, keeps_steps))
-        block.arrays.steps.counts[IS_KEPT] = keeps_steps
-        return block
-
-    def _trail_shapes(self, rows: int, keeps_steps: bool) -> dict[str, Any]:
-        """Shapes of the trail."""
-        return trail_shapes(rows, BLOCK if keeps_steps else 1, self.system.n_u, self.system.n_c)
+        steps = self.pieces * BLOCK if keeps_steps else 1
+        trail = new(Trail, m=rows, steps=steps, degree=self.degree, n=self.system.n_u, n_c=self.system.n_c)
+        trail.steps.counts.is_kept = keeps_steps
+        return trail
 
     def _failed_problem(self, message: str) -> None:
         """Steps of chosen length solve no contact problem of their own."""
@@ -103,7 +99,7 @@ class AdaptiveRun(Run):
     def _collect_rows(self) -> None:
         if self.every > 0:
             self.rows.append(self._written())
-            self.trail_block.arrays.counts[ROWS] = 0
+            self.trail.counts.rows = 0
         if self.keeps_steps:
             self.steps.append(self._new_steps())
 
@@ -114,12 +110,12 @@ class AdaptiveRun(Run):
 
     def keep_steps(self) -> None:
         """Keep the motion within the steps, whichever are recorded; before the first of them."""
-        self.trail_block = self._new_trail(keeps_steps=True)
+        self.trail = self._new_trail(keeps_steps=True)
 
     def _watched_block(self, max_steps: int) -> int:
         """A block, and the events of the user in it; at a reason to stop the block is run anew, to end there."""
         assert self.watch is not None
-        memories = [block.memory for block in (self.state_block, self.trail_block, self.scratch_block)]
+        memories = [block.words for block in (self.state, self.trail, self.scratch)]
         before = [memory.copy() for memory in memories]
         n_rows, n_steps, n_events = len(self.rows), len(self.steps), len(self.events)
         handed = self.follows_since, self.doublings, self.stretches, self.handed_over
@@ -156,35 +152,35 @@ class AdaptiveRun(Run):
     @property
     def blocks(self) -> tuple[Any, ...]:
         """The blocks as the loop takes them: addresses, or arrays in the interpreter."""
-        blocks = (self.state_block, self.trail_block, self.scratch_block)
-        return tuple(block.address if self.model.is_compiled else block.arrays for block in blocks)
+        blocks = (self.state, self.trail, self.scratch)
+        return tuple(block.address if self.model.is_compiled else block for block in blocks)
 
     def _written(self) -> tuple[np.ndarray, ...]:
         """The columns of the trail's rows."""
-        counts, _, *columns = self.trail_block.arrays
-        return tuple(column[: counts[ROWS]].copy() for column in columns)
+        counts, _, *columns = self.trail
+        return tuple(column[: counts.rows].copy() for column in columns)
 
     def _new_steps(self) -> tuple[np.ndarray, ...]:
         """The steps of the block that was run, taken out of the trail."""
-        counts, *columns = self.trail_block.arrays.steps
-        taken = tuple(column[: counts[N_STEPS]].copy() for column in columns)
-        counts[N_STEPS] = 0
+        counts, *columns = self.trail.steps
+        taken = tuple(column[: counts.n_steps].copy() for column in columns)
+        counts.n_steps = 0
         return taken
 
     def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
-        t, n, ode = self._time(), self.system.n_u, self.scratch_block.arrays.ode
-        ends = ((SMALLEST * abs(t), ode.trial), (float(ode.clock[DONE]), ode.x_1))
+        t, n, ode = self._time(), self.system.n_u, self.scratch.ode
+        ends = ((SMALLEST * abs(t), ode.trial), (float(ode.clock.done), ode.x_1))
         return [(t, self.state.q, self.state.u), *((t + part, x[:n], x[n : 2 * n]) for part, x in ends)]
 
     def _time(self) -> float:
-        return float(self.scratch_block.arrays.ode.clock[NOW])
+        return float(self.scratch.ode.clock.now)
 
     def _place(self) -> tuple[np.ndarray, np.ndarray]:
-        x, n = self.scratch_block.arrays.ode.x, self.system.n_u
+        x, n = self.scratch.ode.x, self.system.n_u
         return x[:n], x[n : 2 * n]
 
     def _modes(self) -> np.ndarray:
-        return self.scratch_block.arrays.contacts.mode
+        return self.scratch.contacts.mode
 
     def _load_for_retry(self) -> bool:
         return False  # compliant contacts have no contact problem to solve
@@ -205,37 +201,37 @@ class AdaptiveRun(Run):
 
     def _start_row(self) -> list[tuple[np.ndarray, ...]]:
         """The state of a run that failed before it wrote a row, as the only one."""
-        if self.trail_block.arrays.counts[ROWS] or any(len(row[0]) for row in self.rows):
+        if self.trail.counts.rows or any(len(row[0]) for row in self.rows):
             return []
-        x, la, mode, slip = (np.zeros((1, *column.shape[1:])) for column in self.trail_block.arrays[3:])
+        x, la, mode, slip = (np.zeros((1, *column.shape[1:])) for column in list(self.trail)[3:])
         x[0, : 2 * self.system.n_u] = *self.state.q, *self.state.u
-        contacts = self.scratch_block.arrays.contacts
+        contacts = self.scratch.contacts
         mode[0], slip[0] = contacts.mode, contacts.slip
         return [(np.array([self._time()]), x, la, mode, slip)]
 
-    def _record_of(self, x: np.ndarray, mode: np.ndarray, slip: np.ndarray, P_0: np.ndarray) -> Record:
+    def _record_of(self, x: np.ndarray, mode: np.ndarray, slip: np.ndarray, P_0: np.ndarray) -> Columns:
         """The record of rows of the trail; P_0 (1, n_c, 2): the impulses up to the row before them."""
         n, n_c, d = self.system.n_u, self.system.n_c, self.system.d
         q, u, z, P_N, P_F, works = np.split(x, np.cumsum([n, n, n_c, n_c, n_c]), axis=1)
         P = np.diff(np.stack((P_N, P_F), axis=2), axis=0, prepend=P_0)[:, :, : 1 + d]
         ledger = np.zeros((len(x), N_LEDGER))
         ledger[:, :N_WORKS] = works
-        return Record(q, u, z / self.gap_scale(), P, mode.astype(np.int64), slip.astype(np.int64), ledger)
+        return Columns(q, u, z / self.gap_scale(), P, mode.astype(np.int64), slip.astype(np.int64), ledger)
 
     def _motion_of_steps(self, t: np.ndarray, q: np.ndarray, u: np.ndarray) -> Callable[[], Motion] | None:
         """What joins the steps to the motion, if they were kept."""
-        if not self.steps or sum(len(block[0]) for block in self.steps) < self.state.counters[STEPS]:
+        if not self.steps or sum(len(block[0]) for block in self.steps) < self.state.counters.steps:
             return None
         return functools.partial(join, self.steps, (t[0], q[0], u[0]), (t[-1], q[-1], u[-1]))
 
     def gap_scale(self) -> np.ndarray:
         """(n_c,) What the trail holds in place of a gap, z = scale g_N."""
-        return self.scratch_block.arrays.contacts.constants[:, OMEGA]
+        return self.scratch.contacts.constants[:, OMEGA]
 
     def _stats(self) -> Stats:
-        counters = self.scratch_block.arrays.ode.counters
+        counters = self.scratch.ode.counters
         return Stats.from_run(
             self.state, self.wall_time, self.compile_time, self.events_dropped, self.model.is_compiled,
-            rejected=int(counters[REJECTED]), evaluations=int(counters[EVALUATIONS]),
-            jacobians=int(counters[JACOBIANS]), factorisations=int(counters[FACTORISATIONS]),
+            rejected=int(counters.rejected), evaluations=int(counters.evaluations),
+            jacobians=int(counters.jacobians), factorisations=int(counters.factorisations),
         )  # fmt: skip

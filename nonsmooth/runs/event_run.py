@@ -9,7 +9,7 @@ import numpy as np
 
 from nonsmooth.errors import InitialStateWarning, Status
 from nonsmooth.initial_state import examine_state
-from nonsmooth.integrators.records import EVENT_T, N_EVENTS, STEPS
+from nonsmooth.integrators.records import EVENT_T
 from nonsmooth.paradox.forces import MAX_MODES
 from nonsmooth.runs.adaptive_run import AdaptiveRun
 from nonsmooth.runs.hand_over import GIVEN_UP, LOOK, MANY, are_dense, step_over, unit
@@ -28,14 +28,14 @@ class EventRun(AdaptiveRun):
         start = examine_state(system, self.model, self.has, float(t_record[0]), self.state.q, self.state.u)
         if not start.is_admissible:
             warnings.warn(start.message, InitialStateWarning, stacklevel=5)
-        integrator.begin(self.scratch_block.arrays, start.mode, start.slip, selection)
+        integrator.begin(self.scratch, start.mode, start.slip, selection)
 
     def _block(self, max_steps: int) -> int:
         """A block, and where its events are too dense a stretch of another integrator, if there is one."""
         stepper = getattr(self.integrator, "hand_over", None)
         if stepper is None:
             return super()._block(max_steps)
-        steps_left = self.budget - int(self.state.counters[STEPS])
+        steps_left = self.budget - int(self.state.counters.steps)
         status = super()._block(max(1, min(LOOK, steps_left)))  # whatever the clock says
         if status in GIVEN_UP or (status == Status.RUNNING and are_dense(self._recent_events(), unit(self, stepper))):
             return step_over(self, stepper, status)
@@ -43,13 +43,13 @@ class EventRun(AdaptiveRun):
 
     def _recent_events(self) -> np.ndarray:
         """The last events (MANY, EVENT_WIDTH) since events are followed."""
-        new = self.state.events[: int(self.state.counters[N_EVENTS])]
+        new = self.state.events[: int(self.state.counters.n_events)]
         rows = np.concatenate((*self.events[-MANY:], new))[-MANY:]
         return rows[rows[:, EVENT_T] >= self.follows_since]
 
     def _message(self) -> str:
         if self.status == Status.NOT_SOLVED and getattr(self.integrator, "hand_over", self) is None:
-            touching = int(self.scratch_block.arrays.touch.is_touching.sum())
+            touching = int(self.scratch.touch.is_touching.sum())
             return (
                 f"{touching} contacts touch at once, at t = {self._time():.9g} s, and EventDriven tries at most "
                 f"{MAX_MODES} modes, as many as 8 or 9 contacts with friction have at rest: time stepping goes on "

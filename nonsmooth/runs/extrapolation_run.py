@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from nonsmooth.integrators.adaptive_loop import LOOK
 from nonsmooth.integrators.adaptive_polynomial import DEGREE, PIECES
-from nonsmooth.integrators.adaptive_state import LEAST, NOW, REJECTED, STEP, SUBSTEPS
-from nonsmooth.integrators.penalty_loop import trail_shapes
 from nonsmooth.integrators.rigid_modes import N_WORKS
-from nonsmooth.runs.adaptive_run import BLOCK
 from nonsmooth.runs.event_run import EventRun
 from nonsmooth.solution import Solution, Stats
 
@@ -22,14 +18,11 @@ class ExtrapolationRun(EventRun):
 
     spent = f"the budget of a run that gets nowhere, {LOOK} tries (larger tolerances may get past this point),"
 
-    def _trail_shapes(self, rows: int, keeps_steps: bool) -> dict[str, Any]:
-        n, n_c, room = self.system.n_u, self.system.n_c, PIECES * BLOCK if keeps_steps else 1
-        shapes = trail_shapes(rows, room, n, n_c)
-        return shapes | {"steps": shapes["steps"] | {"B": (room, DEGREE, n)}}
+    pieces, degree = PIECES, DEGREE
 
     def rows_to_now(self) -> tuple[np.ndarray, ...]:
         """The rows written so far, and the present state behind them: t (m,), x (m, N), modes and slips (m, n_c)."""
-        state, g_N = self.state, self.scratch_block.arrays.g_0
+        state, g_N = self.state, self.scratch.g_0
         P = np.zeros((2, self.system.n_c))
         P[: state.P_sum.shape[1]] = state.P_sum.T
         x = np.concatenate((state.q, state.u, g_N, *P, state.ledger[:N_WORKS]))
@@ -45,7 +38,7 @@ class ExtrapolationRun(EventRun):
         return replace(super().solution(), la=None)
 
     def _time(self) -> float:
-        return float(self.scratch_block.arrays.clock[NOW])
+        return float(self.scratch.clock.now)
 
     def _place(self) -> tuple[np.ndarray, np.ndarray]:
         return self.state.q, self.state.u
@@ -54,14 +47,14 @@ class ExtrapolationRun(EventRun):
         return self.state.mode
 
     def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
-        t, q, u, scratch = self._time(), self.state.q, self.state.u, self.scratch_block.arrays
-        dt, least, trial = float(scratch.clock[STEP]), float(scratch.clock[LEAST]), scratch.trial
+        t, q, u, scratch = self._time(), self.state.q, self.state.u, self.scratch
+        dt, least, trial = float(scratch.clock.step), float(scratch.clock.least), scratch.trial
         parts = (0.0, 0.5 * dt, dt, least)
         return [*((t + part, q + part * u, u) for part in parts), (t + dt, trial.q, trial.u)]
 
     def _stats(self) -> Stats:
-        counters = self.scratch_block.arrays.counters
+        counters = self.scratch.counters
         return Stats.from_run(
             self.state, self.wall_time, self.compile_time, self.events_dropped, self.model.is_compiled,
-            rejected=int(counters[REJECTED]), evaluations=int(counters[SUBSTEPS]),
+            rejected=int(counters.rejected), evaluations=int(counters.substeps),
         )  # fmt: skip

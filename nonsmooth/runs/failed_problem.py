@@ -16,15 +16,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nonsmooth.blocks import new_block
+from nonsmooth.blocks import new
 from nonsmooth.contact_solvers.modes import enumerate_modes
 from nonsmooth.contact_solvers.planar import pivot, solve_planar
 from nonsmooth.contact_solvers.planar_newton import solve_by_newton
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.files import as_path, as_place, refusals
-from nonsmooth.integrators.moreau_jean_contact import Scratch, scratch_shapes, solve
-from nonsmooth.integrators.records import RESIDUAL, State, state_shapes
+from nonsmooth.integrators.moreau_jean_contact import Scratch, solve
+from nonsmooth.integrators.records import State
 from nonsmooth.jit import load_all
 from nonsmooth.laws import LAW_CODE, LAW_IMPACT, LAW_WIDTH, SMOOTHED, ImpactLaw
 from nonsmooth.output.fclib import FCLIB_ENDINGS, write_fclib
@@ -103,19 +103,19 @@ class FailedProblem:
         """Solve it again as the step did, redundant contacts included."""
         n, r = len(self.kinds), len(self.c)
         width = self.P_before.shape[1]
-        state_block = new_block(State, state_shapes(1, n, width - 1, 1))
-        scratch_block = new_block(Scratch, scratch_shapes(1, n, width - 1))
-        state, work = state_block.arrays, scratch_block.arrays.work
+        state = new(State, n=1, n_c=n, d=width - 1, capacity=1)
+        scratch = new(Scratch, n=1, n_c=n, d=width - 1)
+        state, work = state, scratch.work
         work.G[:r, :r], work.c[:r], work.gamma_0[:r] = self.G, self.c, self.gamma_0
         work.start[: n + 1], work.closed[:], work.N[:] = self.start, np.arange(n), self.N
         state.P[:], state.mode[:], state.slip[:] = self.P_before, self.mode_before, self.slip_before
-        planar = scratch_block.arrays.planar
-        planar.can_decide_redundant[0] = planar.has_newton[0] = n > 1
+        planar = scratch.planar
+        planar.can_decide_redundant = planar.has_newton = n > 1
         many = (solve_planar, enumerate_modes, pivot, enumerate_redundant, solve_by_newton)
         load_all((solve, *many) if n > 1 else (solve,))
-        status = solve(self.kinds, self.laws, self.selection, self.dt, n, state_block.address, scratch_block.address)
+        status = solve(self.kinds, self.laws, self.selection, self.dt, n, state.address, scratch.address)
         is_solved = status == Status.RUNNING
-        residual = float(state.worst[RESIDUAL]) if is_solved else np.inf
+        residual = float(state.worst.residual) if is_solved else np.inf
         return Answer(Status.FINISHED if is_solved else Status(status), work.P[:r].copy(), residual)
 
     def save(self, path: str | Path) -> Path:

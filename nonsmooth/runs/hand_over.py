@@ -16,27 +16,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from nonsmooth.blocks import numbers
 from nonsmooth.errors import InitialStateWarning, Status
 from nonsmooth.initial_state import project_state
-from nonsmooth.integrators.adaptive_state import REJECTED as REFUSED
-from nonsmooth.integrators.adaptive_state import SUBSTEPS
 from nonsmooth.integrators.compliant_contacts import N_WORKS
-from nonsmooth.integrators.penalty_loop import NEXT, ROWS, STALLS
-from nonsmooth.integrators.radau_stages import EVALUATIONS, NOW, REJECTED
-from nonsmooth.integrators.records import (
-    EVENT_CONTACT,
-    EVENT_T,
-    FAILED_CONTACT,
-    GAINS,
-    KEPT,
-    PIVOTS,
-    SEVERAL,
-    SKIPPED,
-    SOLVED,
-    STEPS,
-    Record,
-)
-from nonsmooth.integrators.rigid_modes import EVENT, SELECTION
+from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_T, Columns
 from nonsmooth.integrators.rigid_touch import RESUME
 from nonsmooth.runs.run import Run, between
 from nonsmooth.runs.times import Grid
@@ -51,7 +35,7 @@ MOST_DOUBLINGS = 6  # so that of an integrator that chooses its steps ten stretc
 MANY = 100  # events within one of its steps
 LOOK = 100  # steps between two looks at the events: the same ones on a fast machine as on a slow one
 GIVEN_UP = (Status.CHATTERING, Status.NOT_SOLVED)
-ADDED = [STEPS, SOLVED, SKIPPED, KEPT, PIVOTS, SEVERAL, GAINS]
+ADDED = ("steps", "solved", "skipped", "kept", "pivots", "several", "gains")
 
 
 class Stretch(NamedTuple):
@@ -90,14 +74,15 @@ def step_over(run: EventRun, stepper: Any, why: int) -> int:
     is_stuck = why == Status.NOT_SOLVED and t - run.follows_since < longest(run, stepper)
     run.doublings = min(run.doublings + 1, MOST_DOUBLINGS) if is_stuck else 0
     t_end = min(t + longest(run, stepper), float(run.t_record[-1]))
-    x = run.scratch_block.arrays.ode.x.copy()
+    x = run.scratch.ode.x.copy()
     take = by_chosen_steps if getattr(stepper, "chooses_steps", False) else by_equal_steps
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InitialStateWarning)
         other, stretch = take(run, stepper, t, t_end, x)
-    run.state.counters[ADDED] += other.state.counters[ADDED]
-    run.state.counters[FAILED_CONTACT] = other.state.counters[FAILED_CONTACT]
-    run.state.worst[:] = np.maximum(run.state.worst, other.state.worst)
+    for name in ADDED:
+        setattr(run.state.counters, name, getattr(run.state.counters, name) + getattr(other.state.counters, name))
+    run.state.counters.failed_contact = other.state.counters.failed_contact
+    np.maximum(numbers(run.state.worst), numbers(other.state.worst), out=numbers(run.state.worst))
     if stretch is None:
         return other.status
     make_admissible(run, stretch)
@@ -112,15 +97,15 @@ def step_over(run: EventRun, stepper: Any, why: int) -> int:
 
 def by_equal_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.ndarray) -> tuple[Run, Stretch | None]:
     """The stretch by a time stepper; None where it failed."""
-    system, contacts, n = run.system, run.scratch_block.arrays.contacts, run.system.n_u
+    system, contacts, n = run.system, run.scratch.contacts, run.system.n_u
     times = np.unique(np.concatenate((np.arange(t, t_end, stepper.dt), asked(run, t, t_end), [t_end])))
     grid = Grid(times, *stepper.steps_between(times))
-    steps = Run(system, stepper, grid, x[:n], x[n : 2 * n], int(contacts.facts[SELECTION]), project=False)
+    steps = Run(system, stepper, grid, x[:n], x[n : 2 * n], int(contacts.facts.selection), project=False)
     steps.state.mode[:], steps.state.slip[:] = contacts.mode, contacts.slip
     steps.advance(None, None)
     if steps.status != Status.FINISHED:
         return steps, None
-    record = steps.record
+    record = Columns(*steps.record)
     rows = np.concatenate((*steps.events, steps.state.events[:0]))
     motion = between(times, record, rows, stepper).steps if run.keeps_steps else ()
     return steps, Stretch(times, states_of(record, x, system.n_c), record.mode, record.slip, motion)
@@ -130,18 +115,18 @@ def by_chosen_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.n
     """The stretch by an integrator that chooses its steps, as far as it comes in its steps; None where it failed."""
     from nonsmooth.runs.extrapolation_run import ExtrapolationRun
 
-    contacts, n = run.scratch_block.arrays.contacts, run.system.n_u
+    contacts, n = run.scratch.contacts, run.system.n_u
     times = np.unique(np.concatenate(([t], asked(run, t, t_end), [t_end])))
-    start, selection = (x[:n].copy(), x[n : 2 * n].copy()), int(contacts.facts[SELECTION])
+    start, selection = (x[:n].copy(), x[n : 2 * n].copy()), int(contacts.facts.selection)
     steps = ExtrapolationRun(run.system, stepper, times, min(run.every, 1), *start, selection, project=False)
     if run.keeps_steps:
         steps.keep_steps()
-    stepper.begin(steps.scratch_block.arrays, contacts.mode, contacts.slip, selection)
-    most = min(MOST_STEPS << run.doublings, run.budget - int(run.state.counters[STEPS]))
+    stepper.begin(steps.scratch, contacts.mode, contacts.slip, selection)
+    most = min(MOST_STEPS << run.doublings, run.budget - int(run.state.counters.steps))
     steps.advance(max(0.0, run.deadline - time.perf_counter()), None, max(1, most))
-    mine, its = run.scratch_block.arrays.ode.counters, steps.scratch_block.arrays.counters
-    mine[REJECTED] += its[REFUSED]
-    mine[EVALUATIONS] += its[SUBSTEPS]
+    mine, its = run.scratch.ode.counters, steps.scratch.counters
+    mine.rejected += its.rejected
+    mine.evaluations += its.substeps
     if steps.status not in (Status.FINISHED, Status.BUDGET_SPENT):
         return steps, None
     t_rows, x_rows, mode, slip = steps.rows_to_now()
@@ -167,7 +152,7 @@ def asked(run: EventRun, t: float, t_end: float) -> np.ndarray:
     return run.t_record[(run.t_record > t) & (run.t_record < t_end)]
 
 
-def states_of(record: Record, x: np.ndarray, n_c: int) -> np.ndarray:
+def states_of(record: Columns, x: np.ndarray, n_c: int) -> np.ndarray:
     """The records as states (m, N) of the run, which stood at x: q, u, gaps, impulses and works since its start."""
     P = np.cumsum(record.P, axis=0)
     P_F = P[:, :, 1] if P.shape[2] > 1 else np.zeros((len(P), n_c))
@@ -189,21 +174,22 @@ def write(run: EventRun, stretch: Stretch) -> None:
         chosen = slice(1, None) if run.every == 1 else slice(-1, None)
         run.rows.append(tuple(column[chosen].copy() for column in columns))
         return
-    counts, _, *trail = run.trail_block.arrays
-    for k in np.flatnonzero(np.isin(stretch.t, run.t_record[counts[NEXT] :])):
+    counts, _, *trail = run.trail
+    for k in np.flatnonzero(np.isin(stretch.t, run.t_record[counts.next :])):
         for target, column in zip(trail, columns, strict=True):
-            target[counts[ROWS]] = column[k]
-        counts[[ROWS, NEXT]] += 1
+            target[counts.rows] = column[k]
+        counts.rows += 1
+        counts.next += 1
 
 
 def go_on(run: EventRun, stretch: Stretch, P_N: np.ndarray) -> None:
     """Follow events again from the end of a stretch, where the normal impulses were P_N (n_c,)."""
-    arrays, n = run.scratch_block.arrays, run.system.n_u
+    arrays, n = run.scratch, run.system.n_u
     contacts = arrays.contacts
-    arrays.ode.x[:], arrays.ode.clock[NOW] = stretch.x[-1], stretch.t[-1]
+    arrays.ode.x[:], arrays.ode.clock.now = stretch.x[-1], stretch.t[-1]
     run.state.q[:], run.state.u[:] = stretch.x[-1, :n], stretch.x[-1, n : 2 * n]
     contacts.mode[:], contacts.slip[:] = stretch.mode[-1], stretch.slip[-1]
     contacts.sign[:] = np.where(P_N < 0.0, -1, 1)
-    contacts.facts[EVENT] = RESUME
+    contacts.facts.event = RESUME
     run.follows_since = float(stretch.t[-1])
-    run.trail_block.arrays.counts[STALLS] = 0
+    run.trail.counts.stalls = 0

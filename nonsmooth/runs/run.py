@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.blocks import new_block
+from nonsmooth.blocks import new
 from nonsmooth.compiled import loop_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import (
@@ -32,20 +32,7 @@ from nonsmooth.errors import (
 )
 from nonsmooth.initial_state import examine_state, project_state
 from nonsmooth.inspection import END, found_contradiction, inspect_start, is_due
-from nonsmooth.integrators.records import (
-    EVENT_KIND,
-    EVENT_T,
-    FAILED_CONTACT,
-    INCONSISTENT,
-    INTERVAL,
-    N_EVENTS,
-    STEP,
-    STEPS,
-    Record,
-    State,
-    record_shapes,
-    state_shapes,
-)
+from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, INCONSISTENT, Columns, Record, State
 from nonsmooth.motion import Motion, between_records
 from nonsmooth.runs.times import Grid
 from nonsmooth.runs.user_events import START, EventWatch, Stop
@@ -108,12 +95,10 @@ class Run:
             start = examine_state(system, self.model, self.has, float(grid.t[0]), q0, u0)
         elif not start.is_admissible:
             warn_caller(start.message, InitialStateWarning)
-        shape = (system.n_u, system.n_c, system.d)
-        self.state_block = new_block(State, state_shapes(*shape, EVENT_CAPACITY + 4 * system.n_c))
-        self.record_block = new_block(Record, record_shapes(len(grid.t), *shape))
-        self.scratch_block = integrator.scratch(system)
-        self.state: State = self.state_block.arrays
-        self.record: Record = self.record_block.arrays
+        sizes = {"n": system.n_u, "n_c": system.n_c, "d": system.d}
+        self.state = new(State, **sizes, capacity=EVENT_CAPACITY + 4 * system.n_c)
+        self.record = new(Record, m=len(grid.t), **sizes)
+        self.scratch = integrator.scratch(system)
         self.state.q[:], self.state.u[:] = q0, u0
         self.state.mode[:] = start.mode
         self.state.slip[:] = start.slip
@@ -156,7 +141,7 @@ class Run:
         self.deadline = math.inf if max_wall_time is None else started + max_wall_time
         try:
             while self.status == Status.RUNNING:
-                began, before = time.perf_counter(), int(self.state.counters[STEPS])
+                began, before = time.perf_counter(), int(self.state.counters.steps)
                 if before >= self.budget and self._fraction_done() < 1.0:
                     self.status, self.spent = Status.BUDGET_SPENT, f"max_steps = {max_steps}"
                     break
@@ -169,7 +154,7 @@ class Run:
                     self._inspect()
                 now = time.perf_counter()
                 self.wall_time = now - started
-                block = next_block(int(self.state.counters[STEPS]) - before, now - began)
+                block = next_block(int(self.state.counters.steps) - before, now - began)
                 if progress is not None:
                     self._show(progress)
                 if max_wall_time is not None and self.wall_time > max_wall_time and self.status == Status.RUNNING:
@@ -219,11 +204,11 @@ class Run:
     def _watched_block(self, max_steps: int) -> int:
         """A block, and the events of the user in it; at a reason to stop the records end there."""
         assert self.watch is not None
-        first = int(self.state.counters[INTERVAL])
+        first = int(self.state.counters.interval)
         status = self._block(max_steps)
-        rows = slice(first, int(self.state.counters[INTERVAL]) + 1)
-        new_events = self.state.events[: int(self.state.counters[N_EVENTS])]
-        record = Record(*(column[rows] for column in self.record))
+        rows = slice(first, int(self.state.counters.interval) + 1)
+        new_events = self.state.events[: int(self.state.counters.n_events)]
+        record = Columns(*(column[rows] for column in self.record))
         motion = between(self.grid.t[rows], record, new_events, self.integrator)
         self.stop = self.watch.scan(motion, has_ended=status == Status.FINISHED)
         if self.stop is None:
@@ -244,39 +229,40 @@ class Run:
         state.P_sum[:] = part * record.P[k + 1]
         state.ledger[:] = (1.0 - part) * record.ledger[k] + part * record.ledger[k + 1]
         state.mode[:], state.slip[:] = record.mode[after], record.slip[after]
-        kept = state.events[: counters[N_EVENTS]]
+        kept = state.events[: counters.n_events]
         kept = kept[kept[:, EVENT_T] < self.grid.t[k] + part * (t - self.grid.t[k])]
         state.events[: len(kept)] = kept
         is_within = t > self.grid.t[k]
-        counters[[N_EVENTS, INTERVAL, STEP, STEPS]] = len(kept), k, is_within, k + is_within
+        counters.n_events, counters.interval = len(kept), k
+        counters.step, counters.steps = is_within, k + is_within
 
     def _load_for_retry(self) -> bool:
         started = time.perf_counter()
-        is_ready = self.integrator.load_for_retry(self.system, self.scratch_block.arrays, self.model.is_compiled)
+        is_ready = self.integrator.load_for_retry(self.system, self.scratch, self.model.is_compiled)
         self.compile_time += time.perf_counter() - started
         return bool(is_ready)
 
     @property
     def blocks(self) -> tuple[Any, ...]:
         """The blocks as the loop takes them: addresses, or arrays in the interpreter."""
-        blocks = (self.state_block, self.record_block, self.scratch_block)
-        return tuple(block.address if self.model.is_compiled else block.arrays for block in blocks)
+        blocks = (self.state, self.record, self.scratch)
+        return tuple(block.address if self.model.is_compiled else block for block in blocks)
 
     def _collect_events(self) -> None:
-        count = int(self.state.counters[N_EVENTS])
+        count = int(self.state.counters.n_events)
         if count == 0:
             return
         room = MAX_EVENTS - sum(len(rows) for rows in self.events)
         self.events.append(self.state.events[: min(count, room)].copy())
         self.events_dropped += max(0, count - room)
-        self.state.counters[N_EVENTS] = 0
+        self.state.counters.n_events = 0
 
     def _fraction_done(self) -> float:
         span = self.grid.t[-1] - self.grid.t[0]
         return float((self._time() - self.grid.t[0]) / span) if span > 0 else 1.0
 
     def _time(self) -> float:
-        interval, step = self.state.counters[INTERVAL], self.state.counters[STEP]
+        interval, step = self.state.counters.interval, self.state.counters.step
         if self.stop is not None:
             return self.stop.t
         if interval >= len(self.grid.steps):
@@ -285,12 +271,12 @@ class Run:
 
     def solution(self) -> Solution:
         """What was computed; of an unfinished run, the records and the state it stopped at."""
-        m = int(self.state.counters[INTERVAL]) + 1
-        record, t = Record(*(column[:m] for column in self.record)), self.grid.t[:m].copy()
-        if self.status != Status.FINISHED and self.state.counters[STEP] > 0:
+        m = int(self.state.counters.interval) + 1
+        record, t = Columns(*(column[:m] for column in self.record)), self.grid.t[:m].copy()
+        if self.status != Status.FINISHED and self.state.counters.step > 0:
             t = np.append(t, self._time())
             last = last_row(record, self.state, self.system, float(t[-1]))
-            record = Record(*map(np.concatenate, zip(record, last, strict=True)))
+            record = Columns(*map(np.concatenate, zip(record, last, strict=True)))
         rows = np.concatenate(self.events) if self.events else self.state.events[:0]
         return Solution.from_run(
             self.system, self.integrator, t, record, rows, self.status, self._message(), self._stats(),
@@ -301,7 +287,7 @@ class Run:
         """Times and states of the user's events."""
         return self.watch.columns() if self.watch is not None else ([], [], [])
 
-    def _motion_of_records(self, t: np.ndarray, record: Record, rows: np.ndarray) -> Callable[[], Motion] | None:
+    def _motion_of_records(self, t: np.ndarray, record: Columns, rows: np.ndarray) -> Callable[[], Motion] | None:
         """What interpolates the records, if each step is one."""
         if (self.grid.steps > 1).any():
             return None
@@ -320,7 +306,7 @@ class Run:
             return f"interrupted at {where}"
         if self.status == Status.BUDGET_SPENT:
             return (
-                f"{self.spent} is used up after {self.state.counters[STEPS]} steps; stopped at {where}, {self._where()}"
+                f"{self.spent} is used up after {self.state.counters.steps} steps; stopped at {where}, {self._where()}"
             )
         if self.status == Status.PROGRESS_FAILED:
             assert self.cause is not None
@@ -332,7 +318,7 @@ class Run:
         if self.status == Status.NOT_FINITE:
             what = self._culprit() or "the velocities are not finite: the step is too large, or h or M is"
             return f"{what}; {self._where()}; at {where}"
-        contact = int(self.state.counters[FAILED_CONTACT])
+        contact = int(self.state.counters.failed_contact)
         name = f"contact {contact}" if contact >= 0 else "the closed contacts"
         return f"{MESSAGES[self.status].format(contact=name)}; stopped at {where}, {self._where()}"
 
@@ -357,7 +343,7 @@ class Run:
     def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         """(t, q, u) at which the step that failed called the model functions."""
         t, q, u = self._time(), self.state.q, self.state.u
-        interval = min(int(self.state.counters[INTERVAL]), len(self.grid.dts) - 1)
+        interval = min(int(self.state.counters.interval), len(self.grid.dts) - 1)
         dt = float(self.grid.dts[interval]) if interval >= 0 else 0.0
         return [(t + part * dt, q + part * dt * u, u) for part in (0.0, 0.5, 1.0)]
 
@@ -374,12 +360,12 @@ class Run:
             return None
         from nonsmooth.runs.failed_problem import FailedProblem
 
-        dt = float(self.grid.dts[int(self.state.counters[INTERVAL])])
-        self.scratch_block = self.integrator.scratch(self.system)
-        self.scratch_block.arrays.work.closed[:] = -1
+        dt = float(self.grid.dts[int(self.state.counters.interval)])
+        self.scratch = self.integrator.scratch(self.system)
+        self.scratch.work.closed[:] = -1
         self._block(1)
         return FailedProblem.of_step(
-            self.scratch_block.arrays,
+            self.scratch,
             self.state,
             self.system.kinds,
             self.system.laws,
@@ -394,7 +380,7 @@ def next_block(steps: int, elapsed: float) -> int:
     return max(1, int(steps * min(10.0, LOOK_EVERY / max(elapsed, 1e-9))))
 
 
-def between(t: np.ndarray, record: Record, rows: np.ndarray, integrator: Any) -> Motion:
+def between(t: np.ndarray, record: Columns, rows: np.ndarray, integrator: Any) -> Motion:
     """The motion between the records; a step in which a contact lands, or sliding had no force, has a jump."""
     mode = record.mode
     lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)
@@ -402,9 +388,9 @@ def between(t: np.ndarray, record: Record, rows: np.ndarray, integrator: Any) ->
     return between_records(t, record.q, record.u, lands & ~seizes, seizes, integrator.theta)
 
 
-def last_row(record: Record, state: State, system: System, t: float) -> Record:
+def last_row(record: Columns, state: State, system: System, t: float) -> Columns:
     """One row of a record, filled from a state between two records."""
-    row = Record(*(np.zeros((1, *column.shape[1:]), column.dtype) for column in record))
+    row = Columns(*(np.zeros((1, *column.shape[1:]), column.dtype) for column in record))
     row.q[0], row.u[0], row.ledger[0] = state.q, state.u, state.ledger
     row.mode[0], row.slip[0], row.P[0] = state.mode, state.slip, state.P_sum
     if GAP in system.functions:

@@ -17,10 +17,9 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.contact_switching import N_FUNCTIONS
-from nonsmooth.integrators.event_location import HANDLED, NO_EVENT, ROUNDINGS
+from nonsmooth.integrators.event_location import NO_EVENT, ROUNDINGS
 from nonsmooth.integrators.penalty_loop import MAX_STALLS, accept, begin_run, evaluate_contacts, switch
-from nonsmooth.integrators.radau_stages import EPS, EVALUATIONS, FACTORISATIONS, GAMMA, JACOBIANS, NOW
-from nonsmooth.integrators.records import N_EVENTS
+from nonsmooth.integrators.radau_stages import EPS, GAMMA
 from nonsmooth.jit import Kernel, interpreted
 from nonsmooth.runs.adaptive_run import AdaptiveRun
 
@@ -58,14 +57,14 @@ class ScipyRun(AdaptiveRun):
             return Status.NOT_SOLVED
 
     def _to_next_event(self) -> int:
-        ode = self.scratch_block.arrays.ode
+        ode = self.scratch.ode
         rates, functions = self._callbacks()
         if not self.rows:
             self._accept(self._call(begin_run, rates, self.model.handle, self.system.p, self.blocks[2]))
-            self._write(ode.clock[NOW], ode.x)
-        if self.state.counters[N_EVENTS] + self.system.n_c > len(self.state.events):
+            self._write(ode.clock.now, ode.x)
+        if self.state.counters.n_events + self.system.n_c > len(self.state.events):
             return Status.RUNNING
-        which = self._fallen(self._evaluate(functions, ode.clock[NOW], ode.x), 1.0)
+        which = self._fallen(self._evaluate(functions, ode.clock.now, ode.x), 1.0)
         if which == NO_EVENT:
             which, status = self._solve(rates, functions)
             if status != Status.RUNNING or which == NO_EVENT:
@@ -76,15 +75,15 @@ class ScipyRun(AdaptiveRun):
             return Status.CHATTERING
         state, _, scratch = self.blocks
         self._accept(self._call(switch, rates, self.model.handle, self.system.p, which, state, scratch))
-        self.scratch_block.arrays.events.found[HANDLED] = which
+        self.scratch.events.found.handled = which
         return Status.RUNNING
 
     def _solve(self, rates: Any, functions: Any) -> tuple[int, int]:
         """(the event that ended it, RUNNING), NO_EVENT at the end, or the status of a failure."""
         from scipy.integrate import solve_ivp
 
-        ode, contacts = self.scratch_block.arrays.ode, self.scratch_block.arrays.contacts
-        start, end = float(ode.clock[NOW]), float(self.t_record[-1])
+        ode, contacts = self.scratch.ode, self.scratch.contacts
+        start, end = float(ode.clock.now), float(self.t_record[-1])
         if not end > start:
             return NO_EVENT, Status.RUNNING
         n_events = N_FUNCTIONS * self.system.n_c
@@ -96,9 +95,9 @@ class ScipyRun(AdaptiveRun):
                 rtol=self.integrator.rtol, atol=atol, dense_output=True,
                 events=[self._event(functions, e) for e in range(n_events)],
             )  # fmt: skip
-        ode.counters[EVALUATIONS] += found.nfev
-        ode.counters[JACOBIANS] += found.njev or 0
-        ode.counters[FACTORISATIONS] += found.nlu or 0
+        ode.counters.evaluations += found.nfev
+        ode.counters.jacobians += found.njev or 0
+        ode.counters.factorisations += found.nlu or 0
         if not np.isfinite(found.y).all():
             return NO_EVENT, Status.NOT_FINITE
         if not found.success or (found.status == 0 and found.t[-1] != end):
@@ -112,14 +111,14 @@ class ScipyRun(AdaptiveRun):
         if passed not in (NO_EVENT, which):
             return NO_EVENT, Status.NOT_SOLVED
         self._record(found, start, moment)
-        ode.clock[NOW], ode.x[:] = moment, found.y[:, -1]
+        ode.clock.now, ode.x[:] = moment, found.y[:, -1]
         for _ in found.t[1:]:
             interpreted(accept)(self.state, contacts, ode)
         return which, Status.RUNNING
 
     def _steps_over_saddle(self, rates: Any, found: Any) -> bool:
         """Whether det(gamma/h - J) < 0 at an end of a step: an odd number of modes grow faster than it resolves."""
-        n, h = len(self.scratch_block.arrays.ode.atol), np.diff(found.t)
+        n, h = len(self.scratch.ode.atol), np.diff(found.t)
         longest = np.fmax(np.append(h, 0.0), np.append(0.0, h))  # of the steps that meet there
         return any(
             length > 0 and np.linalg.slogdet(GAMMA / length * np.eye(n) - self._jacobian(rates, t, x)[:n])[0] < 0
@@ -128,7 +127,7 @@ class ScipyRun(AdaptiveRun):
 
     def _jacobian(self, rates: Any, t: float, x: np.ndarray) -> np.ndarray:
         """dx'/dx by forward differences."""
-        ode = self.scratch_block.arrays.ode
+        ode = self.scratch.ode
         n = len(ode.atol)
         f_0, J = self._evaluate(rates, t, x), np.zeros((len(x), n))
         for j in range(n):
@@ -149,7 +148,7 @@ class ScipyRun(AdaptiveRun):
                 self._write(found.t[k], found.y[:, k])
 
     def _write(self, t: float, x: np.ndarray) -> None:
-        contacts = self.scratch_block.arrays.contacts
+        contacts = self.scratch.contacts
         x = np.ascontiguousarray(x)
         self._evaluate(self._callbacks()[0], t, x)
         v = 2 * self.system.n_u + self.system.n_c  # the normal velocities are no part of a row
@@ -180,13 +179,13 @@ class ScipyRun(AdaptiveRun):
 
     def _fallen(self, values: np.ndarray, loose: float) -> int:
         """The first event function below minus its tolerance; of an event just handled, below what is left of it."""
-        events = self.scratch_block.arrays.events
+        events = self.scratch.events
         n = N_FUNCTIONS * self.system.n_c
-        handled = events.found[HANDLED]
+        handled = events.found.handled
         events.floor[:] = 0.0
         if handled != NO_EVENT:
             events.floor[handled] = max(0.0, -values[handled])
-            events.found[HANDLED] = NO_EVENT
+            events.found.handled = NO_EVENT
         below = np.flatnonzero(values[:n] < -loose * values[n : 2 * n] - events.floor)
         return int(below[0]) if len(below) else NO_EVENT
 

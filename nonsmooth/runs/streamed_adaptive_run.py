@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.integrators.penalty_loop import ROWS
+from nonsmooth.blocks import numbers
 from nonsmooth.runs.adaptive_run import AdaptiveRun
 from nonsmooth.runs.event_run import EventRun
 from nonsmooth.runs.extrapolation_run import ExtrapolationRun
@@ -31,7 +31,7 @@ class StreamedTrail(Streaming, AdaptiveRun):
     def __init__(self, system: System, *arguments: Any) -> None:
         self.P_0 = np.zeros((1, system.n_c, 2))  # impulses up to the last row that was written
         super().__init__(system, *arguments)
-        self.trail_block = self._new_trail(keeps_steps=False)
+        self.trail = self._new_trail(keeps_steps=False)
 
     def _collect_rows(self) -> None:
         """They are taken when they are written."""
@@ -42,7 +42,7 @@ class StreamedTrail(Streaming, AdaptiveRun):
         if len(t):
             n, n_c = self.system.n_u, self.system.n_c
             self.P_0[0] = np.stack(np.split(x[-1, 2 * n + n_c : 2 * n + 3 * n_c], 2), axis=1)
-        self.trail_block.arrays.counts[ROWS] = 0
+        self.trail.counts.rows = 0
         return self.as_rows(t, record, la if "la" in (self.store.row.names or ()) else None)
 
     def last_row(self) -> np.ndarray | None:
@@ -56,7 +56,7 @@ class StreamedTrail(Streaming, AdaptiveRun):
 
     def memory(self) -> dict[str, np.ndarray]:
         return super().memory() | {
-            "counts": self.trail_block.arrays.counts, "P_0": self.P_0.view(np.int64)
+            "counts": numbers(self.trail.counts), "P_0": self.P_0.view(np.int64)
         }  # fmt: skip
 
 

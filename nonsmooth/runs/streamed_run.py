@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.integrators.records import INTERVAL, STEP, Record, bytes_of_record
+from nonsmooth.integrators.records import Columns, bytes_of_record
 from nonsmooth.output.checkpoint import Checkpoint, Shape
 from nonsmooth.runs.identity import facts_of_run
 from nonsmooth.runs.run import Run, last_row
@@ -73,13 +73,13 @@ class StreamedRun(Streaming):
         return Grid(t, *integrator.steps_between(t))
 
     def new_rows(self) -> np.ndarray:
-        new = slice(self.store.n_records - self.first, int(self.state.counters[INTERVAL]) + 1)
-        return self.as_rows(self.grid.t[new], Record(*(column[new] for column in self.record)))
+        new = slice(self.store.n_records - self.first, int(self.state.counters.interval) + 1)
+        return self.as_rows(self.grid.t[new], Columns(*(column[new] for column in self.record)))
 
     def go_on(self) -> None:
         """Begin a window with the last record."""
         self.first = self.store.n_records - 1
-        self.state.counters[INTERVAL] = 0
+        self.state.counters.interval = 0
         self.grid = self._window(self.integrator)
 
     def next_window(self, status: int) -> int:
@@ -89,10 +89,10 @@ class StreamedRun(Streaming):
         return Status.RUNNING
 
     def last_row(self) -> np.ndarray | None:
-        if self.state.counters[STEP] == 0:
+        if self.state.counters.step == 0:
             return None
         t = self._time()
-        return self.as_rows(np.array([t]), last_row(self.record, self.state, self.system, t))
+        return self.as_rows(np.array([t]), last_row(Columns(*self.record), self.state, self.system, t))
 
     def _fraction_done(self) -> float:
         t_0, t_1 = self.times.part(0, 1)[0], self.times.part(self.times.count - 1, self.times.count)[-1]

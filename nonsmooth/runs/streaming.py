@@ -18,7 +18,7 @@ import numpy as np
 from nonsmooth.arrays import as_non_negative
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.files import as_path
-from nonsmooth.integrators.records import N_EVENTS, Record
+from nonsmooth.integrators.records import Columns
 from nonsmooth.interruption import interrupts_held_back
 from nonsmooth.output.checkpoint import Checkpoint, load_checkpoint
 from nonsmooth.runs.run import Run
@@ -60,7 +60,7 @@ class Streaming(Run):
 
     def memory(self) -> dict[str, np.ndarray]:
         """All that the next step depends on, as bits."""
-        return {"state": self.state_block.memory.view(np.int64), "scratch": self.scratch_block.memory.view(np.int64)}
+        return {"state": self.state.words.view(np.int64), "scratch": self.scratch.words.view(np.int64)}
 
     def go_on(self) -> None:
         """Get ready after the memory was filled with what was kept."""
@@ -124,8 +124,8 @@ class Streaming(Run):
 
     def _write(self) -> None:
         """Append the records and events that are new."""
-        self.store.write(self.new_rows(), self.state.events[: self.state.counters[N_EVENTS]])
-        self.state.counters[N_EVENTS] = 0
+        self.store.write(self.new_rows(), self.state.events[: self.state.counters.n_events])
+        self.state.counters.n_events = 0
         self.events_dropped = max(0, self.store.n_events - MAX_EVENTS)
 
     def _keep(self) -> None:
@@ -139,7 +139,7 @@ class Streaming(Run):
         stats = super()._stats()
         return replace(stats, wall_time=self.store.wall_time + stats.wall_time)
 
-    def as_rows(self, t: np.ndarray, record: Record, la: np.ndarray | None = None) -> np.ndarray:
+    def as_rows(self, t: np.ndarray, record: Columns, la: np.ndarray | None = None) -> np.ndarray:
         """Records as rows of the file."""
         rows = np.empty(len(t), self.store.row)
         rows["t"], rows["P_N"], rows["P_F"] = t, record.P[:, :, 0], record.P[:, :, 1:]

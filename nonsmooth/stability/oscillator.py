@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from nonsmooth.blocks import new_block, view
+from nonsmooth.blocks import new, view
 from nonsmooth.compiled import model_of
-from nonsmooth.contact_problem import Work, evaluate_rows, model_facts, work_shapes
+from nonsmooth.contact_problem import Work, evaluate_rows, model_facts
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import call_model, interpreted, kernel
 from nonsmooth.laws import friction_coefficient
@@ -52,9 +52,9 @@ class Oscillator:
         self.system, self.t = system, t
         self._model = model_of(system)
         self._has = model_facts(system)
-        block = new_block(Work, work_shapes(system.n_u, system.n_c, system.d))
+        block = new(Work, n=system.n_u, n_c=system.n_c, d=system.d)
         self._block = block
-        self._work = block.address if self._model.is_compiled else block.arrays
+        self._work = block.address if self._model.is_compiled else block
         self._loop = accelerate.dispatcher if self._model.is_compiled else interpreted(accelerate)
 
     def accelerations(self, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -9,13 +9,13 @@ A run begins from cleared memory: its result depends on its cell alone, not on t
 
 from __future__ import annotations
 
-import math
 import time
-from typing import Any, NamedTuple
+from typing import Annotated as Array
+from typing import Any
 
 import numpy as np
 
-from nonsmooth.blocks import Block, Cube, Integers, IntegerTable, Matrix, Vector, new_block, view
+from nonsmooth.blocks import WORD, B, Block, Floats, Ints, count_words, head_words, new, numbers, view
 from nonsmooth.compiled import Model, model_of
 from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import Status
@@ -28,18 +28,12 @@ from nonsmooth.integrators.records import (
     EVENT_MODE_1,
     EVENT_SLIP_1,
     IMPACT,
-    INTERVAL,
     MODE_CHANGE,
-    N_COUNTERS,
-    N_EVENTS,
     N_LEDGER,
-    N_WORST,
-    STEP,
-    STEPS,
+    Counters,
     Record,
     State,
-    record_shapes,
-    state_shapes,
+    Worst,
 )
 from nonsmooth.interruption import end_if_asked
 from nonsmooth.jit import interpreted, kernel
@@ -56,46 +50,35 @@ N_CODES = 64  # changes of mode kept for a mode sequence
 STILL = 1e-12  # a coordinate whose range is below this part of its size does not move
 
 
-class Cells(NamedTuple):
+class Cells(Block):
     """What N runs start from and leave behind; n = n_u, c = n_c."""
 
-    p: Matrix  # (N, n_p) parameters
-    laws: Cube  # (N, c, LAW_WIDTH)
-    q_0: Matrix  # (N, n) start
-    u_0: Matrix  # (N, n)
-    q: Matrix  # (N, n) end
-    u: Matrix  # (N, n)
-    t: Vector  # (N,) time reached
-    status: Integers  # (N,) Status
-    start: Integers  # (N,) RAISED, INADMISSIBLE, ADMISSIBLE
-    mode: IntegerTable  # (N, c) at the end
-    slip: IntegerTable  # (N, c)
-    ledger: Matrix  # (N, N_LEDGER)
-    worst: Matrix  # (N, N_WORST)
-    counters: IntegerTable  # (N, N_COUNTERS)
-    events: IntegerTable  # (N, N_KINDS) number of events of each kind
-    codes: IntegerTable  # (N, k) modes in the order of their beginning; -1: no more
-    n_codes: Integers  # (N,) how many there were
-    low: Matrix  # (N, n) least coordinates over the records of the window
-    high: Matrix  # (N, n) largest
-    change: Matrix  # (N, n) part of that range by which a half of the window has a smaller one
-    period: Matrix  # (N, n) mean time between upward crossings of the middle; NaN: fewer than two
-
-
-def cells_shapes(N: int, n_p: int, n: int, n_c: int, n_codes: int) -> dict[str, tuple[int, ...]]:
-    """Shapes of ``Cells``."""
-    each = dict.fromkeys(("t", "status", "start", "n_codes"), (N,))
-    per_coordinate = dict.fromkeys(("q_0", "u_0", "q", "u", "low", "high", "change", "period"), (N, n))
-    return {
-        **each, **per_coordinate, "p": (N, n_p), "laws": (N, n_c, LAW_WIDTH), "mode": (N, n_c), "slip": (N, n_c),
-        "ledger": (N, N_LEDGER), "worst": (N, N_WORST), "counters": (N, N_COUNTERS), "events": (N, N_KINDS),
-        "codes": (N, n_codes),
-    }  # fmt: skip
+    p: Array[Floats, "N", "n_p"]  # parameters
+    laws: Array[Floats, "N", "n_c", LAW_WIDTH]
+    q_0: Array[Floats, "N", "n"]  # start
+    u_0: Array[Floats, "N", "n"]
+    q: Array[Floats, "N", "n"]  # end
+    u: Array[Floats, "N", "n"]
+    t: Array[Floats, "N"]  # time reached
+    status: Array[Ints, "N"]  # Status
+    start: Array[Ints, "N"]  # RAISED, INADMISSIBLE, ADMISSIBLE
+    mode: Array[Ints, "N", "n_c"]  # at the end
+    slip: Array[Ints, "N", "n_c"]
+    ledger: Array[Floats, "N", N_LEDGER]
+    worst: Array[Floats, "N", head_words(Worst)]
+    counters: Array[Ints, "N", head_words(Counters)]
+    events: Array[Ints, "N", N_KINDS]  # number of events of each kind
+    codes: Array[Ints, "N", "n_codes"]  # modes in the order of their beginning; -1: no more
+    n_codes: Array[Ints, "N"]  # how many there were
+    low: Array[Floats, "N", "n"]  # least coordinates over the records of the window
+    high: Array[Floats, "N", "n"]  # largest
+    change: Array[Floats, "N", "n"]  # part of that range by which a half of the window has a smaller one
+    period: Array[Floats, "N", "n"]  # mean time between upward crossings of the middle; NaN: fewer than two
 
 
 @kernel(
     "void(int64, int64, int64[:, ::1], float64[::1], float64[::1], float64[::1], int64[::1], int64, boolean, int64, "
-    "int64, int64[::1], float64[::1], float64[::1], int64, int64, int64, int64)",
+    "int64, int64[::1], float64[:, ::1], float64[:, ::1], int64, int64, int64, int64)",
     short_loops=True,
 )
 def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry, last, max_steps, place, state_memory,
@@ -107,14 +90,14 @@ def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry
     scratch = view(scratch_at, Scratch)
     n, n_c, m = cells.q.shape[1], kinds.shape[0], t_record.shape[0]
     place[STEPS_DONE] = 0
-    has_newton, may_wait = scratch.planar.has_newton[0], scratch.planar.may_wait[0]
+    has_newton, may_wait = scratch.planar.has_newton, scratch.planar.may_wait
     for i in range(place[CELL], last):
         p, laws = cells.p[i], cells.laws[i]
         status = Status.RUNNING.value
         if place[IS_BEGUN] == 0:
-            clear(state_memory)
-            clear(scratch_memory)
-            scratch.planar.has_newton[0], scratch.planar.may_wait[0] = has_newton, may_wait
+            renew(state_memory)
+            renew(scratch_memory)
+            scratch.planar.has_newton, scratch.planar.may_wait = has_newton, may_wait
             for j in range(n):
                 state.q[j], state.u[j] = cells.q_0[i, j], cells.u_0[i, j]
             cells.start[i] = initial_modes(model, has, t_record[0], n, n_c, kinds, p, state, scratch.work)
@@ -125,15 +108,15 @@ def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry
         while status == Status.RUNNING:
             if place[STEPS_DONE] >= max_steps:
                 return
-            before = state.counters[STEPS]
+            before = state.counters.steps
             status = run(
                 model, has, p, kinds, laws, options, t_record, dts, steps, max_steps - place[STEPS_DONE], state_at,
                 record_at, scratch_at,
             )  # fmt: skip
-            place[STEPS_DONE] += state.counters[STEPS] - before
+            place[STEPS_DONE] += state.counters.steps - before
             note_events(i, state, cells)
-            if is_retry and status == Status.NOT_SOLVED and scratch.planar.can_decide_redundant[0] == 0:
-                scratch.planar.can_decide_redundant[0] = 1
+            if is_retry and status == Status.NOT_SOLVED and scratch.planar.can_decide_redundant == 0:
+                scratch.planar.can_decide_redundant = 1
                 status = Status.RUNNING.value
         store(i, n, n_c, status, t_record, dts, state, cells)
         if window >= 0 and status == Status.FINISHED:
@@ -143,10 +126,10 @@ def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry
 
 
 @kernel
-def clear(memory):
-    """Set all entries to zero, of integers too."""
-    for k in range(memory.shape[0]):
-        memory[k] = 0.0
+def renew(memory):
+    """Copy the words of a fresh block, row 1, to those of the block in use, row 0."""
+    for k in range(memory.shape[1]):
+        memory[0, k] = memory[1, k]
 
 
 @kernel
@@ -173,13 +156,13 @@ def note_modes(i, n_c, state, cells):
 @kernel
 def note_events(i, state, cells):
     """Count the events by kind, continue the sequence, and empty them."""
-    for m in range(state.counters[N_EVENTS]):
+    for m in range(state.counters.n_events):
         kind = int(state.events[m, EVENT_KIND])
         cells.events[i, kind] += 1
         if kind == MODE_CHANGE or kind == IMPACT:
             contact, mode = int(state.events[m, EVENT_CONTACT]), int(state.events[m, EVENT_MODE_1])
             note_code(i, contact, mode, int(state.events[m, EVENT_SLIP_1]), cells)
-    state.counters[N_EVENTS] = 0
+    state.counters.n_events = 0
 
 
 @kernel
@@ -187,10 +170,10 @@ def store(i, n, n_c, status, t_record, dts, state, cells):
     """Write down where the run of cell i ended."""
     counters = state.counters
     cells.status[i] = status
-    interval = counters[INTERVAL]
+    interval = counters.interval
     cells.t[i] = t_record[interval]
     if interval < dts.shape[0]:
-        cells.t[i] += counters[STEP] * dts[interval]
+        cells.t[i] += counters.step * dts[interval]
     for j in range(n):
         cells.q[i, j], cells.u[i, j] = state.q[j], state.u[j]
         cells.low[i, j] = cells.high[i, j] = cells.change[i, j] = cells.period[i, j] = np.nan
@@ -198,10 +181,12 @@ def store(i, n, n_c, status, t_record, dts, state, cells):
         cells.mode[i, k], cells.slip[i, k] = state.mode[k], state.slip[k]
     for k in range(N_LEDGER):
         cells.ledger[i, k] = state.ledger[k]
+    figures = numbers(state.worst)
     for k in range(3):
-        cells.worst[i, k] = state.worst[k]
-    for k in range(N_COUNTERS):
-        cells.counters[i, k] = counters[k]
+        cells.worst[i, k] = figures[k]
+    counted = numbers(counters)
+    for k in range(counted.shape[0]):
+        cells.counters[i, k] = counted[k]
 
 
 @kernel
@@ -252,6 +237,12 @@ def range_of(j, first, last, q):
     return high - low
 
 
+def renewable(block: B) -> tuple[B, np.ndarray]:
+    """A copy of a block, and its words, with those of the block, which ``renew`` takes."""
+    memory = np.stack((block.words, block.words))
+    return type(block)(memory[0]), memory
+
+
 class BlockEngine:
     """Runs blocks of cells of one system shape with one integrator.
 
@@ -275,8 +266,7 @@ class BlockEngine:
         self.model: Model = model_of(system)
         self.has = model_facts(system)
         self.options = integrator.options(selection)
-        self.record_shapes = record_shapes(len(grid.t), system.n_u, system.n_c, system.d)
-        needed = 8.0 * sum(math.prod(shape) for shape in self.record_shapes.values())
+        needed = WORD * count_words(Record, m=len(grid.t), n=system.n_u, n_c=system.n_c, d=system.d)
         require_memory(needed, f"the {len(grid.t)} records of a run", "record less (every=), or stop earlier")
         self.n_codes = N_CODES if has_sequence else 0
         self.max_steps = FIRST_BLOCK  # of the next call, for some 0.02 s
@@ -289,22 +279,22 @@ class BlockEngine:
             run.load()
             run_cells.load()
 
-    def new_cells(self, N: int) -> Block:
+    def new_cells(self, N: int) -> Cells:
         """Room for N cells."""
         system = self.system
-        return new_block(Cells, cells_shapes(N, len(system.p), system.n_u, system.n_c, self.n_codes))
+        return new(Cells, N=N, n_p=len(system.p), n=system.n_u, n_c=system.n_c, n_codes=self.n_codes)
 
-    def run(self, cells: Block) -> None:
+    def run(self, cells: Cells) -> None:
         """Run every cell of a block whose p, laws, q_0 and u_0 are set; the rest of its arrays is the result."""
         system, grid = self.system, self.grid
         if not self.model.is_current:
             self.model, self.has = model_of(system), model_facts(system)
         model, kernel = self.model, self.kernel
-        shape = (system.n_u, system.n_c, system.d)
-        state = new_block(State, state_shapes(*shape, EVENT_CAPACITY + 3 * system.n_c))
-        record = new_block(Record, self.record_shapes)
-        scratch = self.integrator.scratch(system)
-        blocks = [block.address if model.is_compiled else block.arrays for block in (cells, state, record, scratch)]
+        sizes = {"n": system.n_u, "n_c": system.n_c, "d": system.d}
+        state, state_memory = renewable(new(State, **sizes, capacity=EVENT_CAPACITY + 3 * system.n_c))
+        record = new(Record, m=len(self.grid.t), **sizes)
+        scratch, scratch_memory = renewable(self.integrator.scratch(system))
+        blocks = [block.address if model.is_compiled else block for block in (cells, state, record, scratch)]
 
         def call(first: int, last: int, is_retry: bool) -> None:
             """Run the cells from one to another."""
@@ -315,15 +305,15 @@ class BlockEngine:
                 with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite the loop itself finds
                     kernel(
                         model.handle, self.has, system.kinds, self.options, grid.t, grid.dts, grid.steps,
-                        self.window, is_retry, last, self.max_steps, place, state.memory, scratch.memory, *blocks,
+                        self.window, is_retry, last, self.max_steps, place, state_memory, scratch_memory, *blocks,
                     )  # fmt: skip
                 self.max_steps = next_block(int(place[STEPS_DONE]), time.perf_counter() - began)
-                part = state.arrays.counters[INTERVAL] / max(1, len(grid.dts)) * place[IS_BEGUN]
-                tell((place[CELL] + part) / len(cells.arrays.p))
+                part = state.counters.interval / max(1, len(grid.dts)) * place[IS_BEGUN]
+                tell((place[CELL] + part) / len(cells.p))
 
-        call(0, len(cells.arrays.p), False)
-        stopped = np.flatnonzero(cells.arrays.status == Status.NOT_SOLVED).tolist()
-        if stopped and self.integrator.load_for_retry(system, scratch.arrays, model.is_compiled):
+        call(0, len(cells.p), False)
+        stopped = np.flatnonzero(cells.status == Status.NOT_SOLVED).tolist()
+        if stopped and self.integrator.load_for_retry(system, scratch, model.is_compiled):
             for i in stopped:
                 call(i, i + 1, True)
 

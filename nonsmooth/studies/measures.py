@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from nonsmooth.blocks import fields_of
 from nonsmooth.errors import UnknownName, nearest
 from nonsmooth.integrators.records import (
     EVENT_CONTACT,
@@ -26,14 +27,14 @@ from nonsmooth.integrators.records import (
     INCONSISTENT,
     INDETERMINATE,
     MODE_CHANGE,
-    PENETRATION,
-    RESIDUAL,
+    Worst,
 )
 from nonsmooth.solution import Solution, mode_name
 from nonsmooth.studies.block_engine import N_CODES, STILL, Cells
 from nonsmooth.studies.task import OF_COORDINATE, Variable
 
 Values = dict[str, np.ndarray]
+RESIDUAL, PENETRATION = (list(fields_of(Worst)).index(name) for name in ("residual", "penetration"))  # columns
 SETTLED = 0.01  # of an amplitude: that between two halves of a window which resolves the motion differs by less
 
 

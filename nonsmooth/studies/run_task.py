@@ -256,10 +256,9 @@ class RunTask:
 
     def _run_block(self, rows: Rows, integrator: Any, t_end: float, result: Batch) -> None:
         engine = self._engine(rows.system, integrator, t_end)
-        block = engine.new_cells(len(rows.cells))
-        cells = block.arrays
+        cells = engine.new_cells(len(rows.cells))
         cells.p[:], cells.laws[:], cells.q_0[:], cells.u_0[:] = rows.p, rows.laws, rows.q, rows.u
-        engine.run(block)
+        engine.run(cells)
         result.status[rows.cells] = cells.status
         result.inadmissible += int((cells.start == INADMISSIBLE).sum())
         for measure in self.measures.values():

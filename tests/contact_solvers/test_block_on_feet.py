@@ -88,7 +88,7 @@ def problems_of_a_run(name, n, monkeypatch):
         route, found, pivots, residual = solve(n, closed, start, kinds, laws, G, c, *others)
         planar, r = others[-1], start[n]
         problem = (G[:r, :r], c[:r], others[-2][:r], planar.candidate[:n])
-        problems.append((*map(np.copy, problem), planar.is_counted[0] == 1, route, found))
+        problems.append((*map(np.copy, problem), planar.is_counted == 1, route, found))
         return route, found, pivots, residual
 
     monkeypatch.setenv("NONSMOOTH_INTERPRET", "1")

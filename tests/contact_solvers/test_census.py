@@ -4,11 +4,11 @@ import numpy as np
 
 import nonsmooth as ns
 from nonsmooth.bench.contacts import at_rest, struck_stack
-from nonsmooth.blocks import new_block
+from nonsmooth.blocks import new
 from nonsmooth.contact_solvers.census import MATERIAL
-from nonsmooth.contact_solvers.modes import Tree, enumerate_modes, tree_shapes
+from nonsmooth.contact_solvers.modes import Tree, enumerate_modes
 from nonsmooth.contact_solvers.planar import Route, pivot, solve_planar
-from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.contact_solvers.planar_problem import Planar
 from nonsmooth.contact_solvers.single import FREE, SLIDE_PLUS, STICK, Selection
 from nonsmooth.contact_solvers.single import slip_of as compiled_slip_of
 from nonsmooth.jit import interpreted, load_all
@@ -26,15 +26,15 @@ class Steps:
 
     def __init__(self, mu):
         load_all((solve_planar, enumerate_modes, pivot))
-        self.block = new_block(Planar, planar_shapes(N, 1))
-        self.block.arrays.may_wait[0] = 1
+        self.block = new(Planar, n=N, d=1)
+        self.block.may_wait = 1
         self.laws = np.array([law_row(Coulomb(m), 0.0, 0.0, "newton", {}) for m in mu])
         self.P = np.zeros((N, 2))
         self.mode, self.slip = np.zeros(N, dtype=np.int64), np.zeros(N, dtype=np.int64)
 
     def solve(self, G, c):
         """(route, solutions, whether they were counted)"""
-        P, planar = np.zeros(2 * N), self.block.arrays
+        P, planar = np.zeros(2 * N), self.block
         route, found, _, _ = solve_planar(
             N, CLOSED, START, KINDS, self.laws, G, c, c, self.P, self.mode, self.slip, int(Selection.COMPLIANT_LIMIT),
             P, self.block.address,
@@ -45,7 +45,7 @@ class Steps:
                 names = {FREE: ns.ContactMode.OPEN, STICK: ns.ContactMode.STICK}
                 self.mode[k] = names.get(candidate, ns.ContactMode.SLIDE)
                 self.slip[k] = slip_of(candidate) if candidate >= SLIDE_PLUS else 0
-        return route, found, planar.is_counted[0] == 1
+        return route, found, planar.is_counted == 1
 
 
 def random_problem(rng):
@@ -56,7 +56,7 @@ def random_problem(rng):
 
 def test_a_paradox_on_the_way_is_seen_before_the_numbers_have_changed_by_a_hundredth():
     """Problems that drift from one to another, beside an enumeration of all modes of each of them."""
-    tree, rng = new_block(Tree, tree_shapes(N, 2 * N)), np.random.default_rng(4)
+    tree, rng = new(Tree, n=N, r=2 * N), np.random.default_rng(4)
     seen = late = said = 0
     for trial in range(24):
         mu = rng.uniform(0.0, 3.0, N)

@@ -6,9 +6,9 @@ import pytest
 import nonsmooth as ns
 from nonsmooth.bench.scenes import row_of_blocks
 from nonsmooth.bench.stress_scenes import Tower, tower
-from nonsmooth.blocks import new_block
+from nonsmooth.blocks import new
 from nonsmooth.contact_solvers import kept, planar
-from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.contact_solvers.planar_problem import Planar
 from nonsmooth.contact_solvers.single import SLIDE_MINUS, SLIDE_PLUS
 
 
@@ -48,7 +48,7 @@ def test_a_mode_that_no_longer_fits_is_refused():
     """Two sliding contacts, one of them now pulled away: P_N = -c/G < 0 does not satisfy P_N >= 0."""
     system = row_of_blocks(2)
     hold = ns.jit.interpreted(kept.hold_modes)
-    planar_arrays = new_block(Planar, planar_shapes(2, 1)).arrays
+    planar_arrays = new(Planar, n=2, d=1)
     planar_arrays.mu[:] = planar_arrays.mu_static[:] = 0.3
     G, P = np.eye(4), np.zeros(4)
     problem = (2, np.arange(2), np.array([0, 2, 4]), system.kinds, G)

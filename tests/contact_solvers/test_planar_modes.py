@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from nonsmooth.blocks import new_block
-from nonsmooth.contact_solvers.modes import Tree, enumerate_modes, tree_shapes
+from nonsmooth.blocks import new
+from nonsmooth.contact_solvers.modes import Tree, enumerate_modes
 from nonsmooth.contact_solvers.nsgs import local_planar
 from nonsmooth.contact_solvers.single import Selection, count, solve_single
 from nonsmooth.jit import interpreted
@@ -114,7 +114,7 @@ def _admissible(mode, P, gamma, i, mu):
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_enumeration_finds_what_brute_force_finds(n):
     rng = np.random.default_rng(n)
-    tree = new_block(Tree, tree_shapes(n, 2 * n))
+    tree = new(Tree, n=n, r=2 * n)
     closed, start = np.arange(n), 2 * np.arange(n + 1)
     kinds = np.tile([UNILATERAL, 1], (n, 1))
     several = 0
@@ -127,7 +127,7 @@ def test_enumeration_finds_what_brute_force_finds(n):
         assert found == len(expected)
         several += found > 1
         for motion in expected:
-            assert min(np.abs(tree.arrays.motions[:found] - motion).max(axis=1)) < 1e-8 * np.abs(c).max()
+            assert min(np.abs(tree.motions[:found] - motion).max(axis=1)) < 1e-8 * np.abs(c).max()
     assert several > 0 or n == 1
 
 
@@ -135,13 +135,13 @@ def test_contacts_listed_before_leave_nothing_behind():
     # the same memory serves rows (N, N F) and then (N F, N F): impulses of a contact must not keep coefficients of rows
     # that belonged to two contacts before
     rng = np.random.default_rng(7)
-    used, fresh = (new_block(Tree, tree_shapes(2, 4)) for _ in range(2))
+    used, fresh = (new(Tree, n=2, r=4) for _ in range(2))
 
     def solve(tree, d_0, G, c, mu):
         kinds, start = np.array([[UNILATERAL, d_0], [UNILATERAL, 1]]), np.array([0, 1 + d_0, 3 + d_0])
         G, c = G[: start[-1], : start[-1]].copy(), c[: start[-1]].copy()
         found, _ = enumerate_modes(2, np.arange(2), start, kinds, mu, mu, np.zeros(2), G, c, tree.address)
-        return tree.arrays.solutions[:found, : start[-1]].copy()
+        return tree.solutions[:found, : start[-1]].copy()
 
     for _ in range(40):
         W = rng.normal(size=(4, 6))

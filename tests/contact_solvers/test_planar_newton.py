@@ -8,11 +8,11 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.bench.stress_scenes import Tower, stack, tower
-from nonsmooth.blocks import new_block
-from nonsmooth.contact_solvers.modes import Tree, enumerate_modes, tree_shapes
+from nonsmooth.blocks import new
+from nonsmooth.contact_solvers.modes import Tree, enumerate_modes
 from nonsmooth.contact_solvers.planar import exceeds_enumeration
 from nonsmooth.contact_solvers.planar_newton import solve_by_newton
-from nonsmooth.contact_solvers.planar_problem import ACCEPTED, UNIT, Planar, planar_shapes, residual
+from nonsmooth.contact_solvers.planar_problem import ACCEPTED, UNIT, Planar, residual
 from nonsmooth.jit import interpreted
 from nonsmooth.system import BILATERAL, GIVEN_FORCE, MASS, NORMAL, TANGENT, UNILATERAL, evaluate
 
@@ -28,8 +28,8 @@ class Many:
         self.kinds = np.array([(UNILATERAL, 1)] * n if kinds is None else kinds)
         rows = self.kinds[:, 1] + (self.kinds[:, 0] != GIVEN_FORCE)
         self.start, self.closed = np.concatenate(([0], np.cumsum(rows))), np.arange(n)
-        self.block = new_block(Planar, planar_shapes(n, 1))
-        self.planar = self.block.arrays
+        self.block = new(Planar, n=n, d=1)
+        self.planar = self.block
         self.planar.mu[:] = self.planar.mu_static[:] = mu
         self.planar.normal_impulse[:] = given
 
@@ -125,13 +125,13 @@ def test_mixed_kinds_of_contact_have_a_solution_of_the_enumeration():
         W, c = rng.normal(size=(7, 9)), rng.normal(size=7)
         G = W @ W.T
         found, P = (many := Many(G, c, mu, kinds, given)).solve()
-        tree = new_block(Tree, tree_shapes(5, 7))
+        tree = new(Tree, n=5, r=7)
         enumerate_modes.load()
         count, _ = enumerate_modes(5, many.closed, many.start, many.kinds, mu, mu, given, G, c, tree.address)
         assert found == (count > 0)
         several += count > 1
         if found:
-            nearest = min(np.abs(G @ (P - Q[:7])).max() for Q in tree.arrays.solutions[:count])
+            nearest = min(np.abs(G @ (P - Q[:7])).max() for Q in tree.solutions[:count])
             assert nearest <= 1e-8 * np.abs(c).max()
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from nonsmooth.blocks import new_block
-from nonsmooth.contact_solvers.planar_problem import Planar, planar_shapes
+from nonsmooth.blocks import new
+from nonsmooth.contact_solvers.planar_problem import Planar
 from nonsmooth.contact_solvers.redundant import enumerate_redundant
 from nonsmooth.system import BILATERAL, UNILATERAL
 
@@ -18,8 +18,8 @@ SLIP = {PLUS: 1, MINUS: -1, PULL_PLUS: 1, PULL_MINUS: -1}
 def solutions(G, c, mu, kinds):
     """Impulses found, (found, 2 n)."""
     n = len(mu)
-    block = new_block(Planar, planar_shapes(n, 1))
-    planar = block.arrays
+    block = new(Planar, n=n, d=1)
+    planar = block
     planar.mu[:] = planar.mu_static[:] = mu
     table = np.array([(kind, 1) for kind in kinds])
     found = enumerate_redundant(n, np.arange(n), 2 * np.arange(n + 1), table, G, G, c, np.zeros(2 * n), block.address)

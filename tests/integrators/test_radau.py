@@ -5,19 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from nonsmooth.blocks import new_block, view
+from nonsmooth.blocks import new, view
 from nonsmooth.errors import Status
 from nonsmooth.integrators.event_location import (
-    CHECK_START,
-    HANDLED,
     NO_EVENT,
-    WHICH,
     Events,
-    events_shapes,
     locate_event,
 )
 from nonsmooth.integrators.radau import radau_accept, radau_shorten, radau_step
-from nonsmooth.integrators.radau_stages import ACCEPTED, DONE, NOW, RATES, RTOL, Radau, radau_shapes
+from nonsmooth.integrators.radau_stages import RATES, Radau
 from nonsmooth.jit import interpreted, kernel
 
 
@@ -57,8 +53,8 @@ def falls_below_half(model, p, context, t, x, out):
 def march(rates, p, t_end, ode_at):
     """Step to t_end."""
     ode = view(ode_at, Radau)
-    while ode.clock[NOW] < t_end:
-        status = radau_step(rates, 0, p, 0, t_end - ode.clock[NOW], ode_at)
+    while ode.clock.now < t_end:
+        status = radau_step(rates, 0, p, 0, t_end - ode.clock.now, ode_at)
         if status == Status.RUNNING:
             status = radau_accept(rates, 0, p, 0, ode)
         if status != Status.RUNNING:
@@ -70,25 +66,25 @@ def march(rates, p, t_end, ode_at):
 def march_to_event(rates, functions, p, t_end, ode_at, events_at):
     """Step to the first event."""
     ode, events = view(ode_at, Radau), view(events_at, Events)
-    events.found[CHECK_START] = 1
-    events.found[HANDLED] = NO_EVENT
-    while ode.clock[NOW] < t_end:
-        status = radau_step(rates, 0, p, 0, t_end - ode.clock[NOW], ode_at)
+    events.found.check_start = 1
+    events.found.handled = NO_EVENT
+    while ode.clock.now < t_end:
+        status = radau_step(rates, 0, p, 0, t_end - ode.clock.now, ode_at)
         if status == Status.RUNNING:
             status = locate_event(rates, functions, 0, p, 0, ode_at, events_at)
         if status == Status.RUNNING:
             status = radau_accept(rates, 0, p, 0, ode)
         if status != Status.RUNNING:
             return status
-        if events.found[WHICH] != NO_EVENT:
+        if events.found.which != NO_EVENT:
             return Status.FINISHED.value
     return Status.RUNNING.value
 
 
 def new_ode(x0, kinematic, quadratures, rtol):
-    block = new_block(Radau, radau_shapes(kinematic, len(x0) - quadratures, quadratures))
-    ode = block.arrays
-    ode.x[:], ode.atol[:], ode.clock[RTOL] = x0, rtol, rtol
+    block = new(Radau, m=kinematic, n=len(x0) - quadratures, quadratures=quadratures)
+    ode = block
+    ode.x[:], ode.atol[:], ode.clock.rtol = x0, rtol, rtol
     return block
 
 
@@ -97,14 +93,14 @@ def integrate(rates, x0, t_end, rtol, kinematic=0, quadratures=0, p=(0.0,)):
         entry_point.load()
     block = new_ode(x0, kinematic, quadratures, rtol)
     status = Status(march.dispatcher(rates.address, np.array(p), t_end, block.address))
-    return status, block.arrays
+    return status, block
 
 
 def test_error_falls_with_the_fifth_power_of_the_number_of_steps():
     reference = integrate(duffing, [1.0, 0.0, 0.0], 5.0, 1e-13, 1, 1)[1].x[:2]
     runs = [integrate(duffing, [1.0, 0.0, 0.0], 5.0, rtol, 1, 1)[1] for rtol in (1e-6, 1e-7, 1e-8, 1e-9, 1e-10)]
     errors = [np.abs(run.x[:2] - reference).max() for run in runs]
-    steps = [run.counters[ACCEPTED] for run in runs]
+    steps = [run.counters.accepted for run in runs]
     order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert 4.4 < order < 5.4  # the method has 5, its embedded estimate 3; varying steps scatter the slope
 
@@ -130,7 +126,7 @@ def test_stiffness_costs_no_steps_once_the_transient_has_died_out(stiffness):
     status, ode = integrate(attracted, [1.0], 3.0, rtol, p=(stiffness,))
     assert status == Status.FINISHED
     assert abs(ode.x[0] - math.cos(3.0)) < 10 * rtol
-    assert ode.counters[ACCEPTED] < 200
+    assert ode.counters.accepted < 200
 
 
 def test_a_saddle_is_followed_not_damped():
@@ -148,13 +144,13 @@ def test_event_is_located_to_the_error_of_the_method():
     rtol = 1e-9
     for entry_point in (radau_step, radau_shorten, locate_event, march_to_event):
         entry_point.load()
-    ode, events = new_ode([1.0, 0.0], 1, 0, rtol), new_block(Events, events_shapes(1, 2))
+    ode, events = new_ode([1.0, 0.0], 1, 0, rtol), new(Events, n_events=1, n_x=2)
     status = march_to_event.dispatcher(
         oscillator.address, falls_below_half.address, np.zeros(1), 3.0, ode.address, events.address
     )
     assert status == Status.FINISHED
-    assert abs(ode.arrays.x[0] - 0.5) < 1e-15  # Newton's method ends at rounding
-    assert abs(ode.arrays.clock[NOW] - math.pi / 3) < 30 * rtol  # the error of some thirty steps
+    assert abs(ode.x[0] - 0.5) < 1e-15  # Newton's method ends at rounding
+    assert abs(ode.clock.now - math.pi / 3) < 30 * rtol  # the error of some thirty steps
 
 
 def test_rates_that_refuse_a_state_end_the_run_with_their_status():
@@ -172,9 +168,9 @@ def test_rates_that_refuse_a_state_end_the_run_with_their_status():
 def test_interpreter_and_machine_code_agree_bit_for_bit():
     x0, rtol = [1.0, 0.0, 0.0], 1e-7
     compiled = integrate(duffing, x0, 2.0, rtol, 1, 1)[1]
-    twin = new_ode(x0, 1, 1, rtol).arrays
+    twin = new_ode(x0, 1, 1, rtol)
     status = interpreted(march)(interpreted(duffing), np.zeros(1), 2.0, twin)
     assert status == Status.FINISHED
     assert (twin.x == compiled.x).all()
     assert (twin.counters == compiled.counters).all()
-    assert twin.clock[DONE] == compiled.clock[DONE]
+    assert twin.clock.done == compiled.clock.done

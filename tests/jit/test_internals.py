@@ -5,14 +5,14 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated as Array
 
 import numba
 import numpy as np
 import pytest
 
 import nonsmooth as ns
-from nonsmooth.blocks import Matrix, Vector, new_block, view
+from nonsmooth.blocks import Block, Floats, new, view
 from nonsmooth.jit import cache, internals, kernel, rare_kernel
 from nonsmooth.jit.fingerprint import COPIED
 from nonsmooth.jit.internals import (
@@ -344,14 +344,14 @@ def test_what_numba_teaches_itself_is_no_extension_of_others():
 # blocks
 
 
-class Pair(NamedTuple):
-    a: Vector
-    B: Matrix
+class Pair(Block):
+    a: Array[Floats, "n"]
+    B: Array[Floats, "n", "n"]
 
 
 @kernel("float64(int64)")
 def trace(address):
-    """What blocks use: types of attributes, words of a table, arrays on memory that is not theirs."""
+    """What blocks use: types of attributes, words of a head, arrays on memory that is not theirs."""
     pair = view(address, Pair)
     total = 0.0
     for i in range(pair.a.shape[0]):
@@ -359,7 +359,7 @@ def trace(address):
     return total
 
 
-def test_blocks_are_read_through_their_table():
-    block = new_block(Pair, {"a": (3,), "B": (3, 3)})
-    block.arrays.a[:], block.arrays.B[:] = [1.0, 2.0, 3.0], np.arange(9.0).reshape(3, 3)
+def test_blocks_are_read_through_their_head():
+    block = new(Pair, n=3)
+    block.a[:], block.B[:] = [1.0, 2.0, 3.0], np.arange(9.0).reshape(3, 3)
     assert trace(block.address) == 0.0 + 2.0 * 4.0 + 3.0 * 8.0

@@ -20,12 +20,12 @@ from models.painleve_rod import PainleveRod
 from models.pendulum import WallPendulum
 from models.rocking_block import RockingBlock
 from models.sprag_slip import SpragSlip
-from nonsmooth.blocks import new_block
+from nonsmooth.blocks import new
 from nonsmooth.compiled import model_of
-from nonsmooth.contact_problem import Work, model_facts, work_shapes
+from nonsmooth.contact_problem import Work, model_facts
 from nonsmooth.initial_modes import ADMISSIBLE, initial_modes
 from nonsmooth.initial_state import examine_state
-from nonsmooth.integrators.records import State, state_shapes
+from nonsmooth.integrators.records import State
 from nonsmooth.jit import interpreted
 from nonsmooth.studies.run_rows import RowBuilder
 from nonsmooth.system import Contact, System
@@ -99,8 +99,8 @@ def test_modes_at_a_start_are_those_that_simulate_finds(model):
         q = q_0 + (0 if trial % 2 else 0.1) * rng.standard_normal(n)
         u = u_0 * (trial % 3) + (trial % 5 == 0) * rng.standard_normal(n)
         expected = examine_state(system, model_of(system), model_facts(system), 0.0, q, u)
-        state = new_block(State, state_shapes(n, n_c, d, 1)).arrays
-        work = new_block(Work, work_shapes(n, n_c, d)).arrays
+        state = new(State, n=n, n_c=n_c, d=d, capacity=1)
+        work = new(Work, n=n, n_c=n_c, d=d)
         state.q[:], state.u[:] = q, u
         verdict = interpreted(initial_modes)(
             in_python(system), model_facts(system), 0.0, n, n_c, system.kinds, system.p, state, work
