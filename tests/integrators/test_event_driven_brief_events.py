@@ -173,7 +173,7 @@ def test_guide_lets_go_where_its_normal_force_is_too_small_for_a_moment(depth, r
 
 
 def guide(push, depth, rate, side=1):
-    """Pushed along by a constant force, pressed to a side by N = cos(rate t) + 1 - depth: to the other about troughs."""
+    """Pushed along by a constant force, pressed to a side by N = cos(rate t) + 1 - depth, or to the other."""
 
     def force(t):
         return push, GRAVITY - side * (math.cos(rate * t) + 1 - depth)
