@@ -42,6 +42,7 @@ from nonsmooth.integrators.rigid_modes import (
     NEARLY_SINGULAR,
     RigidContacts,
     contacts_shapes,
+    note_side,
 )
 from nonsmooth.integrators.rigid_switching import search_shapes, switch_modes
 from nonsmooth.integrators.rigid_touch import START, Touch, touch_shapes
@@ -154,6 +155,8 @@ def accept(state, contacts, ode):
         state.q[i], state.u[i] = ode.x[i], ode.x[n + i]
     for i in range(contacts.kinds.shape[0]):
         state.worst[PENETRATION] = max(state.worst[PENETRATION], -ode.x[2 * n + i])
+        if contacts.la[i, 1] == 0.0:
+            note_side(i, contacts)
     state.counters[STEPS] += 1
 
 
