@@ -134,10 +134,10 @@ class Shelf:
         return self._model
 
     def _update(self) -> None:
-        announce_first_compile()
-        survey = survey_of(*self._arguments)
+        survey = survey_of(*self._arguments)  # imports numba, and refuses one that does not fit before a word is said
         made_from = survey.digest()
         if made_from != self._made_from:
+            announce_first_compile()
             try:
                 self._made = compile_model(*self._arguments, survey)
             except CannotCompile as reason:

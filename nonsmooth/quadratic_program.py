@@ -15,9 +15,12 @@ from typing import Any
 import numpy as np
 
 SETTINGS: dict[str, dict[str, Any]] = {
-    "osqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 50_000, "polishing": False}  # polishing prints
-}
-TELLS_OSQP = (4, 13)  # version of qpsolvers from which raise_error reaches osqp's solve
+    "osqp": {
+        "eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 50_000,
+        "polishing": False,  # it prints
+        "raise_error": False,  # returns where it stops early
+    },
+}  # fmt: skip
 
 
 def minimise(
@@ -56,12 +59,8 @@ def minimise(
 
 
 def settings_of(solver: str) -> dict[str, Any]:
-    """The options of a solver. An osqp that stops early returns instead of raising, where qpsolvers can tell it so."""
-    import qpsolvers
-
-    settings = SETTINGS.get(solver, {})
-    version = tuple(map(int, qpsolvers.__version__.split(".")[:2]))
-    return settings | {"raise_error": False} if solver == "osqp" and version >= TELLS_OSQP else settings
+    """The options of a solver."""
+    return SETTINGS.get(solver, {})
 
 
 def solver_names() -> list[str]:

@@ -76,6 +76,28 @@ def of_model(model, t_end, **state):
     return model, *model.state(**state), t_end, "compliant-limit"
 
 
+def guide():
+    """A block of 1 kg in a guide, pushed along; the force across changes its sign twice about t = 0.6 s."""
+
+    def mass(t, q, p, M):
+        M[0, 0] = M[1, 1] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0], h[1] = 0.02, 0.7 + np.cos(5 * t)
+
+    def gap(t, q, p, g):
+        g[0] = q[1]
+
+    def normal(t, q, p, W):
+        W[0, 1] = 1.0
+
+    def tangent(t, q, p, W):
+        W[0, 0, 0] = 1.0
+
+    contacts = [ns.Contact(mu=0.3, bilateral=True)]
+    return ns.System(n_q=2, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, contacts=contacts)
+
+
 def random_system(seed):
     s = stress_random.sample(seed)
     return s.system, s.q0, s.u0, 0.1, s.selection
@@ -91,6 +113,7 @@ SCENES = {
     "belt": of_model(BeltOscillator(), 0.1),
     "box on three points": scene(stress_scenes.box_on([-0.2, 0.0, 0.2]), [0.5, 0, 0, 0], 0.02),
     "stack of two": scene(stress_scenes.stack(2, stress_scenes.Tower()), [0, 0, 0, 0.3, 0, 0], 0.01),
+    "guide": scene(guide(), [0, 0], 1.0),
     "groove": scene(stress_scenes.groove(0.3, mu=0.2), [0.1, 0, 0, 0], 0.02),
     **{f"random system {seed}": random_system(seed) for seed in (1, 2, 3)},
 }

@@ -2,7 +2,7 @@
 
 The event functions are those of rigid_forces.py, and the load of a given normal force:
 
-    g_N of an open contact, la_N of a closed one    s gamma_F of a slide    mu |la_N| - |la_F| of a contact that sticks
+    g_N of an open contact, la_N of a closed one    s gamma_F of a slide    mu sigma la_N -+ la_F of one that sticks
     sigma la_N of a bilateral slide                 det A of all slides     N of a given normal force
 
 Each substep leaves a sample of them. Where a sample has fallen, where the parabola through three of them dips low, and

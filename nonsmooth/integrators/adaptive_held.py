@@ -39,9 +39,11 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive_state import Extrapolation
 from nonsmooth.integrators.moreau_jean_step import ROUNDING, new_velocity
 from nonsmooth.integrators.records import book_energy
-from nonsmooth.integrators.rigid_forces import of_load, solve_island
+from nonsmooth.integrators.rigid_forces import of_load, pressing, solve_island
 from nonsmooth.integrators.rigid_modes import (
+    BACKWARD,
     CLOSURE,
+    FORWARD,
     FRICTION,
     N_FUNCTIONS,
     SIGN,
@@ -369,8 +371,10 @@ def take_samples(k, dt, n_k, run):
             if kind == BILATERAL:
                 run.sample[k, e + SIGN] = of_load(contacts.sign[i] * normal, i, contacts)
         elif mode == ContactMode.STICK:
-            reserve = static_coefficient(contacts.laws, i) * abs(normal) - abs(work.P[b]) / dt
-            run.sample[k, e + FRICTION] = of_load(reserve, i, contacts)
+            pull = work.P[b] / dt
+            most = static_coefficient(contacts.laws, i) * pressing(normal, pull, i, contacts)
+            run.sample[k, e + FORWARD] = of_load(most + pull, i, contacts)
+            run.sample[k, e + BACKWARD] = of_load(most - pull, i, contacts)
 
 
 @kernel

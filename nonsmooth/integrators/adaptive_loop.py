@@ -32,7 +32,7 @@ from nonsmooth.integrators.penalty_loop import Trail, write_row
 from nonsmooth.integrators.radau import SMALLEST
 from nonsmooth.integrators.records import EVENT_WIDTH, N_LEDGER, State
 from nonsmooth.integrators.rigid_census import count_step, enters_region, note_several
-from nonsmooth.integrators.rigid_modes import N_FUNCTIONS, N_WORKS, UNIQUE
+from nonsmooth.integrators.rigid_modes import N_FUNCTIONS, N_WORKS, UNIQUE, note_side
 from nonsmooth.jit import kernel
 from nonsmooth.system import GAP, UNILATERAL
 
@@ -213,6 +213,8 @@ def end_smooth(t_1, H, state, run):
     arm(run)
     count_step(state, contacts)
     for i in range(n_c):
+        if contacts.la[i, 1] == 0.0:
+            note_side(i, contacts)
         e = N_FUNCTIONS * i + UNIQUE
         if enters and enters_region(e, contacts) and run.f_0[e] < 0.0:
             note_several(t_1, i, True, state, contacts)

@@ -37,6 +37,9 @@ RECOVER = 1.2  # growth of the longest step after Newton's method failed with a 
 QUIET = 1e-6  # of the span: the first step of a body at rest, which says nothing of the time in which its loads change
 SLOW = 1e-3  # rate of convergence of Newton's method above which the Jacobian is renewed
 SMALLEST = 16.0 * EPS  # step, relative to t
+# An error that is no smaller when the next is compared with it, as in RADAU5. At rest errors are rounding, 1e-60 or
+# 1e-6 of the tolerance by chance, and such a growth would shrink the step to nothing.
+CALM = 1e-2
 
 
 @kernel("int64(int64, int64, float64[::1], int64, float64, int64)", short_loops=True)
@@ -88,7 +91,7 @@ def radau_step(rates, model, p, context, h_max, ode_at):
         clock.limit *= RECOVER
         clock.step = min(clock.step, clock.limit)
         clock.done = h
-        clock.error_old = error
+        clock.error_old = max(CALM, error)
         flags.is_worn = is_slow
         return Status.RUNNING.value
 

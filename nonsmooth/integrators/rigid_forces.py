@@ -3,11 +3,17 @@
 Event functions end a mode:
 
     CLOSURE     g_N of an open contact, la_N of a closed one (unilateral)
-    FRICTION    s gamma_F of sliding, unless mu = 0; mu |la_N| - |la_F| of sticking
+    FRICTION    s gamma_F of sliding, unless mu = 0
     SIGN        sigma la_N of a bilateral contact that slides
+    FORWARD     mu sigma la_N + la_F of sticking: where it falls through zero the contact slides with gamma_F > 0
+    BACKWARD    mu sigma la_N - la_F of sticking: with gamma_F < 0
     UNIQUE      p' of a bilateral contact that slides alone: where it falls through zero a second force fits
     REGULAR     det A over that without friction, of the island where it is least: a slide whose p falls to zero has
                 lost its force (Génot–Brogliato point)
+
+mu |la_N| - |la_F| is the less of FORWARD and BACKWARD, and has kinks at la_N = 0 and la_F = 0, which no polynomial
+follows: a bilateral force that passes zero twice within a step would let go unseen. With the sign sigma that la_N had
+where sticking began both are smooth, and one falls before la_N passes zero, if anything pulls.
 
 Contacts that G does not couple have their forces island by island. Of redundant contacts no single force is known:
 their modes last while any share of the load is admissible, and what
@@ -27,8 +33,10 @@ from nonsmooth.integrators.moreau_jean_step import ROUNDING
 from nonsmooth.integrators.radau_stages import EPS, RATES
 from nonsmooth.integrators.rigid_census import slides_alone, uniqueness
 from nonsmooth.integrators.rigid_modes import (
+    BACKWARD,
     CLOSURE,
     DISTINCT,
+    FORWARD,
     FRICTION,
     N_FUNCTIONS,
     SIGN,
@@ -120,12 +128,22 @@ def rigid_events(model, p, contacts_at, t, x, out):
                 out[e + SIGN] = of_load(contacts.sign[i] * la[i, 0], i, contacts)
                 out[E + e + SIGN] = force
         elif mode == ContactMode.STICK:
-            reserve = static_coefficient(contacts.laws, i) * abs(la[i, 0]) - abs(la[i, 1])
-            out[e + FRICTION] = of_load(reserve, i, contacts)
-            out[E + e + FRICTION] = force
+            most = static_coefficient(contacts.laws, i) * pressing(la[i, 0], la[i, 1], i, contacts)
+            out[e + FORWARD] = of_load(most + la[i, 1], i, contacts)
+            out[e + BACKWARD] = of_load(most - la[i, 1], i, contacts)
+            out[E + e + FORWARD] = out[E + e + BACKWARD] = force
     out[E - 1] = contacts.numbers.determinant - SINGULAR_SLIDE
     out[2 * E - 1] = 0.0
     return Status.RUNNING.value
+
+
+@kernel
+def pressing(la_N, la_F, i, contacts):
+    """|la_N| of a contact that sticks: sigma la_N, which is smooth, unless nothing pulls or no single force is known.
+
+    What nothing pulls at does not let go where la_N passes zero.
+    """
+    return abs(la_N) if la_F == 0.0 or contacts.is_shared[i] == 1 else contacts.sign[i] * la_N
 
 
 @kernel

@@ -15,6 +15,7 @@ from nonsmooth.blocks import address
 from nonsmooth.contact_solvers.modes import SAME_MOTION
 from nonsmooth.errors import Status
 from nonsmooth.integrators.rigid_forces import rigid_rates
+from nonsmooth.integrators.rigid_modes import note_side
 from nonsmooth.jit import kernel
 from nonsmooth.paradox.forces import is_asked
 from nonsmooth.system import UNILATERAL, ContactMode
@@ -87,4 +88,6 @@ def may_share(model, p, t, i, contacts, touch):
     for j in range(n):
         touch.x[j], touch.x[n + j] = contacts.q[j], contacts.u[j]
     status = rigid_rates(model, p, address(contacts), t, touch.x, touch.rates)
+    for k in range(contacts.kinds.shape[0]):
+        note_side(k, contacts)
     return status == Status.RUNNING and contacts.is_admissible[i] == 1

@@ -24,13 +24,7 @@ from nonsmooth.integrators.radau_stages import Radau, rates_at
 from nonsmooth.integrators.records import State
 from nonsmooth.integrators.rigid_census import count_step, enters_region, note_several, slides, slides_alone
 from nonsmooth.integrators.rigid_hold import hold
-from nonsmooth.integrators.rigid_modes import (
-    CLOSURE,
-    N_FUNCTIONS,
-    N_WORKS,
-    NEARLY_SINGULAR,
-    RigidContacts,
-)
+from nonsmooth.integrators.rigid_modes import CLOSURE, N_FUNCTIONS, N_WORKS, NEARLY_SINGULAR, RigidContacts, note_side
 from nonsmooth.integrators.rigid_switching import KEPT, switch_modes
 from nonsmooth.integrators.rigid_touch import START, Touch
 from nonsmooth.integrators.step_polynomial import begin_polynomial, end_polynomial
@@ -132,6 +126,8 @@ def accept(state, contacts, ode):
         state.q[i], state.u[i] = ode.x[i], ode.x[n + i]
     for i in range(contacts.kinds.shape[0]):
         state.worst.penetration = max(state.worst.penetration, -ode.x[2 * n + i])
+        if contacts.la[i, 1] == 0.0:
+            note_side(i, contacts)
     state.counters.steps += 1
 
 

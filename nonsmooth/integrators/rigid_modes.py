@@ -35,11 +35,12 @@ from nonsmooth.integrators.contact_switching import ROUNDINGS, fastest_velocity
 from nonsmooth.integrators.radau_stages import EPS, determinant_is_positive
 from nonsmooth.jit import kernel
 from nonsmooth.laws import LAW_WIDTH, friction_coefficient
-from nonsmooth.system import GIVEN_FORCE, ContactMode
+from nonsmooth.system import BILATERAL, GIVEN_FORCE, ContactMode
 
 # event functions of a contact; the last of all is REGULAR
 CLOSURE, FRICTION, SIGN = range(3)
 UNIQUE = CLOSURE  # of a bilateral contact, which has nothing to close
+FORWARD, BACKWARD = FRICTION, SIGN  # of a contact that sticks, the ways in which it may slide
 N_FUNCTIONS = 3
 EVERY = -1  # island
 N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfaces
@@ -202,6 +203,13 @@ def set_velocities(n_k, contacts):
             contacts.gamma[i, 0] = work.gamma_0[work.start[k]]
         if kinds[i, 1] > 0:
             contacts.gamma[i, 1] = work.gamma_0[work.start[k + 1] - 1]
+
+
+@kernel
+def note_side(i, contacts):
+    """Note the sign of la_N of a bilateral contact that sticks, at the state whose forces are in ``contacts``."""
+    if contacts.kinds[i, 0] == BILATERAL and contacts.mode[i] == ContactMode.STICK:
+        contacts.sign[i] = -1 if contacts.la[i, 0] < 0.0 else 1
 
 
 @kernel

@@ -330,7 +330,10 @@ def take_solution(island, n_k, state, contacts, touch, forces):
         i, k, candidate = forces.member[m], forces.contact[m], tree.modes[take, m]
         contacts.mode[i] = mode_of(candidate, kinds[i, 1])
         contacts.slip[i] = slip_of(candidate)
-        contacts.sign[i] = sigma_of(candidate) if kinds[i, 0] == BILATERAL else 1
+        contacts.sign[i] = 1
+        if kinds[i, 0] == BILATERAL:
+            pulls = forces.la[take, work.start[k]] < 0.0
+            contacts.sign[i] = -1 if candidate == STICK and pulls else sigma_of(candidate)
         for a in range(work.start[k], work.start[k + 1]):
             forces.taken[a] = forces.la[take, a]
         if is_indeterminate:

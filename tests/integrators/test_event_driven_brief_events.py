@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import nonsmooth as ns
@@ -16,6 +17,7 @@ from nonsmooth.integrators import event_resolution as resolution
 
 MU, GRAVITY = 0.3, 9.81
 TOLERANCES = [1e-4, 1e-8, 1e-12]
+MOST = 5.0  # tolerances
 
 
 def events_at(rtol):
@@ -168,6 +170,143 @@ def test_guide_lets_go_where_its_normal_force_is_too_small_for_a_moment(depth, r
     first = math.acos(depth - 1) / 5
     troughs = [first, first + 2 * math.pi / 5]
     assert begins_of(sol, ContactMode.SLIDE) == pytest.approx(troughs, abs=1e-11)
+
+
+def guide(push, depth, rate, side=1):
+    """Pushed along by a constant force, pressed to a side by N = cos(rate t) + 1 - depth, or to the other."""
+
+    def force(t):
+        return push, GRAVITY - side * (math.cos(rate * t) + 1 - depth)
+
+    return block(force, ns.Contact(mu=MU, bilateral=True))
+
+
+def slips_at_the_first_trough(push, depth, rate):
+    """(Begin, way) of the slips about rate t = pi: v' = push - mu |N| from push = mu |N| on, until v = 0.
+
+    |N| holds the guide on its other side for a while, if that is deep and long enough, and it slips twice.
+    """
+    centre, changes = math.pi / rate, math.acos(1 - depth) / rate
+
+    def integral(t):
+        return math.sin(rate * t) / rate + (1 - depth) * t
+
+    def of_size(t):
+        before, after = integral(centre - changes), integral(centre + changes)
+        if t <= centre - changes:
+            return integral(t)
+        return 2 * before - integral(t) if t <= centre + changes else integral(t) - 2 * (after - before)
+
+    def slip(begin, turn, latest):
+        def velocity(t):
+            return push * (t - begin) - MU * (of_size(t) - of_size(begin))
+
+        end = brentq(velocity, turn, latest, xtol=1e-15) if velocity(latest) < 0 else None
+        corners = [t for t in (centre - changes, centre + changes) if begin < t < (end or begin)]
+        edges = [begin, *corners, end]
+        within = 1e-9 * push * (1 / rate) ** 2  # of the way
+        way = sum(quad(velocity, a, b, epsabs=within)[0] for a, b in zip(edges, edges[1:], strict=False)) if end else 0
+        return end and (begin, way)
+
+    reach = math.acos(1 - depth - push / MU) / rate  # push = mu N at centre -+ reach
+    last = centre + math.pi / rate
+    if push >= MU * depth:
+        return [slip(centre - reach, centre + reach, last)]
+    held = math.acos(1 - depth + push / MU) / rate  # and on the other side at centre -+ held
+    first = slip(centre - reach, centre - held, centre + held)
+    return [first, slip(centre + held, centre + reach, last)] if first else [slip(centre - reach, centre + reach, last)]
+
+
+@pytest.mark.parametrize("rtol", TOLERANCES)
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize(("push", "depth"), [(1e-2, 1e-3), (1e-3, 1e-2), (3e-4, 0.3)])
+def test_guide_slips_where_its_force_changes_sides_for_a_moment(push, depth, side, rtol):
+    """|N| is far above the push before and after, and the times at which it is not are a small part of a step."""
+    slips = slips_at_the_first_trough(push, depth, 5.0)
+    sol = ns.simulate(guide(push, depth, 5.0, side), (0, 1.2), [0, 0], [0, 0], integrator=events_at(rtol))
+    assert begins_of(sol, ContactMode.SLIDE) == pytest.approx([begin for begin, _ in slips], abs=1e-12)
+    assert sol.q[-1, 0] == pytest.approx(sum(way for _, way in slips), rel=1e-6, abs=1e-2 * rtol)
+
+
+def random_guide(rng, least=1e-4):
+    """(push, depth, rate, rtol)"""
+    push, depth = 10 ** rng.uniform(math.log10(least), -0.6), 10 ** rng.uniform(-6, -0.3)
+    return push, depth, 10 ** rng.uniform(-0.5, 2.5), 10 ** rng.uniform(-9, -3)
+
+
+def test_no_change_of_sides_is_missed_at_random_rates_and_tolerances():
+    rng = np.random.default_rng(3)
+    for _ in range(40):
+        push, depth, rate, rtol = random_guide(rng)
+        slips = slips_at_the_first_trough(push, depth, rate)
+        period = 2 * math.pi / rate
+        cycles = int(rng.integers(1, 5))
+        sol = ns.simulate(
+            guide(push, depth, rate), (0, cycles * period), [0, 0], [0, 0], integrator=ns.EventDriven(rtol)
+        )
+        begins = [begin + period * k for k in range(cycles) for begin, _ in slips]
+        assert begins_of(sol, ContactMode.SLIDE) == pytest.approx(begins, rel=1e-10)
+
+
+@pytest.mark.stress
+def test_changes_of_sides_that_leave_no_trace_are_all_that_is_missed():
+    """A slip that is over within 1e-5 of a step, before modes are decided; ways of rounding."""
+    rng = np.random.default_rng(5)
+    total, missed = 0, []
+    for _ in range(300):
+        push, depth, rate, rtol = random_guide(rng, least=1e-7)
+        slips = [slip for slip in slips_at_the_first_trough(push, depth, rate) if slip]
+        t_end = 2 * math.pi / rate
+        sol = ns.simulate(guide(push, depth, rate), (0, t_end), [0, 0], [0, 0], integrator=ns.EventDriven(rtol))
+        found = np.array([*begins_of(sol, ContactMode.SLIDE), -1.0])
+        total += len(slips)
+        missed += [way for begin, way in slips if np.abs(found - begin).min() > 1e-10 * t_end]
+    assert total > 300 and len(missed) < 0.2 * total
+    assert max(missed) < 1e-12
+
+
+def test_adaptive_moves_a_guide_that_slips_where_its_force_changes_sides():
+    """Where the way is above the tolerance: below it a slip may be left out."""
+    rng = np.random.default_rng(4)
+    for _ in range(40):
+        push, depth, rate, rtol = random_guide(rng)
+        way = sum(way for _, way in slips_at_the_first_trough(push, depth, rate))
+        system, t_end = guide(push, depth, rate), 2 * math.pi / rate
+        sol = ns.simulate(system, (0, t_end), [0, 0], [0, 0], integrator=ns.Adaptive(rtol, 1e-2 * rtol))
+        assert sol.q[-1, 0] == pytest.approx(way, abs=MOST * (1e-2 * rtol + rtol * way))
+
+
+@pytest.mark.parametrize(
+    ("integrator", "most"), [(ns.EventDriven(1e-8), 300), (ns.Adaptive(1e-8), 30)], ids=["event-driven", "adaptive"]
+)
+def test_guide_that_nothing_pushes_stays_where_its_force_changes_sides(integrator, most):
+    """And no step ends there: nothing is decided."""
+    sol = ns.simulate(guide(0.0, 0.7, 5.0), (0, 20), [0, 0], [0, 0], integrator=integrator)
+    assert sol.events == [] and not sol.q.any() and sol.stats.steps < most
+
+
+def test_guide_that_carries_nothing_but_rounding_stays():
+    """N is 1e-15 N to either side, by turns, and nothing pulls: no side is decided upon."""
+
+    def force(t):
+        return 0.0, GRAVITY * (1 + 2e-16 * math.sin(50 * t))
+
+    system = block(force, ns.Contact(mu=MU, bilateral=True))
+    sol = ns.simulate(system, (0, 1), [0, 0], [0, 0], integrator=ns.EventDriven(1e-8), max_steps=5000)
+    assert sol.events == [] and not sol.q.any()
+
+
+@pytest.mark.parametrize("rtol", TOLERANCES)
+@pytest.mark.parametrize("before", [0.5, -0.5])
+def test_guide_that_is_pushed_after_its_force_has_changed_sides_is_held(before, rtol):
+    """It is pressed to the other side, from t = 1 on, when a push of half its friction, or less, begins at t = 2."""
+
+    def force(t):
+        return 0.5 * MU * max(0.0, t - 2), GRAVITY + math.copysign(1.0, before) * (t - 1)
+
+    system = block(force, ns.Contact(mu=MU, bilateral=True))
+    sol = ns.simulate(system, (0, 5), [0, 0], [0, 0], integrator=events_at(rtol))
+    assert sol.events == [] and not sol.q.any()
 
 
 @pytest.mark.parametrize("rtol", TOLERANCES)

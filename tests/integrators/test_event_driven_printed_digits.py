@@ -85,11 +85,11 @@ def cycle():
 
 
 def test_normal_force_of_the_limit_cycle_changes_its_sign_where_printed(cycle):
-    """Located as events, so that a record lies where the force is zero."""
+    """Located as events, so that a record lies where the force is zero; two where the event rounds the velocities."""
     sol, start = cycle
     period = (sol.t > start) & (sol.t < start + 0.377442788)
     t, th, la_N = sol.t[period] - start, sol.q[period, 1], sol.la[period, 0, 0]
-    zeros = np.abs(la_N) < 1e-9
+    zeros = (np.abs(la_N) < 1e-9) & (np.diff(t, prepend=0.0) > 0.0)
     assert t[zeros].tolist() == [rounded("0.108644837"), rounded("0.279364694")]
     assert th[zeros].tolist() == [rounded("0.820830335"), rounded("0.830592534")]
     assert (la_N.min(), la_N.max()) == (rounded("-6.5777"), rounded("116.97"))

@@ -42,6 +42,13 @@ def attracted(model, p, context, t, x, out):
 
 
 @kernel(RATES)
+def all_but_rest(model, p, context, t, x, out):
+    """Rates of rounding: 1e-190 or 1e-16 by turns, as the last bits of what cancels are."""
+    out[0] = 1e-16 * math.exp(-200.0 * (1.0 + math.sin(p[0] * t)))
+    return Status.RUNNING.value
+
+
+@kernel(RATES)
 def falls_below_half(model, p, context, t, x, out):
     """One event, x_0 = 1/2, of the tolerance 1e-12."""
     out[0] = x[0] - 0.5
@@ -137,6 +144,18 @@ def test_a_saddle_is_followed_not_damped():
     assert status == Status.FINISHED
     # errors made on the way grow by as much as the distance itself, 1e3; 1e-10 a step over some forty steps
     assert abs(ode.x[0] - math.cos(t_end) - 1e3 * start) < 1e3 * 40 * 1e-10
+
+
+@pytest.mark.parametrize("rate", [1.0, 2.0, 5.0, 7.0, 300.0])
+def test_rounding_of_rates_at_rest_does_not_shorten_the_steps(rate):
+    """The rounding of a second is a hundredth of the tolerance: every step is as long as it may be, 1 s."""
+    for entry_point in (radau_step, march):
+        entry_point.load()
+    block = new_ode([0.0], 0, 0, 1e-14)
+    for second in range(1, 101):
+        status = march.dispatcher(all_but_rest.address, np.array([rate]), float(second), block.address)
+        assert Status(status) == Status.FINISHED
+    assert block.arrays.counters.accepted == 100
 
 
 def test_event_is_located_to_the_error_of_the_method():

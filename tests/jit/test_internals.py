@@ -1,5 +1,6 @@
 """What is used of numba beside its public interface: each part still does what it is used for."""
 
+import os
 import re
 import subprocess
 import sys
@@ -63,9 +64,10 @@ def test_a_numba_that_was_tested_is_taken(version):
     ("import numba; numba.__version__ = '0.99.0'", 'nonsmooth: numba 0.99.0 was not tested with nonsmooth: '),
     ("import sys; sys.modules['numba'] = None", "nonsmooth: numba cannot be imported: "),
 ])  # fmt: skip
-def test_a_numba_that_does_not_fit_is_told_in_one_line(change, words):
+def test_a_numba_that_does_not_fit_is_told_in_one_line_also_at_first_use(change, words, tmp_path):
     code = f"{change}; from nonsmooth.cli import main; raise SystemExit(main(['run', 'bouncing-ball', '--no-plot']))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    empty = {**os.environ, "NONSMOOTH_CACHE_DIR": str(tmp_path / "cache")}  # where "first use, compiling" would be told
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, env=empty)
     assert done.returncode == 2 and done.stderr.startswith(words) and done.stderr.count("\n") == 1
 
 
