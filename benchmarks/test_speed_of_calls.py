@@ -7,14 +7,16 @@ import sys
 import pytest
 
 import nonsmooth as ns
-from nonsmooth.bench.scenes import sliding_rod
+from benchmarks.scenes import sliding_rod
 
 COMMANDS = {
     "an empty interpreter": "pass",
     "import nonsmooth": "import nonsmooth",
-    "nonsmooth --help": "from nonsmooth.cli import main; main(['--help'])",
-    "nonsmooth list": "from nonsmooth.cli import main; main(['list'])",
-    "a run of one step": "from nonsmooth.cli import main; main('run bouncing-ball --t-end 1e-3 --no-plot'.split())",
+    "nonsmooth --help": "from nonsmooth.commands.cli import main; main(['--help'])",
+    "nonsmooth list": "from nonsmooth.commands.cli import main; main(['list'])",
+    "a run of one step": (
+        "from nonsmooth.commands.cli import main; main('run bouncing-ball --t-end 1e-3 --no-plot'.split())"
+    ),
 }
 
 

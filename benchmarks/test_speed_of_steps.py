@@ -2,7 +2,7 @@
 
 import pytest
 
-from nonsmooth.bench.core import ROD_STEPS, STEPS, run_belt, run_rod, run_row
+from benchmarks.core import ROD_STEPS, STEPS, run_belt, run_rod, run_row
 
 
 def test_sliding_rod(benchmark):

@@ -13,7 +13,7 @@ from sphinx.application import Sphinx
 
 import models
 import nonsmooth
-from nonsmooth.cli import build_parser
+from nonsmooth.commands.cli import build_parser
 
 project = "nonsmooth"
 author = "nonsmooth developers"

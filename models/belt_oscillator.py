@@ -21,10 +21,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.arrays import as_non_negative, as_number, as_positive
+from nonsmooth.checks.arrays import as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
-from nonsmooth.laws import FrictionLaw, Polynomial, Smoothed, StaticKinetic, Stribeck
-from nonsmooth.system import Contact, System
+from nonsmooth.mechanics.laws import FrictionLaw, Polynomial, Smoothed, StaticKinetic, Stribeck
+from nonsmooth.mechanics.system import Contact, System
 
 LAWS: dict[str, FrictionLaw] = {
     "cubic": Polynomial("m0", "m1", "m3"),

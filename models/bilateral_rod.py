@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.rod_geometry import FUNCTIONS, TipRod, slip_sign
-from nonsmooth.system import Contact, System
+from nonsmooth.mechanics.system import Contact, System
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.arrays import as_count, as_fraction, as_non_negative, as_number, as_positive
-from nonsmooth.system import Contact, System
+from nonsmooth.checks.arrays import as_count, as_fraction, as_non_negative, as_number, as_positive
+from nonsmooth.mechanics.system import Contact, System
 
 
 def mass(t, q, p, M):

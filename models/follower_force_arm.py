@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.arrays import as_non_negative, as_number, as_positive
+from nonsmooth.checks.arrays import as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput
-from nonsmooth.system import System
+from nonsmooth.mechanics.system import System
 
 
 def mass(t, q, p, M):

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from models.rod_geometry import FUNCTIONS, TipRod, slip_sign
-from nonsmooth.arrays import as_fraction, as_non_negative
+from nonsmooth.checks.arrays import as_fraction, as_non_negative
 from nonsmooth.errors import InvalidInput
-from nonsmooth.system import Contact, System
+from nonsmooth.mechanics.system import Contact, System
 
 
 class RodImpact(NamedTuple):

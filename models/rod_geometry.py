@@ -19,7 +19,7 @@ from typing import Self
 
 import numpy as np
 
-from nonsmooth.arrays import as_non_negative, as_number, as_positive
+from nonsmooth.checks.arrays import as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput
 
 

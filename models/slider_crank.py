@@ -26,9 +26,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.arrays import as_fraction, as_non_negative, as_number, as_positive
+from nonsmooth.checks.arrays import as_fraction, as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput
-from nonsmooth.system import Contact, System
+from nonsmooth.mechanics.system import Contact, System
 
 CORNERS = ((-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))  # i_k, j_k: upper left and right, lower left and right
 

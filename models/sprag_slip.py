@@ -24,9 +24,9 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from nonsmooth.arrays import as_non_negative, as_number, as_positive
+from nonsmooth.checks.arrays import as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput
-from nonsmooth.system import Contact, System
+from nonsmooth.mechanics.system import Contact, System
 
 SOLUTIONS = (1, 2, 0, 0, 2)  # number of solutions in the regions A0 .. A4
 

@@ -13,7 +13,7 @@ def program() -> NoReturn:
     """Run the command line. After Ctrl-C the process ends at once: taking compiled code down takes some 0.3 s. It may
     come as early as among the imports."""
     try:
-        from nonsmooth.cli import main
+        from nonsmooth.commands.cli import main
 
         code = main()
     except KeyboardInterrupt:

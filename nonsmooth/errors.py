@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from nonsmooth.arrays import Vector
-    from nonsmooth.runs.failed_problem import FailedProblem
-    from nonsmooth.solution import Solution
+    from nonsmooth.checks.arrays import Vector
+    from nonsmooth.results.failed_problem import FailedProblem
+    from nonsmooth.results.solution import Solution
 
 
 LONGEST = 80  # characters of a value in a message

@@ -10,9 +10,9 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall, PainleveRod
-from nonsmooth.cli import main
-from nonsmooth.output.maps import save_map
-from nonsmooth.studies.solve_files import solve_files
+from nonsmooth.commands.cli import main
+from nonsmooth.commands.solve_files import solve_files
+from nonsmooth.sweeps.maps import save_map
 
 STEP = ns.MoreauJean(dt=1e-3)
 BALL = BouncingBall(e=0.5)
@@ -93,7 +93,7 @@ def test_a_write_that_fails_half_way_leaves_the_old_file_and_nothing_beside_it(n
 
 @pytest.mark.parametrize("name", [name for name in WRITERS if not name.endswith(("png", "gif"))])
 def test_every_file_of_numbers_is_sealed_as_what_it_is(name):
-    from nonsmooth.output.hdf5 import seal_of
+    from nonsmooth.results.hdf5 import seal_of
 
     WRITERS[name](name)
     what = {"run": "solution", "step": "problem", "problem": "fclib"}

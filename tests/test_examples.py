@@ -11,7 +11,7 @@ import pytest
 
 import models
 import nonsmooth
-from nonsmooth.cli import build_parser, main
+from nonsmooth.commands.cli import build_parser, main
 from nonsmooth.commands.typed_input import NEGATIVE
 
 ROOT = Path(__file__).parents[1]

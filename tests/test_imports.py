@@ -20,7 +20,8 @@ def imported_by(code):
 
 @pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["--version"]])
 def test_help_imports_nothing_heavy(arguments):
-    code = f"from nonsmooth.cli import main\ntry: main({arguments})\nexcept SystemExit as stop: assert stop.code == 0"
+    code = f"from nonsmooth.commands.cli import main\ntry: main({arguments})\nexcept SystemExit as stop: "
+    code += "assert stop.code == 0"
     assert imported_by(code) == set()
 
 
@@ -29,12 +30,14 @@ def test_the_package_imports_nothing_heavy():
 
 
 def test_bad_input_is_refused_before_the_loop_is_loaded():
-    assert "numba" not in imported_by("from nonsmooth.cli import main\nassert main(['run', 'no-such-model']) == 2")
+    assert "numba" not in imported_by(
+        "from nonsmooth.commands.cli import main\nassert main(['run', 'no-such-model']) == 2"
+    )
 
 
 def test_a_run_draws_and_stores_only_with_what_it_needs():
     code = (
-        "from nonsmooth.cli import main\n"
+        "from nonsmooth.commands.cli import main\n"
         "assert main(['run', 'bouncing-ball', '--t-end', '0.01', '--no-plot', '--quiet']) == 0"
     )
     assert not imported_by(code) & {"matplotlib", "qpsolvers", "osqp", "xarray", "h5py"}

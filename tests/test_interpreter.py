@@ -17,6 +17,7 @@ import pytest
 from scipy import sparse
 
 import nonsmooth as ns
+from benchmarks import contact_scenes, scenes, stress_random, stress_scenes
 from models import (
     BeadChain,
     BeltOscillator,
@@ -29,12 +30,10 @@ from models import (
     SpragSlip,
     Woodpecker,
 )
-from nonsmooth import blocks
-from nonsmooth.bench import contact_scenes, scenes, stress_random, stress_scenes
-from nonsmooth.contact_solvers.solve import SOLVERS as CONTACT_SOLVERS
-from nonsmooth.jit import Kernel, interpreted
+from nonsmooth.commands.solve_files import load_problem
+from nonsmooth.contact.blocks.solve import SOLVERS as CONTACT_SOLVERS
+from nonsmooth.jit import Kernel, blocks, interpreted
 from nonsmooth.lcp.solve import SOLVERS as LCP_SOLVERS
-from nonsmooth.studies.solve_files import load_problem
 
 DATA = Path(__file__).parent / "data"
 

@@ -10,11 +10,11 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall
-from nonsmooth.stability.flow_map import flow_curve, flow_map
+from nonsmooth.cycles.flow_map import flow_curve, flow_map
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = Path(ns.__file__).parent
-BETWEEN_PROCESSES = {"studies/pool.py", "studies/batches.py", "studies/sweep.py", "studies/task.py"}
+BETWEEN_PROCESSES = {"sweeps/pool.py", "sweeps/batches.py", "sweeps/sweep.py", "sweeps/task.py"}
 MACHINE_CODE = {"jit/internals.py"}  # whose files are verified before they are unpickled
 OUR_OWN_CODE = {"jit/models.py"}  # which compiles the adapter that it has written itself
 STEP = ns.MoreauJean(dt=1e-3)
@@ -39,8 +39,6 @@ def test_no_module_unpickles_or_runs_what_it_reads():
     """No pickle but between our own processes and of machine code, no eval or exec but of the adapter that we write."""
     for path in sorted(PACKAGE.rglob("*.py")):
         name, text = path.relative_to(PACKAGE).as_posix(), path.read_text()
-        if name.startswith("bench/"):
-            continue
         may_unpickle = name in BETWEEN_PROCESSES | MACHINE_CODE
         assert may_unpickle or not re.search(r"\bpickle\.(load|dump)|allow_pickle=True", text), name
         assert name in OUR_OWN_CODE or not re.search(r"(?<![.\w])(eval|exec)\(|yaml|marshal|shelve", text), name
@@ -62,7 +60,7 @@ def test_a_budget_of_wall_time_ends_a_run_with_what_was_computed(integrator):
 
 def test_a_guess_far_from_any_cycle_is_given_up(monkeypatch):
     """x' = -1e9 x over 1 s takes an explicit method 1e9 evaluations or so: its steps are bounded by stability."""
-    monkeypatch.setattr("nonsmooth.stability.flow_map.EVALUATIONS", 2000)
+    monkeypatch.setattr("nonsmooth.cycles.flow_map.EVALUATIONS", 2000)
 
     class Stiff:
         def rate(self, x):

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from nonsmooth.output.plots import new_figure
+from nonsmooth.drawing.plots import new_figure
 
 PAGE = Path(__file__).parents[1] / "benchmarks" / "contacts.md"
 

@@ -13,9 +13,9 @@ import numpy as np
 
 import nonsmooth as ns
 from models import BeltOscillator, FollowerForceArm, ModeCoupling, SpragSlip
-from nonsmooth.output.cycle_plots import plot_branch, plot_cycle, plot_waterfall
-from nonsmooth.output.plots import draw_phase_plane, new_figure
-from nonsmooth.output.stability_plots import (
+from nonsmooth.drawing.cycle_plots import plot_branch, plot_cycle, plot_waterfall
+from nonsmooth.drawing.plots import draw_phase_plane, new_figure
+from nonsmooth.drawing.stability_plots import (
     plot_amplitudes,
     plot_averaged,
     plot_eigen_path,

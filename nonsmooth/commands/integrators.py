@@ -11,10 +11,10 @@ from nonsmooth.errors import InvalidInput
 
 # name of the option: class, its module, and the options that it takes
 INTEGRATORS: dict[str, tuple[str, str, tuple[str, ...]]] = {
-    "moreau-jean": ("MoreauJean", "moreau_jean", ("dt", "theta", "projection")),
-    "adaptive": ("Adaptive", "adaptive", ("rtol", "atol")),
-    "event-driven": ("EventDriven", "event_driven", ("rtol", "atol")),
-    "penalty": ("Penalty", "penalty", ("stiffness", "damping", "damping_ratio", "rtol", "atol")),
+    "moreau-jean": ("MoreauJean", "moreau_jean.options", ("dt", "theta", "projection")),
+    "adaptive": ("Adaptive", "adaptive.options", ("rtol", "atol")),
+    "event-driven": ("EventDriven", "event_driven.options", ("rtol", "atol")),
+    "penalty": ("Penalty", "penalty.options", ("stiffness", "damping", "damping_ratio", "rtol", "atol")),
 }
 AUTO, OF_AUTO = "auto", ("rtol",)  # chosen by `simulate`; the options that it takes
 

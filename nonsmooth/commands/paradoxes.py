@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.terminal import INTERRUPTED, complain
 from nonsmooth.commands.typed_input import (
     assignments,
@@ -20,10 +21,9 @@ from nonsmooth.commands.typed_input import (
     without_nan,
 )
 from nonsmooth.errors import InvalidInput
-from nonsmooth.files import FIGURE_ENDINGS
 
 if TYPE_CHECKING:
-    from nonsmooth.studies.axes import Axis
+    from nonsmooth.sweeps.axes import Axis
 
 MAP_AXIS = "NAME=LOW:HIGH[:COUNT][:log][:UNIT] or NAME=V,V,...[:UNIT]"
 POINTS = 400  # along each axis of a map that was given by its ends
@@ -67,7 +67,7 @@ def add_model(command: argparse.ArgumentParser) -> None:
 
 def act_classify(arguments: argparse.Namespace) -> int:
     """``nonsmooth classify``."""
-    from nonsmooth.catalogue import load_model
+    from nonsmooth.commands.catalogue import load_model
 
     model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
     require_writable(arguments.plot, FIGURE_ENDINGS)
@@ -79,7 +79,7 @@ def act_classify(arguments: argparse.Namespace) -> int:
     classification = classify(model, arguments.t, q, u, restitution=arguments.restitution)
     print(json.dumps(without_nan(classification.to_dict()), allow_nan=False) if arguments.json else classification)
     if arguments.plot:
-        from nonsmooth.output.paradox_plots import plot_graphical_problem
+        from nonsmooth.drawing.paradox_plots import plot_graphical_problem
 
         closed = [i for i, mode in enumerate(classification.mode) if mode != "open"]
         plot_graphical_problem(classification, arguments.plot, closed[0] if closed else 0)
@@ -90,8 +90,8 @@ def act_classify(arguments: argparse.Namespace) -> int:
 
 def act_map(arguments: argparse.Namespace) -> int:
     """``nonsmooth map``."""
-    from nonsmooth.catalogue import load_model
-    from nonsmooth.output.maps import MAP_ENDINGS, save_map
+    from nonsmooth.commands.catalogue import load_model
+    from nonsmooth.sweeps.maps import MAP_ENDINGS, save_map
 
     model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
     out = arguments.out or Path(f"{arguments.model}-map.nc")
@@ -127,7 +127,7 @@ def draw(model: Any, chart: Any, axes: dict[str, Any], fixed: dict[str, Any], fi
     """Draw a map of one or two axes, with its boundary curves; False for more."""
     import numpy as np
 
-    from nonsmooth.output.paradox_plots import plot_map
+    from nonsmooth.drawing.paradox_plots import plot_map
     from nonsmooth.paradox.boundaries import paradox_boundaries
 
     if len(axes) > 2:

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.integrators import add_integrator, new_integrator
 from nonsmooth.commands.terminal import FAILED, INTERRUPTED, complain, figure_path, show_progress
 from nonsmooth.commands.typed_input import (
@@ -21,7 +22,6 @@ from nonsmooth.commands.typed_input import (
     without_nan,
 )
 from nonsmooth.errors import InvalidInput, StepFailure
-from nonsmooth.files import FIGURE_ENDINGS
 
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
 PROBLEM_ENDINGS = (".npz", ".hdf5", ".h5")
@@ -68,7 +68,7 @@ def add_run(run: argparse.ArgumentParser) -> None:
 
 def act_run(arguments: argparse.Namespace) -> int:
     """``nonsmooth run``."""
-    from nonsmooth.catalogue import load_model
+    from nonsmooth.commands.catalogue import load_model
 
     model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
     require_writable(arguments.out, SOLUTION_ENDINGS)
@@ -108,7 +108,7 @@ def act_run(arguments: argparse.Namespace) -> int:
 
 def simulate_model(model: Any, q0: Any, u0: Any, arguments: argparse.Namespace) -> Any:
     """The run with the options of the command line; a failure comes back as a partial solution."""
-    from nonsmooth.simulation import simulate
+    from nonsmooth.runs.simulate import simulate
 
     integrator = new_integrator(arguments, model)
     t_end = getattr(model, "t_end", None) if arguments.t_end is None else arguments.t_end

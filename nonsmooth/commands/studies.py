@@ -91,8 +91,8 @@ def act_cycle(arguments: argparse.Namespace) -> int:
 
 def act_vibration(arguments: argparse.Namespace, study: Any) -> int:
     """A study of a model along the given axes: its table, then its figure."""
-    from nonsmooth.catalogue import load_model
-    from nonsmooth.studies.progress import part_shown
+    from nonsmooth.commands.catalogue import load_model
+    from nonsmooth.sweeps.progress import part_shown
 
     model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
     typed = [read_axis(text) for text in arguments.axis]
@@ -129,7 +129,7 @@ def act_limit(arguments: argparse.Namespace) -> int:
 
 def limit_study(arguments: argparse.Namespace) -> Study:
     """The study that the arguments ask for."""
-    from nonsmooth.catalogue import load_model
+    from nonsmooth.commands.catalogue import load_model
 
     model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
     t_end = getattr(model, "t_end", None) if arguments.t_end is None else arguments.t_end

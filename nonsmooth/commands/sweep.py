@@ -11,6 +11,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.terminal import FAILED, INTERRUPTED, complain
 from nonsmooth.commands.typed_input import (
     AXIS,
@@ -24,7 +25,6 @@ from nonsmooth.commands.typed_input import (
     without_nan,
 )
 from nonsmooth.errors import InvalidInput
-from nonsmooth.files import FIGURE_ENDINGS
 
 SHOWN_FAILURES = 5
 
@@ -63,9 +63,9 @@ def add_sweep(sweep: argparse.ArgumentParser) -> None:
 
 def act_sweep(arguments: argparse.Namespace) -> int:
     """``nonsmooth sweep``."""
-    from nonsmooth.studies.sweep import sweep
-    from nonsmooth.studies.sweep_files import ENDINGS
-    from nonsmooth.studies.sweep_plot import plot_sweep
+    from nonsmooth.drawing.sweep_plot import plot_sweep
+    from nonsmooth.sweeps.sweep import sweep
+    from nonsmooth.sweeps.sweep_files import ENDINGS
 
     axes = [read_axis(text) for text in arguments.axes]
     require_writable(arguments.out, ENDINGS)
@@ -97,9 +97,9 @@ def act_sweep(arguments: argparse.Namespace) -> int:
 
 def make_task(arguments: argparse.Namespace) -> Any:
     """Runs of the model with the options of the command line."""
-    from nonsmooth.catalogue import load_model
-    from nonsmooth.integrators.moreau_jean import MoreauJean
-    from nonsmooth.studies.run_task import RunTask
+    from nonsmooth.commands.catalogue import load_model
+    from nonsmooth.integrators.moreau_jean.options import MoreauJean
+    from nonsmooth.sweeps.run_task import RunTask
 
     model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
     dt = getattr(model, "dt", None) if arguments.dt is None else arguments.dt
@@ -114,7 +114,7 @@ def make_task(arguments: argparse.Namespace) -> Any:
 
 def interruption(found: Any, arguments: argparse.Namespace) -> str:
     """What is left of a sweep after Ctrl-C, and how it goes on."""
-    from nonsmooth.studies.task import CellStatus
+    from nonsmooth.sweeps.task import CellStatus
 
     n = int((found.status != CellStatus.NOT_RUN).sum())
     more = "; the same command goes on with the rest" if arguments.journal and not arguments.anew else ""
@@ -146,7 +146,7 @@ def failures(found: Any) -> list[str]:
     """The cells that failed: how many, and the first of them with their axis values."""
     import numpy as np
 
-    from nonsmooth.studies.task import CellStatus
+    from nonsmooth.sweeps.task import CellStatus
 
     status = found.status.values
     cells = np.argwhere((status != CellStatus.FINISHED) & (status != CellStatus.NOT_RUN))
@@ -162,7 +162,7 @@ def failures(found: Any) -> list[str]:
 
 def as_json(found: Any) -> dict[str, Any]:
     """What a script wants to know of a sweep: counts, axes, and every result over them."""
-    from nonsmooth.studies.task import CellStatus
+    from nonsmooth.sweeps.task import CellStatus
 
     status = found.status.values
     counts = {member.name: int((status == member).sum()) for member in CellStatus if (status == member).any()}

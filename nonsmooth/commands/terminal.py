@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.typed_input import require_module, require_writable
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothWarning
-from nonsmooth.files import FIGURE_ENDINGS
 
 FAILED, NOT_WRITTEN, INTERRUPTED = 3, 4, 130  # exit codes, beside 0 and typed_input.BAD_INPUT
 

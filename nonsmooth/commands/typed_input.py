@@ -14,11 +14,11 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from nonsmooth.checks.files import as_place
 from nonsmooth.errors import InvalidInput, MissingExtra, UnknownName, nearest
-from nonsmooth.files import as_place
 
 if TYPE_CHECKING:
-    from nonsmooth.studies.axes import Axis
+    from nonsmooth.sweeps.axes import Axis
 
 BAD_INPUT = 2  # exit code
 AXIS = "NAME=START:STOP:COUNT[:log][:UNIT] or NAME=V,V,...[:UNIT]"
@@ -58,7 +58,7 @@ def require_module(module: str, extra: str, what: str) -> None:
 
 def build_model(model: Any, changes: dict[str, float]) -> Any:
     """The model with its defaults changed; a field declared int takes whole numbers."""
-    from nonsmooth.parameters import changed
+    from nonsmooth.checks.parameters import changed
 
     return changed(model(), changes)
 
@@ -104,7 +104,7 @@ def read_axis(text: str, form: str = AXIS, points: int | None = None) -> Axis:
     """An axis as it is typed: a range with a count, which may be left out where ``points`` is given, or a list."""
     import numpy as np
 
-    from nonsmooth.studies.axes import Axis
+    from nonsmooth.sweeps.axes import Axis
 
     name, sign, rest = text.partition("=")
     if not sign or not name or not rest:

@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nonsmooth.blocks import WORD, Block, Floats, Ints, new
 from nonsmooth.jit import call_model, kernel, rare_kernel
-from nonsmooth.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+from nonsmooth.jit.blocks import WORD, Block, Floats, Ints, new
+from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
 # columns of the energy ledger
 FORCE_WORK, FRICTION_WORK, NORMAL_WORK, SURFACE_WORK, PROJECTION_WORK = range(5)

@@ -1,4 +1,4 @@
-"""Compilation: the only package, beside ``blocks``, that touches numba.
+"""Compilation: the only package that touches numba.
 
 Two kinds of function are compiled.
 

@@ -20,7 +20,7 @@ import numpy as np
 from nonsmooth.jit.code_files import CodeFile, usable
 
 PACKAGE = Path(__file__).parent
-GENERATORS = (*sorted(PACKAGE.glob("*.py")), PACKAGE.parent / "blocks.py")  # sources that generate code themselves
+GENERATORS = sorted(PACKAGE.glob("*.py"))  # sources that generate code themselves
 
 
 def cache_directory() -> Path:

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_square_matrix, as_vector
+from nonsmooth.checks.arrays import as_square_matrix, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import kernel
 from nonsmooth.lcp.scaling import scaled_problem

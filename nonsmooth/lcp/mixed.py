@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_tolerance, as_vector
+from nonsmooth.checks.arrays import as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import LARGEST_N, MANY, enumerate_solutions

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_square_matrix
+from nonsmooth.checks.arrays import as_square_matrix
 
 EXACT = 16  # largest n that is decided minor by minor
 

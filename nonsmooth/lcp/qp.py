@@ -15,7 +15,7 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.lcp.newton import linear_solve
-from nonsmooth.quadratic_program import minimise
+from nonsmooth.numerics.quadratic_program import minimise
 
 SYMMETRY = 1e-12  # |A - A^T| allowed, relative to the largest entry: rounding of a product W M^-1 W^T
 DEFINITENESS = 1e-10  # negative eigenvalue allowed, relative to the largest: rounding of a rank-deficient one

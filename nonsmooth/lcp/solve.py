@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.arrays import as_square_matrix, as_tolerance, as_vector
+from nonsmooth.checks.arrays import as_square_matrix, as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import LARGEST_N, MANY, enumerate_solutions
@@ -29,7 +29,7 @@ from nonsmooth.lcp.pgs import pgs_entry, pgs_sparse_entry
 from nonsmooth.lcp.pivoting import pivoting_entry, pivoting_workspace
 from nonsmooth.lcp.qp import qp
 from nonsmooth.lcp.result import LCPResult, LCPStatus, judge, judge_sparse, natural_scales
-from nonsmooth.quadratic_program import solver_names
+from nonsmooth.numerics.quadratic_program import solver_names
 
 SMALL_N = 300  # Lemke's n^3 kernel is faster than Newton with LAPACK up to about here (measured)
 DENSE_N = 4000  # a sparse matrix is made dense up to here where a solver needs it: 128 MB

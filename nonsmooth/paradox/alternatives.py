@@ -17,16 +17,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nonsmooth.blocks import new
-from nonsmooth.contact_solvers.modes import Tree, enumerate_modes, leaves
-from nonsmooth.contact_solvers.planar_problem import Planar
-from nonsmooth.contact_solvers.redundant import enumerate_redundant
+from nonsmooth.contact.planar.enumerate import Tree, enumerate_modes, leaves
+from nonsmooth.contact.planar.forces import KEPT, MAX_CONTACTS, MAX_MODES
+from nonsmooth.contact.planar.problem import Planar
+from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.jit import interpreted
-from nonsmooth.laws import ImpactLaw
-from nonsmooth.paradox.forces import KEPT, MAX_CONTACTS, MAX_MODES
-from nonsmooth.paradox.impact import impulse_map
+from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.impact import impulse_map
+from nonsmooth.mechanics.laws import ImpactLaw
+from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 from nonsmooth.paradox.state_problem import Problem
-from nonsmooth.system import BILATERAL, GIVEN_FORCE
 
 
 @dataclass(frozen=True, eq=False)

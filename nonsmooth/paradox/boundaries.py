@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_index, as_number
+from nonsmooth.checks.arrays import as_index, as_number
 from nonsmooth.errors import InvalidInput, MissingExtra
-from nonsmooth.interruption import Pieces
 from nonsmooth.paradox.points import Points, split_axes
+from nonsmooth.signals.interruption import Pieces
 
 if TYPE_CHECKING:
     from collections.abc import Callable

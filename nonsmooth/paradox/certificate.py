@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from nonsmooth.contact_solvers.single import FREE, SLIDE_MINUS, SLIDE_PLUS, STICK
+from nonsmooth.contact.planar.single import FREE, SLIDE_MINUS, SLIDE_PLUS, STICK
 from nonsmooth.lcp.p_matrix import is_p_matrix
 from nonsmooth.lcp.result import LCPStatus
 from nonsmooth.lcp.solve import solve_lcp
+from nonsmooth.mechanics.system import UNILATERAL
 from nonsmooth.paradox.state_problem import Problem
-from nonsmooth.system import UNILATERAL
 
 
 def sliding_matrix(problem: Problem) -> np.ndarray | None:

@@ -19,8 +19,8 @@ import math
 import numpy as np
 
 from nonsmooth.jit import interpreted
-from nonsmooth.laws import ImpactLaw
-from nonsmooth.paradox.impact import impulse_map
+from nonsmooth.mechanics.impact import impulse_map
+from nonsmooth.mechanics.laws import ImpactLaw
 
 DIRECTIONS = 721  # starts, x = tan(angle): a quarter of a degree apart
 

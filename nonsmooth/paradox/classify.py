@@ -20,10 +20,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.arrays import as_fraction, as_number, as_vector
-from nonsmooth.contact_solvers.single import FREE, SLIDE_PLUS, STICK, sigma_of, slip_of
+from nonsmooth.checks.arrays import as_fraction, as_number, as_vector
+from nonsmooth.contact.planar.forces import KEPT, Outcome
+from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK, sigma_of, slip_of
 from nonsmooth.jit import interpreted
-from nonsmooth.laws import LAW_E_N
+from nonsmooth.mechanics.laws import LAW_E_N
+from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, as_system
 from nonsmooth.paradox.alternatives import (
     Impact,
     ImpactAlternative,
@@ -33,7 +35,6 @@ from nonsmooth.paradox.alternatives import (
 )
 from nonsmooth.paradox.certificate import is_always_regular, solve_sliding
 from nonsmooth.paradox.chatter import chatter_ratio
-from nonsmooth.paradox.forces import KEPT, Outcome
 from nonsmooth.paradox.stability import (
     Stability,
     StabilityTag,
@@ -43,7 +44,6 @@ from nonsmooth.paradox.stability import (
     stability_of,
 )
 from nonsmooth.paradox.state_problem import Problem, problem_at
-from nonsmooth.system import BILATERAL, GIVEN_FORCE, UNILATERAL, as_system
 
 MODE_NAMES = ("free", "stick", "slide +", "slide -", "slide +", "slide -")
 LOCKED_NAME = "closed"
@@ -190,7 +190,7 @@ class Classification:
     islands: tuple[ContactIsland, ...] = ()
 
     def __str__(self) -> str:
-        from nonsmooth.output.classification import as_text
+        from nonsmooth.paradox.text import as_text
 
         return as_text(self)
 
@@ -199,7 +199,7 @@ class Classification:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain lists, numbers and strings, as for JSON (which knows no nan: see ``json.dumps(allow_nan=)``)."""
-        from nonsmooth.output.classification import as_dictionary
+        from nonsmooth.paradox.text import as_dictionary
 
         return as_dictionary(self)
 

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.arrays import as_index, as_name, as_number, as_vector
+from nonsmooth.checks.arrays import as_index, as_name, as_number, as_vector
 from nonsmooth.errors import InvalidInput
-from nonsmooth.system import MASS, NORMAL, TANGENT, System, as_system
+from nonsmooth.mechanics.system import MASS, NORMAL, TANGENT, System, as_system
 
 SCANNED = 400  # points of a range, between which the critical friction is taken to have one minimum at most
 ANGLE = 1e-12  # G_NF below this part of sqrt(G_NN G_FF) is rounding: no friction couples sliding to the gap

@@ -13,19 +13,19 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_number, as_vector, is_number, result_of
-from nonsmooth.blocks import new
-from nonsmooth.compiled import Model, Shelf, model_of
-from nonsmooth.contact_problem import model_facts
+from nonsmooth.checks.arrays import as_number, as_vector, is_number, result_of
+from nonsmooth.checks.parameters import parameter_tuple
+from nonsmooth.contact.planar.forces import KEPT, Forces, Outcome
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
-from nonsmooth.inspection import inspect_instant
 from nonsmooth.jit import CannotCompile, interpreted, load_all
-from nonsmooth.laws import LAW_C, LAW_E_F, LAW_E_N
-from nonsmooth.paradox.forces import KEPT, Forces, Outcome
+from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.compiled import Model, Shelf, model_of
+from nonsmooth.mechanics.contact_problem import model_facts
+from nonsmooth.mechanics.inspection import inspect_instant
+from nonsmooth.mechanics.laws import LAW_C, LAW_E_F, LAW_E_N
+from nonsmooth.mechanics.system import System, as_system, with_values
 from nonsmooth.paradox.search import NATURAL, PARAMETER, VARIABLE, Table, search_points
 from nonsmooth.paradox.state_problem import ENTRY_POINTS, decide_redundant
-from nonsmooth.parameters import parameter_tuple
-from nonsmooth.system import System, as_system, with_values
 
 
 @dataclass(frozen=True, eq=False)

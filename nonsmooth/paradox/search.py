@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 from typing import Annotated as Array
 
-from nonsmooth.blocks import Block, Floats, Ints, view
-from nonsmooth.contact_solvers.single import PULL_MINUS
+from nonsmooth.contact.planar.forces import Forces, Outcome, forces_at_state, solution_of
+from nonsmooth.contact.planar.single import PULL_MINUS
 from nonsmooth.jit import call_model, kernel
-from nonsmooth.laws import LAW_WIDTH
-from nonsmooth.paradox.forces import Forces, Outcome, forces_at_state, solution_of
-from nonsmooth.system import BILATERAL, GIVEN_FORCE
+from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.mechanics.laws import LAW_WIDTH
+from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 
 VARIABLE, PARAMETER = 0, 1  # what a name sets
-NO_SOLUTION, OPEN = -1, PULL_MINUS + 1  # codes of modes beside those of contact_solvers.single
+NO_SOLUTION, OPEN = -1, PULL_MINUS + 1  # codes of modes beside those of contact.planar.single
 NATURAL = 0  # the only function of a compiled natural state
 
 

@@ -10,16 +10,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nonsmooth.blocks import new
-from nonsmooth.compiled import model_of
-from nonsmooth.contact_problem import model_facts
-from nonsmooth.contact_solvers.modes import enumerate_modes
-from nonsmooth.contact_solvers.redundant import enumerate_redundant
+from nonsmooth.contact.planar.enumerate import enumerate_modes
+from nonsmooth.contact.planar.forces import Forces, Outcome, Situation, forces_at_state
+from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
-from nonsmooth.inspection import inspect_instant
 from nonsmooth.jit import interpreted, load_all
-from nonsmooth.paradox.forces import Forces, Outcome, Situation, forces_at_state
-from nonsmooth.system import FORCE, GIVEN_FORCE, MASS, System
+from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.compiled import model_of
+from nonsmooth.mechanics.contact_problem import model_facts
+from nonsmooth.mechanics.inspection import inspect_instant
+from nonsmooth.mechanics.system import FORCE, GIVEN_FORCE, MASS, System
 
 ROUNDING = 1e-13  # of the terms of a sum: a smaller sum is zero
 _memory = threading.local()

@@ -10,24 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.blocks import new
-from nonsmooth.compiled import loop_of
-from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import Status
-from nonsmooth.initial_state import check_mass, project_state
-from nonsmooth.inspection import inspect_start
-from nonsmooth.integrators.adaptive_switch import EVENTS_AT_ONCE
-from nonsmooth.integrators.compliant_contacts import N_WORKS, OMEGA
-from nonsmooth.integrators.penalty_loop import Trail
-from nonsmooth.integrators.radau import SMALLEST
+from nonsmooth.integrators.adaptive.switch import EVENTS_AT_ONCE
+from nonsmooth.integrators.penalty.loop import Trail
+from nonsmooth.integrators.penalty.rates import N_WORKS, OMEGA
+from nonsmooth.integrators.radau.method import SMALLEST
+from nonsmooth.integrators.radau.polynomial import DEGREE
 from nonsmooth.integrators.records import N_LEDGER, Columns, State
-from nonsmooth.integrators.step_polynomial import DEGREE
 from nonsmooth.jit import interpreted
-from nonsmooth.motion import Motion, join
+from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.compiled import loop_of
+from nonsmooth.mechanics.contact_problem import model_facts
+from nonsmooth.mechanics.initial_state import check_mass, project_state
+from nonsmooth.mechanics.inspection import inspect_start
+from nonsmooth.mechanics.system import System
+from nonsmooth.results.motion import Motion, join
+from nonsmooth.results.solution import Solution, Stats
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.user_events import PLACES, EventWatch, Stop
-from nonsmooth.solution import Solution, Stats
-from nonsmooth.system import System
 
 EVENT_CAPACITY = 1024  # rows, and those of an instant
 ROW_CAPACITY = 4096  # rows between two visits of Python

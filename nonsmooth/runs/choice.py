@@ -24,16 +24,16 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_number
-from nonsmooth.contact_solvers.islands import find_islands
+from nonsmooth.checks.arrays import as_number
+from nonsmooth.contact.islands import find_islands
 from nonsmooth.errors import InvalidInput
-from nonsmooth.initial_state import CONSISTENT
-from nonsmooth.integrators.adaptive import Adaptive
-from nonsmooth.integrators.event_driven import SMALLEST_RTOL, EventDriven
-from nonsmooth.integrators.moreau_jean import MoreauJean
+from nonsmooth.integrators.adaptive.options import Adaptive
+from nonsmooth.integrators.event_driven.options import SMALLEST_RTOL, EventDriven
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import interpreted
+from nonsmooth.mechanics.initial_state import CONSISTENT
+from nonsmooth.mechanics.system import GAP, MASS, NORMAL, TANGENT, UNILATERAL, System, evaluate
 from nonsmooth.runs.times import as_span
-from nonsmooth.system import GAP, MASS, NORMAL, TANGENT, UNILATERAL, System, evaluate
 
 MOST_CONTACTS, MOST_WITH_FRICTION = 12, 6  # that are decided at once
 MOST_WITHOUT_FRICTION = 100

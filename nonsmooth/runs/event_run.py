@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from nonsmooth.contact.planar.forces import MAX_MODES
 from nonsmooth.errors import InitialStateWarning, Status
-from nonsmooth.initial_state import examine_state
 from nonsmooth.integrators.records import EVENT_T
-from nonsmooth.paradox.forces import MAX_MODES
+from nonsmooth.mechanics.initial_state import examine_state
+from nonsmooth.mechanics.system import System
+from nonsmooth.results.solution import Solution
 from nonsmooth.runs.adaptive_run import AdaptiveRun
 from nonsmooth.runs.hand_over import GIVEN_UP, LOOK, MANY, are_dense, step_over, unit
-from nonsmooth.solution import Solution
-from nonsmooth.system import System
 
 
 class EventRun(AdaptiveRun):

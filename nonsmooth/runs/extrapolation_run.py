@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from nonsmooth.integrators.adaptive_loop import LOOK
-from nonsmooth.integrators.adaptive_polynomial import DEGREE, PIECES
-from nonsmooth.integrators.rigid_modes import N_WORKS
+from nonsmooth.integrators.adaptive.loop import LOOK
+from nonsmooth.integrators.adaptive.polynomial import DEGREE, PIECES
+from nonsmooth.integrators.rigid.modes import N_WORKS
+from nonsmooth.results.solution import Solution, Stats
 from nonsmooth.runs.event_run import EventRun
-from nonsmooth.solution import Solution, Stats
 
 
 class ExtrapolationRun(EventRun):

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.blocks import numbers
 from nonsmooth.errors import InitialStateWarning, Status
-from nonsmooth.initial_state import project_state
-from nonsmooth.integrators.compliant_contacts import N_WORKS
+from nonsmooth.integrators.event_driven.touch import RESUME
+from nonsmooth.integrators.penalty.rates import N_WORKS
 from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_T, Columns
-from nonsmooth.integrators.rigid_touch import RESUME
+from nonsmooth.jit.blocks import numbers
+from nonsmooth.mechanics.initial_state import project_state
 from nonsmooth.runs.run import Run, between
 from nonsmooth.runs.times import Grid
 

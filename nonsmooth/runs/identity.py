@@ -10,7 +10,7 @@ import numpy as np
 
 from nonsmooth import __version__
 from nonsmooth.jit import identity
-from nonsmooth.system import FUNCTION_NAMES, System
+from nonsmooth.mechanics.system import FUNCTION_NAMES, System
 
 
 def facts_of_run(

@@ -15,9 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.blocks import new
-from nonsmooth.compiled import loop_of
-from nonsmooth.contact_problem import model_facts
 from nonsmooth.errors import (
     BudgetSpent,
     EventFunctionError,
@@ -30,17 +27,20 @@ from nonsmooth.errors import (
     said_by,
     warn_caller,
 )
-from nonsmooth.initial_state import examine_state, project_state
-from nonsmooth.inspection import END, found_contradiction, inspect_start, is_due
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, INCONSISTENT, Columns, Record, State
-from nonsmooth.motion import Motion, between_records
+from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.compiled import loop_of
+from nonsmooth.mechanics.contact_problem import model_facts
+from nonsmooth.mechanics.initial_state import examine_state, project_state
+from nonsmooth.mechanics.inspection import END, found_contradiction, inspect_start, is_due
+from nonsmooth.mechanics.system import GAP, ContactMode, System
+from nonsmooth.results.motion import Motion, between_records
+from nonsmooth.results.solution import MAX_EVENTS, Solution, Stats
 from nonsmooth.runs.times import Grid
 from nonsmooth.runs.user_events import START, EventWatch, Stop
-from nonsmooth.solution import MAX_EVENTS, Solution, Stats
-from nonsmooth.system import GAP, ContactMode, System
 
 if TYPE_CHECKING:
-    from nonsmooth.runs.failed_problem import FailedProblem
+    from nonsmooth.results.failed_problem import FailedProblem
 
 FIRST_BLOCK = 100  # steps before the first look at the clock
 LOOK_EVERY = 0.02  # s between two looks at the clock and at Ctrl-C
@@ -358,7 +358,7 @@ class Run:
         """The contact problem of the step that failed: the step is taken again, in fresh arrays."""
         if self.status not in (Status.NO_SOLUTION, Status.NOT_SOLVED, Status.NEGATIVE_FRICTION):
             return None
-        from nonsmooth.runs.failed_problem import FailedProblem
+        from nonsmooth.results.failed_problem import FailedProblem
 
         dt = float(self.grid.dts[int(self.state.counters.interval)])
         self.scratch = self.integrator.scratch(self.system)

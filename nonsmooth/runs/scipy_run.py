@@ -3,7 +3,7 @@
 Each call of ``solve_ivp`` ends at the first event; the mode changes, and the next call begins there. Nothing is taken
 on trust: a run that SciPy calls a success and that holds NaN (LSODA does that), stops before its end, or has gone
 through an event unseen is a failure here, and so is one that has stepped over a saddle and damped it: SciPy's solvers
-do not look for growing modes, so det(gamma/h - J) of each step is looked at here, as in radau_stages.py. A step that
+do not look for growing modes, so det(gamma/h - J) of each step is looked at here, as in radau/stages.py. A step that
 ends in an event on the wrong side of a saddle within it is not told.
 """
 
@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.integrators.contact_switching import N_FUNCTIONS
-from nonsmooth.integrators.event_location import NO_EVENT, ROUNDINGS
-from nonsmooth.integrators.penalty_loop import MAX_STALLS, accept, begin_run, evaluate_contacts, switch
-from nonsmooth.integrators.radau_stages import EPS, GAMMA
+from nonsmooth.integrators.penalty.loop import MAX_STALLS, accept, begin_run, evaluate_contacts, switch
+from nonsmooth.integrators.penalty.switching import N_FUNCTIONS
+from nonsmooth.integrators.radau.events import NO_EVENT, ROUNDINGS
+from nonsmooth.integrators.radau.stages import EPS, GAMMA
 from nonsmooth.jit import Kernel, interpreted
 from nonsmooth.runs.adaptive_run import AdaptiveRun
 

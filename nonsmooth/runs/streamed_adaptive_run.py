@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.blocks import numbers
+from nonsmooth.jit.blocks import numbers
+from nonsmooth.mechanics.system import System
 from nonsmooth.runs.adaptive_run import AdaptiveRun
 from nonsmooth.runs.event_run import EventRun
 from nonsmooth.runs.extrapolation_run import ExtrapolationRun
 from nonsmooth.runs.streaming import Streaming
-from nonsmooth.system import System
 
 
 def adaptive_run(

@@ -8,12 +8,12 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.records import Columns, bytes_of_record
-from nonsmooth.output.checkpoint import Checkpoint, Shape
+from nonsmooth.mechanics.system import System
+from nonsmooth.results.checkpoint import Checkpoint, Shape
 from nonsmooth.runs.identity import facts_of_run
 from nonsmooth.runs.run import Run, last_row
 from nonsmooth.runs.streaming import Place, Streaming
 from nonsmooth.runs.times import Grid, RecordTimes, grid_times, record_times
-from nonsmooth.system import System
 
 WINDOW = 2**22  # bytes of records in memory
 

@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_non_negative
+from nonsmooth.checks.arrays import as_non_negative
+from nonsmooth.checks.files import as_path
 from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.files import as_path
 from nonsmooth.integrators.records import Columns
-from nonsmooth.interruption import interrupts_held_back
-from nonsmooth.output.checkpoint import Checkpoint, load_checkpoint
+from nonsmooth.results.checkpoint import Checkpoint, load_checkpoint
+from nonsmooth.results.solution import MAX_EVENTS, Solution, Stats, about_run
 from nonsmooth.runs.run import Run
-from nonsmooth.solution import MAX_EVENTS, Solution, Stats, about_run
+from nonsmooth.signals.interruption import interrupts_held_back
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_count, as_number, as_vector
-from nonsmooth.blocks import WORD
+from nonsmooth.checks.arrays import as_count, as_number, as_vector
+from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.memory import require_memory
+from nonsmooth.jit.blocks import WORD
 
 
 @dataclass(frozen=True)

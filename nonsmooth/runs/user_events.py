@@ -2,8 +2,8 @@
 
 An event is where f reaches zero from another value, or passes through it; a jump of the velocities through zero is one
 as well, at the time of the jump. f is looked at in a few places of each step, and its root is found by Brent's method
-on the motion within the step (motion.py), to the rounding of the time. The run itself is not changed, unless the event
-is terminal. Source: Brent, *Algorithms for Minimization without Derivatives* (1973), chapter 4.
+on the motion within the step (results/motion.py), to the rounding of the time. The run itself is not changed, unless
+the event is terminal. Source: Brent, *Algorithms for Minimization without Derivatives* (1973), chapter 4.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.arrays import as_count, as_number
+from nonsmooth.checks.arrays import as_count, as_number
 from nonsmooth.errors import InvalidInput, Status, said_by, shown
-from nonsmooth.motion import Motion
-from nonsmooth.system import require_arguments
+from nonsmooth.mechanics.system import require_arguments
+from nonsmooth.results.motion import Motion
 
 PLACES = (0.0, 0.25, 0.5, 0.75)  # of a step of several figures of its motion, at which f is looked at
 START = (0.0,)  # of a step of time stepping

@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from nonsmooth.errors import InvalidInput
+from nonsmooth.mechanics.system import System
 from nonsmooth.studies.reference import Problem
-from nonsmooth.system import System
 
 PROBED = 2000  # steps
 MOST_WORK = 2e6  # steps that choose their length, of a system of few variables: some 2 to 5 us each

@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_index, as_name, as_positive, as_vector
-from nonsmooth.blocks import WORD
+from nonsmooth.checks.arrays import as_index, as_name, as_positive, as_vector
+from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput
-from nonsmooth.initial_state import as_state
-from nonsmooth.integrators.moreau_jean import MoreauJean
-from nonsmooth.memory import require_memory
-from nonsmooth.simulation import simulate_whole
-from nonsmooth.studies.sweep import sweep, whole
-from nonsmooth.system import ContactMode, System, as_system
-from nonsmooth.telling import tell
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.jit.blocks import WORD
+from nonsmooth.mechanics.initial_state import as_state
+from nonsmooth.mechanics.system import ContactMode, System, as_system
+from nonsmooth.runs.simulate import simulate_whole
+from nonsmooth.signals.telling import tell
+from nonsmooth.sweeps.sweep import sweep, whole
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,7 +58,7 @@ class BifurcationDiagram:
 
     def plot(self, path: str | Path | None = None, label: str = "") -> Any:
         """The maxima against the parameter: see `plot_bifurcations`."""
-        from nonsmooth.output.cycle_plots import plot_bifurcations
+        from nonsmooth.drawing.cycle_plots import plot_bifurcations
 
         return plot_bifurcations(self, path, label)
 

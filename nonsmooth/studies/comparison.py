@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_vector
+from nonsmooth.checks.arrays import as_vector
 from nonsmooth.errors import InvalidInput
+from nonsmooth.mechanics.system import as_system
+from nonsmooth.results.solution import Solution
 from nonsmooth.runs.times import as_span
-from nonsmooth.solution import Solution
-from nonsmooth.studies.progress import LONG
+from nonsmooth.signals.telling import in_turn
 from nonsmooth.studies.reference import Observed, Problem, Reference
-from nonsmooth.studies.sweep import sweep
-from nonsmooth.studies.task import CellStatus, FunctionTask, Variable, identity_of_model
-from nonsmooth.system import as_system
-from nonsmooth.telling import in_turn
+from nonsmooth.sweeps.progress import LONG
+from nonsmooth.sweeps.sweep import sweep
+from nonsmooth.sweeps.task import CellStatus, FunctionTask, Variable, identity_of_model
 
 if TYPE_CHECKING:
     import xarray

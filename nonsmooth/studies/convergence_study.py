@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_positive, as_vector, result_of
+from nonsmooth.checks.arrays import as_positive, as_vector, result_of
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.integrators.moreau_jean import MoreauJean
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.studies.affordable import Choice, affordable, require_affordable
 from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
-from nonsmooth.studies.progress import part_shown
 from nonsmooth.studies.reference import as_reference, with_step, with_tolerance
 from nonsmooth.studies.study import Study, require_xarray
+from nonsmooth.sweeps.progress import part_shown
 
 STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)  # s
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nonsmooth.cycles.cycle import CyclePhase, LimitCycle
+from nonsmooth.cycles.cycle_branch import CycleBranch, continue_cycle
+from nonsmooth.cycles.limit_cycle import limit_cycle
 from nonsmooth.errors import InvalidInput
-from nonsmooth.stability.cycle import CyclePhase, LimitCycle
-from nonsmooth.stability.cycle_branch import CycleBranch, continue_cycle
-from nonsmooth.stability.limit_cycle import limit_cycle
 from nonsmooth.studies.stability import StabilityStudy
 
 ROWS = 40  # of the printed table of a branch
@@ -54,7 +54,7 @@ def study_cycle(model: Any, axes: Mapping[str, ArrayLike], units: Mapping[str, s
 
 def describe(cycle: LimitCycle) -> str:
     """Period, multipliers and phases of a cycle."""
-    from nonsmooth.output.cycle_plots import what
+    from nonsmooth.drawing.cycle_plots import what
 
     multipliers = ", ".join(f"{m:.6f}" for m in np.round(cycle.multipliers, 6) + 0.0)
     lines = [
@@ -89,12 +89,12 @@ def table(branch: CycleBranch, has_amplitudes: bool = True) -> str:
 
 
 def _draw_cycle(cycle: LimitCycle, path: Path) -> Any:
-    from nonsmooth.output.cycle_plots import plot_cycle
+    from nonsmooth.drawing.cycle_plots import plot_cycle
 
     return plot_cycle(cycle, path)
 
 
 def _draw_branch(branch: CycleBranch, label: str, path: Path) -> Any:
-    from nonsmooth.output.cycle_plots import plot_branch
+    from nonsmooth.drawing.cycle_plots import plot_branch
 
     return plot_branch(branch, path, label)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.arrays import as_index, as_instance
+from nonsmooth.checks.arrays import as_index, as_instance
 from nonsmooth.errors import InvalidInput
-from nonsmooth.solution import Solution
-from nonsmooth.system import ContactMode
+from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.results.solution import Solution
 
 FADED = 0.01  # of the peak force: the episode of a contact that stays closed ends there
 

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_count
+from nonsmooth.checks.arrays import as_count
 from nonsmooth.errors import InvalidInput
 from nonsmooth.paradox.classify import ParadoxKind
 from nonsmooth.paradox.points import Points, split_axes
-from nonsmooth.studies.map_task import MapTask
-from nonsmooth.studies.sweep import sweep
-from nonsmooth.studies.task import CellStatus
+from nonsmooth.sweeps.map_task import MapTask
+from nonsmooth.sweeps.sweep import sweep
+from nonsmooth.sweeps.task import CellStatus
 
 if TYPE_CHECKING:
     from collections.abc import Callable

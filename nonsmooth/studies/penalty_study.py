@@ -17,20 +17,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_index, as_instance, as_positive, as_vector, result_of
+from nonsmooth.checks.arrays import as_index, as_instance, as_positive, as_vector, result_of
 from nonsmooth.errors import InvalidInput
-from nonsmooth.integrators.moreau_jean import MoreauJean
-from nonsmooth.integrators.penalty import Penalty
-from nonsmooth.laws import LAW_E_N
-from nonsmooth.solution import Solution, mode_name
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.integrators.penalty.options import Penalty
+from nonsmooth.mechanics.laws import LAW_E_N
+from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.results.solution import Solution, mode_name
 from nonsmooth.studies.affordable import Choice, affordable, require_affordable
 from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
 from nonsmooth.studies.force_history import force_episode
-from nonsmooth.studies.progress import part_shown
 from nonsmooth.studies.reference import EXACT, Observed, Problem, Reference, as_reference, coarser, differences
 from nonsmooth.studies.study import Study, require_xarray
-from nonsmooth.studies.task import Variable
-from nonsmooth.system import ContactMode
+from nonsmooth.sweeps.progress import part_shown
+from nonsmooth.sweeps.task import Variable
 
 BESIDE_STEPS = (1_000, 10_000, 100_000)  # of the rigid runs whose cost stands beside
 BRANCH = 5  # modes named

@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.arrays import as_array, as_positive
+from nonsmooth.checks.arrays import as_array, as_positive
 from nonsmooth.errors import InvalidInput, Status, shown
-from nonsmooth.integrators.event_driven import EventDriven
-from nonsmooth.simulation import simulate_whole
-from nonsmooth.solution import Solution
+from nonsmooth.integrators.event_driven.options import EventDriven
+from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.results.solution import Solution
+from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.studies.matched_events import Entrances
-from nonsmooth.system import System, as_system
 
 EXACT = EventDriven(rtol=1e-12, atol=1e-14)  # rigid contact, as good as rounding allows
 COARSER_DT, COARSER_RTOL = 2.0, 10.0

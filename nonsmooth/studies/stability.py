@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nonsmooth.equilibria.eigen_path import EigenPath, eigen_path
+from nonsmooth.equilibria.equilibrium import equilibrium
+from nonsmooth.equilibria.flutter_boundary import flutter_boundary
+from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
+from nonsmooth.equilibria.stability_map import stability_map
 from nonsmooth.errors import InvalidInput
-from nonsmooth.stability.eigen_path import EigenPath, eigen_path
-from nonsmooth.stability.equilibrium import equilibrium
-from nonsmooth.stability.flutter_boundary import flutter_boundary
-from nonsmooth.stability.linearise import Linearisation, Verdict, linearise
-from nonsmooth.stability.stability_map import stability_map
-from nonsmooth.system import System, as_system
+from nonsmooth.mechanics.system import System, as_system
 
 
 @dataclass(frozen=True)
@@ -119,6 +119,6 @@ def spelt(verdict: Verdict) -> str:
 
 
 def _draw_map(chart: Any, units: Mapping[str, str], path: Path) -> Any:
-    from nonsmooth.output.stability_plots import plot_stability_map
+    from nonsmooth.drawing.stability_plots import plot_stability_map
 
     return plot_stability_map(chart, path, [units.get(name, "") for name in chart.growth.dims])

@@ -10,7 +10,7 @@ import numpy as np
 
 from nonsmooth.errors import MissingExtra, UnknownName, nearest
 from nonsmooth.studies.laws_of_convergence import LEAST_KNOWN, Fit, fit_laws, observed_orders
-from nonsmooth.studies.task import CellStatus
+from nonsmooth.sweeps.task import CellStatus
 
 if TYPE_CHECKING:
     import xarray
@@ -157,7 +157,7 @@ class Study:
 
     def plot(self, path: str | Path | None = None) -> Any:
         """Draw the study (needs the extra [plot]); returns the Matplotlib figure, saved to ``path`` if given."""
-        from nonsmooth.output.study_plots import plot_study
+        from nonsmooth.drawing.study_plots import plot_study
 
         return plot_study(self, path)
 

@@ -18,17 +18,17 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.arrays import as_count, as_flag
+from nonsmooth.checks.arrays import as_count, as_flag
 from nonsmooth.errors import InvalidInput, StepFailure
-from nonsmooth.integrators.adaptive import Adaptive
-from nonsmooth.integrators.event_driven import EventDriven
+from nonsmooth.integrators.adaptive.options import Adaptive
+from nonsmooth.integrators.event_driven.options import EventDriven
+from nonsmooth.mechanics.system import as_system
+from nonsmooth.signals.telling import listening, tell
 from nonsmooth.studies.comparison import as_problem
-from nonsmooth.studies.progress import part_shown
 from nonsmooth.studies.reference import Problem, with_step, with_tolerance
 from nonsmooth.studies.study import require_xarray
 from nonsmooth.studies.work_precision_result import WorkPrecision
-from nonsmooth.system import as_system
-from nonsmooth.telling import listening, tell
+from nonsmooth.sweeps.progress import part_shown
 
 TIMES = 16  # at which a motion is looked at, evenly spaced, where it does not say
 STEPS = tuple(10.0 ** (-0.5 * k) for k in range(4, 12))  # of the span: 1e-2 to 3e-6

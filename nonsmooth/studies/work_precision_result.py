@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.arrays import as_positive
+from nonsmooth.checks.arrays import as_positive
 from nonsmooth.errors import UnknownName, nearest
 from nonsmooth.studies.study import ABOVE_FLOOR, Study, require_xarray
 
@@ -128,7 +128,7 @@ class WorkPrecision(Study):
 
     def plot(self, path: str | Path | None = None) -> Any:
         """Draw error over wall time and over evaluations (needs the extra [plot]); saved to ``path`` if given."""
-        from nonsmooth.output.work_precision_plots import plot_work_precision
+        from nonsmooth.drawing.work_precision_plots import plot_work_precision
 
         return plot_work_precision(self, path)
 

@@ -2,16 +2,16 @@
 
 The error is the mean Euclidean distance of the positions to the reference over 2001 samples, positions interpolated
 linearly between the steps. References: closed forms (ball, block), or the smooth equations of each mode integrated by
-SciPy to 1e-12 between events written by hand (rod, belt, rocking block; tests/peers). Siconos's figures: version 4.4.0,
-Moreau-Jean.
+SciPy to 1e-12 between events written by hand (rod, belt, rocking block; benchmarks/adapters). Siconos's figures:
+version 4.4.0, Moreau-Jean.
 """
 
 import numpy as np
 import pytest
 
 import nonsmooth as ns
+from benchmarks import peers
 from models import BeadChain, BeltOscillator, BouncingBall, PainleveRod, RockingBlock, SlidingBlock
-from nonsmooth.bench import peers
 from nonsmooth.studies.comparison import as_problem
 
 STEPS = (1e-2, 1e-3, 1e-4)

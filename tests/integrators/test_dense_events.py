@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from benchmarks.stress_scenes import Tower, tower
 from models import BouncingBall
-from nonsmooth.bench.stress_scenes import Tower, tower
 from nonsmooth.runs import hand_over
 from nonsmooth.runs import run as runs
 from nonsmooth.runs.hand_over import MANY, are_dense

@@ -8,8 +8,9 @@ import pytest
 
 import nonsmooth as ns
 from models import PainleveRod
-from nonsmooth.laws import IMPACT_LAWS
-from nonsmooth.paradox.impact import impulse_map
+from nonsmooth.mechanics.impact import impulse_map
+from nonsmooth.mechanics.laws import IMPACT_LAWS
+from nonsmooth.mechanics.system import NORMAL, TANGENT
 
 ROD = PainleveRod(m=1.0, l=2.0, I=1 / 3, mu=1.8, e=1.0)
 
@@ -30,7 +31,7 @@ def test_impact_without_collision_ends_by_the_law_of_the_contact(impact, gamma_N
     assert paradox.kind.name == "INCONSISTENT"
     exact = rod.impact_without_collision(e=1.0, law=impact)
     assert np.abs(solution.u[-1] - exact.u).max() < 2 * rod.g * dt
-    W_N = system.evaluate(ns.system.NORMAL, 0.0, solution.q[0], solution.u[0])[0]
+    W_N = system.evaluate(NORMAL, 0.0, solution.q[0], solution.u[0])[0]
     assert float(W_N @ solution.u[-1]) == pytest.approx(gamma_N, abs=2 * rod.g * dt)
     assert paradox.P_N == pytest.approx(exact.P_N, abs=2 * rod.g * dt)
 
@@ -54,7 +55,7 @@ def test_collision_ends_by_the_law_of_the_contact(impact, slip):
     """One step from touch with gamma_N = -1 m/s: the impulse map plus what gravity does in dt."""
     rod, system = rod_with(impact, e=0.6, mu=0.4)
     q, u = rod.state(th=1.0, slip=slip)
-    W = [system.evaluate(which, 0.0, q, u).reshape(-1) for which in (ns.system.NORMAL, ns.system.TANGENT)]
+    W = [system.evaluate(which, 0.0, q, u).reshape(-1) for which in (NORMAL, TANGENT)]
     u = u - np.array([0.0, 1.0, 0.0])  # the whole rod falls: gamma_N = -1, gamma_F stays
     X = np.array(W) / np.array([rod.m, rod.m, rod.I])
     G = np.array(W) @ X.T

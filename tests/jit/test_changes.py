@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from nonsmooth import compiled
-from nonsmooth.complex_step import complexified, jacobian
 from nonsmooth.jit import models
-from nonsmooth.system import as_system
+from nonsmooth.mechanics import compiled
+from nonsmooth.mechanics.system import as_system
+from nonsmooth.numerics.complex_step import complexified, jacobian
 
 
 class P(NamedTuple):

@@ -337,7 +337,7 @@ def test_folders_of_earlier_versions_are_removed(folder):
 
 COMPILE = """
 import os, sys, time
-from nonsmooth.contact_solvers.interior import longest_step
+from nonsmooth.contact.blocks.interior import longest_step
 if sys.argv[1] == "slowly":
     replace = os.replace
     def slow(*paths):

@@ -27,7 +27,7 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.jit import survey_of
-from nonsmooth.system import FORCE
+from nonsmooth.mechanics.system import FORCE
 
 HEAD = """
 import math

@@ -222,7 +222,7 @@ def test_every_function_of_a_model_has_an_identity():
 STAMPS = """
 import importlib
 from nonsmooth.jit.kernels import kernel_stamp
-for name in ("integrators.adaptive_loop.run", "integrators.moreau_jean_step.step", "lcp.lemke.lemke_entry"):
+for name in ("integrators.adaptive.loop.run", "integrators.moreau_jean.step.step", "lcp.lemke.lemke_entry"):
     module, name = name.rsplit(".", 1)
     print(kernel_stamp(getattr(importlib.import_module(f"nonsmooth.{module}"), name)))
 """

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from nonsmooth.blocks import Block, Floats, new, view
 from nonsmooth.jit import cache, internals, kernel, rare_kernel
+from nonsmooth.jit.blocks import Block, Floats, new, view
 from nonsmooth.jit.fingerprint import COPIED
 from nonsmooth.jit.internals import (
     EntryLibrary,
@@ -65,7 +65,8 @@ def test_a_numba_that_was_tested_is_taken(version):
     ("import sys; sys.modules['numba'] = None", "nonsmooth: numba cannot be imported: "),
 ])  # fmt: skip
 def test_a_numba_that_does_not_fit_is_told_in_one_line_also_at_first_use(change, words, tmp_path):
-    code = f"{change}; from nonsmooth.cli import main; raise SystemExit(main(['run', 'bouncing-ball', '--no-plot']))"
+    code = f"{change}; from nonsmooth.commands.cli import main; "
+    code += "raise SystemExit(main(['run', 'bouncing-ball', '--no-plot']))"
     empty = {**os.environ, "NONSMOOTH_CACHE_DIR": str(tmp_path / "cache")}  # where "first use, compiling" would be told
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, env=empty)
     assert done.returncode == 2 and done.stderr.startswith(words) and done.stderr.count("\n") == 1

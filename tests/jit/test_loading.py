@@ -9,7 +9,7 @@ import pytest
 LOAD = """
 import sys
 from nonsmooth.jit import loading
-from nonsmooth.contact_solvers.interior import direction, longest_step
+from nonsmooth.contact.blocks.interior import direction, longest_step
 if sys.argv[1] == "alone":
     loading.may_start_process = lambda: False
 elif sys.argv[1] == "broken":

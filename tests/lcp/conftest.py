@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nonsmooth.bench.problems import frictional_lcp
+from benchmarks.problems import frictional_lcp
 
 DATA = Path(__file__).parents[1] / "data"
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
-from nonsmooth.bench.problems import normals, packing
+from benchmarks.problems import normals, packing
 from nonsmooth.lcp.interior import interior
 from nonsmooth.lcp.solve import solve_lcp
 

@@ -111,9 +111,9 @@ def test_accuracy_of_an_ill_conditioned_problem_is_that_of_one_refined_solve(fam
 @pytest.mark.parametrize("seed", range(10))
 def test_towers_with_masses_over_six_decades_do_not_mislead_the_pivots(seed):
     """Redundant contacts leave zeros in the tableau that rounding fills."""
-    from nonsmooth.bench.problems import tower
-    from nonsmooth.contact_solvers.faceted_lcp import faceted
-    from nonsmooth.contact_solvers.problem import check_problem, scaled
+    from benchmarks.problems import tower
+    from nonsmooth.contact.blocks.faceted_lcp import faceted
+    from nonsmooth.contact.blocks.problem import check_problem, scaled
 
     problem, _ = scaled(check_problem(*tower(np.random.default_rng([seed, 40, 2]), 40, 2)))
     A, b, impulses = faceted(problem, 2)

@@ -4,7 +4,7 @@ import pytest
 from nonsmooth.errors import InvalidInput
 from nonsmooth.lcp.qp import why_not_a_qp
 from nonsmooth.lcp.solve import solve_lcp
-from nonsmooth.quadratic_program import solver_names
+from nonsmooth.numerics.quadratic_program import solver_names
 
 
 @pytest.mark.parametrize("name", ["qp", *solver_names()])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nonsmooth.system import FORCE, MASS, NORMAL, ROW_RATES, TANGENT
+from nonsmooth.mechanics.system import FORCE, MASS, NORMAL, ROW_RATES, TANGENT
 
 
 def assemble(model, q, u):

@@ -7,7 +7,7 @@ import pytest
 
 from models import BeadChain
 from nonsmooth.errors import InvalidInput
-from nonsmooth.system import GAP
+from nonsmooth.mechanics.system import GAP
 
 
 def test_cascade_of_a_hundred_beads_has_the_printed_energy_and_momentum():

@@ -10,8 +10,8 @@ import pytest
 
 from models import BeltOscillator
 from nonsmooth.jit import interpreted
-from nonsmooth.laws import Polynomial, friction_coefficient, static_coefficient
-from nonsmooth.system import NORMAL_FORCE, SURFACE_VELOCITY
+from nonsmooth.mechanics.laws import Polynomial, friction_coefficient, static_coefficient
+from nonsmooth.mechanics.system import NORMAL_FORCE, SURFACE_VELOCITY
 
 
 def test_limits_of_the_belt_speed_are_the_printed_ones():

@@ -30,7 +30,7 @@ from models import (
 )
 from nonsmooth.errors import InvalidInput, UnknownName
 from nonsmooth.jit import call_model, compile_model, kernel
-from nonsmooth.system import (
+from nonsmooth.mechanics.system import (
     DAMPING,
     FORCE,
     GAP,

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import nonsmooth as ns
 from models import FollowerForceArm
-from nonsmooth.system import FORCE, MASS
+from nonsmooth.mechanics.system import FORCE, MASS
 
 # Printed values: corrected equations of the textbook chapter, two-link manipulator; the last digit is rounded.
 P_CR, P_UPPER = 948.126555160, 2698.363351

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from models import ModeCoupling
-from nonsmooth.system import DAMPING, FORCE, NORMAL_FORCE, POTENTIAL, STIFFNESS
+from nonsmooth.mechanics.system import DAMPING, FORCE, NORMAL_FORCE, POTENTIAL, STIFFNESS
 
 UNDAMPED = ModeCoupling(cx=0.0, cz=0.0)
 

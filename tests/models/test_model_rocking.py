@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from models import RockingBlock
-from nonsmooth.system import GAP, NORMAL, TANGENT
+from nonsmooth.mechanics.system import GAP, NORMAL, TANGENT
 
 
 @pytest.mark.parametrize("tilt", [0.1, -0.2])

@@ -11,7 +11,7 @@ import nonsmooth as ns
 from models import SliderCrank
 from models.slider_crank import CORNERS
 from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_GAMMA_N, EVENT_KIND, EVENT_T, IMPACT
-from nonsmooth.system import FORCE, GAP, MASS, NORMAL, TANGENT
+from nonsmooth.mechanics.system import FORCE, GAP, MASS, NORMAL, TANGENT
 
 H = 1e-20  # complex step: no cancellation
 

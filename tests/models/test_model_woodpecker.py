@@ -8,7 +8,7 @@ import pytest
 import nonsmooth as ns
 from models import Woodpecker
 from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_KIND, EVENT_T, IMPACT
-from nonsmooth.system import FORCE, GAP, MASS, NORMAL, TANGENT
+from nonsmooth.mechanics.system import FORCE, GAP, MASS, NORMAL, TANGENT
 
 UNIT = np.eye(3)
 

@@ -26,104 +26,106 @@ class Mutation(NamedTuple):
     guard: str
 
 
-STEPPING = "tests/integrators/test_moreau_jean.py::"
-COMPLIANT = "tests/integrators/test_penalty_contact.py::"
+STEPPING = "tests/integrators/moreau_jean/test_moreau_jean.py::"
+COMPLIANT = "tests/integrators/penalty/test_penalty_contact.py::"
 MUTATIONS = {
     "friction pushes the way it slides": Mutation(
-        "contact_solvers/single.py", "P_F = -s * mu * sigma * P_N", "P_F = s * mu * sigma * P_N",
+        "contact/planar/single.py", "P_F = -s * mu * sigma * P_N", "P_F = s * mu * sigma * P_N",
         STEPPING + "test_block_stops_where_its_kinetic_energy_is_spent",
     ),
     "the coupling of slip and pressure has the other sign": Mutation(
-        "contact_solvers/single.py", "D = G_NN - s * mu * sigma * G_NF", "D = G_NN + s * mu * sigma * G_NF",
+        "contact/planar/single.py", "D = G_NN - s * mu * sigma * G_NF", "D = G_NN + s * mu * sigma * G_NF",
         STEPPING + "test_inconsistent_state_is_an_impact_without_collision_with_its_impulses",
     ),
     "sticking holds twice its limit": Mutation(
-        "contact_solvers/single.py", "<= static_coefficient(laws, i) * reach",
+        "contact/planar/single.py", "<= static_coefficient(laws, i) * reach",
         "<= 2.0 * static_coefficient(laws, i) * reach",
         STEPPING + "test_block_holds_just_below_the_friction_limit_and_slides_just_above",
     ),
     "restitution takes the speed away twice": Mutation(
-        "contact_problem.py", "c[r] += laws[i, LAW_E_N] * gamma_0[r]", "c[r] -= laws[i, LAW_E_N] * gamma_0[r]",
+        "mechanics/contact_problem.py", "c[r] += laws[i, LAW_E_N] * gamma_0[r]",
+        "c[r] -= laws[i, LAW_E_N] * gamma_0[r]",
         STEPPING + "test_ball_bounces_at_the_closed_form_times_within_one_step",
     ),
     "impacts are elastic": Mutation(
-        "contact_problem.py", "c[r] += laws[i, LAW_E_N] * gamma_0[r]", "c[r] += gamma_0[r]",
+        "mechanics/contact_problem.py", "c[r] += laws[i, LAW_E_N] * gamma_0[r]", "c[r] += gamma_0[r]",
         STEPPING + "test_ball_comes_to_rest_after_its_zeno_point",
     ),
     "the weights of theta are exchanged": Mutation(
-        "integrators/moreau_jean_step.py", "q[i] += dt * ((1.0 - theta) * u[i] + theta * u_1[i])",
+        "integrators/moreau_jean/step.py", "q[i] += dt * ((1.0 - theta) * u[i] + theta * u_1[i])",
         "q[i] += dt * (theta * u[i] + (1.0 - theta) * u_1[i])",
         STEPPING + "test_positions_take_the_new_velocity_with_the_weight_theta",
     ),
     "forces are taken at the beginning of the step": Mutation(
-        "integrators/moreau_jean_step.py", "q_mid[i] = q[i] + 0.5 * dt * u[i]", "q_mid[i] = q[i]",
+        "integrators/moreau_jean/step.py", "q_mid[i] = q[i] + 0.5 * dt * u[i]", "q_mid[i] = q[i]",
         STEPPING + "test_pendulum_in_smooth_motion_is_of_second_order",
     ),
     "the implicit matrix loses its sign": Mutation(
-        "contact_problem.py", "Mhat[i, j] = M[i, j] + theta * dt *", "Mhat[i, j] = M[i, j] - theta * dt *",
+        "mechanics/contact_problem.py", "Mhat[i, j] = M[i, j] + theta * dt *", "Mhat[i, j] = M[i, j] - theta * dt *",
         STEPPING + "test_implicit_step_is_stable_where_an_explicit_one_is_not",
     ),
     "the free velocity forgets the forces": Mutation(
-        "contact_problem.py", "            total += W[k, j] * du[j]", "            total += 0.0 * W[k, j] * du[j]",
+        "mechanics/contact_problem.py", "            total += W[k, j] * du[j]",
+        "            total += 0.0 * W[k, j] * du[j]",
         STEPPING + "test_block_stuck_on_an_oblique_plane_keeps_its_place_over_a_million_steps",
     ),
     "velocities that are not finite are accepted": Mutation(
-        "integrators/moreau_jean_step.py", "    return total == 0.0", "    return True",
-        "tests/test_simulate.py::test_nan_written_by_a_model_function_names_the_function_and_keeps_the_past",
+        "integrators/moreau_jean/step.py", "    return total == 0.0", "    return True",
+        "tests/runs/test_simulate.py::test_nan_written_by_a_model_function_names_the_function_and_keeps_the_past",
     ),
     "an impact without collision slides on as it was": Mutation(
-        "paradox/impact.py", "return -s * mu, abs(gamma_F / k) if s * k < 0.0 else math.inf",
+        "mechanics/impact.py", "return -s * mu, abs(gamma_F / k) if s * k < 0.0 else math.inf",
         "return s * mu, abs(gamma_F / k) if s * k < 0.0 else math.inf",
         "tests/paradox/test_impact_map.py::test_impact_without_collision_has_the_published_closed_forms",
     ),
     "Poisson's ratio is squared": Mutation(
-        "paradox/impact.py", "return e * P_c", "return e * e * P_c",
+        "mechanics/impact.py", "return e * P_c", "return e * e * P_c",
         "tests/paradox/test_impact_map.py::test_closed_form_solves_the_equations_in_the_normal_impulse",
     ),
     "the energetic ratio is one of velocities": Mutation(
-        "paradox/impact.py", "work = e * e * compression_work", "work = e * compression_work",
+        "mechanics/impact.py", "work = e * e * compression_work", "work = e * compression_work",
         "tests/paradox/test_impact_map.py::test_closed_form_solves_the_equations_in_the_normal_impulse",
     ),
     "a seizure sticks on the wrong side of the cone": Mutation(
-        "paradox/impact.py", "return -math.copysign(mu, G_NF)", "return math.copysign(mu, G_NF)",
+        "mechanics/impact.py", "return -math.copysign(mu, G_NF)", "return math.copysign(mu, G_NF)",
         "tests/paradox/test_impact_map.py::test_closed_form_solves_the_equations_in_the_normal_impulse",
     ),
     "the projection moves into the wall": Mutation(
-        "integrators/projection.py", "change = -gap / work.G[a, a]", "change = gap / work.G[a, a]",
-        "tests/integrators/test_position_projection.py::test_a_bead_stays_on_its_wire_to_rounding",
+        "integrators/moreau_jean/projection.py", "change = -gap / work.G[a, a]", "change = gap / work.G[a, a]",
+        "tests/integrators/moreau_jean/test_position_projection.py::test_a_bead_stays_on_its_wire_to_rounding",
     ),
     "the ratio test takes the largest": Mutation(
         "lcp/lemke.py", "            if ratio < least:", "            if ratio > least or least == np.inf:",
         "tests/lcp/test_lcp_lemke.py::test_lemke_solves_random_frictional_problems",
     ),
     "the natural map has the other sign": Mutation(
-        "contact_solvers/natural_map.py", "cone_project(mu[i], P_N - gamma_N,", "cone_project(mu[i], P_N + gamma_N,",
-        "tests/contact_solvers/test_contact_local.py::test_single_contact_satisfies_the_inclusion_of_one_of_its_modes",
+        "contact/blocks/natural_map.py", "cone_project(mu[i], P_N - gamma_N,", "cone_project(mu[i], P_N + gamma_N,",
+        "tests/contact/blocks/test_contact_local.py::test_single_contact_satisfies_the_inclusion_of_one_of_its_modes",
     ),
     "a kink in a model counts as a wrong derivative": Mutation(
-        "agreement.py", "SAFETY * (abs(E) + abs(J))", "SAFETY * abs(E)",
-        "tests/test_agreement.py::test_a_kink_or_a_jump_wherever_it_is_contradicts_no_derivative",
+        "mechanics/agreement.py", "SAFETY * (abs(E) + abs(J))", "SAFETY * abs(E)",
+        "tests/mechanics/test_agreement.py::test_a_kink_or_a_jump_wherever_it_is_contradicts_no_derivative",
     ),
     "one step alone decides that a derivative is wrong": Mutation(
-        "agreement.py", "        if contradicted & suspects:",
+        "mechanics/agreement.py", "        if contradicted & suspects:",
         "        suspects |= contradicted\n        if contradicted:",
-        "tests/test_agreement.py::test_a_ripple_as_short_as_one_step_is_no_contradiction",
+        "tests/mechanics/test_agreement.py::test_a_ripple_as_short_as_one_step_is_no_contradiction",
     ),
     "runs are not looked at on their way": Mutation(
         "runs/run.py", "if self.status == Status.RUNNING and is_due(self.system, self._modes().tobytes()):",
-        "if False:", "tests/test_agreement.py::test_a_long_run_is_looked_at_on_its_way",
+        "if False:", "tests/mechanics/test_agreement.py::test_a_long_run_is_looked_at_on_its_way",
     ),
     "a dual cosine falls the wrong way": Mutation(
-        "dual.py", "complex(math.cos(z.real), -math.sin(z.real) * z.imag)",
+        "numerics/dual.py", "complex(math.cos(z.real), -math.sin(z.real) * z.imag)",
         "complex(math.cos(z.real), math.sin(z.real) * z.imag)",
-        "tests/test_derived_rows.py::test_derived_rows_are_those_written_by_hand_to_rounding",
+        "tests/mechanics/test_derived_rows.py::test_derived_rows_are_those_written_by_hand_to_rounding",
     ),
     "a cycle has to close in what drifts": Mutation(
-        "stability/shooting.py", "return self.across @ missed if", "return missed if",
-        "tests/stability/test_drifting_cycles.py::test_two_discs_on_a_shaft_turn_on_together",
+        "cycles/shooting.py", "return self.across @ missed if", "return missed if",
+        "tests/cycles/test_drifting_cycles.py::test_two_discs_on_a_shaft_turn_on_together",
     ),
     "a compliant contact is driven by its damper": Mutation(
-        "integrators/compliant_law.py", "return k * d + c * d_rate", "return k * d - c * d_rate",
+        "integrators/penalty/law.py", "return k * d + c * d_rate", "return k * d - c * d_rate",
         COMPLIANT + "test_clipped_contact_bounces_with_the_restitution_of_its_damping_ratio",
     ),
 }  # fmt: skip

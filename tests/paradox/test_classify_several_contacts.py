@@ -14,7 +14,7 @@ from models import RockingBlock
 
 def assembled(system, q, u):
     """G (2 n, 2 n) and c (2 n,) of all contacts, rows (N, T) interleaved, for rows that are constant."""
-    from nonsmooth.system import FORCE, MASS, NORMAL, TANGENT
+    from nonsmooth.mechanics.system import FORCE, MASS, NORMAL, TANGENT
 
     M, h = system.evaluate(MASS, 0.0, q, u), system.evaluate(FORCE, 0.0, q, u)
     W = np.stack([system.evaluate(NORMAL, 0.0, q, u), system.evaluate(TANGENT, 0.0, q, u)[:, 0]], axis=1)

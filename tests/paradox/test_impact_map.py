@@ -10,9 +10,9 @@ import pytest
 import nonsmooth as ns
 from models import SpragSlip
 from nonsmooth.jit import interpreted
-from nonsmooth.laws import ImpactLaw
+from nonsmooth.mechanics.impact import impulse_map
+from nonsmooth.mechanics.laws import ImpactLaw
 from nonsmooth.paradox.chatter import bounce, chatter_ratio
-from nonsmooth.paradox.impact import impulse_map
 
 closed_form = interpreted(impulse_map)
 STEPS = 20_000  # of a reference; its error is a few steps of dP, relative to P
@@ -141,7 +141,7 @@ def test_seizure_of_the_sprag_slip_rod_is_its_only_impact():
 def test_velocity_step_from_an_indeterminate_state_has_three_solutions():
     # SYSTEMS D: mu = 2, th = 60 deg, th' = 6, u = -1, h = 1e-3, frozen configuration
     from models import PainleveRod
-    from nonsmooth.contact_solvers.single import STICK, admissible, candidate_impulses
+    from nonsmooth.contact.planar.single import STICK, admissible, candidate_impulses
 
     rod, h = PainleveRod(mu=2.0), 1e-3
     (C, B), (_, A) = rod.delassus(math.pi / 3)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nonsmooth.bench import accuracy, peers
+from benchmarks import accuracy, peers
 from nonsmooth.studies.comparison import as_problem
 from nonsmooth.studies.work_precision import as_known, distance
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from nonsmooth.bench import siconos
-from nonsmooth.bench.problems import frictionless_lcp
-from nonsmooth.bench.solvers import batch
+from benchmarks import siconos
+from benchmarks.problems import frictionless_lcp
+from benchmarks.solvers import batch
 from nonsmooth.lcp.solve import solve_lcp
 
 pytestmark = [

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from benchmarks.scenes import row_of_blocks
 from models import BeadChain, BouncingBall, PainleveRod, RockingBlock, SpragSlip, WallPendulum
-from nonsmooth.bench.scenes import row_of_blocks
-from nonsmooth.output import checkpoint as store
+from nonsmooth.results import checkpoint as store
 
 
 def row_in_motion(n):

@@ -9,9 +9,9 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall
-from nonsmooth.output import checkpoint as store
-from nonsmooth.output.checked_array import BLOCK, CheckedArray, checksums_of, verified_rows
-from nonsmooth.output.growing_array import GrowingArray, map_rows, rows_at
+from nonsmooth.results import checkpoint as store
+from nonsmooth.results.checked_array import BLOCK, CheckedArray, checksums_of, verified_rows
+from nonsmooth.results.growing_array import GrowingArray, map_rows, rows_at
 
 BALL = BouncingBall(e=0.8)
 RUN = (BALL, (0, 1), *BALL.state(height=0.1))

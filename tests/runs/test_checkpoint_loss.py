@@ -12,7 +12,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall
-from nonsmooth.output import checkpoint as store
+from nonsmooth.results import checkpoint as store
 from nonsmooth.runs import streamed_run
 
 BALL = (BouncingBall(e=0.8), (0, 1), *BouncingBall().state(height=0.1))
@@ -23,7 +23,8 @@ import json, os, random, signal, sys, time
 import numpy as np
 import nonsmooth as ns
 from models import BouncingBall
-from nonsmooth.output import checkpoint, growing_array
+from nonsmooth.results import checkpoint
+from nonsmooth.results import growing_array
 from nonsmooth.runs import streamed_run
 
 streamed_run.WINDOW = 4096  # bytes: some thirty records between two writes

@@ -8,8 +8,8 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall
-from nonsmooth.cli import main
-from nonsmooth.output import checkpoint as store
+from nonsmooth.commands.cli import main
+from nonsmooth.results import checkpoint as store
 
 BALL = BouncingBall(e=0.8).system()
 RUN = dict(

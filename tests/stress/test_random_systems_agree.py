@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import nonsmooth as ns
-from nonsmooth.bench import stress_random
+from benchmarks import stress_random
 
 
 def unexplained(seed):

@@ -6,8 +6,8 @@ import warnings
 import pytest
 
 import nonsmooth as ns
-from nonsmooth.bench import stress, stress_contacts, stress_motions, stress_units
-from nonsmooth.bench.stress_figures import run
+from benchmarks import stress, stress_contacts, stress_motions, stress_units
+from benchmarks.stress_figures import run
 
 # What is open, as docs/benchmarks/stress.md shows it: normals that are opposite to rounding, 1 - cos(2e-8) = EPS, so
 # that G knows their angle to no digit.

@@ -1,0 +1,166 @@
+"""``nonsmooth bench core``: nanoseconds a step, beside the same step written in C; compile, import and call times.
+
+The rod is also stepped by two C programs compiled on the spot (where there is no C compiler, they are left out): one
+with all known to the compiler, one generic through function pointers. They take the same step, mid-point, rows at the
+mid-point and at the end, Delassus matrix, closed form of the contact, and end at the same angle; but they book no
+energy, keep no modes and ask for no second solution. Medians of interleaved repeats.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import platform
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.scenes import row_of_blocks, sliding_rod
+from nonsmooth.commands.catalogue import load_model
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.runs.simulate import simulate_whole
+
+REPEATS = 7
+ROD_STEPS, STEPS = 300_000, 20_000
+SPAN = 0.3  # s
+C_PROGRAMS = {"hard-coded in C": "rod.c", "C through function pointers": "rod_pointers.c"}
+IMPORT = "import time; t = time.perf_counter(); import nonsmooth; print(time.perf_counter() - t)"
+ROOT = Path(__file__).parents[1]  # where this package is found
+FIRST_USE = "from benchmarks.core import run_rod; run_rod(100)"
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Print the tables; returns the exit code."""
+    print(f"{platform.platform()}, Python {platform.python_version()}, medians of {REPEATS} interleaved repeats\n")
+    print_steps()
+    print_calls()
+    return 0
+
+
+def print_steps() -> None:
+    """Nanoseconds a step."""
+    runs: dict[str, Callable[[], float]] = {"rod": lambda: run_rod(ROD_STEPS)[0], "belt": run_belt}
+    for n in (2, 6, 12):
+        runs[f"row of {n} blocks"] = lambda n=n: run_row(n)  # type: ignore[misc]
+    with tempfile.TemporaryDirectory() as folder:
+        runs["rod, every step recorded"] = lambda: run_recorded(None)
+        runs["rod, streamed to a checkpoint"] = lambda: run_recorded(Path(folder) / "rod.ckpt")
+        for name, program in compile_c(Path(folder)).items():
+            runs[name] = lambda program=program: run_c(program, ROD_STEPS)[0]  # type: ignore[misc]
+        times: dict[str, list[float]] = {name: [] for name in runs}
+        for name in runs:
+            runs[name]()  # compile, or load
+        for _ in range(REPEATS):
+            for name in runs:
+                times[name].append(runs[name]())
+    for name, values in times.items():
+        ratio = ""
+        if name in C_PROGRAMS:
+            ratio = f"; the rod takes {statistics.median(a / b for a, b in zip(times['rod'], values, strict=True)):.2f}"
+            ratio += " times this"
+        print(f"{name:30s} {statistics.median(values):9.0f} ns a step{ratio}")
+    if not set(C_PROGRAMS) & set(times):
+        print("no C compiler (cc or gcc) was found: nothing to compare with")
+
+
+def print_calls() -> None:
+    """What a call, an import and a compilation cost."""
+    print(f"\n{'one simulate call':30s} {call_overhead() * 1e6:9.0f} us (one step of the rod)")
+    print(f"{'import nonsmooth':30s} {import_time():9.3f} s")
+    with tempfile.TemporaryDirectory() as folder:
+        first, second = script(FIRST_USE, folder), script(FIRST_USE, folder)
+        another = script(FIRST_USE + "; import benchmarks.core as c; t = c.time.perf_counter(); c.run_row(1); "
+                         "print(c.time.perf_counter() - t)", folder, read=True)  # fmt: skip
+    print(f"{'first use on a machine':30s} {first - second:9.1f} s of compiling")
+    print(f"{'a new model':30s} {another:9.2f} s of compiling, once")
+
+
+def run_rod(steps: int) -> tuple[float, float]:
+    """Nanoseconds a step of the sliding rod, and its final angle."""
+    th = math.pi / 3
+    integrator = MoreauJean(dt=SPAN / steps)
+    solution = simulate_whole(
+        sliding_rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=integrator, every=steps
+    )
+    return solution.stats.wall_time / steps * 1e9, float(solution.q[-1, 2])
+
+
+def run_recorded(checkpoint: Path | None) -> float:
+    """Nanoseconds a step of the rod with a record of each, in memory or in a checkpoint."""
+    th = math.pi / 3
+    integrator, started = MoreauJean(dt=SPAN / ROD_STEPS), time.perf_counter()
+    simulate_whole(
+        sliding_rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=integrator, checkpoint=checkpoint
+    )
+    elapsed = time.perf_counter() - started
+    if checkpoint:
+        shutil.rmtree(checkpoint)
+    return elapsed / ROD_STEPS * 1e9
+
+
+def run_belt() -> float:
+    """Nanoseconds a step of the belt oscillator in its stick-slip cycle."""
+    belt = load_model("belt-oscillator")()
+    solution = simulate_whole(belt, (0, STEPS * 1e-4), *belt.state(), integrator=MoreauJean(dt=1e-4), every=STEPS)
+    return float(solution.stats.wall_time / STEPS * 1e9)
+
+
+def run_row(n: int) -> float:
+    """Nanoseconds a step of n blocks sliding in a row."""
+    u_0 = np.zeros(2 * n)
+    u_0[::2] = np.linspace(1.0, 2.0, n)
+    solution = simulate_whole(
+        row_of_blocks(n), (0, STEPS * 1e-5), np.zeros(2 * n), u_0, integrator=MoreauJean(dt=1e-5), every=STEPS
+    )
+    return solution.stats.wall_time / STEPS * 1e9
+
+
+def compile_c(folder: Path) -> dict[str, Path]:
+    """The C programs, if the system has a compiler."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    programs = {}
+    for name, file in C_PROGRAMS.items() if compiler else ():
+        programs[name] = folder / Path(file).stem
+        source = Path(__file__).with_name(file)
+        subprocess.run([str(compiler), "-O2", str(source), "-o", str(programs[name]), "-lm"], check=True)
+    return programs
+
+
+def run_c(program: Path, steps: int) -> tuple[float, float]:
+    """Nanoseconds a step of a C program, and the final angle."""
+    printed = subprocess.run([str(program), str(steps)], capture_output=True, text=True, check=True).stdout
+    nanoseconds, th = map(float, printed.split())
+    return nanoseconds, th
+
+
+def call_overhead() -> float:
+    """Seconds of a `simulate` call that takes one step, median."""
+    system, integrator, th = sliding_rod(), MoreauJean(dt=1e-3), math.pi / 3
+    times = []
+    for _ in range(200):
+        started = time.perf_counter()
+        simulate_whole(system, (0, 1e-3), [0, math.sin(th), th], [1, 0, 0], integrator=integrator)
+        times.append(time.perf_counter() - started)
+    return statistics.median(times)
+
+
+def import_time() -> float:
+    """Seconds of the import in a fresh interpreter, by its own clock: what starting it takes is as long, and varies."""
+    return statistics.median(script(IMPORT, read=True) for _ in range(REPEATS))
+
+
+def script(code: str, cache: str | None = None, read: bool = False) -> float:
+    """Seconds that a fresh interpreter takes for some code, or the number that it prints."""
+    environment = {**os.environ, **({"NONSMOOTH_CACHE_DIR": cache} if cache else {})}
+    started = time.perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return float(done.stdout) if read else time.perf_counter() - started

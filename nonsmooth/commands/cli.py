@@ -1,0 +1,179 @@
+"""The command line: ``nonsmooth list | run | classify | map | solve | study | sweep | bench``.
+
+Arguments in, library calls, text and files out.
+
+Exit codes: 0 done; 2 bad input; 3 the integration failed (what was computed is saved and summarised), or a problem file
+was not solved; 4 a result could not be written; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+import warnings
+from pathlib import Path
+
+from nonsmooth import __version__
+from nonsmooth.checks.files import FIGURE_ENDINGS
+from nonsmooth.commands.paradoxes import add_classify, add_map
+from nonsmooth.commands.run import add_run
+from nonsmooth.commands.studies import add_studies
+from nonsmooth.commands.sweep import add_sweep
+from nonsmooth.commands.terminal import FAILED, INTERRUPTED, NOT_WRITTEN, complain, show_warning
+from nonsmooth.commands.typed_input import (
+    BAD_INPUT,
+    NEGATIVE,
+    Parser,
+    number,
+    require_module,
+    require_writable,
+)
+from nonsmooth.commands.watch import ended_by_ctrl_c, last_words
+from nonsmooth.errors import (
+    FileFailure,
+    InvalidInput,
+    MissingExtra,
+    NonsmoothError,
+    NonsmoothWarning,
+    UnsupportedVersion,
+)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        The arguments; those of the process when left out.
+
+    Returns
+    -------
+    int
+        The exit code.
+    """
+    texts = sys.argv[1:] if argv is None else argv
+    arguments = build_parser().parse_args([" " + text if NEGATIVE.match(text) else text for text in texts])
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", NonsmoothWarning)  # a line on stderr, also where Python is told otherwise
+        warnings.showwarning = show_warning  # type: ignore[assignment]
+        try:
+            with ended_by_ctrl_c():
+                code = arguments.act(arguments)
+            sys.stdout.flush()
+            return code
+        except BrokenPipeError:  # the reader of our output has left, as `| head` does
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 0
+        except FileFailure as error:
+            complain(str(error))
+            return NOT_WRITTEN
+        except (InvalidInput, MissingExtra, UnsupportedVersion, OSError) as error:
+            complain(str(error))
+            return BAD_INPUT
+        except MemoryError:
+            complain("there is not enough memory for this run; record less (--every), stop earlier, or make it smaller")
+            return BAD_INPUT
+        except NonsmoothError as error:
+            complain(str(error))
+            return FAILED
+        except KeyboardInterrupt:
+            complain("interrupted")
+            return INTERRUPTED
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Every command with its options."""
+    parser = Parser(prog="nonsmooth", description="Nonsmooth mechanics with every paradox named.")
+    parser.add_argument("--version", action="version", version=f"nonsmooth {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    listing = commands.add_parser("list", help="the models, with their parameters and states")
+    listing.set_defaults(act=act_list)
+
+    add_run(commands.add_parser("run", help="simulate a model", epilog="Numbers may be typed as 1e-3, pi/4, -2*pi."))
+
+    add_classify(commands.add_parser("classify", help="find every set of contact forces that fits a state"))
+    add_map(commands.add_parser("map", help="map the numbers of solutions over states and parameters"))
+
+    solve = commands.add_parser("solve", help="solve contact and complementarity problems from files")
+    solve.set_defaults(act=act_solve)
+    solve.add_argument("files", nargs="+", metavar="FILE", type=Path, help=".npz or FCLIB .hdf5")
+    solve.add_argument("--solver", default="auto", metavar="NAME[,NAME]", help="solvers; auto by default")
+    solve.add_argument("--tol", type=number, default=1e-8, help="largest accepted error; 1e-8 by default")
+    solve.add_argument("--plot", type=Path, metavar="FILE", help="draw a performance profile")
+
+    add_studies(commands.add_parser("study", help="study a model").add_subparsers(required=True, metavar="STUDY"))
+    add_sweep(commands.add_parser("sweep", help="run a model at every combination of some axes"))
+
+    bench = commands.add_parser("bench", help="measure run times")
+    bench.set_defaults(act=act_bench)
+    bench.add_argument(
+        "what",
+        choices=["accuracy", "contacts", "core", "paradox", "penalty", "solvers", "stability", "stress", "sweep"],
+    )
+    bench.add_argument(
+        "files", nargs="*",
+        help="solvers: more problems to time; accuracy: words that the scenes' names hold; stress: the page to write, "
+        "and the folder of its pictures; contacts: the folder of its picture",
+    )  # fmt: skip
+    bench.add_argument("--peers", action="store_true", help="accuracy: other programs too, where they are installed")
+    bench.add_argument("--out", metavar="FILE", help="accuracy: write the page and its figure")
+    return parser
+
+
+def act_list(arguments: argparse.Namespace) -> int:
+    """``nonsmooth list``."""
+    import inspect
+
+    from nonsmooth.checks.parameters import numeric_fields
+    from nonsmooth.commands.catalogue import load_model, model_entries
+
+    for name in model_entries():
+        try:
+            model = load_model(name)
+        except InvalidInput as error:
+            complain(str(error))
+            continue
+        variables = inspect.signature(model.state).parameters if hasattr(model, "state") else ()
+        print(f"{name:18} {(inspect.getdoc(model) or 'no description').splitlines()[0]}")
+        print(f"{'':18} --set   ", "  ".join(f"{key}={value:.6g}" for key, value in numeric_fields(model()).items()))
+        print(f"{'':18} --state ", "  ".join(str(key) for key in variables if key != "self"))
+    return 0
+
+
+def act_solve(arguments: argparse.Namespace) -> int:
+    """``nonsmooth solve``."""
+    from nonsmooth.commands.solve_files import format_table, performance_profile, solve_files
+
+    require_writable(arguments.plot, FIGURE_ENDINGS)
+    if arguments.plot:
+        require_module("matplotlib", "plot", "figures")
+    results: dict[str, list[dict]] = {name: [] for name in arguments.solver.split(",")}
+
+    def tables() -> str:
+        return "\n\n".join(format_table(rows) for rows in results.values() if rows)
+
+    try:
+        with last_words(tables):
+            for name, rows in results.items():
+                for file in arguments.files:
+                    rows += solve_files([file], name, arguments.tol)
+    except KeyboardInterrupt:
+        print(tables())
+        raise
+    print(tables())
+    if arguments.plot:
+        performance_profile(results, arguments.plot)
+        print(f"figure: {arguments.plot}")
+    return 0 if all(row["status"] == "SOLVED" for rows in results.values() for row in rows) else FAILED
+
+
+def act_bench(arguments: argparse.Namespace) -> int:
+    """``nonsmooth bench``."""
+    options = [*(["--peers"] if arguments.peers else []), *(["--out", arguments.out] if arguments.out else [])]
+    if options and arguments.what != "accuracy":
+        raise InvalidInput(f"{options[0]} belongs to `bench accuracy`; leave it out of `bench {arguments.what}`")
+    return importlib.import_module(f"benchmarks.{arguments.what}").main([*arguments.files, *options]) or 0

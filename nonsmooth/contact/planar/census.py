@@ -1,0 +1,147 @@
+"""When the solutions of a contact problem are counted anew.
+
+A census tries every combination of modes (planar/enumerate.py) of the contacts that reduction.py leaves. Up to
+EVERY_STEP combinations that is done with each problem. More are counted where the last census of these contacts does
+not tell:
+
+* all of its pivots were positive, so that there was one solution whatever c, and no entry of G has changed by more
+  than a part of the least pivot since;
+* it found one solution with the modes that the contacts still have, and no entry of G, c and mu has changed by more
+  than MATERIAL since; or none that it could tell from others, where contacts are redundant, and so would a new one.
+
+A census costs up to 1e5 times what a step costs. So it may wait, where the caller allows: each problem pays off
+EARNED of the work of the censuses taken, and none is begun with a debt of more than LARGEST_DEBT. What is then neither
+certified nor counted is said to be not counted. So a run pays for one census and 4 us a step at most.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.contact.planar.single import FREE
+from nonsmooth.jit import kernel
+
+EVERY_STEP = 64  # combinations: three contacts, about 4 us
+MATERIAL = 0.01  # chosen: relative change of a number after which the last census does not tell
+SAFE = (
+    0.1  # part of the least pivot by which G may change: its determinant cannot change sign by less, but for a factor
+)
+ORIENTED = 1e-6  # least pivot that counts as positive: far above rounding
+EARNED = 200  # work of a census (eliminations times contacts, 20 ns each) that a problem pays off: 4 us
+LARGEST_DEBT = 50_000  # 1 ms: beyond it no other census is begun
+UNKNOWN, NOT_TOLD, ONE_AS_BEFORE, ALWAYS_ONE = range(4)
+LEFT_OUT, ALONE = -2, -1  # the part of a contact in a census, or the number of the first contact of its group
+
+
+@kernel
+def known_solutions(n, left, closed, start, G, c, planar):
+    """What the last census of these contacts says of a problem: UNKNOWN, NOT_TOLD (the modes were
+    singular), ONE_AS_BEFORE or ALWAYS_ONE solution."""
+    memory, group, place = planar.memory, planar.tree.group, planar.rest.place
+    first = closed[0]
+    if memory.members[first] != n:
+        return UNKNOWN
+    is_as_before, is_oriented = memory.found[first] <= 1, memory.least[first] > ORIENTED
+    e = 0
+    for k in range(n):
+        i = closed[k]
+        if memory.stamp[i] != memory.stamp[first]:
+            return UNKNOWN
+        is_as_before = is_as_before and memory.candidate[i] == planar.candidate[k]
+        role = LEFT_OUT
+        if e < left and place[e] == k:
+            role = role_of(e, closed, group, place)
+            e += 1
+        is_oriented = is_oriented and memory.role[i] == role
+    if is_oriented and is_near(SAFE * memory.least[first], n, closed, start, G, planar):
+        return ALWAYS_ONE
+    if (
+        planar.may_wait == 1
+        and is_as_before
+        and is_near(MATERIAL, n, closed, start, G, planar)
+        and is_same_load(n, closed, start, c, planar)
+    ):
+        return ONE_AS_BEFORE if memory.found[first] == 1 else NOT_TOLD
+    return UNKNOWN
+
+
+@kernel
+def role_of(e, closed, group, place):
+    """The part of a contact in a census: in a group, by the number of its first contact in the system, or alone."""
+    return ALONE if group[e] == 0 else closed[place[group[e] - 1]]
+
+
+@kernel
+def rows_of_contact(planar):
+    """Rows that the memory has for each contact of the system."""
+    return planar.memory.c.shape[0] // planar.memory.stamp.shape[0]
+
+
+@kernel
+def is_near(part, n, closed, start, G, planar):
+    """Whether no entry of G has changed by more than a part of its diagonal since the last census."""
+    G_0, rows, part = planar.memory.G, rows_of_contact(planar), min(part, MATERIAL)
+    for k in range(n):
+        for a in range(start[k], start[k + 1]):
+            row = closed[k] * rows + a - start[k]
+            for m in range(n):
+                for b in range(start[m], start[m + 1]):
+                    change = G[a, b] - G_0[row, closed[m] * rows + b - start[m]]
+                    if not change * change <= part * part * G[a, a] * G[b, b]:
+                        return False
+    return True
+
+
+@kernel
+def is_same_load(n, closed, start, c, planar):
+    """Whether no velocity, friction coefficient or given force has changed materially since the last census."""
+    memory, rows = planar.memory, rows_of_contact(planar)
+    for k in range(n):
+        i = closed[k]
+        if abs(planar.mu[k] - memory.mu[i]) > MATERIAL * memory.mu[i]:
+            return False
+        if abs(planar.normal_impulse[k] - memory.normal_impulse[i]) > MATERIAL * memory.normal_impulse[i]:
+            return False
+        for a in range(start[k], start[k + 1]):
+            before = memory.c[i * rows + a - start[k]]
+            if abs(c[a] - before) > MATERIAL * abs(before):
+                return False
+    return True
+
+
+@kernel
+def remember(found, n, left, closed, start, G, c, planar):
+    """Note a census, and its work."""
+    memory, rows, group, place = planar.memory, rows_of_contact(planar), planar.tree.group, planar.rest.place
+    memory.last += 1
+    memory.debt += planar.tree.nodes * left
+    for k in range(n):
+        i = closed[k]
+        memory.stamp[i], memory.members[i], memory.found[i] = memory.last, n, found
+        memory.candidate[i], memory.role[i], memory.least[i] = FREE, LEFT_OUT, planar.tree.least
+        memory.mu[i], memory.normal_impulse[i] = planar.mu[k], planar.normal_impulse[k]
+        for a in range(start[k], start[k + 1]):
+            row = i * rows + a - start[k]
+            memory.c[row] = c[a]
+            for m in range(n):
+                for b in range(start[m], start[m + 1]):
+                    memory.G[row, closed[m] * rows + b - start[m]] = G[a, b]
+    for e in range(left):
+        memory.role[closed[place[e]]] = role_of(e, closed, group, place)
+
+
+@kernel
+def note_modes(n, closed, planar):
+    """Note the modes that were taken after a census."""
+    for k in range(n):
+        planar.memory.candidate[closed[k]] = planar.candidate[k]
+
+
+@kernel
+def pay_off(planar):
+    """What a problem pays off of the censuses before it."""
+    planar.memory.debt = max(0, planar.memory.debt - EARNED)
+
+
+@kernel
+def may_count(planar):
+    """Whether a census may be taken now."""
+    return planar.may_wait == 0 or planar.memory.debt <= LARGEST_DEBT

@@ -1,0 +1,347 @@
+"""Every solution of a planar contact problem, by its modes.
+
+Each contact is given a mode: FREE; STICK; SLIDE with its signs; LOCKED (closed without friction). A mode makes the
+impulses of its contact an affine function of those of the contacts after it,
+
+    P_i = alpha_i + sum_{j > i} beta_ij P_j ,
+
+which is eliminated from the remaining rows. The tree of modes is walked depth first, so that a leaf costs one small
+elimination and one back-substitution instead of a factorisation. A leaf is a solution if it satisfies the inclusions.
+Where a pivot vanishes (redundant contacts) the branch is cut and the answer says that it is not complete:
+``redundant.py`` decides such branches. Contacts that share their friction row (reduction.py) are one group: the first
+of them that is not free takes the friction of all, the others follow it and add their reach to its own.
+
+All pivots of all branches are positive iff the determinants of all combinations are. The natural map of the problem is
+piecewise linear, with one of these determinants on each piece; its degree is that of the problem without friction, 1.
+So the least pivot, where it is positive, certifies that there is one solution whatever c.
+
+Cost: up to 4^n leaves for unilateral contacts; 8 contacts take about 15 ms. Deciding whether a solution exists is
+NP-complete, so a bound there must be. Sources: docs/theory/moreau_jean.md; Robinson, *Math. Oper. Res.* 17 (1992) 691
+(coherent orientation).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated as Array
+
+from nonsmooth.contact.planar.single import (
+    BOUNDARY,
+    FREE,
+    NO_CANDIDATE,
+    PULL_MINUS,
+    SLIDE_PLUS,
+    STICK,
+    Selection,
+    sigma_of,
+    slip_of,
+)
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL
+from nonsmooth.numerics.dense import SINGULAR
+
+LOCKED = STICK  # a contact without friction that is closed: its only row is zero, as when it sticks
+MAX_LEAVES = 70_000  # 4^8 = 65536 planar unilateral contacts
+MAX_SOLUTIONS = 32  # kept of a step; the number found is counted beyond it
+SAME_MOTION = 1e-9  # relative distance below which two solutions are one motion
+
+
+class Tree(Block, kept=MAX_SOLUTIONS):
+    """Arrays of the walk. n = contacts, r = rows."""
+
+    S: Array[Floats, "n + 1", "r", "r"]  # reduced matrices, one a level
+    s: Array[Floats, "n + 1", "r"]  # reduced right-hand sides
+    alpha: Array[Floats, "r"]
+    beta: Array[Floats, "r", "r"]
+    candidate: Array[Ints, "n"]  # mode of each contact on the present branch
+    P: Array[Floats, "r"]  # impulses of the present leaf
+    gamma: Array[Floats, "r"]
+    solutions: Array[Floats, "kept", "r"]  # impulses
+    motions: Array[Floats, "kept", "r"]  # contact velocities
+    modes: Array[Ints, "kept", "n"]
+    inverse: Array[Floats, "r"]  # 1 / G_kk
+    group: Array[Ints, "n"]  # 0, or 1 + the first contact with the same friction row
+    nodes: int  # eliminations of the last walk
+    least: float  # its least pivot, relative to the diagonal of G
+
+
+@kernel
+def next_candidate(kind, d, candidate):
+    """The mode tried after ``candidate`` (NO_CANDIDATE first), or NO_CANDIDATE after the last."""
+    candidate += 1
+    if candidate == FREE and kind != UNILATERAL:
+        candidate += 1
+    last = STICK if d == 0 else PULL_MINUS if kind == BILATERAL else SLIDE_PLUS + 1
+    return candidate if candidate <= last else NO_CANDIDATE
+
+
+@kernel
+def leaves(n, closed, kinds, most):
+    """Number of mode combinations, at most ``most`` + 1."""
+    total = 1
+    for k in range(n):
+        kind, d = kinds[closed[k], 0], kinds[closed[k], 1]
+        total *= (1 if d == 0 else 5 if kind == BILATERAL else 3) + (1 if kind == UNILATERAL else 0)
+        if total > most:
+            return most + 1
+    return total
+
+
+@kernel
+def leader(level, tree):
+    """The contact before ``level`` on the branch that takes the friction of its group; -1 where there is none."""
+    if tree.group[level] == 0:
+        return -1
+    for k in range(level):
+        if tree.group[k] == tree.group[level] and tree.candidate[k] != FREE:
+            return k
+    return -1
+
+
+@kernel
+def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
+    """Express the impulses of contact ``level`` and reduce the rows after it; False where the pivot vanishes."""
+    S, s, alpha, beta = tree.S, tree.s, tree.alpha, tree.beta
+    width = (1 if kind != GIVEN_FORCE else 0) + d
+    last = first + width
+    tree.nodes += 1
+    for k in range(first, last):
+        alpha[k] = 0.0
+        for m in range(k + 1, r):  # from the next row on: contacts listed before may have had other rows
+            beta[k, m] = 0.0
+    if candidate >= SLIDE_PLUS and kind == GIVEN_FORCE:
+        alpha[first] = -slip_of(candidate) * mu * normal_impulse
+    elif candidate >= SLIDE_PLUS:
+        f = -slip_of(candidate) * mu * sigma_of(candidate)
+        D = S[level, first, first] + f * S[level, first, first + 1]
+        if not is_pivot(D * tree.inverse[first], 1.0, tree):
+            return False
+        alpha[first] = -s[level, first] / D
+        alpha[first + 1] = f * alpha[first]
+        for m in range(last, r):
+            beta[first, m] = -S[level, first, m] / D
+            beta[first + 1, m] = f * beta[first, m]
+    elif candidate == STICK and (width == 1 or leader(level, tree) >= 0):
+        if not is_pivot(S[level, first, first] * tree.inverse[first], 1.0, tree):
+            return False
+        alpha[first] = -s[level, first] / S[level, first, first]
+        for m in range(last, r):
+            beta[first, m] = -S[level, first, m] / S[level, first, first]
+    elif candidate == STICK and not _stick_block(level, first, last, r, tree):
+        return False
+    for k in range(last, r):
+        total = s[level, k]
+        for j in range(first, last):
+            total += S[level, k, j] * alpha[j]
+        s[level + 1, k] = total
+        for m in range(last, r):
+            total = S[level, k, m]
+            for j in range(first, last):
+                total += S[level, k, j] * beta[j, m]
+            S[level + 1, k, m] = total
+    return True
+
+
+@kernel
+def is_pivot(relative, size, tree):
+    """Whether a pivot, relative to the diagonal of G, is more than rounding of ``size``; the least one is noted."""
+    tree.least = min(tree.least, relative)
+    return abs(relative) > SINGULAR * size
+
+
+@kernel
+def _stick_block(level, a, last, r, tree):
+    """alpha, beta of a sticking planar contact: both of its rows vanish."""
+    S, s, alpha, beta = tree.S, tree.s, tree.alpha, tree.beta
+    b = a + 1
+    S_aa, S_bb = S[level, a, a], S[level, b, b]
+    determinant = S_aa * S_bb - S[level, a, b] * S[level, b, a]
+    inverse = tree.inverse
+    left = max(abs(S_aa) * inverse[a], abs(S_bb) * inverse[b])  # of the diagonal, by the contacts before
+    if not is_pivot(determinant * inverse[a] * inverse[b], left, tree):
+        return False
+    alpha[a] = (S[level, a, b] * s[level, b] - S_bb * s[level, a]) / determinant
+    alpha[b] = (S[level, b, a] * s[level, a] - S_aa * s[level, b]) / determinant
+    for m in range(last, r):
+        beta[a, m] = (S[level, a, b] * S[level, b, m] - S_bb * S[level, a, m]) / determinant
+        beta[b, m] = (S[level, b, a] * S[level, a, m] - S_aa * S[level, b, m]) / determinant
+    return True
+
+
+@kernel
+def contradicts(level, candidate, d, first, scale, tree):
+    """Whether the singular equations of the last contact have no solution at all: s is not in the range of S."""
+    S, s = tree.S, tree.s
+    slack = SAME_MOTION * scale
+    if d == 0 or candidate >= SLIDE_PLUS:
+        return abs(s[level, first]) > slack
+    a, b = first, first + 1
+    largest = max(abs(S[level, a, a]), abs(S[level, b, a]))
+    return abs(S[level, a, a] * s[level, b] - S[level, b, a] * s[level, a]) > slack * largest
+
+
+@kernel
+def pushes(k, n, closed, start, kinds, mu_static, normal_impulse, small, tree):
+    """Whether the impulses of contact k satisfy its inclusions, up to rounding; those of the contacts after it are
+    known."""
+    candidate, kind, d = tree.candidate[k], kinds[closed[k], 0], kinds[closed[k], 1]
+    if candidate == FREE:
+        return True
+    P_N = normal_impulse[k] if kind == GIVEN_FORCE else tree.P[start[k]]
+    if d == 0:
+        return kind == BILATERAL or P_N >= -small
+    if candidate == STICK:
+        reach = abs(P_N) if kind == BILATERAL else P_N
+        others = reach_of_others(k, n, mu_static, start, tree)
+        return reach >= -small and abs(tree.P[start[k + 1] - 1]) <= mu_static[k] * reach + others + small
+    return sigma_of(candidate) * P_N >= -small and (P_N != 0.0 or kind == GIVEN_FORCE)
+
+
+@kernel
+def reach_of_others(k, n, mu_static, start, tree):
+    """The friction that the contacts after k in its group add to what it can take itself."""
+    if tree.group[k] == 0:
+        return 0.0
+    total = 0.0
+    for m in range(k + 1, n):
+        if tree.group[m] == tree.group[k] and tree.candidate[m] == STICK:
+            total += mu_static[m] * tree.P[start[m]]
+    return total
+
+
+@kernel
+def back_substitute(n, closed, start, kinds, mu_static, normal_impulse, small, tree):
+    """Impulses of the present leaf, of the last contact first; False as soon as one does not satisfy its inclusions."""
+    for k in range(n - 1, -1, -1):
+        for row in range(start[k + 1] - 1, start[k] - 1, -1):
+            total = tree.alpha[row]
+            for m in range(start[k + 1], start[n]):
+                total += tree.beta[row, m] * tree.P[m]
+            tree.P[row] = total
+        if not pushes(k, n, closed, start, kinds, mu_static, normal_impulse, small, tree):
+            return False
+    return True
+
+
+@kernel
+def moves(n, closed, start, kinds, G, c, slack, tree):
+    """Velocities gamma = G P + c of the present leaf; False as soon as one does not satisfy the inclusions."""
+    for k in range(n):
+        for row in range(start[k], start[k + 1]):
+            total = c[row]
+            for m in range(start[n]):
+                total += G[row, m] * tree.P[m]
+            tree.gamma[row] = total
+        candidate = tree.candidate[k]
+        if candidate == FREE and not tree.gamma[start[k]] >= -slack:
+            return False
+        if candidate >= SLIDE_PLUS and not slip_of(candidate) * tree.gamma[start[k + 1] - 1] >= -slack:
+            return False
+    return True
+
+
+@kernel(
+    "Tuple((int64, boolean))(int64, int64[::1], int64[::1], int64[:, ::1], float64[::1], float64[::1], float64[::1], "
+    "float64[:, ::1], float64[::1], int64)",
+    short_loops=True,
+)
+def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c, tree_at):
+    """All solutions: their number, and whether the enumeration is complete (no pivot vanished)."""
+    tree = view(tree_at, Tree)
+    r = start[n]
+    scale = 0.0
+    largest = 0.0
+    for k in range(r):
+        scale = max(scale, abs(c[k]))
+        largest = max(largest, abs(G[k, k]))
+        tree.s[0, k], tree.inverse[k] = c[k], 1.0 / G[k, k]
+        for m in range(r):
+            tree.S[0, k, m] = G[k, m]
+    impulse_scale = scale / largest if largest > 0.0 else 0.0
+    found = 0
+    kept = tree.modes.shape[0]
+    is_complete = True
+    level = 0
+    tree.candidate[0] = NO_CANDIDATE
+    tree.nodes, tree.least = 0, math.inf
+    while level >= 0:
+        i = closed[level]
+        kind, d = kinds[i, 0], kinds[i, 1]
+        candidate = next_candidate(kind, d, tree.candidate[level])
+        tree.candidate[level] = candidate
+        if candidate == NO_CANDIDATE:
+            level -= 1
+            continue
+        first = leader(level, tree)
+        if first >= 0 and candidate != FREE and candidate != tree.candidate[first]:
+            continue  # contacts that share their friction row stick or slide together
+        if not eliminate(level, candidate, kind, d, mu[level], normal_impulse[level], start[level], r, tree):
+            if level < n - 1 or not contradicts(level, candidate, d, start[level], scale, tree):
+                is_complete = False
+            continue
+        if level < n - 1:
+            level += 1
+            tree.candidate[level] = NO_CANDIDATE
+            continue
+        if (
+            back_substitute(n, closed, start, kinds, mu_static, normal_impulse, BOUNDARY * impulse_scale, tree)
+            and moves(n, closed, start, kinds, G, c, BOUNDARY * scale, tree)
+            and is_new(min(found, kept), r, scale, tree)
+        ):
+            keep_solution(found, n, r, tree)
+            found += 1
+    return found, is_complete
+
+
+@kernel
+def keep_solution(found, n, r, tree):
+    """Keep the present leaf as solution number ``found``, if there is room."""
+    if found < tree.modes.shape[0]:
+        for k in range(r):
+            tree.solutions[found, k] = tree.P[k]
+            tree.motions[found, k] = tree.gamma[k]
+        for k in range(n):
+            tree.modes[found, k] = tree.candidate[k]
+
+
+@kernel
+def is_new(found, r, scale, tree):
+    """Whether the present leaf moves otherwise than every solution found before."""
+    for m in range(found):
+        distance = 0.0
+        for k in range(r):
+            distance = max(distance, abs(tree.motions[m, k] - tree.gamma[k]))
+        if distance <= SAME_MOTION * scale:
+            return False
+    return True
+
+
+@kernel
+def select(found, n, closed, start, kinds, mu, G, was_stuck, selection, tree):
+    """The solution taken: the rule of docs/theory/selection.md, contact by contact.
+
+    Solutions are ranked by how many contacts do what the rule asks: a stuck contact sticks; no contact slides with
+    D < 0 (a saddle of the compliant contact); otherwise free or sliding before sticking.
+    """
+    best = -1
+    best_rank = -1e300
+    for m in range(min(found, MAX_SOLUTIONS)):
+        rank = 0.0
+        for k in range(n):
+            candidate = tree.modes[m, k]
+            i = closed[k]
+            if kinds[i, 1] == 0 or kinds[i, 0] == GIVEN_FORCE:
+                continue
+            if candidate == STICK:
+                if selection == Selection.IMPACT or (was_stuck[k] == 1 and selection != Selection.LIFT_OFF):
+                    rank += 1000.0
+            elif candidate == FREE:
+                rank += 1.0
+            else:
+                D = G[start[k], start[k]] - slip_of(candidate) * mu[k] * sigma_of(candidate) * G[start[k], start[k] + 1]
+                rank += 1.0 if D > 0.0 else -30.0
+        if rank > best_rank:
+            best_rank = rank
+            best = m
+    return best

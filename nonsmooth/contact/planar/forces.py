@@ -1,0 +1,373 @@
+"""Every set of contact forces that a state admits: the acceleration-level problem, solved by modes.
+
+    gamma' = G la + b
+
+A contact at rest has its four modes. One that slides, gamma_F != 0, keeps its direction s for an instant and has one
+unknown, la_F = -s mu sigma la_N with sigma the sign of la_N: its row of friction leaves the problem, and
+
+    gamma_N' = (G_NN - G_NF diag(mu s sigma)) la_N + b_N
+
+is a problem of normal forces alone, with a matrix that is not symmetric. For unilateral contacts (sigma = +1) it is the
+linear complementarity problem whose matrix fails to be a P-matrix in Painlevé's paradoxes; for bilateral ones both
+signs sigma are tried. Contacts that G does not couple are islands: each has its own solutions, found by
+``enumerate``, and the solutions of all are the products of these, which nothing enumerates.
+
+Source: Lötstedt, *ZAMM* 61 (1981) 605; Génot, Brogliato, *Eur. J. Mech. A/Solids* 18 (1999) 653.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Annotated as Array
+
+from nonsmooth.contact.islands import find_held_islands
+from nonsmooth.contact.planar.enumerate import enumerate_modes, leaves
+from nonsmooth.contact.planar.implied import are_dependent
+from nonsmooth.contact.planar.problem import Planar
+from nonsmooth.contact.planar.redundant import enumerate_redundant
+from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
+from nonsmooth.errors import Status
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
+from nonsmooth.mechanics.acceleration_problem import acceleration_problem
+from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, row_velocities
+from nonsmooth.mechanics.laws import friction_coefficient, static_coefficient
+from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL
+
+# A gap or a velocity is zero within this part of the state's own scale (the tolerance of initial states).
+CONSISTENT = 1e-7
+MAX_MODES = 400_000  # 5^8: eight bilateral contacts at rest, a fifth of a second
+MAX_CONTACTS = 18  # 2^18 modes of sliding contacts are fewer, 2^19 more
+KEPT = 256  # solutions kept of one island: eight sliding contacts have at most that many
+MOST = 1 << 52  # solutions of all islands that are counted
+
+
+class Situation(IntEnum):
+    """What a contact is doing at a state."""
+
+    OPEN = 0  # g_N > 0, or parting
+    RESTING = 1  # closed, gamma_N = 0 and gamma_F = 0
+    SLIDING = 2  # closed, gamma_N = 0
+    LANDING = 3  # closed and gamma_N < 0: an impact comes first
+    PENETRATING = 4  # g_N < 0
+    VIOLATED = 5  # bilateral with g_N != 0
+    MOVING_APART = 6  # bilateral with gamma_N != 0
+
+
+class Forces(Block, most=MAX_CONTACTS, kept=KEPT, c="max(1, n_c)", r="max(1, n_c * (1 + d))"):
+    """Arrays of the search for forces. c = contacts, r = rows."""
+
+    work: Work
+    rates: Array[Floats, 4, "r"]
+    situation: Array[Ints, "c"]  # of every contact
+    gamma: Array[Floats, "c", 2]  # gamma_N, gamma_F of every contact
+    slip: Array[Ints, "c"]  # sign of sliding of each closed contact, 0 at rest
+    mu: Array[Floats, "c"]  # of each closed contact, at its present speed
+    mu_static: Array[Floats, "c"]
+    normal: Array[Floats, "c"]  # given normal forces of the closed contacts
+    sigma: Array[Ints, "c"]  # sign of la_N tried at bilateral contacts that slide
+    kinds: Array[Ints, "c", 2]  # of the reduced problem, as what follows up to the tree
+    asked: Array[Ints, "c"]  # 1 for closed contacts whose island is looked at
+    contact: Array[Ints, "c"]  # position among the closed contacts
+    member: Array[Ints, "c"]  # and number of a contact of an island
+    listed: Array[Ints, "c"]  # 0, 1, 2 ...
+    start: Array[Ints, "c + 1"]
+    row: Array[Ints, "r"]  # row of the full problem
+    G: Array[Floats, "r", "r"]
+    K: Array[Floats, "r", "r"]  # G without friction
+    b: Array[Floats, "r"]
+    P: Array[Floats, "r"]  # scratch
+    planar: Array[Planar, "n = min(max(n_c, 2), most)", "kept = kept"]  # of the reduced problem
+    held: Array[Ints, "c"]  # rows of each closed contact that stay in the reduced problem
+    island: Array[Ints, "c"]  # of each closed contact
+    number: Array[Ints, "c"]  # solutions of each island
+    outcome: Array[Ints, "c"]  # Outcome of each island
+    candidate: Array[Ints, "kept", "c"]  # modes of each solution of the island of each closed contact
+    la: Array[Floats, "kept", "r"]  # and its forces, by row of the full problem
+    taken: Array[Floats, "r"]  # the forces that an integrator takes of them
+
+
+class Outcome(IntEnum):
+    """How far the search went."""
+
+    COMPLETE = 0
+    SINGULAR = 1  # some modes have singular equations, and ``enumerate_redundant`` is not loaded yet
+    TOO_MANY = 2  # more modes than are enumerated
+    INADMISSIBLE = 3  # no acceleration-level problem: a contact lands, penetrates or is violated
+    NOT_FINITE = 4  # a model function raised or wrote NaN
+
+
+@kernel(
+    "Tuple((int64, int64, int64, int64))(int64, int64, float64, float64[::1], float64[::1], float64[::1], "
+    "int64[:, ::1], float64[:, ::1], int64)",
+    short_loops=True,
+)
+def forces_at_state(model, has, t, q, u, p, kinds, laws, forces_at):
+    """All contact forces at a state: (outcome, solutions, closed contacts, rows)."""
+    forces = view(forces_at, Forces)
+    work = forces.work
+    n_c = kinds.shape[0]
+    if n_c == 0:
+        return Outcome.COMPLETE.value, 1, 0, 0
+    n_k = list_closed(model, has, t, q, u, p, kinds, forces)
+    if n_k < 0:
+        return (Outcome.INADMISSIBLE if n_k == -1 else Outcome.NOT_FINITE).value, 0, 0, 0
+    if n_k == 0:
+        return Outcome.COMPLETE.value, 1, 0, 0
+    for k in range(n_k):
+        i = work.closed[k]
+        forces.asked[k] = 1
+        forces.slip[k] = 0
+        if forces.situation[i] == Situation.SLIDING:
+            forces.slip[k] = 1 if forces.gamma[i, 1] > 0.0 else -1
+    outcome, found, r = forces_of_closed(model, has, t, q, u, p, n_k, kinds, laws, forces)
+    return outcome, found, n_k, r
+
+
+@kernel
+def forces_of_closed(model, has, t, q, u, p, n_k, kinds, laws, forces):
+    """All forces of the n_k contacts in work.closed, whose slip and gamma are known: (outcome, solutions, rows)."""
+    work = forces.work
+    status, r = acceleration_problem(model, has, t, u.shape[0], q, u, p, n_k, kinds, forces.rates, work)
+    if status != Status.RUNNING:
+        return Outcome.NOT_FINITE.value, 0, r
+    for k in range(n_k):
+        i = work.closed[k]
+        v = abs(forces.gamma[i, 1])
+        forces.mu[k] = friction_coefficient(laws, i, v) if kinds[i, 1] > 0 else 0.0
+        forces.mu_static[k] = static_coefficient(laws, i) if kinds[i, 1] > 0 else 0.0
+        forces.normal[k] = max(0.0, work.N[i])
+    outcome, found = find_forces(n_k, kinds, forces)
+    return outcome, found, r
+
+
+@kernel
+def list_closed(model, has, t, q, u, p, kinds, forces):
+    """Fill work.closed and the situation of every contact; their number, -1 if inadmissible, -2 if not finite."""
+    work, situation, gamma = forces.work, forces.situation, forces.gamma
+    n_c, length, speed = kinds.shape[0], 0.0, 0.0
+    for j in range(u.shape[0]):
+        work.q_mid[j] = q[j]
+        length = max(length, abs(q[j]))
+        speed = max(speed, abs(u[j]))
+    if has & (1 << GAP) and not call_model(model, GAP, t, q, u, p, work.g_N):
+        return -2
+    if not evaluate_rows(model, has, True, t, u, p, work):
+        return -2
+    for i in range(n_c):
+        work.closed[i] = i
+    row_velocities(u.shape[0], n_c, kinds, u, work)
+    r = 0
+    surface = 0.0
+    for i in range(n_c):
+        gamma[i, 0] = 0.0
+        gamma[i, 1] = 0.0
+        if kinds[i, 0] != GIVEN_FORCE:
+            gamma[i, 0] = work.gamma_0[r]
+            r += 1
+        if kinds[i, 1] > 0:
+            gamma[i, 1] = work.gamma_0[r]
+            surface = max(surface, abs(gamma[i, 1]))
+            r += 1
+    n_k = 0
+    is_admissible = True
+    for i in range(n_c):
+        situation[i] = situation_of(kinds[i, 0], work.g_N[i], gamma[i, 0], gamma[i, 1], length, speed, surface)
+        if situation[i] == Situation.RESTING or situation[i] == Situation.SLIDING:
+            work.closed[n_k] = i
+            n_k += 1
+        elif situation[i] != Situation.OPEN:
+            is_admissible = False
+    return n_k if is_admissible else -1
+
+
+@kernel
+def situation_of(kind, g_N, gamma_N, gamma_F, length, speed, surface):
+    """The situation of one contact; zero means within ``CONSISTENT`` of the state's own scales."""
+    if kind == BILATERAL:
+        if abs(g_N) > CONSISTENT * length:
+            return Situation.VIOLATED.value
+        if abs(gamma_N) > CONSISTENT * max(speed, surface):
+            return Situation.MOVING_APART.value
+    elif kind == UNILATERAL:
+        if g_N < -CONSISTENT * length:
+            return Situation.PENETRATING.value
+        if g_N > CONSISTENT * length or gamma_N > CONSISTENT * speed:
+            return Situation.OPEN.value
+        if gamma_N < -CONSISTENT * speed:
+            return Situation.LANDING.value
+    if abs(gamma_F) > CONSISTENT * max(speed, surface):
+        return Situation.SLIDING.value
+    return Situation.RESTING.value
+
+
+@kernel
+def find_forces(n_k, kinds, forces):
+    """The solutions of every island of the problem in forces.work for given slip signs: (Outcome of the island that
+    was least complete, number of solutions of all)."""
+    outcome, total = Outcome.COMPLETE.value, 1
+    for island in range(list_islands(n_k, kinds, forces)):
+        forces.outcome[island], forces.number[island] = Outcome.COMPLETE.value, 1
+        if is_asked(island, n_k, forces):
+            forces.outcome[island], forces.number[island] = find_forces_of(island, n_k, kinds, forces)
+        outcome = max(outcome, forces.outcome[island])
+        total = min(MOST, total * forces.number[island])
+    return outcome, total
+
+
+@kernel
+def is_asked(island, n_k, forces):
+    """Whether the solutions of an island are asked for: of islands that go on as they were they are not."""
+    for k in range(n_k):
+        if forces.island[k] == island and forces.asked[k] == 1:
+            return True
+    return False
+
+
+@kernel
+def list_islands(n_k, kinds, forces):
+    """Number the islands of the closed contacts; returns how many."""
+    work = forces.work
+    for k in range(n_k):
+        width = work.start[k + 1] - work.start[k]
+        is_sliding = forces.slip[k] != 0
+        forces.held[k] = width
+        if is_sliding:
+            forces.held[k] = 0 if kinds[work.closed[k], 0] == GIVEN_FORCE else 1
+    return find_held_islands(n_k, work.start, forces.held, work.G, forces.island)
+
+
+@kernel
+def solution_of(number, island, forces):
+    """Which solution of an island belongs to a solution of all: its digit, the first island's changes fastest."""
+    for before in range(island):
+        number //= forces.number[before]
+    return number % forces.number[island]
+
+
+@kernel
+def find_forces_of(island, n_k, kinds, forces):
+    """Every solution of one island: (Outcome, number)."""
+    work, planar, tree, start, G, b = forces.work, forces.planar, forces.planar.tree, forces.start, forces.G, forces.b
+    found = 0
+    outcome = Outcome.COMPLETE.value
+    pairs = 1
+    for k in range(n_k):
+        is_member = forces.island[k] == island
+        if is_member and kinds[work.closed[k], 0] == BILATERAL and forces.slip[k] != 0 and pairs <= MAX_MODES:
+            pairs *= 2
+    for signs in range(pairs):
+        n = reduce_problem(island, n_k, kinds, signs, forces)
+        if n > forces.planar.mu.shape[0] or pairs * leaves(n, forces.listed, forces.kinds, MAX_MODES) > MAX_MODES:
+            return Outcome.TOO_MANY.value, 0
+        number = 1
+        is_complete = n < 2 or planar.can_decide_redundant == 0 or not are_dependent(start[n], forces.K, b, tree)
+        if n > 0 and is_complete:
+            number, is_complete = enumerate_modes(
+                n, forces.listed, start, forces.kinds, planar.mu, planar.mu_static, planar.normal_impulse,
+                G, b, address(tree),
+            )  # fmt: skip
+        if not is_complete and planar.can_decide_redundant == 0:
+            outcome = Outcome.SINGULAR.value
+        elif not is_complete:
+            number = enumerate_redundant(
+                n, forces.listed, start, forces.kinds, G, forces.K, b, forces.P, address(planar)
+            )
+        for m in range(min(number, tree.modes.shape[0])):
+            found += keep_solution(island, n_k, n, m, found, kinds, forces)
+        if number > tree.modes.shape[0]:
+            found += number - tree.modes.shape[0]
+    return outcome, found
+
+
+@kernel
+def reduce_problem(island, n_k, kinds, signs, forces):
+    """The problem of an island without the friction rows of contacts that slide, for one choice of the bilateral
+    signs."""
+    work, slip, mu, sigma, start = forces.work, forces.slip, forces.mu, forces.sigma, forces.start
+    n = 0
+    r = 0
+    for k in range(n_k):
+        if forces.island[k] != island:
+            continue
+        kind, d = kinds[work.closed[k], 0], kinds[work.closed[k], 1]
+        sigma[k] = 1
+        is_sliding = slip[k] != 0
+        if is_sliding and kind == BILATERAL:
+            sigma[k] = 1 - 2 * (signs & 1)
+            signs >>= 1
+        if is_sliding and kind == GIVEN_FORCE:
+            continue
+        forces.contact[n] = k
+        forces.listed[n] = n
+        start[n] = r
+        forces.kinds[n, 0] = kind
+        forces.kinds[n, 1] = 0 if is_sliding else d
+        forces.planar.mu[n] = mu[k]
+        forces.planar.mu_static[n] = forces.mu_static[k]
+        forces.planar.normal_impulse[n] = forces.normal[k]
+        for row in range(work.start[k], work.start[k] + forces.held[k]):
+            forces.row[r] = row
+            r += 1
+        n += 1
+    start[n] = r
+    for a in range(r):
+        forces.b[a] = reduced_free(n_k, forces.row[a], kinds, forces)
+        for m in range(n):
+            k = forces.contact[m]
+            for e in range(start[m], start[m + 1]):
+                forces.G[a, e] = forces.K[a, e] = work.G[forces.row[a], forces.row[e]]
+            if slip[k] != 0:
+                f = -slip[k] * mu[k] * sigma[k]
+                if kinds[work.closed[k], 1] > 0:
+                    forces.G[a, start[m]] += f * work.G[forces.row[a], work.start[k] + 1]
+    return n
+
+
+@kernel
+def reduced_free(n_k, row, kinds, forces):
+    """Free acceleration of a row, with the friction of contacts that slide under a given normal force."""
+    work = forces.work
+    total = work.c[row]
+    for k in range(n_k):
+        if forces.slip[k] != 0 and kinds[work.closed[k], 0] == GIVEN_FORCE:
+            total -= work.G[row, work.start[k]] * forces.slip[k] * forces.mu[k] * forces.normal[k]
+    return total
+
+
+@kernel
+def keep_solution(island, n_k, n, m, found, kinds, forces):
+    """Write solution m of the reduced problem among those found of its island; 0 if its la_N contradicts the signs
+    tried, else 1."""
+    work, tree, slip, sigma = forces.work, forces.planar.tree, forces.slip, forces.sigma
+    for a in range(n):
+        k = forces.contact[a]
+        if slip[k] != 0 and kinds[work.closed[k], 0] == BILATERAL:
+            la_N = tree.solutions[m, forces.start[a]]
+            if sigma[k] * la_N < 0.0 or (la_N == 0.0 and sigma[k] < 0):
+                return 0
+    if found >= forces.la.shape[0]:
+        return 1
+    la, candidate = forces.la, forces.candidate
+    for k in range(n_k):
+        if forces.island[k] != island:
+            continue
+        candidate[found, k] = SLIDE_PLUS if slip[k] > 0 else SLIDE_MINUS
+        if slip[k] != 0:  # a given normal force, unless overwritten below
+            la[found, work.start[k]] = -slip[k] * forces.mu[k] * forces.normal[k]
+    for a in range(n):
+        k = forces.contact[a]
+        first = forces.start[a]
+        mode = tree.modes[m, a]
+        for e in range(first, forces.start[a + 1]):
+            la[found, forces.row[e]] = tree.solutions[m, e]
+        if slip[k] != 0:
+            la[found, work.start[k] + 1] = -slip[k] * forces.mu[k] * sigma[k] * tree.solutions[m, first]
+            if mode == STICK:  # a closed contact with one row
+                mode = SLIDE_PLUS if slip[k] > 0 else SLIDE_MINUS
+                if sigma[k] < 0:
+                    mode = PULL_PLUS if slip[k] > 0 else PULL_MINUS
+            else:
+                mode = FREE
+        candidate[found, k] = mode
+    return 1

@@ -1,0 +1,204 @@
+"""Semismooth Newton on a planar contact problem, with a proximal shift: many contacts, redundant ones among them.
+
+With x = P - gamma / diag G the inclusions are F(P) = 0,
+
+    F_N = P_N - max(0, x_N)  (gamma_N / G_NN, bilateral),    F_F = P_F - proj_[-R, R](x_F),    R = mu max(0, x_N).
+
+x names the modes: open where x_N <= 0, sticking where |x_F| <= R, else sliding. Given modes the equations are linear. A
+step imposes them on P (P = 0 open, P_F = f P_N sliding, f = -+mu) and solves for the impulses of the other rows
+
+    (A + alpha diag A) dP = -gamma,    A the rows and columns of G, f times the tangential column on the normal one.
+
+alpha makes A regular where contacts are redundant: of the impulses that balance the load, those nearest to the last
+ones. The part of gamma outside the null space of A falls by alpha / (alpha + lambda) in a step, lambda the least
+eigenvalue but 0 of A scaled to a diagonal of ones: steps refine the impulses to rounding. No other mass or unit enters,
+and no root. A step is shortened until the merit F . diag(G) F, an energy, falls below the largest of the last ones.
+Where the iteration ends without a solution it starts again elsewhere, at last behind sweeps of Gauss–Seidel.
+
+Source: Alart, Curnier, *Comput. Methods Appl. Mech. Engrg.* 92 (1991) 353; the shift is that of Rockafellar's proximal
+points, *SIAM J. Control Optim.* 14 (1976) 877; the search that of Grippo, Lampariello, Lucidi, *SIAM J. Numer. Anal.*
+23 (1986) 707.
+"""
+
+from __future__ import annotations
+
+import math
+
+from nonsmooth.contact.planar.kept import ALPHA, assemble_modes, begin, factor, impose_modes
+from nonsmooth.contact.planar.problem import ACCEPTED, MERITS, Planar, name_modes, residual, sliding
+from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK, STILL
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import view
+from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
+from nonsmooth.numerics.dense import lu, lu_solve
+
+MAX_STEPS = 150
+PATIENCE = 40  # steps within which the merit must halve
+HALVINGS = 10
+DESCENT = 1e-4  # least part of the merit by which a full step must lower it
+SWEEPS = 100
+BEFORE, STUCK, UNLOADED, SWEPT = range(4)  # where it starts: impulses of the step before; all stuck; none; after sweeps
+STARTS = 4
+
+
+@kernel(
+    "boolean(int64, int64[::1], int64[::1], int64[:, ::1], float64[:, ::1], float64[::1], float64[:, ::1], "
+    "float64[::1], int64)",
+    short_loops=True,
+)
+def solve_by_newton(n, closed, start, kinds, G, c, previous_P, P, planar_at):
+    """Whether impulses P were found that satisfy the inclusions; the modes are in ``planar.candidate``."""
+    planar = view(planar_at, Planar)
+    for first in range(STARTS):
+        is_loaded = begin(first == BEFORE, n, closed, start, kinds, previous_P, P)
+        if first == SWEPT:
+            sweep(n, closed, start, kinds, G, c, P, planar)
+        if (is_loaded or first != BEFORE) and iterate(first == STUCK, n, closed, start, kinds, G, c, P, planar):
+            return True
+    return False
+
+
+@kernel
+def sweep(n, closed, start, kinds, G, c, P, planar):
+    """Projected Gauss–Seidel, row by row: P = proj(x)."""
+    r = start[n]
+    for _ in range(SWEEPS):
+        for k in range(n):
+            kind = kinds[closed[k], 0]
+            pressed = planar.normal_impulse[k]
+            for row in range(start[k], start[k + 1]):
+                x = c[row]
+                for m in range(r):
+                    x += G[row, m] * P[m]
+                x = P[row] - x / G[row, row]
+                if kind != GIVEN_FORCE and row == start[k]:
+                    pressed = x if kind == BILATERAL else max(0.0, x)
+                    P[row] = pressed
+                else:
+                    reach = planar.mu[k] * abs(pressed)
+                    P[row] = max(-reach, min(reach, x))
+
+
+@kernel
+def iterate(is_stuck, n, closed, start, kinds, G, c, P, planar):
+    """Step until the merit stops falling at impulses that are accepted; these to P, with their modes."""
+    best, merits, r = planar.best, planar.merits, start[n]
+    merit = evaluate(n, closed, start, kinds, G, c, P, planar)
+    if is_stuck:
+        for k in range(n):
+            planar.candidate[k] = STICK
+    for k in range(MERITS):
+        merits[k] = merit
+    least, mark, since, is_found = math.inf, merit, 0, False
+    for count in range(MAX_STEPS):
+        if merit < least:
+            least = merit
+            for k in range(r):
+                best[k] = P[k]
+            is_found = residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
+        since += 1
+        if merit <= 0.5 * mark:
+            mark, since = merit, 0
+        if since == PATIENCE or (is_found and since > 0 and count > 0):
+            break
+        if not newton_step(n, closed, start, kinds, G, c, P, planar):
+            break
+        merit = search(n, closed, start, kinds, G, c, P, planar)
+        merits[count % MERITS] = merit
+    for k in range(r):
+        P[k] = best[k]
+    if not is_found:
+        return False
+    evaluate(n, closed, start, kinds, G, c, P, planar)
+    impose_modes(n, closed, start, kinds, P, planar)
+    return residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED and name_modes(
+        STILL, n, closed, start, kinds, G, c, P, planar
+    )
+
+
+@kernel
+def evaluate(n, closed, start, kinds, G, c, P, planar):
+    """The merit at P; the modes to ``planar.candidate``, the velocities to ``planar.gamma``."""
+    gamma, r = planar.gamma, start[n]
+    for k in range(r):
+        total = c[k]
+        for m in range(r):
+            total += G[k, m] * P[m]
+        gamma[k] = total
+    merit = 0.0
+    for k in range(n):
+        kind = kinds[closed[k], 0]
+        a, t = start[k], start[k + 1] - 1
+        pressed = planar.normal_impulse[k]
+        if kind != GIVEN_FORCE:
+            pressed = P[a] - gamma[a] / G[a, a]
+            if kind != BILATERAL:
+                pressed = max(0.0, pressed)
+            merit += G[a, a] * (P[a] - pressed) ** 2
+        if pressed == 0.0 and kind != BILATERAL:
+            planar.candidate[k] = FREE
+            if kinds[closed[k], 1] > 0:
+                merit += G[t, t] * P[t] ** 2
+        elif kinds[closed[k], 1] == 0:
+            planar.candidate[k] = STICK
+        else:
+            x_F = P[t] - gamma[t] / G[t, t]
+            planar.candidate[k] = STICK
+            if abs(x_F) > planar.mu_static[k] * abs(pressed):
+                planar.candidate[k] = sliding(x_F < 0.0, pressed < 0.0)
+                x_F = math.copysign(planar.mu[k] * abs(pressed), x_F)
+            merit += G[t, t] * (P[t] - x_F) ** 2
+    return merit
+
+
+@kernel
+def newton_step(n, closed, start, kinds, G, c, P, planar):
+    """The full step to ``planar.step``; False where its matrix is singular even so, or not finite."""
+    trial, step, unknown, r = planar.trial, planar.step, planar.unknown, start[n]
+    A, b, z = planar.A, planar.b, planar.z
+    for k in range(r):
+        trial[k] = P[k]
+    size = impose_modes(n, closed, start, kinds, trial, planar)
+    assemble_modes(n, size, start, G, ALPHA, planar)
+    for e in range(size):
+        row = unknown[e]
+        total = c[row]
+        for m in range(r):
+            total += G[row, m] * trial[m]
+        b[e] = -total / G[row, row]
+    if not lu(size, A, planar.order):
+        return False
+    lu_solve(size, A, planar.order, b, z)
+    for k in range(r):
+        step[k] = trial[k] - P[k]
+    total = 0.0
+    for e in range(size):
+        step[unknown[e]] += z[e]
+        total += 0.0 * z[e]
+    for k in range(n):
+        if planar.candidate[k] >= SLIDE_PLUS and kinds[closed[k], 0] != GIVEN_FORCE:
+            t = start[k + 1] - 1
+            step[t] = factor(k, planar) * (P[start[k]] + step[start[k]]) - P[t]
+    return total == 0.0
+
+
+@kernel
+def search(n, closed, start, kinds, G, c, P, planar):
+    """Take the longest of the halved steps with a merit below those of the last steps, or else the best one."""
+    trial, step, merits, r = planar.trial, planar.step, planar.merits, start[n]
+    bound = 0.0
+    for k in range(MERITS):
+        bound = max(bound, merits[k])
+    length, least, shortest = 1.0, math.inf, 1.0
+    for _ in range(HALVINGS):
+        for k in range(r):
+            trial[k] = P[k] + length * step[k]
+        merit = evaluate(n, closed, start, kinds, G, c, trial, planar)
+        if merit < least:
+            least, shortest = merit, length
+        if merit <= (1.0 - DESCENT * length) * bound:
+            break
+        length *= 0.5
+    for k in range(r):
+        P[k] += shortest * step[k]
+    return evaluate(n, closed, start, kinds, G, c, P, planar)

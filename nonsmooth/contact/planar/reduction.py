@@ -1,0 +1,166 @@
+"""Contacts that add no motion to a problem: what a census may leave out, and what it may take together.
+
+A body that stands on many feet touches its floor on one line. A foot i between j and k on it has the rows
+
+    W_i = l W_j + (1 - l) W_k,    0 <= l <= 1,
+
+normal and tangential ones, and so have the rows of G. Let the friction coefficients be equal. Where
+c_N,i >= l c_N,j + (1 - l) c_N,k the contact cannot close unless j and k do. Then the body does not turn, all three
+slide alike, and j and k can give the impulse of i in the parts l and 1 - l: it is left out, and the motions that solve
+the problem are the same.
+
+Contacts whose friction rows differ by a part of what their normal rows differ by,
+
+    W_F,j - W_F,k = h (W_N,j - W_N,k),    h = 0 on a flat floor,
+
+slide alike where both are closed, gamma_N = 0. They are a group: of the modes only those count in which its closed
+members all stick, or slide the same way. In these the first closed one takes the friction of all, up to the sum of
+their limits.
+
+Lines are told by G alone: |W_i - W_j|^2 = G_ii + G_jj - 2 G_ij in the metric of the masses.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.jit import kernel
+from nonsmooth.mechanics.system import BILATERAL, UNILATERAL
+
+ROUNDED = 1e-14  # of the diagonal of G: a squared distance below is rounding, of rows that differ by 1e-7 at most
+EQUAL = 1e-9  # rows, relative to their lengths, and velocities, relative to max |c|, that differ by less are the same
+TILT = 1e-2  # largest h of a group: what one contact gives in place of another differs by as much
+
+
+@kernel
+def reduce(n, closed, start, kinds, G, c, planar):
+    """List the contacts that a census must look at in planar.rest.place, and the groups of them; how many they are."""
+    rest, group = planar.rest, planar.tree.group
+    scale = 0.0
+    for k in range(start[n]):
+        scale = max(scale, abs(c[k]))
+    for k in range(n):
+        planar.stays[k] = 1  # stays
+    for b in range(n if n > 2 else 0):
+        if planar.stays[b] == 1 and kinds[closed[b], 0] == UNILATERAL:
+            j = farthest(b, n, closed, start, kinds, G, planar)
+            k = farthest(j, n, closed, start, kinds, G, planar)
+            leave_out(j, k, n, closed, start, kinds, scale, G, c, planar)
+    left = 0
+    for k in range(n):
+        if planar.stays[k] == 1:
+            rest.place[left] = k
+            left += 1
+    for e in range(min(left, group.shape[0])):
+        group[e] = 0
+        for f in range(e):
+            j, k = rest.place[f], rest.place[e]
+            if (group[f] == 0 or group[f] == f + 1) and slide_alike(j, k, n, closed, start, kinds, scale, G, c, planar):
+                group[f] = f + 1
+                group[e] = f + 1
+                break
+    return left
+
+
+@kernel
+def is_alike(j, k, closed, kinds):
+    """Whether two contacts are unilateral, and both with or both without friction."""
+    return (
+        kinds[closed[j], 0] == UNILATERAL
+        and kinds[closed[k], 0] == UNILATERAL
+        and kinds[closed[j], 1] == kinds[closed[k], 1]
+    )
+
+
+@kernel
+def squared_distance(j, k, G):
+    """|W_j - W_k|^2 of two rows."""
+    return max(0.0, G[j, j] + G[k, k] - G[j, k] - G[k, j])
+
+
+@kernel
+def farthest(b, n, closed, start, kinds, G, planar):
+    """The contact farthest from b, in the metric of the masses, of those that are alike and stay."""
+    largest, found = 0.0, b
+    for k in range(n):
+        if planar.stays[k] == 1 and is_alike(b, k, closed, kinds):
+            distance = squared_distance(start[b], start[k], G)
+            if distance > largest:
+                largest, found = distance, k
+    return found
+
+
+@kernel
+def leave_out(j, k, n, closed, start, kinds, scale, G, c, planar):
+    """Leave out the contacts between j and k."""
+    length = squared_distance(start[j], start[k], G)
+    if not length > ROUNDED * (G[start[j], start[j]] + G[start[k], start[k]]):
+        return
+    if not (kinds[closed[j], 1] == 0 or slide_alike(j, k, n, closed, start, kinds, scale, G, c, planar)):
+        return
+    for i in range(n):
+        if i == j or i == k or planar.stays[i] == 0 or not is_alike(i, j, closed, kinds):
+            continue
+        from_j, from_k = squared_distance(start[i], start[j], G), squared_distance(start[i], start[k], G)
+        part = 0.5 * (length + from_k - from_j) / length  # the foot of the perpendicular on the line from k to j
+        if part < 0.0 or part > 1.0 or planar.mu[i] != planar.mu[j] or planar.mu[i] != planar.mu[k]:
+            continue
+        if is_between(i, j, k, part, n, closed, start, kinds, scale, G, c):
+            planar.stays[i] = 0
+
+
+@kernel
+def is_between(i, j, k, part, n, closed, start, kinds, scale, G, c):
+    """Whether the rows and velocities of contact i are those of j and k, in the parts ``part`` and 1 - ``part``."""
+    for axis in range(1 + kinds[closed[i], 1]):
+        a, b, d = start[i] + axis, start[j] + axis, start[k] + axis
+        for m in range(start[n]):
+            off = G[a, m] - part * G[b, m] - (1.0 - part) * G[d, m]
+            if off * off > EQUAL * EQUAL * G[a, a] * G[m, m]:
+                return False
+        off = c[a] - part * c[b] - (1.0 - part) * c[d]
+        if off < -EQUAL * scale or (axis == 1 and off > EQUAL * scale):
+            return False
+    return True
+
+
+@kernel
+def slide_alike(j, k, n, closed, start, kinds, scale, G, c, planar):
+    """Whether two closed contacts slide with one velocity."""
+    if not is_alike(j, k, closed, kinds) or kinds[closed[j], 1] == 0:
+        return False
+    if planar.mu[j] != planar.mu_static[j] or planar.mu[k] != planar.mu_static[k]:
+        return False
+    a, b = start[j], start[k]
+    length = squared_distance(a, b, G)
+    tilt = 0.0
+    if length > ROUNDED * (G[a, a] + G[b, b]):
+        tilt = (G[a + 1, a] - G[a + 1, b] - G[b + 1, a] + G[b + 1, b]) / length
+    if abs(tilt) > TILT or abs(c[a + 1] - c[b + 1] - tilt * (c[a] - c[b])) > EQUAL * scale:
+        return False
+    for m in range(start[n]):
+        off = G[a + 1, m] - G[b + 1, m] - tilt * (G[a, m] - G[b, m])
+        if off * off > EQUAL * EQUAL * G[a + 1, a + 1] * G[m, m]:
+            return False
+    return True
+
+
+@kernel
+def count_modes(left, closed, kinds, most, planar):
+    """Number of combinations of modes that are left, at most ``most`` + 1; that where the tree has no room for them."""
+    place, group = planar.rest.place, planar.tree.group
+    if left > group.shape[0]:
+        return most + 1
+    total = 1
+    for e in range(left):
+        kind, d = kinds[closed[place[e]], 0], kinds[closed[place[e]], 1]
+        modes = (1 if d == 0 else 5 if kind == BILATERAL else 3) + (1 if kind == UNILATERAL else 0)
+        if group[e] == e + 1:
+            members = 0
+            for f in range(left):
+                members += 1 if group[f] == e + 1 else 0
+            modes = 1 + 3 * ((1 << members) - 1)
+        elif group[e] != 0:
+            modes = 1
+        total *= modes
+        if total > most:
+            return most + 1
+    return total

@@ -1,0 +1,354 @@
+"""Every solution of a planar contact problem whose contacts are redundant.
+
+For given modes the unknown impulses x satisfy linear equations B x + d = 0 of any rank. Complete elimination gives
+
+    x = x_0 + N y,      y free, of dimension m - rank B,
+
+or shows that there is no x. On the family the inclusions are linear inequalities C x >= e; the member with the least
+|x|^2 that satisfies them is
+
+    min (x_0 + N y)^2,    C N y >= e - C x_0,
+
+which has a solution exactly where the family has an admissible member (least_share.py). So a block on two corners that
+stick is one solution with the least impulses, not an undecided branch.
+
+``modes.enumerate_modes`` is faster by orders of magnitude and comes first; this walk decides what it leaves open. Modes
+that follow from others are not tried (implied.py), unless nothing is found without the rest.
+Source: Golub, Van Loan, *Matrix Computations*, section 5.5.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.contact.planar.enumerate import is_new, keep_solution, next_candidate
+from nonsmooth.contact.planar.implied import begin_walk, descend
+from nonsmooth.contact.planar.least_share import find_least
+from nonsmooth.contact.planar.problem import ACCEPTED, Planar, residual
+from nonsmooth.contact.planar.single import BOUNDARY, FREE, NO_CANDIDATE, SLIDE_PLUS, STICK, sigma_of, slip_of
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import view
+from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL
+from nonsmooth.numerics.dense import cholesky, cholesky_solve
+
+
+@kernel(
+    "int64(int64, int64[::1], int64[::1], int64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1], float64[::1], "
+    "int64)",
+    short_loops=True,
+)
+def enumerate_redundant(n, closed, start, kinds, G, K, c, P, planar_at):
+    """All solutions, redundant contacts included, to ``planar.tree``; their number. P is scratch.
+
+    K = W M^-1 W^T of the rows; G is another matrix where it holds the friction of slides (contact/planar/forces.py).
+    """
+    planar = view(planar_at, Planar)
+    found = walk(True, n, closed, start, kinds, G, K, c, P, planar)
+    return found if found > 0 else walk(False, n, closed, start, kinds, G, K, c, P, planar)
+
+
+@kernel
+def walk(skips, n, closed, start, kinds, G, K, c, P, planar):
+    """Try the combinations of modes, ``skips`` those that follow from others; the number of solutions."""
+    tree, r = planar.tree, start[n]
+    begin_walk(r, K, c, tree)
+    scale, largest = 0.0, 0.0
+    for k in range(r):
+        scale = max(scale, abs(c[k]))
+        largest = max(largest, abs(G[k, k]))
+    found = 0
+    level = 0
+    tree.candidate[0] = NO_CANDIDATE
+    while level >= 0:
+        i = closed[level]
+        candidate = next_candidate(kinds[i, 0], kinds[i, 1], tree.candidate[level])
+        tree.candidate[level] = candidate
+        if candidate == NO_CANDIDATE:
+            level -= 1
+        elif skips and not descend(level, candidate, closed, start, kinds, r, scale, tree):
+            continue
+        elif level < n - 1:
+            level += 1
+            tree.candidate[level] = NO_CANDIDATE
+        else:
+            for signs in range(1 << count_signs(n, closed, kinds, tree.candidate)):
+                if not solve_leaf(signs, n, closed, start, kinds, G, c, scale, largest, P, planar):
+                    continue
+                if residual(n, closed, start, kinds, G, c, P, planar) > ACCEPTED:
+                    continue
+                for k in range(r):
+                    tree.P[k] = P[k]
+                    tree.gamma[k] = planar.gamma[k]
+                if is_new(min(found, tree.modes.shape[0]), r, scale, tree):
+                    keep_solution(found, n, r, tree)
+                    found += 1
+    return found
+
+
+@kernel
+def count_signs(n, closed, kinds, candidate):
+    """Number of contacts whose stick leaves the sign of P_N open: bilateral ones with friction."""
+    total = 0
+    for k in range(n):
+        i = closed[k]
+        if kinds[i, 0] == BILATERAL and kinds[i, 1] > 0 and candidate[k] == STICK:
+            total += 1
+    return total
+
+
+@kernel
+def solve_leaf(signs, n, closed, start, kinds, G, c, scale, largest, P, planar):
+    """The least impulses with the modes of the present leaf, to P; False where there are none."""
+    family = planar.family
+    m = assemble(n, closed, start, kinds, G, c, planar)
+    rank = eliminate_completely(m, BOUNDARY * largest, family)
+    for k in range(rank, m):
+        if abs(family.B[k, m]) > ACCEPTED * scale:
+            return False
+    size = inequalities(signs, m, n, closed, start, kinds, G, c, planar)
+    x = family.x
+    for k in range(m):
+        x[k] = 0.0
+    for k in range(rank):
+        x[family.column[k]] = -family.B[k, m]
+    if m > rank:
+        if not least_admissible(m, rank, size, planar):
+            return False
+    else:
+        slack = BOUNDARY * max(scale, scale / largest)
+        for e in range(size):
+            total = -family.e[e]
+            for k in range(m):
+                total += family.C[e, k] * x[k]
+            if total < -slack:
+                return False
+    expand(n, m, closed, start, kinds, planar, P)
+    return True
+
+
+@kernel
+def friction_factor(k, planar):
+    """P_F = f P_N of a sliding contact."""
+    candidate = planar.tree.candidate[k]
+    return -slip_of(candidate) * planar.mu[k] * sigma_of(candidate)
+
+
+@kernel
+def assemble(n, closed, start, kinds, G, c, planar):
+    """B and d = B[:, m] of the unknown impulses of the leaf; returns their number m.
+
+    A sticking contact has an unknown and an equation for each of its rows, a sliding one for its normal row.
+    """
+    family, candidate = planar.family, planar.tree.candidate
+    m = 0
+    for k in range(n):
+        is_given = kinds[closed[k], 0] == GIVEN_FORCE
+        family.first[k] = m
+        if candidate[k] == STICK:
+            for row in range(start[k], start[k + 1]):
+                family.row[m] = row
+                m += 1
+        elif candidate[k] >= SLIDE_PLUS and not is_given:
+            family.row[m] = start[k]
+            m += 1
+    family.first[n] = m
+    for e in range(m):
+        family.B[e, m] = velocity_row(family.row[e], m, n, closed, start, kinds, G, c, planar, family.B, e)
+        family.column[e] = e
+    return m
+
+
+@kernel
+def velocity_row(row, m, n, closed, start, kinds, G, c, planar, out, e):
+    """Coefficients of the velocity of a row in the unknowns, to out[e, :m]; returns its constant part."""
+    family, candidate = planar.family, planar.tree.candidate
+    constant = c[row]
+    for k in range(n):
+        first, t = family.first[k], start[k + 1] - 1
+        for j in range(first, family.first[k + 1]):
+            out[e, j] = G[row, family.row[j]]
+        if candidate[k] >= SLIDE_PLUS:
+            if kinds[closed[k], 0] == GIVEN_FORCE:
+                constant -= G[row, t] * slip_of(candidate[k]) * planar.mu[k] * planar.normal_impulse[k]
+            else:
+                out[e, first] += friction_factor(k, planar) * G[row, t]
+    return constant
+
+
+@kernel
+def eliminate_completely(m, smallest, family):
+    """Gauss–Jordan elimination with complete pivoting on B (m, m + 1); returns the rank.
+
+    After it, x[column[k]] + sum_j B[k, j] x[column[j]] + B[k, m] = 0 for k < rank <= j. Pivots up to ``smallest``
+    count as 0.
+    """
+    B, column = family.B, family.column
+    for k in range(m):
+        pivot, p_row, p_column = 0.0, k, k
+        for i in range(k, m):
+            for j in range(k, m):
+                if abs(B[i, j]) > pivot:
+                    pivot, p_row, p_column = abs(B[i, j]), i, j
+        if not pivot > smallest:
+            return k
+        for j in range(m + 1):
+            B[k, j], B[p_row, j] = B[p_row, j], B[k, j]
+        for i in range(m):
+            B[i, k], B[i, p_column] = B[i, p_column], B[i, k]
+        column[k], column[p_column] = column[p_column], column[k]
+        inverse = 1.0 / B[k, k]
+        for j in range(k, m + 1):
+            B[k, j] *= inverse
+        for i in range(m):
+            factor = B[i, k]
+            if i != k and factor != 0.0:
+                for j in range(k, m + 1):
+                    B[i, j] -= factor * B[k, j]
+    return m
+
+
+@kernel
+def inequalities(signs, m, n, closed, start, kinds, G, c, planar):
+    """C x >= e: the inclusions of the leaf; returns their number.
+
+    Bit b of ``signs`` is the sign of P_N in the b-th contact whose stick leaves it open.
+    """
+    family, candidate = planar.family, planar.tree.candidate
+    size = 0
+    for k in range(n):
+        i = closed[k]
+        kind, d = kinds[i, 0], kinds[i, 1]
+        a, j = start[k], family.first[k]
+        if candidate[k] == FREE:
+            size = velocity_inequality(1.0, a, size, m, n, closed, start, kinds, G, c, planar)
+        elif candidate[k] >= SLIDE_PLUS:
+            if kind != GIVEN_FORCE:
+                size = impulse_inequality(j, float(sigma_of(candidate[k])), j, 0.0, 0.0, size, m, family)
+            t = start[k + 1] - 1
+            size = velocity_inequality(float(slip_of(candidate[k])), t, size, m, n, closed, start, kinds, G, c, planar)
+        elif kind == GIVEN_FORCE:
+            reach = planar.mu_static[k] * planar.normal_impulse[k]
+            size = impulse_inequality(j, 1.0, j, 0.0, -reach, size, m, family)
+            size = impulse_inequality(j, -1.0, j, 0.0, -reach, size, m, family)
+        elif kind == UNILATERAL or d > 0:
+            sigma = 1.0
+            if kind == BILATERAL:
+                sigma = -1.0 if signs & 1 else 1.0
+                signs >>= 1
+            size = impulse_inequality(j, sigma, j, 0.0, 0.0, size, m, family)
+            if d > 0:
+                size = impulse_inequality(j, sigma * planar.mu_static[k], j + 1, 1.0, 0.0, size, m, family)
+                size = impulse_inequality(j, sigma * planar.mu_static[k], j + 1, -1.0, 0.0, size, m, family)
+    return size
+
+
+@kernel
+def impulse_inequality(j, factor, l, other, bound, size, m, family):
+    """factor x_j + other x_l >= bound as the next row of C and e; returns the number of rows."""
+    for k in range(m):
+        family.C[size, k] = 0.0
+    family.C[size, j] += factor
+    family.C[size, l] += other
+    family.e[size] = bound
+    return size + 1
+
+
+@kernel
+def velocity_inequality(factor, row, size, m, n, closed, start, kinds, G, c, planar):
+    """factor gamma_row >= 0 as the next row of C and e; returns the number of rows."""
+    family = planar.family
+    constant = velocity_row(row, m, n, closed, start, kinds, G, c, planar, family.C, size)
+    for k in range(m):
+        family.C[size, k] *= factor
+    family.e[size] = -factor * constant
+    return size + 1
+
+
+@kernel
+def least_admissible(m, rank, size, planar):
+    """Overwrite x = x_0 by the least x_0 + N y with C x >= e; False where there is none.
+
+    N has -B[k, rank:] in the rows column[k < rank] and the identity below; so H = I + F^T F with F = B[:rank, rank:].
+    """
+    family = planar.family
+    B, C, column, x = family.B, family.C, family.column, family.x
+    free = m - rank
+    if is_fixed_wrong(m, rank, size, family):
+        return False
+    for a in range(free):
+        for b in range(free):
+            total = 1.0 if a == b else 0.0
+            for k in range(rank):
+                total += B[k, rank + a] * B[k, rank + b]
+            family.H[a, b] = total
+    cholesky(free, free, family.H, family.L)
+    for a in range(free):  # y = -H^-1 N^T x_0: the least member of the whole family
+        total = 0.0
+        for k in range(rank):
+            total += B[k, rank + a] * x[column[k]]
+        family.y[a] = total
+    cholesky_solve(free, free, family.L, family.y)
+    move(m, rank, family)
+    for e in range(size):  # rows of A H^-1
+        for a in range(free):
+            family.AH[e, a] = family.A[e, a]
+        cholesky_solve(free, free, family.L, family.AH[e])
+        planar.b[e] = -family.e[e]
+        family.slack[e] = abs(family.e[e])
+        for k in range(m):
+            planar.b[e] += C[e, k] * x[k]
+            family.slack[e] += abs(C[e, k] * x[k])
+        family.slack[e] *= BOUNDARY
+    if not find_least(size, free, family.slack, planar):
+        return False
+    move(m, rank, family)
+    return True
+
+
+@kernel
+def is_fixed_wrong(m, rank, size, family):
+    """Whether an inequality is violated that no member of the family changes, as of the motion that all have in common;
+    A = C N is written on the way."""
+    B, C, column, x = family.B, family.C, family.column, family.x
+    for e in range(size):
+        largest, change = 0.0, 0.0
+        for a in range(m - rank):
+            total, terms = C[e, column[rank + a]], abs(C[e, column[rank + a]])
+            for k in range(rank):
+                total -= C[e, column[k]] * B[k, rank + a]
+                terms += abs(C[e, column[k]] * B[k, rank + a])
+            family.A[e, a] = total
+            largest, change = max(largest, terms), max(change, abs(total))
+        if change > BOUNDARY * largest:
+            continue
+        total, terms = -family.e[e], abs(family.e[e])
+        for k in range(m):
+            total += C[e, k] * x[k]
+            terms += abs(C[e, k] * x[k])
+        if total < -ACCEPTED * terms:
+            return True
+    return False
+
+
+@kernel
+def move(m, rank, family):
+    """x += N y."""
+    for a in range(m - rank):
+        family.x[family.column[rank + a]] += family.y[a]
+        for k in range(rank):
+            family.x[family.column[k]] -= family.B[k, rank + a] * family.y[a]
+
+
+@kernel
+def expand(n, m, closed, start, kinds, planar, P):
+    """The impulses of all rows from the unknowns x."""
+    family, candidate = planar.family, planar.tree.candidate
+    for k in range(start[n]):
+        P[k] = 0.0
+    for j in range(m):
+        P[family.row[j]] = family.x[j]
+    for k in range(n):
+        if candidate[k] >= SLIDE_PLUS:
+            t = start[k + 1] - 1
+            if kinds[closed[k], 0] == GIVEN_FORCE:
+                P[t] = -slip_of(candidate[k]) * planar.mu[k] * planar.normal_impulse[k]
+            else:
+                P[t] = friction_factor(k, planar) * P[start[k]]

@@ -1,0 +1,217 @@
+"""Figures of convergence studies: errors with slope triangles, at times and after events, errors over cost, orders, and
+what the contact did.
+
+Matplotlib is imported inside the functions.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nonsmooth.drawing.plots import BLUE, RED, new_figure, saved
+
+if TYPE_CHECKING:
+    from nonsmooth.studies.study import Study
+
+GREEN = "#1b7837"
+NAMES = {  # label, colour
+    "error_q": ("coordinates", BLUE),
+    "error_u": ("velocities", RED),
+    "error_gamma_N": ("$\\gamma_N$ after the impact", GREEN),
+}
+EVENT_NAMES = {
+    "error_event_t": ("time of the event [s]", GREEN),
+    "error_after_q": ("coordinates", BLUE),
+    "error_after_u": ("velocities", RED),
+}
+SYMBOLS = {"stiffness": "k", "dt": "\\Delta t", "rtol": "\\mathrm{rtol}"}
+SLOPES = {  # and places of the triangles
+    "stiffness": ((-0.5, 0.06), (-1.0, 0.32)), "dt": ((1.0, 0.45), (2.0, 0.73)), "rtol": ((1.0, 0.45),),
+}  # fmt: skip
+EXPECTED = {"stiffness": (0.5, 1.0), "dt": (1.0, 2.0), "rtol": (1.0, 1.25)}  # orders
+MARKERS = "osD^v<>"
+X_LABELS = {"stiffness": "stiffness $k$ [N/m]", "dt": "step $\\Delta t$ [s]", "rtol": "relative tolerance"}
+GREY = "#7f7f7f"
+LEGEND: dict[str, Any] = {"fontsize": 8, "frameon": False}
+
+
+def plot_study(study: Study, path: str | Path | None = None) -> Any:
+    """Draw a study: errors, cost, observed orders, and for a stiffness the force history of the contact.
+
+    Parameters
+    ----------
+    study : Study
+    path : path-like, optional
+        Where to save; the ending names the format.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    panels = [draw_errors, draw_cost, draw_orders]
+    panels += [draw_contact] if study.of == "stiffness" else []
+    panels += [draw_after] if "event_mode" in study.data.coords else []
+    rows, columns = (1, 3) if len(panels) == 3 else (2, 2) if len(panels) == 4 else (2, 3)
+    figure = new_figure(*{(1, 3): (14.0, 4.4), (2, 2): (10.5, 7.6), (2, 3): (14.0, 7.6)}[rows, columns])
+    axes = figure.subplots(rows, columns).ravel()
+    figure.suptitle(study.title, fontsize=11)
+    for panel, place in zip(panels, axes, strict=False):
+        panel(place, study)
+    for place in axes[len(panels) :]:  # a free place takes the longest legend
+        place.set_axis_off()
+        place.legend(*axes[len(panels) - 1].get_legend_handles_labels(), **{**LEGEND, "loc": "center left"})
+        axes[len(panels) - 1].get_legend().remove()
+    return saved(figure, path)
+
+
+def draw_errors(axes: Any, study: Study) -> None:
+    """Errors at every time."""
+    times = [f", $t={t:.3g}$ s" for t in study.data.time.values]
+    draw_kinds(axes, study, NAMES, dict(enumerate(times)))
+    axes.set(xlabel=X_LABELS[study.of], ylabel="distance to the reference [m, rad; m/s, rad/s]")
+
+
+def draw_after(axes: Any, study: Study) -> None:
+    """Errors of the first and the last of the matched events, and after them."""
+    events = study.data.event_mode.values
+    chosen = sorted({0, len(events) - 1})
+    labels = {j: f', "{events[j]}" at {float(study.data.event_time[j]):.3g} s' for j in chosen}
+    draw_kinds(axes, study, EVENT_NAMES, labels)
+    axes.set(xlabel=X_LABELS[study.of], ylabel="after matched events [s; m, rad; m/s, rad/s]")
+
+
+def draw_kinds(axes: Any, study: Study, names: dict[str, tuple[str, str]], rows: dict[int, str]) -> None:
+    """Errors at some times or events, those below the floor as crosses, and triangles of the slopes that occur."""
+    is_hidden = False
+    known = [np.zeros(0)]
+    for name, (label, colour) in kinds(study, names).items():
+        has_rows = study.data[name].ndim > 1
+        for style, (j, at) in enumerate(rows.items() if has_rows else [(-1, "")]):
+            errors = study.errors(name, j)
+            known.append(errors)
+            axes.loglog(
+                study.x, errors, MARKERS[style % len(MARKERS)] + "-", color=colour, ms=4.5, lw=1, label=label + at,
+                mfc="white" if style else colour,
+            )  # fmt: skip
+            if has_rows:
+                hidden = np.where(np.isfinite(errors), np.nan, study.data[name].values[:, j])
+                hidden[hidden <= 0] = np.nan  # no error at all has no place on the axis
+                is_hidden |= bool(np.isfinite(hidden).any())
+                axes.loglog(study.x, hidden, "x", color=colour, ms=5, alpha=0.5)
+    if is_hidden:
+        axes.plot([], [], "x", color=GREY, label="below the floor")
+    for slope, place in SLOPES[study.of]:
+        slope_triangle(axes, study.x, np.concatenate(known), slope, place)
+    axes.legend(**LEGEND)
+    axes.grid(True, which="major", color="#e6e6e6")
+
+
+def slope_triangle(axes: Any, x: np.ndarray, values: np.ndarray, slope: float, place: float) -> None:
+    """A triangle of about a decade below the errors; its corner stands at a part of the width."""
+    values = values[np.isfinite(values) & (values > 0)]
+    if len(values) == 0:
+        return
+    left, right = np.log10(x.min()), np.log10(x.max())
+    width = min(1.0, 0.22 * (right - left))
+    x_0 = left + place * (right - left)
+    top = np.log10(values.min()) + (0.0 if slope < 0 else 1.2 * abs(slope) * width)
+    x = 10.0 ** np.array([x_0, x_0 + width, x_0 + width if slope > 0 else x_0, x_0])
+    if slope > 0:
+        y = 10.0 ** (top - slope * width * np.array([1.0, 0.0, 1.0, 1.0]))
+    else:
+        y = 10.0 ** (top + slope * width * np.array([0.0, 1.0, 1.0, 0.0]))
+    axes.plot(x, y, color=GREY, lw=1)
+    axes.annotate(
+        f"{abs(slope):g}", (x[2], np.sqrt(y[0] * y[1])), xytext=(4 if slope > 0 else -4, 0),
+        textcoords="offset points", ha="left" if slope > 0 else "right", va="center", fontsize=8, color=GREY,
+    )  # fmt: skip
+
+
+def draw_cost(axes: Any, study: Study) -> None:
+    """Errors at the last time that stand above the floor over the wall time, the rigid runs beside."""
+    wall = 1e3 * study.data.wall_time.values
+    for name, (label, colour) in kinds(study, NAMES).items():
+        if not has_times(study, name):
+            continue
+        errors = study.errors(name)
+        axes.loglog(wall, errors, "o-", color=colour, ms=4.5, lw=1, label=label)
+        if f"beside_{name}" in study.data:
+            rigid = 1e3 * study.data.beside_wall_time.values
+            axes.loglog(
+                rigid, study.data[f"beside_{name}"].values, "s--", color=colour, mfc="white", ms=4.5, lw=1,
+                label=f"{label}, rigid contact",
+            )  # fmt: skip
+        known = np.flatnonzero(np.isfinite(errors))
+        if name == "error_u" and len(known):
+            for i in {int(known[0]), int(known[-1])}:
+                text = f"${SYMBOLS[study.of]}=10^{{{np.log10(study.x[i]):.3g}}}$"
+                axes.annotate(
+                    text,
+                    (wall[i], errors[i]),
+                    xytext=(6, 5 if i == known[0] else -10),
+                    textcoords="offset points",
+                    fontsize=8,
+                )
+    axes.margins(x=0.14, y=0.1)
+    axes.set(xlabel="wall time [ms]", ylabel=f"distance at $t={study.data.time.values[-1]:.3g}$ s")
+    axes.legend(**LEGEND)
+    axes.grid(True, which="major", color="#e6e6e6")
+
+
+def draw_orders(axes: Any, study: Study) -> None:
+    """Observed orders between neighbours, at the geometric mean of both."""
+    middle = np.sqrt(study.x[1:] * study.x[:-1])
+    for name, (label, colour) in kinds(study, NAMES).items():
+        axes.semilogx(middle, study.orders(name), "o-", color=colour, ms=4.5, lw=1, label=label)
+    for order in EXPECTED[study.of]:
+        axes.axhline(order, color=GREY, lw=0.8, ls=":")
+    axes.set(
+        xlabel=X_LABELS[study.of],
+        ylabel="observed order",
+        xlim=(study.x.min(), study.x.max()),
+        ylim=(-0.2, 2.6 if study.of == "dt" else 1.8),
+    )
+    axes.legend(**LEGEND)
+
+
+def draw_contact(axes: Any, study: Study) -> None:
+    """Effective restitution where the contact opens, else peak force and time to the end of slip."""
+    data = study.data
+    if "restitution" in data and np.isfinite(data.restitution.values).any():
+        axes.semilogx(study.x, data.restitution.values, "o-", color=BLUE, ms=4.5, lw=1)
+        axes.set(xlabel=X_LABELS["stiffness"], ylabel="effective energetic restitution $e$", ylim=(-0.05, 1.1))
+        return
+    if "peak_force" not in data or not np.isfinite(data.peak_force.values).any():
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, "no episode of contact", ha="center", va="center", fontsize=9, color=GREY)
+        return
+    draw_positive(axes, study.x, np.abs(data.peak_force.values), "o-", BLUE)
+    axes.set(xlabel=X_LABELS["stiffness"])
+    axes.set_ylabel("peak normal force [N]", color=BLUE)
+    if np.isfinite(data.stop_time.values).any():
+        right = axes.twinx()
+        draw_positive(right, study.x, data.stop_time.values, "s-", RED)
+        right.set_ylabel("time at which the slip ends [s]", color=RED)
+
+
+def draw_positive(axes: Any, x: np.ndarray, y: np.ndarray, style: str, colour: str) -> None:
+    """A curve on a logarithmic scale where it spans decades, on a linear one otherwise."""
+    axes.semilogx(x, y, style, color=colour, mfc="white" if style == "s-" else colour, ms=4.5, lw=1)
+    known = y[np.isfinite(y) & (y > 0)]
+    if len(known) and known.max() > 10 * known.min():
+        axes.set_yscale("log")
+    else:
+        axes.set_ylim(0.0, 1.15 * known.max() if len(known) else None)
+
+
+def kinds(study: Study, names: dict[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
+    """Those of some kinds of error that the study has."""
+    return {name: entry for name, entry in names.items() if name in study.data}
+
+
+def has_times(study: Study, name: str) -> bool:
+    """Whether an error is measured at times."""
+    return "time" in study.data[name].dims

@@ -1,0 +1,146 @@
+"""Figures of sweeps: curves over one axis, maps over two. Cells without a result stay grey, and are counted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_instance, as_name
+from nonsmooth.drawing.plots import is_geometric, new_figure, saved
+from nonsmooth.errors import InvalidInput
+from nonsmooth.sweeps.task import OF_COORDINATE
+
+if TYPE_CHECKING:
+    import xarray
+
+MAX_PANELS = 6
+MAX_LEVELS = 12  # whole numbers that are drawn as steps of colour
+GREY = "#bdbdbd"
+CODES = {"status", "message"}  # not results
+
+
+def plot_sweep(found: xarray.Dataset, path: str | Path | None = None, name: str | None = None) -> Any:
+    """Draw a result of a sweep over one or two axes.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        What `sweep` gave.
+    path : path-like, optional
+        Where to save; the ending names the format.
+    name : str, optional
+        The result to draw; the first that is a number when left out.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InvalidInput
+        For a sweep over a table or over more than two axes longer than one, a result that is a text, or none.
+    MissingExtra
+        When Matplotlib is not installed.
+    """
+    import xarray
+
+    as_instance("found", found, xarray.Dataset, "the Dataset of a sweep")
+    axes = drawn_axes(found)
+    name = drawable(found, name)
+    panels = panels_of(found, name, axes)
+    figure = new_figure(1.5 + 4.8 * min(3, len(panels)), 4.0 * (1 + (len(panels) - 1) // 3))
+    grid = figure.subplots(1 + (len(panels) - 1) // 3, min(3, len(panels)), squeeze=False).reshape(-1)
+    for place in grid[len(panels) :]:
+        place.remove()
+    for place, (label, values) in zip(grid, panels.items(), strict=False):
+        draw = draw_map if len(axes) == 2 else draw_curve
+        draw(figure, place, [found[axis] for axis in axes], values, label)
+        place.set_title(found[name].attrs.get("long_name", ""), fontsize=9)
+    missing = int(np.isnan(next(iter(panels.values()))).sum())
+    if missing:
+        figure.suptitle(f"no result in {missing} of {next(iter(panels.values())).size} cells (grey)", fontsize=9)
+    return saved(figure, path)
+
+
+def drawn_axes(found: xarray.Dataset) -> list[str]:
+    """The one or two axes that are longer than one."""
+    if "cell" in found.status.dims:
+        raise InvalidInput("a figure needs one or two axes; this sweep ran over the rows of a table")
+    longer = [str(dim) for dim in found.status.dims if found.sizes[dim] > 1]
+    if not 1 <= len(longer) <= 2:
+        raise InvalidInput(f"a figure needs one or two axes longer than one; this sweep has {longer or 'none'}")
+    return longer
+
+
+def drawable(found: xarray.Dataset, name: str | None) -> str:
+    """The result to draw."""
+    numbers = [str(key) for key, column in found.data_vars.items() if key not in CODES and column.dtype.kind in "fi"]
+    if name is not None:
+        as_name("result", name, [str(key) for key in found.data_vars])
+    if not numbers or (name is not None and name not in numbers):
+        what = f"{name} is a text" if name else "none of the results is a number"
+        raise InvalidInput(f"{what}; a figure needs a number" + (f", as {' or '.join(numbers)} is" if numbers else ""))
+    return name or numbers[0]
+
+
+def panels_of(found: xarray.Dataset, name: str, axes: list[str]) -> dict[str, np.ndarray]:
+    """Label with unit -> values over the axes, for each entry of the result."""
+    column = found[name].squeeze([dim for dim in found.status.dims if dim not in axes])
+    further = [str(dim) for dim in column.dims if dim not in axes]
+    unit = column.attrs.get("units", "")
+    panels = {}
+    for place in np.ndindex(*(found.sizes[dim] for dim in further)):
+        where = dict(zip(further, place, strict=True))
+        entry = column.isel(where)
+        labels = [str(entry[dim].values) if dim in entry.coords else f"{dim} {k}" for dim, k in where.items()]
+        own = str(entry.coords["coordinate_unit"].values) if "coordinate_unit" in entry.coords else ""
+        of = f" of {', '.join(labels)}" if labels and max(found.sizes[dim] for dim in further) > 1 else ""
+        panels[f"{name}{of} [{unit.replace(OF_COORDINATE, own) or '-'}]"] = entry.transpose(*axes).values
+        if len(panels) == MAX_PANELS:
+            break
+    return panels
+
+
+def with_unit(axis: xarray.DataArray) -> str:
+    """The axis as a label."""
+    return f"{axis.name} [{axis.attrs['units']}]" if "units" in axis.attrs else str(axis.name)
+
+
+def draw_curve(figure: Any, place: Any, axes: list[xarray.DataArray], values: np.ndarray, label: str) -> None:
+    """Values over one axis; grey where there are none."""
+    x = axes[0].values
+    place.plot(x, values, marker="." if len(x) <= 100 else None, color="#08306b", linewidth=1)
+    for missing in x[np.isnan(values)] if x.dtype.kind in "fi" else ():
+        place.axvline(missing, color=GREY, linewidth=1, zorder=0)
+    if is_geometric(x):
+        place.set_xscale("log")
+    place.set(xlabel=with_unit(axes[0]), ylabel=label)
+    place.grid(alpha=0.3)
+
+
+def draw_map(figure: Any, place: Any, axes: list[xarray.DataArray], values: np.ndarray, label: str) -> None:
+    """Values over two axes; whole numbers as steps of colour."""
+    from matplotlib import colormaps
+    from matplotlib.colors import BoundaryNorm
+
+    x, y = axes[0].values, axes[1].values
+    levels = np.unique(values[np.isfinite(values)])
+    options: dict[str, Any] = {}
+    is_counted = 0 < len(levels) and (levels == levels.round()).all() and np.ptp(levels) < MAX_LEVELS
+    colours = colormaps["cividis"].copy()
+    if is_counted:
+        whole = np.arange(levels[0], levels[-1] + 2)
+        options["norm"] = BoundaryNorm(whole - 0.5, colours.N)
+    place.set_facecolor(GREY)
+    mesh = place.pcolormesh(
+        x, y, np.ma.masked_invalid(values.T), cmap=colours, shading="nearest", rasterized=True, **options
+    )
+    bar = figure.colorbar(mesh, ax=place, label=label)
+    if is_counted:
+        bar.set_ticks(whole[:-1], labels=[f"{level:g}" for level in whole[:-1]])
+    for axis, set_scale in ((x, place.set_xscale), (y, place.set_yscale)):
+        if is_geometric(axis):
+            set_scale("log")
+    place.set(xlabel=with_unit(axes[0]), ylabel=with_unit(axes[1]))

@@ -1,0 +1,77 @@
+"""Work-precision diagrams: error over wall time and over force evaluations, one row of axes for each scene.
+
+Matplotlib is imported inside the functions.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nonsmooth.drawing.plots import new_figure
+
+if TYPE_CHECKING:
+    from nonsmooth.studies.work_precision_result import WorkPrecision
+
+COLOURS = ("#2166ac", "#b2182b", "#1b7837", "#7f7f7f", "#e08214", "#762a83", "#35978f")
+MARKERS = "osD^v<>"
+PANELS = {"wall_time": ("wall time [ms]", 1e3), "evaluations": ("force evaluations", 1.0)}
+LEAST = 1e-16  # smaller errors are drawn here: rounding
+
+
+def plot_work_precision(study: WorkPrecision, path: str | Path | None = None) -> Any:
+    """Draw a work-precision study.
+
+    Parameters
+    ----------
+    study : WorkPrecision
+    path : path-like, optional
+        Where to save; the ending names the format.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    n = len(study.scenes)
+    columns = 1 if n == 1 else 2  # scenes beside one another
+    rows = -(-n // columns)
+    figure = new_figure(8.6 * columns if columns > 1 else 9.5, 3.4 * rows + 0.8)
+    axes = figure.subplots(rows, 2 * columns, squeeze=False)
+    for k, scene in enumerate(study.scenes):
+        left = axes[k // columns][2 * (k % columns) :]
+        for place, cost in zip(left, PANELS, strict=False):
+            draw_scene(place, study, scene, cost)
+        left[0].set_title(scene, loc="left", fontsize=10)
+        left[0].set_ylabel("error of the positions [-]")
+    for place in axes.ravel()[2 * n :]:
+        place.set_axis_off()
+    handles = {}
+    for place in axes.ravel():
+        handles.update({label: line for line, label in zip(*place.get_legend_handles_labels(), strict=True)})
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, fontsize=9, frameon=False)
+    figure.suptitle(study.title, fontsize=11)
+    if path is not None:
+        figure.savefig(path, dpi=150 if n == 1 else 110)
+    return figure
+
+
+def draw_scene(axes: Any, study: WorkPrecision, scene: str, cost: str) -> None:
+    """The curves of one scene; what cannot be told from the error of the reference is shaded."""
+    label, factor = PANELS[cost]
+    for j, method in enumerate(study.methods):
+        errors, costs = study.curve(scene, method, cost)
+        known = np.isfinite(costs) & (costs > 0)
+        if not known.any():
+            continue
+        axes.loglog(
+            factor * costs[known], np.maximum(errors[known], LEAST), MARKERS[j % len(MARKERS)] + "-",
+            color=COLOURS[j % len(COLOURS)], ms=4, lw=1, label=method,
+        )  # fmt: skip
+    floor = study.floor_of(scene)
+    if floor > 0:
+        axes.axhspan(LEAST / 10, floor, color="#eeeeee", zorder=0, label="not told from the reference")
+    axes.set(xlabel=label, ylim=(LEAST / 2, 2.0))
+    axes.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1.0])
+    axes.grid(True, which="major", color="#e6e6e6")

@@ -1,0 +1,330 @@
+"""The loop of an adaptive run: try a step, accept it, decide on modes at events, write rows, choose the next length.
+
+The step is that of adaptive/step.py, events are those of adaptive/switch.py and adaptive/through.py.
+
+Budget: LOOK tries in which no coordinate has moved by LEAST_WAY tolerances in all, and of the span no more than
+LEAST_TIME has passed, end the run. A step that follows a motion moves it by many tolerances, and a stretch at rest is
+covered in few steps. So do LOOK tries in which no more than HOPELESS of the span has passed, whatever moved: at that
+pace the run would take 2e10 tries, days.
+"""
+
+from __future__ import annotations
+
+import math
+
+from nonsmooth.errors import Status
+from nonsmooth.integrators.adaptive.events import arm, event_values, only_enters_region, set_bands
+from nonsmooth.integrators.adaptive.polynomial import PIECES, keep_event, keep_smooth
+from nonsmooth.integrators.adaptive.scales import instant, observe, set_tolerances
+from nonsmooth.integrators.adaptive.state import (
+    DECIDE,
+    FIRST_STEP,
+    GO_ON,
+    GO_THROUGH,
+    Extrapolation,
+)
+from nonsmooth.integrators.adaptive.step import AT_EVENT, AT_ONCE, SHRINK, SMOOTH, UNRESOLVED, try_step
+from nonsmooth.integrators.adaptive.switch import EVENTS_AT_ONCE, decide
+from nonsmooth.integrators.adaptive.table import FASTEST
+from nonsmooth.integrators.adaptive.through import step_through
+from nonsmooth.integrators.penalty.loop import Trail, write_row
+from nonsmooth.integrators.radau.method import SMALLEST
+from nonsmooth.integrators.records import EVENT_WIDTH, N_LEDGER, State
+from nonsmooth.integrators.rigid.census import count_step, enters_region, note_several
+from nonsmooth.integrators.rigid.modes import N_FUNCTIONS, N_WORKS, UNIQUE, note_side
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import view
+from nonsmooth.mechanics.system import GAP, UNILATERAL
+
+LOOK = 20_000  # tries between two looks at the budget
+LEAST_WAY = 1_000.0  # tolerances, over that many tries: one in twenty a try
+LEAST_TIME = 1e-3  # of the span
+HOPELESS = 1e-6  # of the span
+QUIET = 100.0  # instants: a step that is longer ends a series of events
+TWICE = 2.0  # the way to an event as a straight line has it: the step that looks for it ends behind it
+FIRST_THROUGH = 4.0  # instants: the first plain steps where no modes last
+
+
+@kernel("int64(int64, float64[::1], float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
+def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
+    """Try at most max_steps steps; returns a Status.
+
+    Rows are written every so many steps and at every event, or, where every = 0, at the times t_record, at which
+    steps end. The last of these is the end.
+    """
+    state, trail, run = view(state_at, State), view(trail_at, Trail), view(run_at, Extrapolation)
+    clock, counters, end = run.clock, run.counters, t_record.shape[0] - 1
+    for k in range(2):
+        run.step.is_known[k], run.is_known[k] = 0, 0
+    if state.counters.steps == 0 and trail.counts.next == 0:
+        if not begin(model, p, state, run):
+            return Status.NOT_FINITE.value
+        write_state(clock.now, state, run, trail)
+        trail.counts.next = 1
+    for _ in range(max_steps):
+        t = clock.now
+        clock.least = SMALLEST * max(abs(t), FIRST_STEP * (t_record[end] - t_record[0]))
+        if t >= t_record[end]:
+            return Status.FINISHED.value
+        if is_full(every, state, run, trail):
+            return Status.RUNNING.value
+        if is_spent(t_record[end] - t_record[0], run):
+            return Status.BUDGET_SPENT.value
+        set_tolerances(run)
+        if counters.to_do == DECIDE:
+            status, has_jumped = decide(model, p, t, state_at, run_at)
+            collect(state, run.trial)
+            if status != Status.RUNNING:
+                return status
+            if has_jumped and every > 0:
+                write_state(t, state, run, trail)
+            continue
+        stop = t_record[trail.counts.next] if every == 0 else t_record[end]
+        goes_through = counters.to_do == GO_THROUGH
+        H = through_length(run) if goes_through else min(clock.step, clock.cut)
+        is_last = t + H >= stop - clock.least
+        H = stop - t if is_last else H
+        if goes_through:
+            status, is_accepted = step_through(model, p, t, H, state_at, run_at)
+        else:
+            status, is_accepted = go_on(model, p, t, H, is_last, state_at, run, run_at)
+        collect(state, run.trial)
+        if not is_accepted:
+            if goes_through:
+                clock.through = SHRINK * H
+            elif counters.to_do != GO_ON:
+                continue
+            counters.rejected += 1
+            if H < clock.least:
+                return status if status != Status.RUNNING else Status.STEP_VANISHED.value
+            continue
+        t_1 = stop if is_last else t + H
+        if trail.steps.counts.is_kept != 0:
+            if goes_through:
+                keep_event(t, H, state, run, trail.steps)
+            else:
+                keep_smooth(t, H, state, run, trail.steps)
+        if goes_through:
+            status = end_stretch(model, p, t_1, H, state, run)
+        else:
+            end_smooth(t_1, H, state, run)
+        accept(t_1, state, run)
+        if status != Status.RUNNING:
+            return status
+        if is_last and every == 0:
+            trail.counts.next += 1
+        at_event = counters.to_do != GO_ON
+        if (is_last and every == 0) or (every > 0 and (state.counters.steps % every == 0 or at_event or is_last)):
+            write_state(t_1, state, run, trail)
+    return Status.RUNNING.value
+
+
+@kernel
+def begin(model, p, state, run):
+    """Gaps and scales at the start; False if a model function raised."""
+    n = state.q.shape[0]
+    for i in range(n):
+        run.x[i], run.x[n + i] = state.q[i], state.u[i]
+    if not observe(model, p, run.clock.now, run.x, run.g_1, run.gamma_1, run):
+        return False
+    for i in range(state.mode.shape[0]):
+        state.mode[i], state.slip[i] = run.contacts.mode[i], run.contacts.slip[i]
+    remember(n, run)
+    run.counters.is_first = 1
+    run.counters.to_do = DECIDE if state.mode.shape[0] > 0 else GO_ON
+    return True
+
+
+@kernel
+def is_full(every, state, run, trail):
+    """Whether rows, events or steps are full: the caller empties them."""
+    if every > 0 and trail.counts.rows + 1 >= trail.t.shape[0]:
+        return True
+    if state.counters.n_events + EVENTS_AT_ONCE * state.mode.shape[0] > state.events.shape[0]:
+        return True
+    return trail.steps.counts.is_kept != 0 and trail.steps.counts.n_steps + PIECES > trail.steps.t.shape[0]
+
+
+@kernel
+def is_spent(span, run):
+    """Count a try; whether so many got nowhere that the run is to end."""
+    run.counters.tries += 1
+    if run.counters.tries < LOOK:
+        return False
+    passed = run.clock.now - run.clock.looked
+    is_nowhere = passed < HOPELESS * span or (run.clock.way < LEAST_WAY and passed < LEAST_TIME * span)
+    run.counters.tries, run.clock.way, run.clock.looked = 0, 0.0, run.clock.now
+    return is_nowhere
+
+
+@kernel
+def through_length(run):
+    """The length of the next plain steps where no modes last."""
+    run.clock.through = max(run.clock.through, FIRST_THROUGH * instant(run))
+    return run.clock.through
+
+
+@kernel
+def go_on(model, p, t, H, is_last, state_at, run, run_at):
+    """Try a step of smooth motion: (Status, whether it is accepted); what is to be done next is in counters.to_do."""
+    clock, counters = run.clock, run.counters
+    is_cut = H == clock.cut
+    clock.cut = math.inf
+    status, outcome, factor = try_step(model, p, t, H, state_at, run_at)
+    if outcome == SMOOTH or outcome == AT_EVENT:
+        clock.step = max(clock.step, factor * H) if is_cut or is_last else factor * H
+        if is_cut:
+            clock.cut = FASTEST * H
+        counters.to_do = DECIDE if outcome == AT_EVENT and not only_enters_region(run) else GO_ON
+        return status, True
+    if outcome == AT_ONCE:
+        counters.to_do = DECIDE
+    elif outcome == UNRESOLVED:
+        counters.to_do = GO_THROUGH
+    elif factor < 1.0:
+        clock.step = factor * H
+        counters.is_located = 0
+    return status, False
+
+
+@kernel
+def end_smooth(t_1, H, state, run):
+    """The event functions at the end of a step of smooth motion as those at the beginning of the next."""
+    clock, counters, contacts = run.clock, run.counters, run.contacts
+    n, n_c = state.q.shape[0], state.mode.shape[0]
+    enters = n_c > 0 and only_enters_region(run)
+    if counters.to_do == DECIDE or enters:
+        clock.cut = math.inf
+    way = 0.0
+    for i in range(n):
+        way = max(way, abs(run.x[i] - state.q[i]) / run.tol[i], abs(run.x[n + i] - state.u[i]) / run.tol[n + i])
+    clock.way += way
+    counters.has_jacobian = 0
+    if H > QUIET * instant(run):
+        counters.stalls, clock.through = 0, 0.0
+    if n_c == 0:
+        return
+    if counters.is_located == 1 and counters.to_do == GO_ON and not enters:
+        clock.cut = what_is_left(H, run)
+    counters.is_located = 0
+    for e in range(run.f_0.shape[0]):
+        run.f_0[e] = run.f_1[e]
+    set_bands(run)
+    arm(run)
+    count_step(state, contacts)
+    for i in range(n_c):
+        if contacts.la[i, 1] == 0.0:
+            note_side(i, contacts)
+        e = N_FUNCTIONS * i + UNIQUE
+        if enters and enters_region(e, contacts) and run.f_0[e] < 0.0:
+            note_several(t_1, i, True, state, contacts)
+            run.f_0[e] = 1.0
+
+
+@kernel
+def what_is_left(H, run):
+    """A length that reaches an event which a step was to end at, by the slope of its function over that step."""
+    rest = math.inf
+    for e in range(run.f_0.shape[0]):
+        fall = run.f_0[e] - run.f_1[e]
+        if fall > 0.0 and run.f_1[e] < fall:
+            rest = min(rest, TWICE * (run.f_1[e] + run.band[e]) / fall * H)
+    return max(rest, FIRST_THROUGH * run.clock.least)
+
+
+@kernel
+def end_stretch(model, p, t_1, H, state, run):
+    """After plain steps where no modes last: decide anew. Returns a Status."""
+    counters = run.counters
+    run.clock.through *= FASTEST
+    if H > QUIET * instant(run):
+        counters.stalls = 0
+    counters.to_do, counters.has_jacobian, counters.is_located = DECIDE, 0, 0
+    status = event_values(model, p, t_1, run.x, run, run.f_0)
+    set_bands(run)
+    for e in range(run.armed.shape[0]):
+        run.armed[e] = 0
+    for i in range(state.mode.shape[0]):
+        state.mode[i], state.slip[i], state.several[i] = run.contacts.mode[i], run.contacts.slip[i], run.several[i]
+    keep_events(state, run)
+    state.counters.gains += run.trial.counters.gains
+    state.worst.gain = max(state.worst.gain, run.trial.worst.gain)
+    return status
+
+
+@kernel
+def remember(n, run):
+    """The end of a step as the beginning of the next."""
+    for i in range(2 * n):
+        run.largest[i] = max(run.largest[i], abs(run.x[i]))
+    for i in range(run.g_0.shape[0]):
+        run.g_0[i], run.gamma_0[i] = run.g_1[i], run.gamma_1[i]
+
+
+@kernel
+def accept(t_1, state, run):
+    """Move to the end of the step, run.x, with its impulses and works."""
+    trial, change, n, width = run.trial, run.change, state.q.shape[0], state.P.shape[1]
+    for i in range(n):
+        state.q[i], state.u[i] = run.x[i], run.x[n + i]
+        run.a_0[i] = run.a_1[i]
+    end = 2 * n
+    for i in range(state.mode.shape[0]):
+        for k in range(width):
+            state.P[i, k] = trial.P[i, k]
+            state.P_sum[i, k] += change[end + k]
+        end += width
+        if run.contacts.kinds[i, 0] == UNILATERAL:
+            state.worst.penetration = max(state.worst.penetration, -run.g_1[i])
+    for k in range(N_LEDGER):
+        state.ledger[k] += change[end + k]
+    remember(n, run)
+    state.counters.steps += 1
+    run.clock.now = t_1
+
+
+@kernel
+def keep_events(state, run):
+    """Append the events of the accepted row."""
+    trial = run.trial
+    m = state.counters.n_events
+    for e in range(trial.counters.n_events):
+        for k in range(EVENT_WIDTH):
+            state.events[m, k] = trial.events[e, k]
+        m += 1
+    state.counters.n_events = m
+
+
+@kernel
+def collect(state, trial):
+    """Add what the substeps counted, and their worst figures."""
+    total, its = state.counters, trial.counters
+    total.solved, total.skipped, total.kept = (
+        total.solved + its.solved,
+        total.skipped + its.skipped,
+        total.kept + its.kept,
+    )
+    total.pivots, total.several = total.pivots + its.pivots, total.several + its.several
+    total.uncounted, total.shared = total.uncounted + its.uncounted, total.shared + its.shared
+    its.solved, its.skipped, its.kept, its.pivots, its.several, its.uncounted, its.shared = 0, 0, 0, 0, 0, 0, 0
+    state.counters.events_lost = trial.counters.events_lost
+    state.counters.failed_contact = trial.counters.failed_contact
+    state.worst.residual = max(state.worst.residual, trial.worst.residual)
+    state.worst.ledger_error = max(state.worst.ledger_error, trial.worst.ledger_error)
+
+
+@kernel
+def write_state(t, state, run, trail):
+    """Append a row: the state, the gaps, the impulses and works since the start."""
+    x, n, n_c = run.x, state.q.shape[0], state.mode.shape[0]
+    has_gap = run.contacts.facts.has & (1 << GAP)
+    for i in range(n):
+        x[i], x[n + i] = state.q[i], state.u[i]
+    end = 2 * n
+    for i in range(n_c):
+        x[end + i] = run.g_0[i] if has_gap else 0.0
+        x[end + n_c + i] = state.P_sum[i, 0]
+        x[end + 2 * n_c + i] = state.P_sum[i, 1] if state.P_sum.shape[1] > 1 else 0.0
+    for k in range(N_WORKS):
+        x[end + 3 * n_c + k] = state.ledger[k]
+    write_row(t, x, run.contacts, trail)

@@ -1,0 +1,96 @@
+"""The scales of an adaptive step: its tolerances, what they make of gaps and velocities, the time of an event.
+
+    tol_i = atol + rtol max |x_i|        of coordinates and velocities, the largest value so far
+    tol_g = sum_j |W_N,j| tol_q,j        of a gap;  of its rate and of a sliding velocity with tol_u
+
+An event function is zero within its band: a part of these, and of the sizes of its terms for a force. What a contact
+does within its bands is below the resolution.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.integrators.rigid.hold import hold
+from nonsmooth.integrators.rigid.modes import RigidContacts
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit.blocks import view
+from nonsmooth.mechanics.system import GAP, GAP_RATE, NORMAL, TANGENT
+
+BAND = 1e-2  # of a tolerance: what an event may be off by. It is one of many in a step, and most events amplify it
+BRIEF = 1e-3  # of a step
+INSTANT = 1e-2  # of the tolerances: what may move in the time of an event
+
+
+@kernel
+def observe(model, p, t, x, g, gamma, run):
+    """Gaps and their rates at a state, and the rows contacts.work.W_N and W_F there; False if a function raised."""
+    contacts, work = run.contacts, run.contacts.work
+    has, n, n_c = contacts.facts.has, contacts.q.shape[0], contacts.kinds.shape[0]
+    for i in range(n):
+        contacts.q[i], contacts.u[i] = x[i], x[n + i]
+    q, u = contacts.q, contacts.u
+    if has & (1 << GAP) and not call_model(model, GAP, t, q, u, p, work.g_N):
+        return False
+    if has & (1 << NORMAL) and not call_model(model, NORMAL, t, q, u, p, work.W_N):
+        return False
+    if has & (1 << GAP_RATE) and not call_model(model, GAP_RATE, t, q, u, p, work.w_N):
+        return False
+    if has & (1 << TANGENT) and not call_model(model, TANGENT, t, q, u, p, work.W_F):
+        return False
+    for i in range(n_c):
+        g[i], gamma[i] = work.g_N[i], work.w_N[i]
+        for j in range(n):
+            gamma[i] += work.W_N[i, j] * u[j]
+    return True
+
+
+@kernel
+def set_tolerances(run):
+    """The tolerances of the next step, by the rows of the state that was observed last."""
+    tol, work, n = run.tol, run.contacts.work, run.contacts.q.shape[0]
+    for i in range(tol.shape[0]):
+        tol[i] = run.clock.atol + run.clock.rtol * run.largest[i]
+    for i in range(work.W_N.shape[0]):
+        run.tol_g[i], run.tol_gamma[i], run.tol_slip[i] = 0.0, 0.0, 0.0
+        for j in range(n):
+            run.tol_g[i] += abs(work.W_N[i, j]) * tol[j]
+            run.tol_gamma[i] += abs(work.W_N[i, j]) * tol[n + j]
+            if run.contacts.kinds[i, 1] > 0:
+                run.tol_slip[i] += abs(work.W_F[i, 0, j]) * tol[n + j]
+        lid = closed_gap(i, run)
+        run.lid[i] = lid if run.g_0[i] <= lid else 0.0
+
+
+@kernel
+def closed_gap(i, run):
+    """The gap below which contact i counts as closed: above what it moves in the shortest step."""
+    return BAND * run.tol_g[i] + run.clock.least * abs(run.gamma_0[i])
+
+
+@kernel
+def instant(run):
+    """A time in which smooth motion moves nothing by more than INSTANT of its tolerance, and no more than BRIEF of a
+    step: what is at rest may be about to break away."""
+    n = run.a_0.shape[0]
+    shortest = BRIEF * run.clock.step
+    for i in range(n):
+        speed, acceleration = run.largest[n + i], max(abs(run.a_0[i]), abs(run.a_1[i]))
+        if speed > 0.0:
+            shortest = min(shortest, INSTANT * run.tol[i] / speed)
+        if acceleration > 0.0:
+            shortest = min(shortest, INSTANT * run.tol[n + i] / acceleration)
+    return max(shortest, run.clock.least)
+
+
+@kernel("int64(int64, float64[::1], float64, float64[::1], int64)", short_loops=True)
+def hold_modes(model, p, t, x, contacts_at):
+    """Move a state onto the constraints of its modes (rigid/hold.py), compiled once; returns a Status."""
+    return hold(model, p, t, x, False, view(contacts_at, RigidContacts))
+
+
+@kernel
+def farthest(n, run):
+    """The largest change of a coordinate in the first two rows, in tolerances."""
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, abs(run.table[0, i]) / run.tol[i], abs(run.table[1, i]) / run.tol[i])
+    return largest

@@ -1,0 +1,141 @@
+"""One adaptive step of smooth motion: extrapolated plain steps with the modes held, to its end or to its first event.
+
+1. Rows of 1, 2, 3, ... plain steps are extrapolated until the error is below the tolerance (adaptive/table.py). Modes
+   are held, so no event within the step disturbs them.
+2. The end is moved onto the constraints of the modes, and events are looked for on the motion (adaptive/events.py).
+   A step that holds one is taken anew to end there. Where the first rows see one near the beginning, the step is cut
+   to just behind it before the others are computed.
+3. Modes are decided at events only (adaptive/switch.py). A step that cannot be resolved although nothing moves in it is
+   one through something that is not smooth and no event: it is taken by plain steps (adaptive/through.py).
+
+Sources: Studer, Leine, Glocker, *Int. J. Numer. Meth. Engng* 76 (2008) 1747; Eich, *SIAM J. Numer. Anal.* 30 (1993)
+1467.
+"""
+
+from __future__ import annotations
+
+import math
+
+from nonsmooth.errors import Status
+from nonsmooth.integrators.adaptive.events import NOWHERE, crossing, find_event
+from nonsmooth.integrators.adaptive.held import list_closed
+from nonsmooth.integrators.adaptive.polynomial import fit, reach
+from nonsmooth.integrators.adaptive.scales import hold_modes, instant, observe
+from nonsmooth.integrators.adaptive.state import ROWS, Extrapolation
+from nonsmooth.integrators.adaptive.table import (
+    LEAST_GAIN,
+    MOST_GAIN,
+    SAFETY,
+    SLOWEST,
+    converges,
+    extrapolate,
+    fill_row,
+    plan,
+)
+from nonsmooth.integrators.records import FORCE_WORK, N_LEDGER, State
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import address, view
+
+# How a step that was tried ended: it is refused; accepted; accepted, and modes are to be decided at its end; not taken,
+# since they are to be decided at its beginning; not taken, since it cannot be resolved; it converged, but the motion
+# within it is not followed yet: more rows give more of its derivatives.
+REFUSED, SMOOTH, AT_EVENT, AT_ONCE, UNRESOLVED, UNFOLLOWED = range(6)
+SHRINK = 0.3  # of a step that fails
+EARLY = 0.3  # of the step: an event before it is not worth the other rows
+BEHIND = 2.0  # of the way to an event as the first rows see it: where the step that looks for it ends
+BEFORE = 0.9  # of it: where a step ends that does not converge, maybe because the forces are not smooth behind it
+
+
+@kernel("Tuple((int64, int64, float64))(int64, float64[::1], float64, float64, int64, int64)", short_loops=True)
+def try_step(model, p, t, H, state_at, run_at):
+    """Try one step of length H: (Status, how it ended, what to multiply H by). ``run.change`` is what it changes, and
+    clock.cut where an event is to end the next one."""
+    state, run = view(state_at, State), view(run_at, Extrapolation)
+    target = run.counters.target
+    place = NOWHERE
+    for j in range(ROWS):
+        status = fill_row(model, p, t, H, j, state, run)
+        if status != Status.RUNNING:
+            return status, REFUSED, SHRINK
+        if j == 0:
+            continue
+        extrapolate(j, list_closed(run.contacts), state, run)
+        if run.counters.is_seen == 1 and run.counters.is_located == 0:
+            place = crossing(j + 1, run)
+            if place < EARLY and BEHIND * place * H > run.clock.least:
+                run.clock.cut = BEHIND * place * H
+                return Status.RUNNING.value, REFUSED, 1.0
+        if converges(j, run):
+            status, outcome, factor = end_step(model, p, t, H, j, state_at, state, run_at, run)
+            if outcome != UNFOLLOWED:
+                return status, outcome, factor
+            if j >= target:
+                return status, REFUSED, factor
+        elif j == target or is_hopeless(j, target, run):
+            break
+    if H <= instant(run):
+        return Status.RUNNING.value, UNRESOLVED, 1.0
+    factor = shorter(j, target, run)
+    if factor < BEFORE * place < 1.0:
+        run.clock.cut = BEFORE * place * H
+        return Status.RUNNING.value, REFUSED, 1.0
+    return Status.RUNNING.value, REFUSED, factor
+
+
+@kernel
+def is_hopeless(j, target, run):
+    """Whether no later row will do: the rows diverge, or the last one would have to gain more than is believed."""
+    return (j > 1 and run.errors[j] > run.errors[j - 1]) or (j == target - 1 and run.errors[j] > MOST_GAIN)
+
+
+@kernel
+def shorter(j, target, run):
+    """The factor of a step whose rows ended at row j: so long steps are not yet of the order of their rows, and their
+    errors fall with half of it, as measured."""
+    error = run.errors[j] if j >= target else run.errors[j] / LEAST_GAIN
+    if not math.isfinite(error):
+        return SLOWEST
+    return min(SAFETY, max(SLOWEST, SAFETY * error ** (-2.0 / (j + 2.0))))
+
+
+@kernel
+def end_step(model, p, t, H, j, state_at, state, run_at, run):
+    """End a step that converged at row j, if it holds no event; returns as ``try_step`` does."""
+    n, n_c, x = state.q.shape[0], state.mode.shape[0], run.x
+    for i in range(n):
+        x[i] = state.q[i] + run.change[i]
+        x[n + i] = state.u[i] + run.change[n + i]
+    if n_c > 0:
+        status = hold_modes(model, p, t + H, x, address(run.contacts))
+        if status != Status.RUNNING:
+            return status, REFUSED, SHRINK
+        book_hold(n, state, run)
+    fit(H, j, state, run)
+    followed = reach(H, j, state, run)
+    if followed < 1.0 and H > instant(run):
+        return Status.RUNNING.value, UNFOLLOWED, SAFETY * max(SLOWEST, followed)
+    factor = min(plan(j, run), SAFETY * followed) if j >= run.counters.target else plan(j, run)
+    if n_c == 0:
+        return Status.RUNNING.value, SMOOTH, factor
+    status, place = find_event(model, p, t, H, j, state_at, run_at)
+    if status != Status.RUNNING:
+        return status, REFUSED, SHRINK
+    if place < 1.0:
+        run.clock.cut = place * H
+        if place * H <= run.clock.least:
+            return Status.RUNNING.value, AT_ONCE, 1.0
+        run.counters.is_located = 1
+        return Status.RUNNING.value, REFUSED, 1.0
+    if not observe(model, p, t + H, x, run.g_1, run.gamma_1, run):
+        return Status.NOT_FINITE.value, REFUSED, SHRINK
+    return Status.RUNNING.value, AT_EVENT if place == 1.0 else SMOOTH, factor
+
+
+@kernel
+def book_hold(n, state, run):
+    """Count what the move onto the constraints changed, the work of the forces over it included."""
+    x, change = run.x, run.change
+    works = change.shape[0] - N_LEDGER
+    for i in range(n):
+        moved = x[i] - state.q[i] - change[i]
+        change[works + FORCE_WORK] += run.contacts.work.h[i] * moved

@@ -1,0 +1,203 @@
+"""Impacts of the contacts that strike, and of those that they strike: the contact problem at velocity level, at one
+instant.
+
+    M (u_+ - u_-) = W^T P,    (gamma_+ + e gamma_-, P) in the laws of contact and friction (Newton)
+
+It is the problem of a Moreau–Jean step without duration, so that both integrators mean the same impact. A contact that
+touches takes no part where the impulses of the others do not change its normal velocity: P = 0 solves its problem.
+
+An *impact without collision* has gamma_N = 0 before: P = 0 solves it too, and the solution that sticks is asked for.
+For one contact that is where the impulse map of mechanics/impact.py ends, with P_F/P_N = -G_NN/G_NF, which is inside
+the cone where p < 0 and on it where p = 0, at a Génot–Brogliato point. Source: Moreau (1988); Génot, Brogliato, *Eur.
+J. Mech. A/Solids* 18 (1999) 653.
+"""
+
+from __future__ import annotations
+
+import math
+
+from nonsmooth.contact.islands import find_islands, spread_strike
+from nonsmooth.contact.planar.ladder import Route, solve_planar
+from nonsmooth.contact.planar.single import NO_CANDIDATE, Selection, count, solve_single, stick
+from nonsmooth.errors import Status
+from nonsmooth.integrators.event_driven.touch import Touch
+from nonsmooth.integrators.moreau_jean.energy_gain import note_gain
+from nonsmooth.integrators.moreau_jean.step import ROUNDING
+from nonsmooth.integrators.records import State, book_contact_energy
+from nonsmooth.integrators.rigid.modes import NEARLY_SINGULAR, RigidContacts
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import address, view
+from nonsmooth.mechanics.acceleration_problem import acceleration_problem
+from nonsmooth.mechanics.contact_problem import add_restitution, row_velocities
+from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
+from nonsmooth.mechanics.laws import LAW_E_F, friction_coefficient, static_coefficient
+from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL, ContactMode
+from nonsmooth.numerics.dense import SINGULAR
+
+CONE = 2.0 * NEARLY_SINGULAR  # P_F/P_N exceeds mu by the part p/(G_NN - p), where a slide ends before p is exactly 0
+
+
+@kernel("int64(int64, float64[::1], float64, float64[::1], boolean, boolean, int64, int64, int64)", short_loops=True)
+def impact(model, p, t, x, must_stick, has_restitution, state_at, contacts_at, touch_at):
+    """Change u by the impulses of the contacts marked in touch.strikes, and of those that touch and whose normal
+    velocity these change; mark these too, book the impulses in x and in touch.P. Returns a Status."""
+    state, contacts, touch = view(state_at, State), view(contacts_at, RigidContacts), view(touch_at, Touch)
+    work, kinds, facts = contacts.work, contacts.kinds, contacts.facts
+    n, n_c = facts.n_u, kinds.shape[0]
+    for j in range(n):
+        contacts.q[j], contacts.u[j] = x[j], x[n + j]
+    n_k = 0
+    for i in range(n_c):
+        if touch.is_touching[i] == 1 and kinds[i, 0] != GIVEN_FORCE:
+            work.closed[n_k], touch.spread[n_k] = i, touch.strikes[i]
+            n_k += 1
+    status, _ = acceleration_problem(
+        model, facts.has, t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
+    )
+    if status != Status.RUNNING:
+        return status
+    spread_strike(n_k, work.start, work.G, touch.spread)
+    for k in range(n_k):
+        touch.strikes[work.closed[k]] = touch.spread[k]
+        touch.number[work.closed[k]] = -1
+    count = find_islands(n_k, work.start, work.G, contacts.island)
+    for k in range(n_k):
+        if touch.spread[k] == 1:
+            touch.number[work.closed[k]] = contacts.island[k]
+    for island in range(count):
+        status = impact_of(island, model, p, t, x, must_stick, has_restitution, n_k, state, contacts, touch)
+        if status != Status.RUNNING:
+            return status
+    return Status.RUNNING.value
+
+
+@kernel
+def impact_of(island, model, p, t, x, must_stick, has_restitution, n_touching, state, contacts, touch):
+    """The impact of the contacts of one island: another one does not change their velocities. Returns a Status."""
+    work, kinds, facts, n = contacts.work, contacts.kinds, contacts.facts, contacts.facts.n_u
+    n_k = 0
+    for i in range(kinds.shape[0]):
+        if touch.is_touching[i] == 1 and kinds[i, 0] != GIVEN_FORCE and touch.number[i] == island:
+            work.closed[n_k] = i
+            n_k += 1
+    if n_k == 0:
+        return Status.RUNNING.value
+    if n_k < n_touching:
+        status, _ = acceleration_problem(
+            model, facts.has, t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
+        )
+        if status != Status.RUNNING:
+            return status
+    r = row_velocities(n, n_k, kinds, contacts.u, work)
+    for a in range(r):
+        work.c[a] = work.gamma_0[a]
+    add_restitution(n_k, kinds, contacts.laws, 0.0, work)
+    for k in range(n_k):
+        a = work.start[k]
+        if must_stick:
+            work.c[a] = 0.0  # what is left of gamma_N is rounding
+        elif not has_restitution or abs(work.gamma_0[a]) <= contacts.numbers.atol:
+            work.c[a] = work.gamma_0[a]
+    if not find_impulses(n_k, must_stick, contacts, touch):
+        return Status.NO_SOLUTION.value
+    if not must_stick:
+        note_solutions(n_k, contacts, touch)
+    gain, size = apply_impulses(n, n_k, r, x, contacts, touch)
+    if gain > ROUNDING * size:
+        note_gain(gain, True, n_k, kinds, contacts.laws, state, work)
+    return Status.RUNNING.value
+
+
+@kernel
+def find_impulses(n_k, must_stick, contacts, touch):
+    """Solve for work.P; False where there is no solution. Their number is left in touch.planar.found, and the modes of
+    a single contact in touch.planar.bits."""
+    work, kinds, laws = contacts.work, contacts.kinds, contacts.laws
+    G, c, P = work.G, work.c, work.P
+    selection = Selection.IMPACT.value if must_stick else contacts.facts.selection
+    for k in range(n_k):
+        i = work.closed[k]
+        b = work.start[k + 1] - 1
+        touch.offset[b] = (1.0 - laws[i, LAW_E_F]) * work.gamma_0[b]
+        touch.planar.normal_impulse[k], touch.planar.found[k], touch.planar.bits[k] = 0.0, 1, 0
+    i = work.closed[0]
+    if n_k == 1 and kinds[i, 1] == 0:
+        P[0] = -c[0] / G[0, 0]
+        if kinds[i, 0] == UNILATERAL:
+            P[0] = max(0.0, P[0])
+        return True
+    if n_k == 1 and must_stick:
+        if follows_own_law(i, kinds, laws) and impulses_of_lost_slide(laws, i, work.gamma_0, G, P):
+            return True
+        P[0], P[1], exists = stick(G[0, 0], G[0, 1], G[1, 0], G[1, 1], 0.0, c[1])
+        reach = P[0] if kinds[i, 0] == UNILATERAL else abs(P[0])
+        return exists and abs(P[1]) <= static_coefficient(laws, i) * reach * (1.0 + CONE)
+    if n_k == 1 and work.gamma_0[0] < 0.0 and follows_own_law(i, kinds, laws):
+        return impulses_by_law(laws, i, work.gamma_0, G, P)
+    if n_k == 1:
+        candidate, P[0], P[1], bits = solve_single(
+            kinds[i, 0], laws, i, G[0, 0], G[0, 1], G[1, 0], G[1, 1], c[0], c[1], touch.offset[1],
+            contacts.mode[i] == ContactMode.STICK, contacts.slip[i], selection,
+        )  # fmt: skip
+        touch.planar.found[0], touch.planar.bits[0] = count(bits), bits
+        return candidate != NO_CANDIDATE
+    route, _, _, _ = solve_planar(
+        n_k, work.closed, work.start, kinds, laws, G, c, touch.offset, touch.none, contacts.mode, contacts.slip,
+        selection, P, address(touch.planar),
+    )  # fmt: skip
+    return route > Route.NO_SOLUTION
+
+
+@kernel
+def note_solutions(n_k, contacts, touch):
+    """Note how many solutions the impact has that the selection rule took this one of."""
+    for k in range(n_k):
+        i = contacts.work.closed[k]
+        if touch.planar.found[k] > touch.impacts[i, 0]:
+            touch.impacts[i, 0], touch.impacts[i, 1] = touch.planar.found[k], touch.planar.bits[k]
+
+
+@kernel
+def impulses_of_lost_slide(laws, i, gamma_0, G, P):
+    """``impulses_by_law`` of a slide without force: where p is not quite 0 yet, it is taken as just below."""
+    G_NN = G[0, 0]
+    p = G_NN - math.copysign(friction_coefficient(laws, i, abs(gamma_0[1])), gamma_0[1]) * G[0, 1]
+    if p >= 0.0:
+        G[0, 0] -= p + SINGULAR * G_NN
+    is_found = impulses_by_law(laws, i, gamma_0, G, P)
+    G[0, 0] = G_NN
+    return is_found
+
+
+@kernel
+def apply_impulses(n, n_k, r, x, contacts, touch):
+    """u += X^T P, what cancels to rounding set to 0; impulses and works are added to the quadratures of x, with the
+    mean velocities of the impact.
+
+    Returns what the contacts gained, relative to their surfaces, and the sum of the sizes of its parts.
+    """
+    work, kinds = contacts.work, contacts.kinds
+    n_c = kinds.shape[0]
+    for j in range(n):
+        before = x[n + j]
+        total, size = before, abs(before)
+        for a in range(r):
+            part = work.X[a, j] * work.P[a]
+            total += part
+            size += abs(part)
+        x[n + j] = 0.0 if abs(total) <= ROUNDING * size < math.inf else total
+        work.trial[j] = 0.5 * (before + x[n + j])
+    for m in range(touch.ledger.shape[0]):
+        touch.ledger[m] = 0.0
+    _, gain, size = book_contact_energy(n_k, kinds, work.trial, touch.ledger, work)
+    for m in range(4):
+        x[2 * n + 3 * n_c + m] += touch.ledger[m]
+    for k in range(n_k):
+        i = work.closed[k]
+        a, b = work.start[k], work.start[k + 1] - 1
+        touch.P[i, 0] += work.P[a]
+        x[2 * n + n_c + i] += work.P[a]
+        if kinds[i, 1] > 0:
+            touch.P[i, 1] += work.P[b]
+            x[2 * n + 2 * n_c + i] += work.P[b]
+    return gain, size

@@ -1,0 +1,228 @@
+"""The loop of an event-driven run: step, look for an event, accept, write, change the modes.
+
+The step is that of radau/method.py, the events those of radau/events.py; the equations of the modes are in
+rigid/modes.py, what follows an event in event_driven/switching.py.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated as Array
+
+from nonsmooth.contact.planar.forces import Forces
+from nonsmooth.errors import Status
+from nonsmooth.integrators.event_driven.switching import KEPT, switch_modes
+from nonsmooth.integrators.event_driven.touch import START, Touch
+from nonsmooth.integrators.penalty.loop import Trail, state_at_moment, write_row
+from nonsmooth.integrators.radau.events import (
+    NO_EVENT,
+    TOO_LONG,
+    Events,
+    locate_event,
+    longest_step,
+)
+from nonsmooth.integrators.radau.method import SMALLEST, radau_accept, radau_restart, radau_step
+from nonsmooth.integrators.radau.polynomial import begin_polynomial, end_polynomial
+from nonsmooth.integrators.radau.stages import Radau, rates_at
+from nonsmooth.integrators.records import State
+from nonsmooth.integrators.rigid.census import count_step, enters_region, note_several, slides, slides_alone
+from nonsmooth.integrators.rigid.hold import hold
+from nonsmooth.integrators.rigid.modes import CLOSURE, N_FUNCTIONS, N_WORKS, NEARLY_SINGULAR, RigidContacts, note_side
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit.blocks import Block, address, view
+from nonsmooth.mechanics.system import GAP, ContactMode
+
+MAX_STALLS = 8  # events at one instant, per event function
+EVENTS_AT_ONCE = 3  # rows of a contact at one moment: what happens, the solutions of its impact, those of its forces
+# Of the step that the motion would take: how far ahead an event on the border of two modes is decided. What changes of
+# the forces until then, 1e-5 of what they change in a step, is far above their rounding.
+MOMENT = 1e-5
+ONE_FLIGHT = 0.75  # of the flight that has begun: the longest first step, whose stages then all see the gap open
+
+
+class Scratch(Block, others=f"3 * n_c + {N_WORKS}", functions=f"{N_FUNCTIONS} * n_c + 1", kept=KEPT):
+    """Arrays of an event-driven run."""
+
+    ode: Array[Radau, "m = n", "n = 2 * n", "quadratures = others"]
+    events: Array[Events, "n_events = functions", "n_x = 2 * n + others"]
+    contacts: RigidContacts
+    touch: Touch
+    forces: Array[Forces, "kept = kept"]
+
+
+@kernel("int64(int64, int64, int64, float64[::1], float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
+def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_at, scratch_at):
+    """Advance by at most max_steps steps; returns a Status.
+
+    Rows are written every so many steps and at every event, before and after it, or, where every = 0, at the times
+    t_record. The last of these is the end.
+    """
+    state, trail, scratch = view(state_at, State), view(trail_at, Trail), view(scratch_at, Scratch)
+    ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
+    clock = ode.clock
+    t_end = t_record[t_record.shape[0] - 1]
+    for _ in range(max_steps):
+        t = clock.now
+        if every > 0 and trail.counts.rows + 2 > trail.t.shape[0]:
+            return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
+        if state.counters.n_events + EVENTS_AT_ONCE * contacts.kinds.shape[0] > state.events.shape[0]:
+            return Status.RUNNING.value
+        if contacts.facts.event != NO_EVENT:
+            status = handle_event(rates, model, p, every, state, trail, scratch)
+            if status != Status.RUNNING:
+                return status
+        if not t_end - t > SMALLEST * abs(t):
+            return Status.FINISHED.value
+        h_max = min(t_end - t, ONE_FLIGHT * contacts.numbers.flight, longest_step(events))
+        status = radau_step(rates, model, p, address(contacts), h_max, address(ode))
+        if status == Status.RUNNING:
+            status = locate_event(rates, functions, model, p, address(contacts), address(ode), address(events))
+        if status == Status.STEP_VANISHED and slide_is_lost(rates, model, p, contacts, ode):
+            contacts.facts.event = events.armed.shape[0] - 1
+            continue
+        if status != Status.RUNNING:
+            return status
+        if events.found.which == TOO_LONG:
+            continue
+        contacts.facts.event = events.found.which
+        if events.found.is_immediate != 0:
+            continue
+        contacts.numbers.flight = math.inf
+        t_1 = t_end if clock.done == t_end - t else t + clock.done
+        begin_polynomial(t, contacts.facts.n_u, ode, trail.steps)
+        status = hold(model, p, t_1, ode.x_1, False, contacts)
+        if status == Status.RUNNING:
+            status = radau_accept(rates, model, p, address(contacts), ode)
+        if status != Status.RUNNING:
+            return status
+        clock.now = t_1
+        accept(state, contacts, ode)
+        count_step(state, contacts)
+        end_polynomial(contacts.facts.n_u, ode, trail.steps)
+        if every == 0:
+            status = write_rows(rates, model, p, t, t_1, t_record, scratch, trail)
+            if status != Status.RUNNING:
+                return status
+        is_end = t_1 == t_end or events.found.which != NO_EVENT
+        if every > 0 and (state.counters.steps % every == 0 or is_end):
+            write_row(t_1, ode.x, contacts, trail)
+        if t_1 - t > SMALLEST * abs(t_end):  # at t = 0 steps of 1e-24 s would get on, but not to the end
+            trail.counts.stalls = 0
+    return Status.RUNNING.value
+
+
+@kernel
+def slide_is_lost(rates, model, p, contacts, ode):
+    """Whether the steps vanish because the motion has come to a Génot–Brogliato point."""
+    status = rates_at(rates, model, p, address(contacts), ode.clock.now, ode.x, ode.f)
+    return status == Status.RUNNING and contacts.numbers.determinant < NEARLY_SINGULAR
+
+
+@kernel
+def accept(state, contacts, ode):
+    """Count the step, keep the state and the deepest penetration."""
+    n = contacts.facts.n_u
+    for i in range(n):
+        state.q[i], state.u[i] = ode.x[i], ode.x[n + i]
+    for i in range(contacts.kinds.shape[0]):
+        state.worst.penetration = max(state.worst.penetration, -ode.x[2 * n + i])
+        if contacts.la[i, 1] == 0.0:
+            note_side(i, contacts)
+    state.counters.steps += 1
+
+
+@kernel
+def handle_event(rates, model, p, every, state, trail, scratch):
+    """Change the modes and begin anew with the rates of the new ones; returns a Status."""
+    ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
+    n, event = contacts.facts.n_u, contacts.facts.event
+    trail.counts.stalls += 1
+    if trail.counts.stalls > MAX_STALLS * events.armed.shape[0]:
+        return Status.CHATTERING
+    t, is_start = ode.clock.now, event == START
+    u_0 = scratch.touch.u_0
+    for j in range(n):
+        u_0[j] = ode.x[n + j]
+    status, enters = Status.RUNNING.value, enters_region(event, contacts)
+    if enters or contacts.kinds.shape[0] == 0:
+        contacts.facts.event = NO_EVENT
+    else:
+        status = switch_modes(
+            model, p, t, MOMENT * ode.clock.step, ode.x, address(state), address(contacts), address(scratch.touch),
+            address(scratch.forces),
+        )  # fmt: skip
+    if status != Status.RUNNING:
+        if is_start and write_gaps(model, p, t, ode.x, contacts):
+            write_start(t, n, ode.x, u_0, events.x, contacts, trail)
+        return status
+    for e in range(events.armed.shape[0]):
+        events.armed[e] = 0
+    for i in range(contacts.kinds.shape[0]):
+        events.is_gap[N_FUNCTIONS * i + CLOSURE] = 1 if contacts.mode[i] == ContactMode.OPEN else 0
+    events.found.check_start = 1
+    events.found.handled = event if event >= 0 else NO_EVENT
+    radau_restart(ode)
+    has_jumped = False
+    for j in range(n):
+        has_jumped = has_jumped or u_0[j] != ode.x[n + j]
+        state.q[j], state.u[j] = ode.x[j], ode.x[n + j]
+    has_slide = False
+    for i in range(contacts.kinds.shape[0]):
+        has_slide = has_slide or slides(i, contacts)
+    if not is_start and not has_slide and (every == 0 or not has_jumped):
+        return status
+    status = rates_at(rates, model, p, address(contacts), t, ode.x, ode.f)
+    for i in range(contacts.kinds.shape[0]):
+        if status == Status.RUNNING and slides_alone(i, contacts):
+            note_several(t, i, enters and i == event // N_FUNCTIONS, state, contacts)
+    if is_start:
+        write_start(t, n, ode.x, u_0, events.x, contacts, trail)
+    if every > 0 and has_jumped:
+        write_row(t, ode.x, contacts, trail)
+    return status
+
+
+@kernel
+def write_gaps(model, p, t, x, contacts):
+    """Write the gaps of a state into it; False if the gap function raised."""
+    n, has_gap = contacts.facts.n_u, contacts.facts.has & (1 << GAP)
+    for j in range(n):
+        contacts.q[j], contacts.u[j] = x[j], x[n + j]
+    if has_gap and not call_model(model, GAP, t, contacts.q, contacts.u, p, contacts.work.g_N):
+        return False
+    for i in range(contacts.kinds.shape[0]):
+        x[2 * n + i] = contacts.work.g_N[i] if has_gap else 0.0
+    return True
+
+
+@kernel
+def write_start(t, n, x, u_0, x_0, contacts, trail):
+    """Write the row of the start: the velocities before an impact there, and nothing in the quadratures yet."""
+    for i in range(x.shape[0]):
+        x_0[i] = x[i] if i < n + n + contacts.kinds.shape[0] else 0.0
+    for j in range(n):
+        x_0[n + j] = u_0[j]
+    write_row(t, x_0, contacts, trail)
+    trail.counts.next = 1
+
+
+@kernel
+def write_rows(rates, model, p, t, t_1, t_record, scratch, trail):
+    """Write the rows of the record times in (t, t_1] of the accepted step, with their gaps; returns a Status."""
+    ode, contacts, x = scratch.ode, scratch.contacts, scratch.events.x
+    n = contacts.facts.n_u
+    is_written = False
+    while trail.counts.next < t_record.shape[0] and t_record[trail.counts.next] <= t_1:
+        moment = t_record[trail.counts.next]
+        state_at_moment(moment, t, n, ode, trail.steps, x)
+        status = rates_at(rates, model, p, address(contacts), moment, x, ode.f)
+        if status != Status.RUNNING:
+            return status
+        if not write_gaps(model, p, moment, x, contacts):
+            return Status.NOT_FINITE
+        write_row(moment, x, contacts, trail)
+        trail.counts.next += 1
+        is_written = True
+    if is_written:
+        return rates_at(rates, model, p, address(contacts), t_1, ode.x, ode.f)  # the forces at the end of the step
+    return Status.RUNNING

@@ -1,0 +1,130 @@
+"""Event-driven integration of rigid contacts: high order between events, every event located.
+
+    M u' = h + W_N^T la_N + W_F^T la_F,    the forces from the modes of the contacts
+
+Between two events the modes are fixed and the motion is smooth: Radau IIA of order 5 (radau/method.py) integrates it
+within a tolerance, through stiff springs as well. At an event (event_driven/switching.py) come impacts, new modes, and
+where sliding has no force an impact without collision. Theory and limits: docs/theory/event_driven.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_number, as_positive
+from nonsmooth.contact.planar.enumerate import enumerate_modes
+from nonsmooth.contact.planar.ladder import pivot, solve_planar
+from nonsmooth.contact.planar.redundant import enumerate_redundant
+from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.integrators.adaptive.options import Adaptive
+from nonsmooth.integrators.event_driven.impact import impact
+from nonsmooth.integrators.event_driven.loop import Scratch, run
+from nonsmooth.integrators.event_driven.switching import settle, switch_modes
+from nonsmooth.integrators.event_driven.touch import START
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.integrators.radau.events import locate_event
+from nonsmooth.integrators.radau.method import radau_shorten, radau_step
+from nonsmooth.integrators.radau.stages import EPS
+from nonsmooth.integrators.rigid.rates import rigid_events, rigid_rates
+from nonsmooth.integrators.rigid.redundant import share_load
+from nonsmooth.jit import Kernel, load_all
+from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.system import System
+
+SMALLEST_RTOL = 100 * EPS
+
+
+@dataclass(frozen=True)
+class EventDriven:
+    """Rigid contact, integrated with high order between located events.
+
+    Parameters
+    ----------
+    rtol, atol : float
+        Tolerances of the error of a step: relative, and absolute in SI units of coordinates and velocities. A contact
+        whose next bounce is lower than atol [m] is closed.
+    hand_over : Adaptive or MoreauJean, optional
+        Takes over for a stretch where the events of several contacts are too dense: more than 100 within one step of
+        MoreauJean, or 1e-4 of the span for Adaptive, or without any time between them, or more contacts at once than
+        can be enumerated. A stretch is 50 times that long, and at most 1000 steps of Adaptive. The error is that of
+        the other integrator there. Without it such a run goes on as long as it can, or fails.
+
+    Raises
+    ------
+    InvalidInput
+        Unless 2.2e-14 <= rtol < 1 and atol > 0, and hand_over is one of the two with rigid contacts.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> from models import BouncingBall
+    >>> ball = BouncingBall(e=0.8)
+    >>> sol = ns.simulate(ball, (0, 5), *ball.state(height=1.0), integrator=ns.EventDriven(rtol=1e-9))
+    >>> round(sol.events[-1].t, 6), round(ball.t_inf(height=1.0), 6), float(sol.q[-1, 0])
+    (4.063713, 4.063713, 0.0)
+    """
+
+    rtol: float = 1e-8
+    atol: float = 1e-10
+    hand_over: Adaptive | MoreauJean | None = None
+
+    def __post_init__(self) -> None:
+        as_positive("atol", self.atol)
+        if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
+            raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
+        stepper = self.hand_over
+        if isinstance(stepper, Adaptive) or stepper is None:
+            return
+        if not isinstance(stepper, MoreauJean) or stepper.compliance is not None:
+            raise InvalidInput(
+                "hand_over must be an Adaptive(rtol, atol), or a MoreauJean(dt) with rigid contacts; "
+                f"got {shown(stepper)}"
+            )
+
+    chooses_steps = True
+    locates_events = True
+    has_rigid_contacts = True
+    is_compiled = True
+
+    @property
+    def loop(self) -> Kernel:
+        """The loop over the steps."""
+        return run
+
+    @property
+    def callbacks(self) -> tuple[Kernel, Kernel]:
+        """The rates and the event functions that the loop integrates."""
+        return rigid_rates, rigid_events
+
+    def load(self, system: System) -> None:
+        """Compile what the loop may reach for this system."""
+        entry_points = [rigid_rates, rigid_events, radau_step, radau_shorten, locate_event]
+        if system.n_c > 0:
+            entry_points += [settle, impact, switch_modes, enumerate_modes, share_load]
+        if system.n_c > 1:
+            entry_points += [enumerate_redundant, solve_planar, pivot]
+        load_all(entry_points)
+
+    def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Scratch:
+        """The arrays of a run from t, filled with its start."""
+        arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
+        n = system.n_u
+        contacts, ode = arrays.contacts, arrays.ode
+        facts, numbers = contacts.facts, contacts.numbers
+        facts.has, facts.n_u, facts.event = has, n, START
+        numbers.atol, numbers.rtol, numbers.flight = self.atol, self.rtol, np.inf
+        contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
+        decides = int(system.n_c > 1)
+        arrays.forces.planar.can_decide_redundant = arrays.touch.planar.can_decide_redundant = decides
+        ode.x[:n], ode.x[n : 2 * n] = q, u
+        ode.atol[:] = self.atol
+        ode.clock.now, ode.clock.rtol = t, self.rtol
+        return arrays
+
+    def begin(self, scratch: Scratch, mode: np.ndarray, slip: np.ndarray, selection: int) -> None:
+        """Set the modes at the start (n_c,) and the selection rule."""
+        contacts = scratch.contacts
+        contacts.mode[:], contacts.slip[:] = mode, slip
+        contacts.facts.selection = selection

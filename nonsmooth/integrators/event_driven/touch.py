@@ -1,0 +1,92 @@
+"""The contacts at the instant of an event: which touch, with which velocities, and what becomes of them.
+
+A contact touches where its mode is not open, where its gap has just closed, and where the gap is zero to rounding;
+unless it parts, gamma_N > 0. It rests where gamma_F = 0: to rounding and atol, or because that is the event.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated as Array
+
+from nonsmooth.contact.planar.problem import Planar
+from nonsmooth.integrators.records import N_LEDGER
+from nonsmooth.integrators.rigid.modes import (
+    FRICTION,
+    N_FUNCTIONS,
+    N_WORKS,
+    rounded_length,
+    small_speed,
+)
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints
+from nonsmooth.mechanics.contact_problem import evaluate_rows, row_velocities
+from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+
+START = -2  # the event with which a run begins
+RESUME = -3  # and that with which it goes on after a stretch of time stepping
+
+
+class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"):
+    """What is known of the contacts at the instant of an event."""
+
+    is_touching: Array[Ints, "n_c"]  # closed, and gamma_N = 0 once impacts are over
+    is_resting: Array[Ints, "n_c"]  # gamma_F = 0
+    gamma: Array[Floats, "n_c", 2]  # contact velocities
+    before: Array[Floats, "n_c", 2]  # those before the impacts
+    P: Array[Floats, "n_c", 2]  # impulses of the event
+    kind: Array[Ints, "n_c"]  # kind of the event
+    strikes: Array[Ints, "n_c"]  # 1 where impulses are asked for
+    spread: Array[Ints, "n_c"]  # the same of the contacts that touch, one after the other
+    number: Array[Ints, "n_c"]  # island of a contact that strikes, -1 of others
+    is_lost: Array[Ints, "n_c"]  # 1 where a slide has lost its force
+    accumulates: Array[Floats, "n_c"]  # time that the bounces still take, which are given up; 0 where there are none
+    offset: Array[Floats, "r"]
+    none: Array[Floats, "n_c", "1 + d"]  # zero impulses
+    ledger: Array[Floats, N_LEDGER]
+    q: Array[Floats, "n"]  # the change of the state a moment later
+    u: Array[Floats, "n"]
+    u_0: Array[Floats, "n"]  # velocities before the event
+    x: Array[Floats, "row"]  # a state that is tried, and its rates
+    rates: Array[Floats, "row"]
+    found: Array[Ints, "n_c", 2]  # number of solutions of its island, bits of the modes of a single contact
+    impacts: Array[Ints, "n_c", 2]  # the same of the impact of the event that had most
+    planar: Array[Planar, "n = max(1, n_c)"]
+
+
+@kernel
+def look(model, p, t, x, event, contacts, touch):
+    """Which contacts touch and rest, and their velocities; False if a model function raised."""
+    work, kinds, has = contacts.work, contacts.kinds, contacts.facts.has
+    n, n_c = contacts.facts.n_u, kinds.shape[0]
+    for j in range(n):
+        contacts.q[j], contacts.u[j] = x[j], x[n + j]
+        work.q_mid[j] = x[j]
+    for i in range(n_c):
+        work.closed[i] = i
+    if has & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
+        return False
+    if not evaluate_rows(model, has, True, t, contacts.u, p, work):
+        return False
+    row_velocities(n, n_c, kinds, contacts.u, work)
+    r = 0
+    for i in range(n_c):
+        touch.gamma[i, 0], touch.gamma[i, 1] = 0.0, 0.0
+        if kinds[i, 0] != GIVEN_FORCE:
+            touch.gamma[i, 0] = work.gamma_0[r]
+            r += 1
+        if kinds[i, 1] > 0:
+            touch.gamma[i, 1] = work.gamma_0[r]
+            r += 1
+        contacts.gamma[i, 0], contacts.gamma[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
+    speed, length = small_speed(n, contacts), rounded_length(n, contacts)
+    for i in range(n_c):
+        is_closing = event >= 0 and event // N_FUNCTIONS == i
+        is_closed = contacts.mode[i] != ContactMode.OPEN or is_closing or work.g_N[i] <= length
+        parts = kinds[i, 0] == UNILATERAL and touch.gamma[i, 0] > speed
+        touch.is_touching[i] = 1 if is_closed and not parts else 0
+        is_arrested = is_closing and contacts.mode[i] == ContactMode.SLIDE and event % N_FUNCTIONS == FRICTION
+        is_slow = abs(touch.gamma[i, 1]) <= speed + contacts.numbers.atol
+        if event == START:  # a start says itself what rests
+            is_slow = contacts.mode[i] == ContactMode.STICK
+        touch.is_resting[i] = 1 if is_slow or is_arrested else 0
+    return True

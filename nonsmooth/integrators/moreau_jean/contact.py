@@ -1,0 +1,134 @@
+"""The contact problem of one step: solve it, and follow the law of impact.
+
+One closed contact is solved in closed form, several by the ladder of contact/planar/ladder.py. Theory:
+docs/theory/moreau_jean.md.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated as Array
+
+from nonsmooth.contact.planar.ladder import Route, solve_planar
+from nonsmooth.contact.planar.problem import Planar
+from nonsmooth.contact.planar.single import (
+    BOUNDARY,
+    FREE,
+    NO_CANDIDATE,
+    SLIDE_MINUS,
+    SLIDE_PLUS,
+    STICK,
+    count,
+    solve_alone,
+)
+from nonsmooth.errors import Status
+from nonsmooth.integrators.records import (
+    State,
+)
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
+from nonsmooth.mechanics.contact_problem import Work
+from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
+from nonsmooth.mechanics.laws import LAW_E_F, depends_on_speed, friction_coefficient
+from nonsmooth.mechanics.system import ContactMode
+
+
+class Scratch(Block, r="max(1, n_c * (1 + d))"):
+    """Arrays of one step."""
+
+    work: Work
+    there: Work  # the acceleration-level problem at the state before the step
+    planar: Array[Planar, "n = n_c"]
+    candidate: Array[Ints, "n_c"]  # the candidate taken by each closed contact
+    offset: Array[Floats, "r"]  # (1 - e_F) gamma_0
+    rates: Array[Floats, 4, "r"]
+    is_known: Array[Ints, 2]  # 1 once M and the rows were evaluated, for those that are constant
+
+
+@kernel("int64(int64[:, ::1], float64[:, ::1], int64, float64, int64, int64, int64)", short_loops=True)
+def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
+    """Solve the contact problem of the closed contacts: impulses to work.P, modes to scratch.candidate."""
+    state, scratch = view(state_at, State), view(scratch_at, Scratch)
+    work = scratch.work
+    for k in range(n_k):
+        i = work.closed[k]
+        if kinds[i, 1] > 0:
+            a = work.start[k + 1] - 1
+            scratch.offset[a] = (1.0 - laws[i, LAW_E_F]) * work.gamma_0[a]
+            if depends_on_speed(laws, i) and friction_coefficient(laws, i, abs(work.gamma_0[a])) < 0.0:
+                state.counters.failed_contact = i
+                return Status.NEGATIVE_FRICTION
+    state.counters.solved += 1
+    if n_k == 1:
+        found = solve_one(kinds, laws, dt, selection, state, scratch)
+        if found == 0:
+            state.counters.failed_contact = work.closed[0]
+            return Status.NO_SOLUTION
+        if work.gamma_0[0] < 0.0 and follows_own_law(work.closed[0], kinds, laws):
+            follow_impact_law(laws, scratch)
+        state.counters.solutions = found
+        return Status.RUNNING
+    for k in range(n_k):
+        scratch.planar.normal_impulse[k] = dt * max(0.0, work.N[work.closed[k]])
+    route, found, pivots, residual = solve_planar(
+        n_k, work.closed, work.start, kinds, laws, work.G, work.c, scratch.offset, state.P, state.mode, state.slip,
+        selection, work.P, address(scratch.planar),
+    )  # fmt: skip
+    state.counters.found = 0
+    state.counters.pivots += pivots
+    if route <= Route.NO_SOLUTION:
+        state.counters.failed_contact = -1
+        return Status.NO_SOLUTION if route == Route.NO_SOLUTION else Status.NOT_SOLVED
+    state.worst.residual = max(state.worst.residual, residual)
+    if route == Route.KEPT or route == Route.KEPT_MODES:
+        state.counters.kept += 1
+    if scratch.planar.is_counted == 0:
+        state.counters.uncounted += 1
+    if scratch.planar.is_shared == 1:
+        state.counters.shared += 1
+    for k in range(n_k):
+        scratch.candidate[k] = scratch.planar.candidate[k]
+    state.counters.solutions = found
+    return Status.RUNNING
+
+
+@kernel
+def solve_one(kinds, laws, dt, selection, state, scratch):
+    """The single closed contact in closed form; returns the number of solutions."""
+    work = scratch.work
+    i, c = work.closed[0], work.c
+    candidate, found, error = solve_alone(
+        kinds[i, 0], kinds[i, 1], laws, i, work.G, c, scratch.offset, dt * max(0.0, work.N[i]),
+        state.mode[i] == ContactMode.STICK, state.slip[i], selection, work.P,
+    )  # fmt: skip
+    state.counters.found = found
+    if candidate == NO_CANDIDATE:
+        return 0
+    scratch.candidate[0] = candidate
+    if error > 0.0:
+        size = max(abs(c[0]), abs(c[1]))
+        if error > state.worst.residual * size:
+            state.worst.residual = error / size
+    return count(found)
+
+
+@kernel
+def follow_impact_law(laws, scratch):
+    """Replace the impulses of the single closed contact, which collides, by those of its law, and its mode."""
+    work = scratch.work
+    G, P, gamma_0 = work.G, work.P, work.gamma_0
+    if impulses_by_law(laws, work.closed[0], gamma_0, G, P):
+        gamma_F = gamma_0[1] + G[1, 0] * P[0] + G[1, 1] * P[1]
+        if abs(gamma_F) <= BOUNDARY * abs(gamma_0[1]):
+            scratch.candidate[0] = STICK
+        else:
+            scratch.candidate[0] = SLIDE_PLUS if gamma_F > 0.0 else SLIDE_MINUS
+
+
+@kernel
+def mode_of(candidate, d):
+    """The ContactMode of a candidate."""
+    if candidate == FREE:
+        return ContactMode.OPEN.value
+    if d == 0:
+        return ContactMode.LOCKED.value
+    return ContactMode.STICK.value if candidate == STICK else ContactMode.SLIDE.value

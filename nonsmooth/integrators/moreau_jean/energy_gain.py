@@ -1,0 +1,51 @@
+"""Impacts in which the contacts gain energy: Newton's law of impact with friction allows them.
+
+In a step, or at an impact, the contacts do on the bodies, relative to the surfaces, the work
+
+    A = P . (gamma_0 + gamma_1) / 2,    gamma_1 = gamma_0 + d + G P
+
+with d what forces, moving rows and the gap fed back add to gamma_0; at an impact d = 0. The laws make
+P . (gamma_1 + e gamma_0) <= 0, so that with one e for all normals and tangents (1 + e) P . gamma_0 <= -P . (d + G P),
+
+    A <= (1 - e) P . gamma_0 / 2 <= (1 - e)/(1 + e) |P . d| / 2
+
+What A has beyond sum |P_r d_r| is due to coefficients that differ, as e_N > 0 = e_F, and not to the length of a step.
+One contact that strikes and then sticks, D = G_NN G_FF - G_NF^2, gains
+
+    A = (2 G_NF gamma_N gamma_F - (1 - e_N^2) G_FF gamma_N^2 - G_NN gamma_F^2) / (2 D)
+
+which is positive for some gamma_F where G_NF^2 > (1 - e_N^2) G_NN G_FF. Poisson's and the energetic law do not gain.
+Source: Kane, Levinson, *Dynamics: Theory and Applications* (1985), section 4.13; Stronge, *Proc. R. Soc. A* 431 (1990)
+169.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.contact.planar.problem import ACCEPTED
+from nonsmooth.integrators.radau.stages import EPS
+from nonsmooth.jit import rare_kernel
+from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N
+from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
+
+
+@rare_kernel
+def note_gain(gain, is_impact, n_k, kinds, laws, state, work):
+    """Count a step, or an impact, whose contacts gained more than its forces, and what the residual leaves open,
+    explain: ACCEPTED max |c| sum |P|. What is lost in the energies of the run is none."""
+    c, gamma_0, P = work.c, work.gamma_0, work.P
+    driven, impulses, scale = 0.0, 0.0, 0.0
+    for k in range(n_k):
+        i = work.closed[k]
+        for r in range(work.start[k], work.start[k + 1]):
+            is_normal = r == work.start[k] and kinds[i, 0] != GIVEN_FORCE
+            e = laws[i, LAW_E_F]
+            if is_normal:
+                e = laws[i, LAW_E_N] if kinds[i, 0] != BILATERAL else 0.0
+            if not is_impact:
+                driven += abs(P[r] * (c[r] - (1.0 + e) * gamma_0[r]))
+            impulses += abs(P[r])
+            scale = max(scale, abs(c[r]))
+    rounding = EPS * state.worst.ledger_size
+    if gain > driven + ACCEPTED * scale * impulses + rounding:
+        state.counters.gains += 1
+        state.worst.gain = max(state.worst.gain, gain)

@@ -1,0 +1,136 @@
+"""Moreau–Jean time stepping: velocities and impulses, one contact problem a step.
+
+    q_mid = q_0 + dt/2 u_0
+    Mhat (u_1 - u_0) = dt h(q_mid, u_0) + W^T P,    (gamma_1 + e gamma_0, P) in the laws of contact and friction
+    q_1 = q_0 + dt ((1 - theta) u_0 + theta u_1)
+
+Only contacts whose gap at the mid-point is closed take part. Given normal forces that read the velocities are taken at
+(u_0 + u_1)/2, by a second solution of the contact problem. With theta = 1/2 the step is of second order in smooth
+motion and of first order across impacts. Sources: Moreau (1988); Jean, *Comput. Methods Appl. Mech. Engrg.* 177 (1999)
+235; the feedback of the gap and the passage through paradoxes: docs/theory/moreau_jean.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_flag, as_number, as_positive
+from nonsmooth.contact.planar.enumerate import enumerate_modes
+from nonsmooth.contact.planar.ladder import exceeds_enumeration, pivot, solve_planar
+from nonsmooth.contact.planar.newton import solve_by_newton
+from nonsmooth.contact.planar.redundant import enumerate_redundant
+from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.integrators.moreau_jean.compliance import Compliance
+from nonsmooth.integrators.moreau_jean.contact import Scratch, solve
+from nonsmooth.integrators.moreau_jean.paradox import end_slide
+from nonsmooth.integrators.moreau_jean.projection import project
+from nonsmooth.integrators.moreau_jean.step import run, step
+from nonsmooth.jit import Kernel, load_all
+from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.system import GIVEN_FORCE, System
+
+
+@dataclass(frozen=True)
+class MoreauJean:
+    """Time stepping with a fixed step.
+
+    Parameters
+    ----------
+    dt : float
+        Step [s].
+    theta : float
+        Weight of the new velocity in the position, and of the implicit part of the force: 1/2 (second order) to 1.
+    projection : bool
+        Move the positions back to g_N = 0 after each step where contacts hold (closed contacts drift otherwise by
+        O(dt); bilateral ones do not need it, their gap is fed back).
+    compliance : Compliance, optional
+        A spring and damper at every contact, implicit in the step, in place of e_N; needs theta = 1.
+
+    Raises
+    ------
+    InvalidInput
+        Unless dt > 0 and 1/2 <= theta <= 1, and theta = 1 with a compliance.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> ns.MoreauJean(dt=1e-3)
+    MoreauJean(dt=0.001, theta=0.5, projection=False, compliance=None)
+    """
+
+    dt: float
+    theta: float = 0.5
+    projection: bool = False
+    compliance: Compliance | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "dt", as_positive("dt", self.dt, "s"))
+        theta = as_number("theta", self.theta)
+        if not 0.5 <= theta <= 1.0:
+            raise InvalidInput(f"theta must lie in [0.5, 1]; got {theta:g}")
+        as_flag("projection", self.projection)
+        if self.compliance is not None:
+            self._check_compliance(theta)
+
+    def _check_compliance(self, theta: float) -> None:
+        if not isinstance(self.compliance, Compliance):
+            raise InvalidInput(f"compliance must be a Compliance(stiffness, damping); got {shown(self.compliance)}")
+        if theta != 1.0:
+            raise InvalidInput(f"a compliance needs theta = 1, with less a stiff contact rings; got theta = {theta:g}")
+        if self.projection:
+            raise InvalidInput("give either compliance or projection: a compliant contact has an indentation to keep")
+
+    def steps_between(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Equal steps, none longer than dt, between the times t (m + 1,): their lengths and numbers, (m,) each."""
+        spans = t[1:] - t[:-1]
+        steps = np.maximum(np.ceil(spans / self.dt * (1 - 1e-9)), 1.0)
+        dts = spans / steps
+        dts[np.abs(dts - self.dt) <= 1e-9 * self.dt] = self.dt  # the step asked for, not one a rounding away
+        return dts, steps.astype(np.int64)
+
+    def options(self, selection: int) -> np.ndarray:
+        """The numbers that the compiled loop reads."""
+        law = (0.0, 0.0) if self.compliance is None else (self.compliance.stiffness, self.compliance.damping)
+        return np.array([self.theta, float(selection), float(self.projection), *law])
+
+    def scratch(self, system: System) -> Scratch:
+        """The arrays that the loop works in."""
+        arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
+        arrays.planar.has_newton = needs_newton(system)
+        arrays.planar.may_wait = 1
+        return arrays
+
+    @property
+    def loop(self) -> Kernel:
+        """The loop over the steps."""
+        return run
+
+    def load(self, system: System) -> None:
+        """Compile what the loop may reach for this system."""
+        entry_points = [step, solve, run]
+        if system.n_c > 1:
+            entry_points += [solve_planar, enumerate_modes, pivot]
+        if needs_newton(system):
+            entry_points.append(solve_by_newton)
+        if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
+            entry_points.append(end_slide)
+        if self.projection:
+            entry_points.append(project)
+        load_all(entry_points)
+
+    def load_for_retry(self, system: System, scratch: Scratch, is_compiled: bool) -> bool:
+        """Get ready what decides a contact problem that was not solved; False if there is nothing more to try."""
+        planar, is_many = scratch.planar, exceeds_enumeration(system)
+        if system.n_c < 2 or planar.can_decide_redundant == 1:
+            return False
+        if is_compiled:
+            load_all([enumerate_redundant, solve_by_newton] if is_many else [enumerate_redundant])
+        planar.can_decide_redundant, planar.has_newton = 1, is_many
+        return True
+
+
+def needs_newton(system: System) -> bool:
+    """Whether a step of the system may be left to Newton's method: many contacts, and not all without friction."""
+    return system.d > 0 and exceeds_enumeration(system)

@@ -1,0 +1,231 @@
+"""The loop of Moreau–Jean time stepping, and one step of it: predict, solve the closed contacts, move, book.
+
+Equations: moreau_jean/options.py. The contact problem of a step is solved in moreau_jean/contact.py.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.contact.planar.single import slip_of
+from nonsmooth.errors import Status
+from nonsmooth.integrators.moreau_jean.compliance import add_compliance, find_end_gaps
+from nonsmooth.integrators.moreau_jean.contact import Scratch, mode_of, solve
+from nonsmooth.integrators.moreau_jean.energy_gain import note_gain
+from nonsmooth.integrators.moreau_jean.paradox import note_paradoxes
+from nonsmooth.integrators.moreau_jean.projection import project
+from nonsmooth.integrators.records import (
+    Record,
+    State,
+    book_energy,
+    set_mode,
+    write_record,
+)
+from nonsmooth.jit import call_model, kernel, rare_kernel
+from nonsmooth.jit.blocks import address, view
+from nonsmooth.mechanics.contact_problem import (
+    NORMAL_FORCE_READS_U,
+    add_restitution,
+    apply_inverse,
+    carry_to_ends,
+    close_contacts,
+    delassus,
+    evaluate_rows,
+    find_loads,
+    is_implicit,
+    smooth_step,
+    stack_rows,
+    straighten_gaps,
+)
+from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL
+
+ROUNDING = 2e-15  # about eight units in the last place: a smaller change of a velocity is no change
+
+
+RUN = (
+    "int64(int64, int64, float64[::1], int64[:, ::1], float64[:, ::1], float64[::1], "
+    "float64[::1], float64[::1], int64[::1], int64, int64, int64, int64)"
+)
+
+
+@kernel(RUN, short_loops=True)
+def run(model, has, p, kinds, laws, options, t_record, dts, steps, max_steps, state_at, record_at, scratch_at):
+    """Advance from counters.interval, counters.step by at most max_steps steps; returns a Status.
+
+    Interval j takes steps[j] steps of dts[j] from t_record[j] and ends with record j + 1. options: theta, selection,
+    projection, stiffness (0 of a rigid contact), damping.
+    """
+    state, record, scratch = view(state_at, State), view(record_at, Record), view(scratch_at, Scratch)
+    counters = state.counters
+    n, n_c = state.q.shape[0], kinds.shape[0]
+    scratch.is_known[0] = 0
+    scratch.is_known[1] = 0
+    if counters.interval == 0 and counters.step == 0:
+        if not write_record(model, has, 0, t_record[0], p, n, n_c, state, record, scratch.work):
+            return Status.NOT_FINITE
+    for _ in range(max_steps):
+        j = counters.interval
+        if j >= steps.shape[0]:
+            break
+        if counters.n_events + 3 * n_c > state.events.shape[0]:
+            return Status.RUNNING  # the events are full: the caller empties them
+        t = t_record[j] + counters.step * dts[j]
+        status = step(model, has, p, kinds, laws, options, t, dts[j], n, n_c, state_at, scratch_at)
+        if status != Status.RUNNING:
+            return status
+        if counters.step == steps[j]:
+            counters.interval += 1
+            counters.step = 0
+            if not write_record(model, has, j + 1, t_record[j + 1], p, n, n_c, state, record, scratch.work):
+                return Status.NOT_FINITE
+    return Status.FINISHED if counters.interval >= steps.shape[0] else Status.RUNNING
+
+
+@kernel(
+    "int64(int64, int64, float64[::1], int64[:, ::1], float64[:, ::1], float64[::1], float64, float64, int64, int64, "
+    "int64, int64)",
+    short_loops=True,
+)
+def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_at):
+    """One step, or the impact that comes before it; the state changes only once either is known to be good.
+
+    Returns a Status.
+    """
+    state, scratch = view(state_at, State), view(scratch_at, Scratch)
+    work = scratch.work
+    theta = options[0]
+    t_mid = t + 0.5 * dt
+    q, u, q_mid = state.q, state.u, work.q_mid
+    for i in range(n):
+        q_mid[i] = q[i] + 0.5 * dt * u[i]
+    n_k = 0
+    is_rigid = options[3] == 0.0
+    if n_c > 0:
+        if not predict_gaps(model, has, t, dt, n, is_rigid, q, u, p, work):
+            return Status.NOT_FINITE
+        n_k = close_contacts(n_c, kinds, state.mode, work)
+    status = smooth_step(model, has, scratch.is_known[0] == 0, t_mid, dt, theta, n, state.u, p, work)
+    if status != Status.RUNNING:
+        return status
+    scratch.is_known[0] = 1
+    if n_k == 0:
+        for i in range(n):
+            work.u_1[i] = state.u[i] + work.du[i]
+        state.counters.skipped += 1
+    else:
+        if not evaluate_rows(model, has, scratch.is_known[1] == 0, t_mid, state.u, p, work):
+            return Status.NOT_FINITE
+        scratch.is_known[1] = 1
+        r = stack_rows(n, n_k, kinds, state.u, work)
+        apply_inverse(has, n, work, r)
+        delassus(n, r, work)
+        if not carry_to_ends(model, has, t, dt, n, n_k, kinds, state.q, state.u, p, work, scratch.there):
+            return Status.NOT_FINITE
+        if is_rigid:
+            straighten_gaps(has, dt, n_k, kinds, work, scratch.there)
+            add_restitution(n_k, kinds, laws, 1.0 / ((theta + 0.5) * dt), work)
+        else:
+            add_compliance(n_k, kinds, laws, options[3], options[4], dt, work)
+        status = solve(kinds, laws, int(options[1]), dt, n_k, state_at, scratch_at)
+        if status == Status.RUNNING and has & NORMAL_FORCE_READS_U:
+            if not find_loads_between(model, t_mid, n, r, u, p, work):
+                return Status.NOT_FINITE
+            status = solve(kinds, laws, int(options[1]), dt, n_k, state_at, scratch_at)
+        if status != Status.RUNNING:
+            return status
+        if note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, scratch):
+            return Status.RUNNING
+        new_velocity(n, r, state.u, work)
+        if not is_rigid:
+            find_end_gaps(n, n_k, kinds, dt, work)
+    if not all_finite(n, n_c, work):
+        return Status.NOT_FINITE
+    accept(has, kinds, laws, is_rigid, t, dt, theta, n, n_c, n_k, state, scratch)
+    if options[2] != 0.0 and n_k > 0 and not project(model, has, p, kinds, t + dt, n, n_k, state_at, address(work)):
+        return Status.NOT_FINITE
+    return Status.RUNNING
+
+
+@kernel
+def predict_gaps(model, has, t, dt, n, is_rigid, q, u, p, work):
+    """work.g_N at the mid-point, of compliant contacts at the end of the step; False if the gap function raised."""
+    if not has & (1 << GAP):
+        return True
+    if is_rigid:
+        return call_model(model, GAP, t + 0.5 * dt, work.q_mid, u, p, work.g_N)
+    for i in range(n):
+        work.trial[i] = q[i] + dt * u[i]
+    return call_model(model, GAP, t + dt, work.trial, u, p, work.g_N)
+
+
+@rare_kernel
+def find_loads_between(model, t_mid, n, r, u, p, work):
+    """The given normal forces at the mean of the velocities before the step and after it, where they read them: at u_0
+    alone the step would be of first order. False if one is not finite."""
+    new_velocity(n, r, u, work)
+    for i in range(n):
+        work.trial[i] = 0.5 * (u[i] + work.u_1[i])
+    return find_loads(model, t_mid, work.trial, p, work)
+
+
+@kernel
+def new_velocity(n, r, u, work):
+    """u_1 = u_0 + du + X^T P; what cancels to rounding is set to exactly 0 or u_0, so that rest is rest for ever."""
+    du, X, P, u_1 = work.du, work.X, work.P, work.u_1
+    for i in range(n):
+        change = du[i]
+        size = abs(du[i])
+        for k in range(r):
+            part = X[k, i] * P[k]
+            change += part
+            size += abs(part)
+        new = u[i] + change
+        if abs(new) <= ROUNDING * (abs(u[i]) + size):
+            new = 0.0
+        elif abs(change) <= ROUNDING * size:
+            new = u[i]
+        u_1[i] = new
+
+
+@kernel
+def all_finite(n, n_c, work):
+    """Whether the new velocities, their squares and the gaps are finite numbers: energies must not overflow."""
+    u_1, g_N = work.u_1, work.g_N
+    total = 0.0
+    for i in range(n):
+        total += 0.0 * (u_1[i] * u_1[i])
+    for i in range(n_c):
+        total += 0.0 * g_N[i]
+    return total == 0.0
+
+
+@kernel
+def accept(has, kinds, laws, is_rigid, t, dt, theta, n, n_c, n_k, state, scratch):
+    """Move to the end of the step; book energy, impulses, modes, events and the worst penetration."""
+    work = scratch.work
+    gain, size = book_energy(dt, theta, is_implicit(has), n, n_k, kinds, state, work)
+    if is_rigid and gain > ROUNDING * size:
+        note_gain(gain, False, n_k, kinds, laws, state, work)
+    k = 0
+    for i in range(n_c):
+        if k == n_k or work.closed[k] != i:  # not closed: it was open already
+            for m in range(state.P.shape[1]):
+                state.P[i, m] = 0.0
+            continue
+        candidate = scratch.candidate[k]
+        set_mode(t, i, mode_of(candidate, kinds[i, 1]), slip_of(candidate), k, kinds, state, work)
+        shift = 0
+        if kinds[i, 0] == GIVEN_FORCE:
+            shift = 1
+            state.P[i, 0] = dt * max(0.0, work.N[i])
+        elif kinds[i, 0] == UNILATERAL:
+            state.worst.penetration = max(state.worst.penetration, -work.g_N[i])
+        for m in range(work.start[k], work.start[k + 1]):
+            state.P[i, m - work.start[k] + shift] = work.P[m]
+        for m in range(state.P.shape[1]):
+            state.P_sum[i, m] += state.P[i, m]
+        k += 1
+    q, u, u_1 = state.q, state.u, work.u_1
+    for i in range(n):
+        q[i] += dt * ((1.0 - theta) * u[i] + theta * u_1[i])
+        u[i] = u_1[i]
+    state.counters.step += 1
+    state.counters.steps += 1

@@ -1,0 +1,287 @@
+"""The equations of motion with compliant contacts, mode by mode.
+
+    q' = u,    M u' = h + W_N^T la_N + W_F^T la_F,    z' = omega v,    v' = W_N u' + W_N' u + w_N' - alpha (v - gamma_N)
+
+with z = omega g_N and v = gamma_N = W_N u + w_N. The gap and its rate are variables of their own, beside coordinates
+and velocities: computed from them, an indentation of 1e-11 m at a coordinate of 1 m keeps five digits only, and a
+normal velocity of 1e-9 m/s, which a damper of 1e10 N s/m makes 10 N of, no more; the force would have no more either.
+Times the contact frequency omega a gap has the size of a velocity, and the Jacobian is balanced. What the integration
+leaves between v and W_N u is forgotten at the rate alpha. The normal force is a function of (g_N, v); friction is
+
+    sliding with sign s      la_F = -s mu(|gamma_F|) |la_N|
+    sticking                 la_F from gamma_F' = W_F u' + W_F' u + w_F' = 0, with the normal forces given
+    regularised              la_F = -mu(|gamma_F|) |la_N| tanh(gamma_F / v_s)
+
+where redundant sticking contacts share their load with the least squares. The rates are smooth in each mode; the
+events that end a mode are those of penalty/switching.py. Trailing components are the impulses and the energy ledger:
+x = (q, u, z, v, P_N, P_F, works).
+Source: Brogliato, *Nonsmooth Mechanics* (2016), chapter 2; docs/penalty.md.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated as Array
+
+from nonsmooth.errors import Status
+from nonsmooth.integrators.penalty.law import NormalLaw, normal_force
+from nonsmooth.integrators.radau.stages import RATES
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.mechanics.acceleration_problem import IMPLICIT, find_row_rates, row_shift
+from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, smooth_step, stack_rows
+from nonsmooth.mechanics.laws import LAW_WIDTH, friction_coefficient
+from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ROW_RATES, ContactMode
+from nonsmooth.numerics.dense import bandwidth, cholesky, cholesky_solve
+
+# columns of a contact's constants
+K, C_N, OMEGA = range(3)
+N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfaces
+REGULARISATION = 1e-10  # of the trace: makes redundant sticking contacts share their load
+REFINEMENTS = 3
+# alpha/omega: a difference between v and W_N u costs a force alpha/G of it, a hundredth of what an error of the same
+# size in z = omega g_N costs
+FORGETTING = 0.01
+
+
+class CompliantFacts(Block):
+    """Whole numbers of a run."""
+
+    has: int  # what the model has, by bits
+    n_u: int
+    law: int  # of the normal force
+    is_regularised: int  # friction, by a speed v_s
+    is_known: int  # whether the constant parts of the model were evaluated
+
+
+class CompliantNumbers(Block):
+    """Numbers of a run."""
+
+    v_s: float  # [m/s]
+    rtol: float
+    zeta: float  # damping ratio; -1 where c is given
+    atol: float
+
+
+class Contacts(Block, r="max(1, n_c * (1 + d))"):
+    """The contacts of a run. n = n_u, c = n_c."""
+
+    work: Work
+    facts: CompliantFacts
+    numbers: CompliantNumbers
+    kinds: Array[Ints, "n_c", 2]
+    laws: Array[Floats, "n_c", LAW_WIDTH]
+    constants: Array[Floats, "n_c", 3]  # k, c, omega
+    mode: Array[Ints, "n_c"]  # ContactMode
+    slip: Array[Ints, "n_c"]  # sign of sliding
+    sign: Array[Ints, "n_c"]  # sign of la_N
+    q: Array[Floats, "n"]
+    u: Array[Floats, "n"]
+    la: Array[Floats, "n_c", 2]  # forces
+    gamma: Array[Floats, "n_c", 2]  # contact velocities, the normal one v
+    stuck: Array[Ints, "n_c"]  # sticking contacts
+    A: Array[Floats, "n_c", "n_c"]  # W_F M^-1 W_F^T of these
+    factor: Array[Floats, "n_c", "n_c"]
+    rhs: Array[Floats, "n_c"]
+    residual: Array[Floats, "n_c"]
+    rates: Array[Floats, 4, "r"]  # W' u + w'
+
+
+@kernel(RATES, short_loops=True)
+def contact_rates(model, p, contacts_at, t, x, out):
+    """x' with x = (q, u, z, v, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
+    contacts = view(contacts_at, Contacts)
+    work, facts, la, gamma = contacts.work, contacts.facts, contacts.la, contacts.gamma
+    n, n_c = facts.n_u, contacts.kinds.shape[0]
+    status = find_forces(model, p, t, x, contacts)
+    if status != Status.RUNNING:
+        return status
+    total = 0.0
+    for i in range(n):
+        out[i] = contacts.u[i]
+        out[n + i] = work.du[i]
+        total += 0.0 * work.du[i]
+    P_N = 2 * (n + n_c)
+    force, friction, normal, surface = 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        force += work.h[i] * contacts.u[i]
+    for i in range(n_c):
+        out[2 * n + i] = contacts.constants[i, OMEGA] * gamma[i, 0]
+        out[2 * n + n_c + i] = normal_acceleration(i, n, contacts)
+        out[P_N + i] = la[i, 0]
+        out[P_N + n_c + i] = la[i, 1]
+        friction += la[i, 1] * gamma[i, 1]
+        if contacts.kinds[i, 0] != GIVEN_FORCE:
+            normal += la[i, 0] * gamma[i, 0]
+            surface -= la[i, 0] * work.w_N[i]
+        if contacts.kinds[i, 1] > 0:
+            surface -= la[i, 1] * work.w_F[i, 0]
+    end = P_N + 2 * n_c
+    out[end], out[end + 1], out[end + 2], out[end + 3] = force, friction, normal, surface
+    return Status.RUNNING.value if total == 0.0 else Status.NOT_FINITE.value
+
+
+@kernel
+def normal_acceleration(i, n, contacts):
+    """v' of contact i, with the accelerations that were found."""
+    if contacts.kinds[i, 0] == GIVEN_FORCE:
+        return 0.0
+    work, a = contacts.work, contacts.work.start[i]
+    total = contacts.rates[0, a]
+    for j in range(n):
+        total += work.W_N[i, j] * work.du[j]
+    return total - FORGETTING * contacts.constants[i, OMEGA] * (contacts.gamma[i, 0] - work.gamma_0[a])
+
+
+@kernel
+def find_forces(model, p, t, x, contacts):
+    """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
+    work, facts = contacts.work, contacts.facts
+    has, n, n_c = facts.has, facts.n_u, contacts.kinds.shape[0]
+    n_stuck = 0
+    for i in range(n_c):
+        if contacts.mode[i] == ContactMode.STICK:
+            contacts.stuck[n_stuck] = i
+            n_stuck += 1
+        work.closed[i] = i
+    for i in range(n):
+        contacts.q[i], contacts.u[i] = x[i], x[n + i]
+    if n_c > 0:
+        shift, kinds = row_shift(has, n, contacts.u), contacts.kinds
+        if not find_row_rates(model, has, shift, t, n, contacts.q, contacts.u, p, n_c, kinds, contacts.rates, work):
+            return Status.NOT_FINITE
+    for i in range(n):
+        work.q_mid[i] = contacts.q[i]
+    is_first = facts.is_known == 0
+    status = smooth_step(model, has & ~IMPLICIT, is_first, t, 1.0, 0.5, n, contacts.u, p, work)
+    if status != Status.RUNNING:
+        return status
+    if n_c == 0:
+        return Status.RUNNING
+    are_moved = has & (1 << ROW_RATES) == 0  # the rows are those of the last difference
+    if not evaluate_rows(model, has, is_first or are_moved, t, contacts.u, p, work):
+        return Status.NOT_FINITE
+    facts.is_known = 1
+    stack_rows(n, n_c, contacts.kinds, contacts.u, work)
+    if not given_forces(n, x, contacts):
+        return Status.NEGATIVE_FRICTION
+    accelerate(n, n_c, contacts)
+    if n_stuck > 0:
+        hold(n, n_stuck, contacts)
+    return Status.RUNNING
+
+
+@kernel
+def given_forces(n, x, contacts):
+    """The forces that the state gives: all but the friction of sticking contacts; False where mu(v) < 0."""
+    work, la, gamma, law = contacts.work, contacts.la, contacts.gamma, contacts.facts.law
+    for i in range(contacts.kinds.shape[0]):
+        kind, d = contacts.kinds[i, 0], contacts.kinds[i, 1]
+        mode = contacts.mode[i]
+        la[i, 0], la[i, 1], gamma[i, 0], gamma[i, 1] = 0.0, 0.0, 0.0, 0.0
+        if kind == GIVEN_FORCE:
+            la[i, 0] = max(0.0, work.N[i])
+        else:
+            gamma[i, 0] = x[2 * n + contacts.kinds.shape[0] + i]
+            if mode != ContactMode.OPEN:
+                k, c, omega = contacts.constants[i, K], contacts.constants[i, C_N], contacts.constants[i, OMEGA]
+                a_law = NormalLaw.KELVIN_VOIGT.value if kind == BILATERAL else law
+                la[i, 0] = normal_force(a_law, k, c, -x[2 * n + i] / omega, -gamma[i, 0])
+        if d == 0:
+            continue
+        v = work.gamma_0[work.start[i + 1] - 1]
+        gamma[i, 1] = v
+        if mode != ContactMode.SLIDE:
+            continue
+        limit = la[i, 0] * contacts.sign[i]
+        if contacts.facts.is_regularised != 0:
+            mu = friction_coefficient(contacts.laws, i, abs(v))
+            la[i, 1] = -mu * limit * math.tanh(v / contacts.numbers.v_s)
+        else:
+            mu = friction_coefficient(contacts.laws, i, max(0.0, contacts.slip[i] * v))
+            la[i, 1] = -contacts.slip[i] * mu * limit
+        if mu < 0.0:
+            return False
+    return True
+
+
+@kernel
+def accelerate(n, n_c, contacts):
+    """work.du = M^-1 (h + W^T la) with the forces that are known."""
+    work, la = contacts.work, contacts.la
+    rhs, W, W_N = work.rhs, work.W, work.W_N
+    for j in range(n):
+        rhs[j] = 0.0
+    for i in range(n_c):
+        if contacts.kinds[i, 0] != GIVEN_FORCE and la[i, 0] != 0.0:
+            for j in range(n):
+                rhs[j] += W_N[i, j] * la[i, 0]
+        if la[i, 1] != 0.0:
+            b = work.start[i + 1] - 1
+            for j in range(n):
+                rhs[j] += W[b, j] * la[i, 1]
+    cholesky_solve(n, work.band, work.factor, rhs)
+    for j in range(n):
+        work.du[j] += rhs[j]
+
+
+@kernel
+def hold(n, n_stuck, contacts):
+    """The friction of the sticking contacts, A la_F = -(W_F u' + W_F' u + w_F'), added to la and to work.du."""
+    work, stuck, rhs = contacts.work, contacts.stuck, contacts.rhs
+    sticking_matrix(n, n_stuck, contacts)
+    for a in range(n_stuck):
+        b = work.start[stuck[a] + 1] - 1
+        total = contacts.rates[0, b]
+        for j in range(n):
+            total += work.W[b, j] * work.du[j]
+        rhs[a] = -total
+    share(n_stuck, contacts)
+    for a in range(n_stuck):
+        i = stuck[a]
+        contacts.la[i, 1] = rhs[a]
+        b = work.start[i + 1] - 1
+        for j in range(n):
+            work.du[j] += work.X[b, j] * rhs[a]
+
+
+@kernel
+def sticking_matrix(n, n_stuck, contacts):
+    """A = W_F M^-1 W_F^T of the sticking contacts."""
+    work, stuck, A, trial = contacts.work, contacts.stuck, contacts.A, contacts.work.trial
+    for a in range(n_stuck):
+        row = work.start[stuck[a] + 1] - 1
+        for j in range(n):
+            trial[j] = work.W[row, j]
+        cholesky_solve(n, work.band, work.factor, trial)
+        for j in range(n):
+            work.X[row, j] = trial[j]
+        for b in range(n_stuck):
+            other = work.start[stuck[b] + 1] - 1
+            total = 0.0
+            for j in range(n):
+                total += work.W[other, j] * trial[j]
+            A[b, a] = total
+
+
+@kernel
+def share(n_stuck, contacts):
+    """Overwrite rhs with the least solution of A la = rhs, by proximal iterations on (A + shift)."""
+    A, factor, rhs, residual = contacts.A, contacts.factor, contacts.rhs, contacts.residual
+    if n_stuck == 1:
+        rhs[0] /= A[0, 0]
+        return
+    shift = 0.0
+    for a in range(n_stuck):
+        shift += REGULARISATION * A[a, a]
+    for a in range(n_stuck):
+        A[a, a] += shift
+        residual[a] = rhs[a]
+        rhs[a] = 0.0
+    band = bandwidth(n_stuck, A)
+    cholesky(n_stuck, band, A, factor)
+    for _ in range(REFINEMENTS):
+        cholesky_solve(n_stuck, band, factor, residual)
+        for a in range(n_stuck):
+            rhs[a] += residual[a]
+            residual[a] *= shift  # (A + shift) x = r leaves r - A x = shift x

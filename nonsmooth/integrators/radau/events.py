@@ -1,0 +1,338 @@
+"""Events of an ordinary differential equation: where a function of the state falls through zero.
+
+An event function is positive while its mode lasts. It is watched at the stages of each step, and between them
+(radau/resolution.py): what falls and rises again within one step is found too. The first zero is enclosed by bisection
+of the collocation polynomial, and the step is then taken anew to that time and corrected by Newton's method, so that
+the state at the event has the order of the method, not that of the polynomial. The step that is left is watched in the
+same way: what dips before the event may lie between the stages of the longer one.
+
+A function that begins at zero, within its own tolerance, is *armed* only once it has been above it: what rounding
+leaves at the beginning of a mode is no event. What falls without having been armed is one where minus the tolerance is
+reached; at the beginning of a mode, at once. A negative tolerance says that the function jumps: its zero is where the
+polynomial of the step has it. The tolerance is that of rounding; the error between the stages may be
+larger, so what has fallen there must have fallen at the end of the shortened step too, or the step is tried again with
+a tenth of its length.
+Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.6; Shampine, Thompson,
+*Comput. Math. Appl.* 39 (2000) 43.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated as Array
+
+from nonsmooth.errors import Status
+from nonsmooth.integrators.radau.method import SAFETY, radau_interpolate, radau_shorten
+from nonsmooth.integrators.radau.resolution import (
+    BEGIN,
+    EXTRA,
+    PLACES,
+    forget_largest,
+    is_clear,
+    judge,
+    keep_end,
+    note_values,
+)
+from nonsmooth.integrators.radau.stages import EPS, RATES, C, Radau
+from nonsmooth.jit import Callback, kernel, rare_kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
+
+BISECTIONS = 50
+CORRECTIONS = 6
+NEAR = 0.1  # of the length of the step: a larger correction means that the polynomial was wrong
+SLOPE_STEP = 1e-3  # of the distance to the event: the difference that gives the slope of the event function
+NO_EVENT, TOO_LONG = -1, -2
+ROUNDINGS = 1000.0  # units of rounding that the tolerance of an event function stands for
+REDUCTION, MOST_REDUCTIONS = 0.1, 6  # of a step whose error hides the sign of an event function
+SHRINK, SHORTER, MOST_REFINEMENTS = 0.1, 0.3, 12  # of a step whose event functions are not resolved
+TINY = 1e6 * EPS  # step, relative to t, that is not refined any further
+LONGER = 2.0  # than the step before: such a step is looked into, whatever its stages say
+
+# event_values(address, model, p, context, t, x, out) -> Status writes E values, then their E tolerances
+event_values = Callback(RATES)
+
+
+class Found(Block):
+    """What was found in a step."""
+
+    which: int  # the event, NO_EVENT or TOO_LONG
+    is_immediate: int  # 1 where it lies at the beginning of the step
+    check_start: int  # 1 where a mode has just begun
+    handled: int  # the event that began it
+    reductions: int  # of a step whose error hides the sign of a function
+    refinements: int  # of a step whose functions are not resolved
+
+
+class Events(Block):
+    """What is known of the event functions, E of them."""
+
+    armed: Array[Ints, "n_events"]
+    is_gap: Array[Ints, "n_events"]  # of an open contact: what dips below zero by less than atol is no touch
+    floor: Array[Floats, "n_events"]  # what the rounding of its time left of an event that was handled
+    armed_before: Array[Ints, "n_events"]  # the same at the beginning of the step
+    floor_before: Array[Floats, "n_events"]
+    value: Array[Floats, "2 * n_events"]  # values and tolerances
+    sample: Array[Floats, 6, "n_events"]  # at the beginning of the step, its stages, and two places between
+    largest: Array[Floats, "n_events"]  # absolute values since the last event
+    longest: float  # step [s] by which the event functions are followed
+    x: Array[Floats, "n_x"]  # a state within the step
+    found: Found
+
+
+@kernel("int64(int64, int64, int64, float64[::1], int64, int64, int64)", short_loops=True)
+def locate_event(rates, functions, model, p, context, ode_at, events_block):
+    """Look for the first event within the step that was tried, and shorten the step to it.
+
+    found.which is the event, NO_EVENT, or TOO_LONG where a step is to be tried anew, shorter; found.is_immediate
+    tells that the event lies at the beginning of the step. Returns a Status.
+    """
+    ode, events = view(ode_at, Radau), view(events_block, Events)
+    found = events.found
+    found.which, found.is_immediate = NO_EVENT, 0
+    if found.check_start != 0:
+        status = look_at_start(functions, model, p, context, ode, events)
+        if status != Status.RUNNING or found.is_immediate != 0:
+            return status
+    keep_armed(events)
+    status = look_along(NO_EVENT, rates, functions, model, p, context, ode, events)
+    length = math.inf
+    while status == Status.RUNNING and found.which >= 0 and ode.clock.done < length:
+        length = ode.clock.done
+        status = look_before(found.which, rates, functions, model, p, context, ode, events)
+    found.check_start = 0
+    if found.which == TOO_LONG:
+        restore_armed(events)
+        return status
+    if found.which == NO_EVENT:
+        keep_end(events)
+    found.reductions, found.refinements = 0, 0
+    return status
+
+
+@kernel
+def look_at_start(functions, model, p, context, ode, events):
+    """Look for what has fallen where a mode begins, and begin to follow the functions; a Status."""
+    found = events.found
+    status = values_at_stage(-1, functions, model, p, context, ode, events)
+    if status != Status.RUNNING:
+        return status
+    forget_largest(events)
+    events.longest = math.inf
+    if found.handled != NO_EVENT:
+        events.floor[found.handled] = max(0.0, -events.value[found.handled])
+        found.handled = NO_EVENT
+    which, _ = first_fallen(events)
+    if which != NO_EVENT:
+        found.which = which
+        found.is_immediate = 1
+        return status
+    arm(events)
+    note_values(BEGIN, events.value, events)
+    return status
+
+
+@kernel
+def look_along(ending, rates, functions, model, p, context, ode, events):
+    """Look for the first fall within the step, at its stages and between them; at its end only where it is not known
+    to end with an event. A Status, and found.which as above."""
+    low = 0.0
+    for sample in range(3):
+        status = values_at_stage(sample, functions, model, p, context, ode, events)
+        if status != Status.RUNNING:
+            return status
+        which, _ = first_fallen(events)
+        if which != NO_EVENT and (sample < 2 or ending == NO_EVENT):
+            return shorten_to_event(rates, functions, model, p, context, low, C[sample], ode, events)
+        arm(events)
+        low = C[sample]
+        note_values(1 + sample, events.value, events)
+    was_armed = 0
+    if ending != NO_EVENT:  # which leaves no doubt: it falls there
+        was_armed = events.armed[ending]
+        events.armed[ending] = 0
+    if is_doubtful(ode, events):
+        status = look_between(rates, functions, model, p, context, ode, events)
+    else:
+        events.longest = LONGER * ode.clock.done
+    if ending != NO_EVENT:
+        events.armed[ending] = was_armed
+    return status
+
+
+@rare_kernel
+def look_before(ending, rates, functions, model, p, context, ode, events):
+    """Look for what falls in the step that was shortened to the event of a function, before it: the stages of the
+    longer step were too far apart to show it. What is not armed was looked at there: nearer to zero lies its rounding.
+    A Status, and found.which as above: the same event, with the same length of the step, if nothing does."""
+    found = events.found
+    found.which = NO_EVENT
+    for e in range(events.armed.shape[0]):
+        events.armed[e] = events.armed_before[e]
+        events.floor[e] = events.floor_before[e] if events.armed_before[e] == 1 else math.inf
+    status = look_along(ending, rates, functions, model, p, context, ode, events)
+    for e in range(events.armed.shape[0]):
+        if events.armed[e] == 0:
+            events.floor[e] = events.floor_before[e]
+    if found.which == NO_EVENT:
+        found.which = ending
+    return status
+
+
+@kernel
+def is_doubtful(ode, events):
+    """Whether a function may fall between the stages of the step."""
+    return ode.flags.has_dense == 0 or ode.clock.done > LONGER * ode.clock.step_old or not is_clear(events)
+
+
+@kernel
+def longest_step(events):
+    """The longest step [s] by which the event functions are followed, as far as is known."""
+    return events.longest if events.found.check_start == 0 else math.inf
+
+
+@rare_kernel
+def look_between(rates, functions, model, p, context, ode, events):
+    """Look for what falls between the stages, and whether it would be seen; a Status, and found.which as above."""
+    clock, found = ode.clock, events.found
+    for k in range(EXTRA, len(PLACES)):
+        status = values_at(PLACES[k], functions, model, p, context, ode, events)
+        if status != Status.RUNNING:
+            return status
+        note_values(k, events.value, events)
+    room, theta = judge(ode.atol[0], clock.rtol, events)
+    if theta < 1.0:
+        status = values_at(theta, functions, model, p, context, ode, events)
+        if status != Status.RUNNING:
+            return status
+        which, _ = first_fallen(events)
+        if which != NO_EVENT:
+            return shorten_to_event(rates, functions, model, p, context, 0.0, theta, ode, events)
+        room = 0.0
+    factor = SAFETY * room**0.25
+    if room >= 1.0 or found.refinements == MOST_REFINEMENTS or SHRINK * clock.done <= TINY * abs(clock.now):
+        events.longest = clock.done * max(1.0, factor)
+    else:
+        found.which = TOO_LONG
+        found.refinements += 1
+        events.longest = clock.done * min(SHORTER, max(SHRINK, factor))
+    return Status.RUNNING.value
+
+
+@kernel
+def values_at_stage(sample, functions, model, p, context, ode, events):
+    """The event functions at a stage of the step, or where it begins for sample = -1, to events.value; a Status."""
+    theta = C[sample] if sample >= 0 else 0.0
+    for i in range(ode.x.shape[0]):
+        events.x[i] = ode.x[i] + ode.Z[sample, i] if sample >= 0 else ode.x[i]
+    return event_values(functions, model, p, context, ode.clock.now + theta * ode.clock.done, events.x, events.value)
+
+
+@kernel
+def values_at(theta, functions, model, p, context, ode, events):
+    """The event functions within the step that was tried, to events.value; returns a Status."""
+    radau_interpolate(theta, ode, events.x)
+    t = ode.clock.now + theta * ode.clock.done
+    return event_values(functions, model, p, context, t, events.x, events.value)
+
+
+@kernel
+def first_fallen(events):
+    """(The first event function that fell, whether it was armed), or NO_EVENT; the unarmed ones come first."""
+    E = events.armed.shape[0]
+    which = NO_EVENT
+    for e in range(E):
+        if events.armed[e] == 0 and events.value[e] < -events.value[E + e] - events.floor[e]:
+            return e, False
+        if which == NO_EVENT and events.armed[e] != 0 and events.value[e] < 0.0:
+            which = e
+    return which, True
+
+
+@kernel
+def arm(events):
+    """Arm the functions that are above their tolerance."""
+    E = events.armed.shape[0]
+    for e in range(E):
+        if events.value[e] > events.value[E + e]:
+            events.armed[e] = 1
+            events.floor[e] = 0.0
+
+
+@kernel
+def keep_armed(events):
+    """Keep what is armed where the step begins."""
+    for e in range(events.armed.shape[0]):
+        events.armed_before[e] = events.armed[e]
+        events.floor_before[e] = events.floor[e]
+
+
+@kernel
+def restore_armed(events):
+    """What was armed later in a step that is taken anew was not yet where it began."""
+    for e in range(events.armed.shape[0]):
+        events.armed[e] = events.armed_before[e]
+        events.floor[e] = events.floor_before[e]
+
+
+@kernel
+def shorten_to_event(rates, functions, model, p, context, low, high, ode, events):
+    """Enclose the first zero in (low, high) of the step, take the step to it and correct it; returns a Status."""
+    clock, x, value = ode.clock, events.x, events.value
+    t, h = clock.now, clock.done
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if (high - low) * h <= EPS * abs(t) or high - low <= EPS * high:
+            break
+        radau_interpolate(middle, ode, x)
+        status = event_values(functions, model, p, context, t + middle * h, x, value)
+        if status != Status.RUNNING:
+            return status
+        which, _ = first_fallen(events)
+        if which != NO_EVENT:
+            high = middle
+        else:
+            low = middle
+    radau_interpolate(high, ode, x)
+    status = event_values(functions, model, p, context, t + high * h, x, value)
+    if status != Status.RUNNING:
+        return status
+    which, is_armed = first_fallen(events)
+    at_event = value[which]
+    level = 0.0 if is_armed else -value[events.armed.shape[0] + which] - events.floor[which]
+    radau_interpolate(high * (1.0 - SLOPE_STEP), ode, x)
+    status = event_values(functions, model, p, context, t + high * (1.0 - SLOPE_STEP) * h, x, value)
+    if status != Status.RUNNING:
+        return status
+    events.found.which = which
+    slope = (at_event - value[which]) / (SLOPE_STEP * high * h)
+    if value[events.armed.shape[0] + which] < 0.0:
+        slope = 0.0
+    status, is_met = correct(rates, functions, model, p, context, high * h, slope, which, level, ode, events)
+    is_refused = status != Status.RUNNING and status != Status.STEP_VANISHED
+    if not is_met and not is_refused and events.found.reductions < MOST_REDUCTIONS:
+        events.found.which = TOO_LONG  # the polynomial fell, the motion does not; or the shorter step was not solved
+        events.found.reductions += 1
+        clock.step = REDUCTION * h
+        return Status.RUNNING.value
+    return status
+
+
+@kernel
+def correct(rates, functions, model, p, context, length, slope, which, level, ode, events):
+    """Newton's method on the length of the step, until the event function has fallen to the level; each of its values
+    is from a step taken anew. Returns (Status, whether it falls there)."""
+    t = ode.clock.now
+    is_met = False
+    for _ in range(CORRECTIONS):
+        status = radau_shorten(rates, model, p, context, length, address(ode))
+        if status != Status.RUNNING:
+            return status, False
+        status = event_values(functions, model, p, context, t + length, ode.x_1, events.value)
+        if status != Status.RUNNING:
+            return status, False
+        change = (level - events.value[which]) / slope if slope < 0.0 else 0.0
+        is_met = abs(change) < NEAR * length
+        if abs(change) <= 4.0 * EPS * max(abs(t), length) or not is_met:
+            break
+        length += change
+    return Status.RUNNING.value, is_met

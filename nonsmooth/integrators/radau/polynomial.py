@@ -1,0 +1,111 @@
+"""The motion within a step: the velocities a polynomial of degree 4, the coordinates its integral.
+
+    u(t + theta h) = u_0 + sum_k B_k theta^k,    q(t + theta h) = q_0 + h (theta u_0 + sum_k B_k theta^(k+1)/(k+1))
+
+Three of its five conditions are the ends, u_0, u_1 and q_1. The other two are the accelerations at both ends (Hermite):
+then the error is of order 5 in h, as that of Radau IIA at the ends. Where the motion is stiffer than the step, an
+acceleration says nothing of the motion within it; the polynomial would pass the stages by more than their tolerance,
+and the collocation polynomial, of degree 3 through the stages, takes its place. It is of order 4 and damps as the
+method does. Each coordinate decides for itself. Impulses and works keep the collocation polynomial.
+Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.6.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated as Array
+
+from nonsmooth.integrators.radau.stages import DENSE, C
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats
+
+DEGREE = 4
+# Tolerances of a component by which the stages, of order 3, may lie beside the polynomial. In smooth motion they do by
+# a few: the error estimate of a step is of order 3 too.
+BESIDE = 10.0
+
+
+class StepsCounts(Block):
+    """Of the steps that were taken."""
+
+    n_steps: int
+    is_kept: int  # 1 where they are kept
+
+
+class Steps(Block, degree=DEGREE):
+    """Steps that a run took, m of them; the caller empties them. Where they are not kept, the last one alone."""
+
+    counts: StepsCounts
+    t: Array[Floats, "m"]  # beginnings
+    h: Array[Floats, "m"]  # lengths
+    q: Array[Floats, "m", "n"]  # at the beginning
+    u: Array[Floats, "m", "n"]
+    B: Array[Floats, "m", "degree", "n"]
+
+
+@kernel
+def begin_polynomial(t, n, ode, steps):
+    """Note the beginning of a step that is about to be accepted; B_1 = h u'_0."""
+    m = steps.counts.n_steps
+    h = ode.clock.done
+    steps.t[m], steps.h[m] = t, h
+    for i in range(n):
+        steps.q[m, i], steps.u[m, i] = ode.x[i], ode.x[n + i]
+        steps.B[m, 0, i] = h * ode.f_0[n + i]
+
+
+@kernel
+def end_polynomial(n, ode, steps):
+    """Find B from the end of the step, which has been accepted."""
+    m = steps.counts.n_steps
+    B, h = steps.B, steps.h[m]
+    for i in range(n):
+        u_0 = steps.u[m, i]
+        change = ode.x[n + i] - u_0
+        mean = (ode.x[i] - steps.q[m, i]) / h - u_0
+        first = B[m, 0, i]
+        total, area, slope = change - first, mean - 0.5 * first, h * ode.f_0[n + i] - first
+        B[m, 1, i] = 1.5 * slope - 12.0 * total + 30.0 * area
+        B[m, 2, i] = -4.0 * slope + 28.0 * total - 60.0 * area
+        B[m, 3, i] = 2.5 * slope - 15.0 * total + 30.0 * area
+        reach = BESIDE * ode.scale[n + i]
+        for s in range(2):
+            if not abs(polynomial(m, i, C[s], steps) - ode.Z[s, n + i]) <= reach:
+                collocate(m, i, change, mean, ode.Z[0, n + i], ode.Z[1, n + i], ode.Z[2, n + i], steps)
+                break
+    if steps.counts.is_kept != 0:
+        steps.counts.n_steps += 1
+
+
+@kernel
+def collocate(m, i, change, mean, Z_1, Z_2, Z_3, steps):
+    """The collocation polynomial; what the state was moved at the end of the step is spread over it."""
+    B = steps.B
+    area = 0.0
+    for k in range(3):
+        B[m, k, i] = DENSE[0][k] * Z_1 + DENSE[1][k] * Z_2 + DENSE[2][k] * Z_3
+        area += B[m, k, i] / (k + 2.0)
+    B[m, 3, i] = 0.0
+    moved = change - Z_3
+    bulge = 6.0 * (mean - area - 0.5 * moved)  # moved theta + bulge theta (1 - theta) has the area that is missing
+    B[m, 0, i] += moved + bulge
+    B[m, 1, i] -= bulge
+
+
+@kernel
+def polynomial(m, i, theta, steps):
+    """u_i - u_0 at t + theta h of step m."""
+    B = steps.B
+    return theta * (B[m, 0, i] + theta * (B[m, 1, i] + theta * (B[m, 2, i] + theta * B[m, 3, i])))
+
+
+@kernel
+def state_within(m, theta, steps, x):
+    """Write q and u at t + theta h of step m into the leading components of x."""
+    n, B, h = steps.q.shape[1], steps.B, steps.h[m]
+    for i in range(n):
+        area = 0.2 * B[m, 3, i]
+        area = 0.25 * B[m, 2, i] + theta * area
+        area = B[m, 1, i] / 3.0 + theta * area
+        area = 0.5 * B[m, 0, i] + theta * area
+        x[i] = steps.q[m, i] + theta * h * (steps.u[m, i] + theta * area)
+        x[n + i] = steps.u[m, i] + polynomial(m, i, theta, steps)

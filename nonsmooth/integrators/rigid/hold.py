@@ -1,0 +1,116 @@
+"""The constraints of the modes: what a step drifted from them is taken off, so that an acceleration is enough between.
+
+    min |q - q_1|_M  subject to  g_N = 0 (closed);    min |u - u_1|_M  subject to  gamma_N = 0, gamma_F = 0 (sticking)
+
+with the matrix of rigid/modes.py without friction; the rows of the velocities are those of the new positions. Source:
+Eich, *SIAM J. Numer. Anal.* 30 (1993) 1467; Hairer, Wanner, *Solving Ordinary Differential Equations II* (1996),
+section VII.2.
+"""
+
+from __future__ import annotations
+
+import math
+
+from nonsmooth.errors import Status
+from nonsmooth.integrators.moreau_jean.step import ROUNDING
+from nonsmooth.integrators.rigid.modes import (
+    closed_constraints,
+    factorise,
+    find_ratios,
+    list_equations,
+    longest,
+    rounded_length,
+    solve_equations,
+)
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.mechanics.system import GAP, ContactMode
+
+LINEARISATIONS = 4  # the drift of a step is small: each squares it
+
+
+@kernel
+def hold(model, p, t, x, with_friction, contacts):
+    """Move the state back onto the constraints of its modes, positions first; returns a Status.
+
+    A rebound that is given up (with_friction) is taken off with the friction that belongs to its impulse. The gaps are
+    written to the state.
+    """
+    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
+    if n_c == 0:
+        return Status.RUNNING
+    n_k, m = 0, 0
+    for _ in range(LINEARISATIONS):
+        status, n_k = closed_constraints(model, p, t, x, contacts)
+        if status != Status.RUNNING:
+            return status
+        m = list_equations(n_k, contacts)
+        if m > 0:
+            factorise(m, False, contacts)
+        if not move_positions(model, p, t, m, x, contacts):
+            return Status.NOT_FINITE
+        if not contacts.numbers.drift > rounded_length(n, contacts):
+            break
+    if m == 0:
+        return Status.RUNNING
+    if with_friction:
+        if not find_ratios(n_k, contacts):
+            return Status.NEGATIVE_FRICTION
+        factorise(m, True, contacts)
+    for e in range(m):
+        contacts.b[e] = -contacts.gamma[contacts.contact[e], contacts.part[e]]
+    solve_equations(m, contacts)
+    move(n, m, n, with_friction, x, contacts)
+    return Status.RUNNING
+
+
+@kernel
+def move_positions(model, p, t, m, x, contacts):
+    """Close the gaps of the closed contacts by one linearisation, and write all gaps; False if one is not finite."""
+    work, has = contacts.work, contacts.facts.has
+    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
+    contacts.numbers.drift = 0.0
+    if has & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
+        return False
+    for i in range(n_c):
+        if not math.isfinite(work.g_N[i]):
+            return False
+        x[2 * n + i] = work.g_N[i]
+    for e in range(m):
+        i = contacts.contact[e]
+        contacts.b[e] = 0.0
+        if contacts.part[e] == 0:
+            x[2 * n + i] = 0.0
+            gap = abs(work.g_N[i])
+            contacts.numbers.drift = max(contacts.numbers.drift, gap)
+            if gap > ROUNDING * longest(n, contacts):
+                contacts.b[e] = -work.g_N[i]
+    if contacts.numbers.drift > 0.0:
+        solve_equations(m, contacts)
+        move(n, m, 0, False, x, contacts)
+    return True
+
+
+@kernel
+def move(n, m, first, with_friction, x, contacts):
+    """Add the columns of the equations, times z, to the coordinates (first = 0) or the velocities (first = n) of x.
+
+    A velocity that cancels to rounding becomes exactly 0. With friction z are impulses, and booked.
+    """
+    work, n_c = contacts.work, contacts.kinds.shape[0]
+    for j in range(n):
+        total, size = x[first + j], abs(x[first + j])
+        for e in range(m):
+            i, a = contacts.contact[e], contacts.row[e]
+            part = work.X[a, j] * contacts.z[e]
+            if with_friction and contacts.mode[i] == ContactMode.SLIDE:
+                part += work.X[a + 1, j] * contacts.ratio[i] * contacts.z[e]
+            total += part
+            size += abs(part)
+        x[first + j] = 0.0 if first > 0 and abs(total) <= ROUNDING * size < math.inf else total
+    if not with_friction:
+        return
+    for e in range(m):
+        i, z = contacts.contact[e], contacts.z[e]
+        x[2 * n + n_c + contacts.part[e] * n_c + i] += z
+        if contacts.mode[i] == ContactMode.SLIDE:
+            x[2 * n + 2 * n_c + i] += contacts.ratio[i] * z

@@ -1,0 +1,138 @@
+"""The contact problem at acceleration level, at one state.
+
+    dgamma/dt = G la + b,    G = W M^-1 W^T,    b = W M^-1 h + W' u + w'
+
+It is the problem of ``contact_problem`` with the state in place of the mid-point, a unit step and the rates of the rows
+in place of the velocities: a paradox is judged by the very problem that is integrated. Source: Glocker, *Set-Valued
+Force Laws* (2001), chapter 5.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.errors import Status
+from nonsmooth.jit import call_model, kernel
+from nonsmooth.mechanics.contact_problem import (
+    DAMPING_BY_DIFFERENCES,
+    ROWS_ARE_CONSTANT,
+    ROWS_READ_T,
+    STIFFNESS_BY_DIFFERENCES,
+    SURFACES_ARE_CONSTANT,
+    apply_inverse,
+    delassus,
+    evaluate_rows,
+    factor_mass,
+    row_velocities,
+    smooth_step,
+    stack_rows,
+)
+from nonsmooth.mechanics.system import DAMPING, GIVEN_FORCE, ROW_RATES, STIFFNESS
+
+IMPLICIT = 1 << DAMPING | 1 << STIFFNESS | DAMPING_BY_DIFFERENCES | STIFFNESS_BY_DIFFERENCES
+# W' u is a fourth-order difference over the time in which the fastest coordinate moves by this much: truncation
+# (1e-4)^4 / 30 and rounding 1e-16 / 1e-4 both stay below 1e-11 of W' u where rows vary over a unit of the coordinates.
+# Where rows or surfaces move with the time it is no more than so many seconds: a slow body says nothing of a table.
+DIFFERENCE = 1e-4
+
+
+@kernel
+def acceleration_problem(model, has, t, n, q, u, p, n_k, kinds, rates, work):
+    """Fill work.W, work.G and work.c = b for the contacts listed in work.closed; returns (Status, rows).
+
+    ``rates`` is scratch of shape (4, r), r the number of rows.
+    """
+    for i in range(n):
+        work.q_mid[i] = q[i]
+    explicit = has & ~IMPLICIT
+    status = smooth_step(model, explicit, True, t, 1.0, 0.5, n, u, p, work)
+    if status != Status.RUNNING:
+        return status, 0
+    if not find_row_rates(model, has, row_shift(has, n, u), t, n, q, u, p, n_k, kinds, rates, work):
+        return Status.NOT_FINITE, 0
+    for i in range(n):
+        work.q_mid[i] = q[i]
+    if not evaluate_rows(model, has, True, t, u, p, work):
+        return Status.NOT_FINITE, 0
+    r = stack_rows(n, n_k, kinds, u, work)
+    apply_inverse(explicit, n, work, r)
+    for k in range(r):
+        work.gamma_0[k] = rates[0, k]
+    delassus(n, r, work)
+    return Status.RUNNING if is_finite(n, r, work) else Status.NOT_FINITE, r
+
+
+@kernel
+def constraint_problem(model, has, t, n, q, u, p, n_k, kinds, work):
+    """Fill work.W, work.X, work.G and the velocities work.gamma_0 for the contacts listed in work.closed: what the
+    constraints ask of a state, without forces; returns (Status, rows)."""
+    for i in range(n):
+        work.q_mid[i] = q[i]
+    explicit = has & ~IMPLICIT
+    status = factor_mass(model, explicit, True, t, n, u, p, work)
+    if status != Status.RUNNING:
+        return status, 0
+    if not evaluate_rows(model, has, True, t, u, p, work):
+        return Status.NOT_FINITE, 0
+    r = stack_rows(n, n_k, kinds, u, work)
+    apply_inverse(explicit, n, work, r)
+    for i in range(n):
+        work.du[i] = 0.0
+    delassus(n, r, work)
+    return Status.RUNNING if is_finite(n, r, work) else Status.NOT_FINITE, r
+
+
+@kernel
+def is_finite(n, r, work):
+    """Whether the accelerations without contact, G and b are: a comparison with NaN would decide on a mode."""
+    total = 0.0
+    for i in range(n):
+        total += 0.0 * work.du[i]
+    for a in range(r):
+        total += 0.0 * work.c[a]
+        for e in range(r):
+            total += 0.0 * work.G[a, e]
+    return total == 0.0
+
+
+@kernel
+def row_shift(has, n, u):
+    """The time e over which rows are told apart [s]."""
+    fastest = 1.0 if has & ROWS_READ_T else 0.0
+    for i in range(n):
+        fastest = max(fastest, abs(u[i]))
+    return DIFFERENCE / fastest if fastest > 0.0 else DIFFERENCE
+
+
+@kernel
+def find_row_rates(model, has, e, t, n, q, u, p, n_k, kinds, rates, work):
+    """rates[0, :r] = W' u + w' of the listed contacts, from the model or by differences along q + e u, to 2 e on each
+    side; 0 where neither rows nor surfaces change."""
+    if has & (1 << ROW_RATES):
+        if not call_model(model, ROW_RATES, t, q, u, p, work.rates):
+            return False
+        r = 0
+        for k in range(n_k):
+            i = work.closed[k]
+            if kinds[i, 0] != GIVEN_FORCE:
+                rates[0, r] = work.rates[i, 0]
+                r += 1
+            for axis in range(kinds[i, 1]):
+                rates[0, r] = work.rates[i, 1 + axis]
+                r += 1
+        return True
+    for m in range(rates.shape[1]):
+        rates[0, m] = 0.0
+    if has & ROWS_ARE_CONSTANT and has & SURFACES_ARE_CONSTANT:
+        return True
+    r = 0
+    for k in range(4):
+        offset = (-2.0 * e, -e, e, 2.0 * e)[k]
+        for i in range(n):
+            work.q_mid[i] = q[i] + offset * u[i]
+        if not evaluate_rows(model, has, True, t + offset, u, p, work):
+            return False
+        r = row_velocities(n, n_k, kinds, u, work)
+        for m in range(r):
+            rates[k, m] = work.gamma_0[m]
+    for m in range(r):
+        rates[0, m] = (rates[0, m] - 8.0 * rates[1, m] + 8.0 * rates[2, m] - rates[3, m]) / (12.0 * e)
+    return True

@@ -1,0 +1,132 @@
+"""Rows that a model leaves out: the gradient of its gaps, and their rate with time.
+
+    W_N[:, j] = dg_N/dq_j,    w_N = dg_N/dt
+
+by dual numbers, exact to rounding (numerics/dual.py), where the gap can be rewritten for them
+(numerics/continuation.py); else by differences of eighth order,
+
+    f' = (672 (f_1 - f_-1) - 168 (f_2 - f_-2) + 32 (f_3 - f_-3) - 3 (f_4 - f_-4))/(840 e) + e^8 f^(9)/630
+
+with e = 2^-11 of a unit: of a gap that varies over a length L the error is (e/L)^8/630 of the row, 1e-13 of it at
+L = 10 mm, and rounding 1e-12 of the gap a unit. Source: Fornberg, *Math. Comp.* 51 (1988) 699.
+What is made are plain functions of the model's own form: they compile like those that a user wrote.
+"""
+
+from __future__ import annotations
+
+import functools
+import types
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.jit import identity
+from nonsmooth.jit.fingerprint import LooseSurvey
+from nonsmooth.jit.watch import Watch
+from nonsmooth.numerics.complex_step import complexified
+from nonsmooth.numerics.continuation import CannotContinue, continued
+
+H = 1e-30  # what stands for h: h^2 lies below the rounding of any quantity
+E = 2.0**-11
+WEIGHTS = (672.0 / 840.0, -168.0 / 840.0, 32.0 / 840.0, -3.0 / 840.0)  # of f_k - f_-k
+
+# What the functions below read under these names is put there by ``bound``.
+n_q, n_c = 1, 1
+
+
+def gap(t, q, p, g_N):
+    """The model's gap."""
+
+
+def dual_normal(t, q, p, W_N):
+    z, g = np.zeros(n_q, np.complex128), np.zeros(n_c, np.complex128)
+    for j in range(n_q):
+        for k in range(n_q):
+            z[k] = q[k]
+        z[j] = complex(q[j], H)
+        for i in range(n_c):
+            g[i] = 0.0
+        gap(t, z, p, g)
+        for i in range(n_c):
+            W_N[i, j] = g[i].imag / H
+
+
+def dual_gap_rate(t, q, p, w_N):
+    g = np.zeros(n_c, np.complex128)
+    gap(complex(t, H), q, p, g)
+    for i in range(n_c):
+        w_N[i] = g[i].imag / H
+
+
+def difference_normal(t, q, p, W_N):
+    z, g = q.copy(), np.zeros(n_c, q.dtype)
+    for j in range(n_q):
+        for k in range(8):
+            place = (k + 2) // 2 * (1 - 2 * (k % 2))  # 1, -1, 2, -2, ...
+            z[j] = q[j] + place * E
+            for i in range(n_c):
+                g[i] = 0.0
+            gap(t, z, p, g)
+            for i in range(n_c):
+                W_N[i, j] += (1 - 2 * (k % 2)) * WEIGHTS[k // 2] * g[i] / E
+        z[j] = q[j]
+
+
+def difference_gap_rate(t, q, p, w_N):
+    g = np.zeros(n_c, w_N.dtype)
+    for k in range(8):
+        place = (k + 2) // 2 * (1 - 2 * (k % 2))
+        for i in range(n_c):
+            g[i] = 0.0
+        gap(t + place * E, q, p, g)
+        for i in range(n_c):
+            w_N[i] += (1 - 2 * (k % 2)) * WEIGHTS[k // 2] * g[i] / E
+
+
+def derived(name: str, function: Callable, size: tuple[int, int]) -> Callable:
+    """``normal`` or ``gap_rate`` of a gap function, ``size`` = (n_q, n_c).
+
+    Its attribute ``derived_from`` is the gap; ``continuation`` the same for complex arguments, by differences;
+    ``by_differences`` the same for a compiler that refuses dual numbers.
+    """
+    try:
+        seen = identity(function)  # with the constants that it reads now
+    except Exception:  # what has no code
+        seen = b""
+    return _derived(name, function, size, seen)
+
+
+def watch_on(function: Callable) -> Watch:
+    """On what a gap reads: the functions that are derived from it hold the values of now."""
+    survey = LooseSurvey(function)
+    try:
+        survey.value(function, "")
+    except Exception:  # what has no code
+        return Watch()
+    return survey.watch
+
+
+@functools.lru_cache(maxsize=256)
+def _derived(name: str, function: Callable, size: tuple[int, int], seen: bytes) -> Callable:
+    exact, rough = FORMS[name]
+    by_differences = bound(rough, function, size)
+    try:
+        made = bound(exact, continued(function), size)
+    except CannotContinue:
+        made = by_differences
+    continuation = bound(rough, complexified(function), size)
+    for form in (made, by_differences):
+        vars(form).update(derived_from=function, continuation=continuation, by_differences=by_differences)
+    return made
+
+
+FORMS = {"normal": (dual_normal, difference_normal), "gap_rate": (dual_gap_rate, difference_gap_rate)}
+
+
+def bound(form: Any, function: Callable, size: tuple[int, int]) -> Any:
+    """One of the functions above for a gap and its sizes."""
+    scope = {"n_q": size[0], "n_c": size[1], "gap": function, "H": H, "E": E, "WEIGHTS": WEIGHTS, "np": np}
+    made = types.FunctionType(form.__code__, scope, form.__name__)
+    made.__module__ = __name__
+    return made

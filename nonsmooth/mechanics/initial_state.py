@@ -1,0 +1,181 @@
+"""The initial state: which contacts are closed and stuck, what is inadmissible, and the nearest admissible state.
+
+    min |u - u_0|_M  subject to  gamma_N >= 0 on the closed contacts  (= 0 for bilateral ones)
+
+is a quadratic programme in the mass metric, and so is the one that removes a penetration; both go to qpsolvers.
+Source: Moreau (1988), section 5; Boyd, Vandenberghe, *Convex Optimization* (2004), section 4.4.
+"""
+
+from __future__ import annotations
+
+import weakref
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_vector
+from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.mechanics.compiled import Model
+from nonsmooth.mechanics.system import (
+    BILATERAL,
+    GAP,
+    GAP_RATE,
+    GIVEN_FORCE,
+    MASS,
+    NORMAL,
+    SURFACE_VELOCITY,
+    TANGENT,
+    ContactMode,
+    System,
+    evaluate,
+)
+from nonsmooth.numerics.quadratic_program import minimise
+
+# A gap or a velocity is zero within this part of the state's own scale: about the square root of the rounding unit, so
+# that states typed with eight digits count as consistent.
+CONSISTENT = 1e-7
+PROJECTIONS = 20  # linearisations of the gap
+
+_sound: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose constant mass matrix has been checked
+
+
+def as_state(name: str, value: Any, system: System) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates and velocities given as a pair, or `InvalidInput`."""
+    if not isinstance(value, tuple | list) or len(value) != 2:
+        raise InvalidInput(f"{name} must be a pair (q0, u0); got {shown(value)}")
+    return as_vector(f"{name}[0]", value[0], system.n_q), as_vector(f"{name}[1]", value[1], system.n_u)
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """What is known of a state: modes of the contacts, and what is wrong with it."""
+
+    mode: np.ndarray  # (n_c,) ContactMode
+    slip: np.ndarray  # (n_c,)
+    message: str
+
+    @property
+    def is_admissible(self) -> bool:
+        """Whether there is nothing to say of it."""
+        return not self.message
+
+
+def examine_state(system: System, model: Model, has: int, t: float, q: np.ndarray, u: np.ndarray) -> InitialState:
+    """Modes at the start, and a sentence on penetration and inconsistent velocities if there is any."""
+    n_c = system.n_c
+    mode, slip = np.zeros(n_c, np.int64), np.zeros(n_c, np.int64)
+    check_mass(system, t, q, u)
+    if n_c == 0:
+        return InitialState(mode, slip, "")
+    g_N, gamma_N, gamma_F = (values.tolist() for values in contact_state(system, t, q, u))
+    length, speed, surface = _largest(q.tolist()), _largest(u.tolist()), _largest(gamma_F)
+    wrong = []
+    for i, (kind, d) in enumerate(system.kinds.tolist()):
+        if kind != GIVEN_FORCE:
+            if kind == BILATERAL and abs(g_N[i]) > CONSISTENT * max(length, 1e-300):
+                wrong.append(f"the bilateral contact {i} has the gap {g_N[i]:g} m, which must be 0")
+            elif g_N[i] < -CONSISTENT * length:
+                wrong.append(f"contact {i} penetrates by {-g_N[i]:g} m")
+            if kind == BILATERAL and abs(gamma_N[i]) > CONSISTENT * max(speed, surface):
+                wrong.append(f"the bilateral contact {i} has the normal velocity {gamma_N[i]:g} m/s, which must be 0")
+            is_closed = kind == BILATERAL or g_N[i] <= CONSISTENT * length
+            is_parting = kind != BILATERAL and gamma_N[i] > CONSISTENT * speed
+            is_landing = kind != BILATERAL and gamma_N[i] < -CONSISTENT * speed
+            if not is_closed or is_parting or is_landing:
+                continue
+        if d == 0:
+            mode[i] = ContactMode.LOCKED
+        elif abs(gamma_F[i]) <= CONSISTENT * max(speed, surface):
+            mode[i] = ContactMode.STICK
+        else:
+            mode[i] = ContactMode.SLIDE
+            slip[i] = 1 if gamma_F[i] > 0.0 else -1
+    message = f"the initial state is not admissible: {'; '.join(wrong)}. project=True moves it." if wrong else ""
+    return InitialState(mode, slip, message)
+
+
+def _largest(values: list[float]) -> float:
+    return max(map(abs, values), default=0.0)
+
+
+def contact_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """g_N (n_c,), gamma_N (n_c,) and gamma_F (n_c,) at a state; zero where a contact has no such row."""
+    gaps = evaluate(system, GAP, t, q, u)
+    gamma_N = evaluate(system, NORMAL, t, q, u) @ u + evaluate(system, GAP_RATE, t, q, u)
+    if system.d == 0:
+        return gaps, gamma_N, np.zeros(system.n_c)
+    gamma_F = evaluate(system, TANGENT, t, q, u)[:, 0, :] @ u + evaluate(system, SURFACE_VELOCITY, t, q, u)[:, 0]
+    return gaps, gamma_N, gamma_F
+
+
+def check_mass(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Raise unless the mass matrix is finite, symmetric and positive definite; once where it is constant."""
+    if system in _sound:
+        return
+    M = evaluate(system, MASS, t, q, u)
+    if not np.isfinite(M).all():
+        return  # the loop names the function
+    if (np.abs(M - M.T) > 1e-10 * np.abs(M).max()).any():
+        raise InvalidInput(f"the mass matrix must be symmetric; mass wrote {M.tolist()} at t = {t:g}")
+    try:
+        np.linalg.cholesky(M)
+    except np.linalg.LinAlgError:
+        raise InvalidInput(
+            f"the mass matrix must be positive definite; mass wrote {M.tolist()} at t = {t:g}: check its parameters"
+        ) from None
+    if not system.reads(MASS, "t") and not system.reads(MASS, "q"):
+        _sound.add(system)
+
+
+def project_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The nearest admissible state in the mass metric."""
+    for _ in range(PROJECTIONS):
+        rows, gaps, equality = _normal_rows(system, t, q, u, np.inf)
+        violation = np.where(equality, np.abs(gaps), np.maximum(0.0, -gaps)).max(initial=0.0)
+        if violation <= 1e-14 * np.abs(q).max(initial=0.0):
+            break
+        q = q + _nearest(evaluate(system, MASS, t, q, u), rows, -gaps, equality)
+    rows, _, equality = _normal_rows(system, t, q, u, CONSISTENT * np.abs(q).max(initial=0.0))
+    rates = evaluate(system, GAP_RATE, t, q, u)[_selected(system, t, q, u, CONSISTENT * np.abs(q).max(initial=0.0))]
+    return q, u + _nearest(evaluate(system, MASS, t, q, u), rows, -(rows @ u + rates), equality)
+
+
+def _selected(system: System, t: float, q: np.ndarray, u: np.ndarray, reach: float) -> np.ndarray:
+    gaps = evaluate(system, GAP, t, q, u)
+    kinds = system.kinds[:, 0]
+    return (kinds == BILATERAL) | ((kinds != GIVEN_FORCE) & (gaps <= reach))
+
+
+def _normal_rows(
+    system: System, t: float, q: np.ndarray, u: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """W_N, g_N and whether equality holds, of the contacts with g_N <= reach."""
+    taken = _selected(system, t, q, u, reach)
+    gaps = evaluate(system, GAP, t, q, u)[taken]
+    return evaluate(system, NORMAL, t, q, u)[taken], gaps, system.kinds[taken, 0] == BILATERAL
+
+
+def _nearest(M: np.ndarray, W: np.ndarray, bound: np.ndarray, equality: np.ndarray) -> np.ndarray:
+    """argmin x.M x / 2 subject to W x >= bound (= bound where equality holds)."""
+    if len(bound) == 0 or not np.abs(bound).max() > 0:
+        return np.zeros(len(M))
+    size = np.abs(bound).max() / np.abs(W).max()
+    mass = np.abs(M).max()
+    rows = np.abs(W).max(axis=1)
+    G, h = -W[~equality] / rows[~equality, None], -bound[~equality] / (rows[~equality] * size)
+    A, b = W[equality] / rows[equality, None], bound[equality] / (rows[equality] * size)
+    x = minimise(M / mass, np.zeros(len(M)), G, h, A, b)
+    if x is None:
+        raise InvalidInput("no admissible state is near the initial one: the closed contacts exclude each other")
+    return _on_active_rows(M, W, bound, equality, x * size)
+
+
+def _on_active_rows(M: np.ndarray, W: np.ndarray, bound: np.ndarray, equality: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """The same minimum with the active rows solved exactly: osqp's answer is good to 1e-9 of its scale only."""
+    slack = W @ x - bound
+    active = equality | (slack <= 1e-6 * np.abs(bound).max())
+    W_a = W[active]
+    G = W_a @ np.linalg.solve(M, W_a.T)
+    multipliers = np.linalg.lstsq(G, bound[active], rcond=1e-12)[0]
+    return np.linalg.solve(M, W_a.T @ multipliers)

@@ -1,0 +1,208 @@
+"""Friction laws mu(v), v = |gamma_F| >= 0, and restitution.
+
+Every law is a row of numbers, ``[code, c_0 .. c_4]``, so that one compiled loop serves them all and a sweep over a
+coefficient never recompiles. A coefficient given as a string is the name of a parameter of the system.
+
+    CONSTANT        mu(v) = mu
+    STATIC_KINETIC  mu(0) = mu_s (limit of sticking),   mu(v > 0) = mu_k
+    POLYNOMIAL      mu(v) = m0 - m1 v + m3 v^3
+    STRIBECK        mu(v) = mu_k + (mu_s - mu_k) exp(-(v / v_s)^delta) + m_v v
+    SMOOTHED        mu(v) = m0 (1 - exp(-r v)) - m1 v + m3 v^3,   mu(0) = 0: no sticking
+
+Sources: the polynomial and the smoothed law are those of the mass on a conveyor (negative damping); Stribeck's curve as
+in Armstrong-Hélouvry, Dupont, Canudas de Wit, *Automatica* 30 (1994) 1083, eq. (4).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from enum import IntEnum
+from typing import ClassVar
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_fraction, as_non_negative, as_number, as_positive
+from nonsmooth.errors import UnknownName, nearest
+from nonsmooth.jit import kernel
+
+CONSTANT, STATIC_KINETIC, POLYNOMIAL, STRIBECK, SMOOTHED = 0, 1, 2, 3, 4
+
+LAW_E_N, LAW_E_F, LAW_CODE, LAW_C = 0, 1, 2, 3  # columns of a contact's row of laws
+LAW_IMPACT = 8
+LAW_WIDTH = 9
+
+Coefficient = float | str
+
+
+class ImpactLaw(IntEnum):
+    """How an impact ends: which quantity the coefficient e is a ratio of."""
+
+    NEWTON = 0  # velocities
+    POISSON = 1  # impulses
+    ENERGETIC = 2  # works, e^2
+
+
+IMPACT_LAWS = {law.name.lower(): law for law in ImpactLaw}
+
+
+@dataclass(frozen=True)
+class FrictionLaw:
+    """A friction law; use one of its subclasses."""
+
+    code: ClassVar[int]
+
+    def __post_init__(self) -> None:
+        if any(isinstance(getattr(self, field.name), str) for field in fields(self)):
+            return  # checked by the system that has the parameters
+        self.check(self.coefficients({}))
+
+    def coefficients(self, parameters: Mapping[str, float]) -> list[float]:
+        """The numbers of the law, parameter names replaced by their values."""
+        return [resolve(field.name, getattr(self, field.name), parameters) for field in fields(self)]
+
+    def check(self, values: list[float]) -> None:
+        """Raise `InvalidInput` when a resolved coefficient is out of range."""
+        for field, value in zip(fields(self), values, strict=True):
+            as_number(field.name, value)
+
+
+@dataclass(frozen=True)
+class Coulomb(FrictionLaw):
+    """Constant friction coefficient mu >= 0."""
+
+    mu: Coefficient
+    code = CONSTANT
+
+    def check(self, values: list[float]) -> None:
+        """Raise `InvalidInput` for coefficients that break a rule."""
+        as_non_negative("mu", values[0])
+
+
+@dataclass(frozen=True)
+class StaticKinetic(FrictionLaw):
+    """A contact that sticks holds up to mu_s; one that slides is braked by mu_k <= mu_s."""
+
+    mu_s: Coefficient
+    mu_k: Coefficient
+    code = STATIC_KINETIC
+
+    def check(self, values: list[float]) -> None:
+        """Raise `InvalidInput` for coefficients that break a rule."""
+        as_non_negative("mu_k", values[1])
+        as_non_negative("mu_s - mu_k", values[0] - values[1])
+
+
+@dataclass(frozen=True)
+class Polynomial(FrictionLaw):
+    """mu(v) = m0 - m1 v + m3 v^3, with m1 in s/m and m3 in s^3/m^3. A negative mu(v) met in a run is an error."""
+
+    m0: Coefficient
+    m1: Coefficient = 0.0
+    m3: Coefficient = 0.0
+    code = POLYNOMIAL
+
+    def check(self, values: list[float]) -> None:
+        """Raise `InvalidInput` for coefficients that break a rule."""
+        as_non_negative("m0", values[0])
+        super().check(values)
+
+
+@dataclass(frozen=True)
+class Stribeck(FrictionLaw):
+    """mu(v) = mu_k + (mu_s - mu_k) exp(-(v/v_s)^delta) + m_v v, with v_s in m/s and m_v in s/m."""
+
+    mu_s: Coefficient
+    mu_k: Coefficient
+    v_s: Coefficient
+    delta: Coefficient = 1.0
+    m_v: Coefficient = 0.0
+    code = STRIBECK
+
+    def check(self, values: list[float]) -> None:
+        """Raise `InvalidInput` for coefficients that break a rule."""
+        as_non_negative("mu_s", values[0])
+        as_non_negative("mu_k", values[1])
+        as_positive("v_s", values[2], "m/s")
+        as_positive("delta", values[3])
+        as_number("m_v", values[4])
+
+
+@dataclass(frozen=True)
+class Smoothed(FrictionLaw):
+    """mu(v) = m0 (1 - exp(-r v)) - m1 v + m3 v^3, with r in s/m. Without a jump at v = 0 there is no sticking."""
+
+    m0: Coefficient
+    r: Coefficient
+    m1: Coefficient = 0.0
+    m3: Coefficient = 0.0
+    code = SMOOTHED
+
+    def check(self, values: list[float]) -> None:
+        """Raise `InvalidInput` for coefficients that break a rule."""
+        as_non_negative("m0", values[0])
+        as_positive("r", values[1], "s/m")
+        super().check(values)
+
+
+def resolve(name: str, value: Coefficient, parameters: Mapping[str, float]) -> float:
+    """A coefficient's number: itself, or the parameter it names."""
+    if isinstance(value, str):
+        if value not in parameters:
+            raise UnknownName(f"{name} refers to the parameter {value!r}, which does not exist; "
+                              + nearest(value, parameters))  # fmt: skip
+        return float(parameters[value])
+    return as_number(name, value)
+
+
+def as_law(mu: Coefficient | FrictionLaw) -> FrictionLaw:
+    """The law itself, or that of a constant coefficient."""
+    return mu if isinstance(mu, FrictionLaw) else Coulomb(mu)
+
+
+def law_row(
+    law: FrictionLaw, e_N: Coefficient, e_F: Coefficient, impact: str, parameters: Mapping[str, float]
+) -> np.ndarray:
+    """One contact's laws as the row of numbers that the kernels read."""
+    row = np.zeros(LAW_WIDTH)
+    row[LAW_E_N] = as_fraction("e_N", resolve("e_N", e_N, parameters))
+    row[LAW_E_F] = as_fraction("e_F", resolve("e_F", e_F, parameters))
+    row[LAW_CODE] = law.code
+    row[LAW_IMPACT] = IMPACT_LAWS[impact]
+    coefficients = law.coefficients(parameters)
+    law.check(coefficients)
+    row[LAW_C : LAW_C + len(coefficients)] = coefficients
+    return row
+
+
+@kernel
+def friction_coefficient(laws, i, v):
+    """mu(v) of contact i at the sliding speed v > 0 (or its limit v -> 0)."""
+    code = laws[i, LAW_CODE]
+    a = laws[i, LAW_C]
+    b = laws[i, LAW_C + 1]
+    if code == CONSTANT:
+        return a
+    if code == STATIC_KINETIC:
+        return b
+    c = laws[i, LAW_C + 2]
+    if code == POLYNOMIAL:
+        return a + v * (c * v * v - b)
+    if code == STRIBECK:
+        return b + (a - b) * math.exp(-((v / c) ** laws[i, LAW_C + 3])) + laws[i, LAW_C + 4] * v
+    return a * (1.0 - math.exp(-b * v)) + v * (laws[i, LAW_C + 3] * v * v - c)
+
+
+@kernel
+def static_coefficient(laws, i):
+    """Largest |P_F| / P_N that contact i holds while it sticks; zero where the law has no sticking."""
+    if laws[i, LAW_CODE] == STATIC_KINETIC:
+        return laws[i, LAW_C]
+    return friction_coefficient(laws, i, 0.0)
+
+
+@kernel
+def depends_on_speed(laws, i):
+    """Whether mu(v) of contact i varies with the sliding speed."""
+    return laws[i, LAW_CODE] >= POLYNOMIAL

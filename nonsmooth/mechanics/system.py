@@ -1,0 +1,501 @@
+"""The mechanical system: plain functions, parameters, contacts.
+
+Equation of motion, with q' = u:
+
+    M(t, q) du = h(t, q, u) dt + W_N^T dP_N + W_F^T dP_F
+    gamma_N = W_N u + w_N,    gamma_F = W_F u + w_F
+
+Source: Moreau, *Unilateral contact and dry friction in finite freedom dynamics* (1988); Glocker, *Set-Valued Force
+Laws* (2001). The symbols are those of docs/notation.md.
+"""
+
+from __future__ import annotations
+
+import dis
+import functools
+import inspect
+import types
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, replace
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_count, as_flag, as_fraction, as_instance, as_name
+from nonsmooth.checks.parameters import changed, numeric_fields, parameter_tuple
+from nonsmooth.errors import InvalidInput, said_by, shown
+from nonsmooth.jit.fingerprint import LooseSurvey
+from nonsmooth.jit.watch import MISSING, Watch
+from nonsmooth.mechanics.derived_rows import derived, watch_on
+from nonsmooth.mechanics.laws import (
+    IMPACT_LAWS,
+    LAW_IMPACT,
+    LAW_WIDTH,
+    Coefficient,
+    FrictionLaw,
+    ImpactLaw,
+    as_law,
+    law_row,
+)
+
+# The model functions, in the order of the ``which`` argument of the compiled model.
+MASS, FORCE, GAP, NORMAL, TANGENT, SURFACE_VELOCITY, GAP_RATE, ROW_RATES = range(8)
+STIFFNESS, DAMPING, POTENTIAL, NORMAL_FORCE = range(8, 12)
+
+TAKES_U = {FORCE, ROW_RATES, STIFFNESS, DAMPING, NORMAL_FORCE}
+FUNCTION_NAMES = {
+    "mass": MASS,
+    "force": FORCE,
+    "gap": GAP,
+    "normal": NORMAL,
+    "tangent": TANGENT,
+    "surface_velocity": SURFACE_VELOCITY,
+    "gap_rate": GAP_RATE,
+    "row_rates": ROW_RATES,
+    "stiffness": STIFFNESS,
+    "damping": DAMPING,
+    "potential": POTENTIAL,
+    "normal_force": NORMAL_FORCE,
+}
+
+UNILATERAL, BILATERAL, GIVEN_FORCE = 0, 1, 2  # kinds of contact
+
+
+class ContactMode(IntEnum):
+    """What a contact does during a step. The direction of sliding is kept apart, in ``Solution.slip``."""
+
+    OPEN = 0  # no impulse
+    STICK = 1  # gamma_N = 0, gamma_F = 0
+    SLIDE = 2  # gamma_N = 0, friction at its limit
+    LOCKED = 3  # gamma_N = 0 and no friction in the contact's law
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One contact of a system.
+
+    Parameters
+    ----------
+    mu : float, str or FrictionLaw
+        Friction coefficient, or law mu(|gamma_F|); a string names a parameter. Zero: frictionless, no tangential rows.
+    e_N, e_F : float or str
+        Restitution coefficients in [0, 1]; Newton's gamma_plus = -e gamma_minus unless ``impact`` says otherwise.
+    bilateral : bool
+        Keeps g_N = 0: the normal force may have either sign, and |P_F| <= mu |P_N|.
+    normal_force : bool
+        Friction only, under the force ``normal_force(t, q, u, p, N)``: |P_F| <= mu dt max(N, 0); no gap, no W_N.
+    impact : {"newton", "poisson", "energetic"}
+        What e_N is a ratio of: velocities, impulses, or works (e_N^2); the last two for the only contact of a system.
+    """
+
+    mu: Coefficient | FrictionLaw = 0.0
+    e_N: Coefficient = 0.0
+    e_F: Coefficient = 0.0
+    bilateral: bool = False
+    normal_force: bool = False
+    impact: str = "newton"
+
+    def __post_init__(self) -> None:
+        as_name("impact law", self.impact, IMPACT_LAWS)
+        for name, value in (("e_N", self.e_N), ("e_F", self.e_F)):
+            if not isinstance(value, str):  # a name is resolved by the system that has the parameters
+                as_fraction(name, value)
+        as_law(self.mu)
+        as_flag("bilateral", self.bilateral)
+        as_flag("normal_force", self.normal_force)
+        if self.bilateral and self.normal_force:
+            raise InvalidInput("a contact is either bilateral or has a given normal force; both were asked for")
+        if self.normal_force and not self.has_friction:
+            raise InvalidInput("a contact with a given normal force needs friction; give it mu > 0")
+
+    @property
+    def law(self) -> FrictionLaw:
+        """The friction law, made from whatever was given."""
+        return as_law(self.mu)
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether the contact has tangential rows."""
+        return not (isinstance(self.mu, int | float) and self.mu == 0)
+
+    @property
+    def kind(self) -> int:
+        """Unilateral, bilateral, or friction under a given normal force."""
+        return BILATERAL if self.bilateral else GIVEN_FORCE if self.normal_force else UNILATERAL
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """A mechanical system with contacts, from plain Python functions that write into their last argument.
+
+    Parameters
+    ----------
+    n_q : int
+        Number of coordinates.
+    n_u : int, optional
+        Number of velocities; equal to n_q (q' = u).
+    mass : callable
+        ``mass(t, q, p, M)`` writes M (n_u, n_u) [symmetric positive definite].
+    force : callable
+        ``force(t, q, u, p, h)`` writes h (n_u,): all smooth forces.
+    gap, normal, tangent : callable, optional
+        ``gap(t, q, p, g_N)`` (n_c,) [m]; ``normal(t, q, p, W_N)`` (n_c, n_u), the gradient of the gap, derived from it
+        when left out; ``tangent(t, q, p, W_F)`` (n_c, d, n_u), d = 1 for planar friction.
+    surface_velocity, gap_rate : callable, optional
+        ``surface_velocity(t, q, p, w_F)`` (n_c, d) and ``gap_rate(t, q, p, w_N)`` (n_c,) [m/s]: gamma_F = W_F u + w_F,
+        gamma_N = W_N u + w_N. When left out w_F is zero, and w_N is derived from the gap, the rate at which it changes
+        with time.
+    row_rates : callable, optional
+        ``row_rates(t, q, u, p, r)`` (n_c, 1 + d) [m/s^2]: W' u + w' per contact, normal first. Computed by a
+        fourth-order difference along the motion when left out.
+    stiffness, damping : callable, optional
+        ``stiffness(t, q, u, p, K)``, ``damping(t, q, u, p, C)``, (n_u, n_u): K = -dh/dq, C = -dh/du. They make the step
+        linearly implicit in the force. Where damping is left out and the force reads u, C is computed by differences;
+        so is K with ``stiffness="differences"``.
+    potential : callable, optional
+        ``potential(t, q, p, V)`` writes V[0] [J]; its drift stands beside the energy ledger.
+    normal_force : callable, optional
+        ``normal_force(t, q, u, p, N)`` (n_c,) [N] for the contacts with a given normal force.
+    contacts : sequence of Contact
+    parameters : NamedTuple or dataclass instance
+        What the functions see as ``p``; every field that is a number is passed.
+    name : str
+        For messages and titles.
+
+    Raises
+    ------
+    InvalidInput
+        When functions are missing, take the wrong number of arguments, or a law is out of range.
+
+    Examples
+    --------
+    >>> from typing import NamedTuple
+    >>> import nonsmooth as ns
+    >>> class P(NamedTuple):
+    ...     m: float = 1.0
+    ...     g: float = 9.81
+    >>> def mass(t, q, p, M): M[0, 0] = p.m
+    >>> def force(t, q, u, p, h): h[0] = -p.m * p.g
+    >>> def gap(t, q, p, g_N): g_N[0] = q[0]
+    >>> def normal(t, q, p, W_N): W_N[0, 0] = 1.0
+    >>> ball = ns.System(n_q=1, mass=mass, force=force, gap=gap, normal=normal,
+    ...                  contacts=[ns.Contact(e_N=0.5)], parameters=P())
+    >>> ball
+    System(n_q=1, n_c=1)
+    """
+
+    n_q: int
+    mass: Callable
+    force: Callable
+    n_u: int = None  # type: ignore[assignment]
+    gap: Callable | None = None
+    normal: Callable | None = None
+    tangent: Callable | None = None
+    surface_velocity: Callable | None = None
+    gap_rate: Callable | None = None
+    row_rates: Callable | None = None
+    stiffness: Callable | str | None = None
+    damping: Callable | None = None
+    potential: Callable | None = None
+    normal_force: Callable | None = None
+    contacts: Sequence[Contact] = ()
+    parameters: Any = ()
+    name: str = ""
+    d: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        set_ = functools.partial(object.__setattr__, self)
+        as_count("n_q", self.n_q)
+        as_instance("name", self.name, str, "a text")
+        set_("n_u", self.n_q if self.n_u is None else as_count("n_u", self.n_u))
+        if self.n_u != self.n_q:
+            raise InvalidInput(f"n_u must equal n_q (q' = u); got n_u = {self.n_u}, n_q = {self.n_q}")
+        contacts = (self.contacts,) if isinstance(self.contacts, Contact) else self.contacts
+        if not isinstance(contacts, list | tuple) or not all(isinstance(contact, Contact) for contact in contacts):
+            raise InvalidInput(f"contacts must be a list of Contact, one for each gap; got {shown(self.contacts)}")
+        set_("contacts", tuple(contacts))
+        set_("d", int(self.tangent is not None or any(contact.has_friction for contact in self.contacts)))
+        _check_functions(self)
+        _check_parameters(self)
+        _check_laws(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What was given: what was derived of it is made anew in another process."""
+        return {part.name: getattr(self, part.name) for part in fields(self)}
+
+    @property
+    def n_c(self) -> int:
+        """Number of contacts."""
+        return len(self.contacts)
+
+    @property
+    def functions(self) -> dict[int, Callable]:
+        """The functions, by their ``which`` number: those that were given, and the rows derived from the gap.
+
+        Rows are derived anew where what the gap reads has changed.
+        """
+        known: tuple[dict[int, Callable], Watch] | None = vars(self).get("_functions")
+        if known is None or not known[1].holds():
+            known = vars(self)["_functions"] = self._find_functions()
+        return known[0]
+
+    def _find_functions(self) -> tuple[dict[int, Callable], Watch]:
+        derived_rows = self._derived_rows()
+        given = {which: getattr(self, name) for name, which in FUNCTION_NAMES.items()} | derived_rows
+        sources = {which: getattr(function, "py_func", function) for which, function in given.items()}  # of numba's
+        found = {which: function for which, function in sources.items() if callable(function)}
+        return found, watch_on(found[GAP]) if derived_rows else Watch()
+
+    def _derived_rows(self) -> dict[int, Callable]:
+        """The rows that were left out."""
+        if self.gap is None:
+            return {}
+        size, found = (self.n_q, self.n_c), {}
+        if self.normal is None:
+            found[NORMAL] = derived("normal", self.gap, size)
+        if self.gap_rate is None and _reads(getattr(self.gap, "__code__", None), 0):
+            found[GAP_RATE] = derived("gap_rate", self.gap, size)
+        return found
+
+    @functools.cached_property
+    def parameter_values(self) -> dict[str, float]:
+        """The numeric parameters by name."""
+        return numeric_fields(self.parameters)
+
+    @functools.cached_property
+    def p(self) -> np.ndarray:
+        """The numeric parameters as the vector that the compiled model unpacks."""
+        return np.array(list(self.parameter_values.values()), dtype=np.float64)
+
+    @functools.cached_property
+    def laws(self) -> np.ndarray:
+        """(n_c, LAW_WIDTH) restitution and friction coefficients."""
+        rows = [
+            law_row(contact.law, contact.e_N, contact.e_F, contact.impact, self.parameter_values)
+            for contact in self.contacts
+        ]
+        return np.array(rows).reshape(self.n_c, LAW_WIDTH)
+
+    @functools.cached_property
+    def kinds(self) -> np.ndarray:
+        """(n_c, 2) kind of each contact and its number of friction directions."""
+        rows = [(contact.kind, int(contact.has_friction)) for contact in self.contacts]
+        return np.array(rows, dtype=np.int64).reshape(self.n_c, 2)
+
+    def shape(self, which: int) -> tuple[int, ...]:
+        """Shape of the array that a model function writes."""
+        return self._shapes[which]
+
+    @functools.cached_property
+    def _shapes(self) -> dict[int, tuple[int, ...]]:
+        n_u, n_c, d = self.n_u, self.n_c, self.d
+        return {
+            MASS: (n_u, n_u),
+            FORCE: (n_u,),
+            GAP: (n_c,),
+            NORMAL: (n_c, n_u),
+            TANGENT: (n_c, d, n_u),
+            SURFACE_VELOCITY: (n_c, d),
+            GAP_RATE: (n_c,),
+            ROW_RATES: (n_c, 1 + d),
+            STIFFNESS: (n_u, n_u),
+            DAMPING: (n_u, n_u),
+            POTENTIAL: (1,),
+            NORMAL_FORCE: (n_c,),
+        }
+
+    def name_of(self, which: int) -> str:
+        """The name of a function for messages: of a row derived from the gap it is the gap's, which is what runs."""
+        is_derived = hasattr(self.functions.get(which), "derived_from")
+        return next(name for name, number in FUNCTION_NAMES.items() if number == (GAP if is_derived else which))
+
+    def call(self, which: int, t: float, q: np.ndarray, u: np.ndarray, out: np.ndarray) -> Any:
+        """Call one model function in Python; what it raises is an Exception or Ctrl-C, whatever it raised."""
+        function = self.functions[which]
+        try:
+            return function(t, q, u, self.unpacked, out) if which in TAKES_U else function(t, q, self.unpacked, out)
+        except (Exception, KeyboardInterrupt):
+            raise
+        except BaseException as error:  # as sys.exit() does
+            raise RuntimeError(said_by(error)) from error
+
+    def evaluate(self, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Call one model function in Python and return the array it wrote; overflow is inf, as in compiled code."""
+        out = np.zeros(self.shape(which))
+        with np.errstate(all="ignore"):
+            self.call(which, t, q, u, out)
+        return out
+
+    @functools.cached_property
+    def unpack(self) -> Callable:
+        """The NamedTuple class that model functions see as ``p``."""
+        return parameter_tuple(tuple(self.parameter_values))
+
+    @functools.cached_property
+    def unpacked(self) -> Any:
+        """The parameters as model functions see them."""
+        return self.unpack(*self.p)
+
+    def reads(self, which: int, argument: str) -> bool:
+        """Whether a model function reads one of its arguments ``t``, ``q``, ``u`` (True when in doubt)."""
+        if which not in self.functions:
+            return False
+        position = ("t", "q", "u").index(argument)
+        function = self.functions[which]
+        return _reads(getattr(getattr(function, "derived_from", function), "__code__", None), position)
+
+    def with_parameters(self, **changes: float) -> System:
+        """The same system with some parameters changed.
+
+        Raises
+        ------
+        UnknownName
+            For a name that is not a parameter.
+        """
+        return replace(self, parameters=changed(self.parameters, changes))
+
+    def __repr__(self) -> str:
+        name = f"{self.name!r}, " if self.name else ""
+        return f"System({name}n_q={self.n_q}, n_c={self.n_c})"
+
+
+def _check_parameters(system: System) -> None:
+    """The names of the parameters can be those of ``p``, and their values are numbers."""
+    for name in system.parameter_values:
+        if name.startswith("_"):
+            raise InvalidInput(f"a parameter's name must not begin with an underscore; got {name}")
+
+
+def _check_laws(system: System) -> None:
+    """Coefficients are in range, which ``laws`` sees to; several impacts at once follow Newton's law alone."""
+    others = np.flatnonzero(system.laws[:, LAW_IMPACT] != ImpactLaw.NEWTON)
+    if len(others) and system.n_c > 1:
+        raise InvalidInput(
+            f"impact = {system.contacts[others[0]].impact!r} needs a system with one contact, several at once follow "
+            f"Newton's law; got {system.n_c} contacts"
+        )
+
+
+def as_system(candidate: Any) -> System:
+    """The system itself, or the one that a model builds with its ``system()`` method."""
+    if isinstance(candidate, System):
+        return candidate
+    if isinstance(candidate, type):
+        raise InvalidInput(f"a system or a model is needed; got the class {candidate.__name__}: call it first")
+    try:
+        return _model_system(candidate)
+    except TypeError:  # an unhashable model
+        pass
+    if not callable(getattr(candidate, "system", None)):
+        raise InvalidInput(f"a system or a model is needed; got {type(candidate).__name__} without a system() method")
+    return candidate.system()
+
+
+def evaluate(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """A model function's array, zeros where the system has no such function; `InvalidInput` when it raises."""
+    if which not in system.functions:
+        return np.zeros(system.shape(which))
+    try:
+        return system.evaluate(which, t, q, u)
+    except Exception as error:
+        raise InvalidInput(
+            f"the model function {system.name_of(which)} raised {said_by(error)}, at t = {t:g} s; it writes an "
+            f"array of shape {system.shape(which)}"
+        ) from error
+
+
+def _model_system(model: Any) -> System:
+    """The system of a model, built anew where its method ``system`` has changed, or what that reads."""
+    if not callable(getattr(model, "system", None)):
+        raise InvalidInput(f"a system or a model is needed; got {type(model).__name__} without a system() method")
+    kept = _kept(model)
+    if not kept or not kept[0][1].holds():
+        kept[:] = [(model.system(), _watch_on_method(type(model)))]
+    return kept[0][0]
+
+
+@functools.lru_cache(maxsize=64)
+def _kept(model: Any) -> list[tuple[System, Watch]]:
+    """Where the system of a model is kept, with the watch on what it was made from."""
+    return []
+
+
+def _watch_on_method(cls: type) -> Watch:
+    """On ``system`` and all that it reads."""
+    method = getattr(cls, "system", None)
+    survey = LooseSurvey(method)
+    survey.watch.name(vars(cls), "system", vars(cls).get("system", MISSING))  # type: ignore[arg-type]
+    if isinstance(method, types.FunctionType):
+        survey.function(method)
+    return survey.watch
+
+
+def with_values(model: Any, changes: dict[str, Any]) -> Any:
+    """A model or system with some parameters changed."""
+    if not changes:
+        return model
+    return model.with_parameters(**changes) if isinstance(model, System) else changed(model, changes)
+
+
+@functools.cache
+def _reads(code: types.CodeType | None, position: int) -> bool:
+    if code is None:
+        return True
+    name = code.co_varnames[position]
+    return name in code.co_cellvars or any(
+        instruction.opname.startswith("LOAD_FAST") and name in str(instruction.argrepr).replace(",", " ").split()
+        for instruction in dis.get_instructions(code)
+    )
+
+
+def _check_functions(system: System) -> None:
+    has_normal = [contact for contact in system.contacts if not contact.normal_force]
+    needed = {
+        "mass": True,
+        "force": True,
+        "gap": bool(has_normal),
+        "tangent": system.d > 0,
+        "normal_force": any(contact.normal_force for contact in system.contacts),
+    }
+    for name, is_needed in needed.items():
+        if is_needed and getattr(system, name) is None:
+            raise InvalidInput(f"this system with its contacts needs the function {name}; it was not given")
+    for name, which in FUNCTION_NAMES.items():
+        function = getattr(system, name)
+        if function is None or (name == "stiffness" and isinstance(function, str) and function == "differences"):
+            continue
+        if not callable(function) or not _is_hashable(function):  # it is a key of what was compiled
+            raise InvalidInput(f"{name} must be a function; got {type(function).__name__}")
+        expected = ("t", "q", "u", "p", "out") if which in TAKES_U else ("t", "q", "p", "out")
+        require_arguments(name, function, expected)
+
+
+def _is_hashable(value: Any) -> bool:
+    try:
+        hash(value)
+    except Exception:  # a list, or an object that raises
+        return False
+    return True
+
+
+def require_arguments(name: str, function: Callable, expected: tuple[str, ...]) -> None:
+    """Refuse a function that cannot be called with so many arguments."""
+    if _is_hashable(function):
+        _require_arguments(name, function, expected)
+    else:
+        _require_arguments.__wrapped__(name, function, expected)
+
+
+@functools.lru_cache(maxsize=512)
+def _require_arguments(name: str, function: Callable, expected: tuple[str, ...]) -> None:
+    try:
+        signature = inspect.signature(function)
+    except ValueError:  # a callable without a signature
+        return
+    except Exception:  # whatever an object raises that is asked what it takes
+        raise InvalidInput(f"{name} must be a function; got {shown(function)}") from None
+    try:
+        signature.bind(*expected)
+    except TypeError:
+        raise InvalidInput(f"{name} must take ({', '.join(expected)}); got {name}{signature}") from None

@@ -1,0 +1,186 @@
+"""A trial of the model functions: each is called in Python before compiled code calls it without asking.
+
+Machine code does not notice an index out of range, an argument that is written to, or a function that keeps a state of
+its own; it does as it is told, in the memory of others.
+"""
+
+from __future__ import annotations
+
+import dis
+import functools
+import math
+import weakref
+from collections.abc import Callable
+
+import numpy as np
+
+from nonsmooth.errors import InvalidInput, said_by
+from nonsmooth.jit import cache_directory
+from nonsmooth.jit.fingerprint import calls_compiled
+from nonsmooth.mechanics.agreement import STEPS, generic
+from nonsmooth.mechanics.compiled import Model, call_once
+from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, TANGENT, System
+
+ROOM = 8  # numbers on either side of the array: an index out of range is mostly out by one, or by a row
+GUARD = -6.02214076e-133  # what stands there; no model function writes it by chance
+GUARDS = np.full(ROOM, GUARD).tobytes()
+SAME_CODE = 1e-6  # of the largest entry: sin and cos of two libraries differ by 1e-16, which may cancel to 1e-12
+
+# Systems whose functions have been called, with the machine code that they had then.
+_tried: weakref.WeakKeyDictionary[System, Model | None] = weakref.WeakKeyDictionary()
+
+
+def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray, model: Model | None = None) -> None:
+    """Call every function of a system in Python, once for each system and again where its machine code is new.
+
+    Raises
+    ------
+    InvalidInput
+        For a function that raises, as at an index out of range; the message names it.
+    """
+    if system in _tried and (model is None or not model.is_compiled or _tried[system] is model):
+        return
+    q, u = q.copy(), u.copy()
+    with np.errstate(all="ignore"):
+        for which in system.functions:
+            try:
+                system.call(which, t, q, u, np.zeros(system.shape(which)))
+            except ArithmeticError:  # 1/0 is inf in compiled code
+                continue
+            except Exception as error:
+                raise InvalidInput(
+                    f"the model function {system.name_of(which)} raised {said_by(error)}, at t = {t:g} s; it "
+                    f"writes an array of shape {system.shape(which)}"
+                ) from error
+    _tried[system] = model
+
+
+def require_manners(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Call every function with guards about its array, and again.
+
+    Raises
+    ------
+    InvalidInput
+        For a function that writes beyond its array or into its arguments, writes nothing of what it found, or writes
+        something else when it is called again; the message names it.
+    """
+    with np.errstate(all="ignore"):
+        for which in system.functions:
+            try:
+                fault = fault_of(system, which, t, q, u)
+            except Exception:  # it was tried: 1/0, or a function that raises now and then, which is named when it does
+                continue
+            if fault:
+                raise InvalidInput(f"the model function {system.name_of(which)} {fault}")
+        _require_all_contacts(system, t, q, u)
+
+
+def _require_all_contacts(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Raise for a contact that gap, or while it is closed tangent, writes nothing for: it would be closed for ever, or
+    without friction."""
+    for which in {GAP, TANGENT} & system.functions.keys() if system.n_c else ():
+        out = np.full(system.shape(which), GUARD)
+        try:
+            system.call(which, t, q.copy(), u.copy(), out)
+            gaps = system.evaluate(GAP, t, q, u) if GAP in system.functions else np.zeros(system.n_c)
+        except Exception:  # whoever needs its value says so
+            continue
+        has_gap = system.kinds[:, 0] != GIVEN_FORCE
+        is_needed = has_gap if which == GAP else (system.kinds[:, 1] > 0) & ~(has_gap & (gaps > 0))
+        idle = is_needed & (out.reshape(system.n_c, -1) == GUARD).all(axis=1)
+        if idle.any():
+            raise InvalidInput(
+                f"the model function {system.name_of(which)} writes nothing for contact {int(idle.argmax())}; the "
+                f"system has {system.n_c} contacts: write its entry, also where it is zero, or list fewer contacts"
+            )
+
+
+def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Hold the machine code of every function against its source, near a state.
+
+    At the state itself much may cancel, a gap that is closed to nothing but rounding; a step away it does not. Helpers
+    that numba compiled are no source: Python calls their machine code, which may be older than the values they read.
+
+    Raises
+    ------
+    InvalidInput
+        For a function whose machine code writes other numbers than its source; the message names it.
+    """
+    if not model.is_compiled:
+        return
+    q, u = q + STEPS[0] * generic(q.size), u + STEPS[0] * generic(u.size)
+    with np.errstate(all="ignore"):
+        for which, function in system.functions.items():
+            if calls_compiled(function):
+                continue
+            written, found = np.zeros(system.shape(which)), np.zeros(math.prod(system.shape(which)))
+            try:
+                system.call(which, t, q, u, written)
+            except Exception:  # it is defined at the state only
+                continue
+            is_done = call_once(model.handle, which, t, q, u, system.p, found)
+            written = written.ravel()
+            other = np.abs(found - written) > SAME_CODE * np.abs(written).max(initial=0.0)
+            if is_done and other.any():
+                k = int(other.argmax())
+                raise InvalidInput(
+                    f"the machine code of the model function {system.name_of(which)} writes {found[k]:.9g} where its "
+                    f"source writes {written[k]:.9g}, near t = {t:g} s: it is not the code of this source; delete "
+                    f"{cache_directory()}, or set NONSMOOTH_INTERPRET=1, which runs the source"
+                )
+
+
+def fault_of(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray) -> str:
+    """What is wrong with one function at a state, the rest of a sentence that begins with its name; else empty."""
+    shape, q_1, u_1 = system.shape(which), q.copy(), u.copy()
+    room = np.zeros(math.prod(shape) + 2 * ROOM)
+    room[:ROOM] = room[-ROOM:] = GUARD
+    out, again = room[ROOM:-ROOM].reshape(shape), np.zeros(shape)
+    answer = system.call(which, t, q_1, u_1, out)
+    first = out.tobytes()
+    for name, given, kept in (("q", q, q_1), ("u", u, u_1)):
+        if given.tobytes() != kept.tobytes():
+            return f"writes into {name}, which it may only read; it writes its last argument alone"
+    if room[:ROOM].tobytes() != GUARDS or room[-ROOM:].tobytes() != GUARDS:
+        return f"writes beyond its array of shape {shape}; check its indices"
+    system.call(which, t, q_1, u_1, again)
+    if again.tobytes() != first:
+        entry = int(np.flatnonzero(out.ravel().view(np.int64) != again.ravel().view(np.int64))[0])
+        return (
+            f"writes {out.ravel()[entry]:.17g} when it is called first and {again.ravel()[entry]:.17g} when it is "
+            "called again with the same arguments; it must keep no state and draw no random numbers"
+        )
+    return "" if out.any() else nothing_written(system, which, t, q_1, u_1, answer is not None)
+
+
+def nothing_written(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray, has_answer: bool) -> str:
+    """Whether a function that wrote zeros wrote anything, where it looks as if it meant to."""
+    function, shape = system.functions[which], system.shape(which)
+    name = last_argument(function)
+    if not has_answer and (name is None or not assigns(function, name)):
+        return ""
+    out = np.full(shape, GUARD)
+    system.call(which, t, q, u, out)
+    if (out != GUARD).any():
+        return ""
+    if has_answer:
+        return f"returns its values; it must write them into its last argument, an array of shape {shape}"
+    return (
+        f"assigns {name} anew, which leaves the array as it was; write into it, as {name}[:] = ... does: it has the "
+        f"shape {shape}"
+    )
+
+
+def last_argument(function: Callable) -> str | None:
+    """The name of the argument that a function writes into, where its code is known."""
+    code = getattr(function, "__code__", None)
+    return code.co_varnames[code.co_argcount - 1] if code is not None and code.co_argcount else None
+
+
+@functools.lru_cache(maxsize=512)
+def assigns(function: Callable, name: str) -> bool:
+    """Whether a function's code binds a local name anew."""
+    return any(
+        instruction.opname.startswith("STORE_FAST") and name in str(instruction.argrepr).replace(",", " ").split()
+        for instruction in dis.get_instructions(function)
+    )

@@ -1,0 +1,435 @@
+"""What a run gives back: states, impulses, modes, events, energy ledger, figures of merit."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.integrators import records
+from nonsmooth.mechanics.system import MASS, POTENTIAL, ContactMode, System
+from nonsmooth.results.motion import Motion, Side, StateAt
+
+
+class EventKind(IntEnum):
+    """What happened at an event."""
+
+    MODE_CHANGE = records.MODE_CHANGE
+    IMPACT = records.IMPACT
+    INCONSISTENT = records.INCONSISTENT
+    INDETERMINATE = records.INDETERMINATE
+
+
+WHOLE_COLUMNS = (  # of an event; its impulses and velocities are no whole numbers, and may be infinite
+    records.EVENT_KIND, records.EVENT_CONTACT, records.EVENT_MODE_0, records.EVENT_SLIP_0, records.EVENT_MODE_1,
+    records.EVENT_SLIP_1, records.EVENT_SOLUTIONS, records.EVENT_FOUND,
+)  # fmt: skip
+MAX_EVENTS = 200_000  # kept in a solution; the rest are counted
+CANDIDATE_NAMES = ("free", "stick", "slide +", "slide -", "slide + (P_N < 0)", "slide - (P_N < 0)")
+
+
+@dataclass(frozen=True)
+class Event:
+    """A change at one contact, found in the step that begins at t.
+
+    Attributes
+    ----------
+    t : float
+        Beginning of the step [s].
+    kind : EventKind
+    contact : int
+    mode_before, mode_after : ContactMode
+    slip_before, slip_after : int
+        Signs of sliding.
+    P_N, P_F : float
+        Impulses of the step [N s].
+    gamma_N, gamma_F : float
+        Contact velocities before the step [m/s].
+    """
+
+    t: float
+    kind: EventKind
+    contact: int
+    mode_before: ContactMode
+    slip_before: int
+    mode_after: ContactMode
+    slip_after: int
+    P_N: float
+    P_F: float
+    gamma_N: float
+    gamma_F: float
+
+
+@dataclass(frozen=True)
+class ParadoxEvent(Event):
+    """A step whose sliding had no force (INCONSISTENT: an impact without collision), or the first step of an episode in
+    which the contact problem had several solutions (INDETERMINATE).
+
+    Attributes
+    ----------
+    n_solutions : int
+        Number of solutions of the rigid problem: 0 where sliding was inconsistent.
+    alternatives : tuple of str
+        The admissible modes among which the selection rule chose, where they are known one by one; none where sliding
+        was inconsistent.
+    """
+
+    n_solutions: int
+    alternatives: tuple[str, ...]
+
+    @property
+    def choice(self) -> str:
+        """The mode that was taken: of an impact without collision, the mode after it."""
+        return mode_name(self.mode_after, self.slip_after)
+
+
+@dataclass(frozen=True)
+class Stats:
+    """What a run cost, and its worst figures.
+
+    Attributes
+    ----------
+    steps, lcp_solved, lcp_skipped, lcp_kept : int
+        Steps; contact problems solved; steps without a closed contact; problems answered by the impulses or
+        the modes of the step before.
+    pivots : int
+        Of Lemke's method.
+    indeterminate_steps : int
+        Steps whose problem had several solutions.
+    worst_residual : float
+        Of the accepted contact problems, relative to max |c|.
+    worst_penetration : float
+        Deepest gap at a mid-point [m].
+    ledger_error : float
+        Largest error of the energy balance of one step, relative to the sum of the sizes of the terms of a step,
+        the largest so far.
+    energy_gains : int
+        Impacts, or steps with an impact, in which the contacts gained energy, as Newton's law with friction lets them
+        (docs/theory/moreau_jean.md); of rigid contacts.
+    worst_energy_gain : float
+        The most that one of them gained [J].
+    uncounted : int
+        Contact problems of several contacts whose solutions were not counted: neither certified to be one, nor
+        enumerated, nor near enough to a problem that was (docs/theory/selection.md).
+    shared : int
+        Contact problems in which redundant contacts share a load: their impulses are one admissible share of many
+        (docs/theory/moreau_jean.md).
+    wall_time, compile_time : float
+        [s]
+    rejected, evaluations, jacobians, factorisations : int
+        Of an integrator that chooses its steps: steps that were refused, evaluations of the rates, Jacobians, and
+        factorisations of its linear systems.
+    """
+
+    steps: int
+    lcp_solved: int
+    lcp_skipped: int
+    lcp_kept: int
+    pivots: int
+    indeterminate_steps: int
+    events_dropped: int
+    worst_residual: float
+    worst_penetration: float
+    ledger_error: float
+    wall_time: float
+    compile_time: float
+    is_compiled: bool
+    energy_gains: int = 0
+    worst_energy_gain: float = 0.0
+    uncounted: int = 0
+    shared: int = 0
+    rejected: int = 0
+    evaluations: int = 0
+    jacobians: int = 0
+    factorisations: int = 0
+
+    @classmethod
+    def from_run(
+        cls, state: records.State, wall_time: float, compile_time: float, dropped: int, is_compiled: bool,
+        **adaptive: int,
+    ) -> Stats:  # fmt: skip
+        """From the counters and the worst figures that a run left in its state."""
+        counters, worst = state.counters, state.worst
+        return cls(
+            int(counters.steps), int(counters.solved), int(counters.skipped),
+            int(counters.kept), int(counters.pivots), int(counters.several),
+            dropped + int(counters.events_lost), float(worst.residual),
+            float(worst.penetration), float(worst.ledger_error), wall_time, compile_time, is_compiled,
+            int(counters.gains), float(worst.gain), int(counters.uncounted),
+            int(counters.shared), **adaptive,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The result of `simulate`.
+
+    Attributes
+    ----------
+    t : (n_t,) times of the records [s]
+    q, u : (n_t, n_q), (n_t, n_u)
+    g_N : (n_t, n_c) gaps [m]
+    P_N : (n_t, n_c), P_F : (n_t, n_c, d)
+        Impulses since the record before, of the first one since the start [N s].
+    mode : (n_t, n_c) ContactMode, and slip : (n_t, n_c) sign of sliding, of the last step
+    event_rows : (n_events, 13)
+        The events as numbers; ``events`` and ``paradoxes`` give them as objects.
+    ledger : dict of (n_t,) arrays [J]
+        "kinetic", and the work since the start by "force", "friction", "normal", "surface", "projection";
+        "potential" where the system has one. Where M depends on q or t: "mass", the rest of the kinetic energy, which
+        is the work (u, dM/dt u)/2 of the changing mass (the gyroscopic part of h takes as much) and the errors of all.
+    la : (n_t, n_c, 2) normal and friction forces [N], or None where the integrator works with impulses
+    stats : Stats
+    status : Status, message : str, success : bool
+    t_events, q_events, u_events : list of (k,), (k, n_q), (k, n_u)
+        Of each function in ``simulate(events=...)``: when it reached zero, and the state there.
+    """
+
+    t: np.ndarray
+    q: np.ndarray
+    u: np.ndarray
+    g_N: np.ndarray
+    P_N: np.ndarray
+    P_F: np.ndarray
+    mode: np.ndarray
+    slip: np.ndarray
+    event_rows: np.ndarray
+    find_ledger: Callable[[Any], dict[str, np.ndarray]]
+    stats: Stats
+    status: Status
+    message: str
+    about: dict[str, Any] = field(default_factory=dict)
+    system: System | None = None
+    la: np.ndarray | None = None
+    find_motion: Callable[[], Motion] | None = None
+    t_events: list[np.ndarray] = field(default_factory=list)
+    q_events: list[np.ndarray] = field(default_factory=list)
+    u_events: list[np.ndarray] = field(default_factory=list)
+
+    @classmethod
+    def from_run(
+        cls, system: System, integrator: Any, t: np.ndarray, record: records.Columns, event_rows: np.ndarray,
+        status: Status, message: str, stats: Stats, la: np.ndarray | None = None,
+        find_motion: Callable[[], Motion] | None = None, user_events: tuple[list[np.ndarray], ...] = ([], [], []),
+    ) -> Solution:  # fmt: skip
+        """Assemble from the arrays of the loop."""
+        return cls(
+            t, record.q, record.u, record.g_N, record.P[:, :, 0], record.P[:, :, 1:], record.mode, record.slip,
+            event_rows, functools.partial(ledger_of, system, t, record.q, record.u, record.ledger), stats, status,
+            message, about_run(system, integrator), system, la, find_motion, *user_events,
+        )  # fmt: skip
+
+    def without_start(self) -> Solution:
+        """The same without its first record; impulses and works remain those since the start."""
+        rows = {name: getattr(self, name)[1:] for name in ("t", "q", "u", "g_N", "P_N", "P_F", "mode", "slip")}
+        la = None if self.la is None else self.la[1:]
+        find_ledger = functools.partial(_ledger_behind_start, self.find_ledger, len(self.t))
+        return replace(self, **rows, la=la, find_ledger=find_ledger)
+
+    @property
+    def success(self) -> bool:
+        """Whether the end, or a terminal event, was reached."""
+        return self.status in (Status.FINISHED, Status.EVENT_REACHED)
+
+    def __call__(self, t: ArrayLike, side: Side = "right") -> StateAt:
+        """The state between the records, ``q, u = sol(t)``.
+
+        Of EventDriven and Penalty the error is of order 5 in the step, as that of the records (in motion stiffer than
+        the step of order 4); of Adaptive it stays a few tolerances; of MoreauJean it is of order 2. Of the last two an
+        impact lies within its step. q' = u throughout.
+
+        Parameters
+        ----------
+        t : float or array_like (m,)
+            Within the times of the run [s].
+        side : {"right", "left"}
+            Where the velocities jump: those after the jump, or before it.
+
+        Returns
+        -------
+        StateAt
+            q (n_q,), u (n_u,) at one time; q (m, n_q), u (m, n_u) at m times.
+
+        Raises
+        ------
+        InvalidInput
+            For a time outside the run, and where the steps are not known.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> from models import BouncingBall
+        >>> ball = BouncingBall(e=0.5, g=10.0)
+        >>> sol = ns.simulate(ball, (0, 1), *ball.state(height=5.0), integrator=ns.EventDriven())
+        >>> q, u = sol(0.5)
+        >>> round(float(q[0]), 12), round(float(u[0]), 12), round(float(sol(1.0, side="left").u[0]), 12)
+        (3.75, -5.0, -10.0)
+        """
+        return self.motion(t, side)
+
+    @functools.cached_property
+    def motion(self) -> Motion:
+        """The motion as a function of time; found when first asked for."""
+        if self.find_motion is None:
+            raise InvalidInput(
+                "this solution knows its records only: it was read from a file, or its integrator keeps no steps, or "
+                "not every step was recorded; run without every= and t_eval= to ask for other times"
+            )
+        return self.find_motion()
+
+    @functools.cached_property
+    def ledger(self) -> dict[str, np.ndarray]:
+        """Energies and works since the start, by name; found when first asked for."""
+        return self.find_ledger(slice(None))
+
+    @property
+    def events(self) -> list[Event]:
+        """Mode changes, impacts and paradoxes, in order."""
+        return [event_of(row) for row in self.event_rows]
+
+    @property
+    def paradoxes(self) -> list[ParadoxEvent]:
+        """The events at which rigid mechanics had no solution, or several."""
+        is_paradox = self.event_rows[:, records.EVENT_KIND] >= records.INCONSISTENT
+        return [event_of(row) for row in self.event_rows[is_paradox]]  # type: ignore[misc]
+
+    def summary(self) -> str:
+        """The run in a few lines: modes with times, paradoxes, worst figures, energy, cost."""
+        from nonsmooth.results.summary import summary
+
+        return summary(self)
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """Draw the run (needs the extra [plot]); returns the Matplotlib figure, saved to ``path`` if given."""
+        from nonsmooth.drawing.plots import plot_solution
+
+        return plot_solution(self, path)
+
+    def picture(self, path: str | Path | None = None, n: int = 5) -> Any:
+        """Draw a planar scene at n instants (needs the extra [plot]); returns the figure, saved to ``path`` if any."""
+        from nonsmooth.drawing.scene import picture
+
+        return picture(self, path, n)
+
+    def animate(self, path: str | Path, fps: int = 25) -> Path:
+        """Write a gif of a planar scene (needs the extra [plot])."""
+        from nonsmooth.drawing.scene import animate
+
+        return animate(self, path, fps)
+
+    def save(self, path: str | Path) -> Path:
+        """Write to .npz, or to .h5 (needs the extra [io]); no pickle."""
+        from nonsmooth.results.store import save
+
+        return save(self, path)
+
+    @staticmethod
+    def load(path: str | Path) -> Solution:
+        """Read what `save` wrote."""
+        from nonsmooth.results.store import load
+
+        return load(path)
+
+    def __repr__(self) -> str:
+        return f"Solution({self.status.name}, t = {self.t[-1]:.6g} s, {self.stats.steps} steps)"
+
+    def _repr_html_(self) -> str:
+        from nonsmooth.results.summary import as_html
+
+        return as_html(self)
+
+
+def mode_name(mode: int, slip: int) -> str:
+    """A mode as a person would write it; a closed contact without friction is not locked: it slides freely."""
+    name = "closed" if mode == ContactMode.LOCKED else ContactMode(mode).name.lower()
+    return name + {1: " +", -1: " -", 0: ""}[int(slip)]
+
+
+def energy_gain(stats: Stats) -> str:
+    """What is to be said of a run whose contacts gained energy."""
+    impacts = "one impact" if stats.energy_gains == 1 else f"{stats.energy_gains} impacts"
+    return (
+        f"the contacts gained energy in {impacts}, up to {stats.worst_energy_gain:.3g} J: Newton's law of impact lets "
+        "them where coefficients differ, as e_N > 0 with friction of e_F = 0; a single contact with "
+        "impact='energetic', or one e for e_N and e_F of all contacts, does not gain"
+    )
+
+
+def about_run(system: System, integrator: Any) -> dict[str, Any]:
+    """What was run, by name."""
+    return {
+        "system": system.name or "a system without a name",
+        "integrator": repr(integrator),
+        **system.parameter_values,
+    }
+
+
+def works_by_name(columns: np.ndarray) -> dict[str, np.ndarray]:
+    """The works since the start (m, 5) as the ledger's columns."""
+    names = ("force", "friction", "normal", "surface", "projection")
+    return {name: columns[:, k] for k, name in enumerate(names)}
+
+
+def ledger_of(
+    system: System, t: np.ndarray, q: np.ndarray, u: np.ndarray, works: np.ndarray, rows: Any
+) -> dict[str, np.ndarray]:
+    """Energies and works at some rows of a record."""
+    ledger = works_by_name(works[rows])
+    ledger["kinetic"] = kinetic_energy(system, t[rows], q[rows], u[rows])
+    if mass_changes(system):
+        change = ledger["kinetic"] - kinetic_energy(system, t[:1], q[:1], u[:1])
+        ledger["mass"] = change - sum(ledger[name] for name in ("force", "friction", "normal", "surface"))
+    if POTENTIAL in system.functions:
+        states = zip(t[rows], q[rows], u[rows], strict=True)
+        ledger["potential"] = np.array([system.evaluate(POTENTIAL, *state)[0] for state in states])
+    return ledger
+
+
+def _ledger_behind_start(
+    find_ledger: Callable[[Any], dict[str, np.ndarray]], m: int, rows: Any
+) -> dict[str, np.ndarray]:
+    """The ledger at some rows of a record of m rows, its first one not counted."""
+    return find_ledger(np.arange(1, m)[rows])
+
+
+def mass_changes(system: System) -> bool:
+    """Whether M depends on the coordinates or the time."""
+    return system.reads(MASS, "q") or system.reads(MASS, "t")
+
+
+def kinetic_energy(system: System, t: np.ndarray, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """(u, M u)/2 at each of the states (m,), (m, n), (m, n)."""
+    if mass_changes(system):
+        masses = np.array([system.evaluate(MASS, *state) for state in zip(t, q, u, strict=True)])
+        return 0.5 * np.einsum("ki,kij,kj->k", u, masses, u)
+    return 0.5 * np.einsum("ki,ij,kj->k", u, system.evaluate(MASS, t[0], q[0], u[0]), u)
+
+
+def event_of(row: np.ndarray) -> Event:
+    """A row of the events as an object."""
+    integer = {k: int(row[k]) for k in WHOLE_COLUMNS}
+    fields: dict[str, Any] = {
+        "t": float(row[records.EVENT_T]),
+        "kind": EventKind(integer[records.EVENT_KIND]),
+        "contact": integer[records.EVENT_CONTACT],
+        "mode_before": ContactMode(integer[records.EVENT_MODE_0]),
+        "slip_before": integer[records.EVENT_SLIP_0],
+        "mode_after": ContactMode(integer[records.EVENT_MODE_1]),
+        "slip_after": integer[records.EVENT_SLIP_1],
+        "P_N": float(row[records.EVENT_P_N]),
+        "P_F": float(row[records.EVENT_P_F]),
+        "gamma_N": float(row[records.EVENT_GAMMA_N]),
+        "gamma_F": float(row[records.EVENT_GAMMA_F]),
+    }
+    if integer[records.EVENT_KIND] < records.INCONSISTENT:
+        return Event(**fields)
+    found = integer[records.EVENT_FOUND] if integer[records.EVENT_SOLUTIONS] > 0 else 0
+    alternatives = tuple(name for k, name in enumerate(CANDIDATE_NAMES) if found >> k & 1)
+    return ParadoxEvent(**fields, n_solutions=integer[records.EVENT_SOLUTIONS], alternatives=alternatives)

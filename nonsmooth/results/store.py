@@ -1,0 +1,123 @@
+"""Solutions on disk: .npz always, .h5 with the extra [io]. No pickle; sealed, written beside and moved into place.
+
+The arrays stand under their attribute names, the ledger under ``ledger/<column>``, the user's events under
+``t_events/<k>`` and so on, k the number of the function; the rest is one JSON text ``about``. docs/files.md
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nonsmooth.checks.files import as_path, as_place, refusals
+from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.integrators.records import EVENT_WIDTH
+from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
+from nonsmooth.results.hdf5 import put, read_sealed, seal_of, write_hdf5
+from nonsmooth.results.npz import Archive, read_npz, write_npz
+from nonsmooth.results.seal import require_kind
+
+if TYPE_CHECKING:
+    from nonsmooth.results.solution import Solution
+
+SCHEMA, KIND = 1, "solution"
+HDF5 = (".h5", ".hdf5")
+ENDINGS = (".npz", *HDF5)
+PER_RECORD: dict[str, Rule] = {
+    "t": (REAL, ("n_t",)), "q": (REAL, ("n_t", "n_q")), "u": (REAL, ("n_t", "n_u")), "g_N": (REAL, ("n_t", "n_c")),
+    "P_N": (REAL, ("n_t", "n_c")), "P_F": (REAL, ("n_t", "n_c", "d")), "mode": (WHOLE, ("n_t", "n_c")),
+    "slip": (WHOLE, ("n_t", "n_c")),
+}  # fmt: skip
+ARRAYS = PER_RECORD | {"event_rows": (REAL, ("n_events", EVENT_WIDTH))}
+FORCES: dict[str, Rule] = {"la": (REAL, ("n_t", "n_c", 2))}
+LEDGER = "ledger/"
+OF_EVENTS = ("t_events", "q_events", "u_events")
+
+
+def save(solution: Solution, path: str | Path) -> Path:
+    """Write a solution; the ending of the path, .npz or .h5, names the format."""
+    path = as_place("path", path, ENDINGS)
+    arrays = _arrays_of(solution)
+    text = json.dumps({
+        "schema": SCHEMA, "status": int(solution.status), "message": solution.message,
+        "stats": asdict(solution.stats), "about": solution.about,
+    })  # fmt: skip
+    if path.suffix in HDF5:
+        write_hdf5(path, KIND, functools.partial(_fill, text, arrays))
+    else:
+        write_npz(path, KIND, {"about": np.array(text), **arrays}, is_compressed=True)
+    return path
+
+
+def _arrays_of(solution: Solution) -> dict[str, np.ndarray]:
+    arrays = {name: getattr(solution, name) for name in ARRAYS}
+    arrays |= {LEDGER + name: column for name, column in solution.ledger.items()}
+    if solution.la is not None:
+        arrays["la"] = solution.la
+    for name in OF_EVENTS:
+        arrays |= {f"{name}/{k}": found for k, found in enumerate(getattr(solution, name))}
+    return arrays
+
+
+def _fill(about: str, arrays: dict[str, np.ndarray], file: Any) -> None:
+    file.attrs["about"] = about
+    for name, array in arrays.items():
+        put(file, name, array)
+
+
+def load(path: str | Path) -> Solution:
+    """Read what ``save`` wrote, or a checkpoint; the system itself is not stored."""
+    path = as_path("path", path)
+    if os.path.isdir(path):
+        from nonsmooth.results.checkpoint import load_checkpoint
+
+        return load_checkpoint(path)
+    with refusals(path, "is not a saved solution"):
+        found = _read_hdf5(path) if path.suffix in HDF5 else read_npz(path, _check)
+        about = found.about()
+        if about["schema"] != SCHEMA:
+            raise InvalidInput(f"{path.name} has schema {about['schema']}; this version reads {SCHEMA}")
+        require_kind(found.kind, KIND)
+        return _solution(about, found.arrays)
+
+
+def _read_hdf5(path: Path) -> Archive:
+    require_kind(seal_of(path), KIND)
+    about, arrays = read_sealed(path, _check)
+    return Archive(KIND, {"about": np.array(about), **arrays})
+
+
+def _check(forms: Mapping[str, Form]) -> None:
+    """Raise unless these are the arrays of a solution."""
+    rules = ARRAYS | {name: rule for name, rule in FORCES.items() if name in forms}
+    rules |= {name: (REAL, ("n_t",)) for name in forms if name.startswith(LEDGER)}
+    require_forms(forms, rules)
+
+
+def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
+    from nonsmooth.results.solution import Solution, Stats
+
+    ledger = {name.removeprefix(LEDGER): column for name, column in arrays.items() if name.startswith(LEDGER)}
+    columns: dict[str, Any] = {name: arrays[name] for name in ARRAYS}
+    events: dict[str, Any] = {name: _numbered(arrays, name) for name in OF_EVENTS}
+    return Solution(
+        **columns, **events, find_ledger=functools.partial(_rows_of, ledger), la=arrays.get("la"),
+        stats=Stats(**about["stats"]), status=Status(about["status"]), message=about["message"], about=about["about"],
+    )  # fmt: skip
+
+
+def _numbered(arrays: dict[str, np.ndarray], name: str) -> list[np.ndarray]:
+    """The arrays name/0, name/1, ..."""
+    count = sum(entry.startswith(f"{name}/") for entry in arrays)
+    return [arrays[f"{name}/{k}"] for k in range(count)]
+
+
+def _rows_of(ledger: dict[str, np.ndarray], rows: Any) -> dict[str, np.ndarray]:
+    return {name: column[rows] for name, column in ledger.items()}

@@ -1,0 +1,155 @@
+"""A run in a few lines of text."""
+
+from __future__ import annotations
+
+import html
+from collections import Counter
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nonsmooth.integrators.records import (
+    EVENT_FOUND,
+    EVENT_KIND,
+    EVENT_MODE_0,
+    EVENT_MODE_1,
+    EVENT_SLIP_0,
+    EVENT_SLIP_1,
+    EVENT_SOLUTIONS,
+    IMPACT,
+    INCONSISTENT,
+    MODE_CHANGE,
+)
+from nonsmooth.results.solution import energy_gain, event_of, mode_name
+
+if TYPE_CHECKING:
+    from nonsmooth.results.solution import Event, ParadoxEvent, Solution
+
+ALIKE = [EVENT_KIND, EVENT_MODE_0, EVENT_SLIP_0, EVENT_MODE_1, EVENT_SLIP_1, EVENT_SOLUTIONS, EVENT_FOUND]
+SHOWN = 12  # entries of a sequence before the rest is counted
+
+
+def summary(solution: Solution) -> str:
+    """Modes with times, paradoxes and how they were resolved, energy, worst figures and cost."""
+    lines = [f"{solution.about.get('system', 'system')}: {solution.message} (t = {solution.t[-1]:.9g} s)"]
+    lines += _chosen(solution) + _modes(solution) + _paradoxes(solution) + _energy(solution) + _figures(solution)
+    return "\n".join(lines)
+
+
+def _chosen(solution: Solution) -> list[str]:
+    """Which integrator was chosen, and why; and what it handed over to another."""
+    about = solution.about
+    chosen = [f"{about['integrator']}, because {about['chosen']}"] if "chosen" in about else []
+    return chosen + ([f"handed over: {about['handed over']}"] if "handed over" in about else [])
+
+
+def as_html(solution: Solution) -> str:
+    """The summary for a notebook."""
+    return f"<pre>{html.escape(summary(solution))}</pre>"
+
+
+def _modes(solution: Solution) -> list[str]:
+    if not solution.mode.shape[1]:
+        return ["no contacts"]
+    rows = solution.event_rows[np.isin(solution.event_rows[:, EVENT_KIND], (MODE_CHANGE, IMPACT))]
+    events = [event_of(row) for row in rows[:SHOWN]]
+    dropped = solution.stats.events_dropped
+    several = f"; {dropped} more events were not kept" if dropped else ""
+    lines = [f"modes: {_count(len(rows), 'change')}{several}; at the end {_at_the_end(solution)}"]
+    lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_change(event)}" for event in events]
+    return lines + _counted(rows[SHOWN:], _change)
+
+
+def _change(event: Event) -> str:
+    before, after = (mode_name(*pair) for pair in _modes_of(event))
+    return f"{before:8} -> {after:8}{'  impact' if event.kind.name == 'IMPACT' else ''}".rstrip()
+
+
+def _modes_of(event: Event) -> tuple[tuple[int, int], tuple[int, int]]:
+    return (event.mode_before, event.slip_before), (event.mode_after, event.slip_after)
+
+
+def _at_the_end(solution: Solution) -> str:
+    names = [mode_name(mode, np.sign(slip)) for mode, slip in zip(solution.mode[-1], solution.slip[-1], strict=True)]
+    if len(names) <= 4:
+        return ", ".join(names)
+    return ", ".join(f"{count} {name}" for name, count in Counter(names).most_common())
+
+
+def _counted(rest: np.ndarray, words_of: Callable[[Any], str]) -> list[str]:
+    """The events beyond those shown, each kind with its number; events that are alike are worded once."""
+    if not len(rest):
+        return []
+    _, first, counts = np.unique(rest[:, ALIKE], axis=0, return_index=True, return_counts=True)
+    numbers: Counter[str] = Counter()
+    for k in np.argsort(first):
+        numbers[words_of(event_of(rest[first[k]]))] += int(counts[k])
+    kinds = [f"{_count(count, 'time')} {' '.join(text.split())}" for text, count in numbers.most_common(4)]
+    return [f"  ... and {len(rest)} more: {'; '.join(kinds)}{'; ...' if len(numbers) > 4 else ''}"]
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
+def _paradoxes(solution: Solution) -> list[str]:
+    rows = solution.event_rows[solution.event_rows[:, EVENT_KIND] >= INCONSISTENT]
+    paradoxes: list[Any] = [event_of(row) for row in rows[:SHOWN]]
+    inconsistent = int((rows[:, EVENT_SOLUTIONS] == 0).sum())
+    steps, uncounted = solution.stats.indeterminate_steps, solution.stats.uncounted
+    missed = f"; in {uncounted} the solutions were not counted" if uncounted else ""
+    lines = [
+        f"paradoxes: {inconsistent} inconsistent, {_count(len(rows) - inconsistent, 'indeterminate episode')} "
+        f"({steps} of {solution.stats.steps} steps had several solutions{missed})"
+    ]
+    lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_paradox(event)}" for event in paradoxes]
+    return lines + _counted(rows[SHOWN:], _outcome)
+
+
+def _paradox(event: ParadoxEvent) -> str:
+    return f"{_outcome(event)}, P_N = {event.P_N:.6g} N s, P_F = {event.P_F:.6g} N s"
+
+
+def _outcome(event: ParadoxEvent) -> str:
+    if event.n_solutions == 0:
+        return f"no force fits the sliding: impact without collision, then {event.choice}"
+    among = f" ({' | '.join(event.alternatives)})" if event.alternatives else ""
+    return f"{event.n_solutions} solutions{among}: took {event.choice}"
+
+
+def _energy(solution: Solution) -> list[str]:
+    ledger = solution.find_ledger([0, -1])
+    change = ledger["kinetic"][-1] - ledger["kinetic"][0]
+    done = {name: float(work[-1] - work[0]) for name, work in ledger.items()}
+    contact_work = sum(done[name] for name in ("friction", "normal", "surface"))
+    works = ", ".join(f"{name} {done[name]:.6g}" for name in ("force", "friction", "normal", "surface"))
+    if "mass" in ledger:
+        rest = f"the rest, {done['mass']:+.6g} J, goes with the changing mass"
+    else:
+        rest = f"to {abs(change - done['force'] - contact_work):.1g} J"
+    lines = [f"energy: kinetic {change:+.6g} J = work of {works} J ({rest})"]
+    if solution.stats.energy_gains:
+        lines.append(f"  {energy_gain(solution.stats)}")
+    if ledger["projection"].any():
+        lines.append(f"  moving positions back to the surfaces: {ledger['projection'][-1]:+.6g} J")
+    if "potential" in ledger:
+        potential = ledger["potential"][-1] - ledger["potential"][0]
+        lines.append(
+            f"  kinetic + potential {change + potential:+.6g} J, of which contacts {contact_work:+.6g} J; the rest, "
+            f"{change + potential - contact_work:+.6g} J, is forces outside the potential and drift"
+        )
+    return lines
+
+
+def _figures(solution: Solution) -> list[str]:
+    stats = solution.stats
+    shared = f"; in {stats.shared} the impulses are one share of many" if stats.shared else ""
+    per_step = f" ({stats.wall_time / stats.steps * 1e9:.0f} ns a step)" if stats.steps else ""
+    return [
+        f"worst residual {stats.worst_residual:.1e}, penetration {stats.worst_penetration:.3g} m, "
+        f"energy balance of a step {stats.ledger_error:.1e}",
+        f"{stats.steps} steps; contact problems: {stats.lcp_solved} solved ({stats.lcp_kept} kept), "
+        f"{stats.lcp_skipped} steps without any{shared}",
+        f"wall time {stats.wall_time:.3g} s{per_step}, compiling or loading {stats.compile_time:.3g} s",
+    ]

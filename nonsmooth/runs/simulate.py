@@ -1,0 +1,225 @@
+"""The front door: check the input once, choose the run that fits the integrator, return its Solution."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextvars import ContextVar
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nonsmooth.checks.arrays import as_count, as_flag, as_name, as_positive, as_vector
+from nonsmooth.contact.planar.single import Selection
+from nonsmooth.errors import EnergyGainWarning, InvalidInput, Status, shown, warn_caller
+from nonsmooth.integrators.records import bytes_of_record
+from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.results.solution import Solution, energy_gain
+from nonsmooth.runs.run import Run
+from nonsmooth.runs.times import make_grid, record_times
+from nonsmooth.runs.user_events import as_functions
+from nonsmooth.signals.telling import listener
+
+_is_whole: ContextVar[bool] = ContextVar("is_whole", default=False)  # whether a part of a motion is of no use
+SELECTIONS = {
+    "compliant-limit": Selection.COMPLIANT_LIMIT,
+    "lift-off": Selection.LIFT_OFF,
+    "impact": Selection.IMPACT,
+}
+
+
+def simulate(
+    system: Any,
+    t_span: tuple[float, float],
+    q0: ArrayLike,
+    u0: ArrayLike,
+    *,
+    integrator: Any,
+    every: int = 1,
+    t_eval: ArrayLike | None = None,
+    selection: str = "compliant-limit",
+    project: bool = False,
+    on_failure: str = "raise",
+    events: Callable | Sequence[Callable] = (),
+    max_steps: int | None = None,
+    max_wall_time: float | None = None,
+    progress: Callable[[float], None] | None = None,
+    checkpoint: Any = None,
+    resume: Any = None,
+    checkpoint_every: float = 10.0,
+) -> Solution:
+    """Integrate a system from t_span[0] to t_span[1].
+
+    Parameters
+    ----------
+    system : System or model
+    t_span : (float, float)
+        Start and end [s].
+    q0, u0 : array_like (n_q,), (n_u,)
+        Initial coordinates and velocities.
+    integrator : MoreauJean, Adaptive, EventDriven, Penalty, Auto or "auto"
+        The method and its step or tolerances; "auto" takes EventDriven where few contacts are decided at once,
+        Adaptive for many without friction and MoreauJean for the rest, and says why in the summary and in
+        ``about["chosen"]``; Auto(rtol) takes what keeps a tolerance (nonsmooth/runs/choice.py has the rules).
+    every : int
+        Record every so many steps; of an integrator that chooses its steps also every event.
+    t_eval : array_like, optional
+        Record exactly at these times instead: steps of Moreau–Jean, fixed or adaptive, end there, others are
+        interpolated. The start is one of them where it is asked for.
+    selection : {"compliant-limit", "lift-off", "impact"}
+        Which solution is taken where a rigid contact problem has several.
+    project : bool
+        Move an inadmissible start to the nearest admissible one in the mass metric.
+    on_failure : {"raise", "return"}
+        Raise `StepFailure` carrying the partial solution, or return that solution.
+    events : sequence of callables, optional
+        Functions f(t, q, u) whose zeros are looked for, in Python or compiled by numba; as in SciPy's ``solve_ivp``
+        with the optional attributes ``terminal`` (True, or the number of the event that ends the run) and ``direction``
+        (> 0: rising through zero, < 0: falling). They are found in ``t_events``, ``q_events``, ``u_events``.
+    max_steps : int, optional
+        The most steps that the run may take.
+    max_wall_time : float, optional
+        The most seconds of wall time that it may take, looked at some 50 times a second.
+    progress : callable, optional
+        Called now and then with the fraction done.
+    checkpoint : path-like, optional
+        A folder, made here, into which records and events are written as the run goes, and its state now and then: a
+        run that is killed can go on, and its records need not fit into memory (docs/checkpoints.md).
+    resume : path-like, optional
+        Go on with the checkpoint of the same run, to the bits of a run that was never stopped. The same path as
+        ``checkpoint``: go on if it is there, else begin it.
+    checkpoint_every : float
+        Seconds between two states that are kept, the most that a kill costs.
+
+    Returns
+    -------
+    Solution
+
+    Raises
+    ------
+    InvalidInput
+        For shapes, spans and options that break a rule.
+    StepFailure, ModelFunctionError
+        When a step cannot be taken, unless ``on_failure="return"``.
+    BudgetSpent
+        When ``max_steps`` or ``max_wall_time`` is used up, unless ``on_failure="return"``.
+    EventFunctionError
+        When an event function raises or returns no finite number, unless ``on_failure="return"``.
+    ProgressError
+        When the progress function raises, unless ``on_failure="return"``.
+    CheckpointFailure
+        When a checkpoint cannot be written on, as on a full disk.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> from models import BouncingBall
+    >>> ball = BouncingBall(e=0.5)
+    >>> sol = ns.simulate(ball, (0, 2), *ball.state(height=1.0), integrator=ns.MoreauJean(dt=1e-3))
+    >>> sol.success, abs(float(sol.q[-1, 0])) < 1e-2
+    (True, True)
+    """
+    model, system = system, as_system(system)
+    every = as_count("every", every)
+    if every != 1 and t_eval is not None:
+        raise InvalidInput("give either every or t_eval; got both")
+    rule = SELECTIONS[as_name("selection rule", selection, SELECTIONS)]
+    if not isinstance(on_failure, str) or on_failure not in ("raise", "return"):
+        raise InvalidInput(f"on_failure must be 'raise' or 'return'; got {shown(on_failure)}")
+    q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
+    integrator, reason = choose(integrator, model, system, t_span, q_0, u_0)
+    if max_wall_time is not None:
+        as_positive("max_wall_time", max_wall_time, "s")
+    functions = as_functions(events)
+    if max_steps is not None:
+        as_count("max_steps", max_steps)
+    if progress is not None and not callable(progress):
+        raise InvalidInput(f"progress must be a function of the fraction done; got {shown(progress)}")
+    project = as_flag("project", project)
+    task = (system, integrator, t_span, every, t_eval, q_0, u_0, rule, project)
+    if checkpoint is None and resume is None:
+        run = new_run(*task)
+    elif functions:
+        raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
+    else:
+        from nonsmooth.runs.streamed_run import streamed_run
+        from nonsmooth.runs.streaming import as_place
+
+        run = streamed_run(*task, as_place(checkpoint, resume, checkpoint_every))
+    if functions:
+        run.look_for(functions)
+    run.advance(max_wall_time, progress, max_steps)
+    if run.status == Status.INTERRUPTED and _is_whole.get():
+        raise KeyboardInterrupt
+    solution = run.solution()
+    if t_eval is not None and len(solution.t) > 1 and solution.t[0] < np.ravel(t_eval)[0]:
+        solution = solution.without_start()
+    if solution.stats.energy_gains:
+        warn_caller(energy_gain(solution.stats), EnergyGainWarning)
+    if reason is not None:
+        solution.about["chosen"] = reason
+    if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
+        raise run.failure(solution)
+    return solution
+
+
+def simulate_whole(*motion: Any, **options: Any) -> Solution:
+    """`simulate` for those who have no use for a part of a motion: Ctrl-C goes on as KeyboardInterrupt.
+
+    Who listens (nonsmooth/signals/telling.py) hears how far the run is.
+    """
+    token = _is_whole.set(True)
+    try:
+        return simulate(*motion, **{"progress": listener(), **options})
+    finally:
+        _is_whole.reset(token)
+
+
+def choose(
+    integrator: Any, model: Any, system: System, t_span: tuple[float, float], q: np.ndarray, u: np.ndarray
+) -> tuple[Any, str | None]:
+    """The integrator that was given, or the one that "auto" and ``Auto`` choose, and why."""
+    if isinstance(integrator, str) and integrator == "auto":
+        from nonsmooth.runs.choice import Auto
+
+        integrator = Auto()
+    if getattr(integrator, "chooses_integrator", False) and not isinstance(integrator, type):
+        chosen: tuple[Any, str] = integrator.choose(model, system, t_span, q, u)
+        return chosen
+    require_integrator(integrator)
+    return integrator, None
+
+
+def require_integrator(integrator: Any) -> None:
+    """Raise `InvalidInput` for what is no integrator."""
+    if isinstance(integrator, type) or not callable(getattr(integrator, "scratch", None)):
+        raise InvalidInput(
+            f"integrator must be an integrator, as ns.MoreauJean(dt=1e-3) is, or 'auto'; got {shown(integrator)}"
+        )
+
+
+def new_run(
+    system: System, integrator: Any, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None,
+    q0: np.ndarray, u0: np.ndarray, selection: int, project: bool,
+) -> Run:  # fmt: skip
+    """The run of an integrator: on a grid of steps, or with steps that it chooses itself."""
+    if not getattr(integrator, "chooses_steps", False):
+        row_bytes = bytes_of_record(system.n_u, system.n_c, system.d)
+        grid = make_grid(integrator, t_span, every, t_eval, row_bytes)
+        return Run(system, integrator, grid, q0, u0, selection, project)
+    times = record_times(t_span, every, t_eval)
+    if getattr(integrator, "extrapolates", False):
+        from nonsmooth.runs.extrapolation_run import ExtrapolationRun
+
+        return ExtrapolationRun(system, integrator, *times, q0, u0, selection, project)
+    if getattr(integrator, "has_rigid_contacts", False):
+        from nonsmooth.runs.event_run import EventRun
+
+        return EventRun(system, integrator, *times, q0, u0, selection, project)
+    if integrator.is_compiled:
+        from nonsmooth.runs.adaptive_run import AdaptiveRun
+
+        return AdaptiveRun(system, integrator, *times, q0, u0, project)
+    from nonsmooth.runs.scipy_run import ScipyRun
+
+    return ScipyRun(system, integrator, *times, q0, u0, project)

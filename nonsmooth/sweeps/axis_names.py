@@ -1,0 +1,109 @@
+"""What the name of an axis means for a model: a parameter, a variable of its state, an option of the integrator.
+
+    mu, vb, ...        a field of the model (or a parameter of the system)
+    th, slip, ...      an argument of model.state(...)
+    q0[i], u0[i]       an entry of the initial state
+    dt, theta, ...     an option of the integrator
+    t_end              the end of the run
+
+A name that means two of these is refused; "model.x", "state.x" and "integrator.x" say which one is meant.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_instance
+from nonsmooth.checks.parameters import numeric_fields
+from nonsmooth.errors import InvalidInput, UnknownName, nearest
+from nonsmooth.mechanics.system import System, as_system
+
+Columns = Mapping[str, np.ndarray]
+COMPONENT = re.compile(r"([qu])0\[(\d+)\]")
+END = "t_end"
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The columns of a batch by what they change."""
+
+    fields: Columns
+    arguments: Columns
+    components: Columns
+    options: Columns
+
+    @property
+    def length(self) -> int:
+        """Cells along the axis: the length of the longest column."""
+        return max(len(values) for part in vars(self).values() for values in part.values())
+
+
+class AxisNames:
+    """The names that a model and an integrator know."""
+
+    def __init__(self, model: Any, integrator: Any) -> None:
+        self.model = model
+        parameters = model.parameters if isinstance(model, System) else model
+        self.known: dict[str, dict[str, str]] = {
+            "fields": {name: f"model.{name}" for name in numeric_fields(parameters)},
+            "arguments": {name: f"state.{name}" for name in state_names(model)},
+            "options": {name: f"integrator.{name}" for name in option_names(integrator)} | {END: END},
+        }
+
+    def resolve(self, name: str) -> tuple[str, str]:
+        """The part that an axis belongs to, and its plain name there."""
+        as_instance("the name of an axis", name, str, "a text")
+        match = COMPONENT.fullmatch(name)
+        if match:
+            n = as_system(self.model).n_q
+            if not int(match[2]) < n:
+                raise InvalidInput(f"{name}: the state has {n} entries, counted from 0")
+            return "components", name
+        meanings = [(part, plain) for part, names in self.known.items() for plain in names if name == plain]
+        meanings += [(part, plain) for part, names in self.known.items() for plain, full in names.items()
+                     if name == full and full != plain]  # fmt: skip
+        if not meanings:
+            names = {plain for part in self.known.values() for plain in part} | {"q0[0]", "u0[0]"}
+            raise UnknownName(f"there is no axis {name!r}; {nearest(name, names)}")
+        if len(meanings) > 1:
+            choices = " or ".join(self.known[part][plain] for part, plain in meanings)
+            raise InvalidInput(f"the axis {name!r} has two meanings; say {choices}")
+        return meanings[0]
+
+    def split(self, columns: Columns) -> Parts:
+        """The columns by what they change, under their plain names."""
+        parts: dict[str, dict[str, np.ndarray]] = {field.name: {} for field in fields(Parts)}
+        for name, values in columns.items():
+            part, plain = self.resolve(name)
+            if plain in parts[part]:
+                raise InvalidInput(f"two axes vary {self.known[part][plain]}; keep one of them")
+            parts[part][plain] = values
+        return Parts(**parts)
+
+
+def state_names(model: Any) -> tuple[str, ...]:
+    """The arguments of ``model.state``."""
+    state = getattr(model, "state", None)
+    return tuple(inspect.signature(state).parameters) if callable(state) else ()
+
+
+def option_names(integrator: Any) -> tuple[str, ...]:
+    """The options of an integrator that are numbers."""
+    values = {field.name: getattr(integrator, field.name) for field in fields(integrator)}
+    return tuple(
+        name for name, value in values.items() if isinstance(value, int | float) and not isinstance(value, bool)
+    )
+
+
+def unit_of(system: System, name: str) -> str:
+    """Unit of a variable that is a coordinate of the model or its rate; empty where it is not known."""
+    units = dict(getattr(system.parameters, "coordinates", ()))
+    if name in units:
+        return str(units[name])
+    return f"{units[name[:-3]]}/s" if name.endswith("dot") and name[:-3] in units else ""

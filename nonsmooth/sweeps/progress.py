@@ -1,0 +1,271 @@
+"""How far a study is: a line on a terminal, nothing in a pipe, or one line of JSON a second; and an estimate before
+what will take more than a minute, wherever it is shown.
+
+    remaining = elapsed (work left)/(work done),    work: expected seconds of the cells, or their number
+
+The part of the present cell that is done comes from the loops that tell it (nonsmooth/signals/telling.py).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from typing import Any, Self, TextIO
+
+import numpy as np
+
+from nonsmooth.checks.arrays import result_of
+from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.signals.telling import listening
+
+PERIOD = {"line": 0.2, "json": 1.0}  # s between two lines
+LONG = 60.0  # s: what takes longer is said before it starts
+EVIDENCE = 1.0  # s after which a rate is believed
+RECENT = 5.0  # s after which it is looked at anew: a motion may become slower on its way
+CLEARED = "\r\033[K"  # the line that is written over
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """State of a sweep.
+
+    Attributes
+    ----------
+    done, total : int
+        Cells, those taken from the journal among them.
+    failed : int
+        Cells whose status is not FINISHED.
+    elapsed, remaining : float
+        [s]; remaining is NaN before anything is known.
+    rate : float
+        Cells a second since this start.
+    present : float
+        Part of the present cells that is done, where it is known.
+    """
+
+    done: int
+    total: int
+    failed: int
+    elapsed: float
+    rate: float
+    remaining: float
+    present: float = 0.0
+
+    def __str__(self) -> str:
+        left = f"{duration(self.remaining)} left" if math.isfinite(self.remaining) else "..."
+        failed = f", {self.failed} failed" if self.failed else ""
+        present = f", the present one {self.present:.0%}" if self.present > 0 else ""
+        part = self.done / max(self.total, 1)
+        rate = f", {self.rate:.3g}/s" if self.rate > 0 else ""
+        return f"{self.done}/{self.total} cells ({part:.0%}){present}{rate}, {left}{failed}"
+
+
+class Progress:
+    """Counts cells and shows them.
+
+    Parameters
+    ----------
+    show : bool, "json" or callable
+        True: a line on a terminal, elsewhere the estimate alone; "json": a line of JSON each second on stderr; a
+        callable gets each `Snapshot`.
+    total, done : int
+        Cells of the sweep, and those that the journal had.
+    costs : ndarray (total,), optional
+        Expected seconds of each cell.
+    at_once : int
+        Cells that run at a time.
+    """
+
+    def __init__(
+        self, show: Any, total: int, done: int, stream: TextIO | None = None, costs: np.ndarray | None = None,
+        at_once: int = 1,
+    ) -> None:  # fmt: skip
+        self.stream = sys.stderr if stream is None else stream
+        self.is_json = isinstance(show, str) and show == "json"
+        self.is_line = show is True
+        self.write = self._writer(show)
+        self.period = PERIOD["json" if self.is_json else "line"]
+        self.total, self.done, self.failed, self._before = total, done, 0, done
+        self.costs, self.at_once = costs, at_once
+        self._seconds = 0.0  # that were expected of the cells that are done
+        self._begun, self._present = 0.0, 0.0  # work of the present cells, and the part of it that is done
+        self._is_announced = False
+        self._started = self._shown = self._since = time.perf_counter()
+        self._is_known = False  # whether any work was heard of: what came before was compiling
+
+    def _writer(self, show: Any) -> Callable[[Snapshot], None] | None:
+        if callable(show):
+            return show
+        if self.is_json:
+            return lambda snapshot: print(json.dumps(as_json(snapshot)), file=self.stream, flush=True)
+        if show is True:
+            return self._write_line if self.stream.isatty() else None
+        if show is False or show is None:
+            return None
+        raise InvalidInput(f"progress must be True, False, 'json' or a function; got {shown(show)}")
+
+    def _write_line(self, snapshot: Snapshot) -> None:
+        print(f"{CLEARED}{snapshot}", end="", file=self.stream, flush=True)
+
+    def begin(self, cells: np.ndarray) -> None:
+        """These cells are run now, in this thread."""
+        self._begun, self._present = self._work(cells), 0.0
+
+    def finish(self, cells: np.ndarray, failed: int) -> None:
+        """These cells are done."""
+        self._seconds += self._work(cells)
+        self.add(len(cells), failed)
+
+    def add(self, done: int, failed: int) -> None:
+        """Count some cells, and show it when the last time is long enough ago."""
+        self.done += done
+        self.failed += failed
+        self._begun, self._present = 0.0, 0.0
+        self._is_known = True
+        self._look()
+
+    def hear(self, part: float) -> None:
+        """So much of the present cells, or of one of their runs, is done."""
+        if not self._is_known:
+            self._is_known, self._since = True, time.perf_counter()
+        self._present = part
+        self._look()
+
+    def _work(self, cells: np.ndarray) -> float:
+        """Their number, or the seconds that are expected of them."""
+        return float(len(cells)) if self.costs is None else float(self.costs[cells].sum())
+
+    def _look(self) -> None:
+        now = time.perf_counter()
+        if not self._is_announced and self.costs is None and now - self._since >= EVIDENCE:
+            self._announce(self.snapshot().remaining)
+        if now - self._shown >= self.period:
+            self.show()
+
+    def _announce(self, seconds: float) -> None:
+        """Say what will take more than a minute."""
+        if not seconds > LONG or self._is_announced:
+            return
+        self._is_announced = True
+        if self.is_json:
+            print(json.dumps({"estimate": seconds}), file=self.stream, flush=True)
+        elif self.is_line:
+            say_estimate(f"{self.total - self.done} cells", seconds, self.stream)
+
+    def show(self) -> None:
+        """Show the state now."""
+        self._shown = time.perf_counter()
+        if self.write is not None:
+            result_of("the progress function", self.write, self.snapshot())
+
+    def __enter__(self) -> Self:
+        self._listening = listening(self.hear if self.write is not None or self.is_line else None)
+        self._listening.__enter__()
+        self._announce(self.snapshot().remaining)
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self._listening.__exit__(None, None, None)
+        self.close()
+
+    def close(self) -> None:
+        """Show the end, and clear the line."""
+        if self.write is not None:
+            self._present = 0.0
+            self.show()
+            if self.write == self._write_line:
+                print(CLEARED, end="", file=self.stream, flush=True)
+
+    def snapshot(self) -> Snapshot:
+        """The state now."""
+        elapsed = time.perf_counter() - self._started
+        rate = (self.done - self._before) / elapsed if elapsed > 0 else 0.0
+        remaining = self._remaining(self._started + elapsed - self._since)
+        return Snapshot(self.done, self.total, self.failed, elapsed, rate, remaining, self._present)
+
+    def _remaining(self, elapsed: float) -> float:
+        """Seconds for what is left, from what the work so far took; at first from what was expected."""
+        done, left = float(self.done - self._before), float(self.total - self.done)
+        present = self._begun * self._present
+        if self.costs is not None:
+            done, left = self._seconds, float(self.costs.sum()) - self._seconds
+        if done + present > (0.0 if self.costs is None else EVIDENCE):
+            return (left - present) * elapsed / (done + present)
+        return left / self.at_once if self.costs is not None else math.nan
+
+
+@contextlib.contextmanager
+def part_shown(what: str, show: Any, stream: TextIO | None = None) -> Iterator[None]:
+    """A line "what: 43%" for a calculation that tells how far it is, on a terminal and where ``show`` is True."""
+    stream = sys.stderr if stream is None else stream
+    if show is not True:
+        yield
+        return
+    pace, shown_at, is_announced = Pace(), 0.0, False
+
+    def hear(part: float) -> None:
+        nonlocal shown_at, is_announced
+        now = time.perf_counter()
+        left = pace.left(part, now)
+        if not is_announced and left > LONG:
+            is_announced = True
+            say_estimate(what, left, stream)
+        if now - shown_at >= PERIOD["line"] and stream.isatty():
+            shown_at = now
+            print(f"{CLEARED}{what}: {part:.0%}, {duration(left)} left", end="", file=stream, flush=True)
+
+    with listening(hear):
+        yield
+    if stream.isatty():
+        print(CLEARED, end="", file=stream, flush=True)
+
+
+class Pace:
+    """Seconds that are left of a calculation that tells how far it is: at its mean rate, or at that of the last
+    `RECENT` seconds or more where that is less."""
+
+    def __init__(self) -> None:
+        self._first = self._last = self._next = (math.inf, 0.0)  # time [s] and part
+        self._before = math.inf
+
+    def left(self, part: float, now: float) -> float:
+        """At a part and a time; NaN before anything is known, infinite where nothing moves."""
+        if part < self._before:  # what comes before the first part is compiling, or another run
+            self._first = self._last = self._next = (now, part)
+        self._before = part
+        if now - self._next[0] >= RECENT:
+            self._last, self._next = self._next, (now, part)
+        if now - self._first[0] < EVIDENCE:
+            return math.nan
+        return max(time_left(part, now, *mark) for mark in (self._first, self._last))
+
+
+def time_left(part: float, now: float, t: float, before: float) -> float:
+    """At the rate since a time, at which another part was done."""
+    return (now - t) * (1.0 - part) / (part - before) if part > before else math.inf
+
+
+def say_estimate(what: str, seconds: float, stream: TextIO) -> None:
+    """A line that stays."""
+    clear = CLEARED if stream.isatty() else ""
+    print(f"{clear}nonsmooth: {what} will take about {duration(seconds)}; Ctrl-C keeps what is finished", file=stream)
+    stream.flush()
+
+
+def as_json(snapshot: Snapshot) -> dict[str, Any]:
+    """The snapshot without NaN, which JSON does not know."""
+    return {name: None if value != value else value for name, value in asdict(snapshot).items()}
+
+
+def duration(seconds: float) -> str:
+    """A time as a person would say it."""
+    if not math.isfinite(seconds):
+        return "an unknown time"
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,327 @@
+"""The task of a sweep over runs of a model: many at a time in the compiled block engine.
+
+What the block engine cannot do, an integrator with a loop of its own or a measure that is a function of the Solution,
+is run cell by cell through `simulate`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_count, as_fraction, as_name, as_number, as_vector
+from nonsmooth.errors import InvalidInput, Status, UnknownName, nearest, shown
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.integrators.moreau_jean.step import run
+from nonsmooth.mechanics.compiled import model_of
+from nonsmooth.mechanics.initial_modes import INADMISSIBLE
+from nonsmooth.mechanics.inspection import inspect_start
+from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.results.solution import Solution
+from nonsmooth.runs.run import MESSAGES
+from nonsmooth.runs.simulate import SELECTIONS, require_integrator, simulate_whole
+from nonsmooth.runs.times import Grid, as_span, make_grid
+from nonsmooth.sweeps.axis_names import END, AxisNames, Columns, state_names, unit_of
+from nonsmooth.sweeps.block_engine import BlockEngine
+from nonsmooth.sweeps.measures import Measure, doubt_of, measure_named
+from nonsmooth.sweeps.run_rows import RowBuilder, Rows, combinations
+from nonsmooth.sweeps.task import Batch, CellStatus, Variable, as_values, identity_of_model, name_of, words_of
+
+ONE_RECORD = 2**62  # steps between two records: only the start and the end are kept
+MIDDLE = 0.5  # the window is the second half of a run
+
+
+def as_measures(measures: Any) -> list[str | Callable]:
+    """Names and functions of results, or `InvalidInput`."""
+    chosen = [measures] if isinstance(measures, str) or callable(measures) else measures
+    if not isinstance(chosen, list | tuple) or not all(isinstance(one, str) or callable(one) for one in chosen):
+        raise InvalidInput(f"measures must be names of results or functions of the solution; got {shown(measures)}")
+    if not chosen:
+        raise InvalidInput("measures must name at least one result; it is empty")
+    return list(chosen)
+
+
+class RunTask:
+    """Runs of a model, and what is kept of each.
+
+    Parameters
+    ----------
+    model : System or model
+    measures : str, callable, or sequence of these
+        Names: "final_state", "amplitude", "period", "modes", "paradoxes", "inconsistent", "indeterminate", "impacts",
+        "mode_changes", "residual", "penetration", "end_time". A callable takes the Solution and returns a number, an
+        array or a dict of those; it runs cell by cell.
+    t_span : (float, float), optional
+        Start and end [s]; (0, model.t_end) when left out.
+    integrator : MoreauJean or another, optional
+        MoreauJean(model.dt) when left out.
+    state : mapping, optional
+        Arguments of ``model.state``; {"q0": ..., "u0": ...} for the state itself.
+    selection : str
+        Which solution is taken where a contact problem has several.
+    window : float
+        Amplitude and period are those of the last part of the run, from this fraction of its span on.
+    every : int
+        Steps between the records that amplitude and period are taken from.
+
+    Raises
+    ------
+    InvalidInput
+        For options that break a rule; UnknownName for a measure, a selection or a state variable that does not exist.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> from models import BeltOscillator
+    >>> task = ns.RunTask(BeltOscillator(), "amplitude", t_span=(0, 20), integrator=ns.MoreauJean(dt=1e-2))
+    >>> found = ns.sweep(task, {"vb": [0.1, 0.2]})
+    >>> found.amplitude.dims
+    ('vb', 'coordinate')
+    """
+
+    def __init__(
+        self,
+        model: Any,
+        measures: str | Callable | Sequence[str | Callable] = "final_state",
+        *,
+        t_span: tuple[float, float] | None = None,
+        integrator: Any = None,
+        state: Mapping[str, Any] | None = None,
+        selection: str = "compliant-limit",
+        window: float = MIDDLE,
+        every: int = 1,
+    ) -> None:
+        self.model, self.system = model, as_system(model)
+        chosen = as_measures(measures)
+        self.measures: dict[str, Measure] = {name: measure_named(name) for name in chosen if isinstance(name, str)}
+        self.functions = [function for function in chosen if not isinstance(function, str)]
+        as_name("selection rule", selection, SELECTIONS)
+        self.selection, self.every, self.window = selection, as_count("every", every), as_fraction("window", window)
+        self.integrator = MoreauJean(_own("dt", model)) if integrator is None else integrator
+        require_integrator(self.integrator)
+        self.t_span = (0.0, _own("t_end", model)) if t_span is None else as_span(t_span)
+        if state is not None and not isinstance(state, Mapping):
+            raise InvalidInput(f"state must be a dictionary of the variables of a state; got {shown(state)}")
+        self.state = self._checked_state(dict(state or {}))
+        self.names = AxisNames(model, self.integrator)
+        self._prepare()
+        self._grid(self.integrator, self.t_span[1])  # an unfit span or dt is met here
+
+    def _prepare(self) -> None:
+        self.rows = RowBuilder(self.model, self.state)
+        self.is_block = self.integrator.loop is run and not self.functions
+        self.holds_interpreter = not self.is_block
+        self._engines: dict[Any, BlockEngine] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = dict(vars(self))
+        for name in ("system", "rows", "_engines", "measures", "names"):  # made anew where it arrives
+            del state[name]
+        return state | {"measure_names": list(self.measures)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        names = state.pop("measure_names")
+        vars(self).update(state)
+        self.system = as_system(self.model)
+        self.measures = {name: measure_named(name) for name in names}
+        self.names = AxisNames(self.model, self.integrator)
+        self._prepare()
+
+    def _checked_state(self, state: dict[str, Any]) -> dict[str, Any]:
+        known = {"q0", "u0", *state_names(self.model)}
+        for name in state:
+            if name not in known:
+                raise UnknownName(f"the state has no variable {name!r}; {nearest(name, known)}")
+        if {"q0", "u0"} & state.keys():
+            if set(state) != {"q0", "u0"}:
+                raise InvalidInput(f"give q0 and u0, or variables of the state; got {', '.join(state)}")
+            return {
+                "q0": as_vector("q0", state["q0"], self.system.n_q),
+                "u0": as_vector("u0", state["u0"], self.system.n_u),
+            }
+        if not state_names(self.model) and not callable(getattr(self.model, "state", None)):
+            raise InvalidInput("this system has no state(...) of its own; give state={'q0': ..., 'u0': ...}")
+        return {name: as_number(name, value) for name, value in state.items()}
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """The results that are known by name."""
+        return {name: variable for measure in self.measures.values() for name, variable in measure.variables.items()}
+
+    @property
+    def coordinates(self) -> dict[str, list[str]]:
+        """Names and units of the coordinates."""
+        named = getattr(self.model, "coordinates", None) or [(f"q{i}", "") for i in range(self.system.n_q)]
+        return {"coordinate": [name for name, _ in named], "coordinate_unit": [unit for _, unit in named]}
+
+    def unit(self, name: str) -> str:
+        """Unit of an axis that is a coordinate, its rate, a time step or the end."""
+        return "s" if name in ("dt", END) else unit_of(self.system, name)
+
+    @property
+    def _has_coordinates(self) -> bool:
+        return any("coordinate" in variable.dims for variable in self.variables.values())
+
+    def check(self, names: tuple[str, ...]) -> None:
+        """Raise for an axis that neither model, state nor integrator has."""
+        parts = self.names.split(dict.fromkeys(names, np.zeros(1)))
+        if "q0" in self.state:
+            for name in parts.arguments:
+                raise InvalidInput(f"the axis {name} is a variable of state(...), but q0 and u0 are given; use q0[i]")
+
+    def identity(self) -> str:
+        """Model, parameters, integrator, span, start, measures, and the code of the model's functions."""
+        state = {name: np.asarray(value).tolist() for name, value in sorted(self.state.items())}
+        parts = (
+            self.integrator, self.t_span, state, self.selection, self.window, self.every, list(self.measures),
+            [name_of(function) for function in self.functions],
+        )  # fmt: skip
+        return "\n".join([identity_of_model(self.model, *self.functions), *map(repr, parts)])
+
+    def doubt(self, values: dict[str, np.ndarray]) -> str:
+        """What is to be said of the results."""
+        return doubt_of(values)
+
+    def load(self) -> None:
+        """Compile the loop for the model as it is."""
+        model_of(self.system).loop(self.integrator, self.system)
+        if self.is_block:
+            self._engine(self.system, self.integrator, self.t_span[1]).load()
+
+    def __call__(self, columns: Columns) -> Batch:
+        """Run a batch of cells."""
+        parts = self.names.split(columns)
+        result = Batch({}, np.full(parts.length, int(CellStatus.NOT_RUN)))
+
+        def fail(cells: np.ndarray, error: Exception) -> None:
+            result.status[cells] = CellStatus.FAILED
+            result.messages.update(dict.fromkeys(cells.tolist(), words_of(error)))
+
+        for integrator, t_end, cells in self._integrators(parts.options, parts.length, fail):
+            for rows in self.rows.rows(parts, cells, fail):
+                if rows.system.n_q != self.system.n_q and self._has_coordinates:
+                    words = f"{rows.system.n_q} coordinates where the other cells have {self.system.n_q}"
+                    fail(rows.cells, InvalidInput(f"{words}: choose measures that do not list coordinates"))
+                    continue
+                if self.is_block:
+                    try:
+                        inspect_rows(rows, self.t_span[0])
+                    except InvalidInput as error:
+                        fail(rows.cells, error)
+                        continue
+                    self._run_block(rows, integrator, t_end, result)
+                else:
+                    self._run_singly(rows, integrator, t_end, result, fail)
+        return result
+
+    def _integrators(self, options: Columns, N: int, fail: Callable) -> Iterator[tuple[Any, float, np.ndarray]]:
+        """The different integrators and ends, and the cells of each."""
+        rows, place = combinations(options, np.arange(N))
+        for k, row in enumerate(rows):
+            cells = np.flatnonzero(place == k)
+            t_end = row.pop(END, self.t_span[1])
+            try:
+                integrator = replace(self.integrator, **row) if row else self.integrator
+                self._grid(integrator, t_end)
+            except InvalidInput as error:
+                fail(cells, error)
+                continue
+            yield integrator, t_end, cells
+
+    def _grid(self, integrator: Any, t_end: float) -> Grid | None:
+        if getattr(integrator, "chooses_steps", False):
+            return None
+        return make_grid(integrator, (self.t_span[0], t_end), self._every, None)
+
+    @property
+    def _every(self) -> int:
+        has_motion = self.functions or any(measure.needs_motion for measure in self.measures.values())
+        return self.every if has_motion else ONE_RECORD
+
+    def _engine(self, system: System, integrator: Any, t_end: float) -> BlockEngine:
+        """The engine of a system's shape; kept, since the cells of the next batch have the same."""
+        key = (tuple(system.functions.items()), system.kinds.tobytes(), repr(integrator), t_end)
+        if key not in self._engines:
+            if len(self._engines) > 1000:
+                self._engines.clear()
+            grid = make_grid(integrator, (self.t_span[0], t_end), self._every, None)
+            has_motion = any(measure.needs_motion for measure in self.measures.values())
+            first = first_of_window(grid.t, self.window) if has_motion else -1
+            has_sequence = any(measure.needs_sequence for measure in self.measures.values())
+            self._engines[key] = BlockEngine(system, integrator, grid, SELECTIONS[self.selection], first, has_sequence)
+        return self._engines[key]
+
+    def _run_block(self, rows: Rows, integrator: Any, t_end: float, result: Batch) -> None:
+        engine = self._engine(rows.system, integrator, t_end)
+        cells = engine.new_cells(len(rows.cells))
+        cells.p[:], cells.laws[:], cells.q_0[:], cells.u_0[:] = rows.p, rows.laws, rows.q, rows.u
+        engine.run(cells)
+        result.status[rows.cells] = cells.status
+        result.inadmissible += int((cells.start == INADMISSIBLE).sum())
+        for measure in self.measures.values():
+            for name, values in measure.of_cells(cells).items():
+                result.put(name, rows.cells, values)
+        for k in np.flatnonzero(cells.status != Status.FINISHED):
+            words = MESSAGES.get(Status(int(cells.status[k])), "a model function raised, or wrote NaN or inf")
+            result.messages[int(rows.cells[k])] = (
+                f"{words.format(contact='a contact')}; stopped at t = {cells.t[k]:.9g} s"
+            )
+
+    def _run_singly(self, rows: Rows, integrator: Any, t_end: float, result: Batch, fail: Callable) -> None:
+        parameters = list(rows.system.parameter_values)
+        for k, cell in enumerate(rows.cells):
+            system = rows.system.with_parameters(**dict(zip(parameters, rows.p[k].tolist(), strict=True)))
+            try:
+                solution = simulate_whole(
+                    system, (self.t_span[0], t_end), rows.q[k], rows.u[k], integrator=integrator,
+                    selection=self.selection, on_failure="return",
+                    every=1 if getattr(integrator, "chooses_steps", False) else self._every,
+                )  # fmt: skip
+                values = self._measure(solution)
+            except Exception as error:
+                fail(rows.cells[k : k + 1], error)
+                continue
+            result.status[cell] = int(solution.status)
+            if not solution.success:
+                result.messages[int(cell)] = solution.message
+            for name, value in values.items():
+                result.put(name, rows.cells[k : k + 1], np.array([value]))
+
+    def _measure(self, solution: Solution) -> dict[str, Any]:
+        first = first_of_window(solution.t, self.window)
+        values: dict[str, Any] = {}
+        for measure in self.measures.values():
+            values |= measure.of_solution(solution, first)
+        for function in self.functions:
+            found = function(solution)
+            values |= as_values(found if isinstance(found, Mapping) else {name_of(function).split(".")[-1]: found})
+        return values
+
+
+def inspect_rows(rows: Rows, t: float) -> None:
+    """Try the functions of a system with the values of the first cell and of the last, before compiled code calls them.
+
+    Raises
+    ------
+    InvalidInput
+        For a function that cannot be right.
+    """
+    for k in {0, len(rows.cells) - 1}:
+        values = dict(zip(rows.system.parameter_values, rows.p[k].tolist(), strict=True))
+        inspect_start(rows.system.with_parameters(**values), t, rows.q[k], rows.u[k])
+
+
+def first_of_window(t: np.ndarray, fraction: float) -> int:
+    """The first record that is not before this fraction of the span."""
+    return int(np.searchsorted(t, t[0] + fraction * (t[-1] - t[0])))
+
+
+def _own(name: str, model: Any) -> float:
+    value = getattr(model, name, None)
+    if value is None:
+        option = {"dt": "integrator=MoreauJean(dt=...)", "t_end": "t_span=(start, end)"}[name]
+        raise InvalidInput(f"this system has no {name} of its own; give {option}")
+    return value

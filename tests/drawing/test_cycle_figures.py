@@ -1,0 +1,179 @@
+"""Studies, figures and brute-force diagrams of cycles; the flow of a mode against closed forms."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from models import BeltOscillator, FollowerForceArm, ModeCoupling, SpragSlip
+from nonsmooth.commands.cli import main
+from nonsmooth.cycles.cycle_branch import crossing
+from nonsmooth.cycles.flow_map import flow_map
+from nonsmooth.cycles.mode_flow import ContactState, mode_flow
+from nonsmooth.drawing.cycle_plots import plot_branch, plot_cycle, plot_waterfall
+from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.studies.bifurcation_diagram import maxima
+from nonsmooth.studies.cycle import study_cycle
+
+SLIDE, STICK = ContactMode.SLIDE, ContactMode.STICK
+
+
+@pytest.fixture(scope="module")
+def branch():
+    start = ns.limit_cycle(BeltOscillator(vb=0.2))
+    return ns.continue_cycle(BeltOscillator(), "vb", [0.2, 0.25], start)
+
+
+def test_cycle_is_drawn_with_a_colour_for_every_mode(branch, tmp_path):
+    figure = plot_cycle(branch.cycles[0], tmp_path / "cycle.png")
+    labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert sorted(labels) == ["slide -", "stick"]
+    assert (tmp_path / "cycle.png").stat().st_size > 10_000
+
+
+def test_branch_and_waterfall_show_the_cycles_that_were_computed(branch):
+    axes = plot_branch(branch).axes
+    np.testing.assert_allclose(axes[1].lines[0].get_ydata(), branch.periods)
+    assert len(plot_waterfall(branch).axes[0].lines) == 2
+
+
+def test_study_prints_the_phases_and_draws(tmp_path):
+    study = study_cycle(BeltOscillator(vb=0.2), {})
+    assert "period 2.0203482" in study.text and "stick" in study.text and "0.2501476" in study.text
+    study.draw(tmp_path / "cycle.png")
+    with pytest.raises(ns.InvalidInput, match="one parameter"):
+        study_cycle(BeltOscillator(), {"vb": [0.2], "c": [0.1]})
+
+
+def test_command_follows_the_cycle_along_an_axis(capsys, tmp_path):
+    figure = tmp_path / "branch.png"
+    assert main(["study", "cycle", "belt-oscillator", "--axis", "vb=0.2:0.3:3", "--plot", str(figure)]) == 0
+    out = capsys.readouterr().out
+    assert "2.020348258" in out and "1.999912298" in out and figure.stat().st_size > 10_000
+
+
+def test_command_says_why_there_is_no_cycle(capsys):
+    assert main(["study", "cycle", "belt-oscillator", "--set", "vb=0.6", "--no-plot"]) == 2
+    assert "come to rest" in capsys.readouterr().err
+
+
+def test_diagram_shows_the_maxima_of_the_cycles_and_rest_beyond_them(tmp_path):
+    diagram = ns.bifurcation_diagram(BeltOscillator(), "vb", [0.2, 0.3, 0.6], duration=150.0, dt=2e-3)
+    for k, high in ((0, 0.068330977), (1, 0.101641330)):
+        rest = BeltOscillator(vb=float(diagram.values[k])).equilibrium()
+        for maxima_ in (diagram.upwards[k], diagram.downwards[k]):
+            assert maxima_ - rest == pytest.approx([high], abs=2e-4)  # of sticking steps dt: amplitude error 1e-3
+    assert diagram.upwards[2] == pytest.approx([BeltOscillator(vb=0.6).equilibrium()], abs=1e-3)
+    assert not diagram.opens.any()
+    diagram.plot(tmp_path / "diagram.png")
+    assert (tmp_path / "diagram.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("values, options, message", [
+    ([0.3, 0.2], {}, "increase"), ([0.2], {"coordinate": 1}, "from 0 to 0"),
+    ([0.2], {"duration": -1.0}, "positive"),
+])  # fmt: skip
+def test_diagram_refuses_bad_input(values, options, message):
+    with pytest.raises(ns.InvalidInput, match=message):
+        ns.bifurcation_diagram(BeltOscillator(), "vb", values, **options)
+
+
+class Well(NamedTuple):
+    c: float = 1.0  # damping [1/s]
+
+
+def well_mass(t, q, p, M):
+    M[0, 0] = 1.0
+
+
+def well_force(t, q, u, p, h):
+    h[0] = q[0] - q[0] ** 3 - p.c * u[0]
+
+
+def test_chains_from_several_starts_find_several_attractors():
+    """x'' = x - x^3 - c x' comes to rest at 1 and at -1."""
+    well = ns.System(n_q=1, mass=well_mass, force=well_force, parameters=Well())
+    right, left = ([0.5], [0.0]), ([-0.5], [0.0])
+    options = {"duration": 60.0, "dt": 1e-2}
+    one = ns.bifurcation_diagram(well, "c", [1.0, 1.5], start=right, **options)
+    both = ns.bifurcation_diagram(well, "c", [1.0, 1.5], start=[right, left], **options)
+    for k in (0, 1):
+        for there, back in ((one, [1.0]), (both, [-1.0, 1.0])):
+            np.testing.assert_allclose(there.upwards[k], back, atol=1e-6)  # exp(-c t/2) is 1e-10 at 48 s
+            np.testing.assert_allclose(there.downwards[k], back, atol=1e-6)
+    with pytest.raises(ns.InvalidInput, match="a pair"):
+        ns.bifurcation_diagram(well, "c", [1.0], start=[([0.5], [0.0], 0.0)], **options)
+
+
+def test_maxima_are_told_apart_and_rest_is_its_position():
+    t = np.linspace(0, 8 * np.pi, 4001)
+    size = np.where(t % (4 * np.pi) < 2 * np.pi, 1.0, 2.0)
+    np.testing.assert_allclose(maxima(size * np.sin(t), 1e-3), [1.0, 2.0], rtol=1e-12)
+    assert maxima(np.full(10, 2.0), 1e-3).tolist() == [2.0]
+
+
+@pytest.mark.parametrize("before, after, kind", [
+    ([0.9], [0.95], ""), ([0.9], [1.1], "fold"), ([-0.9], [-1.1], "period doubling"),
+    ([0.9 + 0.3j, 0.9 - 0.3j], [1.0 + 0.3j, 1.0 - 0.3j], "torus"), ([1.1], [0.9], "fold"),
+])  # fmt: skip
+def test_multipliers_that_cross_the_unit_circle_name_the_bifurcation(before, after, kind):
+    assert crossing(np.array(before), np.array(after)) == kind
+
+
+@pytest.mark.parametrize("branch_sign", [1, -1])
+def test_flow_of_the_sliding_rod_has_the_force_and_acceleration_of_its_closed_form(branch_sign):
+    rod = SpragSlip()
+    th, thdot = 0.85, 0.0
+    force = rod.normal_forces(th, thdot)[1 if branch_sign > 0 else 0]
+    q, u = rod.state(th=th, thdot=thdot)
+    flow = mode_flow(rod.system(), (ContactState(SLIDE, -1, branch_sign),))
+    now = flow.instant(np.concatenate([q, u]))
+    assert now.la_N[0].real == pytest.approx(force, rel=1e-12)
+    assert now.acceleration[1].real == pytest.approx(rod.angular_acceleration(th, thdot, force), rel=1e-12)
+    np.testing.assert_allclose(flow.holds(np.concatenate([q, u])), 0, atol=1e-14)
+
+
+def test_flow_of_the_sticking_rod_has_the_forces_of_its_closed_form():
+    rod = SpragSlip.set_1()
+    th = 0.81
+    q, u = rod.state(th=th, thdot=rod.stick_rate(th))
+    flow = mode_flow(rod.system(), (ContactState(STICK, 0, 1),))
+    now = flow.instant(np.concatenate([q, u]))
+    assert (now.la_N[0].real, now.la_F[0].real) == pytest.approx(rod.stick_forces(th), rel=1e-12)
+    margins = flow.margins(np.concatenate([q, u]))
+    assert margins[0, "friction +"] + margins[0, "friction -"] == pytest.approx(
+        2 * rod.mu * abs(now.la_N[0]), rel=1e-12
+    )
+
+
+def test_flow_without_row_rates_of_the_model_finds_them_by_differences():
+    from dataclasses import replace
+
+    rod = SpragSlip()
+    x = np.concatenate(rod.state(th=0.7, thdot=1.3))
+    states = (ContactState(SLIDE, -1, 1),)
+    with_rates, without = (
+        mode_flow(system, states).rate(x) for system in (rod.system(), replace(rod.system(), row_rates=None))
+    )
+    np.testing.assert_allclose(with_rates, without, rtol=1e-9)
+
+
+@pytest.mark.parametrize("model, states", [
+    (FollowerForceArm(P=1000.0), ()), (ModeCoupling(), (ContactState(SLIDE, -1, 1),)),
+    (SpragSlip.set_1(), (ContactState(STICK, 0, 1),)),
+], ids=["arm", "coupling", "sprag"])  # fmt: skip
+def test_derivative_of_a_flow_is_that_of_its_differences(model, states):
+    flow = mode_flow(model.system(), states)
+    x = np.concatenate(model.state() if states else model.state(phi1=0.1))
+    if isinstance(model, SpragSlip):
+        x = np.concatenate(model.state(th=0.81, thdot=model.stick_rate(0.81)))
+    scale, T = np.ones(4), 0.05
+    _, Phi = flow_map(flow, x, T, scale)
+    h = 1e-5  # central difference: truncation 1e-10 times third derivatives of order 1e2
+    columns = [
+        (flow_map(flow, x + h * e, T, scale)[0] - flow_map(flow, x - h * e, T, scale)[0]) / (2 * h) for e in np.eye(4)
+    ]
+    np.testing.assert_allclose(Phi, np.column_stack(columns), atol=3e-7 * max(1.0, np.abs(Phi).max()))

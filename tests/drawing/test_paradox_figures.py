@@ -1,0 +1,99 @@
+"""What stands in the figures of paradoxes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from models import BeltOscillator, BilateralRod, FollowerForceArm, PainleveRod, SpragSlip, WallPendulum
+from nonsmooth.drawing.paradox_plots import plot_graphical_problem, plot_map
+
+
+def texts(figure):
+    """All texts of the first axes and of its legend."""
+    axes = figure.axes[0]
+    legend = [text.get_text() for text in axes.get_legend().get_texts()] if axes.get_legend() else []
+    return [text.get_text() for text in axes.texts], legend
+
+
+def test_map_hatches_and_names_its_regions_and_draws_curves_and_motions():
+    rod = SpragSlip()
+    axes = {"th": np.linspace(0.65, 1.25, 61), "thdot": np.linspace(-4.5, 4.5, 61)}
+    chart = ns.paradox_map(rod, **axes)
+    motion = np.array([[0.8, 0.0], [0.9, 1.0], [1.0, 0.5]])
+    figure = plot_map(chart, boundaries=ns.paradox_boundaries(rod, **axes), motions=[motion])
+    labels, legend = texts(figure)
+    assert sorted(labels) == ["0", "0", "1", "2", "2"]  # A0 is one piece here
+    for entry in ("inconsistent", "regular", "indeterminate", "$p = 0$", "$b = 0$", "\\gamma_F", "Génot", "motion"):
+        assert any(entry in text for text in legend), entry
+    drawn = [line.get_xydata() for line in figure.axes[0].lines]
+    assert any(line.shape == motion.shape and np.array_equal(line, motion) for line in drawn)
+    hatches = {hatch for area in figure.axes[0].collections for hatch in (getattr(area, "hatches", None) or [])}
+    assert {"//", ".."} <= hatches
+    assert figure.axes[0].get_xlabel() == "$\\theta$ [rad]" and "rad/s" in figure.axes[0].get_ylabel()
+
+
+def test_named_regions_take_the_names_given():
+    rod = SpragSlip()
+    axes = {"th": np.linspace(0.65, 1.25, 61), "thdot": np.linspace(-4.5, 4.5, 61)}
+    code = rod.region(*np.meshgrid(*axes.values(), indexing="ij"))
+    labels, _ = texts(plot_map(ns.paradox_map(rod, **axes), regions=(code, lambda k: f"A{k}")))
+    assert sorted(labels) == ["A0", "A1", "A2", "A3", "A4"]
+
+
+def test_one_axis_shows_the_force_of_every_solution():
+    chart = ns.paradox_map(PainleveRod(mu=2.0), th=np.linspace(0.0, 1.57, 50), thdot=5.0)
+    axes = plot_map(chart).axes[0]
+    shown = np.concatenate([line.get_ydata() for line in axes.lines])
+    expected = chart.la_N.values
+    assert np.isfinite(shown).sum() == np.isfinite(expected).sum() == int(chart.n_solutions.sum())
+
+
+def test_more_than_two_axes_are_refused_with_the_cure():
+    chart = ns.paradox_map(PainleveRod(), th=[0.1, 0.2], mu=[0.5, 1.0], thdot=[0.0, 1.0])
+    with pytest.raises(ns.InvalidInput, match="isel"):
+        plot_map(chart)
+    assert plot_map(chart.isel(mu=0)) is not None
+
+
+def test_solutions_lie_where_the_line_meets_the_corner():
+    for mu, thdot, number in [(0.5, 0.0, 1), (0.5, 6.0, 1), (2.0, 6.0, 2), (2.0, 0.0, 0)]:
+        rod = PainleveRod(mu=mu)
+        figure = plot_graphical_problem(ns.classify(rod, 0.0, *rod.state(th=math.pi / 3, thdot=thdot)))
+        lines = {line.get_label(): line.get_xydata() for line in figure.axes[0].lines}
+        points = lines["solutions"]
+        assert len(points) == number
+        (x_0, y_0), (x_1, y_1) = next(xy for label, xy in lines.items() if "p\\," in label)
+        for x, y in points:
+            assert x * y == 0 and x >= 0 and y >= 0  # on the corner
+            assert y_0 + (y_1 - y_0) * (x - x_0) / (x_1 - x_0) == pytest.approx(y, abs=1e-12 * 100)  # and on the line
+
+
+def test_solutions_of_a_bilateral_contact_lie_on_the_axis_at_forces_of_either_sign():
+    rod = BilateralRod()
+    case = ns.classify(rod, 0.0, *rod.state())
+    figure = plot_graphical_problem(case)
+    lines = {line.get_label(): line.get_xydata() for line in figure.axes[0].lines}
+    points = lines["solutions"]
+    assert points[:, 1].tolist() == [0.0, 0.0] and points[:, 0].min() < 0 < points[:, 0].max()
+    assert sorted(points[:, 0]) == sorted(solution.la_N[0] for solution in case.solutions)
+    bent = next(xy for label, xy in lines.items() if "p\\," in label)
+    for x, _ in points:  # the force of friction changes its sign with la_N, and so the slope of the line
+        assert np.interp(x, *bent.T) == pytest.approx(0.0, abs=1e-9)
+    assert not any("perp" in str(label) for label in lines)
+
+
+def test_a_closed_contact_without_friction_is_drawn_with_its_one_line():
+    beads = WallPendulum()
+    figure = plot_graphical_problem(ns.classify(beads, 0.0, *beads.state(th=0.0, thdot=0.0)))
+    (point,) = {line.get_label(): line.get_xydata() for line in figure.axes[0].lines}["solutions"]
+    assert point.tolist() == [0.0, 0.0]
+
+
+def test_states_without_a_graphical_problem_are_refused_with_the_reason():
+    for model, words in ((FollowerForceArm(), "needs a contact"), (BeltOscillator(), "is given")):
+        with pytest.raises(ns.InvalidInput, match=words):
+            plot_graphical_problem(ns.classify(model, 0.0, *model.state()))

@@ -1,0 +1,386 @@
+"""Runs in compiled blocks: the same bits as `simulate`, whatever the block, the worker and the order."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import nonsmooth as ns
+from models.bead_chain import BeadChain
+from models.belt_oscillator import BeltOscillator
+from models.bilateral_rod import BilateralRod
+from models.bouncing_ball import BouncingBall
+from models.painleve_rod import PainleveRod
+from models.pendulum import WallPendulum
+from models.rocking_block import RockingBlock
+from models.sprag_slip import SpragSlip
+from nonsmooth.integrators.records import State
+from nonsmooth.jit import interpreted
+from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.compiled import model_of
+from nonsmooth.mechanics.contact_problem import Work, model_facts
+from nonsmooth.mechanics.initial_modes import ADMISSIBLE, initial_modes
+from nonsmooth.mechanics.initial_state import examine_state
+from nonsmooth.mechanics.system import Contact, System
+from nonsmooth.sweeps.run_rows import RowBuilder
+
+pytestmark = pytest.mark.filterwarnings("ignore::nonsmooth.UnsettledWarning")  # runs are short: their bits are compared
+STARTED = {"q0": [0.3], "u0": [0.0]}
+EVERYTHING = ["final_state", "amplitude", "period", "modes", "paradoxes", "impacts", "mode_changes", "residual"]
+SCENES = {
+    "belt": (BeltOscillator(), 4.0, 1e-2, {"vb": [0.1, 0.42], "m1": [0.0, 0.45], "x": [0.0, 0.05]}),
+    "rod": (PainleveRod(), 0.3, 1e-3, {"mu": [0.5, 1.8], "l": [1.0, 2.0], "th": [0.5, 1.0]}),
+    "sprag-slip": (SpragSlip(), 0.4, 1e-3, {"mu": [0.5, 1.5], "th": [0.6, 0.78], "dt": [1e-3, 5e-4]}),
+    "bilateral rod": (BilateralRod(), 0.2, 1e-3, {"mu": [0.3, 0.8], "slip": [-1.0, 1.0]}),
+    "rocking block": (RockingBlock(), 0.5, 1e-3, {"e": [0.0, 0.5], "tilt": [0.05, 0.1]}),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_cell_has_the_bits_of_a_run_by_itself(name):
+    model, t_end, dt, axes = SCENES[name]
+    task = ns.RunTask(model, EVERYTHING, t_span=(0, t_end), integrator=ns.MoreauJean(dt))
+    found = ns.sweep(task, axes, progress=False)
+    assert (found.status == ns.Status.FINISHED).all()
+    for cell in np.ndindex(*found.status.shape):
+        values = {axis: axes[axis][k] for axis, k in zip(axes, cell, strict=True)}
+        fields = {key: value for key, value in values.items() if hasattr(model, key) and key != "dt"}
+        state = {key: value for key, value in values.items() if key not in fields and key != "dt"}
+        varied = type(model)(**fields)
+        integrator = ns.MoreauJean(values.get("dt", dt))
+        alone = ns.simulate(varied, (0, t_end), *varied.state(**state), integrator=integrator)
+        expected = {}
+        for measure in task.measures.values():
+            expected |= measure.of_solution(alone, int(np.searchsorted(alone.t, t_end / 2)))
+        for key, value in expected.items():
+            here = found[key].values[cell]
+            assert here == value if isinstance(value, str) else np.array_equal(here, value, equal_nan=True), (key, cell)
+
+
+def test_cells_depend_on_no_block_worker_or_order():
+    """A row of contacts whose solver begins from the step before: what a cell leaves behind must not reach the next."""
+    axes = {"mu": np.linspace(0.1, 1.5, 7), "tilt": np.linspace(0.02, 0.2, 5)}
+    task = ns.RunTask(RockingBlock(), EVERYTHING, t_span=(0, 0.4), integrator=ns.MoreauJean(1e-3))
+    whole = ns.sweep(task, axes, progress=False, batch=35)
+    for options in ({"batch": 1}, {"batch": 4}, {"workers": 2}, {"workers": 2, "batch": 3}):
+        xr.testing.assert_identical(whole, ns.sweep(task, axes, progress=False, **options))
+    backwards = ns.sweep(task, {name: values[::-1] for name, values in axes.items()}, progress=False)
+    xr.testing.assert_equal(whole, backwards.isel(mu=slice(None, None, -1), tilt=slice(None, None, -1)))
+
+
+def test_compiled_block_and_its_source_agree(monkeypatch):
+    axes = {"mu": [0.5, 1.8], "th": [0.5, 1.0]}
+    task = ns.RunTask(PainleveRod(), EVERYTHING, t_span=(0, 0.05), integrator=ns.MoreauJean(1e-3))
+    compiled = ns.sweep(task, axes, progress=False)
+    monkeypatch.setenv("NONSMOOTH_INTERPRET", "1")
+    task = ns.RunTask(PainleveRod(), EVERYTHING, t_span=(0, 0.05), integrator=ns.MoreauJean(1e-3))
+    source = ns.sweep(task, axes, progress=False)
+    for name in ("modes", "paradoxes", "impacts", "status"):
+        assert (compiled[name] == source[name]).all()
+    np.testing.assert_allclose(compiled.q, source.q, rtol=1e-12, atol=1e-14)
+
+
+MODELS = (BeltOscillator(), PainleveRod(), BilateralRod(), RockingBlock(), WallPendulum(), BeadChain())
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+def test_modes_at_a_start_are_those_that_simulate_finds(model):
+    system = model.system()
+    rng = np.random.default_rng(3)
+    n, n_c, d = system.n_u, system.n_c, system.d
+    q_0, u_0 = model.state()
+    for trial in range(40):
+        q = q_0 + (0 if trial % 2 else 0.1) * rng.standard_normal(n)
+        u = u_0 * (trial % 3) + (trial % 5 == 0) * rng.standard_normal(n)
+        expected = examine_state(system, model_of(system), model_facts(system), 0.0, q, u)
+        state = new(State, n=n, n_c=n_c, d=d, capacity=1)
+        work = new(Work, n=n, n_c=n_c, d=d)
+        state.q[:], state.u[:] = q, u
+        verdict = interpreted(initial_modes)(
+            in_python(system), model_facts(system), 0.0, n, n_c, system.kinds, system.p, state, work
+        )
+        assert (verdict == ADMISSIBLE) == expected.is_admissible
+        assert state.mode.tolist() == expected.mode.tolist() and state.slip.tolist() == expected.slip.tolist()
+
+
+def in_python(system):
+    def model(which, t, q, u, p, out):
+        out[...] = system.evaluate(which, t, q, u)
+
+    return model
+
+
+class Guides(NamedTuple):
+    """A bar held by three guides in a line, pulled sideways above them: their forces are not determined."""
+
+    mu: float = 0.5
+    pull: float = 20.0  # N/s
+    height: float = 1.4  # m of the rails above the centre
+    lever: float = -0.33  # m of the pull
+
+
+def guided_bar():
+    def mass(t, q, p, M):
+        M[0, 0] = M[1, 1] = 1.0
+        M[2, 2] = 0.3
+
+    def force(t, q, u, p, h):
+        h[0] = p.pull * t
+        h[1] = -9.81
+        h[2] = -p.pull * t * p.lever
+
+    def gap(t, q, p, g_N):
+        for i in range(3):
+            g_N[i] = q[1] + (i - 1.0) * q[2]
+
+    def normal(t, q, p, W_N):
+        for i in range(3):
+            W_N[i, 1] = 1.0
+            W_N[i, 2] = i - 1.0
+
+    def tangent(t, q, p, W_F):
+        for i in range(3):
+            W_F[i, 0, 0] = 1.0
+            W_F[i, 0, 2] = p.height
+
+    contacts = [Contact(mu="mu", bilateral=True)] * 3
+    return System(n_q=3, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, contacts=contacts,
+                  parameters=Guides())  # fmt: skip
+
+
+def test_a_run_that_needs_what_redundant_contacts_need_gets_it(monkeypatch):
+    asked = []
+    load = ns.MoreauJean.load_for_retry
+    monkeypatch.setattr(ns.MoreauJean, "load_for_retry", lambda *args: asked.append(args) or load(*args))
+    system, integrator = guided_bar(), ns.MoreauJean(1e-2)
+    task = ns.RunTask(system, ["final_state", "modes"], t_span=(0, 1), integrator=integrator,
+                      state={"q0": np.zeros(3), "u0": [-0.4, 0, 0]})  # fmt: skip
+    found = ns.sweep(task, {"mu": [0.2, 0.5], "pull": [5.0, 20.0]}, progress=False)
+    assert asked
+    for i, mu in enumerate((0.2, 0.5)):
+        for k, pull in enumerate((5.0, 20.0)):
+            varied = system.with_parameters(mu=mu, pull=pull)
+            alone = ns.simulate(varied, (0, 1), np.zeros(3), [-0.4, 0, 0], integrator=integrator)
+            assert np.array_equal(found.u.values[i, k], alone.u[-1]) and alone.success
+            assert found.modes.values[i, k] == task.measures["modes"].of_solution(alone, 0)["modes"]
+
+
+@dataclass(frozen=True)
+class Sledge:
+    """A block whose contact has no friction at all where mu = 0: the shape of its system depends on a field."""
+
+    mu: float = 0.2
+    n: int = 1
+
+    t_end, dt = 0.1, 1e-3
+
+    def system(self):
+        def mass(t, q, p, M):
+            M[0, 0] = 1.0
+            M[1, 1] = 1.0
+
+        def force(t, q, u, p, h):
+            h[1] = -9.81
+
+        def gap(t, q, p, g_N):
+            g_N[0] = q[1]
+
+        def normal(t, q, p, W_N):
+            W_N[0, 1] = 1.0
+
+        def tangent(t, q, p, W_F):
+            W_F[0, 0, 0] = 1.0
+
+        friction = {"tangent": tangent} if self.mu else {}
+        return System(n_q=2, mass=mass, force=force, gap=gap, normal=normal, contacts=[Contact(mu=self.mu)],
+                      parameters=self, **friction)  # fmt: skip
+
+    def state(self, speed=1.0):
+        return np.zeros(2), np.array([speed * self.n, 0.0])
+
+
+def test_a_model_whose_system_reads_a_swept_field_is_built_for_each_value():
+    sledge = Sledge()
+    assert not RowBuilder(sledge, {}).is_direct({"mu": np.array([0.1, 0.2])})
+    found = ns.sweep(ns.RunTask(sledge), {"mu": [0.0, 0.2, 0.5], "speed": [1.0, 2.0]}, progress=False)
+    mu, speed = np.array([0.0, 0.2, 0.5])[:, None], np.array([1.0, 2.0])
+    # constant deceleration is integrated exactly by the mid-point rule; 100 sums of order 1 round by 100 eps
+    np.testing.assert_allclose(found.u.values[..., 0], speed - mu * 9.81 * 0.1, atol=100 * np.finfo(float).eps * 2)
+
+
+def test_a_whole_field_takes_whole_numbers_and_sets_the_size():
+    chain = BeadChain()
+    task = ns.RunTask(chain, "impacts", t_span=(0, 0.5), integrator=ns.MoreauJean(1e-3))
+    found = ns.sweep(task, {"n": [2, 3, 4]}, progress=False)
+    for n, impacts in zip((2, 3, 4), found.impacts.values, strict=True):
+        alone = BeadChain(n=n)
+        run = ns.simulate(alone, (0, 0.5), *alone.state(), integrator=ns.MoreauJean(1e-3))
+        assert impacts == sum(event.kind == ns.EventKind.IMPACT for event in run.events)
+    listed = ns.sweep(ns.RunTask(chain, t_span=(0, 0.1)), {"n": [chain.n, chain.n + 1]}, progress=False)
+    assert listed.status.values.tolist() == [ns.CellStatus.FINISHED, ns.CellStatus.FAILED]
+    assert "coordinates" in str(listed.message.values[1])
+    halves = ns.sweep(task, {"n": [2.0, 2.5]}, progress=False)
+    assert halves.status.values.tolist() == [ns.CellStatus.FINISHED, ns.CellStatus.FAILED]
+
+
+def test_amplitude_and_period_of_a_free_oscillator():
+    """Without friction and damping the step is the trapezoidal rule: w_dt = (2/dt) atan(w dt/2), amplitude kept."""
+    dt, amplitude = 1e-2, 0.3
+    belt = BeltOscillator(c=0.0, m0=0.0, m1=0.0, m3=0.0)
+    task = ns.RunTask(belt, ["amplitude", "period"], t_span=(0, 30), integrator=ns.MoreauJean(dt), state={"x": 0.3})
+    found = ns.sweep(task, {"k": [5.0, 10.0, 40.0], "m": [1.0, 2.0]}, progress=False)
+    omega = np.sqrt(np.array([5.0, 10.0, 40.0])[:, None] / np.array([1.0, 2.0]))
+    period = math.pi * dt / np.arctan(omega * dt / 2)
+    # the extremes stand between two records: (1 - cos(w dt/2)) of the amplitude is missed at most
+    missed = amplitude * (1 - np.cos(omega * dt / 2))
+    assert (np.abs(found.amplitude.values[..., 0] - amplitude) <= missed + 1e-12).all()
+    # a crossing is interpolated linearly, off by at most (w dt)^2 / 8 of a step, and by the shift of the middle
+    error = 2 * ((omega * dt) ** 2 / 8 * dt + missed / (amplitude * omega))
+    assert (np.abs(found.period.values[..., 0] - period) <= error).all()
+
+
+class Damped(NamedTuple):
+    c: float = 1.0  # damping of a unit mass, of either sign [N s/m]
+    k: float = 400.0  # stiffness [N/m]
+
+
+def damped_oscillator():
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = -p.k * q[0] - p.c * u[0]
+
+    return System(n_q=1, mass=mass, force=force, parameters=Damped())
+
+
+@pytest.mark.filterwarnings("error::nonsmooth.UnsettledWarning")
+@pytest.mark.parametrize("integrator", [ns.MoreauJean(1e-2), ns.EventDriven()], ids=["blocks", "one by one"])
+@pytest.mark.parametrize("c", [0.0, 1.0, -0.5])
+def test_an_amplitude_of_a_motion_that_has_not_settled_is_told(c, integrator):
+    """Extremes of x go as exp(-c t/2): the range over the later half of a window of length T is smaller by
+    1 - exp(-c T/4), that of a growing motion over the earlier one; which extremes fall into it adds half a period."""
+    task = ns.RunTask(damped_oscillator(), "amplitude", t_span=(0, 4), integrator=integrator, state=STARTED)
+    if c == 0.0:  # the records miss less than (w dt)^2/8 = 0.005 of an extreme
+        assert (ns.sweep(task, {"c": [c]}, progress=False).amplitude_change < 0.005).all()
+        return
+    with pytest.warns(ns.UnsettledWarning, match="the amplitude still changes in 1 of 1 cells, by up to"):
+        found = ns.sweep(task, {"c": [c]}, progress=False)
+    period, T = 2 * math.pi / 20, 2.0
+    assert found.amplitude_change.item() == pytest.approx(1 - math.exp(-abs(c) * T / 4), abs=abs(c) * period / 2)
+
+
+def test_a_window_shorter_than_the_period_shows_no_amplitude():
+    task = ns.RunTask(damped_oscillator(), "amplitude", t_span=(0, 4), integrator=ns.MoreauJean(1e-2), state=STARTED,
+                      window=0.97)  # fmt: skip
+    with pytest.warns(ns.UnsettledWarning, match="repeat more slowly"):
+        ns.sweep(task, {"c": [0.0]}, progress=False)
+
+
+def test_a_mass_at_rest_has_no_period():
+    task = ns.RunTask(BeltOscillator(vb=0.0), ["amplitude", "period"], t_span=(0, 1), integrator=ns.MoreauJean(1e-2))
+    found = ns.sweep(task, {"x": [0.0]}, progress=False)
+    assert found.amplitude.item() == 0.0 and np.isnan(found.period.item())
+
+
+def test_the_state_may_be_varied_entry_by_entry():
+    belt = BeltOscillator()
+    task = ns.RunTask(belt, t_span=(0, 0.5), integrator=ns.MoreauJean(1e-2))
+    by_name = ns.sweep(task, {"x": [0.0, 0.1], "velocity": [0.0, 0.2]}, progress=False)
+    by_entry = ns.sweep(task, {"q0[0]": [0.0, 0.1], "u0[0]": [0.0, 0.2]}, progress=False)
+    np.testing.assert_array_equal(by_name.q.values, by_entry.q.values)
+    whole = ns.RunTask(belt.system(), t_span=(0, 0.5), integrator=ns.MoreauJean(1e-2), state={"q0": [0.1], "u0": [0.2]})
+    np.testing.assert_array_equal(ns.sweep(whole, {"vb": [0.2]}, progress=False).q.values[0], by_name.q.values[1, 1])
+
+
+def test_a_cell_out_of_range_fails_alone():
+    task = ns.RunTask(PainleveRod(), ["paradoxes", "final_state"], t_span=(0, 0.01))
+    found = ns.sweep(task, {"mu": [-0.5, 0.5], "th": [0.5, 1.0]}, progress=False)
+    assert found.status.values.tolist() == [[ns.CellStatus.FAILED] * 2, [ns.CellStatus.FINISHED] * 2]
+    assert "mu must not be negative" in str(found.message.values[0, 0])
+    assert np.isnan(found.q.values[0]).all() and np.isfinite(found.q.values[1]).all()
+    assert found.attrs["cells_failed"] == 2
+
+
+def test_rules_between_two_fields_hold_cell_by_cell():
+    """Stribeck's law asks for m0 >= mu_k: neither axis alone breaks the rule."""
+    task = ns.RunTask(BeltOscillator(law="stribeck"), t_span=(0, 0.1), integrator=ns.MoreauJean(1e-2))
+    m0, mu_k = np.array([0.2, 0.3, 0.4]), np.array([0.1, 0.25, 0.35])
+    found = ns.sweep(task, {"m0": m0, "mu_k": mu_k}, progress=False)
+    np.testing.assert_array_equal(found.status == ns.CellStatus.FAILED, m0[:, None] < mu_k)
+    assert "m0 - mu_k must not be negative" in str(found.message.values[0, 1])
+
+
+def test_a_run_that_stops_says_where():
+    """mu(v) = m0 - m1 v becomes negative above v = m0/m1: the law of a cell, not of the sweep."""
+    task = ns.RunTask(BeltOscillator(m3=0.0), "end_time", t_span=(0, 1), integrator=ns.MoreauJean(1e-3))
+    found = ns.sweep(task, {"vb": [0.2, 2.0]}, progress=False)
+    assert found.status.values.tolist() == [ns.CellStatus.FINISHED, ns.CellStatus.NEGATIVE_FRICTION]
+    assert found.end_time.values[1] == 0.0 and "t = 0 s" in str(found.message.values[1])
+
+
+def test_a_function_of_the_solution_is_a_measure():
+    def top_speed(solution):
+        return abs(solution.u).max()
+
+    task = ns.RunTask(BeltOscillator(), [top_speed, "amplitude"], t_span=(0, 3), integrator=ns.MoreauJean(1e-2))
+    found = ns.sweep(task, {"vb": [0.1, 0.3]}, progress=False)
+    named = ns.RunTask(BeltOscillator(), "amplitude", t_span=(0, 3), integrator=ns.MoreauJean(1e-2))
+    np.testing.assert_array_equal(
+        found.amplitude.values, ns.sweep(named, {"vb": [0.1, 0.3]}, progress=False).amplitude.values
+    )
+    for vb, speed in zip((0.1, 0.3), found.top_speed.values, strict=True):
+        belt = BeltOscillator(vb=vb)
+        assert speed == abs(ns.simulate(belt, (0, 3), *belt.state(), integrator=ns.MoreauJean(1e-2)).u).max()
+
+
+def test_an_integrator_with_a_loop_of_its_own_runs_cell_by_cell():
+    ball = BouncingBall()
+    measures = ["final_state", "impacts", "modes", "penetration", "amplitude"]
+    task = ns.RunTask(ball, measures, t_span=(0, 0.6), integrator=ns.Penalty(stiffness=1e5))
+    found = ns.sweep(task, {"stiffness": [1e4, 1e6], "height": [0.5, 1.0]}, progress=False)
+    for i, stiffness in enumerate((1e4, 1e6)):
+        for k, height in enumerate((0.5, 1.0)):
+            alone = ns.simulate(ball, (0, 0.6), *ball.state(height=height), integrator=ns.Penalty(stiffness=stiffness))
+            assert found.q.values[i, k] == alone.q[-1]
+            assert found.penetration.values[i, k] == alone.stats.worst_penetration
+            assert found.impacts.values[i, k] == 1 and found.modes.values[i, k] == "open, closed, open"
+
+
+def test_inadmissible_starts_are_counted_once():
+    task = ns.RunTask(BilateralRod(), t_span=(0, 0.01), state={"q0": [0, 3.0, 1.0], "u0": [0, 0, 0]})
+    with pytest.warns(ns.InitialStateWarning, match="in 3 of the cells"):
+        ns.sweep(task, {"mu": [0.1, 0.2, 0.3]}, progress=False)
+
+
+def test_every_end_of_a_run_is_an_end_of_a_cell():
+    ends = {status.name: status.value for status in ns.Status if status.name != "RUNNING"}
+    assert {name: ns.CellStatus[name].value for name in ends} == ends
+
+
+def test_a_run_inside_a_function_gives_its_status_to_the_cell():
+    """mu(v) = m0 - m1 v becomes negative above v = m0/m1."""
+
+    def end(vb):
+        belt = BeltOscillator(m3=0.0, vb=vb)
+        return ns.simulate(belt, (0, 1), *belt.state(), integrator=ns.MoreauJean(1e-3)).t[-1]
+
+    found = ns.sweep(end, {"vb": [0.2, 2.0]}, progress=False)
+    assert found.status.values.tolist() == [ns.CellStatus.FINISHED, ns.CellStatus.NEGATIVE_FRICTION]
+    assert found.value.values[0] == 1.0 and "friction" in found.message.values[1]
+
+
+def test_a_system_that_has_run_goes_to_other_processes():
+    rod = PainleveRod(mu=0.5).system()
+    q0, u0 = PainleveRod(mu=0.5).state(slip=1.0)
+    task = ns.RunTask(rod, t_span=(0, 0.1), state={"q0": q0, "u0": u0}, integrator=ns.MoreauJean(1e-3))
+    ns.simulate(rod, (0, 0.1), q0, u0, integrator=ns.Penalty(1e6))
+    there = pickle.loads(pickle.dumps(task))
+    axes = {"mu": [0.3, 0.5]}
+    xr.testing.assert_identical(ns.sweep(task, axes, progress=False), ns.sweep(there, axes, progress=False))
