@@ -1,4 +1,4 @@
-"""``nonsmooth bench accuracy [--peers] [--out FILE]``: error against run time on the scenes of the field.
+"""``python -m benchmarks accuracy [--peers] [--out FILE]``: error against run time on the scenes of the field.
 
 Every integrator of this package at a row of steps or tolerances on eleven scenes; with ``--peers`` also other programs
 on the scenes that they can express (Siconos, SciPy with events written by hand, MuJoCo), each where it is installed.
@@ -61,7 +61,7 @@ def methods() -> dict[str, Any]:
 
 def main(argv: list[str] | None = None) -> int:
     """Measure, print, write the page; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="nonsmooth bench accuracy", description="error against run time")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks accuracy", description="error against run time")
     parser.add_argument("--peers", action="store_true", help="other programs too, where they are installed")
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the page and its figure")
     parser.add_argument("scenes", nargs="*", metavar="WORD", help="only the scenes whose names contain one of these")

@@ -32,7 +32,7 @@ def page(study: WorkPrecision, machine: str, figure: str, repeats: int) -> str:
     """The whole page."""
     parts = [
         "# Run time against error",
-        f"Made by `nonsmooth bench accuracy --peers --out docs/benchmarks/accuracy.md` on {machine}; "
+        f"Made by `python -m benchmarks accuracy --peers --out docs/benchmarks/accuracy.md` on {machine}; "
         f"medians of {repeats} {METHOD}",
         f"![error against wall time and against force evaluations]({figure})",
     ]

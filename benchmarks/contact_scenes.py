@@ -1,4 +1,4 @@
-"""A block with any number of contacts: what ``nonsmooth bench contacts`` times.
+"""A block with any number of contacts: what ``python -m benchmarks contacts`` times.
 
 q = (x, y, th) of the mass centre, from where the block stands upright; the contacts are points (X, Y) of the block,
 

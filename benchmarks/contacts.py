@@ -1,4 +1,4 @@
-"""``nonsmooth bench contacts [FOLDER]``: what a step costs with 2 to 200 closed contacts, beside what is redundant.
+"""``python -m benchmarks contacts [FOLDER]``: a step with 2 to 200 closed contacts, beside what is redundant.
 
 A block on n feet at rest, sliding, on a shaken floor, rocking and landing; without friction; in bilateral guides; in a
 corner; towers of blocks with one contact each, stacks with two. Moreau–Jean, dt = 1 ms. Processor time of a run less

@@ -1,4 +1,4 @@
-"""``nonsmooth bench core``: nanoseconds a step, beside the same step written in C; compile, import and call times.
+"""``python -m benchmarks core``: nanoseconds a step, beside the same step written in C; compile, import and call times.
 
 The rod is also stepped by two C programs compiled on the spot (where there is no C compiler, they are left out): one
 with all known to the compiler, one generic through function pointers. They take the same step, mid-point, rows at the

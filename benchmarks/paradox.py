@@ -1,4 +1,4 @@
-"""``nonsmooth bench paradox``: states a second of maps, microseconds of a classification, and what each contact costs.
+"""``python -m benchmarks paradox``: states a second of maps, microseconds of a classification, the cost of a contact.
 
 Times are of the processor, not of the clock: a map of 10^6 states in one thread, the smallest of a few repeats.
 """

@@ -1,4 +1,4 @@
-"""``nonsmooth bench penalty``: compliant contact by the compiled integrator beside SciPy's Radau, BDF and LSODA.
+"""``python -m benchmarks penalty``: compliant contact by the compiled integrator beside SciPy's Radau, BDF and LSODA.
 
 All of them integrate the same compiled rates through the same modes and events; they differ in their steps, and in what
 a step costs. Times are compared at equal error against a run with rtol = 1e-12: for each run of SciPy's, the time that

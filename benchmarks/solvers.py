@@ -1,6 +1,6 @@
-"""``nonsmooth bench solvers [FILE...]``: time and failures of the complementarity and friction solvers, as a page.
+"""``python -m benchmarks solvers [FILE...]``: time and failures of the complementarity and friction solvers, as a page.
 
-    nonsmooth bench solvers > docs/benchmarks/solvers.md
+    python -m benchmarks solvers > docs/benchmarks/solvers.md
 
 Kernels are timed in a compiled loop, as an integrator calls them; calls from Python stand beside. Every answer is
 judged by its residual. Times are medians over random problems of the least of some repeats; the machine may be shared.
@@ -53,12 +53,10 @@ def main(files: list[str] | None = None) -> int:
     """Print the page; returns the exit code."""
     print("# Complementarity and friction solvers\n")
     print(
-        f"Made by `nonsmooth bench solvers` on {platform.machine()}, Python {platform.python_version()}. Times of one"
+        f"Made by `python -m benchmarks solvers` on {platform.machine()}, Python {platform.python_version()}. Times of"
     )
-    print(
-        f"problem are in microseconds: the median over {SAMPLES} random ones of the least of {REPEATS} repeats. Where"
-    )
-    print("the machine is shared, single long runs may take two or three times as long as on a quiet one.\n")
+    print(f"one problem are in microseconds: the median over {SAMPLES} random ones of the least of {REPEATS} repeats.")
+    print("Where the machine is shared, single long runs may take two or three times as long as on a quiet one.\n")
     for section in (frictionless, frictional, failures, families, many_frictionless):
         print("\n".join(section()), flush=True)
     if files:

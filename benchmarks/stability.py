@@ -1,4 +1,4 @@
-"""``nonsmooth bench stability``: equilibria, boundaries, cycles, and a cycle along a hundred values of a parameter.
+"""``python -m benchmarks stability``: equilibria, boundaries, cycles, a cycle along a hundred values of a parameter.
 
 Times of the processor and of the clock [s], the least of a few repeats, after a first call that compiles.
 """

@@ -1,4 +1,4 @@
-"""``nonsmooth bench stress [PAGE.md [FOLDER]]``: hard cases by every integrator that claims them.
+"""``python -m benchmarks stress [PAGE.md [FOLDER]]``: hard cases by every integrator that claims them.
 
 Each figure has a bound. Without a file the tables are printed; with one they are written as a page, with its pictures
 in the folder.
@@ -32,8 +32,8 @@ only in the rows that it claims: `EventDriven` enumerates at most 8 frictional c
 `Penalty` is dense, and rows that look at a fixed step are those of `MoreauJean`.
 A residual of 1e-9 is also that of impulses whose rounding hides what they leave (docs/theory/moreau_jean.md).
 
-This page is written by `nonsmooth bench stress docs/benchmarks/stress.md docs/figures`; `tests/stress` holds the small
-cases to the same bounds in every run of the tests, `pytest -m slow tests/stress` the long ones.
+This page is written by `python -m benchmarks stress docs/benchmarks/stress.md docs/figures`; `tests/stress` holds the
+small cases to the same bounds in every run of the tests, `pytest -m slow tests/stress` the long ones.
 """
 
 

@@ -1,4 +1,4 @@
-"""A case of ``nonsmooth bench stress``, and the figures of one run of it: what was measured, and what it may be.
+"""A case of ``python -m benchmarks stress``, and the figures of one run of it: what was measured, and what it may be.
 
     momentum   |M (u_1 - u_0) - h t - W^T sum P| over the same with the sizes of all terms, norms in the metric M^-1
     ledger     |T_k - T_0 - works| over largest T + sum of the sizes of the works + work of h in a free fall of time t

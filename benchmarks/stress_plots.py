@@ -1,4 +1,4 @@
-"""The pictures of ``nonsmooth bench stress``: every figure over its bound, and how far random systems agree."""
+"""The pictures of ``python -m benchmarks stress``: every figure over its bound, and how far random systems agree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The systems of ``nonsmooth bench stress``: constant mass, constant forces, plane contacts.
+"""The systems of ``python -m benchmarks stress``: constant mass, constant forces, plane contacts.
 
     M u' = h + W_N^T la_N + W_F^T la_F,    g_N = g_0 + W_N q,    gamma_F = W_F u
 

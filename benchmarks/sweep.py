@@ -1,4 +1,4 @@
-"""``nonsmooth bench sweep``: what a sweep costs beside the bare loop, on one and two workers, what each part adds,
+"""``python -m benchmarks sweep``: what a sweep costs beside the bare loop, on one and two workers, what each part adds,
 and a map of 10^6 states.
 
 The cells of the grid share their speeds and starts; those of the two tables share none, and their starts come from

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import sys
 from typing import NoReturn
@@ -9,13 +10,11 @@ from typing import NoReturn
 INTERRUPTED = 130  # exit code, as in commands/terminal.py, which may not be imported yet
 
 
-def program() -> NoReturn:
-    """Run the command line. After Ctrl-C the process ends at once: taking compiled code down takes some 0.3 s. It may
-    come as early as among the imports."""
+def program(home: str = "nonsmooth.commands.cli") -> NoReturn:
+    """Run the command line whose ``main`` is in a module. After Ctrl-C the process ends at once: taking compiled code
+    down takes some 0.3 s. It may come as early as among the imports."""
     try:
-        from nonsmooth.commands.cli import main
-
-        code = main()
+        code = importlib.import_module(home).main()
     except KeyboardInterrupt:
         print("nonsmooth: interrupted", file=sys.stderr)
         code = INTERRUPTED

@@ -1,4 +1,4 @@
-"""The command line: ``nonsmooth list | run | classify | map | solve | study | sweep | bench``.
+"""The command line: ``nonsmooth list | run | classify | map | solve | study | sweep``.
 
 Arguments in, library calls, text and files out.
 
@@ -9,7 +9,6 @@ was not solved; 4 a result could not be written; 130 interrupted.
 from __future__ import annotations
 
 import argparse
-import importlib
 import os
 import sys
 import warnings
@@ -40,6 +39,11 @@ from nonsmooth.errors import (
     UnsupportedVersion,
 )
 
+BENCH_IS_GONE = (
+    "`nonsmooth bench` is no command any more: the benchmarks are in the source of nonsmooth, beside the package; run "
+    "`python -m benchmarks` in a checkout"
+)
+
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line.
@@ -54,8 +58,16 @@ def main(argv: list[str] | None = None) -> int:
     int
         The exit code.
     """
-    texts = sys.argv[1:] if argv is None else argv
-    arguments = build_parser().parse_args([" " + text if NEGATIVE.match(text) else text for text in texts])
+    words = sys.argv[1:] if argv is None else argv
+    if words[:1] == ["bench"]:
+        complain(BENCH_IS_GONE)
+        return BAD_INPUT
+    return perform(build_parser(), words)
+
+
+def perform(parser: argparse.ArgumentParser, words: list[str]) -> int:
+    """Parse some words and do what they ask for; the exit code, with a line on stderr where it is not 0."""
+    arguments = parser.parse_args([" " + word if NEGATIVE.match(word) else word for word in words])
     with warnings.catch_warnings():
         warnings.simplefilter("default", NonsmoothWarning)  # a line on stderr, also where Python is told otherwise
         warnings.showwarning = show_warning  # type: ignore[assignment]
@@ -107,20 +119,6 @@ def build_parser() -> argparse.ArgumentParser:
 
     add_studies(commands.add_parser("study", help="study a model").add_subparsers(required=True, metavar="STUDY"))
     add_sweep(commands.add_parser("sweep", help="run a model at every combination of some axes"))
-
-    bench = commands.add_parser("bench", help="measure run times")
-    bench.set_defaults(act=act_bench)
-    bench.add_argument(
-        "what",
-        choices=["accuracy", "contacts", "core", "paradox", "penalty", "solvers", "stability", "stress", "sweep"],
-    )
-    bench.add_argument(
-        "files", nargs="*",
-        help="solvers: more problems to time; accuracy: words that the scenes' names hold; stress: the page to write, "
-        "and the folder of its pictures; contacts: the folder of its picture",
-    )  # fmt: skip
-    bench.add_argument("--peers", action="store_true", help="accuracy: other programs too, where they are installed")
-    bench.add_argument("--out", metavar="FILE", help="accuracy: write the page and its figure")
     return parser
 
 
@@ -169,11 +167,3 @@ def act_solve(arguments: argparse.Namespace) -> int:
         performance_profile(results, arguments.plot)
         print(f"figure: {arguments.plot}")
     return 0 if all(row["status"] == "SOLVED" for rows in results.values() for row in rows) else FAILED
-
-
-def act_bench(arguments: argparse.Namespace) -> int:
-    """``nonsmooth bench``."""
-    options = [*(["--peers"] if arguments.peers else []), *(["--out", arguments.out] if arguments.out else [])]
-    if options and arguments.what != "accuracy":
-        raise InvalidInput(f"{options[0]} belongs to `bench accuracy`; leave it out of `bench {arguments.what}`")
-    return importlib.import_module(f"benchmarks.{arguments.what}").main([*arguments.files, *options]) or 0

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from benchmarks import accuracy, motions, peers
+from benchmarks import accuracy, command, motions, peers
 from benchmarks.accuracy_page import page
-from nonsmooth.commands import cli
 from nonsmooth.studies.comparison import as_problem
 from nonsmooth.studies.work_precision import Trial, as_known, distance
 
@@ -74,5 +73,5 @@ def test_a_peer_that_ends_is_a_failure_of_its_run(monkeypatch):
 
 
 def test_options_of_this_benchmark_are_refused_elsewhere(capsys):
-    assert cli.main(["bench", "core", "--peers"]) == 2
-    assert "--peers belongs to `bench accuracy`" in capsys.readouterr().err
+    assert command.main(["core", "--peers"]) == 2
+    assert "--peers belongs to `accuracy`; leave it out of `core`" in capsys.readouterr().err

@@ -3,14 +3,14 @@
 import pytest
 
 from benchmarks import stability
-from nonsmooth.commands.cli import main
+from benchmarks.command import main
 
 
 def test_branch_that_is_timed_ends_its_stick_once(monkeypatch, capsys):
     monkeypatch.setattr(stability, "REPEATS", 1)
     monkeypatch.setattr(stability, "VALUES", 2)
     monkeypatch.setattr(stability, "SPEEDS", (0.39, 0.398))
-    assert main(["bench", "stability"]) == 0
+    assert main(["stability"]) == 0
     out = capsys.readouterr().out
     assert "cycles found: 2" in out and out.count("stick ends at vb = 0.394544584") == 1
     assert out.count("mode coupling") == 2 and out.count("belt oscillator") == 2

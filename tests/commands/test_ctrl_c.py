@@ -28,7 +28,6 @@ COMMANDS = [
     ["sweep", "painleve-rod", "--axis", "mu=0:2:400", "th=0.1:1.5:400", "--measure", "paradoxes", "--dt", "1e-5"],
     ["study", "penalty", "sprag-slip", "--stiffness", "1e11", "1e12", "--no-plot"],
     ["study", "stability", "sprag-slip", "--axis", "mu=0.5:2:400", "kth=500:2000:400", "--no-plot"],
-    ["bench", "stability"],
 ]
 MOMENTS = [pytest.param(seconds, marks=() if seconds == 2.0 else pytest.mark.slow) for seconds in (0.15, 0.8, 2.0, 6.0)]
 
@@ -36,8 +35,17 @@ MOMENTS = [pytest.param(seconds, marks=() if seconds == 2.0 else pytest.mark.slo
 @pytest.mark.parametrize("after", MOMENTS)
 @pytest.mark.parametrize("words", COMMANDS, ids=lambda words: " ".join(words[:2]))
 def test_a_command_ends_soon_after_ctrl_c(words, after, tmp_path):
+    assert_ends_soon(["nonsmooth", *words], after, tmp_path)
+
+
+@pytest.mark.parametrize("after", MOMENTS)
+def test_a_benchmark_ends_soon_after_ctrl_c(after, tmp_path):
+    assert_ends_soon(["benchmarks", "stability"], after, tmp_path)
+
+
+def assert_ends_soon(words, after, folder):
     program = subprocess.Popen(
-        [sys.executable, "-m", "nonsmooth", *words], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        [sys.executable, "-m", *words], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         text=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
     )  # fmt: skip
     time.sleep(after)
