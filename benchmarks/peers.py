@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.siconos import interpreter
-from nonsmooth.errors import StepFailure
+from nonsmooth.results.failures import StepFailure
 from nonsmooth.studies.reference import Problem
 from nonsmooth.studies.work_precision import Trial
 

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.commands.catalogue import load_model
-from nonsmooth.errors import StepFailure
 from nonsmooth.integrators.penalty.options import Penalty
+from nonsmooth.results.failures import StepFailure
 from nonsmooth.runs.simulate import simulate_whole
 
 METHODS = ("Radau", "BDF", "LSODA")

@@ -21,7 +21,8 @@ from nonsmooth.commands.typed_input import (
     whole_number,
     without_nan,
 )
-from nonsmooth.errors import InvalidInput, StepFailure
+from nonsmooth.errors import InvalidInput
+from nonsmooth.results.failures import StepFailure
 
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
 PROBLEM_ENDINGS = (".npz", ".hdf5", ".h5")

@@ -11,8 +11,9 @@ import numpy as np
 from nonsmooth.cycles.flow_map import flow_curve
 from nonsmooth.cycles.jump import Jump
 from nonsmooth.cycles.mode_flow import ContactState, Margin, mode_flow
-from nonsmooth.cycles.mode_sequence import PhaseGuess
+from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.mechanics.system import ContactMode, System
+from nonsmooth.results.solution import mode_name
 
 PIECES = 48  # of a phase, between which its rates change their sign at most once
 ATTRACTING = 1e-7  # a multiplier must lie so far inside the unit circle to count as attracting
@@ -53,6 +54,13 @@ class CyclePhase:
         """Velocities at the beginning (n_q,)."""
         n = self.x.size // 2
         return self.x[n : 2 * n]
+
+    @property
+    def label(self) -> str:
+        """What the contacts do, in words."""
+        states = self.states
+        words = [f"{mode_name(state.mode, state.slip)}{', pulled' if state.normal < 0 else ''}" for state in states]
+        return "; ".join(words)
 
     @property
     def sticks(self) -> bool:

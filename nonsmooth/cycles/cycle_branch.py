@@ -22,11 +22,13 @@ from nonsmooth.cycles.cycle import LimitCycle
 from nonsmooth.cycles.cycle_margins import least_p, least_slip, paradox_at
 from nonsmooth.cycles.drift import NONE, drift_of
 from nonsmooth.cycles.limit_cycle import limit_cycle
-from nonsmooth.cycles.mode_sequence import ContactLost, PhaseGuess, period_of, sequence_near
+from nonsmooth.cycles.mode_sequence import ContactLost, period_of, sequence_near
+from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.cycles.shooting import OtherSequence, Shooting
-from nonsmooth.errors import InvalidInput, StepFailure
+from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.results.failures import StepFailure
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell
 

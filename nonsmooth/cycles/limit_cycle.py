@@ -9,7 +9,8 @@ import numpy as np
 from nonsmooth.checks.arrays import as_positive
 from nonsmooth.cycles.cycle import LimitCycle
 from nonsmooth.cycles.drift import Drift, as_coordinates, drift_of
-from nonsmooth.cycles.mode_sequence import ContactLost, PhaseGuess, is_forced, period_of
+from nonsmooth.cycles.mode_sequence import ContactLost, is_forced, period_of
+from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.cycles.shooting import Shooting
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven.options import EventDriven

@@ -8,22 +8,21 @@ multiple of the excitation's period apart. What drifts (drift.py) is taken off t
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from nonsmooth.cycles.cycle import LimitCycle
 from nonsmooth.cycles.drift import NONE, Drift
-from nonsmooth.cycles.jump import Jump, read_jump
+from nonsmooth.cycles.jump import read_jump
 from nonsmooth.cycles.mode_flow import ContactState, mode_flow
+from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT, INCONSISTENT
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode, System
 from nonsmooth.results.solution import Event, Solution
 from nonsmooth.runs.simulate import simulate_whole
-
-if TYPE_CHECKING:
-    from nonsmooth.cycles.cycle import LimitCycle
 
 ARTEFACT = 2  # runs of no more records are transitions blurred by a fixed time step
 NEAR = 0.25  # of the motion's extent: states of successive periods lie closer, also while the motion still grows
@@ -40,15 +39,6 @@ REST = 1e-7  # of the motion's whole extent: a motion that ends smaller has died
 
 class ContactLost(InvalidInput):
     """The given normal force of a contact vanishes on the way."""
-
-
-class PhaseGuess(NamedTuple):
-    """A phase of a motion: what the contacts do, the state it begins in, how long it lasts [s], the jump at its end."""
-
-    states: tuple[ContactState, ...]
-    x: np.ndarray  # (2 n_q,) q, u; (2 n_q + 1,) q, u, t under an excitation, or a drive that goes on
-    duration: float
-    jump: Jump | None = None
 
 
 class Run(NamedTuple):

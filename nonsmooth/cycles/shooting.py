@@ -30,7 +30,8 @@ from nonsmooth.cycles.drift import Drift, drift_of
 from nonsmooth.cycles.flow_map import RTOL, flow_curve, flow_map
 from nonsmooth.cycles.jump import Jump, jumped
 from nonsmooth.cycles.mode_flow import ContactState, Margin, ModeFlow, mode_flow
-from nonsmooth.cycles.mode_sequence import ContactLost, PhaseGuess
+from nonsmooth.cycles.mode_sequence import ContactLost
+from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import ContactMode, System
 from nonsmooth.numerics.complex_step import jacobian

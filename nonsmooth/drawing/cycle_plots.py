@@ -13,7 +13,6 @@ import numpy as np
 
 from nonsmooth.drawing.plots import BLUE, RED, STRIPS, new_figure, saved
 from nonsmooth.drawing.stability_plots import COLOURS
-from nonsmooth.results.solution import mode_name
 
 if TYPE_CHECKING:
     from nonsmooth.cycles.cycle import CyclePhase, LimitCycle
@@ -32,7 +31,7 @@ def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:
         shown = set()
         for k, phase in enumerate(cycle.phases):
             part = slice(k * size, (k + 1) * size)
-            label = what(phase)
+            label = phase.label
             style = "--" if any(state.normal < 0 for state in phase.states) else "-"
             axes.plot(cycle.q[part, j], cycle.u[part, j], style, color=colour(phase), lw=2.2,
                       label=None if label in shown else label)  # fmt: skip
@@ -50,12 +49,6 @@ def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:
 def colour(phase: CyclePhase) -> str:
     """Of what the first contact does; black where there is none."""
     return STRIPS[phase.states[0].mode, phase.states[0].slip] if phase.states else BLUE
-
-
-def what(phase: CyclePhase) -> str:
-    """What the contacts do, in words."""
-    words = [f"{mode_name(state.mode, state.slip)}{', pulled' if state.normal < 0 else ''}" for state in phase.states]
-    return "; ".join(words)
 
 
 def plot_branch(

@@ -60,6 +60,11 @@ def plot_friction_laws(
     return saved(figure, path)
 
 
+def plot_averaged_motion(motion: AveragedMotion, path: str | Path | None = None) -> Any:
+    """The amplitude equation of one motion: see `plot_averaged`."""
+    return plot_averaged([("", motion)], path)
+
+
 def plot_averaged(
     motions: Sequence[tuple[str, AveragedMotion]], path: str | Path | None = None, unit: str = "m"
 ) -> Any:

@@ -26,6 +26,7 @@ from nonsmooth.equilibria.oscillator import Oscillator
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.initial_state import evaluate
 from nonsmooth.mechanics.system import GIVEN_FORCE, TANGENT
+from nonsmooth.views import view
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -74,9 +75,7 @@ class AveragedMotion:
 
     def plot(self, path: str | Path | None = None) -> Any:
         """The averaged rate against the amplitude, with its equilibria: see `plot_averaged`."""
-        from nonsmooth.drawing.stability_plots import plot_averaged
-
-        return plot_averaged([("", self)], path)
+        return view(self, "plot")(self, path)
 
 
 def averaged_amplitude(system: Any, at: Equilibrium | None = None, largest: float | None = None) -> AveragedMotion:

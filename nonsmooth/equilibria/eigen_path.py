@@ -28,6 +28,7 @@ from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import as_system
 from nonsmooth.signals.telling import tell
+from nonsmooth.views import view
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -77,9 +78,7 @@ class EigenPath:
 
     def plot(self, path: str | Path | None = None, unit: str = "") -> Any:
         """Growth rates and frequencies against the parameter, and the root locus: see `plot_eigen_path`."""
-        from nonsmooth.drawing.stability_plots import plot_eigen_path
-
-        return plot_eigen_path(self, path, unit)
+        return view(self, "plot")(self, path, unit)
 
 
 def eigen_path(system: Any, parameter: str, values: ArrayLike, at: Equilibrium | None = None) -> EigenPath:

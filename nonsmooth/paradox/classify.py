@@ -44,6 +44,7 @@ from nonsmooth.paradox.stability import (
     stability_of,
 )
 from nonsmooth.paradox.state_problem import Problem, problem_at
+from nonsmooth.views import view
 
 MODE_NAMES = ("free", "stick", "slide +", "slide -", "slide +", "slide -")
 LOCKED_NAME = "closed"
@@ -190,18 +191,14 @@ class Classification:
     islands: tuple[ContactIsland, ...] = ()
 
     def __str__(self) -> str:
-        from nonsmooth.paradox.text import as_text
-
-        return as_text(self)
+        return view(self, "text")(self)
 
     def __repr__(self) -> str:
         return f"Classification({self.kind.name}, n_solutions={self.n_solutions}, is_complete={self.is_complete})"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain lists, numbers and strings, as for JSON (which knows no nan: see ``json.dumps(allow_nan=)``)."""
-        from nonsmooth.paradox.text import as_dictionary
-
-        return as_dictionary(self)
+        return view(self, "dictionary")(self)
 
 
 def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None = None,

@@ -28,11 +28,11 @@ from nonsmooth.jit import load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.laws import LAW_CODE, LAW_IMPACT, LAW_WIDTH, SMOOTHED, ImpactLaw
 from nonsmooth.mechanics.system import GIVEN_FORCE, ContactMode
-from nonsmooth.results.fclib import FCLIB_ENDINGS, write_fclib
-from nonsmooth.results.fclib_form import fclib_form
+from nonsmooth.results.fclib import FCLIB_ENDINGS
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
+from nonsmooth.views import view
 
 SCHEMA, KIND = 1, "problem"
 WHAT = "contact problem of a step"
@@ -131,8 +131,7 @@ class FailedProblem:
         """
         path = as_place("path", path, ENDINGS)
         if path.suffix in FCLIB_ENDINGS:
-            write_fclib(path, fclib_form(self))
-            return path
+            return view(self, "exchange")(self, path)
         about = {"schema": SCHEMA, "kind": WHAT, "dt": self.dt, "selection": self.selection, "about": self.about}
         arrays = {name: getattr(self, name) for name in ARRAYS}
         write_npz(path, KIND, {"about": np.array(json.dumps(about)), **arrays}, is_compressed=False)

@@ -14,17 +14,21 @@ Source: Acary, Bremond, Koziara and Perignon, FCLIB, INRIA RT-0444 (2014).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.laws import CONSTANT, LAW_C, LAW_CODE, LAW_IMPACT, ImpactLaw
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
-from nonsmooth.results.fclib import ContactProblem
+from nonsmooth.results.failed_problem import FailedProblem
+from nonsmooth.results.fclib import ContactProblem, write_fclib
 
-if TYPE_CHECKING:
-    from nonsmooth.results.failed_problem import FailedProblem
+
+def write_fclib_form(problem: FailedProblem, path: Path) -> Path:
+    """Write the problem in that form."""
+    write_fclib(path, fclib_form(problem))
+    return path
 
 
 def fclib_form(problem: FailedProblem) -> ContactProblem:

@@ -16,6 +16,7 @@ from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators import records
 from nonsmooth.mechanics.system import MASS, POTENTIAL, ContactMode, System
 from nonsmooth.results.motion import Motion, Side, StateAt
+from nonsmooth.views import view
 
 
 class EventKind(IntEnum):
@@ -302,48 +303,34 @@ class Solution:
 
     def summary(self) -> str:
         """The run in a few lines: modes with times, paradoxes, worst figures, energy, cost."""
-        from nonsmooth.results.summary import summary
-
-        return summary(self)
+        return view(self, "summary")(self)
 
     def plot(self, path: str | Path | None = None) -> Any:
         """Draw the run (needs the extra [plot]); returns the Matplotlib figure, saved to ``path`` if given."""
-        from nonsmooth.drawing.plots import plot_solution
-
-        return plot_solution(self, path)
+        return view(self, "plot")(self, path)
 
     def picture(self, path: str | Path | None = None, n: int = 5) -> Any:
         """Draw a planar scene at n instants (needs the extra [plot]); returns the figure, saved to ``path`` if any."""
-        from nonsmooth.drawing.scene import picture
-
-        return picture(self, path, n)
+        return view(self, "picture")(self, path, n)
 
     def animate(self, path: str | Path, fps: int = 25) -> Path:
         """Write a gif of a planar scene (needs the extra [plot])."""
-        from nonsmooth.drawing.scene import animate
-
-        return animate(self, path, fps)
+        return view(self, "animate")(self, path, fps)
 
     def save(self, path: str | Path) -> Path:
         """Write to .npz, or to .h5 (needs the extra [io]); no pickle."""
-        from nonsmooth.results.store import save
-
-        return save(self, path)
+        return view(self, "save")(self, path)
 
     @staticmethod
     def load(path: str | Path) -> Solution:
         """Read what `save` wrote."""
-        from nonsmooth.results.store import load
-
-        return load(path)
+        return view(Solution, "load")(path)
 
     def __repr__(self) -> str:
         return f"Solution({self.status.name}, t = {self.t[-1]:.6g} s, {self.stats.steps} steps)"
 
     def _repr_html_(self) -> str:
-        from nonsmooth.results.summary import as_html
-
-        return as_html(self)
+        return view(self, "html")(self)
 
 
 def mode_name(mode: int, slip: int) -> str:

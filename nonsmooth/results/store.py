@@ -12,7 +12,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +23,7 @@ from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
 from nonsmooth.results.hdf5 import put, read_sealed, seal_of, write_hdf5
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
-
-if TYPE_CHECKING:
-    from nonsmooth.results.solution import Solution
+from nonsmooth.results.solution import Solution, Stats
 
 SCHEMA, KIND = 1, "solution"
 HDF5 = (".h5", ".hdf5")
@@ -102,8 +100,6 @@ def _check(forms: Mapping[str, Form]) -> None:
 
 
 def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
-    from nonsmooth.results.solution import Solution, Stats
-
     ledger = {name.removeprefix(LEDGER): column for name, column in arrays.items() if name.startswith(LEDGER)}
     columns: dict[str, Any] = {name: arrays[name] for name in ARRAYS}
     events: dict[str, Any] = {name: _numbered(arrays, name) for name in OF_EVENTS}

@@ -14,7 +14,6 @@ from nonsmooth.mechanics.initial_state import examine_state
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.adaptive_run import AdaptiveRun
-from nonsmooth.runs.hand_over import GIVEN_UP, LOOK, MANY, are_dense, step_over, unit
 
 
 class EventRun(AdaptiveRun):
@@ -29,23 +28,6 @@ class EventRun(AdaptiveRun):
         if not start.is_admissible:
             warnings.warn(start.message, InitialStateWarning, stacklevel=5)
         integrator.begin(self.scratch, start.mode, start.slip, selection)
-
-    def _block(self, max_steps: int) -> int:
-        """A block, and where its events are too dense a stretch of another integrator, if there is one."""
-        stepper = getattr(self.integrator, "hand_over", None)
-        if stepper is None:
-            return super()._block(max_steps)
-        steps_left = self.budget - int(self.state.counters.steps)
-        status = super()._block(max(1, min(LOOK, steps_left)))  # whatever the clock says
-        if status in GIVEN_UP or (status == Status.RUNNING and are_dense(self._recent_events(), unit(self, stepper))):
-            return step_over(self, stepper, status)
-        return status
-
-    def _recent_events(self) -> np.ndarray:
-        """The last events (MANY, EVENT_WIDTH) since events are followed."""
-        new = self.state.events[: int(self.state.counters.n_events)]
-        rows = np.concatenate((*self.events[-MANY:], new))[-MANY:]
-        return rows[rows[:, EVENT_T] >= self.follows_since]
 
     def _message(self) -> str:
         if self.status == Status.NOT_SOLVED and getattr(self.integrator, "hand_over", self) is None:
@@ -63,13 +45,7 @@ class EventRun(AdaptiveRun):
         if self.events:
             rows = np.concatenate(self.events)
             self.events = [rows[np.argsort(rows[:, EVENT_T], kind="stable")]]
-        solution = super().solution()
-        if self.stretches:
-            name, several = type(self.integrator.hand_over).__name__, "es" if self.stretches > 1 else ""
-            solution.about["handed over"] = (
-                f"{self.stretches} stretch{several} of {self.handed_over:.3g} s in all to {name}"
-            )
-        return solution
+        return super().solution()
 
     def gap_scale(self) -> np.ndarray:
         return np.ones(self.system.n_c)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,11 +22,11 @@ from nonsmooth.integrators.penalty.rates import N_WORKS
 from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_T, Columns
 from nonsmooth.jit.blocks import numbers
 from nonsmooth.mechanics.initial_state import project_state
+from nonsmooth.results.solution import Solution
+from nonsmooth.runs.event_run import EventRun
+from nonsmooth.runs.extrapolation_run import ExtrapolationRun
 from nonsmooth.runs.run import Run, between
 from nonsmooth.runs.times import Grid
-
-if TYPE_CHECKING:
-    from nonsmooth.runs.event_run import EventRun
 
 PART = 1e-4  # of the span: what stands for the step of an integrator that chooses its steps
 STRETCH = 50  # steps of the time stepper until events are followed again
@@ -36,6 +36,35 @@ MANY = 100  # events within one of its steps
 LOOK = 100  # steps between two looks at the events: the same ones on a fast machine as on a slow one
 GIVEN_UP = (Status.CHATTERING, Status.NOT_SOLVED)
 ADDED = ("steps", "solved", "skipped", "kept", "pivots", "several", "gains")
+
+
+class HandingRun(EventRun):
+    """One integration in progress, of an integrator that hands over to another one (``hand_over``)."""
+
+    def _block(self, max_steps: int) -> int:
+        """A block, and where its events are too dense a stretch of another integrator."""
+        stepper = self.integrator.hand_over
+        steps_left = self.budget - int(self.state.counters.steps)
+        status = super()._block(max(1, min(LOOK, steps_left)))  # whatever the clock says
+        if status in GIVEN_UP or (status == Status.RUNNING and are_dense(self._recent_events(), unit(self, stepper))):
+            return step_over(self, stepper, status)
+        return status
+
+    def _recent_events(self) -> np.ndarray:
+        """The last events (MANY, EVENT_WIDTH) since events are followed."""
+        new = self.state.events[: int(self.state.counters.n_events)]
+        rows = np.concatenate((*self.events[-MANY:], new))[-MANY:]
+        return rows[rows[:, EVENT_T] >= self.follows_since]
+
+    def solution(self) -> Solution:
+        """What was computed, and how much of it by the other integrator."""
+        solution = super().solution()
+        if self.stretches:
+            name, several = type(self.integrator.hand_over).__name__, "es" if self.stretches > 1 else ""
+            solution.about["handed over"] = (
+                f"{self.stretches} stretch{several} of {self.handed_over:.3g} s in all to {name}"
+            )
+        return solution
 
 
 class Stretch(NamedTuple):
@@ -113,8 +142,6 @@ def by_equal_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.nd
 
 def by_chosen_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.ndarray) -> tuple[Run, Stretch | None]:
     """The stretch by an integrator that chooses its steps, as far as it comes in its steps; None where it failed."""
-    from nonsmooth.runs.extrapolation_run import ExtrapolationRun
-
     contacts, n = run.scratch.contacts, run.system.n_u
     times = np.unique(np.concatenate(([t], asked(run, t, t_end), [t_end])))
     start, selection = (x[:n].copy(), x[n : 2 * n].copy()), int(contacts.facts.selection)

@@ -15,18 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.errors import (
-    BudgetSpent,
-    EventFunctionError,
-    InitialStateWarning,
-    InvalidInput,
-    ModelFunctionError,
-    ProgressError,
-    Status,
-    StepFailure,
-    said_by,
-    warn_caller,
-)
+from nonsmooth.errors import InitialStateWarning, InvalidInput, Status, said_by, warn_caller
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, INCONSISTENT, Columns, Record, State
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.compiled import loop_of
@@ -34,6 +23,13 @@ from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.initial_state import examine_state, project_state
 from nonsmooth.mechanics.inspection import END, found_contradiction, inspect_start, is_due
 from nonsmooth.mechanics.system import GAP, ContactMode, System
+from nonsmooth.results.failures import (
+    BudgetSpent,
+    EventFunctionError,
+    ModelFunctionError,
+    ProgressError,
+    StepFailure,
+)
 from nonsmooth.results.motion import Motion, between_records
 from nonsmooth.results.solution import MAX_EVENTS, Solution, Stats
 from nonsmooth.runs.times import Grid

@@ -212,6 +212,10 @@ def new_run(
         from nonsmooth.runs.extrapolation_run import ExtrapolationRun
 
         return ExtrapolationRun(system, integrator, *times, q0, u0, selection, project)
+    if getattr(integrator, "hand_over", None) is not None:
+        from nonsmooth.runs.hand_over import HandingRun
+
+        return HandingRun(system, integrator, *times, q0, u0, selection, project)
     if getattr(integrator, "has_rigid_contacts", False):
         from nonsmooth.runs.event_run import EventRun
 

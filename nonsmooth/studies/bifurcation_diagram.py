@@ -25,6 +25,7 @@ from nonsmooth.mechanics.system import ContactMode, System, as_system
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell
 from nonsmooth.sweeps.sweep import sweep, whole
+from nonsmooth.views import view
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,9 +59,7 @@ class BifurcationDiagram:
 
     def plot(self, path: str | Path | None = None, label: str = "") -> Any:
         """The maxima against the parameter: see `plot_bifurcations`."""
-        from nonsmooth.drawing.cycle_plots import plot_bifurcations
-
-        return plot_bifurcations(self, path, label)
+        return view(self, "plot")(self, path, label)
 
 
 def bifurcation_diagram(

@@ -15,6 +15,7 @@ from nonsmooth.cycles.cycle_branch import CycleBranch, continue_cycle
 from nonsmooth.cycles.limit_cycle import limit_cycle
 from nonsmooth.errors import InvalidInput
 from nonsmooth.studies.stability import StabilityStudy
+from nonsmooth.views import view
 
 ROWS = 40  # of the printed table of a branch
 
@@ -54,8 +55,6 @@ def study_cycle(model: Any, axes: Mapping[str, ArrayLike], units: Mapping[str, s
 
 def describe(cycle: LimitCycle) -> str:
     """Period, multipliers and phases of a cycle."""
-    from nonsmooth.drawing.cycle_plots import what
-
     multipliers = ", ".join(f"{m:.6f}" for m in np.round(cycle.multipliers, 6) + 0.0)
     lines = [
         f"period {cycle.period:.12g} s, {'stable' if cycle.is_stable else 'unstable'}, residual {cycle.residual:.1e}",
@@ -63,7 +62,7 @@ def describe(cycle: LimitCycle) -> str:
         *([f"drift in a period {', '.join(f'{gone:.12g}' for gone in cycle.drift)}"] if cycle.drifts else []),
         f"{'begins [s]':>14} {'duration [s]':>14}  phase",
     ]
-    lines += [f"{phase.begins:14.9f} {phase.duration:14.9f}  {what(phase)}{jump(phase)}" for phase in cycle.phases]
+    lines += [f"{phase.begins:14.9f} {phase.duration:14.9f}  {phase.label}{jump(phase)}" for phase in cycle.phases]
     return "\n".join(lines)
 
 
@@ -89,12 +88,8 @@ def table(branch: CycleBranch, has_amplitudes: bool = True) -> str:
 
 
 def _draw_cycle(cycle: LimitCycle, path: Path) -> Any:
-    from nonsmooth.drawing.cycle_plots import plot_cycle
-
-    return plot_cycle(cycle, path)
+    return view(cycle, "plot")(cycle, path)
 
 
 def _draw_branch(branch: CycleBranch, label: str, path: Path) -> Any:
-    from nonsmooth.drawing.cycle_plots import plot_branch
-
-    return plot_branch(branch, path, label)
+    return view(branch, "plot")(branch, path, label)

@@ -19,6 +19,7 @@ from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.equilibria.stability_map import stability_map
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.views import view
 
 
 @dataclass(frozen=True)
@@ -119,6 +120,4 @@ def spelt(verdict: Verdict) -> str:
 
 
 def _draw_map(chart: Any, units: Mapping[str, str], path: Path) -> Any:
-    from nonsmooth.drawing.stability_plots import plot_stability_map
-
-    return plot_stability_map(chart, path, [units.get(name, "") for name in chart.growth.dims])
+    return view("stability map", "plot")(chart, path, [units.get(name, "") for name in chart.growth.dims])

@@ -11,6 +11,7 @@ import numpy as np
 from nonsmooth.errors import MissingExtra, UnknownName, nearest
 from nonsmooth.studies.laws_of_convergence import LEAST_KNOWN, Fit, fit_laws, observed_orders
 from nonsmooth.sweeps.task import CellStatus
+from nonsmooth.views import view
 
 if TYPE_CHECKING:
     import xarray
@@ -157,9 +158,7 @@ class Study:
 
     def plot(self, path: str | Path | None = None) -> Any:
         """Draw the study (needs the extra [plot]); returns the Matplotlib figure, saved to ``path`` if given."""
-        from nonsmooth.drawing.study_plots import plot_study
-
-        return plot_study(self, path)
+        return view(self, "plot")(self, path)
 
     def __repr__(self) -> str:
         return f"Study({self.title!r}, {self.of} = {self.x[0]:.3g} .. {self.x[-1]:.3g})"

@@ -12,6 +12,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_positive
 from nonsmooth.errors import UnknownName, nearest
 from nonsmooth.studies.study import ABOVE_FLOOR, Study, require_xarray
+from nonsmooth.views import view
 
 COSTS = {"wall_time": "wall time [ms]", "evaluations": "force evaluations"}
 NOT_TOLD = "; stopped at"  # of a message: the state
@@ -128,9 +129,7 @@ class WorkPrecision(Study):
 
     def plot(self, path: str | Path | None = None) -> Any:
         """Draw error over wall time and over evaluations (needs the extra [plot]); saved to ``path`` if given."""
-        from nonsmooth.drawing.work_precision_plots import plot_work_precision
-
-        return plot_work_precision(self, path)
+        return view(self, "plot")(self, path)
 
     def __repr__(self) -> str:
         return f"WorkPrecision({len(self.scenes)} scenes, {', '.join(self.methods)})"

@@ -17,9 +17,17 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, NonsmoothError, Status, StepFailure, UnknownName, nearest, shown
+from nonsmooth.errors import (
+    InvalidInput,
+    NonsmoothError,
+    Status,
+    UnknownName,
+    nearest,
+    shown,
+)
 from nonsmooth.jit import identity as identity_of
 from nonsmooth.mechanics.system import as_system
+from nonsmooth.results.failures import StepFailure
 from nonsmooth.runs.run import Run
 
 

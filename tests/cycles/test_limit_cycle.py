@@ -11,7 +11,7 @@ import nonsmooth as ns
 from models import BeltOscillator, BouncingBall, FollowerForceArm, ModeCoupling, SpragSlip
 from nonsmooth.cycles.cycle_branch import lagrange_weights
 from nonsmooth.cycles.mode_flow import ContactState
-from nonsmooth.cycles.mode_sequence import PhaseGuess
+from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.cycles.shooting import Shooting, ending
 from nonsmooth.mechanics.system import ContactMode
 

@@ -7,7 +7,8 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall, WallPendulum
-from nonsmooth.errors import InvalidInput, StepFailure, UnknownName
+from nonsmooth.errors import InvalidInput, UnknownName
+from nonsmooth.results.failures import StepFailure
 from nonsmooth.studies.work_precision import Trial, distance
 from nonsmooth.studies.work_precision_result import WorkPrecision, joined
 

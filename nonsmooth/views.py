@@ -1,0 +1,42 @@
+"""Who draws, saves and words a result: one table, from the name of its class to the functions that do it.
+
+A result says ``view(self, "plot")(self, path)``, and the module is imported then: it need not know who draws it, and
+Matplotlib or h5py are loaded for those who use them. The first argument of each function is the result; ``load`` is
+given a path.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from typing import Any
+
+VIEWS: dict[str, dict[str, str]] = {
+    "Solution": {
+        "plot": "drawing.plots.plot_solution", "picture": "drawing.scene.picture", "animate": "drawing.scene.animate",
+        "save": "results.store.save", "load": "results.store.load",
+        "summary": "results.summary.summary", "html": "results.summary.as_html",
+    },
+    "FailedProblem": {"exchange": "results.fclib_form.write_fclib_form"},
+    "Classification": {"text": "paradox.text.as_text", "dictionary": "paradox.text.as_dictionary"},
+    "AveragedMotion": {"plot": "drawing.stability_plots.plot_averaged_motion"},
+    "EigenPath": {"plot": "drawing.stability_plots.plot_eigen_path"},
+    "stability map": {"plot": "drawing.stability_plots.plot_stability_map"},
+    "LimitCycle": {"plot": "drawing.cycle_plots.plot_cycle"},
+    "CycleBranch": {"plot": "drawing.cycle_plots.plot_branch"},
+    "BifurcationDiagram": {"plot": "drawing.cycle_plots.plot_bifurcations"},
+    "Study": {"plot": "drawing.study_plots.plot_study"},
+    "WorkPrecision": {"plot": "drawing.work_precision_plots.plot_work_precision"},
+}  # fmt: skip
+
+
+def view(result: Any, act: str) -> Callable[..., Any]:
+    """The function that does ``act`` to a result, to those of a class, or to what has a name here but no class of ours.
+
+    A derived class is seen as its base is.
+    """
+    kind = result if isinstance(result, type) else type(result)
+    names = [result] if isinstance(result, str) else [base.__name__ for base in kind.__mro__]
+    path = next(VIEWS[name][act] for name in names if act in VIEWS.get(name, ()))
+    module, _, name = path.rpartition(".")
+    return getattr(importlib.import_module(f"nonsmooth.{module}"), name)
