@@ -24,7 +24,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.studies.work_precision import TIMES, TOLERANCES, OwnMethod, Scene, work_precision
+from nonsmooth.studies.work_precision import TIMES, TOLERANCES, OwnMethod, TimedMotion, work_precision
 from nonsmooth.studies.work_precision_result import joined
 
 REPEATS = 5
@@ -32,7 +32,7 @@ CROWDED = (EventDriven(rtol=1e-12, atol=1e-14), EventDriven(rtol=1e-10, atol=1e-
 FINEST_ADAPTIVE = 10  # of the tolerances: below 1e-10 its steps are as small as rounding
 
 
-def scenes() -> dict[str, Scene]:
+def scenes() -> dict[str, TimedMotion]:
     """The motions, each with its reference."""
     found = motions()
     ball, block, beads = (found[name].model for name in ("ball through Zeno", "sliding block", "bead chain"))
@@ -46,7 +46,7 @@ def scenes() -> dict[str, Scene]:
     scenes = {}
     for name, motion in found.items():
         times = np.linspace(0.0, motion.t_end, TIMES + 1)[1:]
-        scenes[name] = Scene(motion.model, (0.0, motion.t_end), *motion.state, times, references.get(name))
+        scenes[name] = TimedMotion(motion.model, (0.0, motion.t_end), *motion.state, times, references.get(name))
     return scenes
 
 

@@ -45,7 +45,7 @@ _HOME = {
     "penalty_study": "studies.penalty_study",
     "convergence_study": "studies.convergence_study",
     "work_precision": "studies.work_precision",
-    "Scene": "studies.work_precision",
+    "TimedMotion": "studies.work_precision",
     "OwnMethod": "studies.work_precision",
     "WorkPrecision": "studies.work_precision_result",
     "force_episode": "studies.force_history",
@@ -113,10 +113,15 @@ _HOME = {
     "Status": "errors",
 }
 
+_RENAMED = {"Scene": "TimedMotion"}  # for one release
+
 __all__ = ["__version__", *_HOME]
 
 
 def __getattr__(name):
+    if name in _RENAMED:
+        new = _RENAMED[name]
+        raise AttributeError(f"nonsmooth.{name} is called nonsmooth.{new} now: write ns.{new}(...)", name=name)
     if name not in _HOME:
         raise AttributeError(f"module 'nonsmooth' has no attribute {name!r}")
     value = getattr(importlib.import_module(f"nonsmooth.{_HOME[name]}"), name)

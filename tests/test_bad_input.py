@@ -128,7 +128,7 @@ CALLS = {
         "dt": [1e-2, 5e-3], "integrator": ns.MoreauJean, "reference": None, "times": None,
     }),
     "work_precision": (lambda **given: ns.work_precision(**given), {
-        "systems": {"ball": ns.Scene(BALL, (0, 0.1), [1.0], [0.0])}, "integrators": {"step": ns.MoreauJean},
+        "systems": {"ball": ns.TimedMotion(BALL, (0, 0.1), [1.0], [0.0])}, "integrators": {"step": ns.MoreauJean},
         "repeats": 1,
     }),
     "force_episode": (lazily(ns.force_episode, solution=penalty_run), {"contact": 0}),
@@ -194,7 +194,7 @@ FILES = {  # what a call reads has to be there
     "Solution": lambda: run().save("run.npz"),
 }
 # What the library makes and users only read.
-RECORDS = {"Scene", "OwnMethod"}  # of what work_precision compares, which checks them
+RECORDS = {"TimedMotion", "OwnMethod"}  # of what work_precision compares, which checks them
 RESULTS = {
     "Stats", "Event", "ParadoxEvent", "Classification", "Episode", "Study", "LCPResult", "ContactResult", "Equilibrium",
     "Linearisation", "EigenPath", "StabilityBoundary", "AveragedMotion", "LimitCycle", "CycleBranch",

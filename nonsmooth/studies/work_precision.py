@@ -40,7 +40,7 @@ REFERENCES = (EventDriven(rtol=1e-12, atol=1e-14), Adaptive(rtol=1e-10, atol=1e-
 COLUMNS = ("setting", "error", "wall_time", "evaluations", "steps")
 
 
-class Scene(NamedTuple):
+class TimedMotion(NamedTuple):
     """A motion to integrate, and when it is looked at.
 
     Attributes
@@ -131,7 +131,7 @@ class Known(NamedTuple):
 
 
 def work_precision(
-    systems: Mapping[str, Scene] | Sequence[Any],
+    systems: Mapping[str, TimedMotion] | Sequence[Any],
     integrators: Mapping[str, Any],
     reference: Any = None,
     *,
@@ -142,7 +142,7 @@ def work_precision(
 
     Parameters
     ----------
-    systems : mapping of Scene, or sequence of models
+    systems : mapping of TimedMotion, or sequence of models
         By name; a model is run from its default state to its ``t_end``.
     integrators : mapping
         By label: an integrator or its class, which is run at a row of steps or tolerances; `OwnMethod` with chosen
@@ -199,15 +199,15 @@ def work_precision(
     return study
 
 
-def as_scenes(systems: Any) -> dict[str, Scene]:
+def as_scenes(systems: Any) -> dict[str, TimedMotion]:
     """Motions by name."""
     if isinstance(systems, Mapping):
         motions = dict(systems)
     else:
-        motions = {model.name: Scene(model, (0.0, model.t_end), *model.state()) for model in systems}
+        motions = {model.name: TimedMotion(model, (0.0, model.t_end), *model.state()) for model in systems}
     for name, motion in motions.items():
-        if not isinstance(motion, Scene):
-            raise InvalidInput(f"{name!r} must be a Scene(system, t_span, q0, u0); got {motion!r}")
+        if not isinstance(motion, TimedMotion):
+            raise InvalidInput(f"{name!r} must be a TimedMotion(system, t_span, q0, u0); got {motion!r}")
     return motions
 
 
@@ -220,7 +220,7 @@ def as_method(label: str, given: Any) -> Method:
     raise InvalidInput(f"{label!r} must be an integrator or its class, with dt or rtol, or a Method; got {given!r}")
 
 
-def times_of(motion: Scene) -> ArrayLike:
+def times_of(motion: TimedMotion) -> ArrayLike:
     """When positions are compared."""
     if motion.times is not None:
         return motion.times

@@ -15,7 +15,7 @@ from nonsmooth.studies.work_precision_result import WorkPrecision, joined
 xarray = pytest.importorskip("xarray")
 
 BALL = BouncingBall(e=0.5)
-MOTION = ns.Scene(BALL, (0.0, 2.0), *BALL.state(height=1.0), reference=lambda t: [BALL.height(t)])
+MOTION = ns.TimedMotion(BALL, (0.0, 2.0), *BALL.state(height=1.0), reference=lambda t: [BALL.height(t)])
 
 
 class Clock:
