@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 
 from nonsmooth.contact.planar.forces import MAX_MODES
-from nonsmooth.errors import InitialStateWarning, Status
+from nonsmooth.errors import InitialStateWarning, Status, warn_caller
 from nonsmooth.integrators.records import EVENT_T
 from nonsmooth.mechanics.initial_state import examine_state
 from nonsmooth.mechanics.system import System
@@ -26,7 +25,7 @@ class EventRun(AdaptiveRun):
         super().__init__(system, integrator, t_record, every, q0, u0, project)
         start = examine_state(system, self.model, self.has, float(t_record[0]), self.state.q, self.state.u)
         if not start.is_admissible:
-            warnings.warn(start.message, InitialStateWarning, stacklevel=5)
+            warn_caller(start.message, InitialStateWarning)
         integrator.begin(self.scratch, start.mode, start.slip, selection)
 
     def _message(self) -> str:

@@ -181,10 +181,9 @@ def store(i, n, n_c, status, t_record, dts, state, cells):
         cells.mode[i, k], cells.slip[i, k] = state.mode[k], state.slip[k]
     for k in range(N_LEDGER):
         cells.ledger[i, k] = state.ledger[k]
-    figures = numbers(state.worst)
-    for k in range(3):
+    figures, counted = numbers(state.worst), numbers(counters)
+    for k in range(figures.shape[0]):
         cells.worst[i, k] = figures[k]
-    counted = numbers(counters)
     for k in range(counted.shape[0]):
         cells.counters[i, k] = counted[k]
 

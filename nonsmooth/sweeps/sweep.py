@@ -10,7 +10,6 @@ import contextlib
 import os
 import pickle
 import threading
-import warnings
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
@@ -20,7 +19,15 @@ import numpy as np
 from nonsmooth.checks.arrays import as_count, as_flag, as_instance, as_positive
 from nonsmooth.checks.files import as_path
 from nonsmooth.checks.memory import require_memory
-from nonsmooth.errors import CellFailure, InitialStateWarning, InvalidInput, MissingExtra, UnsettledWarning, shown
+from nonsmooth.errors import (
+    CellFailure,
+    InitialStateWarning,
+    InvalidInput,
+    MissingExtra,
+    UnsettledWarning,
+    shown,
+    warn_caller,
+)
 from nonsmooth.mechanics.system import System
 from nonsmooth.signals.interruption import interrupts_held_back
 from nonsmooth.sweeps.axes import Plan, as_plan
@@ -150,14 +157,14 @@ def sweep(
     if out is not None:
         save_sweep(found, out)
     if result.inadmissible:
-        warnings.warn(
+        warn_caller(
             f"the initial state is not admissible in {result.inadmissible} of the cells that were run: it penetrates "
             "a contact or violates a bilateral one",
-            InitialStateWarning, stacklevel=2,
+            InitialStateWarning,
         )  # fmt: skip
     doubt = getattr(task, "doubt", lambda values: "")(result.values)
     if doubt:
-        warnings.warn(doubt, UnsettledWarning, stacklevel=2)
+        warn_caller(doubt, UnsettledWarning)
     return found
 
 

@@ -1,5 +1,6 @@
 """The front door: grids, failures with their partial solutions, bad input, and one source run at two speeds."""
 
+import linecache
 import math
 from typing import NamedTuple
 
@@ -211,10 +212,21 @@ def test_the_clock_is_looked_at_as_often_whatever_a_step_costs(cost):
     assert block == max(1, int(runs.LOOK_EVERY / cost)) or abs(block * cost / runs.LOOK_EVERY - 1) < 0.1
 
 
-def test_warnings_point_at_the_line_of_the_user():
+@pytest.mark.parametrize(
+    "integrator",
+    [STEP, ns.EventDriven(), ns.EventDriven(hand_over=STEP), ns.Adaptive(), "auto"],
+    ids=["step", "events", "events handed over", "adaptive", "auto"],
+)
+def test_warnings_point_at_the_line_of_the_user(integrator):
+    """Whatever stands between that line and the run, which is another number of calls with each."""
     with pytest.warns(ns.InitialStateWarning) as caught:
-        ns.simulate(ball(), (0, 0.01), [-0.1], [0.0], integrator=STEP)
-    assert [warning.filename for warning in caught] == [__file__]
+        ns.simulate(ball(), (0, 0.01), [-0.1], [0.0], integrator=integrator)
+    assert [(warning.filename, source_line(warning)) for warning in caught] == [(__file__, "ns.simulate")]
+
+
+def source_line(warning):
+    """What is called in the line that a warning points at."""
+    return linecache.getline(warning.filename, warning.lineno).strip().partition("(")[0]
 
 
 def test_ctrl_c_gives_back_what_was_computed_with_its_events():

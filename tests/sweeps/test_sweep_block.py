@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -20,14 +20,16 @@ from models.painleve_rod import PainleveRod
 from models.pendulum import WallPendulum
 from models.rocking_block import RockingBlock
 from models.sprag_slip import SpragSlip
-from nonsmooth.integrators.records import State
+from nonsmooth.integrators.records import State, Worst
 from nonsmooth.jit import interpreted
-from nonsmooth.jit.blocks import new
+from nonsmooth.jit.blocks import fields_of, new, numbers
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.contact_problem import Work, model_facts
 from nonsmooth.mechanics.initial_modes import ADMISSIBLE, initial_modes
 from nonsmooth.mechanics.initial_state import examine_state
 from nonsmooth.mechanics.system import Contact, System
+from nonsmooth.results.solution import Stats
+from nonsmooth.sweeps.block_engine import BlockEngine
 from nonsmooth.sweeps.run_rows import RowBuilder
 
 pytestmark = pytest.mark.filterwarnings("ignore::nonsmooth.UnsettledWarning")  # runs are short: their bits are compared
@@ -355,8 +357,27 @@ def test_an_integrator_with_a_loop_of_its_own_runs_cell_by_cell():
 
 def test_inadmissible_starts_are_counted_once():
     task = ns.RunTask(BilateralRod(), t_span=(0, 0.01), state={"q0": [0, 3.0, 1.0], "u0": [0, 0, 0]})
-    with pytest.warns(ns.InitialStateWarning, match="in 3 of the cells"):
+    with pytest.warns(ns.InitialStateWarning, match="in 3 of the cells") as caught:
         ns.sweep(task, {"mu": [0.1, 0.2, 0.3]}, progress=False)
+    assert [warning.filename for warning in caught] == [__file__]
+
+
+def test_every_worst_figure_of_a_cell_is_that_of_its_run(monkeypatch):
+    """A rod that falls on its tip gains energy by Newton's law: all five figures are other numbers than zero."""
+    cells, runs = [], []
+    run, from_run = BlockEngine.run, Stats.from_run
+    monkeypatch.setattr(BlockEngine, "run", lambda engine, block: (run(engine, block), cells.append(block)))
+    monkeypatch.setattr(Stats, "from_run", lambda state, *more, **named: (
+        runs.append(numbers(state.worst).copy()), from_run(state, *more, **named))[1])  # fmt: skip
+    rod, integrator = PainleveRod(m=1.0, l=2.0, I=1 / 3, mu=1.0), ns.MoreauJean(1e-3)
+    q0, _ = rod.state(th=math.pi / 4)
+    start, restitutions = {"q0": q0, "u0": [0.6, -1.0, 0.0]}, [0.7, 0.9]
+    ns.sweep(ns.RunTask(rod, t_span=(0, 0.05), integrator=integrator, state=start), {"e": restitutions}, progress=False)
+    with pytest.warns(ns.EnergyGainWarning):
+        for e in restitutions:
+            ns.simulate(replace(rod, e=e), (0, 0.05), **start, integrator=integrator)
+    assert len(runs[0]) == len(list(fields_of(Worst))) and (np.array(runs) != 0.0).any(axis=0).all(), runs
+    assert (np.concatenate([block.worst for block in cells]) == np.array(runs)).all()
 
 
 def test_every_end_of_a_run_is_an_end_of_a_cell():
