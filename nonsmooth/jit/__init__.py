@@ -20,8 +20,9 @@ model (2 s each) and never reach the disk cache.
 
 ``kernels`` marks them, ``models`` binds a user's functions, whose helpers ``twins`` compiles with them; ``internals``
 has what is used of numba beside its public interface. ``fingerprint`` says what code is made from, by what ``bytecode``
-finds that it reads and ``libraries`` know by name; ``watch`` whether that is still so; ``cache`` under which key it is
-kept, ``code_files`` in which form; ``loading`` shares the work between processes.
+finds that it reads and ``libraries`` know by name (where a module moved, by that of ``former_names``); ``watch``
+whether that is still so; ``cache`` under which key it is kept, ``code_files`` in which form; ``loading`` shares the
+work between processes.
 """
 
 from nonsmooth.jit.cache import cache_directory

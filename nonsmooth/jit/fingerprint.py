@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.jit.bytecode import SCALARS, Reading, constant, reading, scalar
+from nonsmooth.jit.former_names import known_as
 from nonsmooth.jit.libraries import is_installed, is_library, library_path, name_of
 from nonsmooth.jit.watch import MISSING, Watch
 
@@ -150,7 +151,7 @@ class Survey:
             self.watch.name(vars(module), attribute, value)
             if self.is_library(module):
                 value = getattr(module, attribute, MISSING)  # numpy loads some of its modules when they are read
-                self.put(b"library", f"{module.__name__}.{attribute}".encode())
+                self.put(b"library", f"{known_as(module.__name__)}.{attribute}".encode())
                 if self._is_of_library(value):
                     self.put(name_of(value).encode())
                     return
@@ -220,7 +221,7 @@ class Survey:
         elif hasattr(cls, "layout_identity"):  # a block
             self.put(b"block", cls.layout_identity())
         elif issubclass(cls, BaseException) or library_path(cls, self.is_library):
-            self.put(b"class", f"{cls.__module__}.{cls.__qualname__}".encode())
+            self.put(b"class", f"{known_as(cls.__module__)}.{cls.__qualname__}".encode())
         else:
             self.unidentified(cls, f"{name}, the class {cls.__qualname__}")
 

@@ -11,6 +11,7 @@ from typing import Any
 from nonsmooth.jit.bytecode import reading
 from nonsmooth.jit.cache import compile_cached, is_cached, key_of
 from nonsmooth.jit.fingerprint import digest
+from nonsmooth.jit.former_names import known_as
 
 OPTIONS = {"nogil": True, "error_model": "numpy"}  # no fastmath: two runs agree bit for bit
 # Kernels allocate nothing, so they need none of numba's reference counts.
@@ -79,7 +80,7 @@ class Kernel:
     @property
     def slot_name(self) -> str:
         """The linker's name of the slot of an entry point."""
-        return f"nonsmooth.{self.function.__module__}.{self.function.__name__}"
+        return f"nonsmooth.{known_as(self.function.__module__)}.{self.function.__name__}"
 
     def slot_symbol(self) -> str:
         """The name of the slot, which is made known to the linker here."""

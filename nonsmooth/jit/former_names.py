@@ -1,0 +1,90 @@
+"""Modules of this package that were called otherwise when the first journals and checkpoints were written.
+
+A journal knows the study that it is of by the code of its functions, and what they use of this package by module and
+name; a checkpoint knows the integrator by the code of its kernels, and those that it calls through slots by theirs.
+These names stay, wherever the module moves, so that the journal is read and the run goes on.
+"""
+
+from __future__ import annotations
+
+FORMER = {
+    "checks.arrays": "arrays",
+    "contact.blocks.admm": "contact_solvers.admm",
+    "contact.blocks.interior": "contact_solvers.interior",
+    "contact.blocks.linear": "contact_solvers.linear",
+    "contact.blocks.natural_map": "contact_solvers.natural_map",
+    "contact.blocks.newton": "contact_solvers.newton",
+    "contact.blocks.nsgs": "contact_solvers.nsgs",
+    "contact.blocks.problem": "contact_solvers.problem",
+    "contact.blocks.result": "contact_solvers.result",
+    "contact.blocks.solve": "contact_solvers.solve",
+    "contact.planar.enumerate": "contact_solvers.modes",
+    "contact.planar.forces": "paradox.forces",
+    "contact.planar.ladder": "contact_solvers.planar",
+    "contact.planar.newton": "contact_solvers.planar_newton",
+    "contact.planar.redundant": "contact_solvers.redundant",
+    "cycles.cycle": "stability.cycle",
+    "cycles.cycle_branch": "stability.cycle_branch",
+    "cycles.limit_cycle": "stability.limit_cycle",
+    "drawing.paradox_plots": "output.paradox_plots",
+    "drawing.sweep_plot": "studies.sweep_plot",
+    "equilibria.averaging": "stability.averaging",
+    "equilibria.eigen_path": "stability.eigen_path",
+    "equilibria.equilibrium": "stability.equilibrium",
+    "equilibria.flutter_boundary": "stability.flutter_boundary",
+    "equilibria.linearise": "stability.linearise",
+    "equilibria.oscillator": "stability.oscillator",
+    "equilibria.sensitivity": "stability.sensitivity",
+    "equilibria.stability_map": "stability.stability_map",
+    "integrators.adaptive.events": "integrators.adaptive_events",
+    "integrators.adaptive.held": "integrators.adaptive_held",
+    "integrators.adaptive.loop": "integrators.adaptive_loop",
+    "integrators.adaptive.options": "integrators.adaptive",
+    "integrators.adaptive.scales": "integrators.adaptive_scales",
+    "integrators.adaptive.step": "integrators.adaptive_step",
+    "integrators.adaptive.substep": "integrators.adaptive_substep",
+    "integrators.adaptive.switch": "integrators.adaptive_switch",
+    "integrators.adaptive.through": "integrators.adaptive_through",
+    "integrators.event_driven.impact": "integrators.rigid_impact",
+    "integrators.event_driven.loop": "integrators.rigid_loop",
+    "integrators.event_driven.options": "integrators.event_driven",
+    "integrators.event_driven.switching": "integrators.rigid_switching",
+    "integrators.moreau_jean.compliance": "integrators.compliance",
+    "integrators.moreau_jean.contact": "integrators.moreau_jean_contact",
+    "integrators.moreau_jean.options": "integrators.moreau_jean",
+    "integrators.moreau_jean.paradox": "integrators.moreau_jean_paradox",
+    "integrators.moreau_jean.projection": "integrators.projection",
+    "integrators.moreau_jean.step": "integrators.moreau_jean_step",
+    "integrators.penalty.law": "integrators.compliant_law",
+    "integrators.penalty.loop": "integrators.penalty_loop",
+    "integrators.penalty.options": "integrators.penalty",
+    "integrators.penalty.rates": "integrators.compliant_contacts",
+    "integrators.penalty.switching": "integrators.contact_switching",
+    "integrators.radau.events": "integrators.event_location",
+    "integrators.radau.method": "integrators.radau",
+    "integrators.radau.stages": "integrators.radau_stages",
+    "integrators.rigid.rates": "integrators.rigid_forces",
+    "integrators.rigid.redundant": "integrators.rigid_redundant",
+    "mechanics.compiled": "compiled",
+    "mechanics.laws": "laws",
+    "mechanics.system": "system",
+    "results.failures": "errors",
+    "results.fclib": "output.fclib",
+    "results.motion": "motion",
+    "results.solution": "solution",
+    "runs.simulate": "simulation",
+    "sweeps.axes": "studies.axes",
+    "sweeps.block_engine": "studies.block_engine",
+    "sweeps.map_task": "studies.map_task",
+    "sweeps.pool": "studies.pool",
+    "sweeps.run_task": "studies.run_task",
+    "sweeps.sweep": "studies.sweep",
+    "sweeps.sweep_files": "studies.sweep_files",
+    "sweeps.task": "studies.task",
+}
+
+
+def known_as(module: str) -> str:
+    """The name under which journals and checkpoints know a module."""
+    top, _, rest = module.partition(".")
+    return f"{top}.{FORMER.get(rest, rest)}" if top == "nonsmooth" and rest else module
