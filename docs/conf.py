@@ -44,7 +44,8 @@ def api_page() -> str:
     homes = dict.fromkeys(nonsmooth._HOME.values())
     for home in homes:
         module = importlib.import_module(f"nonsmooth.{home}")
-        lines += ["", f"## {home.split('.')[-1].replace('_', ' ').capitalize()}", "", f"`{module.__name__}`: "]
+        title = home.removesuffix(".options").split(".")[-1]  # the options of an integrator have its name
+        lines += ["", f"## {title.replace('_', ' ').capitalize()}", "", f"`{module.__name__}`: "]
         lines[-1] += (module.__doc__ or "").strip().splitlines()[0]
         for name in (name for name, of in nonsmooth._HOME.items() if of == home):
             lines += ["", "```{eval-rst}", directive(f"nonsmooth.{name}", getattr(nonsmooth, name)), "```"]

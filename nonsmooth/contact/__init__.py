@@ -1,4 +1,5 @@
-"""Coulomb friction on an assembled Delassus matrix: contact problem in, impulses out; one algorithm a file.
+"""Contacts with Coulomb friction: contact problem in, impulses out.
 
-``problem`` checks and scales, ``natural_map`` measures, ``solve`` chooses; the other files are the solvers.
+``planar`` finds every solution of a few contacts in the plane, ``blocks`` solves many, in the plane or in space;
+``islands`` says which contacts are coupled at all.
 """

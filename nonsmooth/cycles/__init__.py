@@ -1,0 +1,1 @@
+"""Periodic motions: found, followed along a parameter, their multipliers."""

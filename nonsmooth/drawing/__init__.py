@@ -1,0 +1,1 @@
+"""Every figure. Matplotlib is imported when one is drawn."""

@@ -1,0 +1,1 @@
+"""Steady sliding, its stability, and the small vibration about it."""

@@ -1,0 +1,1 @@
+"""Linear algebra, derivatives and quadratic programs, without mechanics."""

@@ -1,0 +1,1 @@
+"""How many contact forces fit a state, why, and what follows: the classification of Painlevé's paradoxes."""

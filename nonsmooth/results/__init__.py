@@ -1,0 +1,1 @@
+"""What a run leaves: solution, motion between the records, failures; and its files."""

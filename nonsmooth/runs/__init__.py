@@ -1,0 +1,1 @@
+"""From the front door to the loop: starts, blocks of steps, records, events of the user, checkpoints, failures."""

@@ -1,0 +1,1 @@
+"""One task at many points: axes, batches, workers, the journal, the tables."""

@@ -1,0 +1,1 @@
+"""Moreau–Jean with error control: plain steps extrapolated in smooth motion, events found on the motion."""

@@ -1,0 +1,1 @@
+"""Event-driven: high order between events, every event located, new modes behind it."""

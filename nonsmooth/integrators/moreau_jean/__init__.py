@@ -1,0 +1,1 @@
+"""Moreau–Jean: a fixed step, velocities and impulses, one contact problem a step."""

@@ -1,0 +1,1 @@
+"""Compliant contacts: springs and dampers, resolved in time."""
