@@ -146,10 +146,11 @@ def outcome(copy, guard, cache):
 
 
 def copied(tmp_path):
-    """Package, models and tests, where they can be broken."""
-    for folder in ("nonsmooth", "models", "tests"):
+    """Package, models, tests and what they use, where they can be broken."""
+    for folder in ("nonsmooth", "models", "benchmarks", "tests"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    for file in ("pyproject.toml", "conftest.py"):
+        shutil.copy(ROOT / file, tmp_path)
     return tmp_path
 
 
