@@ -251,7 +251,10 @@ def _numbers_interpreted(block: Any) -> np.ndarray:
 
 
 class _Numbers(Kernel):
-    """``numbers(block)``: a block that has nothing but numbers of one type, as an array."""
+    """``numbers(block)``: a block that has nothing but numbers of one type, as an array; for Python too."""
+
+    def __call__(self, block: Block) -> np.ndarray:
+        return _numbers_interpreted(block)
 
     @functools.cached_property
     def inlined(self) -> Any:
