@@ -20,7 +20,7 @@ from typing import Any
 from nonsmooth.errors import Status
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
-from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N
+from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N, LAW_WIDTH
 from nonsmooth.mechanics.system import (
     BILATERAL,
     DAMPING,
@@ -45,8 +45,36 @@ ROWS_READ_T = 1 << 22
 SQRT_EPS = 1.5e-8  # relative increment of a forward difference
 
 
-class Work(Block, r="max(1, n_c * (1 + d))"):
-    """Arrays of one step, allocated once a run. n = n_u, c = n_c, r = most rows that can be closed."""
+class Problem(Block, r="max(1, n_c * (1 + d))"):
+    """The problem of n closed contacts on a dense matrix: gamma = G P + c within the laws of contact and friction.
+
+    Impulses and velocities, or forces and accelerations. A contact has the rows N and F, N alone without friction, F
+    alone under a given normal force. n_c = most contacts, r = most rows, d = directions of friction.
+    """
+
+    n: int  # contacts
+    r: int  # rows
+    selection: int  # the rule where there are several solutions
+    closed: Array[Ints, "n_c"]  # number of each contact in the system
+    start: Array[Ints, "n_c + 1"]  # its first row
+    kinds: Array[Ints, "n_c", 2]  # unilateral, bilateral or given force; its directions of friction
+    laws: Array[Floats, "n_c", LAW_WIDTH]
+    G: Array[Floats, "r", "r"]  # Delassus matrix
+    c: Array[Floats, "r"]  # velocities without impulses
+    offset: Array[Floats, "r"]  # (1 - e_F) gamma_F before the step: mu(v) is taken at half offset + gamma_F
+    mu: Array[Floats, "n_c"]  # coefficient of sliding
+    mu_static: Array[Floats, "n_c"]
+    normal_impulse: Array[Floats, "n_c"]  # where it is given
+    mode: Array[Ints, "n_c"]  # ContactMode before
+    slip: Array[Ints, "n_c"]  # sign of sliding before
+    previous_P: Array[Floats, "n_c", "1 + d"]  # impulses before
+    P: Array[Floats, "r"]  # the answer: impulses
+    candidate: Array[Ints, "n_c"]  # and modes, as contact/planar/single.py numbers them
+
+
+class Work(Problem, r="max(1, n_c * (1 + d))"):
+    """Arrays of one step, allocated once a run: the problem of its closed contacts, and what that is made from.
+    n = n_u, c = n_c, r = most rows that can be closed."""
 
     q_mid: Array[Floats, "n"]
     h: Array[Floats, "n"]  # force, then the force actually applied
@@ -67,17 +95,12 @@ class Work(Block, r="max(1, n_c * (1 + d))"):
     w_F: Array[Floats, "n_c", "d"]
     N: Array[Floats, "n_c"]  # given normal forces
     rates: Array[Floats, "n_c", "1 + d"]  # W' u + w' as the model gives them
-    closed: Array[Ints, "n_c"]  # the closed contacts
-    start: Array[Ints, "n_c + 1"]  # first row of each closed contact
     W: Array[Floats, "r", "n"]
     first: Array[Ints, "r"]  # each row of W is zero before this column
     last: Array[Ints, "r"]  # and from this one on
     X: Array[Floats, "r", "n"]  # rows of W Mhat^-1
-    G: Array[Floats, "r", "r"]
     w: Array[Floats, "r"]
     gamma_0: Array[Floats, "r"]  # velocities before the step
-    c: Array[Floats, "r"]
-    P: Array[Floats, "r"]
     gamma_1: Array[Floats, "r"]  # G P + c without restitution and feedback: the velocities after the step
     u_1: Array[Floats, "n"]  # velocities after the step
 
@@ -385,6 +408,21 @@ def add_restitution(n_k, kinds, laws, feedback, work):
             r += 1
         if kinds[i, 1] > 0:
             c[r] += laws[i, LAW_E_F] * gamma_0[r]
+
+
+@kernel
+def fill_problem(n, selection, kinds, laws, previous_P, mode, slip, problem):
+    """What the problem of the n contacts in ``problem.closed`` must know of these beside rows, G and c: from the tables
+    of the system, and the impulses and modes before."""
+    problem.n, problem.r, problem.selection = n, problem.start[n], selection
+    for k in range(n):
+        i = problem.closed[k]
+        problem.kinds[k, 0], problem.kinds[k, 1] = kinds[i, 0], kinds[i, 1]
+        problem.mode[k], problem.slip[k] = mode[i], slip[i]
+        for m in range(laws.shape[1]):
+            problem.laws[k, m] = laws[i, m]
+        for m in range(previous_P.shape[1]):
+            problem.previous_P[k, m] = previous_P[i, m]
 
 
 @kernel

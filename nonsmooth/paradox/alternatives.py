@@ -19,7 +19,7 @@ import numpy as np
 
 from nonsmooth.contact.planar.enumerate import Tree, enumerate_modes, leaves
 from nonsmooth.contact.planar.forces import KEPT, MAX_CONTACTS, MAX_MODES
-from nonsmooth.contact.planar.problem import Planar
+from nonsmooth.contact.planar.problem import Planar, problem_of
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
@@ -103,7 +103,7 @@ def impacts_of_several(part: Problem) -> tuple[Impact, ...] | None:
     """Every solution P != 0 of the velocity-level problem with gamma_N- = 0; None where they are too many to try."""
     n, r = len(part.closed), len(part.c)
     kinds = np.ascontiguousarray(part.system.kinds[part.closed])
-    if n > MAX_CONTACTS or interpreted(leaves)(n, np.arange(n), kinds, MAX_MODES) > MAX_MODES:
+    if n > MAX_CONTACTS or interpreted(leaves)(n, kinds, MAX_MODES) > MAX_MODES:
         return None
     gamma = velocities(part)
     impulses = solve_velocities(part, kinds, gamma)
@@ -111,22 +111,16 @@ def impacts_of_several(part: Problem) -> tuple[Impact, ...] | None:
     return tuple(Impact(ImpactLaw.NEWTON, 0.0, P[:r]) for P in impulses if np.abs(P).max() > 1e-9 * largest)
 
 
-def solve_velocities(problem: Problem, kinds: np.ndarray, gamma: np.ndarray) -> np.ndarray:
+def solve_velocities(part: Problem, kinds: np.ndarray, gamma: np.ndarray) -> np.ndarray:
     """Every impulse P (m, r) with gamma+ = G P + gamma within the laws; redundant contacts are decided if need be."""
-    n, r = len(problem.closed), len(problem.c)
-    listed, no_force = np.arange(n), np.zeros(n)
+    n, r = len(part.closed), len(part.c)
+    problem = problem_of(kinds, part.G, gamma, part.mu, part.mu_static)
     tree = new(Tree, n=n, r=r, kept=KEPT)
-    found, is_complete = enumerate_modes(
-        n, listed, problem.start, kinds, problem.mu, problem.mu_static, no_force, problem.G, gamma, tree.address
-    )
-    if is_complete:
-        return tree.solutions[: min(found, KEPT)]
-    planar = new(Planar, n=n, d=1, kept=KEPT)
-    planar.mu[:], planar.mu_static[:] = problem.mu, problem.mu_static
-    found = enumerate_redundant(
-        n, listed, problem.start, kinds, problem.G, problem.G, gamma, np.zeros(r), planar.address
-    )
-    return planar.tree.solutions[: min(found, KEPT)]
+    found, is_complete = enumerate_modes(problem.address, tree.address)
+    if not is_complete:
+        planar = new(Planar, n=n, d=1, kept=KEPT)
+        found, tree = enumerate_redundant(problem.address, part.G, planar.address), planar.tree
+    return tree.solutions[: min(found, KEPT)]
 
 
 def velocities(problem: Problem) -> np.ndarray:

@@ -182,6 +182,7 @@ class Points:
         n_c = max(1, system.n_c)
         room = kept if n_c == 1 else max(kept, KEPT)
         forces = new(Forces, n=system.n_u, n_c=system.n_c, d=system.d, kept=room)
+        forces.kinds[:], forces.laws[:] = system.kinds, system.laws
         if is_redundant:
             decide_redundant(forces, model.is_compiled)
         compiled = self.natural if states is None else None
@@ -189,14 +190,14 @@ class Points:
         table = self._new_table(columns, states, kept)
         run = search_points if model.is_compiled else interpreted(search_points)
         handles = [block.address if model.is_compiled else block for block in (forces, table)]
-        run(model.handle, model_facts(system), natural, system.kinds, self.t, *handles)
+        run(model.handle, model_facts(system), natural, self.t, *handles)
         return Found(
             table.number, table.outcome, table.p_s, table.b, table.gamma_F,
             table.la_N.reshape(-1, kept, n_c), table.modes.reshape(-1, kept, n_c),
         )  # fmt: skip
 
     def _new_table(self, columns: list[np.ndarray], states: np.ndarray | None, kept: int) -> Table:
-        """A block with the values, the defaults and the laws filled in."""
+        """A block with the values and the defaults filled in."""
         system = self.system
         m, n_c = len(columns[0]), max(1, system.n_c)
         places = list(self.variables), list(system.parameter_values)
@@ -210,7 +211,6 @@ class Points:
             kind = VARIABLE if name in self.variables else PARAMETER
             table.names[j] = kind, places[kind].index(name)
         table.links[:] = links
-        table.laws[: system.n_c] = system.laws
         table.p[:] = system.p
         if states is None:
             table.s[:] = [self.default(name) for name in self.variables]

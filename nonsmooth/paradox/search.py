@@ -13,7 +13,6 @@ from nonsmooth.contact.planar.forces import Forces, Outcome, forces_at_state, so
 from nonsmooth.contact.planar.single import PULL_MINUS
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.mechanics.laws import LAW_WIDTH
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 
 VARIABLE, PARAMETER = 0, 1  # what a name sets
@@ -27,7 +26,6 @@ class Table(Block):
     values: Array[Floats, "a", "m"]  # of each name at each point
     names: Array[Ints, "a", 2]  # VARIABLE or PARAMETER, and its place in s or p
     links: Array[Ints, "l", 3]  # contact, column of its law, place in p: coefficients that are parameters
-    laws: Array[Floats, "c", LAW_WIDTH]
     s: Array[Floats, "n_s"]  # natural variables
     p: Array[Floats, "n_p"]  # parameters
     x: Array[Floats, "n_q + n_u"]
@@ -45,11 +43,11 @@ class Table(Block):
     modes: Array[Ints, "m", "k * c"]
 
 
-@kernel("void(int64, int64, int64, int64[:, ::1], float64, int64, int64)", short_loops=True)
-def search_points(model, has, natural, kinds, t, forces_at, table_at):
+@kernel("void(int64, int64, int64, float64, int64, int64)", short_loops=True)
+def search_points(model, has, natural, t, forces_at, table_at):
     """Fill the results of every point."""
     table, forces = view(table_at, Table), view(forces_at, Forces)
-    s, p, x, q, u, laws = table.s, table.p, table.x, table.q, table.u, table.laws
+    s, p, x, q, u, laws = table.s, table.p, table.x, table.q, table.u, forces.laws
     n_q = q.shape[0]
     for m in range(table.values.shape[1]):
         set_point(m, table)
@@ -67,11 +65,11 @@ def search_points(model, has, natural, kinds, t, forces_at, table_at):
             q[j] = x[j]
         for j in range(u.shape[0]):
             u[j] = x[n_q + j]
-        outcome, found, n_k, _ = forces_at_state(model, has, t, q, u, p, kinds, laws, forces_at)
+        outcome, found, n_k, _ = forces_at_state(model, has, t, q, u, p, forces_at)
         table.outcome[m] = outcome
         table.number[m] = found
-        write_coefficients(m, n_k, kinds, forces, table)
-        write_solutions(m, found, n_k, kinds, forces, table)
+        write_coefficients(m, n_k, forces, table)
+        write_solutions(m, found, n_k, forces, table)
 
 
 @kernel
@@ -85,9 +83,9 @@ def set_point(m, table):
 
 
 @kernel
-def write_coefficients(m, n_k, kinds, forces, table):
+def write_coefficients(m, n_k, forces, table):
     """p, b and gamma_F of each closed contact; nan where a contact is open or has no such row."""
-    work = forces.work
+    work, kinds = forces.work, forces.kinds
     nan = math.nan
     for i in range(kinds.shape[0]):
         table.p_s[m, i] = nan
@@ -107,9 +105,9 @@ def write_coefficients(m, n_k, kinds, forces, table):
 
 
 @kernel
-def write_solutions(m, found, n_k, kinds, forces, table):
+def write_solutions(m, found, n_k, forces, table):
     """Normal forces and modes of the solutions that are kept, in places of n_c; beyond them nan and NO_SOLUTION."""
-    n_c = kinds.shape[0]
+    kinds, n_c = forces.kinds, forces.kinds.shape[0]
     kept = table.modes.shape[1] // n_c
     for j in range(kept * n_c):
         is_one = j < found * n_c

@@ -140,8 +140,9 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
     inspect_instant(system, t, q, u, model)
     has = model_facts(system)
     block = kept_block(has, system.n_u, system.n_c, system.d)
-    arguments = (model.handle, has, t, q, u, system.p, system.kinds, system.laws)
+    arguments = (model.handle, has, t, q, u, system.p)
     arrays = block
+    arrays.kinds[:], arrays.laws[:] = system.kinds, system.laws
     search = forces_at_state if model.is_compiled else interpreted(forces_at_state)
     if model.is_compiled:
         load_all(ENTRY_POINTS)

@@ -32,113 +32,109 @@ LEFT_OUT, ALONE = -2, -1  # the part of a contact in a census, or the number of 
 
 
 @kernel
-def known_solutions(n, left, closed, start, G, c, planar):
+def known_solutions(left, problem, planar):
     """What the last census of these contacts says of a problem: UNKNOWN, NOT_TOLD (the modes were
     singular), ONE_AS_BEFORE or ALWAYS_ONE solution."""
-    memory, group, place = planar.memory, planar.tree.group, planar.rest.place
-    first = closed[0]
-    if memory.members[first] != n:
+    memory, place = planar.memory, planar.rest.place
+    first = problem.closed[0]
+    if memory.members[first] != problem.n:
         return UNKNOWN
     is_as_before, is_oriented = memory.found[first] <= 1, memory.least[first] > ORIENTED
     e = 0
-    for k in range(n):
-        i = closed[k]
+    for k in range(problem.n):
+        i = problem.closed[k]
         if memory.stamp[i] != memory.stamp[first]:
             return UNKNOWN
-        is_as_before = is_as_before and memory.candidate[i] == planar.candidate[k]
+        is_as_before = is_as_before and memory.candidate[i] == problem.candidate[k]
         role = LEFT_OUT
         if e < left and place[e] == k:
-            role = role_of(e, closed, group, place)
+            role = role_of(e, problem, planar)
             e += 1
         is_oriented = is_oriented and memory.role[i] == role
-    if is_oriented and is_near(SAFE * memory.least[first], n, closed, start, G, planar):
+    if is_oriented and is_near(SAFE * memory.least[first], problem, memory):
         return ALWAYS_ONE
-    if (
-        planar.may_wait == 1
-        and is_as_before
-        and is_near(MATERIAL, n, closed, start, G, planar)
-        and is_same_load(n, closed, start, c, planar)
-    ):
+    if planar.may_wait == 1 and is_as_before and is_near(MATERIAL, problem, memory) and is_same_load(problem, memory):
         return ONE_AS_BEFORE if memory.found[first] == 1 else NOT_TOLD
     return UNKNOWN
 
 
 @kernel
-def role_of(e, closed, group, place):
+def role_of(e, problem, planar):
     """The part of a contact in a census: in a group, by the number of its first contact in the system, or alone."""
-    return ALONE if group[e] == 0 else closed[place[group[e] - 1]]
+    group = planar.tree.group[e]
+    return ALONE if group == 0 else problem.closed[planar.rest.place[group - 1]]
 
 
 @kernel
-def rows_of_contact(planar):
-    """Rows that the memory has for each contact of the system."""
-    return planar.memory.c.shape[0] // planar.memory.stamp.shape[0]
+def row_in_memory(a, k, problem, memory):
+    """Where the memory has row a, which is one of contact k."""
+    rows = memory.c.shape[0] // memory.stamp.shape[0]  # of each contact of the system
+    return problem.closed[k] * rows + a - problem.start[k]
 
 
 @kernel
-def is_near(part, n, closed, start, G, planar):
+def is_near(part, problem, memory):
     """Whether no entry of G has changed by more than a part of its diagonal since the last census."""
-    G_0, rows, part = planar.memory.G, rows_of_contact(planar), min(part, MATERIAL)
-    for k in range(n):
+    G, start, part = problem.G, problem.start, min(part, MATERIAL)
+    for k in range(problem.n):
         for a in range(start[k], start[k + 1]):
-            row = closed[k] * rows + a - start[k]
-            for m in range(n):
+            row = row_in_memory(a, k, problem, memory)
+            for m in range(problem.n):
                 for b in range(start[m], start[m + 1]):
-                    change = G[a, b] - G_0[row, closed[m] * rows + b - start[m]]
+                    change = G[a, b] - memory.G[row, row_in_memory(b, m, problem, memory)]
                     if not change * change <= part * part * G[a, a] * G[b, b]:
                         return False
     return True
 
 
 @kernel
-def is_same_load(n, closed, start, c, planar):
+def is_same_load(problem, memory):
     """Whether no velocity, friction coefficient or given force has changed materially since the last census."""
-    memory, rows = planar.memory, rows_of_contact(planar)
-    for k in range(n):
-        i = closed[k]
-        if abs(planar.mu[k] - memory.mu[i]) > MATERIAL * memory.mu[i]:
+    for k in range(problem.n):
+        i = problem.closed[k]
+        if abs(problem.mu[k] - memory.mu[i]) > MATERIAL * memory.mu[i]:
             return False
-        if abs(planar.normal_impulse[k] - memory.normal_impulse[i]) > MATERIAL * memory.normal_impulse[i]:
+        if abs(problem.normal_impulse[k] - memory.normal_impulse[i]) > MATERIAL * memory.normal_impulse[i]:
             return False
-        for a in range(start[k], start[k + 1]):
-            before = memory.c[i * rows + a - start[k]]
-            if abs(c[a] - before) > MATERIAL * abs(before):
+        for a in range(problem.start[k], problem.start[k + 1]):
+            before = memory.c[row_in_memory(a, k, problem, memory)]
+            if abs(problem.c[a] - before) > MATERIAL * abs(before):
                 return False
     return True
 
 
 @kernel
-def remember(found, n, left, closed, start, G, c, planar):
+def remember(found, left, problem, planar):
     """Note a census, and its work."""
-    memory, rows, group, place = planar.memory, rows_of_contact(planar), planar.tree.group, planar.rest.place
+    memory, start = planar.memory, problem.start
     memory.last += 1
     memory.debt += planar.tree.nodes * left
-    for k in range(n):
-        i = closed[k]
-        memory.stamp[i], memory.members[i], memory.found[i] = memory.last, n, found
+    for k in range(problem.n):
+        i = problem.closed[k]
+        memory.stamp[i], memory.members[i], memory.found[i] = memory.last, problem.n, found
         memory.candidate[i], memory.role[i], memory.least[i] = FREE, LEFT_OUT, planar.tree.least
-        memory.mu[i], memory.normal_impulse[i] = planar.mu[k], planar.normal_impulse[k]
+        memory.mu[i], memory.normal_impulse[i] = problem.mu[k], problem.normal_impulse[k]
         for a in range(start[k], start[k + 1]):
-            row = i * rows + a - start[k]
-            memory.c[row] = c[a]
-            for m in range(n):
+            row = row_in_memory(a, k, problem, memory)
+            memory.c[row] = problem.c[a]
+            for m in range(problem.n):
                 for b in range(start[m], start[m + 1]):
-                    memory.G[row, closed[m] * rows + b - start[m]] = G[a, b]
+                    memory.G[row, row_in_memory(b, m, problem, memory)] = problem.G[a, b]
     for e in range(left):
-        memory.role[closed[place[e]]] = role_of(e, closed, group, place)
+        memory.role[problem.closed[planar.rest.place[e]]] = role_of(e, problem, planar)
 
 
 @kernel
-def note_modes(n, closed, planar):
+def note_modes(problem, memory):
     """Note the modes that were taken after a census."""
-    for k in range(n):
-        planar.memory.candidate[closed[k]] = planar.candidate[k]
+    for k in range(problem.n):
+        memory.candidate[problem.closed[k]] = problem.candidate[k]
 
 
 @kernel
-def pay_off(planar):
+def pay_off(memory):
     """What a problem pays off of the censuses before it."""
-    planar.memory.debt = max(0, planar.memory.debt - EARNED)
+    memory.debt = max(0, memory.debt - EARNED)
 
 
 @kernel

@@ -29,34 +29,34 @@ from nonsmooth.numerics.dense import SINGULAR
 
 
 @kernel
-def has_one_motion(n, closed, start, kinds, G, planar):
+def has_one_motion(problem, planar):
     """Whether one of the tests certifies a problem."""
-    couples = False
-    for k in range(n):
-        if kinds[closed[k], 1] > 0:
-            if planar.mu_static[k] != planar.mu[k]:
+    G, couples = problem.G, False
+    for k in range(problem.n):
+        if problem.kinds[k, 1] > 0:
+            if problem.mu_static[k] != problem.mu[k]:
                 return False
-            a = start[k]
-            if kinds[closed[k], 0] != GIVEN_FORCE:
+            a = problem.start[k]
+            if problem.kinds[k, 0] != GIVEN_FORCE:
                 couples = True
-                if not G[a, a] > planar.mu[k] * abs(G[a, a + 1]):
+                if not G[a, a] > problem.mu[k] * abs(G[a, a + 1]):
                     return False
-    return not couples or is_dominant(n, closed, start, kinds, G, planar)
+    return not couples or is_dominant(problem, planar)
 
 
 @kernel
-def is_dominant(n, closed, start, kinds, G, planar):
+def is_dominant(problem, planar):
     """Whether the matrix of comparison is an M-matrix."""
-    A, r = planar.A, start[n]
-    for m in range(n):
-        a, mu = start[m], planar.mu[m]
-        is_coupled = kinds[closed[m], 1] > 0 and kinds[closed[m], 0] != GIVEN_FORCE
+    A, G, r = planar.A, problem.G, problem.r
+    for m in range(problem.n):
+        a, mu = problem.start[m], problem.mu[m]
+        is_coupled = problem.kinds[m, 1] > 0 and problem.kinds[m, 0] != GIVEN_FORCE
         for j in range(r):
-            for column in range(a, start[m + 1]):
+            for column in range(a, problem.start[m + 1]):
                 A[j, column] = -abs(G[j, column])
             if is_coupled:
                 A[j, a] -= mu * abs(G[j, a + 1])
-        for column in range(a, start[m + 1]):
+        for column in range(a, problem.start[m + 1]):
             A[column, column] = G[column, column]
         if is_coupled:
             A[a, a] -= mu * abs(G[a, a + 1])

@@ -38,7 +38,8 @@ from nonsmooth.contact.planar.single import (
 )
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL
+from nonsmooth.mechanics.contact_problem import Problem
+from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 from nonsmooth.numerics.dense import SINGULAR
 
 LOCKED = STICK  # a contact without friction that is closed: its only row is zero, as when it sticks
@@ -77,12 +78,18 @@ def next_candidate(kind, d, candidate):
 
 
 @kernel
-def leaves(n, closed, kinds, most):
-    """Number of mode combinations, at most ``most`` + 1."""
+def modes_of(k, kinds):
+    """Number of modes of a contact."""
+    kind, d = kinds[k, 0], kinds[k, 1]
+    return (1 if d == 0 else 5 if kind == BILATERAL else 3) + (1 if kind == UNILATERAL else 0)
+
+
+@kernel
+def leaves(n, kinds, most):
+    """Number of mode combinations of n contacts, at most ``most`` + 1."""
     total = 1
     for k in range(n):
-        kind, d = kinds[closed[k], 0], kinds[closed[k], 1]
-        total *= (1 if d == 0 else 5 if kind == BILATERAL else 3) + (1 if kind == UNILATERAL else 0)
+        total *= modes_of(k, kinds)
         if total > most:
             return most + 1
     return total
@@ -100,20 +107,19 @@ def leader(level, tree):
 
 
 @kernel
-def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
+def eliminate(level, candidate, problem, tree):
     """Express the impulses of contact ``level`` and reduce the rows after it; False where the pivot vanishes."""
-    S, s, alpha, beta = tree.S, tree.s, tree.alpha, tree.beta
-    width = (1 if kind != GIVEN_FORCE else 0) + d
-    last = first + width
+    S, s, alpha, beta, r = tree.S, tree.s, tree.alpha, tree.beta, problem.r
+    kind, first, last = problem.kinds[level, 0], problem.start[level], problem.start[level + 1]
     tree.nodes += 1
     for k in range(first, last):
         alpha[k] = 0.0
         for m in range(k + 1, r):  # from the next row on: contacts listed before may have had other rows
             beta[k, m] = 0.0
     if candidate >= SLIDE_PLUS and kind == GIVEN_FORCE:
-        alpha[first] = -slip_of(candidate) * mu * normal_impulse
+        alpha[first] = -slip_of(candidate) * problem.mu[level] * problem.normal_impulse[level]
     elif candidate >= SLIDE_PLUS:
-        f = -slip_of(candidate) * mu * sigma_of(candidate)
+        f = -slip_of(candidate) * problem.mu[level] * sigma_of(candidate)
         D = S[level, first, first] + f * S[level, first, first + 1]
         if not is_pivot(D * tree.inverse[first], 1.0, tree):
             return False
@@ -122,7 +128,7 @@ def eliminate(level, candidate, kind, d, mu, normal_impulse, first, r, tree):
         for m in range(last, r):
             beta[first, m] = -S[level, first, m] / D
             beta[first + 1, m] = f * beta[first, m]
-    elif candidate == STICK and (width == 1 or leader(level, tree) >= 0):
+    elif candidate == STICK and (last - first == 1 or leader(level, tree) >= 0):
         if not is_pivot(S[level, first, first] * tree.inverse[first], 1.0, tree):
             return False
         alpha[first] = -s[level, first] / S[level, first, first]
@@ -182,93 +188,79 @@ def contradicts(level, candidate, d, first, scale, tree):
 
 
 @kernel
-def pushes(k, n, closed, start, kinds, mu_static, normal_impulse, small, tree):
+def pushes(k, small, problem, tree):
     """Whether the impulses of contact k satisfy its inclusions, up to rounding; those of the contacts after it are
     known."""
-    candidate, kind, d = tree.candidate[k], kinds[closed[k], 0], kinds[closed[k], 1]
+    candidate, kind, start = tree.candidate[k], problem.kinds[k, 0], problem.start
     if candidate == FREE:
         return True
-    P_N = normal_impulse[k] if kind == GIVEN_FORCE else tree.P[start[k]]
-    if d == 0:
+    P_N = problem.normal_impulse[k] if kind == GIVEN_FORCE else tree.P[start[k]]
+    if problem.kinds[k, 1] == 0:
         return kind == BILATERAL or P_N >= -small
     if candidate == STICK:
         reach = abs(P_N) if kind == BILATERAL else P_N
-        others = reach_of_others(k, n, mu_static, start, tree)
-        return reach >= -small and abs(tree.P[start[k + 1] - 1]) <= mu_static[k] * reach + others + small
+        others = reach_of_others(k, problem, tree)
+        return reach >= -small and abs(tree.P[start[k + 1] - 1]) <= problem.mu_static[k] * reach + others + small
     return sigma_of(candidate) * P_N >= -small and (P_N != 0.0 or kind == GIVEN_FORCE)
 
 
 @kernel
-def reach_of_others(k, n, mu_static, start, tree):
+def reach_of_others(k, problem, tree):
     """The friction that the contacts after k in its group add to what it can take itself."""
     if tree.group[k] == 0:
         return 0.0
     total = 0.0
-    for m in range(k + 1, n):
+    for m in range(k + 1, problem.n):
         if tree.group[m] == tree.group[k] and tree.candidate[m] == STICK:
-            total += mu_static[m] * tree.P[start[m]]
+            total += problem.mu_static[m] * tree.P[problem.start[m]]
     return total
 
 
 @kernel
-def back_substitute(n, closed, start, kinds, mu_static, normal_impulse, small, tree):
+def back_substitute(small, problem, tree):
     """Impulses of the present leaf, of the last contact first; False as soon as one does not satisfy its inclusions."""
-    for k in range(n - 1, -1, -1):
+    start, P = problem.start, tree.P
+    for k in range(problem.n - 1, -1, -1):
         for row in range(start[k + 1] - 1, start[k] - 1, -1):
             total = tree.alpha[row]
-            for m in range(start[k + 1], start[n]):
-                total += tree.beta[row, m] * tree.P[m]
-            tree.P[row] = total
-        if not pushes(k, n, closed, start, kinds, mu_static, normal_impulse, small, tree):
+            for m in range(start[k + 1], problem.r):
+                total += tree.beta[row, m] * P[m]
+            P[row] = total
+        if not pushes(k, small, problem, tree):
             return False
     return True
 
 
 @kernel
-def moves(n, closed, start, kinds, G, c, slack, tree):
+def moves(slack, problem, tree):
     """Velocities gamma = G P + c of the present leaf; False as soon as one does not satisfy the inclusions."""
-    for k in range(n):
+    start, G, gamma = problem.start, problem.G, tree.gamma
+    for k in range(problem.n):
         for row in range(start[k], start[k + 1]):
-            total = c[row]
-            for m in range(start[n]):
+            total = problem.c[row]
+            for m in range(problem.r):
                 total += G[row, m] * tree.P[m]
-            tree.gamma[row] = total
+            gamma[row] = total
         candidate = tree.candidate[k]
-        if candidate == FREE and not tree.gamma[start[k]] >= -slack:
+        if candidate == FREE and not gamma[start[k]] >= -slack:
             return False
-        if candidate >= SLIDE_PLUS and not slip_of(candidate) * tree.gamma[start[k + 1] - 1] >= -slack:
+        if candidate >= SLIDE_PLUS and not slip_of(candidate) * gamma[start[k + 1] - 1] >= -slack:
             return False
     return True
 
 
-@kernel(
-    "Tuple((int64, boolean))(int64, int64[::1], int64[::1], int64[:, ::1], float64[::1], float64[::1], float64[::1], "
-    "float64[:, ::1], float64[::1], int64)",
-    short_loops=True,
-)
-def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c, tree_at):
+@kernel("Tuple((int64, boolean))(int64, int64)", short_loops=True)
+def enumerate_modes(problem_at, tree_at):
     """All solutions: their number, and whether the enumeration is complete (no pivot vanished)."""
-    tree = view(tree_at, Tree)
-    r = start[n]
-    scale = 0.0
-    largest = 0.0
-    for k in range(r):
-        scale = max(scale, abs(c[k]))
-        largest = max(largest, abs(G[k, k]))
-        tree.s[0, k], tree.inverse[k] = c[k], 1.0 / G[k, k]
-        for m in range(r):
-            tree.S[0, k, m] = G[k, m]
+    problem, tree = view(problem_at, Problem), view(tree_at, Tree)
+    n, r, kinds, start = problem.n, problem.r, problem.kinds, problem.start
+    scale, largest = begin_tree(problem, tree)
     impulse_scale = scale / largest if largest > 0.0 else 0.0
     found = 0
-    kept = tree.modes.shape[0]
     is_complete = True
     level = 0
-    tree.candidate[0] = NO_CANDIDATE
-    tree.nodes, tree.least = 0, math.inf
     while level >= 0:
-        i = closed[level]
-        kind, d = kinds[i, 0], kinds[i, 1]
-        candidate = next_candidate(kind, d, tree.candidate[level])
+        candidate = next_candidate(kinds[level, 0], kinds[level, 1], tree.candidate[level])
         tree.candidate[level] = candidate
         if candidate == NO_CANDIDATE:
             level -= 1
@@ -276,8 +268,8 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
         first = leader(level, tree)
         if first >= 0 and candidate != FREE and candidate != tree.candidate[first]:
             continue  # contacts that share their friction row stick or slide together
-        if not eliminate(level, candidate, kind, d, mu[level], normal_impulse[level], start[level], r, tree):
-            if level < n - 1 or not contradicts(level, candidate, d, start[level], scale, tree):
+        if not eliminate(level, candidate, problem, tree):
+            if level < n - 1 or not contradicts(level, candidate, kinds[level, 1], start[level], scale, tree):
                 is_complete = False
             continue
         if level < n - 1:
@@ -285,13 +277,29 @@ def enumerate_modes(n, closed, start, kinds, mu, mu_static, normal_impulse, G, c
             tree.candidate[level] = NO_CANDIDATE
             continue
         if (
-            back_substitute(n, closed, start, kinds, mu_static, normal_impulse, BOUNDARY * impulse_scale, tree)
-            and moves(n, closed, start, kinds, G, c, BOUNDARY * scale, tree)
-            and is_new(min(found, kept), r, scale, tree)
+            back_substitute(BOUNDARY * impulse_scale, problem, tree)
+            and moves(BOUNDARY * scale, problem, tree)
+            and is_new(found, r, scale, tree)
         ):
             keep_solution(found, n, r, tree)
             found += 1
     return found, is_complete
+
+
+@kernel
+def begin_tree(problem, tree):
+    """The root of the tree: (max |c|, max G_kk)."""
+    scale = 0.0
+    largest = 0.0
+    for k in range(problem.r):
+        scale = max(scale, abs(problem.c[k]))
+        largest = max(largest, abs(problem.G[k, k]))
+        tree.s[0, k], tree.inverse[k] = problem.c[k], 1.0 / problem.G[k, k]
+        for m in range(problem.r):
+            tree.S[0, k, m] = problem.G[k, m]
+    tree.candidate[0] = NO_CANDIDATE
+    tree.nodes, tree.least = 0, math.inf
+    return scale, largest
 
 
 @kernel
@@ -307,8 +315,8 @@ def keep_solution(found, n, r, tree):
 
 @kernel
 def is_new(found, r, scale, tree):
-    """Whether the present leaf moves otherwise than every solution found before."""
-    for m in range(found):
+    """Whether the present leaf moves otherwise than every solution kept of those found before."""
+    for m in range(min(found, tree.modes.shape[0])):
         distance = 0.0
         for k in range(r):
             distance = max(distance, abs(tree.motions[m, k] - tree.gamma[k]))
@@ -318,7 +326,7 @@ def is_new(found, r, scale, tree):
 
 
 @kernel
-def select(found, n, closed, start, kinds, mu, G, was_stuck, selection, tree):
+def select(found, problem, tree):
     """The solution taken: the rule of docs/theory/selection.md, contact by contact.
 
     Solutions are ranked by how many contacts do what the rule asks: a stuck contact sticks; no contact slides with
@@ -328,20 +336,24 @@ def select(found, n, closed, start, kinds, mu, G, was_stuck, selection, tree):
     best_rank = -1e300
     for m in range(min(found, MAX_SOLUTIONS)):
         rank = 0.0
-        for k in range(n):
-            candidate = tree.modes[m, k]
-            i = closed[k]
-            if kinds[i, 1] == 0 or kinds[i, 0] == GIVEN_FORCE:
-                continue
-            if candidate == STICK:
-                if selection == Selection.IMPACT or (was_stuck[k] == 1 and selection != Selection.LIFT_OFF):
-                    rank += 1000.0
-            elif candidate == FREE:
-                rank += 1.0
-            else:
-                D = G[start[k], start[k]] - slip_of(candidate) * mu[k] * sigma_of(candidate) * G[start[k], start[k] + 1]
-                rank += 1.0 if D > 0.0 else -30.0
+        for k in range(problem.n):
+            if problem.kinds[k, 1] > 0 and problem.kinds[k, 0] != GIVEN_FORCE:
+                rank += rank_of(tree.modes[m, k], k, problem)
         if rank > best_rank:
             best_rank = rank
             best = m
     return best
+
+
+@kernel
+def rank_of(candidate, k, problem):
+    """What contact k adds to the rank of a solution."""
+    if candidate == STICK:
+        was_stuck = problem.mode[k] == ContactMode.STICK
+        is_asked = problem.selection == Selection.IMPACT or (was_stuck and problem.selection != Selection.LIFT_OFF)
+        return 1000.0 if is_asked else 0.0
+    if candidate == FREE:
+        return 1.0
+    a = problem.start[k]
+    D = problem.G[a, a] - slip_of(candidate) * problem.mu[k] * sigma_of(candidate) * problem.G[a, a + 1]
+    return 1.0 if D > 0.0 else -30.0

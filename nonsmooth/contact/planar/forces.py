@@ -23,7 +23,7 @@ from typing import Annotated as Array
 from nonsmooth.contact.islands import find_held_islands
 from nonsmooth.contact.planar.enumerate import enumerate_modes, leaves
 from nonsmooth.contact.planar.implied import are_dependent
-from nonsmooth.contact.planar.problem import Planar
+from nonsmooth.contact.planar.problem import Part, Planar
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
 from nonsmooth.errors import Status
@@ -31,7 +31,7 @@ from nonsmooth.jit import call_model, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem
 from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, row_velocities
-from nonsmooth.mechanics.laws import friction_coefficient, static_coefficient
+from nonsmooth.mechanics.laws import LAW_WIDTH, friction_coefficient, static_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL
 
 # A gap or a velocity is zero within this part of the state's own scale (the tolerance of initial states).
@@ -58,6 +58,8 @@ class Forces(Block, most=MAX_CONTACTS, kept=KEPT, c="max(1, n_c)", r="max(1, n_c
     """Arrays of the search for forces. c = contacts, r = rows."""
 
     work: Work
+    kinds: Array[Ints, "n_c", 2]  # of the system
+    laws: Array[Floats, "n_c", LAW_WIDTH]
     rates: Array[Floats, 4, "r"]
     situation: Array[Ints, "c"]  # of every contact
     gamma: Array[Floats, "c", 2]  # gamma_N, gamma_F of every contact
@@ -66,18 +68,10 @@ class Forces(Block, most=MAX_CONTACTS, kept=KEPT, c="max(1, n_c)", r="max(1, n_c
     mu_static: Array[Floats, "c"]
     normal: Array[Floats, "c"]  # given normal forces of the closed contacts
     sigma: Array[Ints, "c"]  # sign of la_N tried at bilateral contacts that slide
-    kinds: Array[Ints, "c", 2]  # of the reduced problem, as what follows up to the tree
     asked: Array[Ints, "c"]  # 1 for closed contacts whose island is looked at
-    contact: Array[Ints, "c"]  # position among the closed contacts
-    member: Array[Ints, "c"]  # and number of a contact of an island
-    listed: Array[Ints, "c"]  # 0, 1, 2 ...
-    start: Array[Ints, "c + 1"]
-    row: Array[Ints, "r"]  # row of the full problem
-    G: Array[Floats, "r", "r"]
-    K: Array[Floats, "r", "r"]  # G without friction
-    b: Array[Floats, "r"]
-    P: Array[Floats, "r"]  # scratch
-    planar: Array[Planar, "n = min(max(n_c, 2), most)", "kept = kept"]  # of the reduced problem
+    reduced: Array[Part, "n_c = c"]  # the problem of an island without the friction rows of slides
+    K: Array[Floats, "r", "r"]  # its G without friction
+    planar: Array[Planar, "n = min(max(n_c, 2), most)", "kept = kept"]  # in which it is solved
     held: Array[Ints, "c"]  # rows of each closed contact that stay in the reduced problem
     island: Array[Ints, "c"]  # of each closed contact
     number: Array[Ints, "c"]  # solutions of each island
@@ -98,36 +92,33 @@ class Outcome(IntEnum):
 
 
 @kernel(
-    "Tuple((int64, int64, int64, int64))(int64, int64, float64, float64[::1], float64[::1], float64[::1], "
-    "int64[:, ::1], float64[:, ::1], int64)",
+    "Tuple((int64, int64, int64, int64))(int64, int64, float64, float64[::1], float64[::1], float64[::1], int64)",
     short_loops=True,
 )
-def forces_at_state(model, has, t, q, u, p, kinds, laws, forces_at):
-    """All contact forces at a state: (outcome, solutions, closed contacts, rows)."""
+def forces_at_state(model, has, t, q, u, p, forces_at):
+    """All contact forces at a state: (outcome, solutions, closed contacts, rows). ``forces`` has the kinds and laws."""
     forces = view(forces_at, Forces)
-    work = forces.work
-    n_c = kinds.shape[0]
-    if n_c == 0:
+    if forces.kinds.shape[0] == 0:
         return Outcome.COMPLETE.value, 1, 0, 0
-    n_k = list_closed(model, has, t, q, u, p, kinds, forces)
+    n_k = list_closed(model, has, t, q, u, p, forces)
     if n_k < 0:
         return (Outcome.INADMISSIBLE if n_k == -1 else Outcome.NOT_FINITE).value, 0, 0, 0
     if n_k == 0:
         return Outcome.COMPLETE.value, 1, 0, 0
     for k in range(n_k):
-        i = work.closed[k]
+        i = forces.work.closed[k]
         forces.asked[k] = 1
         forces.slip[k] = 0
         if forces.situation[i] == Situation.SLIDING:
             forces.slip[k] = 1 if forces.gamma[i, 1] > 0.0 else -1
-    outcome, found, r = forces_of_closed(model, has, t, q, u, p, n_k, kinds, laws, forces)
+    outcome, found, r = forces_of_closed(model, has, t, q, u, p, n_k, forces)
     return outcome, found, n_k, r
 
 
 @kernel
-def forces_of_closed(model, has, t, q, u, p, n_k, kinds, laws, forces):
+def forces_of_closed(model, has, t, q, u, p, n_k, forces):
     """All forces of the n_k contacts in work.closed, whose slip and gamma are known: (outcome, solutions, rows)."""
-    work = forces.work
+    work, kinds, laws = forces.work, forces.kinds, forces.laws
     status, r = acceleration_problem(model, has, t, u.shape[0], q, u, p, n_k, kinds, forces.rates, work)
     if status != Status.RUNNING:
         return Outcome.NOT_FINITE.value, 0, r
@@ -137,14 +128,14 @@ def forces_of_closed(model, has, t, q, u, p, n_k, kinds, laws, forces):
         forces.mu[k] = friction_coefficient(laws, i, v) if kinds[i, 1] > 0 else 0.0
         forces.mu_static[k] = static_coefficient(laws, i) if kinds[i, 1] > 0 else 0.0
         forces.normal[k] = max(0.0, work.N[i])
-    outcome, found = find_forces(n_k, kinds, forces)
+    outcome, found = find_forces(n_k, forces)
     return outcome, found, r
 
 
 @kernel
-def list_closed(model, has, t, q, u, p, kinds, forces):
+def list_closed(model, has, t, q, u, p, forces):
     """Fill work.closed and the situation of every contact; their number, -1 if inadmissible, -2 if not finite."""
-    work, situation, gamma = forces.work, forces.situation, forces.gamma
+    work, kinds, situation, gamma = forces.work, forces.kinds, forces.situation, forces.gamma
     n_c, length, speed = kinds.shape[0], 0.0, 0.0
     for j in range(u.shape[0]):
         work.q_mid[j] = q[j]
@@ -202,14 +193,14 @@ def situation_of(kind, g_N, gamma_N, gamma_F, length, speed, surface):
 
 
 @kernel
-def find_forces(n_k, kinds, forces):
+def find_forces(n_k, forces):
     """The solutions of every island of the problem in forces.work for given slip signs: (Outcome of the island that
     was least complete, number of solutions of all)."""
     outcome, total = Outcome.COMPLETE.value, 1
-    for island in range(list_islands(n_k, kinds, forces)):
+    for island in range(list_islands(n_k, forces)):
         forces.outcome[island], forces.number[island] = Outcome.COMPLETE.value, 1
         if is_asked(island, n_k, forces):
-            forces.outcome[island], forces.number[island] = find_forces_of(island, n_k, kinds, forces)
+            forces.outcome[island], forces.number[island] = find_forces_of(island, n_k, forces)
         outcome = max(outcome, forces.outcome[island])
         total = min(MOST, total * forces.number[island])
     return outcome, total
@@ -225,7 +216,7 @@ def is_asked(island, n_k, forces):
 
 
 @kernel
-def list_islands(n_k, kinds, forces):
+def list_islands(n_k, forces):
     """Number the islands of the closed contacts; returns how many."""
     work = forces.work
     for k in range(n_k):
@@ -233,7 +224,7 @@ def list_islands(n_k, kinds, forces):
         is_sliding = forces.slip[k] != 0
         forces.held[k] = width
         if is_sliding:
-            forces.held[k] = 0 if kinds[work.closed[k], 0] == GIVEN_FORCE else 1
+            forces.held[k] = 0 if forces.kinds[work.closed[k], 0] == GIVEN_FORCE else 1
     return find_held_islands(n_k, work.start, forces.held, work.G, forces.island)
 
 
@@ -246,104 +237,109 @@ def solution_of(number, island, forces):
 
 
 @kernel
-def find_forces_of(island, n_k, kinds, forces):
+def find_forces_of(island, n_k, forces):
     """Every solution of one island: (Outcome, number)."""
-    work, planar, tree, start, G, b = forces.work, forces.planar, forces.planar.tree, forces.start, forces.G, forces.b
+    reduced, planar, tree = forces.reduced, forces.planar, forces.planar.tree
     found = 0
     outcome = Outcome.COMPLETE.value
-    pairs = 1
-    for k in range(n_k):
-        is_member = forces.island[k] == island
-        if is_member and kinds[work.closed[k], 0] == BILATERAL and forces.slip[k] != 0 and pairs <= MAX_MODES:
-            pairs *= 2
+    pairs = count_pairs(island, n_k, forces)
     for signs in range(pairs):
-        n = reduce_problem(island, n_k, kinds, signs, forces)
-        if n > forces.planar.mu.shape[0] or pairs * leaves(n, forces.listed, forces.kinds, MAX_MODES) > MAX_MODES:
+        n = reduce_problem(island, n_k, signs, forces)
+        if n > planar.island.shape[0] or pairs * leaves(n, reduced.kinds, MAX_MODES) > MAX_MODES:
             return Outcome.TOO_MANY.value, 0
         number = 1
-        is_complete = n < 2 or planar.can_decide_redundant == 0 or not are_dependent(start[n], forces.K, b, tree)
+        is_complete = n < 2 or planar.can_decide_redundant == 0 or not are_dependent(forces.K, reduced, tree)
         if n > 0 and is_complete:
-            number, is_complete = enumerate_modes(
-                n, forces.listed, start, forces.kinds, planar.mu, planar.mu_static, planar.normal_impulse,
-                G, b, address(tree),
-            )  # fmt: skip
+            number, is_complete = enumerate_modes(address(reduced), address(tree))
         if not is_complete and planar.can_decide_redundant == 0:
             outcome = Outcome.SINGULAR.value
         elif not is_complete:
-            number = enumerate_redundant(
-                n, forces.listed, start, forces.kinds, G, forces.K, b, forces.P, address(planar)
-            )
+            number = enumerate_redundant(address(reduced), forces.K, address(planar))
         for m in range(min(number, tree.modes.shape[0])):
-            found += keep_solution(island, n_k, n, m, found, kinds, forces)
+            found += keep_solution(island, n_k, m, found, forces)
         if number > tree.modes.shape[0]:
             found += number - tree.modes.shape[0]
     return outcome, found
 
 
 @kernel
-def reduce_problem(island, n_k, kinds, signs, forces):
+def count_pairs(island, n_k, forces):
+    """Number of combinations of the signs of la_N at the bilateral contacts of an island that slide."""
+    pairs = 1
+    for k in range(n_k):
+        is_bilateral = forces.kinds[forces.work.closed[k], 0] == BILATERAL
+        if forces.island[k] == island and is_bilateral and forces.slip[k] != 0 and pairs <= MAX_MODES:
+            pairs *= 2
+    return pairs
+
+
+@kernel
+def reduce_problem(island, n_k, signs, forces):
     """The problem of an island without the friction rows of contacts that slide, for one choice of the bilateral
-    signs."""
-    work, slip, mu, sigma, start = forces.work, forces.slip, forces.mu, forces.sigma, forces.start
+    signs; returns the number of its contacts."""
+    work, slip, reduced, start = forces.work, forces.slip, forces.reduced, forces.reduced.start
     n = 0
     r = 0
     for k in range(n_k):
         if forces.island[k] != island:
             continue
-        kind, d = kinds[work.closed[k], 0], kinds[work.closed[k], 1]
-        sigma[k] = 1
+        kind, d = forces.kinds[work.closed[k], 0], forces.kinds[work.closed[k], 1]
+        forces.sigma[k] = 1
         is_sliding = slip[k] != 0
         if is_sliding and kind == BILATERAL:
-            sigma[k] = 1 - 2 * (signs & 1)
+            forces.sigma[k] = 1 - 2 * (signs & 1)
             signs >>= 1
         if is_sliding and kind == GIVEN_FORCE:
             continue
-        forces.contact[n] = k
-        forces.listed[n] = n
-        start[n] = r
-        forces.kinds[n, 0] = kind
-        forces.kinds[n, 1] = 0 if is_sliding else d
-        forces.planar.mu[n] = mu[k]
-        forces.planar.mu_static[n] = forces.mu_static[k]
-        forces.planar.normal_impulse[n] = forces.normal[k]
+        reduced.place[n], start[n] = k, r
+        reduced.kinds[n, 0], reduced.kinds[n, 1] = kind, 0 if is_sliding else d
+        reduced.mu[n], reduced.mu_static[n] = forces.mu[k], forces.mu_static[k]
+        reduced.normal_impulse[n] = forces.normal[k]
         for row in range(work.start[k], work.start[k] + forces.held[k]):
-            forces.row[r] = row
+            reduced.row[r] = row
             r += 1
         n += 1
-    start[n] = r
+    reduced.n, reduced.r, start[n] = n, r, r
     for a in range(r):
-        forces.b[a] = reduced_free(n_k, forces.row[a], kinds, forces)
-        for m in range(n):
-            k = forces.contact[m]
-            for e in range(start[m], start[m + 1]):
-                forces.G[a, e] = forces.K[a, e] = work.G[forces.row[a], forces.row[e]]
-            if slip[k] != 0:
-                f = -slip[k] * mu[k] * sigma[k]
-                if kinds[work.closed[k], 1] > 0:
-                    forces.G[a, start[m]] += f * work.G[forces.row[a], work.start[k] + 1]
+        reduce_row(a, n_k, forces)
     return n
 
 
 @kernel
-def reduced_free(n_k, row, kinds, forces):
+def reduce_row(a, n_k, forces):
+    """Row a of the reduced problem."""
+    work, slip, reduced, start, row = forces.work, forces.slip, forces.reduced, forces.reduced.start, forces.reduced.row
+    reduced.c[a] = reduced_free(n_k, row[a], forces)
+    for m in range(reduced.n):
+        k = reduced.place[m]
+        for e in range(start[m], start[m + 1]):
+            reduced.G[a, e] = forces.K[a, e] = work.G[row[a], row[e]]
+        if slip[k] != 0:
+            f = -slip[k] * forces.mu[k] * forces.sigma[k]
+            if forces.kinds[work.closed[k], 1] > 0:
+                reduced.G[a, start[m]] += f * work.G[row[a], work.start[k] + 1]
+
+
+@kernel
+def reduced_free(n_k, row, forces):
     """Free acceleration of a row, with the friction of contacts that slide under a given normal force."""
     work = forces.work
     total = work.c[row]
     for k in range(n_k):
-        if forces.slip[k] != 0 and kinds[work.closed[k], 0] == GIVEN_FORCE:
+        if forces.slip[k] != 0 and forces.kinds[work.closed[k], 0] == GIVEN_FORCE:
             total -= work.G[row, work.start[k]] * forces.slip[k] * forces.mu[k] * forces.normal[k]
     return total
 
 
 @kernel
-def keep_solution(island, n_k, n, m, found, kinds, forces):
+def keep_solution(island, n_k, m, found, forces):
     """Write solution m of the reduced problem among those found of its island; 0 if its la_N contradicts the signs
     tried, else 1."""
-    work, tree, slip, sigma = forces.work, forces.planar.tree, forces.slip, forces.sigma
-    for a in range(n):
-        k = forces.contact[a]
-        if slip[k] != 0 and kinds[work.closed[k], 0] == BILATERAL:
-            la_N = tree.solutions[m, forces.start[a]]
+    work, tree, slip, sigma, reduced = forces.work, forces.planar.tree, forces.slip, forces.sigma, forces.reduced
+    for a in range(reduced.n):
+        k = reduced.place[a]
+        if slip[k] != 0 and forces.kinds[work.closed[k], 0] == BILATERAL:
+            la_N = tree.solutions[m, reduced.start[a]]
             if sigma[k] * la_N < 0.0 or (la_N == 0.0 and sigma[k] < 0):
                 return 0
     if found >= forces.la.shape[0]:
@@ -355,12 +351,12 @@ def keep_solution(island, n_k, n, m, found, kinds, forces):
         candidate[found, k] = SLIDE_PLUS if slip[k] > 0 else SLIDE_MINUS
         if slip[k] != 0:  # a given normal force, unless overwritten below
             la[found, work.start[k]] = -slip[k] * forces.mu[k] * forces.normal[k]
-    for a in range(n):
-        k = forces.contact[a]
-        first = forces.start[a]
+    for a in range(reduced.n):
+        k = reduced.place[a]
+        first = reduced.start[a]
         mode = tree.modes[m, a]
-        for e in range(first, forces.start[a + 1]):
-            la[found, forces.row[e]] = tree.solutions[m, e]
+        for e in range(first, reduced.start[a + 1]):
+            la[found, reduced.row[e]] = tree.solutions[m, e]
         if slip[k] != 0:
             la[found, work.start[k] + 1] = -slip[k] * forces.mu[k] * sigma[k] * tree.solutions[m, first]
             if mode == STICK:  # a closed contact with one row

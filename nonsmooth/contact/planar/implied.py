@@ -42,9 +42,10 @@ def begin_walk(r, K, c, tree):
 
 
 @kernel
-def are_dependent(r, K, c, tree):
+def are_dependent(K, problem, tree):
     """Whether a row depends on those before it: then some modes leave the impulses open."""
-    begin_walk(r, K, c, tree)
+    r = problem.r
+    begin_walk(r, K, problem.c, tree)
     for row in range(r):
         if not tree.S[0, row, row] > SINGULAR * K[row, row]:
             return True
@@ -53,50 +54,49 @@ def are_dependent(r, K, c, tree):
 
 
 @kernel
-def descend(level, candidate, closed, start, kinds, r, scale, tree):
+def descend(level, candidate, scale, problem, tree):
     """Fix the rows that contact ``level`` holds at zero with this mode; False where what is known before forbids it, or
     where it makes the mode of a contact before another."""
-    S, s, first = tree.S, tree.s, start[level]
-    kind, d = kinds[closed[level], 0], kinds[closed[level], 1]
+    S, s, first, r = tree.S, tree.s, problem.start[level], problem.r
     for k in range(r):
         s[level + 1, k] = s[level, k]
         for m in range(r):
             S[level + 1, k, m] = S[level, k, m]
-    if kind != GIVEN_FORCE:
-        sign = sign_of(level, first, closed, start, kinds, scale, tree)
+    if problem.kinds[level, 0] != GIVEN_FORCE:
+        sign = sign_of(level, first, scale, problem, tree)
         if candidate == FREE:
             return sign == UNKNOWN or sign == 1
         if sign == 1 or sign == -1:
             return False
         fix(level + 1, first, S[0, first, first], r, tree)
-    if d > 0:
-        t = start[level + 1] - 1
-        sign = sign_of(level, t, closed, start, kinds, scale, tree)
+    if problem.kinds[level, 1] > 0:
+        t = problem.start[level + 1] - 1
+        sign = sign_of(level, t, scale, problem, tree)
         if candidate != STICK and sign != UNKNOWN and sign != slip_of(candidate):
             return False
         if candidate == STICK and (sign == 1 or sign == -1):
             return False
         if candidate == STICK:
             fix(level + 1, t, S[0, t, t], r, tree)
-    return are_kept(level, closed, start, kinds, scale, tree)
+    return are_kept(level, scale, problem, tree)
 
 
 @kernel
-def mode_row(k, closed, start, kinds, tree):
+def mode_row(k, problem, tree):
     """The row whose velocity has a sign in the mode of contact k on the branch, and this sign; 0 where it has none."""
     candidate = tree.candidate[k]
     if candidate == FREE:
-        return start[k], 1
-    if candidate >= SLIDE_PLUS and kinds[closed[k], 1] > 0:
-        return start[k + 1] - 1, slip_of(candidate)
-    return start[k], 0
+        return problem.start[k], 1
+    if candidate >= SLIDE_PLUS and problem.kinds[k, 1] > 0:
+        return problem.start[k + 1] - 1, slip_of(candidate)
+    return problem.start[k], 0
 
 
 @kernel
-def are_kept(level, closed, start, kinds, scale, tree):
+def are_kept(level, scale, problem, tree):
     """Whether the contacts before move as their modes say, as far as that is known now."""
     for k in range(level):
-        row, sign = mode_row(k, closed, start, kinds, tree)
+        row, sign = mode_row(k, problem, tree)
         is_told = known(level + 1, row, scale, tree) if sign != 0 else UNKNOWN
         if is_told != UNKNOWN and is_told != sign:
             return False
@@ -122,7 +122,7 @@ def sign_at(value, scale):
 
 
 @kernel
-def sign_of(level, row, closed, start, kinds, scale, tree):
+def sign_of(level, row, scale, problem, tree):
     """The sign of the velocity of a row of contact ``level``, as it follows from fixed rows, or from a row that is
     parallel to it and has a sign."""
     sign = known(level + 1, row, scale, tree)
@@ -131,7 +131,7 @@ def sign_of(level, row, closed, start, kinds, scale, tree):
     if sign != UNKNOWN or not size > CLEAR * S[0, row, row]:
         return sign
     for k in range(level):
-        other, side = mode_row(k, closed, start, kinds, tree)
+        other, side = mode_row(k, problem, tree)
         if side == 0 or not S[here, other, other] > CLEAR * S[0, other, other]:
             continue
         left = size * S[here, other, other] - S[here, row, other] * S[here, row, other]

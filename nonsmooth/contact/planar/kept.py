@@ -22,7 +22,17 @@ from __future__ import annotations
 
 import math
 
-from nonsmooth.contact.planar.problem import ACCEPTED, UNIT, name_modes, residual, sliding, velocities
+from nonsmooth.contact.planar.problem import (
+    ACCEPTED,
+    UNIT,
+    largest_velocity,
+    name_modes,
+    normal_impulse_of,
+    residual,
+    size_of_terms,
+    sliding,
+    velocities,
+)
 from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK, STILL, sigma_of, slip_of
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
@@ -36,159 +46,148 @@ SHARES = 6  # ways to share a load among redundant contacts that are tried
 
 
 @kernel
-def begin(is_loaded, n, closed, start, kinds, previous_P, P):
+def begin(is_loaded, problem):
     """Start from the impulses of the step before, or from none; returns whether there are any."""
     size = 0.0
-    for k in range(n):
-        i = closed[k]
-        shift = 1 if kinds[i, 0] == GIVEN_FORCE else 0
-        for row in range(start[k], start[k + 1]):
-            P[row] = previous_P[i, row - start[k] + shift] if is_loaded else 0.0
-            size += abs(P[row])
+    for k in range(problem.n):
+        shift = 1 if problem.kinds[k, 0] == GIVEN_FORCE else 0
+        for row in range(problem.start[k], problem.start[k + 1]):
+            P_k = problem.previous_P[k, row - problem.start[k] + shift] if is_loaded else 0.0
+            problem.P[row] = P_k
+            size += abs(P_k)
     return size > 0.0
 
 
 @kernel
-def keep_impulses(n, closed, start, kinds, G, c, previous_P, mode, P, planar):
+def keep_impulses(problem, planar):
     """Whether every contact rested and the impulses of the step before still balance the load, but for the rounding of
     the sums: what is more would add up, and a block at rest would creep."""
-    for k in range(n):
-        i = closed[k]
-        if mode[i] == ContactMode.OPEN or mode[i] == ContactMode.SLIDE:
+    for k in range(problem.n):
+        if problem.mode[k] == ContactMode.OPEN or problem.mode[k] == ContactMode.SLIDE:
             return False
-        planar.candidate[k] = STICK
-    begin(True, n, closed, start, kinds, previous_P, P)
-    r = start[n]
-    velocities(r, G, c, P, planar.gamma)
-    for k in range(r):
-        if not is_balanced(k, max(BALANCED, r + 1.0), r, G, c, P, planar):
+        problem.candidate[k] = STICK
+    begin(True, problem)
+    velocities(problem, planar)
+    for row in range(problem.r):
+        if not is_balanced(row, max(BALANCED, problem.r + 1.0), problem, planar):
             return False
-    for k in range(n):
-        i = closed[k]
-        r = start[k]
-        P_N = planar.normal_impulse[k] if kinds[i, 0] == GIVEN_FORCE else P[r]
-        reach = abs(P_N) if kinds[i, 0] == BILATERAL else P_N
-        if reach < 0.0 or (kinds[i, 1] > 0 and abs(P[start[k + 1] - 1]) > planar.mu_static[k] * reach):
+    for k in range(problem.n):
+        P_N = normal_impulse_of(k, problem)
+        reach = abs(P_N) if problem.kinds[k, 0] == BILATERAL else P_N
+        friction = abs(problem.P[problem.start[k + 1] - 1])
+        if reach < 0.0 or (problem.kinds[k, 1] > 0 and friction > problem.mu_static[k] * reach):
             return False
     return True
 
 
 @kernel
-def is_balanced(k, units, r, G, c, P, planar):
-    """Whether the velocity of row k is none, but for some roundings of the sum of the sizes of its terms."""
-    if planar.gamma[k] == 0.0:
-        return True
-    size = abs(c[k])
-    for m in range(r):
-        size += abs(G[k, m] * P[m])
-    return abs(planar.gamma[k]) <= units * UNIT * size
+def is_balanced(row, units, problem, planar):
+    """Whether the velocity of a row is none, but for some roundings of the sum of the sizes of its terms."""
+    speed = planar.gamma[row]
+    return speed == 0.0 or abs(speed) <= units * UNIT * size_of_terms(row, problem)
 
 
 @kernel
-def recall_modes(n, closed, kinds, mode, slip, previous_P, planar):
+def recall_modes(problem):
     """The modes of the step before as candidates."""
-    for k in range(n):
-        i = closed[k]
-        if mode[i] == ContactMode.OPEN:
-            planar.candidate[k] = FREE
-        elif mode[i] == ContactMode.SLIDE:
-            planar.candidate[k] = sliding(slip[i] > 0, kinds[i, 0] == BILATERAL and previous_P[i, 0] < 0.0)
+    for k in range(problem.n):
+        if problem.mode[k] == ContactMode.OPEN:
+            problem.candidate[k] = FREE
+        elif problem.mode[k] == ContactMode.SLIDE:
+            is_pulled = problem.kinds[k, 0] == BILATERAL and problem.previous_P[k, 0] < 0.0
+            problem.candidate[k] = sliding(problem.slip[k] > 0, is_pulled)
         else:
-            planar.candidate[k] = STICK
+            problem.candidate[k] = STICK
 
 
 @rare_kernel
-def hold_modes(n, closed, start, kinds, G, c, P, planar):
-    """Whether the modes in planar.candidate solve the problem; writes P, the velocities and their true modes.
+def hold_modes(problem, planar):
+    """Whether the modes in problem.candidate solve the problem; writes P, the velocities and their true modes.
 
     ``planar.is_shared`` tells whether other impulses would do as well.
     """
     for _ in range(SHARES):
-        for row in range(start[n]):
-            P[row] = 0.0
-        if not solve_for_modes(n, closed, start, kinds, G, c, P, planar):
+        for row in range(problem.r):
+            problem.P[row] = 0.0
+        if not solve_for_modes(problem, planar):
             return False
-        if planar.is_shared == 0 or not saturate(n, closed, start, kinds, G, P, planar):
+        if planar.is_shared == 0 or not saturate(problem):
             break
-    return (
-        residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
-        and goes_on(n, closed, start, kinds, G, c, P, planar)
-        and name_modes(STILL, n, closed, start, kinds, G, c, P, planar)
-    )
+    return residual(problem, planar) <= ACCEPTED and goes_on(problem, planar) and name_modes(STILL, problem, planar)
 
 
 @kernel
-def solve_for_modes(n, closed, start, kinds, G, c, P, planar):
-    """Change P to the impulses that the modes in planar.candidate ask for; False where there are none."""
-    r = start[n]
-    size = impose_modes(n, closed, start, kinds, P, planar)
-    assemble_modes(n, size, start, G, 0.0, planar)
+def solve_for_modes(problem, planar):
+    """Change P to the impulses that the modes in problem.candidate ask for; False where there are none."""
+    P, G, gamma, unknown = problem.P, problem.G, planar.gamma, planar.unknown
+    size = impose_modes(P, problem, planar)
+    assemble_modes(size, 0.0, problem, planar)
     planar.is_shared = 0
     if not lu(size, planar.A, planar.order):
         planar.is_shared = 1
-        assemble_modes(n, size, start, G, ALPHA, planar)
+        assemble_modes(size, ALPHA, problem, planar)
         if not lu(size, planar.A, planar.order):
             return False
     for _ in range(CORRECTIONS):
-        velocities(r, G, c, P, planar.gamma)
+        velocities(problem, planar)
         is_done = True
         for e in range(size):
-            row = planar.unknown[e]
-            planar.b[e] = -planar.gamma[row] / G[row, row]
-            is_done = is_done and is_balanced(row, 0.5 * max(BALANCED, 0.5 * r), r, G, c, P, planar)
+            row = unknown[e]
+            planar.b[e] = -gamma[row] / G[row, row]
+            is_done = is_done and is_balanced(row, 0.5 * max(BALANCED, 0.5 * problem.r), problem, planar)
         if is_done:
             break
         lu_solve(size, planar.A, planar.order, planar.b, planar.z)
         for e in range(size):
-            P[planar.unknown[e]] += planar.z[e]
-        for k in range(n):
-            if planar.candidate[k] >= SLIDE_PLUS and kinds[closed[k], 0] != GIVEN_FORCE:
-                P[start[k + 1] - 1] = factor(k, planar) * P[start[k]]
+            P[unknown[e]] += planar.z[e]
+        for k in range(problem.n):
+            if problem.candidate[k] >= SLIDE_PLUS and problem.kinds[k, 0] != GIVEN_FORCE:
+                P[problem.start[k + 1] - 1] = factor(k, problem) * P[problem.start[k]]
     return True
 
 
 @kernel
-def impose_modes(n, closed, start, kinds, P, planar):
-    """P = 0 open, P_F = f P_N sliding; lists the other rows and returns their number."""
+def impose_modes(P, problem, planar):
+    """P = 0 open, P_F = f P_N sliding; lists the other rows in planar.unknown and returns their number."""
     unknown = planar.unknown
     size = 0
-    for k in range(n):
-        a, t, candidate = start[k], start[k + 1] - 1, planar.candidate[k]
+    for k in range(problem.n):
+        a, t, candidate = problem.start[k], problem.start[k + 1] - 1, problem.candidate[k]
+        is_given = problem.kinds[k, 0] == GIVEN_FORCE
         if candidate == FREE:
             for row in range(a, t + 1):
                 P[row] = 0.0
             continue
-        if kinds[closed[k], 0] != GIVEN_FORCE:
+        if not is_given:
             unknown[size] = a
             size += 1
-        if kinds[closed[k], 1] > 0 and candidate == STICK:
+        if problem.kinds[k, 1] > 0 and candidate == STICK:
             unknown[size] = t
             size += 1
         elif candidate >= SLIDE_PLUS:
-            P_N = planar.normal_impulse[k] if kinds[closed[k], 0] == GIVEN_FORCE else P[a]
-            P[t] = factor(k, planar) * P_N
+            P[t] = factor(k, problem) * (problem.normal_impulse[k] if is_given else P[a])
     return size
 
 
 @kernel
-def factor(k, planar):
+def factor(k, problem):
     """f of a sliding contact: P_F = f P_N."""
-    return -slip_of(planar.candidate[k]) * sigma_of(planar.candidate[k]) * planar.mu[k]
+    return -slip_of(problem.candidate[k]) * sigma_of(problem.candidate[k]) * problem.mu[k]
 
 
 @kernel
-def assemble_modes(n, size, start, G, shift, planar):
+def assemble_modes(size, shift, problem, planar):
     """The rows and columns of G that ``impose_modes`` listed, f times the tangential column on that of the normal of a
     sliding contact, each row over its diagonal, with a shift of that."""
-    A, unknown = planar.A, planar.unknown
+    A, G, unknown = planar.A, problem.G, planar.unknown
     column = 0
-    for k in range(n):
-        t = start[k + 1] - 1
+    for k in range(problem.n):
+        t = problem.start[k + 1] - 1
         while column < size and unknown[column] <= t:
             for e in range(size):
                 A[e, column] = G[unknown[e], unknown[column]]
-                if planar.candidate[k] >= SLIDE_PLUS:
-                    A[e, column] += factor(k, planar) * G[unknown[e], t]
+                if problem.candidate[k] >= SLIDE_PLUS:
+                    A[e, column] += factor(k, problem) * G[unknown[e], t]
             column += 1
     for e in range(size):
         row = unknown[e]
@@ -198,51 +197,51 @@ def assemble_modes(n, size, start, G, shift, planar):
 
 
 @kernel
-def saturate(n, closed, start, kinds, G, P, planar):
+def saturate(problem):
     """Of a load that redundant contacts share: free those that would pull, hold those beyond their cones at its border.
     Returns whether there are any."""
-    slack, is_changed = ROUNDED * load(n, start, G, P), False
-    for k in range(n):
-        kind, a, t, candidate = kinds[closed[k], 0], start[k], start[k + 1] - 1, planar.candidate[k]
+    P, G, slack, is_changed = problem.P, problem.G, ROUNDED * load(problem), False
+    for k in range(problem.n):
+        kind, candidate = problem.kinds[k, 0], problem.candidate[k]
+        a, t = problem.start[k], problem.start[k + 1] - 1
         if candidate == FREE or kind == GIVEN_FORCE:
             continue
         if kind == UNILATERAL and P[a] * G[a, a] < -slack:
-            planar.candidate[k] = FREE
+            problem.candidate[k] = FREE
             is_changed = True
-        elif kinds[closed[k], 1] > 0 and candidate == STICK:
-            if G[t, t] * (abs(P[t]) - planar.mu_static[k] * abs(P[a])) > slack:
-                planar.candidate[k] = sliding(P[t] < 0.0, P[a] < 0.0)
+        elif problem.kinds[k, 1] > 0 and candidate == STICK:
+            if G[t, t] * (abs(P[t]) - problem.mu_static[k] * abs(P[a])) > slack:
+                problem.candidate[k] = sliding(P[t] < 0.0, P[a] < 0.0)
                 is_changed = True
     return is_changed
 
 
 @kernel
-def load(n, start, G, P):
+def load(problem):
     """The largest velocity that an impulse alone would give to its own row."""
     largest = 0.0
-    for row in range(start[n]):
-        largest = max(largest, G[row, row] * abs(P[row]))
+    for row in range(problem.r):
+        largest = max(largest, problem.G[row, row] * abs(problem.P[row]))
     return largest
 
 
 @kernel
-def goes_on(n, closed, start, kinds, G, c, P, planar):
+def goes_on(problem, planar):
     """Whether no contact is past the end of its mode: the residual, relative to the fastest one, would let a slow one
     stick beyond its friction by a force of ACCEPTED max |c| / dt, which is no longer small where the step is.
 
     What rounding leaves of a redundant contact without load becomes 0, and what it adds to a friction impulse is taken
     off.
     """
-    scale = 0.0
-    for k in range(start[n]):
-        scale = max(scale, abs(c[k]))
-    slack, rest = ROUNDED * scale, ROUNDED * load(n, start, G, P) if planar.is_shared == 1 else 0.0
-    for k in range(n):
-        i, a, t, candidate = closed[k], start[k], start[k + 1] - 1, planar.candidate[k]
-        kind = kinds[i, 0]
-        P_N = planar.normal_impulse[k] if kind == GIVEN_FORCE else P[a]
+    P, G, gamma = problem.P, problem.G, planar.gamma
+    slack = ROUNDED * largest_velocity(problem)
+    rest = ROUNDED * load(problem) if planar.is_shared == 1 else 0.0
+    for k in range(problem.n):
+        kind, candidate = problem.kinds[k, 0], problem.candidate[k]
+        a, t = problem.start[k], problem.start[k + 1] - 1
+        P_N = normal_impulse_of(k, problem)
         if candidate == FREE:
-            if (kind == UNILATERAL and planar.gamma[a] < -slack) or (kind == GIVEN_FORCE and P_N > 0.0):
+            if (kind == UNILATERAL and gamma[a] < -slack) or (kind == GIVEN_FORCE and P_N > 0.0):
                 return False
             continue
         if kind == UNILATERAL and P_N < 0.0:
@@ -251,13 +250,11 @@ def goes_on(n, closed, start, kinds, G, c, P, planar):
             for row in range(a, t + 1):
                 P[row] = 0.0
             continue
-        reach = planar.mu_static[k] * (abs(P_N) if kind == BILATERAL else P_N)
-        if kinds[i, 1] > 0 and candidate == STICK and abs(P[t]) > reach:
+        reach = problem.mu_static[k] * (abs(P_N) if kind == BILATERAL else P_N)
+        if problem.kinds[k, 1] > 0 and candidate == STICK and abs(P[t]) > reach:
             if abs(P[t]) > reach * (1.0 + ROUNDED) + rest / G[t, t]:
                 return False
             P[t] = math.copysign(reach, P[t])
-        if candidate >= SLIDE_PLUS and (
-            sigma_of(candidate) * P_N < 0.0 or slip_of(candidate) * planar.gamma[t] < -slack
-        ):
+        if candidate >= SLIDE_PLUS and (sigma_of(candidate) * P_N < 0.0 or slip_of(candidate) * gamma[t] < -slack):
             return False
     return True

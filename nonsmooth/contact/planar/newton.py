@@ -29,6 +29,7 @@ from nonsmooth.contact.planar.problem import ACCEPTED, MERITS, Planar, name_mode
 from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK, STILL
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
+from nonsmooth.mechanics.contact_problem import Problem
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 from nonsmooth.numerics.dense import lu, lu_solve
 
@@ -41,52 +42,54 @@ BEFORE, STUCK, UNLOADED, SWEPT = range(4)  # where it starts: impulses of the st
 STARTS = 4
 
 
-@kernel(
-    "boolean(int64, int64[::1], int64[::1], int64[:, ::1], float64[:, ::1], float64[::1], float64[:, ::1], "
-    "float64[::1], int64)",
-    short_loops=True,
-)
-def solve_by_newton(n, closed, start, kinds, G, c, previous_P, P, planar_at):
-    """Whether impulses P were found that satisfy the inclusions; the modes are in ``planar.candidate``."""
-    planar = view(planar_at, Planar)
+@kernel("boolean(int64, int64)", short_loops=True)
+def solve_by_newton(problem_at, planar_at):
+    """Whether impulses P were found that satisfy the inclusions; the modes are in ``problem.candidate``."""
+    problem, planar = view(problem_at, Problem), view(planar_at, Planar)
     for first in range(STARTS):
-        is_loaded = begin(first == BEFORE, n, closed, start, kinds, previous_P, P)
+        is_loaded = begin(first == BEFORE, problem)
         if first == SWEPT:
-            sweep(n, closed, start, kinds, G, c, P, planar)
-        if (is_loaded or first != BEFORE) and iterate(first == STUCK, n, closed, start, kinds, G, c, P, planar):
+            sweep(problem)
+        if (is_loaded or first != BEFORE) and iterate(first == STUCK, problem, planar):
             return True
     return False
 
 
 @kernel
-def sweep(n, closed, start, kinds, G, c, P, planar):
+def sweep(problem):
     """Projected Gauss–Seidel, row by row: P = proj(x)."""
-    r = start[n]
+    G, P = problem.G, problem.P
     for _ in range(SWEEPS):
-        for k in range(n):
-            kind = kinds[closed[k], 0]
-            pressed = planar.normal_impulse[k]
-            for row in range(start[k], start[k + 1]):
-                x = c[row]
-                for m in range(r):
-                    x += G[row, m] * P[m]
-                x = P[row] - x / G[row, row]
-                if kind != GIVEN_FORCE and row == start[k]:
+        for k in range(problem.n):
+            kind = problem.kinds[k, 0]
+            pressed = problem.normal_impulse[k]
+            for row in range(problem.start[k], problem.start[k + 1]):
+                x = P[row] - velocity_of(row, P, problem) / G[row, row]
+                if kind != GIVEN_FORCE and row == problem.start[k]:
                     pressed = x if kind == BILATERAL else max(0.0, x)
                     P[row] = pressed
                 else:
-                    reach = planar.mu[k] * abs(pressed)
+                    reach = problem.mu[k] * abs(pressed)
                     P[row] = max(-reach, min(reach, x))
 
 
 @kernel
-def iterate(is_stuck, n, closed, start, kinds, G, c, P, planar):
+def velocity_of(row, P, problem):
+    """(G P + c) of a row."""
+    total = problem.c[row]
+    for m in range(problem.r):
+        total += problem.G[row, m] * P[m]
+    return total
+
+
+@kernel
+def iterate(is_stuck, problem, planar):
     """Step until the merit stops falling at impulses that are accepted; these to P, with their modes."""
-    best, merits, r = planar.best, planar.merits, start[n]
-    merit = evaluate(n, closed, start, kinds, G, c, P, planar)
+    P, best, merits, r = problem.P, planar.best, planar.merits, problem.r
+    merit = evaluate(P, problem, planar)
     if is_stuck:
-        for k in range(n):
-            planar.candidate[k] = STICK
+        for k in range(problem.n):
+            problem.candidate[k] = STICK
     for k in range(MERITS):
         merits[k] = merit
     least, mark, since, is_found = math.inf, merit, 0, False
@@ -95,77 +98,69 @@ def iterate(is_stuck, n, closed, start, kinds, G, c, P, planar):
             least = merit
             for k in range(r):
                 best[k] = P[k]
-            is_found = residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED
+            is_found = residual(problem, planar) <= ACCEPTED
         since += 1
         if merit <= 0.5 * mark:
             mark, since = merit, 0
         if since == PATIENCE or (is_found and since > 0 and count > 0):
             break
-        if not newton_step(n, closed, start, kinds, G, c, P, planar):
+        if not newton_step(problem, planar):
             break
-        merit = search(n, closed, start, kinds, G, c, P, planar)
+        merit = search(problem, planar)
         merits[count % MERITS] = merit
     for k in range(r):
         P[k] = best[k]
     if not is_found:
         return False
-    evaluate(n, closed, start, kinds, G, c, P, planar)
-    impose_modes(n, closed, start, kinds, P, planar)
-    return residual(n, closed, start, kinds, G, c, P, planar) <= ACCEPTED and name_modes(
-        STILL, n, closed, start, kinds, G, c, P, planar
-    )
+    evaluate(P, problem, planar)
+    impose_modes(P, problem, planar)
+    return residual(problem, planar) <= ACCEPTED and name_modes(STILL, problem, planar)
 
 
 @kernel
-def evaluate(n, closed, start, kinds, G, c, P, planar):
-    """The merit at P; the modes to ``planar.candidate``, the velocities to ``planar.gamma``."""
-    gamma, r = planar.gamma, start[n]
-    for k in range(r):
-        total = c[k]
-        for m in range(r):
-            total += G[k, m] * P[m]
-        gamma[k] = total
+def evaluate(P, problem, planar):
+    """The merit at P; the modes to ``problem.candidate``, the velocities to ``planar.gamma``."""
+    G, gamma = problem.G, planar.gamma
+    for row in range(problem.r):
+        gamma[row] = velocity_of(row, P, problem)
     merit = 0.0
-    for k in range(n):
-        kind = kinds[closed[k], 0]
-        a, t = start[k], start[k + 1] - 1
-        pressed = planar.normal_impulse[k]
+    for k in range(problem.n):
+        kind, d = problem.kinds[k, 0], problem.kinds[k, 1]
+        a, t = problem.start[k], problem.start[k + 1] - 1
+        pressed = problem.normal_impulse[k]
         if kind != GIVEN_FORCE:
             pressed = P[a] - gamma[a] / G[a, a]
             if kind != BILATERAL:
                 pressed = max(0.0, pressed)
             merit += G[a, a] * (P[a] - pressed) ** 2
         if pressed == 0.0 and kind != BILATERAL:
-            planar.candidate[k] = FREE
-            if kinds[closed[k], 1] > 0:
+            problem.candidate[k] = FREE
+            if d > 0:
                 merit += G[t, t] * P[t] ** 2
-        elif kinds[closed[k], 1] == 0:
-            planar.candidate[k] = STICK
+        elif d == 0:
+            problem.candidate[k] = STICK
         else:
             x_F = P[t] - gamma[t] / G[t, t]
-            planar.candidate[k] = STICK
-            if abs(x_F) > planar.mu_static[k] * abs(pressed):
-                planar.candidate[k] = sliding(x_F < 0.0, pressed < 0.0)
-                x_F = math.copysign(planar.mu[k] * abs(pressed), x_F)
+            problem.candidate[k] = STICK
+            if abs(x_F) > problem.mu_static[k] * abs(pressed):
+                problem.candidate[k] = sliding(x_F < 0.0, pressed < 0.0)
+                x_F = math.copysign(problem.mu[k] * abs(pressed), x_F)
             merit += G[t, t] * (P[t] - x_F) ** 2
     return merit
 
 
 @kernel
-def newton_step(n, closed, start, kinds, G, c, P, planar):
+def newton_step(problem, planar):
     """The full step to ``planar.step``; False where its matrix is singular even so, or not finite."""
-    trial, step, unknown, r = planar.trial, planar.step, planar.unknown, start[n]
-    A, b, z = planar.A, planar.b, planar.z
+    trial, step, unknown, r = planar.trial, planar.step, planar.unknown, problem.r
+    A, b, z, P = planar.A, planar.b, planar.z, problem.P
     for k in range(r):
         trial[k] = P[k]
-    size = impose_modes(n, closed, start, kinds, trial, planar)
-    assemble_modes(n, size, start, G, ALPHA, planar)
+    size = impose_modes(trial, problem, planar)
+    assemble_modes(size, ALPHA, problem, planar)
     for e in range(size):
         row = unknown[e]
-        total = c[row]
-        for m in range(r):
-            total += G[row, m] * trial[m]
-        b[e] = -total / G[row, row]
+        b[e] = -velocity_of(row, trial, problem) / problem.G[row, row]
     if not lu(size, A, planar.order):
         return False
     lu_solve(size, A, planar.order, b, z)
@@ -175,25 +170,25 @@ def newton_step(n, closed, start, kinds, G, c, P, planar):
     for e in range(size):
         step[unknown[e]] += z[e]
         total += 0.0 * z[e]
-    for k in range(n):
-        if planar.candidate[k] >= SLIDE_PLUS and kinds[closed[k], 0] != GIVEN_FORCE:
-            t = start[k + 1] - 1
-            step[t] = factor(k, planar) * (P[start[k]] + step[start[k]]) - P[t]
+    for k in range(problem.n):
+        if problem.candidate[k] >= SLIDE_PLUS and problem.kinds[k, 0] != GIVEN_FORCE:
+            a, t = problem.start[k], problem.start[k + 1] - 1
+            step[t] = factor(k, problem) * (P[a] + step[a]) - P[t]
     return total == 0.0
 
 
 @kernel
-def search(n, closed, start, kinds, G, c, P, planar):
+def search(problem, planar):
     """Take the longest of the halved steps with a merit below those of the last steps, or else the best one."""
-    trial, step, merits, r = planar.trial, planar.step, planar.merits, start[n]
+    P, trial, step, r = problem.P, planar.trial, planar.step, problem.r
     bound = 0.0
     for k in range(MERITS):
-        bound = max(bound, merits[k])
+        bound = max(bound, planar.merits[k])
     length, least, shortest = 1.0, math.inf, 1.0
     for _ in range(HALVINGS):
         for k in range(r):
             trial[k] = P[k] + length * step[k]
-        merit = evaluate(n, closed, start, kinds, G, c, trial, planar)
+        merit = evaluate(trial, problem, planar)
         if merit < least:
             least, shortest = merit, length
         if merit <= (1.0 - DESCENT * length) * bound:
@@ -201,4 +196,4 @@ def search(n, closed, start, kinds, G, c, P, planar):
         length *= 0.5
     for k in range(r):
         P[k] += shortest * step[k]
-    return evaluate(n, closed, start, kinds, G, c, P, planar)
+    return evaluate(P, problem, planar)

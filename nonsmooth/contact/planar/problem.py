@@ -1,4 +1,4 @@
-"""The contact problem of several planar contacts: its arrays, its residual, the names of its modes.
+"""The contact problem of several planar contacts: its residual, the names of its modes, what is solved in.
 
     gamma = G P + c,    per contact (N, T), N alone without friction, T alone for a given normal force
 
@@ -28,9 +28,10 @@ from typing import Annotated as Array
 import numpy as np
 
 from nonsmooth.contact.planar.enumerate import MAX_SOLUTIONS, Tree
-from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
+from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK, Contact
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import Block, Floats, Ints
+from nonsmooth.jit.blocks import Block, Floats, Ints, new
+from nonsmooth.mechanics.contact_problem import Problem
 from nonsmooth.mechanics.laws import depends_on_speed, friction_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL
 
@@ -58,21 +59,11 @@ class Family(Block):
     slack: Array[Floats, "3 * n"]  # what rounding leaves of an inequality
 
 
-class Part(Block):
-    """A problem of some of the contacts: an island, or what a census looks at. n = contacts, r = rows."""
+class Part(Problem):
+    """A problem of some of the contacts of another: an island, or what a census looks at."""
 
-    place: Array[Ints, "n"]  # of each contact among those it was taken from
-    closed: Array[Ints, "n"]
-    start: Array[Ints, "n + 1"]
-    row: Array[Ints, "r"]  # of each row among those it was taken from
-    G: Array[Floats, "r", "r"]
-    c: Array[Floats, "r"]
-    offset: Array[Floats, "r"]
-    P: Array[Floats, "r"]
-    mu: Array[Floats, "n"]
-    mu_static: Array[Floats, "n"]
-    normal_impulse: Array[Floats, "n"]
-    was_stuck: Array[Ints, "n"]
+    place: Array[Ints, "n_c"]  # of each contact in the other
+    row: Array[Ints, "r"]  # of each row
 
 
 class Memory(Block):
@@ -109,11 +100,6 @@ class Planar(
     tableau: Array[Floats, "m", "m + 2"]
     scales: Array[Floats, 4, "m + 2"]
     basis: Array[Ints, "4 * m + 2"]
-    mu: Array[Floats, "n"]  # coefficient of sliding
-    mu_static: Array[Floats, "n"]
-    normal_impulse: Array[Floats, "n"]  # of contacts with a given normal force
-    was_stuck: Array[Ints, "n"]  # 0 or 1
-    candidate: Array[Ints, "n"]  # what was chosen
     unknown: Array[Ints, "r"]  # the rows whose impulses are unknown, modes given
     order: Array[Ints, "r"]  # row order of LU factors
     gamma: Array[Floats, "r"]
@@ -126,8 +112,6 @@ class Planar(
     can_decide_redundant: int  # 1 once ``redundant.enumerate_redundant`` is loaded
     has_newton: int  # 1 once ``newton.solve_by_newton`` is loaded
     may_wait: int  # 1 where a census may be put off (census.py)
-    given: Array[Floats, "n"]  # given normal impulses of all islands
-    taken: Array[Ints, "n"]  # candidates of all islands
     stays: Array[Ints, "n"]  # whether a census looks at a contact
     island: Array[Ints, "n"]  # number of the island of each contact
     members: Array[Ints, "n"]  # number of contacts in the island of each contact
@@ -135,20 +119,59 @@ class Planar(
     bits: Array[Ints, "n"]  # admissible candidates of a contact that is alone in its island, else 0
     is_counted: int  # whether the solutions of the last problem were counted, or certified to be one
     is_shared: int  # whether the impulses of the last problem are one share of many
-    part: Part  # an island
-    rest: Part  # what a census looks at
+    contact: Contact  # one that is solved by itself
+    part: Array[Part, "n_c = n"]  # an island
+    rest: Array[Part, "n_c = n"]  # what a census looks at
     memory: Memory
     tree: Array[Tree, "n = levels", "r = min(r, 2 * levels)", "kept = kept"]
     family: Array[Family, "n = levels", "r = min(r, 2 * levels)"]
 
 
+def problem_of(kinds: Ints, G: Floats, c: Floats, mu: Floats, mu_static: Floats) -> Problem:
+    """The problem of n contacts from plain arrays: ``kinds`` (n, 2), the others by contact or by row."""
+    problem = new(Problem, n_c=len(kinds), d=1, r=len(c))
+    problem.n, problem.r = len(kinds), len(c)
+    problem.closed[:] = np.arange(problem.n)
+    problem.kinds[:], problem.G[:], problem.c[:] = kinds, G, c
+    problem.start[1:] = np.cumsum(problem.kinds[:, 1] + (problem.kinds[:, 0] != GIVEN_FORCE))
+    problem.mu[:], problem.mu_static[:] = mu, mu_static
+    return problem
+
+
 @kernel
-def velocities(r, G, c, P, gamma):
-    """gamma = G P + c; returns max |c|, the scale of all of them."""
+def copy_part(m, problem, part):
+    """Copy the problem of the m contacts in part.place."""
+    r = 0
+    for e in range(m):
+        k = part.place[e]
+        part.closed[e], part.start[e] = problem.closed[k], r
+        part.kinds[e, 0], part.kinds[e, 1] = problem.kinds[k, 0], problem.kinds[k, 1]
+        part.mu[e], part.mu_static[e] = problem.mu[k], problem.mu_static[k]
+        part.normal_impulse[e] = problem.normal_impulse[k]
+        part.mode[e], part.slip[e] = problem.mode[k], problem.slip[k]
+        for j in range(problem.laws.shape[1]):
+            part.laws[e, j] = problem.laws[k, j]
+        for j in range(problem.previous_P.shape[1]):
+            part.previous_P[e, j] = problem.previous_P[k, j]
+        for row in range(problem.start[k], problem.start[k + 1]):
+            part.row[r] = row
+            r += 1
+    part.n, part.r, part.start[m], part.selection = m, r, r, problem.selection
+    for a in range(r):
+        row = part.row[a]
+        part.c[a], part.offset[a] = problem.c[row], problem.offset[row]
+        for b in range(r):
+            part.G[a, b] = problem.G[row, part.row[b]]
+
+
+@kernel
+def velocities(problem, planar):
+    """gamma = G P + c to ``planar.gamma``; returns max |c|, the scale of all of them."""
+    G, c, P, gamma = problem.G, problem.c, problem.P, planar.gamma
     scale = 0.0
-    for k in range(r):
+    for k in range(problem.r):
         total = c[k]
-        for m in range(r):
+        for m in range(problem.r):
             total += G[k, m] * P[m]
         gamma[k] = total
         scale = max(scale, abs(c[k]))
@@ -156,7 +179,22 @@ def velocities(r, G, c, P, gamma):
 
 
 @kernel
-def residual(n, closed, start, kinds, G, c, P, planar):
+def largest_velocity(problem):
+    """max |c|, the scale of all velocities."""
+    scale = 0.0
+    for k in range(problem.r):
+        scale = max(scale, abs(problem.c[k]))
+    return scale
+
+
+@kernel
+def normal_impulse_of(k, problem):
+    """P_N of contact k, that of the answer or the given one."""
+    return problem.normal_impulse[k] if problem.kinds[k, 0] == GIVEN_FORCE else problem.P[problem.start[k]]
+
+
+@kernel
+def residual(problem, planar):
     """Largest violation of the inclusions, relative to max |c|; also left in ``planar.error``, the velocities in
     ``planar.gamma``.
 
@@ -164,27 +202,26 @@ def residual(n, closed, start, kinds, G, c, P, planar):
     Normal: |min(|G_NN| P_N, gamma_N)|. Tangential, by the projection on the disc of radius mu |P_N|:
     G_FF |P_F - proj(P_F - gamma_F / G_FF)|.
     """
-    r = start[n]
-    scale = velocities(r, G, c, P, planar.gamma)
+    G, P, gamma = problem.G, problem.P, planar.gamma
+    scale = velocities(problem, planar)
     worst = 0.0
-    for k in range(n):
-        i = closed[k]
-        a = start[k]
-        t = start[k + 1] - 1
-        kind = kinds[i, 0]
-        P_N = planar.normal_impulse[k] if kind == GIVEN_FORCE else P[a]
+    for k in range(problem.n):
+        a = problem.start[k]
+        t = problem.start[k + 1] - 1
+        kind = problem.kinds[k, 0]
+        P_N = normal_impulse_of(k, problem)
         if kind == UNILATERAL:
-            worst = max(worst, beyond_rounding(abs(min(abs(G[a, a]) * P_N, planar.gamma[a])), a, r, scale, G, c, P))
+            worst = max(worst, beyond_rounding(abs(min(abs(G[a, a]) * P_N, gamma[a])), a, scale, problem))
         elif kind == BILATERAL:
-            worst = max(worst, beyond_rounding(abs(planar.gamma[a]), a, r, scale, G, c, P))
-        if kinds[i, 1] > 0:
-            is_stuck = beyond_rounding(abs(planar.gamma[t]), t, r, scale, G, c, P) <= ACCEPTED * scale
-            reach = (planar.mu_static[k] if is_stuck else planar.mu[k]) * max(
+            worst = max(worst, beyond_rounding(abs(gamma[a]), a, scale, problem))
+        if problem.kinds[k, 1] > 0:
+            is_stuck = beyond_rounding(abs(gamma[t]), t, scale, problem) <= ACCEPTED * scale
+            reach = (problem.mu_static[k] if is_stuck else problem.mu[k]) * max(
                 0.0, abs(P_N) if kind == BILATERAL else P_N
             )
-            pulled = P[t] - planar.gamma[t] / G[t, t]
+            pulled = P[t] - gamma[t] / G[t, t]
             violation = G[t, t] * abs(P[t] - max(-reach, min(reach, pulled)))
-            worst = max(worst, beyond_rounding(violation, t, r, scale, G, c, P))
+            worst = max(worst, beyond_rounding(violation, t, scale, problem))
     if not worst < np.inf:  # NaN
         worst = np.inf
     elif scale > 0.0:
@@ -194,31 +231,37 @@ def residual(n, closed, start, kinds, G, c, P, planar):
 
 
 @kernel
-def beyond_rounding(violation, k, r, scale, G, c, P):
+def beyond_rounding(violation, k, scale, problem):
     """The violation of row k, or ACCEPTED max |c| where it is more and rounding."""
     if violation <= ACCEPTED * scale or violation > HALF_THE_DIGITS * scale:
         return violation
-    return ACCEPTED * scale if violation <= rounding_of(k, r, G, c, P) else violation
+    return ACCEPTED * scale if violation <= rounding_of(k, problem) else violation
 
 
 @kernel
-def rounding_of(k, r, G, c, P):
+def rounding_of(k, problem):
     """(r + 1) u s_k, what the velocity of row k may be wrong by."""
-    size = abs(c[k])
-    for m in range(r):
-        size += abs(G[k, m] * P[m])
-    return (r + 1) * UNIT * size
+    return (problem.r + 1) * UNIT * size_of_terms(k, problem)
 
 
 @kernel
-def is_zero(k, slack, r, scale, G, c, P, planar):
+def size_of_terms(k, problem):
+    """s_k = sum_m |G_km| |P_m| + |c_k|."""
+    size = abs(problem.c[k])
+    for m in range(problem.r):
+        size += abs(problem.G[k, m] * problem.P[m])
+    return size
+
+
+@kernel
+def is_zero(k, slack, scale, problem, planar):
     """Whether the velocity of row k is none: within ``slack`` of max |c|, or within its own rounding."""
     speed = abs(planar.gamma[k])
-    return speed <= slack * scale or (speed <= HALF_THE_DIGITS * scale and speed <= rounding_of(k, r, G, c, P))
+    return speed <= slack * scale or (speed <= HALF_THE_DIGITS * scale and speed <= rounding_of(k, problem))
 
 
 @kernel
-def name_modes(slack, n, closed, start, kinds, G, c, P, planar):
+def name_modes(slack, problem, planar):
     """Name the modes by what the contacts do, from their impulses and velocities in ``planar.gamma``; always True.
 
     Open is a contact that parts; closed one with gamma_N = 0, whether it has an impulse or others carry its load. It
@@ -226,23 +269,20 @@ def name_modes(slack, n, closed, start, kinds, G, c, P, planar):
     it sticks, also where its impulse lies on the border of the cone. So no mode hangs on how redundant contacts share a
     load, and none that moves is called at rest because its friction is lost in rounding.
     """
-    r = start[n]
-    scale = 0.0
-    for k in range(r):
-        scale = max(scale, abs(c[k]))
-    for k in range(n):
-        kind, a, t = kinds[closed[k], 0], start[k], start[k + 1] - 1
-        P_N = planar.normal_impulse[k] if kind == GIVEN_FORCE else P[a]
-        opposing = -math.copysign(P[t], P[t] * planar.gamma[t])
-        parts = planar.gamma[a] > abs(G[a, a]) * P_N and not is_zero(a, slack, r, scale, G, c, P, planar)
+    P, gamma, scale = problem.P, planar.gamma, largest_velocity(problem)
+    for k in range(problem.n):
+        kind, a, t = problem.kinds[k, 0], problem.start[k], problem.start[k + 1] - 1
+        P_N = normal_impulse_of(k, problem)
+        opposing = -math.copysign(P[t], P[t] * gamma[t])
+        parts = gamma[a] > abs(problem.G[a, a]) * P_N and not is_zero(a, slack, scale, problem, planar)
         if (kind == UNILATERAL and parts) or (kind == GIVEN_FORCE and P_N == 0.0):
-            planar.candidate[k] = FREE
-        elif kinds[closed[k], 1] == 0 or is_zero(t, slack, r, scale, G, c, P, planar):
-            planar.candidate[k] = STICK
-        elif abs(planar.gamma[t]) <= ACCEPTED * scale and opposing < planar.mu[k] * abs(P_N) * (1.0 - ACCEPTED):
-            planar.candidate[k] = STICK
+            problem.candidate[k] = FREE
+        elif problem.kinds[k, 1] == 0 or is_zero(t, slack, scale, problem, planar):
+            problem.candidate[k] = STICK
+        elif abs(gamma[t]) <= ACCEPTED * scale and opposing < problem.mu[k] * abs(P_N) * (1.0 - ACCEPTED):
+            problem.candidate[k] = STICK
         else:
-            planar.candidate[k] = sliding(planar.gamma[t] > 0.0, P_N < 0.0)
+            problem.candidate[k] = sliding(gamma[t] > 0.0, P_N < 0.0)
     return True
 
 
@@ -255,27 +295,24 @@ def sliding(is_forward, is_pulled):
 
 
 @kernel
-def has_varying_friction(n, closed, start, kinds, laws, offset, planar):
+def has_varying_friction(problem):
     """Set mu from the velocities before the step; True if any law depends on the speed."""
     varies = False
-    for k in range(n):
-        i = closed[k]
-        t = start[k + 1] - 1
-        speed = abs(offset[t]) if kinds[i, 1] > 0 else 0.0
-        planar.mu[k] = friction_coefficient(laws, i, speed)
-        varies = varies or depends_on_speed(laws, i)
+    for k in range(problem.n):
+        speed = abs(problem.offset[problem.start[k + 1] - 1]) if problem.kinds[k, 1] > 0 else 0.0
+        problem.mu[k] = friction_coefficient(problem.laws, k, speed)
+        varies = varies or depends_on_speed(problem.laws, k)
     return varies
 
 
 @kernel
-def update_friction(n, closed, start, kinds, laws, offset, planar):
+def update_friction(problem, planar):
     """Take mu at the speed in the middle of the step; True while it still changes."""
     changed = False
-    for k in range(n):
-        i = closed[k]
-        t = start[k + 1] - 1
-        if kinds[i, 1] > 0 and depends_on_speed(laws, i):
-            mu = friction_coefficient(laws, i, 0.5 * abs(offset[t] + planar.gamma[t]))
-            changed = changed or abs(mu - planar.mu[k]) > 1e-14 * abs(mu)
-            planar.mu[k] = mu
+    for k in range(problem.n):
+        t = problem.start[k + 1] - 1
+        if problem.kinds[k, 1] > 0 and depends_on_speed(problem.laws, k):
+            mu = friction_coefficient(problem.laws, k, 0.5 * abs(problem.offset[t] + planar.gamma[t]))
+            changed = changed or abs(mu - problem.mu[k]) > 1e-14 * abs(mu)
+            problem.mu[k] = mu
     return changed

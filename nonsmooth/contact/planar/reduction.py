@@ -22,8 +22,10 @@ Lines are told by G alone: |W_i - W_j|^2 = G_ii + G_jj - 2 G_ij in the metric of
 
 from __future__ import annotations
 
+from nonsmooth.contact.planar.enumerate import modes_of
+from nonsmooth.contact.planar.problem import largest_velocity
 from nonsmooth.jit import kernel
-from nonsmooth.mechanics.system import BILATERAL, UNILATERAL
+from nonsmooth.mechanics.system import UNILATERAL
 
 ROUNDED = 1e-14  # of the diagonal of G: a squared distance below is rounding, of rows that differ by 1e-7 at most
 EQUAL = 1e-9  # rows, relative to their lengths, and velocities, relative to max |c|, that differ by less are the same
@@ -31,29 +33,25 @@ TILT = 1e-2  # largest h of a group: what one contact gives in place of another 
 
 
 @kernel
-def reduce(n, closed, start, kinds, G, c, planar):
+def reduce(problem, planar):
     """List the contacts that a census must look at in planar.rest.place, and the groups of them; how many they are."""
-    rest, group = planar.rest, planar.tree.group
-    scale = 0.0
-    for k in range(start[n]):
-        scale = max(scale, abs(c[k]))
+    n, place, group, scale = problem.n, planar.rest.place, planar.tree.group, largest_velocity(problem)
     for k in range(n):
         planar.stays[k] = 1  # stays
     for b in range(n if n > 2 else 0):
-        if planar.stays[b] == 1 and kinds[closed[b], 0] == UNILATERAL:
-            j = farthest(b, n, closed, start, kinds, G, planar)
-            k = farthest(j, n, closed, start, kinds, G, planar)
-            leave_out(j, k, n, closed, start, kinds, scale, G, c, planar)
+        if planar.stays[b] == 1 and problem.kinds[b, 0] == UNILATERAL:
+            j = farthest(b, problem, planar)
+            k = farthest(j, problem, planar)
+            leave_out(j, k, scale, problem, planar)
     left = 0
     for k in range(n):
         if planar.stays[k] == 1:
-            rest.place[left] = k
+            place[left] = k
             left += 1
     for e in range(min(left, group.shape[0])):
         group[e] = 0
         for f in range(e):
-            j, k = rest.place[f], rest.place[e]
-            if (group[f] == 0 or group[f] == f + 1) and slide_alike(j, k, n, closed, start, kinds, scale, G, c, planar):
+            if (group[f] == 0 or group[f] == f + 1) and slide_alike(place[f], place[e], scale, problem):
                 group[f] = f + 1
                 group[e] = f + 1
                 break
@@ -61,13 +59,10 @@ def reduce(n, closed, start, kinds, G, c, planar):
 
 
 @kernel
-def is_alike(j, k, closed, kinds):
+def is_alike(j, k, problem):
     """Whether two contacts are unilateral, and both with or both without friction."""
-    return (
-        kinds[closed[j], 0] == UNILATERAL
-        and kinds[closed[k], 0] == UNILATERAL
-        and kinds[closed[j], 1] == kinds[closed[k], 1]
-    )
+    kinds = problem.kinds
+    return kinds[j, 0] == UNILATERAL and kinds[k, 0] == UNILATERAL and kinds[j, 1] == kinds[k, 1]
 
 
 @kernel
@@ -77,42 +72,44 @@ def squared_distance(j, k, G):
 
 
 @kernel
-def farthest(b, n, closed, start, kinds, G, planar):
+def farthest(b, problem, planar):
     """The contact farthest from b, in the metric of the masses, of those that are alike and stay."""
     largest, found = 0.0, b
-    for k in range(n):
-        if planar.stays[k] == 1 and is_alike(b, k, closed, kinds):
-            distance = squared_distance(start[b], start[k], G)
+    for k in range(problem.n):
+        if planar.stays[k] == 1 and is_alike(b, k, problem):
+            distance = squared_distance(problem.start[b], problem.start[k], problem.G)
             if distance > largest:
                 largest, found = distance, k
     return found
 
 
 @kernel
-def leave_out(j, k, n, closed, start, kinds, scale, G, c, planar):
+def leave_out(j, k, scale, problem, planar):
     """Leave out the contacts between j and k."""
+    G, start, mu = problem.G, problem.start, problem.mu
     length = squared_distance(start[j], start[k], G)
     if not length > ROUNDED * (G[start[j], start[j]] + G[start[k], start[k]]):
         return
-    if not (kinds[closed[j], 1] == 0 or slide_alike(j, k, n, closed, start, kinds, scale, G, c, planar)):
+    if not (problem.kinds[j, 1] == 0 or slide_alike(j, k, scale, problem)):
         return
-    for i in range(n):
-        if i == j or i == k or planar.stays[i] == 0 or not is_alike(i, j, closed, kinds):
+    for i in range(problem.n):
+        if i == j or i == k or planar.stays[i] == 0 or not is_alike(i, j, problem):
             continue
         from_j, from_k = squared_distance(start[i], start[j], G), squared_distance(start[i], start[k], G)
         part = 0.5 * (length + from_k - from_j) / length  # the foot of the perpendicular on the line from k to j
-        if part < 0.0 or part > 1.0 or planar.mu[i] != planar.mu[j] or planar.mu[i] != planar.mu[k]:
+        if part < 0.0 or part > 1.0 or mu[i] != mu[j] or mu[i] != mu[k]:
             continue
-        if is_between(i, j, k, part, n, closed, start, kinds, scale, G, c):
+        if is_between(i, j, k, part, scale, problem):
             planar.stays[i] = 0
 
 
 @kernel
-def is_between(i, j, k, part, n, closed, start, kinds, scale, G, c):
+def is_between(i, j, k, part, scale, problem):
     """Whether the rows and velocities of contact i are those of j and k, in the parts ``part`` and 1 - ``part``."""
-    for axis in range(1 + kinds[closed[i], 1]):
+    G, c, start = problem.G, problem.c, problem.start
+    for axis in range(1 + problem.kinds[i, 1]):
         a, b, d = start[i] + axis, start[j] + axis, start[k] + axis
-        for m in range(start[n]):
+        for m in range(problem.r):
             off = G[a, m] - part * G[b, m] - (1.0 - part) * G[d, m]
             if off * off > EQUAL * EQUAL * G[a, a] * G[m, m]:
                 return False
@@ -123,20 +120,21 @@ def is_between(i, j, k, part, n, closed, start, kinds, scale, G, c):
 
 
 @kernel
-def slide_alike(j, k, n, closed, start, kinds, scale, G, c, planar):
+def slide_alike(j, k, scale, problem):
     """Whether two closed contacts slide with one velocity."""
-    if not is_alike(j, k, closed, kinds) or kinds[closed[j], 1] == 0:
+    G, c = problem.G, problem.c
+    if not is_alike(j, k, problem) or problem.kinds[j, 1] == 0:
         return False
-    if planar.mu[j] != planar.mu_static[j] or planar.mu[k] != planar.mu_static[k]:
+    if problem.mu[j] != problem.mu_static[j] or problem.mu[k] != problem.mu_static[k]:
         return False
-    a, b = start[j], start[k]
+    a, b = problem.start[j], problem.start[k]
     length = squared_distance(a, b, G)
     tilt = 0.0
     if length > ROUNDED * (G[a, a] + G[b, b]):
         tilt = (G[a + 1, a] - G[a + 1, b] - G[b + 1, a] + G[b + 1, b]) / length
     if abs(tilt) > TILT or abs(c[a + 1] - c[b + 1] - tilt * (c[a] - c[b])) > EQUAL * scale:
         return False
-    for m in range(start[n]):
+    for m in range(problem.r):
         off = G[a + 1, m] - G[b + 1, m] - tilt * (G[a, m] - G[b, m])
         if off * off > EQUAL * EQUAL * G[a + 1, a + 1] * G[m, m]:
             return False
@@ -144,15 +142,14 @@ def slide_alike(j, k, n, closed, start, kinds, scale, G, c, planar):
 
 
 @kernel
-def count_modes(left, closed, kinds, most, planar):
+def count_modes(left, most, problem, planar):
     """Number of combinations of modes that are left, at most ``most`` + 1; that where the tree has no room for them."""
-    place, group = planar.rest.place, planar.tree.group
+    group = planar.tree.group
     if left > group.shape[0]:
         return most + 1
     total = 1
     for e in range(left):
-        kind, d = kinds[closed[place[e]], 0], kinds[closed[place[e]], 1]
-        modes = (1 if d == 0 else 5 if kind == BILATERAL else 3) + (1 if kind == UNILATERAL else 0)
+        modes = modes_of(planar.rest.place[e], problem.kinds)
         if group[e] == e + 1:
             members = 0
             for f in range(left):

@@ -22,88 +22,87 @@ from __future__ import annotations
 from nonsmooth.contact.planar.enumerate import is_new, keep_solution, next_candidate
 from nonsmooth.contact.planar.implied import begin_walk, descend
 from nonsmooth.contact.planar.least_share import find_least
-from nonsmooth.contact.planar.problem import ACCEPTED, Planar, residual
+from nonsmooth.contact.planar.problem import ACCEPTED, Planar, largest_velocity, residual
 from nonsmooth.contact.planar.single import BOUNDARY, FREE, NO_CANDIDATE, SLIDE_PLUS, STICK, sigma_of, slip_of
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
+from nonsmooth.mechanics.contact_problem import Problem
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL
 from nonsmooth.numerics.dense import cholesky, cholesky_solve
 
 
-@kernel(
-    "int64(int64, int64[::1], int64[::1], int64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1], float64[::1], "
-    "int64)",
-    short_loops=True,
-)
-def enumerate_redundant(n, closed, start, kinds, G, K, c, P, planar_at):
+@kernel("int64(int64, float64[:, ::1], int64)", short_loops=True)
+def enumerate_redundant(problem_at, K, planar_at):
     """All solutions, redundant contacts included, to ``planar.tree``; their number. P is scratch.
 
     K = W M^-1 W^T of the rows; G is another matrix where it holds the friction of slides (contact/planar/forces.py).
     """
-    planar = view(planar_at, Planar)
-    found = walk(True, n, closed, start, kinds, G, K, c, P, planar)
-    return found if found > 0 else walk(False, n, closed, start, kinds, G, K, c, P, planar)
+    problem, planar = view(problem_at, Problem), view(planar_at, Planar)
+    found = walk(True, K, problem, planar)
+    return found if found > 0 else walk(False, K, problem, planar)
 
 
 @kernel
-def walk(skips, n, closed, start, kinds, G, K, c, P, planar):
+def walk(skips, K, problem, planar):
     """Try the combinations of modes, ``skips`` those that follow from others; the number of solutions."""
-    tree, r = planar.tree, start[n]
-    begin_walk(r, K, c, tree)
-    scale, largest = 0.0, 0.0
-    for k in range(r):
-        scale = max(scale, abs(c[k]))
-        largest = max(largest, abs(G[k, k]))
+    tree, n, scale = planar.tree, problem.n, largest_velocity(problem)
+    begin_walk(problem.r, K, problem.c, tree)
     found = 0
     level = 0
     tree.candidate[0] = NO_CANDIDATE
     while level >= 0:
-        i = closed[level]
-        candidate = next_candidate(kinds[i, 0], kinds[i, 1], tree.candidate[level])
+        candidate = next_candidate(problem.kinds[level, 0], problem.kinds[level, 1], tree.candidate[level])
         tree.candidate[level] = candidate
         if candidate == NO_CANDIDATE:
             level -= 1
-        elif skips and not descend(level, candidate, closed, start, kinds, r, scale, tree):
+        elif skips and not descend(level, candidate, scale, problem, tree):
             continue
         elif level < n - 1:
             level += 1
             tree.candidate[level] = NO_CANDIDATE
         else:
-            for signs in range(1 << count_signs(n, closed, kinds, tree.candidate)):
-                if not solve_leaf(signs, n, closed, start, kinds, G, c, scale, largest, P, planar):
-                    continue
-                if residual(n, closed, start, kinds, G, c, P, planar) > ACCEPTED:
-                    continue
-                for k in range(r):
-                    tree.P[k] = P[k]
-                    tree.gamma[k] = planar.gamma[k]
-                if is_new(min(found, tree.modes.shape[0]), r, scale, tree):
-                    keep_solution(found, n, r, tree)
-                    found += 1
+            for signs in range(1 << count_signs(problem, tree)):
+                if solve_leaf(signs, scale, problem, planar) and residual(problem, planar) <= ACCEPTED:
+                    found += keep_leaf(found, scale, problem, planar)
     return found
 
 
 @kernel
-def count_signs(n, closed, kinds, candidate):
+def keep_leaf(found, scale, problem, planar):
+    """Keep the impulses of a leaf; 1, or 0 where they move as others do."""
+    tree = planar.tree
+    for k in range(problem.r):
+        tree.P[k] = problem.P[k]
+        tree.gamma[k] = planar.gamma[k]
+    if not is_new(found, problem.r, scale, tree):
+        return 0
+    keep_solution(found, problem.n, problem.r, tree)
+    return 1
+
+
+@kernel
+def count_signs(problem, tree):
     """Number of contacts whose stick leaves the sign of P_N open: bilateral ones with friction."""
     total = 0
-    for k in range(n):
-        i = closed[k]
-        if kinds[i, 0] == BILATERAL and kinds[i, 1] > 0 and candidate[k] == STICK:
+    for k in range(problem.n):
+        if problem.kinds[k, 0] == BILATERAL and problem.kinds[k, 1] > 0 and tree.candidate[k] == STICK:
             total += 1
     return total
 
 
 @kernel
-def solve_leaf(signs, n, closed, start, kinds, G, c, scale, largest, P, planar):
+def solve_leaf(signs, scale, problem, planar):
     """The least impulses with the modes of the present leaf, to P; False where there are none."""
     family = planar.family
-    m = assemble(n, closed, start, kinds, G, c, planar)
+    largest = 0.0
+    for k in range(problem.r):
+        largest = max(largest, abs(problem.G[k, k]))
+    m = assemble(problem, planar)
     rank = eliminate_completely(m, BOUNDARY * largest, family)
     for k in range(rank, m):
         if abs(family.B[k, m]) > ACCEPTED * scale:
             return False
-    size = inequalities(signs, m, n, closed, start, kinds, G, c, planar)
+    size = inequalities(signs, m, problem, planar)
     x = family.x
     for k in range(m):
         x[k] = 0.0
@@ -120,56 +119,55 @@ def solve_leaf(signs, n, closed, start, kinds, G, c, scale, largest, P, planar):
                 total += family.C[e, k] * x[k]
             if total < -slack:
                 return False
-    expand(n, m, closed, start, kinds, planar, P)
+    expand(m, problem, planar)
     return True
 
 
 @kernel
-def friction_factor(k, planar):
+def friction_factor(k, problem, planar):
     """P_F = f P_N of a sliding contact."""
     candidate = planar.tree.candidate[k]
-    return -slip_of(candidate) * planar.mu[k] * sigma_of(candidate)
+    return -slip_of(candidate) * problem.mu[k] * sigma_of(candidate)
 
 
 @kernel
-def assemble(n, closed, start, kinds, G, c, planar):
+def assemble(problem, planar):
     """B and d = B[:, m] of the unknown impulses of the leaf; returns their number m.
 
     A sticking contact has an unknown and an equation for each of its rows, a sliding one for its normal row.
     """
-    family, candidate = planar.family, planar.tree.candidate
+    family, candidate, start = planar.family, planar.tree.candidate, problem.start
     m = 0
-    for k in range(n):
-        is_given = kinds[closed[k], 0] == GIVEN_FORCE
+    for k in range(problem.n):
         family.first[k] = m
         if candidate[k] == STICK:
             for row in range(start[k], start[k + 1]):
                 family.row[m] = row
                 m += 1
-        elif candidate[k] >= SLIDE_PLUS and not is_given:
+        elif candidate[k] >= SLIDE_PLUS and problem.kinds[k, 0] != GIVEN_FORCE:
             family.row[m] = start[k]
             m += 1
-    family.first[n] = m
+    family.first[problem.n] = m
     for e in range(m):
-        family.B[e, m] = velocity_row(family.row[e], m, n, closed, start, kinds, G, c, planar, family.B, e)
+        family.B[e, m] = velocity_row(family.row[e], family.B, e, problem, planar)
         family.column[e] = e
     return m
 
 
 @kernel
-def velocity_row(row, m, n, closed, start, kinds, G, c, planar, out, e):
+def velocity_row(row, out, e, problem, planar):
     """Coefficients of the velocity of a row in the unknowns, to out[e, :m]; returns its constant part."""
-    family, candidate = planar.family, planar.tree.candidate
-    constant = c[row]
-    for k in range(n):
-        first, t = family.first[k], start[k + 1] - 1
+    family, candidate, G = planar.family, planar.tree.candidate, problem.G
+    constant = problem.c[row]
+    for k in range(problem.n):
+        first, t = family.first[k], problem.start[k + 1] - 1
         for j in range(first, family.first[k + 1]):
             out[e, j] = G[row, family.row[j]]
         if candidate[k] >= SLIDE_PLUS:
-            if kinds[closed[k], 0] == GIVEN_FORCE:
-                constant -= G[row, t] * slip_of(candidate[k]) * planar.mu[k] * planar.normal_impulse[k]
+            if problem.kinds[k, 0] == GIVEN_FORCE:
+                constant -= G[row, t] * slip_of(candidate[k]) * problem.mu[k] * problem.normal_impulse[k]
             else:
-                out[e, first] += friction_factor(k, planar) * G[row, t]
+                out[e, first] += friction_factor(k, problem, planar) * G[row, t]
     return constant
 
 
@@ -206,56 +204,56 @@ def eliminate_completely(m, smallest, family):
 
 
 @kernel
-def inequalities(signs, m, n, closed, start, kinds, G, c, planar):
+def inequalities(signs, m, problem, planar):
     """C x >= e: the inclusions of the leaf; returns their number.
 
     Bit b of ``signs`` is the sign of P_N in the b-th contact whose stick leaves it open.
     """
     family, candidate = planar.family, planar.tree.candidate
     size = 0
-    for k in range(n):
-        i = closed[k]
-        kind, d = kinds[i, 0], kinds[i, 1]
-        a, j = start[k], family.first[k]
+    for k in range(problem.n):
+        kind, d = problem.kinds[k, 0], problem.kinds[k, 1]
+        j, mu = family.first[k], problem.mu_static[k]
         if candidate[k] == FREE:
-            size = velocity_inequality(1.0, a, size, m, n, closed, start, kinds, G, c, planar)
+            size = velocity_inequality(1.0, problem.start[k], size, m, problem, planar)
         elif candidate[k] >= SLIDE_PLUS:
             if kind != GIVEN_FORCE:
-                size = impulse_inequality(j, float(sigma_of(candidate[k])), j, 0.0, 0.0, size, m, family)
-            t = start[k + 1] - 1
-            size = velocity_inequality(float(slip_of(candidate[k])), t, size, m, n, closed, start, kinds, G, c, planar)
+                size = impulse_inequality(j, float(sigma_of(candidate[k])), 0.0, 0.0, size, m, family)
+            t = problem.start[k + 1] - 1
+            size = velocity_inequality(float(slip_of(candidate[k])), t, size, m, problem, planar)
         elif kind == GIVEN_FORCE:
-            reach = planar.mu_static[k] * planar.normal_impulse[k]
-            size = impulse_inequality(j, 1.0, j, 0.0, -reach, size, m, family)
-            size = impulse_inequality(j, -1.0, j, 0.0, -reach, size, m, family)
+            reach = mu * problem.normal_impulse[k]
+            size = impulse_inequality(j, 1.0, 0.0, -reach, size, m, family)
+            size = impulse_inequality(j, -1.0, 0.0, -reach, size, m, family)
         elif kind == UNILATERAL or d > 0:
             sigma = 1.0
             if kind == BILATERAL:
                 sigma = -1.0 if signs & 1 else 1.0
                 signs >>= 1
-            size = impulse_inequality(j, sigma, j, 0.0, 0.0, size, m, family)
+            size = impulse_inequality(j, sigma, 0.0, 0.0, size, m, family)
             if d > 0:
-                size = impulse_inequality(j, sigma * planar.mu_static[k], j + 1, 1.0, 0.0, size, m, family)
-                size = impulse_inequality(j, sigma * planar.mu_static[k], j + 1, -1.0, 0.0, size, m, family)
+                size = impulse_inequality(j, sigma * mu, 1.0, 0.0, size, m, family)
+                size = impulse_inequality(j, sigma * mu, -1.0, 0.0, size, m, family)
     return size
 
 
 @kernel
-def impulse_inequality(j, factor, l, other, bound, size, m, family):
-    """factor x_j + other x_l >= bound as the next row of C and e; returns the number of rows."""
+def impulse_inequality(j, factor, next_factor, bound, size, m, family):
+    """factor x_j + next_factor x_(j+1) >= bound as the next row of C and e; returns the number of rows."""
     for k in range(m):
         family.C[size, k] = 0.0
     family.C[size, j] += factor
-    family.C[size, l] += other
+    if next_factor != 0.0:
+        family.C[size, j + 1] += next_factor
     family.e[size] = bound
     return size + 1
 
 
 @kernel
-def velocity_inequality(factor, row, size, m, n, closed, start, kinds, G, c, planar):
+def velocity_inequality(factor, row, size, m, problem, planar):
     """factor gamma_row >= 0 as the next row of C and e; returns the number of rows."""
     family = planar.family
-    constant = velocity_row(row, m, n, closed, start, kinds, G, c, planar, family.C, size)
+    constant = velocity_row(row, family.C, size, problem, planar)
     for k in range(m):
         family.C[size, k] *= factor
     family.e[size] = -factor * constant
@@ -338,17 +336,17 @@ def move(m, rank, family):
 
 
 @kernel
-def expand(n, m, closed, start, kinds, planar, P):
+def expand(m, problem, planar):
     """The impulses of all rows from the unknowns x."""
-    family, candidate = planar.family, planar.tree.candidate
-    for k in range(start[n]):
+    P, family, candidate = problem.P, planar.family, planar.tree.candidate
+    for k in range(problem.r):
         P[k] = 0.0
     for j in range(m):
         P[family.row[j]] = family.x[j]
-    for k in range(n):
+    for k in range(problem.n):
         if candidate[k] >= SLIDE_PLUS:
-            t = start[k + 1] - 1
-            if kinds[closed[k], 0] == GIVEN_FORCE:
-                P[t] = -slip_of(candidate[k]) * planar.mu[k] * planar.normal_impulse[k]
+            t = problem.start[k + 1] - 1
+            if problem.kinds[k, 0] == GIVEN_FORCE:
+                P[t] = -slip_of(candidate[k]) * problem.mu[k] * problem.normal_impulse[k]
             else:
-                P[t] = friction_factor(k, planar) * P[start[k]]
+                P[t] = friction_factor(k, problem, planar) * P[problem.start[k]]

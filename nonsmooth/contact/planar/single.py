@@ -18,8 +18,9 @@ from __future__ import annotations
 from enum import IntEnum
 
 from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.jit.blocks import Block
 from nonsmooth.mechanics.laws import LAW_CODE, SMOOTHED, depends_on_speed, friction_coefficient, static_coefficient
-from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
+from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
 from nonsmooth.numerics.dense import SINGULAR
 
 # Candidates, and the bits of the set of admissible ones.
@@ -42,6 +43,29 @@ class Selection(IntEnum):
     IMPACT = 2
 
 
+class Contact(Block):
+    """One contact, all numbers: its kind, its rows, what was before, and the impulses of the answer.
+
+    A contact under a given normal impulse P_N has G_NN = 1, G_NF = G_FN = 0 and c_N = -P_N.
+    """
+
+    kind: int
+    d: int  # directions of friction: 0 or 1
+    law: int  # its row in the table of laws
+    was_stuck: int  # 0 or 1
+    slip: int  # sign of sliding before
+    selection: int  # the rule where there are several solutions
+    G_NN: float
+    G_NF: float
+    G_FN: float
+    G_FF: float
+    c_N: float
+    c_F: float
+    offset: float  # sliding velocity before the step, (1 - e_F) gamma_F, of which a law mu(v) takes the mean
+    P_N: float
+    P_F: float
+
+
 @kernel
 def slip_of(candidate):
     """Sign of sliding of a candidate."""
@@ -59,30 +83,62 @@ def sigma_of(candidate):
 
 
 @kernel
-def slide(laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma):
+def take_contact(k, problem, contact):
+    """Contact k of a problem without the others."""
+    contact.kind, contact.d, contact.law = problem.kinds[k, 0], problem.kinds[k, 1], k
+    contact.was_stuck = 1 if problem.mode[k] == ContactMode.STICK else 0
+    contact.slip, contact.selection = problem.slip[k], problem.selection
+    take_rows(k, problem, contact)
+
+
+@kernel
+def take_rows(k, problem, contact):
+    """The rows of contact k of a problem, of which the kind is known."""
+    a, t, G, c = problem.start[k], problem.start[k + 1] - 1, problem.G, problem.c
+    if contact.kind == GIVEN_FORCE:
+        contact.G_NN, contact.G_NF, contact.G_FN, contact.c_N = 1.0, 0.0, 0.0, -problem.normal_impulse[k]
+        contact.selection = Selection.COMPLIANT_LIMIT.value
+    else:
+        contact.G_NN, contact.G_NF, contact.G_FN, contact.c_N = G[a, a], G[a, t], G[t, a], c[a]
+    contact.G_FF, contact.c_F, contact.offset = G[t, t], c[t], problem.offset[t]
+
+
+@kernel
+def give_impulses(a, contact, P):
+    """The impulses of a contact to its rows, the first of which is a."""
+    if contact.kind == GIVEN_FORCE:
+        P[a] = contact.P_F
+        return
+    P[a] = contact.P_N
+    if contact.d > 0:
+        P[a + 1] = contact.P_F
+
+
+@kernel
+def slide(contact, laws, s, sigma):
     """Sliding impulses (P_N, P_F, gamma_F, D) for given signs.
 
     A law mu(v) is taken at v = s (offset + gamma_F) / 2, the speed in the middle of the step; ``offset`` is the sliding
     velocity before it, gamma_F that after it. The scalar equation for v is solved by Newton steps inside a bracket.
     """
-    v = max(0.0, s * offset)
-    if depends_on_speed(laws, i):
-        v = mid_point_speed(laws, i, v, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma)
-    mu = friction_coefficient(laws, i, v)
-    D = G_NN - s * mu * sigma * G_NF
-    P_N = -c_N / D if D != 0.0 else -sigma * 1e300
+    v = max(0.0, s * contact.offset)
+    if depends_on_speed(laws, contact.law):
+        v = mid_point_speed(contact, laws, v, s, sigma)
+    mu = friction_coefficient(laws, contact.law, v)
+    D = contact.G_NN - s * mu * sigma * contact.G_NF
+    P_N = -contact.c_N / D if D != 0.0 else -sigma * 1e300
     P_F = -s * mu * sigma * P_N
-    return P_N, P_F, c_F + G_FN * P_N + G_FF * P_F, D
+    return P_N, P_F, contact.c_F + contact.G_FN * P_N + contact.G_FF * P_F, D
 
 
 @rare_kernel
-def mid_point_speed(laws, i, v, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma):
+def mid_point_speed(contact, laws, v, s, sigma):
     """The speed v at which mu(v) leads to that very speed in the middle of the step; starts from a guess."""
-    low, high = 0.0, max(0.0, s * (offset + c_F - G_FN * c_N / G_NN) / 2)
-    v = min(v, high)
+    offset = contact.offset
+    high = max(0.0, s * (offset + contact.c_F - contact.G_FN * contact.c_N / contact.G_NN) / 2)
+    low, v = 0.0, min(v, high)
     for _ in range(SPEED_ITERATIONS):
-        mu = friction_coefficient(laws, i, v)
-        excess = v - mid_speed(G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma, mu)
+        excess = v - mid_speed(contact, s, sigma, friction_coefficient(laws, contact.law, v))
         if abs(excess) <= 4e-16 * (abs(v) + abs(offset)):
             break
         if excess > 0.0:
@@ -90,8 +146,7 @@ def mid_point_speed(laws, i, v, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sig
         else:
             low = v
         step = 1e-7 * v + 1e-12 * abs(offset) + 1e-300
-        mu = friction_coefficient(laws, i, v + step)
-        ahead = mid_speed(G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma, mu)
+        ahead = mid_speed(contact, s, sigma, friction_coefficient(laws, contact.law, v + step))
         slope = (v + step - ahead - excess) / step
         v_new = v - excess / slope if slope > 0.0 else high
         v = v_new if low < v_new < high else 0.5 * (low + high)
@@ -101,10 +156,10 @@ def mid_point_speed(laws, i, v, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sig
 
 
 @kernel
-def mid_speed(G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma, mu):
+def mid_speed(contact, s, sigma, mu):
     """Sliding speed in the middle of the step that a friction coefficient would lead to, at least zero."""
-    P_N = -c_N / (G_NN - s * mu * sigma * G_NF)
-    return max(0.0, s * (offset + c_F + (G_FN - s * mu * sigma * G_FF) * P_N) / 2)
+    P_N = -contact.c_N / (contact.G_NN - s * mu * sigma * contact.G_NF)
+    return max(0.0, s * (contact.offset + contact.c_F + (contact.G_FN - s * mu * sigma * contact.G_FF) * P_N) / 2)
 
 
 @kernel
@@ -118,37 +173,45 @@ def stick(G_NN, G_NF, G_FN, G_FF, c_N, c_F):
 
 
 @kernel
-def candidate_impulses(candidate, laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset):
+def stick_contact(contact):
+    """``stick`` of a contact."""
+    return stick(contact.G_NN, contact.G_NF, contact.G_FN, contact.G_FF, contact.c_N, contact.c_F)
+
+
+@kernel
+def candidate_impulses(candidate, contact, laws):
     """(P_N, P_F) of one candidate."""
     if candidate == FREE:
         return 0.0, 0.0
     if candidate == STICK:
-        P_N, P_F, _ = stick(G_NN, G_NF, G_FN, G_FF, c_N, c_F)
+        P_N, P_F, _ = stick_contact(contact)
         return P_N, P_F
-    P_N, P_F, _, _ = slide(laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, slip_of(candidate), sigma_of(candidate))
+    P_N, P_F, _, _ = slide(contact, laws, slip_of(candidate), sigma_of(candidate))
     return P_N, P_F
 
 
 @rare_kernel
-def admissible(kind, laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, tolerance):
+def admissible(contact, laws, tolerance):
     """Bits of all admissible candidates, and bits of the sliding ones with D > 0."""
     found = 0
     stable = 0
-    is_bilateral = kind == BILATERAL
-    if not is_bilateral and c_N >= 0.0:
+    is_bilateral = contact.kind == BILATERAL
+    is_smoothed = laws[contact.law, LAW_CODE] == SMOOTHED
+    if not is_bilateral and contact.c_N >= 0.0:
         found |= 1 << FREE
-    if laws[i, LAW_CODE] != SMOOTHED:
-        P_N, P_F, exists = stick(G_NN, G_NF, G_FN, G_FF, c_N, c_F)
+    if not is_smoothed:
+        P_N, P_F, exists = stick_contact(contact)
         reach = abs(P_N) if is_bilateral else P_N
-        if exists and reach >= 0.0 and abs(P_F) <= static_coefficient(laws, i) * reach * (1.0 + tolerance):
+        if exists and reach >= 0.0 and abs(P_F) <= static_coefficient(laws, contact.law) * reach * (1.0 + tolerance):
             found |= 1 << STICK
     for candidate in range(SLIDE_PLUS, PULL_MINUS + 1 if is_bilateral else PULL_PLUS):
         s = slip_of(candidate)
         sigma = sigma_of(candidate)
-        P_N, P_F, gamma_F, D = slide(laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, s, sigma)
-        if laws[i, LAW_CODE] == SMOOTHED:
-            gamma_F += offset  # no sticking: the sign is that of the velocity in the middle of the step
-        if sigma * P_N >= 0.0 and s * gamma_F > -tolerance * (abs(c_F) + abs(G_FN * P_N)) and P_N != 0.0:
+        P_N, P_F, gamma_F, D = slide(contact, laws, s, sigma)
+        if is_smoothed:
+            gamma_F += contact.offset  # no sticking: the sign is that of the velocity in the middle of the step
+        slack = tolerance * (abs(contact.c_F) + abs(contact.G_FN * P_N))
+        if sigma * P_N >= 0.0 and s * gamma_F > -slack and P_N != 0.0:
             found |= 1 << candidate
             if D > 0.0:
                 stable |= 1 << candidate
@@ -181,91 +244,72 @@ def choose(found, stable, was_stuck, previous_slip, selection):
 
 
 @kernel
-def solve_single(kind, laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, was_stuck, previous_slip, selection):
-    """Solve one planar frictional contact.
-
-    Returns (candidate, P_N, P_F, found): the candidate taken, its impulses, and the bits of all admissible ones.
-    """
-    if kind != BILATERAL and previous_slip != 0 and laws[i, LAW_CODE] != SMOOTHED:
+def solve_single(contact, laws):
+    """Solve a contact with friction, impulses to ``contact``: (candidate taken, bits of all admissible ones)."""
+    slip = contact.slip
+    if contact.kind != BILATERAL and slip != 0 and laws[contact.law, LAW_CODE] != SMOOTHED:
         # Sliding on with p > 0 excludes every other mode, so the others need not be tried (67 ns -> 15 ns).
-        P_N, P_F, gamma_F, p = slide(laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, previous_slip, 1)
-        if p > 0.0 and P_N > 0.0 and previous_slip * gamma_F > 0.0:
-            candidate = SLIDE_PLUS if previous_slip > 0 else SLIDE_MINUS
-            return candidate, P_N, P_F, 1 << candidate
-    found, stable = admissible(kind, laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, 0.0)
+        P_N, P_F, gamma_F, p = slide(contact, laws, slip, 1)
+        if p > 0.0 and P_N > 0.0 and slip * gamma_F > 0.0:
+            candidate = SLIDE_PLUS if slip > 0 else SLIDE_MINUS
+            contact.P_N, contact.P_F = P_N, P_F
+            return candidate, 1 << candidate
+    found, stable = admissible(contact, laws, 0.0)
     if found == 0:
-        found, stable = admissible(kind, laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset, BOUNDARY)
-    candidate = choose(found, stable, was_stuck, previous_slip, selection)
-    if candidate == NO_CANDIDATE:
-        return candidate, 0.0, 0.0, found
-    P_N, P_F = candidate_impulses(candidate, laws, i, G_NN, G_NF, G_FN, G_FF, c_N, c_F, offset)
-    return candidate, P_N, P_F, found
+        found, stable = admissible(contact, laws, BOUNDARY)
+    candidate = choose(found, stable, contact.was_stuck == 1, slip, contact.selection)
+    contact.P_N, contact.P_F = 0.0, 0.0
+    if candidate != NO_CANDIDATE:
+        contact.P_N, contact.P_F = candidate_impulses(candidate, contact, laws)
+    return candidate, found
 
 
 @kernel
-def solve_given_force(laws, i, G_FF, c_F, offset, P_N, was_stuck, previous_slip):
-    """Friction under a given normal impulse P_N >= 0: (candidate, P_F). There is always one solution.
-
-    With G_NF = 0 and G_NN = 1, c_N = -P_N the contact of this module is one whose normal impulse is P_N.
-    """
-    candidate, _, P_F, _ = solve_single(
-        GIVEN_FORCE,
-        laws,
-        i,
-        1.0,
-        0.0,
-        0.0,
-        G_FF,
-        -P_N,
-        c_F,
-        offset,
-        was_stuck,
-        previous_slip,
-        Selection.COMPLIANT_LIMIT.value,
-    )
+def solve_given_force(contact, laws):
+    """Friction under a given normal impulse P_N >= 0: the candidate. There is always one solution."""
+    candidate, _ = solve_single(contact, laws)
     if candidate == NO_CANDIDATE:  # P_N = 0: no friction
-        return SLIDE_PLUS if c_F > 0.0 else SLIDE_MINUS, 0.0
-    return candidate, P_F
+        candidate = SLIDE_PLUS if contact.c_F > 0.0 else SLIDE_MINUS
+    if candidate >= SLIDE_PLUS and abs(contact.c_F + contact.G_FF * contact.P_F) <= STILL * abs(contact.c_F):
+        return STICK
+    return candidate
 
 
 @kernel
-def solve_alone(kind, d, laws, i, G, c, offset, normal_impulse, was_stuck, previous_slip, selection, P):
-    """The contact problem of one contact of any kind, impulses to P.
+def solve_alone(contact, laws):
+    """The contact problem of one contact of any kind, impulses to ``contact``.
 
     Returns (candidate, found, error): the candidate that names what the contact does, NO_CANDIDATE where there is no
     solution; the bits of all admissible ones; and the velocity that is left where there should be none.
     """
-    if kind == GIVEN_FORCE:
-        candidate, P[0] = solve_given_force(laws, i, G[0, 0], c[0], offset[0], normal_impulse, was_stuck, previous_slip)
-        if candidate >= SLIDE_PLUS and abs(c[0] + G[0, 0] * P[0]) <= STILL * abs(c[0]):
-            candidate = STICK
+    c_N, c_F = contact.c_N, contact.c_F
+    if contact.kind == GIVEN_FORCE:
+        candidate = solve_given_force(contact, laws)
         return candidate, 1 << candidate, 0.0
-    if d == 0:
-        P[0] = -c[0] / G[0, 0] if kind == BILATERAL or c[0] < 0.0 else 0.0
-        candidate = FREE if kind != BILATERAL and c[0] > 0.0 else STICK
+    if contact.d == 0:
+        contact.P_N = -c_N / contact.G_NN if contact.kind == BILATERAL or c_N < 0.0 else 0.0
+        candidate = FREE if contact.kind != BILATERAL and c_N > 0.0 else STICK
         return candidate, 1 << candidate, 0.0
-    candidate, P[0], P[1], found = solve_single(
-        kind, laws, i, G[0, 0], G[0, 1], G[1, 0], G[1, 1], c[0], c[1], offset[1], was_stuck, previous_slip, selection
-    )
+    candidate, found = solve_single(contact, laws)
     if candidate == NO_CANDIDATE:
         return candidate, 0, 0.0
     if candidate == FREE:
-        return (candidate if c[0] > STILL * (c[0] + abs(c[1])) else closed_mode(c)), found, 0.0
-    error = abs(c[0] + G[0, 0] * P[0] + G[0, 1] * P[1])
-    gamma_F = abs(c[1] + G[1, 0] * P[0] + G[1, 1] * P[1])
+        return (candidate if c_N > STILL * (c_N + abs(c_F)) else closed_mode(c_N, c_F)), found, 0.0
+    error = abs(c_N + contact.G_NN * contact.P_N + contact.G_NF * contact.P_F)
+    gamma_F = abs(c_F + contact.G_FN * contact.P_N + contact.G_FF * contact.P_F)
     if candidate == STICK:
         error = max(error, gamma_F)
-    elif gamma_F <= STILL * (abs(c[0]) + abs(c[1])):
+    elif gamma_F <= STILL * (abs(c_N) + abs(c_F)):
         candidate = STICK  # its impulse lies on the border of the cone, but it does not move
     return candidate, found, error
 
 
 @rare_kernel
-def closed_mode(c):
+def closed_mode(c_N, c_F):
     """The candidate of a contact without impulse that does not part."""
-    if abs(c[1]) <= STILL * (abs(c[0]) + abs(c[1])):
+    if abs(c_F) <= STILL * (abs(c_N) + abs(c_F)):
         return STICK
-    return SLIDE_PLUS if c[1] > 0.0 else SLIDE_MINUS
+    return SLIDE_PLUS if c_F > 0.0 else SLIDE_MINUS
 
 
 @kernel

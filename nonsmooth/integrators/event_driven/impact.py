@@ -17,8 +17,8 @@ from __future__ import annotations
 import math
 
 from nonsmooth.contact.islands import find_islands, spread_strike
-from nonsmooth.contact.planar.ladder import Route, solve_planar
-from nonsmooth.contact.planar.single import NO_CANDIDATE, Selection, count, solve_single, stick
+from nonsmooth.contact.planar.ladder import Route, solve_one_of_many, solve_planar
+from nonsmooth.contact.planar.single import Selection, count, stick
 from nonsmooth.errors import Status
 from nonsmooth.integrators.event_driven.touch import Touch
 from nonsmooth.integrators.moreau_jean.energy_gain import note_gain
@@ -28,10 +28,10 @@ from nonsmooth.integrators.rigid.modes import NEARLY_SINGULAR, RigidContacts
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem
-from nonsmooth.mechanics.contact_problem import add_restitution, row_velocities
+from nonsmooth.mechanics.contact_problem import add_restitution, fill_problem, row_velocities
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
 from nonsmooth.mechanics.laws import LAW_E_F, friction_coefficient, static_coefficient
-from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL, ContactMode
+from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL
 from nonsmooth.numerics.dense import SINGULAR
 
 CONE = 2.0 * NEARLY_SINGULAR  # P_F/P_N exceeds mu by the part p/(G_NN - p), where a slide ends before p is exactly 0
@@ -112,39 +112,29 @@ def impact_of(island, model, p, t, x, must_stick, has_restitution, n_touching, s
 def find_impulses(n_k, must_stick, contacts, touch):
     """Solve for work.P; False where there is no solution. Their number is left in touch.planar.found, and the modes of
     a single contact in touch.planar.bits."""
-    work, kinds, laws = contacts.work, contacts.kinds, contacts.laws
+    work, kinds, laws, planar = contacts.work, contacts.kinds, contacts.laws, touch.planar
     G, c, P = work.G, work.c, work.P
     selection = Selection.IMPACT.value if must_stick else contacts.facts.selection
+    fill_problem(n_k, selection, kinds, laws, touch.none, contacts.mode, contacts.slip, work)
     for k in range(n_k):
-        i = work.closed[k]
         b = work.start[k + 1] - 1
-        touch.offset[b] = (1.0 - laws[i, LAW_E_F]) * work.gamma_0[b]
-        touch.planar.normal_impulse[k], touch.planar.found[k], touch.planar.bits[k] = 0.0, 1, 0
+        work.offset[b] = (1.0 - work.laws[k, LAW_E_F]) * work.gamma_0[b]
+        work.normal_impulse[k], planar.found[k], planar.bits[k] = 0.0, 1, 0
+    if n_k > 1:
+        route, _, _, _ = solve_planar(address(work), address(planar))
+        return route > Route.NO_SOLUTION
     i = work.closed[0]
-    if n_k == 1 and kinds[i, 1] == 0:
-        P[0] = -c[0] / G[0, 0]
-        if kinds[i, 0] == UNILATERAL:
-            P[0] = max(0.0, P[0])
-        return True
-    if n_k == 1 and must_stick:
-        if follows_own_law(i, kinds, laws) and impulses_of_lost_slide(laws, i, work.gamma_0, G, P):
+    follows_law = follows_own_law(i, kinds, laws)
+    if must_stick and kinds[i, 1] > 0:
+        if follows_law and impulses_of_lost_slide(laws, i, work.gamma_0, G, P):
             return True
         P[0], P[1], exists = stick(G[0, 0], G[0, 1], G[1, 0], G[1, 1], 0.0, c[1])
         reach = P[0] if kinds[i, 0] == UNILATERAL else abs(P[0])
         return exists and abs(P[1]) <= static_coefficient(laws, i) * reach * (1.0 + CONE)
-    if n_k == 1 and work.gamma_0[0] < 0.0 and follows_own_law(i, kinds, laws):
+    if work.gamma_0[0] < 0.0 and follows_law and kinds[i, 1] > 0:
         return impulses_by_law(laws, i, work.gamma_0, G, P)
-    if n_k == 1:
-        candidate, P[0], P[1], bits = solve_single(
-            kinds[i, 0], laws, i, G[0, 0], G[0, 1], G[1, 0], G[1, 1], c[0], c[1], touch.offset[1],
-            contacts.mode[i] == ContactMode.STICK, contacts.slip[i], selection,
-        )  # fmt: skip
-        touch.planar.found[0], touch.planar.bits[0] = count(bits), bits
-        return candidate != NO_CANDIDATE
-    route, _, _, _ = solve_planar(
-        n_k, work.closed, work.start, kinds, laws, G, c, touch.offset, touch.none, contacts.mode, contacts.slip,
-        selection, P, address(touch.planar),
-    )  # fmt: skip
+    route, planar.bits[0], _ = solve_one_of_many(0, work, planar)
+    planar.found[0] = count(planar.bits[0])
     return route > Route.NO_SOLUTION
 
 

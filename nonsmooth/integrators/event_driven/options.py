@@ -116,6 +116,7 @@ class EventDriven:
         facts.has, facts.n_u, facts.event, facts.follows_margin = has, n, START, 1
         numbers.atol, numbers.rtol, numbers.flight = self.atol, self.rtol, np.inf
         contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
+        arrays.forces.kinds[:], arrays.forces.laws[:] = system.kinds, system.laws
         decides = int(system.n_c > 1)
         arrays.forces.planar.can_decide_redundant = arrays.touch.planar.can_decide_redundant = decides
         ode.x[:n], ode.x[n : 2 * n] = q, u

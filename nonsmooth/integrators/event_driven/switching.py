@@ -67,7 +67,7 @@ from nonsmooth.integrators.rigid.rates import rigid_rates
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
-from nonsmooth.mechanics.contact_problem import evaluate_rows
+from nonsmooth.mechanics.contact_problem import Problem, evaluate_rows
 from nonsmooth.mechanics.laws import LAW_E_N
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
@@ -210,9 +210,7 @@ def settle(model, p, t, later, x, is_lost, state_at, contacts_at, touch_at, forc
             contacts.q[j] = x[j] + (touch.q[j] if is_ahead else 0.0)
             contacts.u[j] = x[n + j] + (touch.u[j] if is_ahead else 0.0)
         n_k = list_touching(contacts, touch, forces)
-        outcome, _, _ = forces_of_closed(
-            model, contacts.facts.has, later, contacts.q, contacts.u, p, n_k, contacts.kinds, contacts.laws, forces
-        )
+        outcome, _, _ = forces_of_closed(model, contacts.facts.has, later, contacts.q, contacts.u, p, n_k, forces)
         if outcome != Outcome.COMPLETE:
             return Status.NOT_FINITE.value if outcome == Outcome.NOT_FINITE else Status.NOT_SOLVED.value
         take_modes(attempt == 0, is_lost and attempt == 0, n_k, state, contacts, touch, forces)
@@ -300,10 +298,11 @@ def is_first_of(k, forces):
 @kernel
 def take_solution(island, n_k, state, contacts, touch, forces):
     """Take one of the solutions of an island by the selection rule; returns whether a contact slides before."""
-    work, planar, tree, kinds = forces.work, forces.planar, forces.planar.tree, contacts.kinds
+    work, tree, kinds, ranked = forces.work, forces.planar.tree, contacts.kinds, forces.reduced
     found = forces.number[island]
     kept = min(found, forces.candidate.shape[0], tree.modes.shape[0])
-    slides, has_hysteresis, bits, n = False, False, 0, 0
+    slides, has_hysteresis, bits = False, False, 0
+    ranked.n, ranked.r, ranked.selection = 0, 0, contacts.facts.selection
     for k in range(n_k):
         if forces.island[k] != island:
             continue
@@ -315,19 +314,15 @@ def take_solution(island, n_k, state, contacts, touch, forces):
         for m in range(kept):
             if touch.kind[i] == INCONSISTENT and forces.candidate[m, k] == STICK:
                 was_stuck = forces.la[m, work.start[k]] * touch.P[i, 0] > 0.0
-            tree.modes[m, n] = forces.candidate[m, k]
+            tree.modes[m, ranked.n] = forces.candidate[m, k]
             bits |= 1 << forces.candidate[m, k]
-        forces.contact[n], forces.member[n], forces.start[n] = k, i, work.start[k]
-        planar.mu[n], planar.was_stuck[n] = forces.mu[k], 1 if was_stuck or was_caught else 0
-        n += 1
-    take = select(
-        kept, n, forces.member, forces.start, kinds, planar.mu, work.G, planar.was_stuck, contacts.facts.selection,
-        tree,
-    )  # fmt: skip
+        add_ranked(k, was_stuck or was_caught, forces)
+    take, n = select(kept, view(address(ranked), Problem), tree), ranked.n
     is_noted = False
     is_indeterminate = found >= 3 or (found == 2 and (slides or n > 1 or not has_hysteresis))
     for m in range(n):
-        i, k, candidate = forces.member[m], forces.contact[m], tree.modes[take, m]
+        k, candidate = ranked.place[m], tree.modes[take, m]
+        i = work.closed[k]
         contacts.mode[i] = mode_of(candidate, kinds[i, 1])
         contacts.slip[i] = slip_of(candidate)
         contacts.sign[i] = 1
@@ -342,10 +337,27 @@ def take_solution(island, n_k, state, contacts, touch, forces):
             touch.kind[i] = INDETERMINATE
             is_noted = True
     for m in range(n):
-        contacts.several[forces.member[m]] = 1 if is_noted else 0
+        contacts.several[work.closed[ranked.place[m]]] = 1 if is_noted else 0
     if is_indeterminate:
         state.counters.several += 0 if slides and n == 1 else 1  # of these the steps are counted
     return slides
+
+
+@kernel
+def add_ranked(k, was_stuck, forces):
+    """Add closed contact k to those that the selection rule ranks, with what it asks: kind, friction, mode before, and
+    the block of G that says whether D < 0."""
+    work, ranked = forces.work, forces.reduced
+    n, r, first, i = ranked.n, ranked.r, work.start[k], work.closed[k]
+    ranked.place[n], ranked.start[n] = k, r
+    ranked.kinds[n, 0], ranked.kinds[n, 1] = forces.kinds[i, 0], forces.kinds[i, 1]
+    ranked.mu[n] = forces.mu[k]
+    ranked.mode[n] = ContactMode.STICK.value if was_stuck else ContactMode.OPEN.value
+    width = work.start[k + 1] - first
+    for a in range(width):
+        for b in range(width):
+            ranked.G[r + a, r + b] = work.G[first + a, first + b]
+    ranked.n, ranked.r = n + 1, r + width
 
 
 @kernel

@@ -40,7 +40,6 @@ class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"
     number: Array[Ints, "n_c"]  # island of a contact that strikes, -1 of others
     is_lost: Array[Ints, "n_c"]  # 1 where a slide has lost its force
     accumulates: Array[Floats, "n_c"]  # time that the bounces still take, which are given up; 0 where there are none
-    offset: Array[Floats, "r"]
     none: Array[Floats, "n_c", "1 + d"]  # zero impulses
     ledger: Array[Floats, N_LEDGER]
     q: Array[Floats, "n"]  # the change of the state a moment later

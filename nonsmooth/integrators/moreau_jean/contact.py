@@ -18,7 +18,9 @@ from nonsmooth.contact.planar.single import (
     SLIDE_PLUS,
     STICK,
     count,
+    give_impulses,
     solve_alone,
+    take_rows,
 )
 from nonsmooth.errors import Status
 from nonsmooth.integrators.records import (
@@ -26,7 +28,7 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
-from nonsmooth.mechanics.contact_problem import Work
+from nonsmooth.mechanics.contact_problem import Work, fill_problem
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
 from nonsmooth.mechanics.laws import LAW_E_F, depends_on_speed, friction_coefficient
 from nonsmooth.mechanics.system import ContactMode
@@ -38,22 +40,20 @@ class Scratch(Block, r="max(1, n_c * (1 + d))"):
     work: Work
     there: Work  # the acceleration-level problem at the state before the step
     planar: Array[Planar, "n = n_c"]
-    candidate: Array[Ints, "n_c"]  # the candidate taken by each closed contact
-    offset: Array[Floats, "r"]  # (1 - e_F) gamma_0
     rates: Array[Floats, 4, "r"]
     is_known: Array[Ints, 2]  # 1 once M and the rows were evaluated, for those that are constant
 
 
 @kernel("int64(int64[:, ::1], float64[:, ::1], int64, float64, int64, int64, int64)", short_loops=True)
 def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
-    """Solve the contact problem of the closed contacts: impulses to work.P, modes to scratch.candidate."""
+    """Solve the contact problem of the closed contacts: impulses to work.P, modes to work.candidate."""
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
     work = scratch.work
     for k in range(n_k):
         i = work.closed[k]
         if kinds[i, 1] > 0:
             a = work.start[k + 1] - 1
-            scratch.offset[a] = (1.0 - laws[i, LAW_E_F]) * work.gamma_0[a]
+            work.offset[a] = (1.0 - laws[i, LAW_E_F]) * work.gamma_0[a]
             if depends_on_speed(laws, i) and friction_coefficient(laws, i, abs(work.gamma_0[a])) < 0.0:
                 state.counters.failed_contact = i
                 return Status.NEGATIVE_FRICTION
@@ -67,12 +67,10 @@ def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
             follow_impact_law(laws, scratch)
         state.counters.solutions = found
         return Status.RUNNING
+    fill_problem(n_k, selection, kinds, laws, state.P, state.mode, state.slip, work)
     for k in range(n_k):
-        scratch.planar.normal_impulse[k] = dt * max(0.0, work.N[work.closed[k]])
-    route, found, pivots, residual = solve_planar(
-        n_k, work.closed, work.start, kinds, laws, work.G, work.c, scratch.offset, state.P, state.mode, state.slip,
-        selection, work.P, address(scratch.planar),
-    )  # fmt: skip
+        work.normal_impulse[k] = dt * max(0.0, work.N[work.closed[k]])
+    route, found, pivots, residual = solve_planar(address(work), address(scratch.planar))
     state.counters.found = 0
     state.counters.pivots += pivots
     if route <= Route.NO_SOLUTION:
@@ -85,8 +83,6 @@ def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
         state.counters.uncounted += 1
     if scratch.planar.is_shared == 1:
         state.counters.shared += 1
-    for k in range(n_k):
-        scratch.candidate[k] = scratch.planar.candidate[k]
     state.counters.solutions = found
     return Status.RUNNING
 
@@ -94,16 +90,19 @@ def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
 @kernel
 def solve_one(kinds, laws, dt, selection, state, scratch):
     """The single closed contact in closed form; returns the number of solutions."""
-    work = scratch.work
+    work, contact = scratch.work, scratch.planar.contact
     i, c = work.closed[0], work.c
-    candidate, found, error = solve_alone(
-        kinds[i, 0], kinds[i, 1], laws, i, work.G, c, scratch.offset, dt * max(0.0, work.N[i]),
-        state.mode[i] == ContactMode.STICK, state.slip[i], selection, work.P,
-    )  # fmt: skip
+    contact.kind, contact.d, contact.law = kinds[i, 0], kinds[i, 1], i
+    contact.was_stuck = 1 if state.mode[i] == ContactMode.STICK else 0
+    contact.slip, contact.selection = state.slip[i], selection
+    work.normal_impulse[0] = dt * max(0.0, work.N[i])
+    take_rows(0, work, contact)
+    candidate, found, error = solve_alone(contact, laws)
+    give_impulses(0, contact, work.P)
     state.counters.found = found
     if candidate == NO_CANDIDATE:
         return 0
-    scratch.candidate[0] = candidate
+    work.candidate[0] = candidate
     if error > 0.0:
         size = max(abs(c[0]), abs(c[1]))
         if error > state.worst.residual * size:
@@ -119,9 +118,9 @@ def follow_impact_law(laws, scratch):
     if impulses_by_law(laws, work.closed[0], gamma_0, G, P):
         gamma_F = gamma_0[1] + G[1, 0] * P[0] + G[1, 1] * P[1]
         if abs(gamma_F) <= BOUNDARY * abs(gamma_0[1]):
-            scratch.candidate[0] = STICK
+            work.candidate[0] = STICK
         else:
-            scratch.candidate[0] = SLIDE_PLUS if gamma_F > 0.0 else SLIDE_MINUS
+            work.candidate[0] = SLIDE_PLUS if gamma_F > 0.0 else SLIDE_MINUS
 
 
 @kernel

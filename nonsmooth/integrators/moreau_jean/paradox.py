@@ -49,7 +49,7 @@ def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, s
             state.counters.found = scratch.planar.bits[k]
         is_indeterminate = found >= 3 or (found == 2 and members > 1)
         has_several = has_several or is_indeterminate
-        candidate = scratch.candidate[k]
+        candidate = work.candidate[k]
         if candidate == STICK and state.mode[i] == ContactMode.SLIDE:
             a = work.start[k]
             mu = friction_coefficient(laws, i, abs(work.gamma_0[a + 1]))

@@ -210,7 +210,7 @@ def accept(has, kinds, laws, is_rigid, t, dt, theta, n, n_c, n_k, state, scratch
             for m in range(state.P.shape[1]):
                 state.P[i, m] = 0.0
             continue
-        candidate = scratch.candidate[k]
+        candidate = scratch.work.candidate[k]
         set_mode(t, i, mode_of(candidate, kinds[i, 1]), slip_of(candidate), k, kinds, state, work)
         shift = 0
         if kinds[i, 0] == GIVEN_FORCE:

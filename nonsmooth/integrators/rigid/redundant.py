@@ -233,13 +233,13 @@ def list_inequalities(m, slack, contacts):
             sign = 1.0
             if kind == BILATERAL:
                 sign = float(contacts.sign[i]) if not sticks else -1.0 if contacts.z[e] < 0.0 else 1.0
-            size = impulse_inequality(e, sign, e, 0.0, -slack, size, m, family)
+            size = impulse_inequality(e, sign, 0.0, -slack, size, m, family)
             if sticks:
                 reach = sign * static_coefficient(contacts.laws, i)
-                size = impulse_inequality(e, reach, e + 1, 1.0, -slack, size, m, family)
-                size = impulse_inequality(e, reach, e + 1, -1.0, -slack, size, m, family)
+                size = impulse_inequality(e, reach, 1.0, -slack, size, m, family)
+                size = impulse_inequality(e, reach, -1.0, -slack, size, m, family)
         elif kind == GIVEN_FORCE:
             reach = static_coefficient(contacts.laws, i) * contacts.la[i, 0] + slack
-            size = impulse_inequality(e, 1.0, e, 0.0, -reach, size, m, family)
-            size = impulse_inequality(e, -1.0, e, 0.0, -reach, size, m, family)
+            size = impulse_inequality(e, 1.0, 0.0, -reach, size, m, family)
+            size = impulse_inequality(e, -1.0, 0.0, -reach, size, m, family)
     return size

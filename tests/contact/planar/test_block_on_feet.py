@@ -84,11 +84,11 @@ def problems_of_a_run(name, n, monkeypatch):
     parameters, q0, u0 = SCENES[name]
     solve, problems = interpreted(solve_planar), []
 
-    def noting(n, closed, start, kinds, laws, G, c, *others):
-        route, found, pivots, residual = solve(n, closed, start, kinds, laws, G, c, *others)
-        planar, r = others[-1], start[n]
-        problem = (G[:r, :r], c[:r], others[-2][:r], planar.candidate[:n])
-        problems.append((*map(np.copy, problem), planar.is_counted == 1, route, found))
+    def noting(problem, planar):
+        route, found, pivots, residual = solve(problem, planar)
+        n, r = problem.n, problem.r
+        arrays = (problem.G[:r, :r], problem.c[:r], problem.P[:r], problem.candidate[:n])
+        problems.append((*map(np.copy, arrays), planar.is_counted == 1, route, found))
         return route, found, pivots, residual
 
     monkeypatch.setenv("NONSMOOTH_INTERPRET", "1")

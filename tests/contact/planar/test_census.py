@@ -7,8 +7,8 @@ from benchmarks.contacts import at_rest, struck_stack
 from nonsmooth.contact.planar.census import MATERIAL
 from nonsmooth.contact.planar.enumerate import Tree, enumerate_modes
 from nonsmooth.contact.planar.ladder import Route, pivot, solve_planar
-from nonsmooth.contact.planar.problem import Planar
-from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK, Selection
+from nonsmooth.contact.planar.problem import Planar, problem_of
+from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK
 from nonsmooth.contact.planar.single import slip_of as compiled_slip_of
 from nonsmooth.jit import interpreted, load_all
 from nonsmooth.jit.blocks import new
@@ -16,7 +16,7 @@ from nonsmooth.mechanics.laws import Coulomb, law_row
 from nonsmooth.mechanics.system import UNILATERAL
 
 N = 4  # contacts: 256 combinations of modes, more than are tried with each problem
-CLOSED, START, KINDS = np.arange(N), 2 * np.arange(N + 1), np.tile([UNILATERAL, 1], (N, 1))
+KINDS = np.tile([UNILATERAL, 1], (N, 1))
 slip_of = interpreted(compiled_slip_of)
 LOOKED_AT = 400  # problems on the way from one to another
 
@@ -26,26 +26,22 @@ class Steps:
 
     def __init__(self, mu):
         load_all((solve_planar, enumerate_modes, pivot))
-        self.block = new(Planar, n=N, d=1)
-        self.block.may_wait = 1
-        self.laws = np.array([law_row(Coulomb(m), 0.0, 0.0, "newton", {}) for m in mu])
-        self.P = np.zeros((N, 2))
-        self.mode, self.slip = np.zeros(N, dtype=np.int64), np.zeros(N, dtype=np.int64)
+        self.problem, self.planar = problem_of(KINDS, np.eye(2 * N), np.zeros(2 * N), mu, mu), new(Planar, n=N, d=1)
+        self.planar.may_wait = 1
+        self.problem.laws[:] = [law_row(Coulomb(m), 0.0, 0.0, "newton", {}) for m in mu]
 
     def solve(self, G, c):
         """(route, solutions, whether they were counted)"""
-        P, planar = np.zeros(2 * N), self.block
-        route, found, _, _ = solve_planar(
-            N, CLOSED, START, KINDS, self.laws, G, c, c, self.P, self.mode, self.slip, int(Selection.COMPLIANT_LIMIT),
-            P, self.block.address,
-        )  # fmt: skip
+        problem = self.problem
+        problem.G[:], problem.c[:], problem.offset[:] = G, c, c
+        route, found, _, _ = solve_planar(problem.address, self.planar.address)
         if route > Route.NO_SOLUTION:
-            self.P[:] = P.reshape(N, 2)
-            for k, candidate in enumerate(planar.candidate[:N]):
+            problem.previous_P[:] = problem.P.reshape(N, 2)
+            for k, candidate in enumerate(problem.candidate):
                 names = {FREE: ns.ContactMode.OPEN, STICK: ns.ContactMode.STICK}
-                self.mode[k] = names.get(candidate, ns.ContactMode.SLIDE)
-                self.slip[k] = slip_of(candidate) if candidate >= SLIDE_PLUS else 0
-        return route, found, planar.is_counted == 1
+                problem.mode[k] = names.get(candidate, ns.ContactMode.SLIDE)
+                problem.slip[k] = slip_of(candidate) if candidate >= SLIDE_PLUS else 0
+        return route, found, self.planar.is_counted == 1
 
 
 def random_problem(rng):
@@ -66,7 +62,8 @@ def test_a_paradox_on_the_way_is_seen_before_the_numbers_have_changed_by_a_hundr
         steps, last_regular = Steps(mu), None
         for s in np.linspace(0.0, 1.0, LOOKED_AT):
             G, c = (1.0 - s) * G_0 + s * G_1, (1.0 - s) * c_0 + s * c_1
-            expected, is_complete = enumerate_modes(N, CLOSED, START, KINDS, mu, mu, np.zeros(N), G, c, tree.address)
+            problem = problem_of(KINDS, G, c, mu, mu)
+            expected, is_complete = enumerate_modes(problem.address, tree.address)
             route, found, is_counted = steps.solve(G, c)
             assert is_complete and (route > Route.NO_SOLUTION or expected == 0)
             if expected == 1:

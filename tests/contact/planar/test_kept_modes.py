@@ -8,7 +8,7 @@ from benchmarks.scenes import row_of_blocks
 from benchmarks.stress_scenes import Tower, tower
 from nonsmooth.contact.planar import kept
 from nonsmooth.contact.planar import ladder as planar
-from nonsmooth.contact.planar.problem import Planar
+from nonsmooth.contact.planar.problem import Planar, problem_of
 from nonsmooth.contact.planar.single import SLIDE_MINUS, SLIDE_PLUS
 from nonsmooth.jit.blocks import new
 
@@ -49,17 +49,15 @@ def test_a_mode_that_no_longer_fits_is_refused():
     """Two sliding contacts, one of them now pulled away: P_N = -c/G < 0 does not satisfy P_N >= 0."""
     system = row_of_blocks(2)
     hold = ns.jit.interpreted(kept.hold_modes)
-    planar_arrays = new(Planar, n=2, d=1)
-    planar_arrays.mu[:] = planar_arrays.mu_static[:] = 0.3
-    G, P = np.eye(4), np.zeros(4)
-    problem = (2, np.arange(2), np.array([0, 2, 4]), system.kinds, G)
+    mu, planar_arrays = np.full(2, 0.3), new(Planar, n=2, d=1)
+    problem = problem_of(system.kinds, np.eye(4), np.zeros(4), mu, mu)
 
     def holds(c, *modes):
-        planar_arrays.candidate[:] = modes
-        return hold(*problem, c, P, planar_arrays)
+        problem.c[:], problem.candidate[:] = c, modes
+        return hold(problem, planar_arrays)
 
     pressed, pulled = np.array([-1.0, 2.0, -1.0, 2.0]), np.array([-1.0, 2.0, 1.0, 2.0])
     assert holds(pressed, SLIDE_PLUS, SLIDE_PLUS)
-    assert P == pytest.approx([1.0, -0.3, 1.0, -0.3])
+    assert problem.P == pytest.approx([1.0, -0.3, 1.0, -0.3])
     assert not holds(pulled, SLIDE_PLUS, SLIDE_PLUS)
     assert not holds(pressed, SLIDE_PLUS, SLIDE_MINUS)  # slides the other way

@@ -7,13 +7,24 @@ import pytest
 
 from nonsmooth.contact.blocks.nsgs import local_planar
 from nonsmooth.contact.planar.enumerate import Tree, enumerate_modes
-from nonsmooth.contact.planar.single import Selection, count, solve_single
+from nonsmooth.contact.planar.problem import problem_of
+from nonsmooth.contact.planar.single import Contact, Selection, count, solve_single
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.laws import Coulomb, law_row
 from nonsmooth.mechanics.system import BILATERAL, UNILATERAL
 
-single = interpreted(solve_single)
+
+def single(kind, mu, rows, was_stuck=False, slip=0, selection=Selection.COMPLIANT_LIMIT):
+    """(candidate, P_N, P_F, found) of a contact with ``rows`` G_NN, G_NF, G_FF, c_N, c_F."""
+    contact = new(Contact)
+    contact.kind, contact.d, contact.was_stuck, contact.slip, contact.selection = kind, 1, was_stuck, slip, selection
+    contact.G_NN, contact.G_NF, contact.G_FF, contact.c_N, contact.c_F = rows
+    contact.G_FN, contact.offset = contact.G_NF, contact.c_F
+    candidate, found = interpreted(solve_single)(contact, laws_of(mu))
+    return candidate, contact.P_N, contact.P_F, found
+
+
 popcount = interpreted(count)
 
 
@@ -38,7 +49,7 @@ def test_a_sweep_takes_a_mode_that_the_enumeration_of_one_contact_finds():
         for rule in Selection:
             for was_stuck in (False, True):
                 for slip in (-1, 0, 1):
-                    _, *P, _ = single(UNILATERAL, laws_of(mu), 0, C, B, B, A, c_N, c_F, c_F, was_stuck, slip, rule)
+                    _, *P, _ = single(UNILATERAL, mu, (C, B, A, c_N, c_F), was_stuck, slip, rule)
                     found.append(P)
         assert min(np.abs(np.subtract(P, (P_N, P_F))).max() for P in found) <= 1e-9 * (1 + abs(P_N) + abs(P_F))
 
@@ -48,7 +59,7 @@ def test_one_contact_has_one_solution_or_three(kind):
     rng = np.random.default_rng(1)
     for _ in range(3000):
         C, B, A, c_N, c_F, mu = random_contact(rng)
-        *_, found = single(kind, laws_of(mu), 0, C, B, B, A, c_N, c_F, c_F, False, 0, Selection.COMPLIANT_LIMIT)
+        *_, found = single(kind, mu, (C, B, A, c_N, c_F))
         assert popcount(found) in (1, 3)
 
 
@@ -56,9 +67,7 @@ def test_solution_of_one_contact_satisfies_the_inclusions():
     rng = np.random.default_rng(2)
     for _ in range(2000):
         C, B, A, c_N, c_F, mu = random_contact(rng)
-        _, P_N, P_F, _ = single(
-            UNILATERAL, laws_of(mu), 0, C, B, B, A, c_N, c_F, c_F, False, 0, Selection.COMPLIANT_LIMIT
-        )
+        _, P_N, P_F, _ = single(UNILATERAL, mu, (C, B, A, c_N, c_F))
         gamma_N, gamma_F = c_N + C * P_N + B * P_F, c_F + B * P_N + A * P_F
         small = 1e-11 * (abs(c_N) + abs(c_F)) * (1 + abs(P_N) * C / (abs(c_N) + abs(c_F)))
         assert P_N >= 0 and gamma_N >= -small and abs(P_N * gamma_N) <= small * (1 + P_N)
@@ -69,10 +78,10 @@ def test_solution_of_one_contact_satisfies_the_inclusions():
 def test_a_contact_that_stuck_keeps_sticking_where_it_may():
     mu, C, B, A = 2.0, 1.0, -0.9, 1.2
     # p_- = C + mu B < 0 and c_N > 0: free, slide and stick are all admissible
-    arguments = (UNILATERAL, laws_of(mu), 0, C, B, B, A, 0.5, -1.0, -1.0)
-    candidate, *_, found = single(*arguments, True, 0, Selection.COMPLIANT_LIMIT)
+    arguments = (UNILATERAL, mu, (C, B, A, 0.5, -1.0))
+    candidate, *_, found = single(*arguments, was_stuck=True)
     assert (candidate, popcount(found)) == (1, 3)
-    candidate, *_ = single(*arguments, False, -1, Selection.COMPLIANT_LIMIT)
+    candidate, *_ = single(*arguments, slip=-1)
     assert candidate == 0
 
 
@@ -115,13 +124,13 @@ def _admissible(mode, P, gamma, i, mu):
 def test_enumeration_finds_what_brute_force_finds(n):
     rng = np.random.default_rng(n)
     tree = new(Tree, n=n, r=2 * n)
-    closed, start = np.arange(n), 2 * np.arange(n + 1)
     kinds = np.tile([UNILATERAL, 1], (n, 1))
     several = 0
     for _ in range(60):
         W = rng.normal(size=(2 * n, 2 * n + 1))
         G, c, mu = W @ W.T, rng.normal(size=2 * n), rng.uniform(0, 8, n)
-        found, is_complete = enumerate_modes(n, closed, start, kinds, mu, mu, np.zeros(n), G, c, tree.address)
+        problem = problem_of(kinds, G, c, mu, mu)
+        found, is_complete = enumerate_modes(problem.address, tree.address)
         expected = brute_force(G, c, mu)
         assert is_complete
         assert found == len(expected)
@@ -138,10 +147,10 @@ def test_contacts_listed_before_leave_nothing_behind():
     used, fresh = (new(Tree, n=2, r=4) for _ in range(2))
 
     def solve(tree, d_0, G, c, mu):
-        kinds, start = np.array([[UNILATERAL, d_0], [UNILATERAL, 1]]), np.array([0, 1 + d_0, 3 + d_0])
-        G, c = G[: start[-1], : start[-1]].copy(), c[: start[-1]].copy()
-        found, _ = enumerate_modes(2, np.arange(2), start, kinds, mu, mu, np.zeros(2), G, c, tree.address)
-        return tree.solutions[:found, : start[-1]].copy()
+        kinds, r = np.array([[UNILATERAL, d_0], [UNILATERAL, 1]]), 3 + d_0
+        problem = problem_of(kinds, G[:r, :r], c[:r], mu, mu)
+        found, _ = enumerate_modes(problem.address, tree.address)
+        return tree.solutions[:found, :r].copy()
 
     for _ in range(40):
         W = rng.normal(size=(4, 6))

@@ -11,7 +11,7 @@ from benchmarks.stress_scenes import Tower, stack, tower
 from nonsmooth.contact.planar.enumerate import Tree, enumerate_modes
 from nonsmooth.contact.planar.ladder import exceeds_enumeration
 from nonsmooth.contact.planar.newton import solve_by_newton
-from nonsmooth.contact.planar.problem import ACCEPTED, UNIT, Planar, residual
+from nonsmooth.contact.planar.problem import ACCEPTED, UNIT, Planar, problem_of, residual
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, MASS, NORMAL, TANGENT, UNILATERAL, evaluate
@@ -23,25 +23,19 @@ class Many:
     """A problem of n contacts and the memory to solve it in; ``given`` are the normal impulses of given forces."""
 
     def __init__(self, G, c, mu, kinds=None, given=0.0):
-        n = len(mu)
-        self.n, self.G, self.c = n, np.ascontiguousarray(G), np.ascontiguousarray(c)
-        self.kinds = np.array([(UNILATERAL, 1)] * n if kinds is None else kinds)
-        rows = self.kinds[:, 1] + (self.kinds[:, 0] != GIVEN_FORCE)
-        self.start, self.closed = np.concatenate(([0], np.cumsum(rows))), np.arange(n)
-        self.block = new(Planar, n=n, d=1)
-        self.planar = self.block
-        self.planar.mu[:] = self.planar.mu_static[:] = mu
-        self.planar.normal_impulse[:] = given
+        table = np.array([(UNILATERAL, 1)] * len(mu) if kinds is None else kinds)
+        self.problem, self.planar = problem_of(table, G, c, mu, mu), new(Planar, n=len(mu), d=1)
+        self.problem.normal_impulse[:] = given
 
     def solve(self, before=None):
-        P, before = np.zeros(len(self.c)), np.zeros((self.n, 2)) if before is None else before
+        self.problem.previous_P[:] = 0.0 if before is None else before
         solve_by_newton.load()
-        found = solve_by_newton(self.n, self.closed, self.start, self.kinds, self.G, self.c, before, P,
-                                self.block.address)  # fmt: skip
-        return found, P
+        found = solve_by_newton(self.problem.address, self.planar.address)
+        return found, self.problem.P.copy()
 
     def residual(self, P):
-        return interpreted(residual)(self.n, self.closed, self.start, self.kinds, self.G, self.c, P, self.planar)
+        self.problem.P[:] = P
+        return interpreted(residual)(self.problem, self.planar)
 
 
 def free_fall(system):
@@ -127,7 +121,7 @@ def test_mixed_kinds_of_contact_have_a_solution_of_the_enumeration():
         found, P = (many := Many(G, c, mu, kinds, given)).solve()
         tree = new(Tree, n=5, r=7)
         enumerate_modes.load()
-        count, _ = enumerate_modes(5, many.closed, many.start, many.kinds, mu, mu, given, G, c, tree.address)
+        count, _ = enumerate_modes(many.problem.address, tree.address)
         assert found == (count > 0)
         several += count > 1
         if found:
@@ -151,9 +145,7 @@ def test_impulses_of_the_step_before_are_kept_where_they_still_hold():
 def test_interpreted_source_takes_the_same_steps():
     G, c, _ = free_fall(stack(4, Tower(ratio=10.0)))
     compiled, twin = Many(G, c, np.full(8, 0.3)), Many(G, c, np.full(8, 0.3))
-    P = np.zeros(16)
-    found = interpreted(solve_by_newton)(8, twin.closed, twin.start, twin.kinds, twin.G, twin.c, np.zeros((8, 2)), P,
-                                         twin.planar)  # fmt: skip
+    found, P = interpreted(solve_by_newton)(twin.problem, twin.planar), twin.problem.P
     both, Q = compiled.solve()
     assert found and both
     assert np.abs(P - Q).max() <= 1e-12 * np.abs(Q).max()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from nonsmooth.contact.planar.problem import Planar
+from nonsmooth.contact.planar.problem import Planar, problem_of
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.system import BILATERAL, UNILATERAL
@@ -17,12 +17,9 @@ SLIP = {PLUS: 1, MINUS: -1, PULL_PLUS: 1, PULL_MINUS: -1}
 
 def solutions(G, c, mu, kinds):
     """Impulses found, (found, 2 n)."""
-    n = len(mu)
-    block = new(Planar, n=n, d=1)
-    planar = block
-    planar.mu[:] = planar.mu_static[:] = mu
-    table = np.array([(kind, 1) for kind in kinds])
-    found = enumerate_redundant(n, np.arange(n), 2 * np.arange(n + 1), table, G, G, c, np.zeros(2 * n), block.address)
+    problem = problem_of(np.array([(kind, 1) for kind in kinds]), G, c, mu, mu)
+    planar = new(Planar, n=len(mu), d=1)
+    found = enumerate_redundant(problem.address, G, planar.address)
     return planar.tree.solutions[:found].copy(), planar.tree.modes[:found].copy()
 
 
