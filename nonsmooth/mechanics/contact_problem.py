@@ -20,7 +20,7 @@ from typing import Any
 from nonsmooth.errors import Status
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
-from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N, LAW_WIDTH
+from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N, LAW_WIDTH, copy_friction
 from nonsmooth.mechanics.system import (
     BILATERAL,
     DAMPING,
@@ -58,7 +58,7 @@ class Problem(Block, r="max(1, n_c * (1 + d))"):
     closed: Array[Ints, "n_c"]  # number of each contact in the system
     start: Array[Ints, "n_c + 1"]  # its first row
     kinds: Array[Ints, "n_c", 2]  # unilateral, bilateral or given force; its directions of friction
-    laws: Array[Floats, "n_c", LAW_WIDTH]
+    laws: Array[Floats, "n_c", LAW_WIDTH]  # of friction alone
     G: Array[Floats, "r", "r"]  # Delassus matrix
     c: Array[Floats, "r"]  # velocities without impulses
     offset: Array[Floats, "r"]  # (1 - e_F) gamma_F before the step: mu(v) is taken at half offset + gamma_F
@@ -411,18 +411,23 @@ def add_restitution(n_k, kinds, laws, feedback, work):
 
 
 @kernel
-def fill_problem(n, selection, kinds, laws, previous_P, mode, slip, problem):
+def fill_problem(n, selection, kinds, laws, mode, slip, problem):
     """What the problem of the n contacts in ``problem.closed`` must know of these beside rows, G and c: from the tables
-    of the system, and the impulses and modes before."""
+    of the system, and their modes before."""
     problem.n, problem.r, problem.selection = n, problem.start[n], selection
     for k in range(n):
         i = problem.closed[k]
         problem.kinds[k, 0], problem.kinds[k, 1] = kinds[i, 0], kinds[i, 1]
         problem.mode[k], problem.slip[k] = mode[i], slip[i]
-        for m in range(laws.shape[1]):
-            problem.laws[k, m] = laws[i, m]
-        for m in range(previous_P.shape[1]):
-            problem.previous_P[k, m] = previous_P[i, m]
+        copy_friction(laws, i, problem.laws, k)
+
+
+@kernel
+def recall_impulses(P, problem):
+    """The impulses before, (n_c, 1 + d), of the contacts of a problem."""
+    for k in range(problem.n):
+        for m in range(P.shape[1]):
+            problem.previous_P[k, m] = P[problem.closed[k], m]
 
 
 @kernel

@@ -195,6 +195,14 @@ def friction_coefficient(laws, i, v):
 
 
 @kernel
+def copy_friction(laws, i, out, k):
+    """The law of friction of contact i to row k of ``out``: written out, for loops over six numbers take longer."""
+    a, b, c, d, e = LAW_C, LAW_C + 1, LAW_C + 2, LAW_C + 3, LAW_C + 4
+    out[k, LAW_CODE] = laws[i, LAW_CODE]
+    out[k, a], out[k, b], out[k, c], out[k, d], out[k, e] = laws[i, a], laws[i, b], laws[i, c], laws[i, d], laws[i, e]
+
+
+@kernel
 def static_coefficient(laws, i):
     """Largest |P_F| / P_N that contact i holds while it sticks; zero where the law has no sticking."""
     if laws[i, LAW_CODE] == STATIC_KINETIC:

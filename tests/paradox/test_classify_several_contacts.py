@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from benchmarks.contact_scenes import Block, block
 from models import RockingBlock
 
 
@@ -230,6 +231,13 @@ def test_more_contacts_than_are_enumerated_are_said_to_be_so(references):
     c = ns.classify(system, 0.0, np.ones(6), np.zeros(6))
     assert not c.is_complete and c.kind == ns.ParadoxKind.NOT_ENUMERATED
     assert "NOT_ENUMERATED" in str(c)
+
+
+def test_a_block_on_more_feet_than_are_tried_is_said_not_to_be_enumerated(monkeypatch):
+    """The interpreter refuses every index out of the arrays of 18 contacts, which compiled code would not."""
+    monkeypatch.setenv("NONSMOOTH_INTERPRET", "1")
+    c = ns.classify(block(20, Block()), 0.0, np.zeros(3), np.zeros(3))
+    assert not c.is_complete and c.kind == ns.ParadoxKind.NOT_ENUMERATED
 
 
 def test_eight_contacts_at_rest_are_enumerated(references):

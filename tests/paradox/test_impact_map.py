@@ -141,19 +141,19 @@ def test_seizure_of_the_sprag_slip_rod_is_its_only_impact():
 def test_velocity_step_from_an_indeterminate_state_has_three_solutions():
     # SYSTEMS D: mu = 2, th = 60 deg, th' = 6, u = -1, h = 1e-3, frozen configuration
     from models import PainleveRod
-    from nonsmooth.contact.planar.single import STICK, Contact, admissible, candidate_impulses
-    from nonsmooth.jit.blocks import new
+    from nonsmooth.contact.planar.problem import problem_of
+    from nonsmooth.contact.planar.single import STICK, admissible, candidate_impulses
+    from nonsmooth.mechanics.system import UNILATERAL
 
     rod, h = PainleveRod(mu=2.0), 1e-3
     (C, B), (_, A) = rod.delassus(math.pi / 3)
     for thdot, expected in [(6.0, [0.0, 0.006813606, 0.317141694]), (0.0, [0.33273015])]:
         c_N = h * rod.b(math.pi / 3, thdot)
         c_F = -1.0 + h * 0.5 * rod.l * thdot**2 * math.cos(math.pi / 3)
-        contact, laws = new(Contact), rod.system().laws
-        contact.G_NN, contact.G_NF, contact.G_FN, contact.G_FF = C, B, B, A
-        contact.c_N, contact.c_F, contact.offset = c_N, c_F, -1.0
-        bits, _ = interpreted(admissible)(contact, laws, 0.0)
-        found = [interpreted(candidate_impulses)(k, contact, laws) for k in range(4) if bits >> k & 1]
+        problem = problem_of(np.array([[UNILATERAL, 1]]), np.array([[C, B], [B, A]]), np.array([c_N, c_F]), 2.0, 2.0)
+        problem.laws[:], problem.offset[1] = rod.system().laws, -1.0
+        bits, _ = interpreted(admissible)(0, problem, 0.0)
+        found = [interpreted(candidate_impulses)(k, 0, problem) for k in range(4) if bits >> k & 1]
         assert sorted(P_N for P_N, _ in found) == pytest.approx(expected, abs=6e-9)
         assert bits >> STICK & 1
     assert found[0][1] == pytest.approx(0.44068589, abs=6e-9)

@@ -58,15 +58,12 @@ from nonsmooth.contact.planar.problem import (
 from nonsmooth.contact.planar.reduction import count_modes, reduce
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.contact.planar.single import (
-    NO_CANDIDATE,
     SLIDE_PLUS,
     STICK,
     STILL,
     count,
-    give_impulses,
     slip_of,
     solve_alone,
-    take_contact,
 )
 from nonsmooth.jit import interpreted, kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
@@ -116,7 +113,7 @@ def solve_planar(problem_at, planar_at):
                 island = view(address(planar.part), Problem)
             path, solutions, off = solve_island(island, planar)
         else:
-            path, bits, off = solve_one_of_many(planar.part.place[0], problem, planar)
+            path, bits, off = solve_uncoupled(planar.part.place[0], problem, planar)
             solutions = count(bits)
         if path <= Route.NO_SOLUTION:
             return path, 0, planar.pivots, off
@@ -155,26 +152,18 @@ def give_back(problem, part):
 
 
 @kernel
-def solve_one_of_many(k, problem, planar):
+def solve_uncoupled(k, problem, planar):
     """Contact k, to which no other is coupled: (route, bits of all admissible candidates, residual)."""
-    contact = planar.contact
-    take_contact(k, problem, contact)
-    candidate, bits, error = solve_alone(contact, problem.laws)
-    give_impulses(problem.start[k], contact, problem.P)
-    problem.candidate[k], planar.is_counted, planar.is_shared = candidate, 1, 0
+    bits, error = solve_alone(k, problem)
+    planar.is_counted, planar.is_shared = 1, 0
     scale = 0.0
     for a in range(problem.start[k], problem.start[k + 1]):
         scale = max(scale, abs(problem.c[a]))
     off = error / scale if scale > 0.0 else error
-    return route_alone(candidate, problem.mode[k], problem.slip[k]), bits, off
-
-
-@kernel
-def route_alone(candidate, mode, slip):
-    """The route of a contact in closed form."""
-    if candidate == NO_CANDIDATE:
-        return Route.NO_SOLUTION.value
-    return Route.KEPT_MODES.value if is_as_before(candidate, mode, slip) else Route.ALONE.value
+    if bits == 0:
+        return Route.NO_SOLUTION.value, 0, off
+    is_kept = is_as_before(problem.candidate[k], problem.mode[k], problem.slip[k])
+    return (Route.KEPT_MODES if is_kept else Route.ALONE).value, bits, off
 
 
 @kernel
@@ -515,24 +504,28 @@ def fill_columns(k, m, row, column, problem, planar):
 @rare_kernel
 def gauss_seidel(problem, planar):
     """Each contact solved in closed form with the others held, in turn, until the residual is accepted."""
-    contact = planar.contact
     for row in range(problem.r):
         problem.P[row] = 0.0
     for sweep in range(SWEEPS):
         for k in range(problem.n):
-            a, t = problem.start[k], problem.start[k + 1] - 1
-            take_contact(k, problem, contact)
-            if contact.kind != GIVEN_FORCE:
-                contact.c_N = local_velocity(a, k, problem)
-            contact.c_F = local_velocity(t, k, problem)
-            solve_alone(contact, problem.laws)
-            give_impulses(a, contact, problem.P)
+            relax(k, problem)
         if sweep % 10 == 9:
             residual(problem, planar)
             update_friction(problem, planar)
             if residual(problem, planar) <= ACCEPTED:
                 return True
     return False
+
+
+@kernel
+def relax(k, problem):
+    """Solve contact k with the others held: for as long their impulses count to its c."""
+    c, a, t = problem.c, problem.start[k], problem.start[k + 1] - 1
+    c_a, c_t = c[a], c[t]
+    local_a, local_t = local_velocity(a, k, problem), local_velocity(t, k, problem)
+    c[a], c[t] = local_a, local_t
+    solve_alone(k, problem)
+    c[a], c[t] = c_a, c_t
 
 
 @kernel

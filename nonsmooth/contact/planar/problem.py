@@ -28,11 +28,11 @@ from typing import Annotated as Array
 import numpy as np
 
 from nonsmooth.contact.planar.enumerate import MAX_SOLUTIONS, Tree
-from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK, Contact
+from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, new
 from nonsmooth.mechanics.contact_problem import Problem
-from nonsmooth.mechanics.laws import depends_on_speed, friction_coefficient
+from nonsmooth.mechanics.laws import copy_friction, depends_on_speed, friction_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL
 
 ACCEPTED = 1e-9  # largest relative residual of an accepted solution
@@ -119,7 +119,6 @@ class Planar(
     bits: Array[Ints, "n"]  # admissible candidates of a contact that is alone in its island, else 0
     is_counted: int  # whether the solutions of the last problem were counted, or certified to be one
     is_shared: int  # whether the impulses of the last problem are one share of many
-    contact: Contact  # one that is solved by itself
     part: Array[Part, "n_c = n"]  # an island
     rest: Array[Part, "n_c = n"]  # what a census looks at
     memory: Memory
@@ -149,8 +148,7 @@ def copy_part(m, problem, part):
         part.mu[e], part.mu_static[e] = problem.mu[k], problem.mu_static[k]
         part.normal_impulse[e] = problem.normal_impulse[k]
         part.mode[e], part.slip[e] = problem.mode[k], problem.slip[k]
-        for j in range(problem.laws.shape[1]):
-            part.laws[e, j] = problem.laws[k, j]
+        copy_friction(problem.laws, k, part.laws, e)
         for j in range(problem.previous_P.shape[1]):
             part.previous_P[e, j] = problem.previous_P[k, j]
         for row in range(problem.start[k], problem.start[k + 1]):

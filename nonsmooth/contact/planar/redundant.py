@@ -12,7 +12,7 @@ or shows that there is no x. On the family the inclusions are linear inequalitie
 which has a solution exactly where the family has an admissible member (least_share.py). So a block on two corners that
 stick is one solution with the least impulses, not an undecided branch.
 
-``modes.enumerate_modes`` is faster by orders of magnitude and comes first; this walk decides what it leaves open. Modes
+``enumerate_modes`` is faster by orders of magnitude and comes first; this walk decides what it leaves open. Modes
 that follow from others are not tried (implied.py), unless nothing is found without the rest.
 Source: Golub, Van Loan, *Matrix Computations*, section 5.5.
 """

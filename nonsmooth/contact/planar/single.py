@@ -10,7 +10,11 @@ SLIDE s, sigma  P_F = -s mu sigma P_N, P_N = -c_N / D,               sigma P_N >
 s is the sign of sliding, sigma that of P_N (+1 for a unilateral contact, where D is called p_s). At most three
 modes are admissible. If p_+ and p_- are positive there is one, else {free, slide p < 0, stick} may coexist, and for a
 bilateral contact {slide D > 0, stick, slide D < 0}; which one is taken is the selection rule. Impulses and velocities
-may as well be forces and accelerations. Source: Génot, Brogliato, *Eur. J. Mech. A* 18 (1999) 653.
+may as well be forces and accelerations. A contact is number k of a ``Problem`` (mechanics/contact_problem.py), in
+whose c the impulses of the others are, if they have any. Every closed contact that is solved by itself is solved here:
+the only one of a step or an impact, one to which no other is coupled, and each in turn of Gauss–Seidel.
+
+Source: Génot, Brogliato, *Eur. J. Mech. A* 18 (1999) 653.
 """
 
 from __future__ import annotations
@@ -18,7 +22,6 @@ from __future__ import annotations
 from enum import IntEnum
 
 from nonsmooth.jit import kernel, rare_kernel
-from nonsmooth.jit.blocks import Block
 from nonsmooth.mechanics.laws import LAW_CODE, SMOOTHED, depends_on_speed, friction_coefficient, static_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
 from nonsmooth.numerics.dense import SINGULAR
@@ -43,29 +46,6 @@ class Selection(IntEnum):
     IMPACT = 2
 
 
-class Contact(Block):
-    """One contact, all numbers: its kind, its rows, what was before, and the impulses of the answer.
-
-    A contact under a given normal impulse P_N has G_NN = 1, G_NF = G_FN = 0 and c_N = -P_N.
-    """
-
-    kind: int
-    d: int  # directions of friction: 0 or 1
-    law: int  # its row in the table of laws
-    was_stuck: int  # 0 or 1
-    slip: int  # sign of sliding before
-    selection: int  # the rule where there are several solutions
-    G_NN: float
-    G_NF: float
-    G_FN: float
-    G_FF: float
-    c_N: float
-    c_F: float
-    offset: float  # sliding velocity before the step, (1 - e_F) gamma_F, of which a law mu(v) takes the mean
-    P_N: float
-    P_F: float
-
-
 @kernel
 def slip_of(candidate):
     """Sign of sliding of a candidate."""
@@ -83,62 +63,48 @@ def sigma_of(candidate):
 
 
 @kernel
-def take_contact(k, problem, contact):
-    """Contact k of a problem without the others."""
-    contact.kind, contact.d, contact.law = problem.kinds[k, 0], problem.kinds[k, 1], k
-    contact.was_stuck = 1 if problem.mode[k] == ContactMode.STICK else 0
-    contact.slip, contact.selection = problem.slip[k], problem.selection
-    take_rows(k, problem, contact)
+def rows_of(k, problem):
+    """(G_NN, G_NF, G_FN, G_FF, c_N, c_F) of contact k; of a given normal impulse P_N as if G_NN = 1, c_N = -P_N."""
+    a, G, c = problem.start[k], problem.G, problem.c
+    if problem.kinds[k, 0] == GIVEN_FORCE:
+        return 1.0, 0.0, 0.0, G[a, a], -problem.normal_impulse[k], c[a]
+    t = a + 1
+    return G[a, a], G[a, t], G[t, a], G[t, t], c[a], c[t]
 
 
 @kernel
-def take_rows(k, problem, contact):
-    """The rows of contact k of a problem, of which the kind is known."""
-    a, t, G, c = problem.start[k], problem.start[k + 1] - 1, problem.G, problem.c
-    if contact.kind == GIVEN_FORCE:
-        contact.G_NN, contact.G_NF, contact.G_FN, contact.c_N = 1.0, 0.0, 0.0, -problem.normal_impulse[k]
-        contact.selection = Selection.COMPLIANT_LIMIT.value
-    else:
-        contact.G_NN, contact.G_NF, contact.G_FN, contact.c_N = G[a, a], G[a, t], G[t, a], c[a]
-    contact.G_FF, contact.c_F, contact.offset = G[t, t], c[t], problem.offset[t]
-
-
-@kernel
-def give_impulses(a, contact, P):
-    """The impulses of a contact to its rows, the first of which is a."""
-    if contact.kind == GIVEN_FORCE:
-        P[a] = contact.P_F
-        return
-    P[a] = contact.P_N
-    if contact.d > 0:
-        P[a + 1] = contact.P_F
-
-
-@kernel
-def slide(contact, laws, s, sigma):
+def slide(k, problem, s, sigma):
     """Sliding impulses (P_N, P_F, gamma_F, D) for given signs.
 
     A law mu(v) is taken at v = s (offset + gamma_F) / 2, the speed in the middle of the step; ``offset`` is the sliding
     velocity before it, gamma_F that after it. The scalar equation for v is solved by Newton steps inside a bracket.
     """
-    v = max(0.0, s * contact.offset)
-    if depends_on_speed(laws, contact.law):
-        v = mid_point_speed(contact, laws, v, s, sigma)
-    mu = friction_coefficient(laws, contact.law, v)
-    D = contact.G_NN - s * mu * sigma * contact.G_NF
-    P_N = -contact.c_N / D if D != 0.0 else -sigma * 1e300
+    G_NN, G_NF, G_FN, G_FF, c_N, c_F = rows_of(k, problem)
+    v = max(0.0, s * offset_of(k, problem))
+    if depends_on_speed(problem.laws, k):
+        v = mid_point_speed(k, problem, v, s, sigma)
+    mu = friction_coefficient(problem.laws, k, v)
+    D = G_NN - s * mu * sigma * G_NF
+    P_N = -c_N / D if D != 0.0 else -sigma * 1e300
     P_F = -s * mu * sigma * P_N
-    return P_N, P_F, contact.c_F + contact.G_FN * P_N + contact.G_FF * P_F, D
+    return P_N, P_F, c_F + G_FN * P_N + G_FF * P_F, D
+
+
+@kernel
+def offset_of(k, problem):
+    """The sliding velocity before the step of contact k."""
+    return problem.offset[problem.start[k + 1] - 1]
 
 
 @rare_kernel
-def mid_point_speed(contact, laws, v, s, sigma):
+def mid_point_speed(k, problem, v, s, sigma):
     """The speed v at which mu(v) leads to that very speed in the middle of the step; starts from a guess."""
-    offset = contact.offset
-    high = max(0.0, s * (offset + contact.c_F - contact.G_FN * contact.c_N / contact.G_NN) / 2)
-    low, v = 0.0, min(v, high)
+    G_NN, _, G_FN, _, c_N, c_F = rows_of(k, problem)
+    offset = offset_of(k, problem)
+    low, high = 0.0, max(0.0, s * (offset + c_F - G_FN * c_N / G_NN) / 2)
+    v = min(v, high)
     for _ in range(SPEED_ITERATIONS):
-        excess = v - mid_speed(contact, s, sigma, friction_coefficient(laws, contact.law, v))
+        excess = v - mid_speed(k, problem, v, s, sigma)
         if abs(excess) <= 4e-16 * (abs(v) + abs(offset)):
             break
         if excess > 0.0:
@@ -146,8 +112,7 @@ def mid_point_speed(contact, laws, v, s, sigma):
         else:
             low = v
         step = 1e-7 * v + 1e-12 * abs(offset) + 1e-300
-        ahead = mid_speed(contact, s, sigma, friction_coefficient(laws, contact.law, v + step))
-        slope = (v + step - ahead - excess) / step
+        slope = (v + step - mid_speed(k, problem, v + step, s, sigma) - excess) / step
         v_new = v - excess / slope if slope > 0.0 else high
         v = v_new if low < v_new < high else 0.5 * (low + high)
         if not high - low > 4e-16 * high:
@@ -156,10 +121,12 @@ def mid_point_speed(contact, laws, v, s, sigma):
 
 
 @kernel
-def mid_speed(contact, s, sigma, mu):
-    """Sliding speed in the middle of the step that a friction coefficient would lead to, at least zero."""
-    P_N = -contact.c_N / (contact.G_NN - s * mu * sigma * contact.G_NF)
-    return max(0.0, s * (contact.offset + contact.c_F + (contact.G_FN - s * mu * sigma * contact.G_FF) * P_N) / 2)
+def mid_speed(k, problem, v, s, sigma):
+    """Sliding speed in the middle of the step that the friction coefficient mu(v) would lead to, at least zero."""
+    G_NN, G_NF, G_FN, G_FF, c_N, c_F = rows_of(k, problem)
+    mu = friction_coefficient(problem.laws, k, v)
+    P_N = -c_N / (G_NN - s * mu * sigma * G_NF)
+    return max(0.0, s * (offset_of(k, problem) + c_F + (G_FN - s * mu * sigma * G_FF) * P_N) / 2)
 
 
 @kernel
@@ -173,45 +140,46 @@ def stick(G_NN, G_NF, G_FN, G_FF, c_N, c_F):
 
 
 @kernel
-def stick_contact(contact):
-    """``stick`` of a contact."""
-    return stick(contact.G_NN, contact.G_NF, contact.G_FN, contact.G_FF, contact.c_N, contact.c_F)
+def stick_of(k, problem):
+    """``stick`` of contact k."""
+    G_NN, G_NF, G_FN, G_FF, c_N, c_F = rows_of(k, problem)
+    return stick(G_NN, G_NF, G_FN, G_FF, c_N, c_F)
 
 
 @kernel
-def candidate_impulses(candidate, contact, laws):
+def candidate_impulses(candidate, k, problem):
     """(P_N, P_F) of one candidate."""
-    if candidate == FREE:
+    if candidate == FREE or candidate == NO_CANDIDATE:
         return 0.0, 0.0
     if candidate == STICK:
-        P_N, P_F, _ = stick_contact(contact)
+        P_N, P_F, _ = stick_of(k, problem)
         return P_N, P_F
-    P_N, P_F, _, _ = slide(contact, laws, slip_of(candidate), sigma_of(candidate))
+    P_N, P_F, _, _ = slide(k, problem, slip_of(candidate), sigma_of(candidate))
     return P_N, P_F
 
 
 @rare_kernel
-def admissible(contact, laws, tolerance):
+def admissible(k, problem, tolerance):
     """Bits of all admissible candidates, and bits of the sliding ones with D > 0."""
     found = 0
     stable = 0
-    is_bilateral = contact.kind == BILATERAL
-    is_smoothed = laws[contact.law, LAW_CODE] == SMOOTHED
-    if not is_bilateral and contact.c_N >= 0.0:
+    _, _, G_FN, _, c_N, c_F = rows_of(k, problem)
+    is_bilateral = problem.kinds[k, 0] == BILATERAL
+    is_smoothed = problem.laws[k, LAW_CODE] == SMOOTHED
+    if not is_bilateral and c_N >= 0.0:
         found |= 1 << FREE
     if not is_smoothed:
-        P_N, P_F, exists = stick_contact(contact)
+        P_N, P_F, exists = stick_of(k, problem)
         reach = abs(P_N) if is_bilateral else P_N
-        if exists and reach >= 0.0 and abs(P_F) <= static_coefficient(laws, contact.law) * reach * (1.0 + tolerance):
+        if exists and reach >= 0.0 and abs(P_F) <= static_coefficient(problem.laws, k) * reach * (1.0 + tolerance):
             found |= 1 << STICK
     for candidate in range(SLIDE_PLUS, PULL_MINUS + 1 if is_bilateral else PULL_PLUS):
         s = slip_of(candidate)
         sigma = sigma_of(candidate)
-        P_N, P_F, gamma_F, D = slide(contact, laws, s, sigma)
+        P_N, P_F, gamma_F, D = slide(k, problem, s, sigma)
         if is_smoothed:
-            gamma_F += contact.offset  # no sticking: the sign is that of the velocity in the middle of the step
-        slack = tolerance * (abs(contact.c_F) + abs(contact.G_FN * P_N))
-        if sigma * P_N >= 0.0 and s * gamma_F > -slack and P_N != 0.0:
+            gamma_F += offset_of(k, problem)  # no sticking: the sign is that of the velocity in the middle of the step
+        if sigma * P_N >= 0.0 and s * gamma_F > -tolerance * (abs(c_F) + abs(G_FN * P_N)) and P_N != 0.0:
             found |= 1 << candidate
             if D > 0.0:
                 stable |= 1 << candidate
@@ -244,64 +212,69 @@ def choose(found, stable, was_stuck, previous_slip, selection):
 
 
 @kernel
-def solve_single(contact, laws):
-    """Solve a contact with friction, impulses to ``contact``: (candidate taken, bits of all admissible ones)."""
-    slip = contact.slip
-    if contact.kind != BILATERAL and slip != 0 and laws[contact.law, LAW_CODE] != SMOOTHED:
+def solve_single(k, problem):
+    """Solve contact k, which has friction, without the others: (candidate taken, P_N, P_F, bits of all admissible)."""
+    kind, slip = problem.kinds[k, 0], problem.slip[k]
+    if kind != BILATERAL and slip != 0 and problem.laws[k, LAW_CODE] != SMOOTHED:
         # Sliding on with p > 0 excludes every other mode, so the others need not be tried (67 ns -> 15 ns).
-        P_N, P_F, gamma_F, p = slide(contact, laws, slip, 1)
+        P_N, P_F, gamma_F, p = slide(k, problem, slip, 1)
         if p > 0.0 and P_N > 0.0 and slip * gamma_F > 0.0:
             candidate = SLIDE_PLUS if slip > 0 else SLIDE_MINUS
-            contact.P_N, contact.P_F = P_N, P_F
-            return candidate, 1 << candidate
-    found, stable = admissible(contact, laws, 0.0)
+            return candidate, P_N, P_F, 1 << candidate
+    found, stable = admissible(k, problem, 0.0)
     if found == 0:
-        found, stable = admissible(contact, laws, BOUNDARY)
-    candidate = choose(found, stable, contact.was_stuck == 1, slip, contact.selection)
-    contact.P_N, contact.P_F = 0.0, 0.0
-    if candidate != NO_CANDIDATE:
-        contact.P_N, contact.P_F = candidate_impulses(candidate, contact, laws)
-    return candidate, found
+        found, stable = admissible(k, problem, BOUNDARY)
+    was_stuck = problem.mode[k] == ContactMode.STICK
+    selection = Selection.COMPLIANT_LIMIT.value if kind == GIVEN_FORCE else problem.selection
+    candidate = choose(found, stable, was_stuck, slip, selection)
+    P_N, P_F = candidate_impulses(candidate, k, problem)
+    return candidate, P_N, P_F, found
 
 
 @kernel
-def solve_given_force(contact, laws):
-    """Friction under a given normal impulse P_N >= 0: the candidate. There is always one solution."""
-    candidate, _ = solve_single(contact, laws)
-    if candidate == NO_CANDIDATE:  # P_N = 0: no friction
-        candidate = SLIDE_PLUS if contact.c_F > 0.0 else SLIDE_MINUS
-    if candidate >= SLIDE_PLUS and abs(contact.c_F + contact.G_FF * contact.P_F) <= STILL * abs(contact.c_F):
-        return STICK
-    return candidate
+def solve_alone(k, problem):
+    """Solve contact k, of any kind, without the others; its impulses to P, what it does to problem.candidate.
 
-
-@kernel
-def solve_alone(contact, laws):
-    """The contact problem of one contact of any kind, impulses to ``contact``.
-
-    Returns (candidate, found, error): the candidate that names what the contact does, NO_CANDIDATE where there is no
-    solution; the bits of all admissible ones; and the velocity that is left where there should be none.
+    Returns (found, error): the bits of all admissible candidates, 0 where there is no solution, and the velocity that
+    is left where there should be none.
     """
-    c_N, c_F = contact.c_N, contact.c_F
-    if contact.kind == GIVEN_FORCE:
-        candidate = solve_given_force(contact, laws)
-        return candidate, 1 << candidate, 0.0
-    if contact.d == 0:
-        contact.P_N = -c_N / contact.G_NN if contact.kind == BILATERAL or c_N < 0.0 else 0.0
-        candidate = FREE if contact.kind != BILATERAL and c_N > 0.0 else STICK
-        return candidate, 1 << candidate, 0.0
-    candidate, found = solve_single(contact, laws)
+    kind, a, G, c, P = problem.kinds[k, 0], problem.start[k], problem.G, problem.c, problem.P
+    if kind == GIVEN_FORCE:
+        problem.candidate[k] = solve_given_force(k, problem)
+        return 1 << problem.candidate[k], 0.0
+    if problem.kinds[k, 1] == 0:
+        P[a] = -c[a] / G[a, a] if kind == BILATERAL or c[a] < 0.0 else 0.0
+        problem.candidate[k] = FREE if kind != BILATERAL and c[a] > 0.0 else STICK
+        return 1 << problem.candidate[k], 0.0
+    t = a + 1
+    candidate, P_N, P_F, found = solve_single(k, problem)
+    P[a], P[t], problem.candidate[k] = P_N, P_F, candidate
     if candidate == NO_CANDIDATE:
-        return candidate, 0, 0.0
+        return 0, 0.0
     if candidate == FREE:
-        return (candidate if c_N > STILL * (c_N + abs(c_F)) else closed_mode(c_N, c_F)), found, 0.0
-    error = abs(c_N + contact.G_NN * contact.P_N + contact.G_NF * contact.P_F)
-    gamma_F = abs(c_F + contact.G_FN * contact.P_N + contact.G_FF * contact.P_F)
+        if not c[a] > STILL * (c[a] + abs(c[t])):
+            problem.candidate[k] = closed_mode(c[a], c[t])
+        return found, 0.0
+    error = abs(c[a] + G[a, a] * P_N + G[a, t] * P_F)
+    gamma_F = abs(c[t] + G[t, a] * P_N + G[t, t] * P_F)
     if candidate == STICK:
         error = max(error, gamma_F)
-    elif gamma_F <= STILL * (abs(c_N) + abs(c_F)):
-        candidate = STICK  # its impulse lies on the border of the cone, but it does not move
-    return candidate, found, error
+    elif gamma_F <= STILL * (abs(c[a]) + abs(c[t])):
+        problem.candidate[k] = STICK  # its impulse lies on the border of the cone, but it does not move
+    return found, error
+
+
+@kernel
+def solve_given_force(k, problem):
+    """Friction under a given normal impulse P_N >= 0, to P: the candidate. There is always one solution."""
+    t = problem.start[k]
+    candidate, _, P_F, _ = solve_single(k, problem)
+    problem.P[t] = P_F
+    if candidate == NO_CANDIDATE:  # P_N = 0: no friction
+        candidate = SLIDE_PLUS if problem.c[t] > 0.0 else SLIDE_MINUS
+    if candidate >= SLIDE_PLUS and abs(problem.c[t] + problem.G[t, t] * P_F) <= STILL * abs(problem.c[t]):
+        return STICK
+    return candidate
 
 
 @rare_kernel

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 
 from nonsmooth.contact.islands import find_islands, spread_strike
-from nonsmooth.contact.planar.ladder import Route, solve_one_of_many, solve_planar
+from nonsmooth.contact.planar.ladder import Route, solve_planar, solve_uncoupled
 from nonsmooth.contact.planar.single import Selection, count, stick
 from nonsmooth.errors import Status
 from nonsmooth.integrators.event_driven.touch import Touch
@@ -28,7 +28,7 @@ from nonsmooth.integrators.rigid.modes import NEARLY_SINGULAR, RigidContacts
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem
-from nonsmooth.mechanics.contact_problem import add_restitution, fill_problem, row_velocities
+from nonsmooth.mechanics.contact_problem import add_restitution, fill_problem, recall_impulses, row_velocities
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
 from nonsmooth.mechanics.laws import LAW_E_F, friction_coefficient, static_coefficient
 from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL
@@ -115,12 +115,13 @@ def find_impulses(n_k, must_stick, contacts, touch):
     work, kinds, laws, planar = contacts.work, contacts.kinds, contacts.laws, touch.planar
     G, c, P = work.G, work.c, work.P
     selection = Selection.IMPACT.value if must_stick else contacts.facts.selection
-    fill_problem(n_k, selection, kinds, laws, touch.none, contacts.mode, contacts.slip, work)
+    fill_problem(n_k, selection, kinds, laws, contacts.mode, contacts.slip, work)
     for k in range(n_k):
         b = work.start[k + 1] - 1
-        work.offset[b] = (1.0 - work.laws[k, LAW_E_F]) * work.gamma_0[b]
+        work.offset[b] = (1.0 - laws[work.closed[k], LAW_E_F]) * work.gamma_0[b]
         work.normal_impulse[k], planar.found[k], planar.bits[k] = 0.0, 1, 0
     if n_k > 1:
+        recall_impulses(touch.none, work)
         route, _, _, _ = solve_planar(address(work), address(planar))
         return route > Route.NO_SOLUTION
     i = work.closed[0]
@@ -131,9 +132,9 @@ def find_impulses(n_k, must_stick, contacts, touch):
         P[0], P[1], exists = stick(G[0, 0], G[0, 1], G[1, 0], G[1, 1], 0.0, c[1])
         reach = P[0] if kinds[i, 0] == UNILATERAL else abs(P[0])
         return exists and abs(P[1]) <= static_coefficient(laws, i) * reach * (1.0 + CONE)
-    if work.gamma_0[0] < 0.0 and follows_law and kinds[i, 1] > 0:
+    if work.gamma_0[0] < 0.0 and follows_law:
         return impulses_by_law(laws, i, work.gamma_0, G, P)
-    route, planar.bits[0], _ = solve_one_of_many(0, work, planar)
+    route, planar.bits[0], _ = solve_uncoupled(0, work, planar)
     planar.found[0] = count(planar.bits[0])
     return route > Route.NO_SOLUTION
 

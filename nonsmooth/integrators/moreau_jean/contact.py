@@ -13,14 +13,11 @@ from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.contact.planar.single import (
     BOUNDARY,
     FREE,
-    NO_CANDIDATE,
     SLIDE_MINUS,
     SLIDE_PLUS,
     STICK,
     count,
-    give_impulses,
     solve_alone,
-    take_rows,
 )
 from nonsmooth.errors import Status
 from nonsmooth.integrators.records import (
@@ -28,7 +25,7 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
-from nonsmooth.mechanics.contact_problem import Work, fill_problem
+from nonsmooth.mechanics.contact_problem import Work, fill_problem, recall_impulses
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
 from nonsmooth.mechanics.laws import LAW_E_F, depends_on_speed, friction_coefficient
 from nonsmooth.mechanics.system import ContactMode
@@ -51,6 +48,7 @@ def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
     work = scratch.work
     for k in range(n_k):
         i = work.closed[k]
+        work.normal_impulse[k] = dt * max(0.0, work.N[i])
         if kinds[i, 1] > 0:
             a = work.start[k + 1] - 1
             work.offset[a] = (1.0 - laws[i, LAW_E_F]) * work.gamma_0[a]
@@ -58,8 +56,9 @@ def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
                 state.counters.failed_contact = i
                 return Status.NEGATIVE_FRICTION
     state.counters.solved += 1
+    fill_problem(n_k, selection, kinds, laws, state.mode, state.slip, work)
     if n_k == 1:
-        found = solve_one(kinds, laws, dt, selection, state, scratch)
+        found = solve_one(state, work)
         if found == 0:
             state.counters.failed_contact = work.closed[0]
             return Status.NO_SOLUTION
@@ -67,9 +66,7 @@ def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
             follow_impact_law(laws, scratch)
         state.counters.solutions = found
         return Status.RUNNING
-    fill_problem(n_k, selection, kinds, laws, state.P, state.mode, state.slip, work)
-    for k in range(n_k):
-        work.normal_impulse[k] = dt * max(0.0, work.N[work.closed[k]])
+    recall_impulses(state.P, work)
     route, found, pivots, residual = solve_planar(address(work), address(scratch.planar))
     state.counters.found = 0
     state.counters.pivots += pivots
@@ -88,23 +85,12 @@ def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
 
 
 @kernel
-def solve_one(kinds, laws, dt, selection, state, scratch):
+def solve_one(state, work):
     """The single closed contact in closed form; returns the number of solutions."""
-    work, contact = scratch.work, scratch.planar.contact
-    i, c = work.closed[0], work.c
-    contact.kind, contact.d, contact.law = kinds[i, 0], kinds[i, 1], i
-    contact.was_stuck = 1 if state.mode[i] == ContactMode.STICK else 0
-    contact.slip, contact.selection = state.slip[i], selection
-    work.normal_impulse[0] = dt * max(0.0, work.N[i])
-    take_rows(0, work, contact)
-    candidate, found, error = solve_alone(contact, laws)
-    give_impulses(0, contact, work.P)
+    found, error = solve_alone(0, work)
     state.counters.found = found
-    if candidate == NO_CANDIDATE:
-        return 0
-    work.candidate[0] = candidate
     if error > 0.0:
-        size = max(abs(c[0]), abs(c[1]))
+        size = max(abs(work.c[0]), abs(work.c[1]))
         if error > state.worst.residual * size:
             state.worst.residual = error / size
     return count(found)

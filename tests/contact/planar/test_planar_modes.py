@@ -8,21 +8,20 @@ import pytest
 from nonsmooth.contact.blocks.nsgs import local_planar
 from nonsmooth.contact.planar.enumerate import Tree, enumerate_modes
 from nonsmooth.contact.planar.problem import problem_of
-from nonsmooth.contact.planar.single import Contact, Selection, count, solve_single
+from nonsmooth.contact.planar.single import Selection, count, solve_single
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.laws import Coulomb, law_row
-from nonsmooth.mechanics.system import BILATERAL, UNILATERAL
+from nonsmooth.mechanics.system import BILATERAL, UNILATERAL, ContactMode
 
 
 def single(kind, mu, rows, was_stuck=False, slip=0, selection=Selection.COMPLIANT_LIMIT):
     """(candidate, P_N, P_F, found) of a contact with ``rows`` G_NN, G_NF, G_FF, c_N, c_F."""
-    contact = new(Contact)
-    contact.kind, contact.d, contact.was_stuck, contact.slip, contact.selection = kind, 1, was_stuck, slip, selection
-    contact.G_NN, contact.G_NF, contact.G_FF, contact.c_N, contact.c_F = rows
-    contact.G_FN, contact.offset = contact.G_NF, contact.c_F
-    candidate, found = interpreted(solve_single)(contact, laws_of(mu))
-    return candidate, contact.P_N, contact.P_F, found
+    G_NN, G_NF, G_FF, c_N, c_F = rows
+    problem = problem_of(np.array([[kind, 1]]), np.array([[G_NN, G_NF], [G_NF, G_FF]]), np.array([c_N, c_F]), mu, mu)
+    problem.laws[:], problem.offset[1], problem.slip[0], problem.selection = laws_of(mu), c_F, slip, selection
+    problem.mode[0] = ContactMode.STICK if was_stuck else ContactMode.SLIDE
+    return interpreted(solve_single)(0, problem)
 
 
 popcount = interpreted(count)
