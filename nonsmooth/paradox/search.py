@@ -13,7 +13,7 @@ from nonsmooth.contact.planar.forces import Forces, Outcome, forces_at_state, so
 from nonsmooth.contact.planar.single import PULL_MINUS
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.mechanics.laws import LAW_WIDTH
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 
 VARIABLE, PARAMETER = 0, 1  # what a name sets
@@ -27,9 +27,7 @@ class Table(Block):
     values: Array[Floats, "a", "m"]  # of each name at each point
     names: Array[Ints, "a", 2]  # VARIABLE or PARAMETER, and its place in s or p
     links: Array[Ints, "l", 3]  # contact, column of its law, place in p: coefficients that are parameters
-    laws: Array[Floats, "c", LAW_WIDTH]
     s: Array[Floats, "n_s"]  # natural variables
-    p: Array[Floats, "n_p"]  # parameters
     x: Array[Floats, "n_q + n_u"]
     q: Array[Floats, "n_q"]
     u: Array[Floats, "n_u"]
@@ -45,14 +43,15 @@ class Table(Block):
     modes: Array[Ints, "m", "k * c"]
 
 
-@kernel("void(int64, int64, int64, int64[:, ::1], float64, int64, int64)", short_loops=True)
-def search_points(model, has, natural, kinds, t, forces_at, table_at):
+@kernel("void(int64, int64, float64, int64, int64)", short_loops=True)
+def search_points(sys_at, natural, t, forces_at, table_at):
     """Fill the results of every point."""
+    sys = view(sys_at, Sys)
     table, forces = view(table_at, Table), view(forces_at, Forces)
-    s, p, x, q, u, laws = table.s, table.p, table.x, table.q, table.u, table.laws
+    s, p, x, q, u, laws = table.s, sys.p, table.x, table.q, table.u, sys.laws
     n_q = q.shape[0]
     for m in range(table.values.shape[1]):
-        set_point(m, table)
+        set_point(m, sys, table)
         for link in range(table.links.shape[0]):
             laws[table.links[link, 0], table.links[link, 1]] = p[table.links[link, 2]]
         if natural != 0:
@@ -67,49 +66,49 @@ def search_points(model, has, natural, kinds, t, forces_at, table_at):
             q[j] = x[j]
         for j in range(u.shape[0]):
             u[j] = x[n_q + j]
-        outcome, found, n_k, _ = forces_at_state(model, has, t, q, u, p, kinds, laws, forces_at)
+        outcome, found, n_k, _ = forces_at_state(sys_at, t, q, u, forces_at)
         table.outcome[m] = outcome
         table.number[m] = found
-        write_coefficients(m, n_k, kinds, forces, table)
-        write_solutions(m, found, n_k, kinds, forces, table)
+        write_coefficients(sys, m, n_k, forces, table)
+        write_solutions(sys, m, found, n_k, forces, table)
 
 
 @kernel
-def set_point(m, table):
-    """Set s and p to the values of one point."""
+def set_point(m, sys, table):
+    """Set s, and the p of the system, to the values of one point."""
     for a in range(table.names.shape[0]):
         if table.names[a, 0] == PARAMETER:
-            table.p[table.names[a, 1]] = table.values[a, m]
+            sys.p[table.names[a, 1]] = table.values[a, m]
         else:
             table.s[table.names[a, 1]] = table.values[a, m]
 
 
 @kernel
-def write_coefficients(m, n_k, kinds, forces, table):
+def write_coefficients(sys, m, n_k, forces, table):
     """p, b and gamma_F of each closed contact; nan where a contact is open or has no such row."""
     work = forces.work
     nan = math.nan
-    for i in range(kinds.shape[0]):
+    for i in range(sys.kinds.shape[0]):
         table.p_s[m, i] = nan
         table.b[m, i] = nan
         table.gamma_F[m, i] = forces.gamma[i, 1]
     for k in range(n_k):
         i = work.closed[k]
-        if kinds[i, 0] == GIVEN_FORCE:
+        if sys.kinds[i, 0] == GIVEN_FORCE:
             continue
         a = work.start[k]
         table.b[m, i] = work.c[a]
         table.p_s[m, i] = work.G[a, a]
-        if kinds[i, 1] > 0:
+        if sys.kinds[i, 1] > 0:
             tilt = forces.mu[k] * work.G[a, a + 1]
             s = forces.slip[k]
-            table.p_s[m, i] -= abs(tilt) if s == 0 or kinds[i, 0] == BILATERAL else s * tilt
+            table.p_s[m, i] -= abs(tilt) if s == 0 or sys.kinds[i, 0] == BILATERAL else s * tilt
 
 
 @kernel
-def write_solutions(m, found, n_k, kinds, forces, table):
+def write_solutions(sys, m, found, n_k, forces, table):
     """Normal forces and modes of the solutions that are kept, in places of n_c; beyond them nan and NO_SOLUTION."""
-    n_c = kinds.shape[0]
+    n_c = sys.kinds.shape[0]
     kept = table.modes.shape[1] // n_c
     for j in range(kept * n_c):
         is_one = j < found * n_c
@@ -119,5 +118,5 @@ def write_solutions(m, found, n_k, kinds, forces, table):
         for k in range(n_k):
             i, row = forces.work.closed[k], solution_of(j, forces.island[k], forces)
             table.modes[m, j * n_c + i] = forces.candidate[row, k]
-            given = kinds[i, 0] == GIVEN_FORCE
+            given = sys.kinds[i, 0] == GIVEN_FORCE
             table.la_N[m, j * n_c + i] = forces.normal[k] if given else forces.la[row, forces.work.start[k]]

@@ -27,11 +27,12 @@ from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
 from nonsmooth.errors import Status
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem
 from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, row_velocities
 from nonsmooth.mechanics.laws import friction_coefficient, static_coefficient
+from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL
 
 # A gap or a velocity is zero within this part of the state's own scale (the tolerance of initial states).
@@ -98,18 +99,18 @@ class Outcome(IntEnum):
 
 
 @kernel(
-    "Tuple((int64, int64, int64, int64))(int64, int64, float64, float64[::1], float64[::1], float64[::1], "
-    "int64[:, ::1], float64[:, ::1], int64)",
+    "Tuple((int64, int64, int64, int64))(int64, float64, float64[::1], float64[::1], int64)",
     short_loops=True,
 )
-def forces_at_state(model, has, t, q, u, p, kinds, laws, forces_at):
+def forces_at_state(sys_at, t, q, u, forces_at):
     """All contact forces at a state: (outcome, solutions, closed contacts, rows)."""
+    sys = view(sys_at, Sys)
     forces = view(forces_at, Forces)
     work = forces.work
-    n_c = kinds.shape[0]
+    n_c = sys.kinds.shape[0]
     if n_c == 0:
         return Outcome.COMPLETE.value, 1, 0, 0
-    n_k = list_closed(model, has, t, q, u, p, kinds, forces)
+    n_k = list_closed(sys, t, q, u, forces)
     if n_k < 0:
         return (Outcome.INADMISSIBLE if n_k == -1 else Outcome.NOT_FINITE).value, 0, 0, 0
     if n_k == 0:
@@ -120,59 +121,59 @@ def forces_at_state(model, has, t, q, u, p, kinds, laws, forces_at):
         forces.slip[k] = 0
         if forces.situation[i] == Situation.SLIDING:
             forces.slip[k] = 1 if forces.gamma[i, 1] > 0.0 else -1
-    outcome, found, r = forces_of_closed(model, has, t, q, u, p, n_k, kinds, laws, forces)
+    outcome, found, r = forces_of_closed(sys, t, q, u, n_k, forces)
     return outcome, found, n_k, r
 
 
 @kernel
-def forces_of_closed(model, has, t, q, u, p, n_k, kinds, laws, forces):
+def forces_of_closed(sys, t, q, u, n_k, forces):
     """All forces of the n_k contacts in work.closed, whose slip and gamma are known: (outcome, solutions, rows)."""
     work = forces.work
-    status, r = acceleration_problem(model, has, t, u.shape[0], q, u, p, n_k, kinds, forces.rates, work)
+    status, r = acceleration_problem(sys, sys.has, t, q, u, n_k, forces.rates, work)
     if status != Status.RUNNING:
         return Outcome.NOT_FINITE.value, 0, r
     for k in range(n_k):
         i = work.closed[k]
         v = abs(forces.gamma[i, 1])
-        forces.mu[k] = friction_coefficient(laws, i, v) if kinds[i, 1] > 0 else 0.0
-        forces.mu_static[k] = static_coefficient(laws, i) if kinds[i, 1] > 0 else 0.0
+        forces.mu[k] = friction_coefficient(sys.laws, i, v) if sys.kinds[i, 1] > 0 else 0.0
+        forces.mu_static[k] = static_coefficient(sys.laws, i) if sys.kinds[i, 1] > 0 else 0.0
         forces.normal[k] = max(0.0, work.N[i])
-    outcome, found = find_forces(n_k, kinds, forces)
+    outcome, found = find_forces(sys, n_k, forces)
     return outcome, found, r
 
 
 @kernel
-def list_closed(model, has, t, q, u, p, kinds, forces):
+def list_closed(sys, t, q, u, forces):
     """Fill work.closed and the situation of every contact; their number, -1 if inadmissible, -2 if not finite."""
     work, situation, gamma = forces.work, forces.situation, forces.gamma
-    n_c, length, speed = kinds.shape[0], 0.0, 0.0
+    n_c, length, speed = sys.kinds.shape[0], 0.0, 0.0
     for j in range(u.shape[0]):
         work.q_mid[j] = q[j]
         length = max(length, abs(q[j]))
         speed = max(speed, abs(u[j]))
-    if has & (1 << GAP) and not call_model(model, GAP, t, q, u, p, work.g_N):
+    if sys.has & (1 << GAP) and not evaluate(sys, GAP, t, q, u, work.g_N):
         return -2
-    if not evaluate_rows(model, has, True, t, u, p, work):
+    if not evaluate_rows(sys, sys.has, True, t, u, work):
         return -2
     for i in range(n_c):
         work.closed[i] = i
-    row_velocities(u.shape[0], n_c, kinds, u, work)
+    row_velocities(sys, n_c, u, work)
     r = 0
     surface = 0.0
     for i in range(n_c):
         gamma[i, 0] = 0.0
         gamma[i, 1] = 0.0
-        if kinds[i, 0] != GIVEN_FORCE:
+        if sys.kinds[i, 0] != GIVEN_FORCE:
             gamma[i, 0] = work.gamma_0[r]
             r += 1
-        if kinds[i, 1] > 0:
+        if sys.kinds[i, 1] > 0:
             gamma[i, 1] = work.gamma_0[r]
             surface = max(surface, abs(gamma[i, 1]))
             r += 1
     n_k = 0
     is_admissible = True
     for i in range(n_c):
-        situation[i] = situation_of(kinds[i, 0], work.g_N[i], gamma[i, 0], gamma[i, 1], length, speed, surface)
+        situation[i] = situation_of(sys.kinds[i, 0], work.g_N[i], gamma[i, 0], gamma[i, 1], length, speed, surface)
         if situation[i] == Situation.RESTING or situation[i] == Situation.SLIDING:
             work.closed[n_k] = i
             n_k += 1
@@ -202,14 +203,14 @@ def situation_of(kind, g_N, gamma_N, gamma_F, length, speed, surface):
 
 
 @kernel
-def find_forces(n_k, kinds, forces):
+def find_forces(sys, n_k, forces):
     """The solutions of every island of the problem in forces.work for given slip signs: (Outcome of the island that
     was least complete, number of solutions of all)."""
     outcome, total = Outcome.COMPLETE.value, 1
-    for island in range(list_islands(n_k, kinds, forces)):
+    for island in range(list_islands(sys, n_k, forces)):
         forces.outcome[island], forces.number[island] = Outcome.COMPLETE.value, 1
         if is_asked(island, n_k, forces):
-            forces.outcome[island], forces.number[island] = find_forces_of(island, n_k, kinds, forces)
+            forces.outcome[island], forces.number[island] = find_forces_of(sys, island, n_k, forces)
         outcome = max(outcome, forces.outcome[island])
         total = min(MOST, total * forces.number[island])
     return outcome, total
@@ -225,7 +226,7 @@ def is_asked(island, n_k, forces):
 
 
 @kernel
-def list_islands(n_k, kinds, forces):
+def list_islands(sys, n_k, forces):
     """Number the islands of the closed contacts; returns how many."""
     work = forces.work
     for k in range(n_k):
@@ -233,7 +234,7 @@ def list_islands(n_k, kinds, forces):
         is_sliding = forces.slip[k] != 0
         forces.held[k] = width
         if is_sliding:
-            forces.held[k] = 0 if kinds[work.closed[k], 0] == GIVEN_FORCE else 1
+            forces.held[k] = 0 if sys.kinds[work.closed[k], 0] == GIVEN_FORCE else 1
     return find_held_islands(n_k, work.start, forces.held, work.G, forces.island)
 
 
@@ -246,7 +247,7 @@ def solution_of(number, island, forces):
 
 
 @kernel
-def find_forces_of(island, n_k, kinds, forces):
+def find_forces_of(sys, island, n_k, forces):
     """Every solution of one island: (Outcome, number)."""
     work, planar, tree, start, G, b = forces.work, forces.planar, forces.planar.tree, forces.start, forces.G, forces.b
     found = 0
@@ -254,10 +255,10 @@ def find_forces_of(island, n_k, kinds, forces):
     pairs = 1
     for k in range(n_k):
         is_member = forces.island[k] == island
-        if is_member and kinds[work.closed[k], 0] == BILATERAL and forces.slip[k] != 0 and pairs <= MAX_MODES:
+        if is_member and sys.kinds[work.closed[k], 0] == BILATERAL and forces.slip[k] != 0 and pairs <= MAX_MODES:
             pairs *= 2
     for signs in range(pairs):
-        n = reduce_problem(island, n_k, kinds, signs, forces)
+        n = reduce_problem(sys, island, n_k, signs, forces)
         if n > forces.planar.mu.shape[0] or pairs * leaves(n, forces.listed, forces.kinds, MAX_MODES) > MAX_MODES:
             return Outcome.TOO_MANY.value, 0
         number = 1
@@ -274,14 +275,14 @@ def find_forces_of(island, n_k, kinds, forces):
                 n, forces.listed, start, forces.kinds, G, forces.K, b, forces.P, address(planar)
             )
         for m in range(min(number, tree.modes.shape[0])):
-            found += keep_solution(island, n_k, n, m, found, kinds, forces)
+            found += keep_solution(sys, island, n_k, n, m, found, forces)
         if number > tree.modes.shape[0]:
             found += number - tree.modes.shape[0]
     return outcome, found
 
 
 @kernel
-def reduce_problem(island, n_k, kinds, signs, forces):
+def reduce_problem(sys, island, n_k, signs, forces):
     """The problem of an island without the friction rows of contacts that slide, for one choice of the bilateral
     signs."""
     work, slip, mu, sigma, start = forces.work, forces.slip, forces.mu, forces.sigma, forces.start
@@ -290,7 +291,7 @@ def reduce_problem(island, n_k, kinds, signs, forces):
     for k in range(n_k):
         if forces.island[k] != island:
             continue
-        kind, d = kinds[work.closed[k], 0], kinds[work.closed[k], 1]
+        kind, d = sys.kinds[work.closed[k], 0], sys.kinds[work.closed[k], 1]
         sigma[k] = 1
         is_sliding = slip[k] != 0
         if is_sliding and kind == BILATERAL:
@@ -312,37 +313,37 @@ def reduce_problem(island, n_k, kinds, signs, forces):
         n += 1
     start[n] = r
     for a in range(r):
-        forces.b[a] = reduced_free(n_k, forces.row[a], kinds, forces)
+        forces.b[a] = reduced_free(sys, n_k, forces.row[a], forces)
         for m in range(n):
             k = forces.contact[m]
             for e in range(start[m], start[m + 1]):
                 forces.G[a, e] = forces.K[a, e] = work.G[forces.row[a], forces.row[e]]
             if slip[k] != 0:
                 f = -slip[k] * mu[k] * sigma[k]
-                if kinds[work.closed[k], 1] > 0:
+                if sys.kinds[work.closed[k], 1] > 0:
                     forces.G[a, start[m]] += f * work.G[forces.row[a], work.start[k] + 1]
     return n
 
 
 @kernel
-def reduced_free(n_k, row, kinds, forces):
+def reduced_free(sys, n_k, row, forces):
     """Free acceleration of a row, with the friction of contacts that slide under a given normal force."""
     work = forces.work
     total = work.c[row]
     for k in range(n_k):
-        if forces.slip[k] != 0 and kinds[work.closed[k], 0] == GIVEN_FORCE:
+        if forces.slip[k] != 0 and sys.kinds[work.closed[k], 0] == GIVEN_FORCE:
             total -= work.G[row, work.start[k]] * forces.slip[k] * forces.mu[k] * forces.normal[k]
     return total
 
 
 @kernel
-def keep_solution(island, n_k, n, m, found, kinds, forces):
+def keep_solution(sys, island, n_k, n, m, found, forces):
     """Write solution m of the reduced problem among those found of its island; 0 if its la_N contradicts the signs
     tried, else 1."""
     work, tree, slip, sigma = forces.work, forces.planar.tree, forces.slip, forces.sigma
     for a in range(n):
         k = forces.contact[a]
-        if slip[k] != 0 and kinds[work.closed[k], 0] == BILATERAL:
+        if slip[k] != 0 and sys.kinds[work.closed[k], 0] == BILATERAL:
             la_N = tree.solutions[m, forces.start[a]]
             if sigma[k] * la_N < 0.0 or (la_N == 0.0 and sigma[k] < 0):
                 return 0
