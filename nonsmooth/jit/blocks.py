@@ -102,7 +102,7 @@ class Block(metaclass=BlockClass):
         field = self._fields().get(name)
         if field is None or field.axes > 0 or field.block is not None:
             raise AttributeError(f"{type(self).__name__}.{name} is no number that can be set; fill arrays by [:]")
-        if callable(value):  # a handle
+        if callable(value) or isinstance(value, Block):  # a handle of the interpreter
             self.__dict__[name] = value
             return
         self.words.view(field.dtype)[self._at + field.at] = value

@@ -91,8 +91,9 @@ class AdaptiveRun(Run):
 
     def _block(self, max_steps: int) -> int:
         with np.errstate(all="ignore"):
+            self._set_handles()
             sys, *blocks = self._handed(self.sys, self.state, self.trail, self.scratch)
-            status = self.loop(sys, *self._callbacks(), self.t_record, self.every, min(max_steps, BLOCK), *blocks)
+            status = self.loop(sys, self.t_record, self.every, min(max_steps, BLOCK), *blocks)
         self._collect_rows()
         return status
 
@@ -149,11 +150,12 @@ class AdaptiveRun(Run):
         callbacks = self.integrator.callbacks
         return tuple(kernel.address if self.model.is_compiled else interpreted(kernel) for kernel in callbacks)
 
-    @property
-    def blocks(self) -> tuple[Any, ...]:
-        """The blocks as the loop takes them: addresses, or arrays in the interpreter."""
-        blocks = (self.state, self.trail, self.scratch)
-        return tuple(block.address if self.model.is_compiled else block for block in blocks)
+    def _set_handles(self) -> None:
+        """What the method for differential equations calls: addresses of this process, whatever a checkpoint had."""
+        if callbacks := self._callbacks():
+            ode, events = self.scratch.ode, self.scratch.events
+            ode.rates, events.functions = callbacks
+            (ode.context,) = self._handed(self.scratch.contacts)
 
     def _written(self) -> tuple[np.ndarray, ...]:
         """The columns of the trail's rows."""

@@ -61,7 +61,7 @@ class ScipyRun(AdaptiveRun):
         ode = self.scratch.ode
         rates, functions = self._callbacks()
         if not self.rows:
-            self._accept(self._call(begin_run, rates, self.scratch))
+            self._accept(self._call(begin_run, self.scratch))
             self._write(ode.clock.now, ode.x)
         if self.state.counters.n_events + self.system.n_c > len(self.state.events):
             return Status.RUNNING
@@ -74,7 +74,7 @@ class ScipyRun(AdaptiveRun):
         self.stalls += 1
         if self.stalls > MAX_STALLS * N_FUNCTIONS * self.system.n_c:
             return Status.CHATTERING
-        self._accept(self._call(switch, rates, which, self.state, self.scratch))
+        self._accept(self._call(switch, which, self.state, self.scratch))
         self.scratch.events.found.handled = which
         return Status.RUNNING
 

@@ -87,12 +87,12 @@ def substep(sys_at, t, dt, run_at):
         status = solve(address(run.system), rule(n_k, run, work), dt, n_k, address(trial), address(step))
         if status != Status.RUNNING:
             return status
-        if note_paradoxes(run.system, t, dt, n_k, True, trial, step):
+        if note_paradoxes(run.system, t, dt, n_k, trial, step):
             return RETAKE
         new_velocity(n, r, u, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE.value
-    accept(run.system, True, t, dt, THETA, n_k, trial, step)
+    accept(run.system, t, dt, THETA, n_k, trial, step)
     return Status.RUNNING.value
 
 

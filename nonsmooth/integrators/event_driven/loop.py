@@ -23,11 +23,12 @@ from nonsmooth.integrators.radau.events import (
 )
 from nonsmooth.integrators.radau.method import SMALLEST, radau_accept, radau_restart, radau_step
 from nonsmooth.integrators.radau.polynomial import begin_polynomial, end_polynomial
-from nonsmooth.integrators.radau.stages import Radau, rates_at
+from nonsmooth.integrators.radau.stages import Radau
 from nonsmooth.integrators.records import State
 from nonsmooth.integrators.rigid.census import count_step, enters_region, note_several, slides, slides_alone
 from nonsmooth.integrators.rigid.hold import hold
 from nonsmooth.integrators.rigid.modes import CLOSURE, N_FUNCTIONS, N_WORKS, NEARLY_SINGULAR, RigidContacts, note_side
+from nonsmooth.integrators.rigid.rates import rigid_rates
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, address, view
 from nonsmooth.mechanics.sys import Sys, evaluate
@@ -51,8 +52,8 @@ class Scratch(Block, others=f"3 * n_c + {N_WORKS}", functions=f"{N_FUNCTIONS} * 
     forces: Array[Forces, "kept = kept"]
 
 
-@kernel("int64(int64, int64, int64, float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
-def run(sys_at, rates, functions, t_record, every, max_steps, state_at, trail_at, scratch_at):
+@kernel("int64(int64, float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
+def run(sys_at, t_record, every, max_steps, state_at, trail_at, scratch_at):
     """Advance by at most max_steps steps; returns a Status.
 
     Rows are written every so many steps and at every event, before and after it, or, where every = 0, at the times
@@ -70,16 +71,16 @@ def run(sys_at, rates, functions, t_record, every, max_steps, state_at, trail_at
         if state.counters.n_events + EVENTS_AT_ONCE * contacts.kinds.shape[0] > state.events.shape[0]:
             return Status.RUNNING.value
         if contacts.facts.event != NO_EVENT:
-            status = handle_event(sys, rates, every, state, trail, scratch)
+            status = handle_event(sys, every, state, trail, scratch)
             if status != Status.RUNNING:
                 return status
         if not t_end - t > SMALLEST * abs(t):
             return Status.FINISHED.value
         h_max = min(t_end - t, ONE_FLIGHT * contacts.numbers.flight, longest_step(events))
-        status = radau_step(sys_at, rates, address(contacts), h_max, address(ode))
+        status = radau_step(sys_at, h_max, address(ode))
         if status == Status.RUNNING:
-            status = locate_event(sys_at, rates, functions, address(contacts), address(ode), address(events))
-        if status == Status.STEP_VANISHED and slide_is_lost(sys, rates, contacts, ode):
+            status = locate_event(sys_at, address(ode), address(events))
+        if status == Status.STEP_VANISHED and slide_is_lost(sys, contacts, ode):
             contacts.facts.event = events.armed.shape[0] - 1
             continue
         if status != Status.RUNNING:
@@ -94,7 +95,7 @@ def run(sys_at, rates, functions, t_record, every, max_steps, state_at, trail_at
         begin_polynomial(t, contacts.facts.n_u, ode, trail.steps)
         status = hold(sys, t_1, ode.x_1, False, contacts)
         if status == Status.RUNNING:
-            status = radau_accept(sys_at, rates, address(contacts), ode)
+            status = radau_accept(sys_at, ode)
         if status != Status.RUNNING:
             return status
         clock.now = t_1
@@ -102,7 +103,7 @@ def run(sys_at, rates, functions, t_record, every, max_steps, state_at, trail_at
         count_step(state, contacts)
         end_polynomial(contacts.facts.n_u, ode, trail.steps)
         if every == 0:
-            status = write_rows(sys, rates, t, t_1, t_record, scratch, trail)
+            status = write_rows(sys, t, t_1, t_record, scratch, trail)
             if status != Status.RUNNING:
                 return status
         is_end = t_1 == t_end or events.found.which != NO_EVENT
@@ -114,9 +115,9 @@ def run(sys_at, rates, functions, t_record, every, max_steps, state_at, trail_at
 
 
 @kernel
-def slide_is_lost(sys, rates, contacts, ode):
+def slide_is_lost(sys, contacts, ode):
     """Whether the steps vanish because the motion has come to a Génot–Brogliato point."""
-    status = rates_at(rates, address(sys), address(contacts), ode.clock.now, ode.x, ode.f)
+    status = rigid_rates(address(sys), address(contacts), ode.clock.now, ode.x, ode.f)
     return status == Status.RUNNING and contacts.numbers.determinant < NEARLY_SINGULAR
 
 
@@ -134,7 +135,7 @@ def accept(state, contacts, ode):
 
 
 @kernel
-def handle_event(sys, rates, every, state, trail, scratch):
+def handle_event(sys, every, state, trail, scratch):
     """Change the modes and begin anew with the rates of the new ones; returns a Status."""
     ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
     n, event = contacts.facts.n_u, contacts.facts.event
@@ -173,7 +174,7 @@ def handle_event(sys, rates, every, state, trail, scratch):
         has_slide = has_slide or slides(i, contacts)
     if not is_start and not has_slide and (every == 0 or not has_jumped):
         return status
-    status = rates_at(rates, address(sys), address(contacts), t, ode.x, ode.f)
+    status = rigid_rates(address(sys), address(contacts), t, ode.x, ode.f)
     for i in range(contacts.kinds.shape[0]):
         if status == Status.RUNNING and slides_alone(i, contacts):
             note_several(t, i, enters and i == event // N_FUNCTIONS, state, contacts)
@@ -209,7 +210,7 @@ def write_start(t, n, x, u_0, x_0, contacts, trail):
 
 
 @kernel
-def write_rows(sys, rates, t, t_1, t_record, scratch, trail):
+def write_rows(sys, t, t_1, t_record, scratch, trail):
     """Write the rows of the record times in (t, t_1] of the accepted step, with their gaps; returns a Status."""
     ode, contacts, x = scratch.ode, scratch.contacts, scratch.events.x
     n = contacts.facts.n_u
@@ -217,7 +218,7 @@ def write_rows(sys, rates, t, t_1, t_record, scratch, trail):
     while trail.counts.next < t_record.shape[0] and t_record[trail.counts.next] <= t_1:
         moment = t_record[trail.counts.next]
         state_at_moment(moment, t, n, ode, trail.steps, x)
-        status = rates_at(rates, address(sys), address(contacts), moment, x, ode.f)
+        status = rigid_rates(address(sys), address(contacts), moment, x, ode.f)
         if status != Status.RUNNING:
             return status
         if not write_gaps(sys, moment, x, contacts):
@@ -226,5 +227,5 @@ def write_rows(sys, rates, t, t_1, t_record, scratch, trail):
         trail.counts.next += 1
         is_written = True
     if is_written:
-        return rates_at(rates, address(sys), address(contacts), t_1, ode.x, ode.f)  # the forces at the end of the step
+        return rigid_rates(address(sys), address(contacts), t_1, ode.x, ode.f)  # the forces at the end of the step
     return Status.RUNNING

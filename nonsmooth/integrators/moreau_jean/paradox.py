@@ -34,7 +34,7 @@ from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
 
 
 @kernel
-def note_paradoxes(sys, t, dt, n_k, is_rigid, state, scratch):
+def note_paradoxes(sys, t, dt, n_k, state, scratch):
     """Record sliding that no force could go with, and the beginning of an episode with several solutions.
 
     Returns whether the velocity has jumped, so that the step must be taken again.
@@ -55,7 +55,7 @@ def note_paradoxes(sys, t, dt, n_k, is_rigid, state, scratch):
             a = work.start[k]
             mu = friction_coefficient(sys.laws, i, abs(work.gamma_0[a + 1]))
             has_negative = work.G[a, a] < mu * abs(work.G[a, a + 1])
-            if has_negative and end_slide(address(sys), mu, t, dt, n_k, k, is_rigid, address(state), address(scratch)):
+            if has_negative and end_slide(address(sys), mu, t, dt, n_k, k, address(state), address(scratch)):
                 return True
         if is_indeterminate and state.several[i] == 0:
             mode = mode_of(candidate, 1)
@@ -67,22 +67,22 @@ def note_paradoxes(sys, t, dt, n_k, is_rigid, state, scratch):
 
 
 @kernel(
-    "boolean(int64, float64, float64, float64, int64, int64, boolean, int64, int64)",
+    "boolean(int64, float64, float64, float64, int64, int64, int64, int64)",
     short_loops=True,
 )
-def end_slide(sys_at, mu, t, dt, n_k, k, is_rigid, state_at, scratch_at):
+def end_slide(sys_at, mu, t, dt, n_k, k, state_at, scratch_at):
     """Closed contact k slid and is to stick: is it for want of a force? Then take the impact, or book it as the
     step's. Returns whether the velocity has jumped."""
     sys = view(sys_at, Sys)
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
     work, there = scratch.work, scratch.there
     i = work.closed[k]
-    if not had_no_force(sys, mu, state.slip[i], t, dt, n_k, k, state.q, state.u, work, there, scratch.rates):
+    if not had_no_force(sys, mu, t, dt, n_k, k, state, scratch):
         return False
     if follows_own_law(i, sys.kinds, sys.laws):
         impulses_by_law(sys.laws, i, work.gamma_0, work.G, work.P)
     add_event(sys, t, INCONSISTENT, i, ContactMode.STICK.value, 0, k, 0, state, work)
-    if is_rigid and is_first_alone(n_k, there) and has_impact(sys, i, state, there):
+    if scratch.options.stiffness == 0.0 and is_first_alone(n_k, there) and has_impact(sys, i, state, there):
         jump(sys, t, i, state, there)
         return True
     return False

@@ -140,14 +140,14 @@ def step(sys_at, t, dt, state_at, scratch_at):
             status = solve(sys_at, options.selection, dt, n_k, state_at, scratch_at)
         if status != Status.RUNNING:
             return status
-        if note_paradoxes(sys, t, dt, n_k, is_rigid, state, scratch):
+        if note_paradoxes(sys, t, dt, n_k, state, scratch):
             return Status.RUNNING
         new_velocity(n, r, state.u, work)
         if not is_rigid:
             find_end_gaps(sys, n_k, dt, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE
-    accept(sys, is_rigid, t, dt, theta, n_k, state, scratch)
+    accept(sys, t, dt, theta, n_k, state, scratch)
     if options.projection != 0 and n_k > 0 and not project(sys_at, t + dt, n_k, state_at, address(work)):
         return Status.NOT_FINITE
     return Status.RUNNING
@@ -209,12 +209,12 @@ def all_finite(n, n_c, work):
 
 
 @kernel
-def accept(sys, is_rigid, t, dt, theta, n_k, state, scratch):
+def accept(sys, t, dt, theta, n_k, state, scratch):
     """Move to the end of the step; book energy, impulses, modes, events and the worst penetration."""
     n, n_c = sys.n, sys.n_c
     work = scratch.work
     gain, size = book_energy(sys, dt, theta, is_implicit(sys, sys.has), n_k, state, work)
-    if is_rigid and gain > ROUNDING * size:
+    if scratch.options.stiffness == 0.0 and gain > ROUNDING * size:
         note_gain(sys, gain, False, n_k, state, work)
     k = 0
     for i in range(n_c):
