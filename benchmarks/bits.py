@@ -37,12 +37,12 @@ def main(words: list[str]) -> int:
     """Write the hashes of all cases to words[0], and compare them with those of words[1]."""
     if not 1 <= len(words) <= 2:
         raise InvalidInput("bits takes the file to write, and the file to compare with if there is one")
-    found = {}
+    found: dict[str, str] = {}
     warnings.simplefilter("ignore")
     for twin in PART:
         began = time.perf_counter()
         os.environ["NONSMOOTH_INTERPRET"] = str(int(twin == "interpreted"))
-        found |= {f"{twin} | {name}": digest_of(*case, MOST_STEPS[twin]) for name, case in cases(twin)}
+        found |= {f"{twin} | {name}": digest_of(case, MOST_STEPS[twin]) for name, case in cases(twin)}
         print(f"{twin}: {time.perf_counter() - began:.0f} s", file=sys.stderr)
     Path(words[0]).write_text(json.dumps(found, indent=0))
     return compare(json.loads(Path(words[1]).read_text()), found) if len(words) == 2 else 0
@@ -71,7 +71,7 @@ def integrators(dt: float) -> dict[str, Any]:
     }
 
 
-def cases(twin: str) -> Iterator[tuple[str, tuple]]:
+def cases(twin: str) -> Iterator[tuple[str, tuple[Any, ...]]]:
     """Names, and (system, time span, start, integrator, selection)."""
     for name in models.__all__:
         model = getattr(models, name)()
@@ -88,8 +88,9 @@ def cases(twin: str) -> Iterator[tuple[str, tuple]]:
         yield f"random {seed} | penalty", (drawn.system, span, start, stiff, drawn.selection)
 
 
-def digest_of(system: Any, span: tuple, start: tuple, integrator: Any, selection: str, max_steps: int) -> str:
+def digest_of(case: tuple[Any, ...], max_steps: int) -> str:
     """The hash of a run, or why there is none."""
+    system, span, start, integrator, selection = case
     try:
         solution = ns.simulate(
             system, span, *start, integrator=integrator, selection=selection, on_failure="return", max_steps=max_steps

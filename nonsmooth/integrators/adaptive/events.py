@@ -233,13 +233,12 @@ def find_event(sys_at, t, H, j, state_at, run_at):
         low = place
         place = next_suspect(low, j + 1, run)
     how = fallen(run.f_1, 1.0, run)
-    if not is_known and how != BEYOND:
+    ends = run.counters.is_located == 1 and how == BEYOND and not has_slope(run.f_1, run)
+    if not is_known and (how != BEYOND or ends):
         status = event_values(sys, t + H, run.x, run, run.f_1)  # the forces at the end are known again
     if how == STANDS:
         return Status.RUNNING.value, NOWHERE
-    if how == WITHIN:
-        return Status.RUNNING.value, 1.0
-    if run.counters.is_located == 1 and not has_slope(run.f_1, run):
+    if how == WITHIN or ends:
         return Status.RUNNING.value, 1.0
     for e in range(run.f_1.shape[0]):
         run.f_in[e] = run.f_1[e]

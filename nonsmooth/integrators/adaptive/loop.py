@@ -5,7 +5,8 @@ The step is that of adaptive/step.py, events are those of adaptive/switch.py and
 Budget: LOOK tries in which no coordinate has moved by LEAST_WAY tolerances in all, and of the span no more than
 LEAST_TIME has passed, end the run. A step that follows a motion moves it by many tolerances, and a stretch at rest is
 covered in few steps. So do LOOK tries in which no more than HOPELESS of the span has passed, whatever moved: at that
-pace the run would take 2e10 tries, days.
+pace the run would take 2e10 tries, days; and so do those in which the forces jumped more than MOST_JUMPS times and no
+more than LEAST_TIME of the span has passed: they drive the motion from both sides to where they jump.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import math
 
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.events import arm, event_values, only_enters_region, set_bands
+from nonsmooth.integrators.adaptive.jumps import keep_forces
 from nonsmooth.integrators.adaptive.polynomial import PIECES, keep_event, keep_smooth
 from nonsmooth.integrators.adaptive.scales import instant, observe, set_tolerances
 from nonsmooth.integrators.adaptive.state import (
@@ -41,6 +43,7 @@ LOOK = 20_000  # tries between two looks at the budget
 LEAST_WAY = 1_000.0  # tolerances, over that many tries: one in twenty a try
 LEAST_TIME = 1e-3  # of the span
 HOPELESS = 1e-6  # of the span
+MOST_JUMPS = 1_000  # of the forces, over that many tries: at that pace there would be a million in the span
 QUIET = 100.0  # instants: a step that is longer ends a series of events
 TWICE = 2.0  # the way to an event as a straight line has it: the step that looks for it ends behind it
 FIRST_THROUGH = 4.0  # instants: the first plain steps where no modes last
@@ -74,6 +77,7 @@ def run(sys_at, t_record, every, max_steps, state_at, trail_at, run_at):
             return Status.BUDGET_SPENT.value
         set_tolerances(run)
         if counters.to_do == DECIDE:
+            counters.has_forces = 0
             status, has_jumped = decide(sys_at, t, state_at, run_at)
             collect(state, run.trial)
             if status != Status.RUNNING:
@@ -154,7 +158,9 @@ def is_spent(span, run):
     if run.counters.tries < LOOK:
         return False
     passed = run.clock.now - run.clock.looked
-    is_nowhere = passed < HOPELESS * span or (run.clock.way < LEAST_WAY and passed < LEAST_TIME * span)
+    moves = run.clock.way >= LEAST_WAY and run.counters.jumps < MOST_JUMPS
+    is_nowhere = passed < HOPELESS * span or (not moves and passed < LEAST_TIME * span)
+    run.counters.jumps = min(1, run.counters.jumps)
     run.counters.tries, run.clock.way, run.clock.looked = 0, 0.0, run.clock.now
     return is_nowhere
 
@@ -172,12 +178,16 @@ def go_on(sys, t, H, is_last, state_at, run, run_at):
     clock, counters = run.clock, run.counters
     is_cut = H == clock.cut
     clock.cut = math.inf
+    counters.at_jump = counters.at_jump if is_cut else 0
     status, outcome, factor = try_step(address(sys), t, H, state_at, run_at)
     if outcome == SMOOTH or outcome == AT_EVENT:
+        keep_forces(run)
         clock.step = max(clock.step, factor * H) if is_cut or is_last else factor * H
         if is_cut:
             clock.cut = FASTEST * H
-        counters.to_do = DECIDE if outcome == AT_EVENT and not only_enters_region(run) else GO_ON
+        counters.to_do = GO_THROUGH if counters.at_jump == 1 else GO_ON
+        if outcome == AT_EVENT and not only_enters_region(run):
+            counters.to_do = DECIDE
         return status, True
     if outcome == AT_ONCE:
         counters.to_do = DECIDE
@@ -195,7 +205,7 @@ def end_smooth(t_1, H, state, run):
     clock, counters, contacts = run.clock, run.counters, run.contacts
     n, n_c = state.q.shape[0], state.mode.shape[0]
     enters = n_c > 0 and only_enters_region(run)
-    if counters.to_do == DECIDE or enters:
+    if counters.to_do != GO_ON or enters:
         clock.cut = math.inf
     way = 0.0
     for i in range(n):
@@ -241,7 +251,8 @@ def end_stretch(sys, t_1, H, state, run):
     run.clock.through *= FASTEST
     if H > QUIET * instant(run):
         counters.stalls = 0
-    counters.to_do, counters.has_jacobian, counters.is_located = DECIDE, 0, 0
+    counters.to_do = DECIDE if state.mode.shape[0] > 0 else GO_ON
+    counters.has_jacobian, counters.is_located, counters.has_forces, counters.at_jump = 0, 0, 0, 0
     status = event_values(sys, t_1, run.x, run, run.f_0)
     set_bands(run)
     for e in range(run.armed.shape[0]):

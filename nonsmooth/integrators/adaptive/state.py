@@ -50,6 +50,9 @@ class ExtrapolationCounters(Block):
     tries: int  # since the budget was looked at
     is_seen: int  # whether the rows of the step are near enough to one another to tell where its events are
     ends_series: int  # whether an impact is to end a series of them
+    has_forces: int  # whether the accelerations at the beginning of the step are known
+    at_jump: int  # whether the forces jump where the next step is to end
+    jumps: int  # how often that was seen since the budget was looked at, 1 if before only
 
 
 class Extrapolation(
@@ -87,6 +90,9 @@ class Extrapolation(
     largest: Array[Floats, "2 * n"]  # the largest coordinates and velocities so far
     a_0: Array[Floats, "n"]  # accelerations before the step
     a_1: Array[Floats, "n"]  # and in the last substep of the row
+    force_0: Array[Floats, "n"]  # accelerations of the forces at the beginning of the step
+    force_1: Array[Floats, "n"]  # and at its end
+    jump: Array[Floats, 4, "n"]  # what they differ by from the motion of the step at places, times H
     way: Array[Floats, "n"]  # what the substeps of a row have moved the coordinates by
     u_mid: Array[Floats, "n"]  # velocities at which the forces of a held step are taken
     rate: Array[Floats, "r"]  # dt (W' u + w') of it

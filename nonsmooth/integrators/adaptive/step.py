@@ -19,6 +19,14 @@ import math
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.events import NOWHERE, crossing, find_event
 from nonsmooth.integrators.adaptive.held import list_closed
+from nonsmooth.integrators.adaptive.jumps import (
+    CHANCE,
+    begin_forces,
+    end_before,
+    find_jump,
+    jump_between_nodes,
+    note_forces,
+)
 from nonsmooth.integrators.adaptive.polynomial import fit, reach
 from nonsmooth.integrators.adaptive.scales import hold_modes, instant, observe
 from nonsmooth.integrators.adaptive.state import ROWS, Extrapolation
@@ -77,6 +85,12 @@ def try_step(sys_at, t, H, state_at, run_at):
             break
     if H <= instant(run):
         return Status.RUNNING.value, UNRESOLVED, 1.0
+    if run.errors[j] > CHANCE * run.errors[j - 1]:
+        status, jump = jump_between_nodes(sys, t, H, j + 1, state, run)
+        if status != Status.RUNNING:
+            return status, REFUSED, SHRINK
+        if jump < 1.0:
+            return status, REFUSED if end_before(jump, H, run) else UNRESOLVED, 1.0
     factor = shorter(j, target, run)
     if factor < BEFORE * place < 1.0:
         run.clock.cut = BEFORE * place * H
@@ -117,9 +131,11 @@ def end_step(sys, t, H, j, state_at, state, run_at, run):
     if followed < 1.0 and H > instant(run):
         return Status.RUNNING.value, UNFOLLOWED, SAFETY * max(SLOWEST, followed)
     factor = min(plan(j, run), SAFETY * followed) if j >= run.counters.target else plan(j, run)
-    if n_c == 0:
-        return Status.RUNNING.value, SMOOTH, factor
-    status, place = find_event(address(sys), t, H, j, state_at, run_at)
+    status, place = begin_forces(sys, t, state, run), NOWHERE
+    if status == Status.RUNNING and n_c > 0:
+        status, place = find_event(address(sys), t, H, j, state_at, run_at)
+    if status == Status.RUNNING and place >= 1.0:
+        status = note_forces(sys, t + H, run)
     if status != Status.RUNNING:
         return status, REFUSED, SHRINK
     if place < 1.0:
@@ -128,7 +144,14 @@ def end_step(sys, t, H, j, state_at, state, run_at, run):
             return Status.RUNNING.value, AT_ONCE, 1.0
         run.counters.is_located = 1
         return Status.RUNNING.value, REFUSED, 1.0
-    if not observe(sys, t + H, x, run.g_1, run.gamma_1, run):
+    status, jump = find_jump(sys, t, H, j, state, run)
+    if status != Status.RUNNING:
+        return status, REFUSED, SHRINK
+    if jump < 1.0 and (1.0 - jump) * H > instant(run):
+        return status, REFUSED if end_before(jump, H, run) else UNRESOLVED, 1.0
+    if jump < 1.0:
+        run.counters.at_jump = 1
+    if n_c > 0 and not observe(sys, t + H, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, REFUSED, SHRINK
     return Status.RUNNING.value, AT_EVENT if place == 1.0 else SMOOTH, factor
 

@@ -291,6 +291,9 @@ def probe(sys, t, ahead, state, run):
     if status != Status.RUNNING:
         return status
     set_bands(run)
+    for i in range(n):
+        run.force_0[i] = contacts.work.du[i]
+    run.counters.has_forces = 1
     for e in range(run.armed.shape[0]):
         run.armed[e], run.rises[e] = 0, NOWHERE
     if fallen(run.f_0, 0.0, run) == STANDS:

@@ -114,7 +114,7 @@ class EventDriven:
         n = system.n_u
         contacts, ode = arrays.contacts, arrays.ode
         facts, numbers = contacts.facts, contacts.numbers
-        facts.has, facts.n_u, facts.event = sys.has, n, START
+        facts.has, facts.n_u, facts.event, facts.follows_margin = sys.has, n, START, 1
         numbers.atol, numbers.rtol, numbers.flight = self.atol, self.rtol, np.inf
         contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
         decides = int(system.n_c > 1)

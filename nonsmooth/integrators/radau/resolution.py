@@ -81,9 +81,9 @@ def forget_largest(events):
 
 @kernel
 def is_watched(e, events):
-    """Whether a function may fall between the places: it is armed, was not left below zero by an event that was
-    handled, and does not jump."""
-    return events.armed[e] == 1 and events.sample[BEGIN, e] >= 0.0 <= events.value[events.armed.shape[0] + e]
+    """Whether a function may fall between the places: it is armed, and was not left below zero by an event that was
+    handled."""
+    return events.armed[e] == 1 and events.sample[BEGIN, e] >= 0.0
 
 
 @kernel

@@ -75,6 +75,8 @@ class RigidFacts(Block):
     event: int  # that waits to be handled
     is_shared: int  # of the island found last: 1 where its contacts are redundant, so that no single force is known
     is_admissible: int  # 1 where they are redundant, or nearly so, and admissible forces go with their modes
+    follows_margin: int  # whether events follow what is left of that
+    margin_asked: int  # and whether it is asked for now
 
 
 class RigidNumbers(Block):
@@ -86,6 +88,7 @@ class RigidNumbers(Block):
     shift: float  # of its diagonal where contacts are redundant
     flight: float  # [s] that the shortest flight lasts which has just begun
     drift: float  # [m] the largest gap of a closed contact
+    margin: float  # [N] of the share of redundant contacts
 
 
 class RigidContacts(Block, r="max(1, n_c * (1 + d))"):
@@ -108,6 +111,7 @@ class RigidContacts(Block, r="max(1, n_c * (1 + d))"):
     determinant: Array[Floats, "n_c"]  # det A over that without friction, of the island of each contact
     is_shared: Array[Ints, "n_c"]  # IS_SHARED of the island of each contact
     is_admissible: Array[Ints, "n_c"]  # and IS_ADMISSIBLE
+    margin: Array[Floats, "n_c"]  # and its margin [N], 1 where that was not asked for
     is_alone: Array[Ints, "n_c"]  # 1 for the only contact of an island
     several: Array[Ints, "n_c"]  # 1 where several forces fit the slide, and that was noted
     place: Array[Ints, "n_c"]  # position of each closed contact in work.closed

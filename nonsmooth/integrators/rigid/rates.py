@@ -102,7 +102,9 @@ def rigid_events(sys_at, contacts_at, t, x, out):
     """The event functions and their tolerances, an ``event_values`` function; one that does not apply is 1."""
     sys = view(sys_at, Sys)
     contacts = view(contacts_at, RigidContacts)
+    contacts.facts.margin_asked = contacts.facts.follows_margin
     status = find_forces(sys, t, x, contacts)
+    contacts.facts.margin_asked = 0
     if status != Status.RUNNING:
         return status
     work, la = contacts.work, contacts.la
@@ -154,7 +156,9 @@ def of_load(value, i, contacts):
     """The event function of a force: of redundant contacts it falls at once where no share is admissible any more."""
     if contacts.is_shared[i] == 0:
         return value
-    return 1.0 if contacts.is_admissible[i] == 1 or value >= 0.0 else BROKEN
+    if contacts.is_admissible[i] == 1 or value >= 0.0:
+        return abs(contacts.margin[i])
+    return min(BROKEN, contacts.margin[i])
 
 
 @kernel
@@ -196,7 +200,7 @@ def solve_island(island, n, n_k, asks_determinant, contacts):
     """The equations of one island, with the friction of given normal forces in contacts.la: their number, what solves
     them in contacts.z, and what is known of that for each contact, its determinant where that is asked for."""
     work, facts, kinds, la = contacts.work, contacts.facts, contacts.kinds, contacts.la
-    facts.is_shared, facts.is_admissible = 0, 0
+    facts.is_shared, facts.is_admissible, contacts.numbers.margin = 0, 0, 1.0
     m = list_equations_of(island, n_k, contacts)
     for e in range(m):
         a = contacts.row[e]
@@ -219,6 +223,7 @@ def solve_island(island, n, n_k, asks_determinant, contacts):
             i = work.closed[k]
             contacts.determinant[i] = contacts.numbers.determinant
             contacts.is_shared[i], contacts.is_admissible[i] = facts.is_shared, facts.is_admissible
+            contacts.margin[i] = contacts.numbers.margin
             contacts.is_alone[i] = 1
             size += 1
     for k in range(n_k):

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 
+from nonsmooth.contact.planar.least_share import find_least
 from nonsmooth.contact.planar.redundant import eliminate_completely, impulse_inequality, least_admissible
 from nonsmooth.contact.planar.single import BOUNDARY
 from nonsmooth.integrators.radau.stages import EPS
@@ -26,12 +27,15 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.laws import static_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
+from nonsmooth.numerics.dense import cholesky, cholesky_solve
 
 # What is left of a row that depends on others, over its length. Between the two bounds a row is dependent if it asks
 # for what the others give, to rounding: of the loads it would say that rounding over the square of what is left.
 DEPENDENT, NEARLY_DEPENDENT = 1e-10, 1e-6
 ROUNDINGS = 100.0  # units of rounding
 CONSISTENT = 1e-7  # of the sizes of its terms: what a dependent row may lack
+FAR = 1e5  # largest forces: the margin that is aimed at
+LEAST_MARGIN = 1e-9  # of the largest force: of the sign that the modes have, whatever rounding leaves of a margin
 VANISHING = 1e-10  # of the other rows' terms, where its own vanish: W' u by differences has an error of 1e-11
 
 
@@ -66,6 +70,55 @@ def share_load(n, m, contacts_at):
         contacts.z[e] = family.x[e]
     contacts.facts.is_shared = 0 if full == m else 1
     contacts.facts.is_admissible = 1 if is_admissible else 0
+    if contacts.facts.margin_asked == 1:
+        margin = find_margin(m, full, size, largest, planar) if is_consistent and 0 < full == rank else -largest
+        least = LEAST_MARGIN * largest
+        contacts.numbers.margin = max(least, margin) if is_admissible else min(-least, margin)
+
+
+@kernel
+def find_margin(m, rank, size, largest, planar):
+    """What the worst of the inequalities has left in the share that is best for it [N]: max_y min_e (C x - e)_e.
+
+    With the margin as another unknown s = S + sigma, S = FAR largest, and A = C N it is that of
+
+        min (y^T H y + sigma^2)/2    subject to    A y - sigma + C x_0 - e - S >= 0:
+
+    the multipliers add up to -sigma, about S, so that y is that of the linear program but for 1/FAR of it.
+    """
+    family, free = planar.family, m - rank
+    B, C, column, x = family.B, family.C, family.column, family.x
+    for e in range(m):
+        x[e] = 0.0
+    for k in range(rank):
+        x[column[k]] = -B[k, m]
+    for a in range(free + 1):
+        for b in range(free + 1):
+            family.H[a, b] = 1.0 if a == b else 0.0
+            for k in range(rank if max(a, b) < free else 0):
+                family.H[a, b] += B[k, rank + a] * B[k, rank + b]
+    cholesky(free + 1, free + 1, family.H, family.L)
+    for e in range(size):
+        planar.b[e] = -family.e[e] - FAR * largest
+        for k in range(m):
+            planar.b[e] += C[e, k] * x[k]
+        for a in range(free):
+            family.A[e, a] = C[e, column[rank + a]]
+            for k in range(rank):
+                family.A[e, a] -= C[e, column[k]] * B[k, rank + a]
+        family.A[e, free] = -1.0
+        for a in range(free + 1):
+            family.AH[e, a] = family.A[e, a]
+        cholesky_solve(free + 1, free + 1, family.L, family.AH[e])
+        family.slack[e] = BOUNDARY * FAR * largest
+    find_least(size, free + 1, family.slack, planar)
+    margin = FAR * largest
+    for e in range(size):
+        total = planar.b[e] + FAR * largest
+        for a in range(free):
+            total += family.A[e, a] * family.y[a]
+        margin = min(margin, total)
+    return margin
 
 
 @kernel
