@@ -62,31 +62,31 @@ def falls_below_half(sys, context, t, x, out):
     return Status.RUNNING.value
 
 
-@kernel("int64(int64, int64, float64, int64)")
-def march(sys, rates, t_end, ode_at):
+@kernel("int64(int64, float64, int64)")
+def march(sys, t_end, ode_at):
     """Step to t_end."""
     ode = view(ode_at, Radau)
     while ode.clock.now < t_end:
-        status = radau_step(sys, rates, 0, t_end - ode.clock.now, ode_at)
+        status = radau_step(sys, t_end - ode.clock.now, ode_at)
         if status == Status.RUNNING:
-            status = radau_accept(sys, rates, 0, ode)
+            status = radau_accept(sys, ode)
         if status != Status.RUNNING:
             return status
     return Status.FINISHED.value
 
 
-@kernel("int64(int64, int64, int64, float64, int64, int64)")
-def march_to_event(sys, rates, functions, t_end, ode_at, events_at):
+@kernel("int64(int64, float64, int64, int64)")
+def march_to_event(sys, t_end, ode_at, events_at):
     """Step to the first event."""
     ode, events = view(ode_at, Radau), view(events_at, Events)
     events.found.check_start = 1
     events.found.handled = NO_EVENT
     while ode.clock.now < t_end:
-        status = radau_step(sys, rates, 0, t_end - ode.clock.now, ode_at)
+        status = radau_step(sys, t_end - ode.clock.now, ode_at)
         if status == Status.RUNNING:
-            status = locate_event(sys, rates, functions, 0, ode_at, events_at)
+            status = locate_event(sys, ode_at, events_at)
         if status == Status.RUNNING:
-            status = radau_accept(sys, rates, 0, ode)
+            status = radau_accept(sys, ode)
         if status != Status.RUNNING:
             return status
         if events.found.which != NO_EVENT:
@@ -94,11 +94,11 @@ def march_to_event(sys, rates, functions, t_end, ode_at, events_at):
     return Status.RUNNING.value
 
 
-def new_ode(x0, kinematic, quadratures, rtol):
-    block = new(Radau, m=kinematic, n=len(x0) - quadratures, quadratures=quadratures)
-    ode = block
+def new_ode(rates, x0, kinematic, quadratures, rtol):
+    ode = new(Radau, m=kinematic, n=len(x0) - quadratures, quadratures=quadratures)
+    ode.rates = rates
     ode.x[:], ode.atol[:], ode.clock.rtol = x0, rtol, rtol
-    return block
+    return ode
 
 
 def rate_of(a):
@@ -110,9 +110,9 @@ def rate_of(a):
 def integrate(rates, x0, t_end, rtol, kinematic=0, quadratures=0, a=0.0):
     for entry_point in (radau_step, march):
         entry_point.load()
-    block = new_ode(x0, kinematic, quadratures, rtol)
+    block = new_ode(rates.address, x0, kinematic, quadratures, rtol)
     rate = rate_of(a)
-    status = Status(march.dispatcher(rate.address, rates.address, t_end, block.address))
+    status = Status(march.dispatcher(rate.address, t_end, block.address))
     return status, block
 
 
@@ -164,9 +164,9 @@ def test_rounding_of_rates_at_rest_does_not_shorten_the_steps(rate):
     """The rounding of a second is a hundredth of the tolerance: every step is as long as it may be, 1 s."""
     for entry_point in (radau_step, march):
         entry_point.load()
-    block, sys = new_ode([0.0], 0, 0, 1e-14), rate_of(rate)
+    block, sys = new_ode(all_but_rest.address, [0.0], 0, 0, 1e-14), rate_of(rate)
     for second in range(1, 101):
-        status = march.dispatcher(sys.address, all_but_rest.address, float(second), block.address)
+        status = march.dispatcher(sys.address, float(second), block.address)
         assert Status(status) == Status.FINISHED
     assert block.counters.accepted == 100
 
@@ -176,10 +176,9 @@ def test_event_is_located_to_the_error_of_the_method():
     rtol = 1e-9
     for entry_point in (radau_step, radau_shorten, locate_event, march_to_event):
         entry_point.load()
-    ode, events = new_ode([1.0, 0.0], 1, 0, rtol), new(Events, n_events=1, n_x=2)
-    status = march_to_event.dispatcher(
-        0, oscillator.address, falls_below_half.address, 3.0, ode.address, events.address
-    )
+    ode, events = new_ode(oscillator.address, [1.0, 0.0], 1, 0, rtol), new(Events, n_events=1, n_x=2)
+    events.functions = falls_below_half.address
+    status = march_to_event.dispatcher(0, 3.0, ode.address, events.address)
     assert status == Status.FINISHED
     assert abs(ode.x[0] - 0.5) < 1e-15  # Newton's method ends at rounding
     assert abs(ode.clock.now - math.pi / 3) < 30 * rtol  # the error of some thirty steps
@@ -200,8 +199,8 @@ def test_rates_that_refuse_a_state_end_the_run_with_their_status():
 def test_interpreter_and_machine_code_agree_bit_for_bit():
     x0, rtol = [1.0, 0.0, 0.0], 1e-7
     compiled = integrate(duffing, x0, 2.0, rtol, 1, 1)[1]
-    twin = new_ode(x0, 1, 1, rtol)
-    status = interpreted(march)(rate_of(0.0), interpreted(duffing), 2.0, twin)
+    twin = new_ode(interpreted(duffing), x0, 1, 1, rtol)
+    status = interpreted(march)(rate_of(0.0), 2.0, twin)
     assert status == Status.FINISHED
     assert (twin.x == compiled.x).all()
     assert (numbers(twin.counters) == numbers(compiled.counters)).all()
