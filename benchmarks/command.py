@@ -1,4 +1,4 @@
-"""``python -m benchmarks accuracy | contacts | core | paradox | penalty | solvers | stability | stress | sweep``.
+"""``python -m benchmarks accuracy | bits | contacts | core | paradox | penalty | solvers | stability | stress | ...``.
 
 Each is a module with ``main(words) -> exit code``; exit codes and lines on stderr are those of ``nonsmooth``.
 """
@@ -13,7 +13,7 @@ from nonsmooth.commands.cli import perform
 from nonsmooth.commands.typed_input import Parser
 from nonsmooth.errors import InvalidInput
 
-NAMES = ("accuracy", "contacts", "core", "paradox", "penalty", "solvers", "stability", "stress", "sweep")
+NAMES = ("accuracy", "bits", "contacts", "core", "paradox", "penalty", "solvers", "stability", "stress", "sweep")
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -29,7 +29,8 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "files", nargs="*",
         help="solvers: more problems to time; accuracy: words that the scenes' names hold; stress: the page to write, "
-        "and the folder of its pictures; contacts: the folder of its picture",
+        "and the folder of its pictures; contacts: the folder of its picture; bits: the file of hashes to write, and "
+        "one to compare with",
     )  # fmt: skip
     parser.add_argument("--peers", action="store_true", help="accuracy: other programs too, where they are installed")
     parser.add_argument("--out", metavar="FILE", help="accuracy: write the page and its figure")

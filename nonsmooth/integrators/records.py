@@ -16,8 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nonsmooth.jit import call_model, kernel, rare_kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import WORD, Block, Floats, Ints, new
+from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
 # columns of the energy ledger
@@ -108,19 +109,19 @@ def bytes_of_record(n: int, n_c: int, d: int) -> int:
 
 
 @kernel
-def set_mode(t, i, mode, slip, k, kinds, state, work):
+def set_mode(sys, t, i, mode, slip, k, state, work):
     """Give contact i its new mode; a change is an event, and an impact where an open contact closes with a shock."""
     if mode == state.mode[i] and slip == state.slip[i]:
         return
-    is_landing = state.mode[i] == ContactMode.OPEN and kinds[i, 0] == UNILATERAL
+    is_landing = state.mode[i] == ContactMode.OPEN and sys.kinds[i, 0] == UNILATERAL
     kind = IMPACT if is_landing and work.gamma_0[work.start[k]] < 0.0 else MODE_CHANGE
-    add_event(t, kind, i, mode, slip, k, 1, kinds, state, work)
+    add_event(sys, t, kind, i, mode, slip, k, 1, state, work)
     state.mode[i] = mode
     state.slip[i] = slip
 
 
 @rare_kernel
-def add_event(t, kind, i, mode, slip, k, solutions, kinds, state, work):
+def add_event(sys, t, kind, i, mode, slip, k, solutions, state, work):
     """Append an event; k is the place of contact i among the closed ones."""
     m = state.counters.n_events
     if m >= state.events.shape[0]:
@@ -129,8 +130,8 @@ def add_event(t, kind, i, mode, slip, k, solutions, kinds, state, work):
     row = state.events
     a = work.start[k]
     b = work.start[k + 1] - 1
-    has_normal = kinds[i, 0] != GIVEN_FORCE
-    has_friction = kinds[i, 1] > 0
+    has_normal = sys.kinds[i, 0] != GIVEN_FORCE
+    has_friction = sys.kinds[i, 1] > 0
     row[m, EVENT_T] = t
     row[m, EVENT_KIND] = kind
     row[m, EVENT_CONTACT] = i
@@ -148,12 +149,12 @@ def add_event(t, kind, i, mode, slip, k, solutions, kinds, state, work):
 
 
 @kernel
-def book_contact_energy(n_k, kinds, ubar, ledger, work):
+def book_contact_energy(sys, n_k, ubar, ledger, work):
     """Book friction, normal and surface work of a step: (their sum, friction and normal alone, sizes of all parts)."""
     closed, start, W, P, w, first, last = work.closed, work.start, work.W, work.P, work.w, work.first, work.last
     total, gain, size = 0.0, 0.0, 0.0
     for k in range(n_k):
-        has_normal = kinds[closed[k], 0] != GIVEN_FORCE
+        has_normal = sys.kinds[closed[k], 0] != GIVEN_FORCE
         for r in range(start[k], start[k + 1]):
             velocity, speed = 0.0, 0.0
             for j in range(first[r], last[r]):
@@ -171,13 +172,14 @@ def book_contact_energy(n_k, kinds, ubar, ledger, work):
 
 
 @kernel
-def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
+def book_energy(sys, dt, theta, is_implicit, n_k, state, work):
     """Book the energy of a step and compare it with the change of kinetic energy, ubar.M (u_1 - u_0).
 
     The error is counted in the sum of the sizes of all parts, the largest of the run so far: where large works cancel,
     or forces within h of a system at rest, their rounding remains. Returns what the contacts gained, relative to their
     surfaces, and the sum of the sizes of its parts.
     """
+    n = sys.n
     h, M, u_0, u_1, ubar = work.h, work.M, state.u, work.u_1, work.trial
     ledger, worst, band = state.ledger, state.worst, work.band
     for i in range(n):
@@ -194,7 +196,7 @@ def book_energy(dt, theta, is_implicit, n, n_k, kinds, state, work):
         change += ubar[i] * momentum
         force += ubar[i] * impulse
         size += (abs(u_0[i]) + abs(u_1[i])) * (moved + abs(impulse))
-    contact, gain, contact_size = book_contact_energy(n_k, kinds, ubar, ledger, work)
+    contact, gain, contact_size = book_contact_energy(sys, n_k, ubar, ledger, work)
     ledger[FORCE_WORK] += force
     size += contact_size
     worst.ledger_size = max(worst.ledger_size, size)
@@ -216,14 +218,15 @@ def implicit_impulse(i, dt, theta, n, u_0, u_1, work):
 
 
 @kernel
-def write_record(model, has, m, t, p, n, n_c, state, record, work):
+def write_record(sys, m, t, state, record, work):
     """Record m: the state, the gaps there, the impulses since the last record; False if the gap function raised."""
+    n, n_c = sys.n, sys.n_c
     for i in range(n):
         record.q[m, i] = state.q[i]
         record.u[m, i] = state.u[i]
     for i in range(N_LEDGER):
         record.ledger[m, i] = state.ledger[i]
-    if has & (1 << GAP) and not call_model(model, GAP, t, state.q, state.u, p, work.g_N):
+    if sys.has & (1 << GAP) and not evaluate(sys, GAP, t, state.q, state.u, work.g_N):
         return False
     for i in range(n_c):
         record.g_N[m, i] = work.g_N[i]

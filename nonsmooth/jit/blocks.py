@@ -35,7 +35,8 @@ from nonsmooth.jit import Kernel
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 DTYPES = {Floats: "float64", Ints: "int64"}
-NUMBERS = {float: "float64", int: "int64"}
+Handle = typing.NewType("Handle", int)  # an address of machine code; in the interpreter a Python function
+NUMBERS = {float: "float64", int: "int64", Handle: "int64"}
 
 WORD = 8  # bytes of every entry
 
@@ -101,6 +102,9 @@ class Block(metaclass=BlockClass):
         field = self._fields().get(name)
         if field is None or field.axes > 0 or field.block is not None:
             raise AttributeError(f"{type(self).__name__}.{name} is no number that can be set; fill arrays by [:]")
+        if callable(value) or isinstance(value, Block):  # a handle of the interpreter
+            self.__dict__[name] = value
+            return
         self.words.view(field.dtype)[self._at + field.at] = value
 
     def __iter__(self) -> Iterator[Any]:

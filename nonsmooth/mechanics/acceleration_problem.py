@@ -10,7 +10,7 @@ Force Laws* (2001), chapter 5.
 from __future__ import annotations
 
 from nonsmooth.errors import Status
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit import kernel
 from nonsmooth.mechanics.contact_problem import (
     DAMPING_BY_DIFFERENCES,
     ROWS_ARE_CONSTANT,
@@ -25,6 +25,7 @@ from nonsmooth.mechanics.contact_problem import (
     smooth_step,
     stack_rows,
 )
+from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import DAMPING, GIVEN_FORCE, ROW_RATES, STIFFNESS
 
 IMPLICIT = 1 << DAMPING | 1 << STIFFNESS | DAMPING_BY_DIFFERENCES | STIFFNESS_BY_DIFFERENCES
@@ -35,25 +36,26 @@ DIFFERENCE = 1e-4
 
 
 @kernel
-def acceleration_problem(model, has, t, n, q, u, p, n_k, kinds, rates, work):
+def acceleration_problem(sys, has, t, q, u, n_k, rates, work):
     """Fill work.W, work.G and work.c = b for the contacts listed in work.closed; returns (Status, rows).
 
     ``rates`` is scratch of shape (4, r), r the number of rows.
     """
+    n = sys.n
     for i in range(n):
         work.q_mid[i] = q[i]
     explicit = has & ~IMPLICIT
-    status = smooth_step(model, explicit, True, t, 1.0, 0.5, n, u, p, work)
+    status = smooth_step(sys, explicit, True, t, 1.0, 0.5, u, work)
     if status != Status.RUNNING:
         return status, 0
-    if not find_row_rates(model, has, row_shift(has, n, u), t, n, q, u, p, n_k, kinds, rates, work):
+    if not find_row_rates(sys, has, row_shift(sys, has, u), t, q, u, n_k, rates, work):
         return Status.NOT_FINITE, 0
     for i in range(n):
         work.q_mid[i] = q[i]
-    if not evaluate_rows(model, has, True, t, u, p, work):
+    if not evaluate_rows(sys, has, True, t, u, work):
         return Status.NOT_FINITE, 0
-    r = stack_rows(n, n_k, kinds, u, work)
-    apply_inverse(explicit, n, work, r)
+    r = stack_rows(sys, n_k, u, work)
+    apply_inverse(sys, explicit, work, r)
     for k in range(r):
         work.gamma_0[k] = rates[0, k]
     delassus(n, r, work)
@@ -61,19 +63,20 @@ def acceleration_problem(model, has, t, n, q, u, p, n_k, kinds, rates, work):
 
 
 @kernel
-def constraint_problem(model, has, t, n, q, u, p, n_k, kinds, work):
+def constraint_problem(sys, t, q, u, n_k, work):
     """Fill work.W, work.X, work.G and the velocities work.gamma_0 for the contacts listed in work.closed: what the
     constraints ask of a state, without forces; returns (Status, rows)."""
+    n = sys.n
     for i in range(n):
         work.q_mid[i] = q[i]
-    explicit = has & ~IMPLICIT
-    status = factor_mass(model, explicit, True, t, n, u, p, work)
+    explicit = sys.has & ~IMPLICIT
+    status = factor_mass(sys, explicit, True, t, u, work)
     if status != Status.RUNNING:
         return status, 0
-    if not evaluate_rows(model, has, True, t, u, p, work):
+    if not evaluate_rows(sys, sys.has, True, t, u, work):
         return Status.NOT_FINITE, 0
-    r = stack_rows(n, n_k, kinds, u, work)
-    apply_inverse(explicit, n, work, r)
+    r = stack_rows(sys, n_k, u, work)
+    apply_inverse(sys, explicit, work, r)
     for i in range(n):
         work.du[i] = 0.0
     delassus(n, r, work)
@@ -94,8 +97,9 @@ def is_finite(n, r, work):
 
 
 @kernel
-def row_shift(has, n, u):
+def row_shift(sys, has, u):
     """The time e over which rows are told apart [s]."""
+    n = sys.n
     fastest = 1.0 if has & ROWS_READ_T else 0.0
     for i in range(n):
         fastest = max(fastest, abs(u[i]))
@@ -103,19 +107,20 @@ def row_shift(has, n, u):
 
 
 @kernel
-def find_row_rates(model, has, e, t, n, q, u, p, n_k, kinds, rates, work):
+def find_row_rates(sys, has, e, t, q, u, n_k, rates, work):
     """rates[0, :r] = W' u + w' of the listed contacts, from the model or by differences along q + e u, to 2 e on each
     side; 0 where neither rows nor surfaces change."""
+    n = sys.n
     if has & (1 << ROW_RATES):
-        if not call_model(model, ROW_RATES, t, q, u, p, work.rates):
+        if not evaluate(sys, ROW_RATES, t, q, u, work.rates):
             return False
         r = 0
         for k in range(n_k):
             i = work.closed[k]
-            if kinds[i, 0] != GIVEN_FORCE:
+            if sys.kinds[i, 0] != GIVEN_FORCE:
                 rates[0, r] = work.rates[i, 0]
                 r += 1
-            for axis in range(kinds[i, 1]):
+            for axis in range(sys.kinds[i, 1]):
                 rates[0, r] = work.rates[i, 1 + axis]
                 r += 1
         return True
@@ -128,9 +133,9 @@ def find_row_rates(model, has, e, t, n, q, u, p, n_k, kinds, rates, work):
         offset = (-2.0 * e, -e, e, 2.0 * e)[k]
         for i in range(n):
             work.q_mid[i] = q[i] + offset * u[i]
-        if not evaluate_rows(model, has, True, t + offset, u, p, work):
+        if not evaluate_rows(sys, has, True, t + offset, u, work):
             return False
-        r = row_velocities(n, n_k, kinds, u, work)
+        r = row_velocities(sys, n_k, u, work)
         for m in range(r):
             rates[k, m] = work.gamma_0[m]
     for m in range(r):

@@ -18,9 +18,10 @@ from typing import Annotated as Array
 from typing import Any
 
 from nonsmooth.errors import Status
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N, LAW_WIDTH, copy_friction
+from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import (
     BILATERAL,
     DAMPING,
@@ -143,26 +144,28 @@ def _read_facts(system: System) -> int:
 
 
 @kernel
-def smooth_step(model, has, is_first, t, dt, theta, n, u, p, work):
+def smooth_step(sys, has, is_first, t, dt, theta, u, work):
     """M, h and du = Mhat^-1 dt h at the mid-point; returns a Status."""
-    status = factor_mass(model, has, is_first, t, n, u, p, work)
+    n = sys.n
+    status = factor_mass(sys, has, is_first, t, u, work)
     if status != Status.RUNNING:
         return status
-    if not call_model(model, FORCE, t, work.q_mid, u, p, work.h):
+    if not evaluate(sys, FORCE, t, work.q_mid, u, work.h):
         return Status.NOT_FINITE
     for i in range(n):
         work.du[i] = dt * work.h[i]
-    if is_implicit(has):
-        return implicit_step(model, has, t, dt, theta, n, u, p, work)
+    if is_implicit(sys, has):
+        return implicit_step(sys, has, t, dt, theta, u, work)
     cholesky_solve(n, work.band, work.factor, work.du)
     return Status.RUNNING
 
 
 @kernel
-def factor_mass(model, has, is_first, t, n, u, p, work):
+def factor_mass(sys, has, is_first, t, u, work):
     """M at the mid-point and its Cholesky factor; returns a Status."""
+    n = sys.n
     if is_first or not has & MASS_IS_CONSTANT:
-        if not call_model(model, MASS, t, work.q_mid, u, p, work.M):
+        if not evaluate(sys, MASS, t, work.q_mid, u, work.M):
             return Status.NOT_FINITE.value
         work.band = bandwidth(n, work.M)
         if not cholesky(n, work.band, work.M, work.factor):
@@ -171,28 +174,29 @@ def factor_mass(model, has, is_first, t, n, u, p, work):
 
 
 @kernel
-def is_implicit(has):
+def is_implicit(sys, has):
     """Whether the step is linearly implicit in the force."""
     return has & (1 << DAMPING | 1 << STIFFNESS | DAMPING_BY_DIFFERENCES | STIFFNESS_BY_DIFFERENCES) != 0
 
 
 @kernel
-def implicit_step(model, has, t, dt, theta, n, u, p, work):
+def implicit_step(sys, has, t, dt, theta, u, work):
     """du = Mhat^-1 dt (h - (theta - 1/2) dt K u): the force at the mid-point carried to q_0 + theta dt u."""
+    n = sys.n
     if has & DAMPING_BY_DIFFERENCES:
         for i in range(n):
             work.trial[i] = work.du[i]
         cholesky_solve(n, work.band, work.factor, work.trial)
-        if not difference(model, t, n, work.q_mid, u, p, True, work):
+        if not difference(sys, t, work.q_mid, u, True, work):
             return Status.NOT_FINITE
-    elif has & (1 << DAMPING) and not call_model(model, DAMPING, t, work.q_mid, u, p, work.C):
+    elif has & (1 << DAMPING) and not evaluate(sys, DAMPING, t, work.q_mid, u, work.C):
         return Status.NOT_FINITE
     if has & STIFFNESS_BY_DIFFERENCES:
         for i in range(n):
             work.trial[i] = dt * u[i]
-        if not difference(model, t, n, work.q_mid, u, p, False, work):
+        if not difference(sys, t, work.q_mid, u, False, work):
             return Status.NOT_FINITE
-    elif has & (1 << STIFFNESS) and not call_model(model, STIFFNESS, t, work.q_mid, u, p, work.K):
+    elif has & (1 << STIFFNESS) and not evaluate(sys, STIFFNESS, t, work.q_mid, u, work.K):
         return Status.NOT_FINITE
     M, C, K, Mhat, du, rhs = work.M, work.C, work.K, work.Mhat, work.du, work.rhs
     for i in range(n):
@@ -207,8 +211,9 @@ def implicit_step(model, has, t, dt, theta, n, u, p, work):
 
 
 @kernel
-def difference(model, t, n, q, u, p, by_velocity, work):
+def difference(sys, t, q, u, by_velocity, work):
     """C = -dh/du or K = -dh/dq by forward differences; ``work.trial`` holds the expected change of each variable."""
+    n = sys.n
     x = u if by_velocity else q
     out = work.C if by_velocity else work.K
     for j in range(n):
@@ -217,7 +222,7 @@ def difference(model, t, n, q, u, p, by_velocity, work):
         step = SQRT_EPS * size if size > 0.0 else SQRT_EPS
         x[j] = x_j + step
         step = x[j] - x_j
-        finished = call_model(model, FORCE, t, q, u, p, work.rhs)
+        finished = evaluate(sys, FORCE, t, q, u, work.rhs)
         x[j] = x_j
         if not finished:
             return False
@@ -227,10 +232,11 @@ def difference(model, t, n, q, u, p, by_velocity, work):
 
 
 @kernel
-def apply_inverse(has, n, work, m):
+def apply_inverse(sys, has, work, m):
     """X = W Mhat^-1 for the first m rows."""
+    n = sys.n
     W, X = work.W, work.X
-    if is_implicit(has):
+    if is_implicit(sys, has):
         rhs, Mhat, order, trial = work.rhs, work.Mhat, work.order, work.trial
         for r in range(m):
             for i in range(n):
@@ -246,22 +252,22 @@ def apply_inverse(has, n, work, m):
 
 
 @kernel
-def evaluate_rows(model, has, is_first, t, u, p, work):
+def evaluate_rows(sys, has, is_first, t, u, work):
     """W_N, W_F, w_N, w_F and N at the mid-point; False if a model function raised, or w or N is not finite.
 
     NaN in the rows comes out in the velocities; in w and N it would decide on a mode: max(0, N) is 0 then.
     """
     if is_first or not has & ROWS_ARE_CONSTANT:
-        if has & (1 << NORMAL) and not call_model(model, NORMAL, t, work.q_mid, u, p, work.W_N):
+        if has & (1 << NORMAL) and not evaluate(sys, NORMAL, t, work.q_mid, u, work.W_N):
             return False
-        if has & (1 << TANGENT) and not call_model(model, TANGENT, t, work.q_mid, u, p, work.W_F):
+        if has & (1 << TANGENT) and not evaluate(sys, TANGENT, t, work.q_mid, u, work.W_F):
             return False
     if is_first or not has & SURFACES_ARE_CONSTANT:
-        if has & (1 << GAP_RATE) and not call_model(model, GAP_RATE, t, work.q_mid, u, p, work.w_N):
+        if has & (1 << GAP_RATE) and not evaluate(sys, GAP_RATE, t, work.q_mid, u, work.w_N):
             return False
-        if has & (1 << SURFACE_VELOCITY) and not call_model(model, SURFACE_VELOCITY, t, work.q_mid, u, p, work.w_F):
+        if has & (1 << SURFACE_VELOCITY) and not evaluate(sys, SURFACE_VELOCITY, t, work.q_mid, u, work.w_F):
             return False
-    if has & (1 << NORMAL_FORCE) and not call_model(model, NORMAL_FORCE, t, work.q_mid, u, p, work.N):
+    if has & (1 << NORMAL_FORCE) and not evaluate(sys, NORMAL_FORCE, t, work.q_mid, u, work.N):
         return False
     total = 0.0
     for i in range(work.w_N.shape[0]):
@@ -272,10 +278,10 @@ def evaluate_rows(model, has, is_first, t, u, p, work):
 
 
 @kernel
-def find_loads(model, t, u, p, work):
+def find_loads(sys, t, u, work):
     """The given normal forces at the velocities u, to work.N; False if the function raised or one is not finite."""
     total = 0.0
-    if not call_model(model, NORMAL_FORCE, t, work.q_mid, u, p, work.N):
+    if not evaluate(sys, NORMAL_FORCE, t, work.q_mid, u, work.N):
         return False
     for i in range(work.N.shape[0]):
         total += 0.0 * work.N[i]
@@ -283,20 +289,21 @@ def find_loads(model, t, u, p, work):
 
 
 @kernel
-def stack_rows(n, n_k, kinds, u, work):
+def stack_rows(sys, n_k, u, work):
     """Stack the rows of the closed contacts and their velocities gamma_0; returns the number of rows."""
+    n = sys.n
     closed, start, W, W_N = work.closed, work.start, work.W, work.W_N
     w, w_N, W_F, w_F, gamma_0 = work.w, work.w_N, work.W_F, work.w_F, work.gamma_0
     r = 0
     for k in range(n_k):
         i = closed[k]
         start[k] = r
-        if kinds[i, 0] != GIVEN_FORCE:
+        if sys.kinds[i, 0] != GIVEN_FORCE:
             for j in range(n):
                 W[r, j] = W_N[i, j]
             w[r] = w_N[i]
             r += 1
-        for axis in range(kinds[i, 1]):
+        for axis in range(sys.kinds[i, 1]):
             for j in range(n):
                 W[r, j] = W_F[i, axis, j]
             w[r] = w_F[i, axis]
@@ -317,19 +324,20 @@ def stack_rows(n, n_k, kinds, u, work):
 
 
 @kernel
-def row_velocities(n, n_k, kinds, u, work):
+def row_velocities(sys, n_k, u, work):
     """gamma_0 of the closed contacts alone, without stacking their rows; returns the number of rows."""
+    n = sys.n
     closed, gamma_0, W_N, w_N, W_F, w_F = work.closed, work.gamma_0, work.W_N, work.w_N, work.W_F, work.w_F
     r = 0
     for k in range(n_k):
         i = closed[k]
-        if kinds[i, 0] != GIVEN_FORCE:
+        if sys.kinds[i, 0] != GIVEN_FORCE:
             total = w_N[i]
             for j in range(n):
                 total += W_N[i, j] * u[j]
             gamma_0[r] = total
             r += 1
-        for axis in range(kinds[i, 1]):
+        for axis in range(sys.kinds[i, 1]):
             total = w_F[i, axis]
             for j in range(n):
                 total += W_F[i, axis, j] * u[j]
@@ -355,18 +363,19 @@ def delassus(n, r, work):
 
 
 @kernel
-def carry_to_ends(model, has, t, dt, n, n_k, kinds, q, u, p, work, there):
+def carry_to_ends(sys, t, dt, n_k, q, u, work, there):
     """Carry the contact velocities from the rows of the mid-point to those of the ends: gamma_0 to the beginning, c to
     the end. The change over half a step, (W_1 - W_mid) u_0 + w_1 - w_mid, is half the dt (W' u + w') of the step."""
-    if has & ROWS_ARE_CONSTANT and has & SURFACES_ARE_CONSTANT:
+    n = sys.n
+    if sys.has & ROWS_ARE_CONSTANT and sys.has & SURFACES_ARE_CONSTANT:
         return True
     for i in range(n):
         there.q_mid[i] = q[i] + dt * u[i]
     for k in range(n_k):
         there.closed[k] = work.closed[k]
-    if not evaluate_rows(model, has, True, t + dt, u, p, there):
+    if not evaluate_rows(sys, sys.has, True, t + dt, u, there):
         return False
-    r = row_velocities(n, n_k, kinds, u, there)
+    r = row_velocities(sys, n_k, u, there)
     gamma_0, gamma_1, c = work.gamma_0, there.gamma_0, work.c
     for k in range(r):
         change = gamma_1[k] - gamma_0[k]
@@ -376,50 +385,50 @@ def carry_to_ends(model, has, t, dt, n, n_k, kinds, q, u, p, work, there):
 
 
 @kernel
-def straighten_gaps(has, dt, n_k, kinds, work, there):
+def straighten_gaps(sys, dt, n_k, work, there):
     """Take the curvature of the constraints from the gaps at the mid-point, after ``carry_to_ends``.
 
     The mid-point lies off a curved constraint by (dt/2)^2 (W' u + w')/2 = dt/8 (gamma_1 - gamma_0). Fed back, that
     would disturb the first velocities after a start or an event by O(dt), and their impulses as much as the forces of
     the contacts are.
     """
-    if has & ROWS_ARE_CONSTANT and has & SURFACES_ARE_CONSTANT:
+    if sys.has & ROWS_ARE_CONSTANT and sys.has & SURFACES_ARE_CONSTANT:
         return
     for k in range(n_k):
         i = work.closed[k]
-        if kinds[i, 0] != GIVEN_FORCE:
+        if sys.kinds[i, 0] != GIVEN_FORCE:
             row = work.start[k]
             work.g_N[i] -= 0.125 * dt * (there.gamma_0[row] - work.gamma_0[row])
 
 
 @kernel
-def add_restitution(n_k, kinds, laws, feedback, work):
+def add_restitution(sys, n_k, feedback, work):
     """Newton's law, c += e gamma_0, and the gap fed back to closed contacts, c_N += feedback g_N."""
     closed, start, c, gamma_0, g_N = work.closed, work.start, work.c, work.gamma_0, work.g_N
     for k in range(n_k):
         i = closed[k]
         r = start[k]
-        kind = kinds[i, 0]
+        kind = sys.kinds[i, 0]
         if kind != GIVEN_FORCE:
             if kind == UNILATERAL:
-                c[r] += laws[i, LAW_E_N] * gamma_0[r]
+                c[r] += sys.laws[i, LAW_E_N] * gamma_0[r]
             if kind == BILATERAL or g_N[i] > 0.0:
                 c[r] += feedback * g_N[i]
             r += 1
-        if kinds[i, 1] > 0:
-            c[r] += laws[i, LAW_E_F] * gamma_0[r]
+        if sys.kinds[i, 1] > 0:
+            c[r] += sys.laws[i, LAW_E_F] * gamma_0[r]
 
 
 @kernel
-def fill_problem(n, selection, kinds, laws, mode, slip, problem):
+def fill_problem(sys, n, selection, mode, slip, problem):
     """What the problem of the n contacts in ``problem.closed`` must know of these beside rows, G and c: from the tables
     of the system, and their modes before."""
     problem.n, problem.r, problem.selection = n, problem.start[n], selection
     for k in range(n):
         i = problem.closed[k]
-        problem.kinds[k, 0], problem.kinds[k, 1] = kinds[i, 0], kinds[i, 1]
+        problem.kinds[k, 0], problem.kinds[k, 1] = sys.kinds[i, 0], sys.kinds[i, 1]
         problem.mode[k], problem.slip[k] = mode[i], slip[i]
-        copy_friction(laws, i, problem.laws, k)
+        copy_friction(sys.laws, i, problem.laws, k)
 
 
 @kernel
@@ -431,15 +440,16 @@ def recall_impulses(P, problem):
 
 
 @kernel
-def close_contacts(n_c, kinds, mode, work):
+def close_contacts(sys, mode, work):
     """List the contacts that take part in the step; returns their number.
 
     A unilateral contact is closed where the mid-point gap is not positive, or where it was active in the step before
     (then the gap fed back lets it part, but not hover). The given normal forces are not known yet: always listed.
     """
+    n_c = sys.n_c
     n_k = 0
     for i in range(n_c):
-        if kinds[i, 0] != UNILATERAL or not work.g_N[i] > 0.0 or mode[i] != 0:
+        if sys.kinds[i, 0] != UNILATERAL or not work.g_N[i] > 0.0 or mode[i] != 0:
             work.closed[n_k] = i
             n_k += 1
     return n_k

@@ -23,6 +23,7 @@ from nonsmooth.mechanics.compiled import Model, Shelf, model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.inspection import inspect_instant
 from nonsmooth.mechanics.laws import LAW_C, LAW_E_F, LAW_E_N
+from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import System, as_system, with_values
 from nonsmooth.paradox.search import NATURAL, PARAMETER, VARIABLE, Table, search_points
 from nonsmooth.paradox.state_problem import ENTRY_POINTS, decide_redundant
@@ -189,8 +190,9 @@ class Points:
         natural = compiled.handle if compiled is not None else 0
         table = self._new_table(columns, states, kept)
         run = search_points if model.is_compiled else interpreted(search_points)
-        handles = [block.address if model.is_compiled else block for block in (forces, table)]
-        run(model.handle, model_facts(system), natural, self.t, *handles)
+        blocks = (new_sys(system, model.handle, model_facts(system)), forces, table)
+        sys, *handles = (block.address if model.is_compiled else block for block in blocks)
+        run(sys, natural, self.t, *handles)
         return Found(
             table.number, table.outcome, table.p_s, table.b, table.gamma_F,
             table.la_N.reshape(-1, kept, n_c), table.modes.reshape(-1, kept, n_c),
@@ -203,7 +205,7 @@ class Points:
         places = list(self.variables), list(system.parameter_values)
         links = law_links(system)
         table = new(
-            Table, a=len(columns), m=m, l=len(links), c=n_c, k=kept, n_s=len(self.variables), n_p=len(system.p),
+            Table, a=len(columns), m=m, l=len(links), c=n_c, k=kept, n_s=len(self.variables),
             n_q=system.n_q, n_u=system.n_u, n_states=1 if states is None else m,
         )  # fmt: skip
         for j, (name, values) in enumerate(zip(self.names, columns, strict=True)):
@@ -211,7 +213,6 @@ class Points:
             kind = VARIABLE if name in self.variables else PARAMETER
             table.names[j] = kind, places[kind].index(name)
         table.links[:] = links
-        table.p[:] = system.p
         if states is None:
             table.s[:] = [self.default(name) for name in self.variables]
         else:

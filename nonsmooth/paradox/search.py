@@ -13,6 +13,7 @@ from nonsmooth.contact.planar.forces import Forces, Outcome, forces_at_state, so
 from nonsmooth.contact.planar.single import PULL_MINUS
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 
 VARIABLE, PARAMETER = 0, 1  # what a name sets
@@ -27,7 +28,6 @@ class Table(Block):
     names: Array[Ints, "a", 2]  # VARIABLE or PARAMETER, and its place in s or p
     links: Array[Ints, "l", 3]  # contact, column of its law, place in p: coefficients that are parameters
     s: Array[Floats, "n_s"]  # natural variables
-    p: Array[Floats, "n_p"]  # parameters
     x: Array[Floats, "n_q + n_u"]
     q: Array[Floats, "n_q"]
     u: Array[Floats, "n_u"]
@@ -43,14 +43,15 @@ class Table(Block):
     modes: Array[Ints, "m", "k * c"]
 
 
-@kernel("void(int64, int64, int64, float64, int64, int64)", short_loops=True)
-def search_points(model, has, natural, t, forces_at, table_at):
+@kernel("void(int64, int64, float64, int64, int64)", short_loops=True)
+def search_points(sys_at, natural, t, forces_at, table_at):
     """Fill the results of every point."""
+    sys = view(sys_at, Sys)
     table, forces = view(table_at, Table), view(forces_at, Forces)
-    s, p, x, q, u, laws = table.s, table.p, table.x, table.q, table.u, forces.laws
+    s, p, x, q, u, laws = table.s, sys.p, table.x, table.q, table.u, forces.laws
     n_q = q.shape[0]
     for m in range(table.values.shape[1]):
-        set_point(m, table)
+        set_point(m, sys, table)
         for link in range(table.links.shape[0]):
             laws[table.links[link, 0], table.links[link, 1]] = p[table.links[link, 2]]
         if natural != 0:
@@ -65,7 +66,7 @@ def search_points(model, has, natural, t, forces_at, table_at):
             q[j] = x[j]
         for j in range(u.shape[0]):
             u[j] = x[n_q + j]
-        outcome, found, n_k, _ = forces_at_state(model, has, t, q, u, p, forces_at)
+        outcome, found, n_k, _ = forces_at_state(sys_at, t, q, u, forces_at)
         table.outcome[m] = outcome
         table.number[m] = found
         write_coefficients(m, n_k, forces, table)
@@ -73,11 +74,11 @@ def search_points(model, has, natural, t, forces_at, table_at):
 
 
 @kernel
-def set_point(m, table):
-    """Set s and p to the values of one point."""
+def set_point(m, sys, table):
+    """Set s, and the p of the system, to the values of one point."""
     for a in range(table.names.shape[0]):
         if table.names[a, 0] == PARAMETER:
-            table.p[table.names[a, 1]] = table.values[a, m]
+            sys.p[table.names[a, 1]] = table.values[a, m]
         else:
             table.s[table.names[a, 1]] = table.values[a, m]
 

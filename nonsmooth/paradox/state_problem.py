@@ -19,6 +19,7 @@ from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.inspection import inspect_instant
+from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import FORCE, GIVEN_FORCE, MASS, System
 
 ROUNDING = 1e-13  # of the terms of a sum: a smaller sum is zero
@@ -140,18 +141,18 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
     inspect_instant(system, t, q, u, model)
     has = model_facts(system)
     block = kept_block(has, system.n_u, system.n_c, system.d)
-    arguments = (model.handle, has, t, q, u, system.p)
+    sys = new_sys(system, model.handle, has)
     arrays = block
     arrays.kinds[:], arrays.laws[:] = system.kinds, system.laws
     search = forces_at_state if model.is_compiled else interpreted(forces_at_state)
     if model.is_compiled:
         load_all(ENTRY_POINTS)
-    handle = block.address if model.is_compiled else arrays
-    outcome, _, n, r = search(*arguments, handle)
+    handles = (sys.address, block.address) if model.is_compiled else (sys, block)
+    outcome, _, n, r = search(handles[0], t, q, u, handles[1])
     islands = int(arrays.island[:n].max(initial=-1)) + 1
     if (arrays.outcome[:islands] == Outcome.SINGULAR).any():
         decide_redundant(arrays, model.is_compiled)
-        outcome, _, n, r = search(*arguments, handle)
+        outcome, _, n, r = search(handles[0], t, q, u, handles[1])
     if outcome == Outcome.INADMISSIBLE:
         raise InvalidInput(f"the state has no acceleration-level problem: {'; '.join(_reasons(arrays))}")
     if outcome == Outcome.NOT_FINITE:

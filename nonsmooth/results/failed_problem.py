@@ -27,6 +27,7 @@ from nonsmooth.integrators.records import State
 from nonsmooth.jit import load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.laws import LAW_CODE, LAW_IMPACT, LAW_WIDTH, SMOOTHED, ImpactLaw
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, ContactMode
 from nonsmooth.results.fclib import FCLIB_ENDINGS
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
@@ -105,7 +106,7 @@ class FailedProblem:
         width = self.P_before.shape[1]
         state = new(State, n=1, n_c=n, d=width - 1, capacity=1)
         scratch = new(Scratch, n=1, n_c=n, d=width - 1)
-        state, work = state, scratch.work
+        work = scratch.work
         work.G[:r, :r], work.c[:r], work.gamma_0[:r] = self.G, self.c, self.gamma_0
         work.start[: n + 1], work.closed[:], work.N[:] = self.start, np.arange(n), self.N
         state.P[:], state.mode[:], state.slip[:] = self.P_before, self.mode_before, self.slip_before
@@ -113,7 +114,9 @@ class FailedProblem:
         planar.can_decide_redundant = planar.has_newton = n > 1
         many = (solve_planar, enumerate_modes, pivot, enumerate_redundant, solve_by_newton)
         load_all((solve, *many) if n > 1 else (solve,))
-        status = solve(self.kinds, self.laws, self.selection, self.dt, n, state.address, scratch.address)
+        sys = new(Sys, n_p=0, n_c=n)
+        sys.n, sys.n_c, sys.kinds[:], sys.laws[:] = 1, n, self.kinds, self.laws
+        status = solve(sys.address, self.selection, self.dt, n, state.address, scratch.address)
         is_solved = status == Status.RUNNING
         residual = float(state.worst.residual) if is_solved else np.inf
         return Answer(Status.FINISHED if is_solved else Status(status), work.P[:r].copy(), residual)

@@ -23,6 +23,7 @@ from nonsmooth.mechanics.compiled import loop_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.initial_state import check_mass, project_state
 from nonsmooth.mechanics.inspection import inspect_start
+from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.motion import Motion, join
 from nonsmooth.results.solution import Solution, Stats
@@ -57,6 +58,7 @@ class AdaptiveRun(Run):
         started = time.perf_counter()
         self.model, self.loop = loop_of(system, integrator)
         self.has = model_facts(system)
+        self.sys = new_sys(system, self.model.handle, self.has)
         self.compile_time = time.perf_counter() - started
         t_0 = float(t_record[0])
         inspect_start(system, t_0, q0, u0, self.model)
@@ -65,7 +67,7 @@ class AdaptiveRun(Run):
             q0, u0 = project_state(system, t_0, q0, u0)
         n, n_c, d = system.n_u, system.n_c, system.d
         self.state = new(State, n=n, n_c=n_c, d=d, capacity=EVENT_CAPACITY + EVENTS_AT_ONCE * n_c)
-        self.scratch = integrator.scratch(system, self.has, t_0, float(t_record[-1]), q0, u0)
+        self.scratch = integrator.scratch(system, self.sys, t_0, float(t_record[-1]), q0, u0)
         self.trail = self._new_trail(keeps_steps=every == 1)
         self.state.q[:], self.state.u[:] = q0, u0
         self.rows: list[tuple[np.ndarray, ...]] = []
@@ -89,10 +91,9 @@ class AdaptiveRun(Run):
 
     def _block(self, max_steps: int) -> int:
         with np.errstate(all="ignore"):
-            status = self.loop(
-                self.model.handle, *self._callbacks(), self.system.p, self.t_record, self.every, min(max_steps, BLOCK),
-                *self.blocks,
-            )  # fmt: skip
+            self._set_handles()
+            sys, *blocks = self._handed(self.sys, self.state, self.trail, self.scratch)
+            status = self.loop(sys, self.t_record, self.every, min(max_steps, BLOCK), *blocks)
         self._collect_rows()
         return status
 
@@ -149,11 +150,12 @@ class AdaptiveRun(Run):
         callbacks = self.integrator.callbacks
         return tuple(kernel.address if self.model.is_compiled else interpreted(kernel) for kernel in callbacks)
 
-    @property
-    def blocks(self) -> tuple[Any, ...]:
-        """The blocks as the loop takes them: addresses, or arrays in the interpreter."""
-        blocks = (self.state, self.trail, self.scratch)
-        return tuple(block.address if self.model.is_compiled else block for block in blocks)
+    def _set_handles(self) -> None:
+        """What the method for differential equations calls: addresses of this process, whatever a checkpoint had."""
+        if callbacks := self._callbacks():
+            ode, events = self.scratch.ode, self.scratch.events
+            ode.rates, events.functions = callbacks
+            (ode.context,) = self._handed(self.scratch.contacts)
 
     def _written(self) -> tuple[np.ndarray, ...]:
         """The columns of the trail's rows."""

@@ -17,11 +17,12 @@ import numpy as np
 
 from nonsmooth.errors import InitialStateWarning, InvalidInput, Status, said_by, warn_caller
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, INCONSISTENT, Columns, Record, State
-from nonsmooth.jit.blocks import new
+from nonsmooth.jit.blocks import Block, new
 from nonsmooth.mechanics.compiled import loop_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.initial_state import examine_state, project_state
 from nonsmooth.mechanics.inspection import END, found_contradiction, inspect_start, is_due
+from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import GAP, ContactMode, System
 from nonsmooth.results.failures import (
     BudgetSpent,
@@ -32,7 +33,7 @@ from nonsmooth.results.failures import (
 )
 from nonsmooth.results.motion import Motion, between_records
 from nonsmooth.results.solution import MAX_EVENTS, Solution, Stats
-from nonsmooth.runs.times import Grid
+from nonsmooth.runs.times import Grid, intervals_of
 from nonsmooth.runs.user_events import START, EventWatch, Stop
 
 if TYPE_CHECKING:
@@ -83,6 +84,7 @@ class Run:
         started = time.perf_counter()
         self.model, self.loop = loop_of(system, integrator)
         self.has = model_facts(system)
+        self.sys, self.intervals = new_sys(system, self.model.handle, self.has), intervals_of(grid)
         self.compile_time = time.perf_counter() - started
         inspect_start(system, float(grid.t[0]), q0, u0, self.model)
         start = examine_state(system, self.model, self.has, float(grid.t[0]), q0, u0)
@@ -94,11 +96,11 @@ class Run:
         sizes = {"n": system.n_u, "n_c": system.n_c, "d": system.d}
         self.state = new(State, **sizes, capacity=EVENT_CAPACITY + 4 * system.n_c)
         self.record = new(Record, m=len(grid.t), **sizes)
-        self.scratch = integrator.scratch(system)
+        self.scratch = integrator.scratch(system, selection)
         self.state.q[:], self.state.u[:] = q0, u0
         self.state.mode[:] = start.mode
         self.state.slip[:] = start.slip
-        self.options = integrator.options(selection)
+        self.selection = selection
         self.events: list[np.ndarray] = []
         self.events_dropped = 0
         self.status = Status.RUNNING
@@ -189,13 +191,10 @@ class Run:
         return self.state.mode
 
     def _block(self, max_steps: int) -> int:
-        system, grid = self.system, self.grid
+        sys, intervals, *blocks = self._handed(self.sys, self.intervals, self.state, self.record, self.scratch)
         # what is not finite is found by the loop itself; the interpreter would warn of it
         with nullcontext() if self.model.is_compiled else np.errstate(all="ignore"):
-            return self.loop(
-                self.model.handle, self.has, system.p, system.kinds, system.laws, self.options,
-                grid.t, grid.dts, grid.steps, max_steps, *self.blocks,
-            )  # fmt: skip
+            return self.loop(sys, intervals, max_steps, *blocks)
 
     def _watched_block(self, max_steps: int) -> int:
         """A block, and the events of the user in it; at a reason to stop the records end there."""
@@ -238,10 +237,8 @@ class Run:
         self.compile_time += time.perf_counter() - started
         return bool(is_ready)
 
-    @property
-    def blocks(self) -> tuple[Any, ...]:
-        """The blocks as the loop takes them: addresses, or arrays in the interpreter."""
-        blocks = (self.state, self.record, self.scratch)
+    def _handed(self, *blocks: Block) -> tuple[Any, ...]:
+        """Blocks as the loop takes them: by their addresses, or themselves in the interpreter."""
         return tuple(block.address if self.model.is_compiled else block for block in blocks)
 
     def _collect_events(self) -> None:
@@ -357,7 +354,7 @@ class Run:
         from nonsmooth.results.failed_problem import FailedProblem
 
         dt = float(self.grid.dts[int(self.state.counters.interval)])
-        self.scratch = self.integrator.scratch(self.system)
+        self.scratch = self.integrator.scratch(self.system, self.selection)
         self.scratch.work.closed[:] = -1
         self._block(1)
         return FailedProblem.of_step(
@@ -366,7 +363,7 @@ class Run:
             self.system.kinds,
             self.system.laws,
             dt,
-            int(self.options[1]),
+            self.selection,
             message,
         )
 

@@ -21,6 +21,7 @@ from nonsmooth.integrators.penalty.switching import N_FUNCTIONS
 from nonsmooth.integrators.radau.events import NO_EVENT, ROUNDINGS
 from nonsmooth.integrators.radau.stages import EPS, GAMMA
 from nonsmooth.jit import Kernel, interpreted
+from nonsmooth.jit.blocks import Block
 from nonsmooth.runs.adaptive_run import AdaptiveRun
 
 PASSED = 10.0  # tolerances by which an event function may be negative where no event was found
@@ -60,7 +61,7 @@ class ScipyRun(AdaptiveRun):
         ode = self.scratch.ode
         rates, functions = self._callbacks()
         if not self.rows:
-            self._accept(self._call(begin_run, rates, self.model.handle, self.system.p, self.blocks[2]))
+            self._accept(self._call(begin_run, self.scratch))
             self._write(ode.clock.now, ode.x)
         if self.state.counters.n_events + self.system.n_c > len(self.state.events):
             return Status.RUNNING
@@ -73,8 +74,7 @@ class ScipyRun(AdaptiveRun):
         self.stalls += 1
         if self.stalls > MAX_STALLS * N_FUNCTIONS * self.system.n_c:
             return Status.CHATTERING
-        state, _, scratch = self.blocks
-        self._accept(self._call(switch, rates, self.model.handle, self.system.p, which, state, scratch))
+        self._accept(self._call(switch, which, self.state, self.scratch))
         self.scratch.events.found.handled = which
         return Status.RUNNING
 
@@ -159,9 +159,7 @@ class ScipyRun(AdaptiveRun):
     def _evaluate(self, function: Any, t: float, x: np.ndarray) -> np.ndarray:
         out = np.zeros(max(len(x), 2 * N_FUNCTIONS * self.system.n_c))
         x = np.ascontiguousarray(x)
-        self._accept(
-            self._call(evaluate_contacts, function, self.model.handle, self.system.p, t, x, out, self.blocks[2])
-        )
+        self._accept(self._call(evaluate_contacts, function, t, x, out, self.scratch))
         return out[: len(x)] if function == self._callbacks()[0] else out
 
     def _event(self, functions: Any, e: int) -> Callable:
@@ -199,7 +197,8 @@ class ScipyRun(AdaptiveRun):
         )
 
     def _call(self, kernel: Kernel, *arguments: Any) -> int:
-        return (kernel.dispatcher if self.model.is_compiled else interpreted(kernel))(*arguments)
+        handed = [self._handed(part)[0] if isinstance(part, Block) else part for part in (self.sys, *arguments)]
+        return (kernel.dispatcher if self.model.is_compiled else interpreted(kernel))(*handed)
 
     def _accept(self, status: int) -> None:
         if status != Status.RUNNING:

@@ -13,7 +13,7 @@ from nonsmooth.results.checkpoint import Checkpoint, Shape
 from nonsmooth.runs.identity import facts_of_run
 from nonsmooth.runs.run import Run, last_row
 from nonsmooth.runs.streaming import Place, Streaming
-from nonsmooth.runs.times import Grid, RecordTimes, grid_times, record_times
+from nonsmooth.runs.times import Grid, RecordTimes, grid_times, intervals_of, record_times
 
 WINDOW = 2**22  # bytes of records in memory
 
@@ -81,6 +81,7 @@ class StreamedRun(Streaming):
         self.first = self.store.n_records - 1
         self.state.counters.interval = 0
         self.grid = self._window(self.integrator)
+        self.intervals = intervals_of(self.grid)
 
     def next_window(self, status: int) -> int:
         if status != Status.FINISHED or self.store.n_records == self.times.count:

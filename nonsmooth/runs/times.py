@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_count, as_number, as_vector
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.jit.blocks import WORD
+from nonsmooth.integrators.moreau_jean.step import Intervals
+from nonsmooth.jit.blocks import WORD, new
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,13 @@ class Grid:
     t: np.ndarray
     dts: np.ndarray
     steps: np.ndarray
+
+
+def intervals_of(grid: Grid) -> Intervals:
+    """The block of a grid that the loop over the steps reads."""
+    intervals = new(Intervals, m=len(grid.dts))
+    intervals.t[:], intervals.dt[:], intervals.steps[:] = grid.t, grid.dts, grid.steps
+    return intervals
 
 
 @dataclass(frozen=True)

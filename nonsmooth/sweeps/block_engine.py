@@ -18,7 +18,7 @@ import numpy as np
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import Status
 from nonsmooth.integrators.moreau_jean.contact import Scratch
-from nonsmooth.integrators.moreau_jean.step import run
+from nonsmooth.integrators.moreau_jean.step import Intervals, run
 from nonsmooth.integrators.records import (
     EVENT_CONTACT,
     EVENT_KIND,
@@ -38,21 +38,35 @@ from nonsmooth.mechanics.compiled import Model, model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.initial_modes import RAISED, initial_modes
 from nonsmooth.mechanics.laws import LAW_WIDTH
+from nonsmooth.mechanics.sys import Sys, new_sys
 from nonsmooth.mechanics.system import System
 from nonsmooth.runs.run import FIRST_BLOCK, next_block
+from nonsmooth.runs.times import intervals_of
 from nonsmooth.signals.interruption import end_if_asked
 from nonsmooth.signals.telling import tell
 
-IS_BEGUN, CELL, STEPS_DONE = range(3)  # where a call stands: whether its cell is begun, which it is, steps of the call
 EVENT_CAPACITY = 32  # rows, and three a contact; the kernel empties them
 N_KINDS = 4  # kinds of event
 N_CODES = 64  # changes of mode kept for a mode sequence
 STILL = 1e-12  # a coordinate whose range is below this part of its size does not move
 
 
+class Call(Block):
+    """What a call of ``run_cells`` is to do, and where it stands."""
+
+    last: int  # the cell before which it ends
+    max_steps: int  # a cell counts as one more
+    window: int  # the first record that is reduced; -1: none
+    is_retry: int
+    is_begun: int  # whether the cell is
+    cell: int
+    steps_done: int
+
+
 class Cells(Block):
     """What N runs start from and leave behind; n = n_u, c = n_c."""
 
+    call: Call
     p: Array[Floats, "N", "n_p"]  # parameters
     laws: Array[Floats, "N", "n_c", LAW_WIDTH]
     q_0: Array[Floats, "N", "n"]  # start
@@ -76,53 +90,58 @@ class Cells(Block):
     period: Array[Floats, "N", "n"]  # mean time between upward crossings of the middle; NaN: fewer than two
 
 
-@kernel(
-    "void(int64, int64, int64[:, ::1], float64[::1], float64[::1], float64[::1], int64[::1], int64, boolean, int64, "
-    "int64, int64[::1], float64[:, ::1], float64[:, ::1], int64, int64, int64, int64)",
-    short_loops=True,
-)
-def run_cells(model, has, kinds, options, t_record, dts, steps, window, is_retry, last, max_steps, place, state_memory,
-              scratch_memory, cells_at, state_at, record_at, scratch_at):  # fmt: skip
-    """Run the cells from ``place`` to ``last``, as far as ``max_steps`` go, a cell counting as one more; the records
-    from number ``window`` on are reduced to low, high, period (none where it is negative). In a retry, what decides the
-    problems that stopped a run is loaded."""
+@kernel("void(int64, int64, int64, float64[:, ::1], float64[:, ::1], int64, int64, int64)", short_loops=True)
+def run_cells(sys_at, intervals_at, cells_at, state_memory, scratch_memory, state_at, record_at, scratch_at):
+    """Run the cells of a call as far as its steps go; the records of its window are reduced to low, high, period. In a
+    retry, what decides the problems that stopped a run is loaded."""
+    sys = view(sys_at, Sys)
     cells, state, record = view(cells_at, Cells), view(state_at, State), view(record_at, Record)
-    scratch = view(scratch_at, Scratch)
-    n, n_c, m = cells.q.shape[1], kinds.shape[0], t_record.shape[0]
-    place[STEPS_DONE] = 0
+    scratch, intervals, call = view(scratch_at, Scratch), view(intervals_at, Intervals), cells.call
+    t_record, dts = intervals.t, intervals.dt
+    n, n_c, m = sys.n, sys.n_c, t_record.shape[0]
+    call.steps_done = 0
     has_newton, may_wait = scratch.planar.has_newton, scratch.planar.may_wait
-    for i in range(place[CELL], last):
-        p, laws = cells.p[i], cells.laws[i]
+    for i in range(call.cell, call.last):
         status = Status.RUNNING.value
-        if place[IS_BEGUN] == 0:
+        if call.is_begun == 0:
+            set_system(i, cells, sys)
             renew(state_memory)
             renew(scratch_memory)
             scratch.planar.has_newton, scratch.planar.may_wait = has_newton, may_wait
             for j in range(n):
                 state.q[j], state.u[j] = cells.q_0[i, j], cells.u_0[i, j]
-            cells.start[i] = initial_modes(model, has, t_record[0], n, n_c, kinds, p, state, scratch.work)
+            cells.start[i] = initial_modes(sys, t_record[0], state, scratch.work)
             if cells.start[i] == RAISED:
                 status = Status.NOT_FINITE.value
             note_modes(i, n_c, state, cells)
-            place[IS_BEGUN], place[CELL] = 1, i
+            call.is_begun, call.cell = 1, i
         while status == Status.RUNNING:
-            if place[STEPS_DONE] >= max_steps:
+            if call.steps_done >= call.max_steps:
                 return
             before = state.counters.steps
             status = run(
-                model, has, p, kinds, laws, options, t_record, dts, steps, max_steps - place[STEPS_DONE], state_at,
-                record_at, scratch_at,
+                sys_at, intervals_at, call.max_steps - call.steps_done, state_at, record_at, scratch_at
             )  # fmt: skip
-            place[STEPS_DONE] += state.counters.steps - before
+            call.steps_done += state.counters.steps - before
             note_events(i, state, cells)
-            if is_retry and status == Status.NOT_SOLVED and scratch.planar.can_decide_redundant == 0:
+            if call.is_retry != 0 and status == Status.NOT_SOLVED and scratch.planar.can_decide_redundant == 0:
                 scratch.planar.can_decide_redundant = 1
                 status = Status.RUNNING.value
         store(i, n, n_c, status, t_record, dts, state, cells)
-        if window >= 0 and status == Status.FINISHED:
-            reduce_motion(i, n, window, m, t_record, record, cells)
-        place[IS_BEGUN], place[CELL] = 0, i + 1
-        place[STEPS_DONE] += 1
+        if call.window >= 0 and status == Status.FINISHED:
+            reduce_motion(i, n, call.window, m, t_record, record, cells)
+        call.is_begun, call.cell = 0, i + 1
+        call.steps_done += 1
+
+
+@kernel
+def set_system(i, cells, sys):
+    """Give the system the parameters and laws of cell i."""
+    for k in range(sys.p.shape[0]):
+        sys.p[k] = cells.p[i, k]
+    for k in range(sys.n_c):
+        for column in range(sys.laws.shape[1]):
+            sys.laws[k, column] = cells.laws[i, k, column]
 
 
 @kernel
@@ -264,7 +283,7 @@ class BlockEngine:
         self.system, self.integrator, self.grid, self.window = system, integrator, grid, window
         self.model: Model = model_of(system)
         self.has = model_facts(system)
-        self.options = integrator.options(selection)
+        self.selection = selection
         needed = WORD * count_words(Record, m=len(grid.t), n=system.n_u, n_c=system.n_c, d=system.d)
         require_memory(needed, f"the {len(grid.t)} records of a run", "record less (every=), or stop earlier")
         self.n_codes = N_CODES if has_sequence else 0
@@ -292,23 +311,24 @@ class BlockEngine:
         sizes = {"n": system.n_u, "n_c": system.n_c, "d": system.d}
         state, state_memory = renewable(new(State, **sizes, capacity=EVENT_CAPACITY + 3 * system.n_c))
         record = new(Record, m=len(self.grid.t), **sizes)
-        scratch, scratch_memory = renewable(self.integrator.scratch(system))
-        blocks = [block.address if model.is_compiled else block for block in (cells, state, record, scratch)]
+        scratch, scratch_memory = renewable(self.integrator.scratch(system, self.selection))
+        sys = new_sys(system, model.handle, self.has)
+        used = (sys, intervals_of(grid), cells, state, record, scratch)
+        blocks = [block.address if model.is_compiled else block for block in used]
 
         def call(first: int, last: int, is_retry: bool) -> None:
             """Run the cells from one to another."""
-            place = np.array([0, first, 0])
-            while place[CELL] < last:
+            here = cells.call
+            here.is_begun, here.cell, here.last, here.is_retry, here.window = 0, first, last, is_retry, self.window
+            while here.cell < last:
                 end_if_asked()
                 began = time.perf_counter()
+                here.max_steps = self.max_steps
                 with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite the loop itself finds
-                    kernel(
-                        model.handle, self.has, system.kinds, self.options, grid.t, grid.dts, grid.steps,
-                        self.window, is_retry, last, self.max_steps, place, state_memory, scratch_memory, *blocks,
-                    )  # fmt: skip
-                self.max_steps = next_block(int(place[STEPS_DONE]), time.perf_counter() - began)
-                part = state.counters.interval / max(1, len(grid.dts)) * place[IS_BEGUN]
-                tell((place[CELL] + part) / len(cells.p))
+                    kernel(*blocks[:3], state_memory, scratch_memory, *blocks[3:])
+                self.max_steps = next_block(int(here.steps_done), time.perf_counter() - began)
+                part = state.counters.interval / max(1, len(grid.dts)) * here.is_begun
+                tell((here.cell + part) / len(cells.p))
 
         call(0, len(cells.p), False)
         stopped = np.flatnonzero(cells.status == Status.NOT_SOLVED).tolist()

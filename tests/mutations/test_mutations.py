@@ -43,12 +43,12 @@ MUTATIONS = {
         STEPPING + "test_block_holds_just_below_the_friction_limit_and_slides_just_above",
     ),
     "restitution takes the speed away twice": Mutation(
-        "mechanics/contact_problem.py", "c[r] += laws[i, LAW_E_N] * gamma_0[r]",
-        "c[r] -= laws[i, LAW_E_N] * gamma_0[r]",
+        "mechanics/contact_problem.py", "c[r] += sys.laws[i, LAW_E_N] * gamma_0[r]",
+        "c[r] -= sys.laws[i, LAW_E_N] * gamma_0[r]",
         STEPPING + "test_ball_bounces_at_the_closed_form_times_within_one_step",
     ),
     "impacts are elastic": Mutation(
-        "mechanics/contact_problem.py", "c[r] += laws[i, LAW_E_N] * gamma_0[r]", "c[r] += gamma_0[r]",
+        "mechanics/contact_problem.py", "c[r] += sys.laws[i, LAW_E_N] * gamma_0[r]", "c[r] += gamma_0[r]",
         STEPPING + "test_ball_comes_to_rest_after_its_zeno_point",
     ),
     "the weights of theta are exchanged": Mutation(

@@ -27,6 +27,7 @@ from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.contact_problem import Work, model_facts
 from nonsmooth.mechanics.initial_modes import ADMISSIBLE, initial_modes
 from nonsmooth.mechanics.initial_state import examine_state
+from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import Contact, System
 from nonsmooth.results.solution import Stats
 from nonsmooth.sweeps.block_engine import BlockEngine
@@ -104,9 +105,8 @@ def test_modes_at_a_start_are_those_that_simulate_finds(model):
         state = new(State, n=n, n_c=n_c, d=d, capacity=1)
         work = new(Work, n=n, n_c=n_c, d=d)
         state.q[:], state.u[:] = q, u
-        verdict = interpreted(initial_modes)(
-            in_python(system), model_facts(system), 0.0, n, n_c, system.kinds, system.p, state, work
-        )
+        sys = new_sys(system, in_python(system), model_facts(system))
+        verdict = interpreted(initial_modes)(sys, 0.0, state, work)
         assert (verdict == ADMISSIBLE) == expected.is_admissible
         assert state.mode.tolist() == expected.mode.tolist() and state.slip.tolist() == expected.slip.tolist()
 

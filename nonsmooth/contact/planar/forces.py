@@ -27,11 +27,12 @@ from nonsmooth.contact.planar.problem import Part, Planar
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
 from nonsmooth.errors import Status
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem
 from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, row_velocities
 from nonsmooth.mechanics.laws import LAW_WIDTH, friction_coefficient, static_coefficient
+from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL
 
 # A gap or a velocity is zero within this part of the state's own scale (the tolerance of initial states).
@@ -92,15 +93,16 @@ class Outcome(IntEnum):
 
 
 @kernel(
-    "Tuple((int64, int64, int64, int64))(int64, int64, float64, float64[::1], float64[::1], float64[::1], int64)",
+    "Tuple((int64, int64, int64, int64))(int64, float64, float64[::1], float64[::1], int64)",
     short_loops=True,
 )
-def forces_at_state(model, has, t, q, u, p, forces_at):
+def forces_at_state(sys_at, t, q, u, forces_at):
     """All contact forces at a state: (outcome, solutions, closed contacts, rows). ``forces`` has the kinds and laws."""
+    sys = view(sys_at, Sys)
     forces = view(forces_at, Forces)
     if forces.kinds.shape[0] == 0:
         return Outcome.COMPLETE.value, 1, 0, 0
-    n_k = list_closed(model, has, t, q, u, p, forces)
+    n_k = list_closed(sys, t, q, u, forces)
     if n_k < 0:
         return (Outcome.INADMISSIBLE if n_k == -1 else Outcome.NOT_FINITE).value, 0, 0, 0
     if n_k == 0:
@@ -111,15 +113,15 @@ def forces_at_state(model, has, t, q, u, p, forces_at):
         forces.slip[k] = 0
         if forces.situation[i] == Situation.SLIDING:
             forces.slip[k] = 1 if forces.gamma[i, 1] > 0.0 else -1
-    outcome, found, r = forces_of_closed(model, has, t, q, u, p, n_k, forces)
+    outcome, found, r = forces_of_closed(sys, t, q, u, n_k, forces)
     return outcome, found, n_k, r
 
 
 @kernel
-def forces_of_closed(model, has, t, q, u, p, n_k, forces):
+def forces_of_closed(sys, t, q, u, n_k, forces):
     """All forces of the n_k contacts in work.closed, whose slip and gamma are known: (outcome, solutions, rows)."""
     work, kinds, laws = forces.work, forces.kinds, forces.laws
-    status, r = acceleration_problem(model, has, t, u.shape[0], q, u, p, n_k, kinds, forces.rates, work)
+    status, r = acceleration_problem(sys, sys.has, t, q, u, n_k, forces.rates, work)
     if status != Status.RUNNING:
         return Outcome.NOT_FINITE.value, 0, r
     for k in range(n_k):
@@ -133,7 +135,7 @@ def forces_of_closed(model, has, t, q, u, p, n_k, forces):
 
 
 @kernel
-def list_closed(model, has, t, q, u, p, forces):
+def list_closed(sys, t, q, u, forces):
     """Fill work.closed and the situation of every contact; their number, -1 if inadmissible, -2 if not finite."""
     work, kinds, situation, gamma = forces.work, forces.kinds, forces.situation, forces.gamma
     n_c, length, speed = kinds.shape[0], 0.0, 0.0
@@ -141,13 +143,13 @@ def list_closed(model, has, t, q, u, p, forces):
         work.q_mid[j] = q[j]
         length = max(length, abs(q[j]))
         speed = max(speed, abs(u[j]))
-    if has & (1 << GAP) and not call_model(model, GAP, t, q, u, p, work.g_N):
+    if sys.has & (1 << GAP) and not evaluate(sys, GAP, t, q, u, work.g_N):
         return -2
-    if not evaluate_rows(model, has, True, t, u, p, work):
+    if not evaluate_rows(sys, sys.has, True, t, u, work):
         return -2
     for i in range(n_c):
         work.closed[i] = i
-    row_velocities(u.shape[0], n_c, kinds, u, work)
+    row_velocities(sys, n_c, u, work)
     r = 0
     surface = 0.0
     for i in range(n_c):

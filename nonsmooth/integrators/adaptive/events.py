@@ -32,6 +32,7 @@ from nonsmooth.integrators.rigid.modes import CLOSURE, FRICTION, N_FUNCTIONS
 from nonsmooth.integrators.rigid.rates import rigid_events
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, ContactMode
 
 NOWHERE = 2.0  # a place that is not in the step
@@ -42,11 +43,11 @@ NARROW = 1e-3  # of an enclosure: regula falsi goes no nearer to its ends
 
 
 @kernel
-def event_values(model, p, t, y, run, out):
+def event_values(sys, t, y, run, out):
     """The event functions at a state, to out (E,); returns a Status. Bands are left in run.function, behind E values,
     negative where a function has no slope."""
     contacts, function = run.contacts, run.function
-    status = rigid_events(model, p, address(contacts), t, y, function)
+    status = rigid_events(address(sys), address(contacts), t, y, function)
     E = run.f_0.shape[0]
     for e in range(E):
         out[e] = function[e]
@@ -210,12 +211,13 @@ def dip(e, a, m, run):
     return place, v_0 + (place - t_0) * (slope + (place - t_1) * curvature)
 
 
-@kernel("Tuple((int64, float64))(int64, float64[::1], float64, float64, int64, int64, int64)", short_loops=True)
-def find_event(model, p, t, H, j, state_at, run_at):
+@kernel("Tuple((int64, float64))(int64, float64, float64, int64, int64, int64)", short_loops=True)
+def find_event(sys_at, t, H, j, state_at, run_at):
     """Where a step that converged at row j, and was fitted, has its first event: (Status, place, 1 if it ends with one,
     NOWHERE if there is none). Its end is run.x."""
+    sys = view(sys_at, Sys)
     state, run = view(state_at, State), view(run_at, Extrapolation)
-    status = event_values(model, p, t + H, run.x, run, run.f_1)
+    status = event_values(sys, t + H, run.x, run, run.f_1)
     if status != Status.RUNNING:
         return status, NOWHERE
     is_known, low = True, 0.0
@@ -223,24 +225,24 @@ def find_event(model, p, t, H, j, state_at, run_at):
     place = next_suspect(low, j + 1, run)
     while place < 1.0:
         is_known = False
-        status = values_within(model, p, t, H, place, state, run)
+        status = values_within(sys, t, H, place, state, run)
         if status != Status.RUNNING:
             return status, NOWHERE
         if fallen(run.f_in, place, run) == BEYOND:
-            return enclose(model, p, t, H, low, place, state, run)
+            return enclose(sys, t, H, low, place, state, run)
         low = place
         place = next_suspect(low, j + 1, run)
     how = fallen(run.f_1, 1.0, run)
     ends = run.counters.is_located == 1 and how == BEYOND and not has_slope(run.f_1, run)
     if not is_known and (how != BEYOND or ends):
-        status = event_values(model, p, t + H, run.x, run, run.f_1)  # the forces at the end are known again
+        status = event_values(sys, t + H, run.x, run, run.f_1)  # the forces at the end are known again
     if how == STANDS:
         return Status.RUNNING.value, NOWHERE
     if how == WITHIN or ends:
         return Status.RUNNING.value, 1.0
     for e in range(run.f_1.shape[0]):
         run.f_in[e] = run.f_1[e]
-    return enclose(model, p, t, H, low, 1.0, state, run)
+    return enclose(sys, t, H, low, 1.0, state, run)
 
 
 @kernel
@@ -256,10 +258,10 @@ def only_enters_region(run):
 
 
 @rare_kernel
-def values_within(model, p, t, H, place, state, run):
+def values_within(sys, t, H, place, state, run):
     """The event functions at a place of the motion that was fitted, to run.f_in; returns a Status."""
     state_within(place, H, state, run)
-    return event_values(model, p, t + place * H, run.y, run, run.f_in)
+    return event_values(sys, t + place * H, run.y, run, run.f_in)
 
 
 @kernel
@@ -283,7 +285,7 @@ def has_slope(f, run):
 
 
 @rare_kernel
-def enclose(model, p, t, H, low, high, state, run):
+def enclose(sys, t, H, low, high, state, run):
     """(Status, place) of the first fall between two places, at the second of which the values are in run.f_in.
 
     Regula falsi with the Illinois factor for the lowest of all functions, each over what it falls by until there, and
@@ -295,7 +297,7 @@ def enclose(model, p, t, H, low, high, state, run):
     status = Status.RUNNING.value
     if low > 0.0:
         v_high = lowest(run.f_in, high, run)
-        status = values_within(model, p, t, H, low, state, run)
+        status = values_within(sys, t, H, low, state, run)
         v_low = lowest(run.f_in, low, run)
     else:
         v_low, v_high = lowest(run.f_0, low, run), lowest(run.f_in, high, run)
@@ -307,7 +309,7 @@ def enclose(model, p, t, H, low, high, state, run):
         if k % 3 < 2 and v_low > 0.0 > v_high:
             part = min(1.0 - NARROW, max(NARROW, v_low / (v_low - v_high)))
         middle = low + part * (high - low)
-        status = values_within(model, p, t, H, middle, state, run)
+        status = values_within(sys, t, H, middle, state, run)
         how, value = fallen(run.f_in, middle, run), lowest(run.f_in, middle, run)
         if how == WITHIN:
             return status, middle

@@ -29,7 +29,7 @@ from nonsmooth.integrators.rigid.modes import (
     list_islands,
 )
 from nonsmooth.integrators.rigid.rates import of_load, pressing, solve_island
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
 from nonsmooth.mechanics.contact_problem import (
@@ -50,6 +50,7 @@ from nonsmooth.mechanics.contact_problem import (
     stack_rows,
 )
 from nonsmooth.mechanics.laws import depends_on_speed, friction_coefficient, static_coefficient
+from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import (
     BILATERAL,
     DAMPING,
@@ -75,21 +76,22 @@ NO_LOAD = 4.0
 SETTLED = 1e-14  # of the largest impulse: a smaller correction is rounding
 
 
-@kernel("int64(int64, float64[::1], float64, float64, int64, int64)", short_loops=True)
-def held_step(model, p, t, dt, k, run_at):
+@kernel("int64(int64, float64, float64, int64, int64)", short_loops=True)
+def held_step(sys_at, t, dt, k, run_at):
     """Advance ``run.trial`` by one step, the k-th of its row, with the modes of run.contacts; returns a Status."""
+    sys = view(sys_at, Sys)
     run = view(run_at, Extrapolation)
     contacts, trial, work = run.contacts, run.trial, run.contacts.work
     has, n = contacts.facts.has, trial.q.shape[0]
     run.counters.substeps += 1
     n_k = list_closed(contacts)
-    status, r = prepare(model, p, t, dt, n, n_k, run)
+    status, r = prepare(sys, t, dt, n_k, run)
     if status != Status.RUNNING:
         return status
     for j in range(n):
         run.u_mid[j] = trial.u[j]
     for _ in range(2 if has & READS_U else 1):
-        status = push(model, p, t + 0.5 * dt, dt, n, n_k, r, run)
+        status = push(sys, t + 0.5 * dt, dt, n_k, r, run)
         if status != Status.RUNNING:
             return status
         for j in range(n):
@@ -100,7 +102,7 @@ def held_step(model, p, t, dt, k, run_at):
     if total != 0.0:
         return Status.NOT_FINITE.value
     take_samples(k, dt, n_k, run)
-    book(dt, n, n_k, run)
+    book(sys, dt, n_k, run)
     return Status.RUNNING.value
 
 
@@ -116,60 +118,62 @@ def list_closed(contacts):
 
 
 @kernel
-def prepare(model, p, t, dt, n, n_k, run):
+def prepare(sys, t, dt, n_k, run):
     """What does not depend on the forces: gaps, M, Mhat, rows and their rates, G. Returns (Status, rows)."""
+    n = sys.n
     contacts, trial, work = run.contacts, run.trial, run.contacts.work
     has, t_mid, u = contacts.facts.has, t + 0.5 * dt, trial.u
     for j in range(n):
         work.q_mid[j] = trial.q[j] + 0.5 * dt * u[j]
-    if n_k < contacts.kinds.shape[0] and not call_model(model, GAP, t_mid, work.q_mid, u, p, work.g_N):
+    if n_k < contacts.kinds.shape[0] and not evaluate(sys, GAP, t_mid, work.q_mid, u, work.g_N):
         return Status.NOT_FINITE.value, 0
     if run.is_known[0] == 0 or not has & MASS_IS_CONSTANT:
-        if not call_model(model, MASS, t_mid, work.q_mid, u, p, work.M):
+        if not evaluate(sys, MASS, t_mid, work.q_mid, u, work.M):
             return Status.NOT_FINITE.value, 0
         work.band = bandwidth(n, work.M)
         if not cholesky(n, work.band, work.M, work.factor):
             return Status.MASS_NOT_POSITIVE.value, 0
         run.is_known[0] = 1
-    if is_implicit(has):
-        status = find_jacobians(model, p, t_mid, dt, n, run)
+    if is_implicit(sys, has):
+        status = find_jacobians(sys, t_mid, dt, run)
         if status != Status.RUNNING:
             return status, 0
     if n_k == 0:
         return Status.RUNNING.value, 0
     for i in range(work.N.shape[0]):
         work.N[i] = 0.0  # the loads are those at u_mid: find_loads
-    if not evaluate_rows(model, has & ~(1 << NORMAL_FORCE), run.is_known[1] == 0, t_mid, u, p, work):
+    if not evaluate_rows(sys, has & ~(1 << NORMAL_FORCE), run.is_known[1] == 0, t_mid, u, work):
         return Status.NOT_FINITE.value, 0
     run.is_known[1] = 1
-    r = stack_rows(n, n_k, contacts.kinds, u, work)
-    apply_inverse(has, n, work, r)
-    is_finite = carry_velocities(model, p, t, dt, n, n_k, r, run)
+    r = stack_rows(sys, n_k, u, work)
+    apply_inverse(sys, has, work, r)
+    is_finite = carry_velocities(sys, t, dt, n_k, r, run)
     return Status.RUNNING.value if is_finite else Status.NOT_FINITE.value, r
 
 
 @kernel
-def find_jacobians(model, p, t_mid, dt, n, run):
+def find_jacobians(sys, t_mid, dt, run):
     """C, K and the factors of Mhat; differences are taken in the first plain step of an adaptive one only."""
+    n = sys.n
     contacts, work, u = run.contacts, run.contacts.work, run.trial.u
     has, is_first = contacts.facts.has, run.counters.has_jacobian == 0
     if is_first and has & (DAMPING_BY_DIFFERENCES | STIFFNESS_BY_DIFFERENCES):
-        if not call_model(model, FORCE, t_mid, work.q_mid, u, p, work.h):
+        if not evaluate(sys, FORCE, t_mid, work.q_mid, u, work.h):
             return Status.NOT_FINITE.value
     if is_first and has & DAMPING_BY_DIFFERENCES:
         for j in range(n):
             work.trial[j] = dt * work.h[j]
         cholesky_solve(n, work.band, work.factor, work.trial)
-        if not difference(model, t_mid, n, work.q_mid, u, p, True, work):
+        if not difference(sys, t_mid, work.q_mid, u, True, work):
             return Status.NOT_FINITE.value
-    elif has & (1 << DAMPING) and not call_model(model, DAMPING, t_mid, work.q_mid, u, p, work.C):
+    elif has & (1 << DAMPING) and not evaluate(sys, DAMPING, t_mid, work.q_mid, u, work.C):
         return Status.NOT_FINITE.value
     if is_first and has & STIFFNESS_BY_DIFFERENCES:
         for j in range(n):
             work.trial[j] = dt * u[j]
-        if not difference(model, t_mid, n, work.q_mid, u, p, False, work):
+        if not difference(sys, t_mid, work.q_mid, u, False, work):
             return Status.NOT_FINITE.value
-    elif has & (1 << STIFFNESS) and not call_model(model, STIFFNESS, t_mid, work.q_mid, u, p, work.K):
+    elif has & (1 << STIFFNESS) and not evaluate(sys, STIFFNESS, t_mid, work.q_mid, u, work.K):
         return Status.NOT_FINITE.value
     for i in range(n):
         for j in range(n):
@@ -180,30 +184,31 @@ def find_jacobians(model, p, t_mid, dt, n, run):
 
 
 @kernel
-def carry_velocities(model, p, t, dt, n, n_k, r, run):
+def carry_velocities(sys, t, dt, n_k, r, run):
     """work.gamma_0 at the beginning of the step, run.rate = dt (W' u + w') of its middle; False if a row is none.
 
     The differences of rows that move with the time reach from the beginning of the step to its end: what they are off
     by is extrapolated. A gamma_0 of rounding is zero: an impulse of dt la_N is lost in it where steps are short.
     """
+    n = sys.n
     contacts, there, work = run.contacts, run.step.there, run.contacts.work
-    has, kinds, q, u = contacts.facts.has, contacts.kinds, run.trial.q, run.trial.u
+    has, q, u = contacts.facts.has, run.trial.q, run.trial.u
     for k in range(r):
         run.rate[k] = 0.0
     if not has & ROWS_ARE_CONSTANT or not has & SURFACES_ARE_CONSTANT:
         rows = has & ~(1 << NORMAL_FORCE)
         for k in range(n_k):
             there.closed[k] = work.closed[k]
-        e = row_shift(has, n, u)
+        e = row_shift(sys, has, u)
         if has & ROWS_READ_T:
             e = max(0.25 * dt, NEAR * e)
-        if not find_row_rates(model, rows, e, t + 0.5 * dt, n, work.q_mid, u, p, n_k, kinds, contacts.rates, there):
+        if not find_row_rates(sys, rows, e, t + 0.5 * dt, work.q_mid, u, n_k, contacts.rates, there):
             return False
         for j in range(n):
             there.q_mid[j] = q[j]
-        if not evaluate_rows(model, rows, True, t, u, p, there):
+        if not evaluate_rows(sys, rows, True, t, u, there):
             return False
-        row_velocities(n, n_k, kinds, u, there)
+        row_velocities(sys, n_k, u, there)
         for k in range(r):
             run.rate[k] = dt * contacts.rates[0, k]
             work.gamma_0[k] = there.gamma_0[k]
@@ -217,13 +222,14 @@ def carry_velocities(model, p, t, dt, n, n_k, r, run):
 
 
 @kernel
-def push(model, p, t_mid, dt, n, n_k, r, run):
+def push(sys, t_mid, dt, n_k, r, run):
     """The velocities work.u_1 after the step, by the forces at u_mid; returns a Status."""
+    n = sys.n
     contacts, work, u = run.contacts, run.contacts.work, run.trial.u
     has = contacts.facts.has
-    if not call_model(model, FORCE, t_mid, work.q_mid, run.u_mid, p, work.h):
+    if not evaluate(sys, FORCE, t_mid, work.q_mid, run.u_mid, work.h):
         return Status.NOT_FINITE.value
-    if is_implicit(has):
+    if is_implicit(sys, has):
         for i in range(n):
             for j in range(n):
                 work.h[i] += work.C[i, j] * (run.u_mid[j] - u[j])
@@ -234,21 +240,22 @@ def push(model, p, t_mid, dt, n, n_k, r, run):
             work.du[i] = dt * work.h[i]
         cholesky_solve(n, work.band, work.factor, work.du)
     if n_k > 0:
-        if has & (1 << NORMAL_FORCE) and not find_loads(model, t_mid, run.u_mid, p, work):
+        if has & (1 << NORMAL_FORCE) and not find_loads(sys, t_mid, run.u_mid, work):
             return Status.NOT_FINITE.value
         delassus(n, r, work)
         for k in range(r):
             work.c[k] += run.rate[k]
-        find_impulses(dt, n, n_k, r, run)
+        find_impulses(sys, dt, n_k, r, run)
     new_velocity(n, r, u, work)
     return Status.RUNNING.value
 
 
 @kernel
-def find_impulses(dt, n, n_k, r, run):
+def find_impulses(sys, dt, n_k, r, run):
     """work.P from the equations of the modes, island by island; redundant contacts share their load."""
+    n = sys.n
     contacts, work = run.contacts, run.contacts.work
-    varies = set_friction(dt, n_k, run)
+    varies = set_friction(sys, dt, n_k, run)
     for k in range(n_k):
         i = work.closed[k]
         if contacts.kinds[i, 0] == GIVEN_FORCE:
@@ -261,11 +268,11 @@ def find_impulses(dt, n, n_k, r, run):
                 work.P[a + 1] = contacts.ratio[i] * contacts.z[e]
         varies = varies and contacts.facts.is_shared == 0 and contacts.facts.is_admissible == 0
     if varies:
-        settle_speeds(n_k, r, run)
+        settle_speeds(sys, n_k, r, run)
 
 
 @kernel
-def set_friction(dt, n_k, run):
+def set_friction(sys, dt, n_k, run):
     """P_F/P_N of the contacts that slide, P_F itself under a given normal force, both to contacts, at the speed before
     the step; whether a law depends on the speed."""
     contacts, work = run.contacts, run.contacts.work
@@ -280,7 +287,7 @@ def set_friction(dt, n_k, run):
             continue
         s = contacts.slip[i]
         varies = varies or depends_on_speed(contacts.laws, i)
-        mu = coefficient(contacts.laws, i, s * work.gamma_0[work.start[k + 1] - 1])
+        mu = coefficient(sys, i, s * work.gamma_0[work.start[k + 1] - 1])
         contacts.ratio[i] = -s * mu * contacts.sign[i]
         if is_given:
             contacts.la[i, 1] = -s * mu * contacts.la[i, 0]
@@ -288,15 +295,15 @@ def set_friction(dt, n_k, run):
 
 
 @kernel
-def coefficient(laws, i, v):
+def coefficient(sys, i, v):
     """mu(v), carried on beyond v = 0 with the slope that it has there: mu(-v) = 2 mu(0) - mu(v)."""
-    if v >= 0.0 or not depends_on_speed(laws, i):
-        return friction_coefficient(laws, i, max(0.0, v))
-    return 2.0 * friction_coefficient(laws, i, 0.0) - friction_coefficient(laws, i, -v)
+    if v >= 0.0 or not depends_on_speed(sys.laws, i):
+        return friction_coefficient(sys.laws, i, max(0.0, v))
+    return 2.0 * friction_coefficient(sys.laws, i, 0.0) - friction_coefficient(sys.laws, i, -v)
 
 
 @kernel
-def settle_speeds(n_k, r, run):
+def settle_speeds(sys, n_k, r, run):
     """Newton's method for P where mu depends on the speed in the middle of the step: all r equations at once."""
     contacts, work = run.contacts, run.contacts.work
     J, order, rest, change, P, G = contacts.factor, contacts.order, contacts.left, contacts.sum, work.P, work.G
@@ -310,7 +317,7 @@ def settle_speeds(n_k, r, run):
                 rest[a] -= G[a, b] * P[b]
         for k in range(n_k):
             if contacts.mode[work.closed[k]] == ContactMode.SLIDE:
-                linearise_friction(k, r, run)
+                linearise_friction(sys, k, r, run)
         if not lu(r, J, order):
             return
         lu_solve(r, J, order, rest, change)
@@ -323,16 +330,16 @@ def settle_speeds(n_k, r, run):
 
 
 @kernel
-def linearise_friction(k, r, run):
+def linearise_friction(sys, k, r, run):
     """The equation P_F + s mu(v) sigma P_N = 0 of closed contact k, about the impulses that are there, times G_FF."""
     contacts, work = run.contacts, run.contacts.work
     i, b = work.closed[k], work.start[k + 1] - 1
-    s, laws, G, P = contacts.slip[i], contacts.laws, work.G, work.P
+    s, G, P = contacts.slip[i], work.G, work.P
     gamma = -contacts.left[b]  # of the friction row, at the end of the step
     v = 0.5 * s * (work.gamma_0[b] + gamma)
     step = SLOPE * (abs(v) + abs(work.gamma_0[b]) + abs(gamma))
-    mu = coefficient(laws, i, v)
-    slope = (coefficient(laws, i, v + step) - mu) / step if step > 0.0 else 0.0
+    mu = coefficient(sys, i, v)
+    slope = (coefficient(sys, i, v + step) - mu) / step if step > 0.0 else 0.0
     is_given = contacts.kinds[i, 0] == GIVEN_FORCE
     normal = contacts.la[i, 0] if is_given else contacts.sign[i] * P[b - 1]
     for c in range(r):
@@ -385,11 +392,12 @@ def load(i, run):
 
 
 @kernel
-def book(dt, n, n_k, run):
+def book(sys, dt, n_k, run):
     """Move to the end of the step; book energy and impulses."""
+    n = sys.n
     contacts, trial, work = run.contacts, run.trial, run.contacts.work
     kinds = contacts.kinds
-    book_energy(dt, THETA, is_implicit(contacts.facts.has), n, n_k, kinds, trial, work)
+    book_energy(sys, dt, THETA, is_implicit(sys, contacts.facts.has), n_k, trial, work)
     for i in range(kinds.shape[0]):
         for m in range(trial.P.shape[1]):
             trial.P[i, m] = 0.0

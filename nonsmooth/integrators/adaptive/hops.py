@@ -30,13 +30,13 @@ def may_hop(i, run):
 
 
 @rare_kernel
-def drop_hops(model, p, t, run):
+def drop_hops(sys, t, run):
     """Close the contacts that hop lower than the tolerance, and give run.x the impulses; whether there are any.
 
     Of the state run.x accelerations are in contacts.work.du, and run.g_1, run.gamma_1 are known.
     """
     contacts, work, n = run.contacts, run.contacts.work, run.contacts.q.shape[0]
-    has, kinds, n_c = contacts.facts.has, contacts.kinds, contacts.kinds.shape[0]
+    has, n_c = contacts.facts.has, contacts.kinds.shape[0]
     parts = False
     for i in range(n_c):
         work.closed[i] = i
@@ -45,17 +45,17 @@ def drop_hops(model, p, t, run):
         return False
     for j in range(n):
         contacts.q[j], contacts.u[j] = run.x[j], run.x[n + j]
-    shift = row_shift(has, n, contacts.u)
-    if not find_row_rates(model, has, shift, t, n, contacts.q, contacts.u, p, n_c, kinds, contacts.rates, work):
+    shift = row_shift(sys, has, contacts.u)
+    if not find_row_rates(sys, has, shift, t, contacts.q, contacts.u, n_c, contacts.rates, work):
         return False
     for j in range(n):
         work.q_mid[j] = contacts.q[j]
-    if not evaluate_rows(model, has, True, t, contacts.u, p, work):
+    if not evaluate_rows(sys, has, True, t, contacts.u, work):
         return False
-    stack_rows(n, n_c, kinds, contacts.u, work)
+    stack_rows(sys, n_c, contacts.u, work)
     if not close_hops(n, run):
         return False
-    throw_down(n, run)
+    throw_down(sys, run)
     return True
 
 
@@ -82,18 +82,19 @@ def close_hops(n, run):
 
 
 @kernel
-def throw_down(n, run):
+def throw_down(sys, run):
     """The velocities of run.x by the impulses that hold the modes; redundant ones are left to the constraints."""
+    n = sys.n
     contacts, work = run.contacts, run.contacts.work
     kinds, n_k, explicit = contacts.kinds, list_closed(contacts), contacts.facts.has & ~IMPLICIT
-    r = stack_rows(n, n_k, kinds, contacts.u, work)
-    apply_inverse(explicit, n, work, r)
+    r = stack_rows(sys, n_k, contacts.u, work)
+    apply_inverse(sys, explicit, work, r)
     delassus(n, r, work)
     for k in range(n_k):
         i = work.closed[k]
         if contacts.mode[i] == ContactMode.SLIDE:
             s = contacts.slip[i]
-            mu = coefficient(contacts.laws, i, s * work.gamma_0[work.start[k + 1] - 1])
+            mu = coefficient(sys, i, s * work.gamma_0[work.start[k + 1] - 1])
             contacts.ratio[i] = -s * mu * contacts.sign[i]
     m = list_equations(n_k, contacts)
     for e in range(m):

@@ -39,14 +39,14 @@ PLACES, PART = 8, 0.37  # where the forces are looked at once they have jumped: 
 
 
 @kernel
-def begin_forces(model, p, t, state, run):
+def begin_forces(sys, t, state, run):
     """The accelerations at the beginning of the step, to run.force_0, unless they are known; returns a Status."""
     n, status = state.q.shape[0], Status.RUNNING.value
     if run.counters.has_forces == 1:
         return status
     for i in range(n):
         run.y[i], run.y[n + i] = state.q[i], state.u[i]
-    status = event_values(model, p, t, run.y, run, run.f_in)
+    status = event_values(sys, t, run.y, run, run.f_in)
     for i in range(n):
         run.force_0[i] = run.contacts.work.du[i]
     run.counters.has_forces = 1
@@ -61,11 +61,11 @@ def keep_forces(run):
 
 
 @kernel
-def note_forces(model, p, t_1, run):
+def note_forces(sys, t_1, run):
     """The accelerations at the end of the step, to run.force_1; returns a Status. With contacts they are known."""
     status = Status.RUNNING.value
     if run.contacts.kinds.shape[0] == 0:
-        status = event_values(model, p, t_1, run.x, run, run.f_1)
+        status = event_values(sys, t_1, run.x, run, run.f_1)
     for i in range(run.force_1.shape[0]):
         run.force_1[i] = run.contacts.work.du[i]
     return status
@@ -94,7 +94,7 @@ def are_followed(H, run):
 
 
 @kernel
-def find_jump(model, p, t, H, j, state, run):
+def find_jump(sys, t, H, j, state, run):
     """(Status, place) of a jump of the forces in a fitted step that converged at row j; NOWHERE if there is none."""
     m, status, place = j + 1, Status.RUNNING.value, NOWHERE
     at_begin, at_end = are_followed(H, run)
@@ -102,37 +102,37 @@ def find_jump(model, p, t, H, j, state, run):
     if at_begin and at_end and not is_chance and run.counters.jumps == 0:
         return status, place
     if not at_begin:
-        status, place = jump_at_end(model, p, t, H, m, BEGIN, state, run)
+        status, place = jump_at_end(sys, t, H, m, BEGIN, state, run)
     if not at_end and status == Status.RUNNING and place == NOWHERE:
         are_followed(H, run)
-        status, place = jump_at_end(model, p, t, H, m, END, state, run)
+        status, place = jump_at_end(sys, t, H, m, END, state, run)
     if is_chance and status == Status.RUNNING and place == NOWHERE:
-        status, place = jump_between_nodes(model, p, t, H, m, state, run)
+        status, place = jump_between_nodes(sys, t, H, m, state, run)
     if run.counters.jumps > 0 and status == Status.RUNNING and place == NOWHERE:
-        status, place = jump_between_places(model, p, t, H, state, run)
+        status, place = jump_between_places(sys, t, H, state, run)
     if status == Status.RUNNING and run.contacts.kinds.shape[0] > 0:
-        status = event_values(model, p, t + H, run.x, run, run.f_1)  # the forces at the end are known again
+        status = event_values(sys, t + H, run.x, run, run.f_1)  # the forces at the end are known again
     return status, place
 
 
 @rare_kernel
-def jump_at_end(model, p, t, H, m, end, state, run):
+def jump_at_end(sys, t, H, m, end, state, run):
     """(Status, place) of a jump in the half plain step at an end of the fitted step, whose r is in run.jump.
 
     Of a smooth motion r is that of the middle of the plain step too, nearly: the slope at the end is not exact.
     """
     part = 0.5 / m
-    status = rest_at(model, p, t, H, part if end == BEGIN else 1.0 - part, 0, MIDDLE, state, run)
+    status = rest_at(sys, t, H, part if end == BEGIN else 1.0 - part, 0, MIDDLE, state, run)
     has_jumped = run.counters.jumps > 0
     if status != Status.RUNNING or distance(MIDDLE, end, run) < FADES * size_of_rest(end, run):
         return status, SHORTER if has_jumped and size_of_rest(MIDDLE, run) > SEEN else NOWHERE
     low = 0.0 if end == BEGIN else 1.0 - 2.0 * part
-    status, place = enclose_jump(model, p, t, H, low, low + 2.0 * part, 0, state, run)
+    status, place = enclose_jump(sys, t, H, low, low + 2.0 * part, 0, state, run)
     return status, SHORTER if place == NOWHERE and has_jumped else place
 
 
 @rare_kernel
-def jump_between_places(model, p, t, H, state, run):
+def jump_between_places(sys, t, H, state, run):
     """(Status, place) of a jump within a fitted step of forces that have jumped before; NOWHERE if there is none."""
     n = state.q.shape[0]
     for i in range(n):
@@ -140,7 +140,7 @@ def jump_between_places(model, p, t, H, state, run):
     largest, first, before = seen(run), NOWHERE, 0.0
     for k in range(PLACES):
         place = (k + PART) / PLACES
-        status = rest_at(model, p, t, H, place, 0, MIDDLE, state, run)
+        status = rest_at(sys, t, H, place, 0, MIDDLE, state, run)
         if status != Status.RUNNING:
             return status, NOWHERE
         change = distance(LAST, MIDDLE, run)
@@ -151,11 +151,11 @@ def jump_between_places(model, p, t, H, state, run):
         before = place
     if first == NOWHERE:
         return Status.RUNNING.value, NOWHERE
-    return enclose_jump(model, p, t, H, first, first + 1.0 / PLACES, 0, state, run)
+    return enclose_jump(sys, t, H, first, first + 1.0 / PLACES, 0, state, run)
 
 
 @rare_kernel
-def jump_between_nodes(model, p, t, H, m, state, run):
+def jump_between_nodes(sys, t, H, m, state, run):
     """(Status, place) of the first jump of the forces among the m plain steps of the last row; NOWHERE if none is
     enclosed."""
     n, largest, first = state.q.shape[0], 0.0, 0
@@ -168,24 +168,24 @@ def jump_between_nodes(model, p, t, H, m, state, run):
         largest = max(largest, change)
     if first == 0:
         return Status.RUNNING.value, NOWHERE
-    return enclose_jump(model, p, t, H, (first - 0.5) / m, (first + 0.5) / m, m, state, run)
+    return enclose_jump(sys, t, H, (first - 0.5) / m, (first + 0.5) / m, m, state, run)
 
 
 @rare_kernel
-def enclose_jump(model, p, t, H, low, high, m, state, run):
+def enclose_jump(sys, t, H, low, high, m, state, run):
     """(Status, the place before a jump of the forces between two others), on the motion that was fitted or, where
     m > 0, on that between the nodes; NOWHERE if their change fades as the interval does."""
     r, width = run.jump, high - low
-    status = rest_at(model, p, t, H, low, m, BEGIN, state, run)
+    status = rest_at(sys, t, H, low, m, BEGIN, state, run)
     if status == Status.RUNNING:
-        status = rest_at(model, p, t, H, high, m, END, state, run)
+        status = rest_at(sys, t, H, high, m, END, state, run)
     change = distance(BEGIN, END, run)
     largest, earlier = change, change
     for _ in range(HALVINGS):
         if status != Status.RUNNING or (high - low) * H <= run.clock.least or high - low <= EPS * high:
             break
         middle = 0.5 * (low + high)
-        status = rest_at(model, p, t, H, middle, m, MIDDLE, state, run)
+        status = rest_at(sys, t, H, middle, m, MIDDLE, state, run)
         before, after = distance(BEGIN, MIDDLE, run), distance(MIDDLE, END, run)
         largest = max(largest, before, after)
         is_before = before >= after
@@ -201,14 +201,14 @@ def enclose_jump(model, p, t, H, low, high, m, state, run):
 
 
 @rare_kernel
-def rest_at(model, p, t, H, place, m, which, state, run):
+def rest_at(sys, t, H, place, m, which, state, run):
     """run.jump[which] = H r at a place of the step; returns a Status."""
     n, theta = state.q.shape[0], place
     if m == 0:
-        status = values_within(model, p, t, H, place, state, run)
+        status = values_within(sys, t, H, place, state, run)
     else:
         state_between(place, H, m, n, run)
-        status = event_values(model, p, t + place * H, run.y, run, run.f_in)
+        status = event_values(sys, t + place * H, run.y, run, run.f_in)
     for i in range(n):
         slope = 0.0
         if m == 0:

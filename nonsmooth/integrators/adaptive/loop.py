@@ -35,7 +35,8 @@ from nonsmooth.integrators.records import EVENT_WIDTH, N_LEDGER, State
 from nonsmooth.integrators.rigid.census import count_step, enters_region, note_several
 from nonsmooth.integrators.rigid.modes import N_FUNCTIONS, N_WORKS, UNIQUE, note_side
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import view
+from nonsmooth.jit.blocks import address, view
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GAP, UNILATERAL
 
 LOOK = 20_000  # tries between two looks at the budget
@@ -48,19 +49,20 @@ TWICE = 2.0  # the way to an event as a straight line has it: the step that look
 FIRST_THROUGH = 4.0  # instants: the first plain steps where no modes last
 
 
-@kernel("int64(int64, float64[::1], float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
-def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
+@kernel("int64(int64, float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
+def run(sys_at, t_record, every, max_steps, state_at, trail_at, run_at):
     """Try at most max_steps steps; returns a Status.
 
     Rows are written every so many steps and at every event, or, where every = 0, at the times t_record, at which
     steps end. The last of these is the end.
     """
+    sys = view(sys_at, Sys)
     state, trail, run = view(state_at, State), view(trail_at, Trail), view(run_at, Extrapolation)
     clock, counters, end = run.clock, run.counters, t_record.shape[0] - 1
     for k in range(2):
         run.step.is_known[k], run.is_known[k] = 0, 0
     if state.counters.steps == 0 and trail.counts.next == 0:
-        if not begin(model, p, state, run):
+        if not begin(sys, state, run):
             return Status.NOT_FINITE.value
         write_state(clock.now, state, run, trail)
         trail.counts.next = 1
@@ -76,7 +78,7 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
         set_tolerances(run)
         if counters.to_do == DECIDE:
             counters.has_forces = 0
-            status, has_jumped = decide(model, p, t, state_at, run_at)
+            status, has_jumped = decide(sys_at, t, state_at, run_at)
             collect(state, run.trial)
             if status != Status.RUNNING:
                 return status
@@ -89,9 +91,9 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
         is_last = t + H >= stop - clock.least
         H = stop - t if is_last else H
         if goes_through:
-            status, is_accepted = step_through(model, p, t, H, state_at, run_at)
+            status, is_accepted = step_through(sys_at, t, H, state_at, run_at)
         else:
-            status, is_accepted = go_on(model, p, t, H, is_last, state_at, run, run_at)
+            status, is_accepted = go_on(sys, t, H, is_last, state_at, run, run_at)
         collect(state, run.trial)
         if not is_accepted:
             if goes_through:
@@ -109,7 +111,7 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
             else:
                 keep_smooth(t, H, state, run, trail.steps)
         if goes_through:
-            status = end_stretch(model, p, t_1, H, state, run)
+            status = end_stretch(sys, t_1, H, state, run)
         else:
             end_smooth(t_1, H, state, run)
         accept(t_1, state, run)
@@ -124,12 +126,12 @@ def run(model, p, t_record, every, max_steps, state_at, trail_at, run_at):
 
 
 @kernel
-def begin(model, p, state, run):
+def begin(sys, state, run):
     """Gaps and scales at the start; False if a model function raised."""
     n = state.q.shape[0]
     for i in range(n):
         run.x[i], run.x[n + i] = state.q[i], state.u[i]
-    if not observe(model, p, run.clock.now, run.x, run.g_1, run.gamma_1, run):
+    if not observe(sys, run.clock.now, run.x, run.g_1, run.gamma_1, run):
         return False
     for i in range(state.mode.shape[0]):
         state.mode[i], state.slip[i] = run.contacts.mode[i], run.contacts.slip[i]
@@ -171,13 +173,13 @@ def through_length(run):
 
 
 @kernel
-def go_on(model, p, t, H, is_last, state_at, run, run_at):
+def go_on(sys, t, H, is_last, state_at, run, run_at):
     """Try a step of smooth motion: (Status, whether it is accepted); what is to be done next is in counters.to_do."""
     clock, counters = run.clock, run.counters
     is_cut = H == clock.cut
     clock.cut = math.inf
     counters.at_jump = counters.at_jump if is_cut else 0
-    status, outcome, factor = try_step(model, p, t, H, state_at, run_at)
+    status, outcome, factor = try_step(address(sys), t, H, state_at, run_at)
     if outcome == SMOOTH or outcome == AT_EVENT:
         keep_forces(run)
         clock.step = max(clock.step, factor * H) if is_cut or is_last else factor * H
@@ -243,7 +245,7 @@ def what_is_left(H, run):
 
 
 @kernel
-def end_stretch(model, p, t_1, H, state, run):
+def end_stretch(sys, t_1, H, state, run):
     """After plain steps where no modes last: decide anew. Returns a Status."""
     counters = run.counters
     run.clock.through *= FASTEST
@@ -251,7 +253,7 @@ def end_stretch(model, p, t_1, H, state, run):
         counters.stalls = 0
     counters.to_do = DECIDE if state.mode.shape[0] > 0 else GO_ON
     counters.has_jacobian, counters.is_located, counters.has_forces, counters.at_jump = 0, 0, 0, 0
-    status = event_values(model, p, t_1, run.x, run, run.f_0)
+    status = event_values(sys, t_1, run.x, run, run.f_0)
     set_bands(run)
     for e in range(run.armed.shape[0]):
         run.armed[e] = 0

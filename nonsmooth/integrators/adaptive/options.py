@@ -38,6 +38,7 @@ from nonsmooth.integrators.rigid.rates import rigid_events
 from nonsmooth.integrators.rigid.redundant import share_load
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.sys import Sys, fill_sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, System
 
 SMALLEST_RTOL = 100 * EPS
@@ -102,14 +103,14 @@ class Adaptive:
             entry_points.append(end_slide)
         load_all(entry_points)
 
-    def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Extrapolation:
+    def scratch(self, system: System, sys: Sys, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Extrapolation:
         """The arrays of a run from t to t_end."""
-        arrays = new(Extrapolation, n=system.n_u, n_c=system.n_c, d=system.d)
+        arrays = new(Extrapolation, n=system.n_u, n_c=system.n_c, d=system.d, n_p=len(system.p))
         contacts = arrays.contacts
-        contacts.facts.has, contacts.facts.n_u = has, system.n_u
+        contacts.facts.has, contacts.facts.n_u = sys.has, sys.n
         contacts.numbers.atol, contacts.numbers.rtol = self.atol, BAND * self.rtol
         contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
-        arrays.laws[:] = system.laws
+        fill_sys(arrays.system, system, sys.model, sys.has)
         arrays.step.planar.can_decide_redundant = int(system.n_c > 1)
         arrays.step.planar.has_newton = needs_newton(system)
         clock = arrays.clock

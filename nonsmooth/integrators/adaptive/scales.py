@@ -11,8 +11,9 @@ from __future__ import annotations
 
 from nonsmooth.integrators.rigid.hold import hold
 from nonsmooth.integrators.rigid.modes import RigidContacts
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
+from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, GAP_RATE, NORMAL, TANGENT
 
 BAND = 1e-2  # of a tolerance: what an event may be off by. It is one of many in a step, and most events amplify it
@@ -21,20 +22,20 @@ INSTANT = 1e-2  # of the tolerances: what may move in the time of an event
 
 
 @kernel
-def observe(model, p, t, x, g, gamma, run):
+def observe(sys, t, x, g, gamma, run):
     """Gaps and their rates at a state, and the rows contacts.work.W_N and W_F there; False if a function raised."""
     contacts, work = run.contacts, run.contacts.work
     has, n, n_c = contacts.facts.has, contacts.q.shape[0], contacts.kinds.shape[0]
     for i in range(n):
         contacts.q[i], contacts.u[i] = x[i], x[n + i]
     q, u = contacts.q, contacts.u
-    if has & (1 << GAP) and not call_model(model, GAP, t, q, u, p, work.g_N):
+    if has & (1 << GAP) and not evaluate(sys, GAP, t, q, u, work.g_N):
         return False
-    if has & (1 << NORMAL) and not call_model(model, NORMAL, t, q, u, p, work.W_N):
+    if has & (1 << NORMAL) and not evaluate(sys, NORMAL, t, q, u, work.W_N):
         return False
-    if has & (1 << GAP_RATE) and not call_model(model, GAP_RATE, t, q, u, p, work.w_N):
+    if has & (1 << GAP_RATE) and not evaluate(sys, GAP_RATE, t, q, u, work.w_N):
         return False
-    if has & (1 << TANGENT) and not call_model(model, TANGENT, t, q, u, p, work.W_F):
+    if has & (1 << TANGENT) and not evaluate(sys, TANGENT, t, q, u, work.W_F):
         return False
     for i in range(n_c):
         g[i], gamma[i] = work.g_N[i], work.w_N[i]
@@ -81,10 +82,11 @@ def instant(run):
     return max(shortest, run.clock.least)
 
 
-@kernel("int64(int64, float64[::1], float64, float64[::1], int64)", short_loops=True)
-def hold_modes(model, p, t, x, contacts_at):
+@kernel("int64(int64, float64, float64[::1], int64)", short_loops=True)
+def hold_modes(sys_at, t, x, contacts_at):
     """Move a state onto the constraints of its modes (rigid/hold.py), compiled once; returns a Status."""
-    return hold(model, p, t, x, False, view(contacts_at, RigidContacts))
+    sys = view(sys_at, Sys)
+    return hold(sys, t, x, False, view(contacts_at, RigidContacts))
 
 
 @kernel

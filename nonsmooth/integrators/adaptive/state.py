@@ -11,7 +11,7 @@ from nonsmooth.integrators.moreau_jean import contact as moreau_jean_contact
 from nonsmooth.integrators.records import N_LEDGER, State
 from nonsmooth.integrators.rigid.modes import N_FUNCTIONS, N_WORKS, RigidContacts
 from nonsmooth.jit.blocks import Block, Floats, Ints
-from nonsmooth.mechanics.laws import LAW_WIDTH
+from nonsmooth.mechanics.sys import Sys
 
 FIRST_STEP = 1e-4  # of the span
 ROWS = 7  # of the table: row j takes j substeps
@@ -121,7 +121,7 @@ class Extrapolation(
     scale: Array[Floats, "E"]  # what they fall by
     sample: Array[Floats, ROWS, "E"]  # in the substeps of the last row
     function: Array[Floats, "2 * E"]  # values and tolerances as rigid/rates.py has them
-    laws: Array[Floats, "n_c", LAW_WIDTH]  # laws of a substep
+    system: Sys  # with the laws of a substep
     u_0: Array[Floats, "n"]  # velocities before an event
     x: Array[Floats, "row"]  # a row of the record
     y: Array[Floats, "row"]  # a state within a step

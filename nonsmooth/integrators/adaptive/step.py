@@ -43,6 +43,7 @@ from nonsmooth.integrators.adaptive.table import (
 from nonsmooth.integrators.records import FORCE_WORK, N_LEDGER, State
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
+from nonsmooth.mechanics.sys import Sys
 
 # How a step that was tried ended: it is refused; accepted; accepted, and modes are to be decided at its end; not taken,
 # since they are to be decided at its beginning; not taken, since it cannot be resolved; it converged, but the motion
@@ -54,15 +55,16 @@ BEHIND = 2.0  # of the way to an event as the first rows see it: where the step 
 BEFORE = 0.9  # of it: where a step ends that does not converge, maybe because the forces are not smooth behind it
 
 
-@kernel("Tuple((int64, int64, float64))(int64, float64[::1], float64, float64, int64, int64)", short_loops=True)
-def try_step(model, p, t, H, state_at, run_at):
+@kernel("Tuple((int64, int64, float64))(int64, float64, float64, int64, int64)", short_loops=True)
+def try_step(sys_at, t, H, state_at, run_at):
     """Try one step of length H: (Status, how it ended, what to multiply H by). ``run.change`` is what it changes, and
     clock.cut where an event is to end the next one."""
+    sys = view(sys_at, Sys)
     state, run = view(state_at, State), view(run_at, Extrapolation)
     target = run.counters.target
     place = NOWHERE
     for j in range(ROWS):
-        status = fill_row(model, p, t, H, j, state, run)
+        status = fill_row(sys, t, H, j, state, run)
         if status != Status.RUNNING:
             return status, REFUSED, SHRINK
         if j == 0:
@@ -74,7 +76,7 @@ def try_step(model, p, t, H, state_at, run_at):
                 run.clock.cut = BEHIND * place * H
                 return Status.RUNNING.value, REFUSED, 1.0
         if converges(j, run):
-            status, outcome, factor = end_step(model, p, t, H, j, state_at, state, run_at, run)
+            status, outcome, factor = end_step(sys, t, H, j, state_at, state, run_at, run)
             if outcome != UNFOLLOWED:
                 return status, outcome, factor
             if j >= target:
@@ -84,7 +86,7 @@ def try_step(model, p, t, H, state_at, run_at):
     if H <= instant(run):
         return Status.RUNNING.value, UNRESOLVED, 1.0
     if run.errors[j] > CHANCE * run.errors[j - 1]:
-        status, jump = jump_between_nodes(model, p, t, H, j + 1, state, run)
+        status, jump = jump_between_nodes(sys, t, H, j + 1, state, run)
         if status != Status.RUNNING:
             return status, REFUSED, SHRINK
         if jump < 1.0:
@@ -113,14 +115,14 @@ def shorter(j, target, run):
 
 
 @kernel
-def end_step(model, p, t, H, j, state_at, state, run_at, run):
+def end_step(sys, t, H, j, state_at, state, run_at, run):
     """End a step that converged at row j, if it holds no event; returns as ``try_step`` does."""
     n, n_c, x = state.q.shape[0], state.mode.shape[0], run.x
     for i in range(n):
         x[i] = state.q[i] + run.change[i]
         x[n + i] = state.u[i] + run.change[n + i]
     if n_c > 0:
-        status = hold_modes(model, p, t + H, x, address(run.contacts))
+        status = hold_modes(address(sys), t + H, x, address(run.contacts))
         if status != Status.RUNNING:
             return status, REFUSED, SHRINK
         book_hold(n, state, run)
@@ -129,11 +131,11 @@ def end_step(model, p, t, H, j, state_at, state, run_at, run):
     if followed < 1.0 and H > instant(run):
         return Status.RUNNING.value, UNFOLLOWED, SAFETY * max(SLOWEST, followed)
     factor = min(plan(j, run), SAFETY * followed) if j >= run.counters.target else plan(j, run)
-    status, place = begin_forces(model, p, t, state, run), NOWHERE
+    status, place = begin_forces(sys, t, state, run), NOWHERE
     if status == Status.RUNNING and n_c > 0:
-        status, place = find_event(model, p, t, H, j, state_at, run_at)
+        status, place = find_event(address(sys), t, H, j, state_at, run_at)
     if status == Status.RUNNING and place >= 1.0:
-        status = note_forces(model, p, t + H, run)
+        status = note_forces(sys, t + H, run)
     if status != Status.RUNNING:
         return status, REFUSED, SHRINK
     if place < 1.0:
@@ -142,14 +144,14 @@ def end_step(model, p, t, H, j, state_at, state, run_at, run):
             return Status.RUNNING.value, AT_ONCE, 1.0
         run.counters.is_located = 1
         return Status.RUNNING.value, REFUSED, 1.0
-    status, jump = find_jump(model, p, t, H, j, state, run)
+    status, jump = find_jump(sys, t, H, j, state, run)
     if status != Status.RUNNING:
         return status, REFUSED, SHRINK
     if jump < 1.0 and (1.0 - jump) * H > instant(run):
         return status, REFUSED if end_before(jump, H, run) else UNRESOLVED, 1.0
     if jump < 1.0:
         run.counters.at_jump = 1
-    if n_c > 0 and not observe(model, p, t + H, x, run.g_1, run.gamma_1, run):
+    if n_c > 0 and not observe(sys, t + H, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, REFUSED, SHRINK
     return Status.RUNNING.value, AT_EVENT if place == 1.0 else SMOOTH, factor
 

@@ -23,7 +23,7 @@ from nonsmooth.integrators.adaptive.state import Extrapolation
 from nonsmooth.integrators.moreau_jean.contact import solve
 from nonsmooth.integrators.moreau_jean.paradox import note_paradoxes
 from nonsmooth.integrators.moreau_jean.step import ROUNDING, accept, all_finite, new_velocity
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
 from nonsmooth.mechanics.contact_problem import (
@@ -39,6 +39,7 @@ from nonsmooth.mechanics.contact_problem import (
 )
 from nonsmooth.mechanics.impact import follows_own_law
 from nonsmooth.mechanics.laws import LAW_E_N
+from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, UNILATERAL, ContactMode
 
 THETA = 0.5
@@ -46,9 +47,10 @@ DROPPED = 0.1  # of the tolerance of a gap: the height of a bounce that does not
 RETAKE = -1  # no Status: an impact without collision changed the velocities, and the step is to be taken from them
 
 
-@kernel("int64(int64, float64[::1], float64, float64, int64)", short_loops=True)
-def substep(model, p, t, dt, run_at):
+@kernel("int64(int64, float64, float64, int64)", short_loops=True)
+def substep(sys_at, t, dt, run_at):
     """Advance ``run.trial`` by one step, or by the impact before it (RETAKE); returns a Status."""
+    sys = view(sys_at, Sys)
     run = view(run_at, Extrapolation)
     contacts, trial, step = run.contacts, run.trial, run.step
     work, kinds, has = step.work, contacts.kinds, contacts.facts.has
@@ -57,22 +59,22 @@ def substep(model, p, t, dt, run_at):
     run.counters.substeps += 1
     for j in range(n):
         work.q_mid[j] = q[j] + 0.5 * dt * u[j]
-    if has & (1 << GAP) and not call_model(model, GAP, t_mid, work.q_mid, u, p, work.g_N):
+    if has & (1 << GAP) and not evaluate(sys, GAP, t_mid, work.q_mid, u, work.g_N):
         return Status.NOT_FINITE.value
-    n_k = close_within(n_c, kinds, trial.mode, run.lid, work)
-    status = smooth_step(model, has, step.is_known[0] == 0, t_mid, dt, THETA, n, u, p, work)
+    n_k = close_within(sys, trial.mode, run.lid, work)
+    status = smooth_step(sys, has, step.is_known[0] == 0, t_mid, dt, THETA, u, work)
     if status != Status.RUNNING:
         return status
     step.is_known[0] = 1
     r = 0
     if n_k > 0:
-        if not evaluate_rows(model, has, step.is_known[1] == 0, t_mid, u, p, work):
+        if not evaluate_rows(sys, has, step.is_known[1] == 0, t_mid, u, work):
             return Status.NOT_FINITE.value
         step.is_known[1] = 1
-        r = assemble(model, p, t, dt, n, n_k, run)
+        r = assemble(sys, t, dt, n_k, run)
         touching = leave_out_parting(n_k, run, work) if run.counters.ends_series == 0 else n_k
         if 0 < touching < n_k:
-            r = assemble(model, p, t, dt, n, touching, run)
+            r = assemble(sys, t, dt, touching, run)
         n_k = touching
         if r < 0:
             return Status.NOT_FINITE.value
@@ -81,16 +83,16 @@ def substep(model, p, t, dt, run_at):
             work.u_1[j] = u[j] + work.du[j]
     else:
         choose_restitution(dt, n_k, run, work)
-        add_restitution(n_k, kinds, run.laws, 0.0, work)
-        status = solve(kinds, run.laws, rule(n_k, run, work), dt, n_k, address(trial), address(step))
+        add_restitution(run.system, n_k, 0.0, work)
+        status = solve(address(run.system), rule(n_k, run, work), dt, n_k, address(trial), address(step))
         if status != Status.RUNNING:
             return status
-        if note_paradoxes(model, has, p, kinds, run.laws, t, dt, n, n_k, True, trial, step):
+        if note_paradoxes(run.system, t, dt, n_k, trial, step):
             return RETAKE
         new_velocity(n, r, u, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE.value
-    accept(has, kinds, run.laws, True, t, dt, THETA, n, n_c, n_k, trial, step)
+    accept(run.system, t, dt, THETA, n_k, trial, step)
     return Status.RUNNING.value
 
 
@@ -107,36 +109,36 @@ def rule(n_k, run, work):
 
 
 @kernel
-def assemble(model, p, t, dt, n, n_k, run):
+def assemble(sys, t, dt, n_k, run):
     """G and c of the closed contacts; returns the number of rows, -1 if a model function raised."""
+    n = sys.n
     work, has, u = run.step.work, run.contacts.facts.has, run.trial.u
-    r = stack_rows(n, n_k, run.contacts.kinds, u, work)
-    apply_inverse(has, n, work, r)
+    r = stack_rows(sys, n_k, u, work)
+    apply_inverse(sys, has, work, r)
     delassus(n, r, work)
-    return r if find_free_velocities(model, p, t, dt, n, n_k, r, run) else -1
+    return r if find_free_velocities(sys, t, dt, n_k, r, run) else -1
 
 
 @kernel
-def find_free_velocities(model, p, t, dt, n, n_k, r, run):
+def find_free_velocities(sys, t, dt, n_k, r, run):
     """c = gamma_0 + W du + dt (W' u + w') of the r rows, gamma_0 at the beginning of the step; False if a row is none.
 
     A gamma_0 of rounding is zero: an impulse of dt la_N is lost in it where steps are short.
     """
-    work, there, kinds, has = run.step.work, run.step.there, run.contacts.kinds, run.contacts.facts.has
+    n = sys.n
+    work, there, has = run.step.work, run.step.there, run.contacts.facts.has
     q, u, c, gamma_0 = run.trial.q, run.trial.u, work.c, work.gamma_0
     if not has & ROWS_ARE_CONSTANT or not has & SURFACES_ARE_CONSTANT:
         for k in range(n_k):
             there.closed[k] = work.closed[k]
         rates = run.step.rates
-        if not find_row_rates(
-            model, has, row_shift(has, n, u), t + 0.5 * dt, n, work.q_mid, u, p, n_k, kinds, rates, there
-        ):
+        if not find_row_rates(sys, has, row_shift(sys, has, u), t + 0.5 * dt, work.q_mid, u, n_k, rates, there):
             return False
         for j in range(n):
             there.q_mid[j] = q[j]
-        if not evaluate_rows(model, has, True, t, u, p, there):
+        if not evaluate_rows(sys, has, True, t, u, there):
             return False
-        row_velocities(n, n_k, kinds, u, there)
+        row_velocities(sys, n_k, u, there)
         for k in range(r):
             c[k] += there.gamma_0[k] - gamma_0[k] + dt * rates[0, k]
             gamma_0[k] = there.gamma_0[k]
@@ -151,11 +153,12 @@ def find_free_velocities(model, p, t, dt, n, n_k, r, run):
 
 
 @kernel
-def close_within(n_c, kinds, mode, lid, work):
+def close_within(sys, mode, lid, work):
     """List the contacts that take part; returns their number."""
+    n_c = sys.n_c
     n_k = 0
     for i in range(n_c):
-        if kinds[i, 0] != UNILATERAL or work.g_N[i] <= lid[i] or mode[i] != ContactMode.OPEN:
+        if sys.kinds[i, 0] != UNILATERAL or work.g_N[i] <= lid[i] or mode[i] != ContactMode.OPEN:
             work.closed[n_k] = i
             n_k += 1
     return n_k
@@ -181,7 +184,7 @@ def leave_out_parting(n_k, run, work):
 
 @kernel
 def choose_restitution(dt, n_k, run, work):
-    """e_N of this step, in ``run.laws``: none for a contact that parts, or whose bounce its tolerance hides."""
+    """e_N of this step, in ``run.system.laws``: none for a contact that parts, or whose bounce its tolerance hides."""
     for k in range(n_k):
         i = work.closed[k]
         if run.contacts.kinds[i, 0] != UNILATERAL:
@@ -190,9 +193,9 @@ def choose_restitution(dt, n_k, run, work):
         e, gamma_N = run.contacts.laws[i, LAW_E_N], work.gamma_0[row]
         was_closed = run.trial.mode[i] != ContactMode.OPEN
         has_own_law = was_closed and follows_own_law(i, run.contacts.kinds, run.contacts.laws)
-        run.laws[i, LAW_E_N] = e if has_own_law else 0.0  # which an impact without collision follows too
+        run.system.laws[i, LAW_E_N] = e if has_own_law else 0.0  # which an impact without collision follows too
         if e == 0.0 or gamma_N >= 0.0 or run.counters.ends_series == 1:
             continue
         inward = (gamma_N - work.c[row]) / dt
         if -gamma_N > run.tol_gamma[i] and e * gamma_N * (e * gamma_N) > 2.0 * inward * DROPPED * run.tol_g[i]:
-            run.laws[i, LAW_E_N] = e
+            run.system.laws[i, LAW_E_N] = e

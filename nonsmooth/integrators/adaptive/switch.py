@@ -53,6 +53,7 @@ from nonsmooth.integrators.rigid.modes import FRICTION, N_FUNCTIONS
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.laws import friction_coefficient, static_coefficient
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
 JUMP = 0.1  # of a tolerance: ten times what smooth motion does in an instant
@@ -66,10 +67,11 @@ STAYED = (
 MOST_STALLS = 8  # events at an instant, per contact: then the motion goes on by plain steps
 
 
-@kernel("Tuple((int64, boolean))(int64, float64[::1], float64, int64, int64)", short_loops=True)
-def decide(model, p, t, state_at, run_at):
+@kernel("Tuple((int64, boolean))(int64, float64, int64, int64)", short_loops=True)
+def decide(sys_at, t, state_at, run_at):
     """Jump and find modes at the beginning of a step: (Status, whether the velocities have jumped). What is to be done
     next is in counters.to_do."""
+    sys = view(sys_at, Sys)
     state, run = view(state_at, State), view(run_at, Extrapolation)
     n, n_c, x = state.q.shape[0], state.mode.shape[0], run.x
     contacts, counters = run.contacts, run.counters
@@ -78,19 +80,19 @@ def decide(model, p, t, state_at, run_at):
     for i in range(n):
         x[i], x[n + i], run.u_0[i] = state.q[i], state.u[i], state.u[i]
     stop_slides(run)
-    status = hold_modes(model, p, t, x, address(contacts))
+    status = hold_modes(sys_at, t, x, address(contacts))
     has_jumped = False
     for k in range(JUMPS * n_c + 1):
         if status != Status.RUNNING:
             return status, has_jumped
         counters.ends_series = 1 if k == JUMPS * n_c else 0
-        status, jumps = jump(model, p, t, state, run)
+        status, jumps = jump(sys, t, state, run)
         if not jumps:
             break
         has_jumped = True
     counters.ends_series = 0
     if status == Status.RUNNING:
-        status = find_modes(model, p, t, state, run)
+        status = find_modes(sys, t, state, run)
     if status != Status.RUNNING:
         return status, has_jumped
     note_changes(t, first_event, state, run)
@@ -123,7 +125,7 @@ def stop_slides(run):
 
 
 @kernel
-def jump(model, p, t, state, run):
+def jump(sys, t, state, run):
     """(Status, whether a plain step of an instant moves the velocities of run.x by a jump), which is taken then."""
     n, x, trial, contacts = state.q.shape[0], run.x, run.trial, run.contacts
     for i in range(state.mode.shape[0]):
@@ -132,7 +134,7 @@ def jump(model, p, t, state, run):
         state.slip[i] = run.slip[i] if is_slide else contacts.slip[i]
     dt, longer = instant(run), 0.0
     for _ in range(2):  # what does not grow with the step is a jump
-        status = try_instant(model, p, t, dt, state, run)
+        status = try_instant(sys, t, dt, state, run)
         moved = 0.0
         for i in range(n):
             moved = max(moved, abs(trial.u[i] - x[n + i]) / run.tol[n + i])
@@ -141,20 +143,20 @@ def jump(model, p, t, state, run):
         dt, longer = 0.1 * dt, moved
     for i in range(n):
         x[n + i] = trial.u[i]
-    if not observe(model, p, t, x, run.g_1, run.gamma_1, run):
+    if not observe(sys, t, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, True
     take_jump(state, run)
-    return hold_modes(model, p, t, x, address(contacts)), True
+    return hold_modes(address(sys), t, x, address(contacts)), True
 
 
 @kernel
-def try_instant(model, p, t, dt, state, run):
+def try_instant(sys, t, dt, state, run):
     """A plain step from run.x, or the impact without collision before it; returns a Status."""
     n, trial = state.q.shape[0], run.trial
     begin_trial(state, trial)
     for i in range(n):
         trial.q[i], trial.u[i] = run.x[i], run.x[n + i]
-    status = substep(model, p, t, dt, address(run))
+    status = substep(address(sys), t, dt, address(run))
     return Status.RUNNING.value if status == RETAKE else status
 
 
@@ -197,28 +199,28 @@ def copy_event(e, state, run):
 
 
 @kernel
-def find_modes(model, p, t, state, run):
+def find_modes(sys, t, state, run):
     """Decide on the modes at run.x, to contacts.mode, by plain steps a part of the motion's long; returns a Status.
 
     Where those of none last, the contacts have the modes from before, and the motion is to go on by plain steps.
     """
     n, n_c, contacts, counters = state.q.shape[0], state.mode.shape[0], run.contacts, run.counters
-    if not observe(model, p, t, run.x, run.g_1, run.gamma_1, run):
+    if not observe(sys, t, run.x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value
     for i in range(n_c):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
         if run.is_stopped[i] == 1 and not is_caught(i, run):
             state.mode[i], state.slip[i] = ContactMode.SLIDE.value, run.slip[i]
-    status = try_modes(model, p, t, state, run)
+    status = try_modes(sys, t, state, run)
     for _ in range(n_c):
-        if status != Status.RUNNING or counters.to_do != GO_ON or not drop_hops(model, p, t, run):
+        if status != Status.RUNNING or counters.to_do != GO_ON or not drop_hops(sys, t, run):
             break
-        status = hold_modes(model, p, t, run.x, address(contacts))
-        if status != Status.RUNNING or not observe(model, p, t, run.x, run.g_1, run.gamma_1, run):
+        status = hold_modes(address(sys), t, run.x, address(contacts))
+        if status != Status.RUNNING or not observe(sys, t, run.x, run.g_1, run.gamma_1, run):
             return status if status != Status.RUNNING else Status.NOT_FINITE.value
         for i in range(n_c):
             state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
-        status = try_modes(model, p, t, state, run)
+        status = try_modes(sys, t, state, run)
     if status != Status.RUNNING:
         return status
     for e in range(run.armed.shape[0]):
@@ -234,7 +236,7 @@ def find_modes(model, p, t, state, run):
 
 
 @kernel
-def try_modes(model, p, t, state, run):
+def try_modes(sys, t, state, run):
     """Let plain steps decide, each a tenth as long as the one before, until modes last; returns a Status."""
     counters, n_c = run.counters, state.mode.shape[0]
     ahead, shortest = PROBE * run.clock.step, instant(run)
@@ -243,7 +245,7 @@ def try_modes(model, p, t, state, run):
         if counters.stalls > MOST_STALLS * n_c:
             break
         ahead = max(ahead, shortest)
-        status = probe(model, p, t, ahead, state, run)
+        status = probe(sys, t, ahead, state, run)
         if status != Status.RUNNING:
             return status
         if counters.to_do == GO_ON or ahead == shortest:
@@ -260,7 +262,7 @@ def is_caught(i, run):
 
 
 @kernel
-def probe(model, p, t, ahead, state, run):
+def probe(sys, t, ahead, state, run):
     """Let a plain step of the length ``ahead`` decide; if its modes last at the instant they are taken, with the state
     run.y that they hold, and counters.to_do is GO_ON. Returns a Status."""
     n, n_c, contacts, trial = state.q.shape[0], state.mode.shape[0], run.contacts, run.trial
@@ -269,7 +271,7 @@ def probe(model, p, t, ahead, state, run):
         trial.q[i], trial.u[i] = run.x[i], run.x[n + i]
     for i in range(n_c):
         contacts.mode[i], contacts.slip[i] = state.mode[i], state.slip[i]
-    if substep(model, p, t, ahead, address(run)) != Status.RUNNING:
+    if substep(address(sys), t, ahead, address(run)) != Status.RUNNING:
         return Status.RUNNING.value
     for i in range(n_c):
         was_open = state.mode[i] == ContactMode.OPEN and contacts.kinds[i, 0] == UNILATERAL
@@ -278,12 +280,12 @@ def probe(model, p, t, ahead, state, run):
         take_mode(i, run)
     for i in range(2 * n):
         run.y[i] = run.x[i]
-    status = hold_modes(model, p, t, run.y, address(contacts))
+    status = hold_modes(address(sys), t, run.y, address(contacts))
     if status != Status.RUNNING or not has_stayed(n, run):
         return status
     for i in range(n_c):
         contacts.several[i] = 1  # whether another force fits too is asked below
-    status = event_values(model, p, t, run.y, run, run.f_0)
+    status = event_values(sys, t, run.y, run, run.f_0)
     for i in range(n_c):
         contacts.several[i] = 0
     if status != Status.RUNNING:

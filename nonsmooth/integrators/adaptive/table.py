@@ -29,7 +29,7 @@ SEEN = 0.05  # of the largest change, each in tolerances: below this error the r
 
 
 @kernel
-def fill_row(model, p, t, H, j, state, run):
+def fill_row(sys, t, H, j, state, run):
     """Row j of the table, with the modes held; returns a Status."""
     begin_trial(state, run.trial)
     dt, n = H / (j + 1), state.u.shape[0]
@@ -37,7 +37,7 @@ def fill_row(model, p, t, H, j, state, run):
         run.way[i] = 0.0
     for k in range(j + 1):
         note_node(k, n, run)
-        status = held_step(model, p, t + k * dt, dt, k, address(run))
+        status = held_step(address(sys), t + k * dt, dt, k, address(run))
         if status != Status.RUNNING:
             return status
     note_node(j + 1, n, run)

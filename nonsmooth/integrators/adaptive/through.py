@@ -18,15 +18,17 @@ from nonsmooth.integrators.adaptive.table import begin_trial, note_node, write_c
 from nonsmooth.integrators.records import State
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import UNILATERAL, ContactMode
 
 
-@kernel("Tuple((int64, boolean))(int64, float64[::1], float64, float64, int64, int64)", short_loops=True)
-def step_through(model, p, t, H, state_at, run_at):
+@kernel("Tuple((int64, boolean))(int64, float64, float64, int64, int64)", short_loops=True)
+def step_through(sys_at, t, H, state_at, run_at):
     """Try two plain steps in the time H, to run.x: (Status, whether they are accepted)."""
+    sys = view(sys_at, Sys)
     state, run = view(state_at, State), view(run_at, Extrapolation)
     for j in range(2):
-        status = fill_row(model, p, t, H, j, state, run)
+        status = fill_row(sys, t, H, j, state, run)
         if status != Status.RUNNING:
             return status, False
     table, tol, n = run.table, run.tol, state.q.shape[0]
@@ -38,23 +40,23 @@ def step_through(model, p, t, H, state_at, run_at):
         return Status.RUNNING.value, False
     for i in range(run.change.shape[0]):
         run.change[i] = table[1, i]
-    return end_through(model, p, t + H, state, run)
+    return end_through(sys, t + H, state, run)
 
 
 @kernel
-def fill_row(model, p, t, H, j, state, run):
+def fill_row(sys, t, H, j, state, run):
     """Row j of the table, with modes decided in every plain step; returns a Status."""
     trial = run.trial
     begin_trial(state, trial)
     dt, n = H / (j + 1), trial.u.shape[0]
     for k in range(j + 1):
         note_node(k, n, run)
-        status = substep(model, p, t + k * dt, dt, address(run))
+        status = substep(address(sys), t + k * dt, dt, address(run))
         for _ in range(state.mode.shape[0]):  # slides that share nothing end one after the other
             if status == RETAKE:
                 for i in range(n):
                     run.begin_u[k, i] = trial.u[i]
-                status = substep(model, p, t + k * dt, dt, address(run))
+                status = substep(address(sys), t + k * dt, dt, address(run))
         if status != Status.RUNNING:
             return status if status != RETAKE else Status.NOT_SOLVED.value
     note_node(j + 1, n, run)
@@ -68,12 +70,12 @@ def fill_row(model, p, t, H, j, state, run):
 
 
 @kernel
-def end_through(model, p, t_1, state, run):
+def end_through(sys, t_1, state, run):
     """Move the end onto the constraints of its modes, but for what parts: (Status, whether no gap has fallen)."""
     contacts, trial, x, n = run.contacts, run.trial, run.x, state.q.shape[0]
     for i in range(n):
         x[i], x[n + i] = trial.q[i], trial.u[i]
-    if not observe(model, p, t_1, x, run.g_1, run.gamma_1, run):
+    if not observe(sys, t_1, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, False
     for i in range(state.mode.shape[0]):
         is_unilateral = contacts.kinds[i, 0] == UNILATERAL
@@ -83,9 +85,9 @@ def end_through(model, p, t_1, state, run):
         take_mode(i, run)
         if parts:
             contacts.mode[i], contacts.slip[i] = ContactMode.OPEN.value, 0
-    status = hold_modes(model, p, t_1, x, address(contacts))
+    status = hold_modes(address(sys), t_1, x, address(contacts))
     if status != Status.RUNNING:
         return status, False
     book_hold(n, state, run)
-    is_finite = observe(model, p, t_1, x, run.g_1, run.gamma_1, run)
+    is_finite = observe(sys, t_1, x, run.g_1, run.gamma_1, run)
     return Status.RUNNING.value if is_finite else Status.NOT_FINITE.value, is_finite

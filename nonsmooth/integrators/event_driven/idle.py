@@ -22,7 +22,7 @@ from nonsmooth.mechanics.system import UNILATERAL, ContactMode
 
 
 @kernel
-def close_idle(model, p, t, n_k, contacts, touch, forces):
+def close_idle(sys, t, n_k, contacts, touch, forces):
     """Close the contacts that the solution leaves free although they do not part, and hold those that it lets slide
     from rest although they do not move, where they are redundant.
 
@@ -34,32 +34,32 @@ def close_idle(model, p, t, n_k, contacts, touch, forces):
         starts_to_slide = contacts.mode[i] == ContactMode.SLIDE and forces.slip[k] == 0
         if touch.strikes[i] == 1 or not (is_free or starts_to_slide) or not is_asked(forces.island[k], n_k, forces):
             continue
-        parts, moves, slip = relative_motion(k, n_k, contacts.kinds, forces)
+        parts, moves, slip = relative_motion(sys, k, n_k, forces)
         if parts if is_free else moves:
             continue
         mode, direction, sign = contacts.mode[i], contacts.slip[i], contacts.sign[i]
         close(i, slip if moves and forces.slip[k] == 0 else float(forces.slip[k]), contacts)
-        if not may_share(model, p, t, i, contacts, touch):
+        if not may_share(sys, t, i, contacts, touch):
             contacts.mode[i], contacts.slip[i], contacts.sign[i] = mode, direction, sign
 
 
 @kernel
-def relative_motion(k, n_k, kinds, forces):
+def relative_motion(sys, k, n_k, forces):
     """gamma_N' and gamma_F' of a contact under the forces taken: (is it not zero, is it not zero, gamma_F')."""
     work = forces.work
     a, b = work.start[k], work.start[k + 1] - 1
-    scale, parting, slip = 0.0, work.c[a], work.c[b] if kinds[work.closed[k], 1] > 0 else 0.0
+    scale, parting, slip = 0.0, work.c[a], work.c[b] if sys.kinds[work.closed[k], 1] > 0 else 0.0
     for m in range(n_k):
         if forces.island[m] == forces.island[k]:
             for c in range(work.start[m], work.start[m + 1]):
                 scale = max(scale, abs(work.c[c]))
                 parting += work.G[a, c] * forces.taken[c]
-                slip += work.G[b, c] * forces.taken[c] if kinds[work.closed[k], 1] > 0 else 0.0
+                slip += work.G[b, c] * forces.taken[c] if sys.kinds[work.closed[k], 1] > 0 else 0.0
     return abs(parting) > SAME_MOTION * scale, abs(slip) > SAME_MOTION * scale, slip
 
 
 @kernel
-def close_all(model, p, t, island, n_k, contacts, touch, forces):
+def close_all(sys, t, island, n_k, contacts, touch, forces):
     """Close all contacts of an island, if they are redundant and may share a load; tells whether they may.
 
     Rows that are nearly parallel or opposite are lost in G, by which forces were looked for.
@@ -69,7 +69,7 @@ def close_all(model, p, t, island, n_k, contacts, touch, forces):
         if forces.island[k] == island:
             last = forces.work.closed[k]
             close(last, touch.gamma[last, 1] if touch.is_resting[last] == 0 else 0.0, contacts)
-    return may_share(model, p, t, last, contacts, touch)
+    return may_share(sys, t, last, contacts, touch)
 
 
 @kernel
@@ -82,12 +82,12 @@ def close(i, slip, contacts):
 
 
 @kernel
-def may_share(model, p, t, i, contacts, touch):
+def may_share(sys, t, i, contacts, touch):
     """Whether the island of contact i is redundant in its modes, or nearly so, and admissible forces go with them."""
     n = contacts.facts.n_u
     for j in range(n):
         touch.x[j], touch.x[n + j] = contacts.q[j], contacts.u[j]
-    status = rigid_rates(model, p, address(contacts), t, touch.x, touch.rates)
+    status = rigid_rates(address(sys), address(contacts), t, touch.x, touch.rates)
     for k in range(contacts.kinds.shape[0]):
         note_side(k, contacts)
     return status == Status.RUNNING and contacts.is_admissible[i] == 1

@@ -31,16 +31,18 @@ from nonsmooth.mechanics.acceleration_problem import acceleration_problem
 from nonsmooth.mechanics.contact_problem import add_restitution, fill_problem, recall_impulses, row_velocities
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
 from nonsmooth.mechanics.laws import LAW_E_F, friction_coefficient, static_coefficient
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL
 from nonsmooth.numerics.dense import SINGULAR
 
 CONE = 2.0 * NEARLY_SINGULAR  # P_F/P_N exceeds mu by the part p/(G_NN - p), where a slide ends before p is exactly 0
 
 
-@kernel("int64(int64, float64[::1], float64, float64[::1], boolean, boolean, int64, int64, int64)", short_loops=True)
-def impact(model, p, t, x, must_stick, has_restitution, state_at, contacts_at, touch_at):
+@kernel("int64(int64, float64, float64[::1], boolean, boolean, int64, int64, int64)", short_loops=True)
+def impact(sys_at, t, x, must_stick, has_restitution, state_at, contacts_at, touch_at):
     """Change u by the impulses of the contacts marked in touch.strikes, and of those that touch and whose normal
     velocity these change; mark these too, book the impulses in x and in touch.P. Returns a Status."""
+    sys = view(sys_at, Sys)
     state, contacts, touch = view(state_at, State), view(contacts_at, RigidContacts), view(touch_at, Touch)
     work, kinds, facts = contacts.work, contacts.kinds, contacts.facts
     n, n_c = facts.n_u, kinds.shape[0]
@@ -51,9 +53,7 @@ def impact(model, p, t, x, must_stick, has_restitution, state_at, contacts_at, t
         if touch.is_touching[i] == 1 and kinds[i, 0] != GIVEN_FORCE:
             work.closed[n_k], touch.spread[n_k] = i, touch.strikes[i]
             n_k += 1
-    status, _ = acceleration_problem(
-        model, facts.has, t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
-    )
+    status, _ = acceleration_problem(sys, facts.has, t, contacts.q, contacts.u, n_k, contacts.rates, work)
     if status != Status.RUNNING:
         return status
     spread_strike(n_k, work.start, work.G, touch.spread)
@@ -65,16 +65,16 @@ def impact(model, p, t, x, must_stick, has_restitution, state_at, contacts_at, t
         if touch.spread[k] == 1:
             touch.number[work.closed[k]] = contacts.island[k]
     for island in range(count):
-        status = impact_of(island, model, p, t, x, must_stick, has_restitution, n_k, state, contacts, touch)
+        status = impact_of(sys, island, t, x, must_stick, has_restitution, n_k, state, contacts, touch)
         if status != Status.RUNNING:
             return status
     return Status.RUNNING.value
 
 
 @kernel
-def impact_of(island, model, p, t, x, must_stick, has_restitution, n_touching, state, contacts, touch):
+def impact_of(sys, island, t, x, must_stick, has_restitution, n_touching, state, contacts, touch):
     """The impact of the contacts of one island: another one does not change their velocities. Returns a Status."""
-    work, kinds, facts, n = contacts.work, contacts.kinds, contacts.facts, contacts.facts.n_u
+    work, kinds, facts = contacts.work, contacts.kinds, contacts.facts
     n_k = 0
     for i in range(kinds.shape[0]):
         if touch.is_touching[i] == 1 and kinds[i, 0] != GIVEN_FORCE and touch.number[i] == island:
@@ -83,39 +83,37 @@ def impact_of(island, model, p, t, x, must_stick, has_restitution, n_touching, s
     if n_k == 0:
         return Status.RUNNING.value
     if n_k < n_touching:
-        status, _ = acceleration_problem(
-            model, facts.has, t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
-        )
+        status, _ = acceleration_problem(sys, facts.has, t, contacts.q, contacts.u, n_k, contacts.rates, work)
         if status != Status.RUNNING:
             return status
-    r = row_velocities(n, n_k, kinds, contacts.u, work)
+    r = row_velocities(sys, n_k, contacts.u, work)
     for a in range(r):
         work.c[a] = work.gamma_0[a]
-    add_restitution(n_k, kinds, contacts.laws, 0.0, work)
+    add_restitution(sys, n_k, 0.0, work)
     for k in range(n_k):
         a = work.start[k]
         if must_stick:
             work.c[a] = 0.0  # what is left of gamma_N is rounding
         elif not has_restitution or abs(work.gamma_0[a]) <= contacts.numbers.atol:
             work.c[a] = work.gamma_0[a]
-    if not find_impulses(n_k, must_stick, contacts, touch):
+    if not find_impulses(sys, n_k, must_stick, contacts, touch):
         return Status.NO_SOLUTION.value
     if not must_stick:
         note_solutions(n_k, contacts, touch)
-    gain, size = apply_impulses(n, n_k, r, x, contacts, touch)
+    gain, size = apply_impulses(sys, n_k, r, x, contacts, touch)
     if gain > ROUNDING * size:
-        note_gain(gain, True, n_k, kinds, contacts.laws, state, work)
+        note_gain(sys, gain, True, n_k, state, work)
     return Status.RUNNING.value
 
 
 @kernel
-def find_impulses(n_k, must_stick, contacts, touch):
+def find_impulses(sys, n_k, must_stick, contacts, touch):
     """Solve for work.P; False where there is no solution. Their number is left in touch.planar.found, and the modes of
     a single contact in touch.planar.bits."""
     work, kinds, laws, planar = contacts.work, contacts.kinds, contacts.laws, touch.planar
     G, c, P = work.G, work.c, work.P
     selection = Selection.IMPACT.value if must_stick else contacts.facts.selection
-    fill_problem(n_k, selection, kinds, laws, contacts.mode, contacts.slip, work)
+    fill_problem(sys, n_k, selection, contacts.mode, contacts.slip, work)
     for k in range(n_k):
         b = work.start[k + 1] - 1
         work.offset[b] = (1.0 - laws[work.closed[k], LAW_E_F]) * work.gamma_0[b]
@@ -127,7 +125,7 @@ def find_impulses(n_k, must_stick, contacts, touch):
     i = work.closed[0]
     follows_law = follows_own_law(i, kinds, laws)
     if must_stick and kinds[i, 1] > 0:
-        if follows_law and impulses_of_lost_slide(laws, i, work.gamma_0, G, P):
+        if follows_law and impulses_of_lost_slide(sys, i, work.gamma_0, G, P):
             return True
         P[0], P[1], exists = stick(G[0, 0], G[0, 1], G[1, 0], G[1, 1], 0.0, c[1])
         reach = P[0] if kinds[i, 0] == UNILATERAL else abs(P[0])
@@ -149,24 +147,25 @@ def note_solutions(n_k, contacts, touch):
 
 
 @kernel
-def impulses_of_lost_slide(laws, i, gamma_0, G, P):
+def impulses_of_lost_slide(sys, i, gamma_0, G, P):
     """``impulses_by_law`` of a slide without force: where p is not quite 0 yet, it is taken as just below."""
     G_NN = G[0, 0]
-    p = G_NN - math.copysign(friction_coefficient(laws, i, abs(gamma_0[1])), gamma_0[1]) * G[0, 1]
+    p = G_NN - math.copysign(friction_coefficient(sys.laws, i, abs(gamma_0[1])), gamma_0[1]) * G[0, 1]
     if p >= 0.0:
         G[0, 0] -= p + SINGULAR * G_NN
-    is_found = impulses_by_law(laws, i, gamma_0, G, P)
+    is_found = impulses_by_law(sys.laws, i, gamma_0, G, P)
     G[0, 0] = G_NN
     return is_found
 
 
 @kernel
-def apply_impulses(n, n_k, r, x, contacts, touch):
+def apply_impulses(sys, n_k, r, x, contacts, touch):
     """u += X^T P, what cancels to rounding set to 0; impulses and works are added to the quadratures of x, with the
     mean velocities of the impact.
 
     Returns what the contacts gained, relative to their surfaces, and the sum of the sizes of its parts.
     """
+    n = sys.n
     work, kinds = contacts.work, contacts.kinds
     n_c = kinds.shape[0]
     for j in range(n):
@@ -180,7 +179,7 @@ def apply_impulses(n, n_k, r, x, contacts, touch):
         work.trial[j] = 0.5 * (before + x[n + j])
     for m in range(touch.ledger.shape[0]):
         touch.ledger[m] = 0.0
-    _, gain, size = book_contact_energy(n_k, kinds, work.trial, touch.ledger, work)
+    _, gain, size = book_contact_energy(sys, n_k, work.trial, touch.ledger, work)
     for m in range(4):
         x[2 * n + 3 * n_c + m] += touch.ledger[m]
     for k in range(n_k):

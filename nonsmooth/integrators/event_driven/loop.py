@@ -23,13 +23,15 @@ from nonsmooth.integrators.radau.events import (
 )
 from nonsmooth.integrators.radau.method import SMALLEST, radau_accept, radau_restart, radau_step
 from nonsmooth.integrators.radau.polynomial import begin_polynomial, end_polynomial
-from nonsmooth.integrators.radau.stages import Radau, rates_at
+from nonsmooth.integrators.radau.stages import Radau
 from nonsmooth.integrators.records import State
 from nonsmooth.integrators.rigid.census import count_step, enters_region, note_several, slides, slides_alone
 from nonsmooth.integrators.rigid.hold import hold
 from nonsmooth.integrators.rigid.modes import CLOSURE, N_FUNCTIONS, N_WORKS, NEARLY_SINGULAR, RigidContacts, note_side
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.integrators.rigid.rates import rigid_rates
+from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, address, view
+from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, ContactMode
 
 MAX_STALLS = 8  # events at one instant, per event function
@@ -50,13 +52,14 @@ class Scratch(Block, others=f"3 * n_c + {N_WORKS}", functions=f"{N_FUNCTIONS} * 
     forces: Array[Forces, "kept = kept"]
 
 
-@kernel("int64(int64, int64, int64, float64[::1], float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
-def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_at, scratch_at):
+@kernel("int64(int64, float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
+def run(sys_at, t_record, every, max_steps, state_at, trail_at, scratch_at):
     """Advance by at most max_steps steps; returns a Status.
 
     Rows are written every so many steps and at every event, before and after it, or, where every = 0, at the times
     t_record. The last of these is the end.
     """
+    sys = view(sys_at, Sys)
     state, trail, scratch = view(state_at, State), view(trail_at, Trail), view(scratch_at, Scratch)
     ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
     clock = ode.clock
@@ -68,16 +71,16 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
         if state.counters.n_events + EVENTS_AT_ONCE * contacts.kinds.shape[0] > state.events.shape[0]:
             return Status.RUNNING.value
         if contacts.facts.event != NO_EVENT:
-            status = handle_event(rates, model, p, every, state, trail, scratch)
+            status = handle_event(sys, every, state, trail, scratch)
             if status != Status.RUNNING:
                 return status
         if not t_end - t > SMALLEST * abs(t):
             return Status.FINISHED.value
         h_max = min(t_end - t, ONE_FLIGHT * contacts.numbers.flight, longest_step(events))
-        status = radau_step(rates, model, p, address(contacts), h_max, address(ode))
+        status = radau_step(sys_at, h_max, address(ode))
         if status == Status.RUNNING:
-            status = locate_event(rates, functions, model, p, address(contacts), address(ode), address(events))
-        if status == Status.STEP_VANISHED and slide_is_lost(rates, model, p, contacts, ode):
+            status = locate_event(sys_at, address(ode), address(events))
+        if status == Status.STEP_VANISHED and slide_is_lost(sys, contacts, ode):
             contacts.facts.event = events.armed.shape[0] - 1
             continue
         if status != Status.RUNNING:
@@ -90,9 +93,9 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
         contacts.numbers.flight = math.inf
         t_1 = t_end if clock.done == t_end - t else t + clock.done
         begin_polynomial(t, contacts.facts.n_u, ode, trail.steps)
-        status = hold(model, p, t_1, ode.x_1, False, contacts)
+        status = hold(sys, t_1, ode.x_1, False, contacts)
         if status == Status.RUNNING:
-            status = radau_accept(rates, model, p, address(contacts), ode)
+            status = radau_accept(sys_at, ode)
         if status != Status.RUNNING:
             return status
         clock.now = t_1
@@ -100,7 +103,7 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
         count_step(state, contacts)
         end_polynomial(contacts.facts.n_u, ode, trail.steps)
         if every == 0:
-            status = write_rows(rates, model, p, t, t_1, t_record, scratch, trail)
+            status = write_rows(sys, t, t_1, t_record, scratch, trail)
             if status != Status.RUNNING:
                 return status
         is_end = t_1 == t_end or events.found.which != NO_EVENT
@@ -112,9 +115,9 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
 
 
 @kernel
-def slide_is_lost(rates, model, p, contacts, ode):
+def slide_is_lost(sys, contacts, ode):
     """Whether the steps vanish because the motion has come to a Génot–Brogliato point."""
-    status = rates_at(rates, model, p, address(contacts), ode.clock.now, ode.x, ode.f)
+    status = rigid_rates(address(sys), address(contacts), ode.clock.now, ode.x, ode.f)
     return status == Status.RUNNING and contacts.numbers.determinant < NEARLY_SINGULAR
 
 
@@ -132,7 +135,7 @@ def accept(state, contacts, ode):
 
 
 @kernel
-def handle_event(rates, model, p, every, state, trail, scratch):
+def handle_event(sys, every, state, trail, scratch):
     """Change the modes and begin anew with the rates of the new ones; returns a Status."""
     ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
     n, event = contacts.facts.n_u, contacts.facts.event
@@ -148,11 +151,11 @@ def handle_event(rates, model, p, every, state, trail, scratch):
         contacts.facts.event = NO_EVENT
     else:
         status = switch_modes(
-            model, p, t, MOMENT * ode.clock.step, ode.x, address(state), address(contacts), address(scratch.touch),
+            address(sys), t, MOMENT * ode.clock.step, ode.x, address(state), address(contacts), address(scratch.touch),
             address(scratch.forces),
         )  # fmt: skip
     if status != Status.RUNNING:
-        if is_start and write_gaps(model, p, t, ode.x, contacts):
+        if is_start and write_gaps(sys, t, ode.x, contacts):
             write_start(t, n, ode.x, u_0, events.x, contacts, trail)
         return status
     for e in range(events.armed.shape[0]):
@@ -171,7 +174,7 @@ def handle_event(rates, model, p, every, state, trail, scratch):
         has_slide = has_slide or slides(i, contacts)
     if not is_start and not has_slide and (every == 0 or not has_jumped):
         return status
-    status = rates_at(rates, model, p, address(contacts), t, ode.x, ode.f)
+    status = rigid_rates(address(sys), address(contacts), t, ode.x, ode.f)
     for i in range(contacts.kinds.shape[0]):
         if status == Status.RUNNING and slides_alone(i, contacts):
             note_several(t, i, enters and i == event // N_FUNCTIONS, state, contacts)
@@ -183,12 +186,12 @@ def handle_event(rates, model, p, every, state, trail, scratch):
 
 
 @kernel
-def write_gaps(model, p, t, x, contacts):
+def write_gaps(sys, t, x, contacts):
     """Write the gaps of a state into it; False if the gap function raised."""
     n, has_gap = contacts.facts.n_u, contacts.facts.has & (1 << GAP)
     for j in range(n):
         contacts.q[j], contacts.u[j] = x[j], x[n + j]
-    if has_gap and not call_model(model, GAP, t, contacts.q, contacts.u, p, contacts.work.g_N):
+    if has_gap and not evaluate(sys, GAP, t, contacts.q, contacts.u, contacts.work.g_N):
         return False
     for i in range(contacts.kinds.shape[0]):
         x[2 * n + i] = contacts.work.g_N[i] if has_gap else 0.0
@@ -207,7 +210,7 @@ def write_start(t, n, x, u_0, x_0, contacts, trail):
 
 
 @kernel
-def write_rows(rates, model, p, t, t_1, t_record, scratch, trail):
+def write_rows(sys, t, t_1, t_record, scratch, trail):
     """Write the rows of the record times in (t, t_1] of the accepted step, with their gaps; returns a Status."""
     ode, contacts, x = scratch.ode, scratch.contacts, scratch.events.x
     n = contacts.facts.n_u
@@ -215,14 +218,14 @@ def write_rows(rates, model, p, t, t_1, t_record, scratch, trail):
     while trail.counts.next < t_record.shape[0] and t_record[trail.counts.next] <= t_1:
         moment = t_record[trail.counts.next]
         state_at_moment(moment, t, n, ode, trail.steps, x)
-        status = rates_at(rates, model, p, address(contacts), moment, x, ode.f)
+        status = rigid_rates(address(sys), address(contacts), moment, x, ode.f)
         if status != Status.RUNNING:
             return status
-        if not write_gaps(model, p, moment, x, contacts):
+        if not write_gaps(sys, moment, x, contacts):
             return Status.NOT_FINITE
         write_row(moment, x, contacts, trail)
         trail.counts.next += 1
         is_written = True
     if is_written:
-        return rates_at(rates, model, p, address(contacts), t_1, ode.x, ode.f)  # the forces at the end of the step
+        return rigid_rates(address(sys), address(contacts), t_1, ode.x, ode.f)  # the forces at the end of the step
     return Status.RUNNING

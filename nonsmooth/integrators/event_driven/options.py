@@ -31,6 +31,7 @@ from nonsmooth.integrators.rigid.rates import rigid_events, rigid_rates
 from nonsmooth.integrators.rigid.redundant import share_load
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import System
 
 SMALLEST_RTOL = 100 * EPS
@@ -107,13 +108,13 @@ class EventDriven:
             entry_points += [enumerate_redundant, solve_planar, pivot]
         load_all(entry_points)
 
-    def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Scratch:
+    def scratch(self, system: System, sys: Sys, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Scratch:
         """The arrays of a run from t, filled with its start."""
         arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
         n = system.n_u
         contacts, ode = arrays.contacts, arrays.ode
         facts, numbers = contacts.facts, contacts.numbers
-        facts.has, facts.n_u, facts.event, facts.follows_margin = has, n, START, 1
+        facts.has, facts.n_u, facts.event, facts.follows_margin = sys.has, n, START, 1
         numbers.atol, numbers.rtol, numbers.flight = self.atol, self.rtol, np.inf
         contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
         arrays.forces.kinds[:], arrays.forces.laws[:] = system.kinds, system.laws

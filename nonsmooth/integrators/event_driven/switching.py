@@ -69,6 +69,7 @@ from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
 from nonsmooth.mechanics.contact_problem import Problem, evaluate_rows
 from nonsmooth.mechanics.laws import LAW_E_N
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
 KEPT = 64  # solutions kept of one state
@@ -76,12 +77,13 @@ MAX_IMPACTS = 64  # at one instant, per contact
 RESOLVED = 10.0  # times what rounding leaves of a gap: a lower bounce cannot be told from none
 
 
-@kernel("int64(int64, float64[::1], float64, float64, float64[::1], int64, int64, int64, int64)", short_loops=True)
-def switch_modes(model, p, t, moment, x, state_at, contacts_at, touch_at, forces_at):
+@kernel("int64(int64, float64, float64, float64[::1], int64, int64, int64, int64)", short_loops=True)
+def switch_modes(sys_at, t, moment, x, state_at, contacts_at, touch_at, forces_at):
     """Handle the event contacts.facts.event at the state x; ``moment`` [s] is short against the motion.
 
     Returns a Status; RUNNING with the new modes, and with x moved by the impulses.
     """
+    sys = view(sys_at, Sys)
     state, contacts = view(state_at, State), view(contacts_at, RigidContacts)
     touch, forces = view(touch_at, Touch), view(forces_at, Forces)
     n, n_c, event = contacts.facts.n_u, contacts.kinds.shape[0], contacts.facts.event
@@ -93,25 +95,25 @@ def switch_modes(model, p, t, moment, x, state_at, contacts_at, touch_at, forces
     is_border = on_border(event, n_c, contacts)
     is_lost = event == N_FUNCTIONS * n_c and n_c > 0
     if is_border or is_lost:
-        status = rigid_rates(model, p, address(contacts), t, x, touch.rates)
+        status = rigid_rates(sys_at, address(contacts), t, x, touch.rates)
         if status != Status.RUNNING:
             return status
         mark_lost(contacts, touch)
     for j in range(n):
         touch.q[j] = moment * x[n + j] if is_border else 0.0
         touch.u[j] = moment * contacts.work.du[j] if is_border else 0.0
-    status, has_struck = strike(model, p, t, x, event, state, contacts, touch)
+    status, has_struck = strike(sys, t, x, event, state, contacts, touch)
     if status == Status.RUNNING:
         later = t + moment if is_border and not has_struck else t
-        status = settle(model, p, t, later, x, is_lost, state_at, contacts_at, touch_at, forces_at)
+        status = settle(sys_at, t, later, x, is_lost, state_at, contacts_at, touch_at, forces_at)
     if status == Status.RUNNING and has_struck:
-        status = give_up_bounces(model, p, t, x, state, contacts, touch, forces)
+        status = give_up_bounces(sys, t, x, state, contacts, touch, forces)
     if status != Status.RUNNING:
         return status
     gives_up = False
     for i in range(n_c):
         gives_up = gives_up or touch.accumulates[i] > 0.0
-    status = hold(model, p, t, x, gives_up, contacts)
+    status = hold(sys, t, x, gives_up, contacts)
     note_events(t, state, contacts, touch)
     contacts.facts.event = NO_EVENT
     return status
@@ -139,12 +141,12 @@ def on_border(event, n_c, contacts):
 
 
 @kernel
-def strike(model, p, t, x, event, state, contacts, touch):
+def strike(sys, t, x, event, state, contacts, touch):
     """Impacts until no contact that touches approaches: (Status, whether there was one)."""
     n_c = contacts.kinds.shape[0]
     has_struck = False
     for attempt in range(MAX_IMPACTS * n_c + 1):
-        if not look(model, p, t, x, event, contacts, touch):
+        if not look(sys, t, x, event, contacts, touch):
             return Status.NOT_FINITE.value, has_struck
         speed = small_speed(contacts.facts.n_u, contacts)
         is_struck = False
@@ -162,16 +164,16 @@ def strike(model, p, t, x, event, state, contacts, touch):
             return Status.RUNNING.value, has_struck
         if attempt == MAX_IMPACTS * n_c:
             break
-        status = impact(model, p, t, x, False, True, address(state), address(contacts), address(touch))
+        status = impact(address(sys), t, x, False, True, address(state), address(contacts), address(touch))
         if status != Status.RUNNING:
             return status, has_struck
         has_struck = True
         event = NO_EVENT
-    return end_series(model, p, t, x, state, contacts, touch), has_struck
+    return end_series(sys, t, x, state, contacts, touch), has_struck
 
 
 @kernel
-def end_series(model, p, t, x, state, contacts, touch):
+def end_series(sys, t, x, state, contacts, touch):
     """The end of a series of impacts of several contacts at one instant, by one without restitution; a Status."""
     n_c = contacts.kinds.shape[0]
     for i in range(n_c):
@@ -181,10 +183,10 @@ def end_series(model, p, t, x, state, contacts, touch):
             if contacts.laws[i, LAW_E_N] >= 1.0:
                 return Status.CHATTERING.value
     speed = small_speed(contacts.facts.n_u, contacts)  # before: of what comes to rest rounding is left
-    status = impact(model, p, t, x, False, False, address(state), address(contacts), address(touch))
+    status = impact(address(sys), t, x, False, False, address(state), address(contacts), address(touch))
     if status != Status.RUNNING:
         return status
-    if not look(model, p, t, x, NO_EVENT, contacts, touch):
+    if not look(sys, t, x, NO_EVENT, contacts, touch):
         return Status.NOT_FINITE.value
     for i in range(n_c):
         if touch.is_touching[i] == 1 and abs(touch.gamma[i, 0]) > speed:
@@ -192,15 +194,14 @@ def end_series(model, p, t, x, state, contacts, touch):
     return Status.RUNNING.value
 
 
-@kernel(
-    "int64(int64, float64[::1], float64, float64, float64[::1], boolean, int64, int64, int64, int64)", short_loops=True
-)
-def settle(model, p, t, later, x, is_lost, state_at, contacts_at, touch_at, forces_at):
+@kernel("int64(int64, float64, float64, float64[::1], boolean, int64, int64, int64, int64)", short_loops=True)
+def settle(sys_at, t, later, x, is_lost, state_at, contacts_at, touch_at, forces_at):
     """Give the contacts that touch their modes, with an impact without collision of the islands that have none.
 
     ``is_lost`` tells that the islands marked in touch.is_lost have no forces even before they are looked for. Returns
     a Status.
     """
+    sys = view(sys_at, Sys)
     state, contacts = view(state_at, State), view(contacts_at, RigidContacts)
     touch, forces = view(touch_at, Touch), view(forces_at, Forces)
     n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
@@ -210,14 +211,14 @@ def settle(model, p, t, later, x, is_lost, state_at, contacts_at, touch_at, forc
             contacts.q[j] = x[j] + (touch.q[j] if is_ahead else 0.0)
             contacts.u[j] = x[n + j] + (touch.u[j] if is_ahead else 0.0)
         n_k = list_touching(contacts, touch, forces)
-        outcome, _, _ = forces_of_closed(model, contacts.facts.has, later, contacts.q, contacts.u, p, n_k, forces)
+        outcome, _, _ = forces_of_closed(sys, later, contacts.q, contacts.u, n_k, forces)
         if outcome != Outcome.COMPLETE:
             return Status.NOT_FINITE.value if outcome == Outcome.NOT_FINITE else Status.NOT_SOLVED.value
         take_modes(attempt == 0, is_lost and attempt == 0, n_k, state, contacts, touch, forces)
-        close_idle(model, p, later, n_k, contacts, touch, forces)
-        if not must_strike(model, p, later, is_lost, n_k, contacts, touch, forces):
+        close_idle(sys, later, n_k, contacts, touch, forces)
+        if not must_strike(sys, later, is_lost, n_k, contacts, touch, forces):
             return Status.RUNNING.value
-        status = strike_without_collision(model, p, t, x, state, contacts, touch)
+        status = strike_without_collision(sys, t, x, state, contacts, touch)
         if status != Status.RUNNING:
             return status
         later = t
@@ -361,7 +362,7 @@ def add_ranked(k, was_stuck, forces):
 
 
 @kernel
-def must_strike(model, p, t, is_lost, n_k, contacts, touch, forces):
+def must_strike(sys, t, is_lost, n_k, contacts, touch, forces):
     """Whether an island has no forces that its contacts could be given, or is to be stopped by the rule.
 
     Forces of rows that are nearly parallel or opposite are lost in G, by which they were looked for: such contacts may
@@ -372,14 +373,14 @@ def must_strike(model, p, t, is_lost, n_k, contacts, touch, forces):
         i, island = forces.work.closed[k], forces.island[k]
         has_none = forces.number[island] == 0 and not (is_lost and touch.is_lost[i] == 1)
         if touch.strikes[i] == 1 and has_none and is_first_of(k, forces):
-            if close_all(model, p, t, island, n_k, contacts, touch, forces):
+            if close_all(sys, t, island, n_k, contacts, touch, forces):
                 let_strike(island, 0, n_k, touch, forces)
         strikes = strikes or touch.strikes[i] == 1
     return strikes
 
 
 @kernel
-def strike_without_collision(model, p, t, x, state, contacts, touch):
+def strike_without_collision(sys, t, x, state, contacts, touch):
     """The impact that resolves sliding without force; NO_SOLUTION where no impulse does."""
     n_c = contacts.kinds.shape[0]
     for i in range(n_c):
@@ -387,7 +388,7 @@ def strike_without_collision(model, p, t, x, state, contacts, touch):
     before = 0.0
     for i in range(n_c):
         before += abs(touch.P[i, 0]) + abs(touch.P[i, 1])
-    status = impact(model, p, t, x, True, True, address(state), address(contacts), address(touch))
+    status = impact(address(sys), t, x, True, True, address(state), address(contacts), address(touch))
     if status != Status.RUNNING:
         state.counters.failed_contact = -1
         return status
@@ -400,42 +401,44 @@ def strike_without_collision(model, p, t, x, state, contacts, touch):
     if after == before:
         state.counters.failed_contact = -1
         return Status.NO_SOLUTION
-    return Status.RUNNING if look(model, p, t, x, NO_EVENT, contacts, touch) else Status.NOT_FINITE
+    return Status.RUNNING if look(sys, t, x, NO_EVENT, contacts, touch) else Status.NOT_FINITE
 
 
 @kernel
-def give_up_bounces(model, p, t, x, state, contacts, touch, forces):
+def give_up_bounces(sys, t, x, state, contacts, touch, forces):
     """Close the contacts whose next bounce is lower than the tolerance; note how long the shortest other flight is.
 
     What closes changes the forces, and so which of the others come back: each is closed once.
     """
     for _ in range(contacts.kinds.shape[0]):
-        status, has_closed = close_low_bounces(model, p, t, x, contacts, touch)
+        status, has_closed = close_low_bounces(sys, t, x, contacts, touch)
         if status != Status.RUNNING or not has_closed:
             return status
-        status = settle(model, p, t, t, x, False, address(state), address(contacts), address(touch), address(forces))
+        status = settle(
+            address(sys), t, t, x, False, address(state), address(contacts), address(touch), address(forces)
+        )
         if status != Status.RUNNING:
             return status
     return Status.RUNNING.value
 
 
 @kernel
-def close_low_bounces(model, p, t, x, contacts, touch):
+def close_low_bounces(sys, t, x, contacts, touch):
     """Let the contacts touch whose next bounce is lower than the tolerance: (Status, whether there are any)."""
     work, kinds = contacts.work, contacts.kinds
     n, n_c = contacts.facts.n_u, kinds.shape[0]
-    status = rigid_rates(model, p, address(contacts), t, x, touch.rates)
+    status = rigid_rates(address(sys), address(contacts), t, x, touch.rates)
     if status != Status.RUNNING:
         return status, False
     for i in range(n_c):
         work.closed[i] = i
     has = contacts.facts.has
-    shift = row_shift(has, n, contacts.u)
-    if not find_row_rates(model, has, shift, t, n, contacts.q, contacts.u, p, n_c, kinds, contacts.rates, work):
+    shift = row_shift(sys, has, contacts.u)
+    if not find_row_rates(sys, has, shift, t, contacts.q, contacts.u, n_c, contacts.rates, work):
         return Status.NOT_FINITE.value, False
     for j in range(n):
         work.q_mid[j] = contacts.q[j]
-    if not evaluate_rows(model, has, True, t, contacts.u, p, work):
+    if not evaluate_rows(sys, has, True, t, contacts.u, work):
         return Status.NOT_FINITE.value, False
     height = max(contacts.numbers.atol, RESOLVED * rounded_length(n, contacts))
     r = 0

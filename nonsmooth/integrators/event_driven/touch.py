@@ -17,9 +17,10 @@ from nonsmooth.integrators.rigid.modes import (
     rounded_length,
     small_speed,
 )
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.mechanics.contact_problem import evaluate_rows, row_velocities
+from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
 START = -2  # the event with which a run begins
@@ -53,7 +54,7 @@ class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"
 
 
 @kernel
-def look(model, p, t, x, event, contacts, touch):
+def look(sys, t, x, event, contacts, touch):
     """Which contacts touch and rest, and their velocities; False if a model function raised."""
     work, kinds, has = contacts.work, contacts.kinds, contacts.facts.has
     n, n_c = contacts.facts.n_u, kinds.shape[0]
@@ -62,11 +63,11 @@ def look(model, p, t, x, event, contacts, touch):
         work.q_mid[j] = x[j]
     for i in range(n_c):
         work.closed[i] = i
-    if has & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
+    if has & (1 << GAP) and not evaluate(sys, GAP, t, contacts.q, contacts.u, work.g_N):
         return False
-    if not evaluate_rows(model, has, True, t, contacts.u, p, work):
+    if not evaluate_rows(sys, has, True, t, contacts.u, work):
         return False
-    row_velocities(n, n_c, kinds, contacts.u, work)
+    row_velocities(sys, n_c, contacts.u, work)
     r = 0
     for i in range(n_c):
         touch.gamma[i, 0], touch.gamma[i, 1] = 0.0, 0.0

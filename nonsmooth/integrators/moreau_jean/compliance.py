@@ -55,27 +55,28 @@ class Compliance:
 
 
 @kernel
-def add_compliance(n_k, kinds, laws, k, c, dt, work):
+def add_compliance(sys, n_k, k, c, dt, work):
     """G_NN + R and the term of the gap on the right; work.g_N holds the gap that free flight would end with."""
     closed, start, gamma_0 = work.closed, work.start, work.gamma_0
     R = 1.0 / (k * dt * dt + c * dt)
     for m in range(n_k):
         i = closed[m]
         r = start[m]
-        if kinds[i, 0] != GIVEN_FORCE:
+        if sys.kinds[i, 0] != GIVEN_FORCE:
             work.G[r, r] += R
             work.c[r] += (work.g_N[i] - dt * gamma_0[r]) / (dt + c / k)
             r += 1
-        if kinds[i, 1] > 0:
-            work.c[r] += laws[i, LAW_E_F] * gamma_0[r]
+        if sys.kinds[i, 1] > 0:
+            work.c[r] += sys.laws[i, LAW_E_F] * gamma_0[r]
 
 
 @kernel
-def find_end_gaps(n, n_k, kinds, dt, work):
+def find_end_gaps(sys, n_k, dt, work):
     """Replace the gaps of the closed contacts by g_0 + dt gamma_1: their indentation at the end."""
+    n = sys.n
     for m in range(n_k):
         i = work.closed[m]
-        if kinds[i, 0] == GIVEN_FORCE:
+        if sys.kinds[i, 0] == GIVEN_FORCE:
             continue
         r = work.start[m]
         gamma_1 = work.w[r]

@@ -28,12 +28,24 @@ from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.contact_problem import Work, fill_problem, recall_impulses
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
 from nonsmooth.mechanics.laws import LAW_E_F, depends_on_speed, friction_coefficient
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import ContactMode
+
+
+class Options(Block):
+    """What the integrator was asked for."""
+
+    theta: float
+    selection: int  # the rule where there are several solutions
+    projection: int  # whether positions are moved back
+    stiffness: float  # [N/m] of compliant contacts; 0 of rigid ones
+    damping: float  # [N s/m]
 
 
 class Scratch(Block, r="max(1, n_c * (1 + d))"):
     """Arrays of one step."""
 
+    options: Options
     work: Work
     there: Work  # the acceleration-level problem at the state before the step
     planar: Array[Planar, "n = n_c"]
@@ -41,29 +53,30 @@ class Scratch(Block, r="max(1, n_c * (1 + d))"):
     is_known: Array[Ints, 2]  # 1 once M and the rows were evaluated, for those that are constant
 
 
-@kernel("int64(int64[:, ::1], float64[:, ::1], int64, float64, int64, int64, int64)", short_loops=True)
-def solve(kinds, laws, selection, dt, n_k, state_at, scratch_at):
+@kernel("int64(int64, int64, float64, int64, int64, int64)", short_loops=True)
+def solve(sys_at, selection, dt, n_k, state_at, scratch_at):
     """Solve the contact problem of the closed contacts: impulses to work.P, modes to work.candidate."""
+    sys = view(sys_at, Sys)
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
     work = scratch.work
     for k in range(n_k):
         i = work.closed[k]
         work.normal_impulse[k] = dt * max(0.0, work.N[i])
-        if kinds[i, 1] > 0:
+        if sys.kinds[i, 1] > 0:
             a = work.start[k + 1] - 1
-            work.offset[a] = (1.0 - laws[i, LAW_E_F]) * work.gamma_0[a]
-            if depends_on_speed(laws, i) and friction_coefficient(laws, i, abs(work.gamma_0[a])) < 0.0:
+            work.offset[a] = (1.0 - sys.laws[i, LAW_E_F]) * work.gamma_0[a]
+            if depends_on_speed(sys.laws, i) and friction_coefficient(sys.laws, i, abs(work.gamma_0[a])) < 0.0:
                 state.counters.failed_contact = i
                 return Status.NEGATIVE_FRICTION
     state.counters.solved += 1
-    fill_problem(n_k, selection, kinds, laws, state.mode, state.slip, work)
+    fill_problem(sys, n_k, selection, state.mode, state.slip, work)
     if n_k == 1:
         found = solve_one(state, work)
         if found == 0:
             state.counters.failed_contact = work.closed[0]
             return Status.NO_SOLUTION
-        if work.gamma_0[0] < 0.0 and follows_own_law(work.closed[0], kinds, laws):
-            follow_impact_law(laws, scratch)
+        if work.gamma_0[0] < 0.0 and follows_own_law(work.closed[0], sys.kinds, sys.laws):
+            follow_impact_law(sys, scratch)
         state.counters.solutions = found
         return Status.RUNNING
     recall_impulses(state.P, work)
@@ -97,11 +110,11 @@ def solve_one(state, work):
 
 
 @kernel
-def follow_impact_law(laws, scratch):
+def follow_impact_law(sys, scratch):
     """Replace the impulses of the single closed contact, which collides, by those of its law, and its mode."""
     work = scratch.work
     G, P, gamma_0 = work.G, work.P, work.gamma_0
-    if impulses_by_law(laws, work.closed[0], gamma_0, G, P):
+    if impulses_by_law(sys.laws, work.closed[0], gamma_0, G, P):
         gamma_F = gamma_0[1] + G[1, 0] * P[0] + G[1, 1] * P[1]
         if abs(gamma_F) <= BOUNDARY * abs(gamma_0[1]):
             work.candidate[0] = STICK

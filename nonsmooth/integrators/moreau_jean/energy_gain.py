@@ -29,7 +29,7 @@ from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 
 
 @rare_kernel
-def note_gain(gain, is_impact, n_k, kinds, laws, state, work):
+def note_gain(sys, gain, is_impact, n_k, state, work):
     """Count a step, or an impact, whose contacts gained more than its forces, and what the residual leaves open,
     explain: ACCEPTED max |c| sum |P|. What is lost in the energies of the run is none."""
     c, gamma_0, P = work.c, work.gamma_0, work.P
@@ -37,10 +37,10 @@ def note_gain(gain, is_impact, n_k, kinds, laws, state, work):
     for k in range(n_k):
         i = work.closed[k]
         for r in range(work.start[k], work.start[k + 1]):
-            is_normal = r == work.start[k] and kinds[i, 0] != GIVEN_FORCE
-            e = laws[i, LAW_E_F]
+            is_normal = r == work.start[k] and sys.kinds[i, 0] != GIVEN_FORCE
+            e = sys.laws[i, LAW_E_F]
             if is_normal:
-                e = laws[i, LAW_E_N] if kinds[i, 0] != BILATERAL else 0.0
+                e = sys.laws[i, LAW_E_N] if sys.kinds[i, 0] != BILATERAL else 0.0
             if not is_impact:
                 driven += abs(P[r] * (c[r] - (1.0 + e) * gamma_0[r]))
             impulses += abs(P[r])

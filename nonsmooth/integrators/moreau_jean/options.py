@@ -90,14 +90,13 @@ class MoreauJean:
         dts[np.abs(dts - self.dt) <= 1e-9 * self.dt] = self.dt  # the step asked for, not one a rounding away
         return dts, steps.astype(np.int64)
 
-    def options(self, selection: int) -> np.ndarray:
-        """The numbers that the compiled loop reads."""
-        law = (0.0, 0.0) if self.compliance is None else (self.compliance.stiffness, self.compliance.damping)
-        return np.array([self.theta, float(selection), float(self.projection), *law])
-
-    def scratch(self, system: System) -> Scratch:
-        """The arrays that the loop works in."""
+    def scratch(self, system: System, selection: int) -> Scratch:
+        """The arrays that the loop works in, with its options."""
         arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
+        options = arrays.options
+        options.theta, options.selection, options.projection = self.theta, selection, self.projection
+        if self.compliance is not None:
+            options.stiffness, options.damping = self.compliance.stiffness, self.compliance.damping
         arrays.planar.has_newton = needs_newton(system)
         arrays.planar.may_wait = 1
         return arrays

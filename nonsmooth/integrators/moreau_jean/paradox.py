@@ -29,11 +29,12 @@ from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.contact_problem import row_velocities
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
 from nonsmooth.mechanics.laws import friction_coefficient
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
 
 
 @kernel
-def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, scratch):
+def note_paradoxes(sys, t, dt, n_k, state, scratch):
     """Record sliding that no force could go with, and the beginning of an episode with several solutions.
 
     Returns whether the velocity has jumped, so that the step must be taken again.
@@ -42,7 +43,7 @@ def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, s
     found, members, has_several = state.counters.solutions, 1, False
     for k in range(n_k):
         i = work.closed[k]
-        if kinds[i, 1] == 0 or kinds[i, 0] == GIVEN_FORCE:
+        if sys.kinds[i, 1] == 0 or sys.kinds[i, 0] == GIVEN_FORCE:
             continue
         if n_k > 1:  # of the island of the contact
             found, members = scratch.planar.found[k], scratch.planar.members[k]
@@ -52,15 +53,13 @@ def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, s
         candidate = work.candidate[k]
         if candidate == STICK and state.mode[i] == ContactMode.SLIDE:
             a = work.start[k]
-            mu = friction_coefficient(laws, i, abs(work.gamma_0[a + 1]))
+            mu = friction_coefficient(sys.laws, i, abs(work.gamma_0[a + 1]))
             has_negative = work.G[a, a] < mu * abs(work.G[a, a + 1])
-            if has_negative and end_slide(
-                model, has, p, kinds, laws, mu, t, dt, n, n_k, k, is_rigid, address(state), address(scratch)
-            ):
+            if has_negative and end_slide(address(sys), mu, t, dt, n_k, k, address(state), address(scratch)):
                 return True
         if is_indeterminate and state.several[i] == 0:
             mode = mode_of(candidate, 1)
-            add_event(t, INDETERMINATE, i, mode, slip_of(candidate), k, found, kinds, state, work)
+            add_event(sys, t, INDETERMINATE, i, mode, slip_of(candidate), k, found, state, work)
         state.several[i] = 1 if is_indeterminate else 0
     if has_several:
         state.counters.several += 1
@@ -68,25 +67,23 @@ def note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, s
 
 
 @kernel(
-    "boolean(int64, int64, float64[::1], int64[:, ::1], float64[:, ::1], float64, float64, float64, int64, int64, "
-    "int64, boolean, int64, int64)",
+    "boolean(int64, float64, float64, float64, int64, int64, int64, int64)",
     short_loops=True,
 )
-def end_slide(model, has, p, kinds, laws, mu, t, dt, n, n_k, k, is_rigid, state_at, scratch_at):
+def end_slide(sys_at, mu, t, dt, n_k, k, state_at, scratch_at):
     """Closed contact k slid and is to stick: is it for want of a force? Then take the impact, or book it as the
     step's. Returns whether the velocity has jumped."""
+    sys = view(sys_at, Sys)
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
     work, there = scratch.work, scratch.there
     i = work.closed[k]
-    if not had_no_force(
-        model, has, p, kinds, mu, state.slip[i], t, dt, n, n_k, k, state.q, state.u, work, there, scratch.rates
-    ):
+    if not had_no_force(sys, mu, t, dt, n_k, k, state, scratch):
         return False
-    if follows_own_law(i, kinds, laws):
-        impulses_by_law(laws, i, work.gamma_0, work.G, work.P)
-    add_event(t, INCONSISTENT, i, ContactMode.STICK.value, 0, k, 0, kinds, state, work)
-    if is_rigid and is_first_alone(n_k, there) and has_impact(kinds, laws, i, n, state, there):
-        jump(kinds, t, i, n, state, there)
+    if follows_own_law(i, sys.kinds, sys.laws):
+        impulses_by_law(sys.laws, i, work.gamma_0, work.G, work.P)
+    add_event(sys, t, INCONSISTENT, i, ContactMode.STICK.value, 0, k, 0, state, work)
+    if scratch.options.stiffness == 0.0 and is_first_alone(n_k, there) and has_impact(sys, i, state, there):
+        jump(sys, t, i, state, there)
         return True
     return False
 
@@ -98,27 +95,28 @@ def is_first_alone(n_k, there):
 
 
 @kernel
-def has_impact(kinds, laws, i, n, state, there):
+def has_impact(sys, i, state, there):
     """Whether impulses end the slide of the first contact, by its own law or to rest; they are in there.P.
 
     ``there`` holds the acceleration-level problem of the state, so its rows and G.
     """
-    row_velocities(n, 1, kinds, state.u, there)
+    row_velocities(sys, 1, state.u, there)
     G, P, gamma_0 = there.G, there.P, there.gamma_0
-    if follows_own_law(i, kinds, laws) and impulses_by_law(laws, i, gamma_0, G, P):
+    if follows_own_law(i, sys.kinds, sys.laws) and impulses_by_law(sys.laws, i, gamma_0, G, P):
         return True
     P[0], P[1], exists = stick(G[0, 0], G[0, 1], G[1, 0], G[1, 1], gamma_0[0], gamma_0[1])
-    return exists and (kinds[i, 0] == BILATERAL or P[0] > 0.0)
+    return exists and (sys.kinds[i, 0] == BILATERAL or P[0] > 0.0)
 
 
 @kernel
-def jump(kinds, t, i, n, state, there):
+def jump(sys, t, i, state, there):
     """The impact of there.P at the state before the step: velocity, mode, energy, impulses."""
+    n = sys.n
     u, u_1, X, P = state.u, there.u_1, there.X, there.P
     for j in range(n):
         u_1[j] = u[j] + X[0, j] * P[0] + X[1, j] * P[1]
-    book_energy(0.0, 0.5, False, n, 1, kinds, state, there)
-    set_mode(t, i, ContactMode.STICK.value, 0, 0, kinds, state, there)
+    book_energy(sys, 0.0, 0.5, False, 1, state, there)
+    set_mode(sys, t, i, ContactMode.STICK.value, 0, 0, state, there)
     for m in range(2):
         state.P_sum[i, m] += P[m]
     for j in range(n):

@@ -18,13 +18,15 @@ from nonsmooth.mechanics.system import BILATERAL
 
 
 @kernel
-def had_no_force(model, has, p, kinds, mu, slip, t, dt, n, n_k, k, q, u, work, there, rates):
-    """Whether the slide of closed contact k ran out of forces within a step from (t, q, u).
+def had_no_force(sys, mu, t, dt, n_k, k, state, scratch):
+    """Whether the slide of closed contact k ran out of forces within a step from the state at t.
 
     The acceleration-level problem is asked at the end of the step for the motion without contact forces, where a force
     that fades to zero has crossed into the paradox, and at the state before the step, where it is left in ``there``,
     contact k first.
     """
+    n, q, u = sys.n, state.q, state.u
+    work, there, slip = scratch.work, scratch.there, state.slip[scratch.work.closed[k]]
     for m in range(n_k):
         there.closed[m] = work.closed[m]
     there.closed[0], there.closed[k] = work.closed[k], work.closed[0]
@@ -34,11 +36,9 @@ def had_no_force(model, has, p, kinds, mu, slip, t, dt, n, n_k, k, q, u, work, t
         for i in range(n):
             work.trial[i] = q[i] + ahead * dt * u[i]
             work.rhs[i] = u[i] + ahead * work.du[i]
-        status, _ = acceleration_problem(
-            model, has, t + ahead * dt, n, work.trial, work.rhs, p, n_k, kinds, rates, there
-        )
+        status, _ = acceleration_problem(sys, sys.has, t + ahead * dt, work.trial, work.rhs, n_k, scratch.rates, there)
         if status == Status.RUNNING:
-            is_bilateral = kinds[there.closed[0], 0] == BILATERAL
+            is_bilateral = sys.kinds[there.closed[0], 0] == BILATERAL
             if has_no_sliding_force(is_bilateral, slip, mu, there.G[0, 0], there.G[0, 1], there.c[0]):
                 is_lost = True
         elif way == 1:

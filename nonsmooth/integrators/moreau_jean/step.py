@@ -5,6 +5,8 @@ Equations: moreau_jean/options.py. The contact problem of a step is solved in mo
 
 from __future__ import annotations
 
+from typing import Annotated as Array
+
 from nonsmooth.contact.planar.single import slip_of
 from nonsmooth.errors import Status
 from nonsmooth.integrators.moreau_jean.compliance import add_compliance, find_end_gaps
@@ -19,8 +21,8 @@ from nonsmooth.integrators.records import (
     set_mode,
     write_record,
 )
-from nonsmooth.jit import call_model, kernel, rare_kernel
-from nonsmooth.jit.blocks import address, view
+from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.contact_problem import (
     NORMAL_FORCE_READS_U,
     add_restitution,
@@ -35,31 +37,36 @@ from nonsmooth.mechanics.contact_problem import (
     stack_rows,
     straighten_gaps,
 )
+from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL
 
 ROUNDING = 2e-15  # about eight units in the last place: a smaller change of a velocity is no change
 
 
-RUN = (
-    "int64(int64, int64, float64[::1], int64[:, ::1], float64[:, ::1], float64[::1], "
-    "float64[::1], float64[::1], int64[::1], int64, int64, int64, int64)"
-)
+class Intervals(Block):
+    """Between two records: m of them."""
+
+    t: Array[Floats, "m + 1"]  # times of the records
+    dt: Array[Floats, "m"]  # length of a step
+    steps: Array[Ints, "m"]  # number of steps
 
 
-@kernel(RUN, short_loops=True)
-def run(model, has, p, kinds, laws, options, t_record, dts, steps, max_steps, state_at, record_at, scratch_at):
+@kernel("int64(int64, int64, int64, int64, int64, int64)", short_loops=True)
+def run(sys_at, intervals_at, max_steps, state_at, record_at, scratch_at):
     """Advance from counters.interval, counters.step by at most max_steps steps; returns a Status.
 
-    Interval j takes steps[j] steps of dts[j] from t_record[j] and ends with record j + 1. options: theta, selection,
-    projection, stiffness (0 of a rigid contact), damping.
+    Interval j takes steps[j] steps of dts[j] from t_record[j] and ends with record j + 1.
     """
+    sys = view(sys_at, Sys)
     state, record, scratch = view(state_at, State), view(record_at, Record), view(scratch_at, Scratch)
+    intervals = view(intervals_at, Intervals)
+    t_record, dts, steps = intervals.t, intervals.dt, intervals.steps
     counters = state.counters
-    n, n_c = state.q.shape[0], kinds.shape[0]
+    n_c = sys.kinds.shape[0]
     scratch.is_known[0] = 0
     scratch.is_known[1] = 0
     if counters.interval == 0 and counters.step == 0:
-        if not write_record(model, has, 0, t_record[0], p, n, n_c, state, record, scratch.work):
+        if not write_record(sys, 0, t_record[0], state, record, scratch.work):
             return Status.NOT_FINITE
     for _ in range(max_steps):
         j = counters.interval
@@ -68,41 +75,43 @@ def run(model, has, p, kinds, laws, options, t_record, dts, steps, max_steps, st
         if counters.n_events + 3 * n_c > state.events.shape[0]:
             return Status.RUNNING  # the events are full: the caller empties them
         t = t_record[j] + counters.step * dts[j]
-        status = step(model, has, p, kinds, laws, options, t, dts[j], n, n_c, state_at, scratch_at)
+        status = step(sys_at, t, dts[j], state_at, scratch_at)
         if status != Status.RUNNING:
             return status
         if counters.step == steps[j]:
             counters.interval += 1
             counters.step = 0
-            if not write_record(model, has, j + 1, t_record[j + 1], p, n, n_c, state, record, scratch.work):
+            if not write_record(sys, j + 1, t_record[j + 1], state, record, scratch.work):
                 return Status.NOT_FINITE
     return Status.FINISHED if counters.interval >= steps.shape[0] else Status.RUNNING
 
 
 @kernel(
-    "int64(int64, int64, float64[::1], int64[:, ::1], float64[:, ::1], float64[::1], float64, float64, int64, int64, "
-    "int64, int64)",
+    "int64(int64, float64, float64, int64, int64)",
     short_loops=True,
 )
-def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_at):
+def step(sys_at, t, dt, state_at, scratch_at):
     """One step, or the impact that comes before it; the state changes only once either is known to be good.
 
     Returns a Status.
     """
+    sys = view(sys_at, Sys)
+    n, n_c = sys.n, sys.n_c
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
     work = scratch.work
-    theta = options[0]
+    options = scratch.options
+    theta = options.theta
     t_mid = t + 0.5 * dt
     q, u, q_mid = state.q, state.u, work.q_mid
     for i in range(n):
         q_mid[i] = q[i] + 0.5 * dt * u[i]
     n_k = 0
-    is_rigid = options[3] == 0.0
+    is_rigid = options.stiffness == 0.0
     if n_c > 0:
-        if not predict_gaps(model, has, t, dt, n, is_rigid, q, u, p, work):
+        if not predict_gaps(sys, t, dt, is_rigid, q, u, work):
             return Status.NOT_FINITE
-        n_k = close_contacts(n_c, kinds, state.mode, work)
-    status = smooth_step(model, has, scratch.is_known[0] == 0, t_mid, dt, theta, n, state.u, p, work)
+        n_k = close_contacts(sys, state.mode, work)
+    status = smooth_step(sys, sys.has, scratch.is_known[0] == 0, t_mid, dt, theta, state.u, work)
     if status != Status.RUNNING:
         return status
     scratch.is_known[0] = 1
@@ -111,59 +120,61 @@ def step(model, has, p, kinds, laws, options, t, dt, n, n_c, state_at, scratch_a
             work.u_1[i] = state.u[i] + work.du[i]
         state.counters.skipped += 1
     else:
-        if not evaluate_rows(model, has, scratch.is_known[1] == 0, t_mid, state.u, p, work):
+        if not evaluate_rows(sys, sys.has, scratch.is_known[1] == 0, t_mid, state.u, work):
             return Status.NOT_FINITE
         scratch.is_known[1] = 1
-        r = stack_rows(n, n_k, kinds, state.u, work)
-        apply_inverse(has, n, work, r)
+        r = stack_rows(sys, n_k, state.u, work)
+        apply_inverse(sys, sys.has, work, r)
         delassus(n, r, work)
-        if not carry_to_ends(model, has, t, dt, n, n_k, kinds, state.q, state.u, p, work, scratch.there):
+        if not carry_to_ends(sys, t, dt, n_k, state.q, state.u, work, scratch.there):
             return Status.NOT_FINITE
         if is_rigid:
-            straighten_gaps(has, dt, n_k, kinds, work, scratch.there)
-            add_restitution(n_k, kinds, laws, 1.0 / ((theta + 0.5) * dt), work)
+            straighten_gaps(sys, dt, n_k, work, scratch.there)
+            add_restitution(sys, n_k, 1.0 / ((theta + 0.5) * dt), work)
         else:
-            add_compliance(n_k, kinds, laws, options[3], options[4], dt, work)
-        status = solve(kinds, laws, int(options[1]), dt, n_k, state_at, scratch_at)
-        if status == Status.RUNNING and has & NORMAL_FORCE_READS_U:
-            if not find_loads_between(model, t_mid, n, r, u, p, work):
+            add_compliance(sys, n_k, options.stiffness, options.damping, dt, work)
+        status = solve(sys_at, options.selection, dt, n_k, state_at, scratch_at)
+        if status == Status.RUNNING and sys.has & NORMAL_FORCE_READS_U:
+            if not find_loads_between(sys, t_mid, r, u, work):
                 return Status.NOT_FINITE
-            status = solve(kinds, laws, int(options[1]), dt, n_k, state_at, scratch_at)
+            status = solve(sys_at, options.selection, dt, n_k, state_at, scratch_at)
         if status != Status.RUNNING:
             return status
-        if note_paradoxes(model, has, p, kinds, laws, t, dt, n, n_k, is_rigid, state, scratch):
+        if note_paradoxes(sys, t, dt, n_k, state, scratch):
             return Status.RUNNING
         new_velocity(n, r, state.u, work)
         if not is_rigid:
-            find_end_gaps(n, n_k, kinds, dt, work)
+            find_end_gaps(sys, n_k, dt, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE
-    accept(has, kinds, laws, is_rigid, t, dt, theta, n, n_c, n_k, state, scratch)
-    if options[2] != 0.0 and n_k > 0 and not project(model, has, p, kinds, t + dt, n, n_k, state_at, address(work)):
+    accept(sys, t, dt, theta, n_k, state, scratch)
+    if options.projection != 0 and n_k > 0 and not project(sys_at, t + dt, n_k, state_at, address(work)):
         return Status.NOT_FINITE
     return Status.RUNNING
 
 
 @kernel
-def predict_gaps(model, has, t, dt, n, is_rigid, q, u, p, work):
+def predict_gaps(sys, t, dt, is_rigid, q, u, work):
     """work.g_N at the mid-point, of compliant contacts at the end of the step; False if the gap function raised."""
-    if not has & (1 << GAP):
+    n = sys.n
+    if not sys.has & (1 << GAP):
         return True
     if is_rigid:
-        return call_model(model, GAP, t + 0.5 * dt, work.q_mid, u, p, work.g_N)
+        return evaluate(sys, GAP, t + 0.5 * dt, work.q_mid, u, work.g_N)
     for i in range(n):
         work.trial[i] = q[i] + dt * u[i]
-    return call_model(model, GAP, t + dt, work.trial, u, p, work.g_N)
+    return evaluate(sys, GAP, t + dt, work.trial, u, work.g_N)
 
 
 @rare_kernel
-def find_loads_between(model, t_mid, n, r, u, p, work):
+def find_loads_between(sys, t_mid, r, u, work):
     """The given normal forces at the mean of the velocities before the step and after it, where they read them: at u_0
     alone the step would be of first order. False if one is not finite."""
+    n = sys.n
     new_velocity(n, r, u, work)
     for i in range(n):
         work.trial[i] = 0.5 * (u[i] + work.u_1[i])
-    return find_loads(model, t_mid, work.trial, p, work)
+    return find_loads(sys, t_mid, work.trial, work)
 
 
 @kernel
@@ -198,12 +209,13 @@ def all_finite(n, n_c, work):
 
 
 @kernel
-def accept(has, kinds, laws, is_rigid, t, dt, theta, n, n_c, n_k, state, scratch):
+def accept(sys, t, dt, theta, n_k, state, scratch):
     """Move to the end of the step; book energy, impulses, modes, events and the worst penetration."""
+    n, n_c = sys.n, sys.n_c
     work = scratch.work
-    gain, size = book_energy(dt, theta, is_implicit(has), n, n_k, kinds, state, work)
-    if is_rigid and gain > ROUNDING * size:
-        note_gain(gain, False, n_k, kinds, laws, state, work)
+    gain, size = book_energy(sys, dt, theta, is_implicit(sys, sys.has), n_k, state, work)
+    if scratch.options.stiffness == 0.0 and gain > ROUNDING * size:
+        note_gain(sys, gain, False, n_k, state, work)
     k = 0
     for i in range(n_c):
         if k == n_k or work.closed[k] != i:  # not closed: it was open already
@@ -211,12 +223,12 @@ def accept(has, kinds, laws, is_rigid, t, dt, theta, n, n_c, n_k, state, scratch
                 state.P[i, m] = 0.0
             continue
         candidate = scratch.work.candidate[k]
-        set_mode(t, i, mode_of(candidate, kinds[i, 1]), slip_of(candidate), k, kinds, state, work)
+        set_mode(sys, t, i, mode_of(candidate, sys.kinds[i, 1]), slip_of(candidate), k, state, work)
         shift = 0
-        if kinds[i, 0] == GIVEN_FORCE:
+        if sys.kinds[i, 0] == GIVEN_FORCE:
             shift = 1
             state.P[i, 0] = dt * max(0.0, work.N[i])
-        elif kinds[i, 0] == UNILATERAL:
+        elif sys.kinds[i, 0] == UNILATERAL:
             state.worst.penetration = max(state.worst.penetration, -work.g_N[i])
         for m in range(work.start[k], work.start[k + 1]):
             state.P[i, m - work.start[k] + shift] = work.P[m]

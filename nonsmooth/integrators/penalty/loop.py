@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Annotated as Array
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.penalty.rates import N_WORKS, OMEGA, Contacts
+from nonsmooth.integrators.penalty.rates import N_WORKS, OMEGA, Contacts, contact_rates
 from nonsmooth.integrators.penalty.switching import N_FUNCTIONS, begin_contacts, change_mode, rounded_speed
 from nonsmooth.integrators.radau.events import (
     NO_EVENT,
@@ -46,6 +46,7 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, address, view
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import ContactMode
 
 MAX_STALLS = 8  # changes of mode at one instant, per event function
@@ -80,19 +81,20 @@ class Trail(Block, degree=DEGREE, row=f"2 * n + 3 * n_c + {N_WORKS}"):
     slip: Array[Floats, "m", "n_c"]
 
 
-@kernel("int64(int64, int64, int64, float64[::1], float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
-def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_at, scratch_at):
+@kernel("int64(int64, float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
+def run(sys_at, t_record, every, max_steps, state_at, trail_at, scratch_at):
     """Advance by at most max_steps steps; returns a Status.
 
     Rows are written every so many steps and at every event, or, where every = 0, at the times t_record. The last of
     these is the end.
     """
+    sys = view(sys_at, Sys)
     state, trail, scratch = view(state_at, State), view(trail_at, Trail), view(scratch_at, Scratch)
     ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
     clock = ode.clock
     t_end = t_record[t_record.shape[0] - 1]
     if state.counters.steps == 0 and trail.counts.next == 0:
-        status = begin_run(rates, model, p, scratch_at)
+        status = begin_run(sys_at, scratch_at)
         if status != Status.RUNNING:
             return status
         write_compliant_row(clock.now, ode.x, contacts, trail)
@@ -106,10 +108,10 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
         if state.counters.n_events + contacts.kinds.shape[0] > state.events.shape[0]:
             return Status.RUNNING.value
-        status = radau_step(rates, model, p, address(contacts), min(h_max, longest_step(events)), address(ode))
+        status = radau_step(sys_at, min(h_max, longest_step(events)), address(ode))
         if status != Status.RUNNING:
             return status
-        status = locate_event(rates, functions, model, p, address(contacts), address(ode), address(events))
+        status = locate_event(sys_at, address(ode), address(events))
         if status != Status.RUNNING:
             return status
         which = events.found.which
@@ -118,14 +120,14 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
         if events.found.is_immediate == 0:
             t_1 = t_end if clock.done == h_max else t + clock.done
             begin_polynomial(t, contacts.facts.n_u, ode, trail.steps)
-            status = radau_accept(rates, model, p, address(contacts), ode)
+            status = radau_accept(sys_at, ode)
             if status != Status.RUNNING:
                 return status
             clock.now = t_1
             accept(state, contacts, ode)
             end_polynomial(contacts.facts.n_u, ode, trail.steps)
             if every == 0:
-                status = interpolate_rows(rates, model, p, t, t_1, t_record, scratch, trail)
+                status = interpolate_rows(sys, t, t_1, t_record, scratch, trail)
                 if status != Status.RUNNING:
                     return status
             if every > 0 and (state.counters.steps % every == 0 or which != NO_EVENT or t_1 == t_end):
@@ -135,26 +137,26 @@ def run(model, rates, functions, p, t_record, every, max_steps, state_at, trail_
             trail.counts.stalls += 1
             if trail.counts.stalls > MAX_STALLS * N_FUNCTIONS * contacts.kinds.shape[0]:
                 return Status.CHATTERING.value
-            status = switch(rates, model, p, which, state_at, scratch_at)
+            status = switch(sys_at, which, state_at, scratch_at)
             if status != Status.RUNNING:
                 return status
     return Status.RUNNING.value
 
 
-@kernel("int64(int64, int64, float64[::1], int64)", short_loops=True)
-def begin_run(rates, model, p, scratch_at):
+@kernel("int64(int64, int64)", short_loops=True)
+def begin_run(sys_at, scratch_at):
     """The modes at the start; returns a Status."""
     scratch = view(scratch_at, Scratch)
     ode, events = scratch.ode, scratch.events
     events.found.check_start = 1
     events.found.handled = NO_EVENT
-    return begin_contacts(rates, model, p, ode.clock.now, ode.x, address(scratch.contacts), ode.f)
+    return begin_contacts(sys_at, ode.clock.now, ode.x, address(scratch.contacts), ode.f)
 
 
-@kernel("int64(int64, int64, float64[::1], float64, float64[::1], float64[::1], int64)", short_loops=True)
-def evaluate_contacts(function, model, p, t, x, out, scratch_at):
+@kernel("int64(int64, int64, float64, float64[::1], float64[::1], int64)", short_loops=True)
+def evaluate_contacts(sys_at, function, t, x, out, scratch_at):
     """The rates or the event functions at a state; returns a Status."""
-    return rates_at(function, model, p, address(view(scratch_at, Scratch).contacts), t, x, out)
+    return rates_at(function, sys_at, address(view(scratch_at, Scratch).contacts), t, x, out)
 
 
 @kernel
@@ -168,15 +170,16 @@ def accept(state, contacts, ode):
     state.counters.steps += 1
 
 
-@kernel("int64(int64, int64, float64[::1], int64, int64, int64)", short_loops=True)
-def switch(rates, model, p, which, state_at, scratch_at):
+@kernel("int64(int64, int64, int64, int64)", short_loops=True)
+def switch(sys_at, which, state_at, scratch_at):
     """Change a mode and begin anew with the rates of the new one; returns a Status."""
+    sys = view(sys_at, Sys)
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
     ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
     n_c = contacts.kinds.shape[0]
     for i in range(n_c):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
-    status = change_mode(rates, model, p, ode.clock.now, ode.x, which, contacts, ode.f)
+    status = change_mode(sys, ode.clock.now, ode.x, which, contacts, ode.f)
     if status != Status.RUNNING:
         return status
     for i in range(n_c):
@@ -215,21 +218,21 @@ def note_event(t, i, state, scratch):
 
 
 @kernel
-def interpolate_rows(rates, model, p, t, t_1, t_record, scratch, trail):
+def interpolate_rows(sys, t, t_1, t_record, scratch, trail):
     """Write the rows of the record times in (t, t_1], of the step that was accepted; returns a Status."""
     ode, contacts, x = scratch.ode, scratch.contacts, scratch.events.x
     is_written = False
     while trail.counts.next < t_record.shape[0] and t_record[trail.counts.next] <= t_1:
         moment = t_record[trail.counts.next]
         state_at_moment(moment, t, contacts.facts.n_u, ode, trail.steps, x)
-        status = rates_at(rates, model, p, address(contacts), moment, x, ode.f)
+        status = contact_rates(address(sys), address(contacts), moment, x, ode.f)
         if status != Status.RUNNING:
             return status
         write_compliant_row(moment, x, contacts, trail)
         trail.counts.next += 1
         is_written = True
     if is_written:
-        return rates_at(rates, model, p, address(contacts), t_1, ode.x, ode.f)  # the contacts at the end of the step
+        return contact_rates(address(sys), address(contacts), t_1, ode.x, ode.f)  # the contacts at the end of the step
     return Status.RUNNING
 
 

@@ -25,6 +25,7 @@ from nonsmooth.integrators.radau.method import radau_shorten, radau_step
 from nonsmooth.integrators.radau.stages import EPS
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, FORCE, GAP, GIVEN_FORCE, MASS, NORMAL, System, evaluate
 
 METHODS = ("compiled", "Radau", "BDF", "LSODA")
@@ -135,14 +136,14 @@ class Penalty:
         of_method = (radau_step, radau_shorten, locate_event) if self.is_compiled else (evaluate_contacts,)
         load_all((*of_contacts, *of_method))
 
-    def scratch(self, system: System, has: int, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Scratch:
+    def scratch(self, system: System, sys: Sys, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Scratch:
         """The arrays of a run from t to t_end, filled with its start."""
         arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
         n, n_c = system.n_u, system.n_c
         contacts, ode = arrays.contacts, arrays.ode
         is_regularised = isinstance(self.friction, Regularised)
         facts, numbers = contacts.facts, contacts.numbers
-        facts.has, facts.n_u, facts.law, facts.is_regularised = has, n, LAWS[self.law], is_regularised
+        facts.has, facts.n_u, facts.law, facts.is_regularised = sys.has, n, LAWS[self.law], is_regularised
         v_s = self.friction.v_s if isinstance(self.friction, Regularised) else 0.0
         numbers.v_s, numbers.rtol, numbers.atol = v_s, self.rtol, self.atol
         numbers.zeta = self.damping_ratio if self.damping_ratio is not None and self.mass is None else -1.0

@@ -31,6 +31,7 @@ from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.mechanics.acceleration_problem import IMPLICIT, find_row_rates, row_shift
 from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, smooth_step, stack_rows
 from nonsmooth.mechanics.laws import LAW_WIDTH, friction_coefficient
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ROW_RATES, ContactMode
 from nonsmooth.numerics.dense import bandwidth, cholesky, cholesky_solve
 
@@ -88,12 +89,13 @@ class Contacts(Block, r="max(1, n_c * (1 + d))"):
 
 
 @kernel(RATES, short_loops=True)
-def contact_rates(model, p, contacts_at, t, x, out):
+def contact_rates(sys_at, contacts_at, t, x, out):
     """x' with x = (q, u, z, v, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
+    sys = view(sys_at, Sys)
     contacts = view(contacts_at, Contacts)
     work, facts, la, gamma = contacts.work, contacts.facts, contacts.la, contacts.gamma
     n, n_c = facts.n_u, contacts.kinds.shape[0]
-    status = find_forces(model, p, t, x, contacts)
+    status = find_forces(sys, t, x, contacts)
     if status != Status.RUNNING:
         return status
     total = 0.0
@@ -134,7 +136,7 @@ def normal_acceleration(i, n, contacts):
 
 
 @kernel
-def find_forces(model, p, t, x, contacts):
+def find_forces(sys, t, x, contacts):
     """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
     work, facts = contacts.work, contacts.facts
     has, n, n_c = facts.has, facts.n_u, contacts.kinds.shape[0]
@@ -147,22 +149,22 @@ def find_forces(model, p, t, x, contacts):
     for i in range(n):
         contacts.q[i], contacts.u[i] = x[i], x[n + i]
     if n_c > 0:
-        shift, kinds = row_shift(has, n, contacts.u), contacts.kinds
-        if not find_row_rates(model, has, shift, t, n, contacts.q, contacts.u, p, n_c, kinds, contacts.rates, work):
+        shift = row_shift(sys, has, contacts.u)
+        if not find_row_rates(sys, has, shift, t, contacts.q, contacts.u, n_c, contacts.rates, work):
             return Status.NOT_FINITE
     for i in range(n):
         work.q_mid[i] = contacts.q[i]
     is_first = facts.is_known == 0
-    status = smooth_step(model, has & ~IMPLICIT, is_first, t, 1.0, 0.5, n, contacts.u, p, work)
+    status = smooth_step(sys, has & ~IMPLICIT, is_first, t, 1.0, 0.5, contacts.u, work)
     if status != Status.RUNNING:
         return status
     if n_c == 0:
         return Status.RUNNING
     are_moved = has & (1 << ROW_RATES) == 0  # the rows are those of the last difference
-    if not evaluate_rows(model, has, is_first or are_moved, t, contacts.u, p, work):
+    if not evaluate_rows(sys, has, is_first or are_moved, t, contacts.u, work):
         return Status.NOT_FINITE
     facts.is_known = 1
-    stack_rows(n, n_c, contacts.kinds, contacts.u, work)
+    stack_rows(sys, n_c, contacts.u, work)
     if not given_forces(n, x, contacts):
         return Status.NEGATIVE_FRICTION
     accelerate(n, n_c, contacts)

@@ -17,15 +17,17 @@ from nonsmooth.integrators.penalty.rates import (
     OMEGA,
     Contacts,
     K,
+    contact_rates,
     find_forces,
     share,
     sticking_matrix,
 )
 from nonsmooth.integrators.radau.events import ROUNDINGS
-from nonsmooth.integrators.radau.stages import EPS, RATES, rates_at
+from nonsmooth.integrators.radau.stages import EPS, RATES
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.laws import static_coefficient
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL, ContactMode
 from nonsmooth.numerics.dense import cholesky_solve
 
@@ -35,13 +37,14 @@ N_FUNCTIONS = 3
 
 
 @kernel(RATES, short_loops=True)
-def contact_events(model, p, contacts_at, t, x, out):
+def contact_events(sys_at, contacts_at, t, x, out):
     """The event functions of every contact and their tolerances, an ``event_values`` function. Returns a Status.
 
     A function that does not apply to the mode is 1.
     """
+    sys = view(sys_at, Sys)
     contacts = view(contacts_at, Contacts)
-    status = find_forces(model, p, t, x, contacts)
+    status = find_forces(sys, t, x, contacts)
     if status != Status.RUNNING:
         return status
     n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
@@ -119,13 +122,13 @@ def force_tolerance(i, speed, contacts):
 
 
 @kernel
-def change_mode(rates, model, p, t, x, which, contacts, out):
+def change_mode(sys, t, x, which, contacts, out):
     """Give a contact its new mode after one of its event functions fell through zero; returns a Status."""
     i, function = which // N_FUNCTIONS, which % N_FUNCTIONS
     if function == SIGN:
         contacts.sign[i] = -contacts.sign[i]
         return Status.RUNNING
-    status = rates_at(rates, model, p, address(contacts), t, x, out)
+    status = contact_rates(address(sys), address(contacts), t, x, out)
     if status != Status.RUNNING:
         return status
     if function == CLOSURE and contacts.mode[i] != ContactMode.OPEN:
@@ -136,12 +139,12 @@ def change_mode(rates, model, p, t, x, which, contacts, out):
         if contacts.numbers.zeta >= 0.0:
             set_damping(i, contacts)
         contacts.sign[i] = 1
-        return close_contact(rates, model, p, t, x, i, contacts, out)
+        return close_contact(sys, t, x, i, contacts, out)
     if contacts.mode[i] == ContactMode.STICK:
         contacts.mode[i] = ContactMode.SLIDE.value
         contacts.slip[i] = -1 if contacts.la[i, 1] > 0.0 else 1
         return Status.RUNNING
-    return settle(rates, model, p, t, x, i, contacts, out)
+    return settle(sys, t, x, i, contacts, out)
 
 
 @kernel
@@ -159,7 +162,7 @@ def set_damping(i, contacts):
 
 
 @kernel
-def close_contact(rates, model, p, t, x, i, contacts, out):
+def close_contact(sys, t, x, i, contacts, out):
     """The mode of a contact that has just closed, its velocities being known."""
     if contacts.kinds[i, 1] == 0:
         contacts.mode[i] = ContactMode.LOCKED.value
@@ -170,11 +173,11 @@ def close_contact(rates, model, p, t, x, i, contacts, out):
         return Status.RUNNING
     if abs(contacts.gamma[i, 1]) > rounded_speed(contacts.facts.n_u, contacts):
         return Status.RUNNING
-    return settle(rates, model, p, t, x, i, contacts, out)
+    return settle(sys, t, x, i, contacts, out)
 
 
 @kernel
-def settle(rates, model, p, t, x, arrested, contacts, out):
+def settle(sys, t, x, arrested, contacts, out):
     """Let a contact stick, and every other that slides without velocity; then let go, one by one, those that would hold
     too much."""
     n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
@@ -185,7 +188,7 @@ def settle(rates, model, p, t, x, arrested, contacts, out):
             contacts.slip[i] = 0
     for _ in range(n_c + 1):
         for is_stopped in range(2):
-            status = rates_at(rates, model, p, address(contacts), t, x, out)
+            status = contact_rates(address(sys), address(contacts), t, x, out)
             if status != Status.RUNNING:
                 return status
             if is_stopped == 0:
@@ -241,12 +244,13 @@ def set_normal_velocities(n, x, contacts):
             x[2 * n + contacts.kinds.shape[0] + i] = contacts.work.gamma_0[contacts.work.start[i]]
 
 
-@kernel("int64(int64, int64, float64[::1], float64, float64[::1], int64, float64[::1])", short_loops=True)
-def begin_contacts(rates, model, p, t, x, contacts_at, out):
+@kernel("int64(int64, float64, float64[::1], int64, float64[::1])", short_loops=True)
+def begin_contacts(sys_at, t, x, contacts_at, out):
     """The modes at the start.
 
     A unilateral contact begins closed where it approaches without a gap; one that is indented is closed by an event.
     """
+    sys = view(sys_at, Sys)
     contacts = view(contacts_at, Contacts)
     n = contacts.facts.n_u
     for i in range(contacts.kinds.shape[0]):
@@ -256,7 +260,7 @@ def begin_contacts(rates, model, p, t, x, contacts_at, out):
         if contacts.kinds[i, 0] != UNILATERAL:
             contacts.mode[i] = ContactMode.LOCKED.value
     for _ in range(2):  # the rows give the normal velocities v, and these the forces
-        status = rates_at(rates, model, p, address(contacts), t, x, out)
+        status = contact_rates(sys_at, address(contacts), t, x, out)
         if status != Status.RUNNING:
             return status
         set_normal_velocities(n, x, contacts)
@@ -264,7 +268,7 @@ def begin_contacts(rates, model, p, t, x, contacts_at, out):
         is_landing = x[2 * n + i] <= 0.0 and contacts.gamma[i, 0] < 0.0
         if contacts.kinds[i, 0] != UNILATERAL or is_landing:
             contacts.sign[i] = -1 if contacts.la[i, 0] < 0.0 else 1
-            status = close_contact(rates, model, p, t, x, i, contacts, out)
+            status = close_contact(sys, t, x, i, contacts, out)
             if status != Status.RUNNING:
                 return status
     return Status.RUNNING.value

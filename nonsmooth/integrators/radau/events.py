@@ -35,7 +35,7 @@ from nonsmooth.integrators.radau.resolution import (
 )
 from nonsmooth.integrators.radau.stages import EPS, RATES, C, Radau
 from nonsmooth.jit import Callback, kernel, rare_kernel
-from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
+from nonsmooth.jit.blocks import Block, Floats, Handle, Ints, address, view
 
 BISECTIONS = 50
 CORRECTIONS = 6
@@ -48,7 +48,7 @@ SHRINK, SHORTER, MOST_REFINEMENTS = 0.1, 0.3, 12  # of a step whose event functi
 TINY = 1e6 * EPS  # step, relative to t, that is not refined any further
 LONGER = 2.0  # than the step before: such a step is looked into, whatever its stages say
 
-# event_values(address, model, p, context, t, x, out) -> Status writes E values, then their E tolerances
+# event_values(address, sys, context, t, x, out) -> Status writes E values, then their E tolerances
 event_values = Callback(RATES)
 
 
@@ -66,6 +66,7 @@ class Found(Block):
 class Events(Block):
     """What is known of the event functions, E of them."""
 
+    functions: Handle  # of ``event_values``
     armed: Array[Ints, "n_events"]
     is_gap: Array[Ints, "n_events"]  # of an open contact: what dips below zero by less than atol is no touch
     floor: Array[Floats, "n_events"]  # what the rounding of its time left of an event that was handled
@@ -79,8 +80,8 @@ class Events(Block):
     found: Found
 
 
-@kernel("int64(int64, int64, int64, float64[::1], int64, int64, int64)", short_loops=True)
-def locate_event(rates, functions, model, p, context, ode_at, events_block):
+@kernel("int64(int64, int64, int64)", short_loops=True)
+def locate_event(sys, ode_at, events_block):
     """Look for the first event within the step that was tried, and shorten the step to it.
 
     found.which is the event, NO_EVENT, or TOO_LONG where a step is to be tried anew, shorter; found.is_immediate
@@ -90,15 +91,15 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
     found = events.found
     found.which, found.is_immediate = NO_EVENT, 0
     if found.check_start != 0:
-        status = look_at_start(functions, model, p, context, ode, events)
+        status = look_at_start(sys, ode, events)
         if status != Status.RUNNING or found.is_immediate != 0:
             return status
     keep_armed(events)
-    status = look_along(NO_EVENT, rates, functions, model, p, context, ode, events)
+    status = look_along(sys, NO_EVENT, ode, events)
     length = math.inf
     while status == Status.RUNNING and found.which >= 0 and ode.clock.done < length:
         length = ode.clock.done
-        status = look_before(found.which, rates, functions, model, p, context, ode, events)
+        status = look_before(sys, found.which, ode, events)
     found.check_start = 0
     if found.which == TOO_LONG:
         restore_armed(events)
@@ -110,10 +111,10 @@ def locate_event(rates, functions, model, p, context, ode_at, events_block):
 
 
 @kernel
-def look_at_start(functions, model, p, context, ode, events):
+def look_at_start(sys, ode, events):
     """Look for what has fallen where a mode begins, and begin to follow the functions; a Status."""
     found = events.found
-    status = values_at_stage(-1, functions, model, p, context, ode, events)
+    status = values_at_stage(sys, -1, ode, events)
     if status != Status.RUNNING:
         return status
     forget_largest(events)
@@ -132,17 +133,17 @@ def look_at_start(functions, model, p, context, ode, events):
 
 
 @kernel
-def look_along(ending, rates, functions, model, p, context, ode, events):
+def look_along(sys, ending, ode, events):
     """Look for the first fall within the step, at its stages and between them; at its end only where it is not known
     to end with an event. A Status, and found.which as above."""
     low = 0.0
     for sample in range(3):
-        status = values_at_stage(sample, functions, model, p, context, ode, events)
+        status = values_at_stage(sys, sample, ode, events)
         if status != Status.RUNNING:
             return status
         which, _ = first_fallen(events)
         if which != NO_EVENT and (sample < 2 or ending == NO_EVENT):
-            return shorten_to_event(rates, functions, model, p, context, low, C[sample], ode, events)
+            return shorten_to_event(sys, low, C[sample], ode, events)
         arm(events)
         low = C[sample]
         note_values(1 + sample, events.value, events)
@@ -151,7 +152,7 @@ def look_along(ending, rates, functions, model, p, context, ode, events):
         was_armed = events.armed[ending]
         events.armed[ending] = 0
     if is_doubtful(ode, events):
-        status = look_between(rates, functions, model, p, context, ode, events)
+        status = look_between(sys, ode, events)
     else:
         events.longest = LONGER * ode.clock.done
     if ending != NO_EVENT:
@@ -160,7 +161,7 @@ def look_along(ending, rates, functions, model, p, context, ode, events):
 
 
 @rare_kernel
-def look_before(ending, rates, functions, model, p, context, ode, events):
+def look_before(sys, ending, ode, events):
     """Look for what falls in the step that was shortened to the event of a function, before it: the stages of the
     longer step were too far apart to show it. What is not armed was looked at there: nearer to zero lies its rounding.
     A Status, and found.which as above: the same event, with the same length of the step, if nothing does."""
@@ -169,7 +170,7 @@ def look_before(ending, rates, functions, model, p, context, ode, events):
     for e in range(events.armed.shape[0]):
         events.armed[e] = events.armed_before[e]
         events.floor[e] = events.floor_before[e] if events.armed_before[e] == 1 else math.inf
-    status = look_along(ending, rates, functions, model, p, context, ode, events)
+    status = look_along(sys, ending, ode, events)
     for e in range(events.armed.shape[0]):
         if events.armed[e] == 0:
             events.floor[e] = events.floor_before[e]
@@ -191,22 +192,22 @@ def longest_step(events):
 
 
 @rare_kernel
-def look_between(rates, functions, model, p, context, ode, events):
+def look_between(sys, ode, events):
     """Look for what falls between the stages, and whether it would be seen; a Status, and found.which as above."""
     clock, found = ode.clock, events.found
     for k in range(EXTRA, len(PLACES)):
-        status = values_at(PLACES[k], functions, model, p, context, ode, events)
+        status = values_at(sys, PLACES[k], ode, events)
         if status != Status.RUNNING:
             return status
         note_values(k, events.value, events)
     room, theta = judge(ode.atol[0], clock.rtol, events)
     if theta < 1.0:
-        status = values_at(theta, functions, model, p, context, ode, events)
+        status = values_at(sys, theta, ode, events)
         if status != Status.RUNNING:
             return status
         which, _ = first_fallen(events)
         if which != NO_EVENT:
-            return shorten_to_event(rates, functions, model, p, context, 0.0, theta, ode, events)
+            return shorten_to_event(sys, 0.0, theta, ode, events)
         room = 0.0
     factor = SAFETY * room**0.25
     if room >= 1.0 or found.refinements == MOST_REFINEMENTS or SHRINK * clock.done <= TINY * abs(clock.now):
@@ -219,20 +220,22 @@ def look_between(rates, functions, model, p, context, ode, events):
 
 
 @kernel
-def values_at_stage(sample, functions, model, p, context, ode, events):
+def values_at_stage(sys, sample, ode, events):
     """The event functions at a stage of the step, or where it begins for sample = -1, to events.value; a Status."""
     theta = C[sample] if sample >= 0 else 0.0
     for i in range(ode.x.shape[0]):
         events.x[i] = ode.x[i] + ode.Z[sample, i] if sample >= 0 else ode.x[i]
-    return event_values(functions, model, p, context, ode.clock.now + theta * ode.clock.done, events.x, events.value)
+    return event_values(
+        events.functions, sys, ode.context, ode.clock.now + theta * ode.clock.done, events.x, events.value
+    )
 
 
 @kernel
-def values_at(theta, functions, model, p, context, ode, events):
+def values_at(sys, theta, ode, events):
     """The event functions within the step that was tried, to events.value; returns a Status."""
     radau_interpolate(theta, ode, events.x)
     t = ode.clock.now + theta * ode.clock.done
-    return event_values(functions, model, p, context, t, events.x, events.value)
+    return event_values(events.functions, sys, ode.context, t, events.x, events.value)
 
 
 @kernel
@@ -275,7 +278,7 @@ def restore_armed(events):
 
 
 @kernel
-def shorten_to_event(rates, functions, model, p, context, low, high, ode, events):
+def shorten_to_event(sys, low, high, ode, events):
     """Enclose the first zero in (low, high) of the step, take the step to it and correct it; returns a Status."""
     clock, x, value = ode.clock, events.x, events.value
     t, h = clock.now, clock.done
@@ -284,7 +287,7 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
         if (high - low) * h <= EPS * abs(t) or high - low <= EPS * high:
             break
         radau_interpolate(middle, ode, x)
-        status = event_values(functions, model, p, context, t + middle * h, x, value)
+        status = event_values(events.functions, sys, ode.context, t + middle * h, x, value)
         if status != Status.RUNNING:
             return status
         which, _ = first_fallen(events)
@@ -293,21 +296,21 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
         else:
             low = middle
     radau_interpolate(high, ode, x)
-    status = event_values(functions, model, p, context, t + high * h, x, value)
+    status = event_values(events.functions, sys, ode.context, t + high * h, x, value)
     if status != Status.RUNNING:
         return status
     which, is_armed = first_fallen(events)
     at_event = value[which]
     level = 0.0 if is_armed else -value[events.armed.shape[0] + which] - events.floor[which]
     radau_interpolate(high * (1.0 - SLOPE_STEP), ode, x)
-    status = event_values(functions, model, p, context, t + high * (1.0 - SLOPE_STEP) * h, x, value)
+    status = event_values(events.functions, sys, ode.context, t + high * (1.0 - SLOPE_STEP) * h, x, value)
     if status != Status.RUNNING:
         return status
     events.found.which = which
     slope = (at_event - value[which]) / (SLOPE_STEP * high * h)
     if value[events.armed.shape[0] + which] < 0.0:
         slope = 0.0
-    status, is_met = correct(rates, functions, model, p, context, high * h, slope, which, level, ode, events)
+    status, is_met = correct(sys, high * h, slope, which, level, ode, events)
     is_refused = status != Status.RUNNING and status != Status.STEP_VANISHED
     if not is_met and not is_refused and events.found.reductions < MOST_REDUCTIONS:
         events.found.which = TOO_LONG  # the polynomial fell, the motion does not; or the shorter step was not solved
@@ -318,16 +321,16 @@ def shorten_to_event(rates, functions, model, p, context, low, high, ode, events
 
 
 @kernel
-def correct(rates, functions, model, p, context, length, slope, which, level, ode, events):
+def correct(sys, length, slope, which, level, ode, events):
     """Newton's method on the length of the step, until the event function has fallen to the level; each of its values
     is from a step taken anew. Returns (Status, whether it falls there)."""
     t = ode.clock.now
     is_met = False
     for _ in range(CORRECTIONS):
-        status = radau_shorten(rates, model, p, context, length, address(ode))
+        status = radau_shorten(sys, length, address(ode))
         if status != Status.RUNNING:
             return status, False
-        status = event_values(functions, model, p, context, t + length, ode.x_1, events.value)
+        status = event_values(events.functions, sys, ode.context, t + length, ode.x_1, events.value)
         if status != Status.RUNNING:
             return status, False
         change = (level - events.value[which]) / slope if slope < 0.0 else 0.0

@@ -42,13 +42,13 @@ SMALLEST = 16.0 * EPS  # step, relative to t
 CALM = 1e-2
 
 
-@kernel("int64(int64, int64, float64[::1], int64, float64, int64)", short_loops=True)
-def radau_step(rates, model, p, context, h_max, ode_at):
+@kernel("int64(int64, float64, int64)", short_loops=True)
+def radau_step(sys, h_max, ode_at):
     """Try steps until one is good: Z, x_1 and clock.done describe it; x and the time stay. Returns a Status."""
     ode = view(ode_at, Radau)
     clock, flags, counters = ode.clock, ode.flags, ode.counters
     if flags.has_rates == 0:
-        status = begin(rates, model, p, context, h_max, ode)
+        status = begin(sys, h_max, ode)
         if status != Status.RUNNING:
             return status
     while True:
@@ -56,7 +56,7 @@ def radau_step(rates, model, p, context, h_max, ode_at):
         if not h > SMALLEST * abs(clock.now):
             return flags.refusal if flags.refusal != 0 else Status.STEP_VANISHED.value
         if flags.has_jacobian == 0:
-            status = jacobian(rates, model, p, context, ode)
+            status = jacobian(sys, ode)
             if status != Status.RUNNING:
                 return status
         flags.refusal = 0
@@ -65,7 +65,7 @@ def radau_step(rates, model, p, context, h_max, ode_at):
             clock.step = 0.5 * h
             continue
         guess_stages(h, ode)
-        converged, iterations, rate = newton(rates, model, p, context, h, ode)
+        converged, iterations, rate = newton(sys, h, ode)
         if not converged:
             if flags.is_current == 0:
                 flags.has_jacobian = 0
@@ -97,10 +97,10 @@ def radau_step(rates, model, p, context, h_max, ode_at):
 
 
 @kernel
-def begin(rates, model, p, context, h_max, ode):
+def begin(sys, h_max, ode):
     """Rates, scales and a first step at a start: h = |x| / (100 |x'|), norms as in the error test."""
     clock, x, f_0, scale = ode.clock, ode.x, ode.f_0, ode.scale
-    status = rates_at(rates, model, p, context, clock.now, x, f_0)
+    status = rates_at(ode.rates, sys, ode.context, clock.now, x, f_0)
     ode.counters.evaluations += 1
     if status != Status.RUNNING:
         return status
@@ -132,12 +132,12 @@ def step_factor(h, error, clock):
     return factor * error**-0.25
 
 
-@kernel("int64(int64, int64, float64[::1], int64, float64, int64)", short_loops=True)
-def radau_shorten(rates, model, p, context, h, ode_at):
+@kernel("int64(int64, float64, int64)", short_loops=True)
+def radau_shorten(sys, h, ode_at):
     """Take the step of ``radau_step`` anew with a smaller h: to an event that was found within it."""
     ode = view(ode_at, Radau)
     if ode.flags.is_current == 0:
-        status = jacobian(rates, model, p, context, ode)
+        status = jacobian(sys, ode)
         if status != Status.RUNNING:
             return status
     if not factorise(h, ode):
@@ -156,7 +156,7 @@ def radau_shorten(rates, model, p, context, h, ode_at):
             for r in range(3):
                 total += T_INVERSE[s][r] * ode.Z[r, i]
             ode.W[s, i] = total
-    converged, _, _ = newton(rates, model, p, context, h, ode)
+    converged, _, _ = newton(sys, h, ode)
     if not converged:
         return Status.STEP_VANISHED.value
     finish_stages(h, ode)
@@ -173,7 +173,7 @@ def radau_interpolate(theta, ode, out):
 
 
 @kernel
-def radau_accept(rates, model, p, context, ode):
+def radau_accept(sys, ode):
     """Move to the end of the step that was tried; returns the Status of the rates there."""
     clock, Z, x, x_1, dense, scale = ode.clock, ode.Z, ode.x, ode.x_1, ode.dense, ode.scale
     for i in range(x.shape[0]):
@@ -190,7 +190,7 @@ def radau_accept(rates, model, p, context, ode):
     ode.counters.evaluations += 1
     for i in range(scale.shape[0]):
         scale[i] = ode.atol[i] + clock.rtol * abs(x[i])
-    return rates_at(rates, model, p, context, clock.now, x, ode.f_0)
+    return rates_at(ode.rates, sys, ode.context, clock.now, x, ode.f_0)
 
 
 @kernel

@@ -19,7 +19,7 @@ from typing import Annotated as Array
 
 from nonsmooth.errors import Status
 from nonsmooth.jit import Callback, kernel
-from nonsmooth.jit.blocks import Block, Floats, Ints
+from nonsmooth.jit.blocks import Block, Floats, Handle, Ints
 from nonsmooth.numerics.complex_dense import complex_lu, complex_lu_solve
 from nonsmooth.numerics.dense import lu, lu_solve
 
@@ -57,8 +57,8 @@ ROUNDED = 0.03  # a change of the stages, of their tolerance, that stands for ro
 EPS = 2.220446049250313e-16
 
 
-# rates(address, model, p, context, t, x, out) -> Status writes x'; model, p and context are handed through
-RATES = "int64(int64, float64[::1], int64, float64, float64[::1], float64[::1])"
+# rates(address, sys, context, t, x, out) -> Status writes x'; sys and context are handed through
+RATES = "int64(int64, int64, float64, float64[::1], float64[::1])"
 rates_at = Callback(RATES)
 
 
@@ -99,6 +99,8 @@ class RadauCounters(Block):
 class Radau(Block, N="n + quadratures", k="n - m"):
     """Arrays of the integrator. N components, n of them implicit, k = n - m of these not kinematic."""
 
+    rates: Handle  # of ``rates_at``
+    context: Handle  # what the rates and the event functions are handed
     clock: RadauClock
     flags: RadauFlags
     counters: RadauCounters
@@ -130,7 +132,7 @@ class Radau(Block, N="n + quadratures", k="n - m"):
 
 
 @kernel
-def jacobian(rates, model, p, context, ode):
+def jacobian(sys, ode):
     """J = df/dx by forward differences; the rows of kinematic components are known."""
     n, m = ode.W.shape[1], ode.W.shape[1] - ode.real.shape[0]
     clock, x, f, f_0, J = ode.clock, ode.x, ode.f, ode.f_0, ode.J
@@ -138,7 +140,7 @@ def jacobian(rates, model, p, context, ode):
         x_j = x[j]
         x[j] = x_j + math.sqrt(EPS) * max(abs(x_j), ode.atol[j] / clock.rtol)
         step = x[j] - x_j
-        status = rates_at(rates, model, p, context, clock.now, x, f)
+        status = rates_at(ode.rates, sys, ode.context, clock.now, x, f)
         x[j] = x_j
         if status != Status.RUNNING:
             return status
@@ -219,7 +221,7 @@ def guess_stages(h, ode):
 
 
 @kernel
-def newton(rates, model, p, context, h, ode):
+def newton(sys, h, ode):
     """Solve the stages by Newton's method; returns (converged, iterations, rate of convergence)."""
     n, N = ode.W.shape[1], ode.x.shape[0]
     clock, x, Z, W, F, trial, f = ode.clock, ode.x, ode.Z, ode.W, ode.F, ode.trial, ode.f
@@ -229,7 +231,7 @@ def newton(rates, model, p, context, h, ode):
         for s in range(3):
             for i in range(N):
                 trial[i] = x[i] + Z[s, i] if i < n else x[i]
-            status = rates_at(rates, model, p, context, clock.now + C[s] * h, trial, f)
+            status = rates_at(ode.rates, sys, ode.context, clock.now + C[s] * h, trial, f)
             ode.counters.evaluations += 1
             if status != Status.RUNNING:
                 ode.flags.refusal = status

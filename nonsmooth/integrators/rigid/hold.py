@@ -22,14 +22,15 @@ from nonsmooth.integrators.rigid.modes import (
     rounded_length,
     solve_equations,
 )
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit import kernel
+from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import GAP, ContactMode
 
 LINEARISATIONS = 4  # the drift of a step is small: each squares it
 
 
 @kernel
-def hold(model, p, t, x, with_friction, contacts):
+def hold(sys, t, x, with_friction, contacts):
     """Move the state back onto the constraints of its modes, positions first; returns a Status.
 
     A rebound that is given up (with_friction) is taken off with the friction that belongs to its impulse. The gaps are
@@ -40,13 +41,13 @@ def hold(model, p, t, x, with_friction, contacts):
         return Status.RUNNING
     n_k, m = 0, 0
     for _ in range(LINEARISATIONS):
-        status, n_k = closed_constraints(model, p, t, x, contacts)
+        status, n_k = closed_constraints(sys, t, x, contacts)
         if status != Status.RUNNING:
             return status
         m = list_equations(n_k, contacts)
         if m > 0:
             factorise(m, False, contacts)
-        if not move_positions(model, p, t, m, x, contacts):
+        if not move_positions(sys, t, m, x, contacts):
             return Status.NOT_FINITE
         if not contacts.numbers.drift > rounded_length(n, contacts):
             break
@@ -64,12 +65,12 @@ def hold(model, p, t, x, with_friction, contacts):
 
 
 @kernel
-def move_positions(model, p, t, m, x, contacts):
+def move_positions(sys, t, m, x, contacts):
     """Close the gaps of the closed contacts by one linearisation, and write all gaps; False if one is not finite."""
     work, has = contacts.work, contacts.facts.has
     n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
     contacts.numbers.drift = 0.0
-    if has & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
+    if has & (1 << GAP) and not evaluate(sys, GAP, t, contacts.q, contacts.u, work.g_N):
         return False
     for i in range(n_c):
         if not math.isfinite(work.g_N[i]):

@@ -153,30 +153,25 @@ def longest(n, contacts):
 
 
 @kernel
-def closed_problem(model, p, t, x, contacts):
+def closed_problem(sys, t, x, contacts):
     """The acceleration-level problem of the contacts that are not open, and their velocities: (Status, contacts)."""
-    work, facts, kinds, n = contacts.work, contacts.facts, contacts.kinds, contacts.facts.n_u
+    work, facts = contacts.work, contacts.facts
     n_k = list_closed(x, contacts)
     if n_k == 0:
-        return smooth_step(model, facts.has & ~IMPLICIT, True, t, 1.0, 0.5, n, contacts.u, p, work), 0
-    status, _ = acceleration_problem(
-        model, facts.has, t, n, contacts.q, contacts.u, p, n_k, kinds, contacts.rates, work
-    )
-    row_velocities(n, n_k, kinds, contacts.u, work)
+        return smooth_step(sys, facts.has & ~IMPLICIT, True, t, 1.0, 0.5, contacts.u, work), 0
+    status, _ = acceleration_problem(sys, facts.has, t, contacts.q, contacts.u, n_k, contacts.rates, work)
+    row_velocities(sys, n_k, contacts.u, work)
     set_velocities(n_k, contacts)
     return status, n_k
 
 
 @kernel
-def closed_constraints(model, p, t, x, contacts):
+def closed_constraints(sys, t, x, contacts):
     """The constraints of the contacts that are not open, and their velocities: (Status, contacts)."""
     n_k = list_closed(x, contacts)
     if n_k == 0:
         return Status.RUNNING.value, 0
-    status, _ = constraint_problem(
-        model, contacts.facts.has, t, contacts.facts.n_u, contacts.q, contacts.u, p, n_k, contacts.kinds,
-        contacts.work,
-    )  # fmt: skip
+    status, _ = constraint_problem(sys, t, contacts.q, contacts.u, n_k, contacts.work)  # fmt: skip
     set_velocities(n_k, contacts)
     return status, n_k
 

@@ -54,9 +54,10 @@ from nonsmooth.integrators.rigid.modes import (
     solve_equations,
 )
 from nonsmooth.integrators.rigid.redundant import share_load
-from nonsmooth.jit import call_model, kernel
+from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.laws import depends_on_speed, static_coefficient
+from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
 # An event function that falls at once falls to this, which no slope is measured from, and it is its own tolerance with
@@ -65,12 +66,13 @@ BROKEN = -4.0 * EPS
 
 
 @kernel(RATES, short_loops=True)
-def rigid_rates(model, p, contacts_at, t, x, out):
+def rigid_rates(sys_at, contacts_at, t, x, out):
     """x' with x = (q, u, g_N, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
+    sys = view(sys_at, Sys)
     contacts = view(contacts_at, RigidContacts)
     work, la, gamma = contacts.work, contacts.la, contacts.gamma
     n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
-    status = find_forces(model, p, t, x, contacts)
+    status = find_forces(sys, t, x, contacts)
     if status != Status.RUNNING:
         return status
     total = 0.0
@@ -96,18 +98,19 @@ def rigid_rates(model, p, contacts_at, t, x, out):
 
 
 @kernel(RATES, short_loops=True)
-def rigid_events(model, p, contacts_at, t, x, out):
+def rigid_events(sys_at, contacts_at, t, x, out):
     """The event functions and their tolerances, an ``event_values`` function; one that does not apply is 1."""
+    sys = view(sys_at, Sys)
     contacts = view(contacts_at, RigidContacts)
     contacts.facts.margin_asked = contacts.facts.follows_margin
-    status = find_forces(model, p, t, x, contacts)
+    status = find_forces(sys, t, x, contacts)
     contacts.facts.margin_asked = 0
     if status != Status.RUNNING:
         return status
     work, la = contacts.work, contacts.la
     n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
     E = N_FUNCTIONS * n_c + 1
-    if contacts.facts.has & (1 << GAP) and not call_model(model, GAP, t, contacts.q, contacts.u, p, work.g_N):
+    if contacts.facts.has & (1 << GAP) and not evaluate(sys, GAP, t, contacts.q, contacts.u, work.g_N):
         return Status.NOT_FINITE.value
     speed, length = small_speed(n, contacts), rounded_length(n, contacts)
     for i in range(n_c):
@@ -159,10 +162,10 @@ def of_load(value, i, contacts):
 
 
 @kernel
-def find_forces(model, p, t, x, contacts):
+def find_forces(sys, t, x, contacts):
     """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
     la, n, n_c = contacts.la, contacts.facts.n_u, contacts.kinds.shape[0]
-    status, n_k = closed_problem(model, p, t, x, contacts)
+    status, n_k = closed_problem(sys, t, x, contacts)
     if status != Status.RUNNING:
         return status
     contacts.numbers.determinant = 1.0
