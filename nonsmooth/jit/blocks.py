@@ -107,6 +107,14 @@ class Block(metaclass=BlockClass):
             return
         self.words.view(field.dtype)[self._at + field.at] = value
 
+    def restore(self, words: np.ndarray) -> None:
+        """Take the words of such a block, (m,) as bits, that may be of another process: all but its handles."""
+        own = self.words.view(np.int64)
+        handles = [self._at + place for place in handles_of(type(self))]
+        kept = own[handles]
+        own[:] = words
+        own[handles] = kept
+
     def __iter__(self) -> Iterator[Any]:
         """Its fields, in their order."""
         return (getattr(self, name) for name in self._fields())
@@ -120,6 +128,7 @@ class Field(NamedTuple):
 
     at: int
     dtype: str  # "" for a block
+    is_handle: bool
     axes: int  # 0 for a number
     shape: tuple[types.CodeType, ...]
     block: Any  # its class
@@ -149,10 +158,10 @@ def _field(at: int, hint: Any) -> Field:
     kind = hint.__origin__ if parts else hint
     if isinstance(kind, type) and issubclass(kind, Block):
         own = (part.split("=", 1) for part in parts)
-        return Field(at, "", 0, (), kind, {name.strip(): _compiled(text) for name, text in own})
+        return Field(at, "", False, 0, (), kind, {name.strip(): _compiled(text) for name, text in own})
     if kind in NUMBERS:
-        return Field(at, NUMBERS[kind], 0, (), None, {})
-    return Field(at, DTYPES[kind], len(parts), tuple(map(_compiled, parts)), None, {})
+        return Field(at, NUMBERS[kind], kind is Handle, 0, (), None, {})
+    return Field(at, DTYPES[kind], False, len(parts), tuple(map(_compiled, parts)), None, {})
 
 
 def _compiled(text: Any) -> types.CodeType:
@@ -163,6 +172,18 @@ def _compiled(text: Any) -> types.CodeType:
 def head_words(cls: Any) -> int:
     """Length of the head of a block class."""
     return sum(field.words for field in fields_of(cls).values())
+
+
+@functools.cache
+def handles_of(cls: Any) -> list[int]:
+    """The words of its head that are handles, those of the blocks in it among them."""
+    places: list[int] = []
+    for field in fields_of(cls).values():
+        if field.block is not None:
+            places += [field.at + place for place in handles_of(field.block)]
+        elif field.is_handle:
+            places.append(field.at)
+    return places
 
 
 @functools.lru_cache(maxsize=512)

@@ -87,7 +87,11 @@ class Streaming(Run):
         for name, memory in self.memory().items():
             if name not in self.store.kept or self.store.kept[name].shape != memory.shape:
                 raise InvalidInput(f"the checkpoint {str(self.store.path)!r} is damaged: {name} has another size")
-            memory[:] = self.store.kept[name]
+            block = {"state": self.state, "scratch": self.scratch}.get(name)
+            if block is not None:
+                block.restore(self.store.kept[name])
+            else:
+                memory[:] = self.store.kept[name]
         self.go_on()
         self.status = Status.FINISHED if self.store.status == Status.FINISHED else Status.RUNNING
 

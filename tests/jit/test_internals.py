@@ -14,7 +14,7 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.jit import cache, internals, kernel, rare_kernel
-from nonsmooth.jit.blocks import Block, Floats, new, view
+from nonsmooth.jit.blocks import Block, Floats, Handle, new, view
 from nonsmooth.jit.fingerprint import COPIED
 from nonsmooth.jit.internals import (
     EntryLibrary,
@@ -366,3 +366,24 @@ def test_blocks_are_read_through_their_head():
     block = new(Pair, n=3)
     block.a[:], block.B[:] = [1.0, 2.0, 3.0], np.arange(9.0).reshape(3, 3)
     assert trace(block.address) == 0.0 + 2.0 * 4.0 + 3.0 * 8.0
+
+
+class Inner(Block):
+    call: Handle
+    n: int
+
+
+class Outer(Block):
+    x: Array[Floats, "n"]
+    inner: Inner
+    call: Handle
+    t: float
+
+
+def test_words_of_another_process_leave_the_handles_of_this_one():
+    here, there = new(Outer, n=3), new(Outer, n=3)
+    here.call, here.inner.call, there.call, there.inner.call = 1, 2, 3, 4
+    there.x[:], there.inner.n, there.t = [1.0, 2.0, 3.0], 5, 0.5
+    here.restore(there.words.view(np.int64))
+    assert (here.call, here.inner.call) == (1, 2)
+    assert (here.x.tolist(), here.inner.n, here.t) == ([1.0, 2.0, 3.0], 5, 0.5)

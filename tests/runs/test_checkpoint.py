@@ -1,6 +1,9 @@
 """A run that was stopped, at whatever step, goes on to the bits of one that never was."""
 
+import os
 import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -49,6 +52,7 @@ RUNS = {
     ),
     "pendulum, adaptive": (scene(WallPendulum(), (0, 9)), dict(integrator=ns.Adaptive(rtol=1e-9), every=2)),
     "rocking block, adaptive": (scene(RockingBlock(), (0, 3)), dict(integrator=ns.Adaptive(rtol=1e-9))),
+    "sprag-slip, adaptive": (scene(SpragSlip(), (0, 1)), dict(integrator=ns.Adaptive(rtol=1e-5))),
 }
 
 
@@ -71,6 +75,26 @@ def test_a_run_stopped_every_few_steps_goes_on_to_the_same_bits(small, tmp_path,
         assert solution.status == ns.Status.BUDGET_SPENT and solution.stats.steps <= 19 * stops
     whole = ns.simulate(*arguments, **options)
     assert bits(solution) == bits(whole) and stops > 2
+
+
+BEGIN = """
+import sys
+from test_checkpoint import RUNS, ns
+for name, (arguments, options) in RUNS.items():
+    ns.simulate(*arguments, **options, checkpoint=f"{sys.argv[1]}/{name}", max_steps=9, on_failure="return")
+"""
+
+
+def test_a_run_begun_in_another_process_goes_on_to_the_same_bits_in_this_one(tmp_path, bits):
+    """Addresses of compiled functions are of the process that began; they must not be taken from its file."""
+    paths = os.pathsep.join(filter(None, [os.path.dirname(__file__), *sys.path]))
+    began = subprocess.run(
+        [sys.executable, "-c", BEGIN, str(tmp_path)], env={**os.environ, "PYTHONPATH": paths}, capture_output=True
+    )
+    assert began.returncode == 0, began.stderr
+    for name, (arguments, options) in RUNS.items():
+        resumed = ns.simulate(*arguments, **options, resume=tmp_path / name)
+        assert bits(resumed) == bits(ns.simulate(*arguments, **options)), name
 
 
 def test_the_state_between_two_records_at_which_a_run_stopped_is_its_last_row_until_it_goes_on(small, tmp_path, bits):
