@@ -8,6 +8,8 @@ import importlib
 __version__ = "0.1.0"
 
 _HOME = {
+    "lagrangian": "symbolic.lagrangian",
+    "lagrangian_of": "symbolic.lagrangian",
     "System": "mechanics.system",
     "Contact": "mechanics.system",
     "ContactMode": "mechanics.system",

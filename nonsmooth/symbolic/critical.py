@@ -1,0 +1,109 @@
+"""The critical friction of a contact in closed form.
+
+    gamma_N' = p la_N + b,    p = G_NN - mu_s G_NF,    p = 0  at  mu_P = G_NN/|G_NF|,    G = W M^-1 W^T
+
+The functions of the model are run with symbols for numbers. Source: Génot and Brogliato, *Eur. J. Mech. A/Solids* 18
+(1999) 653; the number at a state is `nonsmooth.critical_friction`.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Any
+
+from nonsmooth.checks.arrays import as_index
+from nonsmooth.errors import InvalidInput, MissingExtra, said_by
+from nonsmooth.mechanics.system import FUNCTION_NAMES, TAKES_U, as_system
+
+LARGEST = 6  # coordinates: beyond them the closed form of an inverse fills pages
+
+
+@dataclass(frozen=True)
+class CriticalFriction:
+    """mu_P of a contact.
+
+    Attributes
+    ----------
+    expression : Expr
+        In the coordinates, parameters and t, as real symbols of their names; infinite where p never vanishes.
+    """
+
+    expression: Any
+
+    @property
+    def latex(self) -> str:
+        """The expression as LaTeX."""
+        import sympy as sp
+
+        return sp.latex(self.expression)
+
+    def _repr_latex_(self) -> str:
+        return f"$\\mu_P = {self.latex}$"
+
+    def __str__(self) -> str:
+        return str(self.expression)
+
+
+def critical_friction(model: Any, contact: int = 0) -> CriticalFriction:
+    """mu_P = G_NN/|G_NF| of a contact, simplified.
+
+    Raises
+    ------
+    InvalidInput
+        For a contact without a gap or without friction, more than 6 coordinates, or functions that branch on values.
+    """
+    system = as_system(model)
+    contact = as_index("contact", contact, system.n_c)
+    of = system.contacts[contact]
+    if of.normal_force or not of.has_friction:
+        raise InvalidInput(f"contact {contact} has no gap or no friction, so there is no critical friction")
+    if system.n_q > LARGEST:
+        raise InvalidInput(
+            f"the closed form is worked out up to {LARGEST} coordinates; got {system.n_q}: nonsmooth.critical_friction finds the number"
+        )
+    W_N, W_F, M = _symbolic(model, system)
+    n, f = W_N[contact, :], W_F[contact, :]
+    return CriticalFriction(_quotient(M, n, f))
+
+
+def _quotient(M: Any, n: Any, f: Any) -> Any:
+    import sympy as sp
+
+    by_minors = M.adjugate() if not M.is_diagonal() else sp.diag(*(1 / M[i, i] for i in range(M.rows)))
+    normal, coupling = sp.simplify((n * by_minors * n.T)[0]), sp.simplify((n * by_minors * f.T)[0])
+    return sp.simplify(normal / sp.Abs(coupling)) if coupling != 0 else sp.oo
+
+
+def _symbolic(model: Any, system: Any) -> Any:
+    """W_N (n_c, n), W_F (n_c, n) and M (n, n) as matrices of SymPy."""
+    try:
+        import sympy as sp
+    except ModuleNotFoundError:
+        raise MissingExtra('closed forms need SymPy; install it with pip install "nonsmooth[symbolic]"') from None
+    names = [name for name, _ in getattr(model, "coordinates", ())] or [f"q_{i}" for i in range(system.n_q)]
+    q = [sp.Symbol(name, real=True) for name in names]
+    p = types.SimpleNamespace(**{entry.name: sp.Symbol(entry.name, real=True) for entry in fields(model)})
+    t = sp.Symbol("t", real=True)
+    matrices = []
+    for name in ("normal", "tangent", "mass"):
+        out = sp.MutableDenseNDimArray.zeros(*system.shape(FUNCTION_NAMES[name]))
+        function = _with_symbols(getattr(system, name), sp)
+        try:
+            function(t, q, q, p, out) if FUNCTION_NAMES[name] in TAKES_U else function(t, q, p, out)
+        except Exception as error:
+            raise InvalidInput(f"the function {name} cannot be run with symbols: {said_by(error)}") from error
+        matrices.append(sp.Matrix(out.shape[0], system.n_u, [sp.nsimplify(entry, rational=True) for entry in _flat(out)]))
+    return matrices
+
+
+def _flat(array: Any) -> list[Any]:
+    return list(array.reshape(len(array)))
+
+
+def _with_symbols(function: Any, sp: Any) -> Callable:
+    """The function with the functions of ``math`` replaced by those of SymPy."""
+    names = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "pi"}
+    stand_in = types.SimpleNamespace(**{name: getattr(sp, name) for name in names})
+    return types.FunctionType(function.__code__, function.__globals__ | {"math": stand_in}, function.__name__)
