@@ -75,7 +75,7 @@ class _Sample:
         try:
             one = self._value(expression, self._known, frozenset())
             other = self._value(expression, moved, key)
-        except (ArithmeticError, ValueError, TypeError, NameError):
+        except (ArithmeticError, ValueError, TypeError, AttributeError):
             return True
         size = max(self._size(expression, self._known), abs(one), abs(other))
         return not abs(one - other) <= SAME * size
@@ -108,7 +108,7 @@ def number(expression: Any, values: dict[Any, float]) -> float:
         return math.prod(parts)
     if expression.is_Pow:
         return parts[0] ** parts[1]
-    return float(getattr(math, type(expression).__name__)(*parts))
+    return float(getattr(math, type(expression).__name__)(*parts))  # what has a kink is not there, and is said to vary
 
 
 def without_squares(expression: Any) -> Any:

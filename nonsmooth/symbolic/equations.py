@@ -19,6 +19,7 @@ from typing import Any
 import sympy as sp
 
 from nonsmooth.errors import InvalidInput
+from nonsmooth.symbolic.apparent import Apparent
 from nonsmooth.symbolic.parts import Declared, DeclaredContact, Force, Turning, Weighted
 from nonsmooth.symbolic.straight_line import Direction, StraightLine
 
@@ -46,8 +47,9 @@ class Equations:
         self._loads: list[Any] = [defaultdict(lambda: sp.S.Zero) for _ in range(self.n)]
         self.V = sp.S.Zero
         self._add_energies()
+        self._apparent = Apparent(self.line, [{*self.q}, {*self.u}, {self.t}])
         self.M = self._mass_matrix()
-        self.h = [self._sum_of(loads) for loads in self._loads]
+        self.h = self._apparent.freed([self._sum_of(loads) for loads in self._loads])
         self.functions = self._functions(jacobians)
 
     @property
@@ -153,10 +155,9 @@ class Equations:
         return sp.Add(*(arm * self.line.let(weight) for arm, weight in terms.items()))
 
     def _mass_matrix(self) -> list[list[Any]]:
-        upper = {}
-        for i in range(self.n):
-            for j in range(i, self.n):
-                upper[i, j] = self.line.let(self._sum_of(self._inertia[i * self.n + j]))
+        places = [(i, j) for i in range(self.n) for j in range(i, self.n)]
+        sums = self._apparent.freed([self._sum_of(self._inertia[i * self.n + j]) for i, j in places])
+        upper = {place: self.line.let(sum_) for place, sum_ in zip(places, sums, strict=True)}
         return [[upper[min(i, j), max(i, j)] for j in range(self.n)] for i in range(self.n)]
 
     # functions
@@ -172,9 +173,12 @@ class Equations:
             for name, gradient in (("stiffness", self.by_q), ("damping", self.by_u)):
                 rows = [gradient(self.h[i]) for i in n]
                 functions[name] = [((i, j), -rows[i][j]) for i in n for j in n]
-        if self._declared.contacts:
-            functions |= self._rows()
-        return functions
+        functions |= self._rows()
+        return {name: self._freed(entries) for name, entries in functions.items()}
+
+    def _freed(self, entries: list[tuple[tuple[int, ...], Any]]) -> list[tuple[tuple[int, ...], Any]]:
+        values = self._apparent.freed([value for _, value in entries])
+        return [(index, value) for (index, _), value in zip(entries, values, strict=True)]
 
     def _rows(self) -> dict[str, list[tuple[tuple[int, ...], Any]]]:
         rows: dict[str, list[Any]] = {name: [] for name in ROWS}

@@ -90,7 +90,7 @@ class FlatCode:
 
     def reduced(self, values: list[Any]) -> tuple[dict[Any, Any], list[Any]]:
         """Definitions in order, and the values in terms of them."""
-        needed = ordered(self._line.bound, values)
+        needed, values = inlined(ordered(self._line.bound, values), values)
         symbols = new_symbols()
         fresh, reduced = sp.cse([*needed.values(), *values], symbols=symbols, order="none")
         count = len(needed)

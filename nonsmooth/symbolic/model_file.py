@@ -94,11 +94,10 @@ class Writer:
     def _names(self) -> dict[Any, tuple[str, str]]:
         """How each symbol is read, and its name within a function, where it hides no argument."""
         taken = {"t", "q", "u", "p", "math", "np", *(out for _, out, _, _ in OUT.values())}
-        names = {self.declared.t: ("t", "t")}
-        for array, symbols in (("q", self.declared.q), ("u", self.declared.u)):
-            for i, symbol in enumerate(symbols):
-                names[symbol] = f"{array}[{i}]", f"{symbol}_" if str(symbol) in taken else str(symbol)
-        return names | {symbol: (f"p.{symbol}", f"p.{symbol}") for symbol in self.declaration.parameter_fields}
+        read = {q: f"q[{i}]" for i, q in enumerate(self.declared.q)} | {u: f"u[{i}]" for i, u in enumerate(self.declared.u)}
+        read |= {symbol: f"p.{symbol}" for symbol in self.declaration.parameter_fields}
+        local = {symbol: (source, f"{symbol}_" if str(symbol) in taken else str(symbol)) for symbol, source in read.items()}
+        return {self.declared.t: ("t", "t")} | local
 
     def _is_written(self, name: str, entries: list[Any]) -> bool:
         return bool(entries) and not (name in LEFT_OUT_AS_ZERO and all(value == 0 for _, value in entries))
