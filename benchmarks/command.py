@@ -13,7 +13,9 @@ from nonsmooth.commands.cli import perform
 from nonsmooth.commands.typed_input import Parser
 from nonsmooth.errors import InvalidInput
 
-NAMES = ("accuracy", "bits", "contacts", "core", "paradox", "penalty", "solvers", "stability", "stress", "sweep")
+NAMES = (
+    "accuracy", "bits", "contacts", "core", "paradox", "penalty", "solvers", "stability", "stress", "sweep", "symbolic",
+)  # fmt: skip
 
 
 def main(argv: list[str] | None = None) -> int:

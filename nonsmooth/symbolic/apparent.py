@@ -3,7 +3,7 @@
     m (a sin th)^2 + m (a cos th)^2 = m a^2,    x sin th cos th th'^2 - x cos th sin th th'^2 = 0
 
 A constant mass matrix must not read q, nor a force u that its terms cancel: then it is known to be constant. Whether an
-entry varies is seen at random states, to rounding; only where it does not, it is expanded, sin^2 is written as 1 - cos^2,
+entry varies is seen at random states, to rounding; only where it does not, it is expanded, with 1 - cos^2 for sin^2,
 and the result is taken where it reads less. Nothing is believed: an entry that algebra does not free keeps its form.
 """
 
@@ -38,7 +38,7 @@ class Apparent:
         self._samples = [_Sample(line, rng) for _ in range(SAMPLES)]
 
     def freed(self, expressions: list[Any]) -> list[Any]:
-        """The expressions of one function, freed of the groups that none of them depends on, and of all where constant."""
+        """The expressions of one function, freed of groups that none depends on, and of all where one is constant."""
         states: set[Any] = set().union(*self._groups)
         spurious = [group for group in self._groups if self._only_seem(expressions, group)]
         return [self._freed(e, [g for g in (states, *spurious) if self._only_seem([e], g)]) for e in expressions]
@@ -89,7 +89,11 @@ class _Sample:
 
     def _seed(self, symbol: Any, moved: frozenset[Any]) -> float:
         base = self._base.setdefault(symbol, self._rng.uniform(0.3, 0.9))
-        return base + 0.37 * (0.5 + self._base.setdefault(("moved", symbol), self._rng.random())) if symbol in moved else base
+        return (
+            base + 0.37 * (0.5 + self._base.setdefault(("moved", symbol), self._rng.random()))
+            if symbol in moved
+            else base
+        )
 
     def _size(self, expression: Any, known: dict[Any, float]) -> float:
         return max((abs(known.get(symbol, 0.0)) for symbol in expression.free_symbols), default=0.0)
@@ -113,6 +117,7 @@ def number(expression: Any, values: dict[Any, float]) -> float:
 
 def without_squares(expression: Any) -> Any:
     """Expanded, with 1 - cos^2 for sin^2."""
+
     def is_high(e: Any) -> bool:
         """A power of a sine, of 2 or more."""
         return e.is_Pow and isinstance(e.base, sp.sin) and e.exp.is_Integer and e.exp >= 2

@@ -1,6 +1,6 @@
 """A declared contact from what was typed: a point at a plane, or a gap and a sliding velocity.
 
-    g_N = n.r + offset,    gamma_F = tau.(dr/dt - v_surface),    tau = (n_y, -n_x) in the plane
+g_N = n.r + offset,    gamma_F = tau.(dr/dt - v_surface),    tau = (n_y, -n_x) in the plane
 """
 
 from __future__ import annotations
@@ -38,14 +38,18 @@ def declared_contact(check: Expressions, typed: TypedContact, arguments: str, nu
     made = DeclaredContact(
         arguments,
         gap=gap,
-        normal_force=None if typed.normal_force is None else check.of_state(f"the normal force of {what}", typed.normal_force, "N"),
+        normal_force=None
+        if typed.normal_force is None
+        else check.of_state(f"the normal force of {what}", typed.normal_force, "N"),
         point=point if tangent else (),
         tangent=tangent,
         surface=_surface(check, typed, what, len(tangent)),
         slip=None if typed.slip is None else check.of_state(f"the slip of {what}", typed.slip, "m/s"),
     )
     if has_friction and not made.slides:
-        raise InvalidInput(f"{what} has friction and needs a sliding velocity: give point= with a normal or tangent, or slip=")
+        raise InvalidInput(
+            f"{what} has friction and needs a sliding velocity: give point= with a normal or tangent, or slip="
+        )
     if "normal_force=" in arguments and not has_friction:
         raise InvalidInput(f"{what} has a given normal force and needs friction; give it mu > 0")
     return made
@@ -67,7 +71,9 @@ def _gap(check: Expressions, typed: TypedContact, point: tuple[Any, ...], what: 
         return check.of_configuration(f"the gap of {what}", typed.gap, "m" if has_friction else "")
     normal = check.vector(f"the normal of {what}", typed.normal)
     if len(normal) != len(point):
-        raise InvalidInput(f"the normal of {what} has {len(normal)} components, its point {len(point)}: they must agree")
+        raise InvalidInput(
+            f"the normal of {what} has {len(normal)} components, its point {len(point)}: they must agree"
+        )
     _require_length_one(normal, what)
     offset = check.of_configuration(f"the offset of {what}", typed.offset, "m")
     return sp.Add(*(n * r for n, r in zip(normal, point, strict=True)), offset)
@@ -84,13 +90,16 @@ def _tangent(check: Expressions, typed: TypedContact, point: tuple[Any, ...], wh
     if typed.tangent is not None and point:
         tangent = check.vector(f"the tangent of {what}", typed.tangent)
         if len(tangent) != len(point):
-            raise InvalidInput(f"the tangent of {what} has {len(tangent)} components, its point {len(point)}: they must agree")
+            raise InvalidInput(
+                f"the tangent of {what} has {len(tangent)} components, its point {len(point)}: they must agree"
+            )
         return tangent
     if typed.normal is None:
         return ()
     if len(point) != 2:
         raise InvalidInput(
-            f"friction of {what} in space has two directions, which a system does not take; give tangent= for one of them, or mu=0"
+            f"friction of {what} in space has two directions, which a system does not take; give tangent= for one of "
+            "them, or mu=0"
         )
     n_x, n_y = check.vector(f"the normal of {what}", typed.normal)
     return n_y, -n_x
@@ -101,5 +110,7 @@ def _surface(check: Expressions, typed: TypedContact, what: str, size: int) -> t
         return (sp.S.Zero,) * size
     surface = check.vector(f"the surface velocity of {what}", typed.surface, "m/s")
     if len(surface) != size:
-        raise InvalidInput(f"the surface velocity of {what} must have as many components as its point, and needs friction")
+        raise InvalidInput(
+            f"the surface velocity of {what} must have as many components as its point, and needs friction"
+        )
     return surface

@@ -61,7 +61,8 @@ def critical_friction(model: Any, contact: int = 0) -> CriticalFriction:
         raise InvalidInput(f"contact {contact} has no gap or no friction, so there is no critical friction")
     if system.n_q > LARGEST:
         raise InvalidInput(
-            f"the closed form is worked out up to {LARGEST} coordinates; got {system.n_q}: nonsmooth.critical_friction finds the number"
+            f"the closed form is worked out up to {LARGEST} coordinates; got {system.n_q}: "
+            "nonsmooth.critical_friction finds the number"
         )
     W_N, W_F, M = _symbolic(model, system)
     n, f = W_N[contact, :], W_F[contact, :]
@@ -94,7 +95,9 @@ def _symbolic(model: Any, system: Any) -> Any:
             function(t, q, q, p, out) if FUNCTION_NAMES[name] in TAKES_U else function(t, q, p, out)
         except Exception as error:
             raise InvalidInput(f"the function {name} cannot be run with symbols: {said_by(error)}") from error
-        matrices.append(sp.Matrix(out.shape[0], system.n_u, [sp.nsimplify(entry, rational=True) for entry in _flat(out)]))
+        matrices.append(
+            sp.Matrix(out.shape[0], system.n_u, [sp.nsimplify(entry, rational=True) for entry in _flat(out)])
+        )
     return matrices
 
 

@@ -17,8 +17,8 @@ from nonsmooth.symbolic.parts import Declared, Force, Parameter, Turning, Weight
 from nonsmooth.symbolic.rotation import Rotation
 from nonsmooth.symbolic.units import dimension
 
-TAKEN = {  # names of what a model has, and of what its functions read
-    "t", "q", "u", "p", "system", "state", "shape", "outline", "source", "save", "name", "coordinates", "t_end", "dt",
+TAKEN = {  # time, and the names of what a model has
+    "t", "system", "state", "shape", "outline", "source", "save", "name", "coordinates", "t_end", "dt",
     "natural_state", "map_axes", "critical_friction",
 }  # fmt: skip
 
@@ -82,7 +82,9 @@ class Lagrangian:
     def parameter(self, name: str, value: Any) -> Any:
         """One parameter; ``value`` as in `parameters`."""
         self._require_new(name)
-        number, unit, doc = (*value, "", "")[:3] if isinstance(value, tuple) and 1 <= len(value) <= 3 else (value, "", "")
+        number, unit, doc = (
+            (*value, "", "")[:3] if isinstance(value, tuple) and 1 <= len(value) <= 3 else (value, "", "")
+        )
         for text in (unit, doc):
             as_instance(f"what stands beside the value of {name}", text, str, "its unit and what it is, two texts")
         dimension(unit)
@@ -94,7 +96,9 @@ class Lagrangian:
         if not (isinstance(name, str) and name.isidentifier() and name.isascii()) or keyword.iskeyword(name):
             raise InvalidInput(f"a name must be one that Python can read, such as th1; got {shown(name)}")
         if name in TAKEN or name.startswith("_"):
-            raise InvalidInput(f"{name} cannot be the name of a coordinate or parameter: a model has it already, or it is private")
+            raise InvalidInput(
+                f"{name} cannot be the name of a coordinate or parameter: a model has it already, or it is private"
+            )
         if name in {str(symbol) for symbol in self.symbols}:
             raise InvalidInput(f"{name} is declared twice, or is the rate of a coordinate: choose another name")
 
@@ -139,7 +143,7 @@ class Lagrangian:
         m : expression
             Mass [kg].
         I : expression
-            Central moment of inertia [kg m^2]; in space three principal ones, or a (3, 3) matrix, in a frame of the body.
+            Central moment of inertia [kg m^2]; in space three principal ones or a (3, 3) matrix, in the body's frame.
         at : sequence
             Position of the centre, two components, or three [m].
         angle : expression
@@ -161,7 +165,9 @@ class Lagrangian:
         self.declared.energies.append(turning)
 
     def _inertia(self, I: Any) -> tuple[tuple[Any, ...], ...]:
-        rows = as_listed("I", I.tolist() if isinstance(I, sp.MatrixBase) else I, "three moments of inertia or a matrix (3, 3)")
+        rows = as_listed(
+            "I", I.tolist() if isinstance(I, sp.MatrixBase) else I, "three moments of inertia or a matrix (3, 3)"
+        )
         if len(rows) != 3:
             raise InvalidInput(f"I must be three moments of inertia or a matrix (3, 3) in space; got {shown(I)}")
         if not isinstance(rows[0], list | tuple):
@@ -264,14 +270,23 @@ class Lagrangian:
             "normal_force": repr(is_given),
             "impact": repr(impact),
         }
-        defaults = {"mu": "0.0", "e_N": "0.0", "e_F": "0.0", "bilateral": "False", "normal_force": "False", "impact": "'newton'"}
+        defaults = {
+            "mu": "0.0",
+            "e_N": "0.0",
+            "e_F": "0.0",
+            "bilateral": "False",
+            "normal_force": "False",
+            "impact": "'newton'",
+        }
         return ", ".join(f"{key}={word}" for key, word in words.items() if word != defaults[key])
 
     def _coefficient(self, name: str, value: Any) -> str:
         if isinstance(value, sp.Symbol) and value in self.parameter_fields:
             return repr(str(value))
         if isinstance(value, sp.Basic) and not value.is_Number:
-            raise InvalidInput(f"{name} of a contact must be a number, a parameter or a friction law; got {shown(value)}")
+            raise InvalidInput(
+                f"{name} of a contact must be a number, a parameter or a friction law; got {shown(value)}"
+            )
         number = as_number(name, value)
         if name != "mu":
             as_fraction(name, number)

@@ -6,9 +6,9 @@
     K = -dh/dq,  C = -dh/du,   W_N = dg_N/dq,  w_N = dg_N/dt,  W_F = d gamma_F/du,  w_F = gamma_F at u = 0
     row rates: gamma_N' and gamma_F' at u' = 0
 
-r'' at u' = 0 holds what Christoffel's symbols sum: J_i w r'' = Gamma_ijk u_j u_k. Terms with the same J_i are summed before they
-are multiplied, as one does by hand. Source: Lanczos, *The Variational Principles of Mechanics*, ch. V; the sums of equal J are
-Kane's, *Dynamics* (1985), ch. 4.
+r'' at u' = 0 holds what Christoffel's symbols sum: J_i w r'' = Gamma_ijk u_j u_k. Terms with the same J_i are summed
+before they are multiplied, as one does by hand. Source: Lanczos, *The Variational Principles of Mechanics* (1970),
+ch. V; the sums by partial velocities J_i are Kane's, *Dynamics* (1985), ch. 4.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ class Equations:
 
     def _functions(self, jacobians: bool) -> dict[str, list[tuple[tuple[int, ...], Any]]]:
         n = range(self.n)
-        functions = {
+        functions: dict[str, list[tuple[tuple[int, ...], Any]]] = {
             "mass": [((i, j), self.M[i][j]) for i in n for j in n],
             "force": [((i,), self.h[i]) for i in n],
             "potential": [((0,), self.V)],

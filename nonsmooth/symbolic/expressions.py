@@ -11,8 +11,8 @@ from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.symbolic.units import Dimension, Dimensions, dimension, shortened, unit_of
 
 FUNCTIONS = (
-    sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.atan2, sp.sinh, sp.cosh, sp.tanh, sp.asinh, sp.acosh, sp.atanh,
-    sp.exp, sp.log, sp.Abs, sp.sign, sp.Max, sp.Min, sp.Piecewise,
+    sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.atan2, sp.sinh, sp.cosh, sp.tanh, sp.asinh, sp.acosh,
+    sp.atanh, sp.exp, sp.log, sp.Abs, sp.sign, sp.Max, sp.Min, sp.Piecewise,
 )  # fmt: skip
 
 
@@ -75,7 +75,11 @@ class Expressions:
         unknown = sorted(map(str, expression.free_symbols - allowed))
         if unknown:
             own = unknown[0] in {str(symbol) for symbol in allowed}
-            cure = "take the symbol that was returned, not one of the same name" if own else "declare it first, or check its place"
+            cure = (
+                "take the symbol that was returned, not one of the same name"
+                if own
+                else "declare it first, or check its place"
+            )
             raise InvalidInput(f"{what} may read {kinds}; {unknown[0]} is none of them: {cure}")
         _require_real(what, expression)
         if unit:
@@ -104,5 +108,5 @@ def _require_real(what: str, expression: Any) -> None:
     for function in expression.atoms(sp.Function, sp.Derivative, sp.Integral):
         if not isinstance(function, FUNCTIONS):
             raise InvalidInput(
-                f"{what} uses {shortened(function)}, which no compiled code is known for; known are the elementary functions"
+                f"{what} uses {shortened(function)}, which no compiled code is known for; the elementary functions are"
             )

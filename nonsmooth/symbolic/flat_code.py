@@ -7,6 +7,7 @@ that is constant reads none, and is known to be.
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections import Counter
 from typing import Any
@@ -20,6 +21,8 @@ LONGEST_LINE = 116  # characters
 LARGEST_PART = 12  # operations of what may stand where it is needed: longer lines read badly
 LARGEST_POWER = 4  # up to which a power is a product, with the same bits compiled and interpreted
 INDENT = "    "
+NUMBER = re.compile(r"(?<!\w)\((\d+\.\d+)\)")
+WHOLE = re.compile(r"^\(([^()]*)\)$")
 
 
 class FlatPrinter(PythonCodePrinter):
@@ -86,7 +89,7 @@ class FlatCode:
         """The lines before, and the expressions, of something that returns them."""
         parts, values = self.reduced(expressions)
         printer = self._printer(parts)
-        return self._assignments(parts, [], values), [number_or(printer, value) for value in values]
+        return self._assignments(parts, [], values), [python_of(printer, value) for value in values]
 
     def reduced(self, values: list[Any]) -> tuple[dict[Any, Any], list[Any]]:
         """Definitions in order, and the values in terms of them."""
@@ -103,9 +106,11 @@ class FlatCode:
         printer = self._printer(parts)
         values = [*parts.values(), *(value for _, value in targets), *then]
         used = {symbol for value in values for symbol in sp.S(value).free_symbols}
-        lines = [f"{name} = {source}" for symbol, (source, name) in self._names.items() if symbol in used and source != name]
-        lines += [f"{printer.names[symbol]} = {printer.doprint(part)}" for symbol, part in parts.items()]
-        lines += [f"{target} = {number_or(printer, value)}" for target, value in targets]
+        lines = [
+            f"{name} = {source}" for symbol, (source, name) in self._names.items() if symbol in used and source != name
+        ]
+        lines += [f"{printer.names[symbol]} = {python_of(printer, part)}" for symbol, part in parts.items()]
+        lines += [f"{target} = {python_of(printer, value)}" for target, value in targets]
         return [wrapped for line in lines for wrapped in broken(line)]
 
     def _printer(self, parts: dict[Any, Any]) -> FlatPrinter:
@@ -115,10 +120,11 @@ class FlatCode:
         return FlatPrinter(names | {symbol: next(free) for symbol in parts})
 
 
-def number_or(printer: FlatPrinter, value: Any) -> str:
-    """An expression as Python; whole numbers as floats."""
+def python_of(printer: FlatPrinter, value: Any) -> str:
+    """An expression as Python, whole numbers as floats, without brackets around a number or around the whole."""
     value = sp.S(value)
-    return repr(float(value)) if value.is_Integer else printer.doprint(value)
+    text = repr(float(value)) if value.is_Integer else printer.doprint(value)
+    return WHOLE.sub(r"\1", NUMBER.sub(r"\1", text))
 
 
 def ordered(definitions: dict[Any, Any], values: list[Any]) -> dict[Any, Any]:
@@ -139,7 +145,9 @@ def ordered(definitions: dict[Any, Any], values: list[Any]) -> dict[Any, Any]:
 
 def by_name(expression: Any) -> list[Any]:
     """The symbols of an expression, last first, in an order that no hash decides."""
-    return sorted(expression.free_symbols, key=lambda symbol: (str(symbol), getattr(symbol, "dummy_index", 0)), reverse=True)
+    return sorted(
+        expression.free_symbols, key=lambda symbol: (str(symbol), getattr(symbol, "dummy_index", 0)), reverse=True
+    )
 
 
 def with_bases_bound(definitions: dict[Any, Any], values: list[Any], symbols: Any) -> tuple[dict[Any, Any], list[Any]]:

@@ -20,7 +20,9 @@ def require_possible(declaration: Any) -> None:
         raise InvalidInput("a system needs at least one coordinate: coordinates(...)")
     for i, contact in enumerate(declared.contacts):
         if contact.gap is not None and not contact.gap.free_symbols & {*declared.q}:
-            raise InvalidInput(f"the gap of contact {i} depends on no coordinate; got {contact.gap}: nothing could close it")
+            raise InvalidInput(
+                f"the gap of contact {i} depends on no coordinate; got {contact.gap}: nothing could close it"
+            )
         if contact.slip is not None:
             _require_linear(contact.slip, declared.u, i)
     if not declared.given and not declaration.complete().energies and not declared.kinetic:
@@ -35,7 +37,7 @@ def _require_linear(slip: Any, u: list[Any], i: int) -> None:
 
 
 def require_regular_start(model: Any) -> None:
-    """Refuse a model whose functions are not finite at its default state, with a singular mass, or redundant constraints."""
+    """Refuse a model that is not finite at its default state, has a singular mass, or redundant constraints."""
     system = as_system(model)
     q, u = model.state()
     for which in system.functions:
@@ -54,7 +56,7 @@ def _require_finite(system: System, which: int, q: np.ndarray, u: np.ndarray) ->
     except (ArithmeticError, ValueError) as error:
         raise InvalidInput(f"{system.name_of(which)} cannot be computed ({said_by(error)}) {where}") from error
     if not np.isfinite(values).all():
-        raise InvalidInput(f"{system.name_of(which)} is not finite {where}")
+        raise InvalidInput(f"{system.name_of(which)} is not finite, as after a division by zero, {where}")
 
 
 def _require_inertia(M: np.ndarray, names: list[str]) -> None:
@@ -67,7 +69,9 @@ def _require_inertia(M: np.ndarray, names: list[str]) -> None:
     values, vectors = np.linalg.eigh(M / np.outer(scale, scale))
     if values[0] < RANK * values[-1]:
         parts = [name for name, part in zip(names, np.abs(vectors[:, 0]), strict=True) if part > math.sqrt(RANK)]
-        raise InvalidInput(f"the mass matrix is singular at the start: {' and '.join(parts)} move together without kinetic energy")
+        raise InvalidInput(
+            f"the mass matrix is singular at the start: {' and '.join(parts)} move together without kinetic energy"
+        )
 
 
 def _require_independent(W: np.ndarray, held: list[int]) -> None:
@@ -77,6 +81,6 @@ def _require_independent(W: np.ndarray, held: list[int]) -> None:
     singular = np.linalg.svd(W / size[:, None], compute_uv=False)
     if len(held) > W.shape[1] or singular[-1] < RANK * singular[0]:
         raise InvalidInput(
-            f"the bilateral contacts {', '.join(map(str, held))} are redundant at the start, so that their forces are not "
-            "determined: leave out what the others hold already"
+            f"the bilateral contacts {', '.join(map(str, held))} are redundant at the start, so that their forces are "
+            "not determined: leave out what the others hold already"
         )

@@ -2,8 +2,9 @@
 
     [a b] = [a][b],    [a + b] = [a] = [b],    [a^n] = [a]^n,    [sin x] = [x] = 1
 
-A symbol without a unit fits everywhere, and so does whatever is made of it; so does a number that is added, as 0.6 in
-0.6 - x. Angles are numbers (rad = 1).
+A symbol without a unit fits everywhere, and so does whatever is made of it; so do a number that is added, as 2 in 2 - x,
+and a decimal one, which may have a unit of its own, as 0.3 in 0.3 sin th; halves and whole numbers have none. Angles are
+numbers (rad = 1).
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ BASES = {
     "kg": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2), "J": (1, 2, -2), "W": (1, 2, -3),
     "Hz": (0, 0, -1), "Pa": (1, -1, -2), "rad": (0, 0, 0), "-": (0, 0, 0), "1": (0, 0, 0),
 }  # fmt: skip
-NAMES = {
+NAMES: dict[tuple[float, ...], str] = {  # a whole fraction is equal to its number
     (1, 2, -2): "J or N m", (0, 1, 0): "m", (0, 1, -1): "m/s", (1, 1, -2): "N", (0, 0, 0): "1 or rad", (1, 0, 0): "kg",
     (1, 2, -3): "W", (1, 2, 0): "kg m^2", (0, 1, -2): "m/s^2",
 }  # fmt: skip
@@ -59,9 +60,8 @@ def _bare(text: str) -> str:
 
 def unit_of(found: Dimension) -> str:
     """A dimension in words."""
-    whole = tuple(int(exponent) if exponent.denominator == 1 else exponent for exponent in found)
-    powers = [f"{base}^{exponent}" for base, exponent in zip(("kg", "m", "s"), whole, strict=True) if exponent]
-    return NAMES.get(whole) or " ".join(powers).replace("^1 ", " ").removesuffix("^1")  # type: ignore[call-overload]
+    powers = [f"{base}^{exponent}" for base, exponent in zip(("kg", "m", "s"), found, strict=True) if exponent]
+    return NAMES.get(tuple(map(float, found))) or " ".join(power.removesuffix("^1") for power in powers)
 
 
 class Dimensions:
@@ -85,7 +85,7 @@ class Dimensions:
             Where terms of different dimensions are added, or a function is taken of what has one.
         """
         if expression.is_Number or expression.is_NumberSymbol:
-            return dimension("1")
+            return None if expression.is_Float and not (2 * expression).is_integer else dimension("1")
         if expression.is_Symbol:
             return self._units.get(expression)
         branches = [part.args[0] if isinstance(part, sp.Tuple) else part for part in expression.args]
@@ -114,9 +114,9 @@ class Dimensions:
             self._same(sp.Add(*expression.args), parts)
             return dimension("1")
         for part, argument in zip(parts, expression.args, strict=False):
-            if part not in (None, dimension("1")):
+            if part is not None and part != dimension("1"):
                 raise InvalidInput(
-                    f"{type(expression).__name__} is taken of {shortened(argument)}, which has the unit {unit_of(part)}"  # type: ignore[arg-type]
+                    f"{type(expression).__name__} is taken of {shortened(argument)}, which has the unit {unit_of(part)}"
                 )
         return dimension("1")
 
@@ -130,9 +130,11 @@ class Dimensions:
 
 
 def _product(parts: list[Dimension | None]) -> Dimension | None:
-    if any(part is None for part in parts):
+    known = [part for part in parts if part is not None]
+    if len(known) < len(parts):
         return None
-    return tuple(sum(column, Fraction(0)) for column in zip(*parts, strict=True))  # type: ignore[return-value, arg-type]
+    kg, m, s = (sum(column, Fraction(0)) for column in zip(*known, strict=True))
+    return kg, m, s
 
 
 def shortened(expression: Any) -> str:

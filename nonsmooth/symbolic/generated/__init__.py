@@ -1,8 +1,8 @@
 """Modules that were written from energies, kept beside the compiled code: one a declaration, imported by its name.
 
-The name of a file has a hash of all that the source is made from; its last line has one of the source above it, so that a
-file that is damaged, cut or edited is written anew. The folder must belong to the user and be closed to others, since
-what stands there is run.
+The name of a file has a hash of all that the source is made from; its last line has one of the source above it, so
+that a file that is damaged, cut or edited is written anew. The folder must belong to the user and be closed to others,
+since what stands there is run.
 """
 
 from __future__ import annotations
