@@ -67,6 +67,21 @@ def swept():
     return ns.sweep(ns.RunTask(BALL, t_span=(0, 0.01), integrator=STEP), {"e": [0.2, 0.5]}, progress=False)
 
 
+def spring():
+    """A spring and a mass, derived by SymPy."""
+    mechanics = pytest.importorskip("sympy.physics.mechanics", reason="energies need SymPy, the extra [symbolic]")
+    x = mechanics.dynamicsymbols("x")
+    method = mechanics.LagrangesMethod(x.diff() ** 2 / 2 - x**2 / 2, [x])
+    method.form_lagranges_equations()
+    return method
+
+
+def declared(name):
+    """A declaration of nothing yet."""
+    pytest.importorskip("sympy", reason="energies need SymPy, the extra [symbolic]")
+    return ns.lagrangian(name)
+
+
 def lazily(function, **made):
     """The function, some of whose arguments are made when it is called."""
     return lambda **given: function(**{name: make() for name, make in made.items() if name not in given} | given)
@@ -187,6 +202,8 @@ CALLS = {
         "dt": 1e-2,
     }),
     "Solution": (ns.Solution.load, {"path": "run.npz"}),
+    "lagrangian": (declared, {"name": "block"}),
+    "lagrangian_of": (lazily(ns.lagrangian_of, method=spring), {"parameters": {}, "name": "block"}),
 }  # fmt: skip
 FILES = {  # what a call reads has to be there
     "read_fclib": lambda: ns.write_fclib("problem.hdf5", ns.ContactProblem(G, C, [0.3], 2)),
@@ -381,6 +398,11 @@ ROWS = [
     ("bifurcation_diagram", {"start": [0.0]}, r"start must be a pair \(q0, u0\); got"),
     ("Solution", {"path": "nowhere.npz"}, r"there is no file 'nowhere.npz'"),
     ("Solution", {"path": 3}, r"path must be the path of a file; got 3"),
+    ("lagrangian", {"name": 3}, r"name must be a text; got 3"),
+    ("lagrangian", {"name": "12"}, r"name must have letters, it names the class of the model; got '12'"),
+    ("lagrangian_of", {"method": 3}, r"method must be a LagrangesMethod or KanesMethod of sympy.physics.mechanics; got 3"),
+    ("lagrangian_of", {"parameters": [1.0]}, r"parameters must be a dict from symbols to values; got \[1.0\]"),
+    ("lagrangian_of", {"parameters": {"k": 1.0}}, r"parameters must have symbols as keys; got 'k'"),
 ]
 
 

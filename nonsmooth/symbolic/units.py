@@ -85,7 +85,7 @@ class Dimensions:
             Where terms of different dimensions are added, or a function is taken of what has one.
         """
         if expression.is_Number or expression.is_NumberSymbol:
-            return None if expression.is_Float and not (2 * expression).is_integer else dimension("1")
+            return None if expression.is_Float and not (2 * float(expression)).is_integer() else dimension("1")
         if expression.is_Symbol:
             return self._units.get(expression)
         branches = [part.args[0] if isinstance(part, sp.Tuple) else part for part in expression.args]

@@ -94,6 +94,43 @@ def test_what_cannot_be_a_system_is_refused_in_one_sentence(case):
     refused(lambda: act(*block()), words)
 
 
+class Nothing:
+    """Fits nowhere, and raises wherever it is asked what it is."""
+
+    def _raise(self, *_):
+        raise RuntimeError("two\nlines")
+
+    __len__ = __float__ = __iter__ = __bool__ = __getitem__ = __repr__ = __str__ = _raise
+    __array__ = _sympy_ = _raise
+
+
+NOWHERE = [
+    None, Nothing(), 1 + 2j, np.full((2, 2), np.nan), 10**400, [[1], [1, 2]], b"x", "\0", "x", {1.5}, float("nan"), {1: 2}, (), [None],
+    sp.true, sp.Eq(1, sp.Symbol("x")), sp.Matrix([[1, 2], [3, 4]]), np.array([None]), sp.oo, (1, 2, 3, 4), [Nothing()], lambda: 0,
+]  # fmt: skip
+METHODS = {
+    "coordinates": {"names": "z", "unit": "m"}, "parameters": {"c": 1.0}, "rate": {"of": 1}, "start": {"x": 0.0},
+    "point_mass": {"m": 1, "at": (0, 1)}, "rigid_body": {"m": 1, "I": 1, "at": (0, 0), "angle": 0, "rotation": None},
+    "rotation": {"axes": "x", "angles": (0,)}, "kinetic": {"energy": 0}, "potential": {"energy": 0},
+    "gravity": {"g": 1, "direction": (0, 1)}, "dissipation": {"power": 0}, "force": {"vector": (0, 0), "at": (0, 0)},
+    "contact": {"point": (0, 0), "normal": (0, 1), "offset": 0, "gap": None, "tangent": (1, 0), "surface": (0, 0), "slip": None,
+                "normal_force": None, "bilateral": False, "mu": 0.3, "e": 0, "e_F": 0, "impact": "newton"},
+    "constraint": {"of": 0}, "line": {}, "equations": {"jacobians": True}, "model": {"jacobians": True, "t_end": 1.0, "dt": 0.1},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_what_fits_nowhere_is_refused_in_one_sentence_by_every_argument_of_a_declaration(name):
+    for argument in METHODS[name]:
+        for value in NOWHERE:
+            l, q, p = block()
+            l.point_mass(p[0], at=q)
+            try:
+                getattr(l, name)(**METHODS[name] | {argument: value})
+            except ns.NonsmoothError as refusal:
+                assert "\n" not in str(refusal) and len(str(refusal)) > 15
+
+
 def test_a_kinetic_energy_that_is_not_quadratic_is_refused():
     l = ns.lagrangian("relativistic")
     (x,) = l.coordinates("x")
