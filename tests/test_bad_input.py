@@ -400,7 +400,11 @@ ROWS = [
     ("Solution", {"path": 3}, r"path must be the path of a file; got 3"),
     ("lagrangian", {"name": 3}, r"name must be a text; got 3"),
     ("lagrangian", {"name": "12"}, r"name must have letters, it names the class of the model; got '12'"),
-    ("lagrangian_of", {"method": 3}, r"method must be a LagrangesMethod or KanesMethod of sympy.physics.mechanics; got 3"),
+    (
+        "lagrangian_of",
+        {"method": 3},
+        r"method must be a LagrangesMethod or KanesMethod of sympy.physics.mechanics; got 3",
+    ),
     ("lagrangian_of", {"parameters": [1.0]}, r"parameters must be a dict from symbols to values; got \[1.0\]"),
     ("lagrangian_of", {"parameters": {"k": 1.0}}, r"parameters must have symbols as keys; got 'k'"),
 ]

@@ -28,6 +28,7 @@ class CriticalFriction:
     ----------
     expression : Expr
         In the coordinates, parameters and t, as real symbols of their names; infinite where p never vanishes.
+        Parameters that are positive in the model were taken to be so.
     """
 
     expression: Any
@@ -66,7 +67,15 @@ def critical_friction(model: Any, contact: int = 0) -> CriticalFriction:
         )
     W_N, W_F, M = _symbolic(model, system)
     n, f = W_N[contact, :], W_F[contact, :]
-    return CriticalFriction(_quotient(M, n, f))
+    as_typed = {symbol: real_symbol(symbol.name) for symbol in (M.free_symbols | n.free_symbols | f.free_symbols)}
+    return CriticalFriction(_quotient(M, n, f).xreplace(as_typed))
+
+
+def real_symbol(name: str) -> Any:
+    """The real symbol of a name."""
+    import sympy as sp
+
+    return sp.Symbol(name, real=True)
 
 
 def _quotient(M: Any, n: Any, f: Any) -> Any:
@@ -85,7 +94,10 @@ def _symbolic(model: Any, system: Any) -> Any:
         raise MissingExtra('closed forms need SymPy; install it with pip install "nonsmooth[symbolic]"') from None
     names = [name for name, _ in getattr(model, "coordinates", ())] or [f"q_{i}" for i in range(system.n_q)]
     q = [sp.Symbol(name, real=True) for name in names]
-    p = types.SimpleNamespace(**{entry.name: sp.Symbol(entry.name, real=True) for entry in fields(model)})
+    values = {entry.name: getattr(model, entry.name) for entry in fields(model)}
+    positive = {name for name, value in values.items() if isinstance(value, float) and value > 0}
+    symbols = {name: sp.Symbol(name, **{"positive" if name in positive else "real": True}) for name in values}
+    p = types.SimpleNamespace(**symbols)
     t = sp.Symbol("t", real=True)
     matrices = []
     for name in ("normal", "tangent", "mass"):

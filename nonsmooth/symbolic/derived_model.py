@@ -12,13 +12,16 @@ from nonsmooth.errors import FileFailure, InvalidInput
 if TYPE_CHECKING:
     from nonsmooth.symbolic.critical import CriticalFriction
 
+SEAL = "# sha256 of the lines above: "  # the last line of a file that is kept, not of one that is saved
+
 
 class DerivedModel:
     """Base of the dataclasses that are written from energies, and of those that a user keeps and edits."""
 
     def source(self) -> str:
         """The source of this model: the functions, and the dataclass of its parameters."""
-        return inspect.getsource(sys.modules[type(self).__module__])
+        source, seal, after = inspect.getsource(sys.modules[type(self).__module__]).rpartition(SEAL)
+        return source if seal else after
 
     def save(self, path: str | Path) -> Path:
         """Write the source as a Python file, to be kept, edited and imported.

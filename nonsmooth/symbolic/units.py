@@ -2,9 +2,9 @@
 
     [a b] = [a][b],    [a + b] = [a] = [b],    [a^n] = [a]^n,    [sin x] = [x] = 1
 
-A symbol without a unit fits everywhere, and so does whatever is made of it; so do a number that is added, as 2 in 2 - x,
-and a decimal one, which may have a unit of its own, as 0.3 in 0.3 sin th; halves and whole numbers have none. Angles are
-numbers (rad = 1).
+A symbol without a unit fits everywhere, and so does whatever is made of it; so do a number that is added, as 2 in
+2 - x, and a decimal one, which may have a unit of its own, as 0.3 in 0.3 sin th; halves and whole numbers have none.
+Angles are numbers (rad = 1).
 """
 
 from __future__ import annotations

@@ -171,7 +171,9 @@ def test_bodies_and_typed_energies_give_the_same_equations():
     assert one.functions.keys() == two.functions.keys()
     for q, u in states(2):
         for which in one.functions:
-            np.testing.assert_allclose(one.evaluate(which, 0.0, q, u), two.evaluate(which, 0.0, q, u), rtol=0, atol=1e-13 * 50)
+            np.testing.assert_allclose(
+                one.evaluate(which, 0.0, q, u), two.evaluate(which, 0.0, q, u), rtol=0, atol=1e-13 * 50
+            )
 
 
 def test_sympys_own_lagranges_method_agrees():
@@ -191,7 +193,9 @@ def test_sympys_own_lagranges_method_agrees():
     one, two = l.model().system(), handed_in.model().system()
     for q_, u in states(2):
         for which in (MASS, FORCE):
-            np.testing.assert_allclose(one.evaluate(which, 0.0, q_, u), two.evaluate(which, 0.0, q_, u), rtol=0, atol=1e-12)
+            np.testing.assert_allclose(
+                one.evaluate(which, 0.0, q_, u), two.evaluate(which, 0.0, q_, u), rtol=0, atol=1e-12
+            )
 
 
 def top(as_body):
@@ -217,7 +221,9 @@ def test_a_spatial_body_has_the_equations_of_the_heavy_top():
     one, two = top(True).model().system(), top(False).model().system()
     for q, u in states(3):
         for which in one.functions:
-            np.testing.assert_allclose(one.evaluate(which, 0.0, q, u), two.evaluate(which, 0.0, q, u), rtol=0, atol=2e-12)
+            np.testing.assert_allclose(
+                one.evaluate(which, 0.0, q, u), two.evaluate(which, 0.0, q, u), rtol=0, atol=2e-12
+            )
 
 
 def test_a_spinning_top_keeps_its_momenta_and_its_energy():
@@ -228,7 +234,9 @@ def test_a_spinning_top_keeps_its_momenta_and_its_energy():
     (th, (phidot, thdot, psidot)) = sol.q[:, 1], sol.u.T
     spin = C * (psidot + phidot * np.cos(th))
     upright = about * phidot * np.sin(th) ** 2 + spin * np.cos(th)
-    energy = about * (thdot**2 + (phidot * np.sin(th)) ** 2) / 2 + spin**2 / (2 * C) + model.m * 9.81 * model.s * np.cos(th)
+    energy = (
+        about * (thdot**2 + (phidot * np.sin(th)) ** 2) / 2 + spin**2 / (2 * C) + model.m * 9.81 * model.s * np.cos(th)
+    )
     assert A > C and np.ptp(th) > 0.01  # it nutates
     for kept in (spin, upright, energy):
         assert np.ptp(kept) < 1e-8 * np.abs(kept).max()
@@ -301,7 +309,9 @@ def test_the_critical_friction_of_the_rod_is_the_literatures():
     assert r"\left|" in found.latex and found._repr_latex_().startswith(r"$\mu_P = ")
     values = {str(symbol): value for symbol, value in values.items()}
     rod = PainleveRod(m=values["m"], l=values["l"], I=values["I"])
-    assert rod.critical_friction(1.1) == pytest.approx(float(literature.subs({m: 0.7, length: 1.4, I: 0.2, th: 1.1})), rel=1e-14)
+    assert rod.critical_friction(1.1) == pytest.approx(
+        float(literature.subs({m: 0.7, length: 1.4, I: 0.2, th: 1.1})), rel=1e-14
+    )
 
 
 def test_closed_forms_come_from_functions_written_by_hand_too():

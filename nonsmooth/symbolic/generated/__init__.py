@@ -20,8 +20,7 @@ from types import ModuleType
 
 from nonsmooth.jit.cache import cache_directory
 from nonsmooth.jit.code_files import LONGEST_UNUSED, others_may_write, usable
-
-SEAL = "# sha256 of the lines above: "
+from nonsmooth.symbolic.derived_model import SEAL
 
 
 def _folder() -> Path:
