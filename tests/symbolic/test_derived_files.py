@@ -106,8 +106,8 @@ def test_the_source_is_the_same_in_every_process(cache):
 
 def test_the_source_says_its_equation_and_units():
     source = pendulum().model().source()
-    for words in ("M u' = h + W_N^T la_N", "q = (th1 [rad], th2 [rad])", "m: float = 1.0  # mass of a bob [kg]", "g_N[0] = ",
-                  "# K = -dh/dq", "V += g*m*r"):  # fmt: skip
+    for words in ("M u' = h + W_N^T la_N", "q = (th1 [rad], th2 [rad])", "m: float = 1.0  # mass of a bob [kg]",
+                  "g_N[0] = ", "# K = -dh/dq", "V += g*m*r"):  # fmt: skip
         assert words in source, words
     assert max(map(len, source.splitlines())) <= 120
 
@@ -189,8 +189,8 @@ def test_every_tool_takes_a_derived_model(tmp_path):
     chart = ns.paradox_map(model, th1=[0.2, 0.6], mu=[0.1, 2.0])
     assert chart.sizes["th1"] == 2
     assert [line.shape for line in model.shape(sol.q[0])] == [(3, 2)] and model.outline()[0].shape == (2, 2)
-    swept = ns.sweep(ns.RunTask(model, t_span=(0, 0.1), integrator=ns.MoreauJean(dt=1e-3), state={"th1": 0.5}), {"m": [1.0, 2.0]},
-                     progress=False)  # fmt: skip
+    task = ns.RunTask(model, t_span=(0, 0.1), integrator=ns.MoreauJean(dt=1e-3), state={"th1": 0.5})
+    swept = ns.sweep(task, {"m": [1.0, 2.0]}, progress=False)
     assert swept.sizes["m"] == 2
 
 
@@ -200,9 +200,10 @@ def test_jacobians_can_be_left_out():
 
 
 def test_nothing_but_energies_imports_sympy():
-    code = "import sys, nonsmooth as ns\nfor name in ns.__all__: getattr(ns, name)\nimport nonsmooth.symbolic.derived_model\n"
-    code += "assert 'sympy' not in sys.modules"
-    in_a_process(code)
+    in_a_process(
+        "import sys, nonsmooth as ns\nfor name in ns.__all__: getattr(ns, name)\n"
+        "import nonsmooth.symbolic.derived_model\nassert 'sympy' not in sys.modules"
+    )
     root = Path(ns.__file__).parent
     importing = [f for f in root.rglob("*.py") if "import sympy" in f.read_text() or "from sympy" in f.read_text()]
     assert {f.relative_to(root).parts[0] for f in importing} == {"symbolic"}
