@@ -5,6 +5,7 @@ g_N = n.r + offset,    gamma_F = tau.(dr/dt - v_surface),    tau = (n_y, -n_x) i
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import sympy as sp
@@ -12,6 +13,8 @@ import sympy as sp
 from nonsmooth.errors import InvalidInput
 from nonsmooth.symbolic.expressions import Expressions
 from nonsmooth.symbolic.parts import DeclaredContact
+
+ROUNDING = 1e-12  # of a typed direction; 1e4 times that of a number
 
 
 class TypedContact(NamedTuple):
@@ -32,19 +35,18 @@ def declared_contact(check: Expressions, typed: TypedContact, arguments: str, nu
     what = f"contact {number}"
     has_friction = "mu=" in arguments
     _require_one_place(typed, what)
+    _require_use(typed, what)
     point = () if typed.point is None else check.vector(f"the point of {what}", typed.point, "m")
     gap = _gap(check, typed, point, what, has_friction)
     tangent = _tangent(check, typed, point, what) if has_friction and typed.slip is None else ()
     made = DeclaredContact(
         arguments,
         gap=gap,
-        normal_force=None
-        if typed.normal_force is None
-        else check.of_state(f"the normal force of {what}", typed.normal_force, "N"),
+        normal_force=_of_state(check, f"the normal force of {what}", typed.normal_force, "N"),
         point=point if tangent else (),
         tangent=tangent,
         surface=_surface(check, typed, what, len(tangent)),
-        slip=None if typed.slip is None else check.of_state(f"the slip of {what}", typed.slip, "m/s"),
+        slip=_of_state(check, f"the slip of {what}", typed.slip, "m/s"),
     )
     if has_friction and not made.slides:
         raise InvalidInput(
@@ -64,6 +66,20 @@ def _require_one_place(typed: TypedContact, what: str) -> None:
         raise InvalidInput(f"{what} has a normal and needs the point that touches the plane: point=")
 
 
+def _require_use(typed: TypedContact, what: str) -> None:
+    """Nothing that was typed is passed over."""
+    if typed.normal is None and not (isinstance(typed.offset, int) and typed.offset == 0):
+        raise InvalidInput(f"the offset of {what} belongs to a normal; add it to the gap instead")
+    if typed.slip is not None and (typed.tangent is not None or typed.surface is not None):
+        raise InvalidInput(f"{what} has a slip, which is all of its sliding, and a tangent or surface: leave one")
+    if typed.normal is None and typed.point is not None and typed.tangent is None:
+        raise InvalidInput(f"the point of {what} has no use without a normal or a tangent")
+
+
+def _of_state(check: Expressions, what: str, value: Any, unit: str) -> Any:
+    return None if value is None else check.of_state(what, value, unit)
+
+
 def _gap(check: Expressions, typed: TypedContact, point: tuple[Any, ...], what: str, has_friction: bool) -> Any:
     if typed.normal_force is not None:
         return None
@@ -74,16 +90,16 @@ def _gap(check: Expressions, typed: TypedContact, point: tuple[Any, ...], what: 
         raise InvalidInput(
             f"the normal of {what} has {len(normal)} components, its point {len(point)}: they must agree"
         )
-    _require_length_one(normal, what)
+    _require_length_one(check, f"the normal of {what}", normal)
     offset = check.of_configuration(f"the offset of {what}", typed.offset, "m")
     return sp.Add(*(n * r for n, r in zip(normal, point, strict=True)), offset)
 
 
-def _require_length_one(normal: tuple[Any, ...], what: str) -> None:
-    """A normal of numbers is looked at; one of symbols is believed: its length would have to be simplified."""
-    square = sp.Add(*(n * n for n in normal))
-    if square.is_number and abs(float(square) - 1) > 1e-12:  # rounding of a typed direction, 1e4 times that of a number
-        raise InvalidInput(f"the normal of {what} must have length 1; got {float(sp.sqrt(square)):g}")
+def _require_length_one(check: Expressions, what: str, direction: tuple[Any, ...]) -> None:
+    """By numbers, at the values of the parameters: to be simplified it might take long."""
+    length = math.sqrt(check.sample(sp.Add(*(part * part for part in direction))))
+    if not abs(length - 1) <= ROUNDING:
+        raise InvalidInput(f"{what} must have length 1; got {length:g}")
 
 
 def _tangent(check: Expressions, typed: TypedContact, point: tuple[Any, ...], what: str) -> tuple[Any, ...]:
@@ -93,6 +109,8 @@ def _tangent(check: Expressions, typed: TypedContact, point: tuple[Any, ...], wh
             raise InvalidInput(
                 f"the tangent of {what} has {len(tangent)} components, its point {len(point)}: they must agree"
             )
+        _require_length_one(check, f"the tangent of {what}", tangent)
+        _require_perpendicular(check, typed, tangent, what)
         return tangent
     if typed.normal is None:
         return ()
@@ -103,6 +121,14 @@ def _tangent(check: Expressions, typed: TypedContact, point: tuple[Any, ...], wh
         )
     n_x, n_y = check.vector(f"the normal of {what}", typed.normal)
     return n_y, -n_x
+
+
+def _require_perpendicular(check: Expressions, typed: TypedContact, tangent: tuple[Any, ...], what: str) -> None:
+    if typed.normal is not None:
+        normal = check.vector(f"the normal of {what}", typed.normal)
+        product = check.sample(sp.Add(*(n * tau for n, tau in zip(normal, tangent, strict=True))))
+        if not abs(product) <= ROUNDING:
+            raise InvalidInput(f"the tangent of {what} must be perpendicular to its normal; n.tau = {product:g}")
 
 
 def _surface(check: Expressions, typed: TypedContact, what: str, size: int) -> tuple[Any, ...]:

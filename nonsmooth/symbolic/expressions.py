@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import sympy as sp
@@ -28,7 +29,6 @@ class Expressions:
     def __init__(self, owner: Any) -> None:
         self._owner = owner
         self.translation: dict[Any, Any] = {}  # from the symbols of another program to ours
-        self.names_are_enough = False
 
     def of_parameters(self, what: str, value: Any, unit: str = "") -> Any:
         """An expression in parameters alone."""
@@ -56,6 +56,13 @@ class Expressions:
         found, wanted = self._dimensions().of(expression), dimension(unit)
         if found not in (None, wanted) and not expression.is_number:
             raise InvalidInput(f"{what} must have the unit {unit}; {shortened(expression)} has {unit_of(found)}")
+
+    def sample(self, expression: Any) -> float:
+        """The value at the parameters, and at coordinates that are nobody's choice; NaN where there is none."""
+        values = {symbol: field.value for symbol, field in self._owner.parameter_fields.items()}
+        values |= {symbol: 0.37 + 0.11 * k for k, symbol in enumerate([*self._owner.declared.q, self._owner.t])}
+        value = expression.subs(values)
+        return float(value) if value.is_real else math.nan
 
     def unit(self, expression: Any) -> str:
         """The unit of an expression in words; nothing where it is not known."""

@@ -63,14 +63,16 @@ def _require_inertia(M: np.ndarray, names: list[str]) -> None:
     for i, name in enumerate(names):
         if not M[i, i] > 0:
             raise InvalidInput(
-                f"the coordinate {name} has no kinetic energy at the start: M[{i}, {i}] = {M[i, i]:g} must be positive"
+                f"the coordinate {name} has no kinetic energy at the start: M[{i}, {i}] = {M[i, i]:g} must be positive; "
+                "start(...) gives another start"
             )
     scale = np.sqrt(np.diag(M))
     values, vectors = np.linalg.eigh(M / np.outer(scale, scale))
     if values[0] < RANK * values[-1]:
         parts = [name for name, part in zip(names, np.abs(vectors[:, 0]), strict=True) if part > math.sqrt(RANK)]
         raise InvalidInput(
-            f"the mass matrix is singular at the start: {' and '.join(parts)} move together without kinetic energy"
+            f"the mass matrix is singular at the start: {' and '.join(parts)} move together without kinetic energy; "
+            "start(...) gives another start"
         )
 
 
@@ -82,5 +84,5 @@ def _require_independent(W: np.ndarray, held: list[int]) -> None:
     if len(held) > W.shape[1] or singular[-1] < RANK * singular[0]:
         raise InvalidInput(
             f"the bilateral contacts {', '.join(map(str, held))} are redundant at the start, so that their forces are "
-            "not determined: leave out what the others hold already"
+            "not determined: leave out what the others hold already, or give another start with start(...)"
         )

@@ -73,6 +73,13 @@ REFUSALS = {
     "a constraint without slope": (lambda l, q, p: (l.point_mass(p[0], q), l.constraint(q[0] ** 2), l.model()),
                                    "bilateral contact 0 has no slope"),
     "a normal that is not 1": (lambda l, q, p: l.contact(point=q, normal=(1, 1)), "must have length 1; got 1.41421"),
+    "a normal whose symbols are not 1": (lambda l, q, p: l.contact(point=q, normal=(0, p[3])), "length 1; got 0.3"),
+    "a tangent that is not 1": (lambda l, q, p: l.contact(point=q, normal=(0, 1), tangent=(2, 0), mu=p[3]), "got 2"),
+    "an oblique tangent": (lambda l, q, p: l.contact(point=q, normal=(0, 1), tangent=(sp.Rational(3, 5), sp.Rational(
+        4, 5)), mu=p[3]), "must be perpendicular to its normal; n.tau = 0.8"),
+    "an offset of a gap": (lambda l, q, p: l.contact(gap=q[0], offset=1), "add it to the gap instead"),
+    "a slip and a surface": (lambda l, q, p: l.contact(gap=q[1], slip=l.rates[0], surface=(1, 0), mu=p[3]), "leave"),
+    "a point without use": (lambda l, q, p: l.contact(gap=q[1], point=q), "has no use without a normal or a tangent"),
     "a normal without a point": (lambda l, q, p: l.contact(normal=(0, 1)), "needs the point that touches"),
     "a contact nowhere": (lambda l, q, p: l.contact(mu=p[3]), "one of the three"),
     "friction without a direction": (lambda l, q, p: l.contact(gap=q[1], mu=p[3]), "needs a sliding velocity"),
@@ -361,16 +368,17 @@ def test_the_mass_spring_damper_of_lagranges_method():
 
 
 def test_the_mass_spring_damper_of_kanes_method_with_another_speed():
-    """The example of the documentation of KanesMethod, typed anew, with the speed 2 q' instead of q'."""
+    """The example of the documentation of KanesMethod, typed anew, with the speed 2 q' - sin q instead of q'."""
     from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
     q, v = dynamicsymbols("q v")
     m, c, k = sp.symbols("m c k")
     frame, point = ReferenceFrame("N"), Point("P")
-    point.set_vel(frame, v / 2 * frame.x)
-    method = KanesMethod(frame, q_ind=[q], u_ind=[v], kd_eqs=[q.diff() - v / 2])
+    rate = (v + sp.sin(q)) / 2
+    point.set_vel(frame, rate * frame.x)
+    method = KanesMethod(frame, q_ind=[q], u_ind=[v], kd_eqs=[q.diff() - rate])
     refused(lambda: ns.lagrangian_of(method, {}), "are not formed")
-    method.kanes_equations([Particle("pa", point, m)], [(point, (-k * q - c * v / 2) * frame.x)])
+    method.kanes_equations([Particle("pa", point, m)], [(point, (-k * q - c * rate) * frame.x)])
     l = ns.lagrangian_of(method, {m: 2.0, c: 0.4, k: 50.0}, name="kane")
     system = l.model().system()
     q0, u0 = np.array([0.3]), np.array([0.7])
@@ -386,6 +394,27 @@ def test_constraints_of_a_method_are_refused_with_what_to_do():
     method.form_lagranges_equations()
     refused(lambda: ns.lagrangian_of(method, {}), "as constraint")
     refused(lambda: ns.lagrangian_of(object(), {}), "must be a LagrangesMethod or KanesMethod")
+
+
+def test_a_point_in_space_meets_a_plane_without_friction():
+    l = ns.lagrangian("drop")
+    x = l.coordinates("x y z", unit="m")
+    m, g, e = l.parameters(m=(0.2, "kg"), g=(9.81, "m/s^2"), e=0.5)
+    l.point_mass(m, at=x)
+    l.gravity(g)
+    l.contact(point=x, normal=(0, sp.Rational(3, 5), sp.Rational(4, 5)), offset=1, e=e)
+    system = l.model().system()
+    q = np.array([1.0, 2.0, 3.0])
+    assert system.evaluate(FUNCTION_NAMES["gap"], 0.0, q, q)[0] == pytest.approx(1 + 1.2 + 2.4, rel=1e-15)
+    np.testing.assert_array_equal(system.evaluate(NORMAL, 0.0, q, q), [[0.0, 0.6, 0.8]])
+    np.testing.assert_allclose(system.evaluate(FORCE, 0.0, q, q), [0.0, 0.0, -0.2 * 9.81])
+
+
+def test_numbers_keep_all_their_digits():
+    l, (x, y), (m, g, _, mu, e) = block()
+    l.point_mass(m, at=(x, y))
+    l.contact(gap=x - 0.12345678901234567)
+    assert l.model().system().evaluate(FUNCTION_NAMES["gap"], 0.0, np.zeros(2), np.zeros(2))[0] == -0.12345678901234567
 
 
 def test_normal_and_tangential_rows_of_an_oblique_plane():
