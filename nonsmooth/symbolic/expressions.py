@@ -52,8 +52,8 @@ class Expressions:
         return tuple(check(what, entry, unit) for entry in entries)
 
     def require_unit(self, what: str, expression: Any, unit: str) -> None:
-        """Refuse an expression whose unit is known and another one."""
-        found, wanted = self._dimensions().of(expression), dimension(unit)
+        """Refuse an expression whose symbols all have units, and that has another one."""
+        found, wanted = self._dimension(expression), dimension(unit)
         if found not in (None, wanted) and not expression.is_number:
             raise InvalidInput(f"{what} must have the unit {unit}; {shortened(expression)} has {unit_of(found)}")
 
@@ -66,16 +66,18 @@ class Expressions:
 
     def unit(self, expression: Any) -> str:
         """The unit of an expression in words; nothing where it is not known."""
-        found = self._dimensions().of(expression)
+        found = self._dimension(expression)
         return "" if found is None else unit_of(found)
 
-    def _dimensions(self) -> Dimensions:
+    def _dimension(self, expression: Any) -> Dimension | None:
         owner = self._owner
         units: dict[Any, Dimension | None] = {s: dimension(field.unit) for s, field in owner.parameter_fields.items()}
         for q, u in zip(owner.declared.q, owner.declared.u, strict=True):
             of_q = units[q] = dimension(owner.coordinate_units[q])
             units[u] = None if of_q is None else (of_q[0], of_q[1], of_q[2] - 1)
-        return Dimensions(units | {owner.t: dimension("s")})
+        units[owner.t] = dimension("s")
+        is_known = all(units.get(symbol) is not None for symbol in expression.free_symbols)
+        return Dimensions(units).of(expression) if is_known else None
 
     def _checked(self, what: str, value: Any, unit: str, allowed: set[Any], kinds: str) -> Any:
         expression = as_expression(what, value).xreplace(self.translation)

@@ -63,8 +63,8 @@ def _require_inertia(M: np.ndarray, names: list[str]) -> None:
     for i, name in enumerate(names):
         if not M[i, i] > 0:
             raise InvalidInput(
-                f"the coordinate {name} has no kinetic energy at the start: M[{i}, {i}] = {M[i, i]:g} must be positive; "
-                "start(...) gives another start"
+                f"the coordinate {name} has no kinetic energy at the start: M[{i}, {i}] = {M[i, i]:g} must be "
+                "positive; start(...) gives another start"
             )
     scale = np.sqrt(np.diag(M))
     values, vectors = np.linalg.eigh(M / np.outer(scale, scale))

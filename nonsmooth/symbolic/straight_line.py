@@ -70,6 +70,8 @@ class StraightLine:
     def _rate(self, symbol: Any, direction: Direction) -> Any:
         if symbol not in self.bound:
             return direction.seeds.get(symbol, sp.S.Zero)
+        if not isinstance(self.bound[symbol], sp.Expr):  # a condition of Piecewise, which only chooses
+            return sp.S.Zero
         if symbol not in direction.found:
             direction.found[symbol] = self.let(self.derivative(self.bound[symbol], direction))
         return direction.found[symbol]

@@ -396,6 +396,42 @@ def test_constraints_of_a_method_are_refused_with_what_to_do():
     refused(lambda: ns.lagrangian_of(object(), {}), "must be a LagrangesMethod or KanesMethod")
 
 
+def kinks():
+    """Functions with kinks and jumps, and elementary ones, in one potential and one force."""
+    l = ns.lagrangian("kinks")
+    x, y = l.coordinates("x y")
+    m, k, a = l.parameters(m=1.0, k=3.0, a=0.2)
+    xdot, ydot = l.rates
+    l.point_mass(m, at=(x, y))
+    l.potential(k * sp.Max(0, x - a) ** 2 / 2 + k * sp.Abs(y) ** 3 / 3 + sp.Min(x, y) ** 3)
+    l.potential(sp.Piecewise((k * (x - y) ** 2, x > y), (0, True)) + k * sp.atan2(y + 3, x + 4) + x**5)
+    l.potential(sp.sqrt(1 + x**2) + sp.exp(-x) * sp.cosh(y) + sp.log(2 + x**2) + sp.tanh(x * y) + sp.asin(x / 4))
+    l.force((-a * sp.sign(xdot), -a * sp.Abs(ydot) * ydot), at=(x, y))
+    l.contact(gap=y + 5)
+    return l.model()
+
+
+def test_functions_with_kinks_have_the_derivatives_of_their_branch():
+    system = kinks().system()
+    h, step = FUNCTION_NAMES["force"], 1e-5
+    for q, u in [((0.7, 0.3), (1.0, -2.0)), ((-0.6, 0.4), (-1.0, 2.0)), ((0.1, -0.9), (0.5, 0.5))]:
+        q, u = np.array(q), np.array(u)
+        for j, e in enumerate(np.eye(2)):
+            by_q = (system.evaluate(h, 0.0, q + step * e, u) - system.evaluate(h, 0.0, q - step * e, u)) / (2 * step)
+            by_u = (system.evaluate(h, 0.0, q, u + step * e) - system.evaluate(h, 0.0, q, u - step * e)) / (2 * step)
+            V = [system.evaluate(FUNCTION_NAMES["potential"], 0.0, q + s * e, u)[0] for s in (step, -step)]
+            K, C = (system.evaluate(FUNCTION_NAMES[name], 0.0, q, u)[:, j] for name in ("stiffness", "damping"))
+            np.testing.assert_allclose(K, -by_q, rtol=1e-6, atol=1e-7)
+            np.testing.assert_allclose(C, -by_u, rtol=1e-6, atol=1e-7)
+            at_rest = system.evaluate(h, 0.0, q, 0 * u)[j]
+            assert (V[1] - V[0]) / (2 * step) == pytest.approx(at_rest, rel=1e-6, abs=1e-7)
+
+
+def test_functions_with_kinks_compile_and_run():
+    for integrator in (ns.MoreauJean(dt=1e-3), ns.EventDriven()):
+        assert ns.simulate(kinks(), (0, 0.5), [0.5, 0.2], [-2.0, 1.0], integrator=integrator).success
+
+
 def test_a_point_in_space_meets_a_plane_without_friction():
     l = ns.lagrangian("drop")
     x = l.coordinates("x y z", unit="m")

@@ -270,6 +270,22 @@ def test_lagrange_gives_the_functions_that_were_written_by_hand(model, again):
         assert np.abs(one - other).max() <= LARGEST_ERROR * np.abs(one).max(), name
 
 
+@pytest.mark.parametrize(
+    ("model", "again"), [(SpragSlip.set_1(cth=5.0), sprag_slip), (ModeCoupling(mu=0.45), mode_coupling)]
+)
+def test_stability_of_sliding_is_that_of_the_hand_written_model(model, again):
+    """Which differentiates the functions by complex steps, as they were written."""
+    at = ns.equilibrium(model)
+    derived = ns.linearise(again(model).model(), at=ns.equilibrium(again(model).model(), guess=at.q))
+    np.testing.assert_allclose(derived.eigenvalues, ns.linearise(model, at=at).eigenvalues, rtol=1e-9)
+
+
+def test_the_limit_cycle_is_that_of_the_hand_written_model():
+    model = BeltOscillator()
+    one, two = (ns.limit_cycle(system.system()) for system in (model, belt_oscillator(model).model()))
+    assert one.period == pytest.approx(two.period, rel=1e-9)
+
+
 @pytest.mark.parametrize(("model", "again"), PAIRS)
 def test_the_contacts_have_the_same_laws_and_kinds(model, again):
     by_hand, derived = model.system(), again(model).model().system()
