@@ -10,7 +10,7 @@ import sympy as sp
 
 from nonsmooth.checks.arrays import as_flag, as_fraction, as_instance, as_listed, as_name, as_number, as_positive
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
-from nonsmooth.mechanics.laws import IMPACT_LAWS, FrictionLaw
+from nonsmooth.mechanics.laws import IMPACT_LAWS, Coulomb, Polynomial, Smoothed, StaticKinetic, Stribeck
 from nonsmooth.symbolic.contact import TypedContact, declared_contact
 from nonsmooth.symbolic.expressions import Expressions
 from nonsmooth.symbolic.parts import Declared, Force, Parameter, Turning, Weighted
@@ -19,8 +19,10 @@ from nonsmooth.symbolic.units import dimension
 
 TAKEN = {  # time, and the names of what a model has
     "t", "system", "state", "shape", "outline", "source", "save", "name", "coordinates", "t_end", "dt",
-    "natural_state", "map_axes", "critical_friction",
+    "natural_state", "map_axes", "critical_friction", "self", "np", "math", "as_number",
 }  # fmt: skip
+LEFT_OUT = ("0.0", "False", "'newton'")  # values that the arguments of `Contact` have by themselves
+LAWS = (Coulomb, Polynomial, Smoothed, StaticKinetic, Stribeck)
 
 
 class Lagrangian:
@@ -263,22 +265,14 @@ class Lagrangian:
         if bilateral and is_given:
             raise InvalidInput("a contact is either bilateral or has a given normal force; both were asked for")
         words = {
-            "mu": repr(mu) if isinstance(mu, FrictionLaw) else self._coefficient("mu", mu),
+            "mu": repr(mu) if type(mu) in LAWS else self._coefficient("mu", mu),
             "e_N": self._coefficient("e", e),
             "e_F": self._coefficient("e_F", e_F),
             "bilateral": repr(bool(bilateral)),
             "normal_force": repr(is_given),
             "impact": repr(impact),
         }
-        defaults = {
-            "mu": "0.0",
-            "e_N": "0.0",
-            "e_F": "0.0",
-            "bilateral": "False",
-            "normal_force": "False",
-            "impact": "'newton'",
-        }
-        return ", ".join(f"{key}={word}" for key, word in words.items() if word != defaults[key])
+        return ", ".join(f"{key}={word}" for key, word in words.items() if word not in LEFT_OUT)
 
     def _coefficient(self, name: str, value: Any) -> str:
         if isinstance(value, sp.Symbol) and value in self.parameter_fields:
@@ -297,7 +291,7 @@ class Lagrangian:
     # picture
 
     def line(self, *points: Any) -> None:
-        """A polyline through points of the plane [m], for pictures: of a body, or of what stands still around it."""
+        """A polyline through points of the plane at t = 0 [m], for pictures: of a body, or of what stands still."""
         corners = [self.expressions.vector("a point of a line", point, "m") for point in points]
         if len(corners) < 2:
             raise InvalidInput(f"a line needs at least two points; got {len(corners)}")

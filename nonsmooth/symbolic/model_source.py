@@ -75,14 +75,17 @@ class Writer:
     def _names(self) -> dict[Any, tuple[str, str]]:
         """How each symbol is read, and its name within a function, where it hides no argument."""
         taken = {"t", "q", "u", "p", "math", "np", *(out for _, out, _, _ in OUT.values())}
-        read = {q: f"q[{i}]" for i, q in enumerate(self.declared.q)} | {
-            u: f"u[{i}]" for i, u in enumerate(self.declared.u)
-        }
+        read = {q: f"q[{i}]" for i, q in enumerate(self.declared.q)}
+        read |= {u: f"u[{i}]" for i, u in enumerate(self.declared.u)}
         read |= {symbol: f"p.{symbol}" for symbol in self.declaration.parameter_fields}
-        local = {
-            symbol: (source, f"{symbol}_" if str(symbol) in taken else str(symbol)) for symbol, source in read.items()
-        }
-        return {self.declared.t: ("t", "t")} | local
+        names = {self.declared.t: ("t", "t")}
+        for symbol, source in read.items():
+            name = str(symbol)
+            while name in taken:
+                name += "_"
+            taken.add(name)
+            names[symbol] = source, name
+        return names
 
     def _is_written(self, name: str, entries: list[Any]) -> bool:
         return bool(entries) and not (name in LEFT_OUT_AS_ZERO and all(value == 0 for _, value in entries))
@@ -170,11 +173,8 @@ class Writer:
         count = f"{len(contacts)} contact{'s' * (len(contacts) != 1)}"
         lines = ["def system(self) -> System:", f'    """The system with {count}."""', "    return System("]
         lines += ["        " + row for row in inner]
-        lines += (
-            ["        contacts=[", *(f"            {contact}," for contact in contacts), "        ],"]
-            if contacts
-            else []
-        )
+        if contacts:
+            lines += ["        contacts=[", *(f"            {contact}," for contact in contacts), "        ],"]
         return [*lines, "        parameters=self, name=self.name,", "    )  # fmt: skip"]
 
     def _state(self) -> list[str]:

@@ -141,6 +141,19 @@ def test_what_fits_nowhere_is_refused_in_one_sentence_by_every_argument_of_a_dec
                 assert "\n" not in str(refusal) and len(str(refusal)) > 15
 
 
+def test_names_that_the_functions_use_are_free_for_the_user():
+    l = ns.lagrangian("System")
+    q, M, M_ = l.coordinates("q M M_", unit="m")
+    p, h, x0, K = l.parameters(p=(1.0, "kg"), h=(9.81, "m/s^2"), x0=(2.0, "N/m"), K=0.3)
+    l.point_mass(p, at=(q, M, M_))
+    l.gravity(h)
+    l.potential(x0 * (q - M) ** 2 / 2)
+    l.contact(point=(q, M, M_), normal=(0, 0, 1), tangent=(1, 0, 0), mu=K)
+    model = l.model()
+    force = model.system().evaluate(FORCE, 0.0, np.array([1.0, 2.0, 3.0]), np.zeros(3))
+    np.testing.assert_array_equal(force, [2.0, -2.0, -9.81])
+
+
 def test_a_kinetic_energy_that_is_not_quadratic_is_refused():
     l = ns.lagrangian("relativistic")
     (x,) = l.coordinates("x")
