@@ -167,8 +167,9 @@ class Equations:
         functions: dict[str, list[tuple[tuple[int, ...], Any]]] = {
             "mass": [((i, j), self.M[i][j]) for i in n for j in n],
             "force": [((i,), self.h[i]) for i in n],
-            "potential": [((0,), self.V)],
         }
+        if not self._declared.given:  # whose h may hold forces of a potential that nobody told
+            functions["potential"] = [((0,), self.V)]
         if jacobians:
             for name, gradient in (("stiffness", self.by_q), ("damping", self.by_u)):
                 rows = [gradient(self.h[i]) for i in n]

@@ -7,6 +7,7 @@ since what stands there is run.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import hashlib
 import importlib
@@ -37,6 +38,7 @@ def _folder() -> Path:
 def _folder_of_this_process() -> str:
     if not _temporary:
         _temporary.append(tempfile.TemporaryDirectory(prefix="nonsmooth-models-"))
+        atexit.register(_temporary[0].cleanup)
     return _temporary[0].name
 
 
