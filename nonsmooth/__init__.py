@@ -8,8 +8,6 @@ import importlib
 __version__ = "0.1.0"
 
 _HOME = {
-    "lagrangian": "symbolic.lagrangian",
-    "lagrangian_of": "symbolic.lagrangian",
     "System": "mechanics.system",
     "Contact": "mechanics.system",
     "ContactMode": "mechanics.system",
@@ -18,6 +16,8 @@ _HOME = {
     "Polynomial": "mechanics.laws",
     "Stribeck": "mechanics.laws",
     "Smoothed": "mechanics.laws",
+    "lagrangian": "symbolic.lagrangian",
+    "lagrangian_of": "symbolic.lagrangian",
     "simulate": "runs.simulate",
     "Solution": "results.solution",
     "Stats": "results.solution",
