@@ -25,17 +25,18 @@ from __future__ import annotations
 import math
 from typing import Annotated as Array
 
-from nonsmooth.contact.planar.single import (
-    BOUNDARY,
+from nonsmooth.contact.planar.selection import (
     FREE,
     NO_CANDIDATE,
     PULL_MINUS,
     SLIDE_PLUS,
     STICK,
-    Selection,
+    WORST,
+    rank,
     sigma_of,
     slip_of,
 )
+from nonsmooth.contact.planar.single import BOUNDARY, rule_for
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.mechanics.contact_problem import Problem
@@ -327,33 +328,24 @@ def is_new(found, r, scale, tree):
 
 @kernel
 def select(found, problem, tree):
-    """The solution taken: the rule of docs/theory/selection.md, contact by contact.
-
-    Solutions are ranked by how many contacts do what the rule asks: a stuck contact sticks; no contact slides with
-    D < 0 (a saddle of the compliant contact); otherwise free or sliding before sticking.
-    """
-    best = -1
-    best_rank = -1e300
+    """The solution taken: that with the largest sum of the ranks of its contacts with friction (``selection``)."""
+    best, taken = WORST, -1
     for m in range(min(found, MAX_SOLUTIONS)):
-        rank = 0.0
+        total = 0
         for k in range(problem.n):
-            if problem.kinds[k, 1] > 0 and problem.kinds[k, 0] != GIVEN_FORCE:
-                rank += rank_of(tree.modes[m, k], k, problem)
-        if rank > best_rank:
-            best_rank = rank
-            best = m
-    return best
+            if problem.kinds[k, 1] > 0:
+                total += rank_of(tree.modes[m, k], k, problem)
+        if total > best:
+            best, taken = total, m
+    return taken
 
 
 @kernel
 def rank_of(candidate, k, problem):
     """What contact k adds to the rank of a solution."""
-    if candidate == STICK:
-        was_stuck = problem.mode[k] == ContactMode.STICK
-        is_asked = problem.selection == Selection.IMPACT or (was_stuck and problem.selection != Selection.LIFT_OFF)
-        return 1000.0 if is_asked else 0.0
-    if candidate == FREE:
-        return 1.0
-    a = problem.start[k]
-    D = problem.G[a, a] - slip_of(candidate) * problem.mu[k] * sigma_of(candidate) * problem.G[a, a + 1]
-    return 1.0 if D > 0.0 else -30.0
+    a, kind, was_stuck = problem.start[k], problem.kinds[k, 0], problem.mode[k] == ContactMode.STICK
+    G_NN, mu_G_NF = 1.0, 0.0
+    if kind != GIVEN_FORCE:
+        G_NN, mu_G_NF = problem.G[a, a], problem.mu[k] * problem.G[a, a + 1]
+    is_saddle = not G_NN - slip_of(candidate) * sigma_of(candidate) * mu_G_NF > 0.0
+    return rank(candidate, is_saddle, was_stuck, G_NN > abs(mu_G_NF), rule_for(kind, problem.selection))

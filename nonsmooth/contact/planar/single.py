@@ -9,57 +9,39 @@ SLIDE s, sigma  P_F = -s mu sigma P_N, P_N = -c_N / D,               sigma P_N >
 
 s is the sign of sliding, sigma that of P_N (+1 for a unilateral contact, where D is called p_s). At most three
 modes are admissible. If p_+ and p_- are positive there is one, else {free, slide p < 0, stick} may coexist, and for a
-bilateral contact {slide D > 0, stick, slide D < 0}; which one is taken is the selection rule. Impulses and velocities
-may as well be forces and accelerations. A contact is number k of a ``Problem`` (mechanics/contact_problem.py), in
-whose c the impulses of the others are, if they have any. Every closed contact that is solved by itself is solved here:
-the only one of a step or an impact, one to which no other is coupled, and each in turn of Gauss–Seidel.
+bilateral contact {slide D > 0, stick, slide D < 0}; which one is taken is the rule of ``selection``. Impulses and
+velocities may as well be forces and accelerations. A contact is number k of a ``Problem``
+(mechanics/contact_problem.py), in whose c the impulses of the others are, if they have any. Every closed contact that
+is solved by itself is solved here: the only one of a step or an impact, one to which no other is coupled, and each in
+turn of Gauss–Seidel.
 
 Source: Génot, Brogliato, *Eur. J. Mech. A* 18 (1999) 653.
 """
 
 from __future__ import annotations
 
-from enum import IntEnum
-
+from nonsmooth.contact.planar.selection import (
+    FREE,
+    NO_CANDIDATE,
+    PULL_MINUS,
+    PULL_PLUS,
+    SLIDE_MINUS,
+    SLIDE_PLUS,
+    STICK,
+    WORST,
+    Selection,
+    rank,
+    sigma_of,
+    slip_of,
+)
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.mechanics.laws import LAW_CODE, SMOOTHED, depends_on_speed, friction_coefficient, static_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
 from nonsmooth.numerics.dense import SINGULAR
 
-# Candidates, and the bits of the set of admissible ones.
-FREE, STICK, SLIDE_PLUS, SLIDE_MINUS, PULL_PLUS, PULL_MINUS = range(6)  # PULL: sliding with P_N < 0
-NO_CANDIDATE = -1
 BOUNDARY = 1e-12  # relative width within which a candidate on the border of admissibility is kept, if no other is
 STILL = 1e-12  # of max |c|: a velocity below is none
 SPEED_ITERATIONS = 60
-
-
-class Selection(IntEnum):
-    """Which solution is taken when a contact problem has several.
-
-    COMPLIANT_LIMIT: a contact that stuck sticks; otherwise it lifts off, or slides where D > 0. This is what the limit
-    of a stiff contact does. LIFT_OFF: free if admissible. IMPACT: stick if admissible.
-    """
-
-    COMPLIANT_LIMIT = 0
-    LIFT_OFF = 1
-    IMPACT = 2
-
-
-@kernel
-def slip_of(candidate):
-    """Sign of sliding of a candidate."""
-    if candidate == SLIDE_PLUS or candidate == PULL_PLUS:
-        return 1
-    if candidate == SLIDE_MINUS or candidate == PULL_MINUS:
-        return -1
-    return 0
-
-
-@kernel
-def sigma_of(candidate):
-    """Sign of P_N of a sliding candidate."""
-    return -1 if candidate >= PULL_PLUS else 1
 
 
 @kernel
@@ -187,28 +169,27 @@ def admissible(k, problem, tolerance):
 
 
 @kernel
-def choose(found, stable, was_stuck, previous_slip, selection):
-    """The candidate taken from the set of admissible ones: the rule of docs/theory/selection.md."""
-    if found & (1 << STICK) and was_stuck and selection != Selection.LIFT_OFF:
-        return STICK
-    if found & (1 << STICK) and selection == Selection.IMPACT:
-        return STICK
-    if found & (1 << FREE):
-        return FREE
-    for candidate in range(SLIDE_PLUS, PULL_MINUS + 1):  # static > kinetic friction: sliding goes on
-        if stable & (1 << candidate) and slip_of(candidate) == previous_slip:
-            return candidate
-    if found & (1 << STICK) and was_stuck:
-        return STICK
-    for candidate in range(SLIDE_PLUS, PULL_MINUS + 1):
-        if stable & (1 << candidate):
-            return candidate
-    if found & (1 << STICK):
-        return STICK
-    for candidate in range(SLIDE_PLUS, PULL_MINUS + 1):
-        if found & (1 << candidate):
-            return candidate
-    return NO_CANDIDATE
+def rule_for(kind, selection):
+    """The rule of a contact: with the normal force given nothing can lift off or strike."""
+    return Selection.COMPLIANT_LIMIT.value if kind == GIVEN_FORCE else selection
+
+
+@kernel
+def choose(found, stable, k, problem):
+    """The candidate that the rule takes from the admissible ones of contact k; of equals one that slides on."""
+    G_NN, G_NF, _, _, _, _ = rows_of(k, problem)
+    rule = rule_for(problem.kinds[k, 0], problem.selection)
+    was_stuck, slip = problem.mode[k] == ContactMode.STICK, problem.slip[k]
+    is_regular = G_NN > friction_coefficient(problem.laws, k, 0.0) * abs(G_NF)
+    taken, best = NO_CANDIDATE, WORST
+    for candidate in range(PULL_MINUS + 1):
+        bit = 1 << candidate
+        if found & bit == 0:
+            continue
+        value = rank(candidate, stable & bit == 0, was_stuck, is_regular, rule)
+        if value > best or (value == best and slip_of(candidate) == slip):
+            taken, best = candidate, value
+    return taken
 
 
 @kernel
@@ -224,9 +205,7 @@ def solve_single(k, problem):
     found, stable = admissible(k, problem, 0.0)
     if found == 0:
         found, stable = admissible(k, problem, BOUNDARY)
-    was_stuck = problem.mode[k] == ContactMode.STICK
-    selection = Selection.COMPLIANT_LIMIT.value if kind == GIVEN_FORCE else problem.selection
-    candidate = choose(found, stable, was_stuck, slip, selection)
+    candidate = choose(found, stable, k, problem)
     P_N, P_F = candidate_impulses(candidate, k, problem)
     return candidate, P_N, P_F, found
 
