@@ -153,7 +153,7 @@ def one_body(rng: np.random.Generator, size: int, dim: int) -> Case:
                  rng.uniform(0.2, 1.0, size), v)  # fmt: skip
 
 
-def packing(rng: np.random.Generator, size: int, dim: int) -> Case:
+def packing(rng: np.random.Generator, size: int, dim: int, noise: float = 0.1) -> Case:
     """Discs or spheres in a disturbed close packing between a floor and two walls, all near neighbours touching."""
     from scipy.spatial import cKDTree
 
@@ -176,10 +176,10 @@ def packing(rng: np.random.Generator, size: int, dim: int) -> Case:
     normals = normals / np.linalg.norm(normals, axis=1)[:, None]
     n = len(centres)
     return rigid(Contacts(bodies, points, normals), centres, rng.uniform(0.5, 2, n), np.full(n, 0.35),
-                 rng.uniform(0.2, 0.6), falling(rng, n, dim))  # fmt: skip
+                 rng.uniform(0.2, 0.6), falling(rng, n, dim, noise))  # fmt: skip
 
 
-def wall(rng: np.random.Generator, size: int, dim: int) -> Case:
+def wall(rng: np.random.Generator, size: int, dim: int, noise: float = 0.3) -> Case:
     """Bricks in running bond, touching their neighbours above and below at the ends of the common faces."""
     depth = [0.0] if dim == 2 else [-0.25, 0.25]
     axes = [0, 2] if dim == 2 else [0, 1, 2]
@@ -199,7 +199,7 @@ def wall(rng: np.random.Generator, size: int, dim: int) -> Case:
     contacts = Contacts(np.array(bodies), np.array(points)[:, axes], normals)
     n = len(centres)
     return rigid(contacts, centres[:, axes], rng.uniform(0.5, 2, n), np.full(n, 0.3), rng.uniform(0.3, 0.8),
-                 falling(rng, n, dim, noise=0.3))  # fmt: skip
+                 falling(rng, n, dim, noise))  # fmt: skip
 
 
 def tower(rng: np.random.Generator, size: int, dim: int) -> Case:
@@ -259,7 +259,7 @@ def elastic(rng: np.random.Generator, size: int, dim: int) -> Case:
     return Case(inverse[np.ix_(rows, rows)], inverse[rows] @ v.ravel(), np.full(size, rng.uniform(0.2, 0.8)), dim)
 
 
-FAMILIES: dict[str, Callable[[np.random.Generator, int, int], Case]] = {
+FAMILIES: dict[str, Callable[..., Case]] = {
     family.__name__: family for family in (assembly, uneven, one_body, packing, wall, tower, arch, elastic)
 }
 

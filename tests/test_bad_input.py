@@ -164,7 +164,7 @@ CALLS = {
     "is_p_matrix": (ns.is_p_matrix, {"A": A}),
     "lcp_solutions": (ns.lcp_solutions, {"A": A, "b": B}),
     "solve_contact": (ns.solve_contact, {
-        "G": G, "c": C, "mu": [0.3], "dim": 2, "solver": "auto", "tol": 1e-8, "guess": None,
+        "G": G, "c": C, "mu": [0.3], "dim": 2, "solver": "auto", "tol": 1e-8, "guess": None, "max_time": None,
     }),
     "ContactProblem": (ns.ContactProblem, {"G": G, "c": C, "mu": [0.3], "dim": 2, "P": None, "note": ""}),
     "GlobalContactProblem": (ns.GlobalContactProblem, {
@@ -358,6 +358,8 @@ ROWS = [
     ("solve_contact", {"dim": 4}, r"dim must be 2 \(planar\) or 3 \(spatial\); got 4"),
     ("solve_contact", {"dim": 3}, r"c must have 3 entries for each contact \(N, T1, T2\); got 2"),
     ("solve_contact", {"G": np.eye(3)}, r"G must be \(2, 2\) to fit c; got shape \(3, 3\)"),
+    ("solve_contact", {"max_time": 0.0}, r"max_time must be positive \[s\]; got 0"),
+    ("solve_contact", {"max_time": nan}, r"max_time must be finite"),
     ("solve_contact", {"solver": "newtn"}, r"no contact solver 'newtn'; did you mean 'newton'"),
     ("ContactProblem", {"c": [nan, 0.0]}, r"c must be finite; c\[0\] is nan"),
     ("ContactProblem", {"P": [1.0]}, r"P must have 2 entries; got 1"),

@@ -115,6 +115,7 @@ def build_parser() -> argparse.ArgumentParser:
     solve.add_argument("files", nargs="+", metavar="FILE", type=Path, help=".npz or FCLIB .hdf5")
     solve.add_argument("--solver", default="auto", metavar="NAME[,NAME]", help="solvers; auto by default")
     solve.add_argument("--tol", type=number, default=1e-8, help="largest accepted error; 1e-8 by default")
+    solve.add_argument("--max-time", type=number, metavar="T", help="wall time for a friction problem [s]")
     solve.add_argument("--plot", type=Path, metavar="FILE", help="draw a performance profile")
 
     add_studies(commands.add_parser("study", help="study a model").add_subparsers(required=True, metavar="STUDY"))
@@ -158,7 +159,7 @@ def act_solve(arguments: argparse.Namespace) -> int:
         with last_words(tables):
             for name, rows in results.items():
                 for file in arguments.files:
-                    rows += solve_files([file], name, arguments.tol)
+                    rows += solve_files([file], name, arguments.tol, arguments.max_time)
     except KeyboardInterrupt:
         print(tables())
         raise

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_tolerance
+from nonsmooth.checks.arrays import as_positive, as_tolerance
 from nonsmooth.checks.files import refusals
 from nonsmooth.drawing.plots import saved
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, Status, UnknownName, nearest
@@ -40,7 +40,9 @@ TABLES: dict[str, dict[str, Rule]] = {  # of which the first whose names are all
 COLUMNS = ("file", "kind", "n", "contacts", "rank", "status", "error", "iterations", "time", "solver")
 
 
-def solve_files(paths: Iterable[str | os.PathLike[str]], solver: str = "auto", tol: float = 1e-8) -> list[dict]:
+def solve_files(
+    paths: Iterable[str | os.PathLike[str]], solver: str = "auto", tol: float = 1e-8, max_time: float | None = None
+) -> list[dict]:
     """Solve the complementarity or friction problem of every file.
 
     Parameters
@@ -51,6 +53,8 @@ def solve_files(paths: Iterable[str | os.PathLike[str]], solver: str = "auto", t
         A name that `solve_lcp` or `solve_contact` knows, or "auto".
     tol : float
         Largest accepted error in the measure of the kind [-].
+    max_time : float, optional
+        Wall time for each friction problem [s], as for `solve_contact`; complementarity problems take none.
 
     Returns
     -------
@@ -62,13 +66,16 @@ def solve_files(paths: Iterable[str | os.PathLike[str]], solver: str = "auto", t
     Raises
     ------
     InvalidInput
-        When a single path is given instead of a list, for a tolerance that is not positive, or a solver of no kind.
+        When a single path is given instead of a list, for a tolerance or a time that is not positive, or a solver of
+        no kind.
     """
     tol = as_tolerance("tol", tol)
+    if max_time is not None:
+        max_time = as_positive("max_time", max_time, "s")
     _require_solver(solver)
     if isinstance(paths, str | os.PathLike):
         raise InvalidInput(f"paths must be a list of files; got the single path {os.fspath(paths)!r}")
-    return [_solve_file(Path(path), solver, tol) for path in paths]
+    return [_solve_file(Path(path), solver, tol, max_time) for path in paths]
 
 
 def _require_solver(name: str) -> None:
@@ -82,7 +89,7 @@ def _require_solver(name: str) -> None:
         raise UnknownName(f"no solver is called {name!r}; {nearest(name, known.union(solver_names()))}")
 
 
-def _solve_file(path: Path, solver: str, tol: float) -> dict:
+def _solve_file(path: Path, solver: str, tol: float, max_time: float | None) -> dict:
     row: dict[str, Any] = dict.fromkeys(COLUMNS)
     row |= {"file": path.name, "status": "ERROR", "solver": solver, "message": ""}
     try:
@@ -95,7 +102,7 @@ def _solve_file(path: Path, solver: str, tol: float) -> dict:
             return row | _replayed(arguments[0])
         for _ in range(2):
             start = time.perf_counter()
-            result = _solve(kind, arguments, solver, tol)
+            result = _solve(kind, arguments, solver, tol, max_time)
             row["time"] = time.perf_counter() - start
     except (NonsmoothError, OSError) as error:
         return row | {"message": str(error)}
@@ -118,7 +125,9 @@ def _replayed(problem: FailedProblem) -> dict[str, Any]:
             "error": answer.residual, "iterations": 0, "solver": "of the step", "message": problem.about}  # fmt: skip
 
 
-def _solve(kind: str, arguments: tuple[Any, ...], solver: str, tol: float) -> Any:
+def _solve(kind: str, arguments: tuple[Any, ...], solver: str, tol: float, max_time: float | None) -> Any:
+    if max_time is not None and not kind.startswith("fc"):
+        raise InvalidInput("max_time limits friction problems; leave it out for complementarity problems")
     if kind == "lcp":
         from nonsmooth.lcp.solve import solve_lcp
 
@@ -132,7 +141,7 @@ def _solve(kind: str, arguments: tuple[Any, ...], solver: str, tol: float) -> An
     from nonsmooth.contact.blocks.solve import solve_contact
 
     G, c, mu, dim = arguments
-    return solve_contact(G, c, mu, dim, solver=solver, tol=tol)
+    return solve_contact(G, c, mu, dim, solver=solver, tol=tol, max_time=max_time)
 
 
 def load_problem(path: Path) -> tuple[str, Any, tuple]:

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from benchmarks.problems import packing
+from nonsmooth.commands.cli import main
 from nonsmooth.commands.solve_files import format_table, load_problem, performance_profile, solve_files, time_ratios
 from nonsmooth.errors import InvalidInput
 from nonsmooth.lcp.mixed import solve_mlcp
@@ -25,6 +27,21 @@ def test_every_file_gets_a_row_and_a_bad_one_its_reason(files):
     assert rows[0]["n"] == 2 and rows[0]["contacts"] == 1 and rows[0]["error"] <= 1e-8 and rows[0]["time"] > 0
     table = format_table(rows)
     assert "2 of 4 solved" in table and "strange.npz: strange.npz must hold M and q" in table
+
+
+def test_a_friction_problem_that_takes_too_long_says_so_and_an_lcp_refuses_a_budget(tmp_path, files, capsys):
+    """101 redundant contacts of spheres at rest: every solver takes more than a millisecond."""
+    case = packing(np.random.default_rng([7, 200, 3]), 200, 3, noise=0.0)
+    rows = {"data": case.G.data, "indices": case.G.indices, "indptr": case.G.indptr, "shape": np.array(case.G.shape)}
+    np.savez(tmp_path / "pile.npz", **rows, q=case.c, mu=case.mu, dim=np.array(3))
+    assert main(["solve", str(tmp_path / "pile.npz"), "--max-time", "0.001"]) == 3
+    assert "BUDGET_SPENT" in capsys.readouterr().out
+    spent, solved, refused = solve_files([tmp_path / "pile.npz", *files[:2]], max_time=1e-3)
+    assert spent["status"] == "BUDGET_SPENT" and "max_time = 0.001 s is used up" in spent["message"]
+    assert solved["status"] == "SOLVED" and refused["status"] == "ERROR"
+    assert "leave it out for complementarity problems" in refused["message"]
+    with pytest.raises(InvalidInput, match="max_time must be positive"):
+        solve_files(files, max_time=-1.0)
 
 
 def test_rows_without_complementarity_are_equations(tmp_path):

@@ -12,6 +12,8 @@ Garziera, Int. J. Numer. Methods Eng. 122 (2021) 4093-4113.
 
 from __future__ import annotations
 
+import math
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,14 +44,14 @@ class ADMM:
 
     name = "admm"
 
-    def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
+    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
         """Iterate from P; returns the best iterate found and the number of iterations."""
         beta, dim = self.beta, problem.dim
         solve = _shifted_solve(problem, beta)
         Z, U = P.copy(), -_uhat(problem, P) / beta
         best, least = P, problem.error(P)
         for count in range(1, self.max_iterations + 1):
-            if solve is None:
+            if solve is None or time.monotonic() >= until:
                 return best, count
             s = np.zeros((problem.n_c, dim))
             s[:, 0] = problem.mu * np.linalg.norm(beta * U.reshape(-1, dim)[:, 1:], axis=1)

@@ -15,6 +15,7 @@ Source: Stewart and Trinkle, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691; An
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,8 +42,8 @@ class FacetedLCP:
         if self.facets < 4 or self.facets % 2:
             raise InvalidInput(f"facets must be even and at least 4; got {self.facets}")
 
-    def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
-        """Solve the problem; ``P`` is not used: pivoting needs no start."""
+    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
+        """Solve the problem; ``P`` is not used: pivoting needs no start, and has nothing to return before its end."""
         from nonsmooth.lcp.solve import solve_lcp
 
         A, b, impulses = faceted(problem, self.facets)

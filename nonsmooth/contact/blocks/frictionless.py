@@ -11,6 +11,7 @@ Source: Moreau, in: Nonsmooth Mechanics and Applications (1988) 1-82.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ class Frictionless(NamedTuple):
 
     name: str = "frictionless"
 
-    def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
+    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
         """Solve from the normal parts of P."""
         from nonsmooth.lcp.solve import solve_lcp
 

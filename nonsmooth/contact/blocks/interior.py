@@ -23,6 +23,7 @@ Shpakovych, Optim. Methods Softw. 39 (2024) 634-663, who freeze the sliding spee
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,13 +55,13 @@ class Interior:
 
     name = "interior"
 
-    def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
+    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
         """Iterate from the neighbourhood of P; returns the best iterate found and the number of steps."""
         best, least = P, problem.error(P)
         point = InteriorPoint(problem, P, self.start)
         reached, waited = np.inf, 0
         for count in range(self.max_iterations):
-            if least <= tol or waited == PATIENCE:
+            if least <= tol or waited == PATIENCE or time.monotonic() >= until:
                 return best, count
             if not point.step():
                 return best, count + 1

@@ -22,6 +22,7 @@ Lampariello and Lucidi, SIAM J. Numer. Anal. 23 (1986) 707-716.
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,14 +54,14 @@ class Newton:
 
     name = "newton"
 
-    def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
+    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
         """Iterate from P; returns the best iterate found and the number of linear solves."""
         equations = Equations(problem)
         merit = equations.evaluate(P)
         best, least = P, problem.error(P)
         past, mark, since = [merit], least, 0
         for count in range(self.max_iterations):
-            if least <= tol or since == self.patience:
+            if least <= tol or since == self.patience or time.monotonic() >= until:
                 return best, count
             step = equations.step()
             if step is None:

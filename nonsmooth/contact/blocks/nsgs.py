@@ -10,7 +10,10 @@ Source: Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235-257; Acary and Bro
 
 from __future__ import annotations
 
+import math
+import time
 from dataclasses import dataclass
+from typing import Annotated as Array
 
 import numpy as np
 
@@ -20,6 +23,25 @@ from nonsmooth.contact.blocks.single_spatial import local_spatial
 from nonsmooth.contact.planar.single import stick
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, new, view
+
+MEASURED = 25  # sweeps between two measurements of the error
+PORTION = 2_000_000  # entries of G a call of the kernel: some 10 ms between two looks at the clock
+
+
+class Sweeps(Block, n="dim * n_c"):
+    """What the sweeps read and write, beside G."""
+
+    c: Array[Floats, "n"]
+    mu: Array[Floats, "n_c"]
+    rho: Array[Floats, "n_c"]
+    weight: Array[Floats, "n_c"]
+    P: Array[Floats, "n"]
+    gamma: Array[Floats, "n"]
+    best: Array[Floats, "n"]  # the best measured iterate
+    least: float  # its error
+    omega: float
+    is_over: int  # 1 where the error is within the tolerance, nothing moves, or the numbers run out
 
 
 @dataclass(frozen=True)
@@ -43,15 +65,21 @@ class NSGS:
         if not 0 < self.omega < 2:
             raise InvalidInput(f"omega must lie in (0, 2); got {self.omega:g}")
 
-    def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
+    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
         """Iterate from P; returns the best iterate found and the number of sweeps."""
         blocks = problem.blocks
-        P, best = P.copy(), P.copy()
-        sweeps = nsgs(
-            blocks.G, blocks.indices, blocks.indptr, problem.c, problem.mu, problem.rho, problem.weight, P, best,
-            np.empty(problem.n), self.omega, tol, self.max_sweeps,
-        )  # fmt: skip
-        return best, sweeps
+        state = new(Sweeps, n_c=problem.n_c, dim=problem.dim)
+        state.c[:], state.mu[:], state.rho[:] = problem.c, problem.mu, problem.rho
+        state.weight[:], state.P[:], state.best[:] = problem.weight, P, P
+        state.least, state.omega = np.inf, self.omega
+        portion = MEASURED * max(1, PORTION // (MEASURED * blocks.G.size))
+        total = 0
+        while total < self.max_sweeps and not state.is_over:
+            some = min(portion, self.max_sweeps - total)
+            total += nsgs(blocks.G, blocks.indices, blocks.indptr, state.address, tol, some)
+            if time.monotonic() >= until:
+                break
+        return state.best.copy(), total
 
 
 @kernel
@@ -84,9 +112,9 @@ def local_planar(G, k, b_N, b_T, mu):
 
 
 @kernel
-def relax(G, k, i, b_N, b_1, b_2, mu, omega, P):
+def relax(G, k, i, b_N, b_1, b_2, state):
     """Solve contact i with diagonal block G[k], relax, write P_i; returns the square of its change."""
-    dim = G.shape[1]
+    dim, P, mu, omega = G.shape[1], state.P, state.mu[i], state.omega
     at = i * dim
     if dim == 2:
         P_N, P_1 = local_planar(G, k, b_N, b_1, mu)
@@ -108,11 +136,11 @@ def relax(G, k, i, b_N, b_1, b_2, mu, omega, P):
 
 
 @kernel
-def sweep(G, indices, indptr, c, mu, rho, weight, P, omega):
+def sweep(G, indices, indptr, state):
     """Relax every contact once; returns sum (weight rho |change|)^2, which the natural map follows."""
-    dim = G.shape[1]
+    dim, c, P, rho, weight = G.shape[1], state.c, state.P, state.rho, state.weight
     total = 0.0
-    for i in range(mu.shape[0]):
+    for i in range(rho.shape[0]):
         b_N = c[i * dim]
         b_1 = c[i * dim + 1]
         b_2 = c[i * dim + 2] if dim == 3 else 0.0
@@ -128,27 +156,32 @@ def sweep(G, indices, indptr, c, mu, rho, weight, P, omega):
                 b_N += G[k, 0, 2] * P[j + 2]
                 b_1 += G[k, 1, 2] * P[j + 2]
                 b_2 += G[k, 2, 0] * P[j] + G[k, 2, 1] * P[j + 1] + G[k, 2, 2] * P[j + 2]
-        change = relax(G, own, i, b_N, b_1, b_2, mu[i], omega, P)
+        change = relax(G, own, i, b_N, b_1, b_2, state)
         total += weight[i] * rho[i] * (weight[i] * rho[i]) * change
     return total
 
 
-@kernel(
-    "int64(float64[:, :, ::1], int32[::1], int32[::1], float64[::1], float64[::1], float64[::1], float64[::1],"
-    " float64[::1], float64[::1], float64[::1], float64, float64, int64)"
-)
-def nsgs(G, indices, indptr, c, mu, rho, weight, P, best, gamma, omega, tol, max_sweeps):
-    """Sweep until the natural map is below tol; the best measured iterate ends in ``best``. Returns the sweeps."""
-    least = np.inf
+@kernel("int64(float64[:, :, ::1], int32[::1], int32[::1], int64, float64, int64)")
+def nsgs(G, indices, indptr, state_at, tol, max_sweeps):
+    """Sweep until the natural map is below tol; the best measured iterate stays in the block. Returns the sweeps."""
+    state = view(state_at, Sweeps)
     for count in range(1, max_sweeps + 1):
-        change = sweep(G, indices, indptr, c, mu, rho, weight, P, omega)
-        if change <= tol * tol or count % 25 == 0 or count == max_sweeps:
-            velocity(G, indices, indptr, c, P, gamma)
-            error = natural_map(mu, rho, weight, P, gamma, G.shape[1])
-            if error < least:
-                least = error
-                for i in range(P.shape[0]):
-                    best[i] = P[i]
+        change = sweep(G, indices, indptr, state)
+        if change <= tol * tol or count % MEASURED == 0 or count == max_sweeps:
+            error = measure(G, indices, indptr, state)
             if error <= tol or not change > 0.0 or not np.isfinite(error):
+                state.is_over = 1
                 return count
     return max_sweeps
+
+
+@kernel
+def measure(G, indices, indptr, state):
+    """The error of P, which is kept where it is the least so far."""
+    velocity(G, indices, indptr, state.c, state.P, state.gamma)
+    error = natural_map(state.mu, state.rho, state.weight, state.P, state.gamma, G.shape[1])
+    if error < state.least:
+        state.least = error
+        for i in range(state.P.shape[0]):
+            state.best[i] = state.P[i]
+    return error

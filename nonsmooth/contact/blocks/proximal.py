@@ -12,6 +12,8 @@ Source: Rockafellar, SIAM J. Control Optim. 14 (1976) 877-898; Acary, Bremond an
 
 from __future__ import annotations
 
+import math
+import time
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,16 +46,16 @@ class Proximal:
 
     name = "proximal"
 
-    def run(self, problem: Problem, P: np.ndarray, tol: float) -> tuple[np.ndarray, int]:
+    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
         """Iterate from P; returns the best iterate found and the number of linear solves."""
         alpha, solves = self.alpha, 0
         best, least = P, problem.error(P)
         for _ in range(self.max_iterations):
-            if least <= tol or solves >= self.max_solves:
+            if least <= tol or solves >= self.max_solves or time.monotonic() >= until:
                 break
             inner = shifted(problem, alpha, P)
             aim = max(0.1 * tol, 1e-3 * least * min(alpha, 1.0))
-            trial, count = Newton(max_iterations=20).run(inner, P, aim)
+            trial, count = Newton(max_iterations=20).run(inner, P, aim, until)
             solves += count
             converged = inner.error(trial) <= aim
             error = problem.error(trial)
@@ -63,7 +65,7 @@ class Proximal:
                 P = trial
                 alpha = max(alpha * 0.1, 1e-9)
             else:
-                P, _ = NSGS(max_sweeps=self.sweeps).run(problem, best, tol)
+                P, _ = NSGS(max_sweeps=self.sweeps).run(problem, best, tol, until)
                 alpha = min(alpha * 10.0, 1e3)
         return best, solves
 

@@ -15,6 +15,7 @@ class ContactStatus(IntEnum):
     MAX_ITERATIONS = 1  # the iterations ran out above the tolerance
     STALLED = 2  # no solver of the ladder made further progress
     NO_SOLUTION = 3  # every mode of the problem was tried and none holds
+    BUDGET_SPENT = 4  # max_time was used up above the tolerance
 
 
 @dataclass(frozen=True)

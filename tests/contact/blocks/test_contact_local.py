@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nonsmooth.contact.blocks.nsgs import local_planar, nsgs
+from nonsmooth.contact.blocks.nsgs import NSGS, local_planar
+from nonsmooth.contact.blocks.problem import check_problem
 from nonsmooth.contact.blocks.result import ContactStatus
 from nonsmooth.contact.blocks.single_spatial import local_spatial
 from nonsmooth.contact.blocks.solve import solve_contact
@@ -69,9 +70,7 @@ def test_compiled_sweep_equals_the_interpreted_local_solution(kernel_and_dim):
     for seed in range(20):
         G, c, mu = random_contact(seed, dim)
         expected = interpreted(kernel)(G[None], 0, *c, mu)
-        P, best, one = np.zeros(dim), np.zeros(dim), np.ones(1)
-        at = np.zeros(1, np.int32), np.array([0, 1], np.int32)
-        nsgs(G[None].copy(), *at, c, np.array([mu]), one, one, P, best, np.empty(dim), 1.0, 0.0, 1)
+        P, _ = NSGS(max_sweeps=1).run(check_problem(G, c, mu, dim), np.zeros(dim), 0.0)
         np.testing.assert_allclose(P, expected, rtol=1e-9, atol=1e-9 * np.abs(P).max())
 
 

@@ -1,0 +1,194 @@
+"""``python -m benchmarks ladder [FOLDER...]``: ladders of contact solvers against each other, as a page.
+
+    python -m benchmarks ladder tests/data > docs/benchmarks/ladder.md
+
+A ladder is a function that gives a problem its rungs, a list of solvers. Each of them climbs every problem of three
+sets to 1e-8, for CAP seconds at most: small random ones of every family of ``benchmarks/problems.py``, published ones
+(the fc2d and fc3d files of the folders, each with half, all and twice of its friction), and large random ones. Times
+are those of the processor; who tries another ladder adds it to LADDERS. Words among the folders that name ladders
+or sets restrict the page to them.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.problems import FAMILIES, Case, uneven
+from nonsmooth.commands.solve_files import load_problem
+from nonsmooth.contact.blocks.admm import ADMM
+from nonsmooth.contact.blocks.faceted_lcp import FacetedLCP
+from nonsmooth.contact.blocks.frictionless import Frictionless
+from nonsmooth.contact.blocks.ladder import FromFacets, Single, Solver, climb, from_inside, is_cheap, ladder_of
+from nonsmooth.contact.blocks.newton import Newton
+from nonsmooth.contact.blocks.nsgs import NSGS
+from nonsmooth.contact.blocks.problem import Problem, check_problem, scaled
+from nonsmooth.contact.blocks.proximal import Proximal
+
+TOLERANCE = 1e-8
+CAP = 20.0  # s of wall time for one problem
+SMALL = (10, 30, 100)  # contacts, roughly
+SEEDS = range(5)
+HEAVY = (8, 20, 40)  # contacts
+FRICTION = (0.5, 1.0, 2.0)  # times the published coefficients
+LARGE = (80, 200, 500, 1000, 2300)
+LARGE_KINDS: tuple[tuple[str, int, dict[str, float]], ...] = (
+    ("packing", 2, {}), ("packing", 3, {}), ("packing", 3, {"noise": 0.0}), ("wall", 2, {"noise": 0.0}),
+    ("wall", 3, {}), ("tower", 3, {}), ("uneven", 3, {}),
+)  # fmt: skip
+Ladder = Callable[[Problem], list[Solver]]
+
+
+def fourteen(problem: Problem) -> list[Solver]:
+    """The longest ladder there was: up to 14 rungs, others for large problems."""
+    if problem.n_c == 1:
+        return [Single()]
+    last: list[Solver] = [Proximal(alpha=1e-4, max_solves=200), ADMM(max_iterations=1000), Proximal(), PatientNSGS()]
+    last += [NSGS(max_sweeps=20_000), Newton()]
+    pivoting: list[Solver] = [FacetedLCP(), Newton()] if problem.dim == 2 else [FromFacets()]
+    if problem.n_c <= (150 if problem.dim == 2 else 50):
+        last = pivoting + last
+    if is_cheap(problem):
+        first: list[Solver] = [NSGS(max_sweeps=100), Newton(patience=4), *from_inside(0.3, 0.03, 3.0)]
+    else:
+        first = [NSGS(max_sweeps=25), ADMM(max_iterations=300), PatientNSGS(), *from_inside(0.3)]
+    frictionless: list[Solver] = [] if problem.mu.any() else [Frictionless()]
+    return frictionless + first + last
+
+
+class PatientNSGS(NamedTuple):
+    """Gauss-Seidel in portions, for as long as the observed rate promises an end within 3000 further sweeps."""
+
+    name: str = "nsgs"
+
+    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
+        """Sweep from P; returns the best iterate and the number of sweeps."""
+        total, before = 0, problem.error(P)
+        while True:
+            P, sweeps = NSGS(max_sweeps=200).run(problem, P, tol, until)
+            total, error = total + sweeps, problem.error(P)
+            rate = np.log(before / error) / sweeps if 0 < error < before else 0.0
+            is_hopeless = rate == 0.0 or np.log(error / tol) / rate > 3000
+            if error <= tol or is_hopeless or time.monotonic() >= until:
+                return P, total
+            before = error
+
+
+def inside(problem: Problem) -> list[Solver]:
+    """The same rungs whatever the problem: sweeps, Newton, interior points, long sweeps."""
+    return [NSGS(max_sweeps=100), Newton(patience=4), *from_inside(0.3, 0.03, 3.0), NSGS(max_sweeps=20_000)]
+
+
+LADDERS: dict[str, Ladder] = {"fourteen": fourteen, "inside": inside, "auto": ladder_of}
+
+
+class Ascent(NamedTuple):
+    """How a ladder did on one problem."""
+
+    error: float
+    seconds: float
+    solver: str  # that ended it
+    rungs: int  # that were begun
+
+
+def main(words: list[str] | None = None) -> int:
+    """Print the page; returns the exit code."""
+    words = words or []
+    folders = [Path(word) for word in words if word not in LADDERS and word not in SETS]
+    ladders = {name: ladder for name, ladder in LADDERS.items() if name in words} or LADDERS
+    print("# Ladders of contact solvers\n")
+    print(f"Made by `python -m benchmarks ladder`; processor time to an error of {TOLERANCE:g}, {CAP:g} s at most.\n")
+    for name, cases in SETS.items():
+        if name in words or not SETS.keys() & set(words):
+            print("\n".join(section(name, list(cases(folders)), ladders)), flush=True)
+    return 0
+
+
+def section(name: str, cases: list[tuple[str, Case]], ladders: dict[str, Ladder]) -> Iterator[str]:
+    """The table of one set, and the problems that some ladder leaves."""
+    found: dict[str, list[Ascent]] = {ladder: [] for ladder in ladders}
+    for k, (title, case) in enumerate(cases):
+        order = list(ladders) if k % 2 else list(reversed(ladders))
+        for ladder in order:
+            ascent = ascend(case, ladders[ladder])
+            found[ladder].append(ascent)
+            print(f"{name}: {title}: {ladder}: {ascent}", file=sys.stderr, flush=True)
+    first = next(iter(found.values()))
+    yield f"\n## {name.capitalize()}: {len(cases)} problems\n"
+    yield "| ladder | solved | median time [ms] | of the first's | longest [s] | all [s] | ended by |"
+    yield "|---|---|---|---|---|---|---|"
+    for ladder, ascents in found.items():
+        yield f"| {ladder} | " + " | ".join(columns(ascents, first)) + " |"
+    for k, (title, _) in enumerate(cases):
+        left = {ladder: ascents[k].error for ladder, ascents in found.items() if ascents[k].error > TOLERANCE}
+        if left:
+            yield f"\n{title}: left at " + ", ".join(f"{error:.0e} by {ladder}" for ladder, error in left.items())
+
+
+def columns(ascents: list[Ascent], first: list[Ascent]) -> Iterator[str]:
+    """Solved; median time; median of the ratio to the first ladder; longest; all; and which rungs ended how many."""
+    seconds = [ascent.seconds for ascent in ascents]
+    yield str(sum(ascent.error <= TOLERANCE for ascent in ascents))
+    yield f"{1e3 * statistics.median(seconds):.3g}"
+    yield f"{statistics.median(a.seconds / b.seconds for a, b in zip(ascents, first, strict=True)):.2f}"
+    yield f"{max(seconds):.2g}"
+    yield f"{sum(seconds):.3g}"
+    ends = Counter(f"{ascent.solver} ({ascent.rungs})" for ascent in ascents if ascent.error <= TOLERANCE)
+    yield ", ".join(f"{end}: {count}" for end, count in sorted(ends.items(), key=lambda item: item[0].split("(")[1]))
+
+
+def ascend(case: Case, ladder: Ladder) -> Ascent:
+    """Climb a problem from zero."""
+    problem, _ = scaled(check_problem(*case))
+    began = time.process_time()
+    end = climb(problem, np.zeros(problem.n), TOLERANCE, ladder(problem), is_cheap(problem), time.monotonic() + CAP)
+    seconds = time.process_time() - began
+    return Ascent(problem.error(end.P), seconds, end.solver, sum("polish" not in note for note in end.notes))
+
+
+# ---------------------------------------------------------------------------------------------------------------
+# The sets: folders -> titles and problems
+
+
+def random(folders: list[Path]) -> Iterator[tuple[str, Case]]:
+    """Every family in the plane and in space."""
+    for name, family in FAMILIES.items():
+        for dim in (2, 3):
+            for size in SMALL:
+                for seed in SEEDS:
+                    yield f"{name} {dim}-D {size} ({seed})", family(np.random.default_rng([seed, size, dim]), size, dim)
+
+
+def heavy(folders: list[Path]) -> Iterator[tuple[str, Case]]:
+    """Masses over six decades and friction coefficients up to two."""
+    for dim in (2, 3):
+        for size in HEAVY:
+            for seed in range(10, 20):
+                yield f"uneven {dim}-D {size} ({seed})", uneven(np.random.default_rng([seed, size, dim]), size, dim)
+
+
+def published(folders: list[Path]) -> Iterator[tuple[str, Case]]:
+    """The friction problems in files."""
+    for path in sorted(file for folder in folders for file in folder.glob("fc?d/*.npz")):
+        _, _, (G, c, mu, dim) = load_problem(path)
+        for part in FRICTION:
+            yield f"{path.stem}, {part:g} mu", Case(G, c, part * mu, dim)
+
+
+def large(folders: list[Path]) -> Iterator[tuple[str, Case]]:
+    """Hundreds and thousands of contacts."""
+    for name, dim, options in LARGE_KINDS:
+        for size in LARGE:
+            case = FAMILIES[name](np.random.default_rng([7, size, dim]), size, dim, **options)
+            yield f"{name} {dim}-D{' at rest' * bool(options)}, {len(case.mu)} contacts", case
+
+
+SETS = {"random": random, "heavy": heavy, "published": published, "large": large}

@@ -1,0 +1,146 @@
+"""The ladder of ``solve_contact(..., solver="auto")``: which solvers are tried, in which order, and the climb.
+
+Each rung starts from the best iterate so far, until the error is within the tolerance:
+
+    one contact             single (closed form in the plane, a bracketed root in space)
+    no friction anywhere    the linear complementarity problem of the normals first
+    otherwise               nsgs (100 sweeps); newton, or admm where factors cost more; interior and newton from two
+                            distances; nsgs (10 000 sweeps); interior and newton from a third distance
+    few contacts            then pivoting: in the plane (up to 150) the complementarity problem and newton, in space
+                            (up to 50) that of the cone with four facets, from it interior and newton
+    at last                 proximal
+
+then a polish where factors are cheap. Sweeps and interior points fail on different problems, and what one of them
+leaves is often within reach of the other: so they take turns. ``python -m benchmarks ladder`` compares ladders.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import time
+from collections.abc import Iterable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from nonsmooth.contact.blocks.admm import ADMM, project
+from nonsmooth.contact.blocks.faceted_lcp import FacetedLCP
+from nonsmooth.contact.blocks.frictionless import Frictionless
+from nonsmooth.contact.blocks.interior import Interior
+from nonsmooth.contact.blocks.newton import Newton
+from nonsmooth.contact.blocks.nsgs import NSGS
+from nonsmooth.contact.blocks.polish import polish
+from nonsmooth.contact.blocks.problem import Problem
+from nonsmooth.contact.blocks.proximal import Proximal
+from nonsmooth.errors import InvalidInput
+
+CHEAP = 50_000  # stored entries of G up to which a sparse LU takes a few milliseconds
+SHORT = 100  # sweeps: enough for most loose assemblies, and a good start for Newton on the others
+BRIEF = 300  # iterations with one or two factors: a large packing or wall takes no more
+STEPS = 4  # within which a first Newton must halve the error; a success rarely takes more (benchmarks/problems.py)
+NEAR, INSIDE, FAR = 0.03, 0.3, 3.0  # from the boundary, for interior points: where one path fails, another ends
+LONG = 10_000  # sweeps: of 14 problems that 20 000 end, 13 take no more
+SOLVES = 200  # linear systems of the last resort: what it solves at all it solves within
+LCP_CONTACTS = 150  # planar contacts: an LCP with 600 unknowns, about a second
+FACET_CONTACTS = 50  # spatial contacts with four facets: an LCP with 300 unknowns, a tenth of a second
+
+
+class Solver(Protocol):
+    """A frozen options object that improves an iterate of a scaled problem."""
+
+    @property
+    def name(self) -> str:
+        """The name in ``SOLVERS``."""
+
+    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
+        """The best iterate found, starting from P, and the iterations it took.
+
+        At ``until``, a moment of `time.monotonic` [s], the best iterate so far is returned.
+        """
+
+
+class Single(NamedTuple):
+    """One contact, exactly: a Gauss-Seidel sweep is its closed form."""
+
+    name: str = "single"
+
+    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
+        """Solve; P is not used."""
+        if problem.n_c != 1:
+            raise InvalidInput(f"solver 'single' takes one contact; got {problem.n_c}; use solver='auto'")
+        return NSGS(max_sweeps=1).run(problem, np.zeros(problem.n), tol, until)
+
+
+class FromFacets(NamedTuple):
+    """Spatial contacts afresh: the complementarity problem of the coarsest faceted cone, then inside the round one."""
+
+    name: str = "facets"
+
+    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
+        """The best iterate from the faceted solution; P is not used."""
+        P, pivots = FacetedLCP(facets=4).run(problem, P, tol)
+        end = climb(problem, P, tol, from_inside(INSIDE, NEAR, FAR), until=until)
+        return end.P, pivots + end.iterations
+
+
+class Climb(NamedTuple):
+    """Where a ladder ended."""
+
+    P: np.ndarray
+    solver: str
+    iterations: int
+    notes: list[str]
+
+
+def is_cheap(problem: Problem) -> bool:
+    """Whether factors of its matrix cost little."""
+    return problem.blocks.is_full or problem.blocks.G.size <= CHEAP
+
+
+def ladder_of(problem: Problem) -> list[Solver]:
+    """The rungs of "auto" for a problem."""
+    if problem.n_c == 1:
+        return [Single()]
+    is_few = problem.n_c <= (LCP_CONTACTS if problem.dim == 2 else FACET_CONTACTS)
+    rungs = _rungs(problem.dim, is_few, is_cheap(problem))
+    return rungs if problem.mu.any() else [Frictionless(), *rungs]
+
+
+@functools.cache
+def _rungs(dim: int, is_few: bool, is_cheap: bool) -> list[Solver]:
+    second = Newton(patience=STEPS) if is_cheap else ADMM(max_iterations=BRIEF)
+    pivoting: list[Solver] = [FacetedLCP(), Newton()] if dim == 2 else [FromFacets()]
+    return [
+        NSGS(max_sweeps=SHORT), second, *from_inside(INSIDE, NEAR), NSGS(max_sweeps=LONG), *from_inside(FAR),
+        *(pivoting if is_few else []), Proximal(max_solves=SOLVES),
+    ]  # fmt: skip
+
+
+def from_inside(*starts: float) -> list[Solver]:
+    """Interior points from some distances, each with Newton's method after it for the last digits."""
+    return [solver for start in starts for solver in (Interior(start=start), Newton(patience=STEPS))]
+
+
+def climb(problem: Problem, P: np.ndarray, tol: float, rungs: Iterable[Solver], use_polish: bool = False,
+          until: float = math.inf) -> Climb:  # fmt: skip
+    """Try the solvers in turn, each from the best iterate so far; at ``until`` the climb ends where it is."""
+    least, name, iterations = problem.error(P), "guess", 0
+    notes: list[str] = []
+    for solver in rungs:
+        if notes and (least <= tol or time.monotonic() >= until):
+            break
+        trial, count = solver.run(problem, P, tol, until)
+        error = problem.error(trial)
+        iterations += count
+        notes.append(f"{solver.name}: error {error:.1e} after {count}")
+        if error <= least or len(notes) == 1:
+            P, least, name = trial, error, solver.name
+    if use_polish and 1e-13 < least <= tol and time.monotonic() < until:
+        P, count = polish(problem, P)
+        iterations += count
+        notes.append(f"polish: error {problem.error(P):.1e} after {count}")
+    project(problem.mu, problem.dim, on_cone := P.copy())  # Newton leaves the cone by roundings
+    if problem.error(on_cone) <= max(tol, least):
+        P = on_cone
+    return Climb(P, name, iterations, notes)
