@@ -146,6 +146,9 @@ class Smoothed(FrictionLaw):
         super().check(values)
 
 
+LAST_CODE = max(law.code for law in FrictionLaw.__subclasses__())
+
+
 def resolve(name: str, value: Coefficient, parameters: Mapping[str, float]) -> float:
     """A coefficient's number: itself, or the parameter it names."""
     if isinstance(value, str):
@@ -208,6 +211,12 @@ def static_coefficient(laws, i):
     if laws[i, LAW_CODE] == STATIC_KINETIC:
         return laws[i, LAW_C]
     return friction_coefficient(laws, i, 0.0)
+
+
+@kernel
+def can_stick(laws, i):
+    """Whether contact i has a jump of friction at v = 0, which holds it."""
+    return laws[i, LAW_CODE] != SMOOTHED
 
 
 @kernel

@@ -26,7 +26,7 @@ from nonsmooth.integrators.moreau_jean.contact import Scratch, solve
 from nonsmooth.integrators.records import State
 from nonsmooth.jit import load_all
 from nonsmooth.jit.blocks import new
-from nonsmooth.mechanics.laws import LAW_CODE, LAW_IMPACT, LAW_WIDTH, SMOOTHED, ImpactLaw
+from nonsmooth.mechanics.laws import LAST_CODE, LAW_CODE, LAW_IMPACT, LAW_WIDTH, ImpactLaw
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, ContactMode
 from nonsmooth.results.fclib import FCLIB_ENDINGS
@@ -170,7 +170,7 @@ class FailedProblem:
         kind, directions = self.kinds.T
         rows = directions + (kind != GIVEN_FORCE)
         last = (
-            (kind, GIVEN_FORCE), (directions, 1), (self.laws[:, LAW_CODE], SMOOTHED),
+            (kind, GIVEN_FORCE), (directions, 1), (self.laws[:, LAW_CODE], LAST_CODE),
             (self.laws[:, LAW_IMPACT], max(ImpactLaw)), (self.mode_before, max(ContactMode)),
             (abs(self.slip_before), 1),
         )  # fmt: skip
