@@ -42,9 +42,21 @@ def pgs(n, A, b, z, tol, max_sweeps):
     return MAX_ITERATIONS, max_sweeps
 
 
-@kernel
-def pgs_sparse(n, data, indices, indptr, diagonal, b, z, tol, max_sweeps):
-    """`pgs` for a matrix in compressed rows with its diagonal beside it."""
+@kernel("UniTuple(int64, 2)(float64[:, ::1], float64[::1], float64[::1], float64, int64)")
+def pgs_entry(A, b, z, tol, max_sweeps):
+    """`pgs` for calls from Python."""
+    return pgs(b.shape[0], A, b, z, tol, max_sweeps)
+
+
+SPARSE = (
+    "UniTuple(int64, 2)(float64[::1],int32[::1], int32[::1], float64[::1], float64[::1], float64[::1], float64, int64)"
+)
+
+
+@kernel(SPARSE)
+def pgs_sparse_entry(data, indices, indptr, diagonal, b, z, tol, max_sweeps):
+    """`pgs` for a matrix in compressed rows with its diagonal beside it, for calls from Python."""
+    n = b.shape[0]
     scale = 0.0
     for i in range(n):
         if not diagonal[i] > 0.0:
@@ -68,20 +80,3 @@ def pgs_sparse(n, data, indices, indptr, diagonal, b, z, tol, max_sweeps):
             if stalled == STALL_CHECKS:
                 return MAX_ITERATIONS, sweep
     return MAX_ITERATIONS, max_sweeps
-
-
-@kernel("UniTuple(int64, 2)(float64[:, ::1], float64[::1], float64[::1], float64, int64)")
-def pgs_entry(A, b, z, tol, max_sweeps):
-    """`pgs` for calls from Python."""
-    return pgs(b.shape[0], A, b, z, tol, max_sweeps)
-
-
-SPARSE = (
-    "UniTuple(int64, 2)(float64[::1],int32[::1], int32[::1], float64[::1], float64[::1], float64[::1], float64, int64)"
-)
-
-
-@kernel(SPARSE)
-def pgs_sparse_entry(data, indices, indptr, diagonal, b, z, tol, max_sweeps):
-    """`pgs_sparse` for calls from Python."""
-    return pgs_sparse(b.shape[0], data, indices, indptr, diagonal, b, z, tol, max_sweeps)

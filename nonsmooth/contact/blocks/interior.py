@@ -88,8 +88,8 @@ class InteriorPoint:
     def step(self) -> bool:
         """One predictor and corrector; False where the numbers run out."""
         problem, x, y = self.problem, self.x, self.y
-        gamma = problem.velocity(self.P)
-        gap = linearise(problem.mu, problem.dim, self.theta, gamma, x, y, self.w, self.residual, self.A, self.B)
+        gap = find_residual(problem.mu, problem.dim, problem.velocity(self.P), x, y, self.residual)
+        linearise(problem.mu, problem.dim, self.theta, x, y, self.w, self.A, self.B)
         solve = factorise(problem.blocks, self.A, self.B, keeps_diagonal=True)
         if solve is None or not gap > 0.0:
             return False
@@ -143,13 +143,28 @@ def leave(mu, dim, x, P):
     _write(mu, dim, x, P)
 
 
-@kernel(
-    "float64(float64[::1], int64, float64, float64[::1], float64[:, ::1], float64[:, ::1], float64[:, ::1],"
-    " float64[:, ::1], float64[:, :, ::1], float64[:, :, ::1])"
-)
-def linearise(mu, dim, theta, gamma, x, y, w, residual, A, B):
-    """Write W (as w, eta), R and the blocks A = S W^-2 S, B of the matrix A + B G; returns the mean gap x . y."""
+@kernel("float64(float64[::1], int64, float64[::1], float64[:, ::1], float64[:, ::1], float64[:, ::1])")
+def find_residual(mu, dim, gamma, x, y, residual):
+    """Write R; returns the mean gap x . y."""
     gap = 0.0
+    for i in range(mu.shape[0]):
+        is_cone = mu[i] > 0.0
+        s = mu[i] if is_cone else 1.0
+        y_T = math.hypot(y[i, 1], y[i, 2])
+        residual[i, 0] = gamma[i * dim] / s + y_T - y[i, 0]
+        for a in range(dim):
+            gap += x[i, a] * y[i, a]
+            if a > 0:
+                residual[i, a] = gamma[i * dim + a] - y[i, a] if is_cone else 0.0
+    return gap / mu.shape[0]
+
+
+@kernel(
+    "void(float64[::1], int64, float64, float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, :, ::1],"
+    " float64[:, :, ::1])"
+)
+def linearise(mu, dim, theta, x, y, w, A, B):
+    """Write W (as w, eta) and the blocks A = S W^-2 S, B of the matrix A + B G."""
     for i in range(mu.shape[0]):
         is_cone = mu[i] > 0.0
         s = mu[i] if is_cone else 1.0
@@ -159,11 +174,7 @@ def linearise(mu, dim, theta, gamma, x, y, w, residual, A, B):
         w[i, 1] = w_1
         w[i, 2] = w_2
         w[i, 3] = eta
-        residual[i, 0] = gamma[i * dim] / s + y_T - y[i, 0]
         for a in range(dim):
-            gap += x[i, a] * y[i, a]
-            if a > 0:
-                residual[i, a] = gamma[i * dim + a] - y[i, a] if is_cone else 0.0
             for b in range(dim):
                 A[i, a, b] = 0.0
                 B[i, a, b] = 0.0
@@ -177,7 +188,6 @@ def linearise(mu, dim, theta, gamma, x, y, w, residual, A, B):
                 A[i, a, b] = (2.0 * w[i, a] * w[i, b] + (1.0 if a == b else 0.0)) / (eta * eta)
             B[i, a, a] = 1.0
             B[i, 0, a] = theta * s * y[i, a] / y_T if y_T > 0.0 else 0.0
-    return gap / mu.shape[0]
 
 
 @kernel("void(float64[::1], int64, float64, float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1])")

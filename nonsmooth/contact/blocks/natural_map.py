@@ -62,11 +62,13 @@ def natural_map(mu, rho, weight, P, gamma, dim):
     return math.sqrt(total)
 
 
-@kernel(
-    "float64(float64[:, :, ::1], int32[::1], int32[::1], float64[::1], float64[::1], float64[::1], float64[::1],"
-    " float64[::1], float64[::1])"
-)
-def natural_map_error(G, indices, indptr, c, mu, rho, weight, P, gamma):
-    """Fill gamma = G P + c and return the norm of (weight_i |F_i|)_i."""
+@kernel("void(float64[:, :, ::1], int32[::1], int32[::1], float64[::1], float64[::1], float64[::1])")
+def velocity_entry(G, indices, indptr, c, P, gamma):
+    """`velocity` for calls from Python."""
     velocity(G, indices, indptr, c, P, gamma)
-    return natural_map(mu, rho, weight, P, gamma, G.shape[1])
+
+
+@kernel("float64(float64[::1], float64[::1], float64[::1], float64[::1], float64[::1], int64)")
+def natural_map_entry(mu, rho, weight, P, gamma, dim):
+    """`natural_map` for calls from Python."""
+    return natural_map(mu, rho, weight, P, gamma, dim)

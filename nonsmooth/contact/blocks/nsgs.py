@@ -13,35 +13,17 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
-from typing import Annotated as Array
 
 import numpy as np
 
-from nonsmooth.contact.blocks.natural_map import cone_project, natural_map, velocity
+from nonsmooth.contact.blocks.natural_map import cone_project
 from nonsmooth.contact.blocks.problem import Problem
 from nonsmooth.contact.blocks.single_spatial import local_spatial
 from nonsmooth.contact.planar.single import stick
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import Block, Floats, new, view
 
-MEASURED = 25  # sweeps between two measurements of the error
-PORTION = 2_000_000  # entries of G a call of the kernel: some 10 ms between two looks at the clock
-
-
-class Sweeps(Block, n="dim * n_c"):
-    """What the sweeps read and write, beside G."""
-
-    c: Array[Floats, "n"]
-    mu: Array[Floats, "n_c"]
-    rho: Array[Floats, "n_c"]
-    weight: Array[Floats, "n_c"]
-    P: Array[Floats, "n"]
-    gamma: Array[Floats, "n"]
-    best: Array[Floats, "n"]  # the best measured iterate
-    least: float  # its error
-    omega: float
-    is_over: int  # 1 where the error is within the tolerance, nothing moves, or the numbers run out
+MEASURED = 25  # sweeps between two measurements of the error, and two looks at the clock
 
 
 @dataclass(frozen=True)
@@ -67,19 +49,18 @@ class NSGS:
 
     def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
         """Iterate from P; returns the best iterate found and the number of sweeps."""
-        blocks = problem.blocks
-        state = new(Sweeps, n_c=problem.n_c, dim=problem.dim)
-        state.c[:], state.mu[:], state.rho[:] = problem.c, problem.mu, problem.rho
-        state.weight[:], state.P[:], state.best[:] = problem.weight, P, P
-        state.least, state.omega = np.inf, self.omega
-        portion = MEASURED * max(1, PORTION // (MEASURED * blocks.G.size))
-        total = 0
-        while total < self.max_sweeps and not state.is_over:
-            some = min(portion, self.max_sweeps - total)
-            total += nsgs(blocks.G, blocks.indices, blocks.indptr, state.address, tol, some)
-            if time.monotonic() >= until:
+        rows = problem.blocks.G, problem.blocks.indices, problem.blocks.indptr
+        stretch = problem.weight * problem.rho
+        P, best, least, total = P.copy(), P, np.inf, 0
+        while total < self.max_sweeps:
+            most = min(MEASURED - total % MEASURED, self.max_sweeps - total)
+            sweeps, change = nsgs(rows, problem.c, problem.mu, stretch, P, self.omega, tol, most)
+            total, error = total + sweeps, problem.error(P)
+            if error < least:
+                best, least = P.copy(), error
+            if error <= tol or not change > 0.0 or not np.isfinite(error) or time.monotonic() >= until:
                 break
-        return state.best.copy(), total
+        return best, total
 
 
 @kernel
@@ -112,16 +93,16 @@ def local_planar(G, k, b_N, b_T, mu):
 
 
 @kernel
-def relax(G, k, i, b_N, b_1, b_2, state):
-    """Solve contact i with diagonal block G[k], relax, write P_i; returns the square of its change."""
-    dim, P, mu, omega = G.shape[1], state.P, state.mu[i], state.omega
+def relax(G, k, i, b, mu, omega, P):
+    """Solve contact i with diagonal block G[k] and free velocity b, relax, write P_i; the square of its change."""
+    dim = G.shape[1]
     at = i * dim
     if dim == 2:
-        P_N, P_1 = local_planar(G, k, b_N, b_1, mu)
+        P_N, P_1 = local_planar(G, k, b[0], b[1], mu)
         P_2 = 0.0
         old_2 = 0.0
     else:
-        P_N, P_1, P_2 = local_spatial(G, k, b_N, b_1, b_2, mu)
+        P_N, P_1, P_2 = local_spatial(G, k, b[0], b[1], b[2], mu)
         old_2 = P[at + 2]
     d_N = P_N - P[at]
     d_1 = P_1 - P[at + 1]
@@ -136,11 +117,12 @@ def relax(G, k, i, b_N, b_1, b_2, state):
 
 
 @kernel
-def sweep(G, indices, indptr, state):
-    """Relax every contact once; returns sum (weight rho |change|)^2, which the natural map follows."""
-    dim, c, P, rho, weight = G.shape[1], state.c, state.P, state.rho, state.weight
+def sweep(rows, c, mu, stretch, P, omega):
+    """Relax every contact once; returns sum (stretch |change|)^2, which the natural map follows."""
+    G, indices, indptr = rows
+    dim = G.shape[1]
     total = 0.0
-    for i in range(rho.shape[0]):
+    for i in range(mu.shape[0]):
         b_N = c[i * dim]
         b_1 = c[i * dim + 1]
         b_2 = c[i * dim + 2] if dim == 3 else 0.0
@@ -156,32 +138,22 @@ def sweep(G, indices, indptr, state):
                 b_N += G[k, 0, 2] * P[j + 2]
                 b_1 += G[k, 1, 2] * P[j + 2]
                 b_2 += G[k, 2, 0] * P[j] + G[k, 2, 1] * P[j + 1] + G[k, 2, 2] * P[j + 2]
-        change = relax(G, own, i, b_N, b_1, b_2, state)
-        total += weight[i] * rho[i] * (weight[i] * rho[i]) * change
+        change = relax(G, own, i, (b_N, b_1, b_2), mu[i], omega, P)
+        total += stretch[i] * stretch[i] * change
     return total
 
 
-@kernel("int64(float64[:, :, ::1], int32[::1], int32[::1], int64, float64, int64)")
-def nsgs(G, indices, indptr, state_at, tol, max_sweeps):
-    """Sweep until the natural map is below tol; the best measured iterate stays in the block. Returns the sweeps."""
-    state = view(state_at, Sweeps)
-    for count in range(1, max_sweeps + 1):
-        change = sweep(G, indices, indptr, state)
-        if change <= tol * tol or count % MEASURED == 0 or count == max_sweeps:
-            error = measure(G, indices, indptr, state)
-            if error <= tol or not change > 0.0 or not np.isfinite(error):
-                state.is_over = 1
-                return count
-    return max_sweeps
+@kernel(
+    "Tuple((int64, float64))(Tuple((float64[:, :, ::1], int32[::1], int32[::1])), float64[::1], float64[::1],"
+    " float64[::1], float64[::1], float64, float64, int64)"
+)
+def nsgs(rows, c, mu, stretch, P, omega, tol, most):
+    """Sweep until the change is below tol, ``most`` times at most; returns the sweeps and the square of the change.
 
-
-@kernel
-def measure(G, indices, indptr, state):
-    """The error of P, which is kept where it is the least so far."""
-    velocity(G, indices, indptr, state.c, state.P, state.gamma)
-    error = natural_map(state.mu, state.rho, state.weight, state.P, state.gamma, G.shape[1])
-    if error < state.least:
-        state.least = error
-        for i in range(state.P.shape[0]):
-            state.best[i] = state.P[i]
-    return error
+    rows = (G, indices, indptr); stretch = weight rho makes a change of impulses one of the natural map.
+    """
+    for count in range(1, most + 1):
+        change = sweep(rows, c, mu, stretch, P, omega)
+        if change <= tol * tol or count == most:
+            return count, change
+    return 0, 0.0

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_number, as_vector
-from nonsmooth.contact.blocks.natural_map import natural_map_error
+from nonsmooth.contact.blocks.natural_map import natural_map_entry, velocity_entry
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.jit import kernel
 
@@ -78,16 +78,13 @@ class Problem:
 
     def error(self, P: np.ndarray) -> float:
         """Natural-map error relative to the norm of c as it was given; inf for an iterate that is not finite."""
-        blocks = self.blocks
-        error = natural_map_error(
-            blocks.G, blocks.indices, blocks.indptr, self.c, self.mu, self.rho, self.weight, P, np.empty(self.n)
-        )
+        error = natural_map_entry(self.mu, self.rho, self.weight, P, self.velocity(P), self.dim)
         return error if np.isfinite(error) else np.inf
 
     def velocity(self, P: np.ndarray) -> np.ndarray:
         """gamma = G P + c."""
         gamma, blocks = np.empty(self.n), self.blocks
-        natural_map_error(blocks.G, blocks.indices, blocks.indptr, self.c, self.mu, self.rho, self.weight, P, gamma)
+        velocity_entry(blocks.G, blocks.indices, blocks.indptr, self.c, P, gamma)
         return gamma
 
     def with_error_of(self, rho: np.ndarray) -> Problem:

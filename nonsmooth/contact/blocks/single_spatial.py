@@ -36,8 +36,14 @@ def slide_state(S_11, S_12, S_21, S_22, s_1, s_2, alpha):
 
 
 @kernel
-def slide_alpha(g_NN, g_N1, g_N2, S_11, S_12, S_21, S_22, b_N, s_1, s_2, mu):
-    """The root alpha > 0 of phi: bracket by growing steps, then safeguarded Newton to the last digits."""
+def slide_alpha(g, S, b, mu):
+    """The root alpha > 0 of phi: bracket by growing steps, then safeguarded Newton to the last digits.
+
+    g = (G_NN, G_N1, G_N2), S = (S_11, S_12, S_21, S_22), b = (b_N, s_1, s_2).
+    """
+    g_NN, g_N1, g_N2 = g
+    S_11, S_12, S_21, S_22 = S
+    b_N, s_1, s_2 = b
     low = 0.0
     scale = 0.5 * (abs(S_11) + abs(S_22)) + 1e-3 * g_NN
     high = -1.0  # not bracketed yet
@@ -96,7 +102,7 @@ def local_spatial(G, k, b_N, b_1, b_2, mu):
         is_sticking = P_T <= mu * P_N
         if is_sticking:
             return P_N, P_1, P_2
-    alpha = slide_alpha(g_NN, g_N1, g_N2, S_11, S_12, S_21, S_22, b_N, s_1, s_2, mu)
+    alpha = slide_alpha((g_NN, g_N1, g_N2), (S_11, S_12, S_21, S_22), (b_N, s_1, s_2), mu)
     P_1, P_2, _, _ = slide_state(S_11, S_12, S_21, S_22, s_1, s_2, alpha)
     P_T = math.sqrt(P_1 * P_1 + P_2 * P_2)
     if P_T == 0.0:

@@ -270,19 +270,6 @@ def test_a_budget_that_is_not_used_up_changes_no_bit(solver, dim):
     assert plain.status is limited.status
 
 
-def test_sweeps_in_portions_are_the_sweeps_in_one(monkeypatch):
-    """Portions of 25 sweeps, between which the clock is looked at, and all at once."""
-    from nonsmooth.contact.blocks import nsgs
-
-    problem, _ = scaled(check_problem(*assembly(1, 3, 30, 3), 3))
-    runs = []
-    for portion in (1, 10**9):
-        monkeypatch.setattr(nsgs, "PORTION", portion)
-        P, sweeps = nsgs.NSGS(max_sweeps=310).run(problem, np.zeros(problem.n), 1e-15)
-        runs.append((P.tobytes(), sweeps))
-    assert runs[0] == runs[1] and runs[0][1] == 310
-
-
 def test_empty_problem_returns_at_once():
     result = solve_contact(np.zeros((0, 0)), [], [], 3)
     assert result.success and result.P.shape == (0,) and result.iterations == 0

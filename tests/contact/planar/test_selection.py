@@ -35,7 +35,7 @@ def taken_of_several(problem):
 @pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("kind", [UNILATERAL, BILATERAL])
 def test_a_contact_alone_takes_what_it_takes_in_an_enumeration(kind, rule):
-    """Random contacts, some with a static coefficient above the kinetic one; every twentieth or tenth has several solutions."""
+    """Random contacts, some with a static coefficient above the kinetic one; some have several solutions."""
     rng, several = np.random.default_rng(4), 0
     for _ in range(600):
         C, B, c = rng.uniform(0.1, 3), rng.uniform(-2, 2), rng.normal(size=2)
