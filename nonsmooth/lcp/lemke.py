@@ -55,12 +55,16 @@ def lemke(n, A, b, z, tableau, scales, basis, max_pivots):
     other ones. Returns (status, pivots): SOLVED, RAY or MAX_ITERATIONS. SOLVED is the method's own word: z is the final
     basis re-solved to full accuracy, and the caller still looks at `lcp_residual`.
     """
-    total = 0
-    status = RAY
+    if is_trivial(n, b):
+        _rest(n, z, basis)
+        return SOLVED, 0
+    total, status = 0, RAY
     for attempt in range(COVERING_VECTORS + 1):
         _covering_vector(n, scales, max(0, attempt - 1))
-        noise = 1.0 if attempt == 0 else BLUNT
-        status, pivots = lemke_pivots(n, A, b, z, tableau, scales, basis, noise, max_pivots - total)
+        size = equilibrate(n, A, b, scales)
+        _load(n, A, b, size, tableau, scales, basis)
+        status, pivots = lemke_pivots(n, tableau, scales, basis, 1.0 if attempt == 0 else BLUNT, max_pivots - total)
+        _read(n, z, size, tableau, scales, basis)
         total += pivots
         if status == SOLVED and pivots > 0:
             resolve_basis(n, A, b, z, tableau, scales, basis)
@@ -79,20 +83,12 @@ def _covering_vector(n, scales, attempt):
 
 
 @kernel
-def lemke_pivots(n, A, b, z, tableau, scales, basis, noise, max_pivots):
-    """The pivots of Lemke's method for d = scales[3, :n]; write z as the tableau has it. Returns (status, pivots).
+def lemke_pivots(n, tableau, scales, basis, noise, max_pivots):
+    """The pivots of Lemke's method for d = scales[3, :n] on a loaded tableau. Returns (status, pivots).
 
     Both tolerances are multiplied by ``noise``.
     Variables are numbered w_k = k, z_k = n + k, z_0 = 2 n. On return basis[:n] holds the variable of each row.
     """
-    for i in range(n):
-        z[i] = 0.0
-    if is_trivial(n, b):
-        for i in range(n):
-            basis[i] = i
-        return SOLVED, 0
-    size = equilibrate(n, A, b, scales)
-    _load(n, A, b, size, tableau, scales, basis)
     row = _first_row(n, tableau)
     column = n  # z_0
     pivots = 0
@@ -111,12 +107,27 @@ def lemke_pivots(n, A, b, z, tableau, scales, basis, noise, max_pivots):
         if row < 0:
             status = RAY
             break
+    return status, pivots
+
+
+@kernel
+def _read(n, z, size, tableau, scales, basis):
+    """Write z as the tableau has it."""
+    for i in range(n):
+        z[i] = 0.0
     for i in range(n):
         variable = basis[i]
         if n <= variable < 2 * n:
             k = variable - n
             z[k] = max(0.0, tableau[i, n + 1] * size * scales[1, k])
-    return status, pivots
+
+
+@kernel
+def _rest(n, z, basis):
+    """Write z = 0, whose basis is that of w."""
+    for i in range(n):
+        z[i] = 0.0
+        basis[i] = i
 
 
 @kernel
