@@ -2,11 +2,11 @@
 
     python -m benchmarks ladder tests/data > docs/benchmarks/ladder.md
 
-A ladder is a function that gives a problem its rungs, a list of solvers. Each of them climbs every problem of three
-sets to 1e-8, for CAP seconds at most: small random ones of every family of ``benchmarks/problems.py``, published ones
-(the fc2d and fc3d files of the folders, each with half, all and twice of its friction), and large random ones. Times
-are those of the processor; who tries another ladder adds it to LADDERS. Words among the folders that name ladders
-or sets restrict the page to them.
+A ladder is a function that gives a problem its rungs, a list of solvers. Each of them climbs every problem of four
+sets to 1e-8, for CAP seconds at most: small random ones of every family of ``benchmarks/problems.py``; such with masses
+over six decades; published ones (the fc2d and fc3d files of the folders, of tests/data without any, each with half, all
+and twice of its friction); and large random ones, shaken and at rest. Times are those of the processor; who tries
+another ladder adds it to LADDERS. Words that name ladders or sets restrict the page to them.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from nonsmooth.contact.blocks.problem import Problem, check_problem, scaled
 from nonsmooth.contact.blocks.proximal import Proximal
 
 TOLERANCE = 1e-8
+COPIES = Path("tests/data")  # of published problems
 CAP = 20.0  # s of wall time for one problem
 SMALL = (10, 30, 100)  # contacts, roughly
 SEEDS = range(5)
@@ -48,7 +49,7 @@ Ladder = Callable[[Problem], list[Solver]]
 
 
 def fourteen(problem: Problem) -> list[Solver]:
-    """The longest ladder there was: up to 14 rungs, others for large problems."""
+    """The longest one that was shipped: up to 14 rungs, with `proximal`, `admm` and 20 000 sweeps at the end."""
     if problem.n_c == 1:
         return [Single()]
     last: list[Solver] = [Proximal(alpha=1e-4, max_solves=200), ADMM(max_iterations=1000), Proximal(), PatientNSGS()]
@@ -83,7 +84,7 @@ class PatientNSGS(NamedTuple):
 
 
 def inside(problem: Problem) -> list[Solver]:
-    """The same rungs whatever the problem: sweeps, Newton, interior points, long sweeps."""
+    """The shortest one: sweeps, Newton, interior points from three distances, 20 000 sweeps."""
     return [NSGS(max_sweeps=100), Newton(patience=4), *from_inside(0.3, 0.03, 3.0), NSGS(max_sweeps=20_000)]
 
 
@@ -102,10 +103,14 @@ class Ascent(NamedTuple):
 def main(words: list[str] | None = None) -> int:
     """Print the page; returns the exit code."""
     words = words or []
-    folders = [Path(word) for word in words if word not in LADDERS and word not in SETS]
+    folders = [Path(word) for word in words if word not in LADDERS and word not in SETS] or [COPIES]
     ladders = {name: ladder for name, ladder in LADDERS.items() if name in words} or LADDERS
     print("# Ladders of contact solvers\n")
-    print(f"Made by `python -m benchmarks ladder`; processor time to an error of {TOLERANCE:g}, {CAP:g} s at most.\n")
+    print(f"Made by `python -m benchmarks ladder`: processor time to an error of {TOLERANCE:g}, {CAP:g} s at most.")
+    print("*of the first's* is the median ratio to the first ladder's time, problem by problem; *ended by* names the")
+    print("solver that reached the tolerance, the number of rungs begun until then, and how many ended so.\n")
+    for name, ladder in ladders.items():
+        print(f"- `{name}`: {(ladder.__doc__ or '').strip()}")
     for name, cases in SETS.items():
         if name in words or not SETS.keys() & set(words):
             print("\n".join(section(name, list(cases(folders)), ladders)), flush=True)

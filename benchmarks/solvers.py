@@ -118,8 +118,9 @@ def failures() -> Iterator[str]:
 def families() -> Iterator[str]:
     """`solve_contact` on bodies of every kind."""
     yield "\n## Random friction problems of rigid and elastic bodies\n"
-    yield f'`solve_contact(..., solver="auto")` to 1e-8: solved of {FAMILY_SAMPLES}; median and longest time in ms.'
-    yield "The families are described in `benchmarks/problems.py`, the columns are dimension and contacts.\n"
+    yield f'`solve_contact(..., solver="auto")` to 1e-8: solved of {FAMILY_SAMPLES}; median and longest processor time'
+    yield "in ms, on one thread (`OPENBLAS_NUM_THREADS=1`). The families are described in `benchmarks/problems.py`, the"
+    yield "columns are dimension and contacts.\n"
     columns = {
         f"{dim}-D, {size}": [solved_and_time(name, size, dim) for name in FAMILIES]
         for dim in (2, 3)
@@ -194,9 +195,9 @@ def solved_and_time(name: str, size: int, dim: int) -> str:
     solved, times = 0, []
     for k in range(FAMILY_SAMPLES):
         case = FAMILIES[name](np.random.default_rng([k, size, dim]), size, dim)
-        start = time.perf_counter()
+        start = time.process_time()
         solved += solve_contact(*case).success
-        times.append(time.perf_counter() - start)
+        times.append(time.process_time() - start)
     return f"{solved}; {1e3 * statistics.median(times):.2g}, {1e3 * max(times):.2g}"
 
 

@@ -99,7 +99,7 @@ def is_cheap(problem: Problem) -> bool:
 
 
 def ladder_of(problem: Problem) -> list[Solver]:
-    """The rungs of "auto" for a problem."""
+    """What `solve_contact` climbs: the rungs of `solver="auto"` for a problem."""
     if problem.n_c == 1:
         return [Single()]
     is_few = problem.n_c <= (LCP_CONTACTS if problem.dim == 2 else FACET_CONTACTS)
