@@ -4,14 +4,13 @@ Each rung starts from the best iterate so far, until the error is within the tol
 
     one contact             single (closed form in the plane, a bracketed root in space)
     no friction anywhere    the linear complementarity problem of the normals first
-    otherwise               nsgs (100 sweeps); newton, or admm where factors cost more; interior and newton from two
-                            distances; nsgs (10 000 sweeps); interior and newton from a third distance
+    otherwise               nsgs (100 sweeps); newton, or admm where factors cost more; interior and newton from three
+                            distances
     few contacts            then pivoting: in the plane (up to 150) the complementarity problem and newton, in space
                             (up to 50) that of the cone with four facets, from it interior and newton
-    at last                 proximal
+    at last                 nsgs (10 000 sweeps), and where factors are cheap proximal
 
-then a polish where factors are cheap. Sweeps and interior points fail on different problems, and what one of them
-leaves is often within reach of the other: so they take turns. ``python -m benchmarks ladder`` compares ladders.
+then a polish where factors are cheap. ``python -m benchmarks ladder`` compares ladders (docs/benchmarks/ladder.md).
 """
 
 from __future__ import annotations
@@ -111,9 +110,10 @@ def ladder_of(problem: Problem) -> list[Solver]:
 def _rungs(dim: int, is_few: bool, is_cheap: bool) -> list[Solver]:
     second = Newton(patience=STEPS) if is_cheap else ADMM(max_iterations=BRIEF)
     pivoting: list[Solver] = [FacetedLCP(), Newton()] if dim == 2 else [FromFacets()]
+    last: list[Solver] = [Proximal(max_solves=SOLVES)] if is_cheap else []
     return [
-        NSGS(max_sweeps=SHORT), second, *from_inside(INSIDE, NEAR), NSGS(max_sweeps=LONG), *from_inside(FAR),
-        *(pivoting if is_few else []), Proximal(max_solves=SOLVES),
+        NSGS(max_sweeps=SHORT), second, *from_inside(INSIDE, NEAR, FAR), *(pivoting if is_few else []),
+        NSGS(max_sweeps=LONG), *last,
     ]  # fmt: skip
 
 

@@ -258,7 +258,7 @@ def test_wall_time_is_kept_up_to_one_factorisation(pile):
     began = time.monotonic()
     result = solve_contact(*pile, max_time=0.05, tol=1e-14)
     assert result.status is ContactStatus.BUDGET_SPENT
-    assert 0.05 <= time.monotonic() - began < 1.0  # 0.06 s on a quiet machine
+    assert 0.05 <= time.monotonic() - began < 2.0  # 0.06 s on a quiet machine
 
 
 @pytest.mark.parametrize("dim", [2, 3])
