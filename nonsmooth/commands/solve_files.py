@@ -26,8 +26,8 @@ from nonsmooth.results.npz import Archive, read_npz
 from nonsmooth.results.sparse_rows import compressed_rows
 
 OF_MIXED = {"A", "B", "C", "D", "a", "b", "n", "m", "block_rows", "block_is_comp"}  # which files of mixed ones hold too
-SHOWN = 20  # names in a message
-RANK_N = 400  # the singular values of a larger matrix take longer than its solution
+TABLE_NAMES_SHOWN = 20  # chosen: names in a message
+RANK_N = 400  # measured: the singular values of a larger matrix take longer than its solution
 COMPLEMENTARITY: dict[str, Rule] = {"M": (REAL, ("n", "n")), "q": (REAL, ("n",))}
 TABLES: dict[str, dict[str, Rule]] = {  # of which the first whose names are all there says what the problem is
     "friction": {
@@ -184,7 +184,8 @@ def _kind(file_name: str, names: Collection[str]) -> str:
                 raise InvalidInput(f"{file_name} is a mixed problem without is_comp, which says where w_i = 0")
             return kind
     raise InvalidInput(
-        f"{file_name} must hold M and q, or W in compressed rows with q, mu, dim; it has {list(names)[:SHOWN]}"
+        f"{file_name} must hold M and q, or W in compressed rows with q, mu, dim; "
+        f"it has {list(names)[:TABLE_NAMES_SHOWN]}"
     )
 
 

@@ -27,9 +27,9 @@ from nonsmooth.mechanics.agreement import generic
 from nonsmooth.mechanics.system import POTENTIAL, TAKES_U, System
 from nonsmooth.numerics.complex_step import complexified, jacobian
 
-NOTHING = 1e-9  # of a derivative: a part so small is rounding of terms that cancel
-SHIFTS = (0.37, -2.9)  # by which nothing may change
-ASIDE = 0.1  # of a unit and of a coordinate: where else the derivatives are taken
+CANCELLED_PART = 1e-9  # chosen: of a derivative: a part so small is rounding of terms that cancel
+SHIFTS = (0.37, -2.9)  # chosen: by which nothing may change
+ASIDE = 0.1  # chosen: of a unit and of a coordinate: where else the derivatives are taken
 
 Place = tuple[float, np.ndarray, np.ndarray]  # t, q, u
 
@@ -150,7 +150,7 @@ def _changes(system: System, place: Place) -> Iterator[tuple[int, np.ndarray]]:
             continue
         sizes = np.abs(J).max(axis=1)
         for row, size in zip(J, sizes, strict=True):
-            if size > NOTHING * sizes.max():
+            if size > CANCELLED_PART * sizes.max():
                 yield which, row / size
 
 
@@ -173,7 +173,7 @@ def _null_space(rows: np.ndarray, allowed: np.ndarray) -> np.ndarray:
     """Vectors (k, n_q + 1), of the allowed columns, that all rows vanish along."""
     columns = np.flatnonzero(allowed)
     _, s, V = np.linalg.svd(np.vstack([rows[:, columns], np.zeros((columns.size, columns.size))]))
-    null = V[s <= NOTHING * np.sqrt(len(rows) + 1)]
+    null = V[s <= CANCELLED_PART * np.sqrt(len(rows) + 1)]
     found = np.zeros((len(null), allowed.size))
     found[:, columns] = null
     return found
@@ -186,7 +186,7 @@ def _echelon(rows: np.ndarray) -> Drift:
         rest = np.abs(rows[k:])
         i, j = (
             (int(rest[:, -1].argmax()), rows.shape[1] - 1)
-            if rest[:, -1].max() > NOTHING
+            if rest[:, -1].max() > CANCELLED_PART
             else divmod(int(rest.argmax()), rows.shape[1])
         )
         rows[[k, k + i]] = rows[[k + i, k]]
@@ -195,7 +195,7 @@ def _echelon(rows: np.ndarray) -> Drift:
             if m != k:
                 rows[m] -= rows[m, j] * rows[k]
         pivots.append(j)
-    rows[np.abs(rows) <= NOTHING * np.abs(rows).max(axis=1, initial=0.0)[:, None]] = 0.0
+    rows[np.abs(rows) <= CANCELLED_PART * np.abs(rows).max(axis=1, initial=0.0)[:, None]] = 0.0
     return Drift(rows, tuple(pivots))
 
 
@@ -206,11 +206,13 @@ def _is_kept(system: System, place: Place, direction: np.ndarray) -> bool:
         here = _value(system, which, t, q, u)
         for a in SHIFTS:
             there = _value(system, which, t + a * direction[-1], q + a * direction[:-1], u)
-            if not (np.abs(there - here) <= NOTHING * max(np.abs(here).max(), np.abs(there).max())).all():
+            if not (np.abs(there - here) <= CANCELLED_PART * max(np.abs(here).max(), np.abs(there).max())).all():
                 return False
     return True
 
 
 def _obstacle(system: System, changes: list[tuple[int, np.ndarray]], j: int) -> str:
     """The function that changes with a coordinate."""
-    return next((system.name_of(which) for which, row in changes if abs(row[j]) > NOTHING), "one of its functions")
+    return next(
+        (system.name_of(which) for which, row in changes if abs(row[j]) > CANCELLED_PART), "one of its functions"
+    )

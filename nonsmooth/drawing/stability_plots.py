@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 COLOURS = (BLUE, "#d95f02", "#1b9e77", "#7570b3", "#a6761d", "#e7298a", "#66a61e", "#666666")
 STYLES = ("-", "--", ":", "-.")
-POINTS = 801  # of a curve; odd, so that v = 0 is one of them
+DRAWN_POINTS = 801  # chosen: of a curve; odd, so that v = 0 is one of them
 
 
 def plot_friction_laws(
@@ -46,7 +46,7 @@ def plot_friction_laws(
     mu, mu_static = interpreted(friction_coefficient), interpreted(static_coefficient)
     figure = new_figure(7, 4.5)
     axes = figure.subplots()
-    v = np.linspace(0, fastest, POINTS)[1:]
+    v = np.linspace(0, fastest, DRAWN_POINTS)[1:]
     for k, (label, system) in enumerate(systems.items()):
         slides, sticks = np.array([mu(system.laws, contact, x) for x in v]), mu_static(system.laws, contact)
         x = np.concatenate([-v[::-1], [0.0, 0.0], v])
@@ -84,7 +84,7 @@ def plot_averaged(
     top = 1.35 * (top if top > 0 else max(touching, default=1.0))
     for k, (label, motion) in enumerate(motions):
         colour = COLOURS[k % len(COLOURS)]
-        a = np.linspace(0, top, POINTS // 4)
+        a = np.linspace(0, top, DRAWN_POINTS // 4)
         axes.plot(a, [motion.rate(x) for x in a], color=colour, lw=1.6, label=label)
         for x, is_stable in zip(motion.amplitudes, motion.is_stable, strict=True):
             fill, size = (colour, 6) if is_stable else ("none", 10)

@@ -15,8 +15,8 @@ from nonsmooth.sweeps.task import OF_COORDINATE
 if TYPE_CHECKING:
     import xarray
 
-MAX_PANELS = 6
-MAX_LEVELS = 12  # whole numbers that are drawn as steps of colour
+MAX_PANELS = 6  # chosen: of one figure
+MAX_LEVELS = 12  # chosen: whole numbers that are drawn as steps of colour
 GREY = "#bdbdbd"
 CODES = {"status", "message"}  # not results
 

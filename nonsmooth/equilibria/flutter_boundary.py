@@ -26,7 +26,8 @@ from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import as_system
 
-HALVINGS = 12  # 1/4096 of the bracket: near enough for one crossing, far enough for verdicts above rounding
+# chosen: 1/4096 of the bracket: near enough for one crossing, far enough for verdicts above rounding
+BRACKET_HALVINGS = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +106,7 @@ def flutter_boundary(
 
     stable, unstable = _sides(parameter, ends, small)
     has_damping = small(stable).verdict == Verdict.STABLE
-    for _ in range(HALVINGS):
+    for _ in range(BRACKET_HALVINGS):
         middle = 0.5 * (stable + unstable)
         if _is_beyond(small(middle), has_damping):
             unstable = middle

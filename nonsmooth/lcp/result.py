@@ -28,7 +28,7 @@ class LCPStatus(IntEnum):
     INFEASIBLE = 4  # there is no z >= 0 with A z + b >= 0, and `certificate` proves it
 
 
-SOLVED, RAY, MAX_ITERATIONS, INVALID, INFEASIBLE = (int(status) for status in LCPStatus)  # for kernels
+SOLVED, RAY, MAX_ITERATIONS, INVALID, INFEASIBLE = (int(status) for status in LCPStatus)  # code: for kernels
 
 
 @dataclass(frozen=True)

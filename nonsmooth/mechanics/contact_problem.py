@@ -39,11 +39,12 @@ from nonsmooth.mechanics.system import (
 )
 from nonsmooth.numerics.dense import bandwidth, cholesky, cholesky_solve, cholesky_solve_rows, lu, lu_solve
 
-# Facts about a model, beside one bit for each function it has.
+# code: facts about a model, beside one bit for each function it has.
 MASS_IS_CONSTANT, ROWS_ARE_CONSTANT, SURFACES_ARE_CONSTANT = 1 << 16, 1 << 17, 1 << 18
+# code: bits of the facts of a model
 DAMPING_BY_DIFFERENCES, STIFFNESS_BY_DIFFERENCES, NORMAL_FORCE_READS_U = 1 << 19, 1 << 20, 1 << 21
-ROWS_READ_T = 1 << 22
-SQRT_EPS = 1.5e-8  # relative increment of a forward difference
+ROWS_READ_T = 1 << 22  # code: bit of the facts of a model
+FORCE_INCREMENT = 1.5e-8  # derived: sqrt(eps), the relative increment of a forward difference of the forces
 
 
 class Problem(Block, r="max(1, n_c * (1 + d))"):
@@ -219,7 +220,7 @@ def difference(sys, t, q, u, by_velocity, work):
     for j in range(n):
         x_j = x[j]
         size = abs(x_j) + abs(work.trial[j])
-        step = SQRT_EPS * size if size > 0.0 else SQRT_EPS
+        step = FORCE_INCREMENT * size if size > 0.0 else FORCE_INCREMENT
         x[j] = x_j + step
         step = x[j] - x_j
         finished = evaluate(sys, FORCE, t, q, u, work.rhs)

@@ -12,7 +12,7 @@ from nonsmooth.mechanics.initial_state import CONSISTENT
 from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE, ContactMode
 
-RAISED, INADMISSIBLE, ADMISSIBLE = 0, 1, 2
+RAISED, INADMISSIBLE, ADMISSIBLE = 0, 1, 2  # code: what a state of the model is
 
 
 @kernel

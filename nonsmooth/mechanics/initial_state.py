@@ -32,10 +32,10 @@ from nonsmooth.mechanics.system import (
 )
 from nonsmooth.numerics.quadratic_program import minimise
 
-# A gap or a velocity is zero within this part of the state's own scale: about the square root of the rounding unit, so
-# that states typed with eight digits count as consistent.
+# chosen: a gap or a velocity is zero within this part of the state's own scale: about the square root of the rounding
+# unit, so that states typed with eight digits count as consistent.
 CONSISTENT = 1e-7
-PROJECTIONS = 20  # linearisations of the gap
+PROJECTIONS = 20  # chosen: linearisations of the gap
 
 _sound: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose constant mass matrix has been checked
 

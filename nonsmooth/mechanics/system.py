@@ -59,7 +59,7 @@ FUNCTION_NAMES = {
     "normal_force": NORMAL_FORCE,
 }
 
-UNILATERAL, BILATERAL, GIVEN_FORCE = 0, 1, 2  # kinds of contact
+UNILATERAL, BILATERAL, GIVEN_FORCE = 0, 1, 2  # code: kinds of contact
 
 
 class ContactMode(IntEnum):

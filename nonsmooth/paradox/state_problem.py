@@ -21,8 +21,9 @@ from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.inspection import inspect_instant
 from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import FORCE, GIVEN_FORCE, MASS, System
+from nonsmooth.numerics.rounding import rounding_of_sum
 
-ROUNDING = 1e-13  # of the terms of a sum: a smaller sum is zero
+STATE_ROUNDINGS = 900  # chosen: of the terms of a sum: a smaller sum is zero
 _memory = threading.local()
 ENTRY_POINTS = (enumerate_modes, forces_at_state)  # what a search may reach, but for redundant contacts
 WHY = {
@@ -110,7 +111,7 @@ class Problem:
         """free + G rows, what cancels to rounding set to exactly zero."""
         change = self.G @ rows
         size = np.abs(free) + np.abs(self.G) @ np.abs(rows)
-        return np.where(np.abs(free + change) <= ROUNDING * size, 0.0, free + change)
+        return np.where(np.abs(free + change) <= rounding_of_sum(STATE_ROUNDINGS, size), 0.0, free + change)
 
     def spread(self, rows: np.ndarray, absent: float) -> tuple[np.ndarray, np.ndarray]:
         """Values of the rows (r,) as normal and tangential parts (n_c,) each; ``absent`` where there is no row."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.memory import ROOM
+from nonsmooth.checks.memory import LEAST_CLAIM
 from nonsmooth.errors import InvalidInput
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
 from nonsmooth.results.sparse_rows import compressed_rows, require_within
@@ -27,7 +27,8 @@ NAMES = [
     *(f"{group}/{name}/{part}" for group, names in MATRICES.items() for name in names for part in MATRIX),
     *(f"{group}/vectors/{name}" for group, names in VECTORS.items() for name in names),
 ]  # fmt: skip
-LARGEST = ROOM // 8  # unknowns that no vector of the file counts: multipliers of bilateral constraints
+# derived: unknowns that no vector of the file counts: multipliers of bilateral constraints
+MOST_MULTIPLIERS = LEAST_CLAIM // 8
 
 Datasets = dict[str, np.ndarray]
 
@@ -83,7 +84,9 @@ class Group:
 
     def _shape(self, name: str, wanted: tuple[int | None, int | None]) -> tuple[int, int]:
         m, n = self.count(f"{name}/m"), self.count(f"{name}/n")
-        if not all(0 <= size <= LARGEST and rule in (None, size) for rule, size in zip(wanted, (m, n), strict=True)):
+        if not all(
+            0 <= size <= MOST_MULTIPLIERS and rule in (None, size) for rule, size in zip(wanted, (m, n), strict=True)
+        ):
             shown = ", ".join("any" if size is None else str(size) for size in wanted)
             raise InvalidInput(f"{name} must be a matrix of shape ({shown}); the file says ({m}, {n})")
         return m, n

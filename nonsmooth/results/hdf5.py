@@ -24,8 +24,8 @@ from nonsmooth.results.forms import Form
 from nonsmooth.results.npz import Check
 from nonsmooth.results.seal import seal, sealed_kind
 
-CHUNK = 2**20  # bytes of a chunk, which has one checksum: as much as the library keeps of a dataset
-FLETCHER32 = 4  # bytes of the checksum behind a chunk
+CHUNK_BYTES = 2**20  # chosen: bytes of a chunk, which has one checksum: as much as the library keeps of a dataset
+FLETCHER32 = 4  # defined: bytes of the checksum behind a chunk
 
 
 def require_h5py() -> Any:
@@ -57,7 +57,7 @@ def put(group: Any, name: str, array: np.ndarray) -> None:
     if array.size == 0 or array.ndim == 0:
         group[name] = array
         return
-    rows = max(1, CHUNK * len(array) // array.nbytes)
+    rows = max(1, CHUNK_BYTES * len(array) // array.nbytes)
     group.create_dataset(name, data=array, chunks=(min(rows, len(array)), *array.shape[1:]), fletcher32=True)
 
 

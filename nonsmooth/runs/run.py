@@ -39,9 +39,9 @@ from nonsmooth.runs.user_events import START, EventWatch, Stop
 if TYPE_CHECKING:
     from nonsmooth.results.failed_problem import FailedProblem
 
-FIRST_BLOCK = 100  # steps before the first look at the clock
-LOOK_EVERY = 0.02  # s between two looks at the clock and at Ctrl-C
-EVENT_CAPACITY = 256  # 26 kB; the loop comes back to have them emptied
+FIRST_BLOCK = 100  # chosen: steps before the first look at the clock
+LOOK_EVERY = 0.02  # chosen: s between two looks at the clock and at Ctrl-C
+EVENT_CAPACITY = 256  # chosen: 26 kB; the loop comes back to have them emptied
 
 MESSAGES = {
     Status.NO_SOLUTION: "the contact problem of this step has no solution: every mode of {contact} was tried and none "
@@ -63,12 +63,12 @@ FAILURES: dict[Status, type[StepFailure]] = {
     Status.CONTRADICTED: ModelFunctionError,
     Status.PROGRESS_FAILED: ProgressError,
 }
-# ends that no model function can be the reason of
+# chosen: ends that no model function can be the reason of
 WITHOUT_CULPRIT = (
     Status.FINISHED, Status.INTERRUPTED, Status.BUDGET_SPENT, Status.EVENT_REACHED,
     Status.EVENT_FAILED, Status.CONTRADICTED, Status.PROGRESS_FAILED,
 )  # fmt: skip
-# ends at which nothing more is asked of the model's functions
+# chosen: ends at which nothing more is asked of the model's functions
 WITHOUT_DOUBT = (
     Status.INTERRUPTED, Status.EVENT_FAILED, Status.NOT_FINITE, Status.CONTRADICTED, Status.PROGRESS_FAILED,
 )  # fmt: skip

@@ -32,10 +32,10 @@ from nonsmooth.studies.study import Study, require_xarray
 from nonsmooth.sweeps.progress import part_shown
 from nonsmooth.sweeps.task import Variable
 
-BESIDE_STEPS = (1_000, 10_000, 100_000)  # of the rigid runs whose cost stands beside
-BRANCH = 5  # modes named
-TAIL = 0.1  # of an episode, that is run beyond its end
-STIFFNESSES = tuple(10.0**n for n in range(4, 13))  # N/m
+BESIDE_STEPS = (1_000, 10_000, 100_000)  # chosen: of the rigid runs whose cost stands beside
+BRANCH = 5  # chosen: modes named
+TAIL = 0.1  # chosen: of an episode, that is run beyond its end
+STIFFNESSES = tuple(10.0**n for n in range(4, 13))  # chosen: N/m
 
 
 def penalty_study(

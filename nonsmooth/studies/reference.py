@@ -22,6 +22,7 @@ from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.studies.matched_events import Entrances
 
 EXACT = EventDriven(rtol=1e-12, atol=1e-14)  # rigid contact, as good as rounding allows
+# chosen: of the reference: how much coarser the second run is that says how far the first may be off
 COARSER_DT, COARSER_RTOL = 2.0, 10.0
 Observed = dict[str, np.ndarray]  # "q", "u" (n_t, n); with events "event_t" (m, 1), "after_q", "after_u" (m, n)
 

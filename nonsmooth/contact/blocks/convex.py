@@ -23,7 +23,8 @@ from nonsmooth.contact.blocks.problem import Problem, as_matrix
 from nonsmooth.errors import InvalidInput, MissingExtra
 from nonsmooth.numerics.quadratic_program import minimise
 
-ROUNDED = 1e-7  # of the norm of G: matrices that were stored in single precision still count as semidefinite
+# chosen: of the norm of G: matrices that were stored in single precision still count as semidefinite
+SINGLE_PRECISION = 1e-7
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Convex:
         """Start with the sliding speeds at P; returns the best iterate and the number of convex programs."""
         G = as_matrix(problem.blocks)
         S, R = 0.5 * (G + G.T), 0.5 * (G - G.T)
-        if (lowest := float(np.linalg.eigvalsh(S)[0])) < -ROUNDED * float(np.linalg.norm(S)):
+        if (lowest := float(np.linalg.eigvalsh(S)[0])) < -SINGLE_PRECISION * float(np.linalg.norm(S)):
             raise InvalidInput(
                 f"G must be positive semidefinite for the convex route; its symmetric part has the eigenvalue "
                 f"{lowest:.3g} (in scaled units); use solver='auto'"

@@ -32,9 +32,9 @@ from nonsmooth.contact.blocks.problem import Problem
 from nonsmooth.contact.blocks.second_order_cone import product, quotient, scale, scaling_point, way_out
 from nonsmooth.jit import kernel
 
-BOUNDARY = 0.95  # of the way to the boundary of the cones that a step goes at most
-SHORT, RISE = 0.2, 0.2  # a step below SHORT halves theta, any other adds RISE
-PATIENCE = 12  # steps without a smaller error after which no more is expected
+CONE_STEP_PART = 0.95  # chosen: of the way to the boundary of the cones that a step goes at most
+SHORT_STEP, THETA_RISE = 0.2, 0.2  # chosen: a step below SHORT_STEP halves theta, any other adds THETA_RISE
+INTERIOR_PATIENCE = 12  # chosen: steps without a smaller error after which no more is expected
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Interior:
         point = InteriorPoint(problem, P, self.start)
         reached, waited = np.inf, 0
         for count in range(self.max_iterations):
-            if least <= tol or waited == PATIENCE:
+            if least <= tol or waited == INTERIOR_PATIENCE:
                 return best, count
             if not point.step():
                 return best, count + 1
@@ -98,13 +98,13 @@ class InteriorPoint:
         centring = min(1.0, max(0.0, gap_ahead / gap)) ** 3
         correct(self.w, y, self.dx, self.dy, centring * gap, self.target)
         self._direction(solve)
-        length, gap_ahead = longest_step(x, y, self.dx, self.dy, BOUNDARY)
+        length, gap_ahead = longest_step(x, y, self.dx, self.dy, CONE_STEP_PART)
         if not (length > 0.0 and math.isfinite(gap_ahead)):
             return False
         x += length * self.dx
         y += length * self.dy
         leave(problem.mu, problem.dim, x, self.P)
-        self.theta = 0.5 * self.theta if length < SHORT else min(1.0, self.theta + RISE)
+        self.theta = 0.5 * self.theta if length < SHORT_STEP else min(1.0, self.theta + THETA_RISE)
         return True
 
     def _direction(self, solve: Solve) -> None:

@@ -36,19 +36,17 @@ from nonsmooth.contact.blocks.proximal import Proximal
 from nonsmooth.contact.blocks.result import ContactResult, ContactStatus
 from nonsmooth.errors import InvalidInput
 
-CHEAP = 50_000  # stored entries of G up to which a sparse LU takes a few milliseconds
-SHORT = 100  # sweeps: enough for most loose assemblies, and a good start for Newton on the others
-BRIEF = 25  # sweeps: a start for methods that factorise a large matrix
-STEPS = 4  # within which a first Newton must halve the error; a success rarely takes more (benchmarks/problems.py)
-STARTS = (
-    0.3,
-    0.03,
-    3.0,
-)  # distances from the boundary for interior points: a path that fails from one, ends from another
-LONG = 20_000  # sweeps: the last resort
-WORTH_WAITING = 3_000  # further sweeps that Gauss-Seidel may promise to need
-LCP_CONTACTS = 150  # planar contacts: an LCP with 600 unknowns, about a second
-FACET_CONTACTS = 50  # spatial contacts with four facets: an LCP with 300 unknowns, a tenth of a second
+CHEAP_ENTRIES = 50_000  # measured: stored entries of G up to which a sparse LU takes a few milliseconds
+FIRST_SWEEPS = 100  # measured: sweeps: enough for most loose assemblies, and a good start for Newton on the others
+BRIEF_SWEEPS = 25  # chosen: sweeps: a start for methods that factorise a large matrix
+# measured: within which a first Newton must halve the error; a success rarely takes more (benchmarks/problems.py)
+NEWTON_TRIAL_STEPS = 4
+# chosen: distances from the boundary for interior points: a path that fails from one, ends from another
+START_DISTANCES = (0.3, 0.03, 3.0)
+LAST_SWEEPS = 20_000  # chosen: sweeps: the last resort
+WORTH_WAITING = 3_000  # chosen: further sweeps that Gauss-Seidel may promise to need
+LCP_CONTACTS = 150  # measured: planar contacts: an LCP with 600 unknowns, about a second
+FACET_CONTACTS = 50  # measured: spatial contacts with four facets: an LCP with 300 unknowns, a tenth of a second
 
 
 class Solver(Protocol):
@@ -83,7 +81,7 @@ class PatientNSGS(NamedTuple):
         """Sweep from P; returns the best iterate and the number of sweeps."""
         total, before = 0, problem.error(P)
         while True:
-            P, sweeps = NSGS(max_sweeps=2 * SHORT).run(problem, P, tol)
+            P, sweeps = NSGS(max_sweeps=2 * FIRST_SWEEPS).run(problem, P, tol)
             total, error = total + sweeps, problem.error(P)
             rate = np.log(before / error) / sweeps if 0 < error < before else 0.0
             if error <= tol or rate == 0.0 or np.log(error / tol) / rate > WORTH_WAITING:
@@ -191,7 +189,7 @@ class Climb(NamedTuple):
 
 
 def _is_cheap(problem: Problem) -> bool:
-    return problem.blocks.is_full or problem.blocks.G.size <= CHEAP
+    return problem.blocks.is_full or problem.blocks.G.size <= CHEAP_ENTRIES
 
 
 def _ladder(problem: Problem) -> list[Solver]:
@@ -204,20 +202,20 @@ def _ladder(problem: Problem) -> list[Solver]:
 
 @functools.cache
 def _rungs(dim: int, has_lcp: bool, is_cheap: bool) -> list[Solver]:
-    last: list[Solver] = [PatientNSGS(), NSGS(max_sweeps=LONG), Newton()]
+    last: list[Solver] = [PatientNSGS(), NSGS(max_sweeps=LAST_SWEEPS), Newton()]
     last = [Proximal(alpha=1e-4, max_solves=200), ADMM(max_iterations=1000), Proximal(), *last]
     if has_lcp:
         last = [FacetedLCP(), Newton(), *last] if dim == 2 else [FromFacets(), *last]
     if is_cheap:
-        return [NSGS(max_sweeps=SHORT), Newton(patience=STEPS), *_from_inside(), *last]
-    first: list[Solver] = [NSGS(max_sweeps=BRIEF), ADMM(max_iterations=300), PatientNSGS()]
-    return [*first, Interior(), Newton(patience=STEPS), *last]
+        return [NSGS(max_sweeps=FIRST_SWEEPS), Newton(patience=NEWTON_TRIAL_STEPS), *_from_inside(), *last]
+    first: list[Solver] = [NSGS(max_sweeps=BRIEF_SWEEPS), ADMM(max_iterations=300), PatientNSGS()]
+    return [*first, Interior(), Newton(patience=NEWTON_TRIAL_STEPS), *last]
 
 
 def _from_inside() -> list[Solver]:
     rungs: list[Solver] = []
-    for start in STARTS:
-        rungs += [Interior(start=start), Newton(patience=STEPS)]
+    for start in START_DISTANCES:
+        rungs += [Interior(start=start), Newton(patience=NEWTON_TRIAL_STEPS)]
     return rungs
 
 

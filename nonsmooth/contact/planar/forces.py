@@ -31,16 +31,15 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem
 from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, row_velocities
+from nonsmooth.mechanics.initial_state import CONSISTENT
 from nonsmooth.mechanics.laws import LAW_WIDTH, friction_coefficient, static_coefficient
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL
 
-# A gap or a velocity is zero within this part of the state's own scale (the tolerance of initial states).
-CONSISTENT = 1e-7
-MAX_MODES = 400_000  # 5^8: eight bilateral contacts at rest, a fifth of a second
-MAX_CONTACTS = 18  # 2^18 modes of sliding contacts are fewer, 2^19 more
-KEPT = 256  # solutions kept of one island: eight sliding contacts have at most that many
-MOST = 1 << 52  # solutions of all islands that are counted
+MAX_MODES = 400_000  # derived: 5^8: eight bilateral contacts at rest, a fifth of a second
+MAX_CONTACTS = 18  # derived: 2^18 modes of sliding contacts are fewer, 2^19 more
+FORCES_KEPT = 256  # derived: solutions kept of one island: eight sliding contacts have at most that many
+MOST_COUNTED = 1 << 52  # derived: solutions of all islands that are counted
 
 
 class Situation(IntEnum):
@@ -55,7 +54,7 @@ class Situation(IntEnum):
     MOVING_APART = 6  # bilateral with gamma_N != 0
 
 
-class Forces(Block, most=MAX_CONTACTS, kept=KEPT, c="max(1, n_c)", r="max(1, n_c * (1 + d))"):
+class Forces(Block, most=MAX_CONTACTS, kept=FORCES_KEPT, c="max(1, n_c)", r="max(1, n_c * (1 + d))"):
     """Arrays of the search for forces. c = contacts, r = rows."""
 
     work: Work
@@ -204,7 +203,7 @@ def find_forces(n_k, forces):
         if is_asked(island, n_k, forces):
             forces.outcome[island], forces.number[island] = find_forces_of(island, n_k, forces)
         outcome = max(outcome, forces.outcome[island])
-        total = min(MOST, total * forces.number[island])
+        total = min(MOST_COUNTED, total * forces.number[island])
     return outcome, total
 
 

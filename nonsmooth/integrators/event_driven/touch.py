@@ -9,22 +9,16 @@ from __future__ import annotations
 from typing import Annotated as Array
 
 from nonsmooth.contact.planar.problem import Planar
-from nonsmooth.integrators.records import N_LEDGER
-from nonsmooth.integrators.rigid.modes import (
-    FRICTION,
-    N_FUNCTIONS,
-    N_WORKS,
-    rounded_length,
-    small_speed,
-)
+from nonsmooth.integrators.records import FRICTION, N_FUNCTIONS, N_LEDGER, N_WORKS
+from nonsmooth.integrators.rigid.modes import rounded_length, small_speed
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.mechanics.contact_problem import evaluate_rows, row_velocities
 from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
-START = -2  # the event with which a run begins
-RESUME = -3  # and that with which it goes on after a stretch of time stepping
+AT_START = -2  # code: the event with which a run begins
+AT_RESUMPTION = -3  # code: and that with which it goes on after a stretch of time stepping
 
 
 class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"):
@@ -86,7 +80,7 @@ def look(sys, t, x, event, contacts, touch):
         touch.is_touching[i] = 1 if is_closed and not parts else 0
         is_arrested = is_closing and contacts.mode[i] == ContactMode.SLIDE and event % N_FUNCTIONS == FRICTION
         is_slow = abs(touch.gamma[i, 1]) <= speed + contacts.numbers.atol
-        if event == START:  # a start says itself what rests
+        if event == AT_START:  # a start says itself what rests
             is_slow = contacts.mode[i] == ContactMode.STICK
         touch.is_resting[i] = 1 if is_slow or is_arrested else 0
     return True
