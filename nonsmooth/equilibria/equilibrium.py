@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_instance, as_number, as_vector
 from nonsmooth.equilibria.sliding_mode import SlidingMode, mu_of
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.initial_state import CONSISTENT, contact_state, evaluate
+from nonsmooth.mechanics.initial_state import contact_state, evaluate
+from nonsmooth.mechanics.situation import nearness
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, NORMAL_FORCE, System, as_system
 
 EQUILIBRIUM_NEWTON_STEPS = 60  # chosen: Newton steps before a guess is given up
@@ -146,9 +147,10 @@ def sliding_mode(
 ) -> SlidingMode:
     """The closed contacts at q and their signs, as given or as the surfaces move."""
     gaps, _, gamma_F = contact_state(system, t, q, np.zeros(system.n_u))
-    reach = CONSISTENT * np.abs(q).max(initial=0.0)
     kinds = system.kinds[:, 0]
-    closed = tuple(int(i) for i in np.flatnonzero((kinds == BILATERAL) | (kinds == GIVEN_FORCE) | (gaps <= reach)))
+    closed = tuple(
+        int(i) for i in np.flatnonzero((kinds == BILATERAL) | (kinds == GIVEN_FORCE) | (gaps <= nearness(q)))
+    )
     s = np.sign(gamma_F) if sliding is None else _signs("sliding", sliding, system.n_c)
     n = np.ones(system.n_c) if normal is None else _signs("normal", normal, system.n_c)
     for i in closed:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nonsmooth.contact.planar.enumerate import enumerate_modes
-from nonsmooth.contact.planar.forces import Forces, Outcome, Situation, forces_at_state
+from nonsmooth.contact.planar.forces import Forces, Outcome, forces_at_state
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import interpreted, load_all
@@ -19,6 +19,7 @@ from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.inspection import inspect_instant
+from nonsmooth.mechanics.situation import CONTRADICTIONS, Situation
 from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import FORCE, GIVEN_FORCE, MASS, System
 from nonsmooth.numerics.rounding import rounding_of_sum
@@ -26,12 +27,9 @@ from nonsmooth.numerics.rounding import rounding_of_sum
 STATE_ROUNDINGS = 900  # chosen: of the terms of a sum: a smaller sum is zero
 _memory = threading.local()
 ENTRY_POINTS = (enumerate_modes, forces_at_state)  # what a search may reach, but for redundant contacts
-WHY = {
+WHY = CONTRADICTIONS | {
     Situation.LANDING: "contact {i} approaches with gamma_N = {gamma_N:g} m/s: an impact comes first; classify the "
     "state after it",
-    Situation.PENETRATING: "contact {i} penetrates by {depth:g} m",
-    Situation.VIOLATED: "the bilateral contact {i} has the gap {g_N:g} m, which must be 0",
-    Situation.MOVING_APART: "the bilateral contact {i} has the normal velocity {gamma_N:g} m/s, which must be 0",
 }
 
 

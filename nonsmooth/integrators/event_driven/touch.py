@@ -14,8 +14,9 @@ from nonsmooth.integrators.rigid.modes import rounded_length, small_speed
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.mechanics.contact_problem import evaluate_rows, row_velocities
+from nonsmooth.mechanics.situation import Situation, is_still, situation_of
 from nonsmooth.mechanics.sys import evaluate
-from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, ContactMode
 
 AT_START = -2  # code: the event with which a run begins
 AT_RESUMPTION = -3  # code: and that with which it goes on after a stretch of time stepping
@@ -73,13 +74,15 @@ def look(sys, t, x, event, contacts, touch):
             r += 1
         contacts.gamma[i, 0], contacts.gamma[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
     speed, length = small_speed(n, contacts), rounded_length(n, contacts)
+    still = speed + contacts.numbers.atol
     for i in range(n_c):
         is_closing = event >= 0 and event // N_FUNCTIONS == i
-        is_closed = contacts.mode[i] != ContactMode.OPEN or is_closing or work.g_N[i] <= length
-        parts = kinds[i, 0] == UNILATERAL and touch.gamma[i, 0] > speed
-        touch.is_touching[i] = 1 if is_closed and not parts else 0
+        is_held = contacts.mode[i] != ContactMode.OPEN or is_closing
+        gap, gamma_N, gamma_F = 0.0 if is_held else work.g_N[i], touch.gamma[i, 0], touch.gamma[i, 1]
+        situation = situation_of(kinds[i, 0], gap, gamma_N, gamma_F, length, speed, still, True)
+        touch.is_touching[i] = 1 if situation != Situation.OPEN else 0
         is_arrested = is_closing and contacts.mode[i] == ContactMode.SLIDE and event % N_FUNCTIONS == FRICTION
-        is_slow = abs(touch.gamma[i, 1]) <= speed + contacts.numbers.atol
+        is_slow = is_still(gamma_F, still)
         if event == AT_START:  # a start says itself what rests
             is_slow = contacts.mode[i] == ContactMode.STICK
         touch.is_resting[i] = 1 if is_slow or is_arrested else 0
