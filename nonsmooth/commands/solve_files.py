@@ -18,7 +18,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_tolerance
 from nonsmooth.checks.files import refusals
-from nonsmooth.drawing.plots import saved
+from nonsmooth.drawing.plots import save_figure
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, Status, UnknownName, nearest
 from nonsmooth.results.failed_problem import FailedProblem, is_failed_problem, require_failed_problem
 from nonsmooth.results.forms import FLAG, REAL, WHOLE, Form, Rule, require_forms
@@ -261,7 +261,7 @@ def performance_profile(results: dict[str, list[dict]] | list[dict], path: str |
              ylabel="share of problems solved within τ [-]")  # fmt: skip
     axes.grid(alpha=0.3)
     axes.legend(loc="lower right")
-    saved(figure, Path(path))
+    save_figure(figure, Path(path))
 
 
 def time_ratios(runs: dict[str, list[dict]]) -> dict[str, np.ndarray]:

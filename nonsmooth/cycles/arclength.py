@@ -170,7 +170,7 @@ class Passage(NamedTuple):
     message: str = ""
 
 
-def passage(at: Callable[[float], System], cycle: LimitCycle, value: float, unit: float, rtol: float) -> Passage:
+def follow_arc(at: Callable[[float], System], cycle: LimitCycle, value: float, unit: float, rtol: float) -> Passage:
     """Follow the branch from the cycle at a value to the value + unit, or round a fold and back.
 
     Raises

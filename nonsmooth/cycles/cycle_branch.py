@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_name, as_tolerance, as_vector
-from nonsmooth.cycles.arclength import passage
+from nonsmooth.cycles.arclength import follow_arc
 from nonsmooth.cycles.cycle import LimitCycle
 from nonsmooth.cycles.cycle_margins import least_p, least_slip, paradox_at
-from nonsmooth.cycles.drift import NONE, drift_of
+from nonsmooth.cycles.drift import NONE, find_drift
 from nonsmooth.cycles.limit_cycle import limit_cycle
 from nonsmooth.cycles.mode_sequence import ContactLost, period_of, sequence_near
 from nonsmooth.cycles.phase import PhaseGuess
@@ -231,7 +231,7 @@ class _Growing:
     def _round_the_arc(self, value: float) -> str:
         """By arclength, round a fold if there is one."""
         before = self.values[-1]
-        way = passage(self.at, self.cycles[-1], before, value - before, self.rtol)
+        way = follow_arc(self.at, self.cycles[-1], before, value - before, self.rtol)
         if way.fold is None and way.cycle is not None:
             return self._add(value, way.cycle)
         if way.fold is not None and way.turning is not None:
@@ -334,7 +334,7 @@ def _resimulated(system: System, last: LimitCycle) -> LimitCycle:
     start, t = last.phases[0], float(last.phases[0].x[-1]) if last.has_time else 0.0
     span = t, t + SETTLE * last.period
     run = simulate_whole(system, span, start.q, start.u, integrator=EventDriven(), progress=None)
-    drift = drift_of(system, [(t, start.q, start.u)], last.forcing is not None) if last.drifts else NONE
+    drift = find_drift(system, [(t, start.q, start.u)], last.forcing is not None) if last.drifts else NONE
     return Shooting(system, period_of(run, last.forcing, drift), **last.closing).solve()
 
 

@@ -23,7 +23,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_index, as_listed, as_name
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.agreement import generic
+from nonsmooth.mechanics.agreement import generic_direction
 from nonsmooth.mechanics.system import POTENTIAL, TAKES_U, System
 from nonsmooth.numerics.complex_step import complexified, jacobian
 
@@ -92,7 +92,9 @@ def as_coordinates(drift: Any, model: Any, n_q: int) -> tuple[int, ...] | None:
     return tuple(found)
 
 
-def drift_of(system: System, places: list[Place], is_forced: bool, coordinates: tuple[int, ...] | None = None) -> Drift:
+def find_drift(
+    system: System, places: list[Place], is_forced: bool, coordinates: tuple[int, ...] | None = None
+) -> Drift:
     """The directions of a system near some places.
 
     Parameters
@@ -129,14 +131,14 @@ def drift_of(system: System, places: list[Place], is_forced: bool, coordinates: 
 
 def _can_with_others(system: System, places: list[Place], is_forced: bool, j: int) -> bool:
     """Whether a coordinate can drift with others that were not named."""
-    return bool(drift_of(system, places, is_forced).directions[:, j].any())
+    return bool(find_drift(system, places, is_forced).directions[:, j].any())
 
 
 def _around(places: list[Place]) -> Iterator[Place]:
     """The places, and one beside each: what vanishes by chance at one does not at the other."""
     for t, q, u in places:
         yield t, q, u
-        aside = ASIDE * generic(q.size)
+        aside = ASIDE * generic_direction(q.size)
         yield t + ASIDE, q + aside * (1.0 + np.abs(q)), u + aside * (1.0 + np.abs(u))
 
 

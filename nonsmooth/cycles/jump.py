@@ -77,7 +77,7 @@ def read_jump(flow: ModeFlow, before: np.ndarray, after: np.ndarray, events: lis
     closing = tuple(i for i in struck if (i, "gap") in flow.margins(before))
     own = bool(closing) and system.n_c == 1 and follows_own_law.function(0, system.kinds, system.laws)
     jump = Jump(tuple(blows), closing, bool(own))
-    missed = np.abs(jumped(jump, flow, before).real - after).max()
+    missed = np.abs(apply_jump(jump, flow, before).real - after).max()
     if not blows or missed > SAME_IMPULSES * np.abs(after - before).max():
         raise InvalidInput(
             f"at t = {events[0].t if events else flow.t:.6g} s several impacts follow one another in one instant; "
@@ -86,7 +86,7 @@ def read_jump(flow: ModeFlow, before: np.ndarray, after: np.ndarray, events: lis
     return jump
 
 
-def jumped(jump: Jump, flow: ModeFlow, x: np.ndarray) -> np.ndarray:
+def apply_jump(jump: Jump, flow: ModeFlow, x: np.ndarray) -> np.ndarray:
     """The state after a jump; ``flow`` is any of the system."""
     q, u, t = flow.parts(x)
     M = flow.call(MASS, q, u, t)

@@ -8,7 +8,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_positive
 from nonsmooth.cycles.cycle import LimitCycle
-from nonsmooth.cycles.drift import Drift, as_coordinates, drift_of
+from nonsmooth.cycles.drift import Drift, as_coordinates, find_drift
 from nonsmooth.cycles.mode_sequence import ContactLost, is_forced, period_of
 from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.cycles.shooting import Shooting
@@ -83,7 +83,7 @@ def limit_cycle(
     if forcing is not None:
         as_positive("forcing", forcing, "s")
     start = _start(model, system, guess)
-    directions = drift_of(system, [start], forcing is not None, coordinates)
+    directions = find_drift(system, [start], forcing is not None, coordinates)
     _require_forcing(system, forcing, directions)
     try:
         if isinstance(guess, LimitCycle):

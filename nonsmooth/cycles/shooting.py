@@ -26,9 +26,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.cycles.cycle import CyclePhase, LimitCycle
-from nonsmooth.cycles.drift import Drift, drift_of
+from nonsmooth.cycles.drift import Drift, find_drift
 from nonsmooth.cycles.flow_map import FLOW_RTOL, flow_curve, flow_map
-from nonsmooth.cycles.jump import Jump, jumped
+from nonsmooth.cycles.jump import Jump, apply_jump
 from nonsmooth.cycles.mode_flow import ContactState, Margin, ModeFlow, mode_flow
 from nonsmooth.cycles.mode_sequence import ContactLost
 from nonsmooth.cycles.phase import PhaseGuess
@@ -68,7 +68,7 @@ class Link(NamedTuple):
         """The state r(y) after the event that ends the phase in y, and R = dr/dy."""
         if self.jump is None:
             return y, np.eye(y.size)
-        return jacobian(lambda z: jumped(self.jump, self.flow, z), y)  # type: ignore[arg-type]
+        return jacobian(lambda z: apply_jump(self.jump, self.flow, z), y)  # type: ignore[arg-type]
 
 
 class Shooting:
@@ -89,7 +89,7 @@ class Shooting:
         drifts: bool = False,
     ) -> None:
         self.system, self.rtol, self.forcing = system, rtol, forcing
-        self.drift = drift_of(system, places_of(guess, system.n_q), forcing is not None) if drifts else None
+        self.drift = find_drift(system, places_of(guess, system.n_q), forcing is not None) if drifts else None
         self.guess = from_zero(guess, self.drift, system.n_q)
         following = [*self.guess[1:], self.guess[0]]
         is_smooth = len(self.guess) == 1 and self.guess[0].jump is None

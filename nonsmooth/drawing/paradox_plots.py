@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_array, as_index, as_instance, as_listed
-from nonsmooth.drawing.plots import BELOW, BLUE, RED, REGIONS, is_geometric, new_figure, saved
+from nonsmooth.drawing.plots import BELOW, BLUE, RED, REGIONS, is_geometric, new_figure, save_figure
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.paradox.classify import ParadoxKind
 
@@ -104,7 +104,7 @@ def plot_map(
             set_scale("log")
     axes.set_xlabel(axis_label(chart, axes_names[0]))
     axes.set_title(map_title(chart) if title is None else title, fontsize=10)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def draw_regions(axes: Any, chart: xarray.Dataset, names: list[str]) -> list[Any]:
@@ -268,7 +268,7 @@ def plot_graphical_problem(cases: Classification | Sequence[tuple[str, Classific
         axes.set_visible(False)
     keys = {label: handle for axes in grid for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     figure.legend(keys.values(), keys, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def as_cases(cases: Any) -> list[tuple[str, Classification]]:

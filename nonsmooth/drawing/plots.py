@@ -51,7 +51,7 @@ def new_figure(width: float, height: float) -> Any:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def saved(figure: Any, path: str | Path | None) -> Any:
+def save_figure(figure: Any, path: str | Path | None) -> Any:
     """The figure, written to ``path`` where one is given; its ending names the format."""
     if path is not None:
         path = as_place("path", path, FIGURE_ENDINGS)
@@ -101,7 +101,7 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
         rows[-1].set_xlim(solution.t[0], solution.t[-1])
     letters = int(LETTERS * figure.get_figwidth())
     figure.suptitle(title_of(solution, letters), fontsize=10, family="monospace")  # tells l from I
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def title_of(solution: Solution, letters: int) -> str:

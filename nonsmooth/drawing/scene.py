@@ -9,7 +9,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_count
 from nonsmooth.checks.files import as_place, whole_file
-from nonsmooth.drawing.plots import new_figure, saved
+from nonsmooth.drawing.plots import new_figure, save_figure
 from nonsmooth.errors import InvalidInput, MissingExtra
 
 MAX_FPS = 100  # defined: frames a second: a gif says their length in hundredths of a second
@@ -61,7 +61,7 @@ def picture(solution: Solution, path: str | Path | None = None, n: int = 5) -> A
     instants = ", ".join(f"{t:.3g}" for t in solution.t[shown[:MAX_INSTANTS]])
     instants += f", ... {solution.t[shown[-1]]:.3g}" if n > MAX_INSTANTS else ""
     axes.set_title(f"t = {instants} s{', the later the darker' if n > 1 else ''}", fontsize=10)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.drawing.plots import BLUE, new_figure, saved
+from nonsmooth.drawing.plots import BLUE, new_figure, save_figure
 
 if TYPE_CHECKING:
     import xarray
@@ -57,7 +57,7 @@ def plot_friction_laws(
     axes.set_ylabel("friction force / normal force, $\\mu(|v|)\\,\\mathrm{sgn}\\,v$")
     axes.grid(alpha=0.25)
     axes.legend(frameon=False, fontsize=9)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_averaged_motion(motion: AveragedMotion, path: str | Path | None = None) -> Any:
@@ -97,7 +97,7 @@ def plot_averaged(
     axes.grid(alpha=0.25)
     if any(label for label, _ in motions):
         axes.legend(frameon=False, fontsize=9)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def touching_amplitude(motion: AveragedMotion) -> float:
@@ -166,7 +166,7 @@ def plot_eigen_path(paths: EigenPath | Mapping[str, EigenPath], path: str | Path
         above.legend(frameon=False, fontsize=9)
     for axes in (above, below, locus):
         axes.grid(alpha=0.25)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def joined(shown: np.ndarray) -> np.ndarray:
@@ -213,7 +213,7 @@ def plot_amplitudes(
     axes.set_ylabel(f"amplitude [{unit}]")
     axes.grid(alpha=0.25)
     axes.legend(frameon=False, fontsize=9)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def largest(motion: AveragedMotion, is_stable: bool) -> float:
@@ -254,7 +254,7 @@ def plot_snapshots(solution: Solution, times: Sequence[float], path: str | Path 
     axes.set_ylabel("y [m]")
     axes.grid(alpha=0.25)
     axes.legend(title="t", frameon=False, fontsize=9, loc="center left", bbox_to_anchor=(1.01, 0.5))
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_stability_map(chart: xarray.Dataset, path: str | Path | None = None, units: Sequence[str] = ("", "")) -> Any:
@@ -282,4 +282,4 @@ def plot_stability_map(chart: xarray.Dataset, path: str | Path | None = None, un
     figure.colorbar(colours, label="growth max Re $s$ [1/s]")
     axes.set_xlabel(f"{x_name} [{x_unit}]" if x_unit else str(x_name))
     axes.set_ylabel(f"{y_name} [{y_unit}]" if y_unit else str(y_name))
-    return saved(figure, path)
+    return save_figure(figure, path)

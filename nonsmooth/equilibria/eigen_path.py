@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_name, as_vector
-from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equilibrium, follow
+from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equilibrium, follow_equilibrium
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import as_system
@@ -120,12 +120,12 @@ def eigen_path(system: Any, parameter: str, values: ArrayLike, at: Equilibrium |
     system = as_system(system)
     as_name("parameter", parameter, system.parameter_values)
     first = {parameter: float(grid[0])}
-    at = equilibrium(system.with_parameters(**first)) if at is None else follow(as_equilibrium(at), **first)
+    at = equilibrium(system.with_parameters(**first)) if at is None else follow_equilibrium(as_equilibrium(at), **first)
     points: list[Linearisation] = []
     order: list[np.ndarray] = []
     try:
         for value in grid:
-            at = follow(at, **{parameter: float(value)})
+            at = follow_equilibrium(at, **{parameter: float(value)})
             points.append(linearise(at.mode.system, at))
             order.append(next_columns(grid, points, order, lambda near, value: _between(near, parameter, value)))
             tell(len(order) / grid.size)
@@ -145,7 +145,7 @@ def eigen_path(system: Any, parameter: str, values: ArrayLike, at: Equilibrium |
 def _between(near: Linearisation, parameter: str, value: float) -> Linearisation | None:
     """The linearisation at a value between two; None where no equilibrium is found."""
     try:
-        at = follow(near.equilibrium, **{parameter: value})
+        at = follow_equilibrium(near.equilibrium, **{parameter: value})
         return linearise(at.mode.system, at)
     except InvalidInput:
         return None

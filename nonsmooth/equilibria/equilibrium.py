@@ -20,7 +20,7 @@ from nonsmooth.checks.arrays import as_instance, as_number, as_vector
 from nonsmooth.equilibria.sliding_mode import SlidingMode, mu_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.initial_state import contact_state, evaluate
-from nonsmooth.mechanics.situation import nearness
+from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, NORMAL_FORCE, System, as_system
 
 EQUILIBRIUM_NEWTON_STEPS = 60  # chosen: Newton steps before a guess is given up
@@ -126,7 +126,7 @@ def as_equilibrium(at: Any) -> Equilibrium:
     return as_instance("at", at, Equilibrium, "an Equilibrium, as ns.equilibrium(system) gives")
 
 
-def follow(at: Equilibrium, **changes: float) -> Equilibrium:
+def follow_equilibrium(at: Equilibrium, **changes: float) -> Equilibrium:
     """The equilibrium of the same contacts and signs after some parameters have changed.
 
     Raises
@@ -149,7 +149,7 @@ def sliding_mode(
     gaps, _, gamma_F = contact_state(system, t, q, np.zeros(system.n_u))
     kinds = system.kinds[:, 0]
     closed = tuple(
-        int(i) for i in np.flatnonzero((kinds == BILATERAL) | (kinds == GIVEN_FORCE) | (gaps <= nearness(q)))
+        int(i) for i in np.flatnonzero((kinds == BILATERAL) | (kinds == GIVEN_FORCE) | (gaps <= largest_closed_gap(q)))
     )
     s = np.sign(gamma_F) if sliding is None else _signs("sliding", sliding, system.n_c)
     n = np.ones(system.n_c) if normal is None else _signs("normal", normal, system.n_c)

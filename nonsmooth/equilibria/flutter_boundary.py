@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_name, as_vector
-from nonsmooth.equilibria.equilibrium import Equilibrium, NotIsolated, as_equilibrium, equilibrium, follow
+from nonsmooth.equilibria.equilibrium import Equilibrium, NotIsolated, as_equilibrium, equilibrium, follow_equilibrium
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import as_system
@@ -101,7 +101,7 @@ def flutter_boundary(
     start = equilibrium(system.with_parameters(**{parameter: float(ends[0])})) if at is None else as_equilibrium(at)
 
     def small(value: float) -> Linearisation:
-        moved = follow(start, **{parameter: float(value)})
+        moved = follow_equilibrium(start, **{parameter: float(value)})
         return linearise(moved.mode.system, moved)
 
     stable, unstable = _sides(parameter, ends, small)

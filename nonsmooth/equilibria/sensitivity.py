@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_instance, as_name
-from nonsmooth.equilibria.equilibrium import follow
+from nonsmooth.equilibria.equilibrium import follow_equilibrium
 from nonsmooth.equilibria.linearise import Linearisation, linearise
 from nonsmooth.errors import InvalidInput
 from nonsmooth.numerics.rounding import CENTRAL_INCREMENT
@@ -71,7 +71,7 @@ def _derivative(at: Linearisation, parameter: str, p: float) -> np.ndarray:
     h = CENTRAL_INCREMENT * (abs(p) or 1.0)
 
     def companion(value: float) -> np.ndarray:
-        moved = follow(at.equilibrium, **{parameter: value})
+        moved = follow_equilibrium(at.equilibrium, **{parameter: value})
         return linearise(moved.mode.system, moved).companion
 
     try:

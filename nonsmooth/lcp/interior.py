@@ -26,7 +26,9 @@ ORTHANT_STEP_PART = 0.99  # chosen: of the way to the boundary that a step goes 
 LEAST_START = 1.0  # chosen: least z and w of the scaled problem, whose b and diagonal have entries near 1
 
 
-def interior(A: Any, b: np.ndarray, z: np.ndarray, tol: float, max_iterations: int) -> tuple[np.ndarray, bool, int]:
+def solve_by_interior_point(
+    A: Any, b: np.ndarray, z: np.ndarray, tol: float, max_iterations: int
+) -> tuple[np.ndarray, bool, int]:
     """Solve from the neighbourhood of the guess z >= 0.
 
     Parameters

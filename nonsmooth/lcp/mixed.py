@@ -25,7 +25,7 @@ from nonsmooth.checks.arrays import as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import ACTIVE_SETS_TRIED, LARGEST_N, enumerate_solutions
-from nonsmooth.lcp.newton import linear_solve, newton
+from nonsmooth.lcp.newton import linear_solve, solve_by_semismooth_newton
 from nonsmooth.lcp.result import LCPResult, LCPStatus, natural_scales
 from nonsmooth.lcp.scaling import scaled_problem
 from nonsmooth.lcp.solve import MAX_NEWTON, Attempt, as_square, solve_lcp
@@ -220,7 +220,7 @@ def _by_newton(A: np.ndarray, b: np.ndarray, free: np.ndarray, solver: str, tol:
     total = 0
     starts = [np.zeros(n), np.where(free, 0.0, np.abs(b).max() / natural_scales(A))]
     for start in ([] if guess is None else [guess]) + starts:
-        z, is_converged, iterations = newton(A, b, start, free, min(tol, 1e-10), MAX_NEWTON)
+        z, is_converged, iterations = solve_by_semismooth_newton(A, b, start, free, min(tol, 1e-10), MAX_NEWTON)
         total += iterations
         if is_converged:
             break

@@ -26,7 +26,7 @@ RELATIVE_DESCENT = 1e-10  # chosen: cos^2-like bound below which a Newton direct
 NEAR_SOLUTION = 0.1  # chosen: |phi| relative to the scaled problem from which the active set is tried
 
 
-def newton(A: Any, b: np.ndarray, z: np.ndarray, free: np.ndarray, tol: float,
+def solve_by_semismooth_newton(A: Any, b: np.ndarray, z: np.ndarray, free: np.ndarray, tol: float,
            max_iterations: int) -> tuple[np.ndarray, bool, int]:  # fmt: skip
     """Solve from the guess z.
 

@@ -34,7 +34,7 @@ def why_not_a_qp(A: np.ndarray) -> str:
     return ""
 
 
-def qp(A: np.ndarray, b: np.ndarray, guess: np.ndarray, name: str) -> tuple[np.ndarray, bool]:
+def solve_as_qp(A: np.ndarray, b: np.ndarray, guess: np.ndarray, name: str) -> tuple[np.ndarray, bool]:
     """Solve by the qpsolvers solver of this name; returns z and whether the solver claims success.
 
     Raises

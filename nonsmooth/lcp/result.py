@@ -108,7 +108,7 @@ def lcp_residual(n, A, b, z):
 
 
 @kernel("float64(float64[:, ::1], float64[::1], float64[::1], float64[::1])")
-def judge(A, b, z, w):
+def judge_solution(A, b, z, w):
     """Write w = A z + b and return `lcp_residual`: the last step of every solver called from Python."""
     n = b.shape[0]
     for i in range(n):
@@ -119,7 +119,7 @@ def judge(A, b, z, w):
 
 
 def judge_sparse(A: Any, b: np.ndarray, z: np.ndarray, w: np.ndarray) -> float:
-    """`judge` for a scipy.sparse CSR matrix."""
+    """`judge_solution` for a scipy.sparse CSR matrix."""
     w[:] = A @ z + b
     error = np.abs(np.minimum(natural_scales(A) * z, w)).max()
     scale = np.abs(b).max()

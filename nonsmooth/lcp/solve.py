@@ -22,13 +22,13 @@ from nonsmooth.checks.arrays import as_square_matrix, as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import ACTIVE_SETS_TRIED, LARGEST_N, enumerate_solutions
-from nonsmooth.lcp.interior import interior
+from nonsmooth.lcp.interior import solve_by_interior_point
 from nonsmooth.lcp.lemke import lemke_entry, lemke_workspace
-from nonsmooth.lcp.newton import newton as newton_iterations
+from nonsmooth.lcp.newton import solve_by_semismooth_newton as newton_iterations
 from nonsmooth.lcp.pgs import pgs_entry, pgs_sparse_entry
 from nonsmooth.lcp.pivoting import pivoting_entry, pivoting_workspace
-from nonsmooth.lcp.qp import qp
-from nonsmooth.lcp.result import LCPResult, LCPStatus, judge, judge_sparse, natural_scales
+from nonsmooth.lcp.qp import solve_as_qp
+from nonsmooth.lcp.result import LCPResult, LCPStatus, judge_solution, judge_sparse, natural_scales
 from nonsmooth.numerics.quadratic_program import solver_names
 
 SMALL_N = 300  # Lemke's n^3 kernel is faster than Newton with LAPACK up to about here (measured)
@@ -146,7 +146,7 @@ def _ladder(A: Any, has_guess: bool) -> tuple[str, ...]:
 
 def _judged(A: Any, b: np.ndarray, attempt: Attempt, name: str, tol: float) -> LCPResult:
     w = np.empty_like(b)
-    residual = judge(A, b, attempt.z, w) if isinstance(A, np.ndarray) else judge_sparse(A, b, attempt.z, w)
+    residual = judge_solution(A, b, attempt.z, w) if isinstance(A, np.ndarray) else judge_sparse(A, b, attempt.z, w)
     if residual <= tol:
         return LCPResult(
             attempt.z, w, LCPStatus.SOLVED, residual, attempt.iterations, name, f"{name}: solved, {attempt.note}"
@@ -228,7 +228,7 @@ def _newton(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Atte
 
 def _interior(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
     start = np.zeros(len(b)) if guess is None else guess
-    z, is_converged, steps = interior(A, b, start, 0.5 * tol, MAX_INTERIOR)
+    z, is_converged, steps = solve_by_interior_point(A, b, start, 0.5 * tol, MAX_INTERIOR)
     status = LCPStatus.SOLVED if is_converged else LCPStatus.MAX_ITERATIONS
     return Attempt(z, status, steps, f"{steps} steps")
 
@@ -250,7 +250,7 @@ def _enumeration(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) ->
 def _quadratic(name: str) -> Callable[..., Attempt]:
     def solve(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
         backend = "osqp" if name == "qp" else name
-        z, is_claimed = qp(_dense(A, name), b, np.zeros(len(b)) if guess is None else guess, backend)
+        z, is_claimed = solve_as_qp(_dense(A, name), b, np.zeros(len(b)) if guess is None else guess, backend)
         status = LCPStatus.SOLVED if is_claimed else LCPStatus.MAX_ITERATIONS
         return Attempt(z, status, 1, "one quadratic program")
 

@@ -116,7 +116,7 @@ def wrong_entry(line: Callable[[float], Iterator[Values]], written: Values, size
 
 
 @functools.lru_cache(maxsize=64)
-def generic(n: int) -> np.ndarray:
+def generic_direction(n: int) -> np.ndarray:
     """A direction (n,) that no function is made for."""
     return 0.5 + 0.5 * (GOLDEN_RATIO * np.arange(1, n + 1) % 1.0)
 
@@ -175,7 +175,7 @@ class Place:
 
 def _gap(at: Place) -> str:
     """W_N and w_N against g_N."""
-    n, v = at.system.n_q, generic(at.system.n_q)
+    n, v = at.system.n_q, generic_direction(at.system.n_q)
     W, w = at.value(NORMAL), at.value(GAP_RATE)
     given = at.system.kinds[:, 0] == GIVEN_FORCE
     W[given], w[given] = 0.0, 0.0
@@ -214,7 +214,7 @@ def _without(values: Iterator[Values], given: np.ndarray) -> Iterator[Values]:
 
 def _row_rates(at: Place) -> str:
     """r against the rows, at velocities that no row is blind to."""
-    system, v = at.system, generic(at.system.n_u)
+    system, v = at.system, generic_direction(at.system.n_u)
     used = np.stack([system.kinds[:, 0] != GIVEN_FORCE, system.kinds[:, 1] > 0], axis=1)[:, : 1 + system.d]
 
     def velocities(h: float) -> Iterator[Values]:
@@ -249,7 +249,7 @@ def _damping(at: Place) -> str:
 
 def _jacobian(at: Place, K: np.ndarray, forces: Callable, words: tuple[str, str, str, str]) -> str:
     """K or C against the forces along a line of q or u."""
-    v, (name, letter, by, cure) = generic(at.system.n_u), words
+    v, (name, letter, by, cure) = generic_direction(at.system.n_u), words
     if at.wrong(lambda h: forces(h, v), -K @ v, np.abs(K) @ v) is None:
         return ""
     for j, e in enumerate(np.eye(at.system.n_u)):
@@ -266,7 +266,7 @@ def _jacobian(at: Place, K: np.ndarray, forces: Callable, words: tuple[str, str,
 
 def _potential(at: Place) -> str:
     """Only its sign: a force may have parts without a potential, but not be its gradient."""
-    h, v = at.value(FORCE, u=np.zeros_like(at.u)), generic(at.system.n_q)
+    h, v = at.value(FORCE, u=np.zeros_like(at.u)), generic_direction(at.system.n_q)
     work, size = np.array([h @ v]), np.array([np.abs(h) @ v])
 
     def energies(h: float) -> Iterator[Values]:

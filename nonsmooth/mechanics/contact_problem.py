@@ -188,14 +188,14 @@ def implicit_step(sys, has, t, dt, theta, u, work):
         for i in range(n):
             work.trial[i] = work.du[i]
         cholesky_solve(n, work.band, work.factor, work.trial)
-        if not difference(sys, t, work.q_mid, u, True, work):
+        if not difference_forces(sys, t, work.q_mid, u, True, work):
             return Status.NOT_FINITE
     elif has & (1 << DAMPING) and not evaluate(sys, DAMPING, t, work.q_mid, u, work.C):
         return Status.NOT_FINITE
     if has & STIFFNESS_BY_DIFFERENCES:
         for i in range(n):
             work.trial[i] = dt * u[i]
-        if not difference(sys, t, work.q_mid, u, False, work):
+        if not difference_forces(sys, t, work.q_mid, u, False, work):
             return Status.NOT_FINITE
     elif has & (1 << STIFFNESS) and not evaluate(sys, STIFFNESS, t, work.q_mid, u, work.K):
         return Status.NOT_FINITE
@@ -212,7 +212,7 @@ def implicit_step(sys, has, t, dt, theta, u, work):
 
 
 @kernel
-def difference(sys, t, q, u, by_velocity, work):
+def difference_forces(sys, t, q, u, by_velocity, work):
     """C = -dh/du or K = -dh/dq by forward differences; ``work.trial`` holds the expected change of each variable."""
     n = sys.n
     x = u if by_velocity else q

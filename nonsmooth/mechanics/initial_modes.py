@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from nonsmooth.jit import kernel
 from nonsmooth.mechanics.contact_problem import evaluate_rows
-from nonsmooth.mechanics.situation import Situation, mode_of, situation_of, tolerances_of_state
+from nonsmooth.mechanics.situation import Situation, find_situation, mode_of_situation, tolerances_of_state
 from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, ContactMode
 
@@ -46,9 +46,9 @@ def initial_modes(sys, t, state, work):
                 gamma_N += work.W_N[i, j] * u[j]
         if d > 0:
             slip = gamma_F[i, 1]
-        if situation_of(kind, work.g_N[i], gamma_N, slip, near, slow, still, False) >= Situation.PENETRATING.value:
+        if find_situation(kind, work.g_N[i], gamma_N, slip, near, slow, still, False) >= Situation.PENETRATING.value:
             verdict = INADMISSIBLE
-        state.mode[i] = mode_of(situation_of(kind, work.g_N[i], gamma_N, slip, near, slow, still, True), d)
+        state.mode[i] = mode_of_situation(find_situation(kind, work.g_N[i], gamma_N, slip, near, slow, still, True), d)
         if state.mode[i] == ContactMode.SLIDE:
             state.slip[i] = 1 if slip > 0.0 else -1
     return verdict

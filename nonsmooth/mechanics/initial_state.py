@@ -21,9 +21,9 @@ from nonsmooth.mechanics.compiled import Model
 from nonsmooth.mechanics.situation import (
     CONTRADICTIONS,
     Situation,
-    mode_of,
-    nearness,
-    situation_of,
+    find_situation,
+    largest_closed_gap,
+    mode_of_situation,
     tolerances_of_state,
 )
 from nonsmooth.mechanics.system import (
@@ -41,7 +41,9 @@ from nonsmooth.mechanics.system import (
 )
 from nonsmooth.numerics.quadratic_program import minimise
 
-find_situation, find_mode, tolerances = (interpreted(rule) for rule in (situation_of, mode_of, tolerances_of_state))
+judge_contact, name_mode, tolerate = (
+    interpreted(rule) for rule in (find_situation, mode_of_situation, tolerances_of_state)
+)
 PROJECTIONS = 20  # chosen: linearisations of the gap
 
 _sound: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose constant mass matrix has been checked
@@ -76,16 +78,16 @@ def examine_state(system: System, model: Model, has: int, t: float, q: np.ndarra
     if n_c == 0:
         return InitialState(mode, slip, "")
     g_N, gamma_N, gamma_F = (values.tolist() for values in contact_state(system, t, q, u))
-    allowed = tolerances(_largest(q.tolist()), _largest(u.tolist()), _largest(gamma_F))
+    allowed = tolerate(_largest(q.tolist()), _largest(u.tolist()), _largest(gamma_F))
     wrong = []
     for i, (kind, d) in enumerate(system.kinds.tolist()):
         at = (gamma_N[i], gamma_F[i], *allowed)
-        judged = (find_situation(kind, g_N[i], *at, False), find_situation(kind, 0.0, *at, False))
+        judged = (judge_contact(kind, g_N[i], *at, False), judge_contact(kind, 0.0, *at, False))
         for contradiction in dict.fromkeys(situation for situation in judged if situation in CONTRADICTIONS):
             wrong.append(
                 CONTRADICTIONS[Situation(contradiction)].format(i=i, g_N=g_N[i], depth=-g_N[i], gamma_N=gamma_N[i])
             )
-        mode[i] = find_mode(find_situation(kind, g_N[i], *at, True), d)
+        mode[i] = name_mode(judge_contact(kind, g_N[i], *at, True), d)
         if mode[i] == ContactMode.SLIDE:
             slip[i] = 1 if gamma_F[i] > 0.0 else -1
     message = f"the initial state is not admissible: {'; '.join(wrong)}. project=True moves it." if wrong else ""
@@ -133,8 +135,8 @@ def project_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tup
         if violation <= 1e-14 * np.abs(q).max(initial=0.0):
             break
         q = q + _nearest(evaluate(system, MASS, t, q, u), rows, -gaps, equality)
-    rows, _, equality = _normal_rows(system, t, q, u, nearness(q))
-    rates = evaluate(system, GAP_RATE, t, q, u)[_selected(system, t, q, u, nearness(q))]
+    rows, _, equality = _normal_rows(system, t, q, u, largest_closed_gap(q))
+    rates = evaluate(system, GAP_RATE, t, q, u)[_selected(system, t, q, u, largest_closed_gap(q))]
     return q, u + _nearest(evaluate(system, MASS, t, q, u), rows, -(rows @ u + rates), equality)
 
 

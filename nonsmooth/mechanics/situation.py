@@ -47,7 +47,7 @@ CONTRADICTIONS = {
 
 
 @kernel
-def situation_of(kind, g_N, gamma_N, gamma_F, near, slow, still, goes_on):
+def find_situation(kind, g_N, gamma_N, gamma_F, near, slow, still, goes_on):
     """The Situation of a contact.
 
     ``near`` [m] counts as no gap, ``slow`` [m/s] as no normal velocity of a unilateral contact, ``still`` [m/s] as no
@@ -81,7 +81,7 @@ def tolerances_of_state(length, speed, surface):
 
 
 @kernel
-def mode_of(situation, d):
+def mode_of_situation(situation, d):
     """The ContactMode of a contact with d directions of friction."""
     if situation != Situation.RESTING and situation != Situation.SLIDING:
         return ContactMode.OPEN.value
@@ -90,6 +90,6 @@ def mode_of(situation, d):
     return ContactMode.STICK.value if situation == Situation.RESTING else ContactMode.SLIDE.value
 
 
-def nearness(q: np.ndarray) -> float:
+def largest_closed_gap(q: np.ndarray) -> float:
     """``near`` of a state with these coordinates [m]."""
     return STATE_ACCURACY * float(np.abs(q).max(initial=0.0))

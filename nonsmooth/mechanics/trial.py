@@ -17,7 +17,7 @@ import numpy as np
 from nonsmooth.errors import InvalidInput, said_by
 from nonsmooth.jit import cache_directory
 from nonsmooth.jit.fingerprint import calls_compiled
-from nonsmooth.mechanics.agreement import DIFFERENCE_STEPS, generic
+from nonsmooth.mechanics.agreement import DIFFERENCE_STEPS, generic_direction
 from nonsmooth.mechanics.compiled import Model, call_once
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, TANGENT, System
 
@@ -110,7 +110,7 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
     """
     if not model.is_compiled:
         return
-    q, u = q + DIFFERENCE_STEPS[0] * generic(q.size), u + DIFFERENCE_STEPS[0] * generic(u.size)
+    q, u = q + DIFFERENCE_STEPS[0] * generic_direction(q.size), u + DIFFERENCE_STEPS[0] * generic_direction(u.size)
     with np.errstate(all="ignore"):
         for which, function in system.functions.items():
             if calls_compiled(function):

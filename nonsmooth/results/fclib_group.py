@@ -33,7 +33,7 @@ MOST_MULTIPLIERS = LEAST_CLAIM // 8
 Datasets = dict[str, np.ndarray]
 
 
-def checked(data: Datasets, name: str, rule: Rule) -> np.ndarray:
+def read_checked(data: Datasets, name: str, rule: Rule) -> np.ndarray:
     """A dataset with the dtype and the shape of a rule; KeyError where it is not there."""
     array = data[name]
     require_forms({name: Form(array.dtype.str, array.shape)}, {name: rule})
@@ -57,12 +57,12 @@ class Group:
 
     def vector(self, name: str) -> np.ndarray:
         """A vector of any length."""
-        return checked(self.data, f"{self.name}/vectors/{name}", (REAL, ("n",)))
+        return read_checked(self.data, f"{self.name}/vectors/{name}", (REAL, ("n",)))
 
     def count(self, name: str) -> int:
         """A whole number, alone or as a vector of one."""
         ndim = self.data[f"{self.name}/{name}"].ndim
-        return int(checked(self.data, f"{self.name}/{name}", (WHOLE, (1,) * ndim)).reshape(-1)[0])
+        return int(read_checked(self.data, f"{self.name}/{name}", (WHOLE, (1,) * ndim)).reshape(-1)[0])
 
     def matrix(self, name: str, shape: tuple[int | None, int | None]) -> Any:
         """A sparse matrix of this shape; None: of any size."""
@@ -70,7 +70,7 @@ class Group:
 
         m, n = self._shape(name, shape)
         nz = self.count(f"{name}/nz")
-        p, i, x = (checked(self.data, f"{self.name}/{name}/{part}", (dtypes, (part,)))
+        p, i, x = (read_checked(self.data, f"{self.name}/{name}/{part}", (dtypes, (part,)))
                    for part, dtypes in (("p", WHOLE), ("i", WHOLE), ("x", REAL)))  # fmt: skip
         if nz == FORMATS["csc"]:
             return csr_array(compressed_rows(x, i, p, (n, m)).T)

@@ -100,7 +100,7 @@ def main(path: str, *names: str) -> int:
     archive = io.BytesIO()
     try:
         with h5py.File(path, "r") as file:
-            arrays: dict[str, Any] = collect(file, names, size)
+            arrays: dict[str, Any] = read_datasets(file, names, size)
             np.savez(archive, **arrays)
     except Exception as error:  # whatever a damaged file makes the library say
         print(" ".join(str(error).split()), file=sys.stderr)
@@ -109,7 +109,7 @@ def main(path: str, *names: str) -> int:
     return ANSWER
 
 
-def collect(file: Any, names: Sequence[str], size: int | None) -> dict[str, np.ndarray]:
+def read_datasets(file: Any, names: Sequence[str], size: int | None) -> dict[str, np.ndarray]:
     """The datasets of an open file; ``size`` is that of a file of others, None of one whose seal was verified."""
     datasets = {name: file[name] for name in names if _is_there(file, name)}
     for name, dataset in datasets.items():

@@ -52,7 +52,7 @@ def write_hdf5(path: Path, kind: str, fill: Callable[[Any], None]) -> None:
         part.write_bytes(memory.getbuffer())
 
 
-def put(group: Any, name: str, array: np.ndarray) -> None:
+def put_array(group: Any, name: str, array: np.ndarray) -> None:
     """Store an array in chunks with a checksum each; without entries there is nothing to sum."""
     if array.size == 0 or array.ndim == 0:
         group[name] = array
@@ -93,7 +93,7 @@ def _datasets(group: Any, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def take(dataset: Any) -> np.ndarray:
-    """The array of a dataset that ``put`` stored; the bytes of its chunks, without computing their checksums again."""
+    """The array of a dataset that ``put_array`` stored; the bytes of its chunks, their checksums not computed again."""
     if not dataset.fletcher32 or dataset.compression is not None:
         return dataset[()]
     array = np.empty(dataset.shape, dataset.dtype)

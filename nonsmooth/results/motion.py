@@ -93,7 +93,7 @@ class Motion:
 
     def after(self, earlier: Motion) -> Motion:
         """This motion behind an earlier one."""
-        return join([earlier.steps, self.steps], earlier.start, self.end)
+        return join_motions([earlier.steps, self.steps], earlier.start, self.end)
 
     def last_step(self) -> Motion:
         """The last step alone."""
@@ -106,7 +106,7 @@ class Motion:
         return self.t, self.h, self.q, self.u, self.B
 
 
-def join(blocks: Sequence[tuple[np.ndarray, ...]], start: tuple, end: tuple) -> Motion:
+def join_motions(blocks: Sequence[tuple[np.ndarray, ...]], start: tuple, end: tuple) -> Motion:
     """The motion of one block of steps (t, h, q, u, B) after the other, to the largest of their degrees."""
     t, h, q, u, polynomials = zip(*blocks, strict=True)
     degree = max(B.shape[1] for B in polynomials)

@@ -20,7 +20,7 @@ from nonsmooth.checks.files import as_path, as_place, refusals
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.records import EVENT_WIDTH
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
-from nonsmooth.results.hdf5 import put, read_sealed, seal_of, write_hdf5
+from nonsmooth.results.hdf5 import put_array, read_sealed, seal_of, write_hdf5
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.solution import Solution, Stats
@@ -67,7 +67,7 @@ def _arrays_of(solution: Solution) -> dict[str, np.ndarray]:
 def _fill(about: str, arrays: dict[str, np.ndarray], file: Any) -> None:
     file.attrs["about"] = about
     for name, array in arrays.items():
-        put(file, name, array)
+        put_array(file, name, array)
 
 
 def load(path: str | Path) -> Solution:

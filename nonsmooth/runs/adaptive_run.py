@@ -25,7 +25,7 @@ from nonsmooth.mechanics.initial_state import check_mass, project_state
 from nonsmooth.mechanics.inspection import inspect_start
 from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import System
-from nonsmooth.results.motion import Motion, join
+from nonsmooth.results.motion import Motion, join_motions
 from nonsmooth.results.solution import Solution, Stats
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.user_events import PLACES_OF_STEP, EventWatch, Stop
@@ -122,7 +122,7 @@ class AdaptiveRun(Run):
         handed = self.follows_since, self.doublings, self.stretches, self.handed_over
         status = self._block(max_steps)
         here = (self._time(), *self._place())
-        stop = self.watch.scan(join(self.steps[n_steps:], here, here), has_ended=status == Status.FINISHED)
+        stop = self.watch.scan(join_motions(self.steps[n_steps:], here, here), has_ended=status == Status.FINISHED)
         if stop is not None:
             for memory, old in zip(memories, before, strict=True):
                 memory[:] = old
@@ -224,7 +224,7 @@ class AdaptiveRun(Run):
         """What joins the steps to the motion, if they were kept."""
         if not self.steps or sum(len(block[0]) for block in self.steps) < self.state.counters.steps:
             return None
-        return functools.partial(join, self.steps, (t[0], q[0], u[0]), (t[-1], q[-1], u[-1]))
+        return functools.partial(join_motions, self.steps, (t[0], q[0], u[0]), (t[-1], q[-1], u[-1]))
 
     def gap_scale(self) -> np.ndarray:
         """(n_c,) What the trail holds in place of a gap, z = scale g_N."""

@@ -31,7 +31,7 @@ from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import SMALLEST_RTOL, EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import interpreted
-from nonsmooth.mechanics.situation import nearness
+from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.mechanics.system import GAP, MASS, NORMAL, TANGENT, UNILATERAL, System, evaluate
 from nonsmooth.runs.times import as_span
 
@@ -126,7 +126,7 @@ def decided_at_once(system: System, t: float, q: np.ndarray, u: np.ndarray) -> t
     try:
         gaps, M, W_N = (evaluate(system, which, t, q, u) for which in (GAP, MASS, NORMAL))
         W_F = evaluate(system, TANGENT, t, q, u)[:, 0] if system.d else np.zeros_like(W_N)
-        touching = np.flatnonzero((gaps <= nearness(q)) | (system.kinds[:, 0] != UNILATERAL))
+        touching = np.flatnonzero((gaps <= largest_closed_gap(q)) | (system.kinds[:, 0] != UNILATERAL))
         W = np.stack((W_N[touching], W_F[touching]), axis=1).reshape(-1, system.n_u)
         G = W @ np.linalg.solve(M, W.T)
     except (InvalidInput, np.linalg.LinAlgError):

@@ -24,7 +24,7 @@ from nonsmooth.mechanics.initial_state import project_state
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.event_run import EventRun
 from nonsmooth.runs.extrapolation_run import ExtrapolationRun
-from nonsmooth.runs.run import Run, between
+from nonsmooth.runs.run import Run, motion_of_records
 from nonsmooth.runs.times import Grid
 
 STRETCH_PART = 1e-4  # chosen: of the span: what stands for the step of an integrator that chooses its steps
@@ -136,7 +136,7 @@ def by_equal_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.nd
         return steps, None
     record = Columns(*steps.record)
     rows = np.concatenate((*steps.events, steps.state.events[:0]))
-    motion = between(times, record, rows, stepper).steps if run.keeps_steps else ()
+    motion = motion_of_records(times, record, rows, stepper).steps if run.keeps_steps else ()
     return steps, Stretch(times, states_of(record, x, system.n_c), record.mode, record.slip, motion)
 
 

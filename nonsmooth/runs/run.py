@@ -204,7 +204,7 @@ class Run:
         rows = slice(first, int(self.state.counters.interval) + 1)
         new_events = self.state.events[: int(self.state.counters.n_events)]
         record = Columns(*(column[rows] for column in self.record))
-        motion = between(self.grid.t[rows], record, new_events, self.integrator)
+        motion = motion_of_records(self.grid.t[rows], record, new_events, self.integrator)
         self.stop = self.watch.scan(motion, has_ended=status == Status.FINISHED)
         if self.stop is None:
             return status
@@ -284,7 +284,7 @@ class Run:
         """What interpolates the records, if each step is one."""
         if (self.grid.steps > 1).any():
             return None
-        return functools.partial(between, t, record, rows, self.integrator)
+        return functools.partial(motion_of_records, t, record, rows, self.integrator)
 
     def _stats(self) -> Stats:
         return Stats.from_run(
@@ -373,7 +373,7 @@ def next_block(steps: int, elapsed: float) -> int:
     return max(1, int(steps * min(10.0, LOOK_EVERY / max(elapsed, 1e-9))))
 
 
-def between(t: np.ndarray, record: Columns, rows: np.ndarray, integrator: Any) -> Motion:
+def motion_of_records(t: np.ndarray, record: Columns, rows: np.ndarray, integrator: Any) -> Motion:
     """The motion between the records; a step in which a contact lands, or sliding had no force, has a jump."""
     mode = record.mode
     lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)

@@ -30,7 +30,7 @@ class Choice(NamedTuple):
     left_out: str = ""
 
 
-def affordable(
+def choose_affordable(
     problem: Problem, values: Sequence[float], make: Callable[[float], Any], runs: int,
     reference: Callable[[float], Any] | None = None,
 ) -> Choice:  # fmt: skip

@@ -24,7 +24,7 @@ from nonsmooth.mechanics.initial_state import as_state
 from nonsmooth.mechanics.system import ContactMode, System, as_system
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell
-from nonsmooth.sweeps.sweep import sweep, whole
+from nonsmooth.sweeps.sweep import require_whole, sweep
 from nonsmooth.views import view
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ def bifurcation_diagram(
     there_and_back = np.concatenate([grid, grid[::-1]])
     chain = Chain(system, parameter, there_and_back, coordinate, starts, span, integrator)
     starting = {"start": range(len(starts))}
-    found = whole(sweep(chain, starting, workers=workers, fail_fast=True, progress=progress))
+    found = require_whole(sweep(chain, starting, workers=workers, fail_fast=True, progress=progress))
     late, opens = found.late.values, (found.opens.values > 0).any(axis=0)
     distinct = DISTINCT_MAXIMA * np.ptp(late) + STILL_MOTION * np.abs(late).max()
     peaks = [maxima(late[:, i], distinct) for i in range(late.shape[1])]

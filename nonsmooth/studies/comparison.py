@@ -19,7 +19,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import as_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.times import as_span
-from nonsmooth.signals.telling import in_turn
+from nonsmooth.signals.telling import tell_in_parts
 from nonsmooth.studies.reference import Observed, Problem, Reference
 from nonsmooth.sweeps.progress import ANNOUNCED_TIME
 from nonsmooth.sweeps.sweep import sweep
@@ -75,7 +75,7 @@ class ComparisonTask(FunctionTask):
         return self._cell
 
     def _cell(self, **cell: float) -> dict[str, Any]:
-        with in_turn(self.runs):
+        with tell_in_parts(self.runs):
             return self.measure(self.integrators[cell[self.over]])
 
     def measure(self, integrator: Any) -> dict[str, Any]:
@@ -132,7 +132,7 @@ class ComparisonTask(FunctionTask):
         return "\n".join([identity_of_model(self.problem.model), *map(repr, parts)])
 
 
-def compare(
+def run_comparison(
     task: ComparisonTask, unit: str, workers: int = 1, journal: str | os.PathLike[str] | None = None,
     progress: Any = False,
 ) -> xarray.Dataset:  # fmt: skip

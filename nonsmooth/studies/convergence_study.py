@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_positive, as_vector, result_of
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.studies.affordable import Choice, affordable, require_affordable
-from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
+from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
+from nonsmooth.studies.comparison import ComparisonTask, as_problem, run_comparison
 from nonsmooth.studies.reference import as_reference, with_step, with_tolerance
 from nonsmooth.studies.study import Study, require_xarray
 from nonsmooth.sweeps.progress import part_shown
@@ -103,13 +103,15 @@ def convergence_study(
 
     chosen = Choice(values.tolist())
     if dt is None and rtol is None:
-        chosen = affordable(problem, chosen.values, make, ComparisonTask.runs, finer if reference is None else None)
+        chosen = choose_affordable(
+            problem, chosen.values, make, ComparisonTask.runs, finer if reference is None else None
+        )
         if hasattr(reference, "load"):
             require_affordable(problem, reference)
     with part_shown("the reference", progress):
         exact = as_reference(finer(chosen.values[-1]), problem, delay)
     task = ComparisonTask(problem, exact, over, {x: make(x) for x in chosen.values})
-    data = compare(task, UNITS[over], workers, journal, progress)
+    data = run_comparison(task, UNITS[over], workers, journal, progress)
     data.attrs["left_out"] = chosen.left_out
     return Study(over, data, f"{problem.system.name or 'a system'}: {TITLES[over]}")
 

@@ -115,7 +115,7 @@ class Reference:
 
     def errors(self, observed: Observed) -> dict[str, np.ndarray]:
         """Largest difference of each row, by name."""
-        return differences(observed, self.observed)
+        return largest_differences(observed, self.observed)
 
 
 def states_at(problem: Problem, integrator: Any, t: np.ndarray) -> Observed:
@@ -130,7 +130,7 @@ def states_at(problem: Problem, integrator: Any, t: np.ndarray) -> Observed:
     return {"after_q": q, "after_u": u}
 
 
-def differences(one: Observed, other: Observed) -> dict[str, np.ndarray]:
+def largest_differences(one: Observed, other: Observed) -> dict[str, np.ndarray]:
     """Largest difference in each row, by name."""
     return {name: np.abs(values - other[name]).max(axis=1) for name, values in one.items()}
 
@@ -170,7 +170,7 @@ def as_reference(given: Any, problem: Problem, delay: float | None = None) -> Re
     elif delay is not None:
         raise InvalidInput(f"delay= needs a reference that locates its events, as EventDriven does; got {given!r}")
     observed = alone.observe(problem, given, fine)
-    floor = differences(observed, alone.observe(problem, coarser(given), coarse))
+    floor = largest_differences(observed, alone.observe(problem, coarser(given), coarse))
     return replace(alone, observed=observed, floor=floor)
 
 

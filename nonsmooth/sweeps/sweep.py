@@ -198,7 +198,7 @@ def costs_of(task: Task, result: Result) -> np.ndarray | None:
     return costs
 
 
-def whole(found: xarray.Dataset) -> xarray.Dataset:
+def require_whole(found: xarray.Dataset) -> xarray.Dataset:
     """A sweep that came to its end, for those who have no use for a part; else KeyboardInterrupt."""
     if found.attrs["interrupted"]:
         raise KeyboardInterrupt

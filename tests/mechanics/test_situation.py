@@ -11,14 +11,20 @@ from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.initial_state import examine_state
-from nonsmooth.mechanics.situation import STATE_ACCURACY, Situation, mode_of, nearness, situation_of
+from nonsmooth.mechanics.situation import (
+    STATE_ACCURACY,
+    Situation,
+    find_situation,
+    largest_closed_gap,
+    mode_of_situation,
+)
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
 NEAR, SLOW, STILL = 1e-3, 1e-2, 1e-1
 
 
 def at(kind, g_N, gamma_N, gamma_F, goes_on=False):
-    return Situation(interpreted(situation_of)(kind, g_N, gamma_N, gamma_F, NEAR, SLOW, STILL, goes_on))
+    return Situation(interpreted(find_situation)(kind, g_N, gamma_N, gamma_F, NEAR, SLOW, STILL, goes_on))
 
 
 @pytest.mark.parametrize(
@@ -61,15 +67,18 @@ def test_compiled_and_interpreted_rules_agree():
     for kind, *velocities in itertools.product((UNILATERAL, BILATERAL, GIVEN_FORCE), values, values, values):
         for goes_on in (False, True):
             arguments = (kind, *velocities, NEAR, SLOW, STILL, goes_on)
-            assert situation_of(*arguments) == interpreted(situation_of)(*arguments)
+            assert find_situation(*arguments) == interpreted(find_situation)(*arguments)
     for situation, d in itertools.product(Situation, (0, 1)):
-        assert mode_of(situation.value, d) == interpreted(mode_of)(situation.value, d)
+        assert mode_of_situation(situation.value, d) == interpreted(mode_of_situation)(situation.value, d)
 
 
 def test_a_contact_without_friction_is_locked_when_closed():
-    modes = [ContactMode(interpreted(mode_of)(situation, 0)) for situation in (Situation.RESTING, Situation.SLIDING)]
+    modes = [
+        ContactMode(interpreted(mode_of_situation)(situation, 0))
+        for situation in (Situation.RESTING, Situation.SLIDING)
+    ]
     assert modes == [ContactMode.LOCKED, ContactMode.LOCKED]
-    assert interpreted(mode_of)(Situation.LANDING, 1) == ContactMode.OPEN
+    assert interpreted(mode_of_situation)(Situation.LANDING, 1) == ContactMode.OPEN
 
 
 @pytest.mark.parametrize(
@@ -79,7 +88,7 @@ def test_a_start_and_its_classification_agree_on_the_border_of_a_closed_gap_and_
     """Lifted, or pushed, by a little less and a little more than what counts as zero of the state."""
     system, (q, u) = model.system(), model.state()
     for part, direction in itertools.product((0.5, 2.0), np.eye(system.n_u)):
-        for q_1, u_1 in ((q + part * nearness(q) * direction, u), (q, u + part * STATE_ACCURACY * direction)):
+        for q_1, u_1 in ((q + part * largest_closed_gap(q) * direction, u), (q, u + part * STATE_ACCURACY * direction)):
             start = examine_state(system, model_of(system), model_facts(system), 0.0, q_1, u_1)
             try:
                 found = ns.classify(system, 0.0, q_1, u_1)

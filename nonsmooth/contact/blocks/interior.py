@@ -29,7 +29,13 @@ import numpy as np
 
 from nonsmooth.contact.blocks.linear import Solve, factorise
 from nonsmooth.contact.blocks.problem import Problem
-from nonsmooth.contact.blocks.second_order_cone import product, quotient, scale, scaling_point, way_out
+from nonsmooth.contact.blocks.second_order_cone import (
+    distance_to_boundary,
+    jordan_product,
+    jordan_quotient,
+    scale,
+    scaling_point,
+)
 from nonsmooth.jit import kernel
 
 CONE_STEP_PART = 0.95  # chosen: of the way to the boundary of the cones that a step goes at most
@@ -213,8 +219,8 @@ def correct(w, y, dx, dy, tau, target):
         l_N, l_1, l_2 = scale(w_N, w_1, w_2, eta, y[i, 0], y[i, 1], y[i, 2])
         a_N, a_1, a_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, dx[i, 0], dx[i, 1], dx[i, 2])
         b_N, b_1, b_2 = scale(w_N, w_1, w_2, eta, dy[i, 0], dy[i, 1], dy[i, 2])
-        p_N, p_1, p_2 = product(a_N, a_1, a_2, b_N, b_1, b_2)
-        q_N, q_1, q_2 = quotient(l_N, l_1, l_2, tau - p_N, -p_1, -p_2)
+        p_N, p_1, p_2 = jordan_product(a_N, a_1, a_2, b_N, b_1, b_2)
+        q_N, q_1, q_2 = jordan_quotient(l_N, l_1, l_2, tau - p_N, -p_1, -p_2)
         q_N, q_1, q_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, q_N, q_1, q_2)
         target[i, 0] = q_N - y[i, 0]
         target[i, 1] = q_1 - y[i, 1]
@@ -226,8 +232,8 @@ def longest_step(x, y, dx, dy, boundary):
     """The step length, at most 1 and ``boundary`` of the way out of the cones, and the mean gap after it."""
     out = math.inf
     for i in range(x.shape[0]):
-        out = min(out, way_out(x[i, 0], x[i, 1], x[i, 2], dx[i, 0], dx[i, 1], dx[i, 2]))
-        out = min(out, way_out(y[i, 0], y[i, 1], y[i, 2], dy[i, 0], dy[i, 1], dy[i, 2]))
+        out = min(out, distance_to_boundary(x[i, 0], x[i, 1], x[i, 2], dx[i, 0], dx[i, 1], dx[i, 2]))
+        out = min(out, distance_to_boundary(y[i, 0], y[i, 1], y[i, 2], dy[i, 0], dy[i, 1], dy[i, 2]))
     length = min(1.0, boundary * out)
     gap = 0.0
     for i in range(x.shape[0]):

@@ -31,7 +31,7 @@ from nonsmooth.contact.blocks.interior import Interior
 from nonsmooth.contact.blocks.newton import Newton
 from nonsmooth.contact.blocks.nsgs import NSGS
 from nonsmooth.contact.blocks.polish import polish
-from nonsmooth.contact.blocks.problem import Problem, check_problem, scaled
+from nonsmooth.contact.blocks.problem import Problem, check_problem, scale_problem
 from nonsmooth.contact.blocks.proximal import Proximal
 from nonsmooth.contact.blocks.result import ContactResult, ContactStatus
 from nonsmooth.errors import InvalidInput
@@ -171,7 +171,7 @@ def solve_contact(
     start = np.zeros(given.n) if guess is None else as_vector("guess", guess, given.n)
     if given.n == 0:
         return ContactResult(start, start.copy(), ContactStatus.SOLVED, 0.0, 0.0, 0, solver, "empty problem")
-    problem, factor = scaled(given)
+    problem, factor = scale_problem(given)
     if solver == "auto":
         climb = _climb(problem, start / factor, tol, _ladder(problem), use_polish=_is_cheap(problem))
     else:

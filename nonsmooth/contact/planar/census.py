@@ -103,7 +103,7 @@ def is_same_load(problem, memory):
 
 
 @kernel
-def remember(found, left, problem, planar):
+def remember_census(found, left, problem, planar):
     """Note a census, and its work."""
     memory, start = planar.memory, problem.start
     memory.last += 1
@@ -131,7 +131,7 @@ def note_modes(problem, memory):
 
 
 @kernel
-def pay_off(memory):
+def pay_census_debt(memory):
     """What a problem pays off of the censuses before it."""
     memory.debt = max(0, memory.debt - EARNED)
 

@@ -32,7 +32,7 @@ from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem
 from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, row_velocities
 from nonsmooth.mechanics.laws import LAW_WIDTH, friction_coefficient, static_coefficient
-from nonsmooth.mechanics.situation import Situation, situation_of, tolerances_of_state
+from nonsmooth.mechanics.situation import Situation, find_situation, tolerances_of_state
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE
 
@@ -153,7 +153,7 @@ def list_closed(sys, t, q, u, forces):
     n_k = 0
     is_admissible = True
     for i in range(n_c):
-        situation[i] = situation_of(kinds[i, 0], work.g_N[i], gamma[i, 0], gamma[i, 1], near, slow, still, False)
+        situation[i] = find_situation(kinds[i, 0], work.g_N[i], gamma[i, 0], gamma[i, 1], near, slow, still, False)
         if situation[i] == Situation.RESTING or situation[i] == Situation.SLIDING:
             work.closed[n_k] = i
             n_k += 1

@@ -29,7 +29,7 @@ from nonsmooth.contact.planar.problem import (
     normal_impulse_of,
     residual,
     size_of_terms,
-    sliding,
+    sliding_candidate,
     velocities,
 )
 from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK, STILL_VELOCITY, sigma_of, slip_of
@@ -47,7 +47,7 @@ SHARES = 6  # chosen: ways to share a load among redundant contacts that are tri
 
 
 @kernel
-def begin(is_loaded, problem):
+def begin_impulses(is_loaded, problem):
     """Start from the impulses of the step before, or from none; returns whether there are any."""
     size = 0.0
     for k in range(problem.n):
@@ -67,7 +67,7 @@ def keep_impulses(problem, planar):
         if problem.mode[k] == ContactMode.OPEN or problem.mode[k] == ContactMode.SLIDE:
             return False
         problem.candidate[k] = STICK
-    begin(True, problem)
+    begin_impulses(True, problem)
     velocities(problem, planar)
     for row in range(problem.r):
         if not is_balanced(row, max(BALANCED_ROUNDINGS, problem.r + 1.0), problem, planar):
@@ -96,7 +96,7 @@ def recall_modes(problem):
             problem.candidate[k] = FREE
         elif problem.mode[k] == ContactMode.SLIDE:
             is_pulled = problem.kinds[k, 0] == BILATERAL and problem.previous_P[k, 0] < 0.0
-            problem.candidate[k] = sliding(problem.slip[k] > 0, is_pulled)
+            problem.candidate[k] = sliding_candidate(problem.slip[k] > 0, is_pulled)
         else:
             problem.candidate[k] = STICK
 
@@ -216,7 +216,7 @@ def saturate(problem):
             is_changed = True
         elif problem.kinds[k, 1] > 0 and candidate == STICK:
             if G[t, t] * (abs(P[t]) - problem.mu_static[k] * abs(P[a])) > slack:
-                problem.candidate[k] = sliding(P[t] < 0.0, P[a] < 0.0)
+                problem.candidate[k] = sliding_candidate(P[t] < 0.0, P[a] < 0.0)
                 is_changed = True
     return is_changed
 

@@ -38,8 +38,8 @@ from nonsmooth.contact.planar.census import (
     known_solutions,
     may_count,
     note_modes,
-    pay_off,
-    remember,
+    pay_census_debt,
+    remember_census,
 )
 from nonsmooth.contact.planar.certificate import has_one_motion
 from nonsmooth.contact.planar.enumerate import MAX_LEAVES, enumerate_modes, leaves, select
@@ -55,7 +55,7 @@ from nonsmooth.contact.planar.problem import (
     residual,
     update_friction,
 )
-from nonsmooth.contact.planar.reduction import count_modes, reduce
+from nonsmooth.contact.planar.reduction import count_modes, group_contacts
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.contact.planar.single import (
     SLIDE_PLUS,
@@ -101,7 +101,7 @@ def solve_planar(problem_at, planar_at):
     """
     problem, planar = view(problem_at, Problem), view(planar_at, Planar)
     planar.pivots = 0
-    pay_off(planar.memory)
+    pay_census_debt(planar.memory)
     n_islands = find_islands(problem.n, problem.start, problem.G, planar.island)
     is_counted, is_shared, found, worst, route = True, False, 1, 0.0, Route.KEPT.value
     for e in range(n_islands):
@@ -210,7 +210,7 @@ def solve_with_fixed_friction(problem, planar):
         if route != Route.FAILED:
             return route, 1
         recall_modes(problem)
-    left = reduce(problem, planar)
+    left = group_contacts(problem, planar)
     n_modes = count_modes(left, MAX_LEAVES, problem, planar)
     if n_modes > EVERY_STEP:
         known = known_solutions(left, problem, planar) if n_modes <= MAX_LEAVES else UNKNOWN
@@ -360,7 +360,7 @@ def take_census(n_modes, left, problem, planar):
     copy_part(left, problem, planar.rest)
     found, is_complete = enumerate_modes(address(planar.rest), address(planar.tree))
     if n_modes > EVERY_STEP:
-        remember(found, left, problem, planar)
+        remember_census(found, left, problem, planar)
     return found, is_complete
 
 

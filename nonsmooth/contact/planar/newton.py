@@ -24,8 +24,8 @@ from __future__ import annotations
 
 import math
 
-from nonsmooth.contact.planar.kept import MODE_SHIFT, assemble_modes, begin, factor, impose_modes
-from nonsmooth.contact.planar.problem import ACCEPTED_RESIDUAL, MERITS, Planar, name_modes, residual, sliding
+from nonsmooth.contact.planar.kept import MODE_SHIFT, assemble_modes, begin_impulses, factor, impose_modes
+from nonsmooth.contact.planar.problem import ACCEPTED_RESIDUAL, MERITS, Planar, name_modes, residual, sliding_candidate
 from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK, STILL_VELOCITY
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
@@ -47,7 +47,7 @@ def solve_by_newton(problem_at, planar_at):
     """Whether impulses P were found that satisfy the inclusions; the modes are in ``problem.candidate``."""
     problem, planar = view(problem_at, Problem), view(planar_at, Planar)
     for first in range(N_STARTS):
-        is_loaded = begin(first == BEFORE, problem)
+        is_loaded = begin_impulses(first == BEFORE, problem)
         if first == SWEPT:
             sweep(problem)
         if (is_loaded or first != BEFORE) and iterate(first == STUCK, problem, planar):
@@ -143,7 +143,7 @@ def evaluate(P, problem, planar):
             x_F = P[t] - gamma[t] / G[t, t]
             problem.candidate[k] = STICK
             if abs(x_F) > problem.mu_static[k] * abs(pressed):
-                problem.candidate[k] = sliding(x_F < 0.0, pressed < 0.0)
+                problem.candidate[k] = sliding_candidate(x_F < 0.0, pressed < 0.0)
                 x_F = math.copysign(problem.mu[k] * abs(pressed), x_F)
             merit += G[t, t] * (P[t] - x_F) ** 2
     return merit

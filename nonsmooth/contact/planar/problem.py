@@ -282,12 +282,12 @@ def name_modes(slack, problem, planar):
         ):
             problem.candidate[k] = STICK
         else:
-            problem.candidate[k] = sliding(gamma[t] > 0.0, P_N < 0.0)
+            problem.candidate[k] = sliding_candidate(gamma[t] > 0.0, P_N < 0.0)
     return True
 
 
 @kernel
-def sliding(is_forward, is_pulled):
+def sliding_candidate(is_forward, is_pulled):
     """The candidate of a sliding contact from the signs of gamma_F and P_N."""
     if is_pulled:
         return PULL_PLUS if is_forward else PULL_MINUS

@@ -35,7 +35,7 @@ TILT = 1e-2  # chosen: largest h of a group: what one contact gives in place of 
 
 
 @kernel
-def reduce(problem, planar):
+def group_contacts(problem, planar):
     """List the contacts that a census must look at in planar.rest.place, and the groups of them; how many they are."""
     n, place, group, scale = problem.n, planar.rest.place, planar.tree.group, largest_velocity(problem)
     for k in range(n):

@@ -34,7 +34,7 @@ from nonsmooth.mechanics.contact_problem import (
     SURFACES_ARE_CONSTANT,
     apply_inverse,
     delassus,
-    difference,
+    difference_forces,
     evaluate_rows,
     find_loads,
     is_implicit,
@@ -159,14 +159,14 @@ def find_jacobians(sys, t_mid, dt, run):
         for j in range(n):
             work.trial[j] = dt * work.h[j]
         cholesky_solve(n, work.band, work.factor, work.trial)
-        if not difference(sys, t_mid, work.q_mid, u, True, work):
+        if not difference_forces(sys, t_mid, work.q_mid, u, True, work):
             return Status.NOT_FINITE.value
     elif has & (1 << DAMPING) and not evaluate(sys, DAMPING, t_mid, work.q_mid, u, work.C):
         return Status.NOT_FINITE.value
     if is_first and has & STIFFNESS_BY_DIFFERENCES:
         for j in range(n):
             work.trial[j] = dt * u[j]
-        if not difference(sys, t_mid, work.q_mid, u, False, work):
+        if not difference_forces(sys, t_mid, work.q_mid, u, False, work):
             return Status.NOT_FINITE.value
     elif has & (1 << STIFFNESS) and not evaluate(sys, STIFFNESS, t_mid, work.q_mid, u, work.K):
         return Status.NOT_FINITE.value

@@ -14,7 +14,7 @@ from nonsmooth.integrators.rigid.modes import rounded_length, small_speed
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.mechanics.contact_problem import evaluate_rows, row_velocities
-from nonsmooth.mechanics.situation import Situation, is_still, situation_of
+from nonsmooth.mechanics.situation import Situation, find_situation, is_still
 from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, ContactMode
 
@@ -79,7 +79,7 @@ def look(sys, t, x, event, contacts, touch):
         is_closing = event >= 0 and event // N_FUNCTIONS == i
         is_held = contacts.mode[i] != ContactMode.OPEN or is_closing
         gap, gamma_N, gamma_F = 0.0 if is_held else work.g_N[i], touch.gamma[i, 0], touch.gamma[i, 1]
-        situation = situation_of(kinds[i, 0], gap, gamma_N, gamma_F, length, speed, still, True)
+        situation = find_situation(kinds[i, 0], gap, gamma_N, gamma_F, length, speed, still, True)
         touch.is_touching[i] = 1 if situation != Situation.OPEN else 0
         is_arrested = is_closing and contacts.mode[i] == ContactMode.SLIDE and event % N_FUNCTIONS == FRICTION
         is_slow = is_still(gamma_F, still)
