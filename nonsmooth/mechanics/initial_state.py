@@ -40,10 +40,12 @@ from nonsmooth.mechanics.system import (
     evaluate,
 )
 from nonsmooth.numerics.quadratic_program import minimise
+from nonsmooth.numerics.rounding import rounding_of_sum
 
 judge_contact, name_mode, tolerate = (
     interpreted(rule) for rule in (find_situation, mode_of_situation, tolerances_of_state)
 )
+GAP_LEFT_ROUNDINGS = 90  # chosen: of the largest coordinate: what is left of a gap that was moved to zero
 PROJECTIONS = 20  # chosen: linearisations of the gap
 
 _sound: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose constant mass matrix has been checked
@@ -132,7 +134,7 @@ def project_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tup
     for _ in range(PROJECTIONS):
         rows, gaps, equality = _normal_rows(system, t, q, u, np.inf)
         violation = np.where(equality, np.abs(gaps), np.maximum(0.0, -gaps)).max(initial=0.0)
-        if violation <= 1e-14 * np.abs(q).max(initial=0.0):
+        if violation <= rounding_of_sum(GAP_LEFT_ROUNDINGS, np.abs(q).max(initial=0.0)):
             break
         q = q + _nearest(evaluate(system, MASS, t, q, u), rows, -gaps, equality)
     rows, _, equality = _normal_rows(system, t, q, u, largest_closed_gap(q))

@@ -38,6 +38,7 @@ from nonsmooth.numerics.rounding import rounded_sum
 
 ACCEPTED_RESIDUAL = 1e-9  # chosen: largest relative residual of an accepted solution
 HALF_THE_DIGITS = 1e-8  # chosen: of max |c|: no violation beyond this is put down to rounding
+MU_ROUNDINGS = 90  # chosen: a friction coefficient that changes by less has found its speed
 MERITS = 4  # chosen: of ``newton``: what a step may rise to
 
 
@@ -313,6 +314,6 @@ def update_friction(problem, planar):
         t = problem.start[k + 1] - 1
         if problem.kinds[k, 1] > 0 and depends_on_speed(problem.laws, k):
             mu = friction_coefficient(problem.laws, k, 0.5 * abs(problem.offset[t] + planar.gamma[t]))
-            changed = changed or abs(mu - problem.mu[k]) > 1e-14 * abs(mu)
+            changed = changed or abs(mu - problem.mu[k]) > rounded_sum(MU_ROUNDINGS, abs(mu))
             problem.mu[k] = mu
     return changed
