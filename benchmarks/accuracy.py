@@ -24,7 +24,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.studies.work_precision import TIMES, TOLERANCES, OwnMethod, TimedMotion, work_precision
+from nonsmooth.studies.work_precision import TIMES, WORK_TOLERANCES, OwnMethod, TimedMotion, work_precision
 from nonsmooth.studies.work_precision_result import joined
 
 REPEATS = 5
@@ -54,7 +54,7 @@ def methods() -> dict[str, Any]:
     """The integrators of this package."""
     return {
         "MoreauJean": MoreauJean,
-        "Adaptive": OwnMethod(Adaptive, tuple(rtol for rtol in TOLERANCES if rtol >= 10.0**-FINEST_ADAPTIVE)),
+        "Adaptive": OwnMethod(Adaptive, tuple(rtol for rtol in WORK_TOLERANCES if rtol >= 10.0**-FINEST_ADAPTIVE)),
         "EventDriven": EventDriven,
     }
 

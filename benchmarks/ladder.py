@@ -30,7 +30,7 @@ from nonsmooth.contact.blocks.frictionless import Frictionless
 from nonsmooth.contact.blocks.ladder import FromFacets, Single, Solver, climb, from_inside, is_cheap, ladder_of
 from nonsmooth.contact.blocks.newton import Newton
 from nonsmooth.contact.blocks.nsgs import NSGS
-from nonsmooth.contact.blocks.problem import Problem, check_problem, scaled
+from nonsmooth.contact.blocks.problem import Problem, check_problem, scale_problem
 from nonsmooth.contact.blocks.proximal import Proximal
 
 TOLERANCE = 1e-8
@@ -152,7 +152,7 @@ def columns(ascents: list[Ascent], first: list[Ascent]) -> Iterator[str]:
 
 def ascend(case: Case, ladder: Ladder) -> Ascent:
     """Climb a problem from zero."""
-    problem, _ = scaled(check_problem(*case))
+    problem, _ = scale_problem(check_problem(*case))
     began = time.process_time()
     end = climb(problem, np.zeros(problem.n), TOLERANCE, ladder(problem), is_cheap(problem), time.monotonic() + CAP)
     seconds = time.process_time() - began

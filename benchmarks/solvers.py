@@ -31,7 +31,7 @@ from benchmarks.problems import FAMILIES, frictional_lcp, frictionless_lcp, norm
 from nonsmooth.commands.solve_files import format_table, solve_files
 from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.lcp.lemke import lemke_entry, lemke_workspace
-from nonsmooth.lcp.result import judge, judge_sparse
+from nonsmooth.lcp.result import judge_solution, judge_sparse
 from nonsmooth.lcp.solve import solve_lcp
 from nonsmooth.numerics.quadratic_program import settings_of
 
@@ -187,7 +187,7 @@ def by_lemke(A: np.ndarray, b: np.ndarray) -> np.ndarray:
 def misses(A: np.ndarray, b: np.ndarray, z: np.ndarray) -> int:
     """How many answers miss the tolerance."""
     w = np.empty(b.shape[1])
-    return sum(not judge(A[k], b[k], np.ascontiguousarray(z[k]), w) <= TOLERANCE for k in range(len(b)))
+    return sum(not judge_solution(A[k], b[k], np.ascontiguousarray(z[k]), w) <= TOLERANCE for k in range(len(b)))
 
 
 def solved_and_time(name: str, size: int, dim: int) -> str:

@@ -19,7 +19,7 @@ import numpy as np
 
 from benchmarks.stress_figures import EPS, Case, Method
 from benchmarks.stress_scenes import Tower, box_in_corner, box_on, groove, stack, tower
-from nonsmooth.contact.planar.problem import ACCEPTED
+from nonsmooth.contact.planar.problem import ACCEPTED_RESIDUAL
 from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
@@ -62,7 +62,7 @@ def cases(is_full: bool) -> Iterator[Case]:
 
 def methods(n_closed: int, way: float, rounding: float, weight: float, v: float = 0.0, mu: float = MU) -> list[Method]:
     """The integrators for a motion along ``way`` [m] that begins with the speed v [m/s], with the bounds of the top."""
-    step = ACCEPTED + EPS * rounding + (mu * G * DT**2 / way if v > 0 else 0.0)
+    step = ACCEPTED_RESIDUAL + EPS * rounding + (mu * G * DT**2 / way if v > 0 else 0.0)
     compliant = Penalty(weight / SHALLOW, damping_ratio=1.0, rtol=RTOL)
     controlled = 100 * RTOL + EPS * rounding
     rigid = [

@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.contact.planar.problem import ACCEPTED
+from nonsmooth.contact.planar.problem import ACCEPTED_RESIDUAL
 from nonsmooth.errors import NonsmoothError
 from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.integrators.moreau_jean.step import ROUNDING
+from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.mechanics.system import (
     BILATERAL,
@@ -143,11 +143,11 @@ def bounds(system: System, method: Method, solution: Solution) -> tuple[float, f
     speed, span = fastest(system, solution), float(solution.t[-1] - solution.t[0])
     lengths = np.abs(solution.q).max() + np.abs(solution.g_N[0][solution.g_N[0] < 1e5]).max(initial=0.0)
     if isinstance(integrator, MoreauJean):
-        sum_of = steps * (terms * EPS + ROUNDING)
+        sum_of = steps * (terms * EPS + VELOCITY_ROUNDINGS)
         free = np.abs(free_acceleration(system, solution)).max(initial=0.0)
-        closed_drift = ACCEPTED * (speed + free * integrator.dt) * span
+        closed_drift = ACCEPTED_RESIDUAL * (speed + free * integrator.dt) * span
         depth = integrator.dt * speed + closed_drift + EPS * steps * lengths
-        return depth, ACCEPTED, sum_of, sum_of, method.bound
+        return depth, ACCEPTED_RESIDUAL, sum_of, sum_of, method.bound
     if isinstance(integrator, EventDriven | Adaptive):
         sum_of = steps * integrator.rtol
         return 10 * (integrator.atol + integrator.rtol * lengths), math.nan, sum_of, sum_of, method.bound

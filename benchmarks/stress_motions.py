@@ -19,7 +19,7 @@ from nonsmooth.commands.catalogue import load_model
 from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.integrators.moreau_jean.step import ROUNDING
+from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.mechanics.system import Contact, System
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.simulate import SELECTIONS
@@ -79,7 +79,7 @@ def cascade(n: int) -> Case:
 
     impacts = n * n
     return Case(f"cascade of {n} beads", chain, chain.state(), t_end, error,
-                [Method(MoreauJean(1e-5), n * ROUNDING), *controlled(1e-8 * impacts)])  # fmt: skip
+                [Method(MoreauJean(1e-5), n * VELOCITY_ROUNDINGS), *controlled(1e-8 * impacts)])  # fmt: skip
 
 
 def stopping_block(dt: float) -> Case:

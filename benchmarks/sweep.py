@@ -32,7 +32,7 @@ from nonsmooth.sweeps.map_task import MapTask
 from nonsmooth.sweeps.pool import LocalPool
 from nonsmooth.sweeps.run_rows import RowBuilder
 from nonsmooth.sweeps.run_task import RunTask
-from nonsmooth.sweeps.sweep import sweep, whole
+from nonsmooth.sweeps.sweep import require_whole, sweep
 
 REPEATS = 5
 STEPS, DT = 200, 1e-3
@@ -96,7 +96,7 @@ def now() -> np.ndarray:
 def timed(task: Any, cells: Any = None, **options: Any) -> np.ndarray:
     """Seconds of a sweep over the grid, or over other cells: of the processor, of the clock."""
     started = now()
-    whole(sweep(task, AXES if cells is None else cells, progress=False, **options))
+    require_whole(sweep(task, AXES if cells is None else cells, progress=False, **options))
     return now() - started
 
 

@@ -7,7 +7,7 @@ import os
 import sys
 from typing import NoReturn
 
-INTERRUPTED = 130  # exit code, as in commands/terminal.py, which may not be imported yet
+from nonsmooth.errors import INTERRUPTED
 
 
 def program(home: str = "nonsmooth.commands.cli") -> NoReturn:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any
 
-LONGEST = 80  # characters of a value in a message
+INTERRUPTED = 130  # code: exit code after Ctrl-C, as of a shell: 128 + SIGINT
+LONGEST_VALUE = 80  # chosen: characters of a value in a message
 
 
 class NonsmoothError(Exception):
@@ -112,7 +113,7 @@ def said_by(error: BaseException) -> str:
         said = " ".join(str(error).split())
     except Exception:  # a text of the user's that fails
         said = ""
-    said = said if len(said) <= 2 * LONGEST else said[: 2 * LONGEST - 3] + "..."
+    said = said if len(said) <= 2 * LONGEST_VALUE else said[: 2 * LONGEST_VALUE - 3] + "..."
     return f"{type(error).__name__}: {said}"
 
 
@@ -122,4 +123,4 @@ def shown(value: Any) -> str:
         text = " ".join(repr(value).split())
     except Exception:  # a repr of the user's that fails, an int of too many digits
         text = f"a {type(value).__name__}"
-    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+    return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + "..."

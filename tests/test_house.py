@@ -1,13 +1,21 @@
 """The house is as its map says: rooms, which way imports go, nothing loose at the top, tests in the same tree."""
 
+import ast
+import importlib
 import re
 import tomllib
+from enum import Enum
+from numbers import Number
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "nonsmooth"
 AT_THE_TOP = {"__init__.py", "__main__.py", "errors.py", "views.py"}
 BESIDE = {"acceptance", "benchmarks", "data", "models", "mutations", "peers", "stress"}  # tests of more than one room
+ORIGIN = re.compile(r"\b(derived|measured|chosen|defined|code)\b")  # of a constant; a code names a case
+BARE = {"TOL", "TOLERANCE", "ROUNDING", "ROUNDINGS", "EPS", "SMALL", "TINY", "LARGEST", "MAX", "MIN", "LIMIT", "FACTOR"}
+ROUNDING = PACKAGE / "numerics" / "rounding.py"
 ROW = re.compile(r"^\| (`[^|]*`) \| [^|]+ \| ([^|]*)\|$", re.M)
 
 
@@ -54,3 +62,63 @@ def test_tests_stand_in_the_tree_of_what_they_test():
     for path in (ROOT / "tests").rglob("test_*.py"):
         folder = path.parent.relative_to(ROOT / "tests")
         assert folder == Path() or folder.parts[0] in BESIDE or (PACKAGE / folder).is_dir(), path
+
+
+class Constant(NamedTuple):
+    """A number, or a tuple of numbers, that a module gives a name in capital letters."""
+
+    name: str
+    path: Path
+    said: str  # its comment: on its lines, or in the block of comments right above them
+    is_range: bool  # range(n): cases are counted, and their names say what they are
+
+
+def is_numeric(value):
+    if isinstance(value, tuple):
+        return len(value) > 0 and all(is_numeric(part) for part in value)
+    return isinstance(value, Number) and not isinstance(value, bool | Enum)
+
+
+def comment_of(statement, lines):
+    above = statement.lineno - 1
+    while above > 0 and lines[above - 1].startswith("#"):
+        above -= 1
+    return " ".join(line.partition("#")[2] for line in lines[above : statement.end_lineno])
+
+
+def constants_of(path):
+    lines = path.read_text().splitlines()
+    module = importlib.import_module(".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"))
+    for statement in ast.parse("\n".join(lines)).body:
+        if isinstance(statement, ast.Assign | ast.AnnAssign) and statement.value is not None:
+            is_range = isinstance(statement.value, ast.Call) and ast.unparse(statement.value.func) == "range"
+            targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
+            for node in (node for target in targets for node in ast.walk(target)):
+                if isinstance(node, ast.Name) and node.id.isupper() and is_numeric(getattr(module, node.id)):
+                    yield Constant(node.id, path, comment_of(statement, lines), is_range)
+
+
+def constants():
+    return [constant for path in sorted(PACKAGE.rglob("*.py")) for constant in constants_of(path)]
+
+
+def test_no_name_of_a_number_stands_in_two_files():
+    """What two files read stands once and is imported; what differs has another name, that of its quantity."""
+    first = {}
+    for constant in constants():
+        assert first.setdefault(constant.name, constant.path) == constant.path, (constant, first[constant.name])
+    assert len(first) > 500
+
+
+def test_every_number_with_a_name_says_where_it_comes_from():
+    silent = [(c.name, str(c.path)) for c in constants() if not c.is_range and not ORIGIN.search(c.said)]
+    assert silent == []
+
+
+def test_no_name_of_a_number_leaves_out_of_what_it_is():
+    assert [(c.name, str(c.path)) for c in constants() if c.name in BARE and c.path != ROUNDING] == []
+
+
+def test_the_unit_of_rounding_stands_in_one_file():
+    written = re.compile(r"finfo\([^)]*\)\.eps\b|float_info|\b2\.2+0?\d*e-16|\b2(\.0)? ?\*\* ?-5[23]")
+    assert [str(path) for path in PACKAGE.rglob("*.py") if written.search(path.read_text())] == [str(ROUNDING)]

@@ -10,7 +10,7 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput, NonsmoothError, UnknownName, nearest, said_by, shown
 
-LARGEST_COUNT = 2**62
+LARGEST_COUNT = 2**62  # chosen: no computer has as many of anything, and int64 holds it
 NUMERIC = "biufO"  # kinds of dtype: no texts, no complex numbers, no dates; objects are asked for their float
 
 Vector = np.ndarray

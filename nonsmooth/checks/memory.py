@@ -12,15 +12,16 @@ from pathlib import Path
 
 from nonsmooth.errors import InvalidInput
 
-GIB = 2**30  # bytes
-SMALL = 2**28  # bytes: less than this is there, and asking costs more than a short run
-INFLATION = 100  # bytes that a byte of a file may stand for: 1 to 6 on published contact problems, 1000 for zeros
-ROOM = 2**26  # bytes that any file may claim
+GIB = 2**30  # defined: bytes
+UNASKED_BYTES = 2**28  # chosen: bytes: less than this is there, and asking costs more than a short run
+# measured: bytes that a byte of a file may stand for: 1 to 6 on published contact problems, 1000 for zeros
+INFLATION = 100
+LEAST_CLAIM = 2**26  # chosen: bytes that any file may claim
 
 
 def require_memory(needed: float, what: str, cure: str) -> None:
     """Raise `InvalidInput` when more bytes are needed than are free."""
-    if needed <= SMALL:
+    if needed <= UNASKED_BYTES:
         return
     free = free_memory()
     if needed > free:
@@ -37,12 +38,12 @@ def require_room(claimed: int, size: int | None) -> None:
     size : int or None
         Bytes of the file, of which those of others may stand for 100 each; None: a file whose checksum was verified.
     """
-    if size is not None and claimed > max(ROOM, INFLATION * size):
+    if size is not None and claimed > max(LEAST_CLAIM, INFLATION * size):
         raise ValueError(
             f"its arrays claim {claimed / GIB:.3g} GiB in a file of {size / GIB:.3g} GiB, more than {INFLATION} times "
             "as much; a file that is not compressed may be as large as the memory"
         )
-    if claimed > SMALL and claimed > free_memory():
+    if claimed > UNASKED_BYTES and claimed > free_memory():
         raise ValueError(f"its arrays need {claimed / GIB:.3g} GiB and {free_memory() / GIB:.3g} GiB are free")
 
 

@@ -44,7 +44,7 @@ def numeric_fields(parameters: Any) -> dict[str, float]:
     }
 
 
-def changed(parameters: Any, changes: dict[str, Any]) -> Any:
+def with_changes(parameters: Any, changes: dict[str, Any]) -> Any:
     """A NamedTuple or dataclass with some fields replaced; a field declared int takes whole numbers only.
 
     Raises

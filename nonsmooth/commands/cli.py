@@ -20,7 +20,7 @@ from nonsmooth.commands.paradoxes import add_classify, add_map
 from nonsmooth.commands.run import add_run
 from nonsmooth.commands.studies import add_studies
 from nonsmooth.commands.sweep import add_sweep
-from nonsmooth.commands.terminal import FAILED, INTERRUPTED, NOT_WRITTEN, complain, show_warning
+from nonsmooth.commands.terminal import FAILED, NOT_WRITTEN, complain, show_warning
 from nonsmooth.commands.typed_input import (
     BAD_INPUT,
     NEGATIVE,
@@ -31,6 +31,7 @@ from nonsmooth.commands.typed_input import (
 )
 from nonsmooth.commands.watch import ended_by_ctrl_c, last_words
 from nonsmooth.errors import (
+    INTERRUPTED,
     FileFailure,
     InvalidInput,
     MissingExtra,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nonsmooth.checks.files import FIGURE_ENDINGS
-from nonsmooth.commands.terminal import INTERRUPTED, complain
+from nonsmooth.commands.terminal import complain
 from nonsmooth.commands.typed_input import (
     assignments,
     build_model,
@@ -20,14 +20,14 @@ from nonsmooth.commands.typed_input import (
     whole_number,
     without_nan,
 )
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import INTERRUPTED, InvalidInput
 
 if TYPE_CHECKING:
     from nonsmooth.sweeps.axes import Axis
 
 MAP_AXIS = "NAME=LOW:HIGH[:COUNT][:log][:UNIT] or NAME=V,V,...[:UNIT]"
-POINTS = 400  # along each axis of a map that was given by its ends
-CURVE_POINTS = 80  # of the coarser grid that boundary curves are sought on
+MAP_POINTS = 400  # chosen: along each axis of a map that was given by its ends
+CURVE_POINTS = 80  # chosen: of the coarser grid that boundary curves are sought on
 
 
 def add_classify(command: argparse.ArgumentParser) -> None:
@@ -50,8 +50,8 @@ def add_map(command: argparse.ArgumentParser) -> None:
     add_model(command)
     command.add_argument(
         "--axis", nargs="+", action="extend", default=[], metavar="AXIS",
-        help=f"{MAP_AXIS}: {POINTS} values of a variable of the state or a parameter by default; at most two axes are "
-        "drawn; the model's own axes by default",
+        help=f"{MAP_AXIS}: {MAP_POINTS} values of a variable of the state or a parameter by default; at most two axes "
+        "are drawn; the model's own axes by default",
     )  # fmt: skip
     command.add_argument("--out", type=Path, metavar="FILE", help="where to save, .nc or .npz; MODEL-map.nc by default")
     command.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL-map.png by default")
@@ -165,12 +165,12 @@ def own_axes(model: Any, name: str) -> dict[str, Any]:
     proposed = getattr(model, "map_axes", None)
     if proposed is None:
         raise InvalidInput(f"the model {name} has no map of its own; give axes, as in --axis th=0:pi/2 --axis mu=0:3")
-    return {axis: np.linspace(low, high, POINTS) for axis, low, high in proposed}
+    return {axis: np.linspace(low, high, MAP_POINTS) for axis, low, high in proposed}
 
 
 def typed_axis(text: str) -> Axis:
     """An axis of a map as it is typed: that of a sweep, whose count may be left out."""
-    axis = read_axis(text, MAP_AXIS, POINTS)
+    axis = read_axis(text, MAP_AXIS, MAP_POINTS)
     if ":" in text and "," not in text and len(axis.values) > 1 and axis.values[0] > axis.values[-1]:
         raise InvalidInput(f"--axis {axis.name} needs LOW < HIGH; got {text!r}")
     return axis

@@ -10,7 +10,7 @@ from typing import Any
 
 from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.integrators import add_integrator, new_integrator
-from nonsmooth.commands.terminal import FAILED, INTERRUPTED, complain, figure_path, show_progress
+from nonsmooth.commands.terminal import FAILED, complain, figure_path, show_progress
 from nonsmooth.commands.typed_input import (
     assignments,
     build_model,
@@ -21,7 +21,7 @@ from nonsmooth.commands.typed_input import (
     whole_number,
     without_nan,
 )
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import INTERRUPTED, InvalidInput
 from nonsmooth.results.failures import StepFailure
 
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")

@@ -18,7 +18,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_positive, as_tolerance
 from nonsmooth.checks.files import refusals
-from nonsmooth.drawing.plots import saved
+from nonsmooth.drawing.plots import save_figure
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothError, Status, UnknownName, nearest
 from nonsmooth.results.failed_problem import FailedProblem, is_failed_problem, require_failed_problem
 from nonsmooth.results.forms import FLAG, REAL, WHOLE, Form, Rule, require_forms
@@ -26,8 +26,8 @@ from nonsmooth.results.npz import Archive, read_npz
 from nonsmooth.results.sparse_rows import compressed_rows
 
 OF_MIXED = {"A", "B", "C", "D", "a", "b", "n", "m", "block_rows", "block_is_comp"}  # which files of mixed ones hold too
-SHOWN = 20  # names in a message
-RANK_N = 400  # the singular values of a larger matrix take longer than its solution
+TABLE_NAMES_SHOWN = 20  # chosen: names in a message
+RANK_N = 400  # measured: the singular values of a larger matrix take longer than its solution
 COMPLEMENTARITY: dict[str, Rule] = {"M": (REAL, ("n", "n")), "q": (REAL, ("n",))}
 TABLES: dict[str, dict[str, Rule]] = {  # of which the first whose names are all there says what the problem is
     "friction": {
@@ -193,7 +193,8 @@ def _kind(file_name: str, names: Collection[str]) -> str:
                 raise InvalidInput(f"{file_name} is a mixed problem without is_comp, which says where w_i = 0")
             return kind
     raise InvalidInput(
-        f"{file_name} must hold M and q, or W in compressed rows with q, mu, dim; it has {list(names)[:SHOWN]}"
+        f"{file_name} must hold M and q, or W in compressed rows with q, mu, dim; "
+        f"it has {list(names)[:TABLE_NAMES_SHOWN]}"
     )
 
 
@@ -269,7 +270,7 @@ def performance_profile(results: dict[str, list[dict]] | list[dict], path: str |
              ylabel="share of problems solved within τ [-]")  # fmt: skip
     axes.grid(alpha=0.3)
     axes.legend(loc="lower right")
-    saved(figure, Path(path))
+    save_figure(figure, Path(path))
 
 
 def time_ratios(runs: dict[str, list[dict]]) -> dict[str, np.ndarray]:

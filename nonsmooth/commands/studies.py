@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nonsmooth.commands.integrators import add_integrator, given_options, integrator_class
-from nonsmooth.commands.terminal import INTERRUPTED, complain, figure_path
+from nonsmooth.commands.terminal import complain, figure_path
 from nonsmooth.commands.typed_input import (
     AXIS,
     assignments,
@@ -17,7 +17,7 @@ from nonsmooth.commands.typed_input import (
     read_axis,
     whole_number,
 )
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import INTERRUPTED, InvalidInput
 
 if TYPE_CHECKING:
     from nonsmooth.studies.study import Study
@@ -154,13 +154,13 @@ def study_penalty(model: Any, span: tuple[float, float], q0: Any, u0: Any, argum
 
 def study_convergence(model: Any, span: tuple[float, float], q0: Any, u0: Any, arguments: argparse.Namespace) -> Study:
     """``nonsmooth study convergence``."""
-    from nonsmooth.studies.convergence_study import STEPS, convergence_study
+    from nonsmooth.studies.convergence_study import STUDY_STEPS, convergence_study
     from nonsmooth.studies.reference import EXACT
 
     name, own, options = given_options(arguments)
     dt, rtol = options.pop("dt", None), options.pop("rtol", None)
     if "dt" in own:
-        options["dt"] = (dt or STEPS)[0]
+        options["dt"] = (dt or STUDY_STEPS)[0]
     reference = None if arguments.reference is None else EXACT
     return convergence_study(
         model, span, q0, u0, dt=dt, rtol=rtol, integrator=integrator_class(name)(**options), times=arguments.times,

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from nonsmooth.checks.files import FIGURE_ENDINGS
-from nonsmooth.commands.terminal import FAILED, INTERRUPTED, complain
+from nonsmooth.commands.terminal import FAILED, complain
 from nonsmooth.commands.typed_input import (
     AXIS,
     assignments,
@@ -24,9 +24,9 @@ from nonsmooth.commands.typed_input import (
     whole_number,
     without_nan,
 )
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import INTERRUPTED, InvalidInput
 
-SHOWN_FAILURES = 5
+SHOWN_FAILURES = 5  # chosen: failures that are written out
 
 
 def add_sweep(sweep: argparse.ArgumentParser) -> None:

@@ -11,7 +11,7 @@ from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.typed_input import require_module, require_writable
 from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothWarning
 
-FAILED, NOT_WRITTEN, INTERRUPTED = 3, 4, 130  # exit codes, beside 0 and typed_input.BAD_INPUT
+FAILED, NOT_WRITTEN = 3, 4  # code: exit codes, beside 0, typed_input.BAD_INPUT and errors.INTERRUPTED
 
 
 def figure_path(arguments: argparse.Namespace) -> Path | None:

@@ -58,9 +58,9 @@ def require_module(module: str, extra: str, what: str) -> None:
 
 def build_model(model: Any, changes: dict[str, float]) -> Any:
     """The model with its defaults changed; a field declared int takes whole numbers."""
-    from nonsmooth.checks.parameters import changed
+    from nonsmooth.checks.parameters import with_changes
 
-    return changed(model(), changes)
+    return with_changes(model(), changes)
 
 
 def initial_state(model: Any, arguments: argparse.Namespace) -> tuple[Any, Any]:

@@ -3,8 +3,8 @@
 Python raises KeyboardInterrupt between two instructions of the main thread. Compiled loops come back for it some fifty
 times a second; the optimiser of a compilation, a single large solve and a library's import may not for seconds. So a
 thread hears of the signal too, at once, by the file descriptor that Python's own handler writes to. Where the main
-thread has not heard after `PATIENCE`, it says what is finished and ends the process; where it has, it is left to keep
-what is finished in its own time.
+thread has not heard after `COMPILER_PATIENCE`, it says what is finished and ends the process; where it has, it is left
+to keep what is finished in its own time.
 
 Nothing is raised within a compilation, whose halves LLVM does not survive: the process ends there and then. And what is
 raised in a function that C has called, as a finaliser, goes nowhere, Python reports it as ignored: it is sent anew
@@ -23,12 +23,12 @@ from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
-from nonsmooth.commands.terminal import INTERRUPTED, complain
-from nonsmooth.errors import NonsmoothError
+from nonsmooth.commands.terminal import complain
+from nonsmooth.errors import INTERRUPTED, NonsmoothError
 
-PATIENCE = 0.35  # s; ending the process takes a few hundredths more
+COMPILER_PATIENCE = 0.35  # chosen: s; ending the process takes a few hundredths more
 COMPILER = ("numba", "llvmlite")
-AGAIN = 0.01  # s until a signal that went nowhere is sent again
+AGAIN = 0.01  # chosen: s until a signal that went nowhere is sent again
 _last_words: list[Callable[[], str]] = []
 
 
@@ -107,7 +107,7 @@ def _watch(reader: int, heard: threading.Event) -> None:
     """Wait for the signal, and for the main thread to hear of it; the first signal sets the time."""
     while numbers := os.read(reader, 64):
         if signal.SIGINT in numbers:
-            time.sleep(PATIENCE)
+            time.sleep(COMPILER_PATIENCE)
             if not heard.is_set():
                 _end()
     os.close(reader)

@@ -15,10 +15,10 @@ The flood is one in a graph of n nodes. Source: Cormen, Leiserson, Rivest, Stein
 from __future__ import annotations
 
 from nonsmooth.jit import kernel
+from nonsmooth.numerics.rounding import EPS
 
-EPS = 2.220446049250313e-16
-# Of sqrt(G_aa G_bb). Rounding of a product with a well conditioned M is some 10 EPS; a body that joins two others is
-# seen as long as it is not lighter than 5e-26 of them, the square of this.
+# derived, of sqrt(G_aa G_bb). Rounding of a product with a well conditioned M is some 10 EPS; a body that joins two
+# others is seen as long as it is not lighter than 5e-26 of them, the square of this.
 UNCOUPLED = 1000.0 * EPS
 
 

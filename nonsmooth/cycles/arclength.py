@@ -22,14 +22,14 @@ from nonsmooth.cycles.shooting import AtRest, Shooting
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import System
 
-UNIT = 0.1  # of z: a step of the arclength 1 moves no state by more of the motion's extent
-ITERATIONS = 8
-DIFFERENCE = 1e-3  # of the parameter's unit, for dF/dp: its error, 1e-6, slows Newton's method only
-ROUNDING = 1e-5  # of the parameter itself: a smaller difference would drown in the integration's error
-SHORTEST = 1.0 / 64  # step of the arclength
-STEPS = 100
-SHRUNK = 0.2  # of the last cycle: a smaller one at a "fold" is the rest from which the branch grows (Hopf)
-LOCATED = 1e-5  # of the arclength: of a fold, where the parameter's error is quadratic in it
+STATE_UNIT = 0.1  # chosen: of z: a step of the arclength 1 moves no state by more of the motion's extent
+ARC_NEWTON_STEPS = 8  # chosen: of a corrector, which is quadratic: more mean that the arc was too long
+PARAMETER_INCREMENT = 1e-3  # derived: of the parameter's unit, for dF/dp: its error, 1e-6, slows Newton's method only
+LEAST_INCREMENT = 1e-5  # chosen: of the parameter itself: a smaller difference would drown in the integration's error
+SHORTEST_ARC = 1.0 / 64  # chosen: step of the arclength
+MOST_ARCS = 100  # chosen: steps of the arclength before the branch is given up
+SHRUNK = 0.2  # chosen: of the last cycle: a smaller one at a "fold" is the rest from which the branch grows (Hopf)
+FOLD_ACCURACY = 1e-5  # derived: of the arclength: of a fold, where the parameter's error is quadratic in it
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ class Arc:
         self.scale = Shooting(at(value), cycle.guesses(), **cycle.closing).scale
         states = np.array([np.append(phase.x / self.scale, phase.duration / cycle.period) for phase in cycle.phases])
         self.shape = states.shape
-        y = np.append(states.ravel() / UNIT, 0.0)
+        y = np.append(states.ravel() / STATE_UNIT, 0.0)
         problem = self.problem(y)
         J = np.column_stack([problem.linearised(rtol)[1] * self._units(problem), self._by_parameter(y)])
         self.point = ArcPoint(y, _null_vector(J, np.append(np.zeros(y.size - 1), 1.0)), problem)
@@ -82,7 +82,7 @@ class Arc:
         InvalidInput
             Where a phase has shrunk to nothing.
         """
-        states = (y[:-1] * UNIT).reshape(self.shape)
+        states = (y[:-1] * STATE_UNIT).reshape(self.shape)
         if states[:, -1].min() <= 0:
             raise InvalidInput("the branch is lost: one of its phases shrinks to nothing")
         guess = [
@@ -94,13 +94,13 @@ class Arc:
 
     def _units(self, problem: Shooting) -> np.ndarray:
         """d(states over their scale, logarithms of the durations)/dz, (m (d + 1),)."""
-        units = np.full(self.shape, UNIT)
+        units = np.full(self.shape, STATE_UNIT)
         units[:, -1] *= self.cycle.period / problem.T
         return units.ravel()
 
     def _by_parameter(self, y: np.ndarray) -> np.ndarray:
         """dF/dp."""
-        h = max(DIFFERENCE, ROUNDING * abs(self.origin / self.unit))
+        h = max(PARAMETER_INCREMENT, LEAST_INCREMENT * abs(self.origin / self.unit))
         step = np.append(np.zeros(y.size - 1), h)
         ahead, behind = (self.problem(y + s * step).linearised(self.rtol)[0] for s in (1, -1))
         return (ahead - behind) / (2 * h)
@@ -115,7 +115,7 @@ class Arc:
         """
         y = start.y + ds * start.tangent
         by_parameter = self._by_parameter(y)  # kept during Newton's iteration, which it hardly slows
-        for _ in range(ITERATIONS):
+        for _ in range(ARC_NEWTON_STEPS):
             problem = self.problem(y)
             F, by_z = problem.linearised(self.rtol)
             J = np.column_stack([by_z * self._units(problem), by_parameter])
@@ -135,11 +135,11 @@ class Arc:
             try:
                 after = self.corrected(before, ds)
             except InvalidInput:
-                if ds <= SHORTEST:
+                if ds <= SHORTEST_ARC:
                     raise
                 ds /= 2
                 continue
-            if after.tangent @ before.tangent < 0.8 and ds > SHORTEST:  # a bend of more than 37 degrees
+            if after.tangent @ before.tangent < 0.8 and ds > SHORTEST_ARC:  # a bend of more than 37 degrees
                 ds /= 2
                 continue
             self.point = after
@@ -151,7 +151,7 @@ class Arc:
 
         end = float(before.tangent @ (after.y - before.y))
         s = brentq(lambda ds: self.corrected(before, ds).tangent[-1] if ds > 0 else before.tangent[-1], 0.0, end,
-                   xtol=LOCATED)  # fmt: skip
+                   xtol=FOLD_ACCURACY)  # fmt: skip
         return self.corrected(before, float(s))
 
 
@@ -170,7 +170,7 @@ class Passage(NamedTuple):
     message: str = ""
 
 
-def passage(at: Callable[[float], System], cycle: LimitCycle, value: float, unit: float, rtol: float) -> Passage:
+def follow_arc(at: Callable[[float], System], cycle: LimitCycle, value: float, unit: float, rtol: float) -> Passage:
     """Follow the branch from the cycle at a value to the value + unit, or round a fold and back.
 
     Raises
@@ -180,7 +180,7 @@ def passage(at: Callable[[float], System], cycle: LimitCycle, value: float, unit
     """
     arc, fold, turning = Arc(at, cycle, value, unit, rtol), None, None
     size = np.abs(cycle.amplitudes).max()
-    for _ in range(STEPS):
+    for _ in range(MOST_ARCS):
         before, after = arc.advance(1.0)
         if fold is None and after.tangent[-1] <= 0:
             point = arc.fold_between(before, after)
@@ -200,4 +200,6 @@ def passage(at: Callable[[float], System], cycle: LimitCycle, value: float, unit
                     raise
                 return Passage(None, fold, turning, str(lost))
             return Passage(found, fold, turning)
-    raise InvalidInput(f"the branch has not come back to its parameter's values after {STEPS} steps of the arclength")
+    raise InvalidInput(
+        f"the branch has not come back to its parameter's values after {MOST_ARCS} steps of the arclength"
+    )

@@ -15,8 +15,8 @@ from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.mechanics.system import ContactMode, System
 from nonsmooth.results.solution import mode_name
 
-PIECES = 48  # of a phase, between which its rates change their sign at most once
-ATTRACTING = 1e-7  # a multiplier must lie so far inside the unit circle to count as attracting
+RATE_PIECES = 48  # chosen: of a phase, between which its rates change their sign at most once
+ATTRACTING = 1e-7  # chosen: a multiplier must lie so far inside the unit circle to count as attracting
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,8 +162,8 @@ def _extremes(cycle: LimitCycle) -> tuple[np.ndarray, np.ndarray]:
     low, high = x.min(axis=0), x.max(axis=0)
     for phase in cycle.phases:
         flow = mode_flow(cycle.system, phase.states)
-        curve = flow_curve(flow, phase.x, phase.duration, cycle.scale, pieces=PIECES)
-        s = np.linspace(0, phase.duration, PIECES + 1)
+        curve = flow_curve(flow, phase.x, phase.duration, cycle.scale, pieces=RATE_PIECES)
+        s = np.linspace(0, phase.duration, RATE_PIECES + 1)
         rates = np.array([flow.rate(x).real for x in curve(s).T])[:, : x.shape[1]]
         for k, j in zip(*np.nonzero(rates[:-1] * rates[1:] < 0), strict=True):
             vertex = brentq(lambda time, j=j, c=curve, f=flow: f.rate(c(time)).real[j], s[k], s[k + 1], xtol=1e-14)

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_name, as_tolerance, as_vector
-from nonsmooth.cycles.arclength import passage
+from nonsmooth.cycles.arclength import follow_arc
 from nonsmooth.cycles.cycle import LimitCycle
 from nonsmooth.cycles.cycle_margins import least_p, least_slip, paradox_at
-from nonsmooth.cycles.drift import NONE, drift_of
+from nonsmooth.cycles.drift import NONE, find_drift
 from nonsmooth.cycles.limit_cycle import limit_cycle
 from nonsmooth.cycles.mode_sequence import ContactLost, period_of, sequence_near
 from nonsmooth.cycles.phase import PhaseGuess
@@ -32,12 +32,12 @@ from nonsmooth.results.failures import StepFailure
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell
 
-TURNS = 8  # folds
-SAME = 0.3  # of the amplitude: a cycle that simulation finds so near continues the branch
-SETTLE = 60  # periods that a motion is given to settle where its sequence of modes has changed
-DEGREE = 3  # of the polynomial along the branch by which the next cycle is predicted
-LOCATED = 1e-9  # relative accuracy of the value at which a cycle enters a paradox
-GRAZE = 1e-12  # relative accuracy of the value at which a cycle grazes
+TURNS = 8  # chosen: folds
+SAME_BRANCH = 0.3  # chosen: of the amplitude: a cycle that simulation finds so near continues the branch
+SETTLE = 60  # chosen: periods that a motion is given to settle where its sequence of modes has changed
+BRANCH_DEGREE = 3  # chosen: of the polynomial along the branch by which the next cycle is predicted
+ENTRY_ACCURACY = 1e-9  # chosen: relative accuracy of the value at which a cycle enters a paradox
+GRAZE_ACCURACY = 1e-12  # chosen: relative accuracy of the value at which a cycle grazes
 
 
 @dataclass(frozen=True)
@@ -231,7 +231,7 @@ class _Growing:
     def _round_the_arc(self, value: float) -> str:
         """By arclength, round a fold if there is one."""
         before = self.values[-1]
-        way = passage(self.at, self.cycles[-1], before, value - before, self.rtol)
+        way = follow_arc(self.at, self.cycles[-1], before, value - before, self.rtol)
         if way.fold is None and way.cycle is not None:
             return self._add(value, way.cycle)
         if way.fold is not None and way.turning is not None:
@@ -293,7 +293,7 @@ class _Growing:
             return margin(problem.solve(checked=False))
 
         try:
-            return float(brentq(at, *values, xtol=1e-300, rtol=LOCATED))
+            return float(brentq(at, *values, xtol=1e-300, rtol=ENTRY_ACCURACY))
         except (InvalidInput, ValueError):  # a cycle that does not close, or no change of sign
             return place
 
@@ -301,14 +301,14 @@ class _Growing:
 def _is_near(found: LimitCycle, last: LimitCycle) -> bool:
     """Whether a cycle continues another: a sequence of modes changes without a jump of the motion."""
     sizes, others = found.amplitudes, last.amplitudes
-    return bool(np.abs(sizes - others).max() <= SAME * others.max() and found.is_stable == last.is_stable)
+    return bool(np.abs(sizes - others).max() <= SAME_BRANCH * others.max() and found.is_stable == last.is_stable)
 
 
 def _predicted(grid: np.ndarray, cycles: list[LimitCycle], k: int) -> list[PhaseGuess]:
     """The phases at grid[k], on the polynomial through the last cycles with the same sequence (Lagrange)."""
     last = cycles[-1].guesses()
     known = [k - 1]
-    for j in range(k - 2, max(k - 2 - DEGREE, -1), -1):
+    for j in range(k - 2, max(k - 2 - BRANCH_DEGREE, -1), -1):
         if cycles[j].sequence() != cycles[-1].sequence() or grid[j] in grid[known]:
             break
         known.append(j)
@@ -334,7 +334,7 @@ def _resimulated(system: System, last: LimitCycle) -> LimitCycle:
     start, t = last.phases[0], float(last.phases[0].x[-1]) if last.has_time else 0.0
     span = t, t + SETTLE * last.period
     run = simulate_whole(system, span, start.q, start.u, integrator=EventDriven(), progress=None)
-    drift = drift_of(system, [(t, start.q, start.u)], last.forcing is not None) if last.drifts else NONE
+    drift = find_drift(system, [(t, start.q, start.u)], last.forcing is not None) if last.drifts else NONE
     return Shooting(system, period_of(run, last.forcing, drift), **last.closing).solve()
 
 
@@ -363,7 +363,7 @@ def _grazing(system: System, parameter: str, values: tuple[float, float], free: 
     low, high = margin(values[0]), margin(values[1])
     if low * high > 0:
         return 0.5 * (values[0] + values[1])
-    return float(brentq(margin, *values, xtol=1e-300, rtol=GRAZE))
+    return float(brentq(margin, *values, xtol=1e-300, rtol=GRAZE_ACCURACY))
 
 
 def crossing(before: np.ndarray, after: np.ndarray) -> str:

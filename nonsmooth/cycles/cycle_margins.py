@@ -22,8 +22,8 @@ from nonsmooth.cycles.mode_flow import ModeFlow, mode_flow, mu_of
 from nonsmooth.mechanics.system import BILATERAL, MASS, NORMAL, TANGENT, ContactMode
 from nonsmooth.paradox.classify import classify
 
-PIECES = 48  # of a phase, between which a margin has one minimum at most
-XATOL = 1e-12  # s, of a minimum's time
+MARGIN_PIECES = 48  # chosen: of a phase, between which a margin has one minimum at most
+XATOL = 1e-12  # chosen: s, of a minimum's time
 
 Least = tuple[float, np.ndarray]  # a value, and the state where it is taken
 
@@ -82,14 +82,14 @@ def _least(cycle: LimitCycle, phase: CyclePhase, flow: ModeFlow, function: Calla
     """The least value of a function of the state in a phase."""
     from scipy.optimize import minimize_scalar
 
-    curve = flow_curve(flow, phase.x, phase.duration, cycle.scale, pieces=PIECES)
-    s = np.linspace(0, phase.duration, PIECES + 1)
+    curve = flow_curve(flow, phase.x, phase.duration, cycle.scale, pieces=MARGIN_PIECES)
+    s = np.linspace(0, phase.duration, MARGIN_PIECES + 1)
     values = [function(x) for x in curve(s).T]
     k = int(np.argmin(values))
     least, at = values[k], s[k]
-    pieces = {max(k - 1, 0), min(k, PIECES - 1)}
-    if k in (0, PIECES):  # of a cycle with one phase the end is the beginning
-        pieces |= {0, PIECES - 1}
+    pieces = {max(k - 1, 0), min(k, MARGIN_PIECES - 1)}
+    if k in (0, MARGIN_PIECES):  # of a cycle with one phase the end is the beginning
+        pieces |= {0, MARGIN_PIECES - 1}
     for j in sorted(pieces):
         best = minimize_scalar(lambda time: function(curve(time)), bounds=(s[j], s[j + 1]), method="bounded",
                                options={"xatol": XATOL})  # fmt: skip

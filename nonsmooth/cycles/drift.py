@@ -23,13 +23,13 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_index, as_listed, as_name
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.agreement import generic
+from nonsmooth.mechanics.agreement import generic_direction
 from nonsmooth.mechanics.system import POTENTIAL, TAKES_U, System
 from nonsmooth.numerics.complex_step import complexified, jacobian
 
-NOTHING = 1e-9  # of a derivative: a part so small is rounding of terms that cancel
-SHIFTS = (0.37, -2.9)  # by which nothing may change
-ASIDE = 0.1  # of a unit and of a coordinate: where else the derivatives are taken
+CANCELLED_PART = 1e-9  # chosen: of a derivative: a part so small is rounding of terms that cancel
+SHIFTS = (0.37, -2.9)  # chosen: by which nothing may change
+ASIDE = 0.1  # chosen: of a unit and of a coordinate: where else the derivatives are taken
 
 Place = tuple[float, np.ndarray, np.ndarray]  # t, q, u
 
@@ -92,7 +92,9 @@ def as_coordinates(drift: Any, model: Any, n_q: int) -> tuple[int, ...] | None:
     return tuple(found)
 
 
-def drift_of(system: System, places: list[Place], is_forced: bool, coordinates: tuple[int, ...] | None = None) -> Drift:
+def find_drift(
+    system: System, places: list[Place], is_forced: bool, coordinates: tuple[int, ...] | None = None
+) -> Drift:
     """The directions of a system near some places.
 
     Parameters
@@ -129,14 +131,14 @@ def drift_of(system: System, places: list[Place], is_forced: bool, coordinates: 
 
 def _can_with_others(system: System, places: list[Place], is_forced: bool, j: int) -> bool:
     """Whether a coordinate can drift with others that were not named."""
-    return bool(drift_of(system, places, is_forced).directions[:, j].any())
+    return bool(find_drift(system, places, is_forced).directions[:, j].any())
 
 
 def _around(places: list[Place]) -> Iterator[Place]:
     """The places, and one beside each: what vanishes by chance at one does not at the other."""
     for t, q, u in places:
         yield t, q, u
-        aside = ASIDE * generic(q.size)
+        aside = ASIDE * generic_direction(q.size)
         yield t + ASIDE, q + aside * (1.0 + np.abs(q)), u + aside * (1.0 + np.abs(u))
 
 
@@ -150,7 +152,7 @@ def _changes(system: System, place: Place) -> Iterator[tuple[int, np.ndarray]]:
             continue
         sizes = np.abs(J).max(axis=1)
         for row, size in zip(J, sizes, strict=True):
-            if size > NOTHING * sizes.max():
+            if size > CANCELLED_PART * sizes.max():
                 yield which, row / size
 
 
@@ -173,7 +175,7 @@ def _null_space(rows: np.ndarray, allowed: np.ndarray) -> np.ndarray:
     """Vectors (k, n_q + 1), of the allowed columns, that all rows vanish along."""
     columns = np.flatnonzero(allowed)
     _, s, V = np.linalg.svd(np.vstack([rows[:, columns], np.zeros((columns.size, columns.size))]))
-    null = V[s <= NOTHING * np.sqrt(len(rows) + 1)]
+    null = V[s <= CANCELLED_PART * np.sqrt(len(rows) + 1)]
     found = np.zeros((len(null), allowed.size))
     found[:, columns] = null
     return found
@@ -186,7 +188,7 @@ def _echelon(rows: np.ndarray) -> Drift:
         rest = np.abs(rows[k:])
         i, j = (
             (int(rest[:, -1].argmax()), rows.shape[1] - 1)
-            if rest[:, -1].max() > NOTHING
+            if rest[:, -1].max() > CANCELLED_PART
             else divmod(int(rest.argmax()), rows.shape[1])
         )
         rows[[k, k + i]] = rows[[k + i, k]]
@@ -195,7 +197,7 @@ def _echelon(rows: np.ndarray) -> Drift:
             if m != k:
                 rows[m] -= rows[m, j] * rows[k]
         pivots.append(j)
-    rows[np.abs(rows) <= NOTHING * np.abs(rows).max(axis=1, initial=0.0)[:, None]] = 0.0
+    rows[np.abs(rows) <= CANCELLED_PART * np.abs(rows).max(axis=1, initial=0.0)[:, None]] = 0.0
     return Drift(rows, tuple(pivots))
 
 
@@ -206,11 +208,13 @@ def _is_kept(system: System, place: Place, direction: np.ndarray) -> bool:
         here = _value(system, which, t, q, u)
         for a in SHIFTS:
             there = _value(system, which, t + a * direction[-1], q + a * direction[:-1], u)
-            if not (np.abs(there - here) <= NOTHING * max(np.abs(here).max(), np.abs(there).max())).all():
+            if not (np.abs(there - here) <= CANCELLED_PART * max(np.abs(here).max(), np.abs(there).max())).all():
                 return False
     return True
 
 
 def _obstacle(system: System, changes: list[tuple[int, np.ndarray]], j: int) -> str:
     """The function that changes with a coordinate."""
-    return next((system.name_of(which) for which, row in changes if abs(row[j]) > NOTHING), "one of its functions")
+    return next(
+        (system.name_of(which) for which, row in changes if abs(row[j]) > CANCELLED_PART), "one of its functions"
+    )

@@ -15,14 +15,14 @@ import numpy as np
 
 from nonsmooth.cycles.mode_flow import ModeFlow
 from nonsmooth.errors import InvalidInput
-from nonsmooth.numerics.complex_step import STEP
+from nonsmooth.numerics.complex_step import COMPLEX_INCREMENT
 
-EVALUATIONS = 100_000  # of the rates over one phase; a cycle of the models here takes some thousand
-RTOL = 1e-12  # of the state and, with it, of the derivative
+EVALUATIONS = 100_000  # chosen: of the rates over one phase; a cycle of the models here takes some thousand
+FLOW_RTOL = 1e-12  # chosen: of the state and, with it, of the derivative
 
 
 def flow_map(
-    flow: ModeFlow, x: np.ndarray, duration: float, scale: np.ndarray, rtol: float = RTOL
+    flow: ModeFlow, x: np.ndarray, duration: float, scale: np.ndarray, rtol: float = FLOW_RTOL
 ) -> tuple[np.ndarray, np.ndarray]:
     """The state (m,) after a duration and Phi (m, m).
 
@@ -37,8 +37,8 @@ def flow_map(
         out = np.empty_like(z)
         columns = out[m:].reshape(m, m)
         for j in range(m):
-            f = flow.rate(state + 1j * STEP * Phi[:, j])
-            columns[:, j] = f.imag / STEP
+            f = flow.rate(state + 1j * COMPLEX_INCREMENT * Phi[:, j])
+            columns[:, j] = f.imag / COMPLEX_INCREMENT
         out[:m] = f.real
         return out
 
@@ -73,7 +73,7 @@ def budgeted(rate: Callable) -> Callable:
 
 
 def flow_curve(
-    flow: ModeFlow, x: np.ndarray, duration: float, scale: np.ndarray, rtol: float = RTOL, pieces: int = 1
+    flow: ModeFlow, x: np.ndarray, duration: float, scale: np.ndarray, rtol: float = FLOW_RTOL, pieces: int = 1
 ) -> Callable[[Any], np.ndarray]:
     """The state (m,) as a function of the time since the beginning of the phase, (m, k) of k times.
 

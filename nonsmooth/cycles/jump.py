@@ -28,10 +28,10 @@ from nonsmooth.numerics.complex_step import complexified
 from nonsmooth.results.solution import Event
 
 impulses_of_law, slide_of = complexified(impulse_map), complexified(first_phase)
-NOTHING = 1e-7  # of the velocity before: what is left of one that the impact brings to zero
-SAME = 1e-5  # of the jump: so far the impulses found here may lie from those of the simulation
-SOLVED = 1e-14  # change of mu at which the friction law has its velocity
-SWEEPS = 200
+STOPPED_VELOCITY = 1e-7  # chosen: of the velocity before: what is left of one that the impact brings to zero
+SAME_IMPULSES = 1e-5  # chosen: of the jump: so far the impulses found here may lie from those of the simulation
+SOLVED_MU = 1e-14  # chosen: change of mu at which the friction law has its velocity
+IMPULSE_SWEEPS = 200  # chosen: of Gauss–Seidel on the contacts that an impact joins
 
 
 class Blow(NamedTuple):
@@ -68,7 +68,7 @@ def read_jump(flow: ModeFlow, before: np.ndarray, after: np.ndarray, events: lis
         i = event.contact
         if event.P_N == 0 or system.kinds[i, 0] == GIVEN_FORCE:
             continue
-        fastest = NOTHING * max(np.abs(gamma_minus[i]).max(), np.abs(gamma_plus[i]).max())
+        fastest = STOPPED_VELOCITY * max(np.abs(gamma_minus[i]).max(), np.abs(gamma_plus[i]).max())
         rebounds = abs(gamma_plus[i, 0]) > fastest
         xi = gamma_plus[i, 1] + system.laws[i, LAW_E_F] * gamma_minus[i, 1] if system.kinds[i, 1] else 0.0
         sticks = bool(system.kinds[i, 1]) and abs(xi) <= fastest
@@ -77,8 +77,8 @@ def read_jump(flow: ModeFlow, before: np.ndarray, after: np.ndarray, events: lis
     closing = tuple(i for i in struck if (i, "gap") in flow.margins(before))
     own = bool(closing) and system.n_c == 1 and follows_own_law.function(0, system.kinds, system.laws)
     jump = Jump(tuple(blows), closing, bool(own))
-    missed = np.abs(jumped(jump, flow, before).real - after).max()
-    if not blows or missed > SAME * np.abs(after - before).max():
+    missed = np.abs(apply_jump(jump, flow, before).real - after).max()
+    if not blows or missed > SAME_IMPULSES * np.abs(after - before).max():
         raise InvalidInput(
             f"at t = {events[0].t if events else flow.t:.6g} s several impacts follow one another in one instant; "
             "cycles through them are not computed"
@@ -86,7 +86,7 @@ def read_jump(flow: ModeFlow, before: np.ndarray, after: np.ndarray, events: lis
     return jump
 
 
-def jumped(jump: Jump, flow: ModeFlow, x: np.ndarray) -> np.ndarray:
+def apply_jump(jump: Jump, flow: ModeFlow, x: np.ndarray) -> np.ndarray:
     """The state after a jump; ``flow`` is any of the system."""
     q, u, t = flow.parts(x)
     M = flow.call(MASS, q, u, t)
@@ -120,14 +120,14 @@ def _impulses(jump: Jump, flow: ModeFlow, G: np.ndarray, gamma: np.ndarray) -> n
         A[a + 1] = 0
         A[a + 1, a + 1] = 1
     P = np.zeros_like(b)
-    for _ in range(SWEEPS):
+    for _ in range(IMPULSE_SWEEPS):
         change = 0.0
         for a, blow in slides:
             mean = gamma[a + 1] + 0.5 * (G[a + 1] @ P)
             mu = mu_of(laws, blow.contact, blow.slip * mean if (blow.slip * mean).real > 0 else -blow.slip * mean)
             change = max(change, abs(A[a + 1, a] - blow.slip * mu))
             A[a + 1, a] = blow.slip * mu
-        if change <= SOLVED and P.any():
+        if change <= SOLVED_MU and P.any():
             break
         P = np.linalg.solve(A, b)
     return P

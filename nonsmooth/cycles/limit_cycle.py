@@ -8,7 +8,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_positive
 from nonsmooth.cycles.cycle import LimitCycle
-from nonsmooth.cycles.drift import Drift, as_coordinates, drift_of
+from nonsmooth.cycles.drift import Drift, as_coordinates, find_drift
 from nonsmooth.cycles.mode_sequence import ContactLost, is_forced, period_of
 from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.cycles.shooting import Shooting
@@ -20,9 +20,9 @@ from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.simulate import simulate_whole
 
-DYING = 0.1  # a motion whose extent falls so far, from one fifth of a simulation to the last, has no cycle
-ATTEMPTS = 5  # simulations, each twice as long as the one before
-RTOL, ATOL = 1e-8, 1e-10  # of the simulation between events
+DYING = 0.1  # chosen: a motion whose extent falls so far, from one fifth of a simulation to the last, has no cycle
+ATTEMPTS = 5  # chosen: simulations, each twice as long as the one before
+CYCLE_RTOL, CYCLE_ATOL = 1e-8, 1e-10  # chosen: of the simulation between events
 
 
 def limit_cycle(
@@ -83,7 +83,7 @@ def limit_cycle(
     if forcing is not None:
         as_positive("forcing", forcing, "s")
     start = _start(model, system, guess)
-    directions = drift_of(system, [start], forcing is not None, coordinates)
+    directions = find_drift(system, [start], forcing is not None, coordinates)
     _require_forcing(system, forcing, directions)
     try:
         if isinstance(guess, LimitCycle):
@@ -160,7 +160,7 @@ def _settled(
     duration = getattr(source, "t_end", None) if duration is None else as_positive("duration", duration, "s")
     if duration is None:
         raise InvalidInput("this system has no t_end of its own; give duration=")
-    integrator = EventDriven(RTOL, ATOL) if dt is None else MoreauJean(dt=dt)
+    integrator = EventDriven(CYCLE_RTOL, CYCLE_ATOL) if dt is None else MoreauJean(dt=dt)
     for attempt in range(ATTEMPTS):
         end = t + duration * 2**attempt
         run = simulate_whole(system, (t, end), q, u, integrator=integrator, project=dt is not None and attempt > 0)

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.equilibria.sliding_mode import SlidingMode, mu_of
-from nonsmooth.mechanics.acceleration_problem import DIFFERENCE
+from nonsmooth.mechanics.acceleration_problem import ROW_RATE_INCREMENT
 from nonsmooth.mechanics.laws import static_coefficient
 from nonsmooth.mechanics.system import (
     FORCE,
@@ -146,7 +146,7 @@ class ModeFlow(SlidingMode):
         """W' u + w' (n_c, 1 + d), from the model or by a fourth-order difference along the motion."""
         if ROW_RATES in self.system.functions:
             return self.call(ROW_RATES, q, u, t)
-        e = DIFFERENCE / max(float(np.abs(u).max()), 1.0)
+        e = ROW_RATE_INCREMENT / max(float(np.abs(u).max()), 1.0)
         ahead = [self.row_velocities(q + k * e * u, u, t + k * e) for k in (-2, -1, 1, 2)]
         return (ahead[0] - 8 * ahead[1] + 8 * ahead[2] - ahead[3]) / (12 * e)
 

@@ -24,17 +24,20 @@ from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode, Syst
 from nonsmooth.results.solution import Event, Solution
 from nonsmooth.runs.simulate import simulate_whole
 
-ARTEFACT = 2  # runs of no more records are transitions blurred by a fixed time step
-NEAR = 0.25  # of the motion's extent: states of successive periods lie closer, also while the motion still grows
-SETTLED = 1e-6  # of the motion's extent: states that near count as equal
-CLOSER = 100  # times nearer, a later return is the period and the first return only a neighbour (period doubling)
-INSTANTS = (0.0, 0.6180339887, 1.9021130326)  # s, at which functions that read the time are compared
-LONGEST = 48  # runs in a period
-FAR = 0.05  # of a coordinate's extent in a period: a coordinate that ends no farther from where it began comes back
-STEADY = 0.02  # of what a coordinate goes on by: twice so nearly the same is no approach to a cycle
-ROUNDING = 1e-8  # of the fastest velocity: a smaller jump is what holds a constraint
-VANISHED = 1e-10  # of the largest normal force: a force that an event has located at zero
-REST = 1e-7  # of the motion's whole extent: a motion that ends smaller has died out
+ARTEFACT = 2  # chosen: runs of no more records are transitions blurred by a fixed time step
+# chosen: of the motion's extent: states of successive periods lie closer, also while the motion still grows
+NEAR_RETURN = 0.25
+EQUAL_STATES = 1e-6  # chosen: of the motion's extent: states that near count as equal
+# chosen: times nearer, a later return is the period and the first return only a neighbour (period doubling)
+CLOSER = 100
+INSTANTS = (0.0, 0.6180339887, 1.9021130326)  # chosen: s, at which functions that read the time are compared
+MOST_RUNS = 48  # chosen: runs in a period
+# chosen: of a coordinate's extent in a period: a coordinate that ends no farther from where it began comes back
+RETURN_DISTANCE = 0.05
+STEADY = 0.02  # chosen: of what a coordinate goes on by: twice so nearly the same is no approach to a cycle
+CONSTRAINT_JUMP = 1e-8  # chosen: of the fastest velocity: a smaller jump is what holds a constraint
+VANISHED_FORCE = 1e-10  # chosen: of the largest normal force: a force that an event has located at zero
+REST_EXTENT = 1e-7  # chosen: of the motion's whole extent: a motion that ends smaller has died out
 
 
 class ContactLost(InvalidInput):
@@ -72,7 +75,7 @@ def period_of(solution: Solution, forcing: float | None = None, drift: Drift = N
     full = states if forcing is None and not drift.has_time else np.column_stack([states, t])
     scale = np.ptp(x, axis=0)
     late = x[t >= t[-1] - 0.1 * (t[-1] - t[0])]
-    if (np.ptp(late, axis=0) <= REST * np.maximum(scale, 1e-300)).all():
+    if (np.ptp(late, axis=0) <= REST_EXTENT * np.maximum(scale, 1e-300)).all():
         ending = "goes on steadily" if drift else "has come to rest"
         raise InvalidInput(f"the motion {ending}, so there is no cycle near this start; give another one")
     _require_contact(solution, t >= t[-1] - 0.1 * (t[-1] - t[0]))
@@ -97,18 +100,18 @@ def period_of(solution: Solution, forcing: float | None = None, drift: Drift = N
 def _runs_of_a_period(settled: list[Run], t: np.ndarray, y: np.ndarray, forcing: float | None) -> int:
     """How many runs the last period has, 0 where nothing repeats; ``y`` are the states over their extents."""
     found: list[tuple[int, float]] = []
-    for m in range(1, min(LONGEST, (len(settled) - 1) // 2) + 1):
+    for m in range(1, min(MOST_RUNS, (len(settled) - 1) // 2) + 1):
         here, before = settled[-1 - m : -1], settled[-1 - 2 * m : -1 - m]
         if settled[-1].states != here[0].states or any(a.states != b.states for a, b in zip(here, before, strict=True)):
             continue
         returns = float(np.abs(y[here[0].start] - y[settled[-1].start]).max())
         if forcing is not None:
             periods = (t[settled[-1].start] - t[here[0].start]) / forcing
-            returns = max(returns, abs(periods - round(periods)), NEAR if round(periods) == 0 else 0.0)
-        if returns <= NEAR:
+            returns = max(returns, abs(periods - round(periods)), NEAR_RETURN if round(periods) == 0 else 0.0)
+        if returns <= NEAR_RETURN:
             found.append((m, returns))
     least = min((returns for _, returns in found), default=0.0)
-    return next((m for m, returns in found if returns <= max(SETTLED, CLOSER * least)), 0)
+    return next((m for m, returns in found if returns <= max(EQUAL_STATES, CLOSER * least)), 0)
 
 
 def _require_no_drift(
@@ -122,7 +125,7 @@ def _require_no_drift(
         return
     first, second, third = (settled[-1 - k * m].start for k in (2, 1, 0))
     before, gone = x[second, :n] - x[first, :n], x[third, :n] - x[second, :n]
-    far = np.abs(gone) > FAR * np.ptp(x[second : third + 1, :n], axis=0)
+    far = np.abs(gone) > RETURN_DISTANCE * np.ptp(x[second : third + 1, :n], axis=0)
     steady = far & (np.abs(gone - before) <= STEADY * np.abs(gone))
     if steady.any():
         words = ", ".join(f"coordinate {j} by {gone[j]:.6g}" for j in np.flatnonzero(steady))
@@ -135,7 +138,7 @@ def _require_no_drift(
 def _phases(solution: Solution, x: np.ndarray, runs: list[Run]) -> list[PhaseGuess]:
     """The phases of all runs but the last, which begins the next period."""
     t, phases, events = solution.t, [], solution.events
-    speed = ROUNDING * np.abs(solution.u).max()
+    speed = CONSTRAINT_JUMP * np.abs(solution.u).max()
     for run, following in zip(runs[:-1], runs[1:], strict=True):
         jump, before, after = None, x[run.end], x[following.start]
         if np.abs(solution.u[following.start] - solution.u[run.end]).max() > speed:
@@ -223,7 +226,7 @@ def runs_of(solution: Solution) -> list[Run]:
 
 def _signs(force: np.ndarray) -> np.ndarray:
     """Signs of the normal forces (n_t, n_c); of one that an event has located at zero, the sign before."""
-    signs = np.sign(np.where(np.abs(force) <= VANISHED * np.abs(force).max(axis=0), 0.0, force)).astype(int)
+    signs = np.sign(np.where(np.abs(force) <= VANISHED_FORCE * np.abs(force).max(axis=0), 0.0, force)).astype(int)
     last = np.maximum.accumulate(np.where(signs != 0, np.arange(len(force))[:, None], 0), axis=0)
     signs = np.take_along_axis(signs, last, axis=0)
     return np.where(signs == 0, 1, signs)
@@ -274,10 +277,10 @@ def _smooth_period(t: np.ndarray, x: np.ndarray, full: np.ndarray, half: int, ru
 def _forced_period(t: np.ndarray, x: np.ndarray, full: np.ndarray, run: Run, forcing: float) -> PhaseGuess:
     """A motion without events: the multiple of the excitation's period after which it comes nearest to itself."""
     start = int(np.searchsorted(t, t[-1] - 0.25 * (t[-1] - t[run.start])))
-    longest = max(1, min(LONGEST, int((t[-1] - t[start]) / forcing)))
+    longest = max(1, min(MOST_RUNS, int((t[-1] - t[start]) / forcing)))
     after = [_at(t, x, t[start] + k * forcing) for k in range(1, longest + 1)]
     returns = np.abs(np.array(after) - x[start]).max(axis=1)
-    k = 1 + int(np.flatnonzero(returns <= max(SETTLED * np.abs(x).max(), CLOSER * returns.min()))[0])
+    k = 1 + int(np.flatnonzero(returns <= max(EQUAL_STATES * np.abs(x).max(), CLOSER * returns.min()))[0])
     return PhaseGuess(run.states, full[start], k * forcing)
 
 

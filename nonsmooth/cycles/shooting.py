@@ -26,9 +26,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.cycles.cycle import CyclePhase, LimitCycle
-from nonsmooth.cycles.drift import Drift, drift_of
-from nonsmooth.cycles.flow_map import RTOL, flow_curve, flow_map
-from nonsmooth.cycles.jump import Jump, jumped
+from nonsmooth.cycles.drift import Drift, find_drift
+from nonsmooth.cycles.flow_map import FLOW_RTOL, flow_curve, flow_map
+from nonsmooth.cycles.jump import Jump, apply_jump
 from nonsmooth.cycles.mode_flow import ContactState, Margin, ModeFlow, mode_flow
 from nonsmooth.cycles.mode_sequence import ContactLost
 from nonsmooth.cycles.phase import PhaseGuess
@@ -36,15 +36,16 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import ContactMode, System
 from nonsmooth.numerics.complex_step import jacobian
 
-ITERATIONS = 20
-PATIENCE = 6  # Newton steps in which their size must halve at least
-COARSE, ROUGH = 1e-4, 1e-7  # tolerances of the integration while scales are looked for, and far from the cycle
-NEARLY = 1e-3  # of the states' scale: smaller corrections deserve the full tolerance
-SAMPLES = 48  # of a phase, at which its margins are looked at
-CURVE = 4  # times as many points of its curve are kept
-BROKEN = 1e-7  # of a margin's largest value: so far below zero it may fall by rounding at an event
-COLLAPSED = 1e-3  # of the guess's extent: a smaller cycle is an equilibrium, which solves the same equations
-STRETCHED = 10  # times the period of the guess: a longer one is a Newton iteration gone astray
+SHOOTING_NEWTON_STEPS = 20  # chosen: Newton steps before a guess is given up
+SHOOTING_PATIENCE = 6  # chosen: Newton steps in which their size must halve at least
+# chosen: tolerances of the integration while scales are looked for, and far from the cycle
+COARSE_RTOL, ROUGH_RTOL = 1e-4, 1e-7
+NEARLY = 1e-3  # chosen: of the states' scale: smaller corrections deserve the full tolerance
+MARGIN_SAMPLES = 48  # chosen: of a phase, at which its margins are looked at
+CURVE = 4  # chosen: times as many points of its curve are kept
+BROKEN_MARGIN = 1e-7  # chosen: of a margin's largest value: so far below zero it may fall by rounding at an event
+COLLAPSED = 1e-3  # chosen: of the guess's extent: a smaller cycle is an equilibrium, which solves the same equations
+STRETCHED = 10  # chosen: times the period of the guess: a longer one is a Newton iteration gone astray
 AT_REST = "the guess leads back to a state of rest, not to a cycle; give a nearer one"
 
 
@@ -67,7 +68,7 @@ class Link(NamedTuple):
         """The state r(y) after the event that ends the phase in y, and R = dr/dy."""
         if self.jump is None:
             return y, np.eye(y.size)
-        return jacobian(lambda z: jumped(self.jump, self.flow, z), y)  # type: ignore[arg-type]
+        return jacobian(lambda z: apply_jump(self.jump, self.flow, z), y)  # type: ignore[arg-type]
 
 
 class Shooting:
@@ -83,12 +84,12 @@ class Shooting:
         system: System,
         guess: Sequence[PhaseGuess],
         scale: np.ndarray | None = None,
-        rtol: float = RTOL,
+        rtol: float = FLOW_RTOL,
         forcing: float | None = None,
         drifts: bool = False,
     ) -> None:
         self.system, self.rtol, self.forcing = system, rtol, forcing
-        self.drift = drift_of(system, places_of(guess, system.n_q), forcing is not None) if drifts else None
+        self.drift = find_drift(system, places_of(guess, system.n_q), forcing is not None) if drifts else None
         self.guess = from_zero(guess, self.drift, system.n_q)
         following = [*self.guess[1:], self.guess[0]]
         is_smooth = len(self.guess) == 1 and self.guess[0].jump is None
@@ -113,8 +114,8 @@ class Shooting:
         """Extents of the coordinates, without what drifts, and of the velocities over the guess."""
         states = [self.x]
         for link, x, T in zip(self.links, self.x, self.T, strict=True):
-            curve = flow_curve(link.flow, x, T, np.maximum(np.abs(x), 1e-3), rtol=COARSE)
-            states.append(curve(np.linspace(0, T, SAMPLES)).T)
+            curve = flow_curve(link.flow, x, T, np.maximum(np.abs(x), 1e-3), rtol=COARSE_RTOL)
+            states.append(curve(np.linspace(0, T, MARGIN_SAMPLES)).T)
         x, n = np.concatenate(states), self.system.n_q
         extent = np.ptp(x, axis=0)
         if self.drift is not None:
@@ -138,9 +139,11 @@ class Shooting:
 
     def solve(self, checked: bool = True) -> LimitCycle:
         """Newton's method; then, unless told otherwise, whether the modes last as long as they should."""
-        rtol = self.rtol if self.is_near else ROUGH
+        rtol = self.rtol if self.is_near else ROUGH_RTOL
         sizes: list[float] = []
-        while len(sizes) < ITERATIONS and (len(sizes) <= PATIENCE or sizes[-1] < 0.5 * sizes[-1 - PATIENCE]):
+        while len(sizes) < SHOOTING_NEWTON_STEPS and (
+            len(sizes) <= SHOOTING_PATIENCE or sizes[-1] < 0.5 * sizes[-1 - SHOOTING_PATIENCE]
+        ):
             residual, J = self.linearised(rtol)
             step = -np.linalg.lstsq(J, residual, rcond=1e-13)[0]
             self._move(step)
@@ -149,7 +152,7 @@ class Shooting:
             sizes.append(float(size))
             if rtol == self.rtol and (size**2 <= rtol or np.abs(residual).max() <= 10 * rtol):
                 break  # Newton's method leaves size^2; near grazing the residual vanishes while steps stay large
-            rtol = self.rtol if size <= NEARLY else ROUGH
+            rtol = self.rtol if size <= NEARLY else ROUGH_RTOL
         else:
             raise InvalidInput(
                 f"the cycle does not close: after {len(sizes)} Newton steps the phases still miss one another by "
@@ -255,7 +258,7 @@ class Shooting:
         times, states, phases, residual = [], [], [], 0.0
         for i, link in enumerate(self.links):
             curve = flow_curve(link.flow, self.x[i], self.T[i], self.scale, self.rtol)
-            s = np.linspace(0, self.T[i], CURVE * SAMPLES + 1)
+            s = np.linspace(0, self.T[i], CURVE * MARGIN_SAMPLES + 1)
             path = curve(s).T
             if checked:
                 self._check(i, s[::CURVE], path[::CURVE])
@@ -294,7 +297,7 @@ class Shooting:
             low = int(values.argmin())
             contact, kind = key
             is_lost = kind == "normal" and contact not in link.flow.constrained and values[low] <= 0  # N is cut at zero
-            if is_lost or values[low] < -BROKEN * np.abs(values).max():
+            if is_lost or values[low] < -BROKEN_MARGIN * np.abs(values).max():
                 what = {
                     "slip": "would reverse its sliding", "normal": "would lose its normal force", "gap": "would strike",
                 }  # fmt: skip

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.drawing.plots import BLUE, RED, STRIPS, new_figure, saved
+from nonsmooth.drawing.plots import BLUE, RED, STRIPS, new_figure, save_figure
 from nonsmooth.drawing.stability_plots import COLOURS
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:
     planes[0].legend(frameon=False, fontsize=9, loc="center")
     largest = f"{np.abs(cycle.multipliers).max():.4g}" if cycle.multipliers.size else "none"
     figure.suptitle(f"period {cycle.period:.9g} s, largest multiplier {largest}", fontsize=10)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def colour(phase: CyclePhase) -> str:
@@ -86,7 +86,7 @@ def plot_branch(
         axes.grid(alpha=0.25)
     if len(family) > 1:
         rows[0].legend(frameon=False, fontsize=9)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_waterfall(
@@ -110,7 +110,7 @@ def plot_waterfall(
     axes.set_ylabel(f"{name}' [{unit}/s]" if unit else f"{name}'")
     axes.grid(alpha=0.25)
     figure.colorbar(scale, ax=axes, label=label or branch.parameter)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_bifurcations(diagram: BifurcationDiagram, path: str | Path | None = None, label: str = "") -> Any:
@@ -133,4 +133,4 @@ def plot_bifurcations(diagram: BifurcationDiagram, path: str | Path | None = Non
     axes.set_ylabel(f"local maxima of q[{diagram.coordinate}]")
     axes.grid(alpha=0.25)
     axes.legend(frameon=False, fontsize=9)
-    return saved(figure, path)
+    return save_figure(figure, path)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_array, as_index, as_instance, as_listed
-from nonsmooth.drawing.plots import BELOW, BLUE, RED, REGIONS, is_geometric, new_figure, saved
+from nonsmooth.drawing.plots import BELOW, BLUE, RED, REGIONS, is_geometric, new_figure, save_figure
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.paradox.classify import ParadoxKind
 
@@ -32,9 +32,10 @@ KINDS = {  # label, colour, hatching
 }
 CURVES = {"p": ("$p = 0$", "-"), "b": ("$b = 0$", "--"), "gamma_F": ("$\\gamma_F = 0$", ":")}
 HATCHES = "#8f8f8f"
-SMALLEST_LABEL = 2e-3  # of the map's area: a smaller region gets no label
-NARROW = 0.03  # of the map's width: a label stands beside a region that is no wider, ``BESIDE_NARROW`` points away
-BESIDE_NARROW = -45
+SMALLEST_LABEL = 2e-3  # chosen: of the map's area: a smaller region gets no label
+# chosen: of the map's width: a label stands beside a region that is no wider, ``BESIDE_NARROW`` points away
+NARROW_REGION = 0.03
+BESIDE_NARROW = -45  # chosen: points, to the left
 OF_THE_SWEEP = {"cells", "cells_from_journal", "cells_failed", "interrupted"}  # attributes that are no quantities
 SYMBOLS = {"th": "\\theta", "thdot": "\\dot\\theta", "mu": "\\mu"}
 
@@ -103,7 +104,7 @@ def plot_map(
             set_scale("log")
     axes.set_xlabel(axis_label(chart, axes_names[0]))
     axes.set_title(map_title(chart) if title is None else title, fontsize=10)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def draw_regions(axes: Any, chart: xarray.Dataset, names: list[str]) -> list[Any]:
@@ -142,7 +143,7 @@ def label_regions(axes: Any, chart: xarray.Dataset, names: list[str],
                 continue
             depth = distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1]
             i, j = np.unravel_index(depth.argmax(), depth.shape)
-            is_narrow = depth.max() < NARROW * min(depth.shape)
+            is_narrow = depth.max() < NARROW_REGION * min(depth.shape)
             axes.annotate(
                 name_of(int(code)), (x[i], y[j]), (BESIDE_NARROW if is_narrow else 0, 0), textcoords="offset points",
                 ha="center", va="center", fontsize=10, zorder=7,
@@ -267,7 +268,7 @@ def plot_graphical_problem(cases: Classification | Sequence[tuple[str, Classific
         axes.set_visible(False)
     keys = {label: handle for axes in grid for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     figure.legend(keys.values(), keys, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def as_cases(cases: Any) -> list[tuple[str, Classification]]:

@@ -29,16 +29,16 @@ STRIPS = {  # (mode, sign of sliding): colour
 }
 REGIONS = (("no solution", "#f4a6a0", "//"), ("one solution", "#ffffff", ""), ("two solutions", "#d3e3f3", ".."))
 BLUE, RED = "#08306b", "#b2182b"
-MARGIN = 0.2  # of the orbit's extent, around it in the phase plane
-GRID = 400  # points of the phase map along each axis
-MAX_POINTS = 20_000  # drawn of one curve
-MAX_NAMES = 8  # coordinates drawn; a chain has hundreds
-FLAT = 1e-6  # of its size: a curve that varies less is drawn as the constant it is
-HAIR = 2e-3  # of the run: a mode that lasts less would be thinner than a dot
-LETTERS = 11.5  # of a title, per inch of the figure's width
-MAX_STRIPS = 4000  # rectangles of a mode strip: an accumulation of impacts has more than a screen can show
+PHASE_PLANE_MARGIN = 0.2  # chosen: of the orbit's extent, around it in the phase plane
+GRID = 400  # chosen: points of the phase map along each axis
+MOST_DRAWN = 20_000  # chosen: drawn of one curve
+MAX_NAMES = 8  # chosen: coordinates drawn; a chain has hundreds
+FLAT = 1e-6  # chosen: of its size: a curve that varies less is drawn as the constant it is
+HAIR = 2e-3  # chosen: of the run: a mode that lasts less would be thinner than a dot
+LETTERS = 11.5  # chosen: of a title, per inch of the figure's width
+MAX_STRIPS = 4000  # chosen: rectangles of a mode strip: an accumulation of impacts has more than a screen can show
 BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5), "fontsize": 8, "frameon": False}
-UNDER_LABELS = 4.5  # of a legend below an axis, in its letters: under the numbers and the label of the axis
+UNDER_LABELS = 4.5  # chosen: of a legend below an axis, in its letters: under the numbers and the label of the axis
 BELOW: dict[str, Any] = {"loc": "upper center", "fontsize": 8, "frameon": False}
 
 
@@ -51,7 +51,7 @@ def new_figure(width: float, height: float) -> Any:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def saved(figure: Any, path: str | Path | None) -> Any:
+def save_figure(figure: Any, path: str | Path | None) -> Any:
     """The figure, written to ``path`` where one is given; its ending names the format."""
     if path is not None:
         path = as_place("path", path, FIGURE_ENDINGS)
@@ -101,7 +101,7 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
         rows[-1].set_xlim(solution.t[0], solution.t[-1])
     letters = int(LETTERS * figure.get_figwidth())
     figure.suptitle(title_of(solution, letters), fontsize=10, family="monospace")  # tells l from I
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def title_of(solution: Solution, letters: int) -> str:
@@ -277,14 +277,14 @@ def show_no_rounding(axes: Any) -> None:
 def extent(values: np.ndarray) -> tuple[float, float]:
     """The range of the values with a margin on both sides."""
     low, high = float(values.min()), float(values.max())
-    margin = MARGIN * (high - low) or 1.0
+    margin = PHASE_PLANE_MARGIN * (high - low) or 1.0
     return low - margin, high + margin
 
 
 def thinning(solution: Solution) -> np.ndarray:
     """Indices of the records that are drawn."""
     n = len(solution.t)
-    return np.unique(np.linspace(0, n - 1, min(n, MAX_POINTS)).astype(int))
+    return np.unique(np.linspace(0, n - 1, min(n, MOST_DRAWN)).astype(int))
 
 
 def is_geometric(values: np.ndarray) -> bool:

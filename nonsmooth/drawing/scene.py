@@ -9,21 +9,21 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_count
 from nonsmooth.checks.files import as_place, whole_file
-from nonsmooth.drawing.plots import new_figure, saved
+from nonsmooth.drawing.plots import new_figure, save_figure
 from nonsmooth.errors import InvalidInput, MissingExtra
 
-MAX_FPS = 100
+MAX_FPS = 100  # defined: frames a second: a gif says their length in hundredths of a second
 ANIMATION_ENDINGS = (".gif", ".webp")
 
 if TYPE_CHECKING:
     from nonsmooth.results.solution import Solution
 
-MAX_FRAMES = 400  # a frame takes about 10 ms
-MIN_FRAMES = 25
-MAX_INSTANTS = 8  # named in the title of a picture
-WIDTH, LOWEST, HIGHEST = 6.0, 2.5, 6.0  # of a figure [in]; its height follows the scene
+MAX_FRAMES = 400  # chosen: a frame takes about 10 ms
+MIN_FRAMES = 25  # chosen: of an animation, however short its motion is
+MAX_INSTANTS = 8  # chosen: named in the title of a picture
+FIGURE_WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 6.0, 2.5, 6.0  # chosen: of a figure [in]; its height follows the scene
 COLOUR = "#08306b"
-COLOURS = 64  # of a gif's palette: shades of the lines and of the letters, taken from the first frame
+COLOURS = 64  # chosen: of a gif's palette: shades of the lines and of the letters, taken from the first frame
 
 
 def picture(solution: Solution, path: str | Path | None = None, n: int = 5) -> Any:
@@ -49,7 +49,7 @@ def picture(solution: Solution, path: str | Path | None = None, n: int = 5) -> A
         When Matplotlib is not installed.
     """
     model = scene_model(solution)
-    figure = new_figure(WIDTH, HIGHEST)
+    figure = new_figure(FIGURE_WIDTH, MOST_HEIGHT)
     axes = figure.subplots()
     prepare(axes, solution, model)
     if as_count("n", n) > MAX_FRAMES:
@@ -61,7 +61,7 @@ def picture(solution: Solution, path: str | Path | None = None, n: int = 5) -> A
     instants = ", ".join(f"{t:.3g}" for t in solution.t[shown[:MAX_INSTANTS]])
     instants += f", ... {solution.t[shown[-1]]:.3g}" if n > MAX_INSTANTS else ""
     axes.set_title(f"t = {instants} s{', the later the darker' if n > 1 else ''}", fontsize=10)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:
@@ -89,7 +89,7 @@ def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:
     if fps > MAX_FPS:
         raise InvalidInput(f"fps must not exceed {MAX_FPS}, the fastest that a gif shows; got {fps}")
     model = scene_model(solution)
-    figure = new_figure(WIDTH, HIGHEST)
+    figure = new_figure(FIGURE_WIDTH, MOST_HEIGHT)
     figure.set_layout_engine("none")  # the axes stay where they are; only the scene and the title are drawn again
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -152,7 +152,9 @@ def prepare(axes: Any, solution: Solution, model: Any) -> None:
     for line in model.outline() if hasattr(model, "outline") else []:
         axes.plot(line[:, 0], line[:, 1], color="grey", lw=1)
     width, height = high - low + 2 * margin
-    axes.figure.set_size_inches(WIDTH, float(np.clip(WIDTH * height / width + 1.0, LOWEST, HIGHEST)))
+    axes.figure.set_size_inches(
+        FIGURE_WIDTH, float(np.clip(FIGURE_WIDTH * height / width + 1.0, LEAST_HEIGHT, MOST_HEIGHT))
+    )
     axes.set_xlim(low[0] - margin, high[0] + margin)
     axes.set_ylim(low[1] - margin, high[1] + margin)
     axes.set_aspect("equal")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.drawing.plots import BLUE, new_figure, saved
+from nonsmooth.drawing.plots import BLUE, new_figure, save_figure
 
 if TYPE_CHECKING:
     import xarray
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 COLOURS = (BLUE, "#d95f02", "#1b9e77", "#7570b3", "#a6761d", "#e7298a", "#66a61e", "#666666")
 STYLES = ("-", "--", ":", "-.")
-POINTS = 801  # of a curve; odd, so that v = 0 is one of them
+DRAWN_POINTS = 801  # chosen: of a curve; odd, so that v = 0 is one of them
 
 
 def plot_friction_laws(
@@ -46,7 +46,7 @@ def plot_friction_laws(
     mu, mu_static = interpreted(friction_coefficient), interpreted(static_coefficient)
     figure = new_figure(7, 4.5)
     axes = figure.subplots()
-    v = np.linspace(0, fastest, POINTS)[1:]
+    v = np.linspace(0, fastest, DRAWN_POINTS)[1:]
     for k, (label, system) in enumerate(systems.items()):
         slides, sticks = np.array([mu(system.laws, contact, x) for x in v]), mu_static(system.laws, contact)
         x = np.concatenate([-v[::-1], [0.0, 0.0], v])
@@ -57,7 +57,7 @@ def plot_friction_laws(
     axes.set_ylabel("friction force / normal force, $\\mu(|v|)\\,\\mathrm{sgn}\\,v$")
     axes.grid(alpha=0.25)
     axes.legend(frameon=False, fontsize=9)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_averaged_motion(motion: AveragedMotion, path: str | Path | None = None) -> Any:
@@ -84,7 +84,7 @@ def plot_averaged(
     top = 1.35 * (top if top > 0 else max(touching, default=1.0))
     for k, (label, motion) in enumerate(motions):
         colour = COLOURS[k % len(COLOURS)]
-        a = np.linspace(0, top, POINTS // 4)
+        a = np.linspace(0, top, DRAWN_POINTS // 4)
         axes.plot(a, [motion.rate(x) for x in a], color=colour, lw=1.6, label=label)
         for x, is_stable in zip(motion.amplitudes, motion.is_stable, strict=True):
             fill, size = (colour, 6) if is_stable else ("none", 10)
@@ -97,7 +97,7 @@ def plot_averaged(
     axes.grid(alpha=0.25)
     if any(label for label, _ in motions):
         axes.legend(frameon=False, fontsize=9)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def touching_amplitude(motion: AveragedMotion) -> float:
@@ -166,7 +166,7 @@ def plot_eigen_path(paths: EigenPath | Mapping[str, EigenPath], path: str | Path
         above.legend(frameon=False, fontsize=9)
     for axes in (above, below, locus):
         axes.grid(alpha=0.25)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def joined(shown: np.ndarray) -> np.ndarray:
@@ -213,7 +213,7 @@ def plot_amplitudes(
     axes.set_ylabel(f"amplitude [{unit}]")
     axes.grid(alpha=0.25)
     axes.legend(frameon=False, fontsize=9)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def largest(motion: AveragedMotion, is_stable: bool) -> float:
@@ -254,7 +254,7 @@ def plot_snapshots(solution: Solution, times: Sequence[float], path: str | Path 
     axes.set_ylabel("y [m]")
     axes.grid(alpha=0.25)
     axes.legend(title="t", frameon=False, fontsize=9, loc="center left", bbox_to_anchor=(1.01, 0.5))
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_stability_map(chart: xarray.Dataset, path: str | Path | None = None, units: Sequence[str] = ("", "")) -> Any:
@@ -282,4 +282,4 @@ def plot_stability_map(chart: xarray.Dataset, path: str | Path | None = None, un
     figure.colorbar(colours, label="growth max Re $s$ [1/s]")
     axes.set_xlabel(f"{x_name} [{x_unit}]" if x_unit else str(x_name))
     axes.set_ylabel(f"{y_name} [{y_unit}]" if y_unit else str(y_name))
-    return saved(figure, path)
+    return save_figure(figure, path)

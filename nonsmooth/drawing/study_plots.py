@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.drawing.plots import BLUE, RED, new_figure, saved
+from nonsmooth.drawing.plots import BLUE, RED, new_figure, save_figure
 
 if TYPE_CHECKING:
     from nonsmooth.studies.study import Study
@@ -64,7 +64,7 @@ def plot_study(study: Study, path: str | Path | None = None) -> Any:
         place.set_axis_off()
         place.legend(*axes[len(panels) - 1].get_legend_handles_labels(), **{**LEGEND, "loc": "center left"})
         axes[len(panels) - 1].get_legend().remove()
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def draw_errors(axes: Any, study: Study) -> None:

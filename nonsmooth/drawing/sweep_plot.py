@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_instance, as_name
-from nonsmooth.drawing.plots import is_geometric, new_figure, saved
+from nonsmooth.drawing.plots import is_geometric, new_figure, save_figure
 from nonsmooth.errors import InvalidInput
 from nonsmooth.sweeps.task import OF_COORDINATE
 
 if TYPE_CHECKING:
     import xarray
 
-MAX_PANELS = 6
-MAX_LEVELS = 12  # whole numbers that are drawn as steps of colour
+MAX_PANELS = 6  # chosen: of one figure
+MAX_LEVELS = 12  # chosen: whole numbers that are drawn as steps of colour
 GREY = "#bdbdbd"
 CODES = {"status", "message"}  # not results
 
@@ -61,7 +61,7 @@ def plot_sweep(found: xarray.Dataset, path: str | Path | None = None, name: str 
     missing = int(np.isnan(next(iter(panels.values()))).sum())
     if missing:
         figure.suptitle(f"no result in {missing} of {next(iter(panels.values())).size} cells (grey)", fontsize=9)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def drawn_axes(found: xarray.Dataset) -> list[str]:

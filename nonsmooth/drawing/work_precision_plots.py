@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 COLOURS = ("#2166ac", "#b2182b", "#1b7837", "#7f7f7f", "#e08214", "#762a83", "#35978f")
 MARKERS = "osD^v<>"
 PANELS = {"wall_time": ("wall time [ms]", 1e3), "evaluations": ("force evaluations", 1.0)}
-LEAST = 1e-16  # smaller errors are drawn here: rounding
+LEAST = 1e-16  # chosen: smaller errors are drawn here: rounding
 
 
 def plot_work_precision(study: WorkPrecision, path: str | Path | None = None) -> Any:

@@ -26,18 +26,19 @@ from nonsmooth.equilibria.oscillator import Oscillator
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.initial_state import evaluate
 from nonsmooth.mechanics.system import GIVEN_FORCE, TANGENT
+from nonsmooth.numerics.rounding import rounding_of_sum
 from nonsmooth.views import view
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-FAR = 20.0  # default range of amplitudes: velocities up to this multiple of the sliding speed
-NEAR = 1e-4  # and down to this
-SCAN = 160  # amplitudes at which the sign of a' is looked at, evenly spaced in their logarithm
-SAMPLES = 16  # of sin s on a quarter turn, between which sliding changes its sign at most once
-FEWEST, MOST = 16, 1024  # Gauss points on an arc
-TOLERANCE = 1e-12  # of the integral, relative to the integral of |g|
-ROUNDING = 4e-15  # of g, relative to the spring's force at the equilibrium
+FARTHEST_SPEED = 20.0  # chosen: default range of amplitudes: velocities up to this multiple of the sliding speed
+NEAREST_SPEED = 1e-4  # chosen: and down to this
+SCAN = 160  # chosen: amplitudes at which the sign of a' is looked at, evenly spaced in their logarithm
+QUARTER_TURN_SAMPLES = 16  # chosen: of sin s on a quarter turn, between which sliding changes its sign at most once
+FEWEST_GAUSS_POINTS, MOST_GAUSS_POINTS = 16, 1024  # chosen: Gauss points on an arc
+INTEGRAL_TOLERANCE = 1e-12  # chosen: of the integral, relative to the integral of |g|
+FORCE_ROUNDINGS = 36  # chosen: of g, relative to the spring's force at the equilibrium
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +120,8 @@ def averaged_amplitude(system: Any, at: Equilibrium | None = None, largest: floa
     reach = _reach(at, omega)
     if largest is None and not reach > 0:
         raise InvalidInput("nothing slides in this system, so the range of amplitudes is not known; give largest=")
-    top = FAR * reach if largest is None else as_positive("largest", largest)
-    bottom = NEAR * (min(reach, top) if reach > 0 else top)
+    top = FARTHEST_SPEED * reach if largest is None else as_positive("largest", largest)
+    bottom = NEAREST_SPEED * (min(reach, top) if reach > 0 else top)
     if not bottom > 0:
         raise InvalidInput(f"largest must be an amplitude above the rounding of zero; got {top:g}")
     equation = AmplitudeEquation(at, omega)
@@ -160,7 +161,7 @@ class AmplitudeEquation:
         def sliding(s: float, i: int) -> float:
             return float(self._oscillator.accelerations(*self._states(a, np.array([s])))[1][i, 0])
 
-        quarter = np.arcsin(np.linspace(0.0, 1.0, SAMPLES))  # the largest velocity is among the samples
+        quarter = np.arcsin(np.linspace(0.0, 1.0, QUARTER_TURN_SAMPLES))  # the largest velocity is among the samples
         half = np.concatenate([quarter, math.pi - quarter[-2::-1]])
         phases = np.concatenate([half, math.pi + half[1:]])
         found = [0.0, 2 * math.pi]
@@ -171,13 +172,13 @@ class AmplitudeEquation:
 
     def _gauss(self, a: float, start: float, end: float) -> float:
         """Integral over an arc by Gauss-Legendre rules of 16, 32, ... points, until two agree."""
-        rounding = ROUNDING * self.omega**2 * (abs(self.at.q[0]) + a) * (end - start)
-        before, n = math.inf, FEWEST
+        rounding = rounding_of_sum(FORCE_ROUNDINGS, self.omega**2 * (abs(self.at.q[0]) + a) * (end - start))
+        before, n = math.inf, FEWEST_GAUSS_POINTS
         while True:
             x, w = _rule(n)
             values = self._integrand(a, start + (end - start) * x)
             integral, size = (end - start) * float(w @ values), (end - start) * float(w @ np.abs(values))
-            if abs(integral - before) <= TOLERANCE * size + rounding or n >= MOST:
+            if abs(integral - before) <= INTEGRAL_TOLERANCE * size + rounding or n >= MOST_GAUSS_POINTS:
                 return integral
             before, n = integral, 2 * n
 

@@ -4,13 +4,13 @@ From one value to the next, modes are matched by the assignment that minimises
 
     sum_i c_ii,    c_ij = |s_i - s*_j|/max|s|  +  1 - MAC_ij,     MAC_ij = |y_i^H y*_j|^2/(|y_i|^2 |y*_j|^2)
 
-with y = (x, s x) the state vector of the mode. Where a match is not clear, c_ii > CLEAR min_j c_ij, the way between the
-two values is halved and each half is followed: frequencies that cross are told apart by their shapes, and eigenvalues
-that pass near one another by their places. At a branch point, where two meet and part, neither tells; there the names
-are a convention that does not depend on the values chosen: of a pair that becomes real the larger one keeps the column
-with Im s > 0, of two that become a pair the larger one gets it, and pairs stay pairs of columns. Sources: Kuhn,
-*Naval Research Logistics* 2 (1955) 83 (assignment); Allemang and Brown, *Proc. 1st Int. Modal Analysis Conf.* (1982)
-110 (MAC).
+with y = (x, s x) the state vector of the mode. Where a match is not clear, c_ii > CLEAR_MATCH min_j c_ij, the way
+between the two values is halved and each half is followed: frequencies that cross are told apart by their shapes, and
+eigenvalues that pass near one another by their places. At a branch point, where two meet and part, neither tells; there
+the names are a convention that does not depend on the values chosen: of a pair that becomes real the larger one keeps
+the column with Im s > 0, of two that become a pair the larger one gets it, and pairs stay pairs of columns. Sources:
+Kuhn, *Naval Research Logistics* 2 (1955) 83 (assignment); Allemang and Brown, *Proc. 1st Int. Modal Analysis Conf.*
+(1982) 110 (MAC).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_name, as_vector
-from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equilibrium, follow
+from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equilibrium, follow_equilibrium
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import as_system
@@ -33,9 +33,9 @@ from nonsmooth.views import view
 if TYPE_CHECKING:
     from pathlib import Path
 
-CLEAR = 0.3  # of the next best match: a better one is believed
-HALVINGS = 12  # of the way between two values: a branch point is passed within 1/4000 of it
-TINY = 1e-300
+CLEAR_MATCH = 0.3  # chosen: of the next best match: a better one is believed
+BRANCH_HALVINGS = 12  # derived: of the way between two values: a branch point is passed within 1/4000 of it
+SMALLEST_EIGENVALUE = 1e-300  # chosen: stands for zero where it divides
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,12 +120,12 @@ def eigen_path(system: Any, parameter: str, values: ArrayLike, at: Equilibrium |
     system = as_system(system)
     as_name("parameter", parameter, system.parameter_values)
     first = {parameter: float(grid[0])}
-    at = equilibrium(system.with_parameters(**first)) if at is None else follow(as_equilibrium(at), **first)
+    at = equilibrium(system.with_parameters(**first)) if at is None else follow_equilibrium(as_equilibrium(at), **first)
     points: list[Linearisation] = []
     order: list[np.ndarray] = []
     try:
         for value in grid:
-            at = follow(at, **{parameter: float(value)})
+            at = follow_equilibrium(at, **{parameter: float(value)})
             points.append(linearise(at.mode.system, at))
             order.append(next_columns(grid, points, order, lambda near, value: _between(near, parameter, value)))
             tell(len(order) / grid.size)
@@ -145,7 +145,7 @@ def eigen_path(system: Any, parameter: str, values: ArrayLike, at: Equilibrium |
 def _between(near: Linearisation, parameter: str, value: float) -> Linearisation | None:
     """The linearisation at a value between two; None where no equilibrium is found."""
     try:
-        at = follow(near.equilibrium, **{parameter: value})
+        at = follow_equilibrium(near.equilibrium, **{parameter: value})
         return linearise(at.mode.system, at)
     except InvalidInput:
         return None
@@ -158,7 +158,7 @@ def next_columns(
     j = len(order)
     if j == 0:
         return np.arange(points[0].eigenvalues.size)
-    return carried(order[-1], (float(grid[j - 1]), points[j - 1]), (float(grid[j]), points[j]), at, HALVINGS)
+    return carried(order[-1], (float(grid[j - 1]), points[j - 1]), (float(grid[j]), points[j]), at, BRANCH_HALVINGS)
 
 
 def carried(
@@ -169,7 +169,7 @@ def carried(
 
     (a, old), (b, new) = start, end
     s = old.eigenvalues[columns]
-    cost = np.abs(s[:, None] - new.eigenvalues[None, :]) / max(np.abs(s).max(), TINY)
+    cost = np.abs(s[:, None] - new.eigenvalues[None, :]) / max(np.abs(s).max(), SMALLEST_EIGENVALUE)
     cost += 1 - assurance(states(old)[:, columns], states(new))
     chosen = linear_sum_assignment(cost)[1]
     if depth > 0 and not is_clear(cost, chosen):
@@ -188,7 +188,7 @@ def is_clear(cost: np.ndarray, chosen: np.ndarray) -> bool:
     rows = np.arange(len(chosen))
     others = cost.copy()
     others[rows, chosen] = np.inf
-    return bool((cost[rows, chosen] <= CLEAR * others.min(axis=1)).all())
+    return bool((cost[rows, chosen] <= CLEAR_MATCH * others.min(axis=1)).all())
 
 
 def by_convention(s: np.ndarray, new: np.ndarray, chosen: np.ndarray) -> np.ndarray:
@@ -222,7 +222,7 @@ def by_convention(s: np.ndarray, new: np.ndarray, chosen: np.ndarray) -> np.ndar
 def states(point: Linearisation) -> np.ndarray:
     """Columns (x |s|max, s x), coordinates and velocities of each mode in equal weight."""
     x = point.mode_shapes[list(point.kept)]
-    return np.concatenate([x * max(np.abs(point.eigenvalues).max(), TINY), x * point.eigenvalues])
+    return np.concatenate([x * max(np.abs(point.eigenvalues).max(), SMALLEST_EIGENVALUE), x * point.eigenvalues])
 
 
 def assurance(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -19,12 +19,13 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_instance, as_number, as_vector
 from nonsmooth.equilibria.sliding_mode import SlidingMode, mu_of
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.initial_state import CONSISTENT, contact_state, evaluate
+from nonsmooth.mechanics.initial_state import contact_state, evaluate
+from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, NORMAL_FORCE, System, as_system
 
-ITERATIONS = 60
-SHORTEST = 1e-6  # part of a Newton correction below which there is no descent left
-CONVERGED = 1e-8  # relative correction after which one more step reaches rounding: convergence is quadratic
+EQUILIBRIUM_NEWTON_STEPS = 60  # chosen: Newton steps before a guess is given up
+SHORTEST_CORRECTION = 1e-6  # chosen: part of a Newton correction below which there is no descent left
+CONVERGED = 1e-8  # derived: relative correction after which one more step reaches rounding: convergence is quadratic
 
 
 class NotIsolated(InvalidInput):
@@ -125,7 +126,7 @@ def as_equilibrium(at: Any) -> Equilibrium:
     return as_instance("at", at, Equilibrium, "an Equilibrium, as ns.equilibrium(system) gives")
 
 
-def follow(at: Equilibrium, **changes: float) -> Equilibrium:
+def follow_equilibrium(at: Equilibrium, **changes: float) -> Equilibrium:
     """The equilibrium of the same contacts and signs after some parameters have changed.
 
     Raises
@@ -146,9 +147,10 @@ def sliding_mode(
 ) -> SlidingMode:
     """The closed contacts at q and their signs, as given or as the surfaces move."""
     gaps, _, gamma_F = contact_state(system, t, q, np.zeros(system.n_u))
-    reach = CONSISTENT * np.abs(q).max(initial=0.0)
     kinds = system.kinds[:, 0]
-    closed = tuple(int(i) for i in np.flatnonzero((kinds == BILATERAL) | (kinds == GIVEN_FORCE) | (gaps <= reach)))
+    closed = tuple(
+        int(i) for i in np.flatnonzero((kinds == BILATERAL) | (kinds == GIVEN_FORCE) | (gaps <= largest_closed_gap(q)))
+    )
     s = np.sign(gamma_F) if sliding is None else _signs("sliding", sliding, system.n_c)
     n = np.ones(system.n_c) if normal is None else _signs("normal", normal, system.n_c)
     for i in closed:
@@ -178,7 +180,7 @@ def _start(system: System, given: Any) -> np.ndarray:
 def _solved(mode: SlidingMode, q: np.ndarray, la_N: np.ndarray) -> Equilibrium:
     """Newton's method from q and la_N of the constraints."""
     n, x = q.size, np.concatenate([q, la_N])
-    for _ in range(ITERATIONS):
+    for _ in range(EQUILIBRIUM_NEWTON_STEPS):
         J = balance_jacobian(mode, x[:n], x[n:])
         dx = _solve(J, -balance(mode, x))
         groups = (slice(0, n), slice(n, None))
@@ -188,8 +190,8 @@ def _solved(mode: SlidingMode, q: np.ndarray, la_N: np.ndarray) -> Equilibrium:
             return _described(mode, x[:n], x[n:], _relative_residual(mode, x, J))
         x = _damped(mode, x, dx, J)
     raise InvalidInput(
-        f"no equilibrium was found from the guess: {ITERATIONS} Newton steps end at q = {np.array2string(x[:n])}; "
-        "give another guess, or other signs of sliding"
+        f"no equilibrium was found from the guess: {EQUILIBRIUM_NEWTON_STEPS} Newton steps end at "
+        f"q = {np.array2string(x[:n])}; give another guess, or other signs of sliding"
     )
 
 
@@ -220,7 +222,7 @@ def _solve(J: np.ndarray, b: np.ndarray) -> np.ndarray:
 def _damped(mode: SlidingMode, x: np.ndarray, dx: np.ndarray, J: np.ndarray) -> np.ndarray:
     """x after the longest of the steps dx, dx/2, dx/4 ... that leaves a smaller correction."""
     part, size = 1.0, np.abs(dx) + np.finfo(float).tiny
-    while part > SHORTEST:
+    while part > SHORTEST_CORRECTION:
         trial = x + part * dx
         following = np.linalg.solve(J, -balance(mode, trial))
         if np.isfinite(following).all() and np.linalg.norm(following / size) <= (1 - part / 4) * np.sqrt(x.size):

@@ -21,12 +21,13 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_name, as_vector
-from nonsmooth.equilibria.equilibrium import Equilibrium, NotIsolated, as_equilibrium, equilibrium, follow
+from nonsmooth.equilibria.equilibrium import Equilibrium, NotIsolated, as_equilibrium, equilibrium, follow_equilibrium
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import as_system
 
-HALVINGS = 12  # 1/4096 of the bracket: near enough for one crossing, far enough for verdicts above rounding
+# chosen: 1/4096 of the bracket: near enough for one crossing, far enough for verdicts above rounding
+BRACKET_HALVINGS = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,12 +101,12 @@ def flutter_boundary(
     start = equilibrium(system.with_parameters(**{parameter: float(ends[0])})) if at is None else as_equilibrium(at)
 
     def small(value: float) -> Linearisation:
-        moved = follow(start, **{parameter: float(value)})
+        moved = follow_equilibrium(start, **{parameter: float(value)})
         return linearise(moved.mode.system, moved)
 
     stable, unstable = _sides(parameter, ends, small)
     has_damping = small(stable).verdict == Verdict.STABLE
-    for _ in range(HALVINGS):
+    for _ in range(BRACKET_HALVINGS):
         middle = 0.5 * (stable + unstable)
         if _is_beyond(small(middle), has_damping):
             unstable = middle

@@ -26,8 +26,9 @@ from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equili
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import as_system
 
-NEUTRAL = 1e-8  # a real part below this part of |s| counts as zero: a double eigenvalue is known to sqrt(eps) only
-PIVOT = 1e-3  # smallest part of a row's largest entry that a coordinate must have to be solved for
+# derived: a real part below this part of |s| counts as zero: a double eigenvalue is known to sqrt(eps) only
+NEUTRAL = 1e-8
+PIVOT = 1e-3  # chosen: smallest part of a row's largest entry that a coordinate must have to be solved for
 
 
 class Verdict(IntEnum):

@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_instance, as_name
-from nonsmooth.equilibria.equilibrium import follow
+from nonsmooth.equilibria.equilibrium import follow_equilibrium
 from nonsmooth.equilibria.linearise import Linearisation, linearise
 from nonsmooth.errors import InvalidInput
-
-DIFFERENCE = float(np.finfo(float).eps) ** (1 / 3)
+from nonsmooth.numerics.rounding import CENTRAL_INCREMENT
 
 
 def eigenvalue_sensitivity(system: Any, parameter: str, at: Linearisation | None = None) -> np.ndarray:
@@ -69,10 +68,10 @@ def parameter_value(at: Linearisation, parameter: str) -> float:
 
 def _derivative(at: Linearisation, parameter: str, p: float) -> np.ndarray:
     """dA/dp, central; to one side where the other is out of the parameter's range."""
-    h = DIFFERENCE * (abs(p) or 1.0)
+    h = CENTRAL_INCREMENT * (abs(p) or 1.0)
 
     def companion(value: float) -> np.ndarray:
-        moved = follow(at.equilibrium, **{parameter: value})
+        moved = follow_equilibrium(at.equilibrium, **{parameter: value})
         return linearise(moved.mode.system, moved).companion
 
     try:

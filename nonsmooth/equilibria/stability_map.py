@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_flag, as_name, as_vector
-from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equilibrium, follow
+from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equilibrium, follow_equilibrium
 from nonsmooth.equilibria.linearise import linearise
 from nonsmooth.equilibria.sensitivity import eigenvalue_sensitivity
 from nonsmooth.errors import InvalidInput, MissingExtra, shown
@@ -72,7 +72,11 @@ def stability_map(
         if values.size == 0:
             raise InvalidInput(f"the axis {name} must hold at least one value; got none")
     corner = {first: float(x[0]), second: float(y[0])}
-    at = equilibrium(system.with_parameters(**corner)) if at is None else follow(as_equilibrium(at), **corner)
+    at = (
+        equilibrium(system.with_parameters(**corner))
+        if at is None
+        else follow_equilibrium(as_equilibrium(at), **corner)
+    )
     names = ["growth", "frequency", "verdict", "is_virtual"]
     names += [f"d_growth_d_{name}" for name in axes] if sensitivities else []
     table = {name: np.full((x.size, y.size), np.nan) for name in names}
@@ -93,7 +97,7 @@ def stability_map(
 def _point(at: Equilibrium, where: dict[str, float], parameters: list[str]) -> tuple[Equilibrium, list[float]]:
     """The equilibrium at other parameters and its figures; the one before and none where none is found."""
     try:
-        at = follow(at, **where)
+        at = follow_equilibrium(at, **where)
     except InvalidInput:
         return at, []
     return at, _figures(at, parameters)

@@ -23,11 +23,15 @@ from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
 # columns of the energy ledger
 FORCE_WORK, FRICTION_WORK, NORMAL_WORK, SURFACE_WORK, PROJECTION_WORK = range(5)
-N_LEDGER = 5
+N_LEDGER = 5  # derived: columns in all
+N_WORKS = 4  # derived: without the projection, which moves no time: those that are integrated with the motion
+# event functions of a contact of an integrator that locates events
+CLOSURE, FRICTION, SIGN = range(3)
+N_FUNCTIONS = 3  # derived: how many these are
 # columns of an event
 EVENT_T, EVENT_KIND, EVENT_CONTACT, EVENT_MODE_0, EVENT_SLIP_0, EVENT_MODE_1, EVENT_SLIP_1 = range(7)
 EVENT_P_N, EVENT_P_F, EVENT_GAMMA_N, EVENT_GAMMA_F, EVENT_SOLUTIONS, EVENT_FOUND = range(7, 13)
-EVENT_WIDTH = 13
+EVENT_WIDTH = 13  # derived: columns in all
 MODE_CHANGE, IMPACT, INCONSISTENT, INDETERMINATE = range(4)
 
 

@@ -38,7 +38,7 @@ DTYPES = {Floats: "float64", Ints: "int64"}
 Handle = typing.NewType("Handle", int)  # an address of machine code; in the interpreter a Python function
 NUMBERS = {float: "float64", int: "int64", Handle: "int64"}
 
-WORD = 8  # bytes of every entry
+WORD = 8  # defined: bytes of every entry
 
 Expressions = dict[str, types.CodeType]  # of sizes, by name
 

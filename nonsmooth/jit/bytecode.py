@@ -80,10 +80,12 @@ def reading(code: types.CodeType) -> Reading:
 
 
 # What an instruction does, as a letter; the letters of a code object are searched for what matters.
-NAME, FREE, ATTRIBUTE, STORE_FREE, EXTENDED, CACHE, CONSTANT, REFUSED, OTHER = b"NFASE.KR-"
+READS_NAME, READS_FREE, READS_ATTRIBUTE, STORES_FREE, EXTENDS, CACHES, READS_CONSTANT, IS_REFUSED, IS_OTHER = (
+    b"NFASE.KR-"
+)
 ACTS = {
-    "LOAD_GLOBAL": NAME, "LOAD_DEREF": FREE, "LOAD_ATTR": ATTRIBUTE, "LOAD_METHOD": ATTRIBUTE,
-    "STORE_DEREF": STORE_FREE, "EXTENDED_ARG": EXTENDED, "CACHE": CACHE,
+    "LOAD_GLOBAL": READS_NAME, "LOAD_DEREF": READS_FREE, "LOAD_ATTR": READS_ATTRIBUTE, "LOAD_METHOD": READS_ATTRIBUTE,
+    "STORE_DEREF": STORES_FREE, "EXTENDED_ARG": EXTENDS, "CACHE": CACHES,
 }  # fmt: skip
 # A name or a free variable with the attributes that follow it, a constant, and what may be refused; an argument above
 # 255 is extended by instructions before its own.
@@ -96,7 +98,7 @@ REFUSALS = {
 }  # fmt: skip
 # Bits of the argument below the index of the name: they tell a call from a mere reading.
 FLAG_BITS = {"LOAD_GLOBAL": 1, "LOAD_ATTR": 1 if sys.version_info >= (3, 12) else 0}
-MADE_BY = 0x3FF  # bits of co_flags that change what a call does; the others tell of docstrings and __future__
+MADE_BY = 0x3FF  # defined: bits of co_flags that change what a call does; the others tell of docstrings and __future__
 
 
 def _act(name: str, opcode: int) -> int:
@@ -104,13 +106,13 @@ def _act(name: str, opcode: int) -> int:
     if name in ACTS:
         return ACTS[name]
     if opcode in dis.hasconst:
-        return CONSTANT
+        return READS_CONSTANT
     is_naming = opcode in dis.hasname or opcode in dis.hasfree
-    return REFUSED if is_naming and name not in HARMLESS else OTHER
+    return IS_REFUSED if is_naming and name not in HARMLESS else IS_OTHER
 
 
 OPCODES = {name: opcode for name, opcode in dis.opmap.items() if opcode < 256}  # those above are the compiler's own
-LETTERS = bytearray([OTHER]) * 256
+LETTERS = bytearray([IS_OTHER]) * 256
 for _name, _opcode in OPCODES.items():
     LETTERS[_opcode] = _act(_name, _opcode)
 SHIFTS = {_opcode: FLAG_BITS.get(_name, 0) for _name, _opcode in OPCODES.items()}
@@ -138,15 +140,15 @@ class _Walk:
             first, end = match.span()
             place = first if end == first + 1 else self.acts.index(match[0].lstrip(b"E")[:1], first)
             act, argument = self.acts[place], self._argument(first, place)
-            if act == CONSTANT:
+            if act == READS_CONSTANT:
                 self.constants.append(constants[argument])
                 instructions[2 * place + 1] = 0  # its place shifts where a docstring is added
-            elif act == NAME:
+            elif act == READS_NAME:
                 name = self.code.co_names[argument >> SHIFTS[instructions[2 * place]]]
                 self.names[name, *self._attributes(place + 1, end)] = None
-            elif act == REFUSED:
+            elif act == IS_REFUSED:
                 self._refuse(instructions[2 * place])
-            elif argument >= self.first_free and act == FREE:
+            elif argument >= self.first_free and act == READS_FREE:
                 self.free[self.variables[argument], *self._attributes(place + 1, end)] = None
             elif argument >= self.first_free:
                 self._refuse(dis.opmap["STORE_DEREF"])

@@ -26,13 +26,14 @@ from pathlib import Path
 from typing import Any
 
 MAGIC = b"nonsmooth machine code 1\n"
-HASH = 32  # bytes of SHA-256
-COUNT = 8  # bytes of a length
+HASH = 32  # defined: bytes of SHA-256
+LENGTH_BYTES = 8  # defined: bytes of a length
 ENDING, PART = ".code", ".part"
-DAY = 86400.0  # s
-LONGEST_UNUSED = 60 * DAY  # then a file is removed: a study that is taken up again compiles anew once
-LARGEST_CACHE = 256 * 2**20  # bytes; beyond it what was unused longest goes. A model takes 60 kB, all our loops 5 MB
-# A link is refused, a pipe is not waited for; Windows, which has neither flag, would change ends of lines.
+DAY = 86400.0  # defined: s
+LONGEST_UNUSED = 60 * DAY  # chosen: then a file is removed: a study that is taken up again compiles anew once
+# measured: bytes; beyond it what was unused longest goes. A model takes 60 kB, all our loops 5 MB
+LARGEST_CACHE = 256 * 2**20
+# defined: a link is refused, a pipe is not waited for; Windows, which has neither flag, would change ends of lines.
 READ_ONLY = os.O_RDONLY | sum(getattr(os, flag, 0) for flag in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
 OLD_FORM = "[0-9a-f]" * 16  # folders of earlier versions of this package
 
@@ -84,7 +85,7 @@ class CodeFile:
         """Write the code, and remove old files if there are too many."""
         if self.path is None or self._folder is None:
             return
-        lengths = b"".join(len(part).to_bytes(COUNT, "little") for part in (self._description, code))
+        lengths = b"".join(len(part).to_bytes(LENGTH_BYTES, "little") for part in (self._description, code))
         content = lengths + self._description + code
         try:
             _write(self.path, MAGIC + hashlib.sha256(content).digest() + content)
@@ -98,19 +99,19 @@ def _read(path: Path, description: bytes) -> bytes:
     handle = _open(path)
     facts = os.fstat(handle)
     with open(handle, "rb") as file:
-        head = file.read(len(MAGIC) + HASH + 2 * COUNT)
-        lengths = [int.from_bytes(head[-2 * COUNT :][i : i + COUNT], "little") for i in (0, COUNT)]
+        head = file.read(len(MAGIC) + HASH + 2 * LENGTH_BYTES)
+        lengths = [int.from_bytes(head[-2 * LENGTH_BYTES :][i : i + LENGTH_BYTES], "little") for i in (0, LENGTH_BYTES)]
         if not head.startswith(MAGIC) or len(head) + sum(lengths) != facts.st_size:
             raise Unfit("damaged")
-        content = head[-2 * COUNT :] + file.read()
+        content = head[-2 * LENGTH_BYTES :] + file.read()
     if hashlib.sha256(content).digest() != head[len(MAGIC) : len(MAGIC) + HASH]:
         raise Unfit("damaged")
-    if content[2 * COUNT :][: lengths[0]] != description:
+    if content[2 * LENGTH_BYTES :][: lengths[0]] != description:
         raise Unfit("of another function, or of another version")
     if time.time() - facts.st_mtime > DAY:
         with contextlib.suppress(OSError):  # so that it is known to be in use
             os.utime(path)
-    return content[2 * COUNT + lengths[0] :]
+    return content[2 * LENGTH_BYTES + lengths[0] :]
 
 
 def _open(path: Path) -> int:

@@ -16,7 +16,8 @@ from typing import Any
 
 from nonsmooth.errors import UnsupportedVersion
 
-LOWEST, UNTESTED = (0, 61, 2), (0, 69)  # versions of numba: the first that was tested, and the first that was not
+# measured: versions of numba: the first that was tested, and the first that was not
+LOWEST, UNTESTED = (0, 61, 2), (0, 69)
 
 try:
     import numba

@@ -17,7 +17,7 @@ from nonsmooth.jit.kernels import Kernel
 
 ROOT = Path(__file__).parents[2]  # where the package is imported from
 COMPILE = "import sys; from nonsmooth.jit.loading import compile_named; compile_named(sys.argv[1:])"
-WAIT = 300.0  # s for the other process; what it has not compiled by then is compiled here
+WAIT = 300.0  # chosen: s for the other process; what it has not compiled by then is compiled here
 
 
 def load_all(entry_points: Iterable[Kernel]) -> None:

@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.lcp.scaling import scaled_problem
+from nonsmooth.numerics.rounding import rounding_of_sum
 
-ROUNDING = 2.3e-16
-MARGIN = 4.0  # times the rounding bound of a sum of n products
-ZERO = 1e-9  # an entry of the proposed y below this, relative to its largest, is tried as 0
+CERTIFICATE_ROUNDINGS = 8  # chosen: of each product, eight times what (3.5) of ``rounding`` says
+HIDDEN_SIZE = 1e6  # chosen: of z of the scaled problem: what the rounding of A^T y may hide of b.y
+ZERO_ENTRY = 1e-9  # chosen: an entry of the proposed y below this, relative to its largest, is tried as 0
 
 
 def infeasibility_certificate(A: Any, b: np.ndarray, free: np.ndarray | None = None) -> np.ndarray | None:
@@ -56,13 +57,15 @@ def is_certificate(A: Any, b: np.ndarray, y: np.ndarray, free: np.ndarray | None
     """Whether y >= 0, A^T y <= 0 (= 0 in free columns) and b.y < 0 hold within the rounding of the sums."""
     n = len(b)
     free = np.zeros(n, dtype=bool) if free is None else free
-    bound = MARGIN * n * ROUNDING * (abs(A).T @ abs(y))
+    bound = rounding_of_sum(CERTIFICATE_ROUNDINGS * n, abs(A).T @ abs(y))
     slope = A.T @ y
     is_sign_right = bool((y[~free] >= 0).all())
     is_slope_right = bool((slope <= bound).all() and (slope[free] >= -bound[free]).all())
-    # b.y must exceed its own rounding, and what the rounding of A^T y could hide for z up to 1e6 of the scaled problem
+    # b.y must exceed its own rounding, and what the rounding of A^T y could hide
     return (
-        is_sign_right and is_slope_right and bool(b @ y < -MARGIN * n * ROUNDING * (abs(b) @ abs(y)) - 1e6 * ROUNDING)
+        is_sign_right
+        and is_slope_right
+        and bool(b @ y < -rounding_of_sum(CERTIFICATE_ROUNDINGS * n, abs(b) @ abs(y)) - rounding_of_sum(2, HIDDEN_SIZE))
     )
 
 
@@ -70,8 +73,8 @@ def _polished(transposed: Any, y: np.ndarray, free: np.ndarray) -> np.ndarray:
     """The y of the same support for which the equations it nearly fulfils hold to rounding."""
     dense = transposed if isinstance(transposed, np.ndarray) else transposed.toarray()
     largest = np.abs(y).max()
-    support = np.abs(y) > ZERO * largest
-    tight = free | (np.abs(dense @ y) <= ZERO * largest)
+    support = np.abs(y) > ZERO_ENTRY * largest
+    tight = free | (np.abs(dense @ y) <= ZERO_ENTRY * largest)
     block = dense[np.ix_(tight, support)]
     polished = np.zeros_like(y)
     correction, *_ = np.linalg.lstsq(block, block @ y[support], rcond=None)

@@ -26,13 +26,13 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import kernel
 from nonsmooth.lcp.scaling import scaled_problem
 
-LARGEST_N = 20  # 2^20 leaves: about a second when nothing can be pruned
-SMALL_PIVOT = 1e-3  # a pending pivot below this waits for a better one
-ZERO_PIVOT = 1e-11  # below this the pending block is singular
-SIGN = 1e-9  # a scaled value this far below 0 still counts as 0
-SAME = 1e-8  # scaled solutions closer than this are one
-MANY = 256  # active sets that a solver of one solution looks at
-DEAD, UNDECIDED, PENDING, DECIDED, FREE = range(5)
+LARGEST_N = 20  # derived: 2^20 leaves: about a second when nothing can be pruned
+SMALL_PIVOT = 1e-3  # chosen: a pending pivot below this waits for a better one
+ZERO_PIVOT = 1e-11  # chosen: below this the pending block is singular
+SIGN_SLACK = 1e-9  # chosen: a scaled value this far below 0 still counts as 0
+SAME_SOLUTION = 1e-8  # chosen: scaled solutions closer than this are one
+ACTIVE_SETS_TRIED = 256  # chosen: active sets that a solver of one solution looks at
+DEAD, UNDECIDED, PENDING, DECIDED, UNSIGNED = range(5)
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ def _face(A: np.ndarray, b: np.ndarray, active: np.ndarray, free: np.ndarray) ->
     size = max(1.0, np.abs(z).max())
     w_zero = np.abs(w[active]).max(initial=0.0)
     lowest = min(z[active & ~free].min(initial=0.0), w[~active].min(initial=0.0))
-    if w_zero > SIGN * size or lowest < -SIGN * size:
+    if w_zero > SIGN_SLACK * size or lowest < -SIGN_SLACK * size:
         return None
     z = np.where(free, z, np.maximum(z, 0.0))
     return _Face(z, np.where(active, 0.0, np.maximum(w, 0.0)), active, null, is_bounded)
@@ -216,8 +216,8 @@ def _relative_interior(A: np.ndarray, b: np.ndarray, z: np.ndarray, null: np.nda
     recession = linprog(
         -reduced.sum(axis=0), A_ub=-reduced, b_ub=np.zeros(len(reduced)), bounds=(-1, 1), method="highs"
     )
-    has_line = np.linalg.matrix_rank(reduced, tol=SAME) < spanning.shape[1]
-    is_bounded = not has_line and not (recession.status == 0 and recession.fun < -SAME)
+    has_line = np.linalg.matrix_rank(reduced, tol=SAME_SOLUTION) < spanning.shape[1]
+    is_bounded = not has_line and not (recession.status == 0 and recession.fun < -SAME_SOLUTION)
     return z, (null.T @ spanning).T, is_bounded
 
 
@@ -225,9 +225,9 @@ def _contains(face: _Face, other: _Face, free: np.ndarray) -> bool:
     """Whether the other set lies in the face (or is the same point): its interior point obeys the face's zeros."""
     size = max(1.0, np.abs(other.z).max())
     if not len(face.directions):
-        return bool(np.abs(face.z - other.z).max() <= SAME * size)
+        return bool(np.abs(face.z - other.z).max() <= SAME_SOLUTION * size)
     zeros = np.concatenate([other.z[~face.active], other.w[face.active]])
-    return bool(np.abs(zeros).max(initial=0.0) <= SAME * size)
+    return bool(np.abs(zeros).max(initial=0.0) <= SAME_SOLUTION * size)
 
 
 def _in_units_of(A: np.ndarray, b: np.ndarray, face: _Face, column: np.ndarray) -> LCPSolution:
@@ -319,7 +319,7 @@ def pivot_pending(n, tableaux, kinds, level, smallest, free):
         if row < 0:
             break
         exchange(n, tableaux, kinds, level, row, column)
-        kinds[level, 0, row] = FREE if free[column] == 1 else DECIDED
+        kinds[level, 0, row] = UNSIGNED if free[column] == 1 else DECIDED
         kinds[level, 1, column] = DEAD
     return not is_hopeless(n, tableaux, kinds, level, free)
 
@@ -345,7 +345,7 @@ def is_hopeless(n, tableaux, kinds, level, free):
     for i in range(n):
         kind = kinds[level, 0, i]
         value = tableaux[level, i, n]
-        if kind == FREE or (kind != PENDING and value >= -SIGN) or abs(value) <= SIGN:
+        if kind == UNSIGNED or (kind != PENDING and value >= -SIGN_SLACK) or abs(value) <= SIGN_SLACK:
             continue
         is_open = False
         for j in range(n):

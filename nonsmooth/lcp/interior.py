@@ -22,11 +22,13 @@ import numpy as np
 from nonsmooth.lcp.newton import solve_active_set
 from nonsmooth.lcp.result import natural_scales
 
-BOUNDARY = 0.99  # of the way to the boundary that a step goes at most
-START = 1.0  # least z and w of the scaled problem, whose b and diagonal have entries near 1
+ORTHANT_STEP_PART = 0.99  # chosen: of the way to the boundary that a step goes at most
+LEAST_START = 1.0  # chosen: least z and w of the scaled problem, whose b and diagonal have entries near 1
 
 
-def interior(A: Any, b: np.ndarray, z: np.ndarray, tol: float, max_iterations: int) -> tuple[np.ndarray, bool, int]:
+def solve_by_interior_point(
+    A: Any, b: np.ndarray, z: np.ndarray, tol: float, max_iterations: int
+) -> tuple[np.ndarray, bool, int]:
     """Solve from the neighbourhood of the guess z >= 0.
 
     Parameters
@@ -46,8 +48,8 @@ def interior(A: Any, b: np.ndarray, z: np.ndarray, tol: float, max_iterations: i
     d = 1.0 / np.sqrt(natural_scales(A))  # one factor for row and column: a semidefinite matrix stays one
     A = d[:, None] * A * d if isinstance(A, np.ndarray) else A.multiply(d[:, None]).multiply(d).tocsr()
     size, largest = np.abs(d * b).max(), np.abs(b).max()
-    b, z, weight = d * b / size, z / (d * size) + START, size / (d * largest)
-    w = np.maximum(A @ z + b, 0.0) + START
+    b, z, weight = d * b / size, z / (d * size) + LEAST_START, size / (d * largest)
+    w = np.maximum(A @ z + b, 0.0) + LEAST_START
 
     def error(z: np.ndarray) -> float:
         return float(np.abs(weight * np.minimum(z, A @ z + b)).max())
@@ -83,7 +85,7 @@ def _step(A: Any, b: np.ndarray, z: np.ndarray, w: np.ndarray) -> tuple[np.ndarr
     dw = A @ dz + ahead - w
     if not (np.isfinite(dz).all() and np.isfinite(dw).all()):
         return None
-    length = min(1.0, BOUNDARY * min(_way_out(z, dz), _way_out(w, dw)))
+    length = min(1.0, ORTHANT_STEP_PART * min(_way_out(z, dz), _way_out(w, dw)))
     return length * dz, length * dw
 
 

@@ -21,15 +21,16 @@ from nonsmooth.jit import kernel
 from nonsmooth.lcp.basis import resolve_basis
 from nonsmooth.lcp.result import MAX_ITERATIONS, RAY, SOLVED, lcp_residual
 from nonsmooth.lcp.scaling import equilibrate
+from nonsmooth.numerics.golden_ratio import GOLDEN_RATIO
 
-PIVOT_TOLERANCE = 1e-11  # smallest pivot, relative to 1: 1e5 roundings of an entry near 1
-TIE_TOLERANCE = 1e-13  # two values are equal when closer than this, relative to the largest |b|
-# Redundant contacts of bodies with masses over six decades leave noise of 1e-10 where an exact tableau has zeros. Who
-# takes it for pivots ends on a wrong basis, so an answer that misses ACCEPTED is sought again by a blunter eye.
-BLUNT = 1e3  # both tolerances times this; a regular matrix of condition 1e13 still needs the sharp ones
-ACCEPTED = 1e-10  # residual: what `solve_lcp` asks for by default
-COVERING_VECTORS = 6  # attempts before a ray is reported; a copositive or P matrix needs one
-GOLDEN_RATIO = 0.6180339887498949  # the number whose multiples are spread most evenly
+PIVOT_TOLERANCE = 1e-11  # chosen: smallest pivot, relative to 1: 1e5 roundings of an entry near 1
+TIE_TOLERANCE = 1e-13  # chosen: two values are equal when closer than this, relative to the largest |b|
+# measured: redundant contacts of bodies with masses over six decades leave noise of 1e-10 where an exact tableau has
+# zeros. Who takes it for pivots ends on a wrong basis, so an answer that misses ACCEPTED_LCP_RESIDUAL is sought again
+# by a blunter eye: both tolerances times this. A regular matrix of condition 1e13 still needs the sharp ones.
+BLUNT = 1e3
+ACCEPTED_LCP_RESIDUAL = 1e-10  # chosen: residual: what `solve_lcp` asks for by default
+COVERING_VECTORS = 6  # chosen: attempts before a ray is reported; a copositive or P matrix needs one
 
 
 def lemke_workspace(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -68,7 +69,7 @@ def lemke(n, A, b, z, tableau, scales, basis, max_pivots):
         total += pivots
         if status == SOLVED and pivots > 0:
             resolve_basis(n, A, b, z, tableau, scales, basis)
-            if attempt == 0 and not lcp_residual(n, A, b, z) <= ACCEPTED:
+            if attempt == 0 and not lcp_residual(n, A, b, z) <= ACCEPTED_LCP_RESIDUAL:
                 continue
         if status != RAY:
             break

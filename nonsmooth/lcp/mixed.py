@@ -24,13 +24,13 @@ import numpy as np
 from nonsmooth.checks.arrays import as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
-from nonsmooth.lcp.enumerate import LARGEST_N, MANY, enumerate_solutions
-from nonsmooth.lcp.newton import linear_solve, newton
+from nonsmooth.lcp.enumerate import ACTIVE_SETS_TRIED, LARGEST_N, enumerate_solutions
+from nonsmooth.lcp.newton import linear_solve, solve_by_semismooth_newton
 from nonsmooth.lcp.result import LCPResult, LCPStatus, natural_scales
 from nonsmooth.lcp.scaling import scaled_problem
 from nonsmooth.lcp.solve import MAX_NEWTON, Attempt, as_square, solve_lcp
 
-RANK = 1e-9  # singular values of the equilibrated A_FF below this, relative to the largest, count as 0
+RANK = 1e-9  # chosen: singular values of the equilibrated A_FF below this, relative to the largest, count as 0
 
 
 def solve_mlcp(A: Any, b: Any, free: Any, solver: str = "auto", tol: float = 1e-10, guess: Any = None) -> LCPResult:
@@ -220,7 +220,7 @@ def _by_newton(A: np.ndarray, b: np.ndarray, free: np.ndarray, solver: str, tol:
     total = 0
     starts = [np.zeros(n), np.where(free, 0.0, np.abs(b).max() / natural_scales(A))]
     for start in ([] if guess is None else [guess]) + starts:
-        z, is_converged, iterations = newton(A, b, start, free, min(tol, 1e-10), MAX_NEWTON)
+        z, is_converged, iterations = solve_by_semismooth_newton(A, b, start, free, min(tol, 1e-10), MAX_NEWTON)
         total += iterations
         if is_converged:
             break
@@ -234,8 +234,8 @@ def _by_enumeration(A: np.ndarray, b: np.ndarray, free: np.ndarray, solver: str,
     zero = np.zeros(len(b))
     if m > LARGEST_N:
         return "enumeration", Attempt(zero, LCPStatus.MAX_ITERATIONS, 0, f"not tried with {m} > {LARGEST_N} pairs")
-    solutions = enumerate_solutions(A, b, free, limit=1) or enumerate_solutions(A, b, free, limit=MANY)
+    solutions = enumerate_solutions(A, b, free, limit=1) or enumerate_solutions(A, b, free, limit=ACTIVE_SETS_TRIED)
     if not solutions:
-        note = f"none of the first {MANY} candidates among {2**m} active sets works"
+        note = f"none of the first {ACTIVE_SETS_TRIED} candidates among {2**m} active sets works"
         return "enumeration", Attempt(zero, LCPStatus.MAX_ITERATIONS, 2**m, note)
     return "enumeration", Attempt(solutions[0].z, LCPStatus.SOLVED, 2**m, "an active set found")

@@ -20,13 +20,13 @@ import numpy as np
 
 from nonsmooth.lcp.scaling import scaled_problem
 
-DESCENT = 1e-4  # Armijo's fraction of the predicted decrease
-SHORTEST = 1e-10  # step length at which a line search is given up
-RELATIVE_DESCENT = 1e-10  # cos^2-like bound below which a Newton direction is not one of descent
-NEAR = 0.1  # |phi| relative to the scaled problem from which the active set is tried
+ARMIJO_PART = 1e-4  # chosen: Armijo's fraction of the predicted decrease
+SHORTEST_SEARCH = 1e-10  # chosen: step length at which a line search is given up
+RELATIVE_DESCENT = 1e-10  # chosen: cos^2-like bound below which a Newton direction is not one of descent
+NEAR_SOLUTION = 0.1  # chosen: |phi| relative to the scaled problem from which the active set is tried
 
 
-def newton(A: Any, b: np.ndarray, z: np.ndarray, free: np.ndarray, tol: float,
+def solve_by_semismooth_newton(A: Any, b: np.ndarray, z: np.ndarray, free: np.ndarray, tol: float,
            max_iterations: int) -> tuple[np.ndarray, bool, int]:  # fmt: skip
     """Solve from the guess z.
 
@@ -52,7 +52,7 @@ def newton(A: Any, b: np.ndarray, z: np.ndarray, free: np.ndarray, tol: float,
         length = np.abs(phi).max()
         if not np.isfinite(length):
             return z * column, False, iteration
-        if length < NEAR:
+        if length < NEAR_SOLUTION:
             corner = solve_active_set(A, b, (z > w) | free)
             if corner is not None and _error(A, b, corner, free) <= tol:
                 return np.where(free, corner, np.maximum(corner, 0.0)) * column, True, iteration + 1
@@ -94,10 +94,10 @@ def _step(A: Any, b: np.ndarray, z: np.ndarray, w: np.ndarray, phi: np.ndarray, 
         d = _direction(J, phi, gradient, damping)
         if d is not None and gradient @ d < -RELATIVE_DESCENT * max(theta, d @ d):
             t = 1.0
-            while t > SHORTEST:
+            while t > SHORTEST_SEARCH:
                 trial = z + t * d
                 new = _phi(trial, A @ trial + b, free)
-                if 0.5 * new @ new <= theta + DESCENT * t * (gradient @ d):
+                if 0.5 * new @ new <= theta + ARMIJO_PART * t * (gradient @ d):
                     return t * d
                 t *= 0.5
         if damping is not None and damping > 1.0:

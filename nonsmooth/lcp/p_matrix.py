@@ -15,7 +15,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_square_matrix
 
-EXACT = 16  # largest n that is decided minor by minor
+EXACT = 16  # chosen: largest n that is decided minor by minor
 
 
 def is_p_matrix(A: Any) -> bool | None:

@@ -13,8 +13,8 @@ from __future__ import annotations
 from nonsmooth.jit import kernel
 from nonsmooth.lcp.result import INVALID, MAX_ITERATIONS, SOLVED, lcp_residual
 
-CHECK_EVERY = 8  # sweeps between two looks at the residual, which costs a sweep
-STALL_CHECKS = 25  # looks without the residual having fallen by a tenth: no longer worth it
+CHECK_EVERY = 8  # chosen: sweeps between two looks at the residual, which costs a sweep
+STALL_CHECKS = 25  # chosen: looks without the residual having fallen by a tenth: no longer worth it
 
 
 @kernel

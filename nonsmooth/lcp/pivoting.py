@@ -21,8 +21,8 @@ from nonsmooth.lcp.basis import solve_active
 from nonsmooth.lcp.result import INVALID, MAX_ITERATIONS, SOLVED
 from nonsmooth.lcp.scaling import equilibrate
 
-PATIENCE = 10  # block steps without fewer infeasible indices before Murty's rule; Júdice and Pires
-SIGN_TOLERANCE = 1e-13  # a value this far below 0, relative to the largest of the scaled problem, counts as 0
+PIVOTING_PATIENCE = 10  # chosen: block steps without fewer infeasible indices before Murty's rule; Júdice and Pires
+SIGN_TOLERANCE = 1e-13  # chosen: a value this far below 0, relative to the largest of the scaled problem, counts as 0
 
 
 def pivoting_workspace(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -40,7 +40,7 @@ def pivoting(n, A, b, z, lu, scales, active, max_iterations):
     for i in range(n):
         active[2 * n + i] = 1 if z[i] / scales[1, i] > scales[0, i] * _row_value(n, A, b, z, i) else 0
     fewest = n + 1
-    patience = PATIENCE
+    patience = PIVOTING_PATIENCE
     for iteration in range(1, max_iterations + 1):
         m = 0
         for i in range(n):
@@ -56,7 +56,7 @@ def pivoting(n, A, b, z, lu, scales, active, max_iterations):
             return SOLVED, iteration
         if count < fewest:
             fewest = count
-            patience = PATIENCE
+            patience = PIVOTING_PATIENCE
         else:
             patience = max(0, patience - 1)
         for i in range(n):

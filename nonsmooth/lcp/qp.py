@@ -17,8 +17,8 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.lcp.newton import linear_solve
 from nonsmooth.numerics.quadratic_program import minimise
 
-SYMMETRY = 1e-12  # |A - A^T| allowed, relative to the largest entry: rounding of a product W M^-1 W^T
-DEFINITENESS = 1e-10  # negative eigenvalue allowed, relative to the largest: rounding of a rank-deficient one
+SYMMETRY = 1e-12  # derived: |A - A^T| allowed, relative to the largest entry: rounding of a product W M^-1 W^T
+DEFINITENESS = 1e-10  # derived: negative eigenvalue allowed, relative to the largest: rounding of a rank-deficient one
 
 
 def why_not_a_qp(A: np.ndarray) -> str:
@@ -34,7 +34,7 @@ def why_not_a_qp(A: np.ndarray) -> str:
     return ""
 
 
-def qp(A: np.ndarray, b: np.ndarray, guess: np.ndarray, name: str) -> tuple[np.ndarray, bool]:
+def solve_as_qp(A: np.ndarray, b: np.ndarray, guess: np.ndarray, name: str) -> tuple[np.ndarray, bool]:
     """Solve by the qpsolvers solver of this name; returns z and whether the solver claims success.
 
     Raises

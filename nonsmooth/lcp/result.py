@@ -28,7 +28,7 @@ class LCPStatus(IntEnum):
     INFEASIBLE = 4  # there is no z >= 0 with A z + b >= 0, and `certificate` proves it
 
 
-SOLVED, RAY, MAX_ITERATIONS, INVALID, INFEASIBLE = (int(status) for status in LCPStatus)  # for kernels
+SOLVED, RAY, MAX_ITERATIONS, INVALID, INFEASIBLE = (int(status) for status in LCPStatus)  # code: for kernels
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def lcp_residual(n, A, b, z):
 
 
 @kernel("float64(float64[:, ::1], float64[::1], float64[::1], float64[::1])")
-def judge(A, b, z, w):
+def judge_solution(A, b, z, w):
     """Write w = A z + b and return `lcp_residual`: the last step of every solver called from Python."""
     n = b.shape[0]
     for i in range(n):
@@ -119,7 +119,7 @@ def judge(A, b, z, w):
 
 
 def judge_sparse(A: Any, b: np.ndarray, z: np.ndarray, w: np.ndarray) -> float:
-    """`judge` for a scipy.sparse CSR matrix."""
+    """`judge_solution` for a scipy.sparse CSR matrix."""
     w[:] = A @ z + b
     error = np.abs(np.minimum(natural_scales(A) * z, w)).max()
     scale = np.abs(b).max()

@@ -16,8 +16,8 @@ import numpy as np
 
 from nonsmooth.jit import kernel
 
-PASSES = 6  # each halves the exponent of the imbalance, 1e24 becomes 2.4; most matrices need one or two
-EVEN = 64.0  # row and column maxima this close before a pass lie within [1/16, 4] after it: enough
+PASSES = 6  # derived: each halves the exponent of the imbalance, 1e24 becomes 2.4; most matrices need one or two
+EVEN = 64.0  # derived: row and column maxima this close before a pass lie within [1/16, 4] after it: enough
 
 
 @kernel

@@ -21,24 +21,24 @@ import numpy as np
 from nonsmooth.checks.arrays import as_square_matrix, as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
-from nonsmooth.lcp.enumerate import LARGEST_N, MANY, enumerate_solutions
-from nonsmooth.lcp.interior import interior
+from nonsmooth.lcp.enumerate import ACTIVE_SETS_TRIED, LARGEST_N, enumerate_solutions
+from nonsmooth.lcp.interior import solve_by_interior_point
 from nonsmooth.lcp.lemke import lemke_entry, lemke_workspace
-from nonsmooth.lcp.newton import newton as newton_iterations
+from nonsmooth.lcp.newton import solve_by_semismooth_newton as newton_iterations
 from nonsmooth.lcp.pgs import pgs_entry, pgs_sparse_entry
 from nonsmooth.lcp.pivoting import pivoting_entry, pivoting_workspace
-from nonsmooth.lcp.qp import qp
-from nonsmooth.lcp.result import LCPResult, LCPStatus, judge, judge_sparse, natural_scales
+from nonsmooth.lcp.qp import solve_as_qp
+from nonsmooth.lcp.result import LCPResult, LCPStatus, judge_solution, judge_sparse, natural_scales
 from nonsmooth.numerics.quadratic_program import solver_names
 
 SMALL_N = 300  # Lemke's n^3 kernel is faster than Newton with LAPACK up to about here (measured)
-DENSE_N = 4000  # a sparse matrix is made dense up to here where a solver needs it: 128 MB
-CERTIFICATE_N = 1000  # a linear program, or Lemke on a sparse matrix made dense, takes seconds from here on
-MAX_SWEEPS = 20_000  # of Gauss–Seidel
-MAX_NEWTON = 100
-MAX_INTERIOR = 60
-PIVOTS_PER_ROW = 50  # Lemke needs 1 to 3 n pivots; exponential families excepted
-PIVOTS_AT_LEAST = 10_000  # lets the exponential family finish up to n = 13
+DENSE_N = 4000  # derived: a sparse matrix is made dense up to here where a solver needs it: 128 MB
+CERTIFICATE_N = 1000  # measured: a linear program, or Lemke on a sparse matrix made dense, takes seconds from here on
+MAX_SWEEPS = 20_000  # chosen: of Gauss–Seidel
+MAX_NEWTON = 100  # chosen: steps of Newton's method before it is given up
+MAX_INTERIOR = 60  # chosen: steps of the interior-point method before it is given up
+PIVOTS_PER_ROW = 50  # measured: Lemke needs 1 to 3 n pivots; exponential families excepted
+PIVOTS_AT_LEAST = 10_000  # derived: lets the exponential family finish up to n = 13
 STATUSES = tuple(LCPStatus)
 
 
@@ -146,7 +146,7 @@ def _ladder(A: Any, has_guess: bool) -> tuple[str, ...]:
 
 def _judged(A: Any, b: np.ndarray, attempt: Attempt, name: str, tol: float) -> LCPResult:
     w = np.empty_like(b)
-    residual = judge(A, b, attempt.z, w) if isinstance(A, np.ndarray) else judge_sparse(A, b, attempt.z, w)
+    residual = judge_solution(A, b, attempt.z, w) if isinstance(A, np.ndarray) else judge_sparse(A, b, attempt.z, w)
     if residual <= tol:
         return LCPResult(
             attempt.z, w, LCPStatus.SOLVED, residual, attempt.iterations, name, f"{name}: solved, {attempt.note}"
@@ -228,7 +228,7 @@ def _newton(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Atte
 
 def _interior(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
     start = np.zeros(len(b)) if guess is None else guess
-    z, is_converged, steps = interior(A, b, start, 0.5 * tol, MAX_INTERIOR)
+    z, is_converged, steps = solve_by_interior_point(A, b, start, 0.5 * tol, MAX_INTERIOR)
     status = LCPStatus.SOLVED if is_converged else LCPStatus.MAX_ITERATIONS
     return Attempt(z, status, steps, f"{steps} steps")
 
@@ -238,9 +238,11 @@ def _enumeration(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) ->
     if n > LARGEST_N:
         raise InvalidInput(f"solver 'enumeration' takes problems of at most {LARGEST_N} unknowns; got {n}; use 'auto'")
     dense, free = _dense(A, "enumeration"), np.zeros(n, dtype=bool)
-    solutions = enumerate_solutions(dense, b, free, limit=1) or enumerate_solutions(dense, b, free, limit=MANY)
+    solutions = enumerate_solutions(dense, b, free, limit=1) or enumerate_solutions(
+        dense, b, free, limit=ACTIVE_SETS_TRIED
+    )
     if not solutions:
-        note = f"none of the first {MANY} candidates among {2**n} active sets is a solution"
+        note = f"none of the first {ACTIVE_SETS_TRIED} candidates among {2**n} active sets is a solution"
         return Attempt(np.zeros(n), LCPStatus.MAX_ITERATIONS, 2**n, note)
     return Attempt(solutions[0].z, LCPStatus.SOLVED, 2**n, "an active set found")
 
@@ -248,7 +250,7 @@ def _enumeration(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) ->
 def _quadratic(name: str) -> Callable[..., Attempt]:
     def solve(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
         backend = "osqp" if name == "qp" else name
-        z, is_claimed = qp(_dense(A, name), b, np.zeros(len(b)) if guess is None else guess, backend)
+        z, is_claimed = solve_as_qp(_dense(A, name), b, np.zeros(len(b)) if guess is None else guess, backend)
         status = LCPStatus.SOLVED if is_claimed else LCPStatus.MAX_ITERATIONS
         return Attempt(z, status, 1, "one quadratic program")
 

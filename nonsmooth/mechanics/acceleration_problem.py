@@ -28,11 +28,13 @@ from nonsmooth.mechanics.contact_problem import (
 from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import DAMPING, GIVEN_FORCE, ROW_RATES, STIFFNESS
 
+# derived: of the facts of a model, those by which its forces need an implicit step
 IMPLICIT = 1 << DAMPING | 1 << STIFFNESS | DAMPING_BY_DIFFERENCES | STIFFNESS_BY_DIFFERENCES
-# W' u is a fourth-order difference over the time in which the fastest coordinate moves by this much: truncation
-# (1e-4)^4 / 30 and rounding 1e-16 / 1e-4 both stay below 1e-11 of W' u where rows vary over a unit of the coordinates.
-# Where rows or surfaces move with the time it is no more than so many seconds: a slow body says nothing of a table.
-DIFFERENCE = 1e-4
+# derived: W' u is a fourth-order difference over the time in which the fastest coordinate moves by this much:
+# truncation (1e-4)^4 / 30 and rounding 1e-16 / 1e-4 both stay below 1e-11 of W' u where rows vary over a unit of the
+# coordinates. Where rows or surfaces move with the time it is no more than so many seconds: a slow body says nothing
+# of a table.
+ROW_RATE_INCREMENT = 1e-4
 
 
 @kernel
@@ -103,7 +105,7 @@ def row_shift(sys, has, u):
     fastest = 1.0 if has & ROWS_READ_T else 0.0
     for i in range(n):
         fastest = max(fastest, abs(u[i]))
-    return DIFFERENCE / fastest if fastest > 0.0 else DIFFERENCE
+    return ROW_RATE_INCREMENT / fastest if fastest > 0.0 else ROW_RATE_INCREMENT
 
 
 @kernel

@@ -15,7 +15,7 @@ s = -h, -h/2, 0, h/2, h
 where f is smooth. Where it has a kink or a jump within h, however near to 0, the error of D is at most |E| + |J|:
 between them they see it. So a derivative c that the model writes is contradicted where
 
-    |D - c| > SAFETY (|E| + |J|) + rounding + TYPED size,    size = |D| + |W_N| |v| + |w_N|, ...
+    |D - c| > KINK_SAFETY (|E| + |J|) + rounding + TYPED size,    size = |D| + |W_N| |v| + |w_N|, ...
 
 at two of the steps h = 2^-13, 2^-23, 2^-33, 2^-43, before one of them agrees clearly. Then it is looked for entry by
 entry, by the same rule; what cannot be named so is not refused. A function that has a kink or a jump at the very point,
@@ -47,15 +47,17 @@ from nonsmooth.mechanics.system import (
     TANGENT,
     System,
 )
+from nonsmooth.numerics.golden_ratio import GOLDEN_RATIO
+from nonsmooth.numerics.rounding import rounding_of_sum
 
-EPS = float(np.finfo(float).eps)
-STEPS = tuple(2.0**-k for k in (13, 23, 33, 43))  # in units of the coordinates, and of time; the first is 1.2e-4
-PLACES = (-1.0, -0.5, 0.0, 0.5, 1.0)  # on a line, in steps
-SAFETY = 8.0  # times the error that a kink can leave in D
-ROUNDINGS = 32.0  # of the largest value along the line: a sum of some terms, times the 8/6 and 6 above
-TYPED = 1e-6  # of a derivative: a model may type pi with seven digits
-CLEAR = 1e-4  # of the largest derivative, or value: an uncertainty below it is an agreement, above it a doubt
-GOLDEN = 0.6180339887498949
+# chosen: in units of the coordinates, and of time; the first is 1.2e-4
+DIFFERENCE_STEPS = tuple(2.0**-k for k in (13, 23, 33, 43))
+PLACES_ON_LINE = (-1.0, -0.5, 0.0, 0.5, 1.0)  # chosen: on a line, in steps
+KINK_SAFETY = 8.0  # chosen: times the error that a kink can leave in D
+LINE_ROUNDINGS = 64  # derived: of the largest value along the line: a sum of some terms, times the 8/6 and 6 above
+TYPED = 1e-6  # chosen: of a derivative: a model may type pi with seven digits
+# chosen: of the largest derivative, or value: an uncertainty below it is an agreement, above it a doubt
+CLEAR_UNCERTAINTY = 1e-4
 
 Values = list[float]
 
@@ -88,7 +90,8 @@ def judged(f: tuple[float, ...], h: float, size: float, reach: float) -> Judged:
     E = (a - 2.0 * b + 2.0 * d - e) / (2.0 * h)
     J = (a - 4.0 * b + 6.0 * c - 4.0 * d + e) / h
     whole, scale = size + abs(D), max(abs(a), abs(c), abs(e))
-    return Judged(D, SAFETY * (abs(E) + abs(J)) + ROUNDINGS * EPS * (scale + whole * reach) / h, whole, scale)
+    rounding = rounding_of_sum(LINE_ROUNDINGS, scale + whole * reach) / h
+    return Judged(D, KINK_SAFETY * (abs(E) + abs(J)) + rounding, whole, scale)
 
 
 def wrong_entry(line: Callable[[float], Iterator[Values]], written: Values, size: Values, reach: float) -> Wrong | None:
@@ -98,7 +101,7 @@ def wrong_entry(line: Callable[[float], Iterator[Values]], written: Values, size
     ``written`` (m,), and ``reach`` the largest argument, whose rounding is one of the values too.
     """
     suspects: set[int] = set()
-    for h in STEPS:
+    for h in DIFFERENCE_STEPS:
         found = [judged(f, h, s, reach) for f, s in zip(zip(*line(h), strict=True), size, strict=True)]
         misses = [one.misses(c) for one, c in zip(found, written, strict=True)]
         contradicted = {i for i, miss in enumerate(misses) if miss > 1.0}
@@ -107,15 +110,15 @@ def wrong_entry(line: Callable[[float], Iterator[Values]], written: Values, size
             return Wrong(worst, written[worst], found[worst].D)
         suspects |= contradicted
         largest = max((max(one.whole, one.scale) for one in found), default=0.0)
-        if not contradicted and all(one.doubt <= CLEAR * largest for one in found):
+        if not contradicted and all(one.doubt <= CLEAR_UNCERTAINTY * largest for one in found):
             return None
     return None
 
 
 @functools.lru_cache(maxsize=64)
-def generic(n: int) -> np.ndarray:
+def generic_direction(n: int) -> np.ndarray:
     """A direction (n,) that no function is made for."""
-    return 0.5 + 0.5 * (GOLDEN * np.arange(1, n + 1) % 1.0)
+    return 0.5 + 0.5 * (GOLDEN_RATIO * np.arange(1, n + 1) % 1.0)
 
 
 def contradiction(system: System, t: float, q: np.ndarray, u: np.ndarray, is_instant: bool = False) -> str:
@@ -157,12 +160,12 @@ class Place:
 
     def by_place(self, which: int, h: float, v: np.ndarray, rate: float = 1.0) -> Iterator[Values]:
         """What a function writes at five places of the line (t + s rate, q + s v)."""
-        for place in PLACES:
+        for place in PLACES_ON_LINE:
             yield self.value(which, self.q + (place * h) * v, dt=place * h * rate).ravel().tolist()
 
     def by_speed(self, which: int, h: float, v: np.ndarray) -> Iterator[Values]:
         """The same along u + s v."""
-        for place in PLACES:
+        for place in PLACES_ON_LINE:
             yield self.value(which, u=self.u + (place * h) * v).ravel().tolist()
 
     def wrong(self, line: Callable[[float], Iterator[Values]], written: np.ndarray, size: np.ndarray) -> Wrong | None:
@@ -172,7 +175,7 @@ class Place:
 
 def _gap(at: Place) -> str:
     """W_N and w_N against g_N."""
-    n, v = at.system.n_q, generic(at.system.n_q)
+    n, v = at.system.n_q, generic_direction(at.system.n_q)
     W, w = at.value(NORMAL), at.value(GAP_RATE)
     given = at.system.kinds[:, 0] == GIVEN_FORCE
     W[given], w[given] = 0.0, 0.0
@@ -211,11 +214,11 @@ def _without(values: Iterator[Values], given: np.ndarray) -> Iterator[Values]:
 
 def _row_rates(at: Place) -> str:
     """r against the rows, at velocities that no row is blind to."""
-    system, v = at.system, generic(at.system.n_u)
+    system, v = at.system, generic_direction(at.system.n_u)
     used = np.stack([system.kinds[:, 0] != GIVEN_FORCE, system.kinds[:, 1] > 0], axis=1)[:, : 1 + system.d]
 
     def velocities(h: float) -> Iterator[Values]:
-        for place in PLACES:
+        for place in PLACES_ON_LINE:
             q, dt, gamma = at.q + (place * h) * v, place * h, np.zeros((system.n_c, 1 + system.d))
             gamma[:, 0] = at.value(NORMAL, q, dt=dt) @ v + at.value(GAP_RATE, q, dt=dt)
             gamma[:, 1:] = at.value(TANGENT, q, dt=dt) @ v + at.value(SURFACE_VELOCITY, q, dt=dt)
@@ -246,7 +249,7 @@ def _damping(at: Place) -> str:
 
 def _jacobian(at: Place, K: np.ndarray, forces: Callable, words: tuple[str, str, str, str]) -> str:
     """K or C against the forces along a line of q or u."""
-    v, (name, letter, by, cure) = generic(at.system.n_u), words
+    v, (name, letter, by, cure) = generic_direction(at.system.n_u), words
     if at.wrong(lambda h: forces(h, v), -K @ v, np.abs(K) @ v) is None:
         return ""
     for j, e in enumerate(np.eye(at.system.n_u)):
@@ -263,7 +266,7 @@ def _jacobian(at: Place, K: np.ndarray, forces: Callable, words: tuple[str, str,
 
 def _potential(at: Place) -> str:
     """Only its sign: a force may have parts without a potential, but not be its gradient."""
-    h, v = at.value(FORCE, u=np.zeros_like(at.u)), generic(at.system.n_q)
+    h, v = at.value(FORCE, u=np.zeros_like(at.u)), generic_direction(at.system.n_q)
     work, size = np.array([h @ v]), np.array([np.abs(h) @ v])
 
     def energies(h: float) -> Iterator[Values]:

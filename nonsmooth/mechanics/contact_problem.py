@@ -39,11 +39,12 @@ from nonsmooth.mechanics.system import (
 )
 from nonsmooth.numerics.dense import bandwidth, cholesky, cholesky_solve, cholesky_solve_rows, lu, lu_solve
 
-# Facts about a model, beside one bit for each function it has.
+# code: facts about a model, beside one bit for each function it has.
 MASS_IS_CONSTANT, ROWS_ARE_CONSTANT, SURFACES_ARE_CONSTANT = 1 << 16, 1 << 17, 1 << 18
+# code: bits of the facts of a model
 DAMPING_BY_DIFFERENCES, STIFFNESS_BY_DIFFERENCES, NORMAL_FORCE_READS_U = 1 << 19, 1 << 20, 1 << 21
-ROWS_READ_T = 1 << 22
-SQRT_EPS = 1.5e-8  # relative increment of a forward difference
+ROWS_READ_T = 1 << 22  # code: bit of the facts of a model
+FORCE_INCREMENT = 1.5e-8  # derived: sqrt(eps), the relative increment of a forward difference of the forces
 
 
 class Problem(Block, r="max(1, n_c * (1 + d))"):
@@ -187,14 +188,14 @@ def implicit_step(sys, has, t, dt, theta, u, work):
         for i in range(n):
             work.trial[i] = work.du[i]
         cholesky_solve(n, work.band, work.factor, work.trial)
-        if not difference(sys, t, work.q_mid, u, True, work):
+        if not difference_forces(sys, t, work.q_mid, u, True, work):
             return Status.NOT_FINITE
     elif has & (1 << DAMPING) and not evaluate(sys, DAMPING, t, work.q_mid, u, work.C):
         return Status.NOT_FINITE
     if has & STIFFNESS_BY_DIFFERENCES:
         for i in range(n):
             work.trial[i] = dt * u[i]
-        if not difference(sys, t, work.q_mid, u, False, work):
+        if not difference_forces(sys, t, work.q_mid, u, False, work):
             return Status.NOT_FINITE
     elif has & (1 << STIFFNESS) and not evaluate(sys, STIFFNESS, t, work.q_mid, u, work.K):
         return Status.NOT_FINITE
@@ -211,7 +212,7 @@ def implicit_step(sys, has, t, dt, theta, u, work):
 
 
 @kernel
-def difference(sys, t, q, u, by_velocity, work):
+def difference_forces(sys, t, q, u, by_velocity, work):
     """C = -dh/du or K = -dh/dq by forward differences; ``work.trial`` holds the expected change of each variable."""
     n = sys.n
     x = u if by_velocity else q
@@ -219,7 +220,7 @@ def difference(sys, t, q, u, by_velocity, work):
     for j in range(n):
         x_j = x[j]
         size = abs(x_j) + abs(work.trial[j])
-        step = SQRT_EPS * size if size > 0.0 else SQRT_EPS
+        step = FORCE_INCREMENT * size if size > 0.0 else FORCE_INCREMENT
         x[j] = x_j + step
         step = x[j] - x_j
         finished = evaluate(sys, FORCE, t, q, u, work.rhs)

@@ -24,12 +24,12 @@ import numpy as np
 from nonsmooth.jit import identity
 from nonsmooth.jit.fingerprint import LooseSurvey
 from nonsmooth.jit.watch import Watch
-from nonsmooth.numerics.complex_step import complexified
+from nonsmooth.numerics.complex_step import COMPLEX_INCREMENT, complexified
 from nonsmooth.numerics.continuation import CannotContinue, continued
 
-H = 1e-30  # what stands for h: h^2 lies below the rounding of any quantity
-E = 2.0**-11
-WEIGHTS = (672.0 / 840.0, -168.0 / 840.0, 32.0 / 840.0, -3.0 / 840.0)  # of f_k - f_-k
+H = COMPLEX_INCREMENT  # derived: what stands for h
+E = 2.0**-11  # derived: e, above
+WEIGHTS = (672.0 / 840.0, -168.0 / 840.0, 32.0 / 840.0, -3.0 / 840.0)  # derived: of f_k - f_-k
 
 # What the functions below read under these names is put there by ``bound``.
 n_q, n_c = 1, 1

@@ -1,18 +1,17 @@
 """Modes of the contacts at a start, found inside a compiled loop.
 
-The same rules as ``initial_state.examine_state``, which words what is wrong with a start: a contact takes part where
-its gap is closed and it neither parts nor lands; it sticks where gamma_F = 0 within the scale of the velocities.
+The same as ``initial_state.examine_state``, which words what is wrong with a start.
 """
 
 from __future__ import annotations
 
 from nonsmooth.jit import kernel
 from nonsmooth.mechanics.contact_problem import evaluate_rows
-from nonsmooth.mechanics.initial_state import CONSISTENT
+from nonsmooth.mechanics.situation import Situation, find_situation, mode_of_situation, tolerances_of_state
 from nonsmooth.mechanics.sys import evaluate
-from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE, ContactMode
+from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, ContactMode
 
-RAISED, INADMISSIBLE, ADMISSIBLE = 0, 1, 2
+RAISED, INADMISSIBLE, ADMISSIBLE = 0, 1, 2  # code: what a state of the model is
 
 
 @kernel
@@ -37,25 +36,19 @@ def initial_modes(sys, t, state, work):
             for j in range(n):
                 gamma_F[i, 1] += work.W_F[i, 0, j] * u[j]
             surface = max(surface, abs(gamma_F[i, 1]))
+    near, slow, still = tolerances_of_state(length, speed, surface)
     verdict = ADMISSIBLE
     for i in range(n_c):
-        if sys.kinds[i, 0] != GIVEN_FORCE:
+        kind, d, gamma_N, slip = sys.kinds[i, 0], sys.kinds[i, 1], 0.0, 0.0
+        if kind != GIVEN_FORCE:
             gamma_N = work.w_N[i]
             for j in range(n):
                 gamma_N += work.W_N[i, j] * u[j]
-            is_bilateral = sys.kinds[i, 0] == BILATERAL
-            if is_bilateral:
-                if abs(work.g_N[i]) > CONSISTENT * length or abs(gamma_N) > CONSISTENT * max(speed, surface):
-                    verdict = INADMISSIBLE
-            elif work.g_N[i] < -CONSISTENT * length:
-                verdict = INADMISSIBLE
-            if not is_bilateral and (work.g_N[i] > CONSISTENT * length or abs(gamma_N) > CONSISTENT * speed):
-                continue
-        if sys.kinds[i, 1] == 0:
-            state.mode[i] = ContactMode.LOCKED.value
-        elif abs(gamma_F[i, 1]) <= CONSISTENT * max(speed, surface):
-            state.mode[i] = ContactMode.STICK.value
-        else:
-            state.mode[i] = ContactMode.SLIDE.value
-            state.slip[i] = 1 if gamma_F[i, 1] > 0.0 else -1
+        if d > 0:
+            slip = gamma_F[i, 1]
+        if find_situation(kind, work.g_N[i], gamma_N, slip, near, slow, still, False) >= Situation.PENETRATING.value:
+            verdict = INADMISSIBLE
+        state.mode[i] = mode_of_situation(find_situation(kind, work.g_N[i], gamma_N, slip, near, slow, still, True), d)
+        if state.mode[i] == ContactMode.SLIDE:
+            state.slip[i] = 1 if slip > 0.0 else -1
     return verdict

@@ -16,7 +16,16 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_vector
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.compiled import Model
+from nonsmooth.mechanics.situation import (
+    CONTRADICTIONS,
+    Situation,
+    find_situation,
+    largest_closed_gap,
+    mode_of_situation,
+    tolerances_of_state,
+)
 from nonsmooth.mechanics.system import (
     BILATERAL,
     GAP,
@@ -31,11 +40,13 @@ from nonsmooth.mechanics.system import (
     evaluate,
 )
 from nonsmooth.numerics.quadratic_program import minimise
+from nonsmooth.numerics.rounding import rounding_of_sum
 
-# A gap or a velocity is zero within this part of the state's own scale: about the square root of the rounding unit, so
-# that states typed with eight digits count as consistent.
-CONSISTENT = 1e-7
-PROJECTIONS = 20  # linearisations of the gap
+judge_contact, name_mode, tolerate = (
+    interpreted(rule) for rule in (find_situation, mode_of_situation, tolerances_of_state)
+)
+GAP_LEFT_ROUNDINGS = 90  # chosen: of the largest coordinate: what is left of a gap that was moved to zero
+PROJECTIONS = 20  # chosen: linearisations of the gap
 
 _sound: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose constant mass matrix has been checked
 
@@ -69,27 +80,17 @@ def examine_state(system: System, model: Model, has: int, t: float, q: np.ndarra
     if n_c == 0:
         return InitialState(mode, slip, "")
     g_N, gamma_N, gamma_F = (values.tolist() for values in contact_state(system, t, q, u))
-    length, speed, surface = _largest(q.tolist()), _largest(u.tolist()), _largest(gamma_F)
+    allowed = tolerate(_largest(q.tolist()), _largest(u.tolist()), _largest(gamma_F))
     wrong = []
     for i, (kind, d) in enumerate(system.kinds.tolist()):
-        if kind != GIVEN_FORCE:
-            if kind == BILATERAL and abs(g_N[i]) > CONSISTENT * max(length, 1e-300):
-                wrong.append(f"the bilateral contact {i} has the gap {g_N[i]:g} m, which must be 0")
-            elif g_N[i] < -CONSISTENT * length:
-                wrong.append(f"contact {i} penetrates by {-g_N[i]:g} m")
-            if kind == BILATERAL and abs(gamma_N[i]) > CONSISTENT * max(speed, surface):
-                wrong.append(f"the bilateral contact {i} has the normal velocity {gamma_N[i]:g} m/s, which must be 0")
-            is_closed = kind == BILATERAL or g_N[i] <= CONSISTENT * length
-            is_parting = kind != BILATERAL and gamma_N[i] > CONSISTENT * speed
-            is_landing = kind != BILATERAL and gamma_N[i] < -CONSISTENT * speed
-            if not is_closed or is_parting or is_landing:
-                continue
-        if d == 0:
-            mode[i] = ContactMode.LOCKED
-        elif abs(gamma_F[i]) <= CONSISTENT * max(speed, surface):
-            mode[i] = ContactMode.STICK
-        else:
-            mode[i] = ContactMode.SLIDE
+        at = (gamma_N[i], gamma_F[i], *allowed)
+        judged = (judge_contact(kind, g_N[i], *at, False), judge_contact(kind, 0.0, *at, False))
+        for contradiction in dict.fromkeys(situation for situation in judged if situation in CONTRADICTIONS):
+            wrong.append(
+                CONTRADICTIONS[Situation(contradiction)].format(i=i, g_N=g_N[i], depth=-g_N[i], gamma_N=gamma_N[i])
+            )
+        mode[i] = name_mode(judge_contact(kind, g_N[i], *at, True), d)
+        if mode[i] == ContactMode.SLIDE:
             slip[i] = 1 if gamma_F[i] > 0.0 else -1
     message = f"the initial state is not admissible: {'; '.join(wrong)}. project=True moves it." if wrong else ""
     return InitialState(mode, slip, message)
@@ -133,11 +134,11 @@ def project_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tup
     for _ in range(PROJECTIONS):
         rows, gaps, equality = _normal_rows(system, t, q, u, np.inf)
         violation = np.where(equality, np.abs(gaps), np.maximum(0.0, -gaps)).max(initial=0.0)
-        if violation <= 1e-14 * np.abs(q).max(initial=0.0):
+        if violation <= rounding_of_sum(GAP_LEFT_ROUNDINGS, np.abs(q).max(initial=0.0)):
             break
         q = q + _nearest(evaluate(system, MASS, t, q, u), rows, -gaps, equality)
-    rows, _, equality = _normal_rows(system, t, q, u, CONSISTENT * np.abs(q).max(initial=0.0))
-    rates = evaluate(system, GAP_RATE, t, q, u)[_selected(system, t, q, u, CONSISTENT * np.abs(q).max(initial=0.0))]
+    rows, _, equality = _normal_rows(system, t, q, u, largest_closed_gap(q))
+    rates = evaluate(system, GAP_RATE, t, q, u)[_selected(system, t, q, u, largest_closed_gap(q))]
     return q, u + _nearest(evaluate(system, MASS, t, q, u), rows, -(rows @ u + rates), equality)
 
 

@@ -52,7 +52,7 @@ def _inspect(system: System, t: float, q: np.ndarray, u: np.ndarray, model: Mode
         if model is not None:
             require_same_code(system, model, t, q, u)
     except InvalidInput:
-        look_again(system)
+        forget_looks(system)
         raise
     said = found_contradiction(system, t, q, u, is_instant)
     if said:
@@ -63,11 +63,11 @@ def found_contradiction(system: System, t: float, q: np.ndarray, u: np.ndarray, 
     """A sentence on functions that contradict one another, or nothing."""
     said = contradiction(system, t, q, u, is_instant)
     if said:
-        look_again(system)
+        forget_looks(system)
     return said
 
 
-def look_again(system: System) -> None:
+def forget_looks(system: System) -> None:
     """Begin anew with a class of systems of which one was refused: so is the next."""
     looks_of(system).clear()
 

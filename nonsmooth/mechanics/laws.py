@@ -27,11 +27,11 @@ from nonsmooth.checks.arrays import as_fraction, as_non_negative, as_number, as_
 from nonsmooth.errors import UnknownName, nearest
 from nonsmooth.jit import kernel
 
-CONSTANT, STATIC_KINETIC, POLYNOMIAL, STRIBECK, SMOOTHED = 0, 1, 2, 3, 4
+CONSTANT, STATIC_KINETIC, POLYNOMIAL, STRIBECK, SMOOTHED = 0, 1, 2, 3, 4  # code: laws of friction
 
-LAW_E_N, LAW_E_F, LAW_CODE, LAW_C = 0, 1, 2, 3  # columns of a contact's row of laws
-LAW_IMPACT = 8
-LAW_WIDTH = 9
+LAW_E_N, LAW_E_F, LAW_CODE, LAW_C = 0, 1, 2, 3  # code: columns of a contact's row of laws
+LAW_IMPACT = 8  # code: column of the law of impact
+LAW_WIDTH = 9  # derived: columns in all
 
 Coefficient = float | str
 

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_count, as_flag, as_fraction, as_instance, as_name
-from nonsmooth.checks.parameters import changed, numeric_fields, parameter_tuple
+from nonsmooth.checks.parameters import numeric_fields, parameter_tuple, with_changes
 from nonsmooth.errors import InvalidInput, said_by, shown
 from nonsmooth.jit.fingerprint import LooseSurvey
 from nonsmooth.jit.watch import MISSING, Watch
@@ -59,7 +59,7 @@ FUNCTION_NAMES = {
     "normal_force": NORMAL_FORCE,
 }
 
-UNILATERAL, BILATERAL, GIVEN_FORCE = 0, 1, 2  # kinds of contact
+UNILATERAL, BILATERAL, GIVEN_FORCE = 0, 1, 2  # code: kinds of contact
 
 
 class ContactMode(IntEnum):
@@ -353,7 +353,7 @@ class System:
         UnknownName
             For a name that is not a parameter.
         """
-        return replace(self, parameters=changed(self.parameters, changes))
+        return replace(self, parameters=with_changes(self.parameters, changes))
 
     def __repr__(self) -> str:
         name = f"{self.name!r}, " if self.name else ""
@@ -435,7 +435,7 @@ def with_values(model: Any, changes: dict[str, Any]) -> Any:
     """A model or system with some parameters changed."""
     if not changes:
         return model
-    return model.with_parameters(**changes) if isinstance(model, System) else changed(model, changes)
+    return model.with_parameters(**changes) if isinstance(model, System) else with_changes(model, changes)
 
 
 @functools.cache

@@ -17,14 +17,16 @@ import numpy as np
 from nonsmooth.errors import InvalidInput, said_by
 from nonsmooth.jit import cache_directory
 from nonsmooth.jit.fingerprint import calls_compiled
-from nonsmooth.mechanics.agreement import STEPS, generic
+from nonsmooth.mechanics.agreement import DIFFERENCE_STEPS, generic_direction
 from nonsmooth.mechanics.compiled import Model, call_once
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, TANGENT, System
 
-ROOM = 8  # numbers on either side of the array: an index out of range is mostly out by one, or by a row
-GUARD = -6.02214076e-133  # what stands there; no model function writes it by chance
-GUARDS = np.full(ROOM, GUARD).tobytes()
-SAME_CODE = 1e-6  # of the largest entry: sin and cos of two libraries differ by 1e-16, which may cancel to 1e-12
+# chosen: numbers on either side of the array: an index out of range is mostly out by one, or by a row
+GUARD_NUMBERS = 8
+GUARD = -6.02214076e-133  # code: what stands there; no model function writes it by chance
+GUARDS = np.full(GUARD_NUMBERS, GUARD).tobytes()
+# derived: of the largest entry: sin and cos of two libraries differ by 1e-16, which may cancel to 1e-12
+SAME_CODE = 1e-6
 
 # Systems whose functions have been called, with the machine code that they had then.
 _tried: weakref.WeakKeyDictionary[System, Model | None] = weakref.WeakKeyDictionary()
@@ -108,7 +110,7 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
     """
     if not model.is_compiled:
         return
-    q, u = q + STEPS[0] * generic(q.size), u + STEPS[0] * generic(u.size)
+    q, u = q + DIFFERENCE_STEPS[0] * generic_direction(q.size), u + DIFFERENCE_STEPS[0] * generic_direction(u.size)
     with np.errstate(all="ignore"):
         for which, function in system.functions.items():
             if calls_compiled(function):
@@ -133,15 +135,15 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
 def fault_of(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray) -> str:
     """What is wrong with one function at a state, the rest of a sentence that begins with its name; else empty."""
     shape, q_1, u_1 = system.shape(which), q.copy(), u.copy()
-    room = np.zeros(math.prod(shape) + 2 * ROOM)
-    room[:ROOM] = room[-ROOM:] = GUARD
-    out, again = room[ROOM:-ROOM].reshape(shape), np.zeros(shape)
+    room = np.zeros(math.prod(shape) + 2 * GUARD_NUMBERS)
+    room[:GUARD_NUMBERS] = room[-GUARD_NUMBERS:] = GUARD
+    out, again = room[GUARD_NUMBERS:-GUARD_NUMBERS].reshape(shape), np.zeros(shape)
     answer = system.call(which, t, q_1, u_1, out)
     first = out.tobytes()
     for name, given, kept in (("q", q, q_1), ("u", u, u_1)):
         if given.tobytes() != kept.tobytes():
             return f"writes into {name}, which it may only read; it writes its last argument alone"
-    if room[:ROOM].tobytes() != GUARDS or room[-ROOM:].tobytes() != GUARDS:
+    if room[:GUARD_NUMBERS].tobytes() != GUARDS or room[-GUARD_NUMBERS:].tobytes() != GUARDS:
         return f"writes beyond its array of shape {shape}; check its indices"
     system.call(which, t, q_1, u_1, again)
     if again.tobytes() != first:

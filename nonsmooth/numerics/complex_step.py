@@ -24,8 +24,10 @@ from nonsmooth.jit import Kernel
 from nonsmooth.jit.fingerprint import LooseSurvey
 from nonsmooth.jit.watch import Watch
 
-STEP = 1e-30  # h; h^2 lies below the rounding of any quantity, h itself far above the smallest number
-LARGEST = 1e15  # of a derivative; beyond it the function has a pole here, or leaves its domain (sqrt of -1 has Im = 1)
+# derived: h; h^2 lies below the rounding of any quantity, h itself far above the smallest number
+COMPLEX_INCREMENT = 1e-30
+# chosen: of a derivative; beyond it the function has a pole here, or leaves its domain (sqrt of -1 has Im = 1)
+LARGEST_DERIVATIVE = 1e15
 
 
 def jacobian(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -41,15 +43,15 @@ def jacobian(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> tup
         warnings.simplefilter("error", np.exceptions.ComplexWarning)  # an imaginary part that would be lost
         for j in range(x.size):
             z = x.astype(complex)
-            z[j] += 1j * STEP
+            z[j] += 1j * COMPLEX_INCREMENT
             try:
                 f = np.asarray(function(z))
             except (TypeError, AttributeError, np.exceptions.ComplexWarning) as error:
                 raise InvalidInput(f"the model's functions cannot be run with complex numbers: {error}") from None
-            columns.append(f.imag / STEP)
+            columns.append(f.imag / COMPLEX_INCREMENT)
             value = f.real
     derivative = np.stack(columns, axis=-1)
-    if not (np.isfinite(value).all() and (np.abs(derivative) <= LARGEST).all()):
+    if not (np.isfinite(value).all() and (np.abs(derivative) <= LARGEST_DERIVATIVE).all()):
         raise InvalidInput(f"the model's functions are not finite or not smooth at {np.array2string(x, precision=6)}")
     return value, derivative
 

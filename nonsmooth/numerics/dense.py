@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from nonsmooth.jit import kernel
 
-SINGULAR = 1e-13  # a pivot below this part of its matrix's largest entry counts as zero
+SINGULAR = 1e-13  # chosen: a pivot below this part of its matrix's largest entry counts as zero
 
 
 @kernel

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nonsmooth.contact.planar.enumerate import Tree, enumerate_modes, leaves
-from nonsmooth.contact.planar.forces import KEPT, MAX_CONTACTS, MAX_MODES
+from nonsmooth.contact.planar.forces import FORCES_KEPT, MAX_CONTACTS, MAX_MODES
 from nonsmooth.contact.planar.problem import Planar, problem_of
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.jit import interpreted
@@ -115,12 +115,12 @@ def solve_velocities(part: Problem, kinds: np.ndarray, gamma: np.ndarray) -> np.
     """Every impulse P (m, r) with gamma+ = G P + gamma within the laws; redundant contacts are decided if need be."""
     n, r = len(part.closed), len(part.c)
     problem = problem_of(kinds, part.G, gamma, part.mu, part.mu_static)
-    tree = new(Tree, n=n, r=r, kept=KEPT)
+    tree = new(Tree, n=n, r=r, kept=FORCES_KEPT)
     found, is_complete = enumerate_modes(problem.address, tree.address)
     if not is_complete:
-        planar = new(Planar, n=n, d=1, kept=KEPT)
+        planar = new(Planar, n=n, d=1, kept=FORCES_KEPT)
         found, tree = enumerate_redundant(problem.address, part.G, planar.address), planar.tree
-    return tree.solutions[: min(found, KEPT)]
+    return tree.solutions[: min(found, FORCES_KEPT)]
 
 
 def velocities(problem: Problem) -> np.ndarray:

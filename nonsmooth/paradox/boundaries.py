@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 FIELDS = ("p", "b", "gamma_F")
-HALVINGS = 60  # of an edge: to the last place
-DIFFERENCE = 1e-6  # of the plane's extent, for Newton's method
-NEWTON_STEPS = 12
-REACHED = 1e-11  # of the plane's extent: a crossing moves less than this
+EDGE_HALVINGS = 60  # derived: of an edge: to the last place
+PLANE_INCREMENT = 1e-6  # chosen: of the plane's extent, for Newton's method
+NEWTON_STEPS = 12  # chosen: of the search for a boundary, which bisection has bracketed
+REACHED = 1e-11  # chosen: of the plane's extent: a crossing moves less than this
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +136,7 @@ def refined(line: np.ndarray, x: np.ndarray, y: np.ndarray, field: Callable) -> 
         high[is_between, axis] = values[place + 1][is_between]
     f_low, f_high = field(low), field(high)
     is_bracket = f_low * f_high < 0
-    for _ in range(HALVINGS):
+    for _ in range(EDGE_HALVINGS):
         middle = 0.5 * (low + high)
         f_middle = field(middle)
         is_left = (f_low * f_middle <= 0)[:, None]
@@ -170,7 +170,7 @@ def line_crossings(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def newton(point: np.ndarray, extent: np.ndarray, fields: Callable) -> np.ndarray | None:
     """The common zero of two fields near a point, or None."""
-    steps = np.diag(DIFFERENCE * extent)
+    steps = np.diag(PLANE_INCREMENT * extent)
     for _ in range(NEWTON_STEPS):
         values = fields(np.vstack([point, point + steps, point - steps]))
         J = ((values[1:3] - values[3:5]) / (2 * np.diag(steps))[:, None]).T

@@ -22,7 +22,7 @@ from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.impact import impulse_map
 from nonsmooth.mechanics.laws import ImpactLaw
 
-DIRECTIONS = 721  # starts, x = tan(angle): a quarter of a degree apart
+DIRECTIONS = 721  # derived: starts, x = tan(angle): a quarter of a degree apart
 
 
 def bounce(x: float, law: ImpactLaw, e: float, mu: float, G: np.ndarray, a: float, b: float) -> tuple[float, float]:

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.checks.arrays import as_fraction, as_number, as_vector
-from nonsmooth.contact.planar.forces import KEPT, Outcome
+from nonsmooth.contact.planar.forces import FORCES_KEPT, Outcome
 from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK, sigma_of, slip_of
 from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.laws import LAW_E_N
@@ -336,7 +336,7 @@ def solutions_of(part: Problem, is_always: bool) -> tuple[list[tuple[np.ndarray,
 def all_solutions(problem: Problem, parts: list[Part]) -> tuple[ForceSolution, ...]:
     """The first products of a solution of each island; the motion without forces where no contact is closed."""
     products = itertools.product(*(part.solutions for part in reversed(parts)))
-    return tuple(force_solution(problem, chosen[::-1]) for chosen in itertools.islice(products, KEPT))
+    return tuple(force_solution(problem, chosen[::-1]) for chosen in itertools.islice(products, FORCES_KEPT))
 
 
 def force_solution(problem: Problem, chosen: tuple[PartSolution, ...]) -> ForceSolution:

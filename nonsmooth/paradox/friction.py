@@ -17,8 +17,8 @@ from nonsmooth.checks.arrays import as_index, as_name, as_number, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import MASS, NORMAL, TANGENT, System, as_system
 
-SCANNED = 400  # points of a range, between which the critical friction is taken to have one minimum at most
-ANGLE = 1e-12  # G_NF below this part of sqrt(G_NN G_FF) is rounding: no friction couples sliding to the gap
+SCANNED = 400  # chosen: points of a range, between which the critical friction is taken to have one minimum at most
+ANGLE = 1e-12  # chosen: G_NF below this part of sqrt(G_NN G_FF) is rounding: no friction couples sliding to the gap
 
 
 class LeastFriction(NamedTuple):

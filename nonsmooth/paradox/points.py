@@ -15,7 +15,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_number, as_vector, is_number, result_of
 from nonsmooth.checks.parameters import parameter_tuple
-from nonsmooth.contact.planar.forces import KEPT, Forces, Outcome
+from nonsmooth.contact.planar.forces import FORCES_KEPT, Forces, Outcome
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.jit import CannotCompile, interpreted, load_all
 from nonsmooth.jit.blocks import new
@@ -181,7 +181,7 @@ class Points:
         """One call; with redundant contacts decided if that is asked for."""
         system = self.system
         n_c = max(1, system.n_c)
-        room = kept if n_c == 1 else max(kept, KEPT)
+        room = kept if n_c == 1 else max(kept, FORCES_KEPT)
         forces = new(Forces, n=system.n_u, n_c=system.n_c, d=system.d, kept=room)
         forces.kinds[:], forces.laws[:] = system.kinds, system.laws
         if is_redundant:

@@ -16,9 +16,9 @@ from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 
-VARIABLE, PARAMETER = 0, 1  # what a name sets
-NO_SOLUTION, OPEN = -1, PULL_MINUS + 1  # codes of modes beside those of contact.planar.single
-NATURAL = 0  # the only function of a compiled natural state
+VARIABLE, PARAMETER = 0, 1  # code: what a name sets
+NO_SOLUTION, OPEN = -1, PULL_MINUS + 1  # code: codes of modes beside those of contact.planar.single
+NATURAL = 0  # code: the only function of a compiled natural state
 
 
 class Table(Block):

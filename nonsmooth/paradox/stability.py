@@ -21,8 +21,8 @@ from enum import IntEnum
 
 import numpy as np
 
-REDUNDANT = 1e-12  # singular values below this part of the largest count as zero
-ROUNDING = 1e-12  # an imaginary part below this part of |rho| counts as rounding of a real eigenvalue
+ZERO_SINGULAR_VALUE = 1e-12  # chosen: singular values below this part of the largest count as zero
+REAL_EIGENVALUE = 1e-12  # chosen: an imaginary part below this part of |rho| counts as rounding of a real eigenvalue
 
 
 class Stability(IntEnum):
@@ -71,7 +71,7 @@ def effective_matrix(G: np.ndarray, columns: np.ndarray, normal: np.ndarray, sti
     """P_aa (m, m) of m active contacts: their ``columns``, and the friction rows ``sticks`` (j,) held at rest."""
     if len(sticks) == 0:
         return columns[normal]
-    held = np.linalg.lstsq(G[np.ix_(sticks, sticks)], columns[sticks], rcond=REDUNDANT)[0]
+    held = np.linalg.lstsq(G[np.ix_(sticks, sticks)], columns[sticks], rcond=ZERO_SINGULAR_VALUE)[0]
     return columns[normal] - G[np.ix_(normal, sticks)] @ held
 
 
@@ -79,7 +79,7 @@ def is_regular(G: np.ndarray, columns: np.ndarray, normal: np.ndarray, sticks: n
     """Whether the equations of the modes, gamma' = 0 in the closed rows, determine the forces."""
     rows = np.concatenate([normal, sticks])
     equations = np.column_stack([columns, G[:, sticks]])[rows]
-    return len(rows) == 0 or int(np.linalg.matrix_rank(equations, rtol=REDUNDANT)) == len(rows)
+    return len(rows) == 0 or int(np.linalg.matrix_rank(equations, rtol=ZERO_SINGULAR_VALUE)) == len(rows)
 
 
 def stability_of(P: np.ndarray) -> StabilityTag:
@@ -87,8 +87,8 @@ def stability_of(P: np.ndarray) -> StabilityTag:
     if len(P) == 0:
         return StabilityTag(Stability.STABLE, 0.0, np.zeros(0, complex))
     rho = np.linalg.eigvals(P).astype(complex)
-    x, y = rho.real, np.where(np.abs(rho.imag) > ROUNDING * np.abs(rho), rho.imag, 0.0)
-    if not (x > ROUNDING * np.abs(rho)).all():
+    x, y = rho.real, np.where(np.abs(rho.imag) > REAL_EIGENVALUE * np.abs(rho), rho.imag, 0.0)
+    if not (x > REAL_EIGENVALUE * np.abs(rho)).all():
         return StabilityTag(Stability.SADDLE, np.inf, rho)
     damping = float((y**2 / (x * np.abs(rho) ** 2)).max())
     return StabilityTag(Stability.FLUTTER if damping > 0 else Stability.STABLE, damping, rho)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nonsmooth.contact.planar.enumerate import enumerate_modes
-from nonsmooth.contact.planar.forces import Forces, Outcome, Situation, forces_at_state
+from nonsmooth.contact.planar.forces import Forces, Outcome, forces_at_state
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import interpreted, load_all
@@ -19,18 +19,17 @@ from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.inspection import inspect_instant
+from nonsmooth.mechanics.situation import CONTRADICTIONS, Situation
 from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import FORCE, GIVEN_FORCE, MASS, System
+from nonsmooth.numerics.rounding import rounding_of_sum
 
-ROUNDING = 1e-13  # of the terms of a sum: a smaller sum is zero
+STATE_ROUNDINGS = 900  # chosen: of the terms of a sum: a smaller sum is zero
 _memory = threading.local()
 ENTRY_POINTS = (enumerate_modes, forces_at_state)  # what a search may reach, but for redundant contacts
-WHY = {
+WHY = CONTRADICTIONS | {
     Situation.LANDING: "contact {i} approaches with gamma_N = {gamma_N:g} m/s: an impact comes first; classify the "
     "state after it",
-    Situation.PENETRATING: "contact {i} penetrates by {depth:g} m",
-    Situation.VIOLATED: "the bilateral contact {i} has the gap {g_N:g} m, which must be 0",
-    Situation.MOVING_APART: "the bilateral contact {i} has the normal velocity {gamma_N:g} m/s, which must be 0",
 }
 
 
@@ -110,7 +109,7 @@ class Problem:
         """free + G rows, what cancels to rounding set to exactly zero."""
         change = self.G @ rows
         size = np.abs(free) + np.abs(self.G) @ np.abs(rows)
-        return np.where(np.abs(free + change) <= ROUNDING * size, 0.0, free + change)
+        return np.where(np.abs(free + change) <= rounding_of_sum(STATE_ROUNDINGS, size), 0.0, free + change)
 
     def spread(self, rows: np.ndarray, absent: float) -> tuple[np.ndarray, np.ndarray]:
         """Values of the rows (r,) as normal and tangential parts (n_c,) each; ``absent`` where there is no row."""

@@ -32,7 +32,7 @@ FLAGS = {
     "CONTACT_FLUTTER": "a solution flutters unless the contact is damped enough",
     "JAMMED": "jammed: neither forces nor an impact solve it",
 }
-SHOWN = 16  # solutions printed
+SOLUTIONS_SHOWN = 16  # chosen: solutions printed
 
 
 def as_text(c: Classification) -> str:
@@ -46,12 +46,12 @@ def as_text(c: Classification) -> str:
     lines += [f"  ! {FLAGS[flag.name]}" for flag in type(c.flags) if flag & c.flags and flag.name]
     if c.solutions:
         lines += ["", "solutions (forces in N, accelerations in m/s^2)"]
-        lines += _table([_solution_row(j, s) for j, s in enumerate(c.solutions[:SHOWN])], SOLUTION_HEAD)
-        if c.n_solutions > SHOWN:
-            lines.append(f"  ... and {c.n_solutions - SHOWN} more")
+        lines += _table([_solution_row(j, s) for j, s in enumerate(c.solutions[:SOLUTIONS_SHOWN])], SOLUTION_HEAD)
+        if c.n_solutions > SOLUTIONS_SHOWN:
+            lines.append(f"  ... and {c.n_solutions - SOLUTIONS_SHOWN} more")
     if c.impacts:
         lines += ["", "impact without collision (impulses in N s, velocities after it in m/s)"]
-        lines += _table(_impact_rows(c.impacts[:SHOWN]), IMPACT_HEAD)
+        lines += _table(_impact_rows(c.impacts[:SOLUTIONS_SHOWN]), IMPACT_HEAD)
     return "\n".join(lines)
 
 

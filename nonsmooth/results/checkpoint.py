@@ -35,7 +35,7 @@ from nonsmooth.results.npz import fill_npz, read_npz
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.solution import MAX_EVENTS, Solution, Stats, ledger_of, works_by_name
 
-SCHEMA, KIND = 1, "checkpoint"
+CHECKPOINT_SCHEMA, KIND = 1, "checkpoint"  # code: of the form of the file
 RECORDS, EVENTS, STATE, PART = "records.npy", "events.npy", "state.npz", "state.npz.part"
 EVENT_NAMES = (
     "t", "kind", "contact", "mode_before", "slip_before", "mode_after", "slip_after", "P_N", "P_F", "gamma_N",
@@ -172,7 +172,7 @@ class Checkpoint:
     def keep(self, arrays: dict[str, Any], about: dict[str, Any], status: Status, message: str, stats: Stats) -> None:
         """Put the rows on the disk, and then the state that belongs to them."""
         text = {
-            "checkpoint": "nonsmooth", "schema": SCHEMA, "facts": self.facts, "shape": self.shape,
+            "checkpoint": "nonsmooth", "schema": CHECKPOINT_SCHEMA, "facts": self.facts, "shape": self.shape,
             "records": self.n_records, "shown": self.shown, "events": self.n_events, "status": int(status),
             "message": message, "stats": asdict(stats), "about": about,
         }  # fmt: skip
@@ -253,8 +253,10 @@ def read_state(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         found = read_npz(path / STATE)
         about = found.about()
         schema = about["schema"] if about["checkpoint"] == "nonsmooth" else None
-        if schema != SCHEMA:
-            raise InvalidInput(f"the checkpoint {str(path)!r} has schema {schema}; this version reads {SCHEMA}")
+        if schema != CHECKPOINT_SCHEMA:
+            raise InvalidInput(
+                f"the checkpoint {str(path)!r} has schema {schema}; this version reads {CHECKPOINT_SCHEMA}"
+            )
         require_kind(found.kind, KIND)
     return about, found.arrays
 

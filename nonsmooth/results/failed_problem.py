@@ -35,7 +35,7 @@ from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
 from nonsmooth.views import view
 
-SCHEMA, KIND = 1, "problem"
+PROBLEM_SCHEMA, KIND = 1, "problem"  # code: of the form of the file
 WHAT = "contact problem of a step"
 ENDINGS = (".npz", *FCLIB_ENDINGS)
 ARRAYS: dict[str, Rule] = {
@@ -135,7 +135,13 @@ class FailedProblem:
         path = as_place("path", path, ENDINGS)
         if path.suffix in FCLIB_ENDINGS:
             return view(self, "exchange")(self, path)
-        about = {"schema": SCHEMA, "kind": WHAT, "dt": self.dt, "selection": self.selection, "about": self.about}
+        about = {
+            "schema": PROBLEM_SCHEMA,
+            "kind": WHAT,
+            "dt": self.dt,
+            "selection": self.selection,
+            "about": self.about,
+        }
         arrays = {name: getattr(self, name) for name in ARRAYS}
         write_npz(path, KIND, {"about": np.array(json.dumps(about)), **arrays}, is_compressed=False)
         return path
@@ -157,8 +163,8 @@ class FailedProblem:
     def of_archive(cls, found: Archive) -> FailedProblem:
         """From what a file holds."""
         about = found.about()
-        if about["schema"] != SCHEMA:
-            raise InvalidInput(f"the contact problem has schema {about['schema']}; this version reads {SCHEMA}")
+        if about["schema"] != PROBLEM_SCHEMA:
+            raise InvalidInput(f"the contact problem has schema {about['schema']}; this version reads {PROBLEM_SCHEMA}")
         require_kind(found.kind, KIND)
         arrays = {name: np.ascontiguousarray(found.arrays[name]) for name in ARRAYS}
         problem = cls(**arrays, dt=float(about["dt"]), selection=int(about["selection"]), about=str(about["about"]))

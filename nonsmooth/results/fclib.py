@@ -24,10 +24,10 @@ from nonsmooth.checks.arrays import as_array, as_instance, as_name, as_vector
 from nonsmooth.checks.files import as_path, as_place
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.results.fclib_group import FORMATS, GLOBAL, LOCAL, NAMES, Datasets, Group, checked
-from nonsmooth.results.foreign_hdf5 import ROOT, collect, is_hdf5, read_foreign
+from nonsmooth.results.fclib_group import FORMATS, GLOBAL, LOCAL, NAMES, Datasets, Group, read_checked
+from nonsmooth.results.foreign_hdf5 import ROOT, is_hdf5, read_datasets, read_foreign
 from nonsmooth.results.forms import REAL
-from nonsmooth.results.hdf5 import put, require_h5py, seal_of, write_hdf5
+from nonsmooth.results.hdf5 import put_array, require_h5py, seal_of, write_hdf5
 
 FCLIB_ENDINGS = (".hdf5", ".h5")
 KIND = "fclib"
@@ -220,7 +220,7 @@ def _datasets(path: Path) -> Datasets:
     if not seal_of(path):
         return read_foreign(path, NAMES)
     with require_h5py().File(path, "r") as file:
-        return collect(file, NAMES, None)
+        return read_datasets(file, NAMES, None)
 
 
 def _problem(data: Datasets, file_name: str) -> ContactProblem | GlobalContactProblem:
@@ -272,7 +272,7 @@ def _read_solution(data: Datasets, G: Any, c: np.ndarray, mu: np.ndarray, dim: i
 
     if "solution/r" not in data:
         return None, "no stored solution"
-    P = checked(data, "solution/r", (REAL, ("n",)))
+    P = read_checked(data, "solution/r", (REAL, ("n",)))
     if P.shape != c.shape or not np.isfinite(P).all():
         return None, f"the stored solution has {P.size} entries instead of {c.size}, or not finite ones: left out"
     error = check_problem(G, c, mu, dim).error(P)
@@ -324,17 +324,17 @@ def _fill(file: Any, problem: ContactProblem | GlobalContactProblem, matrix_form
         group = file.create_group("fclib_global")
         matrices = {"M": problem.M, "H": problem.H, "G": problem.G}
         vectors = {"f": problem.f, "w": problem.w, "mu": problem.mu, "b": problem.b}
-    put(group, "spacedim", np.array([problem.dim], dtype=np.int32))
+    put_array(group, "spacedim", np.array([problem.dim], dtype=np.int32))
     for name, matrix in matrices.items():
         if matrix is not None:
             _write_matrix(group.create_group(name), matrix, matrix_format)
     for name, vector in vectors.items():
         if vector is not None:
-            put(group, f"vectors/{name}", np.asarray(vector, dtype=float))
+            put_array(group, f"vectors/{name}", np.asarray(vector, dtype=float))
     if problem.P is not None:
         local = problem.local()
-        put(file, "solution/r", np.asarray(problem.P, dtype=float))
-        put(file, "solution/u", local.G @ problem.P + local.c)
+        put_array(file, "solution/r", np.asarray(problem.P, dtype=float))
+        put_array(file, "solution/u", local.G @ problem.P + local.c)
 
 
 def _write_matrix(group: Any, matrix: Any, matrix_format: str) -> None:
@@ -347,6 +347,6 @@ def _write_matrix(group: Any, matrix: Any, matrix_format: str) -> None:
         compressed = (csr_array if matrix_format == "csr" else csc_array)(matrix)
         p, i, x, nz = compressed.indptr, compressed.indices, compressed.data, FORMATS[matrix_format]
     for key, value in {"nzmax": len(x), "m": matrix.shape[0], "n": matrix.shape[1], "nz": nz}.items():
-        put(group, key, np.array([value], dtype=np.int32))
+        put_array(group, key, np.array([value], dtype=np.int32))
     for key, value in {"p": p.astype(np.int32), "i": i.astype(np.int32), "x": x.astype(float)}.items():
-        put(group, key, value)
+        put_array(group, key, value)

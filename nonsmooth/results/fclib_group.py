@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.memory import ROOM
+from nonsmooth.checks.memory import LEAST_CLAIM
 from nonsmooth.errors import InvalidInput
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
 from nonsmooth.results.sparse_rows import compressed_rows, require_within
@@ -27,12 +27,13 @@ NAMES = [
     *(f"{group}/{name}/{part}" for group, names in MATRICES.items() for name in names for part in MATRIX),
     *(f"{group}/vectors/{name}" for group, names in VECTORS.items() for name in names),
 ]  # fmt: skip
-LARGEST = ROOM // 8  # unknowns that no vector of the file counts: multipliers of bilateral constraints
+# derived: unknowns that no vector of the file counts: multipliers of bilateral constraints
+MOST_MULTIPLIERS = LEAST_CLAIM // 8
 
 Datasets = dict[str, np.ndarray]
 
 
-def checked(data: Datasets, name: str, rule: Rule) -> np.ndarray:
+def read_checked(data: Datasets, name: str, rule: Rule) -> np.ndarray:
     """A dataset with the dtype and the shape of a rule; KeyError where it is not there."""
     array = data[name]
     require_forms({name: Form(array.dtype.str, array.shape)}, {name: rule})
@@ -56,12 +57,12 @@ class Group:
 
     def vector(self, name: str) -> np.ndarray:
         """A vector of any length."""
-        return checked(self.data, f"{self.name}/vectors/{name}", (REAL, ("n",)))
+        return read_checked(self.data, f"{self.name}/vectors/{name}", (REAL, ("n",)))
 
     def count(self, name: str) -> int:
         """A whole number, alone or as a vector of one."""
         ndim = self.data[f"{self.name}/{name}"].ndim
-        return int(checked(self.data, f"{self.name}/{name}", (WHOLE, (1,) * ndim)).reshape(-1)[0])
+        return int(read_checked(self.data, f"{self.name}/{name}", (WHOLE, (1,) * ndim)).reshape(-1)[0])
 
     def matrix(self, name: str, shape: tuple[int | None, int | None]) -> Any:
         """A sparse matrix of this shape; None: of any size."""
@@ -69,7 +70,7 @@ class Group:
 
         m, n = self._shape(name, shape)
         nz = self.count(f"{name}/nz")
-        p, i, x = (checked(self.data, f"{self.name}/{name}/{part}", (dtypes, (part,)))
+        p, i, x = (read_checked(self.data, f"{self.name}/{name}/{part}", (dtypes, (part,)))
                    for part, dtypes in (("p", WHOLE), ("i", WHOLE), ("x", REAL)))  # fmt: skip
         if nz == FORMATS["csc"]:
             return csr_array(compressed_rows(x, i, p, (n, m)).T)
@@ -83,7 +84,9 @@ class Group:
 
     def _shape(self, name: str, wanted: tuple[int | None, int | None]) -> tuple[int, int]:
         m, n = self.count(f"{name}/m"), self.count(f"{name}/n")
-        if not all(0 <= size <= LARGEST and rule in (None, size) for rule, size in zip(wanted, (m, n), strict=True)):
+        if not all(
+            0 <= size <= MOST_MULTIPLIERS and rule in (None, size) for rule, size in zip(wanted, (m, n), strict=True)
+        ):
             shown = ", ".join("any" if size is None else str(size) for size in wanted)
             raise InvalidInput(f"{name} must be a matrix of shape ({shown}); the file says ({m}, {n})")
         return m, n

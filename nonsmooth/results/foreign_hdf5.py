@@ -22,17 +22,17 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.files import open_to_read
-from nonsmooth.checks.memory import INFLATION, ROOM, require_room
+from nonsmooth.checks.memory import INFLATION, LEAST_CLAIM, require_room
 from nonsmooth.results.hdf5 import require_h5py
 from nonsmooth.results.npz import read_arrays
 
 ROOT = "/"  # under this name: what the file holds at its top
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-ANSWER, REFUSAL = 0, 3  # exit codes
-START_TIME = 20.0  # s: a Python with h5py starts in 0.2 s, on a busy machine in some seconds
-RATE = 5e6  # bytes/s of a file, a tenth of what inflating takes
-PROCESS = 2**30  # bytes of address space: a Python with h5py takes a tenth of it
-SHOWN = 5  # names in a message
+ANSWER, REFUSAL = 0, 3  # code: exit codes
+READER_START_TIME = 20.0  # chosen: s: a Python with h5py starts in 0.2 s, on a busy machine in some seconds
+RATE = 5e6  # measured: bytes/s of a file, a tenth of what inflating takes
+PROCESS = 2**30  # chosen: bytes of address space: a Python with h5py takes a tenth of it
+NAMES_SHOWN = 5  # chosen: names in a message
 
 
 def read_foreign(path: Path, names: Sequence[str]) -> dict[str, np.ndarray]:
@@ -49,7 +49,11 @@ def read_foreign(path: Path, names: Sequence[str]) -> dict[str, np.ndarray]:
     command = [sys.executable, "-P", "-m", __name__, str(path.absolute()), *names]
     try:
         ended = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, timeout=START_TIME + size / RATE, env=_environment()
+            command,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=READER_START_TIME + size / RATE,
+            env=_environment(),
         )
     except subprocess.TimeoutExpired as error:
         raise ValueError(f"the HDF5 library was still at work on it after {error.timeout:.0f} s") from None
@@ -92,11 +96,11 @@ def main(path: str, *names: str) -> int:
     """Read in this process, and write the archive to the standard output."""
     h5py = require_h5py()
     size = os.path.getsize(path)
-    _bound_memory(PROCESS + 3 * max(ROOM, INFLATION * size))
+    _bound_memory(PROCESS + 3 * max(LEAST_CLAIM, INFLATION * size))
     archive = io.BytesIO()
     try:
         with h5py.File(path, "r") as file:
-            arrays: dict[str, Any] = collect(file, names, size)
+            arrays: dict[str, Any] = read_datasets(file, names, size)
             np.savez(archive, **arrays)
     except Exception as error:  # whatever a damaged file makes the library say
         print(" ".join(str(error).split()), file=sys.stderr)
@@ -105,13 +109,13 @@ def main(path: str, *names: str) -> int:
     return ANSWER
 
 
-def collect(file: Any, names: Sequence[str], size: int | None) -> dict[str, np.ndarray]:
+def read_datasets(file: Any, names: Sequence[str], size: int | None) -> dict[str, np.ndarray]:
     """The datasets of an open file; ``size`` is that of a file of others, None of one whose seal was verified."""
     datasets = {name: file[name] for name in names if _is_there(file, name)}
     for name, dataset in datasets.items():
         _require_dataset(name, dataset)
     require_room(sum(dataset.nbytes for dataset in datasets.values()), size)
-    top = np.array(sorted(file)[:SHOWN], dtype=str)
+    top = np.array(sorted(file)[:NAMES_SHOWN], dtype=str)
     return {ROOT: top, **{name: _array(dataset) for name, dataset in datasets.items()}}
 
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from nonsmooth.checks.files import open_to_read
 
-ALIGNMENT = 64  # bytes: the rows begin at a multiple of it
-COUNT = 28  # bytes of "(m,), }" and its blanks: a count of up to 20 digits fits
+ALIGNMENT = 64  # defined: bytes: the rows begin at a multiple of it
+SHAPE_BYTES = 28  # derived: bytes of "(m,), }" and its blanks: a count of up to 20 digits fits
 
 
 class GrowingArray:
@@ -35,7 +35,7 @@ class GrowingArray:
     def __init__(self, path: Path, dtype: np.dtype) -> None:
         self.dtype = dtype
         header = _header(dtype)
-        self._rows_at, self._count_at = len(header), len(header) - 1 - COUNT
+        self._rows_at, self._count_at = len(header), len(header) - 1 - SHAPE_BYTES
         self._file = open(path, "r+b" if path.exists() else "x+b", buffering=0)
         try:
             if os.fstat(self._file.fileno()).st_size < len(header):
@@ -80,8 +80,8 @@ def map_rows(path: Path, dtype: np.dtype) -> np.ndarray:
     header = _header(dtype)
     with open_to_read(path) as file:
         start, size = file.read(len(header)), os.fstat(file.fileno()).st_size
-    count = re.fullmatch(rb"\((\d{1,20}),\), \} *", start[-1 - COUNT : -1])
-    if count is None or start != header[: -1 - COUNT] + start[-1 - COUNT : -1] + b"\n":
+    count = re.fullmatch(rb"\((\d{1,20}),\), \} *", start[-1 - SHAPE_BYTES : -1])
+    if count is None or start != header[: -1 - SHAPE_BYTES] + start[-1 - SHAPE_BYTES : -1] + b"\n":
         raise ValueError("its header is not that of its rows")
     rows = int(count[1])
     if len(header) + rows * dtype.itemsize > size:
@@ -100,10 +100,10 @@ def _header(dtype: np.dtype) -> bytes:
     """The bytes before the first row, of an array without rows."""
     text = f"{{'descr': {np.lib.format.dtype_to_descr(dtype)!r}, 'fortran_order': False, 'shape': ".encode()
     prefix = len(np.lib.format.magic(1, 0)) + 2
-    blanks = -(prefix + len(text) + COUNT + 1) % ALIGNMENT
+    blanks = -(prefix + len(text) + SHAPE_BYTES + 1) % ALIGNMENT
     text += b" " * blanks + _count(0) + b"\n"
     return bytes(np.lib.format.magic(1, 0)) + len(text).to_bytes(2, "little") + text
 
 
 def _count(rows: int) -> bytes:
-    return f"({rows},), }}".encode().ljust(COUNT)
+    return f"({rows},), }}".encode().ljust(SHAPE_BYTES)

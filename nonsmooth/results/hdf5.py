@@ -24,8 +24,8 @@ from nonsmooth.results.forms import Form
 from nonsmooth.results.npz import Check
 from nonsmooth.results.seal import seal, sealed_kind
 
-CHUNK = 2**20  # bytes of a chunk, which has one checksum: as much as the library keeps of a dataset
-FLETCHER32 = 4  # bytes of the checksum behind a chunk
+CHUNK_BYTES = 2**20  # chosen: bytes of a chunk, which has one checksum: as much as the library keeps of a dataset
+FLETCHER32 = 4  # defined: bytes of the checksum behind a chunk
 
 
 def require_h5py() -> Any:
@@ -52,12 +52,12 @@ def write_hdf5(path: Path, kind: str, fill: Callable[[Any], None]) -> None:
         part.write_bytes(memory.getbuffer())
 
 
-def put(group: Any, name: str, array: np.ndarray) -> None:
+def put_array(group: Any, name: str, array: np.ndarray) -> None:
     """Store an array in chunks with a checksum each; without entries there is nothing to sum."""
     if array.size == 0 or array.ndim == 0:
         group[name] = array
         return
-    rows = max(1, CHUNK * len(array) // array.nbytes)
+    rows = max(1, CHUNK_BYTES * len(array) // array.nbytes)
     group.create_dataset(name, data=array, chunks=(min(rows, len(array)), *array.shape[1:]), fletcher32=True)
 
 
@@ -93,7 +93,7 @@ def _datasets(group: Any, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def take(dataset: Any) -> np.ndarray:
-    """The array of a dataset that ``put`` stored; the bytes of its chunks, without computing their checksums again."""
+    """The array of a dataset that ``put_array`` stored; the bytes of its chunks, their checksums not computed again."""
     if not dataset.fletcher32 or dataset.compression is not None:
         return dataset[()]
     array = np.empty(dataset.shape, dataset.dtype)

@@ -20,8 +20,9 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_floats
 from nonsmooth.errors import InvalidInput, shown
 
-DEGREE = 2  # of the velocities between the records of a time stepping
-ROUNDING = 4  # units in the last place of the later end: a time that a sum or a product made is not outside for that
+RECORDS_DEGREE = 2  # chosen: of the velocities between the records of a time stepping
+# chosen: units in the last place of the later end: a time that a sum or a product made is not outside for that
+TIME_ROUNDINGS = 4
 Side = Literal["left", "right"]
 
 
@@ -65,7 +66,7 @@ class Motion:
             raise InvalidInput(f"side must be 'left' or 'right'; got {shown(side)}")
         times = as_floats("t", t)
         moments = times.reshape(-1)
-        slack = ROUNDING * np.spacing(max(abs(self.start[0]), abs(self.end[0])))
+        slack = TIME_ROUNDINGS * np.spacing(max(abs(self.start[0]), abs(self.end[0])))
         outside = ~((moments >= self.start[0] - slack) & (moments <= self.end[0] + slack))
         moments = np.where(outside, moments, np.clip(moments, self.start[0], self.end[0]))
         if times.ndim > 1 or outside.any():
@@ -92,7 +93,7 @@ class Motion:
 
     def after(self, earlier: Motion) -> Motion:
         """This motion behind an earlier one."""
-        return join([earlier.steps, self.steps], earlier.start, self.end)
+        return join_motions([earlier.steps, self.steps], earlier.start, self.end)
 
     def last_step(self) -> Motion:
         """The last step alone."""
@@ -105,7 +106,7 @@ class Motion:
         return self.t, self.h, self.q, self.u, self.B
 
 
-def join(blocks: Sequence[tuple[np.ndarray, ...]], start: tuple, end: tuple) -> Motion:
+def join_motions(blocks: Sequence[tuple[np.ndarray, ...]], start: tuple, end: tuple) -> Motion:
     """The motion of one block of steps (t, h, q, u, B) after the other, to the largest of their degrees."""
     t, h, q, u, polynomials = zip(*blocks, strict=True)
     degree = max(B.shape[1] for B in polynomials)
@@ -147,6 +148,6 @@ def between_records(
     h = np.diff(node_t)
     change = end_u[1:] - begin_u[:-1]
     mean = np.diff(node_q, axis=0) / h[:, None] - begin_u[:-1]
-    B = np.zeros((len(h), DEGREE, n))
+    B = np.zeros((len(h), RECORDS_DEGREE, n))
     B[:, 0], B[:, 1] = 6.0 * mean - 2.0 * change, 3.0 * change - 6.0 * mean
     return Motion(node_t[:-1], h, node_q[:-1], begin_u[:-1], B, (t[0], q[0], u[0]), (t[-1], q[-1], u[-1]))

@@ -28,8 +28,8 @@ HEADER = re.compile(
     rb"\{'descr': *'([<>=|][a-zA-Z]\d{0,9})', *'fortran_order': *(True|False), *"
     rb"'shape': *\(((?:\d{1,19})?(?:, *\d{1,19})*),?\),? *\} *\n?"
 )
-LONGEST_HEADER = 10_000  # bytes; NumPy reads no longer one either
-PIECE = 2**20  # bytes that are inflated at a time
+LONGEST_HEADER = 10_000  # defined: bytes; NumPy reads no longer one either
+INFLATED_BYTES = 2**20  # chosen: bytes that are inflated at a time
 PLAIN = "biufU"  # kinds of dtype: flags, whole and real numbers, texts
 
 Check = Callable[[Mapping[str, Form]], object]
@@ -139,7 +139,7 @@ def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo, member: Member) -> n
     room, filled = array.view(np.uint8), 0
     with archive.open(info) as stream:
         stream.read(member.start)
-        while piece := stream.read(PIECE):  # to the end: there the checksum of the member is verified
+        while piece := stream.read(INFLATED_BYTES):  # to the end: there the checksum of the member is verified
             room[filled : filled + len(piece)] = np.frombuffer(piece, np.uint8)
             filled += len(piece)
     if filled != member.form.size:

@@ -17,10 +17,10 @@ import zlib
 from collections.abc import Iterator
 from typing import BinaryIO
 
-VERSION = 1
+VERSION = 1  # code: of the form of a seal
 SEAL = re.compile(rb"\nnonsmooth ([a-z]+) seal (\d{1,4}) crc32 ([0-9a-f]{8})\n\Z")
-LONGEST = 80  # bytes of a seal
-PIECE = 2**18  # bytes that are read at a time: what the processor's cache holds
+LONGEST_SEAL = 80  # chosen: bytes of a seal
+READ_BYTES = 2**18  # chosen: bytes that are read at a time: what the processor's cache holds
 ZIP = b"PK\x03\x04"
 
 
@@ -41,8 +41,8 @@ def sealed_kind(file: BinaryIO) -> str:
         When the content is not the one that was sealed.
     """
     end = file.seek(0, os.SEEK_END)
-    file.seek(max(0, end - LONGEST))
-    found = SEAL.search(file.read(LONGEST))
+    file.seek(max(0, end - LONGEST_SEAL))
+    found = SEAL.search(file.read(LONGEST_SEAL))
     if found is None:
         file.seek(0)
         return ""
@@ -73,9 +73,9 @@ def crc_of(file: BinaryIO, size: int, words: bytes) -> int:
 
 def pieces(file: BinaryIO, start: int, end: int) -> Iterator[memoryview]:
     """The bytes of a file from one place to another, a piece at a time; fewer where the file is shorter."""
-    buffer = memoryview(bytearray(PIECE))
+    buffer = memoryview(bytearray(READ_BYTES))
     file.seek(start)
-    while start < end and (count := file.readinto(buffer[: min(PIECE, end - start)])):  # type: ignore[attr-defined]
+    while start < end and (count := file.readinto(buffer[: min(READ_BYTES, end - start)])):  # type: ignore[attr-defined]
         yield buffer[:count]
         start += count
 

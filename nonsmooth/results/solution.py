@@ -28,11 +28,11 @@ class EventKind(IntEnum):
     INDETERMINATE = records.INDETERMINATE
 
 
-WHOLE_COLUMNS = (  # of an event; its impulses and velocities are no whole numbers, and may be infinite
+WHOLE_COLUMNS = (  # code: of an event; its impulses and velocities are no whole numbers, and may be infinite
     records.EVENT_KIND, records.EVENT_CONTACT, records.EVENT_MODE_0, records.EVENT_SLIP_0, records.EVENT_MODE_1,
     records.EVENT_SLIP_1, records.EVENT_SOLUTIONS, records.EVENT_FOUND,
 )  # fmt: skip
-MAX_EVENTS = 200_000  # kept in a solution; the rest are counted
+MAX_EVENTS = 200_000  # chosen: kept in a solution; the rest are counted
 CANDIDATE_NAMES = ("free", "stick", "slide +", "slide -", "slide + (P_N < 0)", "slide - (P_N < 0)")
 
 

@@ -20,12 +20,12 @@ from nonsmooth.checks.files import as_path, as_place, refusals
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.records import EVENT_WIDTH
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
-from nonsmooth.results.hdf5 import put, read_sealed, seal_of, write_hdf5
+from nonsmooth.results.hdf5 import put_array, read_sealed, seal_of, write_hdf5
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.solution import Solution, Stats
 
-SCHEMA, KIND = 1, "solution"
+SOLUTION_SCHEMA, KIND = 1, "solution"  # code: of the form of the file
 HDF5 = (".h5", ".hdf5")
 ENDINGS = (".npz", *HDF5)
 PER_RECORD: dict[str, Rule] = {
@@ -44,7 +44,7 @@ def save(solution: Solution, path: str | Path) -> Path:
     path = as_place("path", path, ENDINGS)
     arrays = _arrays_of(solution)
     text = json.dumps({
-        "schema": SCHEMA, "status": int(solution.status), "message": solution.message,
+        "schema": SOLUTION_SCHEMA, "status": int(solution.status), "message": solution.message,
         "stats": asdict(solution.stats), "about": solution.about,
     })  # fmt: skip
     if path.suffix in HDF5:
@@ -67,7 +67,7 @@ def _arrays_of(solution: Solution) -> dict[str, np.ndarray]:
 def _fill(about: str, arrays: dict[str, np.ndarray], file: Any) -> None:
     file.attrs["about"] = about
     for name, array in arrays.items():
-        put(file, name, array)
+        put_array(file, name, array)
 
 
 def load(path: str | Path) -> Solution:
@@ -80,8 +80,8 @@ def load(path: str | Path) -> Solution:
     with refusals(path, "is not a saved solution"):
         found = _read_hdf5(path) if path.suffix in HDF5 else read_npz(path, _check)
         about = found.about()
-        if about["schema"] != SCHEMA:
-            raise InvalidInput(f"{path.name} has schema {about['schema']}; this version reads {SCHEMA}")
+        if about["schema"] != SOLUTION_SCHEMA:
+            raise InvalidInput(f"{path.name} has schema {about['schema']}; this version reads {SOLUTION_SCHEMA}")
         require_kind(found.kind, KIND)
         return _solution(about, found.arrays)
 

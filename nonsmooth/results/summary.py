@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from nonsmooth.results.solution import Event, ParadoxEvent, Solution
 
 ALIKE = [EVENT_KIND, EVENT_MODE_0, EVENT_SLIP_0, EVENT_MODE_1, EVENT_SLIP_1, EVENT_SOLUTIONS, EVENT_FOUND]
-SHOWN = 12  # entries of a sequence before the rest is counted
+ENTRIES_SHOWN = 12  # chosen: entries of a sequence before the rest is counted
 
 
 def summary(solution: Solution) -> str:
@@ -53,12 +53,12 @@ def _modes(solution: Solution) -> list[str]:
     if not solution.mode.shape[1]:
         return ["no contacts"]
     rows = solution.event_rows[np.isin(solution.event_rows[:, EVENT_KIND], (MODE_CHANGE, IMPACT))]
-    events = [event_of(row) for row in rows[:SHOWN]]
+    events = [event_of(row) for row in rows[:ENTRIES_SHOWN]]
     dropped = solution.stats.events_dropped
     several = f"; {dropped} more events were not kept" if dropped else ""
     lines = [f"modes: {_count(len(rows), 'change')}{several}; at the end {_at_the_end(solution)}"]
     lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_change(event)}" for event in events]
-    return lines + _counted(rows[SHOWN:], _change)
+    return lines + _counted(rows[ENTRIES_SHOWN:], _change)
 
 
 def _change(event: Event) -> str:
@@ -95,7 +95,7 @@ def _count(number: int, what: str) -> str:
 
 def _paradoxes(solution: Solution) -> list[str]:
     rows = solution.event_rows[solution.event_rows[:, EVENT_KIND] >= INCONSISTENT]
-    paradoxes: list[Any] = [event_of(row) for row in rows[:SHOWN]]
+    paradoxes: list[Any] = [event_of(row) for row in rows[:ENTRIES_SHOWN]]
     inconsistent = int((rows[:, EVENT_SOLUTIONS] == 0).sum())
     steps, uncounted = solution.stats.indeterminate_steps, solution.stats.uncounted
     missed = f"; in {uncounted} the solutions were not counted" if uncounted else ""
@@ -104,7 +104,7 @@ def _paradoxes(solution: Solution) -> list[str]:
         f"({steps} of {solution.stats.steps} steps had several solutions{missed})"
     ]
     lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_paradox(event)}" for event in paradoxes]
-    return lines + _counted(rows[SHOWN:], _outcome)
+    return lines + _counted(rows[ENTRIES_SHOWN:], _outcome)
 
 
 def _paradox(event: ParadoxEvent) -> str:

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive.switch import EVENTS_AT_ONCE
+from nonsmooth.integrators.adaptive.switch import EVENTS_AT_INSTANT
 from nonsmooth.integrators.penalty.loop import Trail
-from nonsmooth.integrators.penalty.rates import N_WORKS, OMEGA
-from nonsmooth.integrators.radau.method import SMALLEST
-from nonsmooth.integrators.radau.polynomial import DEGREE
-from nonsmooth.integrators.records import N_LEDGER, Columns, State
+from nonsmooth.integrators.penalty.rates import OMEGA
+from nonsmooth.integrators.radau.method import SMALLEST_STEP
+from nonsmooth.integrators.radau.polynomial import STEP_DEGREE
+from nonsmooth.integrators.records import N_LEDGER, N_WORKS, Columns, State
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.compiled import loop_of
@@ -25,15 +25,15 @@ from nonsmooth.mechanics.initial_state import check_mass, project_state
 from nonsmooth.mechanics.inspection import inspect_start
 from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import System
-from nonsmooth.results.motion import Motion, join
+from nonsmooth.results.motion import Motion, join_motions
 from nonsmooth.results.solution import Solution, Stats
 from nonsmooth.runs.run import Run
-from nonsmooth.runs.user_events import PLACES, EventWatch, Stop
+from nonsmooth.runs.user_events import PLACES_OF_STEP, EventWatch, Stop
 
-EVENT_CAPACITY = 1024  # rows, and those of an instant
-ROW_CAPACITY = 4096  # rows between two visits of Python
-INSTANT = 0.75 * SMALLEST  # of the time: what is left to the end is no step
-BLOCK = 512  # steps between two visits: 10 ms of a rod, 5 s of a hundred beads
+ADAPTIVE_EVENT_CAPACITY = 1024  # chosen: rows, and those of an instant
+ROW_CAPACITY = 4096  # chosen: rows between two visits of Python
+SPAN_LEFT = 0.75 * SMALLEST_STEP  # chosen: of the time: what is left to the end is no step
+STEPS_PER_VISIT = 512  # measured: steps between two visits: 10 ms of a rod, 5 s of a hundred beads
 
 
 class AdaptiveRun(Run):
@@ -42,7 +42,7 @@ class AdaptiveRun(Run):
     follows_since = -math.inf  # [s] begin of the stretch whose events are followed
     doublings = 0  # of the length of a stretch that another integrator takes over
     stretches, handed_over = 0, 0.0  # how many there were, and their time [s]
-    pieces, degree = 1, DEGREE  # polynomials a step, at most, and their degree
+    pieces, degree = 1, STEP_DEGREE  # polynomials a step, at most, and their degree
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class AdaptiveRun(Run):
         if project:
             q0, u0 = project_state(system, t_0, q0, u0)
         n, n_c, d = system.n_u, system.n_c, system.d
-        self.state = new(State, n=n, n_c=n_c, d=d, capacity=EVENT_CAPACITY + EVENTS_AT_ONCE * n_c)
+        self.state = new(State, n=n, n_c=n_c, d=d, capacity=ADAPTIVE_EVENT_CAPACITY + EVENTS_AT_INSTANT * n_c)
         self.scratch = integrator.scratch(system, self.sys, t_0, float(t_record[-1]), q0, u0)
         self.trail = self._new_trail(keeps_steps=every == 1)
         self.state.q[:], self.state.u[:] = q0, u0
@@ -81,7 +81,7 @@ class AdaptiveRun(Run):
         """Room for the rows of a block, and for its steps where they are wanted."""
         self.keeps_steps = keeps_steps
         rows = len(self.t_record) if self.every == 0 else ROW_CAPACITY
-        steps = self.pieces * BLOCK if keeps_steps else 1
+        steps = self.pieces * STEPS_PER_VISIT if keeps_steps else 1
         trail = new(Trail, m=rows, steps=steps, degree=self.degree, n=self.system.n_u, n_c=self.system.n_c)
         trail.steps.counts.is_kept = keeps_steps
         return trail
@@ -93,7 +93,7 @@ class AdaptiveRun(Run):
         with np.errstate(all="ignore"):
             self._set_handles()
             sys, *blocks = self._handed(self.sys, self.state, self.trail, self.scratch)
-            status = self.loop(sys, self.t_record, self.every, min(max_steps, BLOCK), *blocks)
+            status = self.loop(sys, self.t_record, self.every, min(max_steps, STEPS_PER_VISIT), *blocks)
         self._collect_rows()
         return status
 
@@ -106,7 +106,7 @@ class AdaptiveRun(Run):
 
     def look_for(self, events: Sequence[Callable]) -> None:
         """Look for events of the user in every step, whichever are recorded."""
-        self.watch = EventWatch(events, PLACES)
+        self.watch = EventWatch(events, PLACES_OF_STEP)
         self.keep_steps()
 
     def keep_steps(self) -> None:
@@ -122,7 +122,7 @@ class AdaptiveRun(Run):
         handed = self.follows_since, self.doublings, self.stretches, self.handed_over
         status = self._block(max_steps)
         here = (self._time(), *self._place())
-        stop = self.watch.scan(join(self.steps[n_steps:], here, here), has_ended=status == Status.FINISHED)
+        stop = self.watch.scan(join_motions(self.steps[n_steps:], here, here), has_ended=status == Status.FINISHED)
         if stop is not None:
             for memory, old in zip(memories, before, strict=True):
                 memory[:] = old
@@ -131,7 +131,7 @@ class AdaptiveRun(Run):
             self._end_at(stop)
             status = Status.RUNNING
             while status == Status.RUNNING:
-                status = self._block(BLOCK)
+                status = self._block(STEPS_PER_VISIT)
                 self._collect_events()
             self.stop = stop
             status = stop.status if status == Status.FINISHED else status
@@ -141,7 +141,7 @@ class AdaptiveRun(Run):
 
     def _end_at(self, stop: Stop) -> None:
         """Let the run end at a stop; at an instant later, if the velocities jump there, so that they have jumped."""
-        instant = INSTANT * abs(stop.t) if stop.is_jump and self.every > 0 else 0.0
+        instant = SPAN_LEFT * abs(stop.t) if stop.is_jump and self.every > 0 else 0.0
         t_end = min(self.t_record[-1], stop.t + instant)
         self.t_record = np.append(self.t_record[self.t_record < t_end], t_end)
 
@@ -171,7 +171,7 @@ class AdaptiveRun(Run):
 
     def _suspects(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         t, n, ode = self._time(), self.system.n_u, self.scratch.ode
-        ends = ((SMALLEST * abs(t), ode.trial), (float(ode.clock.done), ode.x_1))
+        ends = ((SMALLEST_STEP * abs(t), ode.trial), (float(ode.clock.done), ode.x_1))
         return [(t, self.state.q, self.state.u), *((t + part, x[:n], x[n : 2 * n]) for part, x in ends)]
 
     def _time(self) -> float:
@@ -224,7 +224,7 @@ class AdaptiveRun(Run):
         """What joins the steps to the motion, if they were kept."""
         if not self.steps or sum(len(block[0]) for block in self.steps) < self.state.counters.steps:
             return None
-        return functools.partial(join, self.steps, (t[0], q[0], u[0]), (t[-1], q[-1], u[-1]))
+        return functools.partial(join_motions, self.steps, (t[0], q[0], u[0]), (t[-1], q[-1], u[-1]))
 
     def gap_scale(self) -> np.ndarray:
         """(n_c,) What the trail holds in place of a gap, z = scale g_N."""

@@ -31,15 +31,16 @@ from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import SMALLEST_RTOL, EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import interpreted
-from nonsmooth.mechanics.initial_state import CONSISTENT
+from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.mechanics.system import GAP, MASS, NORMAL, TANGENT, UNILATERAL, System, evaluate
 from nonsmooth.runs.times import as_span
 
-MOST_CONTACTS, MOST_WITH_FRICTION = 12, 6  # that are decided at once
-MOST_WITHOUT_FRICTION = 100
-FINE, COARSE = 1e-8, 1e-6  # relative tolerances, where none is given: of located events, and of many contacts
-PER_ATOL = 100  # rtol over atol [1/SI units]
-STEPS = 10_000  # in the span, of a model without a step of its own
+MOST_CONTACTS, MOST_WITH_FRICTION = 12, 6  # chosen: that are decided at once
+MOST_WITHOUT_FRICTION = 100  # chosen: contacts of a system without friction that are decided at once
+# chosen: relative tolerances, where none is given: of located events, and of many contacts
+LOCATED_EVENTS_RTOL, MANY_CONTACTS_RTOL = 1e-8, 1e-6
+PER_ATOL = 100  # chosen: rtol over atol [1/SI units]
+STEPS_OF_SPAN = 10_000  # chosen: in the span, of a model without a step of its own
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ class Auto:
         """The integrator for a system that starts at q, u, and why."""
         t_0, t_1 = as_span(t_span)
         n_c, n_friction = system.n_c, int(system.kinds[:, 1].astype(bool).sum())
-        fine = FINE if self.rtol is None else self.rtol
+        fine = LOCATED_EVENTS_RTOL if self.rtol is None else self.rtol
         if n_c == 0:
             return EventDriven(
                 fine, fine / PER_ATOL
@@ -92,13 +93,13 @@ class Auto:
         if n_c <= MOST_CONTACTS and n_friction <= MOST_WITH_FRICTION:
             return located, f"every event of {contacts} can be located"
         if n_c <= MOST_WITHOUT_FRICTION and n_friction == 0 and (system.kinds[:, 0] == UNILATERAL).all():
-            coarse = COARSE if self.rtol is None else self.rtol
+            coarse = MANY_CONTACTS_RTOL if self.rtol is None else self.rtol
             return (
                 Adaptive(coarse, coarse / PER_ATOL),
                 f"{contacts} are too many to locate their events, but without friction few enough to refine",
             )
         own = getattr(model, "dt", None)
-        dt = own if own is not None else (t_1 - t_0) / STEPS
+        dt = own if own is not None else (t_1 - t_0) / STEPS_OF_SPAN
         several, with_friction = decided_at_once(system, t_0, q, u)
         if several <= MOST_CONTACTS and with_friction <= MOST_WITH_FRICTION:
             if self.rtol is None and n_c > MOST_CONTACTS and dt > 0.0:
@@ -112,7 +113,7 @@ class Auto:
             return Adaptive(fine, fine / PER_ATOL), f"{many}; it keeps the tolerance asked for"
         if not dt > 0.0:
             return located, "the span has no length"
-        whose = "the model's own" if own is not None else f"a part in {STEPS} of the span"
+        whose = "the model's own" if own is not None else f"a part in {STEPS_OF_SPAN} of the span"
         return MoreauJean(dt), f"{many}; dt is {whose}"
 
 
@@ -125,7 +126,7 @@ def decided_at_once(system: System, t: float, q: np.ndarray, u: np.ndarray) -> t
     try:
         gaps, M, W_N = (evaluate(system, which, t, q, u) for which in (GAP, MASS, NORMAL))
         W_F = evaluate(system, TANGENT, t, q, u)[:, 0] if system.d else np.zeros_like(W_N)
-        touching = np.flatnonzero((gaps <= CONSISTENT * np.abs(q).max()) | (system.kinds[:, 0] != UNILATERAL))
+        touching = np.flatnonzero((gaps <= largest_closed_gap(q)) | (system.kinds[:, 0] != UNILATERAL))
         W = np.stack((W_N[touching], W_F[touching]), axis=1).reshape(-1, system.n_u)
         G = W @ np.linalg.solve(M, W.T)
     except (InvalidInput, np.linalg.LinAlgError):

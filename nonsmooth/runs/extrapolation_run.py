@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from nonsmooth.integrators.adaptive.loop import LOOK
-from nonsmooth.integrators.adaptive.polynomial import DEGREE, PIECES
-from nonsmooth.integrators.rigid.modes import N_WORKS
+from nonsmooth.integrators.adaptive.loop import BUDGET_TRIES
+from nonsmooth.integrators.adaptive.polynomial import STEP_PIECES
+from nonsmooth.integrators.adaptive.state import VELOCITY_DEGREE
+from nonsmooth.integrators.records import N_WORKS
 from nonsmooth.results.solution import Solution, Stats
 from nonsmooth.runs.event_run import EventRun
 
@@ -16,9 +17,9 @@ from nonsmooth.runs.event_run import EventRun
 class ExtrapolationRun(EventRun):
     """One integration in progress, of an integrator that ``extrapolates``."""
 
-    spent = f"the budget of a run that gets nowhere, {LOOK} tries (larger tolerances may get past this point),"
+    spent = f"the budget of a run that gets nowhere, {BUDGET_TRIES} tries (larger tolerances may get past this point),"
 
-    pieces, degree = PIECES, DEGREE
+    pieces, degree = STEP_PIECES, VELOCITY_DEGREE
 
     def rows_to_now(self) -> tuple[np.ndarray, ...]:
         """The rows written so far, and the present state behind them: t (m,), x (m, N), modes and slips (m, n_c)."""

@@ -17,23 +17,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.errors import InitialStateWarning, Status
-from nonsmooth.integrators.event_driven.touch import RESUME
-from nonsmooth.integrators.penalty.rates import N_WORKS
-from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_T, Columns
+from nonsmooth.integrators.event_driven.touch import AT_RESUMPTION
+from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_T, N_WORKS, Columns
 from nonsmooth.jit.blocks import numbers
 from nonsmooth.mechanics.initial_state import project_state
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.event_run import EventRun
 from nonsmooth.runs.extrapolation_run import ExtrapolationRun
-from nonsmooth.runs.run import Run, between
+from nonsmooth.runs.run import Run, motion_of_records
 from nonsmooth.runs.times import Grid
 
-PART = 1e-4  # of the span: what stands for the step of an integrator that chooses its steps
-STRETCH = 50  # steps of the time stepper until events are followed again
-MOST_STEPS = 1000  # and of an integrator that chooses them; both are doubled where a stretch does not help
-MOST_DOUBLINGS = 6  # so that of an integrator that chooses its steps ten stretches are the whole span
-MANY = 100  # events within one of its steps
-LOOK = 100  # steps between two looks at the events: the same ones on a fast machine as on a slow one
+STRETCH_PART = 1e-4  # chosen: of the span: what stands for the step of an integrator that chooses its steps
+STRETCH_STEPS = 50  # chosen: steps of the time stepper until events are followed again
+MOST_STEPS = 1000  # chosen: and of an integrator that chooses them; both are doubled where a stretch does not help
+MOST_DOUBLINGS = 6  # chosen: so that of an integrator that chooses its steps ten stretches are the whole span
+MANY_EVENTS = 100  # chosen: events within one of its steps
+# chosen: steps between two looks at the events: the same ones on a fast machine as on a slow one
+STEPS_BETWEEN_LOOKS = 100
 GIVEN_UP = (Status.CHATTERING, Status.NOT_SOLVED)
 ADDED = ("steps", "solved", "skipped", "kept", "pivots", "several", "gains")
 
@@ -45,15 +45,15 @@ class HandingRun(EventRun):
         """A block, and where its events are too dense a stretch of another integrator."""
         stepper = self.integrator.hand_over
         steps_left = self.budget - int(self.state.counters.steps)
-        status = super()._block(max(1, min(LOOK, steps_left)))  # whatever the clock says
+        status = super()._block(max(1, min(STEPS_BETWEEN_LOOKS, steps_left)))  # whatever the clock says
         if status in GIVEN_UP or (status == Status.RUNNING and are_dense(self._recent_events(), unit(self, stepper))):
             return step_over(self, stepper, status)
         return status
 
     def _recent_events(self) -> np.ndarray:
-        """The last events (MANY, EVENT_WIDTH) since events are followed."""
+        """The last events (MANY_EVENTS, EVENT_WIDTH) since events are followed."""
         new = self.state.events[: int(self.state.counters.n_events)]
-        rows = np.concatenate((*self.events[-MANY:], new))[-MANY:]
+        rows = np.concatenate((*self.events[-MANY_EVENTS:], new))[-MANY_EVENTS:]
         return rows[rows[:, EVENT_T] >= self.follows_since]
 
     def solution(self) -> Solution:
@@ -80,12 +80,12 @@ class Stretch(NamedTuple):
 def unit(run: EventRun, stepper: Any) -> float:
     """The time [s] within which many events are too dense: a step of the time stepper."""
     dt = getattr(stepper, "dt", None)
-    return PART * float(run.t_record[-1] - run.t_record[0]) if dt is None else dt
+    return STRETCH_PART * float(run.t_record[-1] - run.t_record[0]) if dt is None else dt
 
 
 def longest(run: EventRun, stepper: Any) -> float:
     """The time [s] that a stretch may take."""
-    return STRETCH * unit(run, stepper) * 2.0**run.doublings
+    return STRETCH_STEPS * unit(run, stepper) * 2.0**run.doublings
 
 
 def are_dense(recent: np.ndarray, dt: float) -> bool:
@@ -94,7 +94,7 @@ def are_dense(recent: np.ndarray, dt: float) -> bool:
     Those of one contact that accumulate are closed by the integrator itself.
     """
     times, contacts = recent[:, EVENT_T], recent[:, EVENT_CONTACT]
-    return len(recent) >= MANY and times.max() - times.min() < dt and len(np.unique(contacts)) > 1
+    return len(recent) >= MANY_EVENTS and times.max() - times.min() < dt and len(np.unique(contacts)) > 1
 
 
 def step_over(run: EventRun, stepper: Any, why: int) -> int:
@@ -136,7 +136,7 @@ def by_equal_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.nd
         return steps, None
     record = Columns(*steps.record)
     rows = np.concatenate((*steps.events, steps.state.events[:0]))
-    motion = between(times, record, rows, stepper).steps if run.keeps_steps else ()
+    motion = motion_of_records(times, record, rows, stepper).steps if run.keeps_steps else ()
     return steps, Stretch(times, states_of(record, x, system.n_c), record.mode, record.slip, motion)
 
 
@@ -217,6 +217,6 @@ def go_on(run: EventRun, stretch: Stretch, P_N: np.ndarray) -> None:
     run.state.q[:], run.state.u[:] = stretch.x[-1, :n], stretch.x[-1, n : 2 * n]
     contacts.mode[:], contacts.slip[:] = stretch.mode[-1], stretch.slip[-1]
     contacts.sign[:] = np.where(P_N < 0.0, -1, 1)
-    contacts.facts.event = RESUME
+    contacts.facts.event = AT_RESUMPTION
     run.follows_since = float(stretch.t[-1])
     run.trail.counts.stalls = 0

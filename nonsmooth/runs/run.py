@@ -39,9 +39,9 @@ from nonsmooth.runs.user_events import START, EventWatch, Stop
 if TYPE_CHECKING:
     from nonsmooth.results.failed_problem import FailedProblem
 
-FIRST_BLOCK = 100  # steps before the first look at the clock
-LOOK_EVERY = 0.02  # s between two looks at the clock and at Ctrl-C
-EVENT_CAPACITY = 256  # 26 kB; the loop comes back to have them emptied
+FIRST_BLOCK = 100  # chosen: steps before the first look at the clock
+LOOK_EVERY = 0.02  # chosen: s between two looks at the clock and at Ctrl-C
+EVENT_CAPACITY = 256  # chosen: 26 kB; the loop comes back to have them emptied
 
 MESSAGES = {
     Status.NO_SOLUTION: "the contact problem of this step has no solution: every mode of {contact} was tried and none "
@@ -63,12 +63,12 @@ FAILURES: dict[Status, type[StepFailure]] = {
     Status.CONTRADICTED: ModelFunctionError,
     Status.PROGRESS_FAILED: ProgressError,
 }
-# ends that no model function can be the reason of
+# chosen: ends that no model function can be the reason of
 WITHOUT_CULPRIT = (
     Status.FINISHED, Status.INTERRUPTED, Status.BUDGET_SPENT, Status.EVENT_REACHED,
     Status.EVENT_FAILED, Status.CONTRADICTED, Status.PROGRESS_FAILED,
 )  # fmt: skip
-# ends at which nothing more is asked of the model's functions
+# chosen: ends at which nothing more is asked of the model's functions
 WITHOUT_DOUBT = (
     Status.INTERRUPTED, Status.EVENT_FAILED, Status.NOT_FINITE, Status.CONTRADICTED, Status.PROGRESS_FAILED,
 )  # fmt: skip
@@ -204,7 +204,7 @@ class Run:
         rows = slice(first, int(self.state.counters.interval) + 1)
         new_events = self.state.events[: int(self.state.counters.n_events)]
         record = Columns(*(column[rows] for column in self.record))
-        motion = between(self.grid.t[rows], record, new_events, self.integrator)
+        motion = motion_of_records(self.grid.t[rows], record, new_events, self.integrator)
         self.stop = self.watch.scan(motion, has_ended=status == Status.FINISHED)
         if self.stop is None:
             return status
@@ -284,7 +284,7 @@ class Run:
         """What interpolates the records, if each step is one."""
         if (self.grid.steps > 1).any():
             return None
-        return functools.partial(between, t, record, rows, self.integrator)
+        return functools.partial(motion_of_records, t, record, rows, self.integrator)
 
     def _stats(self) -> Stats:
         return Stats.from_run(
@@ -373,7 +373,7 @@ def next_block(steps: int, elapsed: float) -> int:
     return max(1, int(steps * min(10.0, LOOK_EVERY / max(elapsed, 1e-9))))
 
 
-def between(t: np.ndarray, record: Columns, rows: np.ndarray, integrator: Any) -> Motion:
+def motion_of_records(t: np.ndarray, record: Columns, rows: np.ndarray, integrator: Any) -> Motion:
     """The motion between the records; a step in which a contact lands, or sliding had no force, has a jump."""
     mode = record.mode
     lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)

@@ -9,7 +9,6 @@ ends in an event on the wrong side of a saddle within it is not told.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -17,14 +16,15 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.penalty.loop import MAX_STALLS, accept, begin_run, evaluate_contacts, switch
-from nonsmooth.integrators.penalty.switching import N_FUNCTIONS
-from nonsmooth.integrators.radau.events import NO_EVENT, ROUNDINGS
-from nonsmooth.integrators.radau.stages import EPS, GAMMA
+from nonsmooth.integrators.radau.events import EVENT_ROUNDINGS, NO_EVENT
+from nonsmooth.integrators.radau.stages import GAMMA
+from nonsmooth.integrators.records import N_FUNCTIONS
 from nonsmooth.jit import Kernel, interpreted
 from nonsmooth.jit.blocks import Block
+from nonsmooth.numerics.rounding import FORWARD_INCREMENT, rounding_of_sum
 from nonsmooth.runs.adaptive_run import AdaptiveRun
 
-PASSED = 10.0  # tolerances by which an event function may be negative where no event was found
+PASSED = 10.0  # chosen: tolerances by which an event function may be negative where no event was found
 
 
 class RatesRefused(Exception):
@@ -106,7 +106,7 @@ class ScipyRun(AdaptiveRun):
             return NO_EVENT, Status.NOT_SOLVED
         moment = found.t[-1]
         which = next((e for e in range(n_events) if len(found.t_events[e])), NO_EVENT)
-        loose = PASSED * max(1.0, self.integrator.rtol / (ROUNDINGS * EPS))
+        loose = PASSED * max(1.0, self.integrator.rtol / rounding_of_sum(EVENT_ROUNDINGS, 1.0))
         passed = self._fallen(self._evaluate(functions, moment, found.y[:, -1]), loose)
         if passed not in (NO_EVENT, which):
             return NO_EVENT, Status.NOT_SOLVED
@@ -132,7 +132,7 @@ class ScipyRun(AdaptiveRun):
         f_0, J = self._evaluate(rates, t, x), np.zeros((len(x), n))
         for j in range(n):
             moved = x.copy()
-            moved[j] += math.sqrt(EPS) * max(abs(x[j]), ode.atol[j] / self.integrator.rtol)
+            moved[j] += FORWARD_INCREMENT * max(abs(x[j]), ode.atol[j] / self.integrator.rtol)
             J[:, j] = (self._evaluate(rates, t, moved) - f_0) / (moved[j] - x[j])
         return J
 

@@ -15,7 +15,7 @@ from nonsmooth.runs.run import Run, last_row
 from nonsmooth.runs.streaming import Place, Streaming
 from nonsmooth.runs.times import Grid, RecordTimes, grid_times, intervals_of, record_times
 
-WINDOW = 2**22  # bytes of records in memory
+WINDOW = 2**22  # chosen: bytes of records in memory
 
 
 def streamed_run(

@@ -17,12 +17,13 @@ import numpy as np
 from nonsmooth.checks.arrays import as_count, as_number
 from nonsmooth.errors import InvalidInput, Status, said_by, shown
 from nonsmooth.mechanics.system import require_arguments
+from nonsmooth.numerics.rounding import EPS, rounding_of_sum
 from nonsmooth.results.motion import Motion
 
-PLACES = (0.0, 0.25, 0.5, 0.75)  # of a step of several figures of its motion, at which f is looked at
-START = (0.0,)  # of a step of time stepping
-ROUNDED = 100 * np.finfo(float).eps  # of the velocities: what is less is no jump
-RESOLUTION = 4 * np.finfo(float).eps  # of the time within a step: the finest that SciPy's brentq takes
+PLACES_OF_STEP = (0.0, 0.25, 0.5, 0.75)  # chosen: of a step of several figures of its motion, at which f is looked at
+START = (0.0,)  # chosen: of a step of time stepping
+JUMP_ROUNDINGS = 200  # chosen: of the velocities: what is less is no jump
+EVENT_TIME_RESOLUTION = 4.0 * EPS  # defined: of the time within a step: the finest that SciPy's brentq takes
 
 
 class Stop(NamedTuple):
@@ -152,7 +153,7 @@ def look_at(motion: Motion, n_old: int, places: np.ndarray, has_ended: bool) -> 
     left = motion.within(each, motion.t + motion.h)
     size = np.abs(motion.u) + np.abs(motion.B).sum(axis=1)
     beyond = np.vstack((motion.u, motion.end[2][None]))[1:]
-    jumps = (np.abs(left[1] - beyond) > ROUNDED * size).any(axis=1)
+    jumps = (np.abs(left[1] - beyond) > rounding_of_sum(JUMP_ROUNDINGS, size)).any(axis=1)
     k = np.repeat(each[n_old:], len(places))
     t = motion.t[k] + np.tile(places, m - n_old) * motion.h[k]
     starts = np.tile(places == 0.0, m - n_old)
@@ -186,4 +187,4 @@ def root(event: UserEvent, motion: Motion, k: int, t_a: float, t_b: float, f_a: 
     def value(t: float) -> float:
         return known[t] if t in known else event(t, *state(motion, k, t))
 
-    return float(brentq(value, t_a, t_b, xtol=RESOLUTION * (t_b - t_a), rtol=RESOLUTION))
+    return float(brentq(value, t_a, t_b, xtol=EVENT_TIME_RESOLUTION * (t_b - t_a), rtol=EVENT_TIME_RESOLUTION))

@@ -14,8 +14,8 @@ import time
 from collections.abc import Iterator
 from contextvars import ContextVar
 
-SHORT = 0.02  # s of compiled code between two looks
-GROWTH = 10.0  # of a piece, from one to the next
+PIECE_TIME = 0.02  # s of compiled code between two looks
+PIECE_GROWTH = 10.0  # chosen: of a piece, from one to the next
 _stop: ContextVar[threading.Event | None] = ContextVar("stop", default=None)
 
 
@@ -67,5 +67,5 @@ class Pieces:
             began, piece = time.perf_counter(), slice(first, min(n, first + self.size))
             yield piece
             elapsed = max(time.perf_counter() - began, 1e-9)
-            self.size = max(1, int((piece.stop - first) * min(GROWTH, SHORT / elapsed)))
+            self.size = max(1, int((piece.stop - first) * min(PIECE_GROWTH, PIECE_TIME / elapsed)))
             first = piece.stop

@@ -37,7 +37,7 @@ def tell(part: float) -> None:
 
 
 @contextlib.contextmanager
-def in_turn(n: int) -> Iterator[None]:
+def tell_in_parts(n: int) -> Iterator[None]:
     """What is told in the block from 0 to 1, n times over, is handed on as one whole."""
     hear, done, before = _hear.get(), 0, 0.0
 

@@ -15,12 +15,12 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import System
 from nonsmooth.studies.reference import Problem
 
-PROBED = 2000  # steps
-MOST_WORK = 2e6  # steps that choose their length, of a system of few variables: some 2 to 5 us each
-FIXED = 0.2  # of such a step: one of fixed length
-SMALL = 12.0  # N_0
-REFERENCE = 0.25  # of that work, for one run of the reference: it makes two
-AT_LEAST = 1  # values
+PROBED = 2000  # chosen: steps
+MOST_WORK = 2e6  # measured: steps that choose their length, of a system of few variables: some 2 to 5 us each
+FIXED = 0.2  # measured: of such a step: one of fixed length
+FEW_VARIABLES = 12.0  # chosen: N_0
+REFERENCE = 0.25  # chosen: of that work, for one run of the reference: it makes two
+AT_LEAST = 1  # chosen: values
 
 
 class Choice(NamedTuple):
@@ -30,7 +30,7 @@ class Choice(NamedTuple):
     left_out: str = ""
 
 
-def affordable(
+def choose_affordable(
     problem: Problem, values: Sequence[float], make: Callable[[float], Any], runs: int,
     reference: Callable[[float], Any] | None = None,
 ) -> Choice:  # fmt: skip
@@ -70,7 +70,7 @@ def require_affordable(problem: Problem, reference: Any) -> None:
 
 def weight(system: System) -> float:
     """Of a step, from the number of variables."""
-    return 1.0 + ((system.n_q + system.n_u + 2 * system.n_c) / SMALL) ** 2
+    return 1.0 + ((system.n_q + system.n_u + 2 * system.n_c) / FEW_VARIABLES) ** 2
 
 
 def work_of(problem: Problem, integrator: Any) -> float:

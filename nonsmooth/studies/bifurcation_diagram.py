@@ -24,15 +24,15 @@ from nonsmooth.mechanics.initial_state import as_state
 from nonsmooth.mechanics.system import ContactMode, System, as_system
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell
-from nonsmooth.sweeps.sweep import sweep, whole
+from nonsmooth.sweeps.sweep import require_whole, sweep
 from nonsmooth.views import view
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-LATE = 0.2  # last part of each simulation, which is looked at
-DISTINCT = 1e-4  # of the coordinate's extent over the diagram: maxima nearer than that count as one
-STILL = 1e-9  # of the coordinate's size: smaller motions are the end of a decay, or rounding
+LATE = 0.2  # chosen: last part of each simulation, which is looked at
+DISTINCT_MAXIMA = 1e-4  # chosen: of the coordinate's extent over the diagram: maxima nearer than that count as one
+STILL_MOTION = 1e-9  # chosen: of the coordinate's size: smaller motions are the end of a decay, or rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,9 +126,9 @@ def bifurcation_diagram(
     there_and_back = np.concatenate([grid, grid[::-1]])
     chain = Chain(system, parameter, there_and_back, coordinate, starts, span, integrator)
     starting = {"start": range(len(starts))}
-    found = whole(sweep(chain, starting, workers=workers, fail_fast=True, progress=progress))
+    found = require_whole(sweep(chain, starting, workers=workers, fail_fast=True, progress=progress))
     late, opens = found.late.values, (found.opens.values > 0).any(axis=0)
-    distinct = DISTINCT * np.ptp(late) + STILL * np.abs(late).max()
+    distinct = DISTINCT_MAXIMA * np.ptp(late) + STILL_MOTION * np.abs(late).max()
     peaks = [maxima(late[:, i], distinct) for i in range(late.shape[1])]
     k = grid.size
     return BifurcationDiagram(

@@ -19,17 +19,19 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import as_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.times import as_span
-from nonsmooth.signals.telling import in_turn
+from nonsmooth.signals.telling import tell_in_parts
 from nonsmooth.studies.reference import Observed, Problem, Reference
-from nonsmooth.sweeps.progress import LONG
+from nonsmooth.sweeps.progress import ANNOUNCED_TIME
 from nonsmooth.sweeps.sweep import sweep
 from nonsmooth.sweeps.task import CellStatus, FunctionTask, Variable, identity_of_model
 
 if TYPE_CHECKING:
     import xarray
 
-REPEATS, SHORT = 4, 0.05  # a run shorter than so many seconds is timed again, the least time counts
-PROBE, LONGER_PROBE = 0.1, 0.5  # s of each run that its cost is foreseen from; the longer where it is long
+# chosen: a run shorter than so many seconds is timed again, the least time counts
+SHORT_RUN_REPEATS, SHORT_RUN_TIME = 4, 0.05
+# chosen: s of each run that its cost is foreseen from; the longer where it is long
+PROBE_TIME, LONGER_PROBE_TIME = 0.1, 0.5
 ROWS = {"q": "time", "u": "time", "event_t": "event", "after_q": "event", "after_u": "event"}
 OF = {
     "q": "a coordinate at the time", "u": "a velocity at the time", "event_t": "the time of the event",
@@ -73,7 +75,7 @@ class ComparisonTask(FunctionTask):
         return self._cell
 
     def _cell(self, **cell: float) -> dict[str, Any]:
-        with in_turn(self.runs):
+        with tell_in_parts(self.runs):
             return self.measure(self.integrators[cell[self.over]])
 
     def measure(self, integrator: Any) -> dict[str, Any]:
@@ -81,7 +83,7 @@ class ComparisonTask(FunctionTask):
         problem = self.problem
         run = problem.run(integrator, problem.times)
         wall_time = run.stats.wall_time
-        for _ in range(REPEATS if wall_time < SHORT else 0):
+        for _ in range(SHORT_RUN_REPEATS if wall_time < SHORT_RUN_TIME else 0):
             wall_time = min(wall_time, problem.run(integrator, problem.times).stats.wall_time)
         observed = self.reference.observe(problem, integrator, run)
         errors = {f"error_{name}": error for name, error in self.reference.errors(observed).items()}
@@ -94,8 +96,8 @@ class ComparisonTask(FunctionTask):
     def costs(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
         """Seconds that each cell will take, from the beginning of its run; looked at longer where it is long."""
         integrators = [self.integrators[value] for value in columns[self.over].tolist()]
-        seconds = self.runs * self._foreseen(integrators, PROBE)
-        return seconds if seconds.sum() < LONG else self.runs * self._foreseen(integrators, LONGER_PROBE)
+        seconds = self.runs * self._foreseen(integrators, PROBE_TIME)
+        return seconds if seconds.sum() < ANNOUNCED_TIME else self.runs * self._foreseen(integrators, LONGER_PROBE_TIME)
 
     def _foreseen(self, integrators: list[Any], wall_time: float) -> np.ndarray:
         """Seconds of each run, from so many of it; from the last one back, which takes the longest, until one has ended
@@ -130,7 +132,7 @@ class ComparisonTask(FunctionTask):
         return "\n".join([identity_of_model(self.problem.model), *map(repr, parts)])
 
 
-def compare(
+def run_comparison(
     task: ComparisonTask, unit: str, workers: int = 1, journal: str | os.PathLike[str] | None = None,
     progress: Any = False,
 ) -> xarray.Dataset:  # fmt: skip

@@ -19,16 +19,16 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_positive, as_vector, result_of
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.studies.affordable import Choice, affordable, require_affordable
-from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
+from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
+from nonsmooth.studies.comparison import ComparisonTask, as_problem, run_comparison
 from nonsmooth.studies.reference import as_reference, with_step, with_tolerance
 from nonsmooth.studies.study import Study, require_xarray
 from nonsmooth.sweeps.progress import part_shown
 
-STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)  # s
-TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+STUDY_STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)  # chosen: s
+STUDY_TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)  # chosen: relative
 FINER = {"dt": 8.0, "rtol": 100.0}  # the reference that is not given is finer than the finest run by so much
-FINEST_RTOL = 1e-13  # of such a reference: a few roundings
+FINEST_RTOL = 1e-13  # derived: of such a reference: a few roundings
 UNITS = {"dt": "s", "rtol": ""}
 TITLES = {"dt": "convergence with the step", "rtol": "convergence with the tolerance"}
 
@@ -103,13 +103,15 @@ def convergence_study(
 
     chosen = Choice(values.tolist())
     if dt is None and rtol is None:
-        chosen = affordable(problem, chosen.values, make, ComparisonTask.runs, finer if reference is None else None)
+        chosen = choose_affordable(
+            problem, chosen.values, make, ComparisonTask.runs, finer if reference is None else None
+        )
         if hasattr(reference, "load"):
             require_affordable(problem, reference)
     with part_shown("the reference", progress):
         exact = as_reference(finer(chosen.values[-1]), problem, delay)
     task = ComparisonTask(problem, exact, over, {x: make(x) for x in chosen.values})
-    data = compare(task, UNITS[over], workers, journal, progress)
+    data = run_comparison(task, UNITS[over], workers, journal, progress)
     data.attrs["left_out"] = chosen.left_out
     return Study(over, data, f"{problem.system.name or 'a system'}: {TITLES[over]}")
 
@@ -124,7 +126,7 @@ def varied(integrator: Any, dt: ArrayLike | None, rtol: ArrayLike | None) -> tup
         name = getattr(integrator, "__name__", type(integrator).__name__)
         words = "it controls its error; vary rtol" if "rtol" in options else "its steps have a fixed length; vary dt"
         raise InvalidInput(f"{name} has no {over}: {words}")
-    given = {"dt": STEPS if dt is None else dt, "rtol": TOLERANCES if rtol is None else rtol}[over]
+    given = {"dt": STUDY_STEPS if dt is None else dt, "rtol": STUDY_TOLERANCES if rtol is None else rtol}[over]
     values = np.sort(as_vector(over, given))[::-1]
     if values.size == 0:
         raise InvalidInput(f"{over} must have at least one value; it is empty")

@@ -17,7 +17,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.studies.stability import StabilityStudy
 from nonsmooth.views import view
 
-ROWS = 40  # of the printed table of a branch
+PRINTED_ROWS = 40  # chosen: of the printed table of a branch
 
 
 def study_cycle(model: Any, axes: Mapping[str, ArrayLike], units: Mapping[str, str] | None = None) -> StabilityStudy:
@@ -78,7 +78,7 @@ def table(branch: CycleBranch, has_amplitudes: bool = True) -> str:
     """A line for each of about forty cycles, then every change; amplitudes are integrated anew, some 0.1 s each."""
     head = "  (max - min)/2" if has_amplitudes else ""
     lines = [f"{branch.parameter:>12} {'period [s]':>14} {'stick [s]':>12} {'largest multiplier':>19}{head}"]
-    stride = max(1, -(-len(branch.cycles) // ROWS))
+    stride = max(1, -(-len(branch.cycles) // PRINTED_ROWS))
     for value, cycle in list(zip(branch.values, branch.cycles, strict=True))[::stride]:
         largest = abs(cycle.multipliers).max() if cycle.multipliers.size else 0.0
         halves = "  " + " ".join(f"{half:.8g}" for half in cycle.amplitudes) if has_amplitudes else ""

@@ -17,7 +17,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.solution import Solution
 
-FADED = 0.01  # of the peak force: the episode of a contact that stays closed ends there
+FADED = 0.01  # chosen: of the peak force: the episode of a contact that stays closed ends there
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,8 @@ LAWS: dict[str, dict[str, Callable[[np.ndarray], np.ndarray]]] = {
     "dt": {"dt": lambda dt: dt, "dt^2": lambda dt: dt**2, "dt^1/2": lambda dt: dt**0.5},
     "rtol": {"rtol": lambda rtol: rtol, "rtol^5/4": lambda rtol: rtol**1.25},
 }
-LEAST_KNOWN = 3  # errors: two lie on any law
-SPREAD = 0.5  # of ln(error/fit): a factor of 1.6 up and down
+LEAST_KNOWN = 3  # chosen: errors: two lie on any law
+SPREAD = 0.5  # chosen: of ln(error/fit): a factor of 1.6 up and down
 POWER = {"stiffness": "k^{:.3g}", "dt": "dt^{:.3g}", "rtol": "rtol^{:.3g}"}
 
 

@@ -24,7 +24,7 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.results.solution import Solution, mode_name
 
-MATCHED = 8  # events of the reference that are looked at, from the first on
+MATCHED = 8  # chosen: events of the reference that are looked at, from the first on
 ENTRANCE = [EVENT_CONTACT, EVENT_MODE_1, EVENT_SLIP_1]  # what is entered
 LEFT = [EVENT_MODE_0, EVENT_SLIP_0]
 

@@ -29,7 +29,7 @@ MODES = {
     -1: "no_solution", 0: "free", 1: "stick_or_closed", 2: "slide_plus", 3: "slide_minus",
     4: "slide_plus_pulled", 5: "slide_minus_pulled", 6: "open",
 }  # fmt: skip
-MAX_POINTS = 100_000_000  # of one map: its results are some ten gigabytes then
+MOST_MAP_POINTS = 100_000_000  # chosen: of one map: its results are some ten gigabytes then
 WHOLE_NUMBERS = {  # the results in order, and what those are that a sweep holds as floats
     "n_solutions": np.int32, "kind": np.int8, "p": None, "b": None, "gamma_F": None, "la_N": None, "modes": np.int8,
 }  # fmt: skip
@@ -93,8 +93,8 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
     if not grid:
         raise InvalidInput("a map needs at least one axis, as in th=np.linspace(0, 1, 100); for one state, classify")
     shape = tuple(len(values) for values in grid.values())
-    if not 0 < np.prod(shape, dtype=float) <= MAX_POINTS:
-        raise InvalidInput(f"a map has 1 to {MAX_POINTS} points; got {shape}")
+    if not 0 < np.prod(shape, dtype=float) <= MOST_MAP_POINTS:
+        raise InvalidInput(f"a map has 1 to {MOST_MAP_POINTS} points; got {shape}")
     task = MapTask(system, t=t, state=state, kept=kept, **fixed)
     points = task.points(tuple(grid))
     points.check(list(grid.values()))

@@ -24,18 +24,18 @@ from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.mechanics.laws import LAW_E_N
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.solution import Solution, mode_name
-from nonsmooth.studies.affordable import Choice, affordable, require_affordable
-from nonsmooth.studies.comparison import ComparisonTask, as_problem, compare
+from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
+from nonsmooth.studies.comparison import ComparisonTask, as_problem, run_comparison
 from nonsmooth.studies.force_history import force_episode
-from nonsmooth.studies.reference import EXACT, Observed, Problem, Reference, as_reference, coarser, differences
+from nonsmooth.studies.reference import EXACT, Observed, Problem, Reference, as_reference, coarser, largest_differences
 from nonsmooth.studies.study import Study, require_xarray
 from nonsmooth.sweeps.progress import part_shown
 from nonsmooth.sweeps.task import Variable
 
-BESIDE_STEPS = (1_000, 10_000, 100_000)  # of the rigid runs whose cost stands beside
-BRANCH = 5  # modes named
-TAIL = 0.1  # of an episode, that is run beyond its end
-STIFFNESSES = tuple(10.0**n for n in range(4, 13))  # N/m
+BESIDE_STEPS = (1_000, 10_000, 100_000)  # chosen: of the rigid runs whose cost stands beside
+BRANCH = 5  # chosen: modes named
+TAIL = 0.1  # chosen: of an episode, that is run beyond its end
+STIFFNESSES = tuple(10.0**n for n in range(4, 13))  # chosen: N/m
 
 
 def penalty_study(
@@ -142,10 +142,12 @@ def penalty_study(
     with part_shown("the reference", progress):
         exact = as_reference(EXACT if reference is None else reference, problem, delay)
     make = functools.partial(penalty_at, penalty, damping=damping, damping_ratio=damping_ratio)
-    chosen = Choice(k.tolist()) if stiffness is not None else affordable(problem, k.tolist(), make, PenaltyTask.runs)
+    chosen = (
+        Choice(k.tolist()) if stiffness is not None else choose_affordable(problem, k.tolist(), make, PenaltyTask.runs)
+    )
     compliant = {x: make(x) for x in chosen.values}
     task = PenaltyTask(problem, exact, "stiffness", compliant, contact, limit)
-    data = compare(task, "N/m", workers, journal, progress)
+    data = run_comparison(task, "N/m", workers, journal, progress)
     data.attrs |= {"left_out": chosen.left_out, "e_N": float(problem.system.laws[contact, LAW_E_N])}
     span = problem.span[1] - problem.span[0]
     rigid = [MoreauJean(span / n) for n in BESIDE_STEPS] if beside is None else beside
@@ -188,7 +190,7 @@ class PenaltyTask(ComparisonTask):
         """The part of the errors that the integration has, and what the contact did."""
         problem, loose = self.problem, coarser(integrator)
         coarse = self.reference.observe(problem, loose, problem.run(loose, problem.times))
-        own = {f"own_{name}": error for name, error in differences(observed, coarse).items()}
+        own = {f"own_{name}": error for name, error in largest_differences(observed, coarse).items()}
         return own | self.contact_row(integrator, run)
 
     def contact_row(self, integrator: Penalty, run: Solution) -> dict[str, Any]:
@@ -230,7 +232,7 @@ def branch(run: Solution, contact: int) -> str:
 
 def beside_columns(task: ComparisonTask, progress: Any) -> dict[str, Any]:
     """Errors at the last time and costs of the rigid runs."""
-    runs = compare(task, "", progress=progress)
+    runs = run_comparison(task, "", progress=progress)
     if runs.attrs["interrupted"]:
         raise KeyboardInterrupt
     names = [name for name in ("error_q", "error_u", "wall_time", "steps") if name in runs]

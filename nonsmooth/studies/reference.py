@@ -22,6 +22,7 @@ from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.studies.matched_events import Entrances
 
 EXACT = EventDriven(rtol=1e-12, atol=1e-14)  # rigid contact, as good as rounding allows
+# chosen: of the reference: how much coarser the second run is that says how far the first may be off
 COARSER_DT, COARSER_RTOL = 2.0, 10.0
 Observed = dict[str, np.ndarray]  # "q", "u" (n_t, n); with events "event_t" (m, 1), "after_q", "after_u" (m, n)
 
@@ -114,7 +115,7 @@ class Reference:
 
     def errors(self, observed: Observed) -> dict[str, np.ndarray]:
         """Largest difference of each row, by name."""
-        return differences(observed, self.observed)
+        return largest_differences(observed, self.observed)
 
 
 def states_at(problem: Problem, integrator: Any, t: np.ndarray) -> Observed:
@@ -129,7 +130,7 @@ def states_at(problem: Problem, integrator: Any, t: np.ndarray) -> Observed:
     return {"after_q": q, "after_u": u}
 
 
-def differences(one: Observed, other: Observed) -> dict[str, np.ndarray]:
+def largest_differences(one: Observed, other: Observed) -> dict[str, np.ndarray]:
     """Largest difference in each row, by name."""
     return {name: np.abs(values - other[name]).max(axis=1) for name, values in one.items()}
 
@@ -169,7 +170,7 @@ def as_reference(given: Any, problem: Problem, delay: float | None = None) -> Re
     elif delay is not None:
         raise InvalidInput(f"delay= needs a reference that locates its events, as EventDriven does; got {given!r}")
     observed = alone.observe(problem, given, fine)
-    floor = differences(observed, alone.observe(problem, coarser(given), coarse))
+    floor = largest_differences(observed, alone.observe(problem, coarser(given), coarse))
     return replace(alone, observed=observed, floor=floor)
 
 

@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     import xarray
 
 KINDS = ("error_q", "error_u", "error_event_t", "error_after_q", "error_after_u", "error_gamma_N")
-FINISHED, NOT_RUN = int(CellStatus.FINISHED), int(CellStatus.NOT_RUN)
+FINISHED, NOT_RUN = int(CellStatus.FINISHED), int(CellStatus.NOT_RUN)  # code: of a cell
 NO_LAW = "no law: every one misses some of the errors by more than half of them"
-OTHER_RESTITUTION = 0.05  # difference of two restitutions: a hundred stiffnesses off their limit still differ by less
-STANDS_STILL = 0.1  # order of an error that does not fall
-ABOVE_FLOOR = 10.0  # errors of the reference: an error below is not told from it, and no order is read from it
+# chosen: difference of two restitutions: a hundred stiffnesses off their limit still differ by less
+OTHER_RESTITUTION = 0.05
+STANDS_STILL = 0.1  # chosen: order of an error that does not fall
+ABOVE_FLOOR = 10.0  # chosen: errors of the reference: an error below is not told from it, and no order is read from it
 
 
 @dataclass(frozen=True)

@@ -31,11 +31,11 @@ from nonsmooth.studies.study import require_xarray
 from nonsmooth.studies.work_precision_result import WorkPrecision
 from nonsmooth.sweeps.progress import part_shown
 
-TIMES = 16  # at which a motion is looked at, evenly spaced, where it does not say
-STEPS = tuple(10.0 ** (-0.5 * k) for k in range(4, 12))  # of the span: 1e-2 to 3e-6
-TOLERANCES = tuple(10.0**-k for k in range(3, 13))
-REPEATS = 5
-LONG = 1.0  # s, of a run that is not repeated
+TIMES = 16  # chosen: at which a motion is looked at, evenly spaced, where it does not say
+STEP_PARTS = tuple(10.0 ** (-0.5 * k) for k in range(4, 12))  # chosen: of the span: 1e-2 to 3e-6
+WORK_TOLERANCES = tuple(10.0**-k for k in range(3, 13))  # chosen: relative
+TIMED_RUNS = 5  # chosen: of which the fastest counts
+LONG_RUN_TIME = 1.0  # chosen: s, of a run that is not repeated
 REFERENCES = (EventDriven(rtol=1e-12, atol=1e-14), Adaptive(rtol=1e-10, atol=1e-12))
 COLUMNS = ("setting", "error", "wall_time", "evaluations", "steps")
 
@@ -106,7 +106,7 @@ class OwnMethod:
         if self.values is not None:
             return self.values
         span = problem.span[1] - problem.span[0]
-        return [span * part for part in STEPS] if self.has_step else TOLERANCES
+        return [span * part for part in STEP_PARTS] if self.has_step else WORK_TOLERANCES
 
     def made(self, setting: float) -> Any:
         """The integrator with a step or tolerance."""
@@ -135,7 +135,7 @@ def work_precision(
     integrators: Mapping[str, Any],
     reference: Any = None,
     *,
-    repeats: int = REPEATS,
+    repeats: int = TIMED_RUNS,
     progress: Any = True,
 ) -> WorkPrecision:
     """Measure error against run time and against evaluations of the forces.
@@ -280,7 +280,7 @@ def measure(
             tell(done / n)
             done += 1
             row = rows[label][level]
-            if row["wall_time"] < LONG:
+            if row["wall_time"] < LONG_RUN_TIME:
                 times.append(methods[label].run(name, problem, row["setting"]).wall_time)
     for (label, level), times in walls.items():
         rows[label][level]["wall_time"] = statistics.median(times or [rows[label][level]["wall_time"]])

@@ -16,7 +16,7 @@ from nonsmooth.views import view
 
 COSTS = {"wall_time": "wall time [ms]", "evaluations": "force evaluations"}
 NOT_TOLD = "; stopped at"  # of a message: the state
-TARGETS = (1e-4, 1e-6, 1e-9)  # errors at which the table compares
+TARGETS = (1e-4, 1e-6, 1e-9)  # chosen: errors at which the table compares
 
 
 @dataclass(frozen=True, repr=False)

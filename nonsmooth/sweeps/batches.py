@@ -1,7 +1,7 @@
 """Cells in batches through an executor: sizes from measured times, retries one by one where a worker died.
 
-A batch holds about TARGET seconds of work, so that what an executor charges per task (0.2 ms for a local worker, a few
-ms for a scheduler on the network) stays below some per cent. The results do not depend on the sizes.
+A batch holds about BATCH_TIME seconds of work, so that what an executor charges per task (0.2 ms for a local worker, a
+few ms for a scheduler on the network) stays below some per cent. The results do not depend on the sizes.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from nonsmooth.sweeps.axes import Plan
 from nonsmooth.sweeps.pool import WorkerDied, WorkerTimedOut
 from nonsmooth.sweeps.task import Batch, CellStatus, Task
 
-TARGET = 0.1  # s of work in a batch; at least 0.02 is left when the estimate is five times too large
-GROWTH = 8  # a batch is at most this many times larger than the one before
-MAX_CELLS = 32_768  # cells in a batch: bounds the memory of its arrays
-AHEAD = 2  # batches waiting per worker
+BATCH_TIME = 0.1  # chosen: s of work in a batch; at least 0.02 is left when the estimate is five times too large
+BATCH_GROWTH = 8  # chosen: a batch is at most this many times larger than the one before
+MAX_CELLS = 32_768  # chosen: cells in a batch: bounds the memory of its arrays
+AHEAD = 2  # chosen: batches waiting per worker
 
 
 class InThisProcess(Executor):
@@ -167,8 +167,8 @@ class Driver:
                 raise
             return self._bury(chosen, error)
         if batch.elapsed > 0:
-            wanted = TARGET / batch.elapsed * len(chosen)
-            self._size = int(min(max(1.0, wanted), GROWTH * max(self._size, 1), MAX_CELLS))
+            wanted = BATCH_TIME / batch.elapsed * len(chosen)
+            self._size = int(min(max(1.0, wanted), BATCH_GROWTH * max(self._size, 1), MAX_CELLS))
         return batch
 
     def _bury(self, chosen: np.ndarray, error: Exception) -> Batch | None:

@@ -45,10 +45,10 @@ from nonsmooth.runs.times import intervals_of
 from nonsmooth.signals.interruption import end_if_asked
 from nonsmooth.signals.telling import tell
 
-EVENT_CAPACITY = 32  # rows, and three a contact; the kernel empties them
-N_KINDS = 4  # kinds of event
-N_CODES = 64  # changes of mode kept for a mode sequence
-STILL = 1e-12  # a coordinate whose range is below this part of its size does not move
+BLOCK_EVENT_CAPACITY = 32  # chosen: rows, and three a contact; the kernel empties them
+N_KINDS = 4  # chosen: kinds of event
+N_CODES = 64  # chosen: changes of mode kept for a mode sequence
+STILL_COORDINATE = 1e-12  # chosen: a coordinate whose range is below this part of its size does not move
 
 
 class Call(Block):
@@ -218,7 +218,7 @@ def reduce_motion(i, n, first, m, t_record, record, cells):
         for k in range(first + 1, m):
             low, high = min(low, q[k, j]), max(high, q[k, j])
         cells.low[i, j], cells.high[i, j], cells.change[i, j] = low, high, 0.0
-        if high - low <= STILL * max(abs(low), abs(high)):
+        if high - low <= STILL_COORDINATE * max(abs(low), abs(high)):
             continue
         least = min(range_of(j, first, half, q), range_of(j, half, m, q))
         cells.change[i, j] = 1.0 - least / (high - low)
@@ -309,7 +309,7 @@ class BlockEngine:
             self.model, self.has = model_of(system), model_facts(system)
         model, kernel = self.model, self.kernel
         sizes = {"n": system.n_u, "n_c": system.n_c, "d": system.d}
-        state, state_memory = renewable(new(State, **sizes, capacity=EVENT_CAPACITY + 3 * system.n_c))
+        state, state_memory = renewable(new(State, **sizes, capacity=BLOCK_EVENT_CAPACITY + 3 * system.n_c))
         record = new(Record, m=len(self.grid.t), **sizes)
         scratch, scratch_memory = renewable(self.integrator.scratch(system, self.selection))
         sys = new_sys(system, model.handle, self.has)

@@ -7,7 +7,7 @@ from typing import Any
 
 from nonsmooth.errors import InvalidInput, MissingExtra
 
-PATIENCE = 10.0  # s for the scheduler to answer
+SCHEDULER_PATIENCE = 10.0  # chosen: s for the scheduler to answer
 
 
 def connect(address: str) -> tuple[Executor, int, Any]:
@@ -25,11 +25,11 @@ def connect(address: str) -> tuple[Executor, int, Any]:
     except ImportError:
         raise MissingExtra('a scheduler needs distributed; pip install "nonsmooth[cluster]" brings it') from None
     try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
+        client = Client(address, timeout=SCHEDULER_PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:  # TimeoutError is an OSError
         raise InvalidInput(
-            f"no Dask scheduler answers at {address!r} within {PATIENCE:g} s ({type(error).__name__}); start one with "
-            "`dask scheduler`, and workers with `dask worker ADDRESS`"
+            f"no Dask scheduler answers at {address!r} within {SCHEDULER_PATIENCE:g} s ({type(error).__name__}); start "
+            "one with `dask scheduler`, and workers with `dask worker ADDRESS`"
         ) from None
     threads = sum(client.ncores().values())
     if threads == 0:

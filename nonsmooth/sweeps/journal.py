@@ -33,13 +33,13 @@ from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.sweeps.axes import Plan
 from nonsmooth.sweeps.task import Batch, Task
 
-KIND, FORMAT = "nonsmooth sweep", 2
+KIND, FORMAT = "nonsmooth sweep", 2  # code: of the form of the file
 HEAD = b'{"journal": "nonsmooth sweep"'
-LONGEST_HEAD = 2**20  # bytes; it holds the names of the axes
+LONGEST_HEAD = 2**20  # chosen: bytes; it holds the names of the axes
 CHECKSUM = re.compile(rb', "crc32": "([0-9a-f]{8})"}\n')
-N_CHECKSUM = 23  # bytes of it
-CHUNK = 4096  # lines read at a time
-SYNC = 1.0  # s between two orders to put what was written on the disk
+N_CHECKSUM = 23  # derived: bytes of it
+LINES_AT_ONCE = 4096  # chosen: lines read at a time
+SYNC = 1.0  # chosen: s between two orders to put what was written on the disk
 
 
 def study_of(task: Task, plan: Plan) -> str:
@@ -137,7 +137,7 @@ class Journal:
         with self._opened() as file:
             file.readline()
             first = 2
-            while lines := list(itertools.islice(file, CHUNK)):
+            while lines := list(itertools.islice(file, LINES_AT_ONCE)):
                 yield self._batch(self._entries(lines, first))
                 first += len(lines)
 

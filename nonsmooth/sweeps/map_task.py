@@ -23,7 +23,7 @@ from nonsmooth.sweeps.axis_names import Columns, unit_of
 from nonsmooth.sweeps.run_rows import Rules
 from nonsmooth.sweeps.task import Batch, CellStatus, Variable, as_slice, identity_of_model
 
-KEPT_OF_ONE, KEPT_OF_SEVERAL = 3, 8  # solutions written out by default
+KEPT_OF_ONE, KEPT_OF_SEVERAL = 3, 8  # chosen: solutions written out by default
 
 
 class MapTask:

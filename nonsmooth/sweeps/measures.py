@@ -30,12 +30,13 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.jit.blocks import fields_of
 from nonsmooth.results.solution import Solution, mode_name
-from nonsmooth.sweeps.block_engine import N_CODES, STILL, Cells
+from nonsmooth.sweeps.block_engine import N_CODES, STILL_COORDINATE, Cells
 from nonsmooth.sweeps.task import OF_COORDINATE, Variable
 
 Values = dict[str, np.ndarray]
-RESIDUAL, PENETRATION = (list(fields_of(Worst)).index(name) for name in ("residual", "penetration"))  # columns
-SETTLED = 0.01  # of an amplitude: that between two halves of a window which resolves the motion differs by less
+RESIDUAL, PENETRATION = (list(fields_of(Worst)).index(name) for name in ("residual", "penetration"))  # derived: columns
+# chosen: of an amplitude: that between two halves of a window which resolves the motion differs by less
+SETTLED_AMPLITUDE = 0.01
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def amplitude_of(solution: Solution, first: int) -> dict[str, Any]:
     half = min(int(np.searchsorted(t, 0.5 * (t[0] + t[-1]))), len(t) - 1)
     low, high = q.min(axis=0), q.max(axis=0)
     parts = [np.ptp(part, axis=0) if len(part) else np.zeros(q.shape[1]) for part in (q[:half], q[half:])]
-    moves = high - low > STILL * np.maximum(abs(low), abs(high))
+    moves = high - low > STILL_COORDINATE * np.maximum(abs(low), abs(high))
     change = 1.0 - np.minimum(*parts) / np.where(moves, high - low, 1.0)
     return {"amplitude": 0.5 * (high - low), "amplitude_change": np.where(moves, change, 0.0)}
 
@@ -89,7 +90,9 @@ def period_of(solution: Solution, first: int) -> dict[str, Any]:
     low, high = q.min(axis=0), q.max(axis=0)
     middle = 0.5 * (low + high)
     period = np.full(q.shape[1], np.nan)
-    for j in np.flatnonzero(high - low > STILL * np.maximum(abs(low), abs(high))) if solution.success else ():
+    for j in (
+        np.flatnonzero(high - low > STILL_COORDINATE * np.maximum(abs(low), abs(high))) if solution.success else ()
+    ):
         below, above = q[:-1, j] - middle[j], q[1:, j] - middle[j]
         k = np.flatnonzero((below < 0) & (above >= 0))
         times = t[k] + (t[k + 1] - t[k]) * below[k] / (below[k] - above[k])
@@ -173,9 +176,9 @@ MEASURES = {
 def doubt_of(values: Values) -> str:
     """What is to be said of amplitudes of motions that have not settled; nothing where all have."""
     change = values.get("amplitude_change")
-    if change is None or not (change > SETTLED).any():
+    if change is None or not (change > SETTLED_AMPLITUDE).any():
         return ""
-    cells, worst = int((change > SETTLED).any(axis=1).sum()), np.nanmax(change)
+    cells, worst = int((change > SETTLED_AMPLITUDE).any(axis=1).sum()), np.nanmax(change)
     return (
         f"the amplitude still changes in {cells} of {len(change)} cells, by up to {worst:.0%} from one half of the "
         "window to the other (amplitude_change): these motions have not settled, drift, or repeat more slowly; take a "

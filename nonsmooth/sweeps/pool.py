@@ -19,8 +19,8 @@ from typing import Any
 from nonsmooth.checks.arrays import as_count
 from nonsmooth.errors import InvalidInput, NonsmoothError
 
-MOST_WORKERS = 1024
-START_TIME = 60.0  # s for a fresh interpreter to answer
+MOST_WORKERS = 1024  # chosen: more processes than this are a slip of the pen
+WORKER_START_TIME = 60.0  # chosen: s for a fresh interpreter to answer
 READY, BEGUN = b"ready", b"begun"
 
 
@@ -138,7 +138,7 @@ class _Worker:
     def _start(self) -> None:
         self._spawn()
         try:
-            if self.pipe.poll(START_TIME) and self.pipe.recv_bytes() == READY:
+            if self.pipe.poll(WORKER_START_TIME) and self.pipe.recv_bytes() == READY:
                 return
         except (EOFError, OSError):
             self.process.join()

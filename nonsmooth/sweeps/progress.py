@@ -24,9 +24,9 @@ from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.signals.telling import listening
 
 PERIOD = {"line": 0.2, "json": 1.0}  # s between two lines
-LONG = 60.0  # s: what takes longer is said before it starts
-EVIDENCE = 1.0  # s after which a rate is believed
-RECENT = 5.0  # s after which it is looked at anew: a motion may become slower on its way
+ANNOUNCED_TIME = 60.0  # chosen: s: what takes longer is said before it starts
+EVIDENCE_TIME = 1.0  # chosen: s after which a rate is believed
+RECENT_TIME = 5.0  # chosen: s after which it is looked at anew: a motion may become slower on its way
 CLEARED = "\r\033[K"  # the line that is written over
 
 
@@ -142,14 +142,14 @@ class Progress:
 
     def _look(self) -> None:
         now = time.perf_counter()
-        if not self._is_announced and self.costs is None and now - self._since >= EVIDENCE:
+        if not self._is_announced and self.costs is None and now - self._since >= EVIDENCE_TIME:
             self._announce(self.snapshot().remaining)
         if now - self._shown >= self.period:
             self.show()
 
     def _announce(self, seconds: float) -> None:
         """Say what will take more than a minute."""
-        if not seconds > LONG or self._is_announced:
+        if not seconds > ANNOUNCED_TIME or self._is_announced:
             return
         self._is_announced = True
         if self.is_json:
@@ -194,7 +194,7 @@ class Progress:
         present = self._begun * self._present
         if self.costs is not None:
             done, left = self._seconds, float(self.costs.sum()) - self._seconds
-        if done + present > (0.0 if self.costs is None else EVIDENCE):
+        if done + present > (0.0 if self.costs is None else EVIDENCE_TIME):
             return (left - present) * elapsed / (done + present)
         return left / self.at_once if self.costs is not None else math.nan
 
@@ -212,7 +212,7 @@ def part_shown(what: str, show: Any, stream: TextIO | None = None) -> Iterator[N
         nonlocal shown_at, is_announced
         now = time.perf_counter()
         left = pace.left(part, now)
-        if not is_announced and left > LONG:
+        if not is_announced and left > ANNOUNCED_TIME:
             is_announced = True
             say_estimate(what, left, stream)
         if now - shown_at >= PERIOD["line"] and stream.isatty():
@@ -227,7 +227,7 @@ def part_shown(what: str, show: Any, stream: TextIO | None = None) -> Iterator[N
 
 class Pace:
     """Seconds that are left of a calculation that tells how far it is: at its mean rate, or at that of the last
-    `RECENT` seconds or more where that is less."""
+    `RECENT_TIME` seconds or more where that is less."""
 
     def __init__(self) -> None:
         self._first = self._last = self._next = (math.inf, 0.0)  # time [s] and part
@@ -238,9 +238,9 @@ class Pace:
         if part < self._before:  # what comes before the first part is compiling, or another run
             self._first = self._last = self._next = (now, part)
         self._before = part
-        if now - self._next[0] >= RECENT:
+        if now - self._next[0] >= RECENT_TIME:
             self._last, self._next = self._next, (now, part)
-        if now - self._first[0] < EVIDENCE:
+        if now - self._first[0] < EVIDENCE_TIME:
             return math.nan
         return max(time_left(part, now, *mark) for mark in (self._first, self._last))
 

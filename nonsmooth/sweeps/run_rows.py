@@ -24,8 +24,8 @@ from nonsmooth.mechanics.system import System, as_system, with_values
 from nonsmooth.sweeps.axis_names import Columns, Parts
 
 Failures = Callable[[np.ndarray, Exception], None]  # takes the numbers of cells and what went wrong in them
-ROWS_KEPT = 20_000  # rules and starts of a model: those of an axis of a grid come back in every batch
-SAMPLES = 9  # values of an axis at which a system is built to see what depends on it
+ROWS_KEPT = 20_000  # chosen: rules and starts of a model: those of an axis of a grid come back in every batch
+AXIS_SAMPLES = 9  # chosen: values of an axis at which a system is built to see what depends on it
 
 
 @dataclass
@@ -99,7 +99,7 @@ class RowBuilder:
             return False
         base = as_system(self.model)
         for name, values in fields.items():
-            for value in np.unique(values)[:: max(1, len(values) // SAMPLES)]:
+            for value in np.unique(values)[:: max(1, len(values) // AXIS_SAMPLES)]:
                 try:
                     system = as_system(with_values(self.model, {name: value.item()}))
                 except InvalidInput:

@@ -30,8 +30,8 @@ from nonsmooth.sweeps.measures import Measure, doubt_of, measure_named
 from nonsmooth.sweeps.run_rows import RowBuilder, Rows, combinations
 from nonsmooth.sweeps.task import Batch, CellStatus, Variable, as_values, identity_of_model, name_of, words_of
 
-ONE_RECORD = 2**62  # steps between two records: only the start and the end are kept
-MIDDLE = 0.5  # the window is the second half of a run
+ONE_RECORD = 2**62  # derived: steps between two records: only the start and the end are kept
+WINDOW_START = 0.5  # chosen: the window is the second half of a run
 
 
 def as_measures(measures: Any) -> list[str | Callable]:
@@ -91,7 +91,7 @@ class RunTask:
         integrator: Any = None,
         state: Mapping[str, Any] | None = None,
         selection: str = "compliant-limit",
-        window: float = MIDDLE,
+        window: float = WINDOW_START,
         every: int = 1,
     ) -> None:
         self.model, self.system = model, as_system(model)

@@ -41,9 +41,9 @@ from nonsmooth.sweeps.task import OF_COORDINATE, Batch, CellStatus, FunctionTask
 if TYPE_CHECKING:
     import xarray
 
-LONGEST_WAIT = 1e8  # s, three years: what the clock of a pipe holds
-CELL_BYTES = 17  # of a cell without results: status, message, its number among those that are missing
-FIRST_BATCH = 1  # cells: what is in a batch at Ctrl-C is lost, and how long one takes is not known yet
+LONGEST_WAIT = 1e8  # derived: s, three years: what the clock of a pipe holds
+CELL_BYTES = 17  # derived: of a cell without results: status, message, its number among those that are missing
+FIRST_BATCH = 1  # chosen: cells: what is in a batch at Ctrl-C is lost, and how long one takes is not known yet
 
 
 def sweep(
@@ -198,7 +198,7 @@ def costs_of(task: Task, result: Result) -> np.ndarray | None:
     return costs
 
 
-def whole(found: xarray.Dataset) -> xarray.Dataset:
+def require_whole(found: xarray.Dataset) -> xarray.Dataset:
     """A sweep that came to its end, for those who have no use for a part; else KeyboardInterrupt."""
     if found.attrs["interrupted"]:
         raise KeyboardInterrupt

@@ -17,9 +17,10 @@ import sympy as sp
 
 from nonsmooth.symbolic.straight_line import StraightLine
 
-SAMPLES = 3  # random states: an expression that varies would have to be stationary at all of them
-SAME = 1e-11  # of the largest value that occurs on the way: 1e5 roundings
-LONGEST = 400  # operations, written out, of what is expanded: beyond them the algebra takes longer than a second
+SAMPLED_STATES = 3  # chosen: random states: an expression that varies would have to be stationary at all of them
+SAME_VALUE = 1e-11  # chosen: of the largest value that occurs on the way: 1e5 roundings
+# measured: operations, written out, of what is expanded: beyond them the algebra takes longer than a second
+MOST_OPERATIONS = 400
 
 
 class Apparent:
@@ -35,7 +36,7 @@ class Apparent:
     def __init__(self, line: StraightLine, groups: list[set[Any]]) -> None:
         self._line, self._groups = line, groups
         rng = random.Random(1)
-        self._samples = [_Sample(line, rng) for _ in range(SAMPLES)]
+        self._samples = [_Sample(line, rng) for _ in range(SAMPLED_STATES)]
 
     def freed(self, expressions: list[Any]) -> list[Any]:
         """The expressions of one function, freed of groups that none depends on, and of all where one is constant."""
@@ -52,7 +53,7 @@ class Apparent:
         if not groups:
             return expression
         plain = self._line.written_out(expression)
-        if plain.count_ops() > LONGEST:
+        if plain.count_ops() > MOST_OPERATIONS:
             return expression
         plain = without_squares(plain)
         reads = plain.free_symbols
@@ -78,7 +79,7 @@ class _Sample:
         except (ArithmeticError, ValueError, TypeError, AttributeError):
             return True
         size = max(self._size(expression, self._known), abs(one), abs(other))
-        return not abs(one - other) <= SAME * size
+        return not abs(one - other) <= SAME_VALUE * size
 
     def _value(self, expression: Any, known: dict[Any, float], moved: frozenset[Any]) -> float:
         for symbol in sorted(expression.free_symbols, key=str):

@@ -14,7 +14,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.symbolic.expressions import Expressions
 from nonsmooth.symbolic.parts import DeclaredContact
 
-ROUNDING = 1e-12  # of a typed direction; 1e4 times that of a number
+DIRECTION_ACCURACY = 1e-12  # chosen: of a typed direction; 1e4 times that of a number
 
 
 class TypedContact(NamedTuple):
@@ -98,7 +98,7 @@ def _gap(check: Expressions, typed: TypedContact, point: tuple[Any, ...], what: 
 def _require_length_one(check: Expressions, what: str, direction: tuple[Any, ...]) -> None:
     """By numbers, at the values of the parameters: to be simplified it might take long."""
     length = math.sqrt(check.sample(sp.Add(*(part * part for part in direction))))
-    if not abs(length - 1) <= ROUNDING:
+    if not abs(length - 1) <= DIRECTION_ACCURACY:
         raise InvalidInput(f"{what} must have length 1; got {length:g}")
 
 
@@ -127,7 +127,7 @@ def _require_perpendicular(check: Expressions, typed: TypedContact, tangent: tup
     if typed.normal is not None:
         normal = check.vector(f"the normal of {what}", typed.normal)
         product = check.sample(sp.Add(*(n * tau for n, tau in zip(normal, tangent, strict=True))))
-        if not abs(product) <= ROUNDING:
+        if not abs(product) <= DIRECTION_ACCURACY:
             raise InvalidInput(f"the tangent of {what} must be perpendicular to its normal; n.tau = {product:g}")
 
 

@@ -17,7 +17,7 @@ from nonsmooth.checks.arrays import as_index
 from nonsmooth.errors import InvalidInput, MissingExtra, said_by
 from nonsmooth.mechanics.system import FUNCTION_NAMES, TAKES_U, as_system
 
-LARGEST = 6  # coordinates: beyond them the closed form of an inverse fills pages
+MOST_COORDINATES = 6  # chosen: coordinates: beyond them the closed form of an inverse fills pages
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ def critical_friction(model: Any, contact: int = 0) -> CriticalFriction:
     of = system.contacts[contact]
     if of.normal_force or not of.has_friction:
         raise InvalidInput(f"contact {contact} has no gap or no friction, so there is no critical friction")
-    if system.n_q > LARGEST:
+    if system.n_q > MOST_COORDINATES:
         raise InvalidInput(
-            f"the closed form is worked out up to {LARGEST} coordinates; got {system.n_q}: "
+            f"the closed form is worked out up to {MOST_COORDINATES} coordinates; got {system.n_q}: "
             "nonsmooth.critical_friction finds the number"
         )
     W_N, W_F, M = _symbolic(model, system)

@@ -17,9 +17,9 @@ from sympy.printing.pycode import PythonCodePrinter
 
 from nonsmooth.symbolic.straight_line import StraightLine, new_symbols
 
-LONGEST_LINE = 116  # characters
-LARGEST_PART = 12  # operations of what may stand where it is needed: longer lines read badly
-LARGEST_POWER = 8  # up to which a power is a product, with the same bits compiled and interpreted
+LONGEST_LINE = 116  # chosen: characters
+LARGEST_PART = 12  # chosen: operations of what may stand where it is needed: longer lines read badly
+LARGEST_POWER = 8  # chosen: up to which a power is a product, with the same bits compiled and interpreted
 INDENT = "    "
 NUMBER = re.compile(r"(?<!\w)\((\d+\.\d+)\)")
 WHOLE = re.compile(r"^\(([^()]*)\)$")

@@ -18,7 +18,7 @@ from nonsmooth.symbolic.equations import Equations
 from nonsmooth.symbolic.flat_code import FlatCode
 from nonsmooth.symbolic.units import shortened
 
-WIDTH = 118
+SOURCE_WIDTH = 118  # chosen: characters of a line
 OUT = {  # function: (arguments, its array, what it writes, unit)
     "mass": ("t, q, p", "M", "M", ""),
     "force": ("t, q, u, p", "h", "h, all smooth forces", ""),
@@ -168,7 +168,7 @@ class Writer:
         given = [f"{name}={name}" for name in self.written]
         contacts = [f"Contact({contact.arguments})" for contact in self.declared.contacts]
         inner = textwrap.wrap(
-            ", ".join([f"n_q={len(self.declared.q)}", *given]) + ",", WIDTH - 12, break_long_words=False
+            ", ".join([f"n_q={len(self.declared.q)}", *given]) + ",", SOURCE_WIDTH - 12, break_long_words=False
         )
         count = f"{len(contacts)} contact{'s' * (len(contacts) != 1)}"
         lines = ["def system(self) -> System:", f'    """The system with {count}."""', "    return System("]
@@ -181,7 +181,7 @@ class Writer:
         starts = self.declaration.starts
         symbols = [*self.declared.q, *self.declared.u]
         arguments = ", ".join(f"{s}: float = {starts.get(str(s), 0.0)!r}" for s in symbols)
-        head = textwrap.wrap(arguments, WIDTH - 8, break_long_words=False)
+        head = textwrap.wrap(arguments, SOURCE_WIDTH - 8, break_long_words=False)
         n = len(self.declared.q)
         units = [unit for unit in self.declaration.coordinate_units.values()]
         units += [f"{unit}/s" if unit else "" for unit in units]
@@ -259,7 +259,9 @@ def comment(doc: str, unit: str) -> str:
 
 def wrapped(text: str) -> list[str]:
     """A line of the header, broken where it is long."""
-    return textwrap.wrap(text, WIDTH, initial_indent="    ", subsequent_indent="        ", break_long_words=False)
+    return textwrap.wrap(
+        text, SOURCE_WIDTH, initial_indent="    ", subsequent_indent="        ", break_long_words=False
+    )
 
 
 def indented(lines: list[str]) -> list[str]:

@@ -10,7 +10,8 @@ import numpy as np
 from nonsmooth.errors import InvalidInput, said_by
 from nonsmooth.mechanics.system import MASS, NORMAL, System, as_system
 
-RANK = 1e-12  # of the largest singular value: 1e4 times rounding, far below what a mechanism shows on purpose
+# chosen: of the largest singular value: 1e4 times rounding, far below what a mechanism shows on purpose
+DEPENDENT_DIRECTION = 1e-12
 
 
 def require_possible(declaration: Any) -> None:
@@ -68,8 +69,12 @@ def _require_inertia(M: np.ndarray, names: list[str]) -> None:
             )
     scale = np.sqrt(np.diag(M))
     values, vectors = np.linalg.eigh(M / np.outer(scale, scale))
-    if values[0] < RANK * values[-1]:
-        parts = [name for name, part in zip(names, np.abs(vectors[:, 0]), strict=True) if part > math.sqrt(RANK)]
+    if values[0] < DEPENDENT_DIRECTION * values[-1]:
+        parts = [
+            name
+            for name, part in zip(names, np.abs(vectors[:, 0]), strict=True)
+            if part > math.sqrt(DEPENDENT_DIRECTION)
+        ]
         raise InvalidInput(
             f"the mass matrix is singular at the start: {' and '.join(parts)} move together without kinetic energy; "
             "start(...) gives another start"
@@ -81,7 +86,7 @@ def _require_independent(W: np.ndarray, held: list[int]) -> None:
     if not (size > 0).all():
         raise InvalidInput(f"the gap of the bilateral contact {held[int(size.argmin())]} has no slope at the start")
     singular = np.linalg.svd(W / size[:, None], compute_uv=False)
-    if len(held) > W.shape[1] or singular[-1] < RANK * singular[0]:
+    if len(held) > W.shape[1] or singular[-1] < DEPENDENT_DIRECTION * singular[0]:
         raise InvalidInput(
             f"the bilateral contacts {', '.join(map(str, held))} are redundant at the start, so that their forces are "
             "not determined: leave out what the others hold already, or give another start with start(...)"

@@ -10,7 +10,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall, PainleveRod, SpragSlip
-from nonsmooth.cycles.jump import jumped, read_jump
+from nonsmooth.cycles.jump import apply_jump, read_jump
 from nonsmooth.cycles.mode_flow import mode_flow
 from nonsmooth.cycles.mode_sequence import runs_of
 from nonsmooth.numerics.complex_step import jacobian
@@ -238,9 +238,9 @@ def test_jump_is_that_of_the_integrator_and_its_derivative_that_of_differences(l
     flow = mode_flow(system, first.states)
     jump = read_jump(flow, before, after, [event for event in run.events if event.t == run.t[first.end]])
     assert jump.closing == (0,) and jump.has_own_law == (law != "newton")
-    np.testing.assert_allclose(jumped(jump, flow, before).real, after, rtol=1e-12, atol=1e-12)
-    R, h = jacobian(lambda z: jumped(jump, flow, z), before)[1], 1e-6
-    ahead, behind = ([jumped(jump, flow, before + s * d).real for d in h * np.eye(6)] for s in (1, -1))
+    np.testing.assert_allclose(apply_jump(jump, flow, before).real, after, rtol=1e-12, atol=1e-12)
+    R, h = jacobian(lambda z: apply_jump(jump, flow, z), before)[1], 1e-6
+    ahead, behind = ([apply_jump(jump, flow, before + s * d).real for d in h * np.eye(6)] for s in (1, -1))
     np.testing.assert_allclose(R, (np.array(ahead) - behind).T / (2 * h), atol=1e-7)
 
 

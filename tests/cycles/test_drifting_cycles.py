@@ -11,7 +11,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BeltOscillator, Woodpecker
-from nonsmooth.cycles.drift import drift_of
+from nonsmooth.cycles.drift import find_drift
 from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_KIND, EVENT_T, IMPACT
 
 
@@ -218,7 +218,7 @@ def places(system):
     ids=["woodpecker", "constant drive", "two discs", "turning frame", "belt"],
 )  # fmt: skip
 def test_the_directions_are_those_along_which_nothing_changes(system, expected):
-    found = drift_of(system, places(system), is_forced=False).directions
+    found = find_drift(system, places(system), is_forced=False).directions
     assert np.allclose(found, np.reshape(expected, (-1, system.n_q + 1)), atol=1e-12)
 
 

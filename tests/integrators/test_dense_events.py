@@ -16,7 +16,7 @@ from benchmarks.stress_scenes import Tower, tower
 from models import BouncingBall
 from nonsmooth.runs import hand_over
 from nonsmooth.runs import run as runs
-from nonsmooth.runs.hand_over import MANY, are_dense
+from nonsmooth.runs.hand_over import MANY_EVENTS, are_dense
 
 STEPPED = ns.EventDriven(hand_over=ns.MoreauJean(dt=1e-3))
 ADAPTED = ns.EventDriven(hand_over=ns.Adaptive(1e-6, 1e-8))
@@ -141,8 +141,8 @@ def test_plain_accumulation_is_not_handed_over(integrator):
 
 
 def test_many_events_of_one_contact_are_left_to_its_accumulation():
-    rows = np.zeros((MANY, 13))
-    rows[:, 0] = np.linspace(0.0, 1e-6, MANY)
+    rows = np.zeros((MANY_EVENTS, 13))
+    rows[:, 0] = np.linspace(0.0, 1e-6, MANY_EVENTS)
     assert not are_dense(rows, 1e-3)
     rows[0, 2] = 1.0
     assert are_dense(rows, 1e-3) and not are_dense(rows, 1e-7) and not are_dense(rows[1:], 1e-3)

@@ -94,9 +94,9 @@ def test_a_python_whose_instructions_are_others_is_refused(monkeypatch):
 
 
 def test_an_instruction_that_names_something_in_an_unknown_way_is_refused():
-    assert bytecode._act("LOAD_SOMETHING_NEW", dis.opmap["LOAD_NAME"]) == bytecode.REFUSED
-    assert bytecode._act("LOAD_SOMETHING_NEW", dis.opmap["LOAD_DEREF"]) == bytecode.REFUSED
-    assert bytecode._act("DO_SOMETHING_NEW", dis.opmap["POP_TOP"]) == bytecode.OTHER
+    assert bytecode._act("LOAD_SOMETHING_NEW", dis.opmap["LOAD_NAME"]) == bytecode.IS_REFUSED
+    assert bytecode._act("LOAD_SOMETHING_NEW", dis.opmap["LOAD_DEREF"]) == bytecode.IS_REFUSED
+    assert bytecode._act("DO_SOMETHING_NEW", dis.opmap["POP_TOP"]) == bytecode.IS_OTHER
 
 
 @pytest.mark.parametrize(("text", "words"), [

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from nonsmooth.integrators.moreau_jean import step
 from nonsmooth.jit import fingerprint, interpreted, kernel, kernels
+from nonsmooth.numerics import rounding
+from nonsmooth.numerics.rounding import rounded_sum
 
 FACTOR = 3.0
 
@@ -94,3 +97,22 @@ def test_a_model_function_may_count_from_the_end():
     sol = ns.simulate(system, (0, np.pi), [1.0, 1.0], [0.0, 0.0], integrator=ns.MoreauJean(dt=np.pi / 2000))
     # theta = 1/2 on a unit oscillator: phase error dt^2 pi / 24 at most, so q_1 = -1 + O(1e-12) and q_0 untouched
     assert sol.q[-1] == pytest.approx([1.0, -1.0], abs=1e-6)
+
+
+@kernel("float64(float64)")
+def rounding_of_ten(x):
+    """Ten roundings of x."""
+    return rounded_sum(10, x)
+
+
+@pytest.mark.parametrize("entry_point", [rounding_of_ten, step.run], ids=["one call away", "of a step"])
+def test_the_stamp_follows_a_constant_of_another_module_however_far_below_it_is_read(entry_point, monkeypatch):
+    before = stamp(entry_point)
+    with monkeypatch.context() as change:
+        change.setattr(rounding, "UNIT_ROUNDOFF", 2.0**-24)
+        assert stamp(entry_point) != before
+    assert stamp(entry_point) == before
+
+
+def test_a_kernel_reads_the_constant_of_the_module_that_it_stands_in():
+    assert rounding_of_ten(1.0) == 10 * rounding.UNIT_ROUNDOFF

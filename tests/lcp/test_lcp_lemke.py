@@ -113,9 +113,9 @@ def test_towers_with_masses_over_six_decades_do_not_mislead_the_pivots(seed):
     """Redundant contacts leave zeros in the tableau that rounding fills."""
     from benchmarks.problems import tower
     from nonsmooth.contact.blocks.faceted_lcp import faceted
-    from nonsmooth.contact.blocks.problem import check_problem, scaled
+    from nonsmooth.contact.blocks.problem import check_problem, scale_problem
 
-    problem, _ = scaled(check_problem(*tower(np.random.default_rng([seed, 40, 2]), 40, 2)))
+    problem, _ = scale_problem(check_problem(*tower(np.random.default_rng([seed, 40, 2]), 40, 2)))
     A, b, impulses = faceted(problem, 2)
     status, _, z = solve(A, b)
     assert status == SOLVED and problem.error(impulses @ z) <= 1e-8

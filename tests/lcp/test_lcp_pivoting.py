@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from nonsmooth.jit import interpreted
-from nonsmooth.lcp.pivoting import PATIENCE, pivoting, pivoting_entry, pivoting_workspace
+from nonsmooth.lcp.pivoting import PIVOTING_PATIENCE, pivoting, pivoting_entry, pivoting_workspace
 from nonsmooth.lcp.result import SOLVED
 
 
@@ -35,7 +35,7 @@ def test_the_safeguard_ends_a_cycle_of_block_steps():
     A = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 2.0], [2.0, 0.0, 1.0]])
     status, iterations, z = solve(A, -np.ones(3), guess=np.array([1.0, 0.0, 0.0]))
     assert status == SOLVED
-    assert iterations > PATIENCE
+    assert iterations > PIVOTING_PATIENCE
     np.testing.assert_allclose(z, np.full(3, 1 / 3), rtol=1e-15)
 
 

@@ -3,13 +3,13 @@ import math
 import numpy as np
 
 from nonsmooth.jit import interpreted
-from nonsmooth.lcp.result import judge, judge_sparse, lcp_residual, natural_scale, natural_scales
+from nonsmooth.lcp.result import judge_solution, judge_sparse, lcp_residual, natural_scale, natural_scales
 
 
 def measure(A, b, z):
     A, b, z = np.array(A, float), np.array(b, float), np.array(z, float)
     w = np.empty_like(b)
-    value = judge(A, b, z, w)
+    value = judge_solution(A, b, z, w)
     assert interpreted(lcp_residual)(len(b), A, b, z) == value or math.isnan(value)
     return value
 
@@ -53,7 +53,9 @@ def test_dense_and_sparse_measures_agree():
     A = rng.standard_normal((7, 7)) * (rng.uniform(size=(7, 7)) < 0.4)
     A[2] = 0.0
     b, z, w, w_sparse = rng.standard_normal(7), rng.uniform(size=7), np.empty(7), np.empty(7)
-    np.testing.assert_allclose(judge_sparse(sparse.csr_matrix(A), b, z, w_sparse), judge(A, b, z, w), rtol=1e-14)
+    np.testing.assert_allclose(
+        judge_sparse(sparse.csr_matrix(A), b, z, w_sparse), judge_solution(A, b, z, w), rtol=1e-14
+    )
     np.testing.assert_allclose(w_sparse, w, rtol=1e-14, atol=1e-15)
     expected = [interpreted(natural_scale)(7, A, i) for i in range(7)]
     for d in (natural_scales(A), natural_scales(sparse.csr_matrix(A))):

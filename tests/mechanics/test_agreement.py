@@ -24,7 +24,7 @@ from models import (
     Woodpecker,
 )
 from nonsmooth.mechanics import inspection
-from nonsmooth.mechanics.agreement import PLACES, STEPS, contradiction, wrong_entry
+from nonsmooth.mechanics.agreement import DIFFERENCE_STEPS, PLACES_ON_LINE, contradiction, wrong_entry
 
 INTEGRATORS = [ns.MoreauJean(dt=1e-3), ns.Adaptive(), ns.EventDriven(), ns.Penalty(1e4, damping_ratio=0.1), "auto"]
 
@@ -243,7 +243,7 @@ def test_a_system_is_looked_at_ever_more_rarely(monkeypatch):
 
 def on_line(f):
     """The values of a scalar function at the five places."""
-    return lambda h: ([float(f(h * place))] for place in PLACES)
+    return lambda h: ([float(f(h * place))] for place in PLACES_ON_LINE)
 
 
 @settings(max_examples=300, deadline=None)
@@ -279,9 +279,9 @@ def test_a_wrong_derivative_of_a_smooth_function_is_contradicted_at_every_length
 
 def test_a_ripple_as_short_as_one_step_is_no_contradiction():
     def f(s):  # twice its length is a step, which does not see it
-        return s + math.sin(4.0 * math.pi * s / STEPS[0])
+        return s + math.sin(4.0 * math.pi * s / DIFFERENCE_STEPS[0])
 
-    derivative = 1.0 + 4.0 * math.pi / STEPS[0]
+    derivative = 1.0 + 4.0 * math.pi / DIFFERENCE_STEPS[0]
     assert wrong_entry(on_line(f), [derivative], [derivative], 0.0) is None
 
 

@@ -103,7 +103,7 @@ MUTATIONS = {
         "tests/contact/blocks/test_contact_local.py::test_single_contact_satisfies_the_inclusion_of_one_of_its_modes",
     ),
     "a kink in a model counts as a wrong derivative": Mutation(
-        "mechanics/agreement.py", "SAFETY * (abs(E) + abs(J))", "SAFETY * abs(E)",
+        "mechanics/agreement.py", "KINK_SAFETY * (abs(E) + abs(J))", "KINK_SAFETY * abs(E)",
         "tests/mechanics/test_agreement.py::test_a_kink_or_a_jump_wherever_it_is_contradicts_no_derivative",
     ),
     "one step alone decides that a derivative is wrong": Mutation(

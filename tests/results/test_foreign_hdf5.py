@@ -46,7 +46,7 @@ def test_a_library_that_crashes_or_never_ends_is_a_sentence(path, tmp_path, monk
     other_reader(tmp_path, monkeypatch, "kill -SEGV $$")
     with pytest.raises(ValueError, match=r"the HDF5 library ended its process on it \(exit code -11\)"):
         read(path)
-    monkeypatch.setattr(foreign_hdf5, "START_TIME", 0.2)
+    monkeypatch.setattr(foreign_hdf5, "READER_START_TIME", 0.2)
     other_reader(tmp_path, monkeypatch, "exec sleep 60")
     with pytest.raises(ValueError, match="was still at work on it after 0 s"):
         read(path)

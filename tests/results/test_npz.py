@@ -107,7 +107,7 @@ def test_zeros_that_inflate_are_refused_beyond_a_hundred_times_the_file_and_neve
 
 def test_an_archive_larger_than_the_memory_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(memory, "free_memory", lambda: 1e6)
-    monkeypatch.setattr(memory, "SMALL", 1000)
+    monkeypatch.setattr(memory, "UNASKED_BYTES", 1000)
     np.savez(tmp_path / "a.npz", x=np.zeros(200_000))
     with pytest.raises(ValueError, match="its arrays need 0.00149 GiB and 0.000931 GiB are free"):
         read_npz(tmp_path / "a.npz")

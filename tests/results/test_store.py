@@ -84,11 +84,11 @@ def test_every_dataset_of_an_h5_file_has_a_checksum_that_other_programs_verify(t
 def test_a_dataset_of_many_chunks_is_read_to_the_last_row(tmp_path):
     """Rows of 24 bytes in chunks of 1 MiB: the last chunk is not full."""
     h5py = pytest.importorskip("h5py")
-    from nonsmooth.results.hdf5 import CHUNK, put, take
+    from nonsmooth.results.hdf5 import CHUNK_BYTES, put_array, take
 
-    array = np.random.default_rng(0).normal(size=(CHUNK // 8, 3))
+    array = np.random.default_rng(0).normal(size=(CHUNK_BYTES // 8, 3))
     with h5py.File(tmp_path / "a.h5", "w") as file:
-        put(file, "a", array)
+        put_array(file, "a", array)
         assert file["a"].chunks[0] < len(array) < 4 * file["a"].chunks[0]
         assert (take(file["a"]) == array).all()
 

@@ -52,7 +52,7 @@ def die_at(place):
             os.kill(os.getpid(), signal.SIGKILL)
 
     def torn(self, where, data):
-        count(lambda: len(data) > growing_array.COUNT and put(self, where, data[: len(data) // 2]))
+        count(lambda: len(data) > growing_array.SHAPE_BYTES and put(self, where, data[: len(data) // 2]))
         put(self, where, data)
 
     growing_array.GrowingArray._put = torn

@@ -30,12 +30,18 @@ import numpy as np
 
 from nonsmooth.contact.blocks.linear import Solve, factorise
 from nonsmooth.contact.blocks.problem import Problem
-from nonsmooth.contact.blocks.second_order_cone import product, quotient, scale, scaling_point, way_out
+from nonsmooth.contact.blocks.second_order_cone import (
+    distance_to_boundary,
+    jordan_product,
+    jordan_quotient,
+    scale,
+    scaling_point,
+)
 from nonsmooth.jit import kernel
 
-BOUNDARY = 0.95  # of the way to the boundary of the cones that a step goes at most
-SHORT, RISE = 0.2, 0.2  # a step below SHORT halves theta, any other adds RISE
-PATIENCE = 12  # steps without a smaller error after which no more is expected
+CONE_STEP_PART = 0.95  # chosen: of the way to the boundary of the cones that a step goes at most
+SHORT_STEP, THETA_RISE = 0.2, 0.2  # chosen: a step below SHORT_STEP halves theta, any other adds THETA_RISE
+INTERIOR_PATIENCE = 12  # chosen: steps without a smaller error after which no more is expected
 
 
 @dataclass(frozen=True)
@@ -61,7 +67,7 @@ class Interior:
         point = InteriorPoint(problem, P, self.start)
         reached, waited = np.inf, 0
         for count in range(self.max_iterations):
-            if least <= tol or waited == PATIENCE or time.monotonic() >= until:
+            if least <= tol or waited == INTERIOR_PATIENCE or time.monotonic() >= until:
                 return best, count
             if not point.step():
                 return best, count + 1
@@ -99,13 +105,13 @@ class InteriorPoint:
         centring = min(1.0, max(0.0, gap_ahead / gap)) ** 3
         correct(self.w, y, self.dx, self.dy, centring * gap, self.target)
         self._direction(solve)
-        length, gap_ahead = longest_step(x, y, self.dx, self.dy, BOUNDARY)
+        length, gap_ahead = longest_step(x, y, self.dx, self.dy, CONE_STEP_PART)
         if not (length > 0.0 and math.isfinite(gap_ahead)):
             return False
         x += length * self.dx
         y += length * self.dy
         leave(problem.mu, problem.dim, x, self.P)
-        self.theta = 0.5 * self.theta if length < SHORT else min(1.0, self.theta + RISE)
+        self.theta = 0.5 * self.theta if length < SHORT_STEP else min(1.0, self.theta + THETA_RISE)
         return True
 
     def _direction(self, solve: Solve) -> None:
@@ -224,8 +230,8 @@ def correct(w, y, dx, dy, tau, target):
         l_N, l_1, l_2 = scale(w_N, w_1, w_2, eta, y[i, 0], y[i, 1], y[i, 2])
         a_N, a_1, a_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, dx[i, 0], dx[i, 1], dx[i, 2])
         b_N, b_1, b_2 = scale(w_N, w_1, w_2, eta, dy[i, 0], dy[i, 1], dy[i, 2])
-        p_N, p_1, p_2 = product(a_N, a_1, a_2, b_N, b_1, b_2)
-        q_N, q_1, q_2 = quotient(l_N, l_1, l_2, tau - p_N, -p_1, -p_2)
+        p_N, p_1, p_2 = jordan_product(a_N, a_1, a_2, b_N, b_1, b_2)
+        q_N, q_1, q_2 = jordan_quotient(l_N, l_1, l_2, tau - p_N, -p_1, -p_2)
         q_N, q_1, q_2 = scale(w_N, -w_1, -w_2, 1.0 / eta, q_N, q_1, q_2)
         target[i, 0] = q_N - y[i, 0]
         target[i, 1] = q_1 - y[i, 1]
@@ -237,8 +243,8 @@ def longest_step(x, y, dx, dy, boundary):
     """The step length, at most 1 and ``boundary`` of the way out of the cones, and the mean gap after it."""
     out = math.inf
     for i in range(x.shape[0]):
-        out = min(out, way_out(x[i, 0], x[i, 1], x[i, 2], dx[i, 0], dx[i, 1], dx[i, 2]))
-        out = min(out, way_out(y[i, 0], y[i, 1], y[i, 2], dy[i, 0], dy[i, 1], dy[i, 2]))
+        out = min(out, distance_to_boundary(x[i, 0], x[i, 1], x[i, 2], dx[i, 0], dx[i, 1], dx[i, 2]))
+        out = min(out, distance_to_boundary(y[i, 0], y[i, 1], y[i, 2], dy[i, 0], dy[i, 1], dy[i, 2]))
     length = min(1.0, boundary * out)
     gap = 0.0
     for i in range(x.shape[0]):

@@ -34,15 +34,17 @@ from nonsmooth.contact.blocks.problem import Problem
 from nonsmooth.contact.blocks.proximal import Proximal
 from nonsmooth.errors import InvalidInput
 
-CHEAP = 50_000  # stored entries of G up to which a sparse LU takes a few milliseconds
-SHORT = 100  # sweeps: enough for most loose assemblies, and a good start for Newton on the others
-BRIEF = 300  # iterations with one or two factors: a large packing or wall takes no more
-STEPS = 4  # within which a first Newton must halve the error; a success rarely takes more (benchmarks/problems.py)
-NEAR, INSIDE, FAR = 0.03, 0.3, 3.0  # from the boundary, for interior points: where one path fails, another ends
-LONG = 10_000  # sweeps: of 14 problems that 20 000 end, 13 take no more
-SOLVES = 200  # linear systems of the last resort: what it solves at all it solves within
-LCP_CONTACTS = 150  # planar contacts: an LCP with 600 unknowns, about a second
-FACET_CONTACTS = 50  # spatial contacts with four facets: an LCP with 300 unknowns, a tenth of a second
+CHEAP_ENTRIES = 50_000  # measured: stored entries of G up to which a sparse LU takes a few milliseconds
+FIRST_SWEEPS = 100  # measured: sweeps: enough for most loose assemblies, and a good start for Newton on the others
+BRIEF_ITERATIONS = 300  # measured: iterations with one or two factors: a large packing or wall takes no more
+# measured: within which a first Newton must halve the error; a success rarely takes more (benchmarks/problems.py)
+NEWTON_TRIAL_STEPS = 4
+# chosen: distances from the boundary, for interior points: where one path fails, another ends
+NEAR, INSIDE, FAR = 0.03, 0.3, 3.0
+LAST_SWEEPS = 10_000  # measured: sweeps: of 14 problems that 20 000 end, 13 take no more
+LAST_SOLVES = 200  # chosen: linear systems of the last resort
+LCP_CONTACTS = 150  # measured: planar contacts: an LCP with 600 unknowns, about a second
+FACET_CONTACTS = 50  # measured: spatial contacts with four facets: an LCP with 300 unknowns, a tenth of a second
 
 
 class Solver(Protocol):
@@ -94,7 +96,7 @@ class Climb(NamedTuple):
 
 def is_cheap(problem: Problem) -> bool:
     """Whether factors of its matrix cost little."""
-    return problem.blocks.is_full or problem.blocks.G.size <= CHEAP
+    return problem.blocks.is_full or problem.blocks.G.size <= CHEAP_ENTRIES
 
 
 def ladder_of(problem: Problem) -> list[Solver]:
@@ -108,18 +110,18 @@ def ladder_of(problem: Problem) -> list[Solver]:
 
 @functools.cache
 def _rungs(dim: int, is_few: bool, is_cheap: bool) -> list[Solver]:
-    second = Newton(patience=STEPS) if is_cheap else ADMM(max_iterations=BRIEF)
+    second = Newton(patience=NEWTON_TRIAL_STEPS) if is_cheap else ADMM(max_iterations=BRIEF_ITERATIONS)
     pivoting: list[Solver] = [FacetedLCP(), Newton()] if dim == 2 else [FromFacets()]
-    last: list[Solver] = [Proximal(max_solves=SOLVES)] if is_cheap else []
+    last: list[Solver] = [Proximal(max_solves=LAST_SOLVES)] if is_cheap else []
     return [
-        NSGS(max_sweeps=SHORT), second, *from_inside(INSIDE, NEAR, FAR), *(pivoting if is_few else []),
-        NSGS(max_sweeps=LONG), *last,
+        NSGS(max_sweeps=FIRST_SWEEPS), second, *from_inside(INSIDE, NEAR, FAR), *(pivoting if is_few else []),
+        NSGS(max_sweeps=LAST_SWEEPS), *last,
     ]  # fmt: skip
 
 
 def from_inside(*starts: float) -> list[Solver]:
     """Interior points from some distances, each with Newton's method after it for the last digits."""
-    return [solver for start in starts for solver in (Interior(start=start), Newton(patience=STEPS))]
+    return [solver for start in starts for solver in (Interior(start=start), Newton(patience=NEWTON_TRIAL_STEPS))]
 
 
 def climb(problem: Problem, P: np.ndarray, tol: float, rungs: Iterable[Solver], use_polish: bool = False,

@@ -31,7 +31,8 @@ from nonsmooth.contact.blocks.linear import factorise
 from nonsmooth.contact.blocks.problem import Problem
 from nonsmooth.jit import kernel
 
-SHIFT = 1e-11  # on the diagonal of the Jacobian: redundant contacts stay solvable, the rate stays superlinear
+# chosen: on the diagonal of the Jacobian: redundant contacts stay solvable, the rate stays superlinear
+JACOBIAN_SHIFT = 1e-11
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ class Equations:
 
     def step(self) -> np.ndarray | None:
         """The Newton step -(A + B G)^-1 F, or None where the Jacobian is singular beyond a shift by roundings."""
-        shift = SHIFT * np.eye(self.problem.dim)
+        shift = JACOBIAN_SHIFT * np.eye(self.problem.dim)
         solve = factorise(self.problem.blocks, self.A + shift, self.B)
         if solve is None:
             return None

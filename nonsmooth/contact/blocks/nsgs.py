@@ -23,7 +23,7 @@ from nonsmooth.contact.planar.single import stick
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import kernel
 
-MEASURED = 25  # sweeps between two measurements of the error, and two looks at the clock
+MEASURED_EVERY = 25  # chosen: sweeps between two measurements of the error, and two looks at the clock
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class NSGS:
         stretch = problem.weight * problem.rho
         P, best, least, total = P.copy(), P, np.inf, 0
         while total < self.max_sweeps:
-            most = min(MEASURED - total % MEASURED, self.max_sweeps - total)
+            most = min(MEASURED_EVERY - total % MEASURED_EVERY, self.max_sweeps - total)
             sweeps, change = nsgs(rows, problem.c, problem.mu, stretch, P, self.omega, tol, most)
             total, error = total + sweeps, problem.error(P)
             if error < least:

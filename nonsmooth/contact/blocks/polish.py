@@ -13,13 +13,13 @@ from nonsmooth.contact.blocks.newton import Newton
 from nonsmooth.contact.blocks.problem import Problem
 from nonsmooth.contact.blocks.proximal import Proximal
 
-AIM = 1e-13  # some hundreds of roundings of the largest term
+POLISHED_ERROR = 1e-13  # chosen: some hundreds of roundings of the largest term
 
 
 def polish(problem: Problem, P: np.ndarray) -> tuple[np.ndarray, int]:
     """A solution at least as good as P, and the number of linear solves."""
-    P, solves = Newton(max_iterations=4).run(problem, P, AIM)
-    if problem.error(P) <= 10 * AIM:
+    P, solves = Newton(max_iterations=4).run(problem, P, POLISHED_ERROR)
+    if problem.error(P) <= 10 * POLISHED_ERROR:
         return P, solves
-    P, more = Proximal(alpha=1e-6, max_iterations=4, sweeps=1).run(problem, P, AIM)
+    P, more = Proximal(alpha=1e-6, max_iterations=4, sweeps=1).run(problem, P, POLISHED_ERROR)
     return P, solves + more

@@ -189,7 +189,7 @@ def contact_scale(blocks: Blocks) -> np.ndarray:
     return rho
 
 
-def scaled(problem: Problem) -> tuple[Problem, np.ndarray]:
+def scale_problem(problem: Problem) -> tuple[Problem, np.ndarray]:
     """The scaled problem and the factor (n,) with P = factor * P~."""
     blocks, dim = problem.blocks, problem.dim
     s = np.exp2(np.round(np.log2(problem.rho) / 2))

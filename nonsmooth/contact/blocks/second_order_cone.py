@@ -50,13 +50,13 @@ def scale(w_N, w_1, w_2, eta, a_N, a_1, a_2):
 
 
 @kernel
-def product(a_N, a_1, a_2, b_N, b_1, b_2):
+def jordan_product(a_N, a_1, a_2, b_N, b_1, b_2):
     """The product a o b."""
     return a_N * b_N + a_1 * b_1 + a_2 * b_2, a_N * b_1 + b_N * a_1, a_N * b_2 + b_N * a_2
 
 
 @kernel
-def quotient(a_N, a_1, a_2, b_N, b_1, b_2):
+def jordan_quotient(a_N, a_1, a_2, b_N, b_1, b_2):
     """The q with a o q = b."""
     length = inner_length(a_N, a_1, a_2)
     q_N = (a_N * b_N - a_1 * b_1 - a_2 * b_2) / (length * length)
@@ -64,7 +64,7 @@ def quotient(a_N, a_1, a_2, b_N, b_1, b_2):
 
 
 @kernel
-def way_out(x_N, x_1, x_2, d_N, d_1, d_2):
+def distance_to_boundary(x_N, x_1, x_2, d_N, d_1, d_2):
     """The least a > 0 with x + a d on the boundary of L; inf if there is none. x is inside."""
     quadratic = d_N * d_N - d_1 * d_1 - d_2 * d_2
     half = x_N * d_N - x_1 * d_1 - x_2 * d_2

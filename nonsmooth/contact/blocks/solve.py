@@ -19,7 +19,7 @@ from nonsmooth.contact.blocks.interior import Interior
 from nonsmooth.contact.blocks.ladder import Climb, Single, Solver, climb, is_cheap, ladder_of
 from nonsmooth.contact.blocks.newton import Newton
 from nonsmooth.contact.blocks.nsgs import NSGS
-from nonsmooth.contact.blocks.problem import Problem, check_problem, scaled
+from nonsmooth.contact.blocks.problem import Problem, check_problem, scale_problem
 from nonsmooth.contact.blocks.proximal import Proximal
 from nonsmooth.contact.blocks.result import ContactResult, ContactStatus
 
@@ -107,7 +107,7 @@ def solve_contact(
     start = np.zeros(given.n) if guess is None else as_vector("guess", guess, given.n)
     if given.n == 0:
         return ContactResult(start, start.copy(), ContactStatus.SOLVED, 0.0, 0.0, 0, solver, "empty problem")
-    problem, factor = scaled(given)
+    problem, factor = scale_problem(given)
     until = math.inf if max_time is None else began + max_time
     if solver == "auto":
         end = climb(problem, start / factor, tol, ladder_of(problem), is_cheap(problem), until)

@@ -19,16 +19,15 @@ from __future__ import annotations
 from nonsmooth.contact.planar.single import FREE
 from nonsmooth.jit import kernel
 
-EVERY_STEP = 64  # combinations: three contacts, about 4 us
+EVERY_STEP = 64  # measured: combinations: three contacts, about 4 us
 MATERIAL = 0.01  # chosen: relative change of a number after which the last census does not tell
-SAFE = (
-    0.1  # part of the least pivot by which G may change: its determinant cannot change sign by less, but for a factor
-)
-ORIENTED = 1e-6  # least pivot that counts as positive: far above rounding
-EARNED = 200  # work of a census (eliminations times contacts, 20 ns each) that a problem pays off: 4 us
-LARGEST_DEBT = 50_000  # 1 ms: beyond it no other census is begun
+# chosen: part of the least pivot by which G may change: its determinant cannot change sign by less, but for a factor
+SAFE = 0.1
+ORIENTED = 1e-6  # chosen: least pivot that counts as positive: far above rounding
+EARNED = 200  # measured: work of a census (eliminations times contacts, 20 ns each) that a problem pays off: 4 us
+LARGEST_DEBT = 50_000  # measured: 1 ms: beyond it no other census is begun
 UNKNOWN, NOT_TOLD, ONE_AS_BEFORE, ALWAYS_ONE = range(4)
-LEFT_OUT, ALONE = -2, -1  # the part of a contact in a census, or the number of the first contact of its group
+LEFT_OUT, ALONE = -2, -1  # code: the part of a contact in a census, or the number of the first contact of its group
 
 
 @kernel
@@ -104,7 +103,7 @@ def is_same_load(problem, memory):
 
 
 @kernel
-def remember(found, left, problem, planar):
+def remember_census(found, left, problem, planar):
     """Note a census, and its work."""
     memory, start = planar.memory, problem.start
     memory.last += 1
@@ -132,7 +131,7 @@ def note_modes(problem, memory):
 
 
 @kernel
-def pay_off(memory):
+def pay_census_debt(memory):
     """What a problem pays off of the censuses before it."""
     memory.debt = max(0, memory.debt - EARNED)
 

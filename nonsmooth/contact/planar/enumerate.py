@@ -31,22 +31,22 @@ from nonsmooth.contact.planar.selection import (
     PULL_MINUS,
     SLIDE_PLUS,
     STICK,
-    WORST,
+    WORST_RANK,
     rank,
     sigma_of,
     slip_of,
 )
-from nonsmooth.contact.planar.single import BOUNDARY, rule_for
+from nonsmooth.contact.planar.single import BORDER_WIDTH, rule_for
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.mechanics.contact_problem import Problem
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 from nonsmooth.numerics.dense import SINGULAR
 
-LOCKED = STICK  # a contact without friction that is closed: its only row is zero, as when it sticks
-MAX_LEAVES = 70_000  # 4^8 = 65536 planar unilateral contacts
-MAX_SOLUTIONS = 32  # kept of a step; the number found is counted beyond it
-SAME_MOTION = 1e-9  # relative distance below which two solutions are one motion
+LOCKED = STICK  # code: a contact without friction that is closed: its only row is zero, as when it sticks
+MAX_LEAVES = 70_000  # derived: 4^8 = 65536 planar unilateral contacts
+MAX_SOLUTIONS = 32  # chosen: kept of a step; the number found is counted beyond it
+SAME_MOTION = 1e-9  # chosen: relative distance below which two solutions are one motion
 
 
 class Tree(Block, kept=MAX_SOLUTIONS):
@@ -278,8 +278,8 @@ def enumerate_modes(problem_at, tree_at):
             tree.candidate[level] = NO_CANDIDATE
             continue
         if (
-            back_substitute(BOUNDARY * impulse_scale, problem, tree)
-            and moves(BOUNDARY * scale, problem, tree)
+            back_substitute(BORDER_WIDTH * impulse_scale, problem, tree)
+            and moves(BORDER_WIDTH * scale, problem, tree)
             and is_new(found, r, scale, tree)
         ):
             keep_solution(found, n, r, tree)
@@ -329,7 +329,7 @@ def is_new(found, r, scale, tree):
 @kernel
 def select(found, problem, tree):
     """The solution taken: that with the largest sum of the ranks of its contacts with friction (``selection``)."""
-    best, taken = WORST, -1
+    best, taken = WORST_RANK, -1
     for m in range(min(found, MAX_SOLUTIONS)):
         total = 0
         for k in range(problem.n):

@@ -32,30 +32,17 @@ from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem
 from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, row_velocities
 from nonsmooth.mechanics.laws import LAW_WIDTH, friction_coefficient, static_coefficient
+from nonsmooth.mechanics.situation import Situation, find_situation, tolerances_of_state
 from nonsmooth.mechanics.sys import Sys, evaluate
-from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL
+from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE
 
-# A gap or a velocity is zero within this part of the state's own scale (the tolerance of initial states).
-CONSISTENT = 1e-7
-MAX_MODES = 400_000  # 5^8: eight bilateral contacts at rest, a fifth of a second
-MAX_CONTACTS = 18  # 2^18 modes of sliding contacts are fewer, 2^19 more
-KEPT = 256  # solutions kept of one island: eight sliding contacts have at most that many
-MOST = 1 << 52  # solutions of all islands that are counted
+MAX_MODES = 400_000  # derived: 5^8: eight bilateral contacts at rest, a fifth of a second
+MAX_CONTACTS = 18  # derived: 2^18 modes of sliding contacts are fewer, 2^19 more
+FORCES_KEPT = 256  # derived: solutions kept of one island: eight sliding contacts have at most that many
+MOST_COUNTED = 1 << 52  # derived: solutions of all islands that are counted
 
 
-class Situation(IntEnum):
-    """What a contact is doing at a state."""
-
-    OPEN = 0  # g_N > 0, or parting
-    RESTING = 1  # closed, gamma_N = 0 and gamma_F = 0
-    SLIDING = 2  # closed, gamma_N = 0
-    LANDING = 3  # closed and gamma_N < 0: an impact comes first
-    PENETRATING = 4  # g_N < 0
-    VIOLATED = 5  # bilateral with g_N != 0
-    MOVING_APART = 6  # bilateral with gamma_N != 0
-
-
-class Forces(Block, most=MAX_CONTACTS, kept=KEPT, c="max(1, n_c)", r="max(1, n_c * (1 + d))"):
+class Forces(Block, most=MAX_CONTACTS, kept=FORCES_KEPT, c="max(1, n_c)", r="max(1, n_c * (1 + d))"):
     """Arrays of the search for forces. c = contacts, r = rows."""
 
     work: Work
@@ -162,36 +149,17 @@ def list_closed(sys, t, q, u, forces):
             gamma[i, 1] = work.gamma_0[r]
             surface = max(surface, abs(gamma[i, 1]))
             r += 1
+    near, slow, still = tolerances_of_state(length, speed, surface)
     n_k = 0
     is_admissible = True
     for i in range(n_c):
-        situation[i] = situation_of(kinds[i, 0], work.g_N[i], gamma[i, 0], gamma[i, 1], length, speed, surface)
+        situation[i] = find_situation(kinds[i, 0], work.g_N[i], gamma[i, 0], gamma[i, 1], near, slow, still, False)
         if situation[i] == Situation.RESTING or situation[i] == Situation.SLIDING:
             work.closed[n_k] = i
             n_k += 1
         elif situation[i] != Situation.OPEN:
             is_admissible = False
     return n_k if is_admissible else -1
-
-
-@kernel
-def situation_of(kind, g_N, gamma_N, gamma_F, length, speed, surface):
-    """The situation of one contact; zero means within ``CONSISTENT`` of the state's own scales."""
-    if kind == BILATERAL:
-        if abs(g_N) > CONSISTENT * length:
-            return Situation.VIOLATED.value
-        if abs(gamma_N) > CONSISTENT * max(speed, surface):
-            return Situation.MOVING_APART.value
-    elif kind == UNILATERAL:
-        if g_N < -CONSISTENT * length:
-            return Situation.PENETRATING.value
-        if g_N > CONSISTENT * length or gamma_N > CONSISTENT * speed:
-            return Situation.OPEN.value
-        if gamma_N < -CONSISTENT * speed:
-            return Situation.LANDING.value
-    if abs(gamma_F) > CONSISTENT * max(speed, surface):
-        return Situation.SLIDING.value
-    return Situation.RESTING.value
 
 
 @kernel
@@ -204,7 +172,7 @@ def find_forces(n_k, forces):
         if is_asked(island, n_k, forces):
             forces.outcome[island], forces.number[island] = find_forces_of(island, n_k, forces)
         outcome = max(outcome, forces.outcome[island])
-        total = min(MOST, total * forces.number[island])
+        total = min(MOST_COUNTED, total * forces.number[island])
     return outcome, total
 
 

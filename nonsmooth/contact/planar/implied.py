@@ -25,11 +25,10 @@ from nonsmooth.jit import kernel
 from nonsmooth.mechanics.system import GIVEN_FORCE
 from nonsmooth.numerics.dense import SINGULAR
 
-# Of the diagonal of K: a pivot below SINGULAR is rounding of 0, and one above CLEAR leaves seven digits of the rows
-# that are left, so that a velocity is told from zero where it exceeds APART of the largest.
-CLEAR = 1e-9
-APART = 1e-6
-UNKNOWN, ZERO = 2, 0  # what is known of a velocity, beside its sign +1 or -1
+# derived, of the diagonal of K: a pivot below SINGULAR is rounding of 0, and one above CLEAR_PIVOT leaves seven digits
+# of the rows that are left, so that a velocity is told from zero where it exceeds TOLD_VELOCITY of the largest.
+CLEAR_PIVOT, TOLD_VELOCITY = 1e-9, 1e-6
+UNKNOWN_SIGN, ZERO_SIGN = 2, 0  # code: what is known of a velocity, beside its sign +1 or -1
 
 
 @kernel
@@ -65,14 +64,14 @@ def descend(level, candidate, scale, problem, tree):
     if problem.kinds[level, 0] != GIVEN_FORCE:
         sign = sign_of(level, first, scale, problem, tree)
         if candidate == FREE:
-            return sign == UNKNOWN or sign == 1
+            return sign == UNKNOWN_SIGN or sign == 1
         if sign == 1 or sign == -1:
             return False
         fix(level + 1, first, S[0, first, first], r, tree)
     if problem.kinds[level, 1] > 0:
         t = problem.start[level + 1] - 1
         sign = sign_of(level, t, scale, problem, tree)
-        if candidate != STICK and sign != UNKNOWN and sign != slip_of(candidate):
+        if candidate != STICK and sign != UNKNOWN_SIGN and sign != slip_of(candidate):
             return False
         if candidate == STICK and (sign == 1 or sign == -1):
             return False
@@ -97,8 +96,8 @@ def are_kept(level, scale, problem, tree):
     """Whether the contacts before move as their modes say, as far as that is known now."""
     for k in range(level):
         row, sign = mode_row(k, problem, tree)
-        is_told = known(level + 1, row, scale, tree) if sign != 0 else UNKNOWN
-        if is_told != UNKNOWN and is_told != sign:
+        is_told = known(level + 1, row, scale, tree) if sign != 0 else UNKNOWN_SIGN
+        if is_told != UNKNOWN_SIGN and is_told != sign:
             return False
     return True
 
@@ -107,17 +106,17 @@ def are_kept(level, scale, problem, tree):
 def known(level, row, scale, tree):
     """The sign of the velocity of a row that the fixed rows leave no choice."""
     if not abs(tree.S[level, row, row]) <= SINGULAR * tree.S[0, row, row]:
-        return UNKNOWN
+        return UNKNOWN_SIGN
     return sign_at(tree.s[level, row], scale)
 
 
 @kernel
 def sign_at(value, scale):
-    """The sign of a velocity, UNKNOWN where rounding may have made it."""
+    """The sign of a velocity, UNKNOWN_SIGN where rounding may have made it."""
     if abs(value) <= SAME_MOTION * scale:
-        return ZERO
-    if abs(value) <= APART * scale:
-        return UNKNOWN
+        return ZERO_SIGN
+    if abs(value) <= TOLD_VELOCITY * scale:
+        return UNKNOWN_SIGN
     return 1 if value > 0.0 else -1
 
 
@@ -128,18 +127,18 @@ def sign_of(level, row, scale, problem, tree):
     sign = known(level + 1, row, scale, tree)
     S, s, here = tree.S, tree.s, level + 1
     size = S[here, row, row]
-    if sign != UNKNOWN or not size > CLEAR * S[0, row, row]:
+    if sign != UNKNOWN_SIGN or not size > CLEAR_PIVOT * S[0, row, row]:
         return sign
     for k in range(level):
         other, side = mode_row(k, problem, tree)
-        if side == 0 or not S[here, other, other] > CLEAR * S[0, other, other]:
+        if side == 0 or not S[here, other, other] > CLEAR_PIVOT * S[0, other, other]:
             continue
         left = size * S[here, other, other] - S[here, row, other] * S[here, row, other]
         ratio = S[here, row, other] / S[here, other, other]
         distance = abs(s[here, row] - ratio * s[here, other])
         if left <= SINGULAR * size * S[here, other, other] and distance <= SAME_MOTION * scale:
             return side if ratio > 0.0 else -side
-    return UNKNOWN
+    return UNKNOWN_SIGN
 
 
 @kernel
@@ -148,7 +147,7 @@ def fix(level, row, size, r, tree):
     nearly so."""
     S, s = tree.S, tree.s
     pivot = S[level, row, row]
-    if not pivot > CLEAR * size:
+    if not pivot > CLEAR_PIVOT * size:
         return
     for k in range(r):
         factor = S[level, k, row] / pivot

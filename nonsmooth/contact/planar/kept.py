@@ -23,30 +23,31 @@ from __future__ import annotations
 import math
 
 from nonsmooth.contact.planar.problem import (
-    ACCEPTED,
-    UNIT,
+    ACCEPTED_RESIDUAL,
     largest_velocity,
     name_modes,
     normal_impulse_of,
     residual,
     size_of_terms,
-    sliding,
+    sliding_candidate,
     velocities,
 )
-from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK, STILL, sigma_of, slip_of
+from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK, STILL_VELOCITY, sigma_of, slip_of
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 from nonsmooth.numerics.dense import lu, lu_solve
+from nonsmooth.numerics.rounding import rounded_sum
 
-BALANCED = 8.0  # roundings of a sum of few terms, up to which impulses balance
-ROUNDED = 1e-13  # of max |c|, or of the largest impulse: what is less is rounding
-ALPHA = 1e-10  # shift, relative to the diagonal: far above rounding, far below the eigenvalues of mass ratios to 1e6
-CORRECTIONS = 4  # of a system: the eigenvalues of mass ratios to 1e6 leave (1e-4)^4
-SHARES = 6  # ways to share a load among redundant contacts that are tried
+BALANCED_ROUNDINGS = 8.0  # chosen: roundings of a sum of few terms, up to which impulses balance
+KEPT_SLACK = 1e-13  # chosen: of max |c|, or of the largest impulse: what is less is rounding
+# derived: shift, relative to the diagonal: far above rounding, far below the eigenvalues of mass ratios to 1e6
+MODE_SHIFT = 1e-10
+MODE_CORRECTIONS = 4  # derived: of a system: the eigenvalues of mass ratios to 1e6 leave (1e-4)^4
+SHARES = 6  # chosen: ways to share a load among redundant contacts that are tried
 
 
 @kernel
-def begin(is_loaded, problem):
+def begin_impulses(is_loaded, problem):
     """Start from the impulses of the step before, or from none; returns whether there are any."""
     size = 0.0
     for k in range(problem.n):
@@ -66,10 +67,10 @@ def keep_impulses(problem, planar):
         if problem.mode[k] == ContactMode.OPEN or problem.mode[k] == ContactMode.SLIDE:
             return False
         problem.candidate[k] = STICK
-    begin(True, problem)
+    begin_impulses(True, problem)
     velocities(problem, planar)
     for row in range(problem.r):
-        if not is_balanced(row, max(BALANCED, problem.r + 1.0), problem, planar):
+        if not is_balanced(row, max(BALANCED_ROUNDINGS, problem.r + 1.0), problem, planar):
             return False
     for k in range(problem.n):
         P_N = normal_impulse_of(k, problem)
@@ -84,7 +85,7 @@ def keep_impulses(problem, planar):
 def is_balanced(row, units, problem, planar):
     """Whether the velocity of a row is none, but for some roundings of the sum of the sizes of its terms."""
     speed = planar.gamma[row]
-    return speed == 0.0 or abs(speed) <= units * UNIT * size_of_terms(row, problem)
+    return speed == 0.0 or abs(speed) <= rounded_sum(units, size_of_terms(row, problem))
 
 
 @kernel
@@ -95,7 +96,7 @@ def recall_modes(problem):
             problem.candidate[k] = FREE
         elif problem.mode[k] == ContactMode.SLIDE:
             is_pulled = problem.kinds[k, 0] == BILATERAL and problem.previous_P[k, 0] < 0.0
-            problem.candidate[k] = sliding(problem.slip[k] > 0, is_pulled)
+            problem.candidate[k] = sliding_candidate(problem.slip[k] > 0, is_pulled)
         else:
             problem.candidate[k] = STICK
 
@@ -113,7 +114,11 @@ def hold_modes(problem, planar):
             return False
         if planar.is_shared == 0 or not saturate(problem):
             break
-    return residual(problem, planar) <= ACCEPTED and goes_on(problem, planar) and name_modes(STILL, problem, planar)
+    return (
+        residual(problem, planar) <= ACCEPTED_RESIDUAL
+        and goes_on(problem, planar)
+        and name_modes(STILL_VELOCITY, problem, planar)
+    )
 
 
 @kernel
@@ -125,16 +130,16 @@ def solve_for_modes(problem, planar):
     planar.is_shared = 0
     if not lu(size, planar.A, planar.order):
         planar.is_shared = 1
-        assemble_modes(size, ALPHA, problem, planar)
+        assemble_modes(size, MODE_SHIFT, problem, planar)
         if not lu(size, planar.A, planar.order):
             return False
-    for _ in range(CORRECTIONS):
+    for _ in range(MODE_CORRECTIONS):
         velocities(problem, planar)
         is_done = True
         for e in range(size):
             row = unknown[e]
             planar.b[e] = -gamma[row] / G[row, row]
-            is_done = is_done and is_balanced(row, 0.5 * max(BALANCED, 0.5 * problem.r), problem, planar)
+            is_done = is_done and is_balanced(row, 0.5 * max(BALANCED_ROUNDINGS, 0.5 * problem.r), problem, planar)
         if is_done:
             break
         lu_solve(size, planar.A, planar.order, planar.b, planar.z)
@@ -200,7 +205,7 @@ def assemble_modes(size, shift, problem, planar):
 def saturate(problem):
     """Of a load that redundant contacts share: free those that would pull, hold those beyond their cones at its border.
     Returns whether there are any."""
-    P, G, slack, is_changed = problem.P, problem.G, ROUNDED * load(problem), False
+    P, G, slack, is_changed = problem.P, problem.G, KEPT_SLACK * load(problem), False
     for k in range(problem.n):
         kind, candidate = problem.kinds[k, 0], problem.candidate[k]
         a, t = problem.start[k], problem.start[k + 1] - 1
@@ -211,7 +216,7 @@ def saturate(problem):
             is_changed = True
         elif problem.kinds[k, 1] > 0 and candidate == STICK:
             if G[t, t] * (abs(P[t]) - problem.mu_static[k] * abs(P[a])) > slack:
-                problem.candidate[k] = sliding(P[t] < 0.0, P[a] < 0.0)
+                problem.candidate[k] = sliding_candidate(P[t] < 0.0, P[a] < 0.0)
                 is_changed = True
     return is_changed
 
@@ -228,14 +233,14 @@ def load(problem):
 @kernel
 def goes_on(problem, planar):
     """Whether no contact is past the end of its mode: the residual, relative to the fastest one, would let a slow one
-    stick beyond its friction by a force of ACCEPTED max |c| / dt, which is no longer small where the step is.
+    stick beyond its friction by a force of ACCEPTED_RESIDUAL max |c| / dt, which is no longer small where the step is.
 
     What rounding leaves of a redundant contact without load becomes 0, and what it adds to a friction impulse is taken
     off.
     """
     P, G, gamma = problem.P, problem.G, planar.gamma
-    slack = ROUNDED * largest_velocity(problem)
-    rest = ROUNDED * load(problem) if planar.is_shared == 1 else 0.0
+    slack = KEPT_SLACK * largest_velocity(problem)
+    rest = KEPT_SLACK * load(problem) if planar.is_shared == 1 else 0.0
     for k in range(problem.n):
         kind, candidate = problem.kinds[k, 0], problem.candidate[k]
         a, t = problem.start[k], problem.start[k + 1] - 1
@@ -252,7 +257,7 @@ def goes_on(problem, planar):
             continue
         reach = problem.mu_static[k] * (abs(P_N) if kind == BILATERAL else P_N)
         if problem.kinds[k, 1] > 0 and candidate == STICK and abs(P[t]) > reach:
-            if abs(P[t]) > reach * (1.0 + ROUNDED) + rest / G[t, t]:
+            if abs(P[t]) > reach * (1.0 + KEPT_SLACK) + rest / G[t, t]:
                 return False
             P[t] = math.copysign(reach, P[t])
         if candidate >= SLIDE_PLUS and (sigma_of(candidate) * P_N < 0.0 or slip_of(candidate) * gamma[t] < -slack):

@@ -38,15 +38,15 @@ from nonsmooth.contact.planar.census import (
     known_solutions,
     may_count,
     note_modes,
-    pay_off,
-    remember,
+    pay_census_debt,
+    remember_census,
 )
 from nonsmooth.contact.planar.certificate import has_one_motion
 from nonsmooth.contact.planar.enumerate import MAX_LEAVES, enumerate_modes, leaves, select
 from nonsmooth.contact.planar.kept import factor, hold_modes, keep_impulses, recall_modes
 from nonsmooth.contact.planar.newton import solve_by_newton
 from nonsmooth.contact.planar.problem import (
-    ACCEPTED,
+    ACCEPTED_RESIDUAL,
     Planar,
     copy_part,
     has_varying_friction,
@@ -55,12 +55,12 @@ from nonsmooth.contact.planar.problem import (
     residual,
     update_friction,
 )
-from nonsmooth.contact.planar.reduction import count_modes, reduce
+from nonsmooth.contact.planar.reduction import count_modes, group_contacts
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.contact.planar.single import (
     SLIDE_PLUS,
     STICK,
-    STILL,
+    STILL_VELOCITY,
     count,
     slip_of,
     solve_alone,
@@ -72,10 +72,10 @@ from nonsmooth.mechanics.contact_problem import Problem
 from nonsmooth.mechanics.laws import static_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode, System
 
-SWEEPS = 20_000  # Gauss–Seidel
-SAME = 1e-8  # of max |c|: velocities of one motion, both with a residual of ACCEPTED
-SPEED_SWEEPS = 50  # fixed point on mu(v) where several contacts slide
-LEMKE_PIVOTS = 50  # times the number of unknowns
+GAUSS_SEIDEL_SWEEPS = 20_000  # chosen: Gauss–Seidel
+SAME_VELOCITIES = 1e-8  # chosen: of max |c|: velocities of one motion, both with a residual of ACCEPTED_RESIDUAL
+SPEED_SWEEPS = 50  # chosen: fixed point on mu(v) where several contacts slide
+LEMKE_PIVOTS = 50  # chosen: times the number of unknowns
 
 
 class Route(IntEnum):
@@ -101,7 +101,7 @@ def solve_planar(problem_at, planar_at):
     """
     problem, planar = view(problem_at, Problem), view(planar_at, Planar)
     planar.pivots = 0
-    pay_off(planar.memory)
+    pay_census_debt(planar.memory)
     n_islands = find_islands(problem.n, problem.start, problem.G, planar.island)
     is_counted, is_shared, found, worst, route = True, False, 1, 0.0, Route.KEPT.value
     for e in range(n_islands):
@@ -210,7 +210,7 @@ def solve_with_fixed_friction(problem, planar):
         if route != Route.FAILED:
             return route, 1
         recall_modes(problem)
-    left = reduce(problem, planar)
+    left = group_contacts(problem, planar)
     n_modes = count_modes(left, MAX_LEAVES, problem, planar)
     if n_modes > EVERY_STEP:
         known = known_solutions(left, problem, planar) if n_modes <= MAX_LEAVES else UNKNOWN
@@ -260,16 +260,16 @@ def share(problem, planar):
     scale = largest_velocity(problem)
     for row in range(problem.r):
         trial[row], step[row] = P[row], gamma[row]
-    name_modes(ACCEPTED, problem, planar)
+    name_modes(ACCEPTED_RESIDUAL, problem, planar)
     is_shared = hold_modes(problem, planar)
     for row in range(problem.r):
-        is_shared = is_shared and abs(gamma[row] - step[row]) <= SAME * scale
+        is_shared = is_shared and abs(gamma[row] - step[row]) <= SAME_VELOCITIES * scale
     if is_shared:
         return True
     for row in range(problem.r):
         P[row] = trial[row]
     residual(problem, planar)
-    name_modes(STILL, problem, planar)
+    name_modes(STILL_VELOCITY, problem, planar)
     return False
 
 
@@ -360,7 +360,7 @@ def take_census(n_modes, left, problem, planar):
     copy_part(left, problem, planar.rest)
     found, is_complete = enumerate_modes(address(planar.rest), address(planar.tree))
     if n_modes > EVERY_STEP:
-        remember(found, left, problem, planar)
+        remember_census(found, left, problem, planar)
     return found, is_complete
 
 
@@ -373,17 +373,17 @@ def take_solution(found, left, is_regular, problem, planar):
         P[row] = 0.0
     for a in range(rest.r):
         P[rest.row[a]] = tree.solutions[take, a]
-    is_solved = residual(problem, planar) <= ACCEPTED
+    is_solved = residual(problem, planar) <= ACCEPTED_RESIDUAL
     planar.is_shared = 0
     if is_regular and left == problem.n and not sticks_together(take, left, planar):
-        name_modes(STILL, problem, planar)
+        name_modes(STILL_VELOCITY, problem, planar)
     elif share(problem, planar):
         is_solved = True
     else:
         planar.is_shared = 1
         spread_friction(take, problem, planar)
-        is_solved = residual(problem, planar) <= ACCEPTED
-        name_modes(STILL, problem, planar)
+        is_solved = residual(problem, planar) <= ACCEPTED_RESIDUAL
+        name_modes(STILL_VELOCITY, problem, planar)
     return is_solved
 
 
@@ -439,7 +439,7 @@ def solve_by_lemke(problem, planar):
             if d > 0:
                 P[t] = z[row + 1] - problem.mu[k] * z[row]
             row += 1 + 2 * d
-    return residual(problem, planar) <= ACCEPTED
+    return residual(problem, planar) <= ACCEPTED_RESIDUAL
 
 
 @kernel(
@@ -506,13 +506,13 @@ def gauss_seidel(problem, planar):
     """Each contact solved in closed form with the others held, in turn, until the residual is accepted."""
     for row in range(problem.r):
         problem.P[row] = 0.0
-    for sweep in range(SWEEPS):
+    for sweep in range(GAUSS_SEIDEL_SWEEPS):
         for k in range(problem.n):
             relax(k, problem)
         if sweep % 10 == 9:
             residual(problem, planar)
             update_friction(problem, planar)
-            if residual(problem, planar) <= ACCEPTED:
+            if residual(problem, planar) <= ACCEPTED_RESIDUAL:
                 return True
     return False
 

@@ -18,8 +18,8 @@ import math
 from nonsmooth.jit import kernel
 from nonsmooth.numerics.dense import cholesky, cholesky_solve
 
-DEPENDENT = 1e-12  # of |A_p|^2: a step that changes the inequality by less keeps to the active set
-STEPS = 20  # times the number of inequalities
+DEPENDENT_CHANGE = 1e-12  # chosen: of |A_p|^2: a step that changes the inequality by less keeps to the active set
+ACTIVE_SET_STEPS = 20  # chosen: times the number of inequalities
 
 
 @kernel
@@ -35,13 +35,13 @@ def find_least(size, free, tolerance, planar):
     p = most_violated(size, free, tolerance, planar)
     if p >= 0:
         multiplier[p] = 0.0
-    for _ in range(STEPS * size):
+    for _ in range(ACTIVE_SET_STEPS * size):
         if p < 0:
             return True
         curvature, length = find_direction(p, count, free, planar)
         value = inequality(p, free, planar)
         step, last = math.inf, -1
-        if curvature > DEPENDENT * length:
+        if curvature > DEPENDENT_CHANGE * length:
             step = -value / curvature
         for j in range(count):
             change = planar.trial[j]
@@ -49,7 +49,7 @@ def find_least(size, free, tolerance, planar):
                 step, last = multiplier[active[j]] / change, j
         if step == math.inf:
             return False
-        take_step(step, p, count, free, curvature > DEPENDENT * length, planar)
+        take_step(step, p, count, free, curvature > DEPENDENT_CHANGE * length, planar)
         if last >= 0:
             for j in range(last, count - 1):
                 active[j] = active[j + 1]

@@ -24,30 +24,30 @@ from __future__ import annotations
 
 import math
 
-from nonsmooth.contact.planar.kept import ALPHA, assemble_modes, begin, factor, impose_modes
-from nonsmooth.contact.planar.problem import ACCEPTED, MERITS, Planar, name_modes, residual, sliding
-from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK, STILL
+from nonsmooth.contact.planar.kept import MODE_SHIFT, assemble_modes, begin_impulses, factor, impose_modes
+from nonsmooth.contact.planar.problem import ACCEPTED_RESIDUAL, MERITS, Planar, name_modes, residual, sliding_candidate
+from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK, STILL_VELOCITY
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.contact_problem import Problem
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 from nonsmooth.numerics.dense import lu, lu_solve
 
-MAX_STEPS = 150
-PATIENCE = 40  # steps within which the merit must halve
-HALVINGS = 10
-DESCENT = 1e-4  # least part of the merit by which a full step must lower it
-SWEEPS = 100
+MOST_NEWTON_STEPS = 150  # chosen: from one start
+MERIT_PATIENCE = 40  # chosen: steps within which the merit must halve
+LINE_SEARCH_HALVINGS = 10  # chosen: a thousandth of a step that does not lower the merit is no way down
+MERIT_DESCENT = 1e-4  # chosen: least part of the merit by which a full step must lower it
+START_SWEEPS = 100  # chosen: of Gauss–Seidel, before the Newton that starts from them
 BEFORE, STUCK, UNLOADED, SWEPT = range(4)  # where it starts: impulses of the step before; all stuck; none; after sweeps
-STARTS = 4
+N_STARTS = 4  # derived: how many these are
 
 
 @kernel("boolean(int64, int64)", short_loops=True)
 def solve_by_newton(problem_at, planar_at):
     """Whether impulses P were found that satisfy the inclusions; the modes are in ``problem.candidate``."""
     problem, planar = view(problem_at, Problem), view(planar_at, Planar)
-    for first in range(STARTS):
-        is_loaded = begin(first == BEFORE, problem)
+    for first in range(N_STARTS):
+        is_loaded = begin_impulses(first == BEFORE, problem)
         if first == SWEPT:
             sweep(problem)
         if (is_loaded or first != BEFORE) and iterate(first == STUCK, problem, planar):
@@ -59,7 +59,7 @@ def solve_by_newton(problem_at, planar_at):
 def sweep(problem):
     """Projected Gauss–Seidel, row by row: P = proj(x)."""
     G, P = problem.G, problem.P
-    for _ in range(SWEEPS):
+    for _ in range(START_SWEEPS):
         for k in range(problem.n):
             kind = problem.kinds[k, 0]
             pressed = problem.normal_impulse[k]
@@ -93,16 +93,16 @@ def iterate(is_stuck, problem, planar):
     for k in range(MERITS):
         merits[k] = merit
     least, mark, since, is_found = math.inf, merit, 0, False
-    for count in range(MAX_STEPS):
+    for count in range(MOST_NEWTON_STEPS):
         if merit < least:
             least = merit
             for k in range(r):
                 best[k] = P[k]
-            is_found = residual(problem, planar) <= ACCEPTED
+            is_found = residual(problem, planar) <= ACCEPTED_RESIDUAL
         since += 1
         if merit <= 0.5 * mark:
             mark, since = merit, 0
-        if since == PATIENCE or (is_found and since > 0 and count > 0):
+        if since == MERIT_PATIENCE or (is_found and since > 0 and count > 0):
             break
         if not newton_step(problem, planar):
             break
@@ -114,7 +114,7 @@ def iterate(is_stuck, problem, planar):
         return False
     evaluate(P, problem, planar)
     impose_modes(P, problem, planar)
-    return residual(problem, planar) <= ACCEPTED and name_modes(STILL, problem, planar)
+    return residual(problem, planar) <= ACCEPTED_RESIDUAL and name_modes(STILL_VELOCITY, problem, planar)
 
 
 @kernel
@@ -143,7 +143,7 @@ def evaluate(P, problem, planar):
             x_F = P[t] - gamma[t] / G[t, t]
             problem.candidate[k] = STICK
             if abs(x_F) > problem.mu_static[k] * abs(pressed):
-                problem.candidate[k] = sliding(x_F < 0.0, pressed < 0.0)
+                problem.candidate[k] = sliding_candidate(x_F < 0.0, pressed < 0.0)
                 x_F = math.copysign(problem.mu[k] * abs(pressed), x_F)
             merit += G[t, t] * (P[t] - x_F) ** 2
     return merit
@@ -157,7 +157,7 @@ def newton_step(problem, planar):
     for k in range(r):
         trial[k] = P[k]
     size = impose_modes(trial, problem, planar)
-    assemble_modes(size, ALPHA, problem, planar)
+    assemble_modes(size, MODE_SHIFT, problem, planar)
     for e in range(size):
         row = unknown[e]
         b[e] = -velocity_of(row, trial, problem) / problem.G[row, row]
@@ -185,13 +185,13 @@ def search(problem, planar):
     for k in range(MERITS):
         bound = max(bound, planar.merits[k])
     length, least, shortest = 1.0, math.inf, 1.0
-    for _ in range(HALVINGS):
+    for _ in range(LINE_SEARCH_HALVINGS):
         for k in range(r):
             trial[k] = P[k] + length * step[k]
         merit = evaluate(trial, problem, planar)
         if merit < least:
             least, shortest = merit, length
-        if merit <= (1.0 - DESCENT * length) * bound:
+        if merit <= (1.0 - MERIT_DESCENT * length) * bound:
             break
         length *= 0.5
     for k in range(r):

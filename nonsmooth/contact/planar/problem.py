@@ -12,9 +12,9 @@ What is left of these may be rounding. Summed in any order the r products of a r
 
 and a violation v_k <= (r + 1) u s_k is removed by changes of G and c below (r + 1) u of each of their entries, which
 are rounded themselves. P then solves a problem that cannot be told from the given one. So v is accepted up to
-ACCEPTED max |c|, and up to (r + 1) u s_k where that is more: where impulses times G are 1e6 times what they change, as
-under a heavy body on a light one. A violation above HALF_THE_DIGITS max |c| is not put down to rounding, however large
-the impulses: a contact that is jammed has no solution with impulses of 1e15.
+ACCEPTED_RESIDUAL max |c|, and up to (r + 1) u s_k where that is more: where impulses times G are 1e6 times what they
+change, as under a heavy body on a light one. A violation above HALF_THE_DIGITS max |c| is not put down to rounding,
+however large the impulses: a contact that is jammed has no solution with impulses of 1e15.
 
 Sources: Jean, *Comput. Methods Appl. Mech. Engrg.* 177 (1999) 235; Oettli, Prager, *Numer. Math.* 6 (1964) 405; Higham,
 *Accuracy and Stability of Numerical Algorithms* (2002), sections 3.1 and 7.1.
@@ -34,11 +34,12 @@ from nonsmooth.jit.blocks import Block, Floats, Ints, new
 from nonsmooth.mechanics.contact_problem import Problem
 from nonsmooth.mechanics.laws import copy_friction, depends_on_speed, friction_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL
+from nonsmooth.numerics.rounding import rounded_sum
 
-ACCEPTED = 1e-9  # largest relative residual of an accepted solution
-UNIT = 0.5 * float(np.finfo(float).eps)  # unit roundoff
-HALF_THE_DIGITS = 1e-8  # of max |c|: no violation beyond this is put down to rounding
-MERITS = 4  # of ``newton``: what a step may rise to
+ACCEPTED_RESIDUAL = 1e-9  # chosen: largest relative residual of an accepted solution
+HALF_THE_DIGITS = 1e-8  # chosen: of max |c|: no violation beyond this is put down to rounding
+MU_ROUNDINGS = 90  # chosen: a friction coefficient that changes by less has found its speed
+MERITS = 4  # chosen: of ``newton``: what a step may rise to
 
 
 class Family(Block):
@@ -196,7 +197,7 @@ def residual(problem, planar):
     """Largest violation of the inclusions, relative to max |c|; also left in ``planar.error``, the velocities in
     ``planar.gamma``.
 
-    A violation that is rounding counts as ACCEPTED.
+    A violation that is rounding counts as ACCEPTED_RESIDUAL.
     Normal: |min(|G_NN| P_N, gamma_N)|. Tangential, by the projection on the disc of radius mu |P_N|:
     G_FF |P_F - proj(P_F - gamma_F / G_FF)|.
     """
@@ -213,7 +214,7 @@ def residual(problem, planar):
         elif kind == BILATERAL:
             worst = max(worst, beyond_rounding(abs(gamma[a]), a, scale, problem))
         if problem.kinds[k, 1] > 0:
-            is_stuck = beyond_rounding(abs(gamma[t]), t, scale, problem) <= ACCEPTED * scale
+            is_stuck = beyond_rounding(abs(gamma[t]), t, scale, problem) <= ACCEPTED_RESIDUAL * scale
             reach = (problem.mu_static[k] if is_stuck else problem.mu[k]) * max(
                 0.0, abs(P_N) if kind == BILATERAL else P_N
             )
@@ -230,16 +231,16 @@ def residual(problem, planar):
 
 @kernel
 def beyond_rounding(violation, k, scale, problem):
-    """The violation of row k, or ACCEPTED max |c| where it is more and rounding."""
-    if violation <= ACCEPTED * scale or violation > HALF_THE_DIGITS * scale:
+    """The violation of row k, or ACCEPTED_RESIDUAL max |c| where it is more and rounding."""
+    if violation <= ACCEPTED_RESIDUAL * scale or violation > HALF_THE_DIGITS * scale:
         return violation
-    return ACCEPTED * scale if violation <= rounding_of(k, problem) else violation
+    return ACCEPTED_RESIDUAL * scale if violation <= rounding_of(k, problem) else violation
 
 
 @kernel
 def rounding_of(k, problem):
     """(r + 1) u s_k, what the velocity of row k may be wrong by."""
-    return (problem.r + 1) * UNIT * size_of_terms(k, problem)
+    return rounded_sum(problem.r + 1, size_of_terms(k, problem))
 
 
 @kernel
@@ -277,15 +278,17 @@ def name_modes(slack, problem, planar):
             problem.candidate[k] = FREE
         elif problem.kinds[k, 1] == 0 or is_zero(t, slack, scale, problem, planar):
             problem.candidate[k] = STICK
-        elif abs(gamma[t]) <= ACCEPTED * scale and opposing < problem.mu[k] * abs(P_N) * (1.0 - ACCEPTED):
+        elif abs(gamma[t]) <= ACCEPTED_RESIDUAL * scale and opposing < problem.mu[k] * abs(P_N) * (
+            1.0 - ACCEPTED_RESIDUAL
+        ):
             problem.candidate[k] = STICK
         else:
-            problem.candidate[k] = sliding(gamma[t] > 0.0, P_N < 0.0)
+            problem.candidate[k] = sliding_candidate(gamma[t] > 0.0, P_N < 0.0)
     return True
 
 
 @kernel
-def sliding(is_forward, is_pulled):
+def sliding_candidate(is_forward, is_pulled):
     """The candidate of a sliding contact from the signs of gamma_F and P_N."""
     if is_pulled:
         return PULL_PLUS if is_forward else PULL_MINUS
@@ -311,6 +314,6 @@ def update_friction(problem, planar):
         t = problem.start[k + 1] - 1
         if problem.kinds[k, 1] > 0 and depends_on_speed(problem.laws, k):
             mu = friction_coefficient(problem.laws, k, 0.5 * abs(problem.offset[t] + planar.gamma[t]))
-            changed = changed or abs(mu - problem.mu[k]) > 1e-14 * abs(mu)
+            changed = changed or abs(mu - problem.mu[k]) > rounded_sum(MU_ROUNDINGS, abs(mu))
             problem.mu[k] = mu
     return changed

@@ -27,13 +27,15 @@ from nonsmooth.contact.planar.problem import largest_velocity
 from nonsmooth.jit import kernel
 from nonsmooth.mechanics.system import UNILATERAL
 
-ROUNDED = 1e-14  # of the diagonal of G: a squared distance below is rounding, of rows that differ by 1e-7 at most
-EQUAL = 1e-9  # rows, relative to their lengths, and velocities, relative to max |c|, that differ by less are the same
-TILT = 1e-2  # largest h of a group: what one contact gives in place of another differs by as much
+# derived: of the diagonal of G: a squared distance below is rounding, of rows that differ by 1e-7 at most
+SAME_ROW = 1e-14
+# chosen: rows, relative to their lengths, and velocities, relative to max |c|, that differ by less are the same
+EQUAL_ROWS = 1e-9
+TILT = 1e-2  # chosen: largest h of a group: what one contact gives in place of another differs by as much
 
 
 @kernel
-def reduce(problem, planar):
+def group_contacts(problem, planar):
     """List the contacts that a census must look at in planar.rest.place, and the groups of them; how many they are."""
     n, place, group, scale = problem.n, planar.rest.place, planar.tree.group, largest_velocity(problem)
     for k in range(n):
@@ -88,7 +90,7 @@ def leave_out(j, k, scale, problem, planar):
     """Leave out the contacts between j and k."""
     G, start, mu = problem.G, problem.start, problem.mu
     length = squared_distance(start[j], start[k], G)
-    if not length > ROUNDED * (G[start[j], start[j]] + G[start[k], start[k]]):
+    if not length > SAME_ROW * (G[start[j], start[j]] + G[start[k], start[k]]):
         return
     if not (problem.kinds[j, 1] == 0 or slide_alike(j, k, scale, problem)):
         return
@@ -111,10 +113,10 @@ def is_between(i, j, k, part, scale, problem):
         a, b, d = start[i] + axis, start[j] + axis, start[k] + axis
         for m in range(problem.r):
             off = G[a, m] - part * G[b, m] - (1.0 - part) * G[d, m]
-            if off * off > EQUAL * EQUAL * G[a, a] * G[m, m]:
+            if off * off > EQUAL_ROWS * EQUAL_ROWS * G[a, a] * G[m, m]:
                 return False
         off = c[a] - part * c[b] - (1.0 - part) * c[d]
-        if off < -EQUAL * scale or (axis == 1 and off > EQUAL * scale):
+        if off < -EQUAL_ROWS * scale or (axis == 1 and off > EQUAL_ROWS * scale):
             return False
     return True
 
@@ -130,13 +132,13 @@ def slide_alike(j, k, scale, problem):
     a, b = problem.start[j], problem.start[k]
     length = squared_distance(a, b, G)
     tilt = 0.0
-    if length > ROUNDED * (G[a, a] + G[b, b]):
+    if length > SAME_ROW * (G[a, a] + G[b, b]):
         tilt = (G[a + 1, a] - G[a + 1, b] - G[b + 1, a] + G[b + 1, b]) / length
-    if abs(tilt) > TILT or abs(c[a + 1] - c[b + 1] - tilt * (c[a] - c[b])) > EQUAL * scale:
+    if abs(tilt) > TILT or abs(c[a + 1] - c[b + 1] - tilt * (c[a] - c[b])) > EQUAL_ROWS * scale:
         return False
     for m in range(problem.r):
         off = G[a + 1, m] - G[b + 1, m] - tilt * (G[a, m] - G[b, m])
-        if off * off > EQUAL * EQUAL * G[a + 1, a + 1] * G[m, m]:
+        if off * off > EQUAL_ROWS * EQUAL_ROWS * G[a + 1, a + 1] * G[m, m]:
             return False
     return True
 

@@ -22,8 +22,8 @@ from __future__ import annotations
 from nonsmooth.contact.planar.enumerate import is_new, keep_solution, next_candidate
 from nonsmooth.contact.planar.implied import begin_walk, descend
 from nonsmooth.contact.planar.least_share import find_least
-from nonsmooth.contact.planar.problem import ACCEPTED, Planar, largest_velocity, residual
-from nonsmooth.contact.planar.single import BOUNDARY, FREE, NO_CANDIDATE, SLIDE_PLUS, STICK, sigma_of, slip_of
+from nonsmooth.contact.planar.problem import ACCEPTED_RESIDUAL, Planar, largest_velocity, residual
+from nonsmooth.contact.planar.single import BORDER_WIDTH, FREE, NO_CANDIDATE, SLIDE_PLUS, STICK, sigma_of, slip_of
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.contact_problem import Problem
@@ -62,7 +62,7 @@ def walk(skips, K, problem, planar):
             tree.candidate[level] = NO_CANDIDATE
         else:
             for signs in range(1 << count_signs(problem, tree)):
-                if solve_leaf(signs, scale, problem, planar) and residual(problem, planar) <= ACCEPTED:
+                if solve_leaf(signs, scale, problem, planar) and residual(problem, planar) <= ACCEPTED_RESIDUAL:
                     found += keep_leaf(found, scale, problem, planar)
     return found
 
@@ -98,9 +98,9 @@ def solve_leaf(signs, scale, problem, planar):
     for k in range(problem.r):
         largest = max(largest, abs(problem.G[k, k]))
     m = assemble(problem, planar)
-    rank = eliminate_completely(m, BOUNDARY * largest, family)
+    rank = eliminate_completely(m, BORDER_WIDTH * largest, family)
     for k in range(rank, m):
-        if abs(family.B[k, m]) > ACCEPTED * scale:
+        if abs(family.B[k, m]) > ACCEPTED_RESIDUAL * scale:
             return False
     size = inequalities(signs, m, problem, planar)
     x = family.x
@@ -112,7 +112,7 @@ def solve_leaf(signs, scale, problem, planar):
         if not least_admissible(m, rank, size, planar):
             return False
     else:
-        slack = BOUNDARY * max(scale, scale / largest)
+        slack = BORDER_WIDTH * max(scale, scale / largest)
         for e in range(size):
             total = -family.e[e]
             for k in range(m):
@@ -294,7 +294,7 @@ def least_admissible(m, rank, size, planar):
         for k in range(m):
             planar.b[e] += C[e, k] * x[k]
             family.slack[e] += abs(C[e, k] * x[k])
-        family.slack[e] *= BOUNDARY
+        family.slack[e] *= BORDER_WIDTH
     if not find_least(size, free, family.slack, planar):
         return False
     move(m, rank, family)
@@ -315,13 +315,13 @@ def is_fixed_wrong(m, rank, size, family):
                 terms += abs(C[e, column[k]] * B[k, rank + a])
             family.A[e, a] = total
             largest, change = max(largest, terms), max(change, abs(total))
-        if change > BOUNDARY * largest:
+        if change > BORDER_WIDTH * largest:
             continue
         total, terms = -family.e[e], abs(family.e[e])
         for k in range(m):
             total += C[e, k] * x[k]
             terms += abs(C[e, k] * x[k])
-        if total < -ACCEPTED * terms:
+        if total < -ACCEPTED_RESIDUAL * terms:
             return True
     return False
 

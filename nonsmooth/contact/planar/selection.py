@@ -27,9 +27,10 @@ from nonsmooth.jit import kernel
 
 # Candidates, and the bits of the set of admissible ones.
 FREE, STICK, SLIDE_PLUS, SLIDE_MINUS, PULL_PLUS, PULL_MINUS = range(6)  # PULL: sliding with P_N < 0
-NO_CANDIDATE = -1
-ASKED, PARTS, HELD, SLIDES, STICKS, SADDLE = 100_000, 102, 101, 100, 0, -3_000  # eight contacts are tried at most
-WORST = -1_000_000  # below every sum of ranks
+NO_CANDIDATE = -1  # code: of none of these
+# chosen: what is asked outweighs eight contacts, the most that are tried, and a saddle most of them
+ASKED, PARTS, HELD, SLIDES, STICKS, SADDLE = 100_000, 102, 101, 100, 0, -3_000
+WORST_RANK = -1_000_000  # derived: below every sum of ranks
 
 
 class Selection(IntEnum):

@@ -28,7 +28,7 @@ from nonsmooth.contact.planar.selection import (
     SLIDE_MINUS,
     SLIDE_PLUS,
     STICK,
-    WORST,
+    WORST_RANK,
     Selection,
     rank,
     sigma_of,
@@ -39,9 +39,10 @@ from nonsmooth.mechanics.laws import can_stick, depends_on_speed, friction_coeff
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
 from nonsmooth.numerics.dense import SINGULAR
 
-BOUNDARY = 1e-12  # relative width within which a candidate on the border of admissibility is kept, if no other is
-STILL = 1e-12  # of max |c|: a velocity below is none
-SPEED_ITERATIONS = 60
+# chosen: relative width within which a candidate on the border of admissibility is kept, if no other is
+BORDER_WIDTH = 1e-12
+STILL_VELOCITY = 1e-12  # chosen: of max |c|: a velocity below is none
+SPEED_ITERATIONS = 60  # chosen: bisection alone takes 53 to the last place
 
 
 @kernel
@@ -181,7 +182,7 @@ def choose(found, stable, k, problem):
     rule = rule_for(problem.kinds[k, 0], problem.selection)
     was_stuck, slip = problem.mode[k] == ContactMode.STICK, problem.slip[k]
     is_regular = G_NN > friction_coefficient(problem.laws, k, 0.0) * abs(G_NF)
-    taken, best = NO_CANDIDATE, WORST
+    taken, best = NO_CANDIDATE, WORST_RANK
     for candidate in range(PULL_MINUS + 1):
         bit = 1 << candidate
         if found & bit == 0:
@@ -204,7 +205,7 @@ def solve_single(k, problem):
             return candidate, P_N, P_F, 1 << candidate
     found, stable = admissible(k, problem, 0.0)
     if found == 0:
-        found, stable = admissible(k, problem, BOUNDARY)
+        found, stable = admissible(k, problem, BORDER_WIDTH)
     candidate = choose(found, stable, k, problem)
     P_N, P_F = candidate_impulses(candidate, k, problem)
     return candidate, P_N, P_F, found
@@ -231,14 +232,14 @@ def solve_alone(k, problem):
     if candidate == NO_CANDIDATE:
         return 0, 0.0
     if candidate == FREE:
-        if not c[a] > STILL * (c[a] + abs(c[t])):
+        if not c[a] > STILL_VELOCITY * (c[a] + abs(c[t])):
             problem.candidate[k] = closed_mode(c[a], c[t])
         return found, 0.0
     error = abs(c[a] + G[a, a] * P_N + G[a, t] * P_F)
     gamma_F = abs(c[t] + G[t, a] * P_N + G[t, t] * P_F)
     if candidate == STICK:
         error = max(error, gamma_F)
-    elif gamma_F <= STILL * (abs(c[a]) + abs(c[t])):
+    elif gamma_F <= STILL_VELOCITY * (abs(c[a]) + abs(c[t])):
         problem.candidate[k] = STICK  # its impulse lies on the border of the cone, but it does not move
     return found, error
 
@@ -251,7 +252,7 @@ def solve_given_force(k, problem):
     problem.P[t] = P_F
     if candidate == NO_CANDIDATE:  # P_N = 0: no friction
         candidate = SLIDE_PLUS if problem.c[t] > 0.0 else SLIDE_MINUS
-    if candidate >= SLIDE_PLUS and abs(problem.c[t] + problem.G[t, t] * P_F) <= STILL * abs(problem.c[t]):
+    if candidate >= SLIDE_PLUS and abs(problem.c[t] + problem.G[t, t] * P_F) <= STILL_VELOCITY * abs(problem.c[t]):
         return STICK
     return candidate
 
@@ -259,7 +260,7 @@ def solve_given_force(k, problem):
 @rare_kernel
 def closed_mode(c_N, c_F):
     """The candidate of a contact without impulse that does not part."""
-    if abs(c_F) <= STILL * (abs(c_N) + abs(c_F)):
+    if abs(c_F) <= STILL_VELOCITY * (abs(c_N) + abs(c_F)):
         return STICK
     return SLIDE_PLUS if c_F > 0.0 else SLIDE_MINUS
 

@@ -24,22 +24,20 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.held import load
 from nonsmooth.integrators.adaptive.polynomial import state_within
 from nonsmooth.integrators.adaptive.scales import BAND, closed_gap
-from nonsmooth.integrators.adaptive.state import Extrapolation
-from nonsmooth.integrators.radau.stages import EPS
-from nonsmooth.integrators.records import State
+from nonsmooth.integrators.adaptive.state import NOWHERE, Extrapolation
+from nonsmooth.integrators.radau.resolution import LOW_DIP
+from nonsmooth.integrators.records import CLOSURE, FRICTION, N_FUNCTIONS, State
 from nonsmooth.integrators.rigid.census import enters_region
-from nonsmooth.integrators.rigid.modes import CLOSURE, FRICTION, N_FUNCTIONS
 from nonsmooth.integrators.rigid.rates import rigid_events
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, ContactMode
+from nonsmooth.numerics.rounding import spacing
 
-NOWHERE = 2.0  # a place that is not in the step
 STANDS, WITHIN, BEYOND = range(3)
-LOW = 0.25  # of what a function changes in a step: if it comes as near to zero its dip is looked at closely
-ENCLOSURES = 100
-NARROW = 1e-3  # of an enclosure: regula falsi goes no nearer to its ends
+ENCLOSURES = 100  # chosen: of regula falsi, before an event is given up
+NARROW_ENCLOSURE = 1e-3  # chosen: of an enclosure: regula falsi goes no nearer to its ends
 
 
 @kernel
@@ -183,7 +181,7 @@ def next_suspect(after, m, run):
                 first = min(first, place)
         for a in range(1, size + 1):
             place, value = dip(e, a, m, run)
-            if after < place < first and value < LOW * (highest - lowest):
+            if after < place < first and value < LOW_DIP * (highest - lowest):
                 first = place
     return first
 
@@ -303,11 +301,11 @@ def enclose(sys, t, H, low, high, state, run):
         v_low, v_high = lowest(run.f_0, low, run), lowest(run.f_in, high, run)
     side = 0
     for k in range(ENCLOSURES):
-        if status != Status.RUNNING or (high - low) * H <= run.clock.least or high - low <= EPS * high:
+        if status != Status.RUNNING or (high - low) * H <= run.clock.least or high - low <= spacing(high):
             break
         part = 0.5
         if k % 3 < 2 and v_low > 0.0 > v_high:
-            part = min(1.0 - NARROW, max(NARROW, v_low / (v_low - v_high)))
+            part = min(1.0 - NARROW_ENCLOSURE, max(NARROW_ENCLOSURE, v_low / (v_low - v_high)))
         middle = low + part * (high - low)
         status = values_within(sys, t, H, middle, state, run)
         how, value = fallen(run.f_in, middle, run), lowest(run.f_in, middle, run)

@@ -16,18 +16,10 @@ second order then whatever C is. Source: Steihaug, Wolfbrandt, *Math. Comp.* 33 
 from __future__ import annotations
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive.state import Extrapolation
-from nonsmooth.integrators.moreau_jean.step import ROUNDING, new_velocity
-from nonsmooth.integrators.records import book_energy
-from nonsmooth.integrators.rigid.modes import (
-    BACKWARD,
-    CLOSURE,
-    FORWARD,
-    FRICTION,
-    N_FUNCTIONS,
-    SIGN,
-    list_islands,
-)
+from nonsmooth.integrators.adaptive.state import THETA, Extrapolation
+from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS, new_velocity
+from nonsmooth.integrators.records import CLOSURE, FRICTION, N_FUNCTIONS, SIGN, book_energy
+from nonsmooth.integrators.rigid.modes import BACKWARD, FORWARD, list_islands
 from nonsmooth.integrators.rigid.rates import of_load, pressing, solve_island
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
@@ -42,7 +34,7 @@ from nonsmooth.mechanics.contact_problem import (
     SURFACES_ARE_CONSTANT,
     apply_inverse,
     delassus,
-    difference,
+    difference_forces,
     evaluate_rows,
     find_loads,
     is_implicit,
@@ -64,16 +56,19 @@ from nonsmooth.mechanics.system import (
     ContactMode,
 )
 from nonsmooth.numerics.dense import bandwidth, cholesky, cholesky_solve, lu, lu_solve
+from nonsmooth.numerics.rounding import rounded_sum
 
-THETA = 0.5
+# derived: facts of a model whose forces on the contacts read the velocities
 READS_U = DAMPING_BY_DIFFERENCES | NORMAL_FORCE_READS_U
-SPEEDS = 10  # iterations of Newton's method on the sliding speeds: it is quadratic, and starts from those before
-SLOPE = 1e-6  # of the speeds: the difference that gives the slope of a friction law, which steers the iteration only
-NEAR = 1e-2  # of the shift of the rows: below it a difference of moving rows is rounding
-# bands: a given normal force that is none. Models cut it at zero, and there its function, armed or not, must be farther
-# below its threshold than the two bands within which an event counts as located: 4 - 1 > 2
+# chosen: iterations of Newton's method on the sliding speeds: it is quadratic, and starts from those before
+SPEEDS = 10
+# chosen: of the speeds: the difference that gives the slope of a friction law, which steers the iteration only
+SLOPE = 1e-6
+SHIFT_ROUNDING = 1e-2  # chosen: of the shift of the rows: below it a difference of moving rows is rounding
+# derived: bands: a given normal force that is none. Models cut it at zero, and there its function, armed or not, must
+# be farther below its threshold than the two bands within which an event counts as located: 4 - 1 > 2
 NO_LOAD = 4.0
-SETTLED = 1e-14  # of the largest impulse: a smaller correction is rounding
+SETTLED_IMPULSE = 1e-14  # chosen: of the largest impulse: a smaller correction is rounding
 
 
 @kernel("int64(int64, float64, float64, int64, int64)", short_loops=True)
@@ -164,14 +159,14 @@ def find_jacobians(sys, t_mid, dt, run):
         for j in range(n):
             work.trial[j] = dt * work.h[j]
         cholesky_solve(n, work.band, work.factor, work.trial)
-        if not difference(sys, t_mid, work.q_mid, u, True, work):
+        if not difference_forces(sys, t_mid, work.q_mid, u, True, work):
             return Status.NOT_FINITE.value
     elif has & (1 << DAMPING) and not evaluate(sys, DAMPING, t_mid, work.q_mid, u, work.C):
         return Status.NOT_FINITE.value
     if is_first and has & STIFFNESS_BY_DIFFERENCES:
         for j in range(n):
             work.trial[j] = dt * u[j]
-        if not difference(sys, t_mid, work.q_mid, u, False, work):
+        if not difference_forces(sys, t_mid, work.q_mid, u, False, work):
             return Status.NOT_FINITE.value
     elif has & (1 << STIFFNESS) and not evaluate(sys, STIFFNESS, t_mid, work.q_mid, u, work.K):
         return Status.NOT_FINITE.value
@@ -201,7 +196,7 @@ def carry_velocities(sys, t, dt, n_k, r, run):
             there.closed[k] = work.closed[k]
         e = row_shift(sys, has, u)
         if has & ROWS_READ_T:
-            e = max(0.25 * dt, NEAR * e)
+            e = max(0.25 * dt, SHIFT_ROUNDING * e)
         if not find_row_rates(sys, rows, e, t + 0.5 * dt, work.q_mid, u, n_k, contacts.rates, there):
             return False
         for j in range(n):
@@ -216,7 +211,7 @@ def carry_velocities(sys, t, dt, n_k, r, run):
         size = abs(work.w[k])
         for j in range(n):
             size += abs(work.W[k, j] * u[j])
-        if abs(work.gamma_0[k]) <= ROUNDING * size:
+        if abs(work.gamma_0[k]) <= rounded_sum(VELOCITY_ROUNDINGS, size):
             work.gamma_0[k] = 0.0
     return True
 
@@ -325,7 +320,7 @@ def settle_speeds(sys, n_k, r, run):
         for a in range(r):
             P[a] += change[a]
             moved = max(moved, abs(change[a]))
-        if not moved > SETTLED * largest:
+        if not moved > SETTLED_IMPULSE * largest:
             return
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 from nonsmooth.integrators.adaptive.held import coefficient, list_closed
 from nonsmooth.integrators.adaptive.scales import closed_gap
 from nonsmooth.integrators.adaptive.substep import DROPPED
-from nonsmooth.integrators.rigid.modes import DISTINCT, decompose, list_equations, solve_equations
+from nonsmooth.integrators.rigid.modes import DISTINCT_ROWS, decompose, list_equations, solve_equations
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.mechanics.acceleration_problem import IMPLICIT, find_row_rates, row_shift
 from nonsmooth.mechanics.contact_problem import apply_inverse, delassus, evaluate_rows, stack_rows
@@ -100,7 +100,7 @@ def throw_down(sys, run):
     for e in range(m):
         contacts.b[e] = -work.gamma_0[contacts.row[e]]
     smallest = decompose(m, True, contacts)
-    if smallest == 0.0 or (smallest < DISTINCT and m > 1):
+    if smallest == 0.0 or (smallest < DISTINCT_ROWS and m > 1):
         return
     solve_equations(m, contacts)
     for e in range(m):

@@ -3,7 +3,7 @@
 Plain steps evaluate forces in their middles, so that the first and the last 1/(2 m) of a step of m of them are seen by
 none. There the accelerations are compared with the slopes u' of the polynomial of the step (polynomial.py):
 
-    r(theta) = M^-1 (h + W^T la) - u'(theta),    H |r| <= SEEN tolerances of the velocities at both ends
+    r(theta) = M^-1 (h + W^T la) - u'(theta),    H |r| <= SEEN_JUMP tolerances of the velocities at both ends
 
 of which a jump could have moved them by 1/(2 m). The end of a step is the beginning of the next: one evaluation serves
 both. Where r is larger it is asked for half a plain step from there: nearly the same of a smooth motion, whose slope at
@@ -21,21 +21,23 @@ import math
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.events import event_values, values_within
 from nonsmooth.integrators.adaptive.scales import instant
-from nonsmooth.integrators.adaptive.state import DEGREE
-from nonsmooth.integrators.radau.stages import EPS
+from nonsmooth.integrators.adaptive.state import NOWHERE, VELOCITY_DEGREE
 from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.numerics.rounding import spacing
 
-SEEN = 200.0  # tolerances of H r: 1 to 100 of a smooth motion, as measured
-SEEN_AGAIN = 2.0  # once the forces have jumped: there may be hundreds
-CHANCE = 0.5  # of the error of a row, that of the next: so little is gained where the rows do not approach one another
-FADES = 0.3  # of the change of r: in a quarter of an interval that of a smooth motion is less
-STEEP = 1.0 / 32.0  # of the interval: what changes within it is a jump for this step, however smooth it may be
-HALVINGS = 100
-SHORTER = 0.3  # of a step with many jumps at an end of it, none of which stands out, or of a motion without its forces
-LARGE = 0.5  # of the largest change of the accelerations between two plain steps
-NOWHERE = 2.0  # a place that is not in the step
+SEEN_JUMP = 200.0  # tolerances of H r: 1 to 100 of a smooth motion, as measured
+SEEN_JUMP_AGAIN = 2.0  # chosen: once the forces have jumped: there may be hundreds
+# chosen: of the error of a row, that of the next: so little is gained where the rows do not approach one another
+CHANCE = 0.5
+FADES = 0.3  # chosen: of the change of r: in a quarter of an interval that of a smooth motion is less
+STEEP = 1.0 / 32.0  # chosen: of the interval: what changes within it is a jump for this step, however smooth it may be
+JUMP_HALVINGS = 100  # chosen: bisection takes 52 to the last place
+# chosen: of a step with many jumps at an end of it, none of which stands out, or of a motion without its forces
+JUMPY_STEP_PART = 0.3
+LARGE_JUMP = 0.5  # chosen: of the largest change of the accelerations between two plain steps
 BEGIN, MIDDLE, END, LAST = range(4)
-PLACES, PART = 8, 0.37  # where the forces are looked at once they have jumped: these of no plain step
+# chosen: where the forces are looked at once they have jumped: these of no plain step
+PLACES_LOOKED_AT, PLACE_OF_LOOK = 8, 0.37
 
 
 @kernel
@@ -74,7 +76,7 @@ def note_forces(sys, t_1, run):
 @kernel
 def seen(run):
     """Tolerances of H r above which a jump is looked for."""
-    return SEEN if run.counters.jumps == 0 else SEEN_AGAIN
+    return SEEN_JUMP if run.counters.jumps == 0 else SEEN_JUMP_AGAIN
 
 
 @kernel
@@ -84,7 +86,7 @@ def are_followed(H, run):
     at_begin, at_end = True, True
     for i in range(n):
         tol, slope = seen(run) * run.tol[n + i], 0.0
-        for k in range(DEGREE):
+        for k in range(VELOCITY_DEGREE):
             slope += (k + 1) * run.B[k, i]
         run.jump[BEGIN, i] = H * run.force_0[i] - run.B[0, i]
         run.jump[END, i] = H * run.force_1[i] - slope
@@ -125,10 +127,10 @@ def jump_at_end(sys, t, H, m, end, state, run):
     status = rest_at(sys, t, H, part if end == BEGIN else 1.0 - part, 0, MIDDLE, state, run)
     has_jumped = run.counters.jumps > 0
     if status != Status.RUNNING or distance(MIDDLE, end, run) < FADES * size_of_rest(end, run):
-        return status, SHORTER if has_jumped and size_of_rest(MIDDLE, run) > SEEN else NOWHERE
+        return status, JUMPY_STEP_PART if has_jumped and size_of_rest(MIDDLE, run) > SEEN_JUMP else NOWHERE
     low = 0.0 if end == BEGIN else 1.0 - 2.0 * part
     status, place = enclose_jump(sys, t, H, low, low + 2.0 * part, 0, state, run)
-    return status, SHORTER if place == NOWHERE and has_jumped else place
+    return status, JUMPY_STEP_PART if place == NOWHERE and has_jumped else place
 
 
 @rare_kernel
@@ -138,8 +140,8 @@ def jump_between_places(sys, t, H, state, run):
     for i in range(n):
         run.jump[LAST, i] = H * run.force_0[i] - run.B[0, i]
     largest, first, before = seen(run), NOWHERE, 0.0
-    for k in range(PLACES):
-        place = (k + PART) / PLACES
+    for k in range(PLACES_LOOKED_AT):
+        place = (k + PLACE_OF_LOOK) / PLACES_LOOKED_AT
         status = rest_at(sys, t, H, place, 0, MIDDLE, state, run)
         if status != Status.RUNNING:
             return status, NOWHERE
@@ -151,7 +153,7 @@ def jump_between_places(sys, t, H, state, run):
         before = place
     if first == NOWHERE:
         return Status.RUNNING.value, NOWHERE
-    return enclose_jump(sys, t, H, first, first + 1.0 / PLACES, 0, state, run)
+    return enclose_jump(sys, t, H, first, first + 1.0 / PLACES_LOOKED_AT, 0, state, run)
 
 
 @rare_kernel
@@ -164,7 +166,7 @@ def jump_between_nodes(sys, t, H, m, state, run):
         for i in range(n):
             bend = run.node_u[k + 1, i] - 2.0 * run.node_u[k, i] + run.node_u[k - 1, i]
             change = max(change, abs(bend) / run.tol[n + i])
-        first = k if change >= LARGE * largest else first
+        first = k if change >= LARGE_JUMP * largest else first
         largest = max(largest, change)
     if first == 0:
         return Status.RUNNING.value, NOWHERE
@@ -181,8 +183,8 @@ def enclose_jump(sys, t, H, low, high, m, state, run):
         status = rest_at(sys, t, H, high, m, END, state, run)
     change = distance(BEGIN, END, run)
     largest, earlier = change, change
-    for _ in range(HALVINGS):
-        if status != Status.RUNNING or (high - low) * H <= run.clock.least or high - low <= EPS * high:
+    for _ in range(JUMP_HALVINGS):
+        if status != Status.RUNNING or (high - low) * H <= run.clock.least or high - low <= spacing(high):
             break
         middle = 0.5 * (low + high)
         status = rest_at(sys, t, H, middle, m, MIDDLE, state, run)
@@ -195,7 +197,7 @@ def enclose_jump(sys, t, H, low, high, m, state, run):
         low, high = (low, middle) if is_before else (middle, high)
         for i in range(r.shape[1]):
             r[END if is_before else BEGIN, i] = r[MIDDLE, i]
-    is_jump = high - low <= STEEP * width and largest > SEEN_AGAIN
+    is_jump = high - low <= STEEP * width and largest > SEEN_JUMP_AGAIN
     run.counters.jumps += 1 if is_jump else 0
     return status, low if is_jump else NOWHERE
 
@@ -212,7 +214,7 @@ def rest_at(sys, t, H, place, m, which, state, run):
     for i in range(n):
         slope = 0.0
         if m == 0:
-            for k in range(DEGREE - 1, -1, -1):
+            for k in range(VELOCITY_DEGREE - 1, -1, -1):
                 slope = (k + 1) * run.B[k, i] + theta * slope
         run.jump[which, i] = H * run.contacts.work.du[i] - slope
     return status

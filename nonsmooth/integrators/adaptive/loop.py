@@ -2,11 +2,11 @@
 
 The step is that of adaptive/step.py, events are those of adaptive/switch.py and adaptive/through.py.
 
-Budget: LOOK tries in which no coordinate has moved by LEAST_WAY tolerances in all, and of the span no more than
+Budget: BUDGET_TRIES tries in which no coordinate has moved by LEAST_WAY tolerances in all, and of the span no more than
 LEAST_TIME has passed, end the run. A step that follows a motion moves it by many tolerances, and a stretch at rest is
-covered in few steps. So do LOOK tries in which no more than HOPELESS of the span has passed, whatever moved: at that
-pace the run would take 2e10 tries, days; and so do those in which the forces jumped more than MOST_JUMPS times and no
-more than LEAST_TIME of the span has passed: they drive the motion from both sides to where they jump.
+covered in few steps. So do BUDGET_TRIES tries in which no more than HOPELESS of the span has passed, whatever moved: at
+that pace the run would take 2e10 tries, days; and so do those in which the forces jumped more than MOST_JUMPS times and
+no more than LEAST_TIME of the span has passed: they drive the motion from both sides to where they jump.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import math
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.events import arm, event_values, only_enters_region, set_bands
 from nonsmooth.integrators.adaptive.jumps import keep_forces
-from nonsmooth.integrators.adaptive.polynomial import PIECES, keep_event, keep_smooth
+from nonsmooth.integrators.adaptive.polynomial import STEP_PIECES, keep_event, keep_smooth
 from nonsmooth.integrators.adaptive.scales import instant, observe, set_tolerances
 from nonsmooth.integrators.adaptive.state import (
     DECIDE,
@@ -25,28 +25,28 @@ from nonsmooth.integrators.adaptive.state import (
     GO_THROUGH,
     Extrapolation,
 )
-from nonsmooth.integrators.adaptive.step import AT_EVENT, AT_ONCE, SHRINK, SMOOTH, UNRESOLVED, try_step
-from nonsmooth.integrators.adaptive.switch import EVENTS_AT_ONCE, decide
+from nonsmooth.integrators.adaptive.step import AT_EVENT, AT_ONCE, FAILED_STEP_PART, SMOOTH, UNRESOLVED, try_step
+from nonsmooth.integrators.adaptive.switch import EVENTS_AT_INSTANT, decide
 from nonsmooth.integrators.adaptive.table import FASTEST
 from nonsmooth.integrators.adaptive.through import step_through
 from nonsmooth.integrators.penalty.loop import Trail, write_row
-from nonsmooth.integrators.radau.method import SMALLEST
-from nonsmooth.integrators.records import EVENT_WIDTH, N_LEDGER, State
+from nonsmooth.integrators.radau.method import SMALLEST_STEP
+from nonsmooth.integrators.records import EVENT_WIDTH, N_FUNCTIONS, N_LEDGER, N_WORKS, State
 from nonsmooth.integrators.rigid.census import count_step, enters_region, note_several
-from nonsmooth.integrators.rigid.modes import N_FUNCTIONS, N_WORKS, UNIQUE, note_side
+from nonsmooth.integrators.rigid.modes import UNIQUE, note_side
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GAP, UNILATERAL
 
-LOOK = 20_000  # tries between two looks at the budget
-LEAST_WAY = 1_000.0  # tolerances, over that many tries: one in twenty a try
-LEAST_TIME = 1e-3  # of the span
-HOPELESS = 1e-6  # of the span
-MOST_JUMPS = 1_000  # of the forces, over that many tries: at that pace there would be a million in the span
-QUIET = 100.0  # instants: a step that is longer ends a series of events
-TWICE = 2.0  # the way to an event as a straight line has it: the step that looks for it ends behind it
-FIRST_THROUGH = 4.0  # instants: the first plain steps where no modes last
+BUDGET_TRIES = 20_000  # chosen: tries between two looks at the budget
+LEAST_WAY = 1_000.0  # chosen: tolerances, over that many tries: one in twenty a try
+LEAST_TIME = 1e-3  # chosen: of the span
+HOPELESS = 1e-6  # chosen: of the span
+MOST_JUMPS = 1_000  # chosen: of the forces, over that many tries: at that pace there would be a million in the span
+QUIET_STEP = 100.0  # chosen: instants: a step that is longer ends a series of events
+TWICE = 2.0  # chosen: the way to an event as a straight line has it: the step that looks for it ends behind it
+FIRST_THROUGH = 4.0  # chosen: instants: the first plain steps where no modes last
 
 
 @kernel("int64(int64, float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
@@ -68,7 +68,7 @@ def run(sys_at, t_record, every, max_steps, state_at, trail_at, run_at):
         trail.counts.next = 1
     for _ in range(max_steps):
         t = clock.now
-        clock.least = SMALLEST * max(abs(t), FIRST_STEP * (t_record[end] - t_record[0]))
+        clock.least = SMALLEST_STEP * max(abs(t), FIRST_STEP * (t_record[end] - t_record[0]))
         if t >= t_record[end]:
             return Status.FINISHED.value
         if is_full(every, state, run, trail):
@@ -97,7 +97,7 @@ def run(sys_at, t_record, every, max_steps, state_at, trail_at, run_at):
         collect(state, run.trial)
         if not is_accepted:
             if goes_through:
-                clock.through = SHRINK * H
+                clock.through = FAILED_STEP_PART * H
             elif counters.to_do != GO_ON:
                 continue
             counters.rejected += 1
@@ -146,16 +146,16 @@ def is_full(every, state, run, trail):
     """Whether rows, events or steps are full: the caller empties them."""
     if every > 0 and trail.counts.rows + 1 >= trail.t.shape[0]:
         return True
-    if state.counters.n_events + EVENTS_AT_ONCE * state.mode.shape[0] > state.events.shape[0]:
+    if state.counters.n_events + EVENTS_AT_INSTANT * state.mode.shape[0] > state.events.shape[0]:
         return True
-    return trail.steps.counts.is_kept != 0 and trail.steps.counts.n_steps + PIECES > trail.steps.t.shape[0]
+    return trail.steps.counts.is_kept != 0 and trail.steps.counts.n_steps + STEP_PIECES > trail.steps.t.shape[0]
 
 
 @kernel
 def is_spent(span, run):
     """Count a try; whether so many got nowhere that the run is to end."""
     run.counters.tries += 1
-    if run.counters.tries < LOOK:
+    if run.counters.tries < BUDGET_TRIES:
         return False
     passed = run.clock.now - run.clock.looked
     moves = run.clock.way >= LEAST_WAY and run.counters.jumps < MOST_JUMPS
@@ -212,7 +212,7 @@ def end_smooth(t_1, H, state, run):
         way = max(way, abs(run.x[i] - state.q[i]) / run.tol[i], abs(run.x[n + i] - state.u[i]) / run.tol[n + i])
     clock.way += way
     counters.has_jacobian = 0
-    if H > QUIET * instant(run):
+    if H > QUIET_STEP * instant(run):
         counters.stalls, clock.through = 0, 0.0
     if n_c == 0:
         return
@@ -249,7 +249,7 @@ def end_stretch(sys, t_1, H, state, run):
     """After plain steps where no modes last: decide anew. Returns a Status."""
     counters = run.counters
     run.clock.through *= FASTEST
-    if H > QUIET * instant(run):
+    if H > QUIET_STEP * instant(run):
         counters.stalls = 0
     counters.to_do = DECIDE if state.mode.shape[0] > 0 else GO_ON
     counters.has_jacobian, counters.is_located, counters.has_forces, counters.at_jump = 0, 0, 0, 0

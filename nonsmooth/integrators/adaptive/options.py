@@ -25,7 +25,7 @@ from nonsmooth.integrators.adaptive.held import held_step
 from nonsmooth.integrators.adaptive.loop import run
 from nonsmooth.integrators.adaptive.polynomial import highest_coefficients, slope_weights
 from nonsmooth.integrators.adaptive.scales import BAND, hold_modes
-from nonsmooth.integrators.adaptive.state import FIRST_STEP, ROWS, Extrapolation, extrapolation_weights
+from nonsmooth.integrators.adaptive.state import FIRST_STEP, N_ROWS, Extrapolation, extrapolation_weights
 from nonsmooth.integrators.adaptive.step import try_step
 from nonsmooth.integrators.adaptive.substep import substep
 from nonsmooth.integrators.adaptive.switch import decide
@@ -33,15 +33,13 @@ from nonsmooth.integrators.adaptive.through import step_through
 from nonsmooth.integrators.moreau_jean.contact import solve
 from nonsmooth.integrators.moreau_jean.options import needs_newton
 from nonsmooth.integrators.moreau_jean.paradox import end_slide
-from nonsmooth.integrators.radau.stages import EPS
+from nonsmooth.integrators.radau.method import SMALLEST_RTOL
 from nonsmooth.integrators.rigid.rates import rigid_events
 from nonsmooth.integrators.rigid.redundant import share_load
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.sys import Sys, fill_sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, System
-
-SMALLEST_RTOL = 100 * EPS
 
 
 @dataclass(frozen=True)
@@ -130,4 +128,4 @@ class Adaptive:
 
 def best_row(rtol: float) -> int:
     """The row at which smooth steps are to converge: of least work for the length, as measured."""
-    return int(np.clip(round(2.0 - 0.5 * np.log10(rtol)), 3, ROWS - 1))
+    return int(np.clip(round(2.0 - 0.5 * np.log10(rtol)), 3, N_ROWS - 1))

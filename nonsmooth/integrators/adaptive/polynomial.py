@@ -13,7 +13,7 @@ O(1/m^2), sets in with the first substep.
 
 Without q_1 the velocities would be a polynomial of a degree less, off by B_(2L+2) theta^(L+1) (1 - theta)^(L+1): that
 estimates, from above, what they err by within the step, B_(2L+2)/4^(L+1) at most, and the coordinates, its integral. A
-step is as long as both are within FOLLOWED tolerances.
+step is as long as both are within FOLLOWED_ERROR tolerances.
 
 In a step with an event each substep is a piece of its own: a parabola, or where an impact is in it two straight lines
 with the acceleration before the step, and the jump half-way between, as the substep has it.
@@ -29,18 +29,18 @@ from fractions import Fraction
 
 import numpy as np
 
-from nonsmooth.integrators.adaptive.state import DEGREE, MOST, aitken_neville
-from nonsmooth.integrators.moreau_jean.step import ROUNDING
-from nonsmooth.integrators.radau.stages import EPS
+from nonsmooth.integrators.adaptive.state import MOST_DERIVATIVES, VELOCITY_DEGREE, aitken_neville
+from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT
 from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.numerics.rounding import rounded_sum
 
-PIECES = 4  # of a step with an event, at most
-FOLLOWED = 10.0  # tolerances, as in ODEX: the estimate is 2 to 15 times the error
-CANCELLED = 1e4  # roundings of a velocity: what its highest coefficient has of them
+STEP_PIECES = 4  # chosen: of a step with an event, at most
+FOLLOWED_ERROR = 10.0  # measured: tolerances, as in ODEX: the estimate is 2 to 15 times the error
+COEFFICIENT_ROUNDINGS = 20_000  # chosen: roundings of a velocity: what its highest coefficient has of them
 # The slopes of a row, at the beginning and at the end, and the first row that has each.
 FIRST_0, NEXT_0, SECOND_0, FIRST_1, SECOND_1 = range(5)
-FIRST_ROWS = (0, 1, 2, 1, 2)
+FIRST_ROWS = (0, 1, 2, 1, 2)  # derived: the first row of the table that each of these has a value of
 
 
 @functools.cache
@@ -51,10 +51,10 @@ def slope_weights() -> np.ndarray:
 
 @functools.cache
 def highest_coefficients() -> np.ndarray:
-    """(MOST + 1, MOST + 2, MOST + 2): for L derivatives at an end, B_(L+1) ... B_(2L+2) from what the terms of lower
-    degree leave of u - u_0 and its L derivatives at the end, and of the mean of u - u_0."""
-    inverses = np.zeros((MOST + 1, MOST + 2, MOST + 2))
-    for L in range(1, MOST + 1):
+    """(M + 1, M + 2, M + 2), M = MOST_DERIVATIVES: for L derivatives at an end, B_(L+1) ... B_(2L+2) from what the
+    terms of lower degree leave of u - u_0 and its L derivatives at the end, and of the mean of u - u_0."""
+    inverses = np.zeros((MOST_DERIVATIVES + 1, MOST_DERIVATIVES + 2, MOST_DERIVATIVES + 2))
+    for L in range(1, MOST_DERIVATIVES + 1):
         degrees = range(L + 1, 2 * L + 3)
         rows = [[Fraction(math.perm(k, order)) for k in degrees] for order in range(L + 1)]
         rows.append([Fraction(1, k + 1) for k in degrees])
@@ -92,7 +92,7 @@ def note_slopes(j, n, run):
 @rare_kernel
 def fit(H, j, state, run):
     """run.B: the motion of a step that converged at row j, from the state to run.x."""
-    n, L = state.q.shape[0], min(j, MOST)
+    n, L = state.q.shape[0], min(j, MOST_DERIVATIVES)
     B, left, ends = run.B, run.left, run.ends
     for i in range(n):
         find_derivatives(i, j, run)
@@ -100,7 +100,7 @@ def fit(H, j, state, run):
         left[L + 1] = mean_velocity(i, H, state, run) - state.u[i]
         for order in range(1, L + 1):
             left[order] = ends[1, order]
-        for k in range(DEGREE):
+        for k in range(VELOCITY_DEGREE):
             B[k, i] = 0.0
         factorial = 1.0
         for k in range(1, L + 1):
@@ -120,7 +120,7 @@ def fit(H, j, state, run):
 def reach(H, j, state, run):
     """How many times as long a step that converged at row j, and was fitted, could be for the motion within it to be
     followed."""
-    n, L, tol = state.q.shape[0], min(j, MOST), run.tol
+    n, L, tol = state.q.shape[0], min(j, MOST_DERIVATIVES), run.tol
     highest = 2 * L + 1
     in_u, in_q = 1.0, 1.0 / (2 * L + 3)  # (1/4)^(L+1) and (L+1)!^2/(2L+3)!
     for k in range(1, L + 2):
@@ -129,9 +129,9 @@ def reach(H, j, state, run):
     error = 0.0
     for i in range(n):
         size = abs(run.B[highest, i])
-        rounding = CANCELLED * EPS * run.largest[n + i]
+        rounding = rounded_sum(COEFFICIENT_ROUNDINGS, run.largest[n + i])
         error = max(error, in_q * H * size / (tol[i] + H * rounding), in_u * size / (tol[n + i] + rounding))
-    return (FOLLOWED / error) ** (1.0 / (highest + 1)) if error > 0.0 else math.inf
+    return (FOLLOWED_ERROR / error) ** (1.0 / (highest + 1)) if error > 0.0 else math.inf
 
 
 @kernel
@@ -139,7 +139,7 @@ def mean_velocity(i, H, state, run):
     """(q_1 - q_0)/H of coordinate i, without the rounding of the coordinates, which is much in short steps."""
     change = run.change[i]
     moved = run.x[i] - (state.q[i] + change)
-    if abs(moved) > ROUNDING * max(abs(run.x[i]), abs(state.q[i])):
+    if abs(moved) > rounded_sum(VELOCITY_ROUNDINGS, max(abs(run.x[i]), abs(state.q[i]))):
         change += moved
     return change / H
 
@@ -150,7 +150,7 @@ def state_within(theta, H, state, run):
     n, B, y = state.q.shape[0], run.B, run.y
     for i in range(n):
         u, area = 0.0, 0.0
-        for k in range(DEGREE - 1, -1, -1):
+        for k in range(VELOCITY_DEGREE - 1, -1, -1):
             u = theta * (B[k, i] + u)
             area = B[k, i] / (k + 2.0) + theta * area
         y[i] = state.q[i] + theta * H * (state.u[i] + theta * area)
@@ -164,7 +164,7 @@ def keep_smooth(t, H, state, run, steps):
     steps.t[s], steps.h[s] = t, H
     for i in range(state.q.shape[0]):
         steps.q[s, i], steps.u[s, i] = state.q[i], state.u[i]
-        for k in range(DEGREE):
+        for k in range(VELOCITY_DEGREE):
             steps.B[s, k, i] = run.B[k, i]
     steps.counts.n_steps += 1
 
@@ -244,6 +244,6 @@ def keep_parabola(t, h, n, piece, steps):
         change, mean = piece[3, i] - piece[1, i], (piece[2, i] - piece[0, i]) / h - piece[1, i]
         steps.B[s, 0, i] = 6.0 * mean - 2.0 * change
         steps.B[s, 1, i] = 3.0 * change - 6.0 * mean
-        for k in range(2, DEGREE):
+        for k in range(2, VELOCITY_DEGREE):
             steps.B[s, k, i] = 0.0
     steps.counts.n_steps += 1

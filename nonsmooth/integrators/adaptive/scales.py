@@ -16,9 +16,10 @@ from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, GAP_RATE, NORMAL, TANGENT
 
-BAND = 1e-2  # of a tolerance: what an event may be off by. It is one of many in a step, and most events amplify it
-BRIEF = 1e-3  # of a step
-INSTANT = 1e-2  # of the tolerances: what may move in the time of an event
+# chosen: of a tolerance: what an event may be off by. It is one of many in a step, and most events amplify it
+BAND = 1e-2
+EVENT_TIME = 1e-3  # chosen: of a step
+MOVED_IN_INSTANT = 1e-2  # chosen: of the tolerances: what may move in the time of an event
 
 
 @kernel
@@ -69,16 +70,16 @@ def closed_gap(i, run):
 
 @kernel
 def instant(run):
-    """A time in which smooth motion moves nothing by more than INSTANT of its tolerance, and no more than BRIEF of a
-    step: what is at rest may be about to break away."""
+    """A time in which smooth motion moves nothing by more than MOVED_IN_INSTANT of its tolerance, and no more than
+    EVENT_TIME of a step: what is at rest may be about to break away."""
     n = run.a_0.shape[0]
-    shortest = BRIEF * run.clock.step
+    shortest = EVENT_TIME * run.clock.step
     for i in range(n):
         speed, acceleration = run.largest[n + i], max(abs(run.a_0[i]), abs(run.a_1[i]))
         if speed > 0.0:
-            shortest = min(shortest, INSTANT * run.tol[i] / speed)
+            shortest = min(shortest, MOVED_IN_INSTANT * run.tol[i] / speed)
         if acceleration > 0.0:
-            shortest = min(shortest, INSTANT * run.tol[n + i] / acceleration)
+            shortest = min(shortest, MOVED_IN_INSTANT * run.tol[n + i] / acceleration)
     return max(shortest, run.clock.least)
 
 

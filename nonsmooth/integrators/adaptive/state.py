@@ -8,18 +8,20 @@ from typing import Annotated as Array
 import numpy as np
 
 from nonsmooth.integrators.moreau_jean import contact as moreau_jean_contact
-from nonsmooth.integrators.records import N_LEDGER, State
-from nonsmooth.integrators.rigid.modes import N_FUNCTIONS, N_WORKS, RigidContacts
+from nonsmooth.integrators.records import N_FUNCTIONS, N_LEDGER, N_WORKS, State
+from nonsmooth.integrators.rigid.modes import RigidContacts
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.mechanics.sys import Sys
 
-FIRST_STEP = 1e-4  # of the span
-ROWS = 7  # of the table: row j takes j substeps
-MOST = 3  # derivatives of the velocities at an end of a step
-DEGREE = 2 * MOST + 2  # of the velocities within a step
+THETA = 0.5  # derived: the mid-point rule, whose error has even powers of the step only
+NOWHERE = 2.0  # code: a place that is not in the step
+FIRST_STEP = 1e-4  # chosen: of the span
+N_ROWS = 7  # chosen: of the table: row j takes j substeps
+MOST_DERIVATIVES = 3  # chosen: derivatives of the velocities at an end of a step
+VELOCITY_DEGREE = 2 * MOST_DERIVATIVES + 2  # derived: of the velocities within a step
 # TO_DO: a smooth step; modes are to be decided first; plain steps until there are modes that last
 GO_ON, DECIDE, GO_THROUGH = range(3)
-TRIAL_EVENTS = 8  # of the substeps of a row, per contact
+TRIAL_EVENTS = 8  # chosen: of the substeps of a row, per contact
 
 
 class ExtrapolationClock(Block):
@@ -61,7 +63,7 @@ class Extrapolation(
     E=f"{N_FUNCTIONS} * n_c + 1",
     r="max(1, n_c * (1 + d))",
     row=f"2 * n + 3 * n_c + {N_WORKS}",
-    nodes=ROWS + 1,
+    nodes=N_ROWS + 1,
     trial_events=f"{TRIAL_EVENTS} * max(1, n_c)",
 ):
     """Arrays of an adaptive run. n = n_u, c = n_c, N = 2 n + c (1 + d) + N_LEDGER, E = 3 c + 1 event functions."""
@@ -72,21 +74,21 @@ class Extrapolation(
     clock: ExtrapolationClock
     counters: ExtrapolationCounters
     is_known: Array[Ints, 2]  # 1 once M and the rows of a held step were evaluated, for those that are constant
-    weights: Array[Floats, 2, ROWS, ROWS]  # of the rows in the extrapolated value, and in one of an order less
-    slope_shares: Array[Floats, 5, ROWS, ROWS]  # weights of the rows in the slopes of the velocities
-    slopes: Array[Floats, ROWS, 5, "n"]  # of the velocities, row by row
+    weights: Array[Floats, 2, N_ROWS, N_ROWS]  # of the rows in the extrapolated value, and in one of an order less
+    slope_shares: Array[Floats, 5, N_ROWS, N_ROWS]  # weights of the rows in the slopes of the velocities
+    slopes: Array[Floats, N_ROWS, 5, "n"]  # of the velocities, row by row
     highest: Array[Floats, 4, 5, 5]  # coefficients of the motion within a step
     ends: Array[Floats, 2, 4]  # derivatives of a velocity at the beginning and at the end
     left: Array[Floats, 5]  # what terms of lower degree leave of it
-    B: Array[Floats, DEGREE, "n"]  # the motion within the step that was tried
+    B: Array[Floats, VELOCITY_DEGREE, "n"]  # the motion within the step that was tried
     node_q: Array[Floats, "nodes", "n"]  # coordinates between the substeps of the last row
     node_u: Array[Floats, "nodes", "n"]  # velocities before an impact without collision there
-    begin_u: Array[Floats, ROWS, "n"]  # velocities with which each substep begins, after it
+    begin_u: Array[Floats, N_ROWS, "n"]  # velocities with which each substep begins, after it
     piece: Array[Floats, 6, "n"]  # of the motion: q, u at its beginning and at its end; those of the next end
-    table: Array[Floats, ROWS, "N"]  # changes of coordinates, velocities, impulses, works over the step
+    table: Array[Floats, N_ROWS, "N"]  # changes of coordinates, velocities, impulses, works over the step
     change: Array[Floats, "N"]  # of the accepted step
     distance: Array[Floats, "N"]  # of it from the extrapolated value of an order less
-    errors: Array[Floats, ROWS]  # estimates of the rows, in tolerances
+    errors: Array[Floats, N_ROWS]  # estimates of the rows, in tolerances
     largest: Array[Floats, "2 * n"]  # the largest coordinates and velocities so far
     a_0: Array[Floats, "n"]  # accelerations before the step
     a_1: Array[Floats, "n"]  # and in the last substep of the row
@@ -119,7 +121,7 @@ class Extrapolation(
     f_in: Array[Floats, "E"]  # and within it
     rises: Array[Floats, "E"]  # the place in a step from which on a function is armed
     scale: Array[Floats, "E"]  # what they fall by
-    sample: Array[Floats, ROWS, "E"]  # in the substeps of the last row
+    sample: Array[Floats, N_ROWS, "E"]  # in the substeps of the last row
     function: Array[Floats, "2 * E"]  # values and tolerances as rigid/rates.py has them
     system: Sys  # with the laws of a substep
     u_0: Array[Floats, "n"]  # velocities before an event
@@ -129,24 +131,24 @@ class Extrapolation(
 
 @functools.cache
 def extrapolation_weights() -> np.ndarray:
-    """(2, ROWS, ROWS): weights[0, j] of rows 0..j, weights[1, j] of rows 1..j, in the limit of many substeps.
+    """(2, N_ROWS, N_ROWS): weights[0, j] of rows 0..j, weights[1, j] of rows 1..j, in the limit of many substeps.
 
     A value with m substeps is T + c_2 m^-2 + c_3 m^-3 + ...: the weights sum to 1 and make sum_i w_i m_i^-k vanish for
     k = 2, 3, ..., as far as the rows reach: those of Aitken-Neville times m_i / sum_j m_j.
     """
-    m = np.arange(1.0, ROWS + 1.0)
+    m = np.arange(1.0, N_ROWS + 1.0)
     weights = np.array([aitken_neville(first) for first in range(2)]) * m
     total = weights.sum(axis=2, keepdims=True)
     return np.divide(weights, total, out=np.zeros_like(weights), where=total > 0.0)
 
 
 def aitken_neville(first: int) -> np.ndarray:
-    """(ROWS, ROWS): weights[j] of rows first..j, for values D + c_1 m^-1 + c_2 m^-2 + ... of m substeps.
+    """(N_ROWS, N_ROWS): weights[j] of rows first..j, for values D + c_1 m^-1 + c_2 m^-2 + ... of m substeps.
 
     w_i = prod_(j != i) m_i / (m_i - m_j).
     """
-    weights = np.zeros((ROWS, ROWS))
-    for last in range(first, ROWS):
+    weights = np.zeros((N_ROWS, N_ROWS))
+    for last in range(first, N_ROWS):
         m = np.arange(first + 1.0, last + 2.0)
         for i, m_i in enumerate(m):
             weights[last, first + i] = np.prod(m_i / (m_i - np.delete(m, i)))

@@ -29,12 +29,12 @@ from nonsmooth.integrators.adaptive.jumps import (
 )
 from nonsmooth.integrators.adaptive.polynomial import fit, reach
 from nonsmooth.integrators.adaptive.scales import hold_modes, instant, observe
-from nonsmooth.integrators.adaptive.state import ROWS, Extrapolation
+from nonsmooth.integrators.adaptive.state import N_ROWS, Extrapolation
 from nonsmooth.integrators.adaptive.table import (
     LEAST_GAIN,
     MOST_GAIN,
-    SAFETY,
     SLOWEST,
+    STEP_SAFETY,
     converges,
     extrapolate,
     fill_row,
@@ -49,10 +49,11 @@ from nonsmooth.mechanics.sys import Sys
 # since they are to be decided at its beginning; not taken, since it cannot be resolved; it converged, but the motion
 # within it is not followed yet: more rows give more of its derivatives.
 REFUSED, SMOOTH, AT_EVENT, AT_ONCE, UNRESOLVED, UNFOLLOWED = range(6)
-SHRINK = 0.3  # of a step that fails
-EARLY = 0.3  # of the step: an event before it is not worth the other rows
-BEHIND = 2.0  # of the way to an event as the first rows see it: where the step that looks for it ends
-BEFORE = 0.9  # of it: where a step ends that does not converge, maybe because the forces are not smooth behind it
+FAILED_STEP_PART = 0.3  # chosen: of a step that fails
+EARLY_EVENT = 0.3  # chosen: of the step: an event before it is not worth the other rows
+BEHIND_EVENT = 2.0  # chosen: of the way to an event as the first rows see it: where the step that looks for it ends
+# chosen: of it: where a step ends that does not converge, maybe because the forces are not smooth behind it
+BEFORE_EVENT = 0.9
 
 
 @kernel("Tuple((int64, int64, float64))(int64, float64, float64, int64, int64)", short_loops=True)
@@ -63,17 +64,17 @@ def try_step(sys_at, t, H, state_at, run_at):
     state, run = view(state_at, State), view(run_at, Extrapolation)
     target = run.counters.target
     place = NOWHERE
-    for j in range(ROWS):
+    for j in range(N_ROWS):
         status = fill_row(sys, t, H, j, state, run)
         if status != Status.RUNNING:
-            return status, REFUSED, SHRINK
+            return status, REFUSED, FAILED_STEP_PART
         if j == 0:
             continue
         extrapolate(j, list_closed(run.contacts), state, run)
         if run.counters.is_seen == 1 and run.counters.is_located == 0:
             place = crossing(j + 1, run)
-            if place < EARLY and BEHIND * place * H > run.clock.least:
-                run.clock.cut = BEHIND * place * H
+            if place < EARLY_EVENT and BEHIND_EVENT * place * H > run.clock.least:
+                run.clock.cut = BEHIND_EVENT * place * H
                 return Status.RUNNING.value, REFUSED, 1.0
         if converges(j, run):
             status, outcome, factor = end_step(sys, t, H, j, state_at, state, run_at, run)
@@ -88,12 +89,12 @@ def try_step(sys_at, t, H, state_at, run_at):
     if run.errors[j] > CHANCE * run.errors[j - 1]:
         status, jump = jump_between_nodes(sys, t, H, j + 1, state, run)
         if status != Status.RUNNING:
-            return status, REFUSED, SHRINK
+            return status, REFUSED, FAILED_STEP_PART
         if jump < 1.0:
             return status, REFUSED if end_before(jump, H, run) else UNRESOLVED, 1.0
     factor = shorter(j, target, run)
-    if factor < BEFORE * place < 1.0:
-        run.clock.cut = BEFORE * place * H
+    if factor < BEFORE_EVENT * place < 1.0:
+        run.clock.cut = BEFORE_EVENT * place * H
         return Status.RUNNING.value, REFUSED, 1.0
     return Status.RUNNING.value, REFUSED, factor
 
@@ -111,7 +112,7 @@ def shorter(j, target, run):
     error = run.errors[j] if j >= target else run.errors[j] / LEAST_GAIN
     if not math.isfinite(error):
         return SLOWEST
-    return min(SAFETY, max(SLOWEST, SAFETY * error ** (-2.0 / (j + 2.0))))
+    return min(STEP_SAFETY, max(SLOWEST, STEP_SAFETY * error ** (-2.0 / (j + 2.0))))
 
 
 @kernel
@@ -124,20 +125,20 @@ def end_step(sys, t, H, j, state_at, state, run_at, run):
     if n_c > 0:
         status = hold_modes(address(sys), t + H, x, address(run.contacts))
         if status != Status.RUNNING:
-            return status, REFUSED, SHRINK
+            return status, REFUSED, FAILED_STEP_PART
         book_hold(n, state, run)
     fit(H, j, state, run)
     followed = reach(H, j, state, run)
     if followed < 1.0 and H > instant(run):
-        return Status.RUNNING.value, UNFOLLOWED, SAFETY * max(SLOWEST, followed)
-    factor = min(plan(j, run), SAFETY * followed) if j >= run.counters.target else plan(j, run)
+        return Status.RUNNING.value, UNFOLLOWED, STEP_SAFETY * max(SLOWEST, followed)
+    factor = min(plan(j, run), STEP_SAFETY * followed) if j >= run.counters.target else plan(j, run)
     status, place = begin_forces(sys, t, state, run), NOWHERE
     if status == Status.RUNNING and n_c > 0:
         status, place = find_event(address(sys), t, H, j, state_at, run_at)
     if status == Status.RUNNING and place >= 1.0:
         status = note_forces(sys, t + H, run)
     if status != Status.RUNNING:
-        return status, REFUSED, SHRINK
+        return status, REFUSED, FAILED_STEP_PART
     if place < 1.0:
         run.clock.cut = place * H
         if place * H <= run.clock.least:
@@ -146,13 +147,13 @@ def end_step(sys, t, H, j, state_at, state, run_at, run):
         return Status.RUNNING.value, REFUSED, 1.0
     status, jump = find_jump(sys, t, H, j, state, run)
     if status != Status.RUNNING:
-        return status, REFUSED, SHRINK
+        return status, REFUSED, FAILED_STEP_PART
     if jump < 1.0 and (1.0 - jump) * H > instant(run):
         return status, REFUSED if end_before(jump, H, run) else UNRESOLVED, 1.0
     if jump < 1.0:
         run.counters.at_jump = 1
     if n_c > 0 and not observe(sys, t + H, x, run.g_1, run.gamma_1, run):
-        return Status.NOT_FINITE.value, REFUSED, SHRINK
+        return Status.NOT_FINITE.value, REFUSED, FAILED_STEP_PART
     return Status.RUNNING.value, AT_EVENT if place == 1.0 else SMOOTH, factor
 
 

@@ -19,10 +19,10 @@ from __future__ import annotations
 
 from nonsmooth.contact.planar.single import Selection
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive.state import Extrapolation
+from nonsmooth.integrators.adaptive.state import THETA, Extrapolation
 from nonsmooth.integrators.moreau_jean.contact import solve
 from nonsmooth.integrators.moreau_jean.paradox import note_paradoxes
-from nonsmooth.integrators.moreau_jean.step import ROUNDING, accept, all_finite, new_velocity
+from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS, accept, all_finite, new_velocity
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
@@ -41,10 +41,11 @@ from nonsmooth.mechanics.impact import follows_own_law
 from nonsmooth.mechanics.laws import LAW_E_N
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, UNILATERAL, ContactMode
+from nonsmooth.numerics.rounding import rounded_sum
 
-THETA = 0.5
-DROPPED = 0.1  # of the tolerance of a gap: the height of a bounce that does not take place
-RETAKE = -1  # no Status: an impact without collision changed the velocities, and the step is to be taken from them
+DROPPED = 0.1  # chosen: of the tolerance of a gap: the height of a bounce that does not take place
+# code: no Status: an impact without collision changed the velocities, and the step is to be taken from them
+RETAKE = -1
 
 
 @kernel("int64(int64, float64, float64, int64)", short_loops=True)
@@ -146,7 +147,7 @@ def find_free_velocities(sys, t, dt, n_k, r, run):
         size = abs(work.w[k])
         for j in range(n):
             size += abs(work.W[k, j] * u[j])
-        if abs(gamma_0[k]) <= ROUNDING * size:
+        if abs(gamma_0[k]) <= rounded_sum(VELOCITY_ROUNDINGS, size):
             c[k] -= gamma_0[k]
             gamma_0[k] = 0.0
     return True

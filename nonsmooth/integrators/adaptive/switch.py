@@ -41,30 +41,31 @@ from nonsmooth.integrators.records import (
     EVENT_SOLUTIONS,
     EVENT_T,
     EVENT_WIDTH,
+    FRICTION,
     IMPACT,
     INCONSISTENT,
     INDETERMINATE,
     MODE_CHANGE,
+    N_FUNCTIONS,
     N_LEDGER,
     State,
 )
 from nonsmooth.integrators.rigid.census import note_several, slides_alone
-from nonsmooth.integrators.rigid.modes import FRICTION, N_FUNCTIONS
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.laws import friction_coefficient, static_coefficient
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
-JUMP = 0.1  # of a tolerance: ten times what smooth motion does in an instant
-JUMPS = 64  # at an instant, per contact: then the series is ended
-EVENTS_AT_ONCE = JUMPS + 2 * TRIAL_EVENTS  # rows of events, per contact, that there must be room for before an instant
-PROBE = 1e-3  # of the step that the motion takes: how far ahead modes are decided
-PROBES = 8  # each a tenth of the one before
-STAYED = (
-    100.0  # tolerances: what holding the modes of a probe may change of a velocity; the end of a slide is within two
-)
-MOST_STALLS = 8  # events at an instant, per contact: then the motion goes on by plain steps
+JUMP = 0.1  # chosen: of a tolerance: ten times what smooth motion does in an instant
+JUMPS = 64  # chosen: at an instant, per contact: then the series is ended
+# derived: rows of events, per contact, that there must be room for before an instant
+EVENTS_AT_INSTANT = JUMPS + 2 * TRIAL_EVENTS
+MODE_PROBE = 1e-3  # chosen: of the step that the motion takes: how far ahead modes are decided
+MODE_PROBES = 8  # chosen: each a tenth of the one before
+# chosen: tolerances: what holding the modes of a probe may change of a velocity; the end of a slide is within two
+STAYED = 100.0
+MOST_STALLS = 8  # chosen: events at an instant, per contact: then the motion goes on by plain steps
 
 
 @kernel("Tuple((int64, boolean))(int64, float64, int64, int64)", short_loops=True)
@@ -239,9 +240,9 @@ def find_modes(sys, t, state, run):
 def try_modes(sys, t, state, run):
     """Let plain steps decide, each a tenth as long as the one before, until modes last; returns a Status."""
     counters, n_c = run.counters, state.mode.shape[0]
-    ahead, shortest = PROBE * run.clock.step, instant(run)
+    ahead, shortest = MODE_PROBE * run.clock.step, instant(run)
     counters.to_do = GO_THROUGH
-    for _ in range(PROBES):
+    for _ in range(MODE_PROBES):
         if counters.stalls > MOST_STALLS * n_c:
             break
         ahead = max(ahead, shortest)

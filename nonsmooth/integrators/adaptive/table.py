@@ -13,19 +13,21 @@ from __future__ import annotations
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.held import held_step
 from nonsmooth.integrators.adaptive.polynomial import FIRST_1, note_slopes
-from nonsmooth.integrators.adaptive.state import ROWS
+from nonsmooth.integrators.adaptive.state import N_ROWS
+from nonsmooth.integrators.radau.method import STEP_SAFETY
 from nonsmooth.integrators.records import N_LEDGER
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address
 from nonsmooth.mechanics.system import GIVEN_FORCE
 
-FASTEST, SLOWEST = 4.0, 0.1  # bounds of the change of a step
-SAFETY = 0.9
-AIM = 0.65  # of the tolerance: the error that the next step aims at in the last row, as measured of least work
-UNDERRATED = 4.0  # times its estimate is the error of a step at most, where it is as long as the tolerance lets it
-LOAD = 1e-3  # of an impulse: what of it is not seen
+FASTEST, SLOWEST = 4.0, 0.1  # chosen: bounds of the change of a step
+AIMED_ERROR = 0.65  # of the tolerance: the error that the next step aims at in the last row, as measured of least work
+# chosen: times its estimate is the error of a step at most, where it is as long as the tolerance lets it
+UNDERRATED = 4.0
+LOAD = 1e-3  # chosen: of an impulse: what of it is not seen
 LEAST_GAIN, MOST_GAIN = 5.0, 50.0  # of a row: 5 to 30 as measured
-SEEN = 0.05  # of the largest change, each in tolerances: below this error the rows show what the motion does
+# chosen: of the largest change, each in tolerances: below this error the rows show what the motion does
+SEEN_ERROR = 0.05
 
 
 @kernel
@@ -55,7 +57,7 @@ def note_node(k, n, run):
     """Note the state after k substeps of a row."""
     for i in range(n):
         run.node_q[k, i], run.node_u[k, i] = run.trial.q[i], run.trial.u[i]
-        if k < ROWS:
+        if k < N_ROWS:
             run.begin_u[k, i] = run.trial.u[i]
 
 
@@ -105,7 +107,7 @@ def extrapolate(j, n_k, state, run):
         if i < tol.shape[0]:
             error = max(error, abs(best - other) / (tol[i] + run.clock.rtol * abs(best)))
             size = max(size, abs(best) / tol[i])
-    run.counters.is_seen = 1 if error <= SEEN * size else 0
+    run.counters.is_seen = 1 if error <= SEEN_ERROR * size else 0
     run.errors[j] = UNDERRATED * max(error, error_of_impulses(n_k, state, run))
 
 
@@ -147,5 +149,5 @@ def plan(j, run):
         return FASTEST
     if not run.errors[j] > 0.0:
         return FASTEST
-    aim = AIM if j == target else 1.0 / SAFETY
-    return min(FASTEST, max(SLOWEST, SAFETY * (aim / run.errors[j]) ** (1.0 / (j + 2.0))))
+    aim = AIMED_ERROR if j == target else 1.0 / STEP_SAFETY
+    return min(FASTEST, max(SLOWEST, STEP_SAFETY * (aim / run.errors[j]) ** (1.0 / (j + 2.0))))

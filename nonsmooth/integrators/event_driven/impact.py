@@ -22,7 +22,7 @@ from nonsmooth.contact.planar.single import Selection, count, stick
 from nonsmooth.errors import Status
 from nonsmooth.integrators.event_driven.touch import Touch
 from nonsmooth.integrators.moreau_jean.energy_gain import note_gain
-from nonsmooth.integrators.moreau_jean.step import ROUNDING
+from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.integrators.records import State, book_contact_energy
 from nonsmooth.integrators.rigid.modes import NEARLY_SINGULAR, RigidContacts
 from nonsmooth.jit import kernel
@@ -34,8 +34,10 @@ from nonsmooth.mechanics.laws import LAW_E_F, friction_coefficient, static_coeff
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL
 from nonsmooth.numerics.dense import SINGULAR
+from nonsmooth.numerics.rounding import rounded_sum
 
-CONE = 2.0 * NEARLY_SINGULAR  # P_F/P_N exceeds mu by the part p/(G_NN - p), where a slide ends before p is exactly 0
+# derived: P_F/P_N exceeds mu by the part p/(G_NN - p), where a slide ends before p is exactly 0
+CONE = 2.0 * NEARLY_SINGULAR
 
 
 @kernel("int64(int64, float64, float64[::1], boolean, boolean, int64, int64, int64)", short_loops=True)
@@ -101,7 +103,7 @@ def impact_of(sys, island, t, x, must_stick, has_restitution, n_touching, state,
     if not must_stick:
         note_solutions(n_k, contacts, touch)
     gain, size = apply_impulses(sys, n_k, r, x, contacts, touch)
-    if gain > ROUNDING * size:
+    if gain > rounded_sum(VELOCITY_ROUNDINGS, size):
         note_gain(sys, gain, True, n_k, state, work)
     return Status.RUNNING.value
 
@@ -175,7 +177,7 @@ def apply_impulses(sys, n_k, r, x, contacts, touch):
             part = work.X[a, j] * work.P[a]
             total += part
             size += abs(part)
-        x[n + j] = 0.0 if abs(total) <= ROUNDING * size < math.inf else total
+        x[n + j] = 0.0 if abs(total) <= rounded_sum(VELOCITY_ROUNDINGS, size) < math.inf else total
         work.trial[j] = 0.5 * (before + x[n + j])
     for m in range(touch.ledger.shape[0]):
         touch.ledger[m] = 0.0

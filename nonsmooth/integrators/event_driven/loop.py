@@ -11,38 +11,40 @@ from typing import Annotated as Array
 
 from nonsmooth.contact.planar.forces import Forces
 from nonsmooth.errors import Status
-from nonsmooth.integrators.event_driven.switching import KEPT, switch_modes
-from nonsmooth.integrators.event_driven.touch import START, Touch
+from nonsmooth.integrators.event_driven.switching import SOLUTIONS_KEPT, switch_modes
+from nonsmooth.integrators.event_driven.touch import AT_START, Touch
 from nonsmooth.integrators.penalty.loop import Trail, state_at_moment, write_row
 from nonsmooth.integrators.radau.events import (
+    MAX_STALLS,
     NO_EVENT,
     TOO_LONG,
     Events,
     locate_event,
     longest_step,
 )
-from nonsmooth.integrators.radau.method import SMALLEST, radau_accept, radau_restart, radau_step
+from nonsmooth.integrators.radau.method import SMALLEST_STEP, radau_accept, radau_restart, radau_step
 from nonsmooth.integrators.radau.polynomial import begin_polynomial, end_polynomial
 from nonsmooth.integrators.radau.stages import Radau
-from nonsmooth.integrators.records import State
+from nonsmooth.integrators.records import CLOSURE, N_FUNCTIONS, N_WORKS, State
 from nonsmooth.integrators.rigid.census import count_step, enters_region, note_several, slides, slides_alone
 from nonsmooth.integrators.rigid.hold import hold
-from nonsmooth.integrators.rigid.modes import CLOSURE, N_FUNCTIONS, N_WORKS, NEARLY_SINGULAR, RigidContacts, note_side
+from nonsmooth.integrators.rigid.modes import NEARLY_SINGULAR, RigidContacts, note_side
 from nonsmooth.integrators.rigid.rates import rigid_rates
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, address, view
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, ContactMode
 
-MAX_STALLS = 8  # events at one instant, per event function
-EVENTS_AT_ONCE = 3  # rows of a contact at one moment: what happens, the solutions of its impact, those of its forces
-# Of the step that the motion would take: how far ahead an event on the border of two modes is decided. What changes of
-# the forces until then, 1e-5 of what they change in a step, is far above their rounding.
+# derived: rows of a contact at one moment: what happens, the solutions of its impact, those of its forces
+EVENTS_AT_ONCE = 3
+# derived, of the step that the motion would take: how far ahead an event on the border of two modes is decided. What
+# changes of the forces until then, 1e-5 of what they change in a step, is far above their rounding.
 MOMENT = 1e-5
-ONE_FLIGHT = 0.75  # of the flight that has begun: the longest first step, whose stages then all see the gap open
+# chosen: of the flight that has begun: the longest first step, whose stages then all see the gap open
+ONE_FLIGHT = 0.75
 
 
-class Scratch(Block, others=f"3 * n_c + {N_WORKS}", functions=f"{N_FUNCTIONS} * n_c + 1", kept=KEPT):
+class Scratch(Block, others=f"3 * n_c + {N_WORKS}", functions=f"{N_FUNCTIONS} * n_c + 1", kept=SOLUTIONS_KEPT):
     """Arrays of an event-driven run."""
 
     ode: Array[Radau, "m = n", "n = 2 * n", "quadratures = others"]
@@ -74,7 +76,7 @@ def run(sys_at, t_record, every, max_steps, state_at, trail_at, scratch_at):
             status = handle_event(sys, every, state, trail, scratch)
             if status != Status.RUNNING:
                 return status
-        if not t_end - t > SMALLEST * abs(t):
+        if not t_end - t > SMALLEST_STEP * abs(t):
             return Status.FINISHED.value
         h_max = min(t_end - t, ONE_FLIGHT * contacts.numbers.flight, longest_step(events))
         status = radau_step(sys_at, h_max, address(ode))
@@ -109,7 +111,7 @@ def run(sys_at, t_record, every, max_steps, state_at, trail_at, scratch_at):
         is_end = t_1 == t_end or events.found.which != NO_EVENT
         if every > 0 and (state.counters.steps % every == 0 or is_end):
             write_row(t_1, ode.x, contacts, trail)
-        if t_1 - t > SMALLEST * abs(t_end):  # at t = 0 steps of 1e-24 s would get on, but not to the end
+        if t_1 - t > SMALLEST_STEP * abs(t_end):  # at t = 0 steps of 1e-24 s would get on, but not to the end
             trail.counts.stalls = 0
     return Status.RUNNING.value
 
@@ -142,7 +144,7 @@ def handle_event(sys, every, state, trail, scratch):
     trail.counts.stalls += 1
     if trail.counts.stalls > MAX_STALLS * events.armed.shape[0]:
         return Status.CHATTERING
-    t, is_start = ode.clock.now, event == START
+    t, is_start = ode.clock.now, event == AT_START
     u_0 = scratch.touch.u_0
     for j in range(n):
         u_0[j] = ode.x[n + j]

@@ -22,19 +22,16 @@ from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.impact import impact
 from nonsmooth.integrators.event_driven.loop import Scratch, run
 from nonsmooth.integrators.event_driven.switching import settle, switch_modes
-from nonsmooth.integrators.event_driven.touch import START
+from nonsmooth.integrators.event_driven.touch import AT_START
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.radau.events import locate_event
-from nonsmooth.integrators.radau.method import radau_shorten, radau_step
-from nonsmooth.integrators.radau.stages import EPS
+from nonsmooth.integrators.radau.method import SMALLEST_RTOL, radau_shorten, radau_step
 from nonsmooth.integrators.rigid.rates import rigid_events, rigid_rates
 from nonsmooth.integrators.rigid.redundant import share_load
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import System
-
-SMALLEST_RTOL = 100 * EPS
 
 
 @dataclass(frozen=True)
@@ -114,7 +111,7 @@ class EventDriven:
         n = system.n_u
         contacts, ode = arrays.contacts, arrays.ode
         facts, numbers = contacts.facts, contacts.numbers
-        facts.has, facts.n_u, facts.event, facts.follows_margin = sys.has, n, START, 1
+        facts.has, facts.n_u, facts.event, facts.follows_margin = sys.has, n, AT_START, 1
         numbers.atol, numbers.rtol, numbers.flight = self.atol, self.rtol, np.inf
         contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
         arrays.forces.kinds[:], arrays.forces.laws[:] = system.kinds, system.laws

@@ -30,10 +30,11 @@ from nonsmooth.contact.planar.single import STICK, Selection, sigma_of, slip_of
 from nonsmooth.errors import Status
 from nonsmooth.integrators.event_driven.idle import close_all, close_idle
 from nonsmooth.integrators.event_driven.impact import impact
-from nonsmooth.integrators.event_driven.touch import START, Touch, look
+from nonsmooth.integrators.event_driven.touch import AT_START, Touch, look
 from nonsmooth.integrators.moreau_jean.contact import mode_of
 from nonsmooth.integrators.radau.events import NO_EVENT
 from nonsmooth.integrators.records import (
+    CLOSURE,
     EVENT_CONTACT,
     EVENT_FOUND,
     EVENT_GAMMA_F,
@@ -47,22 +48,16 @@ from nonsmooth.integrators.records import (
     EVENT_SLIP_1,
     EVENT_SOLUTIONS,
     EVENT_T,
+    FRICTION,
     IMPACT,
     INCONSISTENT,
     INDETERMINATE,
     MODE_CHANGE,
+    N_FUNCTIONS,
     State,
 )
 from nonsmooth.integrators.rigid.hold import hold
-from nonsmooth.integrators.rigid.modes import (
-    CLOSURE,
-    FRICTION,
-    N_FUNCTIONS,
-    SINGULAR_SLIDE,
-    RigidContacts,
-    rounded_length,
-    small_speed,
-)
+from nonsmooth.integrators.rigid.modes import SINGULAR_SLIDE, RigidContacts, rounded_length, small_speed
 from nonsmooth.integrators.rigid.rates import rigid_rates
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
@@ -72,9 +67,9 @@ from nonsmooth.mechanics.laws import LAW_E_N
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 
-KEPT = 64  # solutions kept of one state
-MAX_IMPACTS = 64  # at one instant, per contact
-RESOLVED = 10.0  # times what rounding leaves of a gap: a lower bounce cannot be told from none
+SOLUTIONS_KEPT = 64  # chosen: solutions kept of one state
+MAX_IMPACTS = 64  # chosen: at one instant, per contact
+RESOLVED = 10.0  # chosen: times what rounding leaves of a gap: a lower bounce cannot be told from none
 
 
 @kernel("int64(int64, float64, float64, float64[::1], int64, int64, int64, int64)", short_loops=True)
@@ -464,7 +459,7 @@ def close_low_bounces(sys, t, x, contacts, touch):
 @kernel
 def note_events(t, state, contacts, touch):
     """Append what changed: modes, impacts, paradoxes. The modes of a start are no event."""
-    is_start = contacts.facts.event == START and state.counters.steps == 0
+    is_start = contacts.facts.event == AT_START and state.counters.steps == 0
     for i in range(contacts.kinds.shape[0]):
         changed = contacts.mode[i] != state.mode[i] or contacts.slip[i] != state.slip[i]
         kind = touch.kind[i]

@@ -9,22 +9,17 @@ from __future__ import annotations
 from typing import Annotated as Array
 
 from nonsmooth.contact.planar.problem import Planar
-from nonsmooth.integrators.records import N_LEDGER
-from nonsmooth.integrators.rigid.modes import (
-    FRICTION,
-    N_FUNCTIONS,
-    N_WORKS,
-    rounded_length,
-    small_speed,
-)
+from nonsmooth.integrators.records import FRICTION, N_FUNCTIONS, N_LEDGER, N_WORKS
+from nonsmooth.integrators.rigid.modes import rounded_length, small_speed
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.mechanics.contact_problem import evaluate_rows, row_velocities
+from nonsmooth.mechanics.situation import Situation, find_situation, is_still
 from nonsmooth.mechanics.sys import evaluate
-from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, ContactMode
 
-START = -2  # the event with which a run begins
-RESUME = -3  # and that with which it goes on after a stretch of time stepping
+AT_START = -2  # code: the event with which a run begins
+AT_RESUMPTION = -3  # code: and that with which it goes on after a stretch of time stepping
 
 
 class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"):
@@ -79,14 +74,16 @@ def look(sys, t, x, event, contacts, touch):
             r += 1
         contacts.gamma[i, 0], contacts.gamma[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
     speed, length = small_speed(n, contacts), rounded_length(n, contacts)
+    still = speed + contacts.numbers.atol
     for i in range(n_c):
         is_closing = event >= 0 and event // N_FUNCTIONS == i
-        is_closed = contacts.mode[i] != ContactMode.OPEN or is_closing or work.g_N[i] <= length
-        parts = kinds[i, 0] == UNILATERAL and touch.gamma[i, 0] > speed
-        touch.is_touching[i] = 1 if is_closed and not parts else 0
+        is_held = contacts.mode[i] != ContactMode.OPEN or is_closing
+        gap, gamma_N, gamma_F = 0.0 if is_held else work.g_N[i], touch.gamma[i, 0], touch.gamma[i, 1]
+        situation = find_situation(kinds[i, 0], gap, gamma_N, gamma_F, length, speed, still, True)
+        touch.is_touching[i] = 1 if situation != Situation.OPEN else 0
         is_arrested = is_closing and contacts.mode[i] == ContactMode.SLIDE and event % N_FUNCTIONS == FRICTION
-        is_slow = abs(touch.gamma[i, 1]) <= speed + contacts.numbers.atol
-        if event == START:  # a start says itself what rests
+        is_slow = is_still(gamma_F, still)
+        if event == AT_START:  # a start says itself what rests
             is_slow = contacts.mode[i] == ContactMode.STICK
         touch.is_resting[i] = 1 if is_slow or is_arrested else 0
     return True

@@ -11,7 +11,7 @@ from typing import Annotated as Array
 from nonsmooth.contact.planar.ladder import Route, solve_planar
 from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.contact.planar.single import (
-    BOUNDARY,
+    BORDER_WIDTH,
     FREE,
     SLIDE_MINUS,
     SLIDE_PLUS,
@@ -116,7 +116,7 @@ def follow_impact_law(sys, scratch):
     G, P, gamma_0 = work.G, work.P, work.gamma_0
     if impulses_by_law(sys.laws, work.closed[0], gamma_0, G, P):
         gamma_F = gamma_0[1] + G[1, 0] * P[0] + G[1, 1] * P[1]
-        if abs(gamma_F) <= BOUNDARY * abs(gamma_0[1]):
+        if abs(gamma_F) <= BORDER_WIDTH * abs(gamma_0[1]):
             work.candidate[0] = STICK
         else:
             work.candidate[0] = SLIDE_PLUS if gamma_F > 0.0 else SLIDE_MINUS

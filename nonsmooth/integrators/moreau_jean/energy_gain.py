@@ -21,11 +21,11 @@ Source: Kane, Levinson, *Dynamics: Theory and Applications* (1985), section 4.13
 
 from __future__ import annotations
 
-from nonsmooth.contact.planar.problem import ACCEPTED
-from nonsmooth.integrators.radau.stages import EPS
+from nonsmooth.contact.planar.problem import ACCEPTED_RESIDUAL
 from nonsmooth.jit import rare_kernel
 from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
+from nonsmooth.numerics.rounding import rounded_sum
 
 
 @rare_kernel
@@ -45,7 +45,7 @@ def note_gain(sys, gain, is_impact, n_k, state, work):
                 driven += abs(P[r] * (c[r] - (1.0 + e) * gamma_0[r]))
             impulses += abs(P[r])
             scale = max(scale, abs(c[r]))
-    rounding = EPS * state.worst.ledger_size
-    if gain > driven + ACCEPTED * scale * impulses + rounding:
+    rounding = rounded_sum(2, state.worst.ledger_size)
+    if gain > driven + ACCEPTED_RESIDUAL * scale * impulses + rounding:
         state.counters.gains += 1
         state.worst.gain = max(state.worst.gain, gain)

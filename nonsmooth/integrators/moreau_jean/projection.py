@@ -16,8 +16,8 @@ from nonsmooth.mechanics.contact_problem import Work
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
 
-SWEEPS = 100
-SMALL = 1e-12  # of the largest gap: what is left then is far below the error of the linearisation
+PROJECTION_SWEEPS = 100  # chosen: of Gauss–Seidel on the gaps of a step
+CLOSED_GAP = 1e-12  # chosen: of the largest gap: what is left then is far below the error of the linearisation
 
 
 @kernel("boolean(int64, float64, int64, int64, int64)", short_loops=True)
@@ -37,12 +37,12 @@ def project(sys_at, t, n_k, state_at, work_at):
             largest = max(largest, abs(work.g_N[work.closed[k]]))
     if not largest > 0.0:
         return largest == 0.0
-    for _ in range(SWEEPS):
+    for _ in range(PROJECTION_SWEEPS):
         worst = 0.0
         for k in range(n_k):
             if takes_part(sys, k, state, work):
                 worst = max(worst, abs(relax(sys, k, n_k, state, work)))
-        if worst <= SMALL * largest:
+        if worst <= CLOSED_GAP * largest:
             break
     for k in range(n_k):
         if takes_part(sys, k, state, work):

@@ -39,8 +39,9 @@ from nonsmooth.mechanics.contact_problem import (
 )
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL
+from nonsmooth.numerics.rounding import rounded_sum
 
-ROUNDING = 2e-15  # about eight units in the last place: a smaller change of a velocity is no change
+VELOCITY_ROUNDINGS = 18  # chosen: of a velocity, made from a few terms: a smaller change of it is no change
 
 
 class Intervals(Block):
@@ -189,9 +190,9 @@ def new_velocity(n, r, u, work):
             change += part
             size += abs(part)
         new = u[i] + change
-        if abs(new) <= ROUNDING * (abs(u[i]) + size):
+        if abs(new) <= rounded_sum(VELOCITY_ROUNDINGS, abs(u[i]) + size):
             new = 0.0
-        elif abs(change) <= ROUNDING * size:
+        elif abs(change) <= rounded_sum(VELOCITY_ROUNDINGS, size):
             new = u[i]
         u_1[i] = new
 
@@ -214,7 +215,7 @@ def accept(sys, t, dt, theta, n_k, state, scratch):
     n, n_c = sys.n, sys.n_c
     work = scratch.work
     gain, size = book_energy(sys, dt, theta, is_implicit(sys, sys.has), n_k, state, work)
-    if scratch.options.stiffness == 0.0 and gain > ROUNDING * size:
+    if scratch.options.stiffness == 0.0 and gain > rounded_sum(VELOCITY_ROUNDINGS, size):
         note_gain(sys, gain, False, n_k, state, work)
     k = 0
     for i in range(n_c):

@@ -9,18 +9,19 @@ from __future__ import annotations
 from typing import Annotated as Array
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.penalty.rates import N_WORKS, OMEGA, Contacts, contact_rates
-from nonsmooth.integrators.penalty.switching import N_FUNCTIONS, begin_contacts, change_mode, rounded_speed
+from nonsmooth.integrators.penalty.rates import OMEGA, Contacts, contact_rates
+from nonsmooth.integrators.penalty.switching import begin_contacts, change_mode, rounded_speed
 from nonsmooth.integrators.radau.events import (
+    MAX_STALLS,
     NO_EVENT,
     TOO_LONG,
     Events,
     locate_event,
     longest_step,
 )
-from nonsmooth.integrators.radau.method import SMALLEST, radau_accept, radau_restart, radau_step
+from nonsmooth.integrators.radau.method import SMALLEST_STEP, radau_accept, radau_restart, radau_step
 from nonsmooth.integrators.radau.polynomial import (
-    DEGREE,
+    STEP_DEGREE,
     Steps,
     begin_polynomial,
     end_polynomial,
@@ -42,14 +43,14 @@ from nonsmooth.integrators.records import (
     EVENT_T,
     IMPACT,
     MODE_CHANGE,
+    N_FUNCTIONS,
+    N_WORKS,
     State,
 )
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, address, view
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import ContactMode
-
-MAX_STALLS = 8  # changes of mode at one instant, per event function
 
 
 class Scratch(Block, x=f"2 * (n + n_c) + 2 * n_c + {N_WORKS}", works=N_WORKS, functions=f"{N_FUNCTIONS} * n_c"):
@@ -69,7 +70,7 @@ class TrailCounts(Block):
     stalls: int  # events in a row without any motion
 
 
-class Trail(Block, degree=DEGREE, row=f"2 * n + 3 * n_c + {N_WORKS}"):
+class Trail(Block, degree=STEP_DEGREE, row=f"2 * n + 3 * n_c + {N_WORKS}"):
     """Rows that a run writes, m of them, and its steps; the caller empties them."""
 
     counts: TrailCounts
@@ -102,7 +103,7 @@ def run(sys_at, t_record, every, max_steps, state_at, trail_at, scratch_at):
     for _ in range(max_steps):
         t = clock.now
         h_max = t_end - t
-        if not h_max > SMALLEST * abs(t):
+        if not h_max > SMALLEST_STEP * abs(t):
             return Status.FINISHED.value
         if every > 0 and trail.counts.rows >= trail.t.shape[0]:
             return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them

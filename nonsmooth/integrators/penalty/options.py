@@ -21,20 +21,19 @@ from nonsmooth.integrators.penalty.loop import Scratch, begin_run, evaluate_cont
 from nonsmooth.integrators.penalty.rates import OMEGA, contact_rates
 from nonsmooth.integrators.penalty.switching import begin_contacts, contact_events
 from nonsmooth.integrators.radau.events import locate_event
-from nonsmooth.integrators.radau.method import radau_shorten, radau_step
-from nonsmooth.integrators.radau.stages import EPS
+from nonsmooth.integrators.radau.method import SMALLEST_RTOL, radau_shorten, radau_step
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, FORCE, GAP, GIVEN_FORCE, MASS, NORMAL, System, evaluate
+from nonsmooth.numerics.rounding import EPS, rounding_of_sum
 
 METHODS = ("compiled", "Radau", "BDF", "LSODA")
-SMALLEST_RTOL = 100 * EPS
-# A start is a slip of the pen where a contact is indented by more than both: this part of the largest coordinate, and
-# so many times what the smooth forces press it in at rest.
+# chosen: a start is a slip of the pen where a contact is indented by more than both: this part of the largest
+# coordinate, and so many times what the smooth forces press it in at rest.
 DEEPEST, STATIC_DEPTHS = 1e-2, 10.0
-RESOLUTION = 100.0  # tolerances that the contact may move by within the rounding of the time
-ROUNDED = 8 * EPS  # of the largest coordinate: a gap at the start below it is what rounding left of zero
+TIME_RESOLUTION = 100.0  # chosen: tolerances that the contact may move by within the rounding of the time
+GAP_ROUNDINGS = 16  # chosen: of the largest coordinate: a gap at the start below it is what rounding left of zero
 
 
 @dataclass(frozen=True)
@@ -195,11 +194,11 @@ class Penalty:
         InvalidInput
         """
         omega = omegas.max(initial=0.0)
-        if omega * EPS * t > RESOLUTION * self.rtol:
+        if omega * EPS * t > TIME_RESOLUTION * self.rtol:
             raise InvalidInput(
                 f"stiffness = {self.stiffness:g} N/m makes a contact of the frequency {omega:.3g} 1/s; at t = {t:g} s, "
                 f"known to {EPS * t:.1e} s, rtol = {self.rtol:g} cannot be met in double precision: take a smaller "
-                f"stiffness, or rtol >= {omega * EPS * t / RESOLUTION:.1g}"
+                f"stiffness, or rtol >= {omega * EPS * t / TIME_RESOLUTION:.1g}"
             )
 
     def gaps(self, system: System, t: float, q: np.ndarray, u: np.ndarray, constants: np.ndarray) -> np.ndarray:
@@ -227,5 +226,5 @@ class Penalty:
                     f"({DEEPEST:g} of the largest coordinate, or {STATIC_DEPTHS:g} times the depth at rest); "
                     "move the start, or use simulate(..., project=True)"
                 )
-        gaps[np.abs(gaps) <= ROUNDED * length] = 0.0
+        gaps[np.abs(gaps) <= rounding_of_sum(GAP_ROUNDINGS, length)] = 0.0
         return gaps

@@ -37,11 +37,10 @@ from nonsmooth.numerics.dense import bandwidth, cholesky, cholesky_solve
 
 # columns of a contact's constants
 K, C_N, OMEGA = range(3)
-N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfaces
-REGULARISATION = 1e-10  # of the trace: makes redundant sticking contacts share their load
-REFINEMENTS = 3
-# alpha/omega: a difference between v and W_N u costs a force alpha/G of it, a hundredth of what an error of the same
-# size in z = omega g_N costs
+REGULARISATION = 1e-10  # chosen: of the trace: makes redundant contacts share their load
+REFINEMENTS = 3  # chosen: of the solution with that part, which leave (1e-10)^4 of it
+# derived: alpha/omega: a difference between v and W_N u costs a force alpha/G of it, a hundredth of what an error of
+# the same size in z = omega g_N costs
 FORGETTING = 0.01
 
 

@@ -22,18 +22,18 @@ from nonsmooth.integrators.penalty.rates import (
     share,
     sticking_matrix,
 )
-from nonsmooth.integrators.radau.events import ROUNDINGS
-from nonsmooth.integrators.radau.stages import EPS, RATES
+from nonsmooth.integrators.radau.events import EVENT_ROUNDINGS
+from nonsmooth.integrators.radau.stages import RATES
+from nonsmooth.integrators.records import CLOSURE, FRICTION, N_FUNCTIONS, SIGN
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.laws import static_coefficient
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL, ContactMode
 from nonsmooth.numerics.dense import cholesky_solve
+from nonsmooth.numerics.rounding import rounded_sum
 
 # event functions of a contact
-CLOSURE, FRICTION, SIGN = range(3)
-N_FUNCTIONS = 3
 
 
 @kernel(RATES, short_loops=True)
@@ -96,7 +96,9 @@ def rounded_speed(n, contacts):
     A velocity is resolved to atol + rtol |u|, as if nothing were slower than atol/rtol: where all comes to rest, what
     is left of a slide must not end and begin again with every rounding of its sign.
     """
-    return ROUNDINGS * EPS * max(contacts.numbers.atol / contacts.numbers.rtol, fastest_velocity(n, contacts))
+    return rounded_sum(
+        EVENT_ROUNDINGS, max(contacts.numbers.atol / contacts.numbers.rtol, fastest_velocity(n, contacts))
+    )
 
 
 @kernel

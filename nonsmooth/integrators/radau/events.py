@@ -22,31 +22,33 @@ import math
 from typing import Annotated as Array
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.radau.method import SAFETY, radau_interpolate, radau_shorten
+from nonsmooth.integrators.radau.method import STEP_SAFETY, radau_interpolate, radau_shorten
 from nonsmooth.integrators.radau.resolution import (
-    BEGIN,
+    AT_BEGIN,
     EXTRA,
-    PLACES,
+    NODES,
     forget_largest,
     is_clear,
     judge,
     keep_end,
     note_values,
 )
-from nonsmooth.integrators.radau.stages import EPS, RATES, C, Radau
+from nonsmooth.integrators.radau.stages import RATES, C, Radau
 from nonsmooth.jit import Callback, kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Handle, Ints, address, view
+from nonsmooth.numerics.rounding import EPS, spacing
 
-BISECTIONS = 50
-CORRECTIONS = 6
-NEAR = 0.1  # of the length of the step: a larger correction means that the polynomial was wrong
-SLOPE_STEP = 1e-3  # of the distance to the event: the difference that gives the slope of the event function
-NO_EVENT, TOO_LONG = -1, -2
-ROUNDINGS = 1000.0  # units of rounding that the tolerance of an event function stands for
-REDUCTION, MOST_REDUCTIONS = 0.1, 6  # of a step whose error hides the sign of an event function
-SHRINK, SHORTER, MOST_REFINEMENTS = 0.1, 0.3, 12  # of a step whose event functions are not resolved
-TINY = 1e6 * EPS  # step, relative to t, that is not refined any further
-LONGER = 2.0  # than the step before: such a step is looked into, whatever its stages say
+MAX_STALLS = 8  # chosen: events at one instant, per event function
+BISECTIONS = 50  # chosen: to 1e-15 of a step
+EVENT_CORRECTIONS = 6  # chosen: of the time of an event, by steps of the method itself
+LARGEST_CORRECTION = 0.1  # derived: of the length of the step: a larger correction means that the polynomial was wrong
+SLOPE_STEP = 1e-3  # chosen: of the distance to the event: the difference that gives the slope of the event function
+NO_EVENT, TOO_LONG = -1, -2  # code: in place of the number of an event function
+EVENT_ROUNDINGS = 2000  # chosen: roundings that the tolerance of an event function stands for
+REDUCTION, MOST_REDUCTIONS = 0.1, 6  # chosen: of a step whose error hides the sign of an event function
+REFINEMENT, REFINED_PART, MOST_REFINEMENTS = 0.1, 0.3, 12  # chosen: of a step whose event functions are not resolved
+UNREFINED_STEP = 1e6 * EPS  # chosen: step, relative to t, that is not refined any further
+LONGER = 2.0  # chosen: than the step before: such a step is looked into, whatever its stages say
 
 # event_values(address, sys, context, t, x, out) -> Status writes E values, then their E tolerances
 event_values = Callback(RATES)
@@ -128,7 +130,7 @@ def look_at_start(sys, ode, events):
         found.is_immediate = 1
         return status
     arm(events)
-    note_values(BEGIN, events.value, events)
+    note_values(AT_BEGIN, events.value, events)
     return status
 
 
@@ -195,8 +197,8 @@ def longest_step(events):
 def look_between(sys, ode, events):
     """Look for what falls between the stages, and whether it would be seen; a Status, and found.which as above."""
     clock, found = ode.clock, events.found
-    for k in range(EXTRA, len(PLACES)):
-        status = values_at(sys, PLACES[k], ode, events)
+    for k in range(EXTRA, len(NODES)):
+        status = values_at(sys, NODES[k], ode, events)
         if status != Status.RUNNING:
             return status
         note_values(k, events.value, events)
@@ -209,13 +211,17 @@ def look_between(sys, ode, events):
         if which != NO_EVENT:
             return shorten_to_event(sys, 0.0, theta, ode, events)
         room = 0.0
-    factor = SAFETY * room**0.25
-    if room >= 1.0 or found.refinements == MOST_REFINEMENTS or SHRINK * clock.done <= TINY * abs(clock.now):
+    factor = STEP_SAFETY * room**0.25
+    if (
+        room >= 1.0
+        or found.refinements == MOST_REFINEMENTS
+        or REFINEMENT * clock.done <= UNREFINED_STEP * abs(clock.now)
+    ):
         events.longest = clock.done * max(1.0, factor)
     else:
         found.which = TOO_LONG
         found.refinements += 1
-        events.longest = clock.done * min(SHORTER, max(SHRINK, factor))
+        events.longest = clock.done * min(REFINED_PART, max(REFINEMENT, factor))
     return Status.RUNNING.value
 
 
@@ -284,7 +290,7 @@ def shorten_to_event(sys, low, high, ode, events):
     t, h = clock.now, clock.done
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        if (high - low) * h <= EPS * abs(t) or high - low <= EPS * high:
+        if (high - low) * h <= spacing(t) or high - low <= spacing(high):
             break
         radau_interpolate(middle, ode, x)
         status = event_values(events.functions, sys, ode.context, t + middle * h, x, value)
@@ -326,7 +332,7 @@ def correct(sys, length, slope, which, level, ode, events):
     is from a step taken anew. Returns (Status, whether it falls there)."""
     t = ode.clock.now
     is_met = False
-    for _ in range(CORRECTIONS):
+    for _ in range(EVENT_CORRECTIONS):
         status = radau_shorten(sys, length, address(ode))
         if status != Status.RUNNING:
             return status, False
@@ -334,8 +340,8 @@ def correct(sys, length, slope, which, level, ode, events):
         if status != Status.RUNNING:
             return status, False
         change = (level - events.value[which]) / slope if slope < 0.0 else 0.0
-        is_met = abs(change) < NEAR * length
-        if abs(change) <= 4.0 * EPS * max(abs(t), length) or not is_met:
+        is_met = abs(change) < LARGEST_CORRECTION * length
+        if abs(change) <= 4.0 * spacing(max(abs(t), length)) or not is_met:
             break
         length += change
     return Status.RUNNING.value, is_met

@@ -13,7 +13,6 @@ import math
 from nonsmooth.errors import Status
 from nonsmooth.integrators.radau.stages import (
     DENSE,
-    EPS,
     NEWTON_ITERATIONS,
     T_INVERSE,
     C,
@@ -29,16 +28,19 @@ from nonsmooth.integrators.radau.stages import (
 )
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
+from nonsmooth.numerics.rounding import EPS
 
-SAFETY = 0.9
-SHRINK, GROW = 0.1, 10.0  # bounds of the change of step
-KEEP = 1.2  # a step that would grow by less keeps its length, and with it the factors
-RECOVER = 1.2  # growth of the longest step after Newton's method failed with a longer one
-QUIET = 1e-6  # of the span: the first step of a body at rest, which says nothing of the time in which its loads change
-SLOW = 1e-3  # rate of convergence of Newton's method above which the Jacobian is renewed
-SMALLEST = 16.0 * EPS  # step, relative to t
-# An error that is no smaller when the next is compared with it, as in RADAU5. At rest errors are rounding, 1e-60 or
-# 1e-6 of the tolerance by chance, and such a growth would shrink the step to nothing.
+STEP_SAFETY = 0.9  # chosen: of the step that the error would allow, as in RADAU5
+LEAST_STEP_CHANGE, MOST_STEP_CHANGE = 0.1, 10.0  # chosen: bounds of the change of step
+KEEP = 1.2  # chosen: a step that would grow by less keeps its length, and with it the factors
+RECOVER = 1.2  # chosen: growth of the longest step after Newton's method failed with a longer one
+# chosen: of the span: the first step of a body at rest, which says nothing of the time in which its loads change
+QUIET_FIRST_STEP = 1e-6
+SLOW = 1e-3  # chosen: rate of convergence of Newton's method above which the Jacobian is renewed
+SMALLEST_STEP = 16.0 * EPS  # chosen: step, relative to t
+SMALLEST_RTOL = 100 * EPS  # chosen: no state is known better after a hundred steps
+# chosen: an error that is no smaller when the next is compared with it, as in RADAU5. At rest errors are rounding,
+# 1e-60 or 1e-6 of the tolerance by chance, and such a growth would shrink the step to nothing.
 CALM = 1e-2
 
 
@@ -53,7 +55,7 @@ def radau_step(sys, h_max, ode_at):
             return status
     while True:
         h = min(clock.step, h_max)
-        if not h > SMALLEST * abs(clock.now):
+        if not h > SMALLEST_STEP * abs(clock.now):
             return flags.refusal if flags.refusal != 0 else Status.STEP_VANISHED.value
         if flags.has_jacobian == 0:
             status = jacobian(sys, ode)
@@ -77,17 +79,17 @@ def radau_step(sys, h_max, ode_at):
             continue
         finish_stages(h, ode)
         error = estimate_error(h, ode)
-        safety = SAFETY * (2.0 * NEWTON_ITERATIONS + 1.0) / (2.0 * NEWTON_ITERATIONS + iterations)
+        safety = STEP_SAFETY * (2.0 * NEWTON_ITERATIONS + 1.0) / (2.0 * NEWTON_ITERATIONS + iterations)
         factor = safety * step_factor(h, error, clock)
         if not error <= 1.0:
             counters.rejected += 1
-            clock.step = h * max(SHRINK, factor)
+            clock.step = h * max(LEAST_STEP_CHANGE, factor)
             continue
         is_slow = iterations > 2 and rate > SLOW
         if not is_slow and factor < KEEP and h == clock.step:
             factor = 1.0
         if h == clock.step or factor < 1.0:
-            clock.step = h * min(GROW, factor)
+            clock.step = h * min(MOST_STEP_CHANGE, factor)
         clock.limit *= RECOVER
         clock.step = min(clock.step, clock.limit)
         clock.done = h
@@ -116,8 +118,8 @@ def begin(sys, h_max, ode):
     clock.error_old = 0.0
     clock.limit = math.inf
     # one part of a component, or of its tolerance where all are zero, in the first step
-    h = 0.01 * math.sqrt(max(size, 1.0) / speed) if speed > 0.0 else QUIET * h_max
-    clock.step = min(h_max, max(h, 2.0 * SMALLEST * abs(clock.now)))
+    h = 0.01 * math.sqrt(max(size, 1.0) / speed) if speed > 0.0 else QUIET_FIRST_STEP * h_max
+    clock.step = min(h_max, max(h, 2.0 * SMALLEST_STEP * abs(clock.now)))
     return Status.RUNNING.value
 
 
@@ -125,7 +127,7 @@ def begin(sys, h_max, ode):
 def step_factor(h, error, clock):
     """The change of step that would bring the error to 1, from this step and the one before (Gustafsson)."""
     if not error > 1e-12:
-        return GROW
+        return MOST_STEP_CHANGE
     factor = 1.0
     if clock.error_old > 0.0:
         factor = min(1.0, h / clock.step_old * (clock.error_old / error) ** 0.25)

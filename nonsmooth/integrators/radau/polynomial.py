@@ -18,10 +18,10 @@ from nonsmooth.integrators.radau.stages import DENSE, C
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats
 
-DEGREE = 4
-# Tolerances of a component by which the stages, of order 3, may lie beside the polynomial. In smooth motion they do by
-# a few: the error estimate of a step is of order 3 too.
-BESIDE = 10.0
+STEP_DEGREE = 4  # derived: of a polynomial by the five conditions above
+# chosen: tolerances of a component by which the stages, of order 3, may lie beside the polynomial. In smooth motion
+# they do by a few: the error estimate of a step is of order 3 too.
+BESIDE_STEP = 10.0
 
 
 class StepsCounts(Block):
@@ -31,7 +31,7 @@ class StepsCounts(Block):
     is_kept: int  # 1 where they are kept
 
 
-class Steps(Block, degree=DEGREE):
+class Steps(Block, degree=STEP_DEGREE):
     """Steps that a run took, m of them; the caller empties them. Where they are not kept, the last one alone."""
 
     counts: StepsCounts
@@ -67,7 +67,7 @@ def end_polynomial(n, ode, steps):
         B[m, 1, i] = 1.5 * slope - 12.0 * total + 30.0 * area
         B[m, 2, i] = -4.0 * slope + 28.0 * total - 60.0 * area
         B[m, 3, i] = 2.5 * slope - 15.0 * total + 30.0 * area
-        reach = BESIDE * ode.scale[n + i]
+        reach = BESIDE_STEP * ode.scale[n + i]
         for s in range(2):
             if not abs(polynomial(m, i, C[s], steps) - ode.Z[s, n + i]) <= reach:
                 collocate(m, i, change, mean, ode.Z[0, n + i], ode.Z[1, n + i], ode.Z[2, n + i], steps)

@@ -6,7 +6,7 @@ beginning of the step and at its three stages, and where these four leave a doub
 P through all six tells where it is low; what the cubic P_3 through the first four is off by at the other two, spread
 over the step as w = theta (theta - c_1) (theta - c_2) (theta - 1), bounds the error:
 
-    P(theta) + floor >= DOUBT |w(theta)| max_k |f(theta_k) - P_3(theta_k)| / |w(theta_k)|
+    P(theta) + floor >= DOUBT_OF_CUBIC |w(theta)| max_k |f(theta_k) - P_3(theta_k)| / |w(theta_k)|
 
 Where a function is far from zero, large errors do; near zero the step shrinks until its sign is certain, or until what
 is left is below the floor: a thousandth of the relative tolerance of the largest value since the last event, of a gap
@@ -17,13 +17,13 @@ from __future__ import annotations
 
 import math
 
-from nonsmooth.integrators.radau.stages import EPS, C
+from nonsmooth.integrators.radau.stages import C
 from nonsmooth.jit import kernel
+from nonsmooth.numerics.rounding import rounded_sum
 
-# The beginning of a step, its stages, and two places between them, and their order along the step
-PLACES = (0.0, C[0], C[1], C[2], 0.4, 0.85)
-ORDER = (0, 1, 4, 2, 5, 3)
-BEGIN, END, EXTRA = 0, 3, 4
+# chosen: the beginning of a step, its stages, and two places between them; and their order along the step
+NODES, ORDER = (0.0, C[0], C[1], C[2], 0.4, 0.85), (0, 1, 4, 2, 5, 3)
+AT_BEGIN, AT_END, EXTRA = 0, 3, 4  # code: places among the nodes
 
 
 def lagrange(theta: float, places: tuple[float, ...]) -> tuple[float, ...]:
@@ -33,28 +33,35 @@ def lagrange(theta: float, places: tuple[float, ...]) -> tuple[float, ...]:
 
 def shape(theta: float) -> float:
     """|w(theta)|, which vanishes where the cubic is exact."""
-    return abs(math.prod(theta - place for place in PLACES[:EXTRA]))
+    return abs(math.prod(theta - place for place in NODES[:EXTRA]))
 
 
-MIDDLES = tuple(0.5 * (PLACES[ORDER[a]] + PLACES[ORDER[a + 1]]) for a in range(len(ORDER) - 1))
-AT_MIDDLES = tuple(lagrange(theta, PLACES) for theta in MIDDLES)  # P
-SHAPE_AT_MIDDLES = tuple(shape(theta) for theta in MIDDLES)
-SCALES = tuple(1.0 / math.prod(k - r for r in PLACES if r != k) for k in PLACES)  # of the products of P elsewhere
-# (f - P_3)/|w| at the two places beside the cubic: weights of the values at the first four, and of its own
-OFF_CUBIC = tuple(tuple(-part / shape(theta) for part in lagrange(theta, PLACES[:EXTRA])) for theta in PLACES[EXTRA:])
-OFF_OWN = tuple(1.0 / shape(theta) for theta in PLACES[EXTRA:])
-# Between the beginning and the stages: weights of the stages in their parabola, and what the cubic adds to it
+# derived: half way between them
+MIDDLES = tuple(0.5 * (NODES[ORDER[a]] + NODES[ORDER[a + 1]]) for a in range(len(ORDER) - 1))
+AT_MIDDLES = tuple(lagrange(theta, NODES) for theta in MIDDLES)  # derived: P
+SHAPE_AT_MIDDLES = tuple(shape(theta) for theta in MIDDLES)  # derived: |w|
+SCALES = tuple(1.0 / math.prod(k - r for r in NODES if r != k) for k in NODES)  # derived: of the products of P
+# derived: (f - P_3)/|w| at the two places beside the cubic: weights of the values at the first four
+OFF_CUBIC = tuple(tuple(-part / shape(theta) for part in lagrange(theta, NODES[:EXTRA])) for theta in NODES[EXTRA:])
+OFF_OWN = tuple(1.0 / shape(theta) for theta in NODES[EXTRA:])  # derived: its own weight
+# derived: between the beginning and the stages; weights of the stages in their parabola there, and what the cubic adds
 BETWEEN = (0.5 * C[0], 0.5 * (C[0] + C[1]), 0.5 * (C[1] + C[2]))
-PARABOLA = tuple(lagrange(theta, C) for theta in BETWEEN)
-BENT = tuple(math.prod(theta - c for c in C) for theta in BETWEEN)
-TWIST = tuple(1.0 / math.prod(k - r for r in PLACES[:EXTRA] if r != k) for k in PLACES[:EXTRA])
-FAR = 4.0  # times what a function varies by at the stages: so far from zero it cannot fall between them
-LOW = 0.25  # of what a function varies by at the stages: if it comes as near to zero its dip is looked at closely
-CLEAR = 10.0  # times what the parabola through the stages is off by, which is more than the error of the cubic
-DOUBT = 4.0  # times the error of the cubic, which is more than that of the polynomial through all places
-FOLLOWED = 0.05  # of the largest value: a larger error is that of a function that turns more often than it is looked at
-FLOOR = 1e-3  # of rtol, relative to the largest value: lower dips are not looked for
-ROUNDED = 1000.0 * EPS  # of the largest value: what rounding leaves of a force
+PARABOLA = tuple(lagrange(theta, C) for theta in BETWEEN)  # derived: weights
+BENT = tuple(math.prod(theta - c for c in C) for theta in BETWEEN)  # derived: of the cubic
+# derived: weights of the first four values in its third difference
+TWIST = tuple(1.0 / math.prod(k - r for r in NODES[:EXTRA] if r != k) for k in NODES[:EXTRA])
+# chosen: times what a function varies by at the stages: so far from zero it cannot fall between them
+FAR_FROM_ZERO = 4.0
+# chosen: of what a function varies by at the stages: if it comes as near to zero its dip is looked at closely
+LOW_DIP = 0.25
+# chosen: times what the parabola through the stages is off by, which is more than the error of the cubic
+CLEAR_OF_PARABOLA = 10.0
+# chosen: times the error of the cubic, which is more than that of the polynomial through all places
+DOUBT_OF_CUBIC = 4.0
+# chosen: of the largest value: a larger error is that of a function that turns more often than it is looked at
+FOLLOWED_FUNCTION = 0.05
+DIP_FLOOR = 1e-3  # chosen: of rtol, relative to the largest value: lower dips are not looked for
+LOAD_ROUNDINGS = 2000  # chosen: of the largest value: what rounding leaves of a force
 
 
 @kernel
@@ -69,7 +76,7 @@ def note_values(k, value, events):
 def keep_end(events):
     """The end of a step is the beginning of the next."""
     for e in range(events.armed.shape[0]):
-        events.sample[BEGIN, e] = events.sample[END, e]
+        events.sample[AT_BEGIN, e] = events.sample[AT_END, e]
 
 
 @kernel
@@ -83,7 +90,7 @@ def forget_largest(events):
 def is_watched(e, events):
     """Whether a function may fall between the places: it is armed, and was not left below zero by an event that was
     handled."""
-    return events.armed[e] == 1 and events.sample[BEGIN, e] >= 0.0
+    return events.armed[e] == 1 and events.sample[AT_BEGIN, e] >= 0.0
 
 
 @kernel
@@ -92,13 +99,13 @@ def is_clear(events):
     for e in range(events.armed.shape[0]):
         f_0, f_1, f_2, f_3 = events.sample[0, e], events.sample[1, e], events.sample[2, e], events.sample[3, e]
         lowest, highest = min(f_0, f_1, f_2, f_3), max(f_0, f_1, f_2, f_3)
-        if lowest > FAR * (highest - lowest) or not is_watched(e, events):
+        if lowest > FAR_FROM_ZERO * (highest - lowest) or not is_watched(e, events):
             continue
-        low = LOW * (highest - lowest)
+        low = LOW_DIP * (highest - lowest)
         twist = TWIST[0] * f_0 + TWIST[1] * f_1 + TWIST[2] * f_2 + TWIST[3] * f_3
         for k in range(len(BETWEEN)):
             parabola = PARABOLA[k][0] * f_1 + PARABOLA[k][1] * f_2 + PARABOLA[k][2] * f_3
-            if not parabola + twist * BENT[k] >= CLEAR * abs(twist * BENT[k]) + low:
+            if not parabola + twist * BENT[k] >= CLEAR_OF_PARABOLA * abs(twist * BENT[k]) + low:
                 return False
         if not is_clear_at_vertex(f_1, f_2, f_3, twist, low):
             return False
@@ -115,7 +122,7 @@ def is_clear_at_vertex(f_1, f_2, f_3, twist, low):
     theta = min(1.0, max(0.0, 0.5 * (C[0] + C[1] - slope / curvature)))
     parabola = f_1 + (theta - C[0]) * (slope + (theta - C[1]) * curvature)
     off = twist * (theta - C[0]) * (theta - C[1]) * (theta - C[2])
-    return parabola + off >= CLEAR * abs(off) + low
+    return parabola + off >= CLEAR_OF_PARABOLA * abs(off) + low
 
 
 @kernel
@@ -126,14 +133,14 @@ def judge(atol, rtol, events):
     for e in range(events.armed.shape[0]):
         if not is_watched(e, events) or is_constant(e, events):
             continue
-        floor = max(FLOOR * rtol, ROUNDED) * events.largest[e]
+        floor = max(DIP_FLOOR * rtol, rounded_sum(LOAD_ROUNDINGS, 1.0)) * events.largest[e]
         if events.is_gap[e] == 1:
             floor = max(floor, atol)
-        error = DOUBT * error_of_cubic(e, events)
-        for k in range(EXTRA, len(PLACES)):
+        error = DOUBT_OF_CUBIC * error_of_cubic(e, events)
+        for k in range(EXTRA, len(NODES)):
             if events.sample[k, e] < -floor:
-                first = min(first, PLACES[k])
-        most = FOLLOWED * events.largest[e]
+                first = min(first, NODES[k])
+        most = FOLLOWED_FUNCTION * events.largest[e]
         for a in range(len(MIDDLES)):
             value = middle_value(a, e, events)
             if value < -floor:
@@ -158,8 +165,8 @@ def room_at(value, most, off, floor):
 @kernel
 def is_constant(e, events):
     """Whether a function has one value at all places."""
-    for k in range(1, len(PLACES)):
-        if events.sample[k, e] != events.sample[BEGIN, e]:
+    for k in range(1, len(NODES)):
+        if events.sample[k, e] != events.sample[AT_BEGIN, e]:
             return False
     return True
 
@@ -180,7 +187,7 @@ def error_of_cubic(e, events):
 def middle_value(a, e, events):
     """The polynomial through all places, in the middle between two."""
     value = 0.0
-    for k in range(len(PLACES)):
+    for k in range(len(NODES)):
         value += AT_MIDDLES[a][k] * events.sample[k, e]
     return value
 
@@ -189,11 +196,11 @@ def middle_value(a, e, events):
 def polynomial(theta, e, events):
     """The polynomial through all places, in the form of Lagrange."""
     total = 0.0
-    for k in range(len(PLACES)):
+    for k in range(len(NODES)):
         part = SCALES[k] * events.sample[k, e]
-        for r in range(len(PLACES)):
+        for r in range(len(NODES)):
             if r != k:
-                part *= theta - PLACES[r]
+                part *= theta - NODES[r]
         total += part
     return total
 
@@ -201,7 +208,7 @@ def polynomial(theta, e, events):
 @kernel
 def lowest_place(a, value, e, events):
     """Where the parabola through two places and the value in their middle is lowest; the middle if not between."""
-    half = MIDDLES[a] - PLACES[ORDER[a]]
+    half = MIDDLES[a] - NODES[ORDER[a]]
     f_0, f_2 = events.sample[ORDER[a], e], events.sample[ORDER[a + 1], e]
     bend = f_0 - 2.0 * value + f_2
     if not 0.5 * abs(f_0 - f_2) < bend:

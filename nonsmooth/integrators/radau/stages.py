@@ -22,39 +22,46 @@ from nonsmooth.jit import Callback, kernel
 from nonsmooth.jit.blocks import Block, Floats, Handle, Ints
 from nonsmooth.numerics.complex_dense import complex_lu, complex_lu_solve
 from nonsmooth.numerics.dense import lu, lu_solve
+from nonsmooth.numerics.rounding import EPS, FORWARD_INCREMENT
 
-S6 = math.sqrt(6.0)
+S6 = math.sqrt(6.0)  # derived: of the nodes of Radau IIA
+# defined: nodes, weights of the stages of Radau IIA with three stages; Hairer and Wanner, table IV.5.6
 C = ((4.0 - S6) / 10.0, (4.0 + S6) / 10.0, 1.0)
+# defined: of the same method
 A = (
     ((88.0 - 7.0 * S6) / 360.0, (296.0 - 169.0 * S6) / 1800.0, (-2.0 + 3.0 * S6) / 225.0),
     ((296.0 + 169.0 * S6) / 1800.0, (88.0 + 7.0 * S6) / 360.0, (-2.0 - 3.0 * S6) / 225.0),
     ((16.0 - S6) / 36.0, (16.0 + S6) / 36.0, 1.0 / 9.0),
 )
-# A^-1 = T diag(GAMMA, block(ALPHA, BETA)) T^-1
+# derived: A^-1 = T diag(GAMMA, block(ALPHA, BETA)) T^-1
 GAMMA = 3.0 + 3.0 ** (2.0 / 3.0) - 3.0 ** (1.0 / 3.0)
+# derived: the pair of complex eigenvalues of A^-1; Hairer and Wanner, IV.8
 ALPHA = 3.0 + 0.5 * (3.0 ** (1.0 / 3.0) - 3.0 ** (2.0 / 3.0))
-BETA = -0.5 * (3.0 ** (5.0 / 6.0) + 3.0 ** (7.0 / 6.0))
+BETA = -0.5 * (3.0 ** (5.0 / 6.0) + 3.0 ** (7.0 / 6.0))  # derived: their imaginary part
+# derived: eigenvectors of A^-1, as in RADAU5
 T = (
     (0.09443876248897524, -0.14125529502095421, 0.03002919410514742),
     (0.25021312296533332, 0.20412935229379994, -0.38294211275726192),
     (1.0, 1.0, 0.0),
 )
+# derived: its inverse
 T_INVERSE = (
     (4.17871859155190428, 0.32768282076106237, 0.52337644549944951),
     (-4.17871859155190428, -0.32768282076106237, 0.47662355450055044),
     (0.50287263494578682, -2.57192694985560522, 0.59603920482822492),
 )
+# derived: weights of the stages in the estimate of the error; Hairer and Wanner, IV.8
 ERROR = ((-13.0 - 7.0 * S6) / 3.0, (-13.0 + 7.0 * S6) / 3.0, -1.0 / 3.0)
-# x(t + theta h) = x_0 + sum_k theta^(k+1) sum_i Z_i DENSE_ik, the collocation polynomial
+# derived: x(t + theta h) = x_0 + sum_k theta^(k+1) sum_i Z_i DENSE_ik, the collocation polynomial
 DENSE = (
     (13.0 / 3.0 + 7.0 * S6 / 3.0, -23.0 / 3.0 - 22.0 * S6 / 3.0, 10.0 / 3.0 + 5.0 * S6),
     (13.0 / 3.0 - 7.0 * S6 / 3.0, -23.0 / 3.0 + 22.0 * S6 / 3.0, 10.0 / 3.0 - 5.0 * S6),
     (1.0 / 3.0, -8.0 / 3.0, 10.0 / 3.0),
 )
 
-NEWTON_ITERATIONS = 6
-ROUNDED = 0.03  # a change of the stages, of their tolerance, that stands for rounding where it no longer shrinks
-EPS = 2.220446049250313e-16
+NEWTON_ITERATIONS = 6  # chosen: of the stages, one less than RADAU5 takes: a step that needs more is too long
+# chosen: a change of the stages, of their tolerance, that stands for rounding where it no longer shrinks
+STALLED_CHANGE = 0.03
 
 
 # rates(address, sys, context, t, x, out) -> Status writes x'; sys and context are handed through
@@ -138,7 +145,7 @@ def jacobian(sys, ode):
     clock, x, f, f_0, J = ode.clock, ode.x, ode.f, ode.f_0, ode.J
     for j in range(n):
         x_j = x[j]
-        x[j] = x_j + math.sqrt(EPS) * max(abs(x_j), ode.atol[j] / clock.rtol)
+        x[j] = x_j + FORWARD_INCREMENT * max(abs(x_j), ode.atol[j] / clock.rtol)
         step = x[j] - x_j
         status = rates_at(ode.rates, sys, ode.context, clock.now, x, f)
         x[j] = x_j
@@ -247,7 +254,7 @@ def newton(sys, h, ode):
         left_over = change
         if iteration > 0:
             rate = change / before
-            if rate > 0.5 and change < ROUNDED:
+            if rate > 0.5 and change < STALLED_CHANGE:
                 return True, iteration + 1, rate
             left = NEWTON_ITERATIONS - 1 - iteration
             if not rate < 1.0 or rate**left / (1.0 - rate) * change > tolerance:

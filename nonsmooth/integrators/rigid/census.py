@@ -27,8 +27,9 @@ from nonsmooth.integrators.records import (
     EVENT_SOLUTIONS,
     EVENT_T,
     INDETERMINATE,
+    N_FUNCTIONS,
 )
-from nonsmooth.integrators.rigid.modes import N_FUNCTIONS, UNIQUE
+from nonsmooth.integrators.rigid.modes import UNIQUE
 from nonsmooth.jit import kernel
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.moreau_jean.step import ROUNDING
+from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.integrators.rigid.modes import (
     closed_constraints,
     factorise,
@@ -25,8 +25,9 @@ from nonsmooth.integrators.rigid.modes import (
 from nonsmooth.jit import kernel
 from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import GAP, ContactMode
+from nonsmooth.numerics.rounding import rounded_sum
 
-LINEARISATIONS = 4  # the drift of a step is small: each squares it
+LINEARISATIONS = 4  # derived: the drift of a step is small: each squares it
 
 
 @kernel
@@ -83,7 +84,7 @@ def move_positions(sys, t, m, x, contacts):
             x[2 * n + i] = 0.0
             gap = abs(work.g_N[i])
             contacts.numbers.drift = max(contacts.numbers.drift, gap)
-            if gap > ROUNDING * longest(n, contacts):
+            if gap > rounded_sum(VELOCITY_ROUNDINGS, longest(n, contacts)):
                 contacts.b[e] = -work.g_N[i]
     if contacts.numbers.drift > 0.0:
         solve_equations(m, contacts)
@@ -107,7 +108,7 @@ def move(n, m, first, with_friction, x, contacts):
                 part += work.X[a + 1, j] * contacts.ratio[i] * contacts.z[e]
             total += part
             size += abs(part)
-        x[first + j] = 0.0 if first > 0 and abs(total) <= ROUNDING * size < math.inf else total
+        x[first + j] = 0.0 if first > 0 and abs(total) <= rounded_sum(VELOCITY_ROUNDINGS, size) < math.inf else total
     if not with_friction:
         return
     for e in range(m):

@@ -27,8 +27,11 @@ from typing import Annotated as Array
 from nonsmooth.contact.islands import find_held_islands
 from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.errors import Status
-from nonsmooth.integrators.penalty.switching import ROUNDINGS, fastest_velocity
-from nonsmooth.integrators.radau.stages import EPS, determinant_is_positive
+from nonsmooth.integrators.penalty.rates import REFINEMENTS, REGULARISATION
+from nonsmooth.integrators.penalty.switching import fastest_velocity
+from nonsmooth.integrators.radau.events import EVENT_ROUNDINGS
+from nonsmooth.integrators.radau.stages import determinant_is_positive
+from nonsmooth.integrators.records import CLOSURE, FRICTION, SIGN
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.mechanics.acceleration_problem import IMPLICIT, acceleration_problem, constraint_problem
@@ -36,22 +39,19 @@ from nonsmooth.mechanics.contact_problem import Work, row_velocities, smooth_ste
 from nonsmooth.mechanics.laws import LAW_WIDTH, friction_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
 from nonsmooth.numerics.dense import lu, lu_solve
+from nonsmooth.numerics.rounding import rounded_sum
 
-# event functions of a contact; the last of all is REGULAR
-CLOSURE, FRICTION, SIGN = range(3)
-UNIQUE = CLOSURE  # of a bilateral contact, which has nothing to close
-FORWARD, BACKWARD = FRICTION, SIGN  # of a contact that sticks, the ways in which it may slide
-N_FUNCTIONS = 3
-EVERY = -1  # island
-N_WORKS = 4  # quadratures of the energy ledger: forces, friction, normal, surfaces
-# det A over that without friction (p/G_NN of one contact) at which a slide ends: masses of different size make both
-# small, but not their ratio. Towards a Génot–Brogliato point la_N grows like
-# p^(chi - 1), 0 < chi: what is left of its impulse there is 1e-9^chi of the whole.
+UNIQUE = CLOSURE  # code: of a bilateral contact, which has nothing to close
+FORWARD, BACKWARD = FRICTION, SIGN  # code: of a contact that sticks, the ways in which it may slide
+EVERY = -1  # code: all islands
+# derived: det A over that without friction (p/G_NN of one contact) at which a slide ends: masses of different size
+# make both small, but not their ratio. Towards a Génot–Brogliato point la_N grows like p^(chi - 1), 0 < chi: what is
+# left of its impulse there is 1e-9^chi of the whole.
 SINGULAR_SLIDE = 1e-9
-NEARLY_SINGULAR = 1e-3  # below it a step that vanishes has come to such a point: the force grows without bound there
-REGULARISATION = 1e-10  # of the trace: makes redundant contacts share their load
-REFINEMENTS = 3
-DISTINCT = 1e-6  # smallest pivot of A, squared sine of the angle between two rows, that leaves ten digits of the forces
+# chosen: below it a step that vanishes has come to such a point: the force grows without bound there
+NEARLY_SINGULAR = 1e-3
+# derived: smallest pivot of A, squared sine of the angle between two rows, that leaves ten digits of the forces
+DISTINCT_ROWS = 1e-6
 
 
 class Redundant(Block, r="max(1, n_c * (1 + d))"):
@@ -134,13 +134,13 @@ class RigidContacts(Block, r="max(1, n_c * (1 + d))"):
 @kernel
 def small_speed(n, contacts):
     """A contact velocity that counts as zero [m/s]: rounding of the velocities, of atol where all are smaller."""
-    return ROUNDINGS * EPS * (fastest_velocity(n, contacts) + contacts.numbers.atol)
+    return rounded_sum(EVENT_ROUNDINGS, fastest_velocity(n, contacts) + contacts.numbers.atol)
 
 
 @kernel
 def rounded_length(n, contacts):
     """What rounding leaves of a gap that is zero [m]."""
-    return ROUNDINGS * EPS * longest(n, contacts)
+    return rounded_sum(EVENT_ROUNDINGS, longest(n, contacts))
 
 
 @kernel

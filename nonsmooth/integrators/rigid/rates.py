@@ -28,17 +28,14 @@ from __future__ import annotations
 import math
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.moreau_jean.step import ROUNDING
-from nonsmooth.integrators.radau.stages import EPS, RATES
+from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
+from nonsmooth.integrators.radau.stages import RATES
+from nonsmooth.integrators.records import CLOSURE, FRICTION, N_FUNCTIONS, SIGN
 from nonsmooth.integrators.rigid.census import slides_alone, uniqueness
 from nonsmooth.integrators.rigid.modes import (
     BACKWARD,
-    CLOSURE,
-    DISTINCT,
+    DISTINCT_ROWS,
     FORWARD,
-    FRICTION,
-    N_FUNCTIONS,
-    SIGN,
     SINGULAR_SLIDE,
     UNIQUE,
     RigidContacts,
@@ -59,10 +56,11 @@ from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.laws import depends_on_speed, static_coefficient
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+from nonsmooth.numerics.rounding import rounded_sum, rounding_of_sum
 
 # An event function that falls at once falls to this, which no slope is measured from, and it is its own tolerance with
 # the other sign: what an event has not mended is met again.
-BROKEN = -4.0 * EPS
+BROKEN_FORCE = -rounding_of_sum(8, 1.0)
 
 
 @kernel(RATES, short_loops=True)
@@ -119,7 +117,7 @@ def rigid_events(sys_at, contacts_at, t, x, out):
             out[e + m] = 1.0
             out[E + e + m] = 0.0
         kind, mode = contacts.kinds[i, 0], contacts.mode[i]
-        force = contacts.numbers.rtol * contacts.size[i] if contacts.is_shared[i] == 0 else BROKEN
+        force = contacts.numbers.rtol * contacts.size[i] if contacts.is_shared[i] == 0 else BROKEN_FORCE
         if kind == UNILATERAL:
             out[e + CLOSURE] = work.g_N[i] if mode == ContactMode.OPEN else of_load(la[i, 0], i, contacts)
             out[E + e + CLOSURE] = length if mode == ContactMode.OPEN else force
@@ -158,7 +156,7 @@ def of_load(value, i, contacts):
         return value
     if contacts.is_admissible[i] == 1 or value >= 0.0:
         return abs(contacts.margin[i])
-    return min(BROKEN, contacts.margin[i])
+    return min(BROKEN_FORCE, contacts.margin[i])
 
 
 @kernel
@@ -210,7 +208,7 @@ def solve_island(island, n, n_k, asks_determinant, contacts):
             if kinds[i, 0] == GIVEN_FORCE:
                 contacts.b[e] -= work.G[a, work.start[k]] * la[i, 1]
     smallest = decompose_both(m, contacts) if asks_determinant else decompose_alone(m, True, contacts)
-    if smallest < DISTINCT and m > 1:
+    if smallest < DISTINCT_ROWS and m > 1:
         guess_load(m, contacts)
         share_load(n, m, address(contacts))
     else:
@@ -262,4 +260,6 @@ def add_forces(n, n_k, contacts):
                 part = work.X[a, j] * la[i, a - work.start[k] + first]
                 total += part
                 size += abs(part)
-        work.du[j] = 0.0 if abs(total) <= ROUNDING * size < math.inf else total  # what is not finite stays
+        work.du[j] = (
+            0.0 if abs(total) <= rounded_sum(VELOCITY_ROUNDINGS, size) < math.inf else total
+        )  # what is not finite stays

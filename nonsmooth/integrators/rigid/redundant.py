@@ -20,23 +20,25 @@ import math
 
 from nonsmooth.contact.planar.least_share import find_least
 from nonsmooth.contact.planar.redundant import eliminate_completely, impulse_inequality, least_admissible
-from nonsmooth.contact.planar.single import BOUNDARY
-from nonsmooth.integrators.radau.stages import EPS
+from nonsmooth.contact.planar.single import BORDER_WIDTH
 from nonsmooth.integrators.rigid.modes import RigidContacts
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.laws import static_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 from nonsmooth.numerics.dense import cholesky, cholesky_solve
+from nonsmooth.numerics.rounding import rounded_sum
 
-# What is left of a row that depends on others, over its length. Between the two bounds a row is dependent if it asks
-# for what the others give, to rounding: of the loads it would say that rounding over the square of what is left.
-DEPENDENT, NEARLY_DEPENDENT = 1e-10, 1e-6
-ROUNDINGS = 100.0  # units of rounding
-CONSISTENT = 1e-7  # of the sizes of its terms: what a dependent row may lack
-FAR = 1e5  # largest forces: the margin that is aimed at
-LEAST_MARGIN = 1e-9  # of the largest force: of the sign that the modes have, whatever rounding leaves of a margin
-VANISHING = 1e-10  # of the other rows' terms, where its own vanish: W' u by differences has an error of 1e-11
+# derived: what is left of a row that depends on others, over its length. Between the two bounds a row is dependent if
+# it asks for what the others give, to rounding: of the loads it would say that rounding over the square of what is
+# left.
+DEPENDENT_ROW, NEARLY_DEPENDENT_ROW = 1e-10, 1e-6
+ROW_ROUNDINGS = 200  # chosen: units of rounding
+CONSISTENT_ROW = 1e-7  # chosen: of the sizes of its terms: what a dependent row may lack
+LARGEST_MARGIN = 1e5  # chosen: largest forces: the margin that is aimed at
+# chosen: of the largest force: of the sign that the modes have, whatever rounding leaves of a margin
+LEAST_MARGIN = 1e-9
+VANISHING = 1e-10  # derived: of the other rows' terms, where its own vanish: W' u by differences has an error of 1e-11
 
 
 @kernel("void(int64, int64, int64)", short_loops=True)
@@ -50,19 +52,19 @@ def share_load(n, m, contacts_at):
         return
     rank, is_consistent = orthogonalise(n, m, contacts)
     reduce(n, m, rank, contacts)
-    full = eliminate_completely(m, DEPENDENT, family)
+    full = eliminate_completely(m, DEPENDENT_ROW, family)
     for e in range(m):
         family.x[e] = 0.0
     largest = 0.0
     for k in range(full):
         family.x[family.column[k]] = -family.B[k, m]
         largest = max(largest, abs(family.B[k, m]))
-    size = list_inequalities(m, BOUNDARY * largest, contacts)
+    size = list_inequalities(m, BORDER_WIDTH * largest, contacts)
     is_admissible = is_consistent and full == rank
     if m > full:
         is_admissible = least_admissible(m, full, size, planar) and is_admissible
     for e in range(size):
-        total = BOUNDARY * largest
+        total = BORDER_WIDTH * largest
         for f in range(m):
             total += family.C[e, f] * family.x[f]
         is_admissible = is_admissible and total >= family.e[e]
@@ -80,11 +82,11 @@ def share_load(n, m, contacts_at):
 def find_margin(m, rank, size, largest, planar):
     """What the worst of the inequalities has left in the share that is best for it [N]: max_y min_e (C x - e)_e.
 
-    With the margin as another unknown s = S + sigma, S = FAR largest, and A = C N it is that of
+    With the margin as another unknown s = S + sigma, S = LARGEST_MARGIN largest, and A = C N it is that of
 
         min (y^T H y + sigma^2)/2    subject to    A y - sigma + C x_0 - e - S >= 0:
 
-    the multipliers add up to -sigma, about S, so that y is that of the linear program but for 1/FAR of it.
+    the multipliers add up to -sigma, about S, so that y is that of the linear program but for 1/LARGEST_MARGIN of it.
     """
     family, free = planar.family, m - rank
     B, C, column, x = family.B, family.C, family.column, family.x
@@ -99,7 +101,7 @@ def find_margin(m, rank, size, largest, planar):
                 family.H[a, b] += B[k, rank + a] * B[k, rank + b]
     cholesky(free + 1, free + 1, family.H, family.L)
     for e in range(size):
-        planar.b[e] = -family.e[e] - FAR * largest
+        planar.b[e] = -family.e[e] - LARGEST_MARGIN * largest
         for k in range(m):
             planar.b[e] += C[e, k] * x[k]
         for a in range(free):
@@ -110,11 +112,11 @@ def find_margin(m, rank, size, largest, planar):
         for a in range(free + 1):
             family.AH[e, a] = family.A[e, a]
         cholesky_solve(free + 1, free + 1, family.L, family.AH[e])
-        family.slack[e] = BOUNDARY * FAR * largest
+        family.slack[e] = BORDER_WIDTH * LARGEST_MARGIN * largest
     find_least(size, free + 1, family.slack, planar)
-    margin = FAR * largest
+    margin = LARGEST_MARGIN * largest
     for e in range(size):
-        total = planar.b[e] + FAR * largest
+        total = planar.b[e] + LARGEST_MARGIN * largest
         for a in range(free):
             total += family.A[e, a] * family.y[a]
         margin = min(margin, total)
@@ -139,9 +141,11 @@ def orthogonalise(n, m, contacts):
             left = squared(n, Q, X, order[e]) / length[order[e]]
             if left > most:
                 pivot, most = e, left
-        if not most > DEPENDENT * DEPENDENT:
+        if not most > DEPENDENT_ROW * DEPENDENT_ROW:
             break
-        if most < NEARLY_DEPENDENT * NEARLY_DEPENDENT and are_consistent(k, m, ROUNDINGS * EPS, 0.0, contacts):
+        if most < NEARLY_DEPENDENT_ROW * NEARLY_DEPENDENT_ROW and are_consistent(
+            k, m, rounded_sum(ROW_ROUNDINGS, 1.0), 0.0, contacts
+        ):
             break
         order[k], order[pivot] = order[pivot], order[k]
         e = order[k]
@@ -163,7 +167,7 @@ def orthogonalise(n, m, contacts):
                 Q[g, j] -= R[k, g] * Q[e, j]
                 X[g, j] -= R[k, g] * X[e, j]
         rank += 1
-    return rank, are_consistent(rank, m, CONSISTENT, VANISHING, contacts)
+    return rank, are_consistent(rank, m, CONSISTENT_ROW, VANISHING, contacts)
 
 
 @kernel

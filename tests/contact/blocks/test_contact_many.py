@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
-from nonsmooth.contact.blocks.problem import as_blocks, as_matrix, check_problem, scaled
+from nonsmooth.contact.blocks.problem import as_blocks, as_matrix, check_problem, scale_problem
 from nonsmooth.contact.blocks.result import ContactStatus
 from nonsmooth.contact.blocks.solve import SOLVERS, solve_contact
 from nonsmooth.errors import InvalidInput, UnknownName
@@ -168,7 +168,7 @@ def test_blocks_keep_missing_diagonals_and_repeated_entries():
 def test_scaling_brings_every_diagonal_to_order_one_and_keeps_the_error():
     G, c, mu = assembly(2, 5, 8, 3, mass_ratio=1e4)
     given_problem = check_problem(G * 1e-5, c * 1e-15, mu, 3)
-    unit, factor = scaled(given_problem)
+    unit, factor = scale_problem(given_problem)
     assert (unit.rho >= 0.5).all() and (unit.rho <= 2.0).all()
     assert 0.5 <= np.abs(unit.c).max() <= 2.0
     P = np.random.default_rng(0).normal(size=24)
@@ -188,7 +188,7 @@ def test_faceted_cone_converges_to_the_round_one_with_its_facets():
     """The polygon is off the circle by 1 - cos(pi / f), about pi^2 / (2 f^2)."""
     from nonsmooth.contact.blocks.faceted_lcp import FacetedLCP
 
-    problem, _ = scaled(check_problem(np.eye(3), [-1.0, 0.6, 0.35], 0.3, 3))
+    problem, _ = scale_problem(check_problem(np.eye(3), [-1.0, 0.6, 0.35], 0.3, 3))
     for facets in (8, 32):
         P, _ = FacetedLCP(facets=facets).run(problem, np.zeros(3), 1e-8)
         assert problem.error(P) < 2 * np.pi / facets
@@ -204,7 +204,7 @@ def test_planar_lcp_is_exact():
 def test_relaxed_sweeps_reach_the_solution(omega):
     from nonsmooth.contact.blocks.nsgs import NSGS
 
-    problem, _ = scaled(check_problem(*assembly(3, 6, 5, 3), 3))
+    problem, _ = scale_problem(check_problem(*assembly(3, 6, 5, 3), 3))
     P, _ = NSGS(omega=omega).run(problem, np.zeros(problem.n), 1e-9)
     assert problem.error(P) <= 1e-9
 
@@ -221,7 +221,7 @@ def test_running_out_of_sweeps_is_a_status_with_the_best_iterate():
 
     G, c, mu = assembly(1, 3, 30, 3)
     start = check_problem(G, c, mu, 3).error(np.zeros(len(c)))
-    problem, _ = scaled(check_problem(G, c, mu, 3))
+    problem, _ = scale_problem(check_problem(G, c, mu, 3))
     P, sweeps = NSGS(max_sweeps=30).run(problem, np.zeros(problem.n), 1e-15)
     assert sweeps == 30 and problem.error(P) < start
     with np.errstate(all="ignore"):

@@ -7,8 +7,14 @@ from hypothesis import strategies as st
 
 from benchmarks.problems import FAMILIES
 from nonsmooth.contact.blocks.interior import Interior, correct
-from nonsmooth.contact.blocks.problem import check_problem, scaled
-from nonsmooth.contact.blocks.second_order_cone import product, quotient, scale, scaling_point, way_out
+from nonsmooth.contact.blocks.problem import check_problem, scale_problem
+from nonsmooth.contact.blocks.second_order_cone import (
+    distance_to_boundary,
+    jordan_product,
+    jordan_quotient,
+    scale,
+    scaling_point,
+)
 from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.jit import interpreted
 
@@ -38,8 +44,10 @@ def test_the_scaling_matrix_maps_x_and_y_on_one_point(seed):
 def test_the_quotient_undoes_the_product(seed):
     rng = np.random.default_rng(seed)
     a, q = inside(rng), rng.normal(size=3)
-    b = interpreted(product)(*a, *q)
-    np.testing.assert_allclose(interpreted(quotient)(*a, *b), q, rtol=0, atol=1e-12 * np.abs(q).max() * (a @ a) / 0.01)
+    b = interpreted(jordan_product)(*a, *q)
+    np.testing.assert_allclose(
+        interpreted(jordan_quotient)(*a, *b), q, rtol=0, atol=1e-12 * np.abs(q).max() * (a @ a) / 0.01
+    )
 
 
 @settings(max_examples=50, deadline=None)
@@ -47,7 +55,7 @@ def test_the_quotient_undoes_the_product(seed):
 def test_the_way_out_ends_on_the_boundary(seed):
     rng = np.random.default_rng(seed)
     x, d = inside(rng), rng.normal(size=3)
-    length = interpreted(way_out)(*x, *d)
+    length = interpreted(distance_to_boundary)(*x, *d)
     if np.isinf(length):
         assert d[0] >= np.hypot(*d[1:]) * (1 - 1e-12)  # only directions of the cone never leave it
     else:
@@ -62,7 +70,7 @@ def test_the_way_out_ends_on_the_boundary(seed):
 def test_the_way_out_along_the_axis_ends_at_the_apex(seed):
     rng = np.random.default_rng(seed)
     x_N, d_N = rng.uniform(0.1, 1), -rng.uniform(0.1, 1)
-    assert interpreted(way_out)(x_N, 0.0, 0.0, d_N, 0.0, 0.0) == pytest.approx(-x_N / d_N, rel=1e-6)
+    assert interpreted(distance_to_boundary)(x_N, 0.0, 0.0, d_N, 0.0, 0.0) == pytest.approx(-x_N / d_N, rel=1e-6)
 
 
 def test_the_interpreted_corrector_agrees():
@@ -83,7 +91,7 @@ def test_a_sliding_block_is_stopped_by_mu_times_its_weight(dim):
     m, impulse, v, mu = 2.0, 0.3, 5.0, 0.4
     c = np.zeros(dim)
     c[0], c[1] = -impulse / m, v
-    problem, factor = scaled(check_problem(np.eye(dim) / m, c, mu, dim))
+    problem, factor = scale_problem(check_problem(np.eye(dim) / m, c, mu, dim))
     P, _ = Interior().run(problem, np.zeros(dim), 1e-10)
     expected = np.zeros(dim)
     expected[0], expected[1] = impulse, -mu * impulse
@@ -94,7 +102,7 @@ def test_where_there_is_no_friction_there_is_no_tangential_impulse():
     case = FAMILIES["assembly"](np.random.default_rng(1), 12, 3)
     mu = case.mu.copy()
     mu[::2] = 0.0
-    problem, _ = scaled(check_problem(case.G, case.c, mu, 3))
+    problem, _ = scale_problem(check_problem(case.G, case.c, mu, 3))
     P, _ = Interior().run(problem, np.zeros(problem.n), 1e-9)
     assert problem.error(P) <= 1e-9
     assert not P.reshape(-1, 3)[::2, 1:].any()
@@ -110,13 +118,13 @@ def test_towers_with_masses_over_six_decades_stand(seed, dim):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_few_steps_settle_a_planar_packing_of_hundreds_of_contacts(seed):
-    problem, _ = scaled(check_problem(*FAMILIES["packing"](np.random.default_rng(seed), 300, 2)))
+    problem, _ = scale_problem(check_problem(*FAMILIES["packing"](np.random.default_rng(seed), 300, 2)))
     P, steps = Interior().run(problem, np.zeros(problem.n), 1e-8)
     assert problem.error(P) <= 1e-8 and steps <= 40
 
 
 def test_a_matrix_of_nonsense_ends_with_the_best_iterate():
-    problem, _ = scaled(check_problem(-np.eye(4), -np.ones(4), 0.5, 2))
+    problem, _ = scale_problem(check_problem(-np.eye(4), -np.ones(4), 0.5, 2))
     with np.errstate(all="ignore"):
         P, _ = Interior().run(problem, np.zeros(4), 1e-8)
     assert np.isfinite(P).all() and problem.error(P) <= problem.error(np.zeros(4))

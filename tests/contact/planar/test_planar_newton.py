@@ -11,10 +11,11 @@ from benchmarks.stress_scenes import Tower, stack, tower
 from nonsmooth.contact.planar.enumerate import Tree, enumerate_modes
 from nonsmooth.contact.planar.ladder import exceeds_enumeration
 from nonsmooth.contact.planar.newton import solve_by_newton
-from nonsmooth.contact.planar.problem import ACCEPTED, UNIT, Planar, problem_of, residual
+from nonsmooth.contact.planar.problem import ACCEPTED_RESIDUAL, Planar, problem_of, residual
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, MASS, NORMAL, TANGENT, UNILATERAL, evaluate
+from nonsmooth.numerics.rounding import UNIT_ROUNDOFF
 
 GRAVITY, DT = 9.81, 1e-3
 
@@ -57,8 +58,9 @@ def test_boxes_carry_what_stands_on_them(n, ratio):
     found, P = Many(G, c, np.full(2 * n, 0.3)).solve()
     carried = np.cumsum(M[1::3][::-1])[::-1] * GRAVITY * DT
     assert found
-    # the residual, at most 2 ACCEPTED of the velocity of the fall, acts on the mass above over that of the lightest box
-    error = 2 * ACCEPTED * carried.max() * max(1.0, M[0] / M[-3], M[-3] / M[0])
+    # the residual, at most 2 ACCEPTED_RESIDUAL of the velocity of the fall, acts on the mass above over that of the
+    # lightest box
+    error = 2 * ACCEPTED_RESIDUAL * carried.max() * max(1.0, M[0] / M[-3], M[-3] / M[0])
     assert np.abs(P[0::4] + P[2::4] - carried).max() <= error
     assert np.abs(P[1::4] + P[3::4]).max() <= error
 
@@ -95,7 +97,7 @@ def test_piles_of_random_bodies_end_in_solutions():
         G, c, mu = random_pile(seed, 24, 10, 0.5)
         found, P = Many(G, c, mu).solve()
         solved += found
-        assert not found or np.abs(violations(G, c, mu, P)).max() <= 1.01 * ACCEPTED * np.abs(c).max()
+        assert not found or np.abs(violations(G, c, mu, P)).max() <= 1.01 * ACCEPTED_RESIDUAL * np.abs(c).max()
     assert solved >= 38  # the ladder goes on to Gauss-Seidel with the others
 
 
@@ -162,17 +164,19 @@ def test_what_is_put_down_to_rounding_is_less_than_rounding_in_exact_arithmetic(
     for k in range(0, r, 2):  # every contact is closed: gamma_N = 0
         terms = [g * Fraction(float(p)) for g, p in zip(exact[k], P, strict=True)]
         gamma, size = sum(terms) + Fraction(float(c[k])), sum(map(abs, terms)) + abs(Fraction(float(c[k])))
-        assert abs(gamma) <= max(Fraction(1e-9) * scale, 2 * (r + 1) * Fraction(UNIT) * size)  # 2: gamma is rounded too
+        assert abs(gamma) <= max(
+            Fraction(1e-9) * scale, 2 * (r + 1) * Fraction(UNIT_ROUNDOFF) * size
+        )  # 2: gamma is rounded too
 
 
 def test_a_violation_that_is_not_rounding_is_not_accepted():
     n = 50
     G, c, _ = free_fall(tower(n, Tower(ratio=1e6 ** (1 / (n - 1)))))
     _, P = (many := Many(G, c, np.full(n, 0.3))).solve()
-    assert many.residual(P) <= ACCEPTED
+    assert many.residual(P) <= ACCEPTED_RESIDUAL
     off = P.copy()
     off[0] *= 1 + 1e-12  # a hundred times the rounding of the sum
-    assert many.residual(off) > ACCEPTED
+    assert many.residual(off) > ACCEPTED_RESIDUAL
 
 
 def test_a_jammed_particle_has_no_solution_with_huge_impulses():
@@ -180,7 +184,7 @@ def test_a_jammed_particle_has_no_solution_with_huge_impulses():
     G, c = np.array([[1.0, -1], [-1, 1]]), np.array([-1.0, -1.0])
     kinds = [(UNILATERAL, 0)] * 2
     many = Many(G, c, np.zeros(2), kinds)
-    assert 1.0 < 3 * UNIT * 4e15 and many.residual(np.full(2, 2e15)) == 1.0
+    assert 1.0 < 3 * UNIT_ROUNDOFF * 4e15 and many.residual(np.full(2, 2e15)) == 1.0
     found, _ = many.solve()
     assert not found
 

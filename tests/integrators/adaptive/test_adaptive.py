@@ -19,7 +19,7 @@ from models import (
     Woodpecker,
 )
 from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.integrators.adaptive.state import ROWS, extrapolation_weights
+from nonsmooth.integrators.adaptive.state import N_ROWS, extrapolation_weights
 from nonsmooth.runs import adaptive_run
 
 
@@ -56,7 +56,7 @@ def test_block_that_sticks_on_an_incline_does_not_creep():
 def test_weights_are_exact_for_the_powers_that_they_remove():
     """Of T + c/m^2 + ... + c/m^K the rows 1..K give T; powers above K are left."""
     weights = extrapolation_weights()
-    for last in range(ROWS):
+    for last in range(N_ROWS):
         m = np.arange(1.0, last + 2.0)
         assert weights[0, last, : last + 1].sum() == pytest.approx(1.0, abs=1e-12)
         for power in range(2, last + 2):
@@ -332,7 +332,7 @@ def test_many_impacts_at_one_instant_have_room_wherever_the_last_ones_were_empti
     chain = BeadChain(n=12, e=0.46)
     runs = []
     for capacity in (0, 1024, 20000):
-        monkeypatch.setattr(adaptive_run, "EVENT_CAPACITY", capacity)
+        monkeypatch.setattr(adaptive_run, "ADAPTIVE_EVENT_CAPACITY", capacity)
         runs.append(ns.simulate(chain, (0, 0.5), *chain.state(), integrator=ns.Adaptive(1e-6, 1e-8)))
     assert all(one.stats.events_dropped == 0 for one in runs)
     assert np.array_equal(runs[0].event_rows, runs[1].event_rows) and len(runs[0].events) > 200

@@ -17,7 +17,7 @@ from models import (
     WallPendulum,
     Woodpecker,
 )
-from nonsmooth.integrators.adaptive.polynomial import MOST, highest_coefficients
+from nonsmooth.integrators.adaptive.polynomial import MOST_DERIVATIVES, highest_coefficients
 
 BELT = BeltOscillator(vb=0.2)
 SCENES = {
@@ -66,7 +66,7 @@ def test_error_between_the_steps_falls_faster_than_with_order_six():
 
 def test_polynomial_is_exact_for_the_powers_that_its_conditions_determine():
     """u = theta^k for the highest powers: what is left is all of it, and the coefficient 1 comes back."""
-    for L in range(1, MOST + 1):
+    for L in range(1, MOST_DERIVATIVES + 1):
         for row, k in enumerate(range(L + 1, 2 * L + 3)):
             left = [math.perm(k, order) for order in range(L + 1)] + [1.0 / (k + 1)]
             found = highest_coefficients()[L, : L + 2, : L + 2] @ left

@@ -338,7 +338,7 @@ def test_weights_between_the_stages_are_those_of_the_polynomials():
     """Of one of degree 5 all six places tell it; of degree 4 the cubic misses its leading coefficient times w; of a
     cubic the stages' parabola misses the product of its three factors."""
     rng = np.random.default_rng(2)
-    places = np.array(resolution.PLACES)
+    places = np.array(resolution.NODES)
     quintic, quartic, cubic = (np.polynomial.Polynomial(rng.normal(size=n)) for n in (6, 5, 4))
     middles = np.array(resolution.AT_MIDDLES) @ quintic(places)
     assert middles == pytest.approx(quintic(np.array(resolution.MIDDLES)), rel=1e-12, abs=1e-13)
