@@ -146,7 +146,7 @@ class Smoothed(FrictionLaw):
         super().check(values)
 
 
-LAST_CODE = max(law.code for law in FrictionLaw.__subclasses__())
+LAST_CODE = max(law.code for law in FrictionLaw.__subclasses__())  # derived: the largest code of a law
 
 
 def resolve(name: str, value: Coefficient, parameters: Mapping[str, float]) -> float:
