@@ -91,11 +91,10 @@ class Outcome(NamedTuple):
 def run(case: Case, method: Method) -> Outcome:
     """Run a case by one method."""
     system, name = as_system(case.system), name_of(method.integrator)
-    chooses = getattr(method.integrator, "chooses_steps", False)
     try:
         solution = simulate_whole(
             system, (0.0, case.t_end), *case.state, integrator=method.integrator, selection=case.selection,
-            on_failure="return", max_wall_time=LONGEST, every=1 if chooses else case.every,
+            on_failure="return", max_wall_time=LONGEST, every=1 if method.integrator.chooses_steps else case.every,
         )  # fmt: skip
     except NonsmoothError as refusal:
         return Outcome(case.name, name, 0, *UNKNOWN, UNKNOWN, str(refusal).split(";")[0])
@@ -103,7 +102,7 @@ def run(case: Case, method: Method) -> Outcome:
         return Outcome(case.name, name, 0, *UNKNOWN, UNKNOWN, f"{solution.status.name} at the start")
     figures = (
         penetration(solution),
-        math.nan if chooses else solution.stats.worst_residual,
+        math.nan if method.integrator.chooses_steps else solution.stats.worst_residual,
         ledger_error(system, solution),
         momentum_error(system, solution),
         case.invariant(solution) if solution.success else math.nan,

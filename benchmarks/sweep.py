@@ -26,7 +26,7 @@ from nonsmooth.commands.catalogue import load_model
 from nonsmooth.contact.planar.single import Selection
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.runs.run import Run
-from nonsmooth.runs.times import Grid, make_grid
+from nonsmooth.runs.times import Timetable, make_timetable
 from nonsmooth.sweeps.axis_names import AxisNames
 from nonsmooth.sweeps.map_task import MapTask
 from nonsmooth.sweeps.pool import LocalPool
@@ -122,21 +122,21 @@ def print_map() -> None:
 def bare_run() -> np.ndarray:
     """Seconds of the steps of one run, mean over cells spread over the sweep."""
     belt, integrator = load_model("belt-oscillator"), MoreauJean(DT)
-    grid = make_grid(integrator, (0, STEPS * DT), STEPS, None)
+    table = make_timetable(integrator, (0, STEPS * DT), STEPS, None)
     total = np.zeros(2)
     rng = np.random.default_rng(1)
     for vb, x in zip(rng.choice(AXES["vb"], SAMPLE), rng.choice(AXES["x"], SAMPLE), strict=True):
         model = belt(vb=float(vb))
-        total += loop_time(model, grid, integrator, float(x), STEPS) - loop_time(model, grid, integrator, float(x), 0)
+        total += loop_time(model, table, float(x), STEPS) - loop_time(model, table, float(x), 0)
     return total / SAMPLE
 
 
-def loop_time(model: Any, grid: Grid, integrator: MoreauJean, x: float, steps: int) -> np.ndarray:
+def loop_time(model: Any, table: Timetable, x: float, steps: int) -> np.ndarray:
     """Seconds of one call of the compiled loop."""
     q_0, u_0 = model.state(x=x)
-    run = Run(model.system(), integrator, grid, q_0, u_0, Selection.COMPLIANT_LIMIT, False)
+    run = Run(model.system(), table.integrator, table, q_0, u_0, Selection.COMPLIANT_LIMIT, False)
     started = now()
-    run._block(steps)
+    run.step_loop(steps)
     return now() - started
 
 

@@ -17,9 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from nonsmooth.jit import kernel, rare_kernel
-from nonsmooth.jit.blocks import WORD, Block, Floats, Ints, new
-from nonsmooth.mechanics.sys import evaluate
-from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL, ContactMode
+from nonsmooth.jit.blocks import WORD, Block, Floats, Ints, new, numbers
+from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL, ContactMode
 
 # columns of the energy ledger
 FORCE_WORK, FRICTION_WORK, NORMAL_WORK, SURFACE_WORK, PROJECTION_WORK = range(5)
@@ -45,9 +44,28 @@ class Worst(Block):
     gain: float  # [J]
 
 
+class Event(Block):
+    """What happens at a contact; a row of events has its fields in this order."""
+
+    t: float  # [s]
+    kind: float
+    contact: float
+    mode_0: float  # before, and the sign of sliding
+    slip_0: float
+    mode_1: float  # after
+    slip_1: float
+    P_N: float  # [N s]
+    P_F: float
+    gamma_N: float  # [m/s] before
+    gamma_F: float
+    solutions: float  # of the contact problem, and their modes
+    found: float
+
+
 class Counters(Block):
     """Where a run is, and what it did."""
 
+    is_begun: int  # whether the record of the start is written
     interval: int
     step: int
     n_events: int
@@ -64,27 +82,39 @@ class Counters(Block):
     gains: int  # impacts, or steps, in which the contacts gained energy
     uncounted: int  # problems whose solutions were not counted
     shared: int  # whose impulses are one share of many
+    rejected: int  # steps that were tried and refused
+    evaluations: int  # of the rates, or plain steps within a step
+    jacobians: int
+    factorisations: int
 
 
 class State(Block):
-    """What a step changes. n = n_u, c = n_c."""
+    """What a step changes, and all that is known of a run from outside: the header that every integrator has.
 
+    n = n_u, c = n_c. Between two calls of a loop it is that of the moment the run has come to.
+    """
+
+    now: float  # time [s]
     q: Array[Floats, "n"]
     u: Array[Floats, "n"]
+    g_N: Array[Floats, "n_c"]  # gaps, of the last record or step
     mode: Array[Ints, "n_c"]  # ContactMode
     slip: Array[Ints, "n_c"]  # sign of sliding
     several: Array[Ints, "n_c"]  # whether the last step's problem had several solutions
     P: Array[Floats, "n_c", "1 + d"]  # impulses of the last step
     P_sum: Array[Floats, "n_c", "1 + d"]  # impulses since the last record
+    la: Array[Floats, "n_c", 2]  # forces, of an integrator that has them
     ledger: Array[Floats, N_LEDGER]
     worst: Worst
     counters: Counters
+    event: Event  # that is being written
     events: Array[Floats, "capacity", EVENT_WIDTH]
 
 
 class Columns(NamedTuple):
     """Rows of a ``Record``, each column by itself."""
 
+    t: np.ndarray
     q: np.ndarray
     u: np.ndarray
     g_N: np.ndarray
@@ -92,24 +122,52 @@ class Columns(NamedTuple):
     mode: np.ndarray
     slip: np.ndarray
     ledger: np.ndarray
+    la: np.ndarray
 
 
-class Record(Block):
-    """What a run writes down, one row a record, (m, ...)."""
+class RecordCounts(Block):
+    """What was written."""
 
+    rows: int
+    next: int  # of the times of the records
+
+
+class Steps(Block):
+    """The motion within the steps, u(t + theta h) = u_0 + sum_k B_k theta^k; where they are not kept, the last one."""
+
+    n_steps: int
+    is_kept: int  # 1 where they are kept
+    t: Array[Floats, "steps"]  # beginnings
+    h: Array[Floats, "steps"]  # lengths
+    q: Array[Floats, "steps", "n"]  # at the beginning
+    u: Array[Floats, "steps", "n"]
+    B: Array[Floats, "steps", "degree", "n"]
+
+
+class Record(Block, forces=0, steps=0, degree=0):
+    """What a run writes down, m rows, and the motion within its steps; the caller empties them.
+
+    ``forces`` is m of an integrator that has forces, else 0.
+    """
+
+    counts: RecordCounts
+    steps: Steps
+    t: Array[Floats, "m"]
     q: Array[Floats, "m", "n"]
     u: Array[Floats, "m", "n"]
     g_N: Array[Floats, "m", "n_c"]
-    P: Array[Floats, "m", "n_c", "1 + d"]
+    P: Array[Floats, "m", "n_c", "1 + d"]  # impulses since the row before
     mode: Array[Ints, "m", "n_c"]
     slip: Array[Ints, "m", "n_c"]
     ledger: Array[Floats, "m", N_LEDGER]
+    la: Array[Floats, "forces", "n_c", 2]
 
 
 @functools.lru_cache(maxsize=64)
 def bytes_of_record(n: int, n_c: int, d: int) -> int:
-    """Size of one record with its time and its steps."""
-    return WORD * (3 + sum(column.size for column in new(Record, m=1, n=n, n_c=n_c, d=d)))
+    """Size of one record with its steps."""
+    columns = Columns(*list(new(Record, m=1, n=n, n_c=n_c, d=d))[2:])
+    return WORD * (2 + sum(column.size for column in columns))
 
 
 @kernel
@@ -119,37 +177,39 @@ def set_mode(sys, t, i, mode, slip, k, state, work):
         return
     is_landing = state.mode[i] == ContactMode.OPEN and sys.kinds[i, 0] == UNILATERAL
     kind = IMPACT if is_landing and work.gamma_0[work.start[k]] < 0.0 else MODE_CHANGE
-    add_event(sys, t, kind, i, mode, slip, k, 1, state, work)
+    describe_closed(sys, k, 1, state, work)
+    append_event(t, kind, i, state.mode[i], state.slip[i], mode, slip, state)
     state.mode[i] = mode
     state.slip[i] = slip
 
 
+@kernel
+def describe_closed(sys, k, solutions, state, work):
+    """The event to come is one of closed contact k: its impulses, its velocities before, the number of solutions."""
+    event, i = state.event, work.closed[k]
+    a, b = work.start[k], work.start[k + 1] - 1
+    if sys.kinds[i, 0] != GIVEN_FORCE:
+        event.P_N, event.gamma_N = work.P[a], work.gamma_0[a]
+    if sys.kinds[i, 1] > 0:
+        event.P_F, event.gamma_F = work.P[b], work.gamma_0[b]
+    event.solutions, event.found = solutions, state.counters.found
+
+
 @rare_kernel
-def add_event(sys, t, kind, i, mode, slip, k, solutions, state, work):
-    """Append an event; k is the place of contact i among the closed ones."""
-    m = state.counters.n_events
-    if m >= state.events.shape[0]:
-        state.counters.events_lost += 1
-        return
-    row = state.events
-    a = work.start[k]
-    b = work.start[k + 1] - 1
-    has_normal = sys.kinds[i, 0] != GIVEN_FORCE
-    has_friction = sys.kinds[i, 1] > 0
-    row[m, EVENT_T] = t
-    row[m, EVENT_KIND] = kind
-    row[m, EVENT_CONTACT] = i
-    row[m, EVENT_MODE_0] = state.mode[i]
-    row[m, EVENT_SLIP_0] = state.slip[i]
-    row[m, EVENT_MODE_1] = mode
-    row[m, EVENT_SLIP_1] = slip
-    row[m, EVENT_P_N] = work.P[a] if has_normal else 0.0
-    row[m, EVENT_P_F] = work.P[b] if has_friction else 0.0
-    row[m, EVENT_GAMMA_N] = work.gamma_0[a] if has_normal else 0.0
-    row[m, EVENT_GAMMA_F] = work.gamma_0[b] if has_friction else 0.0
-    row[m, EVENT_SOLUTIONS] = solutions
-    row[m, EVENT_FOUND] = state.counters.found
-    state.counters.n_events += 1
+def append_event(t, kind, i, mode_0, slip_0, mode_1, slip_1, state):
+    """Append ``state.event``, as one of contact i that changes from a mode to another, and clear it."""
+    event, counters = state.event, state.counters
+    row, m = numbers(event), counters.n_events
+    if m < state.events.shape[0]:
+        event.t, event.kind, event.contact = t, kind, i
+        event.mode_0, event.slip_0, event.mode_1, event.slip_1 = mode_0, slip_0, mode_1, slip_1
+        for column in range(EVENT_WIDTH):
+            state.events[m, column] = row[column]
+        counters.n_events = m + 1
+    else:
+        counters.events_lost += 1
+    for column in range(EVENT_WIDTH):
+        row[column] = 0.0
 
 
 @kernel
@@ -222,21 +282,31 @@ def implicit_impulse(i, dt, theta, n, u_0, u_1, work):
 
 
 @kernel
-def write_record(sys, m, t, state, record, work):
-    """Record m: the state, the gaps there, the impulses since the last record; False if the gap function raised."""
-    n, n_c = sys.n, sys.n_c
-    for i in range(n):
+def write_row(t, state, record):
+    """Append a row, of the header as it is; impulses are counted anew from here."""
+    m = record.counts.rows
+    record.t[m] = t
+    for i in range(state.q.shape[0]):
         record.q[m, i] = state.q[i]
         record.u[m, i] = state.u[i]
     for i in range(N_LEDGER):
         record.ledger[m, i] = state.ledger[i]
-    if sys.has & (1 << GAP) and not evaluate(sys, GAP, t, state.q, state.u, work.g_N):
-        return False
-    for i in range(n_c):
-        record.g_N[m, i] = work.g_N[i]
+    has_forces = record.la.shape[0] > 0
+    for i in range(state.mode.shape[0]):
+        record.g_N[m, i] = state.g_N[i]
         record.mode[m, i] = state.mode[i]
         record.slip[m, i] = state.slip[i]
-        for k in range(state.P.shape[1]):
+        for k in range(state.P_sum.shape[1]):
             record.P[m, i, k] = state.P_sum[i, k]
             state.P_sum[i, k] = 0.0
-    return True
+        if has_forces:
+            record.la[m, i, 0], record.la[m, i, 1] = state.la[i, 0], state.la[i, 1]
+    record.counts.rows = m + 1
+
+
+@kernel
+def is_full(rows, events, state, record):
+    """Whether there is no room for so many more rows and events: the caller empties them."""
+    if record.counts.rows + rows > record.t.shape[0] and rows > 0:
+        return True
+    return state.counters.n_events + events > state.events.shape[0]

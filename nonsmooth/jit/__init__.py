@@ -27,11 +27,11 @@ work between processes.
 
 from nonsmooth.jit.cache import cache_directory
 from nonsmooth.jit.fingerprint import identity
-from nonsmooth.jit.kernels import Callback, Kernel, interpreted, kernel, rare_kernel
+from nonsmooth.jit.kernels import Callback, Kernel, handle_of, interpreted, kernel, rare_kernel
 from nonsmooth.jit.loading import load_all
 from nonsmooth.jit.models import CannotCompile, CompiledModel, call_model, compile_model, survey_of
 
 __all__ = [
     "Callback", "CannotCompile", "CompiledModel", "Kernel", "cache_directory", "call_model", "compile_model",
-    "identity", "interpreted", "kernel", "load_all", "rare_kernel", "survey_of",
+    "handle_of", "identity", "interpreted", "kernel", "load_all", "rare_kernel", "survey_of",
 ]  # fmt: skip

@@ -220,6 +220,11 @@ def interpreted(kernel: Kernel) -> Callable:
     return rebind(kernel.function, interpreted)
 
 
+def handle_of(kernel: Kernel, is_compiled: bool) -> Any:
+    """What a `Callback` calls an entry point by: its address, or its source for the interpreter."""
+    return kernel.address if is_compiled else interpreted(kernel)
+
+
 def rebind(function: Callable, replace: Callable[[Kernel], Callable]) -> Callable:
     """Copy a function with each kernel among the globals it reads replaced."""
     bound = dict(function.__globals__)

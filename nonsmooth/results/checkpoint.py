@@ -33,7 +33,7 @@ from nonsmooth.results.checked_array import CheckedArray, checksums_of, verified
 from nonsmooth.results.growing_array import map_rows
 from nonsmooth.results.npz import fill_npz, read_npz
 from nonsmooth.results.seal import require_kind
-from nonsmooth.results.solution import MAX_EVENTS, Solution, Stats, ledger_of, works_by_name
+from nonsmooth.results.solution import MAX_EVENTS, PER_RECORD, Solution, Stats, ledger_of, works_by_name
 
 CHECKPOINT_SCHEMA, KIND = 1, "checkpoint"  # code: of the form of the file
 RECORDS, EVENTS, STATE, PART = "records.npy", "events.npy", "state.npz", "state.npz.part"
@@ -55,14 +55,13 @@ class Shape(NamedTuple):
 
 def row_type(n: int, n_c: int, d: int, has_forces: bool) -> np.dtype:
     """A row of ``records.npy``."""
-    per_contact = [(name, kind, shape) for name, kind, shape in (
-        ("g_N", "<f8", (n_c,)), ("P_N", "<f8", (n_c,)), ("P_F", "<f8", (n_c, d)), ("mode", "<i8", (n_c,)),
-        ("slip", "<i8", (n_c,)),
-    )]  # fmt: skip
+    sizes = {"n_q": n, "n_u": n, "n_c": n_c, "d": d}
+    columns = [
+        (name, dtypes[-1], tuple(size if isinstance(size, int) else sizes[size] for size in shape[1:]))
+        for name, (dtypes, shape) in PER_RECORD.items()
+    ]
     forces = [("la", "<f8", (n_c, 2))] if has_forces else []
-    return np.dtype(
-        [("t", "<f8"), ("q", "<f8", (n,)), ("u", "<f8", (n,)), *per_contact, ("ledger", "<f8", (N_LEDGER,)), *forces]
-    )
+    return np.dtype([*columns, ("ledger", "<f8", (N_LEDGER,)), *forces])
 
 
 class Checkpoint:
@@ -233,9 +232,10 @@ def load_checkpoint(path: Path, system: System | None = None, is_verified: bool 
     find_ledger = functools.partial(_works_at, rows["ledger"])
     if system is not None:
         find_ledger = functools.partial(ledger_of, system, *(rows[name] for name in ("t", "q", "u", "ledger")))
+    columns: dict[str, Any] = {name: rows[name] for name in PER_RECORD}
     solution = Solution(
-        rows["t"], rows["q"], rows["u"], rows["g_N"], rows["P_N"], rows["P_F"], rows["mode"], rows["slip"], events,
-         find_ledger, Stats(**about["stats"]), status, message, about["about"], system,
+        **columns, event_rows=events, find_ledger=find_ledger, stats=Stats(**about["stats"]), status=status,
+        message=message, about=about["about"], system=system,
         la=rows["la"] if "la" in (rows.dtype.names or ()) else None,
     )  # fmt: skip
     return solution if about["facts"].get("records_start", True) or len(rows) < 2 else solution.without_start()

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators import records
 from nonsmooth.mechanics.system import MASS, POTENTIAL, ContactMode, System
+from nonsmooth.results.forms import REAL, WHOLE, Rule
 from nonsmooth.results.motion import Motion, Side, StateAt
 from nonsmooth.views import view
 
@@ -153,9 +154,8 @@ class Stats:
 
     @classmethod
     def from_run(
-        cls, state: records.State, wall_time: float, compile_time: float, dropped: int, is_compiled: bool,
-        **adaptive: int,
-    ) -> Stats:  # fmt: skip
+        cls, state: records.State, wall_time: float, compile_time: float, dropped: int, is_compiled: bool
+    ) -> Stats:
         """From the counters and the worst figures that a run left in its state."""
         counters, worst = state.counters, state.worst
         return cls(
@@ -164,8 +164,23 @@ class Stats:
             dropped + int(counters.events_lost), float(worst.residual),
             float(worst.penetration), float(worst.ledger_error), wall_time, compile_time, is_compiled,
             int(counters.gains), float(worst.gain), int(counters.uncounted),
-            int(counters.shared), **adaptive,
+            int(counters.shared), int(counters.rejected), int(counters.evaluations), int(counters.jacobians),
+            int(counters.factorisations),
         )  # fmt: skip
+
+
+# the columns of the records, in memory and in every file: dtype and shape
+PER_RECORD: dict[str, Rule] = {
+    "t": (REAL, ("n_t",)), "q": (REAL, ("n_t", "n_q")), "u": (REAL, ("n_t", "n_u")), "g_N": (REAL, ("n_t", "n_c")),
+    "P_N": (REAL, ("n_t", "n_c")), "P_F": (REAL, ("n_t", "n_c", "d")), "mode": (WHOLE, ("n_t", "n_c")),
+    "slip": (WHOLE, ("n_t", "n_c")),
+}  # fmt: skip
+
+
+def per_record(record: records.Columns) -> dict[str, np.ndarray]:
+    """Those columns of the rows that a run wrote."""
+    of_contacts = {"P_N": record.P[:, :, 0], "P_F": record.P[:, :, 1:]}
+    return {name: of_contacts[name] if name in of_contacts else getattr(record, name) for name in PER_RECORD}
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,20 +231,24 @@ class Solution:
 
     @classmethod
     def from_run(
-        cls, system: System, integrator: Any, t: np.ndarray, record: records.Columns, event_rows: np.ndarray,
-        status: Status, message: str, stats: Stats, la: np.ndarray | None = None,
-        find_motion: Callable[[], Motion] | None = None, user_events: tuple[list[np.ndarray], ...] = ([], [], []),
+        cls, system: System, integrator: Any, record: records.Columns, event_rows: np.ndarray, status: Status,
+        message: str, stats: Stats, find_motion: Callable[[], Motion] | None = None,
+        user_events: tuple[list[np.ndarray], ...] = ([], [], []),
     ) -> Solution:  # fmt: skip
-        """Assemble from the arrays of the loop."""
+        """Assemble from the rows of the loop."""
+        la = record.la if integrator.has_forces else None
+        find_ledger = functools.partial(ledger_of, system, record.t, record.q, record.u, record.ledger)
+        about = about_run(system, integrator)
+        columns: dict[str, Any] = per_record(record) | {"event_rows": event_rows, "find_ledger": find_ledger}
+        columns |= zip(("t_events", "q_events", "u_events"), user_events, strict=True)
         return cls(
-            t, record.q, record.u, record.g_N, record.P[:, :, 0], record.P[:, :, 1:], record.mode, record.slip,
-            event_rows, functools.partial(ledger_of, system, t, record.q, record.u, record.ledger), stats, status,
-            message, about_run(system, integrator), system, la, find_motion, *user_events,
+            **columns, stats=stats, status=status, message=message, about=about, system=system, la=la,
+            find_motion=find_motion,
         )  # fmt: skip
 
     def without_start(self) -> Solution:
         """The same without its first record; impulses and works remain those since the start."""
-        rows = {name: getattr(self, name)[1:] for name in ("t", "q", "u", "g_N", "P_N", "P_F", "mode", "slip")}
+        rows = {name: getattr(self, name)[1:] for name in PER_RECORD}
         la = None if self.la is None else self.la[1:]
         find_ledger = functools.partial(_ledger_behind_start, self.find_ledger, len(self.t))
         return replace(self, **rows, la=la, find_ledger=find_ledger)

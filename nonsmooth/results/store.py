@@ -19,20 +19,15 @@ import numpy as np
 from nonsmooth.checks.files import as_path, as_place, refusals
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.records import EVENT_WIDTH
-from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
+from nonsmooth.results.forms import REAL, Form, Rule, require_forms
 from nonsmooth.results.hdf5 import put_array, read_sealed, seal_of, write_hdf5
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
-from nonsmooth.results.solution import Solution, Stats
+from nonsmooth.results.solution import PER_RECORD, Solution, Stats
 
 SOLUTION_SCHEMA, KIND = 1, "solution"  # code: of the form of the file
 HDF5 = (".h5", ".hdf5")
 ENDINGS = (".npz", *HDF5)
-PER_RECORD: dict[str, Rule] = {
-    "t": (REAL, ("n_t",)), "q": (REAL, ("n_t", "n_q")), "u": (REAL, ("n_t", "n_u")), "g_N": (REAL, ("n_t", "n_c")),
-    "P_N": (REAL, ("n_t", "n_c")), "P_F": (REAL, ("n_t", "n_c", "d")), "mode": (WHOLE, ("n_t", "n_c")),
-    "slip": (WHOLE, ("n_t", "n_c")),
-}  # fmt: skip
 ARRAYS = PER_RECORD | {"event_rows": (REAL, ("n_events", EVENT_WIDTH))}
 FORCES: dict[str, Rule] = {"la": (REAL, ("n_t", "n_c", 2))}
 LEDGER = "ledger/"

@@ -28,6 +28,7 @@ from nonsmooth.checks.arrays import as_number
 from nonsmooth.contact.islands import find_islands
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.adaptive.options import Adaptive
+from nonsmooth.integrators.contract import Choice
 from nonsmooth.integrators.event_driven.options import SMALLEST_RTOL, EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import interpreted
@@ -44,7 +45,7 @@ STEPS_OF_SPAN = 10_000  # chosen: in the span, of a model without a step of its 
 
 
 @dataclass(frozen=True)
-class Auto:
+class Auto(Choice):
     """The integrator that fits a system and its start, within a tolerance.
 
     Parameters
@@ -74,8 +75,6 @@ class Auto:
     def __post_init__(self) -> None:
         if self.rtol is not None and not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
-
-    chooses_integrator = True
 
     def choose(
         self, model: Any, system: System, t_span: tuple[float, float], q: np.ndarray, u: np.ndarray

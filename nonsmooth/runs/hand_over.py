@@ -10,22 +10,24 @@ begins with small steps, and where nothing but stepping helps, some ten stretche
 
 from __future__ import annotations
 
+import math
 import time
 import warnings
-from typing import Any, NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from nonsmooth.errors import InitialStateWarning, Status
-from nonsmooth.integrators.event_driven.touch import AT_RESUMPTION
-from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_T, N_WORKS, Columns
+from nonsmooth.integrators.contract import Integrator
+from nonsmooth.integrators.event_driven.options import EventDriven
+from nonsmooth.integrators.fixed_step import FixedStep
+from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_T, Columns, State
 from nonsmooth.jit.blocks import numbers
 from nonsmooth.mechanics.initial_state import project_state
 from nonsmooth.results.solution import Solution
-from nonsmooth.runs.event_run import EventRun
-from nonsmooth.runs.extrapolation_run import ExtrapolationRun
-from nonsmooth.runs.run import Run, motion_of_records
-from nonsmooth.runs.times import Grid
+from nonsmooth.runs.recorder import Steps
+from nonsmooth.runs.run import Run, Snapshot
+from nonsmooth.runs.times import RecordTimes, Timetable
 
 STRETCH_PART = 1e-4  # chosen: of the span: what stands for the step of an integrator that chooses its steps
 STRETCH_STEPS = 50  # chosen: steps of the time stepper until events are followed again
@@ -35,25 +37,38 @@ MANY_EVENTS = 100  # chosen: events within one of its steps
 # chosen: steps between two looks at the events: the same ones on a fast machine as on a slow one
 STEPS_BETWEEN_LOOKS = 100
 GIVEN_UP = (Status.CHATTERING, Status.NOT_SOLVED)
-ADDED = ("steps", "solved", "skipped", "kept", "pivots", "several", "gains")
+ADDED = ("steps", "solved", "skipped", "kept", "pivots", "several", "gains", "rejected", "evaluations")
 
 
-class HandingRun(EventRun):
+class HandingRun(Run):
     """One integration in progress, of an integrator that hands over to another one (``hand_over``)."""
 
-    def _block(self, max_steps: int) -> int:
+    follows_since = -math.inf  # [s] begin of the stretch whose events are followed
+    doublings = 0  # of the length of a stretch that another integrator takes over
+    stretches, handed_over = 0, 0.0  # how many there were, and their time [s]
+
+    def block(self, max_steps: int) -> int:
         """A block, and where its events are too dense a stretch of another integrator."""
         stepper = self.integrator.hand_over
+        assert stepper is not None
         steps_left = self.budget - int(self.state.counters.steps)
-        status = super()._block(max(1, min(STEPS_BETWEEN_LOOKS, steps_left)))  # whatever the clock says
+        status = super().block(max(1, min(STEPS_BETWEEN_LOOKS, steps_left)))  # whatever the clock says
         if status in GIVEN_UP or (status == Status.RUNNING and are_dense(self._recent_events(), unit(self, stepper))):
             return step_over(self, stepper, status)
         return status
 
+    def snapshot(self) -> Snapshot:
+        self._handed_before = self.follows_since, self.doublings, self.stretches, self.handed_over
+        return super().snapshot()
+
+    def go_back(self, before: Snapshot) -> None:
+        super().go_back(before)
+        self.follows_since, self.doublings, self.stretches, self.handed_over = self._handed_before
+
     def _recent_events(self) -> np.ndarray:
         """The last events (MANY_EVENTS, EVENT_WIDTH) since events are followed."""
         new = self.state.events[: int(self.state.counters.n_events)]
-        rows = np.concatenate((*self.events[-MANY_EVENTS:], new))[-MANY_EVENTS:]
+        rows = np.concatenate((*self.recorder.events[-MANY_EVENTS:], new))[-MANY_EVENTS:]
         return rows[rows[:, EVENT_T] >= self.follows_since]
 
     def solution(self) -> Solution:
@@ -68,22 +83,20 @@ class HandingRun(EventRun):
 
 
 class Stretch(NamedTuple):
-    """What the other integrator did, in m rows; the states x hold impulses and works since the start of the run."""
+    """What the other integrator did: its rows, from the one that the run stood at on."""
 
-    t: np.ndarray  # (m,)
-    x: np.ndarray  # (m, N)
-    mode: np.ndarray  # (m, c)
-    slip: np.ndarray  # (m, c)
-    steps: tuple[np.ndarray, ...]  # of the motion, t, h, q, u, B; none where they are not kept
+    rows: Columns  # m of them
+    steps: Steps  # of the motion; none where they are not kept
 
 
-def unit(run: EventRun, stepper: Any) -> float:
+def unit(run: HandingRun, stepper: Integrator) -> float:
     """The time [s] within which many events are too dense: a step of the time stepper."""
-    dt = getattr(stepper, "dt", None)
-    return STRETCH_PART * float(run.t_record[-1] - run.t_record[0]) if dt is None else dt
+    if isinstance(stepper, FixedStep):
+        return stepper.dt
+    return STRETCH_PART * float(run.schedule.t[-1] - run.schedule.t[0])
 
 
-def longest(run: EventRun, stepper: Any) -> float:
+def longest(run: HandingRun, stepper: Integrator) -> float:
     """The time [s] that a stretch may take."""
     return STRETCH_STEPS * unit(run, stepper) * 2.0**run.doublings
 
@@ -97,126 +110,110 @@ def are_dense(recent: np.ndarray, dt: float) -> bool:
     return len(recent) >= MANY_EVENTS and times.max() - times.min() < dt and len(np.unique(contacts)) > 1
 
 
-def step_over(run: EventRun, stepper: Any, why: int) -> int:
+def step_over(run: HandingRun, stepper: Integrator, why: int) -> int:
     """Step from the state of the run over a stretch, and put the run behind it; returns a Status."""
-    t = run._time()
+    t = run.time()
     is_stuck = why == Status.NOT_SOLVED and t - run.follows_since < longest(run, stepper)
     run.doublings = min(run.doublings + 1, MOST_DOUBLINGS) if is_stuck else 0
-    t_end = min(t + longest(run, stepper), float(run.t_record[-1]))
-    x = run.scratch.ode.x.copy()
-    take = by_chosen_steps if getattr(stepper, "chooses_steps", False) else by_equal_steps
+    t_end = min(t + longest(run, stepper), float(run.schedule.t[-1]))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InitialStateWarning)
-        other, stretch = take(run, stepper, t, t_end, x)
-    for name in ADDED:
-        setattr(run.state.counters, name, getattr(run.state.counters, name) + getattr(other.state.counters, name))
-    run.state.counters.failed_contact = other.state.counters.failed_contact
-    np.maximum(numbers(run.state.worst), numbers(other.state.worst), out=numbers(run.state.worst))
-    if stretch is None:
-        return other.status
+        other = begin_stretch(run, stepper, t, t_end)
+    most = min(MOST_STEPS << run.doublings, run.budget - int(run.state.counters.steps))
+    other.advance(max(0.0, run.deadline - time.perf_counter()), None, max(1, most) if stepper.chooses_steps else None)
+    add_counts(run.state, other.state)
+    if other.status not in ((Status.FINISHED, Status.BUDGET_SPENT) if stepper.chooses_steps else (Status.FINISHED,)):
+        return int(other.status)
+    stretch = stretch_of(run, other)
     make_admissible(run, stretch)
     write(run, stretch)
-    if run.keeps_steps:
-        run.steps.append(stretch.steps)
-    run.events += other.events
-    run.stretches, run.handed_over = run.stretches + 1, run.handed_over + float(stretch.t[-1]) - t
-    go_on(run, stretch, other.state.P[:, 0])
-    return Status.FINISHED if stretch.t[-1] == run.t_record[-1] else Status.RUNNING
+    run.recorder.events += other.recorder.events
+    run.stretches, run.handed_over = run.stretches + 1, run.handed_over + float(stretch.rows.t[-1]) - t
+    go_on(run, stretch, other.state.P)
+    return int(Status.FINISHED if stretch.rows.t[-1] == run.schedule.t[-1] else Status.RUNNING)
 
 
-def by_equal_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.ndarray) -> tuple[Run, Stretch | None]:
-    """The stretch by a time stepper; None where it failed."""
-    system, contacts, n = run.system, run.scratch.contacts, run.system.n_u
-    times = np.unique(np.concatenate((np.arange(t, t_end, stepper.dt), asked(run, t, t_end), [t_end])))
-    grid = Grid(times, *stepper.steps_between(times))
-    steps = Run(system, stepper, grid, x[:n], x[n : 2 * n], int(contacts.facts.selection), project=False)
-    steps.state.mode[:], steps.state.slip[:] = contacts.mode, contacts.slip
-    steps.advance(None, None)
-    if steps.status != Status.FINISHED:
-        return steps, None
-    record = Columns(*steps.record)
-    rows = np.concatenate((*steps.events, steps.state.events[:0]))
-    motion = motion_of_records(times, record, rows, stepper).steps if run.keeps_steps else ()
-    return steps, Stretch(times, states_of(record, x, system.n_c), record.mode, record.slip, motion)
+def begin_stretch(run: HandingRun, stepper: Integrator, t: float, t_end: float) -> Run:
+    """A run of the other integrator from the state and the modes of this one."""
+    within = run.schedule.t[(run.schedule.t > t) & (run.schedule.t < t_end)]
+    nodes = np.arange(t, t_end, stepper.dt) if isinstance(stepper, FixedStep) else [t]
+    times = np.unique(np.concatenate((nodes, within, [t_end])))
+    every = 0 if isinstance(stepper, FixedStep) else min(int(run.schedule.every), 1)
+    table = Timetable(stepper, RecordTimes(len(times), lambda first, stop: times[first:stop]), every)
+    other = Run(run.system, stepper, table, run.state.q.copy(), run.state.u.copy(), run.selection, project=False)
+    other.state.mode[:], other.state.slip[:] = run.state.mode, run.state.slip
+    if run.record.steps.is_kept:
+        other.keep_steps()
+    return other
 
 
-def by_chosen_steps(run: EventRun, stepper: Any, t: float, t_end: float, x: np.ndarray) -> tuple[Run, Stretch | None]:
-    """The stretch by an integrator that chooses its steps, as far as it comes in its steps; None where it failed."""
-    contacts, n = run.scratch.contacts, run.system.n_u
-    times = np.unique(np.concatenate(([t], asked(run, t, t_end), [t_end])))
-    start, selection = (x[:n].copy(), x[n : 2 * n].copy()), int(contacts.facts.selection)
-    steps = ExtrapolationRun(run.system, stepper, times, min(run.every, 1), *start, selection, project=False)
-    if run.keeps_steps:
-        steps.keep_steps()
-    stepper.begin(steps.scratch, contacts.mode, contacts.slip, selection)
-    most = min(MOST_STEPS << run.doublings, run.budget - int(run.state.counters.steps))
-    steps.advance(max(0.0, run.deadline - time.perf_counter()), None, max(1, most))
-    mine, its = run.scratch.ode.counters, steps.scratch.counters
-    mine.rejected += its.rejected
-    mine.evaluations += its.substeps
-    if steps.status not in (Status.FINISHED, Status.BUDGET_SPENT):
-        return steps, None
-    t_rows, x_rows, mode, slip = steps.rows_to_now()
-    x_rows[:, 2 * n + run.system.n_c :] += x[2 * n + run.system.n_c :]
-    motion = tuple(map(np.concatenate, zip(*steps.steps, strict=True)))
-    return steps, Stretch(t_rows, x_rows, mode, slip, motion)
+def add_counts(mine: State, its: State) -> None:
+    """What the other integrator counted, and its worst figures."""
+    for name in ADDED:
+        setattr(mine.counters, name, getattr(mine.counters, name) + getattr(its.counters, name))
+    mine.counters.failed_contact = its.counters.failed_contact
+    np.maximum(numbers(mine.worst), numbers(its.worst), out=numbers(mine.worst))
 
 
-def make_admissible(run: EventRun, stretch: Stretch) -> None:
+def stretch_of(run: HandingRun, other: Run) -> Stretch:
+    """The rows of the other run, the state that it has come to as the last, and its motion."""
+    rows = other.recorder.records(other)
+    if rows.t[-1] < other.time():
+        rows = Columns(*map(np.concatenate, zip(rows, other.present_row(), strict=True)))
+    if not run.record.steps.is_kept:
+        return Stretch(rows, ())
+    if isinstance(other.integrator, FixedStep):
+        return Stretch(rows, other.between(rows, other.recorder.event_rows()).steps)
+    return Stretch(rows, tuple(map(np.concatenate, zip(*other.recorder.steps, strict=True))))
+
+
+def make_admissible(run: HandingRun, stretch: Stretch) -> None:
     """Move the end to the nearest admissible positions; in the motion the last step does it, by 6 theta (1 - theta)."""
-    n, q, u = run.system.n_u, *np.split(stretch.x[-1, : 2 * run.system.n_u], 2)
-    q_1, _ = project_state(run.system, float(stretch.t[-1]), q, u)
+    rows = stretch.rows
+    q, u = rows.q[-1].copy(), rows.u[-1]
+    q_1, _ = project_state(run.system, float(rows.t[-1]), q, u)
     if stretch.steps and len(stretch.steps[0]):
         _, h, _, _, B = stretch.steps
         bulge = 6.0 * (q_1 - q) / h[-1]
         B[-1, 0] += bulge
         B[-1, 1] -= bulge
-    stretch.x[-1, :n] = q_1
+    rows.q[-1] = q_1
 
 
-def asked(run: EventRun, t: float, t_end: float) -> np.ndarray:
-    """The record times within the stretch."""
-    return run.t_record[(run.t_record > t) & (run.t_record < t_end)]
+def write(run: HandingRun, stretch: Stretch) -> None:
+    """The rows that were asked for: all, the last, or those at the record times; impulses and works go on from those of
+    the run, forces are the mean of a step."""
+    rows, state, every = stretch.rows, run.state, int(run.schedule.every)
+    dt = np.diff(rows.t)
+    la = np.zeros((len(rows.t), run.system.n_c, 2))
+    lasts = dt > 0.0  # no jump of the velocities
+    la[1:, :, : rows.P.shape[2]][lasts] = rows.P[1:][lasts] / dt[lasts, None, None]
+    rows = rows._replace(P=rows.P.copy(), ledger=rows.ledger + state.ledger, la=la)
+    rows.P[0] += state.P_sum
+    state.ledger[:] = rows.ledger[-1]
+    chosen = np.arange(len(rows.t))[1 if every == 1 else -1 :]
+    if every == 0:
+        chosen = np.flatnonzero(np.isin(rows.t, run.schedule.t[run.record.counts.next :]))
+        run.record.counts.next += len(chosen)
+    taken, rest = impulses_between(rows.P, chosen)
+    state.P_sum[:] = rest
+    run.recorder.rows.append(Columns(*(column[chosen] for column in rows))._replace(P=taken))
+    if stretch.steps:
+        run.recorder.steps.append(stretch.steps)
 
 
-def states_of(record: Columns, x: np.ndarray, n_c: int) -> np.ndarray:
-    """The records as states (m, N) of the run, which stood at x: q, u, gaps, impulses and works since its start."""
-    P = np.cumsum(record.P, axis=0)
-    P_F = P[:, :, 1] if P.shape[2] > 1 else np.zeros((len(P), n_c))
-    works = record.ledger[:, :N_WORKS]
-    n_state = record.q.shape[1] + record.u.shape[1]
-    since = np.concatenate((P[:, :, 0], P_F, works), axis=1) + x[n_state + n_c :]
-    return np.concatenate((record.q, record.u, record.g_N, since), axis=1)
+def impulses_between(P: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The impulses (k, n_c, 1 + d) from one chosen row to the next, and those behind the last of them."""
+    ends = np.split(P, chosen + 1)
+    sums = [part.sum(axis=0) for part in ends]
+    return np.array(sums[:-1]).reshape(-1, *P.shape[1:]), sums[-1]
 
 
-def write(run: EventRun, stretch: Stretch) -> None:
-    """The rows that were asked for: all, the last, or those at the record times; forces are the mean of a step."""
-    n, n_c = run.system.n_u, run.system.n_c
-    P = stretch.x[:, 2 * n + n_c : 2 * n + 3 * n_c].reshape(-1, 2, n_c).transpose(0, 2, 1)
-    la = np.zeros_like(P)
-    lasts = np.diff(stretch.t) > 0.0  # no jump of the velocities
-    la[1:][lasts] = np.diff(P, axis=0)[lasts] / np.diff(stretch.t)[lasts, None, None]
-    columns = (stretch.t, stretch.x, la, stretch.mode, stretch.slip)
-    if run.every > 0:
-        chosen = slice(1, None) if run.every == 1 else slice(-1, None)
-        run.rows.append(tuple(column[chosen].copy() for column in columns))
-        return
-    counts, _, *trail = run.trail
-    for k in np.flatnonzero(np.isin(stretch.t, run.t_record[counts.next :])):
-        for target, column in zip(trail, columns, strict=True):
-            target[counts.rows] = column[k]
-        counts.rows += 1
-        counts.next += 1
-
-
-def go_on(run: EventRun, stretch: Stretch, P_N: np.ndarray) -> None:
-    """Follow events again from the end of a stretch, where the normal impulses were P_N (n_c,)."""
-    arrays, n = run.scratch, run.system.n_u
-    contacts = arrays.contacts
-    arrays.ode.x[:], arrays.ode.clock.now = stretch.x[-1], stretch.t[-1]
-    run.state.q[:], run.state.u[:] = stretch.x[-1, :n], stretch.x[-1, n : 2 * n]
-    contacts.mode[:], contacts.slip[:] = stretch.mode[-1], stretch.slip[-1]
-    contacts.sign[:] = np.where(P_N < 0.0, -1, 1)
-    contacts.facts.event = AT_RESUMPTION
-    run.follows_since = float(stretch.t[-1])
-    run.trail.counts.stalls = 0
+def go_on(run: HandingRun, stretch: Stretch, P: np.ndarray) -> None:
+    """Follow events again from the end of a stretch, whose last step had the impulses P (n_c, 1 + d)."""
+    state, rows = run.state, stretch.rows
+    state.now, state.P[:] = rows.t[-1], P
+    for name in ("q", "u", "g_N", "mode", "slip"):
+        getattr(state, name)[:] = getattr(rows, name)[-1]
+    cast(EventDriven, run.integrator).resume(state, run.memory)
+    run.follows_since = float(rows.t[-1])

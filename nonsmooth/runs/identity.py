@@ -23,7 +23,7 @@ def facts_of_run(
     of a callable without code its name does.
     """
     functions = {name: system.functions[which] for name, which in FUNCTION_NAMES.items() if which in system.functions}
-    kernels = (integrator.loop, *getattr(integrator, "callbacks", ()))
+    kernels = integrator.kernels
     return {
         "version": __version__,
         "code of": {

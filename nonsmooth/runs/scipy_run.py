@@ -9,20 +9,31 @@ ends in an event on the wrong side of a saddle within it is not told.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.integrators.penalty.loop import MAX_STALLS, accept, begin_run, evaluate_contacts, switch
+from nonsmooth.errors import Status
+from nonsmooth.integrators.penalty.loop import (
+    MAX_STALLS,
+    accept,
+    begin_run,
+    evaluate_contacts,
+    switch,
+    take_state,
+    write_state,
+)
+from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.integrators.radau.events import EVENT_ROUNDINGS, NO_EVENT
+from nonsmooth.integrators.radau.header import take_counts
 from nonsmooth.integrators.radau.stages import GAMMA
 from nonsmooth.integrators.records import N_FUNCTIONS
 from nonsmooth.jit import Kernel, interpreted
 from nonsmooth.jit.blocks import Block
 from nonsmooth.numerics.rounding import FORWARD_INCREMENT, rounding_of_sum
-from nonsmooth.runs.adaptive_run import AdaptiveRun
+from nonsmooth.runs.ongoing import set_handles
+from nonsmooth.runs.run import Run
 
 PASSED = 10.0  # chosen: tolerances by which an event function may be negative where no event was found
 
@@ -34,21 +45,17 @@ class RatesRefused(Exception):
         self.status = status
 
 
-class ScipyRun(AdaptiveRun):
+class ScipyRun(Run):
     """One integration in progress, by ``scipy.integrate.solve_ivp``."""
+
+    integrator: Penalty
 
     stalls = 0  # changes of mode without a step between
     known: tuple[Any, np.ndarray] = (None, np.zeros(0))  # the state of the last event functions, and their values
 
-    def look_for(self, events: Sequence[Callable]) -> None:
-        """Refuse: the motion within the steps, which events need, is not kept."""
-        raise InvalidInput(
-            f"events of the user need the motion within the steps, which method={self.integrator.method!r} does not "
-            "keep; take method='compiled'"
-        )
-
-    def _block(self, max_steps: int) -> int:
+    def step_loop(self, max_steps: int) -> int:
         """Integrate to the next event, or to the end."""
+        ode = self.memory.ode
         try:
             with np.errstate(all="ignore"):
                 return self._to_next_event()
@@ -56,13 +63,18 @@ class ScipyRun(AdaptiveRun):
             return refused.status
         except ValueError:  # the root of an event function has no bracket on the solver's own interpolant
             return Status.NOT_SOLVED
+        finally:
+            interpreted(take_state)(ode.clock.now, ode.x, self.state, self.memory)
+            interpreted(take_counts)(ode, self.state)
 
     def _to_next_event(self) -> int:
-        ode = self.scratch.ode
-        rates, functions = self._callbacks()
-        if not self.rows:
-            self._accept(self._call(begin_run, self.scratch))
+        ode = self.memory.ode
+        set_handles(self.integrator, self.model.is_compiled, self.sys, self.schedule, self.memory)
+        rates, functions = ode.rates, self.memory.events.functions
+        if not self.state.counters.is_begun:
+            self._accept(self._call(begin_run, self.memory))
             self._write(ode.clock.now, ode.x)
+            self.state.counters.is_begun = 1
         if self.state.counters.n_events + self.system.n_c > len(self.state.events):
             return Status.RUNNING
         which = self._fallen(self._evaluate(functions, ode.clock.now, ode.x), 1.0)
@@ -74,16 +86,16 @@ class ScipyRun(AdaptiveRun):
         self.stalls += 1
         if self.stalls > MAX_STALLS * N_FUNCTIONS * self.system.n_c:
             return Status.CHATTERING
-        self._accept(self._call(switch, which, self.state, self.scratch))
-        self.scratch.events.found.handled = which
+        self._accept(self._call(switch, which, self.state, self.memory))
+        self.memory.events.found.handled = which
         return Status.RUNNING
 
     def _solve(self, rates: Any, functions: Any) -> tuple[int, int]:
         """(the event that ended it, RUNNING), NO_EVENT at the end, or the status of a failure."""
         from scipy.integrate import solve_ivp
 
-        ode, contacts = self.scratch.ode, self.scratch.contacts
-        start, end = float(ode.clock.now), float(self.t_record[-1])
+        ode, contacts = self.memory.ode, self.memory.contacts
+        start, end = float(ode.clock.now), float(self.schedule.t[-1])
         if not end > start:
             return NO_EVENT, Status.RUNNING
         n_events = N_FUNCTIONS * self.system.n_c
@@ -118,7 +130,7 @@ class ScipyRun(AdaptiveRun):
 
     def _steps_over_saddle(self, rates: Any, found: Any) -> bool:
         """Whether det(gamma/h - J) < 0 at an end of a step: an odd number of modes grow faster than it resolves."""
-        n, h = len(self.scratch.ode.atol), np.diff(found.t)
+        n, h = len(self.memory.ode.atol), np.diff(found.t)
         longest = np.fmax(np.append(h, 0.0), np.append(0.0, h))  # of the steps that meet there
         return any(
             length > 0 and np.linalg.slogdet(GAMMA / length * np.eye(n) - self._jacobian(rates, t, x)[:n])[0] < 0
@@ -127,7 +139,7 @@ class ScipyRun(AdaptiveRun):
 
     def _jacobian(self, rates: Any, t: float, x: np.ndarray) -> np.ndarray:
         """dx'/dx by forward differences."""
-        ode = self.scratch.ode
+        ode = self.memory.ode
         n = len(ode.atol)
         f_0, J = self._evaluate(rates, t, x), np.zeros((len(x), n))
         for j in range(n):
@@ -138,29 +150,27 @@ class ScipyRun(AdaptiveRun):
 
     def _record(self, found: Any, start: float, moment: float) -> None:
         """Write the rows that were asked for, of the steps of one call."""
-        if self.every == 0:
-            for t in self.t_record[(self.t_record > start) & (self.t_record <= moment)]:
+        if int(self.schedule.every) == 0:
+            for t in self.schedule.t[(self.schedule.t > start) & (self.schedule.t <= moment)]:
                 self._write(t, found.sol(t))
             return
         last = len(found.t) - 1
         for k in range(1, last + 1):
-            if k % self.every == 0 or k == last:
+            if k % int(self.schedule.every) == 0 or k == last:
                 self._write(found.t[k], found.y[:, k])
 
     def _write(self, t: float, x: np.ndarray) -> None:
-        contacts = self.scratch.contacts
         x = np.ascontiguousarray(x)
-        self._evaluate(self._callbacks()[0], t, x)
-        v = 2 * self.system.n_u + self.system.n_c  # the normal velocities are no part of a row
-        row = np.delete(x, slice(v, v + self.system.n_c))
-        columns = (np.array([t]), row, contacts.la.copy(), contacts.mode.copy(), contacts.slip.copy())
-        self.rows.append((columns[0], *(column[None] for column in columns[1:])))
+        self._evaluate(self.memory.ode.rates, t, x)
+        if self.record.counts.rows == len(self.record.t):
+            self.recorder.take(self, Status.RUNNING)
+        interpreted(write_state)(t, x, self.state, self.record, self.memory)
 
     def _evaluate(self, function: Any, t: float, x: np.ndarray) -> np.ndarray:
         out = np.zeros(max(len(x), 2 * N_FUNCTIONS * self.system.n_c))
         x = np.ascontiguousarray(x)
-        self._accept(self._call(evaluate_contacts, function, t, x, out, self.scratch))
-        return out[: len(x)] if function == self._callbacks()[0] else out
+        self._accept(self._call(evaluate_contacts, function, t, x, out, self.memory))
+        return out[: len(x)] if function == self.memory.ode.rates else out
 
     def _event(self, functions: Any, e: int) -> Callable:
         """Event function e for SciPy; all of them are asked for at the same state, one after the other."""
@@ -177,7 +187,7 @@ class ScipyRun(AdaptiveRun):
 
     def _fallen(self, values: np.ndarray, loose: float) -> int:
         """The first event function below minus its tolerance; of an event just handled, below what is left of it."""
-        events = self.scratch.events
+        events = self.memory.events
         n = N_FUNCTIONS * self.system.n_c
         handled = events.found.handled
         events.floor[:] = 0.0
@@ -187,17 +197,18 @@ class ScipyRun(AdaptiveRun):
         below = np.flatnonzero(values[:n] < -loose * values[n : 2 * n] - events.floor)
         return int(below[0]) if len(below) else NO_EVENT
 
-    def _message(self) -> str:
+    def message(self) -> str:
+        """How the run ended, in a sentence."""
         if self.status != Status.NOT_SOLVED:
-            return super()._message()
+            return super().message()
         return (
             f"SciPy's {self.integrator.method} went past the end of a contact mode without seeing it, or over a force "
-            f"that grows faster than its steps resolve, after t = {self._time():.9g} s, {self._where()}; take "
+            f"that grows faster than its steps resolve, after t = {self.time():.9g} s, {self._where()}; take "
             "method='compiled', or a smaller rtol"
         )
 
     def _call(self, kernel: Kernel, *arguments: Any) -> int:
-        handed = [self._handed(part)[0] if isinstance(part, Block) else part for part in (self.sys, *arguments)]
+        handed = [self.handed(part)[0] if isinstance(part, Block) else part for part in (self.sys, *arguments)]
         return (kernel.dispatcher if self.model.is_compiled else interpreted(kernel))(*handed)
 
     def _accept(self, status: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from contextvars import ContextVar
 from typing import Any
@@ -12,12 +13,14 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_count, as_flag, as_name, as_positive, as_vector
 from nonsmooth.contact.planar.single import Selection
 from nonsmooth.errors import EnergyGainWarning, InvalidInput, Status, shown, warn_caller
-from nonsmooth.integrators.records import bytes_of_record
+from nonsmooth.integrators.contract import Choice, Integrator
 from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.results.solution import Solution, energy_gain
+from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.run import Run
-from nonsmooth.runs.times import make_grid, record_times
+from nonsmooth.runs.times import make_timetable
 from nonsmooth.runs.user_events import as_functions
+from nonsmooth.runs.watched import watch_of
 from nonsmooth.signals.telling import listener
 
 _is_whole: ContextVar[bool] = ContextVar("is_whole", default=False)  # whether a part of a motion is of no use
@@ -142,12 +145,9 @@ def simulate(
     elif functions:
         raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
     else:
-        from nonsmooth.runs.streamed_run import streamed_run
-        from nonsmooth.runs.streaming import as_place
-
-        run = streamed_run(*task, as_place(checkpoint, resume, checkpoint_every))
+        run = checkpointed_run(*task, checkpoint, resume, checkpoint_every)
     if functions:
-        run.look_for(functions)
+        run.watch = watch_of(run, functions)
     run.advance(max_wall_time, progress, max_steps)
     if run.status == Status.INTERRUPTED and _is_whole.get():
         raise KeyboardInterrupt
@@ -183,47 +183,49 @@ def choose(
         from nonsmooth.runs.choice import Auto
 
         integrator = Auto()
-    if getattr(integrator, "chooses_integrator", False) and not isinstance(integrator, type):
-        chosen: tuple[Any, str] = integrator.choose(model, system, t_span, q, u)
-        return chosen
+    if isinstance(integrator, Choice):
+        return integrator.choose(model, system, t_span, q, u)
     require_integrator(integrator)
     return integrator, None
 
 
 def require_integrator(integrator: Any) -> None:
     """Raise `InvalidInput` for what is no integrator."""
-    if isinstance(integrator, type) or not callable(getattr(integrator, "scratch", None)):
+    if not isinstance(integrator, Integrator):
         raise InvalidInput(
             f"integrator must be an integrator, as ns.MoreauJean(dt=1e-3) is, or 'auto'; got {shown(integrator)}"
         )
 
 
 def new_run(
-    system: System, integrator: Any, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None,
-    q0: np.ndarray, u0: np.ndarray, selection: int, project: bool,
+    system: System, integrator: Integrator, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None,
+    q0: np.ndarray, u0: np.ndarray, selection: int, project: bool, recorder: Recorder | None = None,
 ) -> Run:  # fmt: skip
-    """The run of an integrator: on a grid of steps, or with steps that it chooses itself."""
-    if not getattr(integrator, "chooses_steps", False):
-        row_bytes = bytes_of_record(system.n_u, system.n_c, system.d)
-        grid = make_grid(integrator, t_span, every, t_eval, row_bytes)
-        return Run(system, integrator, grid, q0, u0, selection, project)
-    times = record_times(t_span, every, t_eval)
-    if getattr(integrator, "extrapolates", False):
-        from nonsmooth.runs.extrapolation_run import ExtrapolationRun
+    """The run of an integrator, which may hand it over or leave it to SciPy."""
+    kind = Run
+    if integrator.hand_over is not None:
+        from nonsmooth.runs.hand_over import HandingRun as kind
+    elif not integrator.is_compiled:
+        from nonsmooth.runs.scipy_run import ScipyRun as kind
+    table = make_timetable(integrator, t_span, every, t_eval)
+    return kind(system, integrator, table, q0, u0, selection, project, recorder)
 
-        return ExtrapolationRun(system, integrator, *times, q0, u0, selection, project)
-    if getattr(integrator, "hand_over", None) is not None:
-        from nonsmooth.runs.hand_over import HandingRun
 
-        return HandingRun(system, integrator, *times, q0, u0, selection, project)
-    if getattr(integrator, "has_rigid_contacts", False):
-        from nonsmooth.runs.event_run import EventRun
+def checkpointed_run(
+    system: System, integrator: Integrator, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None,
+    q0: np.ndarray, u0: np.ndarray, selection: int, project: bool, checkpoint: Any, resume: Any, seconds: float,
+) -> Run:  # fmt: skip
+    """The run of an integrator, with its checkpoint.
 
-        return EventRun(system, integrator, *times, q0, u0, selection, project)
-    if integrator.is_compiled:
-        from nonsmooth.runs.adaptive_run import AdaptiveRun
+    Raises
+    ------
+    InvalidInput
+        For a checkpoint of another run, and a method that cannot be checkpointed.
+    """
+    from nonsmooth.runs.identity import facts_of_run
+    from nonsmooth.runs.streaming import StreamingRecorder, as_place, require_checkpointable
 
-        return AdaptiveRun(system, integrator, *times, q0, u0, project)
-    from nonsmooth.runs.scipy_run import ScipyRun
-
-    return ScipyRun(system, integrator, *times, q0, u0, project)
+    require_checkpointable(integrator)
+    task = system, integrator, t_span, every, t_eval, q0, u0, selection, project
+    facts = functools.partial(facts_of_run, *task)
+    return new_run(*task, StreamingRecorder(facts, as_place(checkpoint, resume, seconds)))

@@ -1,15 +1,15 @@
-"""Runs that write their rows to a checkpoint as they go, and go on where the checkpoint ends.
+"""A recorder that writes to a checkpoint, so that a run goes on where the checkpoint ends.
 
-Between two blocks the new records and events are appended to the files of the checkpoint; every so many seconds all
-that the next step depends on is kept: the blocks of memory that the loop works in, bit by bit. A run that goes on from
-there takes the steps that it would have taken. Records are never all in memory; the Solution maps the file.
+Between two blocks of steps the new records and events are appended to the files of the checkpoint; every so many
+seconds all that the next step depends on is kept: the blocks of memory that the loop works in, bit by bit. A run that
+goes on from there takes the steps that it would have taken. Records are never all in memory; a fixed step is given its
+record times a window at a time, and the Solution maps the file.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,11 +18,15 @@ import numpy as np
 from nonsmooth.checks.arrays import as_non_negative
 from nonsmooth.checks.files import as_path
 from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.integrators.records import Columns
-from nonsmooth.results.checkpoint import Checkpoint, load_checkpoint
-from nonsmooth.results.solution import MAX_EVENTS, Solution, Stats, about_run
-from nonsmooth.runs.run import Run
+from nonsmooth.integrators.records import Columns, Record, bytes_of_record
+from nonsmooth.jit.blocks import numbers
+from nonsmooth.results.checkpoint import Checkpoint, Shape, load_checkpoint
+from nonsmooth.results.solution import MAX_EVENTS, Solution, about_run, per_record
+from nonsmooth.runs.ongoing import Ongoing
+from nonsmooth.runs.recorder import Recorder, new_rows
 from nonsmooth.signals.interruption import interrupts_held_back
+
+WINDOW = 2**22  # chosen: bytes of records in memory
 
 
 @dataclass(frozen=True)
@@ -49,106 +53,139 @@ def as_place(checkpoint: Any, resume: Any, seconds: float) -> Place:
     return Place(path, checkpoint is not None, resume is not None, seconds)
 
 
-class Streaming(Run):
-    """What makes a run one that streams; it stands before the run's class among the bases."""
+def require_checkpointable(integrator: Any) -> None:
+    """Raise `InvalidInput` for a run whose state is not all in its blocks."""
+    if not integrator.is_compiled:
+        raise InvalidInput(
+            f"a run by SciPy's {integrator.method} cannot be checkpointed, its state is SciPy's own; "
+            "method='compiled' can"
+        )
+    if integrator.hand_over is not None:
+        raise InvalidInput(
+            "an EventDriven run that may be handed over cannot be checkpointed; give integrator=EventDriven() without "
+            "hand_over, or MoreauJean(dt)"
+        )
+
+
+class StreamingRecorder(Recorder):
+    """Rows and events go to a file.
+
+    Parameters
+    ----------
+    facts : callable
+        ``facts(is_compiled)``: all that the bits of the run depend on.
+    place : Place
+    """
 
     store: Checkpoint
 
-    def new_rows(self) -> np.ndarray:
-        """Take the records that are not in the file yet, as its rows."""
-        raise NotImplementedError
+    def __init__(self, facts: Any, place: Place) -> None:
+        super().__init__()
+        self.facts, self.place = facts, place
+        self.first = 0  # the record time at which the window begins
 
-    def memory(self) -> dict[str, np.ndarray]:
-        """All that the next step depends on, as bits."""
-        return {"state": self.state.words.view(np.int64), "scratch": self.scratch.words.view(np.int64)}
+    def window(self, run: Ongoing) -> int:
+        if run.integrator.chooses_steps:
+            return run.table.count
+        self.size = max(2, WINDOW // bytes_of_record(run.system.n_u, run.system.n_c, run.system.d))
+        return min(self.size, run.table.count)
 
-    def go_on(self) -> None:
-        """Get ready after the memory was filled with what was kept."""
+    def room(self, run: Ongoing, keeps_steps: bool) -> Record:
+        """The steps between the rows are not kept."""
+        return super().room(run, keeps_steps=False)
 
-    def next_window(self, status: int) -> int:
-        """Make room for more records where the loop came to the end of its own."""
-        return status
-
-    def last_row(self) -> np.ndarray | None:
-        """The state at which the run stopped, where no record shows it."""
-        return None
-
-    def attach(self, store: Checkpoint, seconds: float) -> None:
+    def begin(self, run: Ongoing) -> None:
         """Take the state that was kept, or keep that of the start."""
-        self.store, self.seconds = store, seconds
+        shape = Shape(run.system.n_u, run.system.n_c, run.system.d, run.integrator.has_forces)
+        facts = self.facts(run.model.is_compiled)
+        self.store = Checkpoint(self.place.path, facts, shape, self.place.may_begin, self.place.may_resume)
         with ExitStack() as refused:
-            refused.callback(store.close)
-            self._take_kept() if store.kept else self._keep_start()
+            refused.callback(self.store.close)
+            self._take_kept(run) if self.store.kept else self._keep_start(run)
             refused.pop_all()
         self.kept_at = time.perf_counter()
 
-    def _take_kept(self) -> None:
-        self._load_for_retry()  # the loop may reach it: the state says whether
-        for name, memory in self.memory().items():
+    def _memory(self, run: Ongoing) -> dict[str, np.ndarray]:
+        """All that the next step depends on, as bits."""
+        blocks = {"state": run.state.words, "memory": run.memory.words}
+        return {name: words.view(np.int64) for name, words in blocks.items()} | {"counts": numbers(run.record.counts)}
+
+    def _take_kept(self, run: Ongoing) -> None:
+        run.load_for_retry()  # the loop may reach it: the state says whether
+        for name, memory in self._memory(run).items():
             if name not in self.store.kept or self.store.kept[name].shape != memory.shape:
                 raise InvalidInput(f"the checkpoint {str(self.store.path)!r} is damaged: {name} has another size")
-            block = {"state": self.state, "scratch": self.scratch}.get(name)
-            if block is not None:
-                block.restore(self.store.kept[name])
-            else:
-                memory[:] = self.store.kept[name]
-        self.go_on()
-        self.status = Status.FINISHED if self.store.status == Status.FINISHED else Status.RUNNING
+        run.state.restore(self.store.kept["state"])
+        run.memory.restore(self.store.kept["memory"])
+        numbers(run.record.counts)[:] = self.store.kept["counts"]
+        self._open_window(run)
+        run.status = Status.FINISHED if self.store.status == Status.FINISHED else Status.RUNNING
 
-    def _keep_start(self) -> None:
-        super()._block(0)  # writes the record of the start
-        self._write()
-        self._keep()
+    def _keep_start(self, run: Ongoing) -> None:
+        run.step_loop(0)  # writes the record of the start
+        self._write(run)
+        self._keep(run)
 
-    def advance(
-        self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None = None
-    ) -> None:
-        with closing(self.store):
-            super().advance(max_wall_time, progress, max_steps)
-            with interrupts_held_back():
-                self._write()
-                last = None if self.status == Status.FINISHED else self.last_row()
-                if last is not None:
-                    self.store.write_last(last)
-                self._keep()
+    def _open_window(self, run: Ongoing) -> None:
+        """Give a fixed step the record times from the last record on."""
+        if run.integrator.chooses_steps:
+            return
+        self.first = max(0, self.store.n_records - 1)
+        run.state.counters.interval = 0
+        run.schedule = run.table.schedule(self.first, min(self.first + self.size, run.table.count))
 
-    def solution(self) -> Solution:
-        """What the checkpoint holds."""
-        return load_checkpoint(self.store.path, self.system, is_verified=True)
-
-    def _block(self, max_steps: int) -> int:
-        status = super()._block(max_steps)
+    def take(self, run: Ongoing, status: int) -> int:
         with interrupts_held_back():
-            self._write()
-            status = self.next_window(status)
-            if status == Status.RUNNING and time.perf_counter() - self.kept_at >= self.seconds:
-                self._keep()
+            self._write(run)
+            if status == Status.FINISHED and self.first + len(run.schedule.t) < run.table.count:
+                self._open_window(run)
+                status = Status.RUNNING
+            if status == Status.RUNNING and time.perf_counter() - self.kept_at >= self.place.seconds:
+                self._keep(run)
                 self.kept_at = time.perf_counter()
         return status
 
-    def _write(self) -> None:
-        """Append the records and events that are new."""
-        self.store.write(self.new_rows(), self.state.events[: self.state.counters.n_events])
-        self.state.counters.n_events = 0
-        self.events_dropped = max(0, self.store.n_events - MAX_EVENTS)
-
-    def _keep(self) -> None:
-        ended = "" if self.status == Status.RUNNING else self._message()
-        self.store.keep(self.memory(), about_run(self.system, self.integrator), self.status, ended, self._stats())
-
-    def _collect_events(self) -> None:
+    def take_events(self, run: Ongoing) -> None:
         """They are written with the records."""
 
-    def _stats(self) -> Stats:
-        stats = super()._stats()
-        return replace(stats, wall_time=self.store.wall_time + stats.wall_time)
+    def end(self, run: Ongoing) -> None:
+        with interrupts_held_back():
+            self._write(run)
+            last = None if run.status == Status.FINISHED else self._last_row(run)
+            if last is not None:
+                self.store.write_last(self._as_rows(last))
+            self._keep(run)
 
-    def as_rows(self, t: np.ndarray, record: Columns, la: np.ndarray | None = None) -> np.ndarray:
+    def close(self) -> None:
+        self.store.close()
+
+    def _last_row(self, run: Ongoing) -> Columns | None:
+        """The state at which the run stopped, where no record shows it."""
+        if run.state.counters.step > 0:
+            return run.present_row()
+        return None if self.store.n_records else run.bare_row()
+
+    def _write(self, run: Ongoing) -> None:
+        """Append the records and events that are new."""
+        counters = run.state.counters
+        self.store.write(self._as_rows(new_rows(run.record)), run.state.events[: counters.n_events])
+        counters.n_events = 0
+        self.events_dropped = max(0, self.store.n_events - MAX_EVENTS)
+
+    def _keep(self, run: Ongoing) -> None:
+        ended = "" if run.status == Status.RUNNING else run.message()
+        stats = replace(run.stats(), wall_time=self.store.wall_time + run.wall_time)
+        self.store.keep(self._memory(run), about_run(run.system, run.integrator), run.status, ended, stats)
+
+    def _as_rows(self, record: Columns) -> np.ndarray:
         """Records as rows of the file."""
-        rows = np.empty(len(t), self.store.row)
-        rows["t"], rows["P_N"], rows["P_F"] = t, record.P[:, :, 0], record.P[:, :, 1:]
-        for name in ("q", "u", "g_N", "mode", "slip", "ledger"):
-            rows[name] = getattr(record, name)
-        if la is not None:
-            rows["la"] = la
+        rows = np.empty(len(record.t), self.store.row)
+        for name, column in per_record(record).items():
+            rows[name] = column
+        rows["ledger"] = record.ledger
+        if "la" in (self.store.row.names or ()):
+            rows["la"] = record.la
         return rows
+
+    def stored(self, run: Ongoing) -> Solution:
+        return load_checkpoint(self.store.path, run.system, is_verified=True)

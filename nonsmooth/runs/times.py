@@ -1,4 +1,4 @@
-"""When a run steps and records: its span, its record times, its grid of equal steps."""
+"""When a run steps and records: its span, its record times, its timetable."""
 
 from __future__ import annotations
 
@@ -10,26 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_count, as_number, as_vector
-from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.integrators.moreau_jean.step import Intervals
-from nonsmooth.jit.blocks import WORD, new
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Times of the records (m + 1,), and the steps between them (m,)."""
-
-    t: np.ndarray
-    dts: np.ndarray
-    steps: np.ndarray
-
-
-def intervals_of(grid: Grid) -> Intervals:
-    """The block of a grid that the loop over the steps reads."""
-    intervals = new(Intervals, m=len(grid.dts))
-    intervals.t[:], intervals.dt[:], intervals.steps[:] = grid.t, grid.dts, grid.steps
-    return intervals
+from nonsmooth.integrators.contract import Integrator, Schedule
+from nonsmooth.integrators.fixed_step import FixedStep
+from nonsmooth.jit.blocks import new
 
 
 @dataclass(frozen=True)
@@ -40,18 +24,58 @@ class RecordTimes:
     part: Callable[[int, int], np.ndarray]  # part(first, stop): the times of the records first, ..., stop - 1
 
 
-def make_grid(
-    integrator: Any, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None, row_bytes: int = WORD
-) -> Grid:
-    """The record times and the steps between them; ``row_bytes`` is the size of one record."""
-    times = grid_times(integrator, t_span, every, t_eval)
-    if t_eval is None:
-        require_memory(row_bytes * float(times.count), f"{times.count} records", "take a larger every or dt")
-    t = times.part(0, times.count)
-    return Grid(t, *integrator.steps_between(t))
+@dataclass(frozen=True)
+class Timetable:
+    """When a run records.
+
+    Attributes
+    ----------
+    integrator : Integrator
+    times : RecordTimes
+        Of a method that chooses its steps and records every so many of them, the start and the end.
+    every : int
+        Steps between two records of such a method; 0: it records at the times.
+    """
+
+    integrator: Integrator
+    times: RecordTimes
+    every: int
+
+    def schedule(self, first: int = 0, stop: int | None = None) -> Schedule:
+        """The block of the records first, ..., stop - 1 that the loop reads."""
+        t_0, t_1 = self.span
+        t = self.times.part(first, self.count if stop is None else stop)
+        return schedule_of(self.integrator, t, self.every, t_1 - t_0)
+
+    @property
+    def count(self) -> int:
+        """The number of times."""
+        return self.times.count
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Start and end [s]."""
+        return float(self.times.part(0, 1)[0]), float(self.times.part(self.count - 1, self.count)[-1])
 
 
-def grid_times(integrator: Any, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None) -> RecordTimes:
+def make_timetable(integrator: Integrator, t_span: tuple[float, float], every: int, t_eval: Any) -> Timetable:
+    """The record times of an integrator."""
+    if not isinstance(integrator, FixedStep):
+        t, every = record_times(t_span, every, t_eval)
+        return Timetable(integrator, RecordTimes(len(t), lambda first, stop: t[first:stop]), every)
+    return Timetable(integrator, grid_times(integrator, t_span, every, t_eval), 0)
+
+
+def schedule_of(integrator: Integrator, t: np.ndarray, every: int, span: float) -> Schedule:
+    """The block of the record times t (m + 1,) of a run over so long a span [s]."""
+    schedule = new(Schedule, m=len(t) - 1)
+    schedule.t[:], schedule.every, schedule.span = t, every, span
+    if isinstance(integrator, FixedStep):
+        schedule.dt[:], schedule.steps[:] = integrator.steps_between(t)
+    return schedule
+
+
+def grid_times(integrator: FixedStep, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None) -> RecordTimes:
     """The record times of a fixed step: ``t_eval``, or every so many steps and the end."""
     t_0, t_1 = as_span(t_span)
     if t_eval is not None:

@@ -79,4 +79,4 @@ def work_of(problem: Problem, integrator: Any) -> float:
         steps = problem.foreseen(integrator, max_steps=PROBED).steps
     except InvalidInput:
         return 0.0
-    return steps * weight(problem.system) * (1.0 if getattr(integrator, "chooses_steps", False) else FIXED)
+    return steps * weight(problem.system) * (1.0 if integrator.chooses_steps else FIXED)

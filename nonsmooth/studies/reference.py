@@ -15,6 +15,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_array, as_positive
 from nonsmooth.errors import InvalidInput, Status, shown
+from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.results.solution import Solution
@@ -156,13 +157,13 @@ def as_reference(given: Any, problem: Problem, delay: float | None = None) -> Re
         return as_given(given, problem)
     if delay is not None:
         as_positive("delay", delay, "s")
-    if isinstance(given, type) or not hasattr(given, "load"):
+    if not isinstance(given, Integrator):
         raise InvalidInput(
             f"reference must be an integrator, or a pair (q, u) of states at the times; got {shown(given)}"
         )
     fine, coarse = problem.run(given, problem.times), problem.run(coarser(given), problem.times)
     alone = Reference({}, {})
-    if getattr(given, "locates_events", False):
+    if given.locates_events:
         t_end = problem.span[1]
         events = Entrances.of_run(fine).before(t_end - (delay or 0.0))
         if len(events.t):

@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.memory import require_memory
-from nonsmooth.errors import Status
-from nonsmooth.integrators.moreau_jean.contact import Scratch
-from nonsmooth.integrators.moreau_jean.step import Intervals, run
+from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.integrators.contract import Integrator, Schedule, loop_at
 from nonsmooth.integrators.records import (
     EVENT_CONTACT,
     EVENT_KIND,
@@ -32,20 +31,22 @@ from nonsmooth.integrators.records import (
     State,
     Worst,
 )
-from nonsmooth.jit import interpreted, kernel
-from nonsmooth.jit.blocks import WORD, B, Block, Floats, Ints, count_words, head_words, new, numbers, view
+from nonsmooth.jit import handle_of, interpreted, kernel
+from nonsmooth.jit.blocks import WORD, B, Block, Floats, Handle, Ints, count_words, head_words, new, numbers, view
 from nonsmooth.mechanics.compiled import Model, model_of
-from nonsmooth.mechanics.contact_problem import model_facts
-from nonsmooth.mechanics.initial_modes import RAISED, initial_modes
+from nonsmooth.mechanics.contact_problem import Work, model_facts
+from nonsmooth.mechanics.initial_modes import ADMISSIBLE, RAISED, initial_modes
 from nonsmooth.mechanics.laws import LAW_WIDTH
 from nonsmooth.mechanics.sys import Sys, new_sys
 from nonsmooth.mechanics.system import System
+from nonsmooth.runs.ongoing import columns_of, set_handles
+from nonsmooth.runs.recorder import ROW_CAPACITY
 from nonsmooth.runs.run import FIRST_BLOCK, next_block
-from nonsmooth.runs.times import intervals_of
+from nonsmooth.runs.times import Timetable
 from nonsmooth.signals.interruption import end_if_asked
 from nonsmooth.signals.telling import tell
 
-BLOCK_EVENT_CAPACITY = 32  # chosen: rows, and three a contact; the kernel empties them
+BLOCK_EVENT_CAPACITY = 32  # chosen: rows, and those of a moment; the kernel empties them
 N_KINDS = 4  # chosen: kinds of event
 N_CODES = 64  # chosen: changes of mode kept for a mode sequence
 STILL_COORDINATE = 1e-12  # chosen: a coordinate whose range is below this part of its size does not move
@@ -54,10 +55,15 @@ STILL_COORDINATE = 1e-12  # chosen: a coordinate whose range is below this part 
 class Call(Block):
     """What a call of ``run_cells`` is to do, and where it stands."""
 
+    loop: Handle  # of the integrator
     last: int  # the cell before which it ends
     max_steps: int  # a cell counts as one more
-    window: int  # the first record that is reduced; -1: none
-    is_retry: int
+    window: float  # the fraction of the span from which on records are reduced; -1: none are
+    is_rigid: int  # whether contacts have modes at the start
+    is_prepared: int  # whether the memory of the cell is filled already
+    is_patient: int  # whether it returns where a contact problem is not solved
+    is_stuck: int  # and has
+    is_full: int  # whether it returned for want of rows
     is_begun: int  # whether the cell is
     cell: int
     steps_done: int
@@ -67,6 +73,7 @@ class Cells(Block):
     """What N runs start from and leave behind; n = n_u, c = n_c."""
 
     call: Call
+    work: Work  # of the modes at the start
     p: Array[Floats, "N", "n_p"]  # parameters
     laws: Array[Floats, "N", "n_c", LAW_WIDTH]
     q_0: Array[Floats, "N", "n"]  # start
@@ -91,47 +98,62 @@ class Cells(Block):
 
 
 @kernel("void(int64, int64, int64, float64[:, ::1], float64[:, ::1], int64, int64, int64)", short_loops=True)
-def run_cells(sys_at, intervals_at, cells_at, state_memory, scratch_memory, state_at, record_at, scratch_at):
-    """Run the cells of a call as far as its steps go; the records of its window are reduced to low, high, period. In a
-    retry, what decides the problems that stopped a run is loaded."""
-    sys = view(sys_at, Sys)
+def run_cells(sys_at, schedule_at, cells_at, state_words, memory_words, state_at, record_at, memory_at):
+    """Run the cells of a call as far as its steps go; the records of its window are reduced to low, high, period."""
+    sys, schedule = view(sys_at, Sys), view(schedule_at, Schedule)
     cells, state, record = view(cells_at, Cells), view(state_at, State), view(record_at, Record)
-    scratch, intervals, call = view(scratch_at, Scratch), view(intervals_at, Intervals), cells.call
-    t_record, dts = intervals.t, intervals.dt
-    n, n_c, m = sys.n, sys.n_c, t_record.shape[0]
-    call.steps_done = 0
-    has_newton, may_wait = scratch.planar.has_newton, scratch.planar.may_wait
+    call = cells.call
+    call.steps_done, call.is_full, call.is_stuck = 0, 0, 0
     for i in range(call.cell, call.last):
         status = Status.RUNNING.value
         if call.is_begun == 0:
             set_system(i, cells, sys)
-            renew(state_memory)
-            renew(scratch_memory)
-            scratch.planar.has_newton, scratch.planar.may_wait = has_newton, may_wait
-            for j in range(n):
-                state.q[j], state.u[j] = cells.q_0[i, j], cells.u_0[i, j]
-            cells.start[i] = initial_modes(sys, t_record[0], state, scratch.work)
-            if cells.start[i] == RAISED:
-                status = Status.NOT_FINITE.value
-            note_modes(i, n_c, state, cells)
+            renew(state_words)
+            if call.is_prepared == 0:
+                renew(memory_words)
+            status = set_start(i, schedule.t[0], sys, state, record, cells)
             call.is_begun, call.cell = 1, i
         while status == Status.RUNNING:
             if call.steps_done >= call.max_steps:
                 return
-            before = state.counters.steps
-            status = run(
-                sys_at, intervals_at, call.max_steps - call.steps_done, state_at, record_at, scratch_at
-            )  # fmt: skip
+            before, is_first = state.counters.steps, state.counters.is_begun == 0
+            max_steps = call.max_steps - call.steps_done
+            status = loop_at(call.loop, sys_at, schedule_at, max_steps, state_at, record_at, memory_at)
             call.steps_done += state.counters.steps - before
+            if is_first:
+                note_modes(i, sys.n_c, state, record, cells)
             note_events(i, state, cells)
-            if call.is_retry != 0 and status == Status.NOT_SOLVED and scratch.planar.can_decide_redundant == 0:
-                scratch.planar.can_decide_redundant = 1
-                status = Status.RUNNING.value
-        store(i, n, n_c, status, t_record, dts, state, cells)
-        if call.window >= 0 and status == Status.FINISHED:
-            reduce_motion(i, n, call.window, m, t_record, record, cells)
+            if status == Status.NOT_SOLVED and call.is_patient != 0:
+                call.is_stuck = 1
+                return
+            if status == Status.RUNNING and schedule.every > 0 and record.counts.rows + 2 > record.t.shape[0]:
+                if call.window >= 0.0:
+                    call.is_full = 1
+                    return
+                record.counts.rows = 0
+            if status == Status.RUNNING and state.counters.steps == before:
+                call.steps_done += 1  # events alone
+        store(i, sys.n, sys.n_c, status, state, cells)
+        if call.window >= 0.0 and status == Status.FINISHED:
+            reduce_motion(i, sys.n, call.window, record, cells)
         call.is_begun, call.cell = 0, i + 1
         call.steps_done += 1
+
+
+@kernel
+def set_start(i, t, sys, state, record, cells):
+    """The header at the start of cell i; returns a Status."""
+    for j in range(sys.n):
+        state.q[j], state.u[j] = cells.q_0[i, j], cells.u_0[i, j]
+    state.now = t
+    record.counts.rows, record.counts.next, record.steps.n_steps = 0, 0, 0
+    cells.start[i] = ADMISSIBLE
+    if cells.call.is_rigid != 0:
+        cells.start[i] = initial_modes(sys, t, state, cells.work)
+    if cells.start[i] == RAISED:
+        note_modes(i, sys.n_c, state, record, cells)
+        return Status.NOT_FINITE.value
+    return Status.RUNNING.value
 
 
 @kernel
@@ -161,15 +183,18 @@ def note_code(i, contact, mode, slip, cells):
 
 
 @kernel
-def note_modes(i, n_c, state, cells):
-    """Begin the sequence of cell i with the modes at the start, and its counts of events with zero."""
+def note_modes(i, n_c, state, record, cells):
+    """Begin the sequence of cell i with the modes of its first record, and its counts of events with zero."""
     for k in range(cells.codes.shape[1]):
         cells.codes[i, k] = -1
     cells.n_codes[i] = 0
     for kind in range(N_KINDS):
         cells.events[i, kind] = 0
     for contact in range(n_c):
-        note_code(i, contact, state.mode[contact], state.slip[contact], cells)
+        if record.counts.rows > 0:
+            note_code(i, contact, record.mode[0, contact], record.slip[0, contact], cells)
+        else:
+            note_code(i, contact, state.mode[contact], state.slip[contact], cells)
 
 
 @kernel
@@ -185,14 +210,9 @@ def note_events(i, state, cells):
 
 
 @kernel
-def store(i, n, n_c, status, t_record, dts, state, cells):
+def store(i, n, n_c, status, state, cells):
     """Write down where the run of cell i ended."""
-    counters = state.counters
-    cells.status[i] = status
-    interval = counters.interval
-    cells.t[i] = t_record[interval]
-    if interval < dts.shape[0]:
-        cells.t[i] += counters.step * dts[interval]
+    cells.status[i], cells.t[i] = status, state.now
     for j in range(n):
         cells.q[i, j], cells.u[i, j] = state.q[j], state.u[j]
         cells.low[i, j] = cells.high[i, j] = cells.change[i, j] = cells.period[i, j] = np.nan
@@ -200,7 +220,7 @@ def store(i, n, n_c, status, t_record, dts, state, cells):
         cells.mode[i, k], cells.slip[i, k] = state.mode[k], state.slip[k]
     for k in range(N_LEDGER):
         cells.ledger[i, k] = state.ledger[k]
-    figures, counted = numbers(state.worst), numbers(counters)
+    figures, counted = numbers(state.worst), numbers(state.counters)
     for k in range(figures.shape[0]):
         cells.worst[i, k] = figures[k]
     for k in range(counted.shape[0]):
@@ -208,11 +228,12 @@ def store(i, n, n_c, status, t_record, dts, state, cells):
 
 
 @kernel
-def reduce_motion(i, n, first, m, t_record, record, cells):
-    """Range of each coordinate over the records [first, m), how much smaller it is in a half of them, and the mean time
-    between its upward crossings of the middle of that range (linear between two records)."""
-    q = record.q
-    half = first_of_half(first, m, t_record)
+def reduce_motion(i, n, window, record, cells):
+    """Range of each coordinate over the records of the window, how much smaller it is in a half of them, and the mean
+    time between its upward crossings of the middle of that range (linear between two records)."""
+    q, t_record, m = record.q, record.t, record.counts.rows
+    first = first_from(t_record[0] + window * (t_record[m - 1] - t_record[0]), 0, m - 1, t_record)
+    half = first_from(0.5 * (t_record[first] + t_record[m - 1]), first, m - 1, t_record)
     for j in range(n):
         low, high = q[first, j], q[first, j]
         for k in range(first + 1, m):
@@ -236,12 +257,11 @@ def reduce_motion(i, n, first, m, t_record, record, cells):
 
 
 @kernel
-def first_of_half(first, m, t_record):
-    """The first record of the second half of the window."""
-    middle, half = 0.5 * (t_record[first] + t_record[m - 1]), first
-    while half < m - 1 and t_record[half] < middle:
-        half += 1
-    return half
+def first_from(t, first, last, t_record):
+    """The first record of [first, last] that is not before t; the last, if all are."""
+    while first < last and t_record[first] < t:
+        first += 1
+    return first
 
 
 @kernel
@@ -261,6 +281,16 @@ def renewable(block: B) -> tuple[B, np.ndarray]:
     return type(block)(memory[0]), memory
 
 
+def grown(record: Record, sizes: dict[str, int]) -> Record:
+    """A record with twice the rows, and what is written of them."""
+    larger = new(Record, **sizes | {"m": 2 * len(record.t)})
+    m = record.counts.rows
+    for old, column in zip(columns_of(record), columns_of(larger), strict=True):
+        column[: min(m, len(column))] = old[:m]
+    larger.counts.rows, larger.counts.next = m, record.counts.next
+    return larger
+
+
 class BlockEngine:
     """Runs blocks of cells of one system shape with one integrator.
 
@@ -268,24 +298,30 @@ class BlockEngine:
     ----------
     system : System
         Its functions and kinds of contact; parameters and laws come with the cells.
-    integrator : MoreauJean
-    grid : Grid
-        Record times, and the steps between them.
+    integrator : Integrator
+        One whose steps are taken by its loop, and that is not handed over.
+    table : Timetable
+        Record times.
     selection : int
         Which solution is taken where there are several.
-    window : int
-        First record that is reduced to ranges and periods; -1: none.
+    window : float
+        The fraction of the span from which on records are reduced to ranges and periods; -1: none.
     has_sequence : bool
         Whether the sequence of modes is kept.
     """
 
-    def __init__(self, system: System, integrator: Any, grid: Any, selection: int, window: int, has_sequence: bool):
-        self.system, self.integrator, self.grid, self.window = system, integrator, grid, window
+    def __init__(
+        self, system: System, integrator: Integrator, table: Timetable, selection: int, window: float,
+        has_sequence: bool,
+    ) -> None:  # fmt: skip
+        self.system, self.integrator, self.table, self.window = system, integrator, table, window
         self.model: Model = model_of(system)
-        self.has = model_facts(system)
         self.selection = selection
-        needed = WORD * count_words(Record, m=len(grid.t), n=system.n_u, n_c=system.n_c, d=system.d)
-        require_memory(needed, f"the {len(grid.t)} records of a run", "record less (every=), or stop earlier")
+        rows = ROW_CAPACITY if table.every > 0 else table.count
+        self.sizes = {"m": rows, "n": system.n_u, "n_c": system.n_c, "d": system.d,
+                      "steps": int(integrator.chooses_steps), "degree": integrator.degree}  # fmt: skip
+        needed = WORD * count_words(Record, **self.sizes)
+        require_memory(needed, f"the {rows} records of a run", "record less (every=), or stop earlier")
         self.n_codes = N_CODES if has_sequence else 0
         self.max_steps = FIRST_BLOCK  # of the next call, for some 0.02 s
         self.load()
@@ -294,49 +330,99 @@ class BlockEngine:
         """Compile what the cells call."""
         if self.model.is_compiled:
             self.integrator.load(self.system)
-            run.load()
             run_cells.load()
 
     def new_cells(self, N: int) -> Cells:
         """Room for N cells."""
         system = self.system
-        return new(Cells, N=N, n_p=len(system.p), n=system.n_u, n_c=system.n_c, n_codes=self.n_codes)
+        return new(Cells, N=N, n_p=len(system.p), n=system.n_u, n_c=system.n_c, d=system.d, n_codes=self.n_codes)
 
-    def run(self, cells: Cells) -> None:
-        """Run every cell of a block whose p, laws, q_0 and u_0 are set; the rest of its arrays is the result."""
-        system, grid = self.system, self.grid
+    def run(self, cells: Cells) -> dict[int, InvalidInput]:
+        """Run every cell of a block whose p, laws, q_0 and u_0 are set; the rest of its arrays is the result.
+
+        Returns
+        -------
+        dict
+            The cells whose start the integrator refuses, and why.
+        """
         if not self.model.is_current:
-            self.model, self.has = model_of(system), model_facts(system)
-        model, kernel = self.model, self.kernel
-        sizes = {"n": system.n_u, "n_c": system.n_c, "d": system.d}
-        state, state_memory = renewable(new(State, **sizes, capacity=BLOCK_EVENT_CAPACITY + 3 * system.n_c))
-        record = new(Record, m=len(self.grid.t), **sizes)
-        scratch, scratch_memory = renewable(self.integrator.scratch(system, self.selection))
-        sys = new_sys(system, model.handle, self.has)
-        used = (sys, intervals_of(grid), cells, state, record, scratch)
-        blocks = [block.address if model.is_compiled else block for block in used]
+            self.model = model_of(self.system)
+        block = BlockRun(self, cells)
+        if self.integrator.is_prepared:
+            return block.run_prepared()
+        block.run(0, len(cells.p))
+        for i in np.flatnonzero(cells.status == Status.NOT_SOLVED).tolist():
+            block.retry(i)
+        return {}
 
-        def call(first: int, last: int, is_retry: bool) -> None:
-            """Run the cells from one to another."""
-            here = cells.call
-            here.is_begun, here.cell, here.last, here.is_retry, here.window = 0, first, last, is_retry, self.window
-            while here.cell < last:
-                end_if_asked()
-                began = time.perf_counter()
-                here.max_steps = self.max_steps
-                with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite the loop itself finds
-                    kernel(*blocks[:3], state_memory, scratch_memory, *blocks[3:])
-                self.max_steps = next_block(int(here.steps_done), time.perf_counter() - began)
-                part = state.counters.interval / max(1, len(grid.dts)) * here.is_begun
-                tell((here.cell + part) / len(cells.p))
 
-        call(0, len(cells.p), False)
-        stopped = np.flatnonzero(cells.status == Status.NOT_SOLVED).tolist()
-        if stopped and self.integrator.load_for_retry(system, scratch, model.is_compiled):
-            for i in stopped:
-                call(i, i + 1, True)
+class BlockRun:
+    """The blocks in which the cells of a block are run one after the other."""
 
-    @property
-    def kernel(self) -> Any:
-        """The loop over cells: compiled, or its source."""
-        return run_cells.dispatcher if self.model.is_compiled else interpreted(run_cells)
+    def __init__(self, engine: BlockEngine, cells: Cells) -> None:
+        self.engine, self.cells = engine, cells
+        self.integrator, self.is_compiled = engine.integrator, engine.model.is_compiled
+        system, sizes = engine.system, engine.sizes
+        self.sys = new_sys(system, engine.model.handle, model_facts(system))
+        self.schedule = engine.table.schedule()
+        header = {name: sizes[name] for name in ("n", "n_c", "d")}
+        capacity = BLOCK_EVENT_CAPACITY + self.integrator.events_at_once * system.n_c
+        self.state, self.state_words = renewable(new(State, **header, capacity=capacity))
+        self.memory, self.memory_words = renewable(self.integrator.memory(system, engine.selection))
+        self.record = new(Record, **sizes)
+        set_handles(self.integrator, self.is_compiled, self.sys, self.schedule, self.memory)
+        self.memory_words[1] = self.memory_words[0]
+        loop, here = self.integrator.loop, cells.call
+        here.loop = handle_of(loop, self.is_compiled)
+        here.window, here.is_rigid, here.is_prepared = engine.window, self.integrator.is_rigid, 0
+
+    def run(self, first: int, last: int) -> None:
+        """Run the cells from one to another."""
+        here, engine = self.cells.call, self.engine
+        here.is_begun, here.cell, here.last = 0, first, last
+        while here.cell < last:
+            end_if_asked()
+            began = time.perf_counter()
+            here.max_steps = engine.max_steps
+            self._call()
+            engine.max_steps = next_block(int(here.steps_done), time.perf_counter() - began)
+            tell((here.cell + self._part() * here.is_begun) / len(self.cells.p))
+            if here.is_full:
+                self.record = grown(self.record, engine.sizes)
+            if here.is_stuck:
+                here.is_patient = self.integrator.load_for_retry(engine.system, self.memory, self.is_compiled)
+
+    def _call(self) -> None:
+        kernel = run_cells.dispatcher if self.is_compiled else interpreted(run_cells)
+        blocks = self.sys, self.schedule, self.cells, self.state, self.record, self.memory
+        handed: list[Any] = [block.address if self.is_compiled else block for block in blocks]
+        with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite the loop itself finds
+            kernel(*handed[:3], self.state_words, self.memory_words, *handed[3:])
+
+    def _part(self) -> float:
+        """The part of the span that the run of the present cell has behind it."""
+        times = self.schedule.t
+        return float((self.state.now - times[0]) / (times[-1] - times[0])) if times[-1] > times[0] else 1.0
+
+    def retry(self, i: int) -> None:
+        """Run a cell whose contact problem was not solved, with what decides more of them."""
+        self.cells.call.is_patient = 1
+        self.run(i, i + 1)
+        self.cells.call.is_patient = 0
+
+    def run_prepared(self) -> dict[int, InvalidInput]:
+        """Run all cells, each after its memory was filled with what depends on its start."""
+        cells, state, refused = self.cells, self.state, {}
+        names = list(self.engine.system.parameter_values)
+        cells.call.is_prepared = 1
+        for i in range(len(cells.p)):
+            system = self.engine.system.with_parameters(**dict(zip(names, cells.p[i].tolist(), strict=True)))
+            self.memory_words[0] = self.memory_words[1]
+            state.q[:], state.u[:], state.now = cells.q_0[i], cells.u_0[i], self.schedule.t[0]
+            try:
+                self.integrator.prepare(system, float(self.schedule.t[-1]), state, self.memory)
+            except InvalidInput as error:
+                refused[i] = error
+                continue
+            self.run(i, i + 1)
+        return refused

@@ -1,7 +1,7 @@
 """The task of a sweep over runs of a model: many at a time in the compiled block engine.
 
-What the block engine cannot do, an integrator with a loop of its own or a measure that is a function of the Solution,
-is run cell by cell through `simulate`.
+What the block engine cannot do, a measure that is a function of the Solution, steps that a library takes or that are
+handed over to another integrator, is run cell by cell through `simulate`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_count, as_fraction, as_name, as_number, as_vector
 from nonsmooth.errors import InvalidInput, Status, UnknownName, nearest, shown
+from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.integrators.moreau_jean.step import run
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.initial_modes import INADMISSIBLE
 from nonsmooth.mechanics.inspection import inspect_start
@@ -23,7 +23,7 @@ from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.run import MESSAGES
 from nonsmooth.runs.simulate import SELECTIONS, require_integrator, simulate_whole
-from nonsmooth.runs.times import Grid, as_span, make_grid
+from nonsmooth.runs.times import Timetable, as_span, make_timetable
 from nonsmooth.sweeps.axis_names import END, AxisNames, Columns, state_names, unit_of
 from nonsmooth.sweeps.block_engine import BlockEngine
 from nonsmooth.sweeps.measures import Measure, doubt_of, measure_named
@@ -108,11 +108,11 @@ class RunTask:
         self.state = self._checked_state(dict(state or {}))
         self.names = AxisNames(model, self.integrator)
         self._prepare()
-        self._grid(self.integrator, self.t_span[1])  # an unfit span or dt is met here
+        self._table(self.integrator, self.t_span[1])  # an unfit span or dt is met here
 
     def _prepare(self) -> None:
         self.rows = RowBuilder(self.model, self.state)
-        self.is_block = self.integrator.loop is run and not self.functions
+        self.is_block = self.integrator.is_compiled and self.integrator.hand_over is None and not self.functions
         self.holds_interpreter = not self.is_block
         self._engines: dict[Any, BlockEngine] = {}
 
@@ -212,7 +212,7 @@ class RunTask:
                     except InvalidInput as error:
                         fail(rows.cells, error)
                         continue
-                    self._run_block(rows, integrator, t_end, result)
+                    self._run_block(rows, integrator, t_end, result, fail)
                 else:
                     self._run_singly(rows, integrator, t_end, result, fail)
         return result
@@ -225,16 +225,15 @@ class RunTask:
             t_end = row.pop(END, self.t_span[1])
             try:
                 integrator = replace(self.integrator, **row) if row else self.integrator
-                self._grid(integrator, t_end)
+                self._table(integrator, t_end)
             except InvalidInput as error:
                 fail(cells, error)
                 continue
             yield integrator, t_end, cells
 
-    def _grid(self, integrator: Any, t_end: float) -> Grid | None:
-        if getattr(integrator, "chooses_steps", False):
-            return None
-        return make_grid(integrator, (self.t_span[0], t_end), self._every, None)
+    def _table(self, integrator: Integrator, t_end: float) -> Timetable:
+        every = 1 if integrator.chooses_steps else self._every
+        return make_timetable(integrator, (self.t_span[0], t_end), every, None)
 
     @property
     def _every(self) -> int:
@@ -247,28 +246,34 @@ class RunTask:
         if key not in self._engines:
             if len(self._engines) > 1000:
                 self._engines.clear()
-            grid = make_grid(integrator, (self.t_span[0], t_end), self._every, None)
             has_motion = any(measure.needs_motion for measure in self.measures.values())
-            first = first_of_window(grid.t, self.window) if has_motion else -1
+            window = self.window if has_motion else -1.0
             has_sequence = any(measure.needs_sequence for measure in self.measures.values())
-            self._engines[key] = BlockEngine(system, integrator, grid, SELECTIONS[self.selection], first, has_sequence)
+            table = self._table(integrator, t_end)
+            rule = SELECTIONS[self.selection]
+            self._engines[key] = BlockEngine(system, integrator, table, rule, window, has_sequence)
         return self._engines[key]
 
-    def _run_block(self, rows: Rows, integrator: Any, t_end: float, result: Batch) -> None:
+    def _run_block(self, rows: Rows, integrator: Integrator, t_end: float, result: Batch, fail: Callable) -> None:
         engine = self._engine(rows.system, integrator, t_end)
         cells = engine.new_cells(len(rows.cells))
         cells.p[:], cells.laws[:], cells.q_0[:], cells.u_0[:] = rows.p, rows.laws, rows.q, rows.u
-        engine.run(cells)
+        refused = engine.run(cells)
         result.status[rows.cells] = cells.status
         result.inadmissible += int((cells.start == INADMISSIBLE).sum())
         for measure in self.measures.values():
             for name, values in measure.of_cells(cells).items():
                 result.put(name, rows.cells, values)
         for k in np.flatnonzero(cells.status != Status.FINISHED):
-            words = MESSAGES.get(Status(int(cells.status[k])), "a model function raised, or wrote NaN or inf")
+            ended = Status(int(cells.status[k]))
+            words = MESSAGES.get(ended, "a model function raised, or wrote NaN or inf")
+            if ended == Status.BUDGET_SPENT:
+                words = f"{integrator.budget} is used up"
             result.messages[int(rows.cells[k])] = (
                 f"{words.format(contact='a contact')}; stopped at t = {cells.t[k]:.9g} s"
             )
+        for cell, refusal in refused.items():
+            fail(rows.cells[cell : cell + 1], refusal)
 
     def _run_singly(self, rows: Rows, integrator: Any, t_end: float, result: Batch, fail: Callable) -> None:
         parameters = list(rows.system.parameter_values)
@@ -278,7 +283,7 @@ class RunTask:
                 solution = simulate_whole(
                     system, (self.t_span[0], t_end), rows.q[k], rows.u[k], integrator=integrator,
                     selection=self.selection, on_failure="return",
-                    every=1 if getattr(integrator, "chooses_steps", False) else self._every,
+                    every=1 if integrator.chooses_steps else self._every,
                 )  # fmt: skip
                 values = self._measure(solution)
             except Exception as error:

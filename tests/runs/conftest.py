@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nonsmooth.runs import run as runs
-from nonsmooth.runs import streamed_run
+from nonsmooth.runs import streaming
 
 COLUMNS = ("t", "q", "u", "g_N", "P_N", "P_F", "mode", "slip", "event_rows")
 
@@ -31,6 +31,6 @@ def bits():
 @pytest.fixture
 def small(monkeypatch):
     """Windows of some 20 records, and stops after 19 steps: between two records, too; nothing waits for the disk."""
-    monkeypatch.setattr(streamed_run, "WINDOW", 4096)
+    monkeypatch.setattr(streaming, "WINDOW", 4096)
     monkeypatch.setattr(runs, "FIRST_BLOCK", 19)
     monkeypatch.setattr(os, "fsync", lambda file: None)

@@ -13,7 +13,7 @@ import pytest
 import nonsmooth as ns
 from models import BouncingBall
 from nonsmooth.results import checkpoint as store
-from nonsmooth.runs import streamed_run
+from nonsmooth.runs import streaming
 
 BALL = (BouncingBall(e=0.8), (0, 1), *BouncingBall().state(height=0.1))
 STEP = dict(integrator=ns.MoreauJean(1e-3), every=3)
@@ -25,9 +25,9 @@ import nonsmooth as ns
 from models import BouncingBall
 from nonsmooth.results import checkpoint
 from nonsmooth.results import growing_array
-from nonsmooth.runs import streamed_run
+from nonsmooth.runs import streaming
 
-streamed_run.WINDOW = 4096  # bytes: some thirty records between two writes
+streaming.WINDOW = 4096  # bytes: some thirty records between two writes
 os.fsync = lambda file: None  # what was written outlives the process
 folder, way = sys.argv[1:]
 ball = BouncingBall(e=0.8)
@@ -94,7 +94,7 @@ for trial in range(12):
     resumed = ns.simulate(*arguments, **options, checkpoint=path, resume=path)
     assert resumed.success and same(resumed, whole), trial
     assert resumed.stats.steps == whole.stats.steps and resumed.stats.lcp_solved == whole.stats.lcp_solved
-print(json.dumps({"killed": killed, "window": streamed_run.WINDOW // rows.dtype.itemsize, "lost": lost}))
+print(json.dumps({"killed": killed, "window": streaming.WINDOW // rows.dtype.itemsize, "lost": lost}))
 """
 
 
@@ -143,9 +143,9 @@ import json, os, resource, sys
 import numpy as np
 import nonsmooth as ns
 from models import BouncingBall
-from nonsmooth.runs import streamed_run
+from nonsmooth.runs import streaming
 
-streamed_run.WINDOW = 4096
+streaming.WINDOW = 4096
 os.fsync = lambda file: None
 path = sys.argv[1] + "/run.ckpt"
 ball = BouncingBall(e=0.8)
@@ -180,7 +180,7 @@ def test_a_disk_that_fills_up_stops_the_run_with_a_sentence_and_costs_nothing_th
 
 
 def test_the_memory_of_a_run_that_streams_does_not_grow_with_its_records(tmp_path, monkeypatch):
-    monkeypatch.setattr(streamed_run, "WINDOW", 2**16)
+    monkeypatch.setattr(streaming, "WINDOW", 2**16)
     monkeypatch.setattr(os, "fsync", lambda file: None)
     ns.simulate(*BALL, **STEP, checkpoint=tmp_path / "first.ckpt")  # imports and caches
     peaks = {}

@@ -30,6 +30,7 @@ from nonsmooth.mechanics.initial_state import examine_state
 from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import Contact, System
 from nonsmooth.results.solution import Stats
+from nonsmooth.sweeps import block_engine
 from nonsmooth.sweeps.block_engine import BlockEngine
 from nonsmooth.sweeps.run_rows import RowBuilder
 
@@ -45,10 +46,28 @@ SCENES = {
 }
 
 
+ADAPTED = (ns.Adaptive(1e-6, 1e-8), ns.EventDriven(1e-6, 1e-8), ns.Penalty(1e5, damping_ratio=0.5, rtol=1e-5))
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_a_cell_has_the_bits_of_a_run_by_itself(name):
     model, t_end, dt, axes = SCENES[name]
-    task = ns.RunTask(model, EVERYTHING, t_span=(0, t_end), integrator=ns.MoreauJean(dt))
+    require_equal_runs(model, t_end, ns.MoreauJean(dt), axes)
+
+
+@pytest.mark.parametrize("integrator", ADAPTED, ids=lambda integrator: type(integrator).__name__)
+@pytest.mark.parametrize("name", ["belt", "sprag-slip", "rocking block"])
+def test_a_cell_of_steps_of_chosen_length_has_the_bits_of_a_run_by_itself(name, integrator, monkeypatch):
+    """The rows of the runs do not fit into the first record: it grows."""
+    monkeypatch.setattr(block_engine, "ROW_CAPACITY", 16)
+    model, t_end, _, axes = SCENES[name]
+    require_equal_runs(model, t_end, integrator, {key: values for key, values in axes.items() if key != "dt"})
+
+
+def require_equal_runs(model, t_end, given, axes):
+    """Every cell of a sweep is the run of its values, by all measures."""
+    task = ns.RunTask(model, EVERYTHING, t_span=(0, t_end), integrator=given)
+    assert task.is_block
     found = ns.sweep(task, axes, progress=False)
     assert (found.status == ns.Status.FINISHED).all()
     for cell in np.ndindex(*found.status.shape):
@@ -56,7 +75,7 @@ def test_a_cell_has_the_bits_of_a_run_by_itself(name):
         fields = {key: value for key, value in values.items() if hasattr(model, key) and key != "dt"}
         state = {key: value for key, value in values.items() if key not in fields and key != "dt"}
         varied = type(model)(**fields)
-        integrator = ns.MoreauJean(values.get("dt", dt))
+        integrator = replace(given, dt=values["dt"]) if "dt" in values else given
         alone = ns.simulate(varied, (0, t_end), *varied.state(**state), integrator=integrator)
         expected = {}
         for measure in task.measures.values():
@@ -263,7 +282,7 @@ def damped_oscillator():
 
 
 @pytest.mark.filterwarnings("error::nonsmooth.UnsettledWarning")
-@pytest.mark.parametrize("integrator", [ns.MoreauJean(1e-2), ns.EventDriven()], ids=["blocks", "one by one"])
+@pytest.mark.parametrize("integrator", [ns.MoreauJean(1e-2), ns.EventDriven()], ids=["fixed", "chosen"])
 @pytest.mark.parametrize("c", [0.0, 1.0, -0.5])
 def test_an_amplitude_of_a_motion_that_has_not_settled_is_told(c, integrator):
     """Extremes of x go as exp(-c t/2): the range over the later half of a window of length T is smaller by
@@ -342,7 +361,7 @@ def test_a_function_of_the_solution_is_a_measure():
         assert speed == abs(ns.simulate(belt, (0, 3), *belt.state(), integrator=ns.MoreauJean(1e-2)).u).max()
 
 
-def test_an_integrator_with_a_loop_of_its_own_runs_cell_by_cell():
+def test_springs_whose_frequency_follows_the_masses_at_the_start_are_prepared_cell_by_cell():
     ball = BouncingBall()
     measures = ["final_state", "impacts", "modes", "penetration", "amplitude"]
     task = ns.RunTask(ball, measures, t_span=(0, 0.6), integrator=ns.Penalty(stiffness=1e5))
@@ -366,7 +385,7 @@ def test_every_worst_figure_of_a_cell_is_that_of_its_run(monkeypatch):
     """A rod that falls on its tip gains energy by Newton's law: all five figures are other numbers than zero."""
     cells, runs = [], []
     run, from_run = BlockEngine.run, Stats.from_run
-    monkeypatch.setattr(BlockEngine, "run", lambda engine, block: (run(engine, block), cells.append(block)))
+    monkeypatch.setattr(BlockEngine, "run", lambda engine, block: (cells.append(block), run(engine, block))[1])
     monkeypatch.setattr(Stats, "from_run", lambda state, *more, **named: (
         runs.append(numbers(state.worst).copy()), from_run(state, *more, **named))[1])  # fmt: skip
     rod, integrator = PainleveRod(m=1.0, l=2.0, I=1 / 3, mu=1.0), ns.MoreauJean(1e-3)

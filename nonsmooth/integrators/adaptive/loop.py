@@ -29,9 +29,9 @@ from nonsmooth.integrators.adaptive.step import AT_EVENT, AT_ONCE, FAILED_STEP_P
 from nonsmooth.integrators.adaptive.switch import EVENTS_AT_INSTANT, decide
 from nonsmooth.integrators.adaptive.table import FASTEST
 from nonsmooth.integrators.adaptive.through import step_through
-from nonsmooth.integrators.penalty.loop import Trail, write_row
+from nonsmooth.integrators.contract import LOOP, Schedule
 from nonsmooth.integrators.radau.method import SMALLEST_STEP
-from nonsmooth.integrators.records import EVENT_WIDTH, N_FUNCTIONS, N_LEDGER, N_WORKS, State
+from nonsmooth.integrators.records import EVENT_WIDTH, N_FUNCTIONS, N_LEDGER, Record, State, is_full, write_row
 from nonsmooth.integrators.rigid.census import count_step, enters_region, note_several
 from nonsmooth.integrators.rigid.modes import UNIQUE, note_side
 from nonsmooth.jit import kernel
@@ -49,29 +49,42 @@ TWICE = 2.0  # chosen: the way to an event as a straight line has it: the step t
 FIRST_THROUGH = 4.0  # chosen: instants: the first plain steps where no modes last
 
 
-@kernel("int64(int64, float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
-def run(sys_at, t_record, every, max_steps, state_at, trail_at, run_at):
+@kernel(LOOP, short_loops=True)
+def run(sys_at, schedule_at, max_steps, state_at, record_at, run_at):
     """Try at most max_steps steps; returns a Status.
 
-    Rows are written every so many steps and at every event, or, where every = 0, at the times t_record, at which
-    steps end. The last of these is the end.
+    Rows are written every so many steps and at every event, or, where every = 0, at the times t, at which steps end.
+    The last of these is the end.
     """
-    sys = view(sys_at, Sys)
-    state, trail, run = view(state_at, State), view(trail_at, Trail), view(run_at, Extrapolation)
+    sys, schedule = view(sys_at, Sys), view(schedule_at, Schedule)
+    state, record, run = view(state_at, State), view(record_at, Record), view(run_at, Extrapolation)
+    status = advance(sys, schedule, max_steps, state, record, run)
+    state.now = run.clock.now
+    state.counters.rejected += run.counters.rejected
+    state.counters.evaluations += run.counters.substeps
+    run.counters.rejected, run.counters.substeps = 0, 0
+    return status
+
+
+@kernel
+def advance(sys, schedule, max_steps, state, record, run):
+    """``run``, that leaves the header to be filled."""
+    sys_at, state_at, run_at = address(sys), address(state), address(run)
+    every, t_record = schedule.every, schedule.t
     clock, counters, end = run.clock, run.counters, t_record.shape[0] - 1
     for k in range(2):
         run.step.is_known[k], run.is_known[k] = 0, 0
-    if state.counters.steps == 0 and trail.counts.next == 0:
-        if not begin(sys, state, run):
+    if state.counters.is_begun == 0:
+        if not begin(sys, schedule.span, state, run):
             return Status.NOT_FINITE.value
-        write_state(clock.now, state, run, trail)
-        trail.counts.next = 1
+        write_state(clock.now, state, run, record)
+        state.counters.is_begun, record.counts.next = 1, 1
     for _ in range(max_steps):
         t = clock.now
         clock.least = SMALLEST_STEP * max(abs(t), FIRST_STEP * (t_record[end] - t_record[0]))
         if t >= t_record[end]:
             return Status.FINISHED.value
-        if is_full(every, state, run, trail):
+        if is_full(2 * min(every, 1), EVENTS_AT_INSTANT * sys.n_c, state, record) or has_no_room(record.steps):
             return Status.RUNNING.value
         if is_spent(t_record[end] - t_record[0], run):
             return Status.BUDGET_SPENT.value
@@ -83,9 +96,9 @@ def run(sys_at, t_record, every, max_steps, state_at, trail_at, run_at):
             if status != Status.RUNNING:
                 return status
             if has_jumped and every > 0:
-                write_state(t, state, run, trail)
+                write_state(t, state, run, record)
             continue
-        stop = t_record[trail.counts.next] if every == 0 else t_record[end]
+        stop = t_record[record.counts.next] if every == 0 else t_record[end]
         goes_through = counters.to_do == GO_THROUGH
         H = through_length(run) if goes_through else min(clock.step, clock.cut)
         is_last = t + H >= stop - clock.least
@@ -105,11 +118,11 @@ def run(sys_at, t_record, every, max_steps, state_at, trail_at, run_at):
                 return status if status != Status.RUNNING else Status.STEP_VANISHED.value
             continue
         t_1 = stop if is_last else t + H
-        if trail.steps.counts.is_kept != 0:
+        if record.steps.is_kept != 0:
             if goes_through:
-                keep_event(t, H, state, run, trail.steps)
+                keep_event(t, H, state, run, record.steps)
             else:
-                keep_smooth(t, H, state, run, trail.steps)
+                keep_smooth(t, H, state, run, record.steps)
         if goes_through:
             status = end_stretch(sys, t_1, H, state, run)
         else:
@@ -118,23 +131,25 @@ def run(sys_at, t_record, every, max_steps, state_at, trail_at, run_at):
         if status != Status.RUNNING:
             return status
         if is_last and every == 0:
-            trail.counts.next += 1
+            record.counts.next += 1
         at_event = counters.to_do != GO_ON
         if (is_last and every == 0) or (every > 0 and (state.counters.steps % every == 0 or at_event or is_last)):
-            write_state(t_1, state, run, trail)
+            write_state(t_1, state, run, record)
     return Status.RUNNING.value
 
 
 @kernel
-def begin(sys, state, run):
-    """Gaps and scales at the start; False if a model function raised."""
-    n = state.q.shape[0]
+def begin(sys, span, state, run):
+    """Take the start from the header, its gaps and scales; False if a model function raised."""
+    n, contacts, clock = state.q.shape[0], run.contacts, run.clock
+    clock.now, clock.looked, clock.step, clock.cut = state.now, state.now, FIRST_STEP * span, math.inf
+    take_system(sys, run)
     for i in range(n):
         run.x[i], run.x[n + i] = state.q[i], state.u[i]
     if not observe(sys, run.clock.now, run.x, run.g_1, run.gamma_1, run):
         return False
     for i in range(state.mode.shape[0]):
-        state.mode[i], state.slip[i] = run.contacts.mode[i], run.contacts.slip[i]
+        contacts.mode[i], contacts.slip[i], contacts.sign[i] = state.mode[i], state.slip[i], 1
     remember(n, run)
     run.counters.is_first = 1
     run.counters.to_do = DECIDE if state.mode.shape[0] > 0 else GO_ON
@@ -142,13 +157,19 @@ def begin(sys, state, run):
 
 
 @kernel
-def is_full(every, state, run, trail):
-    """Whether rows, events or steps are full: the caller empties them."""
-    if every > 0 and trail.counts.rows + 1 >= trail.t.shape[0]:
-        return True
-    if state.counters.n_events + EVENTS_AT_INSTANT * state.mode.shape[0] > state.events.shape[0]:
-        return True
-    return trail.steps.counts.is_kept != 0 and trail.steps.counts.n_steps + STEP_PIECES > trail.steps.t.shape[0]
+def take_system(sys, run):
+    """Parameters and laws, which differ from cell to cell of a sweep."""
+    for k in range(sys.p.shape[0]):
+        run.system.p[k] = sys.p[k]
+    for i in range(sys.n_c):
+        for k in range(sys.laws.shape[1]):
+            run.system.laws[i, k], run.contacts.laws[i, k] = sys.laws[i, k], sys.laws[i, k]
+
+
+@kernel
+def has_no_room(steps):
+    """Whether the motion of one more step has no room: the caller takes what there is."""
+    return steps.is_kept != 0 and steps.n_steps + STEP_PIECES > steps.t.shape[0]
 
 
 @kernel
@@ -327,17 +348,11 @@ def collect(state, trial):
 
 
 @kernel
-def write_state(t, state, run, trail):
-    """Append a row: the state, the gaps, the impulses and works since the start."""
-    x, n, n_c = run.x, state.q.shape[0], state.mode.shape[0]
-    has_gap = run.contacts.facts.has & (1 << GAP)
-    for i in range(n):
-        x[i], x[n + i] = state.q[i], state.u[i]
-    end = 2 * n
-    for i in range(n_c):
-        x[end + i] = run.g_0[i] if has_gap else 0.0
-        x[end + n_c + i] = state.P_sum[i, 0]
-        x[end + 2 * n_c + i] = state.P_sum[i, 1] if state.P_sum.shape[1] > 1 else 0.0
-    for k in range(N_WORKS):
-        x[end + 3 * n_c + k] = state.ledger[k]
-    write_row(t, x, run.contacts, trail)
+def write_state(t, state, run, record):
+    """Append a row of the header, with the gaps there and the modes of the contacts."""
+    for i in range(state.mode.shape[0]):
+        state.g_N[i] = run.g_0[i] if run.contacts.facts.has & (1 << GAP) else 0.0
+    write_row(t, state, record)
+    for i in range(state.mode.shape[0]):
+        record.mode[record.counts.rows - 1, i] = run.contacts.mode[i]
+        record.slip[record.counts.rows - 1, i] = run.contacts.slip[i]

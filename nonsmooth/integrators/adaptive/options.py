@@ -10,7 +10,6 @@ paradoxes. The step is in adaptive/step.py. Theory and limits: docs/theory/adapt
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -22,28 +21,31 @@ from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.adaptive.events import find_event
 from nonsmooth.integrators.adaptive.held import held_step
-from nonsmooth.integrators.adaptive.loop import run
-from nonsmooth.integrators.adaptive.polynomial import highest_coefficients, slope_weights
+from nonsmooth.integrators.adaptive.loop import BUDGET_TRIES, run
+from nonsmooth.integrators.adaptive.polynomial import STEP_PIECES, highest_coefficients, slope_weights
 from nonsmooth.integrators.adaptive.scales import BAND, hold_modes
-from nonsmooth.integrators.adaptive.state import FIRST_STEP, N_ROWS, Extrapolation, extrapolation_weights
+from nonsmooth.integrators.adaptive.state import N_ROWS, VELOCITY_DEGREE, Extrapolation, extrapolation_weights
 from nonsmooth.integrators.adaptive.step import try_step
 from nonsmooth.integrators.adaptive.substep import substep
-from nonsmooth.integrators.adaptive.switch import decide
+from nonsmooth.integrators.adaptive.switch import EVENTS_AT_INSTANT, decide
 from nonsmooth.integrators.adaptive.through import step_through
+from nonsmooth.integrators.contract import Handles, Integrator, Schedule, Suspect
 from nonsmooth.integrators.moreau_jean.contact import solve
 from nonsmooth.integrators.moreau_jean.options import needs_newton
 from nonsmooth.integrators.moreau_jean.paradox import end_slide
 from nonsmooth.integrators.radau.method import SMALLEST_RTOL
+from nonsmooth.integrators.records import State
 from nonsmooth.integrators.rigid.rates import rigid_events
 from nonsmooth.integrators.rigid.redundant import share_load
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
-from nonsmooth.mechanics.sys import Sys, fill_sys
+from nonsmooth.mechanics.contact_problem import model_facts
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, System
 
 
 @dataclass(frozen=True)
-class Adaptive:
+class Adaptive(Integrator):
     """Moreau–Jean time stepping with error control.
 
     Parameters
@@ -77,11 +79,10 @@ class Adaptive:
         if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
 
-    chooses_steps = True
-    has_rigid_contacts = True
-    extrapolates = True
-    is_compiled = True
-    callbacks: ClassVar[tuple[Kernel, ...]] = ()
+    pieces = STEP_PIECES
+    degree = VELOCITY_DEGREE
+    events_at_once = EVENTS_AT_INSTANT
+    budget = f"the budget of a run that gets nowhere, {BUDGET_TRIES} tries (larger tolerances may get past this point),"
 
     @property
     def loop(self) -> Kernel:
@@ -101,29 +102,32 @@ class Adaptive:
             entry_points.append(end_slide)
         load_all(entry_points)
 
-    def scratch(self, system: System, sys: Sys, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Extrapolation:
-        """The arrays of a run from t to t_end."""
+    def memory(self, system: System, selection: int) -> Extrapolation:
+        """The arrays of a run, with the tolerances."""
         arrays = new(Extrapolation, n=system.n_u, n_c=system.n_c, d=system.d, n_p=len(system.p))
-        contacts = arrays.contacts
-        contacts.facts.has, contacts.facts.n_u = sys.has, sys.n
+        contacts, has = arrays.contacts, model_facts(system)
+        contacts.facts.has, contacts.facts.n_u, contacts.facts.selection = has, system.n_u, selection
         contacts.numbers.atol, contacts.numbers.rtol = self.atol, BAND * self.rtol
-        contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
-        fill_sys(arrays.system, system, sys.model, sys.has)
+        contacts.kinds[:], arrays.system.kinds[:] = system.kinds, system.kinds
+        arrays.system.has, arrays.system.n, arrays.system.n_c = has, system.n_u, system.n_c
         arrays.step.planar.can_decide_redundant = int(system.n_c > 1)
         arrays.step.planar.has_newton = needs_newton(system)
-        clock = arrays.clock
-        clock.now, clock.step, clock.rtol, clock.atol = t, FIRST_STEP * (t_end - t), self.rtol, self.atol
-        clock.cut, clock.looked = np.inf, t
+        arrays.clock.rtol, arrays.clock.atol = self.rtol, self.atol
         arrays.counters.target = best_row(self.rtol)
         arrays.weights[:] = extrapolation_weights()
         arrays.slope_shares[:], arrays.highest[:] = slope_weights(), highest_coefficients()
         return arrays
 
-    def begin(self, scratch: Extrapolation, mode: np.ndarray, slip: np.ndarray, selection: int) -> None:
-        """Set the modes at the start (n_c,) and the selection rule."""
-        contacts = scratch.contacts
-        contacts.mode[:], contacts.slip[:] = mode, slip
-        contacts.facts.selection = selection
+    def set_handles(self, sys: Sys, handles: Handles, memory: Extrapolation) -> None:
+        """The model, for the system with the laws of a substep."""
+        memory.system.model = sys.model
+
+    def suspects(self, schedule: Schedule, state: State, memory: Extrapolation) -> list[Suspect]:
+        """Beginning, middle and end of the step, and the end of the shortest one."""
+        t, q, u = float(state.now), state.q, state.u
+        dt, least, trial = float(memory.clock.step), float(memory.clock.least), memory.trial
+        parts = (0.0, 0.5 * dt, dt, least)
+        return [*(Suspect(t + part, q + part * u, u) for part in parts), Suspect(t + dt, trial.q, trial.u)]
 
 
 def best_row(rtol: float) -> int:

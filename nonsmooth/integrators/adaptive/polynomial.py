@@ -160,13 +160,13 @@ def state_within(theta, H, state, run):
 @kernel
 def keep_smooth(t, H, state, run, steps):
     """Append the motion of the step that was fitted, from the state."""
-    s = steps.counts.n_steps
+    s = steps.n_steps
     steps.t[s], steps.h[s] = t, H
     for i in range(state.q.shape[0]):
         steps.q[s, i], steps.u[s, i] = state.q[i], state.u[i]
         for k in range(VELOCITY_DEGREE):
             steps.B[s, k, i] = run.B[k, i]
-    steps.counts.n_steps += 1
+    steps.n_steps += 1
 
 
 @kernel
@@ -237,7 +237,7 @@ def split(t, dt, n, run, steps):
 @kernel
 def keep_parabola(t, h, n, piece, steps):
     """Append the piece from (q, u) = piece[0:2] to piece[2:4] whose velocities are a parabola."""
-    s = steps.counts.n_steps
+    s = steps.n_steps
     steps.t[s], steps.h[s] = t, h
     for i in range(n):
         steps.q[s, i], steps.u[s, i] = piece[0, i], piece[1, i]
@@ -246,4 +246,4 @@ def keep_parabola(t, h, n, piece, steps):
         steps.B[s, 1, i] = 3.0 * change - 6.0 * mean
         for k in range(2, VELOCITY_DEGREE):
             steps.B[s, k, i] = 0.0
-    steps.counts.n_steps += 1
+    steps.n_steps += 1

@@ -32,13 +32,11 @@ from nonsmooth.integrators.adaptive.substep import RETAKE, substep
 from nonsmooth.integrators.adaptive.table import begin_trial
 from nonsmooth.integrators.records import (
     EVENT_CONTACT,
-    EVENT_GAMMA_F,
     EVENT_KIND,
     EVENT_MODE_0,
     EVENT_MODE_1,
     EVENT_SLIP_0,
     EVENT_SLIP_1,
-    EVENT_SOLUTIONS,
     EVENT_T,
     EVENT_WIDTH,
     FRICTION,
@@ -49,6 +47,7 @@ from nonsmooth.integrators.records import (
     N_FUNCTIONS,
     N_LEDGER,
     State,
+    append_event,
 )
 from nonsmooth.integrators.rigid.census import note_several, slides_alone
 from nonsmooth.jit import kernel
@@ -358,13 +357,9 @@ def note_changes(t, first_event, state, run):
         changed = contacts.mode[i] != run.mode[i] or contacts.slip[i] != run.slip[i]
         if not changed or run.has_struck[i] == 1 or run.counters.is_first == 1:
             continue
-        m = state.counters.n_events
-        for k in range(EVENT_WIDTH):
-            state.events[m, k] = 0.0
-        state.events[m, EVENT_KIND], state.events[m, EVENT_SOLUTIONS] = MODE_CHANGE, 1
-        state.events[m, EVENT_CONTACT], state.events[m, EVENT_GAMMA_F] = i, contacts.gamma[i, 1]
-        set_modes(m, t, i, state, run)
-        state.counters.n_events += 1
+        state.event.solutions, state.event.gamma_F = 1, contacts.gamma[i, 1]
+        mode, slip = contacts.mode[i], contacts.slip[i]
+        append_event(t, MODE_CHANGE, i, run.mode[i], run.slip[i], mode, slip, state)
 
 
 @kernel

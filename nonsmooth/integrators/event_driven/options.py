@@ -15,27 +15,33 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_number, as_positive
 from nonsmooth.contact.planar.enumerate import enumerate_modes
+from nonsmooth.contact.planar.forces import MAX_MODES
 from nonsmooth.contact.planar.ladder import pivot, solve_planar
 from nonsmooth.contact.planar.redundant import enumerate_redundant
-from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.integrators.adaptive.options import Adaptive
+from nonsmooth.integrators.contract import Handles, Integrator, Schedule, Suspect
 from nonsmooth.integrators.event_driven.impact import impact
 from nonsmooth.integrators.event_driven.loop import Scratch, run
 from nonsmooth.integrators.event_driven.switching import settle, switch_modes
-from nonsmooth.integrators.event_driven.touch import AT_START
+from nonsmooth.integrators.event_driven.touch import AT_RESUMPTION
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.radau.events import locate_event
+from nonsmooth.integrators.radau.header import radau_suspects
 from nonsmooth.integrators.radau.method import SMALLEST_RTOL, radau_shorten, radau_step
+from nonsmooth.integrators.radau.polynomial import STEP_DEGREE
+from nonsmooth.integrators.records import N_WORKS, State
 from nonsmooth.integrators.rigid.rates import rigid_events, rigid_rates
 from nonsmooth.integrators.rigid.redundant import share_load
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import System
 
 
 @dataclass(frozen=True)
-class EventDriven:
+class EventDriven(Integrator):
     """Rigid contact, integrated with high order between located events.
 
     Parameters
@@ -81,20 +87,15 @@ class EventDriven:
                 f"got {shown(stepper)}"
             )
 
-    chooses_steps = True
     locates_events = True
-    has_rigid_contacts = True
-    is_compiled = True
+    has_forces = True
+    degree = STEP_DEGREE
+    callbacks = (rigid_rates, rigid_events)
 
     @property
     def loop(self) -> Kernel:
         """The loop over the steps."""
         return run
-
-    @property
-    def callbacks(self) -> tuple[Kernel, Kernel]:
-        """The rates and the event functions that the loop integrates."""
-        return rigid_rates, rigid_events
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
@@ -105,25 +106,46 @@ class EventDriven:
             entry_points += [enumerate_redundant, solve_planar, pivot]
         load_all(entry_points)
 
-    def scratch(self, system: System, sys: Sys, t: float, t_end: float, q: np.ndarray, u: np.ndarray) -> Scratch:
-        """The arrays of a run from t, filled with its start."""
+    def memory(self, system: System, selection: int) -> Scratch:
+        """The arrays of a run, with the tolerances."""
         arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
-        n = system.n_u
         contacts, ode = arrays.contacts, arrays.ode
         facts, numbers = contacts.facts, contacts.numbers
-        facts.has, facts.n_u, facts.event, facts.follows_margin = sys.has, n, AT_START, 1
-        numbers.atol, numbers.rtol, numbers.flight = self.atol, self.rtol, np.inf
-        contacts.kinds[:], contacts.laws[:], contacts.sign[:] = system.kinds, system.laws, 1
-        arrays.forces.kinds[:], arrays.forces.laws[:] = system.kinds, system.laws
+        facts.has, facts.n_u, facts.follows_margin = model_facts(system), system.n_u, 1
+        facts.selection = selection
+        numbers.atol, numbers.rtol = self.atol, self.rtol
+        contacts.kinds[:], arrays.forces.kinds[:] = system.kinds, system.kinds
         decides = int(system.n_c > 1)
         arrays.forces.planar.can_decide_redundant = arrays.touch.planar.can_decide_redundant = decides
-        ode.x[:n], ode.x[n : 2 * n] = q, u
-        ode.atol[:] = self.atol
-        ode.clock.now, ode.clock.rtol = t, self.rtol
+        ode.atol[:], ode.clock.rtol = self.atol, self.rtol
         return arrays
 
-    def begin(self, scratch: Scratch, mode: np.ndarray, slip: np.ndarray, selection: int) -> None:
-        """Set the modes at the start (n_c,) and the selection rule."""
-        contacts = scratch.contacts
-        contacts.mode[:], contacts.slip[:] = mode, slip
-        contacts.facts.selection = selection
+    def set_handles(self, sys: Sys, handles: Handles, memory: Scratch) -> None:
+        """What the method for differential equations calls."""
+        memory.ode.rates, memory.events.functions, memory.ode.context = *handles.callbacks, handles.of(memory.contacts)
+
+    def suspects(self, schedule: Schedule, state: State, memory: Scratch) -> list[Suspect]:
+        """Where a step of Radau calls the rates."""
+        return radau_suspects(state, memory.ode)
+
+    def reason(self, status: Status, state: State, memory: Scratch) -> str:
+        """Of a contact problem with too many modes."""
+        if status != Status.NOT_SOLVED or self.hand_over is not None:
+            return ""
+        return (
+            f"{int(memory.touch.is_touching.sum())} contacts touch at once, at t = {state.now:.9g} s, and EventDriven "
+            f"tries at most {MAX_MODES} modes, as many as 8 or 9 contacts with friction have at rest: time stepping "
+            "goes on through that, as Adaptive or MoreauJean(dt), or EventDriven(hand_over=Adaptive()) for this "
+            "stretch alone"
+        )
+
+    def resume(self, state: State, memory: Scratch) -> None:
+        """Go on from the header, which another integrator has moved: its modes are decided anew."""
+        contacts, ode = memory.contacts, memory.ode
+        P = memory.written.copy()
+        P[:, : state.P_sum.shape[1]] += state.P_sum
+        ode.x[:] = np.concatenate((state.q, state.u, state.g_N, *P.T, state.ledger[:N_WORKS]))
+        ode.clock.now = state.now
+        contacts.mode[:], contacts.slip[:] = state.mode, state.slip
+        contacts.sign[:] = np.where(state.P[:, 0] < 0.0, -1, 1)
+        contacts.facts.event, memory.stalls[0] = AT_RESUMPTION, 0

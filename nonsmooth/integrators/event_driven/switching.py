@@ -35,19 +35,6 @@ from nonsmooth.integrators.moreau_jean.contact import mode_of
 from nonsmooth.integrators.radau.events import NO_EVENT
 from nonsmooth.integrators.records import (
     CLOSURE,
-    EVENT_CONTACT,
-    EVENT_FOUND,
-    EVENT_GAMMA_F,
-    EVENT_GAMMA_N,
-    EVENT_KIND,
-    EVENT_MODE_0,
-    EVENT_MODE_1,
-    EVENT_P_F,
-    EVENT_P_N,
-    EVENT_SLIP_0,
-    EVENT_SLIP_1,
-    EVENT_SOLUTIONS,
-    EVENT_T,
     FRICTION,
     IMPACT,
     INCONSISTENT,
@@ -55,6 +42,7 @@ from nonsmooth.integrators.records import (
     MODE_CHANGE,
     N_FUNCTIONS,
     State,
+    append_event,
 )
 from nonsmooth.integrators.rigid.hold import hold
 from nonsmooth.integrators.rigid.modes import SINGULAR_SLIDE, RigidContacts, rounded_length, small_speed
@@ -477,13 +465,10 @@ def note_events(t, state, contacts, touch):
 
 @kernel
 def write_event(t, i, kind, solutions, found, state, contacts, touch):
-    """Append an event of contact i: modes, impulses and velocities before it, number and modes of its solutions."""
-    row, m = state.events, state.counters.n_events
-    row[m, EVENT_T] = t + touch.accumulates[i]
-    row[m, EVENT_KIND], row[m, EVENT_CONTACT] = kind, i
-    row[m, EVENT_MODE_0], row[m, EVENT_SLIP_0] = state.mode[i], state.slip[i]
-    row[m, EVENT_MODE_1], row[m, EVENT_SLIP_1] = contacts.mode[i], contacts.slip[i]
-    row[m, EVENT_P_N], row[m, EVENT_P_F] = touch.P[i, 0], touch.P[i, 1]
-    row[m, EVENT_GAMMA_N], row[m, EVENT_GAMMA_F] = touch.before[i, 0], touch.before[i, 1]
-    row[m, EVENT_SOLUTIONS], row[m, EVENT_FOUND] = solutions, found
-    state.counters.n_events += 1
+    """Append an event of contact i: impulses and velocities before it, number and modes of its solutions."""
+    event = state.event
+    event.P_N, event.P_F = touch.P[i, 0], touch.P[i, 1]
+    event.gamma_N, event.gamma_F = touch.before[i, 0], touch.before[i, 1]
+    event.solutions, event.found = solutions, found
+    moment, mode, slip = t + touch.accumulates[i], contacts.mode[i], contacts.slip[i]
+    append_event(moment, kind, i, state.mode[i], state.slip[i], mode, slip, state)

@@ -14,26 +14,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from nonsmooth.checks.arrays import as_flag, as_number, as_positive
 from nonsmooth.contact.planar.enumerate import enumerate_modes
 from nonsmooth.contact.planar.ladder import exceeds_enumeration, pivot, solve_planar
 from nonsmooth.contact.planar.newton import solve_by_newton
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.integrators.contract import Schedule, Suspect
+from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.moreau_jean.compliance import Compliance
 from nonsmooth.integrators.moreau_jean.contact import Scratch, solve
 from nonsmooth.integrators.moreau_jean.paradox import end_slide
 from nonsmooth.integrators.moreau_jean.projection import project
-from nonsmooth.integrators.moreau_jean.step import run, step
+from nonsmooth.integrators.moreau_jean.step import step
+from nonsmooth.integrators.records import State
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.system import GIVEN_FORCE, System
 
 
 @dataclass(frozen=True)
-class MoreauJean:
+class MoreauJean(FixedStep):
     """Time stepping with a fixed step.
 
     Parameters
@@ -82,16 +83,13 @@ class MoreauJean:
         if self.projection:
             raise InvalidInput("give either compliance or projection: a compliant contact has an indentation to keep")
 
-    def steps_between(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Equal steps, none longer than dt, between the times t (m + 1,): their lengths and numbers, (m,) each."""
-        spans = t[1:] - t[:-1]
-        steps = np.maximum(np.ceil(spans / self.dt * (1 - 1e-9)), 1.0)
-        dts = spans / steps
-        dts[np.abs(dts - self.dt) <= 1e-9 * self.dt] = self.dt  # the step asked for, not one a rounding away
-        return dts, steps.astype(np.int64)
+    @property
+    def step(self) -> Kernel:
+        """One step."""
+        return step
 
-    def scratch(self, system: System, selection: int) -> Scratch:
-        """The arrays that the loop works in, with its options."""
+    def memory(self, system: System, selection: int) -> Scratch:
+        """The arrays that a step works in, with its options."""
         arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
         options = arrays.options
         options.theta, options.selection, options.projection = self.theta, selection, self.projection
@@ -101,14 +99,9 @@ class MoreauJean:
         arrays.planar.may_wait = 1
         return arrays
 
-    @property
-    def loop(self) -> Kernel:
-        """The loop over the steps."""
-        return run
-
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        entry_points = [step, solve, run]
+        entry_points = [self.loop, step, solve]
         if system.n_c > 1:
             entry_points += [solve_planar, enumerate_modes, pivot]
         if needs_newton(system):
@@ -119,15 +112,28 @@ class MoreauJean:
             entry_points.append(project)
         load_all(entry_points)
 
-    def load_for_retry(self, system: System, scratch: Scratch, is_compiled: bool) -> bool:
+    def load_for_retry(self, system: System, memory: Scratch, is_compiled: bool) -> bool:
         """Get ready what decides a contact problem that was not solved; False if there is nothing more to try."""
-        planar, is_many = scratch.planar, exceeds_enumeration(system)
+        planar, is_many = memory.planar, exceeds_enumeration(system)
         if system.n_c < 2 or planar.can_decide_redundant == 1:
             return False
         if is_compiled:
             load_all([enumerate_redundant, solve_by_newton] if is_many else [enumerate_redundant])
         planar.can_decide_redundant, planar.has_newton = 1, is_many
         return True
+
+    def suspects(self, schedule: Schedule, state: State, memory: Scratch) -> list[Suspect]:
+        """Beginning, mid-point and end of the step."""
+        t, q, u = float(state.now), state.q, state.u
+        interval = min(int(state.counters.interval), len(schedule.dt) - 1)
+        dt = float(schedule.dt[interval]) if interval >= 0 else 0.0
+        return [Suspect(t + part * dt, q + part * dt * u, u) for part in (0.0, 0.5, 1.0)]
+
+    def step_problem(self, system: System, selection: int) -> Scratch:
+        """A fresh block that will hold the contact problem of the next step, and of no other."""
+        memory = self.memory(system, selection)
+        memory.work.closed[:] = -1
+        return memory
 
 
 def needs_newton(system: System) -> bool:

@@ -20,8 +20,9 @@ from nonsmooth.integrators.records import (
     INCONSISTENT,
     INDETERMINATE,
     State,
-    add_event,
+    append_event,
     book_energy,
+    describe_closed,
     set_mode,
 )
 from nonsmooth.jit import kernel
@@ -59,7 +60,8 @@ def note_paradoxes(sys, t, dt, n_k, state, scratch):
                 return True
         if is_indeterminate and state.several[i] == 0:
             mode = mode_of(candidate, 1)
-            add_event(sys, t, INDETERMINATE, i, mode, slip_of(candidate), k, found, state, work)
+            describe_closed(sys, k, found, state, work)
+            append_event(t, INDETERMINATE, i, state.mode[i], state.slip[i], mode, slip_of(candidate), state)
         state.several[i] = 1 if is_indeterminate else 0
     if has_several:
         state.counters.several += 1
@@ -81,7 +83,8 @@ def end_slide(sys_at, mu, t, dt, n_k, k, state_at, scratch_at):
         return False
     if follows_own_law(i, sys.kinds, sys.laws):
         impulses_by_law(sys.laws, i, work.gamma_0, work.G, work.P)
-    add_event(sys, t, INCONSISTENT, i, ContactMode.STICK.value, 0, k, 0, state, work)
+    describe_closed(sys, k, 0, state, work)
+    append_event(t, INCONSISTENT, i, state.mode[i], state.slip[i], ContactMode.STICK.value, 0, state)
     if scratch.options.stiffness == 0.0 and is_first_alone(n_k, there) and has_impact(sys, i, state, there):
         jump(sys, t, i, state, there)
         return True

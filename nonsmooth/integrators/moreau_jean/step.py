@@ -1,28 +1,25 @@
-"""The loop of Moreau–Jean time stepping, and one step of it: predict, solve the closed contacts, move, book.
+"""One step of Moreau–Jean time stepping: predict, solve the closed contacts, move, book.
 
 Equations: moreau_jean/options.py. The contact problem of a step is solved in moreau_jean/contact.py.
 """
 
 from __future__ import annotations
 
-from typing import Annotated as Array
-
 from nonsmooth.contact.planar.single import slip_of
 from nonsmooth.errors import Status
+from nonsmooth.integrators.contract import STEP
 from nonsmooth.integrators.moreau_jean.compliance import add_compliance, find_end_gaps
 from nonsmooth.integrators.moreau_jean.contact import Scratch, mode_of, solve
 from nonsmooth.integrators.moreau_jean.energy_gain import note_gain
 from nonsmooth.integrators.moreau_jean.paradox import note_paradoxes
 from nonsmooth.integrators.moreau_jean.projection import project
 from nonsmooth.integrators.records import (
-    Record,
     State,
     book_energy,
     set_mode,
-    write_record,
 )
 from nonsmooth.jit import kernel, rare_kernel
-from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
+from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.contact_problem import (
     NORMAL_FORCE_READS_U,
     add_restitution,
@@ -44,53 +41,7 @@ from nonsmooth.numerics.rounding import rounded_sum
 VELOCITY_ROUNDINGS = 18  # chosen: of a velocity, made from a few terms: a smaller change of it is no change
 
 
-class Intervals(Block):
-    """Between two records: m of them."""
-
-    t: Array[Floats, "m + 1"]  # times of the records
-    dt: Array[Floats, "m"]  # length of a step
-    steps: Array[Ints, "m"]  # number of steps
-
-
-@kernel("int64(int64, int64, int64, int64, int64, int64)", short_loops=True)
-def run(sys_at, intervals_at, max_steps, state_at, record_at, scratch_at):
-    """Advance from counters.interval, counters.step by at most max_steps steps; returns a Status.
-
-    Interval j takes steps[j] steps of dts[j] from t_record[j] and ends with record j + 1.
-    """
-    sys = view(sys_at, Sys)
-    state, record, scratch = view(state_at, State), view(record_at, Record), view(scratch_at, Scratch)
-    intervals = view(intervals_at, Intervals)
-    t_record, dts, steps = intervals.t, intervals.dt, intervals.steps
-    counters = state.counters
-    n_c = sys.kinds.shape[0]
-    scratch.is_known[0] = 0
-    scratch.is_known[1] = 0
-    if counters.interval == 0 and counters.step == 0:
-        if not write_record(sys, 0, t_record[0], state, record, scratch.work):
-            return Status.NOT_FINITE
-    for _ in range(max_steps):
-        j = counters.interval
-        if j >= steps.shape[0]:
-            break
-        if counters.n_events + 3 * n_c > state.events.shape[0]:
-            return Status.RUNNING  # the events are full: the caller empties them
-        t = t_record[j] + counters.step * dts[j]
-        status = step(sys_at, t, dts[j], state_at, scratch_at)
-        if status != Status.RUNNING:
-            return status
-        if counters.step == steps[j]:
-            counters.interval += 1
-            counters.step = 0
-            if not write_record(sys, j + 1, t_record[j + 1], state, record, scratch.work):
-                return Status.NOT_FINITE
-    return Status.FINISHED if counters.interval >= steps.shape[0] else Status.RUNNING
-
-
-@kernel(
-    "int64(int64, float64, float64, int64, int64)",
-    short_loops=True,
-)
+@kernel(STEP, short_loops=True)
 def step(sys_at, t, dt, state_at, scratch_at):
     """One step, or the impact that comes before it; the state changes only once either is known to be good.
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 from typing import Annotated as Array
 
 from nonsmooth.errors import Status
+from nonsmooth.integrators.contract import LOOP, Schedule
 from nonsmooth.integrators.penalty.rates import OMEGA, Contacts, contact_rates
-from nonsmooth.integrators.penalty.switching import begin_contacts, change_mode, rounded_speed
+from nonsmooth.integrators.penalty.switching import N_FUNCTIONS, begin_contacts, change_mode, rounded_speed
 from nonsmooth.integrators.radau.events import (
     MAX_STALLS,
     NO_EVENT,
@@ -19,36 +20,28 @@ from nonsmooth.integrators.radau.events import (
     locate_event,
     longest_step,
 )
-from nonsmooth.integrators.radau.method import SMALLEST_STEP, radau_accept, radau_restart, radau_step
-from nonsmooth.integrators.radau.polynomial import (
-    STEP_DEGREE,
-    Steps,
-    begin_polynomial,
-    end_polynomial,
-    state_within,
+from nonsmooth.integrators.radau.header import (
+    note_impulses,
+    state_at_moment,
+    take_contacts,
+    take_counts,
+    take_motion,
 )
-from nonsmooth.integrators.radau.stages import Radau, dense_value, rates_at
+from nonsmooth.integrators.radau.method import SMALLEST_STEP, radau_accept, radau_restart, radau_step
+from nonsmooth.integrators.radau.polynomial import begin_polynomial, end_polynomial
+from nonsmooth.integrators.radau.stages import Radau, rates_at
 from nonsmooth.integrators.records import (
-    EVENT_CONTACT,
-    EVENT_GAMMA_F,
-    EVENT_GAMMA_N,
-    EVENT_KIND,
-    EVENT_MODE_0,
-    EVENT_MODE_1,
-    EVENT_P_F,
-    EVENT_P_N,
-    EVENT_SLIP_0,
-    EVENT_SLIP_1,
-    EVENT_SOLUTIONS,
-    EVENT_T,
     IMPACT,
     MODE_CHANGE,
-    N_FUNCTIONS,
     N_WORKS,
+    Record,
     State,
+    append_event,
+    is_full,
+    write_row,
 )
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import Block, Floats, address, view
+from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import ContactMode
 
@@ -60,59 +53,50 @@ class Scratch(Block, x=f"2 * (n + n_c) + 2 * n_c + {N_WORKS}", works=N_WORKS, fu
     events: Array[Events, "n_events = functions", "n_x = x"]
     contacts: Contacts
     impulses: Array[Floats, "n_c", 2]  # at the last change of mode
+    written: Array[Floats, "n_c", 2]  # and at the last row
+    stalls: Array[Ints, 1]  # events in a row without any motion
 
 
-class TrailCounts(Block):
-    """What was written."""
-
-    rows: int
-    next: int  # of t_record
-    stalls: int  # events in a row without any motion
-
-
-class Trail(Block, degree=STEP_DEGREE, row=f"2 * n + 3 * n_c + {N_WORKS}"):
-    """Rows that a run writes, m of them, and its steps; the caller empties them."""
-
-    counts: TrailCounts
-    steps: Array[Steps, "m = steps", "degree = degree"]
-    t: Array[Floats, "m"]
-    x: Array[Floats, "m", "row"]
-    la: Array[Floats, "m", "n_c", 2]
-    mode: Array[Floats, "m", "n_c"]
-    slip: Array[Floats, "m", "n_c"]
-
-
-@kernel("int64(int64, float64[::1], int64, int64, int64, int64, int64)", short_loops=True)
-def run(sys_at, t_record, every, max_steps, state_at, trail_at, scratch_at):
+@kernel(LOOP, short_loops=True)
+def run(sys_at, schedule_at, max_steps, state_at, record_at, scratch_at):
     """Advance by at most max_steps steps; returns a Status.
 
-    Rows are written every so many steps and at every event, or, where every = 0, at the times t_record. The last of
-    these is the end.
+    Rows are written every so many steps and at every event, or, where every = 0, at the times t. The last of these is
+    the end.
     """
-    sys = view(sys_at, Sys)
-    state, trail, scratch = view(state_at, State), view(trail_at, Trail), view(scratch_at, Scratch)
+    sys, schedule = view(sys_at, Sys), view(schedule_at, Schedule)
+    state, record, scratch = view(state_at, State), view(record_at, Record), view(scratch_at, Scratch)
+    status = advance(sys, schedule, max_steps, state, record, scratch)
+    state.now = scratch.ode.clock.now
+    if status == Status.RUNNING or status == Status.FINISHED:  # else the header stays where the step began
+        take_state(state.now, scratch.ode.x, state, scratch)
+    take_counts(scratch.ode, state)
+    return status
+
+
+@kernel
+def advance(sys, schedule, max_steps, state, record, scratch):
+    """``run``, that leaves the header to be filled."""
     ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
-    clock = ode.clock
+    every, t_record, clock = schedule.every, schedule.t, ode.clock
     t_end = t_record[t_record.shape[0] - 1]
-    if state.counters.steps == 0 and trail.counts.next == 0:
-        status = begin_run(sys_at, scratch_at)
+    if state.counters.is_begun == 0:
+        status = begin_run(address(sys), address(scratch))
         if status != Status.RUNNING:
             return status
-        write_compliant_row(clock.now, ode.x, contacts, trail)
-        trail.counts.next = 1
+        write_state(clock.now, ode.x, state, record, scratch)
+        state.counters.is_begun, record.counts.next = 1, 1
     for _ in range(max_steps):
         t = clock.now
         h_max = t_end - t
         if not h_max > SMALLEST_STEP * abs(t):
             return Status.FINISHED.value
-        if every > 0 and trail.counts.rows >= trail.t.shape[0]:
-            return Status.RUNNING.value  # the rows, or the events, are full: the caller empties them
-        if state.counters.n_events + contacts.kinds.shape[0] > state.events.shape[0]:
+        if is_full(min(every, 1), sys.n_c, state, record):
             return Status.RUNNING.value
-        status = radau_step(sys_at, min(h_max, longest_step(events)), address(ode))
+        status = radau_step(address(sys), min(h_max, longest_step(events)), address(ode))
         if status != Status.RUNNING:
             return status
-        status = locate_event(sys_at, address(ode), address(events))
+        status = locate_event(address(sys), address(ode), address(events))
         if status != Status.RUNNING:
             return status
         which = events.found.which
@@ -120,25 +104,25 @@ def run(sys_at, t_record, every, max_steps, state_at, trail_at, scratch_at):
             continue
         if events.found.is_immediate == 0:
             t_1 = t_end if clock.done == h_max else t + clock.done
-            begin_polynomial(t, contacts.facts.n_u, ode, trail.steps)
-            status = radau_accept(sys_at, ode)
+            begin_polynomial(t, sys.n, ode, record.steps)
+            status = radau_accept(address(sys), ode)
             if status != Status.RUNNING:
                 return status
             clock.now = t_1
             accept(state, contacts, ode)
-            end_polynomial(contacts.facts.n_u, ode, trail.steps)
+            end_polynomial(sys.n, ode, record.steps)
             if every == 0:
-                status = interpolate_rows(sys, t, t_1, t_record, scratch, trail)
+                status = interpolate_rows(sys, t, t_1, schedule, state, record, scratch)
                 if status != Status.RUNNING:
                     return status
             if every > 0 and (state.counters.steps % every == 0 or which != NO_EVENT or t_1 == t_end):
-                write_compliant_row(t_1, ode.x, contacts, trail)
-            trail.counts.stalls = 0
+                write_state(t_1, ode.x, state, record, scratch)
+            scratch.stalls[0] = 0
         if which != NO_EVENT:
-            trail.counts.stalls += 1
-            if trail.counts.stalls > MAX_STALLS * N_FUNCTIONS * contacts.kinds.shape[0]:
+            scratch.stalls[0] += 1
+            if scratch.stalls[0] > MAX_STALLS * N_FUNCTIONS * sys.n_c:
                 return Status.CHATTERING.value
-            status = switch(sys_at, which, state_at, scratch_at)
+            status = switch(address(sys), which, address(state), address(scratch))
             if status != Status.RUNNING:
                 return status
     return Status.RUNNING.value
@@ -202,35 +186,29 @@ def note_event(t, i, state, scratch):
     contacts, x, before = scratch.contacts, scratch.ode.x, scratch.impulses
     n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
     P_N, P_F = x[2 * (n + n_c) + i], x[2 * n + 3 * n_c + i]
-    m = state.counters.n_events
-    if state.counters.steps > 0 and m < state.events.shape[0]:
-        row = state.events
+    if state.counters.steps > 0:
+        event = state.event
+        event.P_N, event.P_F, event.solutions = P_N - before[i, 0], P_F - before[i, 1], 1
+        event.gamma_N, event.gamma_F = contacts.gamma[i, 0], contacts.gamma[i, 1]
         is_impact = state.mode[i] == ContactMode.OPEN and contacts.gamma[i, 0] < -rounded_speed(n, contacts)
-        row[m, EVENT_T] = t
-        row[m, EVENT_KIND] = IMPACT if is_impact else MODE_CHANGE
-        row[m, EVENT_CONTACT] = i
-        row[m, EVENT_MODE_0], row[m, EVENT_SLIP_0] = state.mode[i], state.slip[i]
-        row[m, EVENT_MODE_1], row[m, EVENT_SLIP_1] = contacts.mode[i], contacts.slip[i]
-        row[m, EVENT_P_N], row[m, EVENT_P_F] = P_N - before[i, 0], P_F - before[i, 1]
-        row[m, EVENT_GAMMA_N], row[m, EVENT_GAMMA_F] = contacts.gamma[i, 0], contacts.gamma[i, 1]
-        row[m, EVENT_SOLUTIONS] = 1
-        state.counters.n_events += 1
+        kind = IMPACT if is_impact else MODE_CHANGE
+        append_event(t, kind, i, state.mode[i], state.slip[i], contacts.mode[i], contacts.slip[i], state)
     before[i, 0], before[i, 1] = P_N, P_F
 
 
 @kernel
-def interpolate_rows(sys, t, t_1, t_record, scratch, trail):
+def interpolate_rows(sys, t, t_1, schedule, state, record, scratch):
     """Write the rows of the record times in (t, t_1], of the step that was accepted; returns a Status."""
-    ode, contacts, x = scratch.ode, scratch.contacts, scratch.events.x
+    ode, contacts, x, t_record = scratch.ode, scratch.contacts, scratch.events.x, schedule.t
     is_written = False
-    while trail.counts.next < t_record.shape[0] and t_record[trail.counts.next] <= t_1:
-        moment = t_record[trail.counts.next]
-        state_at_moment(moment, t, contacts.facts.n_u, ode, trail.steps, x)
+    while record.counts.next < t_record.shape[0] and t_record[record.counts.next] <= t_1:
+        moment = t_record[record.counts.next]
+        state_at_moment(moment, t, sys.n, ode, record.steps, x)
         status = contact_rates(address(sys), address(contacts), moment, x, ode.f)
         if status != Status.RUNNING:
             return status
-        write_compliant_row(moment, x, contacts, trail)
-        trail.counts.next += 1
+        write_state(moment, x, state, record, scratch)
+        record.counts.next += 1
         is_written = True
     if is_written:
         return contact_rates(address(sys), address(contacts), t_1, ode.x, ode.f)  # the contacts at the end of the step
@@ -238,41 +216,19 @@ def interpolate_rows(sys, t, t_1, t_record, scratch, trail):
 
 
 @kernel
-def state_at_moment(moment, t, n, ode, steps, x):
-    """The state within the step from t that was accepted last."""
-    theta = min(1.0, (moment - t) / ode.clock.done)
-    state_within(steps.counts.n_steps - steps.counts.is_kept, theta, steps, x)
-    Z = ode.Z
-    for i in range(2 * n, x.shape[0]):
-        x[i] = ode.x[i] - Z[2, i] + dense_value(theta, Z[0, i], Z[1, i], Z[2, i])
+def take_state(t, x, state, scratch):
+    """The header of the state x = (q, u, z, v, P_N, P_F, works), whose contacts were evaluated."""
+    contacts = scratch.contacts
+    n_c = contacts.kinds.shape[0]
+    take_motion(t, x, state)
+    for i in range(n_c):
+        state.g_N[i] = x[2 * state.q.shape[0] + i] / contacts.constants[i, OMEGA]
+    take_contacts(2 * (state.q.shape[0] + n_c), x, scratch.written, state, contacts)
 
 
 @kernel
-def write_compliant_row(t, x, contacts, trail):
-    """Append the state without the normal velocities v, which follow from u, the forces and the modes."""
-    m, n_c = trail.counts.rows, contacts.kinds.shape[0]
-    v = 2 * contacts.facts.n_u + n_c
-    for i in range(v):
-        trail.x[m, i] = x[i]
-    for i in range(v, trail.x.shape[1]):
-        trail.x[m, i] = x[n_c + i]
-    write_forces(t, contacts, trail)
-
-
-@kernel
-def write_row(t, x, contacts, trail):
-    """Append the state, the forces and the modes."""
-    for i in range(x.shape[0]):
-        trail.x[trail.counts.rows, i] = x[i]
-    write_forces(t, contacts, trail)
-
-
-@kernel
-def write_forces(t, contacts, trail):
-    """The time, the forces and the modes of a row, which is complete then."""
-    m = trail.counts.rows
-    trail.t[m] = t
-    for i in range(contacts.kinds.shape[0]):
-        trail.la[m, i, 0], trail.la[m, i, 1] = contacts.la[i, 0], contacts.la[i, 1]
-        trail.mode[m, i], trail.slip[m, i] = contacts.mode[i], contacts.slip[i]
-    trail.counts.rows += 1
+def write_state(t, x, state, record, scratch):
+    """Append a row of the state x."""
+    take_state(t, x, state, scratch)
+    write_row(t, state, record)
+    note_impulses(2 * (state.q.shape[0] + state.mode.shape[0]), x, scratch.written)

@@ -12,11 +12,8 @@ Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1
 
 from __future__ import annotations
 
-from typing import Annotated as Array
-
 from nonsmooth.integrators.radau.stages import DENSE, C
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import Block, Floats
 
 STEP_DEGREE = 4  # derived: of a polynomial by the five conditions above
 # chosen: tolerances of a component by which the stages, of order 3, may lie beside the polynomial. In smooth motion
@@ -24,28 +21,10 @@ STEP_DEGREE = 4  # derived: of a polynomial by the five conditions above
 BESIDE_STEP = 10.0
 
 
-class StepsCounts(Block):
-    """Of the steps that were taken."""
-
-    n_steps: int
-    is_kept: int  # 1 where they are kept
-
-
-class Steps(Block, degree=STEP_DEGREE):
-    """Steps that a run took, m of them; the caller empties them. Where they are not kept, the last one alone."""
-
-    counts: StepsCounts
-    t: Array[Floats, "m"]  # beginnings
-    h: Array[Floats, "m"]  # lengths
-    q: Array[Floats, "m", "n"]  # at the beginning
-    u: Array[Floats, "m", "n"]
-    B: Array[Floats, "m", "degree", "n"]
-
-
 @kernel
 def begin_polynomial(t, n, ode, steps):
     """Note the beginning of a step that is about to be accepted; B_1 = h u'_0."""
-    m = steps.counts.n_steps
+    m = steps.n_steps
     h = ode.clock.done
     steps.t[m], steps.h[m] = t, h
     for i in range(n):
@@ -56,7 +35,7 @@ def begin_polynomial(t, n, ode, steps):
 @kernel
 def end_polynomial(n, ode, steps):
     """Find B from the end of the step, which has been accepted."""
-    m = steps.counts.n_steps
+    m = steps.n_steps
     B, h = steps.B, steps.h[m]
     for i in range(n):
         u_0 = steps.u[m, i]
@@ -72,8 +51,8 @@ def end_polynomial(n, ode, steps):
             if not abs(polynomial(m, i, C[s], steps) - ode.Z[s, n + i]) <= reach:
                 collocate(m, i, change, mean, ode.Z[0, n + i], ode.Z[1, n + i], ode.Z[2, n + i], steps)
                 break
-    if steps.counts.is_kept != 0:
-        steps.counts.n_steps += 1
+    if steps.is_kept != 0:
+        steps.n_steps += 1
 
 
 @kernel

@@ -16,18 +16,9 @@ import math
 
 from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS
 from nonsmooth.integrators.records import (
-    EVENT_CONTACT,
-    EVENT_FOUND,
-    EVENT_GAMMA_F,
-    EVENT_KIND,
-    EVENT_MODE_0,
-    EVENT_MODE_1,
-    EVENT_SLIP_0,
-    EVENT_SLIP_1,
-    EVENT_SOLUTIONS,
-    EVENT_T,
     INDETERMINATE,
     N_FUNCTIONS,
+    append_event,
 )
 from nonsmooth.integrators.rigid.modes import UNIQUE
 from nonsmooth.jit import kernel
@@ -93,15 +84,10 @@ def note_several(t, i, enters, state, contacts):
     if contacts.several[i] == 1 or not (enters or several_fit(i, contacts)):
         return
     contacts.several[i] = 1
-    row, m = state.events, state.counters.n_events
-    for k in range(row.shape[1]):
-        row[m, k] = 0.0
-    row[m, EVENT_T], row[m, EVENT_KIND], row[m, EVENT_CONTACT] = t, INDETERMINATE, i
-    row[m, EVENT_MODE_0] = row[m, EVENT_MODE_1] = contacts.mode[i]
-    row[m, EVENT_SLIP_0] = row[m, EVENT_SLIP_1] = contacts.slip[i]
-    row[m, EVENT_GAMMA_F] = contacts.gamma[i, 1]
-    row[m, EVENT_SOLUTIONS], row[m, EVENT_FOUND] = 2, modes_that_fit(i, contacts)
-    state.counters.n_events += 1
+    event = state.event
+    event.gamma_F, event.solutions, event.found = contacts.gamma[i, 1], 2, modes_that_fit(i, contacts)
+    mode, slip = contacts.mode[i], contacts.slip[i]
+    append_event(t, INDETERMINATE, i, mode, slip, mode, slip, state)
 
 
 @kernel

@@ -1,0 +1,160 @@
+"""What a run works on: the blocks of its integrator, from the start to the rows that it leaves behind."""
+
+from __future__ import annotations
+
+import time
+from contextlib import nullcontext
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.errors import InitialStateWarning, Status, warn_caller
+from nonsmooth.integrators.contract import Handles, Integrator, Schedule
+from nonsmooth.integrators.fixed_step import FixedStep
+from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, INCONSISTENT, Columns, Record, State
+from nonsmooth.jit import handle_of
+from nonsmooth.jit.blocks import Block, new
+from nonsmooth.mechanics.compiled import loop_of
+from nonsmooth.mechanics.contact_problem import model_facts
+from nonsmooth.mechanics.initial_state import check_mass, examine_state, project_state
+from nonsmooth.mechanics.inspection import inspect_start
+from nonsmooth.mechanics.sys import Sys, new_sys
+from nonsmooth.mechanics.system import GAP, ContactMode, System
+from nonsmooth.results.motion import Motion, between_records
+from nonsmooth.results.solution import Stats
+from nonsmooth.runs.times import Timetable
+from nonsmooth.runs.user_events import Stop
+
+EVENT_CAPACITY = 256  # chosen: 26 kB; the loop comes back to have them emptied
+STEPS_PER_VISIT = 512  # measured: steps of chosen length between two visits: 10 ms of a rod, 5 s of a hundred beads
+
+
+class Ongoing:
+    """An integration, from its start on.
+
+    Parameters
+    ----------
+    system : System
+    integrator : Integrator
+    table : Timetable
+    q0, u0 : (n_u,)
+        The start, admissible if ``project`` moves it there.
+    selection : int
+        The rule where there are several solutions.
+    project : bool
+    """
+
+    schedule: Schedule
+    record: Record
+    stop: Stop | None = None  # at an event of the user
+
+    def __init__(
+        self, system: System, integrator: Integrator, table: Timetable, q0: np.ndarray, u0: np.ndarray, selection: int,
+        project: bool,
+    ) -> None:  # fmt: skip
+        self.system, self.integrator, self.table, self.selection = system, integrator, table, selection
+        started = time.perf_counter()
+        self.model, self.loop = loop_of(system, integrator)
+        self.sys = new_sys(system, self.model.handle, model_facts(system))
+        self.compile_time = time.perf_counter() - started
+        t_0, t_end = table.span
+        sizes = {"n": system.n_u, "n_c": system.n_c, "d": system.d}
+        self.state = new(State, **sizes, capacity=EVENT_CAPACITY + integrator.events_at_once * system.n_c)
+        self.state.now = t_0
+        inspect_start(system, t_0, q0, u0, self.model)
+        if integrator.chooses_steps:
+            check_mass(system, t_0, q0, u0)
+        self._take_start(t_0, q0, u0, project)
+        self.memory = integrator.memory(system, selection)
+        integrator.prepare(system, t_end, self.state, self.memory)
+        self.status = Status.RUNNING
+        self.wall_time = 0.0
+
+    def _take_start(self, t: float, q0: np.ndarray, u0: np.ndarray, project: bool) -> None:
+        """The state at the start, and the modes of rigid contacts there."""
+        system, state = self.system, self.state
+        if self.integrator.is_rigid:
+            start = examine_state(system, self.model, int(self.sys.has), t, q0, u0)
+        if project:
+            q0, u0 = project_state(system, t, q0, u0)
+        if self.integrator.is_rigid:
+            if project:
+                start = examine_state(system, self.model, int(self.sys.has), t, q0, u0)
+            if not start.is_admissible and (not project or self.integrator.chooses_steps):
+                warn_caller(start.message, InitialStateWarning)
+            state.mode[:], state.slip[:] = start.mode, start.slip
+        state.q[:], state.u[:] = q0, u0
+
+    def step_loop(self, max_steps: int) -> int:
+        """Take at most so many steps; returns a Status."""
+        set_handles(self.integrator, self.model.is_compiled, self.sys, self.schedule, self.memory)
+        sys, schedule, *blocks = self.handed(self.sys, self.schedule, self.state, self.record, self.memory)
+        if self.integrator.chooses_steps:
+            max_steps = min(max_steps, STEPS_PER_VISIT)
+        # what is not finite is found by the loop itself; the interpreter would warn of it
+        with nullcontext() if self.model.is_compiled else np.errstate(all="ignore"):
+            return int(self.loop(sys, schedule, max_steps, *blocks))
+
+    def handed(self, *blocks: Block) -> tuple[Any, ...]:
+        """Blocks as the loop takes them: by their addresses, or themselves in the interpreter."""
+        return tuple(block.address if self.model.is_compiled else block for block in blocks)
+
+    def load_for_retry(self) -> bool:
+        """Get ready what decides a contact problem that was not solved; False if there is nothing more to try."""
+        started = time.perf_counter()
+        is_ready = self.integrator.load_for_retry(self.system, self.memory, self.model.is_compiled)
+        self.compile_time += time.perf_counter() - started
+        return bool(is_ready)
+
+    def time(self) -> float:
+        """The time that the run has come to [s]."""
+        return float(self.state.now) if self.stop is None else self.stop.t
+
+    def between(self, record: Columns, events: np.ndarray) -> Motion:
+        """The motion between the records of a fixed step; one in which a contact lands, or sliding had no force, has a
+        jump."""
+        mode, t = record.mode, record.t
+        lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)
+        seizes = np.isin(t[:-1], events[events[:, EVENT_KIND] == INCONSISTENT, EVENT_T])
+        assert isinstance(self.integrator, FixedStep)
+        return between_records(t, record.q, record.u, lands & ~seizes, seizes, self.integrator.theta)
+
+    def present_row(self) -> Columns:
+        """The state between two records, as a row."""
+        state, row = self.state, self.bare_row()
+        row.ledger[0], row.P[0] = state.ledger, state.P_sum
+        if GAP in self.system.functions:
+            try:
+                row.g_N[0] = self.system.evaluate(GAP, float(row.t[0]), state.q, state.u)
+            except Exception:  # the gap function is what failed: the gap there is not known
+                row.g_N[0] = np.nan
+        return row
+
+    def bare_row(self) -> Columns:
+        """The state of a run that failed before it wrote a row, as the only one."""
+        shapes = columns_of(self.record)
+        row = Columns(*(np.zeros((min(1, len(column)), *column.shape[1:]), column.dtype) for column in shapes))
+        row.t[0], row.q[0], row.u[0] = self.time(), self.state.q, self.state.u
+        row.mode[0], row.slip[0] = self.state.mode, self.state.slip
+        return row
+
+    def stats(self) -> Stats:
+        """What the run cost, and its worst figures."""
+        raise NotImplementedError
+
+    def message(self) -> str:
+        """How the run ended, in a sentence."""
+        raise NotImplementedError
+
+
+def columns_of(record: Record) -> Columns:
+    """The columns of a record, (m, ...) each."""
+    return Columns(*(getattr(record, name) for name in Columns._fields))
+
+
+def set_handles(integrator: Integrator, is_compiled: bool, sys: Sys, schedule: Schedule, memory: Any) -> None:
+    """Write addresses of this process into the blocks, whatever a checkpoint had."""
+    if isinstance(integrator, FixedStep):
+        schedule.step = handle_of(integrator.step, is_compiled)
+    callbacks = tuple(handle_of(kernel, is_compiled) for kernel in integrator.callbacks)
+    integrator.set_handles(sys, Handles(is_compiled, callbacks), memory)

@@ -1,0 +1,117 @@
+"""Where the rows, the steps and the events of a run go: into memory.
+
+A method with a fixed step has a row for each record time from the beginning on, and keeps it there. The rows of one
+that chooses its steps are taken from block to block, and so are its steps, where the motion is wanted.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nonsmooth.checks.memory import require_memory
+from nonsmooth.errors import Status
+from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, Columns, Record, bytes_of_record
+from nonsmooth.jit.blocks import new
+from nonsmooth.results.solution import MAX_EVENTS, Solution
+from nonsmooth.runs.ongoing import STEPS_PER_VISIT, Ongoing, columns_of
+
+ROW_CAPACITY = 4096  # chosen: rows between two visits of Python
+
+Steps = tuple[np.ndarray, ...]  # t, h, q, u, B of results/motion.py
+
+
+class Recorder:
+    """The rows, steps and events of a run in memory."""
+
+    def __init__(self) -> None:
+        self.rows: list[Columns] = []
+        self.steps: list[Steps] = []
+        self.events: list[np.ndarray] = []
+        self.events_dropped = 0
+
+    def window(self, run: Ongoing) -> int:
+        """How many record times the run is given at once."""
+        if not run.integrator.chooses_steps:
+            sizes = run.system.n_u, run.system.n_c, run.system.d
+            needed, count = bytes_of_record(*sizes) * float(run.table.count), run.table.count
+            require_memory(needed, f"{count} records", "take a larger every or dt")
+        return run.table.count
+
+    def room(self, run: Ongoing, keeps_steps: bool) -> Record:
+        """The block for the rows of the run, and for the steps of a block where they are wanted."""
+        integrator, system = run.integrator, run.system
+        rows = ROW_CAPACITY if run.schedule.every > 0 else len(run.schedule.t)
+        steps = 0 if not integrator.chooses_steps else integrator.pieces * STEPS_PER_VISIT if keeps_steps else 1
+        forces = rows if integrator.has_forces else 0
+        record = new(Record, m=rows, n=system.n_u, n_c=system.n_c, d=system.d, forces=forces,
+                     steps=steps, degree=integrator.degree)  # fmt: skip
+        record.steps.is_kept = keeps_steps and integrator.chooses_steps
+        return record
+
+    def begin(self, run: Ongoing) -> None:
+        """Get ready before the first block."""
+
+    def take(self, run: Ongoing, status: int) -> int:
+        """Take what a block of steps left behind; returns the status with which the run goes on."""
+        if run.integrator.chooses_steps:
+            self.rows.append(new_rows(run.record))
+            if run.record.steps.is_kept:
+                self.steps.append(new_steps(run.record))
+        return status
+
+    def take_events(self, run: Ongoing) -> None:
+        """Take the events, as many as there is room for."""
+        counters = run.state.counters
+        count = int(counters.n_events)
+        if count == 0:
+            return
+        room = MAX_EVENTS - sum(len(rows) for rows in self.events)
+        self.events.append(run.state.events[: min(count, room)].copy())
+        self.events_dropped += max(0, count - room)
+        counters.n_events = 0
+
+    def end(self, run: Ongoing) -> None:
+        """The run has come to its end, or was stopped."""
+
+    def close(self) -> None:
+        """Nothing is written any more."""
+
+    def has_all_steps(self, run: Ongoing) -> bool:
+        """Whether the motion within every step was kept."""
+        return bool(self.steps) and sum(len(block[0]) for block in self.steps) >= run.state.counters.steps
+
+    def records(self, run: Ongoing) -> Columns:
+        """All rows; of an unfinished run with a fixed step, and of one that has no row yet, also the state it is in."""
+        written = Columns(*(column[: run.record.counts.rows] for column in columns_of(run.record)))
+        parts = [*self.rows, written]
+        if run.status != Status.FINISHED and run.state.counters.step > 0:
+            parts.append(run.present_row())
+        elif not any(len(part.t) for part in parts):
+            parts.append(run.bare_row())
+        if len(parts) == 1:
+            return written
+        return Columns(*map(np.concatenate, zip(*parts, strict=True)))
+
+    def event_rows(self) -> np.ndarray:
+        """All events in the order of their times: a contact that closes after bounces is dated by their end."""
+        rows = np.concatenate((*self.events, np.zeros((0, EVENT_WIDTH))))
+        return rows[np.argsort(rows[:, EVENT_T], kind="stable")]
+
+    def stored(self, run: Ongoing) -> Solution | None:
+        """The solution, where the recorder holds it."""
+        return None
+
+
+def new_rows(record: Record) -> Columns:
+    """Take the rows out of a record."""
+    rows = Columns(*(column[: record.counts.rows].copy() for column in columns_of(record)))
+    record.counts.rows = 0
+    return rows
+
+
+def new_steps(record: Record) -> Steps:
+    """Take the steps out of a record."""
+    steps = record.steps
+    taken = tuple(column[: steps.n_steps].copy() for column in (steps.t, steps.h, steps.q, steps.u, steps.B))
+    steps.n_steps = 0
+    return taken
