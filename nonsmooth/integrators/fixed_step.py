@@ -24,7 +24,7 @@ def run(sys_at, schedule_at, max_steps, state_at, record_at, memory_at):
     sys, schedule = view(sys_at, Sys), view(schedule_at, Schedule)
     state, record = view(state_at, State), view(record_at, Record)
     t_record, dts, steps = schedule.t, schedule.dt, schedule.steps
-    counters = state.counters
+    counters, step, events = state.counters, schedule.step, EVENTS_OF_STEP * sys.n_c
     if counters.is_begun == 0:
         counters.is_begun = 1
         if not write_record(sys, t_record[0], state, record):
@@ -32,9 +32,10 @@ def run(sys_at, schedule_at, max_steps, state_at, record_at, memory_at):
     status = Status.RUNNING.value
     for _ in range(max_steps):
         j = counters.interval
-        if j >= steps.shape[0] or is_full(1, EVENTS_OF_STEP * sys.n_c, state, record):
+        if j >= steps.shape[0] or is_full(1 if counters.step == 0 else 0, events, state, record):
             break
-        status = step_at(schedule.step, sys_at, t_record[j] + counters.step * dts[j], dts[j], state_at, memory_at)
+        t, dt = t_record[j] + counters.step * dts[j], dts[j]
+        status = step_at(step, sys_at, t, dt, state_at, memory_at)
         if status != Status.RUNNING:
             break
         if counters.step == steps[j]:

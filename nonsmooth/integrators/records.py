@@ -307,6 +307,6 @@ def write_row(t, state, record):
 @kernel
 def is_full(rows, events, state, record):
     """Whether there is no room for so many more rows and events: the caller empties them."""
-    if record.counts.rows + rows > record.t.shape[0] and rows > 0:
+    if rows > 0 and record.counts.rows + rows > record.t.shape[0]:
         return True
     return state.counters.n_events + events > state.events.shape[0]

@@ -63,14 +63,19 @@ class Block(metaclass=BlockClass):
 
     address: int
     words: np.ndarray
+    _bits: np.ndarray
     _at: int
     _sizes: ClassVar[Expressions] = {}
 
     def __init_subclass__(cls, **sizes: int | str) -> None:
         cls._sizes = {name: _compiled(size) for name, size in sizes.items()}
 
-    def __init__(self, words: np.ndarray, at: int = 0) -> None:
-        self.__dict__.update(words=words, _at=at, address=words.ctypes.data + WORD * at)
+    def __init__(self, words: np.ndarray) -> None:
+        self._become(words, words.view(np.int64), 0, words.ctypes.data)
+
+    def _become(self, words: np.ndarray, bits: np.ndarray, at: int, address: int) -> None:
+        """The block whose head begins at a word of the memory that an outer one has, seen as numbers and as bits."""
+        self.__dict__.update(words=words, _bits=bits, _at=at, address=address)
 
     @classmethod
     def _fields(cls) -> dict[str, Field]:
@@ -84,36 +89,36 @@ class Block(metaclass=BlockClass):
         return b"".join((repr((cls.__qualname__, parts)).encode(), *inner))
 
     def __getattr__(self, name: str) -> Any:
-        field = self._fields().get(name)
+        field = fields_of(type(self)).get(name)
         if field is None:
             raise AttributeError(f"{type(self).__name__} has no field {name}")
         at = self._at + field.at
+        if field.axes == 0 and field.block is None:
+            return (self._bits if field.is_whole else self.words)[at]
         if field.block is not None:
-            value: Any = field.block(self.words, at)
-        elif field.axes == 0:
-            return self.words.view(field.dtype)[at]
+            value: Any = object.__new__(field.block)
+            value._become(self.words, self._bits, at, self.address + WORD * field.at)
         else:
-            place, *shape = self.words.view(np.int64)[at : at + 1 + field.axes].tolist()
+            place, *shape = self._bits[at : at + 1 + field.axes].tolist()
             value = np.ndarray(shape, field.dtype, self.words, WORD * self._at + place)
         self.__dict__[name] = value
         return value
 
     def __setattr__(self, name: str, value: Any) -> None:
-        field = self._fields().get(name)
+        field = fields_of(type(self)).get(name)
         if field is None or field.axes > 0 or field.block is not None:
             raise AttributeError(f"{type(self).__name__}.{name} is no number that can be set; fill arrays by [:]")
         if callable(value) or isinstance(value, Block):  # a handle of the interpreter
             self.__dict__[name] = value
             return
-        self.words.view(field.dtype)[self._at + field.at] = value
+        (self._bits if field.is_whole else self.words)[self._at + field.at] = value
 
     def restore(self, words: np.ndarray) -> None:
         """Take the words of such a block, (m,) as bits, that may be of another process: all but its handles."""
-        own = self.words.view(np.int64)
         handles = [self._at + place for place in handles_of(type(self))]
-        kept = own[handles]
-        own[:] = words
-        own[handles] = kept
+        kept = self._bits[handles]
+        self._bits[:] = words
+        self._bits[handles] = kept
 
     def __iter__(self) -> Iterator[Any]:
         """Its fields, in their order."""
@@ -133,6 +138,11 @@ class Field(NamedTuple):
     shape: tuple[types.CodeType, ...]
     block: Any  # its class
     sizes: Expressions  # of a block: sizes of its own
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether it is a whole number, or an array of these."""
+        return self.dtype == "int64"
 
     @property
     def words(self) -> int:
@@ -310,6 +320,11 @@ class _Numbers(Kernel):
 
 
 numbers = _Numbers(_numbers_interpreted)
+
+
+def named_numbers(block: Block) -> dict[str, Any]:
+    """Those numbers by name, as Python has them."""
+    return dict(zip(block._fields(), numbers(block).tolist(), strict=True))
 
 
 def _address_interpreted(block: Any) -> Any:

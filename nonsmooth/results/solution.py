@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators import records
+from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.mechanics.system import MASS, POTENTIAL, ContactMode, System
 from nonsmooth.results.forms import REAL, WHOLE, Rule
 from nonsmooth.results.motion import Motion, Side, StateAt
@@ -157,15 +158,12 @@ class Stats:
         cls, state: records.State, wall_time: float, compile_time: float, dropped: int, is_compiled: bool
     ) -> Stats:
         """From the counters and the worst figures that a run left in its state."""
-        counters, worst = state.counters, state.worst
+        c, worst = named_numbers(state.counters), named_numbers(state.worst)
         return cls(
-            int(counters.steps), int(counters.solved), int(counters.skipped),
-            int(counters.kept), int(counters.pivots), int(counters.several),
-            dropped + int(counters.events_lost), float(worst.residual),
-            float(worst.penetration), float(worst.ledger_error), wall_time, compile_time, is_compiled,
-            int(counters.gains), float(worst.gain), int(counters.uncounted),
-            int(counters.shared), int(counters.rejected), int(counters.evaluations), int(counters.jacobians),
-            int(counters.factorisations),
+            c["steps"], c["solved"], c["skipped"], c["kept"], c["pivots"], c["several"], dropped + c["events_lost"],
+            worst["residual"], worst["penetration"], worst["ledger_error"], wall_time, compile_time, is_compiled,
+            c["gains"], worst["gain"], c["uncounted"], c["shared"], c["rejected"], c["evaluations"], c["jacobians"],
+            c["factorisations"],
         )  # fmt: skip
 
 

@@ -94,7 +94,9 @@ class Recorder:
 
     def event_rows(self) -> np.ndarray:
         """All events in the order of their times: a contact that closes after bounces is dated by their end."""
-        rows = np.concatenate((*self.events, np.zeros((0, EVENT_WIDTH))))
+        if not self.events:
+            return np.zeros((0, EVENT_WIDTH))
+        rows = np.concatenate(self.events)
         return rows[np.argsort(rows[:, EVENT_T], kind="stable")]
 
     def stored(self, run: Ongoing) -> Solution | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -52,7 +53,7 @@ class Timetable:
         """The number of times."""
         return self.times.count
 
-    @property
+    @functools.cached_property
     def span(self) -> tuple[float, float]:
         """Start and end [s]."""
         return float(self.times.part(0, 1)[0]), float(self.times.part(self.count - 1, self.count)[-1])

@@ -6,7 +6,7 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.checks.arrays import as_number
-from nonsmooth.integrators.moreau_jean.step import run
+from nonsmooth.integrators.adaptive.loop import run
 from nonsmooth.jit.fingerprint import LooseSurvey
 from nonsmooth.jit.former_names import FORMER, known_as
 from nonsmooth.jit.libraries import library_path
@@ -42,7 +42,7 @@ def test_a_function_that_models_use_is_known_as_it_was():
 
 
 def test_the_slot_of_an_entry_point_is_named_as_it_was():
-    assert run.slot_name == "nonsmooth.nonsmooth.integrators.moreau_jean_step.run"
+    assert run.slot_name == "nonsmooth.nonsmooth.integrators.adaptive_loop.run"
 
 
 def test_public_classes_are_known_as_they_were():

@@ -105,7 +105,7 @@ def rounding_of_ten(x):
     return rounded_sum(10, x)
 
 
-@pytest.mark.parametrize("entry_point", [rounding_of_ten, step.run], ids=["one call away", "of a step"])
+@pytest.mark.parametrize("entry_point", [rounding_of_ten, step.step], ids=["one call away", "of a step"])
 def test_the_stamp_follows_a_constant_of_another_module_however_far_below_it_is_read(entry_point, monkeypatch):
     before = stamp(entry_point)
     with monkeypatch.context() as change:
