@@ -97,7 +97,7 @@ class Block(metaclass=BlockClass):
             return (self._bits if field.is_whole else self.words)[at]
         if field.block is not None:
             value: Any = object.__new__(field.block)
-            value._become(self.words, self._bits, at, self.address + WORD * field.at)
+            value._become(self.words, self._bits, at, self.__dict__["address"] + WORD * field.at)
         else:
             place, *shape = self._bits[at : at + 1 + field.axes].tolist()
             value = np.ndarray(shape, field.dtype, self.words, WORD * self._at + place)
