@@ -1,0 +1,271 @@
+"""The contact problem of many bodies: every contact touches two of them.
+
+    gamma_c = J_i v_i + J_j v_j + b_c,     v = v_free + M^-1 J^T P,
+    K* contains gamma_c + mu_c |gamma_c,T| e_N  _|_  P_c in K = {|P_T| <= mu P_N}
+
+with i, j the bodies of contact c, d rows a contact (N, T1[, T2]) and n velocities a body: d, n = 2, 3 in the plane and
+3, 6 in space. M is block diagonal, so the Delassus matrix G = J M^-1 J^T is never made; what a solver needs of it are
+the parts Y^T = M^-1 J^T of one contact and its own block W = J_i Y_i^T + J_j Y_j^T.
+
+The residual is that of the natural map, in impulses:
+
+    F_c = P_c - proj_K(P_c - rho_c (gamma_c + mu_c |gamma_c,T| e_N)),   rho_c = d / tr W_c,   residual = |F| / |P|
+
+Bodies that nothing moves (fixed ones, and those whose motion is given) have M^-1 = 0; their velocities are those of
+v_free. A contact of two of them is in no island: it has no impulse.
+
+Kernels take d and n as numbers; an entry point hands them constants, and the loops over them are unrolled. A planar
+problem compiles no entry point of space. Source: Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235-257; De Saxce
+and Feng, Math. Comput. Model. 28 (1998) 225-245.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated as Array
+
+from nonsmooth.contact.blocks.natural_map import cone_project
+from nonsmooth.contact.network.islands import Islands, find_islands
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.numerics.rounding import EPS
+
+PLANAR = 2, 3  # defined: d rows a contact, n velocities a body, in the plane
+SPATIAL = 3, 6  # defined: the same in space
+
+
+class Network(Block):
+    """Up to m contacts of n_b bodies, d rows a contact and n velocities a body."""
+
+    n_c: int  # contacts in use, the first of the m rows
+    islands: Islands
+    i: Array[Ints, "m"]  # bodies of a contact
+    j: Array[Ints, "m"]
+    J_i: Array[Floats, "m", "d", "n"]  # its rows
+    J_j: Array[Floats, "m", "d", "n"]
+    b: Array[Floats, "m", "d"]  # [m/s]
+    mu: Array[Floats, "m"]
+    P: Array[Floats, "m", "d"]  # [N s], also the start of every solver
+    gamma: Array[Floats, "m", "d"]  # [m/s]
+    v: Array[Floats, "n_b", "n"]
+    v_free: Array[Floats, "n_b", "n"]
+    M: Array[Floats, "n_b", "n", "n"]
+    M_inv: Array[Floats, "n_b", "n", "n"]  # its inverse, or 0
+    Y_i: Array[Floats, "m", "d", "n"]  # J_i M_i^-1
+    Y_j: Array[Floats, "m", "d", "n"]
+    W: Array[Floats, "m", "d", "d"]  # [1/kg]
+    rho: Array[Floats, "m"]  # [kg]; 0 where nothing can move
+
+
+@kernel
+def prepare(network, d, n):
+    """Y = J M^-1, W and rho of every contact; the velocities are the free ones, also of bodies that cannot move."""
+    for body in range(network.v.shape[0]):
+        for x in range(n):
+            network.v[body, x] = network.v_free[body, x]
+    for c in range(network.n_c):
+        image(network.J_i, network.M_inv, c, network.i[c], network.Y_i, d, n)
+        image(network.J_j, network.M_inv, c, network.j[c], network.Y_j, d, n)
+        trace = 0.0
+        for a in range(d):
+            for e in range(d):
+                total = 0.0
+                for x in range(n):
+                    total += network.J_i[c, a, x] * network.Y_i[c, e, x] + network.J_j[c, a, x] * network.Y_j[c, e, x]
+                network.W[c, a, e] = total
+            trace += network.W[c, a, a]
+        network.rho[c] = d / trace if trace > 0.0 else 0.0
+
+
+@kernel
+def image(J, M_inv, c, body, Y, d, n):
+    """The rows Y[c] = J[c] M_inv[body]."""
+    for a in range(d):
+        for x in range(n):
+            total = 0.0
+            for y in range(n):
+                total += J[c, a, y] * M_inv[body, y, x]
+            Y[c, a, x] = total
+
+
+@kernel
+def relative_velocity(network, c, d, n):
+    """gamma_c = J_i v_i + J_j v_j + b_c as (N, T1, T2), with T2 = 0 in the plane."""
+    i, j, v, J_i, J_j = network.i[c], network.j[c], network.v, network.J_i, network.J_j
+    gamma_N, gamma_1, gamma_2 = network.b[c, 0], network.b[c, 1], 0.0
+    for x in range(n):
+        gamma_N += J_i[c, 0, x] * v[i, x] + J_j[c, 0, x] * v[j, x]
+        gamma_1 += J_i[c, 1, x] * v[i, x] + J_j[c, 1, x] * v[j, x]
+    if d == 3:
+        gamma_2 = network.b[c, 2]
+        for x in range(n):
+            gamma_2 += J_i[c, 2, x] * v[i, x] + J_j[c, 2, x] * v[j, x]
+    return gamma_N, gamma_1, gamma_2
+
+
+@kernel
+def strike(network, c, P_N, P_1, P_2, d, n):
+    """Let an impulse of contact c act on the velocities of its bodies."""
+    strike_body(network.Y_i, network.v, c, network.i[c], P_N, P_1, P_2, d, n)
+    strike_body(network.Y_j, network.v, c, network.j[c], P_N, P_1, P_2, d, n)
+
+
+@kernel
+def strike_body(Y, v, c, body, P_N, P_1, P_2, d, n):
+    """v_body += Y[c]^T P."""
+    for x in range(n):
+        change = Y[c, 0, x] * P_N + Y[c, 1, x] * P_1
+        if d == 3:
+            change += Y[c, 2, x] * P_2
+        v[body, x] += change
+
+
+@kernel
+def impulse(P, c, d):
+    """P_c as (N, T1, T2), with T2 = 0 in the plane."""
+    return P[c, 0], P[c, 1], P[c, 2] if d == 3 else 0.0
+
+
+@kernel
+def write(P, c, P_N, P_1, P_2, d):
+    """Let P_c be (N, T1[, T2])."""
+    P[c, 0] = P_N
+    P[c, 1] = P_1
+    if d == 3:
+        P[c, 2] = P_2
+
+
+@kernel
+def velocities(network, d, n):
+    """v = v_free + M^-1 J^T P of all bodies, and no impulse where no body can move."""
+    for body in range(network.v.shape[0]):
+        for x in range(n):
+            network.v[body, x] = network.v_free[body, x]
+    for c in range(network.n_c):
+        if network.rho[c] == 0.0:
+            write(network.P, c, 0.0, 0.0, 0.0, d)
+        else:
+            P_N, P_1, P_2 = impulse(network.P, c, d)
+            strike(network, c, P_N, P_1, P_2, d, n)
+
+
+@kernel
+def island_velocities(network, k, d, n):
+    """The same of the bodies of island k."""
+    islands = network.islands
+    for at in range(islands.body_start[k], islands.body_start[k + 1]):
+        body = islands.bodies[at]
+        for x in range(n):
+            network.v[body, x] = network.v_free[body, x]
+    for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
+        c = islands.contacts[at]
+        P_N, P_1, P_2 = impulse(network.P, c, d)
+        strike(network, c, P_N, P_1, P_2, d, n)
+
+
+@kernel
+def natural_map(network, c, d, n):
+    """|F_c|^2 and |P_c|^2."""
+    gamma_N, gamma_1, gamma_2 = relative_velocity(network, c, d, n)
+    P_N, P_1, P_2 = impulse(network.P, c, d)
+    mu, rho = network.mu[c], network.rho[c]
+    shifted = gamma_N + mu * math.sqrt(gamma_1 * gamma_1 + gamma_2 * gamma_2)
+    x_N, x_1, x_2 = cone_project(mu, P_N - rho * shifted, P_1 - rho * gamma_1, P_2 - rho * gamma_2)
+    F_N, F_1, F_2 = P_N - x_N, P_1 - x_1, P_2 - x_2
+    return F_N * F_N + F_1 * F_1 + F_2 * F_2, P_N * P_N + P_1 * P_1 + P_2 * P_2
+
+
+@kernel
+def island_residual(network, k, d, n):
+    """|F| / |P| of island k at its velocities; its sums |F|^2, |P|^2 go to the islands."""
+    islands = network.islands
+    F, P = 0.0, 0.0
+    for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
+        F_c, P_c = natural_map(network, islands.contacts[at], d, n)
+        F += F_c
+        P += P_c
+    islands.F[k], islands.P[k] = F, P
+    return relative(F, P)
+
+
+@kernel
+def relative(F, P):
+    """The residual of the sums |F|^2 and |P|^2: without any impulse 0 if there need be none, and else 1."""
+    if P > 0.0:
+        return math.sqrt(F / P)
+    return 0.0 if F == 0.0 else math.sqrt(F / F)  # NaN stays NaN
+
+
+@kernel
+def residual(network, d, n):
+    """|F| / |P| of all islands; that of each one goes to islands.residual."""
+    islands = network.islands
+    F, P = 0.0, 0.0
+    for k in range(islands.count):
+        islands.residual[k] = island_residual(network, k, d, n)
+        F += islands.F[k]
+        P += islands.P[k]
+    return relative(F, P)
+
+
+@kernel
+def rounding_of_residual(network, k, d, n):
+    """What rounding of the velocities does to |F| of island k, relative to |P|: no solver can come below.
+
+    gamma_c is a sum of 2n + 1 products, each as large as its factors; rho_c gamma_c goes into F_c. For bodies that
+    move fast where the impulses are small it is more than any tolerance of theirs.
+    """
+    islands = network.islands
+    total = 0.0
+    for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
+        c = islands.contacts[at]
+        i, j = network.i[c], network.j[c]
+        for a in range(d):
+            size = abs(network.b[c, a])
+            for x in range(n):
+                size += abs(network.J_i[c, a, x] * network.v[i, x]) + abs(network.J_j[c, a, x] * network.v[j, x])
+            total += (network.rho[c] * size) * (network.rho[c] * size)
+    bound = (2 * n + 1) * EPS * math.sqrt(total)
+    return bound / math.sqrt(islands.P[k]) if islands.P[k] > 0.0 else math.inf if bound > 0.0 else 0.0
+
+
+@kernel
+def contact_velocities(network, d, n):
+    """gamma of every contact."""
+    for c in range(network.n_c):
+        gamma_N, gamma_1, gamma_2 = relative_velocity(network, c, d, n)
+        write(network.gamma, c, gamma_N, gamma_1, gamma_2, d)
+
+
+@kernel("void(int64)")
+def prepare_planar(network_at):
+    """The parts of the rows and the islands, in the plane: before any solver."""
+    network = view(network_at, Network)
+    prepare(network, 2, 3)
+    find_islands(network, 3)
+
+
+@kernel("void(int64)")
+def prepare_spatial(network_at):
+    """The same in space."""
+    network = view(network_at, Network)
+    prepare(network, 3, 6)
+    find_islands(network, 6)
+
+
+@kernel("float64(int64)")
+def judge_planar(network_at):
+    """The velocities of P, the residual of each island and in all, and gamma, in the plane."""
+    network = view(network_at, Network)
+    velocities(network, 2, 3)
+    contact_velocities(network, 2, 3)
+    return residual(network, 2, 3)
+
+
+@kernel("float64(int64)")
+def judge_spatial(network_at):
+    """The same in space."""
+    network = view(network_at, Network)
+    velocities(network, 3, 6)
+    contact_velocities(network, 3, 6)
+    return residual(network, 3, 6)
