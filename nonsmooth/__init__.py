@@ -16,6 +16,23 @@ _HOME = {
     "Polynomial": "mechanics.laws",
     "Stribeck": "mechanics.laws",
     "Smoothed": "mechanics.laws",
+    "Scene": "scenes.scene",
+    "Body": "scenes.scene",
+    "Material": "scenes.materials",
+    "Disc": "scenes.shapes",
+    "Sphere": "scenes.shapes",
+    "Box": "scenes.shapes",
+    "Capsule": "scenes.shapes",
+    "Polygon": "scenes.shapes",
+    "Segment": "scenes.shapes",
+    "HalfPlane": "scenes.shapes",
+    "HalfSpace": "scenes.shapes",
+    "Compound": "scenes.shapes",
+    "SceneSolution": "results.scene_solution",
+    "SceneStats": "results.scene_solution",
+    "SceneContacts": "results.scene_solution",
+    "BodyMotion": "results.scene_solution",
+    "ContactSolver": "integrators.moreau_jean.contact_solver",
     "lagrangian": "symbolic.lagrangian",
     "lagrangian_of": "symbolic.lagrangian",
     "simulate": "runs.simulate",
@@ -111,11 +128,12 @@ _HOME = {
     "InterpretedWarning": "errors",
     "InitialStateWarning": "errors",
     "EnergyGainWarning": "errors",
+    "ResidualWarning": "errors",
     "UnsettledWarning": "errors",
     "Status": "errors",
 }
 
-_RENAMED = {"Scene": "TimedMotion"}  # for one release
+_RENAMED: dict[str, str] = {}  # for one release
 
 __all__ = ["__version__", *_HOME]
 

@@ -63,6 +63,10 @@ class EnergyGainWarning(NonsmoothWarning):
     """Impacts gained energy, as Newton's law of impact with friction lets them."""
 
 
+class ResidualWarning(NonsmoothWarning):
+    """Contact problems of a scene were solved to less than the residual that was asked for."""
+
+
 class UnsettledWarning(NonsmoothWarning):
     """A figure of a steady motion was taken of one that still changes."""
 

@@ -17,6 +17,10 @@ VIEWS: dict[str, dict[str, str]] = {
         "save": "results.store.save", "load": "results.store.load",
         "summary": "results.summary.summary", "html": "results.summary.as_html",
     },
+    "SceneSolution": {
+        "plot": "drawing.scene_figures.plot_scene", "picture": "drawing.scene_figures.picture",
+        "summary": "results.scene_summary.summary", "html": "results.scene_summary.as_html",
+    },
     "FailedProblem": {"exchange": "results.fclib_form.write_fclib_form"},
     "Classification": {"text": "paradox.text.as_text", "dictionary": "paradox.text.as_dictionary"},
     "AveragedMotion": {"plot": "drawing.stability_plots.plot_averaged_motion"},

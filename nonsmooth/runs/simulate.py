@@ -21,6 +21,7 @@ from nonsmooth.runs.run import Run
 from nonsmooth.runs.times import make_timetable
 from nonsmooth.runs.user_events import as_functions
 from nonsmooth.runs.watched import watch_of
+from nonsmooth.scenes.scene import Scene
 from nonsmooth.signals.telling import listener
 
 _is_whole: ContextVar[bool] = ContextVar("is_whole", default=False)  # whether a part of a motion is of no use
@@ -34,8 +35,8 @@ SELECTIONS = {
 def simulate(
     system: Any,
     t_span: tuple[float, float],
-    q0: ArrayLike,
-    u0: ArrayLike,
+    q0: ArrayLike | None = None,
+    u0: ArrayLike | None = None,
     *,
     integrator: Any,
     every: int = 1,
@@ -122,15 +123,17 @@ def simulate(
     >>> sol.success, abs(float(sol.q[-1, 0])) < 1e-2
     (True, True)
     """
-    model, system = system, as_system(system)
+    if isinstance(system, Scene):
+        require_plain(q0, u0, events, checkpoint, resume, project, selection)
+        model = system
+    else:
+        model, system = system, as_system(system)
     every = as_count("every", every)
     if every != 1 and t_eval is not None:
         raise InvalidInput("give either every or t_eval; got both")
     rule = SELECTIONS[as_name("selection rule", selection, SELECTIONS)]
     if not isinstance(on_failure, str) or on_failure not in ("raise", "return"):
         raise InvalidInput(f"on_failure must be 'raise' or 'return'; got {shown(on_failure)}")
-    q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
-    integrator, reason = choose(integrator, model, system, t_span, q_0, u_0)
     if max_wall_time is not None:
         as_positive("max_wall_time", max_wall_time, "s")
     functions = as_functions(events)
@@ -138,6 +141,12 @@ def simulate(
         as_count("max_steps", max_steps)
     if progress is not None and not callable(progress):
         raise InvalidInput(f"progress must be a function of the fraction done; got {shown(progress)}")
+    if isinstance(system, Scene):
+        from nonsmooth.runs.scene_run import simulate_scene
+
+        return simulate_scene(system, t_span, integrator, every, t_eval, on_failure, max_steps, max_wall_time, progress)
+    q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
+    integrator, reason = choose(integrator, model, system, t_span, q_0, u_0)
     project = as_flag("project", project)
     task = (system, integrator, t_span, every, t_eval, q_0, u_0, rule, project)
     if checkpoint is None and resume is None:
@@ -161,6 +170,17 @@ def simulate(
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
+
+
+def require_plain(
+    q0: Any, u0: Any, events: Any, checkpoint: Any, resume: Any, project: Any, selection: Any
+) -> None:  # fmt: skip
+    """Raise `InvalidInput` where a scene is given what only a system takes."""
+    given = {"q0": q0, "u0": u0, "checkpoint": checkpoint, "resume": resume, "events": events or None}
+    given |= {"project": project or None, "selection": None if selection == "compliant-limit" else selection}
+    taken = [f"{name}=" for name, value in given.items() if value is not None]
+    if taken:
+        raise InvalidInput(f"a scene takes no {taken[0]}: its bodies have their start, and its contacts are found")
 
 
 def simulate_whole(*motion: Any, **options: Any) -> Solution:

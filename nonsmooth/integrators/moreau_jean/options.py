@@ -12,7 +12,7 @@ motion and of first order across impacts. Sources: Moreau (1988); Jean, *Comput.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from nonsmooth.checks.arrays import as_flag, as_number, as_positive
 from nonsmooth.contact.planar.enumerate import enumerate_modes
@@ -24,6 +24,7 @@ from nonsmooth.integrators.contract import Schedule, Suspect
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.moreau_jean.compliance import Compliance
 from nonsmooth.integrators.moreau_jean.contact import Scratch, solve
+from nonsmooth.integrators.moreau_jean.contact_solver import ContactSolver
 from nonsmooth.integrators.moreau_jean.paradox import end_slide
 from nonsmooth.integrators.moreau_jean.projection import project
 from nonsmooth.integrators.moreau_jean.step import step
@@ -48,6 +49,8 @@ class MoreauJean(FixedStep):
         O(dt); bilateral ones do not need it, their gap is fed back).
     compliance : Compliance, optional
         A spring and damper at every contact, implicit in the step, in place of e_N; needs theta = 1.
+    contacts : ContactSolver
+        How the contact problems of a scene of bodies are solved, and to which residual; a system needs none.
 
     Raises
     ------
@@ -65,6 +68,7 @@ class MoreauJean(FixedStep):
     theta: float = 0.5
     projection: bool = False
     compliance: Compliance | None = None
+    contacts: ContactSolver = field(default_factory=ContactSolver, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dt", as_positive("dt", self.dt, "s"))

@@ -1,0 +1,298 @@
+"""Figures of scenes of bodies: pictures in the plane and in space, and the histories of a run.
+
+Needs the extra [plot]. A spatial picture looks along a slanted axis, without perspective; faces are drawn from the far
+ones to the near ones, a sphere as a disc, so that bodies that are in one another may hide wrongly.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_count
+from nonsmooth.drawing.plots import BLUE, RED, new_figure, save_figure
+from nonsmooth.scenes.parts import Part, parts_of
+from nonsmooth.scenes.places import ORIGIN, compose, matrix_of, place_of, rotate
+from nonsmooth.scenes.scene import Body, Kind
+from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_PLANE, HALF_SPACE
+
+if TYPE_CHECKING:
+    from nonsmooth.results.scene_solution import SceneSolution
+
+WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 6.0, 2.5, 7.0  # chosen: of a figure [in]; its height follows the scene
+FILL = {Kind.DYNAMIC: "#9ecae1", Kind.FIXED: "#d9d9d9", Kind.KINEMATIC: "#fdd0a2"}
+EDGE = "#08306b"
+ROUND = 24  # chosen: pieces of a circle
+# chosen: of the camera: about the vertical and above the horizon [rad]
+AZIMUTH, ELEVATION = math.radians(-60.0), math.radians(22.0)
+LIGHT = np.array([0.25, -0.45, 0.86])  # chosen: from where the light comes
+
+
+def picture(solution: SceneSolution, path: str | Path | None = None, n: int = 1) -> Any:
+    """Draw the scene at n instants, equally spaced and side by side; the last one if n is 1.
+
+    Parameters
+    ----------
+    solution : SceneSolution
+    path : path-like, optional
+        Where to save; the ending names the format.
+    n : int
+        Number of instants.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    MissingExtra
+        When Matplotlib is not installed.
+    """
+    n = as_count("n", n)
+    wanted = np.linspace(solution.t[0], solution.t[-1], n) if n > 1 else solution.t[-1:]
+    records = [int(np.argmin(np.abs(solution.t - t))) for t in wanted]
+    draw, (low, high) = (draw_planar, planar_extent(solution)) if solution.scene.dim == 2 else (
+        draw_spatial, spatial_extent(solution)
+    )  # fmt: skip
+    width, height = high - low
+    columns = min(n, 3)
+    rows = -(-n // columns)
+    figure = new_figure(WIDTH, 1.0)
+    tall = WIDTH / columns * height / width * rows + 0.9 * rows
+    figure.set_size_inches(WIDTH, float(np.clip(tall, LEAST_HEIGHT, 2 * MOST_HEIGHT)))
+    for k, (axes, record) in enumerate(zip(figure.subplots(rows, columns, squeeze=False).flat, records, strict=False)):
+        draw(axes, solution, record, (low, high))
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1], high[1])
+        axes.set_aspect("equal")
+        axes.set_title(f"t = {solution.t[record]:.3g} s", fontsize=10)
+        if solution.scene.dim == 2:
+            axes.set_xlabel("x [m]")
+            if k % columns == 0:
+                axes.set_ylabel("y [m]")
+    for axes in figure.axes[n:]:
+        axes.set_axis_off()
+    return save_figure(figure, path)
+
+
+def places(solution: SceneSolution, record: int) -> list[np.ndarray]:
+    """Where the frame of each shape is in a record."""
+    dim = solution.scene.dim
+    found = []
+    for body in solution.scene.bodies:
+        centre, turn = solution.position[record, body.index], solution.turn[record, body.index]
+        place = place_of(centre, turn)
+        offset = solution.centres[body.index]
+        found.append(compose(place, place_of(-offset, ORIGIN[dim][dim:])))
+    return found
+
+
+def planar_extent(solution: SceneSolution) -> tuple[np.ndarray, np.ndarray]:
+    """The corners of what is drawn: all that bounded bodies reach in the run, and a margin."""
+    lows, highs = [], []
+    for record in np.unique(np.linspace(0, len(solution.t) - 1, 20).astype(int)):
+        for body, place in zip(solution.scene.bodies, places(solution, int(record)), strict=True):
+            for part in parts_of(body.shape, 2):
+                if part.kind != HALF_PLANE:
+                    outline = rounded(part, place)
+                    lows.append(outline.min(axis=0))
+                    highs.append(outline.max(axis=0))
+    low, high = np.min(lows, axis=0), np.max(highs, axis=0)
+    margin = 0.06 * float((high - low).max() or 1.0)
+    return low - margin, high + margin
+
+
+def rounded(part: Part, place: np.ndarray) -> np.ndarray:
+    """The outline (k, 2) of a planar hull in the world: each vertex an arc from one normal to the next."""
+    at = compose(place, part.place)
+    vertices = at[:2] + rotate(at[2], part.vertices)
+    if part.radius == 0.0:
+        return vertices
+    if len(vertices) == 1:
+        angles = at[2] + np.linspace(0.0, 2 * math.pi, ROUND + 1)
+        return vertices[0] + part.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    edges = np.roll(vertices, -1, axis=0) - vertices
+    normals = np.arctan2(-edges[:, 0], edges[:, 1])
+    arcs = []
+    for k, vertex in enumerate(vertices):
+        first, turn = normals[k - 1], (normals[k] - normals[k - 1]) % (2 * math.pi)
+        angles = first + np.linspace(0.0, turn, max(2, int(ROUND * turn / (2 * math.pi)) + 2))
+        arcs.append(vertex + part.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+    return np.concatenate(arcs)
+
+
+def draw_planar(axes: Any, solution: SceneSolution, record: int, extent: tuple[np.ndarray, np.ndarray]) -> None:
+    """Draw planar bodies; a disc has a spoke, so that its turn is seen."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    outlines: dict[Kind, list[np.ndarray]] = {kind: [] for kind in Kind}
+    spokes, grounds = [], []
+    for body, place in zip(solution.scene.bodies, places(solution, record), strict=True):
+        for part in parts_of(body.shape, 2):
+            if part.kind == HALF_PLANE:
+                grounds.append((body.kind, half_plane(compose(place, part.place), extent)))
+                continue
+            outline = rounded(part, place)
+            outlines[body.kind].append(outline)
+            if len(part.vertices) == 1:
+                spokes.append(np.array([compose(place, part.place)[:2], outline[0]]))
+    for kind, outline in grounds:
+        axes.add_patch(_polygon(outline, facecolor=FILL[kind], edgecolor="none", zorder=0))
+    many = max(1.0, len(solution.scene.bodies) / 100)
+    for kind, polygons in outlines.items():
+        collection = PolyCollection(polygons, facecolors=FILL[kind], edgecolors=EDGE, linewidths=0.8 / math.sqrt(many))
+        axes.add_collection(collection)
+    axes.add_collection(LineCollection(spokes, colors=EDGE, linewidths=0.8 / math.sqrt(many)))
+
+
+def _polygon(outline: np.ndarray, **style: Any) -> Any:
+    from matplotlib.patches import Polygon
+
+    return Polygon(outline, **style)
+
+
+def half_plane(place: np.ndarray, extent: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """What is seen of a half-plane: a rectangle that is larger than the picture."""
+    size = 4.0 * float((extent[1] - extent[0]).max())
+    middle = matrix_of(place[2]).T @ (0.5 * (extent[0] + extent[1]) - place[:2])
+    x = middle[0]
+    corners = np.array([[x - size, -size], [x + size, -size], [x + size, 0.0], [x - size, 0.0]])
+    return place[:2] + rotate(place[2], corners)
+
+
+def camera() -> np.ndarray:
+    """Rows: to the right, up, and towards the eye."""
+    c, s = math.cos(AZIMUTH), math.sin(AZIMUTH)
+    eye = np.array([math.cos(ELEVATION) * c, math.cos(ELEVATION) * s, math.sin(ELEVATION)])
+    right = np.array([-s, c, 0.0])
+    return np.array([right, np.cross(eye, right), eye])
+
+
+def spatial_extent(solution: SceneSolution) -> tuple[np.ndarray, np.ndarray]:
+    """The corners, in the plane of the picture, of what bounded bodies reach in the run."""
+    view = camera()[:2]
+    lows, highs = [], []
+    for record in np.unique(np.linspace(0, len(solution.t) - 1, 20).astype(int)):
+        for body, place in zip(solution.scene.bodies, places(solution, int(record)), strict=True):
+            if body.shape.is_bounded:
+                for corners, radius in cores(body, place):
+                    seen = corners @ view.T
+                    lows.append(seen.min(axis=0) - radius)
+                    highs.append(seen.max(axis=0) + radius)
+    low, high = np.min(lows, axis=0), np.max(highs, axis=0)
+    margin = 0.05 * float((high - low).max() or 1.0)
+    return low - margin, high + margin
+
+
+def cores(body: Body, place: np.ndarray) -> list[tuple[np.ndarray, float]]:
+    """Corners (8, 3) of the core of each part in the world, and the radius that rounds it."""
+    found = []
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    for part in parts_of(body.shape, 3):
+        if part.kind != HALF_SPACE:
+            at = compose(place, part.place)
+            found.append((at[:3] + rotate(at[3:], signs * np.array(part.size)), part.radius))
+    return found
+
+
+FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))  # defined: outward
+
+
+def draw_spatial(axes: Any, solution: SceneSolution, record: int, extent: tuple[np.ndarray, np.ndarray]) -> None:
+    """Draw spatial bodies from the far ones to the near ones, and the ground where it is level."""
+    from matplotlib.collections import PolyCollection
+
+    view = camera()
+    polygons: list[tuple[float, np.ndarray, np.ndarray]] = []
+    for body, place in zip(solution.scene.bodies, places(solution, record), strict=True):
+        if not body.shape.is_bounded:
+            continue
+        base = _rgb(FILL[body.kind])
+        for part, (corners, radius) in zip(
+            [part for part in parts_of(body.shape, 3) if part.kind != HALF_SPACE], cores(body, place), strict=True
+        ):
+            polygons += seen_part(part.kind, corners, radius, base, view)
+    polygons.sort(key=lambda entry: entry[0])
+    many = max(1.0, len(solution.scene.bodies) / 50)
+    axes.add_collection(
+        PolyCollection(
+            [outline for _, outline, _ in polygons], facecolors=[colour for _, _, colour in polygons],
+            edgecolors=EDGE, linewidths=0.6 / math.sqrt(many),
+        )
+    )  # fmt: skip
+    axes.set_axis_off()
+
+
+def seen_part(
+    kind: int, corners: np.ndarray, radius: float, base: np.ndarray, view: np.ndarray
+) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    """The polygons of a part: how near they are, their outlines in the picture, and their colours."""
+    centre = corners.mean(axis=0)
+    if kind == BOX and radius == 0.0:
+        found = []
+        for face in FACES:
+            outline = corners[list(face)]
+            normal = np.cross(outline[1] - outline[0], outline[2] - outline[0])
+            normal *= np.sign(normal @ (outline.mean(axis=0) - centre)) / np.linalg.norm(normal)
+            if normal @ view[2] > 0:
+                shade = 0.55 + 0.45 * max(0.0, float(normal @ LIGHT))
+                found.append((float(outline.mean(axis=0) @ view[2]), outline @ view[:2].T, shade * base))
+        return found
+    ends = corners[[0, 7]] if kind == CAPSULE else centre[None]
+    angles = np.linspace(0.0, 2 * math.pi, ROUND, endpoint=False)
+    circle = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    points = np.concatenate([end @ view[:2].T + circle for end in ends])
+    return [(float(centre @ view[2]), points if len(ends) == 1 else _hull(points), 0.92 * base)]
+
+
+def _hull(points: np.ndarray) -> np.ndarray:
+    from scipy.spatial import ConvexHull
+
+    return points[ConvexHull(points).vertices]
+
+
+def _rgb(colour: str) -> np.ndarray:
+    return np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
+
+
+def plot_scene(solution: SceneSolution, path: str | Path | None = None) -> Any:
+    """Energies, contacts, residual and penetration over the time.
+
+    Parameters
+    ----------
+    solution : SceneSolution
+    path : path-like, optional
+        Where to save; the ending names the format.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = new_figure(WIDTH, 6.5)
+    top, middle, bottom = figure.subplots(3, 1, sharex=True)
+    t, ledger = solution.t, solution.ledger
+    energy = ledger["kinetic"] + ledger["potential"]
+    top.plot(t, ledger["kinetic"], color=BLUE, label="kinetic")
+    top.plot(t, energy - energy[0], color=RED, ls="--", label="change of kinetic + potential")
+    top.set_ylabel("energy [J]")
+    top.legend(fontsize=8, frameon=False)
+    counts = np.diff(solution.all_contacts.offsets)
+    middle.plot(t, counts, color=BLUE)
+    middle.set_ylabel("contacts")
+    middle.set_ylim(bottom=0)
+    tiny = np.finfo(float).tiny
+    for values, colour, label in (
+        (solution.residual, BLUE, "residual [-]"), (solution.penetration, RED, "penetration [m]"),
+    ):  # fmt: skip
+        shown = np.where(values > tiny, values, np.nan)
+        if np.isfinite(shown).any():
+            bottom.semilogy(t, shown, color=colour, label=label)
+    bottom.axhline(solution.stats.tol, color="grey", lw=0.8, ls=":", label="tol")
+    bottom.set_ylabel("worst since the\nrecord before")
+    bottom.legend(fontsize=8, frameon=False)
+    bottom.set_xlabel("t [s]")
+    return save_figure(figure, path)
+

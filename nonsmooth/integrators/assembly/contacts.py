@@ -1,0 +1,130 @@
+"""The contacts of a step: from what was found between shapes to the rows of a contact problem, and from step to step.
+
+    open    g_N > 0    gamma_N + g_N / dt >= 0: it may close within the step, and no further
+    closed  g_N <= 0   gamma_N >= 0: what it penetrates is taken back by places, not by velocities (project.py)
+
+Gaps fed back to the velocities of closed contacts, with impulses kept from step to step and a problem solved to a part
+only, are an unstable loop: a part a of the error solved in a step, and the mode grows for every a < 1 (beta 1: by 1.154 a
+step at a = 0.1). Without that feedback it decays as sqrt(1 - a).
+
+The impulses of the step before are the start of the next solution; they are kept by their keys, in the axes of the world.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated as Array
+
+from nonsmooth.contact.network.problem import Network
+from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.planar import write_rows_planar
+from nonsmooth.integrators.assembly.spatial import write_rows_spatial
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.numerics.rounding import rounded_sum
+from nonsmooth.scenes.detection import Found
+from nonsmooth.scenes.shape_rows import Shapes
+
+
+GAP_ROUNDINGS = 16  # chosen: of a gap, a difference of places that were turned: what is smaller is 0
+
+
+class Surfaces(Block):
+    """What the shapes are made of, and what pairs of materials do to one another."""
+
+    material: Array[Ints, "n_s"]
+    mu: Array[Floats, "n_m", "n_m"]
+    e: Array[Floats, "n_m", "n_m"]
+
+
+class Contacts(Block):
+    """Up to m contacts of a step, beside the rows of their problem."""
+
+    e: Array[Floats, "m"]
+    gamma_minus: Array[Floats, "m"]  # velocity of approach at the end of the step, were there no contact [m/s]
+    impact: Array[Ints, "m"]  # whether it rebounds
+    P: Array[Floats, "m", "d"]  # impulses of the step, those of its impacts with them [N s]
+    n_before: int  # contacts of the step before that had impulses
+    key_before: Array[Ints, "m"]
+    P_before: Array[Floats, "m", "d"]  # in the axes of the world
+
+
+@kernel
+def write_law(bodies, shapes, surfaces, found, c, dt, network):
+    """Bodies, friction and the normal part of b of contact c; its restitution."""
+    s_i, s_j = found.shape_i[c], found.shape_j[c]
+    network.i[c], network.j[c] = shapes.body[s_i], shapes.body[s_j]
+    a, b = surfaces.material[s_i], surfaces.material[s_j]
+    network.mu[c] = surfaces.mu[a, b]
+    size = 0.0
+    for k in range(found.point.shape[1]):
+        size += abs(found.point[c, k]) + abs(bodies.motion.x[network.i[c], k]) + abs(bodies.motion.x[network.j[c], k])
+    if abs(found.gap[c]) <= rounded_sum(GAP_ROUNDINGS, size):
+        found.gap[c] = 0.0
+    network.b[c, 0] = found.gap[c] / dt if found.gap[c] > 0.0 else 0.0
+    return surfaces.e[a, b]
+
+
+@kernel("void(int64, int64, int64, int64, int64, int64, float64)")
+def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_at, network_at, dt):
+    """The rows of a planar step, and where their solution starts; network.n_c contacts were found."""
+    bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
+    found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
+    at = 0
+    for c in range(network.n_c):
+        contacts.e[c] = write_law(bodies, shapes, surfaces, found, c, dt, network)
+        write_rows_planar(bodies, found, c, network)
+        at = find_before(found.key[c], at, contacts)
+        network.P[c, 0], network.P[c, 1] = 0.0, 0.0
+        if at < contacts.n_before and contacts.key_before[at] == found.key[c]:
+            n_x, n_y = found.normal[c, 0], found.normal[c, 1]
+            p_x, p_y = contacts.P_before[at, 0], contacts.P_before[at, 1]
+            network.P[c, 0], network.P[c, 1] = n_x * p_x + n_y * p_y, n_x * p_y - n_y * p_x
+
+
+@kernel("void(int64, int64, int64, int64, int64, int64, float64)")
+def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts_at, network_at, dt):
+    """The rows of a spatial step, and where their solution starts; network.n_c contacts were found."""
+    bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
+    found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
+    at = 0
+    for c in range(network.n_c):
+        contacts.e[c] = write_law(bodies, shapes, surfaces, found, c, dt, network)
+        write_rows_spatial(bodies, found, c, network)
+        at = find_before(found.key[c], at, contacts)
+        is_kept = at < contacts.n_before and contacts.key_before[at] == found.key[c]
+        for row in range(3):
+            total = 0.0
+            if is_kept:
+                for k in range(3):
+                    total += network.J_j[c, row, k] * contacts.P_before[at, k]
+            network.P[c, row] = total
+
+
+@kernel
+def find_before(key, at, contacts):
+    """The first contact of the step before, from ``at`` on, whose key is not below; both steps are in their order."""
+    while at < contacts.n_before and contacts.key_before[at] < key:
+        at += 1
+    return at
+
+
+@kernel
+def keep_contact(found, network, c, d, contacts):
+    """Keep the impulse of contact c for the step to come, J_j^T P: its first d columns are those of a force."""
+    at = contacts.n_before
+    contacts.key_before[at] = found.key[c]
+    for k in range(d):
+        total = 0.0
+        for row in range(d):
+            total += network.J_j[c, row, k] * network.P[c, row]
+        contacts.P_before[at, k] = total
+    contacts.n_before = at + 1
+
+
+@kernel
+def keep_impulses(found, network, d, contacts):
+    """Keep all impulses that are not zero."""
+    contacts.n_before = 0
+    for c in range(network.n_c):
+        if network.P[c, 0] > 0.0:
+            keep_contact(found, network, c, d, contacts)

@@ -1,0 +1,174 @@
+"""A scene as the blocks of a run: centres of mass, principal axes, shapes, materials, and what is told how to move."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_listed, as_vector, result_of
+from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.contacts import Surfaces
+from nonsmooth.jit.blocks import new
+from nonsmooth.scenes.detection import Found
+from nonsmooth.scenes.inertia import inertia_of
+from nonsmooth.scenes.materials import of_pair
+from nonsmooth.scenes.parts import parts_of
+from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_of, rotate, times
+from nonsmooth.scenes.scene import Body, Kind, Scene
+from nonsmooth.scenes.shape_rows import shape_block
+from nonsmooth.scenes.shapes import PLANAR, as_turn
+
+# chosen: of the smaller of two bodies: a start may penetrate by this part of it, as bodies that were laid by hand do
+OVERLAP = 1e-3
+
+
+class World:
+    """The blocks of a scene at the start of a run.
+
+    Parameters
+    ----------
+    scene : Scene
+    t : float
+        Start [s].
+
+    Raises
+    ------
+    InvalidInput
+        For a body that cannot be one, by name.
+    """
+
+    def __init__(self, scene: Scene, t: float) -> None:
+        self.scene, self.dim = scene, scene.dim
+        n_b = len(scene.bodies)
+        self.bodies = new(Bodies, n_b=n_b, dim=scene.dim)
+        self.bodies.gravity[:] = scene.gravity
+        self.frames = np.tile(ORIGIN[scene.dim], (n_b, 1))  # of the principal axes in those of the shape
+        rows, materials = [], []
+        self.material_numbers: dict[int, int] = {}
+        for body in scene.bodies:
+            self._place(body, t)
+            frame = inverse(self.frames[body.index])
+            parts = parts_of(body.shape, scene.dim)
+            rows += [part.row(body.index, frame) for part in parts]
+            materials += [self._number_of(body)] * len(parts)
+        self.shapes = shape_block(rows)
+        self.surfaces = self._surfaces(materials)
+        self.guided = [body for body in scene.bodies if body.motion is not None]
+
+    @property
+    def guide(self):  # noqa: ANN201
+        """What sets the velocities of guided bodies, if there are any."""
+        return self._guide if self.guided else None
+
+    def _place(self, body: Body, t: float) -> None:
+        """Where a body is, how it moves and what it weighs."""
+        bodies, b, d = self.bodies, body.index, self.dim
+        position, turn = (body.position, body.turn) if body.motion is None else place_at(body, t, d)
+        place = place_of(position, turn)
+        if body.kind is Kind.DYNAMIC:
+            inertia = inertia_of(body, d)
+            self.frames[b] = place_of(inertia.centre, inertia.axes)
+            bodies.mass[b], bodies.moments[b] = inertia.mass, inertia.moments
+            bodies.motion.moves[b] = 1
+        bodies.motion.x[b] = compose(place, self.frames[b])
+        bodies.motion.v[b, :d], bodies.motion.v[b, d:] = body.velocity, body.spin
+        if body.surface_velocity is not None:
+            axes = self.frames[b, d:] if d == 3 else self.frames[b, 2]
+            bodies.surface[b] = rotate(conjugate(axes) if d == 3 else -axes, body.surface_velocity)
+
+    def _number_of(self, body: Body) -> int:
+        return self.material_numbers.setdefault(id(body.material), len(self.material_numbers))
+
+    def _surfaces(self, materials: list[int]) -> Surfaces:
+        """Coefficients of all pairs of materials that occur."""
+        known = {id(body.material): body.material for body in self.scene.bodies}
+        listed = [known[key] for key in self.material_numbers]
+        names = {material.name for material in listed}
+        for pair in self.scene.pairs:
+            if not pair <= names:
+                unknown = sorted(pair - names)[0]
+                raise InvalidInput(f"scene.pair names a material {unknown!r} that no body is made of")
+        surfaces = new(Surfaces, n_s=len(materials), n_m=len(listed))
+        surfaces.material[:] = materials
+        for a, first in enumerate(listed):
+            for b, second in enumerate(listed):
+                mu, e = of_pair(first, second)
+                own_mu, own_e = self.scene.pairs.get(frozenset((first.name, second.name)), (None, None))
+                surfaces.mu[a, b] = mu if own_mu is None else own_mu
+                surfaces.e[a, b] = e if own_e is None else own_e
+        return surfaces
+
+    def _guide(self, t: float, dt: float) -> None:
+        """Let guided bodies move evenly from where they are to where they are told to be at t + dt."""
+        motion, d = self.bodies.motion, self.dim
+        for body in self.guided:
+            place = place_of(*place_at(body, t + dt, d))
+            here = motion.x[body.index]
+            motion.v[body.index, :d] = (place[:d] - here[:d]) / dt
+            motion.v[body.index, d:] = spin_between(here[d:], place[d:], dt)
+
+    def require_apart(self, n_c: int, found: Found) -> None:
+        """Refuse a start at which two bodies are deep in one another."""
+        if n_c == 0:
+            return
+        c = int(np.argmin(found.gap[:n_c]))
+        i, j = int(found.shape_i[c]), int(found.shape_j[c])
+        reach = self.shapes.reach + self.shapes.radius
+        if found.gap[c] < -OVERLAP * min(reach[i], reach[j]):
+            names = [self.scene.bodies[int(self.shapes.body[s])].name for s in (i, j)]
+            raise InvalidInput(
+                f"{names[0]} and {names[1]} overlap at the start by {-found.gap[c]:.3g} m; move them apart"
+            )
+
+    def lost(self) -> str:
+        """The first body whose place is not finite, or the one that is farthest out."""
+        x = self.bodies.motion.x
+        is_lost = ~np.isfinite(x).all(axis=1)
+        b = int(np.argmax(is_lost)) if is_lost.any() else int(np.argmax(np.abs(x[:, : self.dim]).max(axis=1)))
+        return self.scene.bodies[b].name
+
+    def turns(self, quaternions: np.ndarray) -> np.ndarray:
+        """The turns of the shapes (n_t, n_b, 4) from those of the principal axes."""
+        return times(quaternions, conjugate(self.frames[:, 3:])[None])
+
+    def energies(self, x: np.ndarray, v: np.ndarray) -> dict[str, np.ndarray]:
+        """Kinetic and potential energy of records (n_t, n_b, ...) [J]; the potential is 0 at the origin."""
+        bodies, d = self.bodies, self.dim
+        moves = np.flatnonzero(bodies.motion.moves)
+        mass, moments = bodies.mass[moves], bodies.moments[moves]
+        v, x = v[:, moves], x[:, moves]
+        kinetic = 0.5 * (mass * (v[..., :d] ** 2).sum(axis=-1)).sum(axis=-1)
+        if d == PLANAR:
+            kinetic += 0.5 * (moments[:, 0] * v[..., 2] ** 2).sum(axis=-1)
+        else:
+            kinetic += 0.5 * (moments * turned_back(x[..., 3:], v[..., 3:]) ** 2).sum(axis=(-1, -2))
+        potential = -(mass[:, None] * x[..., :d] * self.scene.gravity).sum(axis=(-1, -2))
+        return {"kinetic": kinetic, "potential": potential}
+
+
+def turned_back(quaternions: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Vectors (..., 3) of the world in the axes of bodies with unit quaternions (..., 4)."""
+    w, r = quaternions[..., :1], quaternions[..., 1:]
+    c = np.cross(r, v) - w * v
+    return v + 2.0 * np.cross(r, c)
+
+
+def place_at(body: Body, t: float, dim: int) -> tuple[np.ndarray, float | np.ndarray]:
+    """What the motion of a guided body says of its place at a time [s]."""
+    name = f"motion of {body.name}"
+    assert body.motion is not None
+    said = result_of(f"{name} at t = {t:g} s", body.motion, t)
+    is_pair = isinstance(said, tuple | list) and len(said) == 2 and np.ndim(said[0]) == 1
+    position, turn = said if is_pair else (said, None)
+    as_listed(name, position, f"a position of {dim} numbers [m], or (position, turn)")
+    return as_vector(name, position, dim), as_turn(name, turn, dim)
+
+
+def spin_between(here: np.ndarray, there: np.ndarray, dt: float) -> np.ndarray:
+    """The angular velocity that turns one place to the other by the map of a step, cay(dt omega)."""
+    if len(here) == 1:
+        return (there - here) / dt
+    turn = times(there, conjugate(here))
+    return 2.0 * turn[1:] / (turn[0] * dt)
+
+

@@ -1,0 +1,273 @@
+"""The result of `simulate` for a scene: bodies as arrays, contacts of each record beside one another."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_number
+from nonsmooth.errors import InvalidInput, Status, nearest, shown
+from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.views import view
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from nonsmooth.scenes.scene import Scene
+
+WORKS = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
+
+
+@dataclass(frozen=True)
+class SceneStats:
+    """What a run of a scene cost, and its worst figures.
+
+    Attributes
+    ----------
+    steps : int
+    contacts, most_contacts : int
+        That were candidates: of the last step, and of the step that had the most.
+    islands : int
+        Groups of bodies that touch, of the last step.
+    methods : dict of str to int
+        How many contact problems, of islands and steps, each method ended; "kept" for those that the impulses of the
+        step before already solved.
+    sweeps, factorisations : int
+        Of block Gauss-Seidel, and of Newton's method.
+    impacts : int
+        Steps in which contacts rebounded.
+    tol : float
+        The residual asked for, relative to the impulses.
+    worst_residual, last_residual : float
+        Over all steps and of the last one: |natural map| / |impulses|, recomputed.
+    missed : int
+        Steps whose residual stayed above ``tol``.
+    worst_penetration, last_penetration : float
+        Deepest gap at the beginning of a step [m], over all steps and of the last one.
+    wall_time, compile_time : float
+        [s]
+    """
+
+    steps: int
+    contacts: int
+    most_contacts: int
+    islands: int
+    methods: dict[str, int]
+    sweeps: int
+    factorisations: int
+    impacts: int
+    tol: float
+    worst_residual: float
+    last_residual: float
+    missed: int
+    worst_penetration: float
+    last_penetration: float
+    wall_time: float
+    compile_time: float
+
+
+class BodyMotion(NamedTuple):
+    """The motion of one body."""
+
+    t: np.ndarray  # (n_t,) [s]
+    position: np.ndarray  # (n_t, 2|3) of the centre of mass [m]
+    turn: np.ndarray  # (n_t,) angle [rad], or (n_t, 4) unit quaternion (w, x, y, z)
+    velocity: np.ndarray  # (n_t, 2|3) [m/s]
+    spin: np.ndarray  # (n_t,) or (n_t, 3), in the axes of the world [rad/s]
+
+
+@dataclass(frozen=True, eq=False)
+class SceneContacts:
+    """The contacts of one record; ``i`` pushes ``j`` along ``normal``.
+
+    Attributes
+    ----------
+    t : float
+        [s]
+    i, j : (m,) indices of bodies
+    point, normal : (m, 2|3)
+        Midway between the surfaces [m], and out of body i.
+    gap : (m,) before the last step [m]
+    P : (m, 2|3)
+        Impulses of the last step in the axes of the world, on body j [N s].
+    P_N, P_F : (m,)
+        Their normal part, and the size of their tangential part.
+    mode : (m,) ContactMode
+    names : (n_b,) of all bodies
+    """
+
+    t: float
+    i: np.ndarray
+    j: np.ndarray
+    point: np.ndarray
+    normal: np.ndarray
+    gap: np.ndarray
+    P: np.ndarray
+    mu: np.ndarray
+    names: list[str]
+
+    def __len__(self) -> int:
+        return len(self.i)
+
+    @property
+    def P_N(self) -> np.ndarray:  # noqa: N802
+        """Normal impulses [N s]."""
+        return (self.P * self.normal).sum(axis=1)
+
+    @property
+    def P_F(self) -> np.ndarray:  # noqa: N802
+        """Sizes of the tangential impulses [N s]."""
+        return np.linalg.norm(self.P - self.P_N[:, None] * self.normal, axis=1)
+
+    @property
+    def mode(self) -> np.ndarray:
+        """OPEN without an impulse; STICK within the friction cone, SLIDE on it, to 1e-8 of it."""
+        limit = self.mu * self.P_N
+        sliding = np.where(self.P_F >= limit * (1 - 1e-8), ContactMode.SLIDE, ContactMode.STICK)
+        return np.where(self.P_N > 0, sliding, ContactMode.OPEN)
+
+    def of(self, name: str) -> SceneContacts:
+        """Those of one body."""
+        if name not in self.names:
+            raise InvalidInput(f"there is no body {shown(name)}; {nearest(name, self.names)}")
+        k = self.names.index(name)
+        rows = np.flatnonzero((self.i == k) | (self.j == k))
+        columns = (self.i, self.j, self.point, self.normal, self.gap, self.P, self.mu)
+        return SceneContacts(self.t, *(column[rows] for column in columns), self.names)
+
+    def __repr__(self) -> str:
+        loaded = int((self.P_N > 0).sum())
+        return f"SceneContacts({len(self)} at t = {self.t:.6g} s, {loaded} of them loaded)"
+
+
+class ContactColumns(NamedTuple):
+    """The contacts of all records, one behind the other; those of record k are offsets[k] to offsets[k + 1] - 1."""
+
+    offsets: np.ndarray
+    i: np.ndarray
+    j: np.ndarray
+    point: np.ndarray
+    normal: np.ndarray
+    gap: np.ndarray
+    P: np.ndarray
+    mu: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class SceneSolution:
+    """The result of `simulate` for a `Scene`.
+
+    Attributes
+    ----------
+    t : (n_t,) times of the records [s]
+    position : (n_t, n_b, 2|3) centres of mass [m]
+    turn : (n_t, n_b) angles [rad], or (n_t, n_b, 4) unit quaternions (w, x, y, z)
+    velocity : (n_t, n_b, 2|3) [m/s]
+    spin : (n_t, n_b) or (n_t, n_b, 3) angular velocities, in the axes of the world [rad/s]
+    all_contacts : ContactColumns
+        ``contacts(t)`` gives those of one record.
+    ledger : dict of (n_t,) arrays [J]
+        "kinetic", "potential", and the works since the start by "force" (gravity), "friction", "normal", "surface" (what
+        guided bodies and belts put in) and "projection" (of gravity, on what bodies are moved beside their velocities).
+    residual, penetration : (n_t,)
+        The worst of the steps since the record before: |natural map| / |impulses|, and the deepest gap [m].
+    stats : SceneStats
+    status : Status, message : str, success : bool
+    scene : Scene
+    centres : (n_b, 2|3)
+        Of mass, in the frames of the shapes [m].
+    """
+
+    t: np.ndarray
+    position: np.ndarray
+    turn: np.ndarray
+    velocity: np.ndarray
+    spin: np.ndarray
+    all_contacts: ContactColumns
+    ledger: dict[str, np.ndarray]
+    residual: np.ndarray
+    penetration: np.ndarray
+    stats: SceneStats
+    status: Status
+    message: str
+    scene: Scene
+    centres: np.ndarray
+    about: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def success(self) -> bool:
+        """Whether the end was reached."""
+        return self.status == Status.FINISHED
+
+    @functools.cached_property
+    def names(self) -> list[str]:
+        """The bodies, in the order of the arrays."""
+        return [body.name for body in self.scene.bodies]
+
+    @property
+    def q(self) -> np.ndarray:
+        """(n_t, n_q): places and turns of all bodies, one body after the other."""
+        return _side_by_side(self.position, self.turn)
+
+    @property
+    def u(self) -> np.ndarray:
+        """(n_t, n_u): velocities and angular velocities of all bodies, one body after the other."""
+        return _side_by_side(self.velocity, self.spin)
+
+    def __getitem__(self, name: str) -> BodyMotion:
+        """The motion of a body, by name."""
+        k = self.scene[name].index
+        return BodyMotion(self.t, self.position[:, k], self.turn[:, k], self.velocity[:, k], self.spin[:, k])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def contacts(self, t: float | None = None) -> SceneContacts:
+        """The contacts of the record nearest to a time [s]; of the last record, if left out.
+
+        Raises
+        ------
+        InvalidInput
+            For a time outside the run.
+        """
+        k = len(self.t) - 1
+        if t is not None:
+            t = as_number("t", t, "s")
+            if not self.t[0] <= t <= self.t[-1]:
+                raise InvalidInput(f"t must lie in [{self.t[0]:g}, {self.t[-1]:g}] s, the times of the run; got {t:g}")
+            k = int(np.argmin(np.abs(self.t - t)))
+        offsets, *columns = self.all_contacts
+        rows = slice(offsets[k], offsets[k + 1])
+        return SceneContacts(float(self.t[k]), *(column[rows] for column in columns), self.names)
+
+    def summary(self) -> str:
+        """The run in a few lines: bodies, contacts, residual, penetration, energy, cost."""
+        return view(self, "summary")(self)
+
+    def picture(self, path: str | Path | None = None, n: int = 1) -> Any:
+        """Draw the scene at n instants, the last one if n is 1 (needs the extra [plot]); returns the figure."""
+        return view(self, "picture")(self, path, n)
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """Draw energies, residual and contacts over the time (needs the extra [plot]); returns the figure."""
+        return view(self, "plot")(self, path)
+
+
+    def _repr_html_(self) -> str:
+        return view(self, "html")(self)
+
+    def __repr__(self) -> str:
+        return (
+            f"SceneSolution({self.status.name}, t = {self.t[-1]:.6g} s, {len(self.names)} bodies, "
+            f"{self.stats.steps} steps, worst residual {self.stats.worst_residual:.1e})"
+        )
+
+
+def _side_by_side(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    n_t, n_b = first.shape[:2]
+    both = np.concatenate((first, second.reshape(n_t, n_b, -1)), axis=2)
+    return both.reshape(n_t, -1)

@@ -1,0 +1,257 @@
+"""One run of a scene: step after step, until the end, a failure, Ctrl-C or the end of the budget."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.checks.memory import require_memory
+from nonsmooth.errors import InvalidInput, ResidualWarning, Status, said_by, warn_caller
+from nonsmooth.integrators.assembly.step import Assembly
+from nonsmooth.integrators.assembly.world import World
+from nonsmooth.integrators.contract import Integrator
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.results.failures import BudgetSpent, ModelFunctionError, ProgressError, StepFailure
+from nonsmooth.results.scene_solution import WORKS, ContactColumns, SceneSolution, SceneStats
+from nonsmooth.runs.times import grid_times
+from nonsmooth.scenes.scene import Scene
+
+LOOK_EVERY = 0.02  # chosen: s between two looks at the clock, and at what shows progress
+FAILURES: dict[Status, type[StepFailure]] = {
+    Status.BUDGET_SPENT: BudgetSpent,
+    Status.NOT_FINITE: ModelFunctionError,
+    Status.PROGRESS_FAILED: ProgressError,
+}
+
+
+class SceneRun:
+    """One run.
+
+    Parameters
+    ----------
+    scene : Scene
+    t_span : (float, float)
+        [s]
+    integrator : MoreauJean
+    every, t_eval
+        As of `simulate`.
+    """
+
+    def __init__(
+        self, scene: Scene, t_span: tuple[float, float], integrator: MoreauJean, every: int, t_eval: Any
+    ) -> None:
+        if not isinstance(integrator, MoreauJean):
+            raise InvalidInput(
+                f"a scene is integrated by MoreauJean(dt=...); got {type(integrator).__name__}: for this one, write its "
+                "mechanics as a System"
+            )
+        if integrator.compliance is not None:
+            raise InvalidInput("contacts of a scene are rigid; leave out compliance= of MoreauJean")
+        self.scene, self.integrator = scene, integrator
+        times = grid_times(integrator, t_span, every, t_eval)
+        n_b = len(scene.bodies)
+        if n_b == 0:
+            raise InvalidInput("the scene has no bodies; add them by scene.body(...), scene.fixed(...)")
+        bytes_of_record = 8.0 * n_b * (13 if scene.dim == 3 else 6)
+        require_memory(bytes_of_record * times.count, f"{times.count} records", "take a larger every or dt")
+        self.times = times.part(0, times.count)
+        self.solver = integrator.contacts
+        started = time.perf_counter()
+        self.world = World(scene, float(self.times[0]))
+        self.solver_state = self.solver.start(scene.dim)
+        self.assembly = Assembly(
+            self.world.bodies, self.world.shapes, self.world.surfaces, self.solver_state, integrator.theta,
+            self.world.guide,
+        )  # fmt: skip
+        self.compile_time = time.perf_counter() - started
+        self.world.require_apart(self.assembly.find_contacts(0.0), self.assembly.found)
+        self.status = Status.RUNNING
+        self.now = float(self.times[0])
+        self.steps = self.impacts = self.missed = self.most_contacts = 0
+        self.worst_residual = self.worst_penetration = self.wall_time = 0.0
+        self.since = [0.0, 0.0]  # worst residual and penetration since the record before
+        self.cause: BaseException | None = None
+        self.spent = ""
+        self.x = np.zeros((times.count, *self.world.bodies.motion.x.shape))
+        self.v = np.zeros((times.count, *self.world.bodies.motion.v.shape))
+        self.works = np.zeros((times.count, len(WORKS)))
+        self.worst = np.zeros((times.count, 2))
+        self.chunks: list[tuple[np.ndarray, ...]] = []
+        self.rows = 0
+
+    def advance(
+        self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None = None
+    ) -> None:
+        """Run until the end or a reason to stop."""
+        started = time.perf_counter()
+        deadline = math.inf if max_wall_time is None else started + max_wall_time
+        budget = sys.maxsize if max_steps is None else max_steps
+        dts, counts = self.integrator.steps_between(self.times)
+        looked = started
+        try:
+            self._write_row()
+            for k, (dt, count) in enumerate(zip(dts.tolist(), counts.tolist(), strict=True)):
+                for step in range(count):
+                    if self.steps >= budget:
+                        self._stop(f"max_steps = {max_steps}")
+                    elif (now := time.perf_counter()) - looked > LOOK_EVERY:
+                        looked = now
+                        if now > deadline:
+                            self._stop(f"max_wall_time = {max_wall_time:g} s")
+                        if progress is not None:
+                            self._show(progress)
+                    if self.status != Status.RUNNING:
+                        return
+                    self.now = float(self.times[k]) + step * dt
+                    self._take_step(dt)
+                    if self.status != Status.RUNNING:
+                        return
+                self.now = float(self.times[k + 1])
+                self._write_row()
+            self.status = Status.FINISHED
+            if progress is not None:
+                self._show(progress)
+        except KeyboardInterrupt:
+            self.status = Status.INTERRUPTED
+        finally:
+            if self.status != Status.FINISHED and self.status != Status.RUNNING:
+                self._write_last_row()
+            self.wall_time = time.perf_counter() - started
+
+    def _take_step(self, dt: float) -> None:
+        """One step, and its worst figures."""
+        assembly, solver = self.assembly, self.solver_state
+        try:
+            assembly.step(self.now, dt)
+        except FloatingPointError as error:
+            self.status, self.cause = Status.NOT_FINITE, error
+            return
+        self.steps += 1
+        self.most_contacts = max(self.most_contacts, assembly.network.n_c)
+        self.worst_penetration = max(self.worst_penetration, -assembly.deepest)
+        self.since = [max(self.since[0], assembly.residual), max(self.since[1], -assembly.deepest)]
+        self.impacts += assembly.rebounds
+        residual = assembly.residual
+        self.worst_residual = max(self.worst_residual, residual)
+        if not residual <= solver.tol:
+            self.missed += 1
+            if self.solver.on_residual == "raise" or not np.isfinite(residual):
+                self.status = Status.NOT_SOLVED
+
+    def _stop(self, spent: str) -> None:
+        self.status, self.spent = Status.BUDGET_SPENT, spent
+
+    def _show(self, progress: Callable[[float], None]) -> None:
+        """Call the user's function of the fraction done; whatever it raises ends the run, with its name."""
+        t_0, t_1 = self.times[0], self.times[-1]
+        try:
+            progress(float((self.now - t_0) / (t_1 - t_0)) if t_1 > t_0 else 1.0)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            self.status, self.cause = Status.PROGRESS_FAILED, error
+
+    def _write_row(self) -> None:
+        """Write the state as the next record."""
+        motion, k = self.world.bodies.motion, self.rows
+        self.x[k], self.v[k], self.works[k] = motion.x, motion.v, self.assembly.ledger.work
+        self.worst[k], self.since = self.since, [0.0, 0.0]
+        self.chunks.append(self._contacts())
+        self.rows = k + 1
+
+    def _write_last_row(self) -> None:
+        """The state at which the run stopped, unless it is the last record."""
+        self.times = np.append(self.times[: self.rows], self.now)
+        if self.rows and self.times[-1] == self.times[-2]:
+            self.times = self.times[:-1]
+        else:
+            self._write_row()
+
+    def _contacts(self) -> tuple[np.ndarray, ...]:
+        """The contacts of the last step: bodies, points, normals, gaps, impulses in the world, friction."""
+        assembly = self.assembly
+        n = assembly.network.n_c if self.steps else 0
+        found, network = assembly.found, assembly.network
+        d = self.scene.dim
+        P = np.einsum("crk,cr->ck", network.J_j[:n, :, :d], assembly.contacts.P[:n])
+        columns = network.i[:n], network.j[:n], found.point[:n], found.normal[:n], found.gap[:n]
+        return (*(column.copy() for column in columns), P, network.mu[:n].copy())
+
+    def stats(self) -> SceneStats:
+        """What the run cost."""
+        solver, assembly = self.solver_state, self.assembly
+        return SceneStats(
+            self.steps, int(assembly.network.n_c), self.most_contacts, int(assembly.network.islands.count),
+            dict(solver.methods), solver.sweeps, solver.factorisations, self.impacts, solver.tol,
+            self.worst_residual, assembly.residual, self.missed, self.worst_penetration, max(0.0, -assembly.deepest),
+            self.wall_time, self.compile_time,
+        )  # fmt: skip
+
+    def message(self) -> str:
+        """How the run ended, in a sentence."""
+        where = f"t = {self.now:.9g} s"
+        if self.status == Status.FINISHED:
+            return "the end was reached"
+        if self.status == Status.INTERRUPTED:
+            return f"interrupted at {where}"
+        if self.status == Status.BUDGET_SPENT:
+            return f"{self.spent} is used up after {self.steps} steps; stopped at {where}"
+        if self.status == Status.PROGRESS_FAILED:
+            assert self.cause is not None
+            return f"the progress function raised {said_by(self.cause)}; stopped at {where}"
+        if self.status == Status.NOT_FINITE:
+            return f"{self.world.lost()} is nowhere: its place is not finite, or too far out; stopped at {where}"
+        return (
+            f"the contact problem of this step was solved to a residual of {self.assembly.residual:.2g}, and "
+            f"tol = {self.solver_state.tol:g} was asked for; stopped at {where}"
+        )
+
+    def solution(self) -> SceneSolution:
+        """What was computed."""
+        k, dim = self.rows, self.scene.dim
+        x, v = self.x[:k], self.v[:k]
+        counts = [len(chunk[0]) for chunk in self.chunks]
+        offsets = np.concatenate(([0], np.cumsum(counts)))
+        columns = ContactColumns(offsets, *map(np.concatenate, zip(*self.chunks, strict=True)))
+        turn, spin = (x[:, :, 2], v[:, :, 2]) if dim == 2 else (self.world.turns(x[:, :, 3:]), v[:, :, 3:])
+        ledger = self.world.energies(x, v) | {name: self.works[:k, w] for w, name in enumerate(WORKS)}
+        about = {"scene": repr(self.scene), "integrator": repr(self.integrator)}
+        return SceneSolution(
+            self.times[:k], x[:, :, :dim], turn, v[:, :, :dim], spin, columns, ledger, *self.worst[:k].T, self.stats(),
+            self.status, self.message(), self.scene, self.world.frames[:, :dim], about,
+        )  # fmt: skip
+
+    def failure(self, solution: SceneSolution) -> StepFailure:
+        """The exception of a run that did not end well."""
+        error = FAILURES.get(self.status, StepFailure)(solution.message, solution, self.now)  # type: ignore[arg-type]
+        error.__cause__ = self.cause
+        return error
+
+
+def simulate_scene(
+    scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any, on_failure: str,
+    max_steps: int | None, max_wall_time: float | None, progress: Callable[[float], None] | None,
+) -> SceneSolution:  # fmt: skip
+    """`simulate` for a scene, its arguments checked but for those of times."""
+    run = SceneRun(scene, t_span, integrator, every, t_eval)  # type: ignore[arg-type]
+    run.advance(max_wall_time, progress, max_steps)
+    solution = run.solution()
+    if run.missed and run.status == Status.FINISHED:
+        warn_caller(missed_residual(solution.stats), ResidualWarning)
+    if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
+        raise run.failure(solution)
+    return solution
+
+
+def missed_residual(stats: SceneStats) -> str:
+    """What is to be said of a run whose contact problems were not all solved to the tolerance."""
+    return (
+        f"in {stats.missed} of {stats.steps} steps the contact problem was solved to less than tol = {stats.tol:g}, at "
+        f"worst to {stats.worst_residual:.2g}; more sweeps, or a larger tol, end this: "
+        "MoreauJean(dt, contacts=ns.ContactSolver(tol=..., sweeps=...))"
+    )

@@ -1,0 +1,305 @@
+"""A scene: bodies with shapes, what they are made of, and gravity; `simulate` sets it in motion.
+
+    scene = Scene(gravity=(0, 0, -9.81))             in space; gravity=(0, -9.81) makes a planar one
+    scene.fixed(HalfSpace((0, 0, 1)))                stands still
+    scene.body(Sphere(0.1), density=1000, ...)       moves by forces and impulses
+    scene.kinematic(Box(1, 1, 0.1), velocity=...)    moves as it is told
+
+A scene is a description: it is not changed by a run, and may be run again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nonsmooth.checks.arrays import as_fraction, as_instance, as_non_negative, as_number, as_positive, as_vector
+from nonsmooth.errors import InvalidInput, nearest, shown
+from nonsmooth.scenes.materials import Material
+from nonsmooth.scenes.shapes import PLANAR, SPATIAL, Segment, Shape, as_turn
+
+
+class Kind(IntEnum):
+    """How a body moves."""
+
+    DYNAMIC = 0
+    FIXED = 1
+    KINEMATIC = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A body of a scene; `Scene.body`, `Scene.fixed` and `Scene.kinematic` make them.
+
+    Attributes
+    ----------
+    name : str
+    index : int
+        Its place in the arrays of a solution.
+    kind : Kind
+    shape : Shape
+    material : Material
+    position : (2,) or (3,)
+        Of the origin of the shape's frame [m].
+    turn : float or (4,)
+        Angle [rad], or unit quaternion (w, x, y, z).
+    velocity : (2,) or (3,)
+        Of the centre of mass [m/s]; of a body that is fixed or kinematic, of the origin.
+    spin : float or (3,)
+        Angular velocity, in the axes of the world [rad/s].
+    mass, density : float or None
+        [kg], [kg/m^3] (in the plane [kg/m^2]); one of them, for a dynamic body.
+    inertia : float or (3, 3) or None
+        About the centre of mass, in the shape's axes [kg m^2]; None: of the shape, its mass spread evenly.
+    surface_velocity : (2,) or (3,) or None
+        Of the surface in the body's axes [m/s]: a belt that runs over it.
+    motion : callable or None
+        Of a kinematic body: t -> position, or (position, turn).
+    """
+
+    name: str
+    index: int
+    kind: Kind
+    shape: Shape
+    material: Material
+    position: np.ndarray
+    turn: Any
+    velocity: np.ndarray
+    spin: Any
+    mass: float | None = None
+    density: float | None = None
+    inertia: Any = None
+    surface_velocity: np.ndarray | None = None
+    motion: Callable[[float], Any] | None = None
+
+    def __repr__(self) -> str:
+        return f"Body({self.name!r}, {self.kind.name.lower()}, {self.shape!r})"
+
+
+@dataclass(eq=False)
+class Scene:
+    """Bodies that touch.
+
+    Parameters
+    ----------
+    gravity : array_like (2,) or (3,)
+        [m/s^2]; its length says whether the scene lies in the plane or in space.
+    material : Material
+        Of the bodies that name none.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> scene = ns.Scene(gravity=(0, -9.81))
+    >>> ground = scene.fixed(ns.HalfPlane((0, 1)))
+    >>> disc = scene.body(ns.Disc(0.1), density=1000, position=(0, 0.5))
+    >>> scene
+    Scene(planar, 2 bodies, 1 of them dynamic)
+    """
+
+    gravity: ArrayLike = (0.0, -9.81)
+    material: Material = field(default_factory=Material)
+
+    def __post_init__(self) -> None:
+        gravity = as_vector("gravity", self.gravity)
+        if len(gravity) not in (PLANAR, SPATIAL):
+            raise InvalidInput(f"gravity must have 2 entries (planar) or 3 (spatial) [m/s^2]; got {len(gravity)}")
+        self.gravity = gravity
+        self.dim = len(gravity)
+        as_instance("material", self.material, Material, "a Material(mu=..., e=...)")
+        self.bodies: list[Body] = []
+        self.pairs: dict[frozenset[str], tuple[float | None, float | None]] = {}
+        self._names: dict[str, int] = {}
+
+    def body(
+        self, shape: Shape, *, position: ArrayLike | None = None, turn: Any = None, velocity: ArrayLike | None = None,
+        spin: Any = None, density: float | None = None, mass: float | None = None, inertia: Any = None,
+        material: Material | None = None, surface_velocity: ArrayLike | None = None, name: str | None = None,
+    ) -> Body:  # fmt: skip
+        """Add a body that moves by forces and impulses.
+
+        Parameters
+        ----------
+        shape : Shape
+        position, turn, velocity, spin, surface_velocity, inertia
+            As those of `Body`; left out: 0, not turned, at rest, no belt, of the shape.
+        density, mass : float
+            One of them: [kg/m^3], in the plane [kg/m^2], or [kg].
+        material : Material, optional
+            The scene's own if left out.
+        name : str, optional
+            "body 3" for the fourth if left out.
+
+        Returns
+        -------
+        Body
+
+        Raises
+        ------
+        InvalidInput
+            For what breaks a rule, with the name of the body.
+        """
+        name = self._new_name(name)
+        if (density is None) == (mass is None):
+            raise InvalidInput(f"{name} needs either density= or mass=; got {'neither' if mass is None else 'both'}")
+        given = {
+            "density": None if density is None else as_positive(f"density of {name}", density, "kg/m^3"),
+            "mass": None if mass is None else as_positive(f"mass of {name}", mass, "kg"),
+            "inertia": None if inertia is None else as_inertia(f"inertia of {name}", inertia, self.dim),
+            "surface_velocity": self._vector(f"surface_velocity of {name}", surface_velocity, None),
+        }
+        self._check_shape(name, shape)
+        if not shape.is_bounded or isinstance(shape, Segment):
+            raise InvalidInput(f"{name} has no mass, its shape is {shape!r}; add it by scene.fixed or scene.kinematic")
+        return self._add(name, Kind.DYNAMIC, shape, material, position, turn, velocity, spin, given)
+
+    def fixed(
+        self, shape: Shape, *, position: ArrayLike | None = None, turn: Any = None, material: Material | None = None,
+        surface_velocity: ArrayLike | None = None, name: str | None = None,
+    ) -> Body:  # fmt: skip
+        """Add a body that stands still; a surface velocity makes it a conveyor.
+
+        Parameters and errors are those of `body`.
+        """
+        name = self._new_name(name)
+        self._check_shape(name, shape)
+        given = {"surface_velocity": self._vector(f"surface_velocity of {name}", surface_velocity, None)}
+        return self._add(name, Kind.FIXED, shape, material, position, turn, None, None, given)
+
+    def kinematic(
+        self, shape: Shape, *, position: ArrayLike | None = None, turn: Any = None, velocity: ArrayLike | None = None,
+        spin: Any = None, motion: Callable[[float], Any] | None = None, material: Material | None = None,
+        surface_velocity: ArrayLike | None = None, name: str | None = None,
+    ) -> Body:  # fmt: skip
+        """Add a body that moves as it is told: evenly by ``velocity`` and ``spin``, or by a function of time.
+
+        Parameters
+        ----------
+        motion : callable, optional
+            t [s] -> position, or (position, turn), in place of position, turn, velocity and spin. Within a step the
+            body moves evenly from one of its places to the next.
+        shape, position, turn, velocity, spin, material, surface_velocity, name
+            As those of `body`.
+        """
+        name = self._new_name(name)
+        self._check_shape(name, shape)
+        if motion is not None:
+            if not all(value is None for value in (position, turn, velocity, spin)):
+                raise InvalidInput(f"{name} takes either motion= or position=, turn=, velocity=, spin=; got both")
+            if not callable(motion):
+                raise InvalidInput(f"motion of {name} must be a function of the time [s]; got {shown(motion)}")
+        given = {
+            "motion": motion,
+            "surface_velocity": self._vector(f"surface_velocity of {name}", surface_velocity, None),
+        }
+        return self._add(name, Kind.KINEMATIC, shape, material, position, turn, velocity, spin, given)
+
+    def pair(self, a: Material | str, b: Material | str, *, mu: float | None = None, e: float | None = None) -> None:
+        """Give two materials coefficients of their own.
+
+        Parameters
+        ----------
+        a, b : Material or str
+            Materials of bodies of this scene, or their names.
+        mu, e : float, optional
+            What is left out goes by the rule of `Material`.
+
+        Raises
+        ------
+        InvalidInput
+            For a material without a name, or a coefficient that breaks its rule.
+        """
+        names = [self._material_name(material) for material in (a, b)]
+        self.pairs[frozenset(names)] = (
+            None if mu is None else as_non_negative("mu", mu),
+            None if e is None else as_fraction("e", e),
+        )
+
+    def __getitem__(self, name: str) -> Body:
+        if not isinstance(name, str) or name not in self._names:
+            raise InvalidInput(f"there is no body {shown(name)}; {nearest(name, self._names)}")
+        return self.bodies[self._names[name]]
+
+    def __len__(self) -> int:
+        return len(self.bodies)
+
+    def __iter__(self) -> Iterator[Body]:
+        return iter(self.bodies)
+
+    def __repr__(self) -> str:
+        dynamic = sum(body.kind is Kind.DYNAMIC for body in self.bodies)
+        where = "planar" if self.dim == PLANAR else "spatial"
+        return f"Scene({where}, {len(self.bodies)} bodies, {dynamic} of them dynamic)"
+
+    def _add(
+        self, name: str, kind: Kind, shape: Shape, material: Material | None, position: Any, turn: Any, velocity: Any,
+        spin: Any, given: dict[str, Any],
+    ) -> Body:  # fmt: skip
+        body = Body(
+            name, len(self.bodies), kind, shape,
+            as_instance(f"material of {name}", material or self.material, Material, "a Material(mu=..., e=...)"),
+            self._vector(f"position of {name}", position), as_turn(f"turn of {name}", turn, self.dim),
+            self._vector(f"velocity of {name}", velocity), as_spin(f"spin of {name}", spin, self.dim), **given,
+        )  # fmt: skip
+        self._names[name] = body.index
+        self.bodies.append(body)
+        return body
+
+    def _vector(self, name: str, value: Any, default: float | None = 0.0) -> Any:
+        if value is None:
+            return None if default is None else np.full(self.dim, default)
+        return as_vector(name, value, self.dim)
+
+    def _new_name(self, name: str | None) -> str:
+        if name is None:
+            name = f"body {len(self.bodies)}"
+        if not isinstance(name, str) or not name:
+            raise InvalidInput(f"the name of a body must be a text; got {shown(name)}")
+        if name in self._names:
+            raise InvalidInput(f"there is a body {name!r} already; names of bodies must differ")
+        return name
+
+    def _check_shape(self, name: str, shape: Any) -> None:
+        as_instance(f"shape of {name}", shape, Shape, "a shape, as ns.Box(0.2, 0.2) is")
+        if self.dim not in shape.dim:
+            here, there = ("plane", "space") if self.dim == PLANAR else ("space", "plane")
+            raise InvalidInput(f"{name} has a shape of the {there}, {shape!r}, and the scene is one of the {here}")
+
+    def _material_name(self, material: Any) -> str:
+        name = material.name if isinstance(material, Material) else material
+        if not isinstance(name, str) or not name:
+            raise InvalidInput(
+                f"a pair is one of materials with names, as ns.Material(mu=0.8, name='rubber'); got {shown(material)}"
+            )
+        return name
+
+
+def as_spin(name: str, value: Any, dim: int) -> Any:
+    """An angular velocity of the plane or of space [rad/s]; None: none."""
+    if dim == PLANAR:
+        return 0.0 if value is None else as_number(name, value, "rad/s")
+    return np.zeros(3) if value is None else as_vector(name, value, 3)
+
+
+def as_inertia(name: str, value: Any, dim: int) -> Any:
+    """A moment of inertia, or a symmetric positive definite matrix of them; three numbers are its diagonal."""
+    if dim == PLANAR:
+        return as_positive(name, value, "kg m^2")
+    matrix = np.asarray(value, dtype=object)
+    matrix = np.diag(as_vector(name, value, 3)) if matrix.ndim == 1 else np.array(value, dtype=float)
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, rtol=1e-12):
+        raise InvalidInput(f"{name} must be three moments or a symmetric (3, 3) matrix [kg m^2]; got {shown(value)}")
+    moments = np.linalg.eigvalsh(matrix)
+    if not moments[0] > 0:
+        raise InvalidInput(f"{name} must be positive definite; its smallest moment is {moments[0]:g} kg m^2")
+    if moments[2] > (moments[0] + moments[1]) * (1 + 1e-9):
+        raise InvalidInput(
+            f"{name} is that of no body: the largest moment must not exceed the sum of the others; they are "
+            f"{np.array2string(moments, precision=4)} kg m^2"
+        )
+    return matrix

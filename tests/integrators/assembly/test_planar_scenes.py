@@ -1,0 +1,226 @@
+"""Planar scenes against closed forms, invariants and measured orders."""
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from models import BouncingBall
+
+G = 9.81
+GRAVITY = (0.0, -G)
+DT = 2e-3
+
+
+def on_ground(material, *bodies, **ground):
+    scene = ns.Scene(gravity=GRAVITY, material=material)
+    scene.fixed(ns.HalfPlane((0, 1)), name="ground", **ground)
+    for options in bodies:
+        scene.body(**options)
+    return scene
+
+
+def simulate(scene, t_end, dt=DT, **options):
+    return ns.simulate(scene, (0, t_end), integrator=ns.MoreauJean(dt=dt), **options)
+
+
+def test_free_flight_is_the_parabola_to_rounding():
+    scene = ns.Scene(gravity=GRAVITY)
+    scene.body(ns.Box(0.2, 0.1), mass=2.0, position=(0, 1), velocity=(3, 4), spin=5, name="box")
+    box = simulate(scene, 1.0)["box"]
+    expected = np.stack([3 * box.t, 1 + 4 * box.t - 0.5 * G * box.t**2], axis=1)
+    np.testing.assert_allclose(box.position, expected, atol=500 * 16 * np.finfo(float).eps)  # 500 steps of some roundings
+    np.testing.assert_allclose(box.turn, 5 * box.t, rtol=1e-13)
+
+
+def test_sliding_block_stops_where_its_energy_is_spent_and_stays():
+    mu, v_0 = 0.3, 2.0
+    scene = on_ground(
+        ns.Material(mu=mu),
+        {"shape": ns.Box(0.2, 0.1), "density": 1000, "position": (0, 0.05), "velocity": (v_0, 0), "name": "block"},
+    )
+    errors = []
+    for dt in (4e-3, 1e-3):
+        solution = simulate(scene, 1.0, dt)
+        x = solution["block"].position[:, 0]
+        errors.append(abs(x[-1] - v_0**2 / (2 * mu * G)))
+        assert np.ptp(x[solution.t > 0.8]) == 0.0  # sticks: it does not creep
+        assert np.ptp(x[solution.t > 0.7]) <= 1e-8 * G * dt**2  # what the residual of the step in which it stops leaves
+    # the step in which it stops is shared by sliding and sticking: at most mu g dt^2 / 8
+    assert errors[0] <= mu * G * 4e-3**2 / 8 * 1.01
+    assert errors[1] <= mu * G * 1e-3**2 / 8 * 1.01
+
+
+@pytest.mark.parametrize("share", [0.5, 0.99])
+def test_block_below_its_friction_limit_does_not_move_at_all(share):
+    mu = 0.5
+    angle = np.arctan(share * mu)
+    scene = ns.Scene(gravity=GRAVITY, material=ns.Material(mu=mu))
+    scene.fixed(ns.HalfPlane((-np.sin(angle), np.cos(angle))))
+    normal = np.array([-np.sin(angle), np.cos(angle)])
+    scene.body(ns.Box(0.4, 0.2), density=1000, position=0.1 * normal, turn=angle, name="block")
+    block = simulate(scene, 2.0)["block"]
+    np.testing.assert_array_equal(block.position, np.tile(block.position[0], (len(block.t), 1)))
+    np.testing.assert_array_equal(block.turn, block.turn[0])
+
+
+def test_block_above_its_friction_limit_slides_with_the_acceleration_that_is_left():
+    mu, angle = 0.2, 0.5
+    scene = ns.Scene(gravity=GRAVITY, material=ns.Material(mu=mu))
+    normal, down = np.array([-np.sin(angle), np.cos(angle)]), np.array([-np.cos(angle), -np.sin(angle)])
+    scene.fixed(ns.HalfPlane(normal))
+    scene.body(ns.Box(0.4, 0.1), density=1000, position=0.05 * normal, turn=angle, name="block")
+    block = simulate(scene, 1.0)["block"]
+    acceleration = G * (np.sin(angle) - mu * np.cos(angle))
+    # constant forces: the mean of the velocities moves it exactly; the residual of the contact problem is 1e-8
+    moved = (block.position[-1] - block.position[0]) @ down
+    np.testing.assert_allclose(moved, 0.5 * acceleration, rtol=1e-7)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize("dt", [1e-2, 1.1e-3, 1e-3])
+def test_ball_rebounds_with_its_coefficient_and_never_goes_into_the_ground(e, dt):
+    r, height = 0.1, 1.0
+    scene = on_ground(
+        ns.Material(mu=0.0, e=e), {"shape": ns.Disc(r), "density": 1000, "position": (0, r + height), "name": "ball"}
+    )
+    ball = simulate(scene, 1.2, dt)["ball"]
+    y = ball.position[:, 1] - r
+    assert y.min() >= -1e-15
+    exact = BouncingBall(e=e)
+    # an impact is felt at the end of its step: the first velocity is wrong by g dt, the time by dt
+    first = np.argmax(ball.velocity[:, 1] > 0) if e > 0 else np.argmax(y < 1e-12) + 1
+    v_1 = exact.impact_speed(height)
+    assert abs(ball.t[first] - v_1 / G) <= 2 * dt
+    assert ball.velocity[first, 1] == pytest.approx(e * v_1, abs=2 * G * dt)
+    if dt < 5e-3:
+        reference = np.array([exact.height(t, height) for t in ball.t])
+        assert np.abs(y - reference).mean() <= 3 * dt  # first order: velocity times the error of the time
+
+
+def test_two_discs_keep_momentum_and_part_with_their_coefficient():
+    e = 0.7
+    scene = ns.Scene(gravity=(0.0, 0.0), material=ns.Material(mu=0.3, e=e))
+    scene.body(ns.Disc(0.1), mass=1.0, position=(0, 0), velocity=(2, 0), spin=3, name="a")
+    scene.body(ns.Disc(0.1), mass=3.0, position=(0.5, 0.05), velocity=(-1, 0), name="b")
+    solution = simulate(scene, 0.5, 1e-3)
+    a, b = solution["a"], solution["b"]
+    momentum = a.velocity + 3 * b.velocity
+    np.testing.assert_allclose(momentum, np.tile(momentum[0], (len(a.t), 1)), atol=1e-14)
+    moment = 0.5 * 0.1**2 * a.spin + 3 * 0.5 * 0.1**2 * b.spin
+    for body, mass in ((a, 1.0), (b, 3.0)):
+        moment += mass * (body.position[:, 0] * body.velocity[:, 1] - body.position[:, 1] * body.velocity[:, 0])
+    hit = int(np.argmax(np.abs(np.diff(a.velocity[:, 0])) > 0.1)) + 1
+    normal = b.position[hit] - a.position[hit]
+    normal /= np.linalg.norm(normal)
+    before = (b.velocity[0] - a.velocity[0]) @ normal
+    after = (b.velocity[-1] - a.velocity[-1]) @ normal
+    assert after == pytest.approx(-e * before, abs=0.02)  # the normal turns by v dt / r within the step of the impact
+    # each impulse acts at one point: the angular momentum changes by what the point moves in the step, x_1 against x_0
+    np.testing.assert_allclose(moment, moment[0], atol=1e-12)
+
+
+def test_rolling_disc_has_two_thirds_of_its_sliding_speed():
+    mu, v_0, r = 0.3, 2.0, 0.1
+    scene = on_ground(
+        ns.Material(mu=mu),
+        {"shape": ns.Disc(r), "density": 1000, "position": (0, r), "velocity": (v_0, 0), "name": "disc"},
+    )
+    disc = simulate(scene, 1.0, 1e-3)["disc"]
+    assert disc.velocity[-1, 0] == pytest.approx(2 / 3 * v_0, rel=1e-12)
+    assert disc.spin[-1] == pytest.approx(-disc.velocity[-1, 0] / r, rel=1e-12)
+    rolls = disc.t[np.argmax(np.abs(disc.velocity[:, 0] + r * disc.spin) < 1e-9)]
+    assert abs(rolls - v_0 / (3 * mu * G)) <= 1e-3
+
+
+def test_conveyor_carries_a_parcel_to_its_speed():
+    speed, mu = 1.5, 0.4
+    scene = on_ground(
+        ns.Material(mu=mu),
+        {"shape": ns.Box(0.2, 0.2), "density": 500, "position": (0, 0.1), "name": "parcel"},
+        surface_velocity=(speed, 0),
+    )
+    solution = simulate(scene, 1.0, 1e-3)
+    parcel = solution["parcel"]
+    np.testing.assert_allclose(parcel.velocity[:300, 0], mu * G * parcel.t[:300], atol=1e-9)
+    np.testing.assert_allclose(parcel.velocity[-1], (speed, 0), atol=1e-12)
+    # the belt does the work of friction and of the motion: in all m v^2, half of it lost by sliding
+    m = 500 * 0.04
+    assert solution.ledger["surface"][-1] == pytest.approx(m * speed**2, rel=5e-3)
+    assert solution.ledger["friction"][-1] == pytest.approx(-0.5 * m * speed**2, rel=1e-2)
+
+
+def test_guided_body_pushes_what_it_meets():
+    scene = ns.Scene(gravity=(0.0, 0.0), material=ns.Material(mu=0.0))
+    scene.kinematic(ns.Box(0.2, 0.2), motion=lambda t: (np.sin(t), 0.0), name="piston")
+    scene.body(ns.Box(0.2, 0.2), mass=1.0, position=(0.5, 0), name="slider")
+    solution = simulate(scene, 1.5, 1e-3)
+    piston, slider = solution["piston"], solution["slider"]
+    np.testing.assert_allclose(piston.position[:, 0], np.sin(piston.t), atol=1e-13)
+    assert (slider.position[:, 0] - piston.position[:, 0]).min() >= 0.2 - 1e-9
+    # it is taken along at the speed of the piston when they meet, at sin t = 0.3, and flies on as the piston slows down
+    assert slider.velocity[-1, 0] == pytest.approx(np.sqrt(1 - 0.3**2), rel=5e-3)
+
+
+def tumbling(material):
+    rng = np.random.default_rng(3)
+    shapes = [ns.Disc(0.1), ns.Box(0.2, 0.1), ns.Capsule(0.2, 0.05), ns.Polygon([(0, 0), (0.2, 0), (0.1, 0.2)])]
+    bodies = [
+        {"shape": shape, "density": 800, "position": (0.1 * k, 0.5 + 0.3 * k), "turn": rng.uniform(0, 3)}
+        for k, shape in enumerate(shapes)
+    ]
+    return on_ground(material, *bodies)
+
+
+def test_energy_ledger_closes_to_rounding_through_impacts():
+    solution = simulate(tumbling(ns.Material(mu=0.4, e=0.3)), 1.5)
+    ledger = solution.ledger
+    works = sum(ledger[name] for name in ("force", "friction", "normal", "surface"))
+    size = np.abs(ledger["force"]).max()
+    np.testing.assert_allclose(ledger["kinetic"] - ledger["kinetic"][0], works, atol=1e-11 * size)
+    moved = ledger["potential"][0] - ledger["potential"]
+    np.testing.assert_allclose(moved, ledger["force"] + ledger["projection"], atol=1e-11 * size)
+
+
+def test_contacts_without_restitution_lose_energy_but_for_what_gravity_adds_within_a_step():
+    solution = simulate(tumbling(ns.Material(mu=0.4)), 1.5)
+    loss = solution.ledger["friction"] + solution.ledger["normal"]
+    # P . (gamma_0 + gamma_1)/2 = P . gamma_1 - P . W P / 2 - P . J dt g / 2: only the last can be positive
+    P_N = np.array([solution.contacts(t).P_N.sum() for t in solution.t])
+    assert (np.diff(loss) <= 0.5 * DT * G * P_N[1:] + 1e-12).all() and loss[-1] < -1.0
+
+
+def test_mirrored_scene_moves_as_its_mirror_image():
+    def tumble(sign):
+        scene = on_ground(ns.Material(mu=0.4, e=0.2))
+        for k in range(4):
+            scene.body(
+                ns.Box(0.3, 0.1), density=800, position=(sign * 0.1 * k, 0.3 + 0.35 * k), turn=sign * (0.2 + k),
+                velocity=(sign * 0.3, 0),
+            )  # fmt: skip
+        return simulate(scene, 0.4)
+
+    right, left = tumble(1.0), tumble(-1.0)
+    # chaotic after many impacts: roundings grow; to 0.4 s they have had three
+    np.testing.assert_allclose(right.position * (-1, 1), left.position, atol=1e-9)
+    np.testing.assert_allclose(right.turn, -left.turn, atol=1e-8)
+
+
+def test_overlap_at_the_start_is_refused_by_name():
+    scene = on_ground(ns.Material(), {"shape": ns.Disc(0.1), "mass": 1, "position": (0, 0.05), "name": "sunk"})
+    with pytest.raises(ns.InvalidInput, match="ground and sunk overlap at the start by 0.05 m"):
+        simulate(scene, 0.1)
+
+
+def test_budget_and_interruption_keep_what_was_computed():
+    scene = on_ground(ns.Material(), {"shape": ns.Disc(0.1), "mass": 1, "position": (0, 0.1)})
+    solution = simulate(scene, 1.0, max_steps=10, on_failure="return")
+    assert solution.status == ns.Status.BUDGET_SPENT and solution.t[-1] == pytest.approx(10 * DT)
+    with pytest.raises(ns.BudgetSpent) as raised:
+        simulate(scene, 1.0, max_steps=10)
+    assert raised.value.solution.stats.steps == 10
+
+    def stop(done):
+        raise KeyboardInterrupt
+
+    solution = simulate(scene, 1000.0, progress=stop)
+    assert solution.status == ns.Status.INTERRUPTED and solution.t[-1] < 1000.0
