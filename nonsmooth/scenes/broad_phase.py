@@ -33,12 +33,17 @@ class Grid(Block, n_t="1 << (2 * n_s + 2).bit_length()"):
 
     lo: Array[Floats, "n_s", "d"]  # [m] the box: of the shape, the margin and what it may move in a step
     hi: Array[Floats, "n_s", "d"]
+    normal: Array[Floats, "n_s", "d"]  # of the border of an unbounded shape
+    border: Array[Floats, "n_s"]  # [m] n . p of what is on its border, as much wider as the boxes are
     approach: Array[Floats, "n_s"]  # [m] the farthest that a point of its core moves in a step
     level: Array[Ints, "n_s"]  # -1 where it is unbounded
     row: Array[Ints, "n_s"]  # level and cells across x, as one number
     bucket: Array[Ints, "n_s"]
     start: Array[Ints, "n_t + 1"]
-    order: Array[Ints, "n_s"]  # bounded shapes by bucket
+    order: Array[Ints, "n_s"]  # bounded shapes by bucket; their rows and boxes beside each other are read in one go
+    row_at: Array[Ints, "n_s"]
+    lo_at: Array[Floats, "n_s", "d"]
+    hi_at: Array[Floats, "n_s", "d"]
     population: Array[Ints, LEVELS]  # of the levels
     widest: float  # [m] the longest side of a box
     n_pairs: int  # found, which may be more than there is room for
@@ -155,7 +160,10 @@ def fill_buckets(grid):
     for s in range(bucket.shape[0] - 1, -1, -1):
         if grid.level[s] >= 0:
             start[bucket[s]] -= 1
-            order[start[bucket[s]]] = s
+            p = start[bucket[s]]
+            order[p], grid.row_at[p] = s, grid.row[s]
+            for a in range(grid.lo.shape[1]):
+                grid.lo_at[p, a], grid.hi_at[p, a] = grid.lo[s, a], grid.hi[s, a]
 
 
 @kernel
@@ -176,26 +184,34 @@ def neighbours(shapes, motion, grid, p):
                     b = bucket_of(grid, level, cx + x, cy + y, cz + z)
                     begin = p + 1 if is_own_row and x == 0 else grid.start[b]
                     for t in range(begin, grid.start[b + 1]):
-                        other = grid.order[t]
-                        if grid.row[other] == row and overlap(grid, s, other):
-                            add_pair(shapes, motion, grid, s, other)
+                        if grid.row_at[t] == row and overlap(grid, p, t):
+                            add_pair(shapes, motion, grid, s, grid.order[t])
 
 
 @kernel
-def overlap(grid, s, t):
-    """Whether two boxes overlap."""
-    for a in range(grid.lo.shape[1]):
-        if grid.lo[s, a] > grid.hi[t, a] or grid.lo[t, a] > grid.hi[s, a]:
+def overlap(grid, p, t):
+    """Whether the boxes of order[p] and order[t] overlap."""
+    for a in range(grid.lo_at.shape[1]):
+        if grid.lo_at[p, a] > grid.hi_at[t, a] or grid.lo_at[t, a] > grid.hi_at[p, a]:
             return False
     return True
 
 
 @kernel
 def against_all(shapes, motion, grid, s):
-    """The pairs of an unbounded shape with the bounded ones."""
+    """The pairs of an unbounded shape with the bounded ones whose boxes reach over its border."""
     for t in range(grid.level.shape[0]):
-        if grid.level[t] >= 0:
+        if grid.level[t] >= 0 and lowest(grid, s, t) <= grid.border[s]:
             add_pair(shapes, motion, grid, s, t)
+
+
+@kernel
+def lowest(grid, s, t):
+    """The least n . p of the points of box t."""
+    total = 0.0
+    for a in range(grid.lo.shape[1]):
+        total += min(grid.normal[s, a] * grid.lo[t, a], grid.normal[s, a] * grid.hi[t, a])
+    return total
 
 
 @kernel

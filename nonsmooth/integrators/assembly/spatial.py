@@ -69,12 +69,11 @@ def rotate_freely(bodies, b, dt):
     P_0, P_1, P_2 = I_0 * o_0, I_1 * o_1, I_2 * o_2
     E_0, E_1, E_2 = P_0, P_1, P_2
     for _ in range(MOST_ITERATIONS):
-        m_0, m_1, m_2 = 0.5 * (P_0 + E_0) / I_0, 0.5 * (P_1 + E_1) / I_1, 0.5 * (P_2 + E_2) / I_2
-        change = abs(m_0 - o_0) + abs(m_1 - o_1) + abs(m_2 - o_2)
-        o_0, o_1, o_2 = m_0, m_1, m_2
         E_0, E_1, E_2 = cayley_of(-0.5 * dt * o_0, -0.5 * dt * o_1, -0.5 * dt * o_2, P_0, P_1, P_2)
-        if change <= EPS * (abs(o_0) + abs(o_1) + abs(o_2)):
+        m_0, m_1, m_2 = 0.5 * (P_0 + E_0) / I_0, 0.5 * (P_1 + E_1) / I_1, 0.5 * (P_2 + E_2) / I_2
+        if abs(m_0 - o_0) + abs(m_1 - o_1) + abs(m_2 - o_2) <= EPS * (abs(o_0) + abs(o_1) + abs(o_2)):
             break
+        o_0, o_1, o_2 = m_0, m_1, m_2
     # E/I is the velocity at the end in the axes of the body there, which cay(dt omega) turns to those of the beginning
     e_0, e_1, e_2 = cayley_of(0.5 * dt * o_0, 0.5 * dt * o_1, 0.5 * dt * o_2, E_0 / I_0, E_1 / I_1, E_2 / I_2)
     o_0, o_1, o_2 = turn_by(x, b, o_0, o_1, o_2)
@@ -106,7 +105,7 @@ def write_inertia(bodies, b, network):
     I_0, I_1, I_2 = bodies.moments[b, 0], bodies.moments[b, 1], bodies.moments[b, 2]
     M, M_inv, x = network.M, network.M_inv, bodies.motion.x
     for column in range(3):
-        e_0, e_1, e_2 = float(column == 0), float(column == 1), float(column == 2)
+        e_0, e_1, e_2 = 1.0 if column == 0 else 0.0, 1.0 if column == 1 else 0.0, 1.0 if column == 2 else 0.0
         p_0, p_1, p_2 = turn_back(x, b, e_0, e_1, e_2)
         a_0, a_1, a_2 = turn_by(x, b, I_0 * p_0, I_1 * p_1, I_2 * p_2)
         c_0, c_1, c_2 = turn_by(x, b, p_0 / I_0, p_1 / I_1, p_2 / I_2)
@@ -136,12 +135,12 @@ def tangent(n_0, n_1, n_2):
 
 
 @kernel
-def write_row(bodies, b, sign, point, axis, J):
-    """One row of J: sign (axis, arm x axis)."""
-    r_0, r_1, r_2 = point[0] - bodies.motion.x[b, 0], point[1] - bodies.motion.x[b, 1], point[2] - bodies.motion.x[b, 2]
-    m_0, m_1, m_2 = cross(r_0, r_1, r_2, axis[0], axis[1], axis[2])
-    J[0], J[1], J[2] = sign * axis[0], sign * axis[1], sign * axis[2]
-    J[3], J[4], J[5] = sign * m_0, sign * m_1, sign * m_2
+def write_row(bodies, b, sign, point, axis, J, c, row):
+    """One row of J of a contact: sign (axis, arm x axis)."""
+    x = bodies.motion.x
+    m_0, m_1, m_2 = cross(point[0] - x[b, 0], point[1] - x[b, 1], point[2] - x[b, 2], axis[0], axis[1], axis[2])
+    J[c, row, 0], J[c, row, 1], J[c, row, 2] = sign * axis[0], sign * axis[1], sign * axis[2]
+    J[c, row, 3], J[c, row, 4], J[c, row, 5] = sign * m_0, sign * m_1, sign * m_2
 
 
 @kernel
@@ -152,12 +151,12 @@ def write_rows_spatial(bodies, found, c, network):
     point = (found.point[c, 0], found.point[c, 1], found.point[c, 2])
     t = tangent(n[0], n[1], n[2])
     s = cross(n[0], n[1], n[2], t[0], t[1], t[2])
-    write_row(bodies, i, -1.0, point, n, network.J_i[c, 0])
-    write_row(bodies, j, 1.0, point, n, network.J_j[c, 0])
-    write_row(bodies, i, -1.0, point, t, network.J_i[c, 1])
-    write_row(bodies, j, 1.0, point, t, network.J_j[c, 1])
-    write_row(bodies, i, -1.0, point, s, network.J_i[c, 2])
-    write_row(bodies, j, 1.0, point, s, network.J_j[c, 2])
+    write_row(bodies, i, -1.0, point, n, network.J_i, c, 0)
+    write_row(bodies, j, 1.0, point, n, network.J_j, c, 0)
+    write_row(bodies, i, -1.0, point, t, network.J_i, c, 1)
+    write_row(bodies, j, 1.0, point, t, network.J_j, c, 1)
+    write_row(bodies, i, -1.0, point, s, network.J_i, c, 2)
+    write_row(bodies, j, 1.0, point, s, network.J_j, c, 2)
     a_0, a_1, a_2 = turn_by(bodies.motion.x, i, bodies.surface[i, 0], bodies.surface[i, 1], bodies.surface[i, 2])
     b_0, b_1, b_2 = turn_by(bodies.motion.x, j, bodies.surface[j, 0], bodies.surface[j, 1], bodies.surface[j, 2])
     w_0, w_1, w_2 = b_0 - a_0, b_1 - a_1, b_2 - a_2
