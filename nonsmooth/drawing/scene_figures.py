@@ -28,7 +28,10 @@ EDGE = "#08306b"
 ROUND = 24  # chosen: pieces of a circle
 # chosen: of the camera: about the vertical and above the horizon [rad]
 AZIMUTH, ELEVATION = math.radians(-60.0), math.radians(22.0)
+Seen = tuple[float, np.ndarray, np.ndarray, bool]  # how near, outline in the picture, colour, whether it has an edge
 LIGHT = np.array([0.25, -0.45, 0.86])  # chosen: from where the light comes
+# chosen: discs of which a ball is drawn, the lighter the smaller: radius, shift towards the light, shade
+HIGHLIGHTS = ((1.0, 0.0, 0.62), (0.86, 0.1, 0.74), (0.62, 0.24, 0.86), (0.34, 0.4, 0.97))
 
 
 def picture(solution: SceneSolution, path: str | Path | None = None, n: int = 1) -> Any:
@@ -62,7 +65,7 @@ def picture(solution: SceneSolution, path: str | Path | None = None, n: int = 1)
     rows = -(-n // columns)
     figure = new_figure(WIDTH, 1.0)
     tall = WIDTH / columns * height / width * rows + 0.9 * rows
-    figure.set_size_inches(WIDTH, float(np.clip(tall, LEAST_HEIGHT, 2 * MOST_HEIGHT)))
+    figure.set_size_inches(WIDTH, float(np.clip(tall, LEAST_HEIGHT, MOST_HEIGHT)))
     for k, (axes, record) in enumerate(zip(figure.subplots(rows, columns, squeeze=False).flat, records, strict=False)):
         draw(axes, solution, record, (low, high))
         axes.set_xlim(low[0], high[0])
@@ -206,7 +209,7 @@ def draw_spatial(axes: Any, solution: SceneSolution, record: int, extent: tuple[
     from matplotlib.collections import PolyCollection
 
     view = camera()
-    polygons: list[tuple[float, np.ndarray, np.ndarray]] = []
+    polygons: list[Seen] = []
     for body, place in zip(solution.scene.bodies, places(solution, record), strict=True):
         if not body.shape.is_bounded:
             continue
@@ -219,17 +222,28 @@ def draw_spatial(axes: Any, solution: SceneSolution, record: int, extent: tuple[
     many = max(1.0, len(solution.scene.bodies) / 50)
     axes.add_collection(
         PolyCollection(
-            [outline for _, outline, _ in polygons], facecolors=[colour for _, _, colour in polygons],
-            edgecolors=EDGE, linewidths=0.6 / math.sqrt(many),
+            [outline for _, outline, _, _ in polygons], facecolors=[colour for _, _, colour, _ in polygons],
+            edgecolors=[EDGE if edged else "none" for *_, edged in polygons], linewidths=0.6 / math.sqrt(many),
         )
     )  # fmt: skip
     axes.set_axis_off()
+    draw_scale(axes, extent)
+
+
+def draw_scale(axes: Any, extent: tuple[np.ndarray, np.ndarray]) -> None:
+    """A bar of a round length: the picture has no perspective, it holds for all that lies across the line of sight."""
+    (left, bottom), width = extent[0], float(extent[1][0] - extent[0][0])
+    length = 10.0 ** math.floor(math.log10(0.3 * width))
+    length *= 2.0 if 0.3 * width / length >= 2.0 else 1.0
+    axes.plot([left, left + length], [bottom, bottom], color="black", lw=2, solid_capstyle="butt", clip_on=False)
+    axes.annotate(f"{length:g} m", (left + 0.5 * length, bottom), (0, -4), textcoords="offset points", ha="center",
+                  va="top", fontsize=8, annotation_clip=False)  # fmt: skip
 
 
 def seen_part(
     kind: int, corners: np.ndarray, radius: float, base: np.ndarray, view: np.ndarray
-) -> list[tuple[float, np.ndarray, np.ndarray]]:
-    """The polygons of a part: how near they are, their outlines in the picture, and their colours."""
+) -> list[Seen]:
+    """The polygons of a part."""
     centre = corners.mean(axis=0)
     if kind == BOX and radius == 0.0:
         found = []
@@ -239,13 +253,19 @@ def seen_part(
             normal *= np.sign(normal @ (outline.mean(axis=0) - centre)) / np.linalg.norm(normal)
             if normal @ view[2] > 0:
                 shade = 0.55 + 0.45 * max(0.0, float(normal @ LIGHT))
-                found.append((float(outline.mean(axis=0) @ view[2]), outline @ view[:2].T, shade * base))
+                found.append((float(outline.mean(axis=0) @ view[2]), outline @ view[:2].T, shade * base, True))
         return found
     ends = corners[[0, 7]] if kind == CAPSULE else centre[None]
     angles = np.linspace(0.0, 2 * math.pi, ROUND, endpoint=False)
     circle = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    points = np.concatenate([end @ view[:2].T + circle for end in ends])
-    return [(float(centre @ view[2]), points if len(ends) == 1 else _hull(points), 0.92 * base)]
+    light = radius * view[:2] @ LIGHT
+    found = []
+    for size, aside, shade in HIGHLIGHTS:
+        points = np.concatenate([end @ view[:2].T + aside * light + size * circle for end in ends])
+        outline = points if len(ends) == 1 else _hull(points)
+        # by roundings nearer than the one below it, so that they stay in this order
+        found.append((float(centre @ view[2]) + 1e-9 * radius * (1.0 - size), outline, shade * base, size == 1.0))
+    return found
 
 
 def _hull(points: np.ndarray) -> np.ndarray:
