@@ -33,7 +33,7 @@ from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.numerics.rounding import EPS
 
-SOLVED, STALLED, NO_ROOM = range(3)  # how the direct rung ends
+MET, UNMET, NO_ROOM = range(3)  # whether the direct rung met its tolerance
 
 FIRST_KAPPA = 10.0  # measured: 100 and more cycles from a poor start
 LARGEST_KAPPA = 1e10  # measured: masses 1 to 1e6 need 1e9
@@ -42,11 +42,15 @@ LARGEST_KAPPA = 1e10  # measured: masses 1 to 1e6 need 1e9
 LARGEST_ROUNDING = 1e5
 # measured: kappa stays where the residual falls by as much in an outer step: a fifth fewer factors than where it grows
 OUTER_REDUCTION = 0.1
-KAPPA_GROWTH = 10.0  # chosen
+KAPPA_GROWTH = 4.0  # chosen
 KAPPA_FALL = 0.2  # chosen: not a power of the growth, so that the same kappa does not come again
 INNER_STEPS = 8  # measured: an inner problem that takes more is not found at all
 INNER_REDUCTION = 1e-3  # chosen: of |g|, before P moves
 CHORD_REDUCTION = 0.1  # chosen: of |g| in a step with a kept factor, else it is made anew
+EASY=4
+KAPPA_CREEP=2.0
+GIVE_UP=3
+GIVE_UP_SIZE=1.0
 SEARCH_HALVINGS = 5  # chosen
 SUFFICIENT = 0.1  # chosen: part of the fall of |g| that a Newton step promises
 
@@ -129,7 +133,7 @@ def solve_inner(network, direct, k, is_kept, d, n):
         size, changed = newton_step(network, direct, k, size, d, n)
         if size <= INNER_REDUCTION * first or size <= floor:
             return count + 1
-        if not size < math.inf:
+        if not size < math.inf or (count >= GIVE_UP and size > GIVE_UP_SIZE * first):
             return 0
         is_kept = size <= CHORD_REDUCTION * before
     return 0
@@ -225,11 +229,11 @@ def al_newton(network, direct, k, tol, most, d, n):
             least = error
             copy_impulses(islands, k, network.P, direct.best, d)
         put_back_velocities(network, direct.v, k, n)
-        if steps <= 2 and is_slow:
-            kappa = min(kappa * KAPPA_GROWTH, largest_kappa(network, k, tol, d, n))
+        if steps <= EASY and is_slow:
+            kappa = min(kappa * (KAPPA_GROWTH if steps <= 2 else KAPPA_CREEP), largest_kappa(network, k, tol, d, n))
     copy_impulses(islands, k, direct.best, network.P, d)
     islands.residual[k] = judge_island(network, k, d, n)
-    return SOLVED if islands.residual[k] <= tol else STALLED
+    return MET if islands.residual[k] <= tol else UNMET
 
 
 @kernel("void(int64, int64)")
