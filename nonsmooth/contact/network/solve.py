@@ -28,7 +28,6 @@ FIRST_ROUND, ROUND = 10, 25  # chosen: sweeps between two residuals, each of whi
 FEW_BODIES = 200  # measured: 150 spheres take 8 ms a factor, 1000 200 ms
 MANY_BODIES = 2000  # measured: 1000 bodies in the plane take 2 ms a factor
 UNLIKE_MASSES = 10.0  # measured: sweeps of a stack of ten do not reach 1e-3 in 200 where the top is 1000 times heavier
-OUTER_STEPS = 40  # measured: heaps that take more do not end
 
 
 class Solver(Block):
@@ -39,6 +38,7 @@ class Solver(Block):
 
     tol: float  # largest residual that is asked for
     most_sweeps: int  # of an island
+    most_factors: int  # of an island; 0 is sweeps alone
     conjugate: Conjugate
     direct: Direct
 
@@ -63,7 +63,7 @@ def solve_island(network, solver, k, d, n):
     islands.residual[k] = judge_island(network, k, d, n)
     if not islands.residual[k] <= solver.tol:
         islands.rung[k] = SWEEPS
-        is_direct = has_affordable_factors(network, k, d)
+        is_direct = solver.most_factors > 0 and has_affordable_factors(network, k, d)
         sweep_in_rounds(network, solver, k, is_direct, d, n)
         if is_direct and not islands.residual[k] <= solver.tol:
             has_room = solve_directly(network, solver, k, d, n)
@@ -83,7 +83,7 @@ def solve_directly(network, solver, k, d, n):
     """The direct rung; False where there is no room for the factors."""
     islands, made = network.islands, solver.direct.factors
     islands.rung[k] = DIRECT
-    end = al_newton(network, solver.direct, k, solver.tol, OUTER_STEPS, d, n)
+    end = al_newton(network, solver.direct, k, solver.tol, solver.most_factors, d, n)
     islands.factors[k] += solver.direct.factors - made
     return end != NO_ROOM
 
