@@ -1,9 +1,9 @@
 """How the islands of a network are solved, one after the other, each from the impulses that it has.
 
-    START     its residual is within the tolerance: nothing is done
-    SWEEPS    conjugate sweeps, in rounds, as many as the budget allows
-    DIRECT    the augmented Lagrangian, as soon as the sweeps would not come to the tolerance within their budget, where
-              the factors are affordable: few bodies, or many in the plane or of unlike masses
+    BY_START    its residual is within the tolerance: nothing is done
+    BY_SWEEPS   conjugate sweeps, in rounds, as many as the budget allows
+    BY_FACTORS  the augmented Lagrangian, as soon as the sweeps would not come to the tolerance within their budget,
+                where factors are affordable: few bodies, or many in the plane or of unlike masses
 
 Whatever was tried, the impulses of the least residual are left, with velocities of just these impulses and the residual
 recomputed from them. ``islands`` says of each one its rung, sweeps, factors, residual and whether the tolerance is met;
@@ -18,11 +18,12 @@ from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton, copy_impulse
 from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
 from nonsmooth.contact.network.lagrangian import Direct
 from nonsmooth.contact.network.problem import Network, rounding_of_residual
+from nonsmooth.contact.network.spheres import Spheres, are_spheres, sphere_sweeps
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, view
 from nonsmooth.numerics.rounding import EPS
 
-START, SWEEPS, DIRECT = range(3)
+BY_START, BY_SWEEPS, BY_FACTORS = range(3)
 
 FIRST_ROUND, ROUND = 10, 25  # chosen: sweeps between two residuals, each of which costs one and a half
 FEW_BODIES = 200  # measured: 150 spheres take 8 ms a factor, 1000 200 ms
@@ -40,6 +41,7 @@ class Solver(Block):
     most_sweeps: int  # of an island
     most_factors: int  # of an island; 0 is sweeps alone
     conjugate: Conjugate
+    spheres: Spheres
     direct: Direct
 
 
@@ -62,7 +64,7 @@ def solve_island(network, solver, k, d, n):
     islands, has_room = network.islands, True
     islands.residual[k] = judge_island(network, k, d, n)
     if not islands.residual[k] <= solver.tol:
-        islands.rung[k] = SWEEPS
+        islands.rung[k] = BY_SWEEPS
         is_direct = solver.most_factors > 0 and has_affordable_factors(network, k, d)
         sweep_in_rounds(network, solver, k, is_direct, d, n)
         if is_direct and not islands.residual[k] <= solver.tol:
@@ -82,7 +84,7 @@ def is_met(network, solver, k, d, n):
 def solve_directly(network, solver, k, d, n):
     """The direct rung; False where there is no room for the factors."""
     islands, made = network.islands, solver.direct.factors
-    islands.rung[k] = DIRECT
+    islands.rung[k] = BY_FACTORS
     end = al_newton(network, solver.direct, k, solver.tol, solver.most_factors, d, n)
     islands.factors[k] += solver.direct.factors - made
     return end != NO_ROOM
@@ -108,15 +110,24 @@ def ratio_of_masses(network, k):
 
 
 @kernel
+def sweep(network, solver, k, most, is_of_spheres, d, n):
+    """A round of sweeps from the velocities of the impulses: how many. Those of spheres leave the velocities alone."""
+    if d == 3 and is_of_spheres:
+        return sphere_sweeps(network, solver.spheres, solver.conjugate, k, most, EPS)
+    return conjugate_sweeps(network, solver.conjugate, k, most, EPS, d, n)
+
+
+@kernel
 def sweep_in_rounds(network, solver, k, may_leave, d, n):
     """Sweep island k until it is solved or the budget is spent, or is seen not to be enough where one may leave."""
     islands, best = network.islands, solver.direct.best
     error = least = islands.residual[k]
     copy_impulses(islands, k, network.P, best, d)
     done, is_hopeful = 0, True
+    is_of_spheres = d == 3 and solver.most_sweeps > 0 and are_spheres(network, solver.spheres, k)
     while done < solver.most_sweeps and is_hopeful and not least <= solver.tol:
         most = min(FIRST_ROUND if done == 0 else ROUND, solver.most_sweeps - done)
-        count = conjugate_sweeps(network, solver.conjugate, k, most, EPS, d, n)
+        count = sweep(network, solver, k, most, is_of_spheres, d, n)
         done += count
         before, error = error, judge_island(network, k, d, n)
         if error < least:
