@@ -279,6 +279,15 @@ class Scene:
         return name
 
 
+def as_scene(candidate: Any) -> Scene | None:
+    """The scene itself, or the one that a ready scene builds with its ``scene()`` method; None for what has none."""
+    if isinstance(candidate, Scene):
+        return candidate
+    if isinstance(candidate, type) or not callable(getattr(candidate, "scene", None)):
+        return None
+    return as_instance(f"what scene() of {type(candidate).__name__} returns", candidate.scene(), Scene, "an ns.Scene")
+
+
 def as_spin(name: str, value: Any, dim: int) -> Any:
     """An angular velocity of the plane or of space [rad/s]; None: none."""
     if dim == PLANAR:
