@@ -2,13 +2,17 @@
 
 Places and velocities are those of the centre of mass and the principal axes (`Motion`, in scenes/detection.py). Bodies
 that are fixed or told how to move stand among the others: impulses do not move them.
+
+Contacts of bodies that are pressed without impacts, and of guided ones, are looked for where these are in the middle of the
+step, x_0 + dt/2 v_0: so rolling and sliding are of second order. Those of others are looked for at x_0: an impulse there
+keeps the angular momentum of bodies that move with the velocity after it to rounding.
 """
 
 from __future__ import annotations
 
 from typing import Annotated as Array
 
-from nonsmooth.jit.blocks import Block, Floats
+from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.scenes.detection import Motion
 
 
@@ -16,7 +20,8 @@ class Bodies(Block, n="3 * (dim - 1)", n_x="4 * dim - 5", moments="2 * dim - 3")
     """Of n_b bodies in the plane (dim 2) or in space (3)."""
 
     motion: Motion  # at the time of the state; in a step, with the impulses found so far
-    v_0: Array[Floats, "n_b", "n"]  # velocities at the beginning of the step
+    x_0: Array[Floats, "n_b", "n_x"]  # places at the beginning of the step
+    v_0: Array[Floats, "n_b", "n"]  # and velocities
     v_free: Array[Floats, "n_b", "n"]  # at its end, were there no contact
     v_mid: Array[Floats, "n_b", "n"]  # and in its middle
     mass: Array[Floats, "n_b"]  # [kg]
@@ -24,3 +29,5 @@ class Bodies(Block, n="3 * (dim - 1)", n_x="4 * dim - 5", moments="2 * dim - 3")
     surface: Array[Floats, "n_b", "dim"]  # velocity of its surface, in its own axes [m/s]
     gravity: Array[Floats, "dim"]  # [m/s^2]
     v_move: Array[Floats, "n_b", "n"]  # by which they moved in the step
+    keeps: Array[Ints, "n_b"]  # whether it was pressed in the step before, in an island without an impact
+    ahead: Array[Floats, "n_b"]  # time from x_0 to the place at which its contacts are looked for [s]

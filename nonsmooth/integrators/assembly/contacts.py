@@ -49,19 +49,27 @@ class Contacts(Block):
 
 
 @kernel
-def write_law(bodies, shapes, surfaces, found, c, dt, network):
-    """Bodies, friction and the normal part of b of contact c; its restitution."""
+def write_law(shapes, surfaces, found, c, network):
+    """Bodies and friction of contact c; its restitution."""
     s_i, s_j = found.shape_i[c], found.shape_j[c]
     network.i[c], network.j[c] = shapes.body[s_i], shapes.body[s_j]
     a, b = surfaces.material[s_i], surfaces.material[s_j]
     network.mu[c] = surfaces.mu[a, b]
-    size = 0.0
+    return surfaces.e[a, b]
+
+
+@kernel
+def write_gap(bodies, found, c, dt, n, network):
+    """The gap at the beginning of the step, and what it asks of the normal velocity."""
+    i, j, size = network.i[c], network.j[c], 0.0
+    for x in range(n):
+        found.gap[c] -= bodies.ahead[i] * network.J_i[c, 0, x] * bodies.v_0[i, x]
+        found.gap[c] -= bodies.ahead[j] * network.J_j[c, 0, x] * bodies.v_0[j, x]
     for k in range(found.point.shape[1]):
-        size += abs(found.point[c, k]) + abs(bodies.motion.x[network.i[c], k]) + abs(bodies.motion.x[network.j[c], k])
+        size += abs(found.point[c, k]) + abs(bodies.x_0[i, k]) + abs(bodies.x_0[j, k])
     if abs(found.gap[c]) <= rounded_sum(GAP_ROUNDINGS, size):
         found.gap[c] = 0.0
     network.b[c, 0] = found.gap[c] / dt if found.gap[c] > 0.0 else 0.0
-    return surfaces.e[a, b]
 
 
 @kernel("void(int64, int64, int64, int64, int64, int64, float64)")
@@ -71,8 +79,9 @@ def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
     at = 0
     for c in range(network.n_c):
-        contacts.e[c] = write_law(bodies, shapes, surfaces, found, c, dt, network)
+        contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         write_rows_planar(bodies, found, c, network)
+        write_gap(bodies, found, c, dt, 3, network)
         at = find_before(found.key[c], at, contacts)
         network.P[c, 0], network.P[c, 1] = 0.0, 0.0
         if at < contacts.n_before and contacts.key_before[at] == found.key[c]:
@@ -88,8 +97,9 @@ def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
     at = 0
     for c in range(network.n_c):
-        contacts.e[c] = write_law(bodies, shapes, surfaces, found, c, dt, network)
+        contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         write_rows_spatial(bodies, found, c, network)
+        write_gap(bodies, found, c, dt, 6, network)
         at = find_before(found.key[c], at, contacts)
         is_kept = at < contacts.n_before and contacts.key_before[at] == found.key[c]
         for row in range(3):

@@ -53,8 +53,9 @@ def write_impact(bodies, found, contacts, network, dt, d, n):
             for row in range(d):
                 i, j, mean = network.i[c], network.j[c], 0.0
                 for x in range(n):
-                    mean += 0.5 * dt * network.J_j[c, row, x] * bodies.v_move[j, x]
-                    mean -= 0.5 * dt * network.J_i[c, row, x] * bodies.v_move[i, x]
+                    way_i = dt * bodies.v_move[i, x] - bodies.ahead[i] * bodies.v_0[i, x]
+                    way_j = dt * bodies.v_move[j, x] - bodies.ahead[j] * bodies.v_0[j, x]
+                    mean += 0.5 * (network.J_j[c, row, x] * way_j - network.J_i[c, row, x] * way_i)
                 moved += network.J_j[c, row, k] * mean
             found.point[c, k] += moved
         if contacts.impact[c] == 1:

@@ -110,6 +110,28 @@ def find_move(bodies, network, theta, n, moves):
 
 
 @kernel
+def mark_kept(bodies, network, moves):
+    """Mark the bodies that are pressed, in islands without an impact."""
+    for b in range(bodies.mass.shape[0]):
+        bodies.keeps[b] = 0
+    for c in range(network.n_c):
+        if network.P[c, 0] > 0.0:
+            for b in (network.i[c], network.j[c]):
+                k = network.islands.of[b]
+                if k >= 0 and moves.lands[k] == 0:
+                    bodies.keeps[b] = 1
+
+
+@kernel
+def put_back(bodies):
+    """Put the bodies back where they were at the beginning of the step."""
+    x, x_0 = bodies.motion.x, bodies.x_0
+    for b in range(x.shape[0]):
+        for k in range(x.shape[1]):
+            x[b, k] = x_0[b, k]
+
+
+@kernel
 def find_push(found, network, dt, d, n, moves):
     """The push of every body, by projected Gauss-Seidel on the normals of closed contacts."""
     push = moves.push
@@ -142,6 +164,8 @@ def move_bodies_planar(bodies_at, found_at, network_at, moves_at, dt, theta, is_
     rest(network, 2, 3, moves)
     find_landings(bodies, found, network, dt, 3, moves)
     find_move(bodies, network, theta, 3, moves)
+    mark_kept(bodies, network, moves)
+    put_back(bodies)
     if is_pushed == 1:
         find_push(found, network, dt, 2, 3, moves)
     for b in range(bodies.mass.shape[0]):
@@ -159,6 +183,8 @@ def move_bodies_spatial(bodies_at, found_at, network_at, moves_at, dt, theta, is
     rest(network, 3, 6, moves)
     find_landings(bodies, found, network, dt, 6, moves)
     find_move(bodies, network, theta, 6, moves)
+    mark_kept(bodies, network, moves)
+    put_back(bodies)
     if is_pushed == 1:
         find_push(found, network, dt, 3, 6, moves)
     for b in range(bodies.mass.shape[0]):

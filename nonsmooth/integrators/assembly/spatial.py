@@ -83,10 +83,12 @@ def rotate_freely(bodies, b, dt):
 
 @kernel("void(int64, float64)")
 def predict_spatial(bodies_at, dt):
-    """The free motion of a step."""
+    """The free motion of a step; bodies are put where their contacts are looked for."""
     bodies = view(bodies_at, Bodies)
     v, v_0, v_free, v_mid, g = bodies.motion.v, bodies.v_0, bodies.v_free, bodies.v_mid, bodies.gravity
     for b in range(bodies.mass.shape[0]):
+        for k in range(7):
+            bodies.x_0[b, k] = bodies.motion.x[b, k]
         for k in range(6):
             v_0[b, k] = v[b, k]
             gain = dt * g[k] if k < 3 and bodies.motion.moves[b] == 1 else 0.0
@@ -97,6 +99,8 @@ def predict_spatial(bodies_at, dt):
             v_mid[b, 3], v_mid[b, 4], v_mid[b, 5] = m_0, m_1, m_2
             v_free[b, 3], v_free[b, 4], v_free[b, 5] = e_0, e_1, e_2
             v_0[b, 3], v_0[b, 4], v_0[b, 5] = e_0, e_1, e_2  # of the same energy: impulses are booked from here
+        bodies.ahead[b] = 0.5 * dt if bodies.keeps[b] == 1 or bodies.motion.moves[b] == 0 else 0.0
+        move_spatial(bodies, b, bodies.ahead[b], v_0)
 
 
 @kernel
