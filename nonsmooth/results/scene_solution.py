@@ -39,6 +39,8 @@ class SceneStats:
         Of block Gauss-Seidel, and of Newton's method.
     impacts : int
         Steps in which contacts rebounded.
+    asleep : int
+        Steps that were left out: the step before began and ended at rest and needed no solution, so all are alike.
     tol : float
         The residual asked for, relative to the impulses.
     worst_residual, last_residual : float
@@ -59,6 +61,7 @@ class SceneStats:
     sweeps: int
     factorisations: int
     impacts: int
+    asleep: int
     tol: float
     worst_residual: float
     last_residual: float

@@ -12,16 +12,21 @@ import numpy as np
 
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput, ResidualWarning, Status, said_by, warn_caller
+from nonsmooth.integrators.assembly.progress import DONE, LOST, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, ModelFunctionError, ProgressError, StepFailure
 from nonsmooth.results.scene_solution import WORKS, ContactColumns, SceneSolution, SceneStats
+from nonsmooth.runs.run import next_block
 from nonsmooth.runs.times import grid_times
 from nonsmooth.scenes.scene import Scene
 
 LOOK_EVERY = 0.02  # chosen: s between two looks at the clock, and at what shows progress
+ENDS = {LOST: Status.NOT_FINITE, UNSOLVED: Status.NOT_SOLVED}
+METHODS = {"kept": "kept", "sweeps": "swept", "augmented Lagrangian": "direct"}  # name: field of the counts
 FAILURES: dict[Status, type[StepFailure]] = {
     Status.BUDGET_SPENT: BudgetSpent,
     Status.NOT_FINITE: ModelFunctionError,
@@ -62,21 +67,18 @@ class SceneRun:
         bytes_of_record = 8.0 * n_b * (13 if scene.dim == 3 else 6)
         require_memory(bytes_of_record * times.count, f"{times.count} records", "take a larger every or dt")
         self.times = times.part(0, times.count)
-        self.solver = integrator.contacts
         started = time.perf_counter()
         self.world = World(scene, float(self.times[0]))
-        self.solver_state = self.solver.start(scene.dim)
+        options = integrator.contacts
         self.assembly = Assembly(
-            self.world.bodies, self.world.shapes, self.world.surfaces, self.solver_state, integrator.theta,
-            self.world.guide,
+            self.world.bodies, self.world.shapes, self.world.surfaces, options.tol, options.sweeps,
+            options.on_residual == "raise", options.may_sleep, integrator.theta,
         )  # fmt: skip
         self.compile_time = time.perf_counter() - started
-        self.world.require_apart(self.assembly.find_contacts(0.0), self.assembly.found)
+        self.world.require_apart(self.assembly.find_contacts(), self.assembly.found)
         self.status = Status.RUNNING
         self.now = float(self.times[0])
-        self.steps = self.impacts = self.missed = self.most_contacts = 0
-        self.worst_residual = self.worst_penetration = self.wall_time = 0.0
-        self.since = [0.0, 0.0]  # worst residual and penetration since the record before
+        self.wall_time = 0.0
         self.cause: BaseException | None = None
         self.spent = ""
         self.x = np.zeros((times.count, *self.world.bodies.motion.x.shape))
@@ -94,23 +96,19 @@ class SceneRun:
         deadline = math.inf if max_wall_time is None else started + max_wall_time
         budget = sys.maxsize if max_steps is None else max_steps
         dts, counts = self.integrator.steps_between(self.times)
-        looked = started
+        self._looked, self._block = started, 1
         try:
             self._write_row()
             for k, (dt, count) in enumerate(zip(dts.tolist(), counts.tolist(), strict=True)):
-                for step in range(count):
-                    if self.steps >= budget:
+                done = 0
+                while done < count:
+                    self._look(deadline, progress, max_wall_time)
+                    if self.status == Status.RUNNING and self.steps >= budget:
                         self._stop(f"max_steps = {max_steps}")
-                    elif (now := time.perf_counter()) - looked > LOOK_EVERY:
-                        looked = now
-                        if now > deadline:
-                            self._stop(f"max_wall_time = {max_wall_time:g} s")
-                        if progress is not None:
-                            self._show(progress)
                     if self.status != Status.RUNNING:
                         return
-                    self.now = float(self.times[k]) + step * dt
-                    self._take_step(dt)
+                    done += self._take_steps(float(self.times[k]) + done * dt, dt, min(count - done, budget - self.steps))
+                    self.now = float(self.times[k]) + done * dt
                     if self.status != Status.RUNNING:
                         return
                 self.now = float(self.times[k + 1])
@@ -125,25 +123,34 @@ class SceneRun:
                 self._write_last_row()
             self.wall_time = time.perf_counter() - started
 
-    def _take_step(self, dt: float) -> None:
-        """One step, and its worst figures."""
-        assembly, solver = self.assembly, self.solver_state
-        try:
-            assembly.step(self.now, dt)
-        except FloatingPointError as error:
-            self.status, self.cause = Status.NOT_FINITE, error
+    @property
+    def steps(self) -> int:
+        """Taken so far."""
+        return int(self.assembly.progress.counts.steps)
+
+    def _look(self, deadline: float, progress: Callable[[float], None] | None, max_wall_time: float | None) -> None:
+        """Look at the clock, now and then, and show how far the run is."""
+        now = time.perf_counter()
+        if now - self._looked < LOOK_EVERY:
             return
-        self.steps += 1
-        self.most_contacts = max(self.most_contacts, assembly.network.n_c)
-        self.worst_penetration = max(self.worst_penetration, -assembly.deepest)
-        self.since = [max(self.since[0], assembly.residual), max(self.since[1], -assembly.deepest)]
-        self.impacts += assembly.rebounds
-        residual = assembly.residual
-        self.worst_residual = max(self.worst_residual, residual)
-        if not residual <= solver.tol:
-            self.missed += 1
-            if self.solver.on_residual == "raise" or not np.isfinite(residual):
-                self.status = Status.NOT_SOLVED
+        self._looked = now
+        if now > deadline:
+            self._stop(f"max_wall_time = {max_wall_time:g} s")
+        if progress is not None:
+            self._show(progress)
+
+    def _take_steps(self, t: float, dt: float, most: int) -> int:
+        """Some steps, as many as end before the next look at the clock; returns how many."""
+        before, began = self.steps, time.perf_counter()
+        if self.world.guided:
+            self.world.guide(t, dt)
+            most = 1
+        end = self.assembly.take_steps(dt, min(most, self._block))
+        if end != DONE:
+            self.status = ENDS[end]
+        taken = self.steps - before
+        self._block = next_block(taken, time.perf_counter() - began)
+        return taken
 
     def _stop(self, spent: str) -> None:
         self.status, self.spent = Status.BUDGET_SPENT, spent
@@ -162,7 +169,9 @@ class SceneRun:
         """Write the state as the next record."""
         motion, k = self.world.bodies.motion, self.rows
         self.x[k], self.v[k], self.works[k] = motion.x, motion.v, self.assembly.ledger.work
-        self.worst[k], self.since = self.since, [0.0, 0.0]
+        figures = self.assembly.progress.figures
+        self.worst[k] = figures.since_residual, figures.since_penetration
+        figures.since_residual = figures.since_penetration = 0.0
         self.chunks.append(self._contacts())
         self.rows = k + 1
 
@@ -186,11 +195,13 @@ class SceneRun:
 
     def stats(self) -> SceneStats:
         """What the run cost."""
-        solver, assembly = self.solver_state, self.assembly
+        assembly = self.assembly
+        counts, figures = (named_numbers(block) for block in (assembly.progress.counts, assembly.progress.figures))
+        methods = {name: counts[field] for name, field in METHODS.items() if counts[field]}
         return SceneStats(
-            self.steps, int(assembly.network.n_c), self.most_contacts, int(assembly.network.islands.count),
-            dict(solver.methods), solver.sweeps, solver.factorisations, self.impacts, solver.tol,
-            self.worst_residual, assembly.residual, self.missed, self.worst_penetration, max(0.0, -assembly.deepest),
+            counts["steps"], int(assembly.network.n_c), counts["most_contacts"], int(assembly.network.islands.count),
+            methods, counts["sweeps"], counts["factors"], counts["impacts"], counts["asleep"], assembly.tol, figures["residual"],
+            figures["last_residual"], counts["missed"], figures["penetration"], figures["last_penetration"],
             self.wall_time, self.compile_time,
         )  # fmt: skip
 
@@ -209,8 +220,8 @@ class SceneRun:
         if self.status == Status.NOT_FINITE:
             return f"{self.world.lost()} is nowhere: its place is not finite, or too far out; stopped at {where}"
         return (
-            f"the contact problem of this step was solved to a residual of {self.assembly.residual:.2g}, and "
-            f"tol = {self.solver_state.tol:g} was asked for; stopped at {where}"
+            f"the contact problem of this step was solved to a residual of {self.assembly.progress.figures.last_residual:.2g}, and "
+            f"tol = {self.assembly.tol:g} was asked for; stopped at {where}"
         )
 
     def solution(self) -> SceneSolution:
@@ -244,7 +255,7 @@ def simulate_scene(
     run = SceneRun(scene, t_span, integrator, every, t_eval)  # type: ignore[arg-type]
     run.advance(max_wall_time, progress, max_steps)
     solution = run.solution()
-    if run.missed and run.status == Status.FINISHED:
+    if solution.stats.missed and run.status == Status.FINISHED:
         warn_caller(missed_residual(solution.stats), ResidualWarning)
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)

@@ -33,22 +33,27 @@ from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.numerics.rounding import EPS
 
-SOLVED, STALLED, NO_ROOM = range(3)  # how the direct rung ends
+MET, UNMET, NO_ROOM = range(3)  # whether the direct rung met its tolerance
 
 FIRST_KAPPA = 10.0  # measured: 100 and more cycles from a poor start
 LARGEST_KAPPA = 1e10  # measured: masses 1 to 1e6 need 1e9
+# measured: of kappa after an inner problem of 1 or 2 steps, and of 3 or 4; 10 and 1 take as many factors in stacks and
+# a half more in heaps
+KAPPA_GROWTH, KAPPA_CREEP = 4.0, 2.0
+FEW_STEPS, SOME_STEPS = 2, 4  # chosen: those steps
+KAPPA_FALL = 0.2  # chosen: not a power of the growth, so that the same kappa does not come again
 # measured: rounding of z relative to the tolerance, up to which kappa grows: 1, 30, 1e3 leave 15, 9, 6 of 54 heaps of
 # discs and spheres above 1e-13, this 2
 LARGEST_ROUNDING = 1e5
 # measured: kappa stays where the residual falls by as much in an outer step: a fifth fewer factors than where it grows
 OUTER_REDUCTION = 0.1
-KAPPA_GROWTH = 10.0  # chosen
-KAPPA_FALL = 0.2  # chosen: not a power of the growth, so that the same kappa does not come again
 INNER_STEPS = 8  # measured: an inner problem that takes more is not found at all
+CYCLING = 4  # measured: nor one whose |g| is not below its start after as many
 INNER_REDUCTION = 1e-3  # chosen: of |g|, before P moves
 CHORD_REDUCTION = 0.1  # chosen: of |g| in a step with a kept factor, else it is made anew
 SEARCH_HALVINGS = 5  # chosen
 SUFFICIENT = 0.1  # chosen: part of the fall of |g| that a Newton step promises
+PATIENCE = 50  # measured: outer steps and factors within which the residual must halve: a heap that is solved takes 40
 
 
 @kernel
@@ -129,7 +134,7 @@ def solve_inner(network, direct, k, is_kept, d, n):
         size, changed = newton_step(network, direct, k, size, d, n)
         if size <= INNER_REDUCTION * first or size <= floor:
             return count + 1
-        if not size < math.inf:
+        if not size < math.inf or (count + 1 >= CYCLING and size > first):
             return 0
         is_kept = size <= CHORD_REDUCTION * before
     return 0
@@ -139,7 +144,7 @@ def solve_inner(network, direct, k, is_kept, d, n):
 def largest_kappa(network, k, tol, d, n):
     """The kappa up to which rounding of the velocities is small enough in z = P - rho (J v + b)."""
     rounding = rounding_of_residual(network, k, d, n)
-    return max(FIRST_KAPPA, min(LARGEST_KAPPA, LARGEST_ROUNDING * tol / rounding if rounding > 0.0 else LARGEST_KAPPA))
+    return min(LARGEST_KAPPA, LARGEST_ROUNDING * tol / rounding) if rounding > 0.0 else LARGEST_KAPPA
 
 
 @kernel
@@ -188,48 +193,67 @@ def judge_island(network, k, d, n):
 
 
 @kernel
+def next_kappa(network, k, kappa, steps, tol, d, n):
+    """kappa after an inner problem that took so many steps, and an outer one that was slow."""
+    if steps > SOME_STEPS:
+        return kappa
+    growth = KAPPA_GROWTH if steps <= FEW_STEPS else KAPPA_CREEP
+    return max(FIRST_KAPPA, min(kappa * growth, largest_kappa(network, k, tol, d, n)))
+
+
+@kernel
+def take_outer_step(network, direct, k, d, n):
+    """P <- p(v): the residual of it. The velocities stay those of the inner problem."""
+    islands = network.islands
+    copy_impulses(islands, k, direct.p, direct.P, d)
+    copy_impulses(islands, k, direct.p, network.P, d)
+    keep_velocities(direct.v, network, k, n)
+    error = judge_island(network, k, d, n)
+    put_back_velocities(network, direct.v, k, n)
+    return error
+
+
+@kernel
 def al_newton(network, direct, k, tol, most, d, n):
-    """Solve island k from its impulses to a residual of tol, in ``most`` outer steps at most; how it ended.
+    """Solve island k from its impulses to a residual of tol, with ``most`` factors or few more; how it ended.
 
     The best impulses are left, with their velocities, and the residual in ``islands.residual``.
     """
     islands = network.islands
     if not is_laid_out(network, direct, k):
         return NO_ROOM
-    least = judge_island(network, k, d, n)
+    error = least = judge_island(network, k, d, n)
     copy_impulses(islands, k, network.P, direct.best, d)
     copy_impulses(islands, k, network.P, direct.P, d)
-    kappa, is_done = max(FIRST_KAPPA, direct.kappa[k]), least <= tol
-    before = least
-    is_climbing = False  # from the first kappa; else it is that of the last solution
-    for _ in range(most):
-        if is_done:
-            break
+    kappa, is_climbing = max(FIRST_KAPPA, direct.kappa[k]), False  # at first it is that of the last solution
+    if not least < math.inf:
+        return UNMET
+    begun, mark, taken, work, marked = direct.factors, least, 0, 0, 0  # work: outer steps and factors
+    is_done = least <= tol
+    while not is_done and direct.factors < begun + most and work < marked + PATIENCE:
         is_done = least <= tol  # one step more, with the factor at hand, comes close to rounding
         set_rho(network, direct, k, kappa)
         keep_velocities(direct.v, network, k, n)
         steps = solve_inner(network, direct, k, kappa == direct.kappa[k], d, n)
         direct.kappa[k] = kappa
+        taken += 1
+        work = taken + direct.factors - begun
         if steps == 0:
             put_back_velocities(network, direct.v, k, n)
             kappa = kappa * KAPPA_FALL if is_climbing else FIRST_KAPPA
             is_climbing = True
             continue
-        copy_impulses(islands, k, direct.p, direct.P, d)
-        copy_impulses(islands, k, direct.p, network.P, d)
-        keep_velocities(direct.v, network, k, n)
-        error = judge_island(network, k, d, n)
-        is_slow = error > OUTER_REDUCTION * before
-        before = error
+        before, error = error, take_outer_step(network, direct, k, d, n)
         if error < least:
             least = error
             copy_impulses(islands, k, network.P, direct.best, d)
-        put_back_velocities(network, direct.v, k, n)
-        if steps <= 2 and is_slow:
-            kappa = min(kappa * KAPPA_GROWTH, largest_kappa(network, k, tol, d, n))
+        if least <= 0.5 * mark:
+            mark, marked = least, work
+        if not error <= OUTER_REDUCTION * before:
+            kappa = next_kappa(network, k, kappa, steps, tol, d, n)
     copy_impulses(islands, k, direct.best, network.P, d)
     islands.residual[k] = judge_island(network, k, d, n)
-    return SOLVED if islands.residual[k] <= tol else STALLED
+    return MET if islands.residual[k] <= tol else UNMET
 
 
 @kernel("void(int64, int64)")

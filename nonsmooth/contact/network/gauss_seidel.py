@@ -31,7 +31,7 @@ def relax(network, c, omega, d, n):
         b_N -= W[c, 0, 2] * P_2
         b_1 -= W[c, 1, 2] * P_2
         b_2 -= W[c, 2, 0] * P_N + W[c, 2, 1] * P_1 + W[c, 2, 2] * P_2
-    if b_N >= 0.0 and P_N == 0.0:
+    if b_N >= 0.0 and P_N == 0.0 and P_1 == 0.0 and P_2 == 0.0:
         return 0.0, 0.0
     mu = network.mu[c]
     if d == 3:

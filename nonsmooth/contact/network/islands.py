@@ -29,6 +29,10 @@ class Islands(Block):
     F: Array[Floats, "n_b"]  # sums of squares [N^2 s^2]: of the natural map,
     P: Array[Floats, "n_b"]  # and of the impulses
     residual: Array[Floats, "n_b"]
+    rung: Array[Ints, "n_b"]  # how far up the ladder of ``solve`` an island was taken
+    sweeps: Array[Ints, "n_b"]
+    factors: Array[Ints, "n_b"]
+    is_met: Array[Ints, "n_b"]  # whether the residual is within the tolerance, or within rounding
 
 
 @kernel
@@ -96,9 +100,17 @@ def number_islands(network):
             continue
         if islands.of[root] < 0:
             islands.of[root] = islands.count
+            forget_island(islands, islands.count)
             islands.count += 1
             islands.contact_start[islands.count] = 0
         islands.contact_start[islands.of[root] + 1] += 1
+
+
+@kernel
+def forget_island(islands, k):
+    """Nothing is known of island k."""
+    islands.residual[k] = 1.0
+    islands.rung[k] = islands.sweeps[k] = islands.factors[k] = islands.is_met[k] = 0
 
 
 @kernel

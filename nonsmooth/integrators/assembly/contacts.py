@@ -59,6 +59,14 @@ def write_law(shapes, surfaces, found, c, network):
 
 
 @kernel
+def begin(bodies, network, n):
+    """The velocities without impulses."""
+    for b in range(network.v_free.shape[0]):
+        for x in range(n):
+            network.v_free[b, x] = bodies.v_free[b, x]
+
+
+@kernel
 def write_gap(bodies, found, c, dt, n, network):
     """The gap at the beginning of the step, and what it asks of the normal velocity."""
     i, j, size = network.i[c], network.j[c], 0.0
@@ -77,6 +85,7 @@ def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_
     """The rows of a planar step, and where their solution starts; network.n_c contacts were found."""
     bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
+    begin(bodies, network, 3)
     at = 0
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
@@ -95,6 +104,7 @@ def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts
     """The rows of a spatial step, and where their solution starts; network.n_c contacts were found."""
     bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
+    begin(bodies, network, 6)
     at = 0
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)

@@ -1,10 +1,7 @@
-"""A step of a scene, as a table of contents: predict, find contacts, solve them, move, rebound, book.
+"""A scene in motion: the blocks of its steps, and the room that they need.
 
-    v_free = v_0 + dt M^-1 h,    (gamma_1 + g_N/dt, P) in the laws of contact and friction,    v_1 = v_free + M^-1 J^T P
-
-Each stage is one compiled call; Python decides nothing but what room the blocks need and whether a stage has anything to
-do. Sources: Stewart and Trinkle, *Int. J. Numer. Methods Eng.* 39 (1996) 2673-2691 (gaps at the end of the step); the
-stages of this scheme and their figures are in docs/theory/scenes.md.
+The steps themselves are compiled (planar_step.py, spatial_step.py); they come back where a block is too small, which is
+then made larger, with all that is in it.
 """
 
 from __future__ import annotations
@@ -14,60 +11,58 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.contact.network.problem import Network, prepare_planar, prepare_spatial
-from nonsmooth.contact.network.solve import NetworkSolver
+from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
+from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
 from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.planar import predict_planar
+from nonsmooth.integrators.assembly.planar_step import take_steps_planar
+from nonsmooth.integrators.assembly.progress import MORE_CONTACTS, MORE_FACTORS, MORE_PAIRS, Progress
 from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
-from nonsmooth.scenes.detection import NOT_FINITE, Found
+from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import Shapes
 
 MARGIN = 100.0  # measured: g dt^2 of the margin: with 25 a neighbour pushes bodies into pairs that were not listed
 REACH_SHARE = 0.25  # chosen: of the largest bounded shape that the margin may be
-# chosen: a penetration below this part of the smallest shape is a rounding, and is not taken back
-TIGHT = 1e-10
+TIGHT = 1e-10  # chosen: of the smallest shape: a penetration below it is a rounding, and is not taken back
 ROOM = 1.5  # chosen: by which a block is larger than what it was too small for
 
 
 class Stages(NamedTuple):
-    """The compiled stages of a step, in the plane or in space."""
+    """The compiled steps of the plane or of space."""
 
-    predict: Kernel
+    take: Kernel
     find: Kernel
-    scratch: Callable[..., Any]
-    write: Kernel
-    prepare: Kernel
-    move: Kernel
-    begin_impact: Kernel
-    turn_inertia: Kernel | None
+    scratch: Callable[[Shapes, int], Any]
+    others: tuple[Kernel, ...]  # that are called by ``take``
 
     def load(self) -> None:
         """Compile them, or read them from disk."""
-        load_all([stage for stage in (*self, book_step, book_impact) if isinstance(stage, Kernel)])
+        load_all([self.take, self.find, *self.others])
 
 
-def stages_of(dim: int) -> Stages:
-    """Those of the plane or of space; nothing of the other is compiled."""
+def stages_of(dim: int, has_restitution: bool) -> Stages:
+    """Those of the plane or of space; nothing of the other is compiled, and no impact where nothing rebounds."""
     if dim == 2:
-        return Stages(
-            predict_planar, find_contacts_planar, planar_scratch, write_contacts_planar, prepare_planar,
-            move_bodies_planar, begin_impact_planar, None,
-        )  # fmt: skip
+        others = [predict_planar, write_contacts_planar, prepare_planar, solve_planar, judge_planar, move_bodies_planar]
+        others += [begin_impact_planar, book_impact] if has_restitution else []
+        return Stages(take_steps_planar, find_contacts_planar, planar_scratch, (*others, book_step))
+    from nonsmooth.integrators.assembly.spatial_step import take_steps_spatial
     from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
     from nonsmooth.scenes.spatial.placement import spatial_scratch
 
+    others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
+    others += [begin_impact_spatial, book_impact] if has_restitution else []
     return Stages(
-        predict_spatial, find_contacts_spatial, spatial_scratch, write_contacts_spatial, prepare_spatial,
-        move_bodies_spatial, begin_impact_spatial, turn_inertia,
-    )  # fmt: skip
+        take_steps_spatial, find_contacts_spatial, spatial_scratch, (*others, move_bodies_spatial, book_step)
+    )
 
 
 class Assembly:
@@ -76,38 +71,78 @@ class Assembly:
     Parameters
     ----------
     bodies, shapes, surfaces : Bodies, Shapes, Surfaces
-    solver : NetworkSolver
-        Of the contact problems.
+    tol : float
+        Residual asked of the contact problems.
+    sweeps : int
+        The most of an island.
+    is_strict : bool
+        Whether a step that misses the tolerance ends the run.
+    may_sleep : bool
+        Whether steps that would change nothing may be left out.
     theta : float
         Weight of the new velocity in the places of islands without impacts.
-    guide : callable
-        Sets the velocities of guided bodies for a step: guide(t, dt).
     """
 
     def __init__(
-        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, solver: NetworkSolver, theta: float,
-        guide: Callable[[float, float], None] | None,
+        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, tol: float, sweeps: int, is_strict: bool, may_sleep: bool,
+        theta: float,
     ) -> None:  # fmt: skip
-        self.bodies, self.shapes, self.surfaces, self.solver = bodies, shapes, surfaces, solver
-        self.theta, self.guide = theta, guide
-        self.dim = len(bodies.gravity)
-        self.stages = stages_of(self.dim)
+        self.bodies, self.shapes, self.surfaces = bodies, shapes, surfaces
+        self.dim, n_s = len(bodies.gravity), len(shapes.body)
+        has_restitution = bool((surfaces.e > 0).any())
+        self.stages = stages_of(self.dim, has_restitution)
         self.stages.load()
-        bounded = shapes.reach[np.isfinite(shapes.reach)] + shapes.radius[np.isfinite(shapes.reach)]
-        self.largest, self.smallest = bounded.max(initial=0.0), bounded.min(initial=np.inf)
-        self.ledger = new(Ledger)
-        n_s = len(shapes.body)
-        self.scratch = self.stages.scratch(shapes, 4 * n_s + 64)
-        self._make_room(2 * n_s + 16)
-        self.has_restitution = bool((surfaces.e > 0).any())
-        self.residual = self.deepest = 0.0
-        self.rebounds = 0
+        self.ledger, self.progress = new(Ledger), new(Progress)
+        self.tol, self.sweeps = tol, sweeps
+        bounded = (shapes.reach + shapes.radius)[np.isfinite(shapes.reach)]
+        self.largest = float(bounded.max(initial=0.0))
+        progress = self.progress
+        progress.may_sleep = may_sleep
+        progress.has_restitution, progress.is_strict, progress.theta, progress.tol = has_restitution, is_strict, theta, tol
+        progress.tight = TIGHT * float(bounded.min(initial=np.inf)) if len(bounded) else 0.0
         self.gravity = float(np.linalg.norm(bodies.gravity))
+        self.scratch = self.stages.scratch(shapes, 4 * n_s + 64)
+        self.fill = 10 * min(len(bodies.mass), 200) + 100
+        self.contacts: Contacts | None = None
+        self._make_room(2 * n_s + 16)
+
+    def take_steps(self, dt: float, most: int) -> int:
+        """Take so many steps; returns DONE, LOST or UNSOLVED."""
+        progress = self.progress
+        progress.dt = dt
+        progress.margin = min(MARGIN * self.gravity * dt * dt, REACH_SHARE * self.largest)
+        first = int(progress.counts.steps)
+        while True:
+            end = int(self.stages.take(progress.address, most - (int(progress.counts.steps) - first)))
+            if end == MORE_CONTACTS:
+                self._make_room(int(ROOM * int(progress.wanted)))
+            elif end == MORE_PAIRS:
+                self.scratch = self.stages.scratch(self.shapes, int(ROOM * int(progress.wanted)))
+                self._write_places()
+            elif end == MORE_FACTORS:
+                self.fill = int(ROOM * int(progress.wanted))
+                self._make_solver()
+            else:
+                return end
+
+    def find_contacts(self) -> int:
+        """The contacts at the present places, to ``found``; returns their number."""
+        while True:
+            places = self.progress.places
+            n = int(self.stages.find(places.shapes, places.motion, 0.0, 0.0, places.found, places.scratch))
+            if 0 <= n <= len(self.found.gap):
+                return n
+            if n > 0:
+                self._make_room(int(ROOM * n))
+            elif n > -(2**60):
+                self.scratch = self.stages.scratch(self.shapes, int(ROOM * -n))
+                self._write_places()
+            else:
+                return 0
 
     def _make_room(self, m: int) -> None:
         """Blocks for m contacts; the impulses of the step before are carried over."""
-        d, n, n_b = self.dim, 3 * (self.dim - 1), len(self.bodies.mass)
-        before = getattr(self, "contacts", None)
+        d, n, n_b, before = self.dim, 3 * (self.dim - 1), len(self.bodies.mass), self.contacts
         self.found = new(Found, m=m, d=d)
         self.contacts = new(Contacts, m=m, d=d)
         self.moves = new(Moves, m=m, n_b=n_b, n=n)
@@ -115,65 +150,33 @@ class Assembly:
         if before is None:
             write_masses(self.bodies, network)
         else:
-            k = before.n_before
+            k = int(before.n_before)
             self.contacts.n_before = k
             self.contacts.key_before[:k], self.contacts.P_before[:k] = before.key_before[:k], before.P_before[:k]
             network.M[:], network.M_inv[:] = self.network.M, self.network.M_inv
             network.v[:], network.v_free[:] = self.network.v, self.network.v_free
         self.network = network
+        self._make_solver()
 
-    def margin(self, dt: float) -> float:
-        """Gap below which two shapes are candidates for a contact within a step [m]."""
-        return float(min(MARGIN * self.gravity * dt * dt, REACH_SHARE * self.largest))
+    def _make_solver(self) -> None:
+        """The memory of the solvers, for the contacts and the factors that there is room for."""
+        sizes = {"m": len(self.found.gap), "n_b": len(self.bodies.mass), "d": self.dim, "n": 3 * (self.dim - 1)}
+        self.solver = new(Solver, fill=self.fill, **sizes)
+        self.solver.tol, self.solver.most_sweeps = self.tol, self.sweeps
+        self._write_places()
 
-    def find_contacts(self, dt: float) -> int:
-        """Fill `Found`; returns the number of contacts."""
-        while True:
-            blocks = self.shapes.address, self.bodies.motion.address
-            n = self.stages.find(*blocks, dt, self.margin(dt), self.found.address, self.scratch.address)
-            if n == NOT_FINITE:
-                raise FloatingPointError
-            if n < 0:
-                self.scratch = self.stages.scratch(self.shapes, int(ROOM * -n))
-            elif n > len(self.found.gap):
-                self._make_room(int(ROOM * n))
-            else:
-                return int(n)
-
-    def step(self, t: float, dt: float) -> None:
-        """One step."""
-        bodies, stages = self.bodies, self.stages
-        if self.guide is not None:
-            self.guide(t, dt)
-        stages.predict(bodies.address, dt)
-        n_c = self.find_contacts(dt)
-        network, found, contacts, moves = self.network, self.found, self.contacts, self.moves
-        network.n_c = n_c
-        network.v_free[:] = bodies.v_free
-        if stages.turn_inertia is not None and n_c > 0:
-            stages.turn_inertia(bodies.address, network.address)
-        shared = bodies.address, found.address, contacts.address, network.address
-        stages.write(bodies.address, self.shapes.address, self.surfaces.address, *shared[1:], dt)
-        stages.prepare(network.address)
-        self.residual = self.solver.solve(network)
-        self.deepest = float(found.gap[:n_c].min(initial=0.0))
-        is_pushed = int(self.deepest < -TIGHT * self.smallest)
-        stages.move(bodies.address, found.address, network.address, moves.address, dt, self.theta, is_pushed)
-        book_step(*shared, moves.address, self.ledger.address, dt, is_pushed)
-        self.rebounds = 0
-        if self.has_restitution and n_c > 0 and stages.begin_impact(*shared, dt) > 0:
-            self.rebounds = 1
-            if stages.turn_inertia is not None:
-                stages.turn_inertia(bodies.address, network.address)
-            stages.prepare(network.address)
-            self.residual = max(self.residual, self.solver.solve(network))
-            book_impact(bodies.address, contacts.address, network.address, self.ledger.address)
+    def _write_places(self) -> None:
+        """Where the blocks are now."""
+        places = self.progress.places
+        places.motion = self.bodies.motion.address
+        for name in ("bodies", "shapes", "surfaces", "scratch", "found", "contacts", "network", "moves", "ledger", "solver"):
+            setattr(places, name, getattr(self, name).address)
 
 
 def write_masses(bodies: Bodies, network: Network) -> None:
     """M and M^-1 of all bodies; of what impulses do not move, M^-1 is 0. A spatial body's are those of its axes."""
     d = len(bodies.gravity)
     for b in np.flatnonzero(bodies.motion.moves):
-        moments = [bodies.mass[b]] * d + (list(bodies.moments[b]) if d == 3 else [bodies.moments[b, 0]])
+        moments = [bodies.mass[b]] * d + bodies.moments[b].tolist()
         np.fill_diagonal(network.M[b], moments)
         np.fill_diagonal(network.M_inv[b], 1.0 / np.array(moments))

@@ -55,11 +55,6 @@ class World:
         self.surfaces = self._surfaces(materials)
         self.guided = [body for body in scene.bodies if body.motion is not None]
 
-    @property
-    def guide(self):  # noqa: ANN201
-        """What sets the velocities of guided bodies, if there are any."""
-        return self._guide if self.guided else None
-
     def _place(self, body: Body, t: float) -> None:
         """Where a body is, how it moves and what it weighs."""
         bodies, b, d = self.bodies, body.index, self.dim
@@ -98,7 +93,7 @@ class World:
                 surfaces.e[a, b] = e if own_e is None else own_e
         return surfaces
 
-    def _guide(self, t: float, dt: float) -> None:
+    def guide(self, t: float, dt: float) -> None:
         """Let guided bodies move evenly from where they are to where they are told to be at t + dt."""
         motion, d = self.bodies.motion, self.dim
         for body in self.guided:

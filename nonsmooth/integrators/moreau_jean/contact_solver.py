@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from nonsmooth.checks.arrays import as_count, as_tolerance
-from nonsmooth.contact.network.solve import NetworkSolver
+from nonsmooth.checks.arrays import as_count, as_flag, as_tolerance
 from nonsmooth.errors import InvalidInput, shown
 
 
@@ -21,18 +20,30 @@ class ContactSolver:
         The most sweeps of block Gauss-Seidel over an island that is too large for a direct method.
     on_residual : {"warn", "raise"}
         What happens where the residual of a step stays above ``tol``: one warning at the end, or a `StepFailure` there.
+    may_sleep : bool
+        Leave out steps that would change nothing: after one that began and ended at rest, with the impulses it was
+        handed, all are the same until something is told to move. No bit of the result depends on it.
+
+    Raises
+    ------
+    InvalidInput
+        Unless 0 < tol < 1, sweeps >= 1 and on_residual is one of the two.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> ns.MoreauJean(dt=1e-3, contacts=ns.ContactSolver(tol=1e-6)).contacts.tol
+    1e-06
     """
 
     tol: float = 1e-8
     sweeps: int = 60
     on_residual: str = "warn"
+    may_sleep: bool = True
 
     def __post_init__(self) -> None:
+        as_flag("may_sleep", self.may_sleep)
         as_tolerance("tol", self.tol)
         as_count("sweeps", self.sweeps)
         if not isinstance(self.on_residual, str) or self.on_residual not in ("warn", "raise"):
             raise InvalidInput(f"on_residual must be 'warn' or 'raise'; got {shown(self.on_residual)}")
-
-    def start(self, dim: int) -> NetworkSolver:
-        """A solver that begins a run."""
-        return NetworkSolver(self.tol, self.sweeps)

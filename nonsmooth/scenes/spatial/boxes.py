@@ -3,10 +3,10 @@
     the face of largest separation s, unless two edges are clearly farther apart
         -> its overlap with the incident face: up to 8 points with the normal of the face (`face_manifold`);
     two edges  ->  one point on their common perpendicular;
-    neither holds the nearest points (a vertex beyond the face, off the ends of the edges)  ->  `nearest_features`.
+    neither holds the nearest points (beyond the face, off the ends of the edges)  ->  `nearest_features`.
 
-Each step proves the one before: s is never more than the distance, so where a corner of the overlap is no higher than s,
-or where the perpendicular meets both edges, the distance is found.
+Whether a step found it is known: s is never more than the distance, so where a corner of the overlap is no higher than
+s, or where the perpendicular meets both edges, it did.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     ends        an end of the one whose foot on the other's axis is within that segment;
     a crossing  where both axes have their common perpendicular within both segments,
                 t = (a.d - (a.b)(b.d)) / sin^2,   s = ((a.b)(a.d) - b.d) / sin^2,   d = c_j - c_i,  sin^2 = 1 - (a.b)^2;
-    else        the two nearest ends.
+    two ends    without a foot, where they are nearer than all these.
 
 Two that lie side by side touch at both ends of their overlap; each point has the normal along its own distance. Where
 the axes meet that is their common perpendicular.
@@ -48,33 +48,34 @@ def capsule_on_capsule(shapes, scratch, i, j, limit):
             n = nearest_point(shapes, scratch, i, j, t, s, VERTEX_OF_J + POSITIVE_END * end, limit, n)
     c_x, c_y, c_z = cross(axis[i, 2, 0], axis[i, 2, 1], axis[i, 2, 2], axis[j, 2, 0], axis[j, 2, 1], axis[j, 2, 2])
     sine_2 = c_x * c_x + c_y * c_y + c_z * c_z
-    is_crossed = False
     if sine_2 > PARALLEL:
         t, s = (a_d - a_b * b_d) / sine_2, (a_b * a_d - b_d) / sine_2
         if -h < t < h and -k < s < k:
-            is_crossed = True
             n = nearest_point(shapes, scratch, i, j, t, s, TWO_EDGES + 13 * AXIS_EDGE, limit, n)
-    if n == 0 and not is_crossed:
-        n = nearest_ends(shapes, scratch, i, j, a_d, b_d, a_b, limit)
-    return n
+    return nearest_ends(shapes, scratch, i, j, a_d, b_d, a_b, limit, n)
 
 
 @kernel
-def nearest_ends(shapes, scratch, i, j, a_d, b_d, a_b, limit):
-    """The one point of the two nearest ends."""
+def nearest_ends(shapes, scratch, i, j, a_d, b_d, a_b, limit, n):
+    """Note the two nearest of the ends without a foot, if they are nearer than the n points that are noted; the new n."""
+    h, k = shapes.size[i, 2], shapes.size[j, 2]
     best, best_t, best_s, feature = math.inf, 0.0, 0.0, 0
     for end in range(4):
-        t = shapes.size[i, 2] if end & 1 else -shapes.size[i, 2]
-        s = shapes.size[j, 2] if end & 2 else -shapes.size[j, 2]
-        squared = t * t + s * s - 2.0 * (t * s * a_b + t * a_d - s * b_d)  # |d + s b - t a|^2 - |d|^2
-        if squared < best:
+        t, s = h if end & 1 else -h, k if end & 2 else -k
+        squared = t * t + s * s - 2.0 * (t * s * a_b + t * a_d - s * b_d)  # less |d|^2
+        has_foot = -k <= a_b * t - b_d <= k or -h < a_d + a_b * s < h
+        if squared < best and not has_foot:
             best, best_t, best_s, feature = squared, t, s, POSITIVE_END * (end & 1)
-    return nearest_point(shapes, scratch, i, j, best_t, best_s, feature, limit, 0)
+    if best == math.inf:
+        return n
+    for point in range(n):
+        limit = min(limit, scratch.manifold.gap[point])
+    return nearest_point(shapes, scratch, i, j, best_t, best_s, feature, limit, n)
 
 
 @rare_kernel
 def nearest_point(shapes, scratch, i, j, t, s, feature, limit, n):
-    """Note the point between t on the axis of i and s on that of j as the n-th, if its gap is below the limit; the new n."""
+    """Note the point between t on the axis of i and s on that of j, if its gap is below the limit; the new n."""
     axis = scratch.axis
     d_x, d_y, d_z = between(scratch, i, j)
     x, y, z = t * axis[i, 2, 0], t * axis[i, 2, 1], t * axis[i, 2, 2]

@@ -1,9 +1,9 @@
 """The box core of a shape: its vertices and edges by number, points in its axes, and what is noted of a point.
 
-    vertex  bits 0, 1, 2: on the positive side of the axes x, y, z; along an axis without length on none
-    edge    4 axis + the bits of the two other axes, in their order
+vertex  bits 0, 1, 2: on the positive side of the axes x, y, z; along an axis without length on none
+edge    4 axis + the bits of the two other axes, in their order
 
-    feature   vertex of i;   64 + vertex of j;   128 + 12 edge of i + edge of j
+feature   vertex of i;   64 + vertex of j;   128 + 12 edge of i + edge of j
 """
 
 from __future__ import annotations

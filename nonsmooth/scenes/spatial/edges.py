@@ -1,7 +1,7 @@
 """Two edges that face each other: one point on their common perpendicular.
 
-    n = +-(a_p x b_q)/|a_p x b_q|  from i to j;    the edge of i farthest along n, that of j farthest against it
-    their points of least distance: see `capsules`
+n = +-(a_p x b_q)/|a_p x b_q|  from i to j;    the edge of i farthest along n, that of j farthest against it
+their points of least distance: see `capsules`
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """A face of a box and the face, or the edge, of another core that is turned to it: the overlap, corner by corner.
 
-In the axes of the reference box the incident face, the one whose normal is the most opposed, is clipped to the sides of
-the reference face (Sutherland and Hodgman); each corner that is left has the height h above the face as its gap. Corners
-are features of both: a vertex of the incident core, a vertex of the reference box, or a pair of edges, whichever box has
-the reference face, so that keys do not change when two parallel faces take turns.
+In the axes of the reference box the incident face, the one whose normal is the most opposed, is clipped to the sides
+of the reference face (Sutherland and Hodgman); each corner that is left has the height h above the face as its gap.
+Corners are features of both: a vertex of the incident core, a vertex of the reference box, or a pair of edges,
+whichever box has the reference face, so that keys do not change when two parallel faces take turns.
 
 Source: Sutherland and Hodgman, "Reentrant polygon clipping", CACM 17, 1974; manifolds: Ericson, *Real-Time Collision
 Detection*, section 5.5.
@@ -91,7 +91,9 @@ def clip_to_side(shapes, scratch, ref, axis, sign, across, side, n, is_open, is_
         if (d <= 0.0) != (d_next <= 0.0) and not (is_open and following == 0):
             part = d / (d - d_next)
             for a in range(3):
-                clipped.corner[m, a] = polygon.corner[k, a] + part * (polygon.corner[following, a] - polygon.corner[k, a])
+                clipped.corner[m, a] = polygon.corner[k, a] + part * (
+                    polygon.corner[following, a] - polygon.corner[k, a]
+                )
             clipped.feature[m] = cut_feature(axis, sign, across, side, polygon.side[k], is_first)
             clipped.side[m] = polygon.side[k] if d > 0.0 else NO_EDGE + 2 * across + side
             m += 1
@@ -110,8 +112,8 @@ def copy_corner(source, k, target, m):
 
 @kernel
 def cut_feature(axis, sign, across, side, cut, is_first):
-    """Where a side of the reference face cuts an edge of the incident core: the two edges. Where it cuts another side: the
-    vertex of the reference face."""
+    """Where a side of the reference face cuts an edge of the incident core: the two edges. Where it cuts another side:
+    the vertex of the reference face."""
     corner = (1 << axis if sign > 0.0 else 0) | (side << across)
     if cut < NO_EDGE:
         own = edge_number(3 - axis - across, corner)

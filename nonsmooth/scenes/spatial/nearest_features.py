@@ -1,5 +1,5 @@
-"""The distance of two cores that are apart, from all their features: every vertex of the one against the other, and every
-pair of edges. One of these holds the two nearest points; it is asked where neither a face nor two edges did.
+"""The distance of two cores that are apart, from all their features: every vertex of the one against the other, and
+every pair of edges. One of these holds the two nearest points; it is asked where neither a face nor two edges did.
 
 Source: Ericson, *Real-Time Collision Detection*, section 5.1 (polyhedra: vertex against face, edge against edge).
 """
@@ -27,6 +27,10 @@ from nonsmooth.scenes.spatial.edges import edge_point, feet
 from nonsmooth.scenes.spatial.separating_axes import PARALLEL_EDGES
 from nonsmooth.scenes.spatial.spheres import point_on_box
 
+# chosen, of the reaches and radii of both: features are nearer only by more than this, so that of two ends, each
+# nearest to the other, always the same one is told; above the rounding of places, and an error of the gap
+NEARER = 1e-12
+
 
 @rare_kernel
 def nearest_features(shapes, scratch, i, j, limit):
@@ -43,8 +47,8 @@ def nearest_features(shapes, scratch, i, j, limit):
 
 @rare_kernel
 def vertices_on_core(shapes, scratch, core, other, is_first, n):
-    """Note the vertex of a core, which is i if is_first, that is nearest to the other core, if it is nearer than what is
-    noted; n, or 1 then."""
+    """Note the vertex of a core, which is i if is_first, that is nearest to the other core, if it is nearer than what
+    is noted; n, or 1 then."""
     r_core, r_other, size = shapes.radius[core], shapes.radius[other], shapes.size
     c_x, c_y, c_z = between(scratch, other, core)
     for vertex in range(8):
@@ -53,7 +57,7 @@ def vertices_on_core(shapes, scratch, core, other, is_first, n):
             u, v, w = in_axes(scratch, other, c_x + x, c_y + y, c_z + z)
             d, u, v, w = point_on_box(size[other, 0], size[other, 1], size[other, 2], u, v, w,
                                       same_place(shapes, core, other))  # fmt: skip
-            if d - r_core - r_other < scratch.manifold.gap[0]:
+            if d - r_core - r_other < nearest_so_far(shapes, scratch, core, other, n):
                 u, v, w = in_world(scratch, other, u, v, w)
                 sign = -1.0 if is_first else 1.0
                 note(scratch.manifold, 0, d - r_core - r_other, sign * u, sign * v, sign * w,
@@ -61,6 +65,13 @@ def vertices_on_core(shapes, scratch, core, other, is_first, n):
                 note_place(scratch, 0, core, x, y, z, -0.5 * sign * (d + r_core - r_other))
                 n = 1
     return n
+
+
+@kernel
+def nearest_so_far(shapes, scratch, a, b, n):
+    """The gap that another feature must be below."""
+    scale = shapes.reach[a] + shapes.reach[b] + shapes.radius[a] + shapes.radius[b]
+    return scratch.manifold.gap[0] - (NEARER * scale if n > 0 else 0.0)
 
 
 @kernel
@@ -83,7 +94,7 @@ def edge_on_edge(shapes, scratch, i, j, edge_i, edge_j, n):
     b_x, b_y, b_z = edge_point(shapes, scratch, j, edge_j, s)
     x, y, z = x + b_x - a_x, y + b_y - a_y, z + b_z - a_z
     d, r_i, r_j = math.sqrt(x * x + y * y + z * z), shapes.radius[i], shapes.radius[j]
-    if d - r_i - r_j >= scratch.manifold.gap[0] or d <= same_place(shapes, i, j):
+    if d - r_i - r_j >= nearest_so_far(shapes, scratch, i, j, n) or d <= same_place(shapes, i, j):
         return n
     note(scratch.manifold, 0, d - r_i - r_j, x / d, y / d, z / d, TWO_EDGES + EDGES * edge_i + edge_j)
     note_place(scratch, 0, i, a_x, a_y, a_z, 0.5 * (d + r_i - r_j))

@@ -1,7 +1,7 @@
 """What separates two box cores most: a face of either, or a pair of edges.
 
-The Minkowski difference of two convex polyhedra has as faces those of both and the parallelograms of two edges. With the
-axes a_p of i and b_q of j, half lengths A_p and B_q, cosines C_pq = a_p . b_q, and d = c_j - c_i:
+The Minkowski difference of two convex polyhedra has as faces those of both and the parallelograms of two edges. With
+the axes a_p of i and b_q of j, half lengths A_p and B_q, cosines C_pq = a_p . b_q, and d = c_j - c_i:
 
     face p of i    s = |a_p . d| - A_p - sum_q B_q |C_pq|
     face q of j    s = |b_q . d| - B_q - sum_p A_p |C_pq|
@@ -22,8 +22,8 @@ from nonsmooth.scenes.detection import FACE_PREFERENCE
 from nonsmooth.scenes.shape_rows import BOX
 from nonsmooth.scenes.spatial.core import between, in_axes
 
-# chosen: sin^2 of two edges that count as parallel. Their normal is known to EPS/sin, 1e-8, and those of the faces beside
-# them are as good
+# chosen: sin^2 of two edges that count as parallel. Their normal is known to EPS/sin, 1e-8, and those of the faces
+# beside them are as good
 PARALLEL_EDGES = 1e-16
 
 

@@ -51,8 +51,8 @@ def sphere_on_core(shapes, scratch, sphere, core, limit, is_first):
 
 @kernel
 def point_on_box(a, b, c, x, y, z, nearest):
-    """The signed distance of a point from a box with half lengths (a, b, c), and the direction in which it grows; that of
-    a face where the point is inside or no farther than ``nearest``."""
+    """The signed distance of a point from a box with half lengths (a, b, c), and the direction in which it grows; that
+    of a face where the point is inside or no farther than ``nearest``."""
     e_x, e_y, e_z = x - min(max(x, -a), a), y - min(max(y, -b), b), z - min(max(z, -c), c)
     d = math.sqrt(e_x * e_x + e_y * e_y + e_z * e_z)
     if d > nearest:

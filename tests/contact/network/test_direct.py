@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nonsmooth.contact.blocks.solve import solve_contact
-from nonsmooth.contact.network.al_newton import NO_ROOM, SOLVED, al_newton_planar, al_newton_spatial, begin_direct
+from nonsmooth.contact.network.al_newton import MET, NO_ROOM, al_newton_planar, al_newton_spatial, begin_direct
 from nonsmooth.contact.network.lagrangian import Direct
 from nonsmooth.contact.planar.enumerate import Tree, enumerate_modes
 from nonsmooth.contact.planar.problem import problem_of
@@ -42,7 +42,7 @@ def direct_of(network, fill=3000):
     return new(Direct, fill=fill, **sizes)
 
 
-def solve(network, direct=None, tol=TIGHT, sweeps=20, most=60):
+def solve(network, direct=None, tol=TIGHT, sweeps=20, most=200):
     """Status of each island."""
     direct = direct or direct_of(network)
     newton = al_newton_planar if network.b.shape[1] == 2 else al_newton_spatial
@@ -54,7 +54,7 @@ def solve(network, direct=None, tol=TIGHT, sweeps=20, most=60):
 @pytest.mark.parametrize("scene", SCENES)
 def test_solution_holds_by_the_definition_and_has_the_motion_of_block_solvers(scene):
     network = SCENES[scene]()
-    assert set(solve(network)) == {SOLVED}
+    assert set(solve(network)) == {MET}
     assert judge(network) <= TIGHT and natural_map(network) <= 10 * TIGHT
     dense = assembled(network)
     result = solve_contact(dense.G, dense.c, dense.mu, dense.dim, tol=1e-11)
@@ -65,13 +65,13 @@ def test_solution_holds_by_the_definition_and_has_the_motion_of_block_solvers(sc
 @pytest.mark.parametrize("ratio", [1.0, 1e3, 1e6])
 def test_stack_carries_the_weight_that_stands_on_each_of_its_boxes(ratio):
     network = stack(10, ratio)
-    assert solve(network) == [SOLVED]
+    assert solve(network) == [MET]
     judge(network)
-    weight = np.array([network.M[k:, 0, 0].sum() for k in range(1, 11)]) * GRAVITY * STEP
+    fall, slip = GRAVITY * STEP, TIGHT * np.linalg.norm(network.P) / network.rho.min()  # all stick: F = rho gamma
+    weight = np.array([network.M[k:, 0, 0].sum() for k in range(1, 11)]) * fall
     carried = network.P[:, 0].reshape(10, 4).sum(axis=1)
-    assert np.abs(carried / weight - 1.0).max() <= 1e-14 * ratio + 1e-13
-    # all stick: F = rho gamma
-    assert np.abs(network.gamma).max() <= TIGHT * np.linalg.norm(network.P) / network.rho.min()
+    assert np.abs(network.gamma).max() <= slip
+    assert np.abs(carried / weight - 1.0).max() <= 10 * slip / fall  # the velocities of ten contacts add up
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -84,7 +84,7 @@ def test_few_contacts_have_the_one_solution_of_all_their_modes(seed):
         tree = new(Tree, n=n_c, r=2 * n_c)
         found, is_complete = enumerate_modes(problem.address, tree.address)
     assert found == 1
-    assert set(solve(network)) == {SOLVED}
+    assert set(solve(network)) == {MET}
     judge(network)
     assert np.abs(network.P.ravel() - tree.solutions[0]).max() <= 1e-12 * np.abs(tree.solutions[0]).max()
 
@@ -92,7 +92,7 @@ def test_few_contacts_have_the_one_solution_of_all_their_modes(seed):
 def test_five_bodies_are_one_body_of_fifteen_coordinates():
     """J M^-1 J^T of the dense 15 x 15 mass matrix, solved by blocks; the impulses of discs are unique here."""
     network = heap(5, 2, seed=3)
-    assert set(solve(network, tol=1e-15)) == {SOLVED}
+    assert set(solve(network, tol=1e-15)) == {MET}
     judge(network)
     dense = assembled(network)
     J = dense.J.reshape(len(dense.c), -1)[:, :15]
@@ -110,7 +110,7 @@ def test_a_second_solve_with_the_same_contacts_makes_no_factor():
     solve(network, direct)
     made, P = direct.factors, network.P.copy()
     network.v_free[:] *= 1.0 + 1e-7
-    assert solve(network, direct, sweeps=0) == [SOLVED]
+    assert solve(network, direct, sweeps=0) == [MET]
     assert judge(network) <= TIGHT and np.abs(network.P - P).max() <= 1e-5 * np.abs(P).max()
     assert made > 0 and direct.factors == made
 
@@ -121,7 +121,7 @@ def test_columns_are_laid_out_anew_when_other_bodies_touch():
     alone, direct = copy_of(other), direct_of(network)
     solve(network, direct)
     made = direct.factors
-    assert solve(other, direct) == solve(alone) == [SOLVED] and direct.factors > made
+    assert solve(other, direct) == solve(alone) == [MET] and direct.factors > made
     assert (other.P == alone.P).all()
 
 
@@ -131,7 +131,7 @@ def test_too_little_room_is_said_and_leaves_the_problem():
     assert solve(network, direct) == [NO_ROOM] and direct.factor.columns.wanted > 30
     assert solve(network, direct) == [NO_ROOM]
     assert judge(network) < 1e-1
-    assert solve(network, direct_of(network, fill=300)) == [SOLVED]
+    assert solve(network, direct_of(network, fill=300)) == [MET]
 
 
 def test_islands_solved_together_or_alone_have_the_same_bits():
@@ -145,7 +145,7 @@ def test_islands_solved_together_or_alone_have_the_same_bits():
 def test_order_of_bodies_and_contacts_changes_the_motion_by_rounding_only():
     network = pyramid(5)
     shuffled = joined([network], np.random.default_rng(1))
-    assert solve(network) == solve(shuffled) == [SOLVED]
+    assert solve(network) == solve(shuffled) == [MET]
     sizes = np.linalg.norm(network.P), np.linalg.norm(shuffled.P)
     judge(network), judge(shuffled)
     assert np.abs(network.v).max() <= 1e-12 * GRAVITY * STEP and np.abs(shuffled.v).max() <= 1e-12 * GRAVITY * STEP

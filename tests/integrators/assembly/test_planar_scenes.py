@@ -224,3 +224,26 @@ def test_budget_and_interruption_keep_what_was_computed():
 
     solution = simulate(scene, 1000.0, progress=stop)
     assert solution.status == ns.Status.INTERRUPTED and solution.t[-1] < 1000.0
+
+
+def test_steps_at_rest_are_left_out_and_no_bit_changes():
+    scene = on_ground(ns.Material(mu=0.5))
+    for k in range(3):
+        scene.body(ns.Box(0.2, 0.2), density=1000, position=(0.01 * k, 0.1 + 0.2 * k))
+    awake, asleep = (
+        ns.simulate(scene, (0, 4), integrator=ns.MoreauJean(dt=DT, contacts=ns.ContactSolver(may_sleep=may_sleep)))
+        for may_sleep in (False, True)
+    )
+    assert asleep.stats.asleep > 1000 and awake.stats.asleep == 0
+    assert asleep.stats.steps == awake.stats.steps
+    for name in ("position", "turn", "velocity", "spin"):
+        np.testing.assert_array_equal(getattr(asleep, name), getattr(awake, name))
+
+
+def test_what_sleeps_wakes_when_it_is_pushed():
+    scene = on_ground(ns.Material(mu=0.5), {"shape": ns.Box(0.2, 0.2), "density": 1000, "position": (0, 0.1), "name": "box"})
+    scene.kinematic(ns.Box(0.2, 0.2), motion=lambda t: (-0.4 + 0.3 * max(0.0, t - 1.0), 0.101), name="ram")
+    solution = simulate(scene, 3.0)
+    box, ram = solution["box"], solution["ram"]
+    assert box.position[-1, 0] - ram.position[-1, 0] == pytest.approx(0.2, abs=1e-6)
+    np.testing.assert_array_equal(box.position[solution.t < 1.5, 0], 0.0)

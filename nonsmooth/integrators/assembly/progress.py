@@ -1,0 +1,142 @@
+"""Where a run of steps is, what it works on, and its worst figures."""
+
+from __future__ import annotations
+
+from nonsmooth.contact.network.solve import DIRECT, START, SWEEPS
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block
+
+# where a step goes on when there is room for what it found
+PREDICT, FIND, SOLVE, REBOUND = range(4)
+# how a run of steps comes back
+DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, LOST, UNSOLVED = range(6)
+
+
+class Places(Block):
+    """Addresses of the blocks that the stages of a step are handed."""
+
+    bodies: int
+    motion: int
+    shapes: int
+    surfaces: int
+    scratch: int
+    found: int
+    contacts: int
+    network: int
+    moves: int
+    ledger: int
+    solver: int
+
+
+class Counts(Block):
+    """What a run did, from its start on."""
+
+    steps: int
+    impacts: int  # steps in which contacts rebounded
+    missed: int  # whose residual stayed above the tolerance
+    most_contacts: int
+    kept: int  # islands, of steps, that the impulses of the step before solved
+    swept: int
+    direct: int
+    sweeps: int
+    factors: int
+    asleep: int  # steps that were not taken: the one before changed nothing, and they would have changed nothing
+
+
+class Figures(Block):
+    """The worst of the steps, and of those since the record before; and those of the last step."""
+
+    residual: float
+    penetration: float
+    since_residual: float
+    since_penetration: float
+    last_residual: float
+    last_penetration: float
+
+
+class Progress(Block):
+    """Where a run of steps is."""
+
+    places: Places
+    counts: Counts
+    figures: Figures
+    stage: int
+    wanted: int  # of what there was no room for
+    may_sleep: int
+    is_strict: int  # whether a step that misses its tolerance ends the run
+    has_restitution: int
+    dt: float
+    theta: float
+    tol: float  # of the residual
+    margin: float  # [m]
+    tight: float  # penetration that is a rounding [m]
+
+
+@kernel
+def note_islands(network, counts):
+    """Count how the islands of a problem were solved."""
+    islands = network.islands
+    for k in range(islands.count):
+        counts.kept += 1 if islands.rung[k] == START else 0
+        counts.swept += 1 if islands.rung[k] == SWEEPS else 0
+        counts.direct += 1 if islands.rung[k] == DIRECT else 0
+        counts.sweeps += islands.sweeps[k]
+        counts.factors += islands.factors[k]
+
+
+@kernel
+def is_met(network):
+    """Whether all islands are solved to the tolerance, or to what rounding lets them."""
+    islands = network.islands
+    for k in range(islands.count):
+        if islands.is_met[k] == 0:
+            return False
+    return True
+
+
+@kernel
+def note_step(network, deepest, progress):
+    """The figures of a step; whether it may go on."""
+    counts, figures = progress.counts, progress.figures
+    counts.steps += 1
+    counts.most_contacts = max(counts.most_contacts, network.n_c)
+    figures.residual = max(figures.residual, figures.last_residual)
+    figures.since_residual = max(figures.since_residual, figures.last_residual)
+    figures.last_penetration = max(0.0, -deepest)
+    figures.penetration = max(figures.penetration, figures.last_penetration)
+    figures.since_penetration = max(figures.since_penetration, figures.last_penetration)
+
+
+@kernel
+def is_at_rest(bodies, network):
+    """Whether the step began and ended at rest, with the impulses that it was handed: the next one is the same."""
+    v, v_0 = bodies.motion.v, bodies.v_0
+    for b in range(v.shape[0]):
+        for x in range(v.shape[1]):
+            if v[b, x] != 0.0 or v_0[b, x] != 0.0 or bodies.v_move[b, x] != 0.0:
+                return False
+    islands = network.islands
+    for k in range(islands.count):
+        if islands.rung[k] != START or islands.is_met[k] == 0:
+            return False
+    return True
+
+
+@kernel
+def sleep(bodies, network, steps, progress):
+    """Leave out so many steps, if they change nothing; returns whether they were left out."""
+    if progress.may_sleep == 0 or progress.figures.last_penetration > progress.tight or not is_at_rest(bodies, network):
+        return False
+    progress.counts.steps += steps
+    progress.counts.asleep += steps
+    progress.counts.kept += steps * network.islands.count
+    return True
+
+
+@kernel
+def deepest_gap(found, n_c):
+    """The least gap, or 0 [m]."""
+    deepest = 0.0
+    for c in range(n_c):
+        deepest = min(deepest, found.gap[c])
+    return deepest

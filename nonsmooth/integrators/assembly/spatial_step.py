@@ -1,0 +1,147 @@
+"""A spatial step, as a table of contents: predict, find contacts, solve them, move, book, rebound.
+
+    v_free = v_0 + dt M^-1 h,    (gamma_1 + g_N/dt, P) in the laws of contact and friction,    v_1 = v_free + M^-1 J^T P
+
+A stage that finds no room returns, and goes on when it is called again. planar_step.py is the same in the plane;
+apart, the one compiles nothing of the other. Sources: Stewart and Trinkle, *Int. J. Numer. Methods Eng.* 39 (1996) 2673-2691 (gaps at
+the end of the step); the stages of this scheme: docs/theory/scenes.md.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.contact.network.problem import Network, judge_spatial, prepare_spatial
+from nonsmooth.contact.network.solve import solve_spatial
+from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.book import book_impact, book_step
+from nonsmooth.integrators.assembly.contacts import write_contacts_spatial
+from nonsmooth.integrators.assembly.impact import begin_impact_spatial
+from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
+from nonsmooth.integrators.assembly.progress import (
+    DONE,
+    FIND,
+    LOST,
+    MORE_CONTACTS,
+    MORE_FACTORS,
+    MORE_PAIRS,
+    PREDICT,
+    REBOUND,
+    SOLVE,
+    UNSOLVED,
+    Progress,
+    deepest_gap,
+    is_met,
+    note_islands,
+    note_step,
+    sleep,
+)
+from nonsmooth.integrators.assembly.project import move_bodies_spatial
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import view
+from nonsmooth.scenes.detection import NOT_FINITE, Found
+from nonsmooth.scenes.spatial.find_contacts import find_contacts
+
+
+@kernel("int64(int64, int64)")
+def take_steps_spatial(progress_at, most):
+    """Take so many steps; how it comes back, DONE or why not."""
+    progress = view(progress_at, Progress)
+    bodies, network = view(progress.places.bodies, Bodies), view(progress.places.network, Network)
+    for step in range(most):
+        end = take_step(progress)
+        if end != DONE:
+            return end
+        if sleep(bodies, network, most - step - 1, progress):
+            return DONE
+    return DONE
+
+
+@kernel
+def take_step(progress):
+    """One step, or what is left of one."""
+    places = progress.places
+    network = view(places.network, Network)
+    if progress.stage == PREDICT:
+        predict_spatial(places.bodies, progress.dt)
+        progress.stage = FIND
+    if progress.stage == FIND:
+        end = find(progress, places, network)
+        if end != DONE:
+            return end
+        progress.stage = SOLVE
+    if progress.stage == SOLVE:
+        if not solve(progress, places, network):
+            return MORE_FACTORS
+        move(progress, places, network)
+        progress.stage = REBOUND if rebounds(progress, places, network) else PREDICT
+    if progress.stage == REBOUND:
+        if not solve(progress, places, network):
+            return MORE_FACTORS
+        book_impact(places.bodies, places.contacts, places.network, places.ledger)
+        progress.stage = PREDICT
+    if not is_met(network):
+        progress.counts.missed += 1
+        if progress.is_strict == 1:
+            return UNSOLVED
+    return DONE
+
+
+@kernel
+def find(progress, places, network):
+    """The contacts of the step, and the rows of their problem."""
+    found = view(places.found, Found)
+    n = find_contacts(places.shapes, places.motion, progress.dt, progress.margin, places.found, places.scratch)
+    if n == NOT_FINITE:
+        return LOST
+    if n < 0:
+        progress.wanted = -n
+        return MORE_PAIRS
+    if n > found.gap.shape[0]:
+        progress.wanted = n
+        return MORE_CONTACTS
+    network.n_c = n
+    turn_inertia(places.bodies, places.network)
+    write_contacts_spatial(
+        places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, progress.dt
+    )
+    prepare_spatial(places.network)
+    return DONE
+
+
+@kernel
+def solve(progress, places, network):
+    """The contact problem at hand; False where its factors have no room."""
+    progress.wanted = solve_spatial(places.network, places.solver)
+    if progress.wanted > 0:
+        return False
+    note_islands(network, progress.counts)
+    residual = judge_spatial(places.network)
+    is_first = progress.stage == SOLVE
+    progress.figures.last_residual = residual if is_first else max(progress.figures.last_residual, residual)
+    return True
+
+
+@kernel
+def move(progress, places, network):
+    """The places after the step, its energy and its figures."""
+    deepest = deepest_gap(view(places.found, Found), network.n_c)
+    is_pushed = 1 if deepest < -progress.tight else 0
+    move_bodies_spatial(
+        places.bodies, places.found, places.network, places.moves, progress.dt, progress.theta, is_pushed
+    )
+    book_step(
+        places.bodies, places.found, places.contacts, places.network, places.moves, places.ledger, progress.dt, is_pushed
+    )
+    note_step(network, deepest, progress)
+
+
+@kernel
+def rebounds(progress, places, network):
+    """Whether contacts rebound; then the problem of their impact is written."""
+    if progress.has_restitution == 0 or network.n_c == 0:
+        return False
+    if begin_impact_spatial(places.bodies, places.found, places.contacts, places.network, progress.dt) == 0:
+        return False
+    turn_inertia(places.bodies, places.network)
+    prepare_spatial(places.network)
+    progress.counts.impacts += 1
+    return True

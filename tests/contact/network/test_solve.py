@@ -1,0 +1,135 @@
+"""The ladder: what is done for an island, what is said of it, and that both hold whatever is asked."""
+
+import numpy as np
+import pytest
+
+from nonsmooth.contact.network.problem import prepare_planar, prepare_spatial
+from nonsmooth.contact.network.solve import DIRECT, START, SWEEPS, Solver, solve_planar, solve_spatial
+from nonsmooth.jit import interpreted
+from nonsmooth.jit.blocks import new
+from tests.contact.network.problems import copy_of, heap, joined, judge, network_of, pyramid, stack
+
+SCENES = {
+    "stack": lambda: stack(5),
+    "stack with a heavy top": lambda: stack(6, 1e6),
+    "pyramid": lambda: pyramid(7),
+    "discs": lambda: heap(60, 2),
+    "spheres": lambda: heap(60, 3),
+    "spheres without friction": lambda: heap(40, 3, mu=0.0),
+}
+
+
+def solver_of(network, tol=1e-10, most_sweeps=50, most_factors=100, fill=3000):
+    sizes = {"d": network.b.shape[1], "n": network.v.shape[1], "m": len(network.i), "n_b": len(network.v)}
+    solver = new(Solver, fill=fill, **sizes)
+    solver.tol, solver.most_sweeps, solver.most_factors = tol, most_sweeps, most_factors
+    return solver
+
+
+def prepare(network):
+    (prepare_planar if network.b.shape[1] == 2 else prepare_spatial)(network.address)
+
+
+def solve(network, solver=None, **options):
+    """How many blocks of factors are wanted."""
+    solver = solver or solver_of(network, **options)
+    return (solve_planar if network.b.shape[1] == 2 else solve_spatial)(network.address, solver.address)
+
+
+def said(network, name):
+    return getattr(network.islands, name)[: network.islands.count].tolist()
+
+
+@pytest.mark.parametrize("tol", [1e-4, 1e-12])
+@pytest.mark.parametrize("scene", SCENES)
+def test_tolerance_is_met_and_the_next_solve_does_nothing(scene, tol):
+    network = SCENES[scene]()
+    assert solve(network, tol=tol) == 0
+    assert set(said(network, "is_met")) == {1}
+    P, v = network.P.copy(), network.v.copy()
+    assert judge(network) <= tol and (network.v == v).all() and said(network, "rung") != [START]
+    prepare(network)
+    assert solve(network, tol=tol) == 0
+    assert set(said(network, "rung")) == {START} and (network.P == P).all() and (network.v == v).all()
+
+
+def test_island_is_taken_as_far_up_as_it_must_be():
+    """A ball that lies alone needs one contact solved, a stack with a heavy top factors, a ball at its start nothing."""
+    ball = network_of([[0, 0, 0.1], [0, 0, 0]], [np.eye(6)] * 2, [[0, 0, -1, 0, 0, 0], np.zeros(6)],
+                      [(0, 1, (0, 0, -1), (0, 0, 0), 0.0)], fixed=(1,))  # fmt: skip
+    rests = copy_of(ball)
+    rests.P[0] = 1.0, 0.0, 0.0
+    network = joined([ball, stack(8, 1e4), rests])
+    assert solve(network) == 0
+    assert said(network, "rung") == [SWEEPS, DIRECT, START]
+    assert said(network, "sweeps")[0] <= 10 and said(network, "factors")[1] > 0
+    assert said(network, "is_met") == [1, 1, 1]
+
+
+def test_what_the_budget_does_not_reach_is_said_with_its_residual():
+    network = pyramid(8)
+    assert solve(network, most_sweeps=20, most_factors=0) == 0
+    assert said(network, "is_met") == [0] and said(network, "sweeps") == [20] and said(network, "factors") == [0]
+    assert said(network, "residual")[0] == judge(network) > 1e-4
+
+
+@pytest.mark.parametrize("most_factors", [0, 3])
+@pytest.mark.parametrize("most_sweeps", [0, 1, 12])
+def test_residual_is_never_more_than_that_of_the_start(most_sweeps, most_factors):
+    for seed in range(3):
+        network = heap(40, 3, seed=seed)
+        solve(network, tol=1e-9)
+        network.P[:] *= 1.0 + 1e-6 * np.random.default_rng(seed).normal(size=network.P.shape)
+        start = judge(network)
+        prepare(network)
+        solve(network, tol=1e-15, most_sweeps=most_sweeps, most_factors=most_factors)
+        assert judge(network) <= start
+
+
+def test_more_room_is_asked_for_and_then_enough():
+    network = joined([stack(3, 1e3), pyramid_in_space := stack(12, 1e3)])
+    wanted = solve(network, fill=4)
+    assert wanted > 4 and said(network, "is_met")[0] == 1
+    while wanted > 0:
+        assert wanted < 200
+        wanted = solve(network, fill=wanted)
+    assert said(network, "is_met") == [1, 1] and pyramid_in_space.n_c == 48
+
+
+def test_bodies_that_part_but_for_rounding_are_solved():
+    """Nothing presses where two bodies move at the same 10 m/s; what rounding leaves of gamma is no contact."""
+    v = [[10.0, 0.1, 3.0], [10.0, 0.1, 3.0]]
+    x = [[0.0, 0.0], [0.3, 0.7]]
+    normal = np.array([0.6, 0.8])
+    network = network_of(x, [np.eye(3)] * 2, v, [(0, 1, normal, (0.1, 0.3), 0.0)])
+    arm = np.array([0.3, 0.7])
+    network.v_free[1, :2] += 3.0 * np.array([-arm[1], arm[0]])  # one rigid motion
+    for slip in np.linspace(-4e-15, 4e-15, 9):
+        network.b[0, 0] = slip
+        prepare(network)
+        assert solve(network, tol=1e-13, most_sweeps=3) == 0 and said(network, "is_met") == [1]
+
+
+@pytest.mark.parametrize("scene", ["stack", "discs"])
+def test_what_is_not_finite_is_not_met(scene):
+    network = SCENES[scene]()
+    network.v_free[2, 1] = np.nan
+    prepare(network)
+    assert solve(network) == 0
+    assert 0 in said(network, "is_met")
+
+
+def test_empty_problem_is_solved():
+    assert solve(network_of(np.zeros((2, 2)), [np.eye(3)] * 2, np.ones((2, 3)), [])) == 0
+
+
+@pytest.mark.parametrize("scene", ["stack", "discs"])
+def test_kernels_have_the_same_bits_interpreted(scene):
+    network = {"stack": lambda: stack(3), "discs": lambda: heap(12, 2, mu=1.0, speed=0.5)}[scene]()
+    twin, solver = copy_of(network), solver_of(network, tol=1e-13, most_sweeps=14)
+    twin_solver = solver_of(network, tol=1e-13, most_sweeps=14)
+    assert solve(network, solver) == 0
+    assert interpreted(solve_planar if network.b.shape[1] == 2 else solve_spatial)(twin, twin_solver) == 0
+    assert (network.words.view(np.int64) == twin.words.view(np.int64)).all()
+    assert (solver.words.view(np.int64) == twin_solver.words.view(np.int64)).all()
+    assert DIRECT in said(network, "rung")
