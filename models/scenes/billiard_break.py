@@ -1,8 +1,8 @@
 """The break of a game of pool: a ball runs into fifteen that stand in a triangle, on a table with four cushions.
 
 The impact runs through the triangle from ball to ball, which a step resolves if the spaces between them are wider than
-the way of a ball in it, gap > v_0 dt. With a longer step they are hit at once, and the cue ball rebounds as from one heavy
-body (see Newton's cradle).
+the way of a ball in it, gap > v_0 dt. With a longer step they are hit at once, and the cue ball rebounds as from one
+heavy body (see Newton's cradle).
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Two cards that lean on one another: how steep must they stand?
 
 Each weighs W; the foot carries N = W, and the push H at the top, where by symmetry nothing needs friction, is held by
-the friction of the foot. Moments about the foot, with the angle a from the vertical:
+the friction of the foot. With the angle a from the vertical, and edges rounded by r, moments about the foot are
 
-    H l cos a = W (l/2) sin a,    H <= mu W:    tan a <= 2 mu
+    H (l cos a + r) = W (l/2) sin a,    H <= mu W:    l sin(a - b) <= r sin b,    tan b = 2 mu
 
-The cards are rounded at their edges: both contacts are at the ends' middle points, and the formula is exact.
+which for thin cards is tan a <= 2 mu.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ class CardHouse:
     Parameters
     ----------
     length : float
-        Between the middle points of the rounded edges [m].
+        l, between the middle points of the rounded edges [m].
     thickness : float
-        [m]
+        2 r [m].
     angle : float
         Of each card from the vertical [rad].
     density : float
@@ -47,8 +47,8 @@ class CardHouse:
     Examples
     --------
     >>> from models.scenes import CardHouse
-    >>> round(CardHouse(mu=0.3).largest_angle(), 4)
-    0.5404
+    >>> round(CardHouse(mu=0.3).largest_angle(), 4), round(CardHouse(mu=0.3, thickness=1e-6).largest_angle(), 4)
+    (0.5461, 0.5404)
     """
 
     length: float = 0.09  # [m]
@@ -59,7 +59,7 @@ class CardHouse:
     g: float = 9.81  # gravity [m/s^2]
 
     name = "card-house"
-    source = "statics: tan(angle) <= 2 mu"
+    source = "statics: tan(angle) <= 2 mu for thin cards"
     t_end = 1.0  # s
     dt = 1e-3  # s
 
@@ -86,11 +86,12 @@ class CardHouse:
         return scene
 
     def largest_angle(self) -> float:
-        """At which they stand, atan(2 mu) [rad]."""
-        return math.atan(2 * self.mu)
+        """At which they stand, b + asin(r sin(b)/l) [rad]."""
+        b = math.atan(2 * self.mu)
+        return b + math.asin(0.5 * self.thickness / self.length * math.sin(b))
 
     def push(self) -> float:
-        """Of one card on the other at rest, W tan(angle)/2 [N]."""
+        """Of one card on the other at rest, H [N]."""
         r = 0.5 * self.thickness
         weight = self.density * (self.length * self.thickness + math.pi * r * r) * self.g
-        return 0.5 * weight * math.tan(self.angle)
+        return 0.5 * weight * self.length * math.sin(self.angle) / (self.length * math.cos(self.angle) + r)

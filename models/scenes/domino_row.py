@@ -68,12 +68,12 @@ class DominoRow:
     (1.2345, 1.799)
     """
 
-    n: int = 25
+    n: int = 40
     h: float = 0.048  # height [m]
     d: float = 0.0075  # thickness [m]
     s: float = 0.0165  # space [m]
     density: float = 800.0  # [kg/m^2]
-    omega: float = 6.0  # of the first [rad/s]
+    omega: float = 10.0  # of the first [rad/s]
     mu: float = 2.0  # of the ground [-]
     mu_d: float = 0.0  # of one another [-]
     g: float = 9.81  # gravity [m/s^2]

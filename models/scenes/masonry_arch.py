@@ -8,9 +8,8 @@ edges (x, y) if
     H (y_H - y) - W (x - x_c) >= 0 about the inner edge,    <= 0 about the outer one:    linear in (H, H y_H).
 
 The thinnest arch of very many stones has t/R = 0.107478, R the radius of its middle line, with hinges 54.5 degrees
-from the crown: Milankovitch, *Z. Math. Phys.* 55 (1907) 1-27; Cocchetti, Colasante and Rizzi, *Appl. Mech. Rev.* 64 (2012)
-050802.
-Fewer stones have fewer joints that may open, and may be thinner: `least_ratio`.
+from the crown: Milankovitch, *Z. Math. Phys.* 55 (1907) 1-27; Cocchetti, Colasante and Rizzi, *Appl. Mech. Rev.* 64
+(2012) 050802. Fewer stones have fewer joints that may open, and may be thinner: `least_ratio`.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""Equal balls in a row; the first comes flying.
+"""Equal balls in a row on a smooth table; the first comes sliding.
 
 With spaces between them, pairs of balls collide one after the other, and for e = 1 the last one alone flies on:
 v = (0, ..., 0, v_0). Touching, they are hit at once, and Newton's law asks of all contacts together
 
     u_plus >= -e u_minus  _|_  P >= 0,    u_minus = (-v_0, 0, ..., 0)
 
-whose solution is another: all move on with v_0 (1 + e)/n but the first, which rebounds from them. No such law gives what
-elastic spheres do when they touch: that is settled by the waves in them. Spaces that a step does not resolve, narrower
-than v_0 dt, count as none.
+whose solution is another: all move on with v_0 (1 + e)/n but the first, which rebounds from them. No such law gives
+what elastic spheres do when they touch: that is settled by the waves in them. Spaces much narrower than v_0 dt, the way
+in a step, count as none.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from nonsmooth.checks.arrays import as_count, as_fraction, as_non_negative, as_p
 from nonsmooth.errors import InvalidInput
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
-from nonsmooth.scenes.shapes import Disc, Sphere
+from nonsmooth.scenes.shapes import Disc, HalfPlane, HalfSpace, Sphere
 
 
 @dataclass(frozen=True)
 class NewtonsCradle:
-    """Equal balls in a row without gravity: bodies "ball 0", which comes flying, to "ball n-1".
+    """Equal balls in a row on a smooth table: bodies "ball 0", which comes sliding, to "ball n-1".
 
     Parameters
     ----------
@@ -39,7 +39,9 @@ class NewtonsCradle:
     v_0 : float
         Speed of the first [m/s].
     e : float
-        Restitution coefficient (Newton).
+        Restitution coefficient (Newton) of balls.
+    g : float
+        Gravity [m/s^2].
     dim : int
         2 for discs, 3 for spheres.
 
@@ -60,6 +62,7 @@ class NewtonsCradle:
     gap: float = 0.01  # [m]
     v_0: float = 1.0  # [m/s]
     e: float = 1.0  # restitution [-]
+    g: float = 9.81  # gravity [m/s^2]
     dim: int = 3
 
     name = "newtons-cradle"
@@ -74,13 +77,16 @@ class NewtonsCradle:
         as_non_negative("gap", self.gap, "m")
         as_positive("v_0", self.v_0, "m/s")
         as_fraction("e", self.e)
+        as_positive("g", self.g, "m/s^2")
         if self.dim not in (2, 3):
             raise InvalidInput(f"dim must be 2 (plane) or 3 (space); got {self.dim}")
 
     def scene(self) -> Scene:
         """The balls along the x-axis; the first is two radii away from the others."""
-        along = np.eye(self.dim)[0]
-        scene = Scene(gravity=np.zeros(self.dim), material=Material(mu=0.0, e=self.e))
+        along, up = np.eye(self.dim)[0], np.eye(self.dim)[-1]
+        scene = Scene(gravity=-self.g * up, material=Material(mu=0.0, e=self.e))
+        table = HalfPlane(up, -self.r) if self.dim == 2 else HalfSpace(up, -self.r)
+        scene.fixed(table, material=Material(mu=0.0, e=0.0), name="table")
         ball = Disc(self.r) if self.dim == 2 else Sphere(self.r)
         for k in range(self.n):
             x = k * (2 * self.r + self.gap) - (2 * self.r if k == 0 else 0.0)

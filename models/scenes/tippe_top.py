@@ -1,11 +1,13 @@
-"""A tippe-top: a spinning ball whose centre of mass is not its middle turns over by friction, and rises.
+"""A tippe-top: a spinning ball whose centre of mass lies below its middle turns over by friction, and rises.
 
 It is made of a large ball and a small one in it, whose masses add. With e the distance of the centre of mass from the
 middle, of the radius, and moments A (across) and C, it turns over wholly from a fast spin for
 
     1 - e < A/C < 1 + e
 
-and keeps, whatever friction does, Jellett's integral, L . (vector from the point of contact to the centre of mass).
+and keeps, whatever friction does, Jellett's integral, L . (vector from the point of contact to the centre of mass). As
+long as the contact slides, that is: one that sticks does no work, and a top that was spun about its own slanted axis
+rolls away upright. It is spun about the vertical here.
 Source: Cohen, *Am. J. Phys.* 45 (1977) 12-17; Rauch-Wojciechowski, Skoldstam and Glad, *Regul. Chaotic Dyn.* 10 (2005)
 333-362.
 """
@@ -39,7 +41,7 @@ class TippeTop:
     tilt : float
         Of its axis from the vertical, at the start [rad].
     spin : float
-        About its axis, at the start [rad/s].
+        About the vertical, at the start [rad/s].
     mu : float
         Friction coefficient.
     g : float
@@ -62,14 +64,14 @@ class TippeTop:
     inner: float = 0.7  # [-]
     below: float = 0.28  # [-]
     density: float = 1000.0  # [kg/m^3]
-    tilt: float = 0.1  # [rad]
-    spin: float = 150.0  # [rad/s]
+    tilt: float = 0.3  # [rad]
+    spin: float = 200.0  # [rad/s]
     mu: float = 0.3  # friction [-]
     g: float = 9.81  # gravity [m/s^2]
 
     name = "tippe-top"
     source = "Cohen, Am. J. Phys. 45 (1977) 12-17"
-    t_end = 4.0  # s
+    t_end = 2.0  # s
     dt = 2e-4  # s
 
     def __post_init__(self) -> None:
@@ -82,14 +84,13 @@ class TippeTop:
         as_number("spin", self.spin, "rad/s")
 
     def scene(self) -> Scene:
-        """The top on the ground, spinning about its axis; its centre of mass is at rest."""
+        """The top on the ground, spinning about the vertical through its centre of mass, which is at rest."""
         scene = Scene(gravity=(0.0, 0.0, -self.g), material=Material(mu=self.mu))
         scene.fixed(HalfSpace((0, 0, 1)), name="ground")
-        r, c, s = self.r, math.cos(self.tilt), math.sin(self.tilt)
+        r = self.r
         shape = Compound((Sphere(r), (0, 0, 0)), (Sphere(self.inner * r), (0, 0, -self.below * r)))
-        axis = np.array([s, 0.0, c])
         turn = (math.cos(0.5 * self.tilt), 0.0, math.sin(0.5 * self.tilt), 0.0)
-        scene.body(shape, density=self.density, position=(0, 0, r), turn=turn, spin=self.spin * axis, name="top")
+        scene.body(shape, density=self.density, position=(0, 0, r), turn=turn, spin=(0, 0, self.spin), name="top")
         return scene
 
     def eccentricity(self) -> float:
@@ -103,6 +104,18 @@ class TippeTop:
         along = 0.4 * (1 + cube * self.inner**2)
         across = along + cube / (1 + cube) * self.below**2
         return mass * self.r**2 * across, mass * self.r**2 * along
+
+    def axis(self, turn: np.ndarray) -> np.ndarray:
+        """Of the top in the world (..., 3), from its middle away from the small ball, for turns (..., 4)."""
+        w, x, y, z = np.moveaxis(turn, -1, 0)
+        return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=-1)
+
+    def jellett(self, turn: np.ndarray, spin: np.ndarray) -> np.ndarray:
+        """Jellett's integral [J s m] for turns (..., 4) and angular velocities in the world (..., 3)."""
+        A, C = self.moments()
+        axis = self.axis(turn)
+        momentum = A * spin + (C - A) * (spin * axis).sum(axis=-1, keepdims=True) * axis
+        return (momentum * (np.array([0, 0, 1.0]) - self.eccentricity() * axis)).sum(axis=-1) * self.r
 
     def turns_over(self) -> bool:
         """Whether a fast spin turns it over wholly."""
