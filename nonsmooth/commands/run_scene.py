@@ -25,9 +25,7 @@ def require_scene_options(arguments: argparse.Namespace) -> None:
     for name, left_out in OF_SYSTEMS.items():
         if getattr(arguments, name) != left_out:
             option = name.replace("_", "-")
-            raise InvalidInput(
-                f"{arguments.model} is a scene of bodies, for which --{option} means nothing; leave it out"
-            )
+            raise InvalidInput(f"--{option} means nothing for {arguments.model}, a scene of bodies; leave it out")
 
 
 def simulate_scene(
