@@ -12,7 +12,8 @@ nan = math.nan
 SPATIAL = {
     "body": {
         "shape": ns.Box(0.2, 0.2, 0.2), "position": (0, 0, 1), "turn": (1, 0, 0, 0), "velocity": (0, 0, 0),
-        "spin": (0, 0, 1), "density": None, "mass": 2.0, "inertia": (1, 1, 1), "material": ns.Material(), "surface_velocity": (0, 0, 0),
+        "spin": (0, 0, 1), "density": None, "mass": 2.0, "inertia": (1, 1, 1), "material": ns.Material(),
+        "surface_velocity": (0, 0, 0),
         "name": "crate",
     },
     "fixed": {
