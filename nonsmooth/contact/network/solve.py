@@ -2,8 +2,9 @@
 
     START     its residual is within the tolerance: nothing is done
     SWEEPS    conjugate sweeps, in rounds, as many as the budget allows
-    DIRECT    the augmented Lagrangian, as soon as the sweeps would not come to the tolerance within their budget, where
-              the factors are affordable: few bodies, or many in the plane or of unlike masses
+    DIRECT    the augmented Lagrangian: islands of few bodies to rounding; others as soon as the sweeps would not come to
+              the tolerance within their budget, where the factors are affordable: some bodies, or many in the plane or
+              of unlike masses
 
 Whatever was tried, the impulses of the least residual are left, with velocities of just these impulses and the residual
 recomputed from them. ``islands`` says of each one its rung, sweeps, factors, residual and whether the tolerance is met;
@@ -27,6 +28,12 @@ START, SWEEPS, DIRECT = range(3)
 FIRST_ROUND, ROUND = 10, 25  # chosen: sweeps between two residuals, each of which costs one and a half
 FEW_BODIES = 200  # measured: 150 spheres take 8 ms a factor, 1000 200 ms
 MANY_BODIES = 2000  # measured: 1000 bodies in the plane take 2 ms a factor
+# measured: residuals of islands that are solved exactly, and then by a few more steps with the factors at hand: what rests
+# is a fixed point then, to the last bit, and is not solved again: a stack of ten boxes takes 2 us a step, and one whose top
+# is a thousand times heavier 4 us; to 1e-8 they take 0.14 and 0.4 ms, and creep
+EXACT, ROUNDED = 1e-13, 3e-16
+EXACT_BODIES = 32  # chosen: islands of so many bodies are solved exactly, whatever residual is asked for
+POLISH_FACTORS = 2  # chosen: more would be for modes that still change
 UNLIKE_MASSES = 10.0  # measured: sweeps of a stack of ten do not reach 1e-3 in 200 where the top is 1000 times heavier
 
 
@@ -61,14 +68,23 @@ def solve_island(network, solver, k, d, n):
     """Take island k up the ladder; False where there is no room for its factors."""
     islands, has_room = network.islands, True
     islands.residual[k] = judge_island(network, k, d, n)
-    if not islands.residual[k] <= solver.tol:
+    is_direct = solver.most_factors > 0 and has_affordable_factors(network, k, d)
+    goal = min(solver.tol, EXACT) if is_direct and bodies_of(network, k) <= EXACT_BODIES else solver.tol
+    if not islands.residual[k] <= goal:
         islands.rung[k] = SWEEPS
-        is_direct = solver.most_factors > 0 and has_affordable_factors(network, k, d)
-        sweep_in_rounds(network, solver, k, is_direct, d, n)
-        if is_direct and not islands.residual[k] <= solver.tol:
-            has_room = solve_directly(network, solver, k, d, n)
+        sweep_in_rounds(network, solver, k, goal, is_direct, d, n)
+        if is_direct and not islands.residual[k] <= goal:
+            has_room = solve_directly(network, solver, k, goal, solver.most_factors, d, n)
+    if is_direct and has_room and ROUNDED < islands.residual[k] <= goal and bodies_of(network, k) <= FEW_BODIES:
+        has_room = solve_directly(network, solver, k, ROUNDED, POLISH_FACTORS, d, n)
     islands.is_met[k] = is_met(network, solver, k, d, n)
     return has_room
+
+
+@kernel
+def bodies_of(network, k):
+    """How many bodies island k has."""
+    return network.islands.body_start[k + 1] - network.islands.body_start[k]
 
 
 @kernel
@@ -79,11 +95,11 @@ def is_met(network, solver, k, d, n):
 
 
 @kernel
-def solve_directly(network, solver, k, d, n):
+def solve_directly(network, solver, k, goal, most, d, n):
     """The direct rung; False where there is no room for the factors."""
     islands, made = network.islands, solver.direct.factors
     islands.rung[k] = DIRECT
-    end = al_newton(network, solver.direct, k, solver.tol, solver.most_factors, d, n)
+    end = al_newton(network, solver.direct, k, goal, most, d, n)
     islands.factors[k] += solver.direct.factors - made
     return end != NO_ROOM
 
@@ -91,8 +107,7 @@ def solve_directly(network, solver, k, d, n):
 @kernel
 def has_affordable_factors(network, k, d):
     """Whether the direct rung is for island k."""
-    islands = network.islands
-    bodies = islands.body_start[k + 1] - islands.body_start[k]
+    bodies = bodies_of(network, k)
     return bodies <= FEW_BODIES or (bodies <= MANY_BODIES and (d == 2 or ratio_of_masses(network, k) > UNLIKE_MASSES))
 
 
@@ -108,13 +123,13 @@ def ratio_of_masses(network, k):
 
 
 @kernel
-def sweep_in_rounds(network, solver, k, may_leave, d, n):
+def sweep_in_rounds(network, solver, k, goal, may_leave, d, n):
     """Sweep island k until it is solved or the budget is spent, or is seen not to be enough where one may leave."""
     islands, best = network.islands, solver.direct.best
     error = least = islands.residual[k]
     copy_impulses(islands, k, network.P, best, d)
     done, is_hopeful = 0, True
-    while done < solver.most_sweeps and is_hopeful and not least <= solver.tol:
+    while done < solver.most_sweeps and is_hopeful and not least <= goal:
         most = min(FIRST_ROUND if done == 0 else ROUND, solver.most_sweeps - done)
         count = conjugate_sweeps(network, solver.conjugate, k, most, EPS, d, n)
         done += count
@@ -123,7 +138,7 @@ def sweep_in_rounds(network, solver, k, may_leave, d, n):
             least = error
             copy_impulses(islands, k, network.P, best, d)
         left = solver.most_sweeps - done
-        is_hopeful = not may_leave or error * (error / before) ** (left / count) <= solver.tol
+        is_hopeful = not may_leave or error * (error / before) ** (left / count) <= goal
     islands.sweeps[k] += done
     if not error == least:
         copy_impulses(islands, k, best, network.P, d)

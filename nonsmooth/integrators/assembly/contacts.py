@@ -7,11 +7,14 @@ Gaps fed back to the velocities of closed contacts, with impulses kept from step
 only, are an unstable loop: a part a of the error solved in a step, and the mode grows for every a < 1 (beta 1: by 1.154 a
 step at a = 0.1). Without that feedback it decays as sqrt(1 - a).
 
-The impulses of the step before are the start of the next solution; they are kept by their keys, in the axes of the world.
+The impulses of the step before are the start of the next solution, kept in the axes of the world. A contact goes on with
+that of its key; what is left of a pair of shapes goes on with the nearest one, since roundings may turn a vertex that lies
+on an edge into a crossing of edges: a stack whose boxes are alike would otherwise begin anew every other step.
 """
 
 from __future__ import annotations
 
+from math import inf
 from typing import Annotated as Array
 
 from nonsmooth.contact.network.problem import Network
@@ -21,7 +24,7 @@ from nonsmooth.integrators.assembly.spatial import write_rows_spatial
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import rounded_sum
-from nonsmooth.scenes.detection import Found
+from nonsmooth.scenes.detection import FEATURE_BITS, Found
 from nonsmooth.scenes.shape_rows import Shapes
 
 
@@ -46,6 +49,9 @@ class Contacts(Block):
     n_before: int  # contacts of the step before that had impulses
     key_before: Array[Ints, "m"]
     P_before: Array[Floats, "m", "d"]  # in the axes of the world
+    point_before: Array[Floats, "m", "d"]
+    is_taken: Array[Ints, "m"]  # whether a contact of this step goes on with it
+    source: Array[Ints, "m"]  # of a contact of this step: which one of those it goes on with; -1: none
 
 
 @kernel
@@ -86,14 +92,14 @@ def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_
     bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
     begin(bodies, network, 3)
-    at = 0
+    find_sources(found, network.n_c, contacts)
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         write_rows_planar(bodies, found, c, network)
         write_gap(bodies, found, c, dt, 3, network)
-        at = find_before(found.key[c], at, contacts)
+        at = contacts.source[c]
         network.P[c, 0], network.P[c, 1] = 0.0, 0.0
-        if at < contacts.n_before and contacts.key_before[at] == found.key[c]:
+        if at >= 0:
             n_x, n_y = found.normal[c, 0], found.normal[c, 1]
             p_x, p_y = contacts.P_before[at, 0], contacts.P_before[at, 1]
             network.P[c, 0], network.P[c, 1] = n_x * p_x + n_y * p_y, n_x * p_y - n_y * p_x
@@ -105,27 +111,72 @@ def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts
     bodies, shapes, surfaces = view(bodies_at, Bodies), view(shapes_at, Shapes), view(surfaces_at, Surfaces)
     found, contacts, network = view(found_at, Found), view(contacts_at, Contacts), view(network_at, Network)
     begin(bodies, network, 6)
-    at = 0
+    find_sources(found, network.n_c, contacts)
     for c in range(network.n_c):
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         write_rows_spatial(bodies, found, c, network)
         write_gap(bodies, found, c, dt, 6, network)
-        at = find_before(found.key[c], at, contacts)
-        is_kept = at < contacts.n_before and contacts.key_before[at] == found.key[c]
+        at = contacts.source[c]
         for row in range(3):
             total = 0.0
-            if is_kept:
+            if at >= 0:
                 for k in range(3):
                     total += network.J_j[c, row, k] * contacts.P_before[at, k]
             network.P[c, row] = total
 
 
 @kernel
-def find_before(key, at, contacts):
-    """The first contact of the step before, from ``at`` on, whose key is not below; both steps are in their order."""
-    while at < contacts.n_before and contacts.key_before[at] < key:
-        at += 1
-    return at
+def find_sources(found, n_c, contacts):
+    """Which contact of the step before each one goes on with; both steps are in the order of their keys."""
+    key, before = found.key, contacts.key_before
+    for at in range(contacts.n_before):
+        contacts.is_taken[at] = 0
+    first, c = 0, 0
+    while c < n_c:
+        pair = key[c] >> FEATURE_BITS
+        end = c
+        while end < n_c and key[end] >> FEATURE_BITS == pair:
+            end += 1
+        while first < contacts.n_before and before[first] >> FEATURE_BITS < pair:
+            first += 1
+        last = first
+        while last < contacts.n_before and before[last] >> FEATURE_BITS == pair:
+            last += 1
+        take_same(key, c, end, first, last, contacts)
+        take_nearest(found, c, end, first, last, contacts)
+        c, first = end, last
+
+
+@kernel
+def take_same(key, begin, end, first, last, contacts):
+    """Contacts begin to end - 1 of a pair go on with those of the same key among first to last - 1."""
+    at = first
+    for c in range(begin, end):
+        contacts.source[c] = -1
+        while at < last and contacts.key_before[at] < key[c]:
+            at += 1
+        if at < last and contacts.key_before[at] == key[c]:
+            contacts.source[c] = at
+            contacts.is_taken[at] = 1
+
+
+@kernel
+def take_nearest(found, begin, end, first, last, contacts):
+    """What is left of them goes on with the nearest of what is left."""
+    for c in range(begin, end):
+        if contacts.source[c] >= 0:
+            continue
+        least = inf
+        for at in range(first, last):
+            if contacts.is_taken[at] == 0:
+                square = 0.0
+                for k in range(found.point.shape[1]):
+                    way = found.point[c, k] - contacts.point_before[at, k]
+                    square += way * way
+                if square < least:
+                    least, contacts.source[c] = square, at
+        if contacts.source[c] >= 0:
+            contacts.is_taken[contacts.source[c]] = 1
 
 
 @kernel
@@ -138,6 +189,7 @@ def keep_contact(found, network, c, d, contacts):
         for row in range(d):
             total += network.J_j[c, row, k] * network.P[c, row]
         contacts.P_before[at, k] = total
+        contacts.point_before[at, k] = found.point[c, k]
     contacts.n_before = at + 1
 
 

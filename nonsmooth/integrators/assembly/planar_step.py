@@ -26,6 +26,7 @@ from nonsmooth.integrators.assembly.progress import (
     PREDICT,
     REBOUND,
     SOLVE,
+    UNMET,
     UNSOLVED,
     Progress,
     deepest_gap,
@@ -69,13 +70,15 @@ def take_step(progress):
             return end
         progress.stage = SOLVE
     if progress.stage == SOLVE:
-        if not solve(progress, places, network):
-            return MORE_FACTORS
+        end = solve(progress, places, network)
+        if end != DONE:
+            return end
         move(progress, places, network)
         progress.stage = REBOUND if rebounds(progress, places, network) else PREDICT
     if progress.stage == REBOUND:
-        if not solve(progress, places, network):
-            return MORE_FACTORS
+        end = solve(progress, places, network)
+        if end != DONE:
+            return end
         book_impact(places.bodies, places.contacts, places.network, places.ledger)
         progress.stage = PREDICT
     if not is_met(network):
@@ -108,15 +111,20 @@ def find(progress, places, network):
 
 @kernel
 def solve(progress, places, network):
-    """The contact problem at hand; False where its factors have no room."""
-    progress.wanted = solve_planar(places.network, places.solver)
-    if progress.wanted > 0:
-        return False
+    """The contact problem at hand; a problem that is not solved goes to Python once, for other solvers."""
+    if progress.is_tried == 0:
+        progress.wanted = solve_planar(places.network, places.solver)
+        if progress.wanted > 0:
+            return MORE_FACTORS
+        if not is_met(network):
+            progress.is_tried = 1
+            return UNMET
+    progress.is_tried = 0
     note_islands(network, progress.counts)
     residual = judge_planar(places.network)
     is_first = progress.stage == SOLVE
     progress.figures.last_residual = residual if is_first else max(progress.figures.last_residual, residual)
-    return True
+    return DONE
 
 
 @kernel

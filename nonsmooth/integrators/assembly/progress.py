@@ -9,7 +9,7 @@ from nonsmooth.jit.blocks import Block
 # where a step goes on when there is room for what it found
 PREDICT, FIND, SOLVE, REBOUND = range(4)
 # how a run of steps comes back
-DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, LOST, UNSOLVED = range(6)
+DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, UNMET, LOST, UNSOLVED = range(7)
 
 
 class Places(Block):
@@ -63,6 +63,7 @@ class Progress(Block):
     stage: int
     wanted: int  # of what there was no room for
     may_sleep: int
+    is_tried: int  # whether all that can be tried has been, on the problem at hand
     is_strict: int  # whether a step that misses its tolerance ends the run
     has_restitution: int
     dt: float

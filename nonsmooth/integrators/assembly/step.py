@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
+from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_step
@@ -19,7 +20,7 @@ from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_co
 from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.planar_step import take_steps_planar
-from nonsmooth.integrators.assembly.progress import MORE_CONTACTS, MORE_FACTORS, MORE_PAIRS, Progress
+from nonsmooth.integrators.assembly.progress import MORE_CONTACTS, MORE_FACTORS, MORE_PAIRS, UNMET, Progress
 from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.jit import Kernel, load_all
@@ -32,6 +33,7 @@ from nonsmooth.scenes.shape_rows import Shapes
 MARGIN = 100.0  # measured: g dt^2 of the margin: with 25 a neighbour pushes bodies into pairs that were not listed
 REACH_SHARE = 0.25  # chosen: of the largest bounded shape that the margin may be
 TIGHT = 1e-10  # chosen: of the smallest shape: a penetration below it is a rounding, and is not taken back
+MOST_FACTORS = 400  # measured: of an island in a step: heaps that take more do not end
 ROOM = 1.5  # chosen: by which a block is larger than what it was too small for
 
 
@@ -119,6 +121,8 @@ class Assembly:
             elif end == MORE_PAIRS:
                 self.scratch = self.stages.scratch(self.shapes, int(ROOM * int(progress.wanted)))
                 self._write_places()
+            elif end == UNMET:
+                rescue(self.network, self.tol)
             elif end == MORE_FACTORS:
                 self.fill = int(ROOM * int(progress.wanted))
                 self._make_solver()
@@ -152,7 +156,8 @@ class Assembly:
         else:
             k = int(before.n_before)
             self.contacts.n_before = k
-            self.contacts.key_before[:k], self.contacts.P_before[:k] = before.key_before[:k], before.P_before[:k]
+            for name in ("key_before", "P_before", "point_before"):
+                getattr(self.contacts, name)[:k] = getattr(before, name)[:k]
             network.M[:], network.M_inv[:] = self.network.M, self.network.M_inv
             network.v[:], network.v_free[:] = self.network.v, self.network.v_free
         self.network = network
@@ -162,7 +167,7 @@ class Assembly:
         """The memory of the solvers, for the contacts and the factors that there is room for."""
         sizes = {"m": len(self.found.gap), "n_b": len(self.bodies.mass), "d": self.dim, "n": 3 * (self.dim - 1)}
         self.solver = new(Solver, fill=self.fill, **sizes)
-        self.solver.tol, self.solver.most_sweeps = self.tol, self.sweeps
+        self.solver.tol, self.solver.most_sweeps, self.solver.most_factors = self.tol, self.sweeps, MOST_FACTORS
         self._write_places()
 
     def _write_places(self) -> None:

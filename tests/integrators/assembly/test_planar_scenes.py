@@ -231,7 +231,9 @@ def test_steps_at_rest_are_left_out_and_no_bit_changes():
     for k in range(3):
         scene.body(ns.Box(0.2, 0.2), density=1000, position=(0.01 * k, 0.1 + 0.2 * k))
     awake, asleep = (
-        ns.simulate(scene, (0, 4), integrator=ns.MoreauJean(dt=DT, contacts=ns.ContactSolver(may_sleep=may_sleep)))
+        ns.simulate(
+            scene, (0, 4), integrator=ns.MoreauJean(dt=DT, contacts=ns.ContactSolver(may_sleep=may_sleep)), every=500
+        )
         for may_sleep in (False, True)
     )
     assert asleep.stats.asleep > 1000 and awake.stats.asleep == 0

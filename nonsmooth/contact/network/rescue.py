@@ -1,0 +1,49 @@
+"""Islands that the ladder of ``solve`` did not bring to the tolerance: the solvers of dense problems try what they can.
+
+The Delassus matrix G = J M^-1 J^T of the island is made, and handed to `solve_contact`, whose ladder has interior points,
+pivoting and proximal steps. That costs milliseconds; islands that are met never come here.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nonsmooth.contact.blocks.solve import solve_contact
+from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
+
+MOST_CONTACTS = 100  # chosen: of an island: G has then 300 rows in space, and is solved in some ten milliseconds
+SECONDS = 0.2  # chosen: for an island
+DENSE_TOL = 1e-13  # chosen: of `solve_contact`, relative to |c|: the residual that counts is measured afterwards
+
+
+def rescue(network: Network, tol: float) -> None:
+    """Try the islands that are not met; what is no better is put back, and what is better is judged anew."""
+    islands = network.islands
+    d = network.b.shape[1]
+    judge = judge_planar if d == 2 else judge_spatial
+    for k in np.flatnonzero(islands.is_met[: islands.count] == 0):
+        contacts = islands.contacts[islands.contact_start[k] : islands.contact_start[k + 1]]
+        if len(contacts) > MOST_CONTACTS:
+            continue
+        before, error = network.P[contacts].copy(), float(islands.residual[k])
+        G, c = dense_problem(network, contacts)
+        result = solve_contact(G, c, network.mu[contacts], d, tol=DENSE_TOL, guess=before.ravel(), max_time=SECONDS)
+        network.P[contacts] = result.P.reshape(-1, d)
+        judge(network.address)
+        if not islands.residual[k] < error:
+            network.P[contacts] = before
+            judge(network.address)
+        islands.is_met[k] = islands.residual[k] <= tol
+
+
+def dense_problem(network: Network, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """G (m d, m d) and c (m d,) of some contacts."""
+    bodies = np.unique(np.concatenate((network.i[contacts], network.j[contacts])))
+    n = network.v.shape[1]
+    J = np.zeros((len(contacts), network.b.shape[1], len(bodies), n))
+    rows = np.arange(len(contacts))
+    J[rows, :, np.searchsorted(bodies, network.i[contacts])] += network.J_i[contacts]
+    J[rows, :, np.searchsorted(bodies, network.j[contacts])] += network.J_j[contacts]
+    flat = J.reshape(-1, len(bodies) * n)
+    image = np.einsum("cabx,bxy->caby", J, network.M_inv[bodies]).reshape(flat.shape)
+    return image @ flat.T, flat @ network.v_free[bodies].ravel() + network.b[contacts].ravel()
