@@ -19,6 +19,7 @@ VIEWS: dict[str, dict[str, str]] = {
     },
     "SceneSolution": {
         "plot": "drawing.scene_figures.plot_scene", "picture": "drawing.scene_figures.picture",
+        "save": "results.scene_store.save", "load": "results.scene_store.load",
         "summary": "results.scene_summary.summary", "html": "results.scene_summary.as_html",
     },
     "FailedProblem": {"exchange": "results.fclib_form.write_fclib_form"},

@@ -58,6 +58,13 @@ def penalty_run():
 
 
 @functools.cache
+def scene_run():
+    scene = ns.Scene(gravity=(0, -9.81))
+    scene.body(ns.Disc(0.1), density=1000, position=(0, 1), name="ball")
+    return ns.simulate(scene, (0, 0.01), integrator=STEP)
+
+
+@functools.cache
 def chart():
     return ns.paradox_map(ROD, th=[0.5, 1.0], mu=[0.5, 2.0])
 
@@ -212,6 +219,19 @@ CALLS = {
         "dt": 1e-2,
     }),
     "Solution": (ns.Solution.load, {"path": "run.npz"}),
+    "Scene": (ns.Scene, {"gravity": (0, -9.81), "material": ns.Material()}),
+    "Material": (ns.Material, {"mu": 0.5, "e": 0.1, "name": "rubber"}),
+    "Disc": (ns.Disc, {"radius": 0.1}),
+    "Sphere": (ns.Sphere, {"radius": 0.1}),
+    "Box": (lambda lengths: ns.Box(lengths), {"lengths": (0.2, 0.1)}),
+    "Capsule": (ns.Capsule, {"length": 0.2, "radius": 0.1}),
+    "Polygon": (ns.Polygon, {"vertices": [(0, 0), (1, 0), (0, 1)], "radius": 0.0}),
+    "Segment": (ns.Segment, {"a": (0, 0), "b": (1, 0)}),
+    "HalfPlane": (ns.HalfPlane, {"normal": (0, 1), "offset": 0.0}),
+    "HalfSpace": (ns.HalfSpace, {"normal": (0, 0, 1), "offset": 0.0}),
+    "Compound": (lambda part: ns.Compound(part), {"part": (ns.Disc(0.1), (0, 0))}),
+    "ContactSolver": (ns.ContactSolver, {"tol": 1e-8, "sweeps": 60, "on_residual": "warn", "may_sleep": True}),
+    "SceneSolution": (ns.SceneSolution.load, {"path": "scene.npz", "scene": None}),
     "lagrangian": (declared, {"name": "block"}),
     "lagrangian_of": (handed_in, {"method": SPRING, "parameters": {}, "name": "block"}),
 }  # fmt: skip
@@ -219,17 +239,45 @@ FILES = {  # what a call reads has to be there
     "read_fclib": lambda: ns.write_fclib("problem.hdf5", ns.ContactProblem(G, C, [0.3], 2)),
     "load_sweep": lambda: ns.save_sweep(swept(), "sweep.npz"),
     "Solution": lambda: run().save("run.npz"),
+    "SceneSolution": lambda: scene_run().save("scene.npz"),
 }
 # What the library makes and users only read.
 RECORDS = {"TimedMotion", "OwnMethod"}  # of what work_precision compares, which checks them
 RESULTS = {
     "Stats", "Event", "ParadoxEvent", "Classification", "Episode", "Study", "LCPResult", "ContactResult", "Equilibrium",
     "Linearisation", "EigenPath", "StabilityBoundary", "AveragedMotion", "LimitCycle", "CycleBranch",
-    "BifurcationDiagram", "Motion", "StateAt", "WorkPrecision",
+    "BifurcationDiagram", "Motion", "StateAt", "WorkPrecision", "Body", "SceneStats", "SceneContacts", "BodyMotion",
 }  # fmt: skip
 
 GAP_OF = {"contacts": [ns.Contact(mu="mue")], "tangent": lambda t, q, p, W_F: None}
 ROWS = [
+    ("Scene", {"gravity": 9.81}, r"gravity must be.* one-dimensional|gravity must"),
+    ("Scene", {"gravity": (0, 0, 0, 1)}, r"gravity must have 2 entries \(planar\) or 3 \(spatial\) \[m/s\^2\]; got 4"),
+    ("Scene", {"material": 0.5}, r"material must be a Material\(mu=..., e=...\); got 0.5"),
+    ("Material", {"mu": -0.1}, r"mu must not be negative; got -0.1"),
+    ("Material", {"e": 1.5}, r"e must lie in \[0, 1\]; got 1.5"),
+    ("Material", {"name": 3}, r"the name of a material must be a text; got 3"),
+    ("Disc", {"radius": 0}, r"radius must be positive \[m\]; got 0"),
+    ("Sphere", {"radius": -1.0}, r"radius must be positive \[m\]; got -1"),
+    ("Box", {"lengths": (0.2,)}, r"two lengths in the plane or three in space \[m\]; got 1"),
+    ("Box", {"lengths": (0.2, nan)}, r"lengths\[1\] must be finite; got nan"),
+    ("Capsule", {"length": 0.0}, r"length must be positive \[m\]; got 0"),
+    ("Capsule", {"radius": inf}, r"radius must be finite; got inf"),
+    ("Polygon", {"vertices": [(0, 0), (1, 0)]}, r"vertices must be a \(k, 2\) array with k >= 3; got shape \(2, 2\)"),
+    ("Polygon", {"vertices": [(0, 0), (2, 0), (0.5, 0.5), (0, 2)]}, r"must be convex.*make others of parts: Compound"),
+    ("Polygon", {"radius": -0.1}, r"radius must not be negative; got -0.1 m"),
+    ("Segment", {"b": (0, 0)}, r"the ends of a Segment must differ; both are \(0.0, 0.0\)"),
+    ("Segment", {"a": (0, 0, 0)}, r"a must have 2 entries; got 3"),
+    ("HalfPlane", {"normal": (0, 0)}, r"normal must not be zero; it points out of the ground"),
+    ("HalfSpace", {"normal": (0, 1)}, r"normal must have 3 entries; got 2"),
+    ("HalfSpace", {"offset": nan}, r"offset must be finite; got nan"),
+    ("Compound", {"part": (ns.HalfPlane((0, 1)), (0, 0))}, r"part 0 of a Compound must be a bounded shape"),
+    ("Compound", {"part": (ns.Disc(0.1), (0, 0, 0))}, r"position of part 0 must have 2 entries; got 3"),
+    ("ContactSolver", {"tol": 0.0}, r"tol must"),
+    ("ContactSolver", {"sweeps": 0}, r"sweeps must be a whole number of at least 1; got 0"),
+    ("ContactSolver", {"on_residual": "shout"}, r"on_residual must be 'warn' or 'raise'; got 'shout'"),
+    ("ContactSolver", {"may_sleep": 1}, r"may_sleep must be True or False; got 1"),
+    ("SceneSolution", {"path": 3}, r"path must"),
     ("System", {"n_q": 0}, r"n_q must be a whole number of at least 1; got 0"),
     ("System", {"n_q": 1.0}, r"n_q must be a whole number"),
     ("System", {"n_u": 2}, r"n_u must equal n_q \(q' = u\); got n_u = 2"),

@@ -1,4 +1,4 @@
-"""Models by name, found through the entry-point group ``nonsmooth.models`` so that users can register their own."""
+"""Models and ready scenes by name, found through entry-point groups so that users can register their own."""
 
 from __future__ import annotations
 
@@ -7,12 +7,17 @@ from typing import Any
 
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
 
-GROUP = "nonsmooth.models"
+GROUP, SCENES = "nonsmooth.models", "nonsmooth.scenes"
 
 
 def model_entries() -> dict[str, EntryPoint]:
     """The registered models by name."""
     return {entry.name: entry for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name)}
+
+
+def scene_entries() -> dict[str, EntryPoint]:
+    """The registered scenes by name."""
+    return {entry.name: entry for entry in sorted(entry_points(group=SCENES), key=lambda entry: entry.name)}
 
 
 def load_model(name: str) -> Any:
@@ -23,21 +28,46 @@ def load_model(name: str) -> Any:
     UnknownName
         When no model of this name is registered; the message suggests the nearest.
     InvalidInput
-        When another file hides the module that holds the model.
+        When another file hides the module that holds the model, and for a scene, which has no system.
     """
     entries = model_entries()
-    if name not in entries:
-        raise UnknownName(f"there is no model {name!r}; {nearest(name, entries)}")
-    entry = entries[name]
+    if name in entries:
+        return _load(name, entries[name], "system")
+    if name in scene_entries():
+        raise InvalidInput(f"{name} is a scene of bodies, which `nonsmooth run` sets in motion; a model is needed here")
+    raise UnknownName(f"there is no model {name!r}; {nearest(name, entries)}")
+
+
+def load_runnable(name: str) -> Any:
+    """The class of a registered model or scene: what `nonsmooth run` runs; errors are those of `load_model`."""
+    scenes = scene_entries()
+    if name in scenes:
+        return load_scene(name)
+    models = model_entries()
+    if name not in models:
+        raise UnknownName(f"there is no model {name!r}; {nearest(name, models | scenes)}")
+    return load_model(name)
+
+
+def load_scene(name: str) -> Any:
+    """The class of a registered scene; `InvalidInput` when another file hides its module."""
+    return _load(name, scene_entries()[name], "scene")
+
+
+def _load(name: str, entry: EntryPoint, method: str) -> Any:
     try:
         model = entry.load()
     except (ImportError, AttributeError) as error:
         raise InvalidInput(
             f"the model {name} could not be loaded from {entry.value}: {error}; {_hider(entry)}"
         ) from error
-    if not callable(getattr(model, "system", None)):
-        raise InvalidInput(f"{entry.value} is no model: it has no system() method; {_hider(entry)}")
+    if not callable(getattr(model, method, None)):
+        raise InvalidInput(f"{entry.value} is no {_word(method)}: it has no {method}() method; {_hider(entry)}")
     return model
+
+
+def _word(method: str) -> str:
+    return "model" if method == "system" else "scene"
 
 
 def _hider(entry: EntryPoint) -> str:

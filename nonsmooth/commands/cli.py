@@ -129,18 +129,19 @@ def act_list(arguments: argparse.Namespace) -> int:
     import inspect
 
     from nonsmooth.checks.parameters import numeric_fields
-    from nonsmooth.commands.catalogue import load_model, model_entries
+    from nonsmooth.commands.catalogue import load_runnable, model_entries, scene_entries
 
-    for name in model_entries():
+    for name in [*model_entries(), *scene_entries()]:
         try:
-            model = load_model(name)
+            model = load_runnable(name)
         except InvalidInput as error:
             complain(str(error))
             continue
-        variables = inspect.signature(model.state).parameters if hasattr(model, "state") else ()
         print(f"{name:18} {(inspect.getdoc(model) or 'no description').splitlines()[0]}")
         print(f"{'':18} --set   ", "  ".join(f"{key}={value:.6g}" for key, value in numeric_fields(model()).items()))
-        print(f"{'':18} --state ", "  ".join(str(key) for key in variables if key != "self"))
+        if hasattr(model, "state"):
+            variables = [key for key in inspect.signature(model.state).parameters if key != "self"]
+            print(f"{'':18} --state ", "  ".join(variables))
     return 0
 
 

@@ -1,4 +1,4 @@
-"""``nonsmooth run``: simulate a model, print, draw and save."""
+"""``nonsmooth run``: simulate a model or a scene, print, draw and save."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 
 from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.integrators import add_integrator, new_integrator
+from nonsmooth.commands.run_scene import require_scene_options, scene_as_json, simulate_scene
 from nonsmooth.commands.terminal import FAILED, complain, figure_path, show_progress
 from nonsmooth.commands.typed_input import (
     assignments,
@@ -23,10 +24,12 @@ from nonsmooth.commands.typed_input import (
 )
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 from nonsmooth.results.failures import StepFailure
+from nonsmooth.results.scene_solution import SceneSolution
 
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
 PROBLEM_ENDINGS = (".npz", ".hdf5", ".h5")
 ANIMATION_ENDINGS = (".gif", ".webp")
+INSTANTS = 5  # chosen: of the picture of a scene, as of a model
 
 
 def add_run(run: argparse.ArgumentParser) -> None:
@@ -69,9 +72,12 @@ def add_run(run: argparse.ArgumentParser) -> None:
 
 def act_run(arguments: argparse.Namespace) -> int:
     """``nonsmooth run``."""
-    from nonsmooth.commands.catalogue import load_model
+    from nonsmooth.commands.catalogue import load_runnable
 
-    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
+    model = build_model(load_runnable(arguments.model), assignments("--set", arguments.set))
+    is_scene = not hasattr(model, "system")
+    if is_scene:
+        require_scene_options(arguments)
     require_writable(arguments.out, SOLUTION_ENDINGS)
     if arguments.out and arguments.out.suffix != ".npz":
         require_module("h5py", "io", ".h5 files")
@@ -83,11 +89,10 @@ def act_run(arguments: argparse.Namespace) -> int:
     if arguments.picture or arguments.animate:
         require_module("matplotlib", "plot", "pictures")
         require_module("PIL", "plot", "animations")
-        if not hasattr(model, "shape"):
+        if not hasattr(model, "shape") and not is_scene:
             raise InvalidInput(f"the model {arguments.model} has no shape(q) to draw; leave --picture, --animate out")
     figure = figure_path(arguments)
-    q0, u0 = initial_state(model, arguments)
-    solution = simulate_model(model, q0, u0, arguments)
+    solution = simulate_runnable(model, is_scene, arguments)
     if arguments.out:
         solution.save(arguments.out)
     if solution.status.name == "INTERRUPTED":  # who ends a run waits for no drawing; what is saved can be drawn later
@@ -96,7 +101,9 @@ def act_run(arguments: argparse.Namespace) -> int:
         return INTERRUPTED
     if figure:
         solution.plot(figure)
-    if arguments.picture:
+    if arguments.picture and is_scene:
+        solution.picture(arguments.picture, n=INSTANTS)
+    elif arguments.picture:
         solution.picture(arguments.picture)
     if arguments.animate:
         solution.animate(arguments.animate)
@@ -107,29 +114,41 @@ def act_run(arguments: argparse.Namespace) -> int:
     return FAILED
 
 
-def simulate_model(model: Any, q0: Any, u0: Any, arguments: argparse.Namespace) -> Any:
+def simulate_runnable(model: Any, is_scene: bool, arguments: argparse.Namespace) -> Any:
     """The run with the options of the command line; a failure comes back as a partial solution."""
-    from nonsmooth.runs.simulate import simulate
-
+    start = None if is_scene else initial_state(model, arguments)
     integrator = new_integrator(arguments, model)
     t_end = getattr(model, "t_end", None) if arguments.t_end is None else arguments.t_end
     if t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
     has_progress = sys.stderr.isatty() and not arguments.quiet
-    try:
-        solution = simulate(
-            model, (0.0, t_end), q0, u0, integrator=integrator, every=arguments.every, t_eval=arguments.t_eval,
-            selection=arguments.selection, project=arguments.project, max_steps=arguments.max_steps,
-            max_wall_time=arguments.max_wall_time, progress=show_progress if has_progress else None,
-            checkpoint=arguments.checkpoint, resume=arguments.resume, checkpoint_every=arguments.checkpoint_every,
-        )  # fmt: skip
-    except StepFailure as failure:
-        solution = failure.solution
-        if arguments.dump_failure:
-            dump(failure, arguments.dump_failure)
+    progress = show_progress if has_progress else None
+    if start is None:
+        solution = simulate_scene(model, integrator, t_end, arguments, progress)
+    else:
+        solution = simulate_model(model, start, integrator, t_end, arguments, progress)
     if has_progress:
         print("\r\033[K", end="", file=sys.stderr, flush=True)
     return solution
+
+
+def simulate_model(
+    model: Any, start: Any, integrator: Any, t_end: float, arguments: argparse.Namespace, progress: Any
+) -> Any:
+    """The run of a model; where a step fails, its contact problem is written if that is wanted."""
+    from nonsmooth.runs.simulate import simulate
+
+    try:
+        return simulate(
+            model, (0.0, t_end), *start, integrator=integrator, every=arguments.every, t_eval=arguments.t_eval,
+            selection=arguments.selection, project=arguments.project, max_steps=arguments.max_steps,
+            max_wall_time=arguments.max_wall_time, progress=progress,
+            checkpoint=arguments.checkpoint, resume=arguments.resume, checkpoint_every=arguments.checkpoint_every,
+        )  # fmt: skip
+    except StepFailure as failure:
+        if arguments.dump_failure:
+            dump(failure, arguments.dump_failure)
+        return failure.solution
 
 
 def dump(failure: StepFailure, path: Path) -> None:
@@ -146,7 +165,8 @@ def dump(failure: StepFailure, path: Path) -> None:
 def report(solution: Any, arguments: argparse.Namespace, figure: Path | None) -> None:
     """The outcome on stdout."""
     if arguments.json:
-        print(json.dumps(without_nan(as_json(solution)), allow_nan=False))
+        told = scene_as_json(solution) if isinstance(solution, SceneSolution) else as_json(solution)
+        print(json.dumps(without_nan(told), allow_nan=False))
     elif not arguments.quiet:
         print(solution.summary())
         is_drawn = solution.status.name != "INTERRUPTED"

@@ -14,6 +14,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_count
 from nonsmooth.drawing.plots import BLUE, RED, new_figure, save_figure
+from nonsmooth.errors import InvalidInput
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, matrix_of, place_of, rotate
 from nonsmooth.scenes.scene import Body, Kind
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 6.0, 2.5, 7.0  # chosen: of a figure [in]; its height follows the scene
 FILL = {Kind.DYNAMIC: "#9ecae1", Kind.FIXED: "#d9d9d9", Kind.KINEMATIC: "#fdd0a2"}
 EDGE = "#08306b"
+WIDE = 2.5  # chosen: a scene wider than this many heights has its instants one below the other
 ROUND = 24  # chosen: pieces of a circle
 # chosen: of the camera: about the vertical and above the horizon [rad]
 AZIMUTH, ELEVATION = math.radians(-60.0), math.radians(22.0)
@@ -55,13 +57,15 @@ def picture(solution: SceneSolution, path: str | Path | None = None, n: int = 1)
         When Matplotlib is not installed.
     """
     n = as_count("n", n)
+    if solution.scene is None:
+        raise InvalidInput("a run that was loaded has no shapes; give its scene: ns.SceneSolution.load(path, scene)")
     wanted = np.linspace(solution.t[0], solution.t[-1], n) if n > 1 else solution.t[-1:]
     records = [int(np.argmin(np.abs(solution.t - t))) for t in wanted]
-    draw, (low, high) = (draw_planar, planar_extent(solution)) if solution.scene.dim == 2 else (
+    draw, (low, high) = (draw_planar, planar_extent(solution)) if solution.dim == 2 else (
         draw_spatial, spatial_extent(solution)
     )  # fmt: skip
     width, height = high - low
-    columns = min(n, 3)
+    columns = 1 if width > WIDE * height else min(n, 3)
     rows = -(-n // columns)
     figure = new_figure(WIDTH, 1.0)
     tall = WIDTH / columns * height / width * rows + 0.9 * rows
@@ -72,7 +76,7 @@ def picture(solution: SceneSolution, path: str | Path | None = None, n: int = 1)
         axes.set_ylim(low[1], high[1])
         axes.set_aspect("equal")
         axes.set_title(f"t = {solution.t[record]:.3g} s", fontsize=10)
-        if solution.scene.dim == 2:
+        if solution.dim == 2:
             axes.set_xlabel("x [m]")
             if k % columns == 0:
                 axes.set_ylabel("y [m]")
@@ -83,7 +87,7 @@ def picture(solution: SceneSolution, path: str | Path | None = None, n: int = 1)
 
 def places(solution: SceneSolution, record: int) -> list[np.ndarray]:
     """Where the frame of each shape is in a record."""
-    dim = solution.scene.dim
+    dim = solution.dim
     found = []
     for body in solution.scene.bodies:
         centre, turn = solution.position[record, body.index], solution.turn[record, body.index]
@@ -240,9 +244,7 @@ def draw_scale(axes: Any, extent: tuple[np.ndarray, np.ndarray]) -> None:
                   va="top", fontsize=8, annotation_clip=False)  # fmt: skip
 
 
-def seen_part(
-    kind: int, corners: np.ndarray, radius: float, base: np.ndarray, view: np.ndarray
-) -> list[Seen]:
+def seen_part(kind: int, corners: np.ndarray, radius: float, base: np.ndarray, view: np.ndarray) -> list[Seen]:
     """The polygons of a part."""
     centre = corners.mean(axis=0)
     if kind == BOX and radius == 0.0:
@@ -315,4 +317,3 @@ def plot_scene(solution: SceneSolution, path: str | Path | None = None) -> Any:
     bottom.legend(fontsize=8, frameon=False)
     bottom.set_xlabel("t [s]")
     return save_figure(figure, path)
-

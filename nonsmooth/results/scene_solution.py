@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -135,9 +134,7 @@ class SceneContacts:
 
     def of(self, name: str) -> SceneContacts:
         """Those of one body."""
-        if name not in self.names:
-            raise InvalidInput(f"there is no body {shown(name)}; {nearest(name, self.names)}")
-        k = self.names.index(name)
+        k = index_of(name, self.names)
         rows = np.flatnonzero((self.i == k) | (self.j == k))
         columns = (self.i, self.j, self.point, self.normal, self.gap, self.P, self.mu)
         return SceneContacts(self.t, *(column[rows] for column in columns), self.names)
@@ -180,7 +177,10 @@ class SceneSolution:
         The worst of the steps since the record before: |natural map| / |impulses|, and the deepest gap [m].
     stats : SceneStats
     status : Status, message : str, success : bool
-    scene : Scene
+    names : list of str
+        The bodies, in the order of the arrays.
+    scene : Scene or None
+        None for a run that was loaded without it.
     centres : (n_b, 2|3)
         Of mass, in the frames of the shapes [m].
     """
@@ -197,7 +197,8 @@ class SceneSolution:
     stats: SceneStats
     status: Status
     message: str
-    scene: Scene
+    names: list[str]
+    scene: Scene | None
     centres: np.ndarray
     about: dict[str, Any] = field(default_factory=dict)
 
@@ -206,10 +207,10 @@ class SceneSolution:
         """Whether the end was reached."""
         return self.status == Status.FINISHED
 
-    @functools.cached_property
-    def names(self) -> list[str]:
-        """The bodies, in the order of the arrays."""
-        return [body.name for body in self.scene.bodies]
+    @property
+    def dim(self) -> int:
+        """2 in the plane, 3 in space."""
+        return self.position.shape[2]
 
     @property
     def q(self) -> np.ndarray:
@@ -223,7 +224,7 @@ class SceneSolution:
 
     def __getitem__(self, name: str) -> BodyMotion:
         """The motion of a body, by name."""
-        k = self.scene[name].index
+        k = index_of(name, self.names)
         return BodyMotion(self.t, self.position[:, k], self.turn[:, k], self.velocity[:, k], self.spin[:, k])
 
     def __iter__(self) -> Iterator[str]:
@@ -259,6 +260,14 @@ class SceneSolution:
         """Draw energies, residual and contacts over the time (needs the extra [plot]); returns the figure."""
         return view(self, "plot")(self, path)
 
+    def save(self, path: str | Path) -> Path:
+        """Write to .npz, or to .h5 (needs the extra [io]); no pickle, and no shapes."""
+        return view(self, "save")(self, path)
+
+    @staticmethod
+    def load(path: str | Path, scene: Scene | None = None) -> SceneSolution:
+        """Read what `save` wrote; with the scene, which is not stored, its pictures can be drawn again."""
+        return view(SceneSolution, "load")(path, scene)
 
     def _repr_html_(self) -> str:
         return view(self, "html")(self)
@@ -268,6 +277,13 @@ class SceneSolution:
             f"SceneSolution({self.status.name}, t = {self.t[-1]:.6g} s, {len(self.names)} bodies, "
             f"{self.stats.steps} steps, worst residual {self.stats.worst_residual:.1e})"
         )
+
+
+def index_of(name: Any, names: list[str]) -> int:
+    """The place of a body among all, or `InvalidInput` with the name that is nearest."""
+    if name not in names:
+        raise InvalidInput(f"there is no body {shown(name)}; {nearest(name, names)}")
+    return names.index(name)
 
 
 def _side_by_side(first: np.ndarray, second: np.ndarray) -> np.ndarray:

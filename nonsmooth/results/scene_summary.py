@@ -25,7 +25,7 @@ def summary(solution: SceneSolution) -> str:
     missed = f"; {stats.missed} steps above tol = {stats.tol:g}" if stats.missed else f" (tol = {stats.tol:g})"
     return "\n".join(
         [
-            f"{solution.scene!r}: {solution.message} (t = {solution.t[-1]:.9g} s)",
+            f"{solution.about['scene']}: {solution.message} (t = {solution.t[-1]:.9g} s)",
             f"contacts at the end: {len(contacts)} ({modes}) in {stats.islands} islands; most {stats.most_contacts}",
             f"worst residual {stats.worst_residual:.1e}, of the last step {stats.last_residual:.1e}{missed}",
             f"worst penetration {stats.worst_penetration:.3g} m, of the last step {stats.last_penetration:.3g} m",

@@ -43,7 +43,7 @@ def save(solution: Solution, path: str | Path) -> Path:
         "stats": asdict(solution.stats), "about": solution.about,
     })  # fmt: skip
     if path.suffix in HDF5:
-        write_hdf5(path, KIND, functools.partial(_fill, text, arrays))
+        write_hdf5(path, KIND, functools.partial(fill_hdf5, text, arrays))
     else:
         write_npz(path, KIND, {"about": np.array(text), **arrays}, is_compressed=True)
     return path
@@ -59,7 +59,8 @@ def _arrays_of(solution: Solution) -> dict[str, np.ndarray]:
     return arrays
 
 
-def _fill(about: str, arrays: dict[str, np.ndarray], file: Any) -> None:
+def fill_hdf5(about: str, arrays: dict[str, np.ndarray], file: Any) -> None:
+    """Put the text and the arrays into an open file."""
     file.attrs["about"] = about
     for name, array in arrays.items():
         put_array(file, name, array)

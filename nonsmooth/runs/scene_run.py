@@ -57,6 +57,8 @@ class SceneRun:
             )
         if integrator.compliance is not None:
             raise InvalidInput("contacts of a scene are rigid; leave out compliance= of MoreauJean")
+        if integrator.projection:
+            raise InvalidInput("bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean")
         self.scene, self.integrator = scene, integrator
         times = grid_times(integrator, t_span, every, t_eval)
         n_b = len(scene.bodies)
@@ -234,7 +236,8 @@ class SceneRun:
         about = {"scene": repr(self.scene), "integrator": repr(self.integrator)}
         return SceneSolution(
             self.times[:k], x[:, :, :dim], turn, v[:, :, :dim], spin, columns, ledger, *self.worst[:k].T, self.stats(),
-            self.status, self.message(), self.scene, self.world.frames[:, :dim], about,
+            self.status, self.message(), [body.name for body in self.scene.bodies], self.scene,
+            self.world.frames[:, :dim], about,
         )  # fmt: skip
 
     def failure(self, solution: SceneSolution) -> StepFailure:

@@ -21,7 +21,7 @@ from nonsmooth.runs.run import Run
 from nonsmooth.runs.times import make_timetable
 from nonsmooth.runs.user_events import as_functions
 from nonsmooth.runs.watched import watch_of
-from nonsmooth.scenes.scene import Scene
+from nonsmooth.scenes.scene import as_scene
 from nonsmooth.signals.telling import listener
 
 _is_whole: ContextVar[bool] = ContextVar("is_whole", default=False)  # whether a part of a motion is of no use
@@ -56,7 +56,8 @@ def simulate(
 
     Parameters
     ----------
-    system : System or model
+    system : System, model, or Scene
+        Or what builds one by a method ``system()`` or ``scene()``; the result of a scene is a `SceneSolution`.
     t_span : (float, float)
         Start and end [s].
     q0, u0 : array_like (n_q,), (n_u,)
@@ -123,9 +124,9 @@ def simulate(
     >>> sol.success, abs(float(sol.q[-1, 0])) < 1e-2
     (True, True)
     """
-    if isinstance(system, Scene):
+    scene = as_scene(system)
+    if scene is not None:
         require_plain(q0, u0, events, checkpoint, resume, project, selection)
-        model = system
     else:
         model, system = system, as_system(system)
     every = as_count("every", every)
@@ -141,10 +142,10 @@ def simulate(
         as_count("max_steps", max_steps)
     if progress is not None and not callable(progress):
         raise InvalidInput(f"progress must be a function of the fraction done; got {shown(progress)}")
-    if isinstance(system, Scene):
+    if scene is not None:
         from nonsmooth.runs.scene_run import simulate_scene
 
-        return simulate_scene(system, t_span, integrator, every, t_eval, on_failure, max_steps, max_wall_time, progress)
+        return simulate_scene(scene, t_span, integrator, every, t_eval, on_failure, max_steps, max_wall_time, progress)
     q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
     integrator, reason = choose(integrator, model, system, t_span, q_0, u_0)
     project = as_flag("project", project)

@@ -18,7 +18,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_fraction, as_instance, as_non_negative, as_number, as_positive, as_vector
+from nonsmooth.checks.arrays import (
+    as_floats,
+    as_fraction,
+    as_instance,
+    as_non_negative,
+    as_number,
+    as_positive,
+    as_vector,
+)
 from nonsmooth.errors import InvalidInput, nearest, shown
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.shapes import PLANAR, SPATIAL, Segment, Shape, as_turn
@@ -240,9 +248,10 @@ class Scene:
         self, name: str, kind: Kind, shape: Shape, material: Material | None, position: Any, turn: Any, velocity: Any,
         spin: Any, given: dict[str, Any],
     ) -> Body:  # fmt: skip
+        given_material = self.material if material is None else material
         body = Body(
             name, len(self.bodies), kind, shape,
-            as_instance(f"material of {name}", material or self.material, Material, "a Material(mu=..., e=...)"),
+            as_instance(f"material of {name}", given_material, Material, "a Material(mu=..., e=...)"),
             self._vector(f"position of {name}", position), as_turn(f"turn of {name}", turn, self.dim),
             self._vector(f"velocity of {name}", velocity), as_spin(f"spin of {name}", spin, self.dim), **given,
         )  # fmt: skip
@@ -279,6 +288,15 @@ class Scene:
         return name
 
 
+def as_scene(candidate: Any) -> Scene | None:
+    """The scene itself, or the one that a ready scene builds with its ``scene()`` method; None for what has none."""
+    if isinstance(candidate, Scene):
+        return candidate
+    if isinstance(candidate, type) or not callable(getattr(candidate, "scene", None)):
+        return None
+    return as_instance(f"what scene() of {type(candidate).__name__} returns", candidate.scene(), Scene, "an ns.Scene")
+
+
 def as_spin(name: str, value: Any, dim: int) -> Any:
     """An angular velocity of the plane or of space [rad/s]; None: none."""
     if dim == PLANAR:
@@ -290,8 +308,9 @@ def as_inertia(name: str, value: Any, dim: int) -> Any:
     """A moment of inertia, or a symmetric positive definite matrix of them; three numbers are its diagonal."""
     if dim == PLANAR:
         return as_positive(name, value, "kg m^2")
-    matrix = np.asarray(value, dtype=object)
-    matrix = np.diag(as_vector(name, value, 3)) if matrix.ndim == 1 else np.array(value, dtype=float)
+    matrix = as_floats(name, value)
+    if matrix.ndim == 1:
+        matrix = np.diag(as_vector(name, value, 3))
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, rtol=1e-12):
         raise InvalidInput(f"{name} must be three moments or a symmetric (3, 3) matrix [kg m^2]; got {shown(value)}")
     moments = np.linalg.eigvalsh(matrix)

@@ -1,0 +1,46 @@
+"""Classical scenes of bodies that touch: one file, one frozen dataclass, one scene.
+
+Each holds its physical parameters in SI units, builds its ``Scene`` by ``scene()``, and carries its closed forms, or
+the criterion by which it stands or falls, as methods. Nothing but the scenes that are used is imported.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+# name: module of this package
+SCENES = {
+    "BilliardBreak": "billiard_break",
+    "BlockOnIncline": "block_on_incline",
+    "BoxStack": "box_stack",
+    "CardHouse": "card_house",
+    "Conveyor": "conveyor",
+    "DominoRow": "domino_row",
+    "Hourglass": "hourglass",
+    "KaplaTower": "kapla_tower",
+    "MasonryArch": "masonry_arch",
+    "NewtonsCradle": "newtons_cradle",
+    "Pyramid": "pyramid",
+    "RollingWheel": "rolling_wheel",
+    "SlipToRoll": "slip_to_roll",
+    "SphereBox": "sphere_box",
+    "TippeTop": "tippe_top",
+    "TumblingBox": "tumbling_box",
+    "Turntable": "turntable",
+    "Wall": "wall",
+}
+
+__all__ = [*SCENES]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in SCENES:
+        raise AttributeError(f"there is no scene {name!r}; known: {', '.join(__all__)}")
+    scene = getattr(importlib.import_module(f"models.scenes.{SCENES[name]}"), name)
+    globals()[name] = scene
+    return scene
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,116 @@
+"""Runs of scenes on disk: .npz always, .h5 with the extra [io], as `results/store.py` keeps other solutions.
+
+Arrays stand under their attribute names, those of contacts under ``contacts/<column>``, the ledger under
+``ledger/<column>``; the names of the bodies and the rest are one JSON text ``about``. Shapes are not stored.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_instance
+from nonsmooth.checks.files import as_path, as_place, refusals
+from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
+from nonsmooth.results.hdf5 import read_sealed, seal_of, write_hdf5
+from nonsmooth.results.npz import Archive, read_npz, write_npz
+from nonsmooth.results.scene_solution import ContactColumns, SceneSolution, SceneStats
+from nonsmooth.results.seal import require_kind
+from nonsmooth.results.store import ENDINGS, HDF5, LEDGER, fill_hdf5
+
+if TYPE_CHECKING:
+    from nonsmooth.scenes.scene import Scene
+
+SCENE_SCHEMA, SCENE_KIND = 1, "scene"  # code: of the form of the file
+CONTACTS = "contacts/"
+ARRAYS: dict[str, Rule] = {
+    "t": (REAL, ("n_t",)), "position": (REAL, ("n_t", "n_b", "d")), "velocity": (REAL, ("n_t", "n_b", "d")),
+    "residual": (REAL, ("n_t",)), "penetration": (REAL, ("n_t",)), "centres": (REAL, ("n_b", "d")),
+}  # fmt: skip
+COLUMNS: dict[str, Rule] = {
+    "offsets": (WHOLE, ("n_offsets",)), "i": (WHOLE, ("m",)), "j": (WHOLE, ("m",)), "point": (REAL, ("m", "d")),
+    "normal": (REAL, ("m", "d")), "gap": (REAL, ("m",)), "P": (REAL, ("m", "d")), "mu": (REAL, ("m",)),
+}  # fmt: skip
+
+
+def save(solution: SceneSolution, path: str | Path) -> Path:
+    """Write a run of a scene; the ending of the path, .npz or .h5, names the format."""
+    path = as_place("path", path, ENDINGS)
+    arrays = {name: getattr(solution, name) for name in (*ARRAYS, "turn", "spin")}
+    arrays |= {CONTACTS + name: getattr(solution.all_contacts, name) for name in COLUMNS}
+    arrays |= {LEDGER + name: column for name, column in solution.ledger.items()}
+    arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+    text = json.dumps({
+        "schema": SCENE_SCHEMA, "status": int(solution.status), "message": solution.message, "names": solution.names,
+        "stats": asdict(solution.stats), "about": solution.about,
+    })  # fmt: skip
+    if path.suffix in HDF5:
+        write_hdf5(path, SCENE_KIND, functools.partial(fill_hdf5, text, arrays))
+    else:
+        write_npz(path, SCENE_KIND, {"about": np.array(text), **arrays}, is_compressed=True)
+    return path
+
+
+def load(path: str | Path, scene: Scene | None = None) -> SceneSolution:
+    """Read what ``save`` wrote; with the scene, which is not stored, its pictures can be drawn again."""
+    path = as_path("path", path)
+    with refusals(path, "is not a saved run of a scene"):
+        found = _read_hdf5(path) if path.suffix in HDF5 else read_npz(path, _check)
+        about = found.about()
+        if about["schema"] != SCENE_SCHEMA:
+            raise InvalidInput(f"{path.name} has schema {about['schema']}; this version reads {SCENE_SCHEMA}")
+        require_kind(found.kind, SCENE_KIND)
+        solution = _solution(about, found.arrays)
+    return solution if scene is None else with_scene(solution, scene)
+
+
+def with_scene(solution: SceneSolution, scene: Scene) -> SceneSolution:
+    """The solution with the scene that it is of."""
+    from nonsmooth.scenes.scene import Scene
+
+    as_instance("scene", scene, Scene, "the ns.Scene that was run")
+    if [body.name for body in scene.bodies] != solution.names or scene.dim != solution.dim:
+        raise InvalidInput("scene is not the one that was run: its bodies have other names, or another order")
+    return replace(solution, scene=scene)
+
+
+def _read_hdf5(path: Path) -> Archive:
+    require_kind(seal_of(path), SCENE_KIND)
+    about, arrays = read_sealed(path, _check)
+    return Archive(SCENE_KIND, {"about": np.array(about), **arrays})
+
+
+def _check(forms: Mapping[str, Form]) -> None:
+    """Raise unless these are the arrays of a run of a scene."""
+    rules = ARRAYS | {CONTACTS + name: rule for name, rule in COLUMNS.items()}
+    rules |= {name: (REAL, ("n_t",)) for name in forms if name.startswith(LEDGER)}
+    sizes = require_forms(forms, rules)
+    if sizes["d"] not in (2, 3) or sizes["n_offsets"] != sizes["n_t"] + 1:
+        raise ValueError("its arrays do not fit one another")
+    of_turn: dict[int, tuple[Any, ...]] = {2: (), 3: (4,)}
+    of_spin: dict[int, tuple[Any, ...]] = {2: (), 3: (3,)}
+    at = sizes["n_t"], sizes["n_b"]
+    require_forms(forms, {"turn": (REAL, at + of_turn[sizes["d"]]), "spin": (REAL, at + of_spin[sizes["d"]])})
+
+
+def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneSolution:
+    columns = ContactColumns(**{name: arrays[CONTACTS + name] for name in COLUMNS})
+    offsets, names = columns.offsets, [str(name) for name in about["names"]]
+    bodies = np.concatenate((columns.i, columns.j))
+    if offsets[0] != 0 or (np.diff(offsets) < 0).any() or offsets[-1] != len(columns.i):
+        raise ValueError("the contacts of its records do not fit its offsets")
+    if len(names) != len(arrays["centres"]) or ((bodies < 0) | (bodies >= len(names))).any():
+        raise ValueError("its contacts name bodies that are not there")
+    ledger = {name.removeprefix(LEDGER): column for name, column in arrays.items() if name.startswith(LEDGER)}
+    return SceneSolution(
+        **{name: arrays[name] for name in (*ARRAYS, "turn", "spin")}, all_contacts=columns, ledger=ledger,
+        stats=SceneStats(**about["stats"]), status=Status(about["status"]), message=about["message"], names=names,
+        scene=None, about=about["about"],
+    )  # fmt: skip

@@ -1,0 +1,64 @@
+"""`nonsmooth run` and `nonsmooth list` with ready scenes."""
+
+import json
+
+import pytest
+
+import nonsmooth as ns
+from nonsmooth.commands.cli import main
+
+
+def test_a_scene_runs_and_tells_its_bodies(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    pytest.importorskip("matplotlib")
+    words = "run box-stack --set n=3 dim=2 --dt 1e-3 --t-end 0.05 --picture p.png --no-plot --out run.npz --json"
+    assert main(words.split()) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["status"] == "FINISHED" and told["t"] == pytest.approx(0.05)
+    assert told["bodies"]["box 2"]["position"] == pytest.approx([0.0, 0.5], abs=1e-9)
+    assert told["stats"]["steps"] == 50 and set(told["ledger"]) >= {"kinetic", "potential", "friction"}
+    assert (tmp_path / "p.png").stat().st_size > 0
+    assert ns.SceneSolution.load(tmp_path / "run.npz").stats.steps == 50
+
+
+def test_list_names_models_and_scenes(capsys):
+    assert main(["list"]) == 0
+    said = capsys.readouterr().out
+    assert "bouncing-ball" in said and "masonry-arch" in said and "ratio=0.12" in said
+
+
+@pytest.mark.parametrize(
+    "words, message",
+    [
+        ("--integrator adaptive", "box-stack is a scene, which --integrator moreau-jean integrates, and no other yet"),
+        ("--integrator auto", "box-stack is a scene, which --integrator moreau-jean integrates"),
+        ("--state x=1", "--state means nothing for box-stack, a scene of bodies; leave it out"),
+        ("--q0 1 --u0 1", "--q0 means nothing"),
+        ("--selection lift-off", "--selection means nothing"),
+        ("--project", "--project means nothing"),
+        ("--projection", "--projection means nothing"),
+        ("--checkpoint folder", "--checkpoint means nothing"),
+        ("--resume folder", "--resume means nothing"),
+        ("--checkpoint-every 3", "--checkpoint-every means nothing"),
+        ("--dump-failure f.npz", "--dump-failure means nothing"),
+        ("--animate a.gif", "--animate means nothing"),
+        ("--set m=3", "there is no parameter 'm'"),
+        ("--set n=0", "n must be a whole number of at least 1; got 0"),
+    ],
+)
+def test_options_that_mean_nothing_for_a_scene_are_refused_by_name(words, message, capsys):
+    assert main(["run", "box-stack", "--no-plot", *words.split()]) == 2
+    said = capsys.readouterr().err
+    assert message in said and said.count("\n") == 1
+
+
+def test_a_budget_ends_a_scene_with_what_was_computed(capsys):
+    assert main("run box-stack --set n=2 dim=2 --t-end 0.1 --max-steps 5 --no-plot --json".split()) == 3
+    assert json.loads(capsys.readouterr().out)["stats"]["steps"] == 5
+
+
+def test_commands_that_need_a_model_say_what_a_scene_is(capsys):
+    assert main(["classify", "box-stack"]) == 2
+    assert "box-stack is a scene of bodies, which `nonsmooth run` sets in motion" in capsys.readouterr().err
+    assert main(["run", "box-stak"]) == 2
+    assert "there is no model 'box-stak'; did you mean 'box-stack'?" in capsys.readouterr().err
