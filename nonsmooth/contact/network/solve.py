@@ -5,8 +5,9 @@
     BY_FACTORS  the augmented Lagrangian, as soon as the sweeps would not come to the tolerance within their budget,
                 where factors are affordable: some bodies, or many in the plane or of unlike masses
 
-Islands of few bodies are solved to rounding, unless the tolerance is a coarse one: what rests is then a fixed point, to the
-last bit. Where the factors of a large island led nowhere, a loose heap in motion, they are left out for a while.
+Islands of few bodies are solved to rounding, unless the tolerance is a coarse one: what rests is then a fixed point,
+to the last bit. Where the factors of a large island led nowhere, a loose heap in motion, they are left out for a
+while.
 
 Whatever was tried, the impulses of the least residual are left, with velocities of just these impulses and the residual
 recomputed from them. ``islands`` says of each one its rung, sweeps, factors, residual and whether the tolerance is met;
@@ -31,8 +32,9 @@ BY_START, BY_SWEEPS, BY_FACTORS = range(3)
 FIRST_ROUND, ROUND = 10, 25  # chosen: sweeps between two residuals, each of which costs one and a half
 FEW_BODIES = 200  # measured: 150 spheres take 8 ms a factor, 1000 200 ms
 MANY_BODIES = 2000  # measured: 1000 bodies in the plane take 2 ms a factor
-# measured: residuals of islands that are solved to rounding, and then by a few more steps with the factors at hand: a stack
-# of ten boxes takes 2 us a step then, with a top a thousand times heavier 3 us; to 1e-8 they take 140 and 430, and creep
+# measured: residuals of islands that are solved to rounding, and then by a few more steps with the factors at hand: a
+# stack of ten boxes takes 2 us a step then, with a top a thousand times heavier 3 us; to 1e-8 they take 140 and 430,
+# and creep
 EXACT, ROUNDED = 1e-13, 3e-16
 FINE = 1e-7  # chosen: a tolerance above it is one for speed
 EXACT_BODIES = 32  # chosen: a factor of so many takes some 50 us in space
