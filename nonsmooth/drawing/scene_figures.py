@@ -14,7 +14,6 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_count
 from nonsmooth.drawing.plots import BLUE, RED, new_figure, save_figure
-from nonsmooth.errors import InvalidInput
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, matrix_of, place_of, rotate
 from nonsmooth.scenes.scene import Body, Kind

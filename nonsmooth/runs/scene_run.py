@@ -239,8 +239,8 @@ class SceneRun:
         about = {"scene": repr(self.scene), "integrator": repr(self.integrator)}
         return SceneSolution(
             self.times[:k], x[:, :, :dim], turn, v[:, :, :dim], spin, columns, ledger, self.worst[:k, 0],
-            self.worst[:k, 1], self.stats(), self.status, self.message(), [body.name for body in self.scene.bodies], self.scene,
-            self.world.frames[:, :dim], about,
+            self.worst[:k, 1], self.stats(), self.status, self.message(), [body.name for body in self.scene.bodies],
+            self.scene, self.world.frames[:, :dim], about,
         )  # fmt: skip
 
     def failure(self, solution: SceneSolution) -> StepFailure:
