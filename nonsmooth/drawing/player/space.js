@@ -1,0 +1,1 @@
+async function newSpace() { throw new Error("no spatial films yet"); }
