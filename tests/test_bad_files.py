@@ -46,6 +46,7 @@ WRITERS = {
     "run.h5": lambda path: solution().save(path),
     "run.png": lambda path: solution().plot(path),
     "run.gif": lambda path: solution().animate(path),
+    "run.html": lambda path: solution().view(path),
     "sweep.npz": lambda path: ns.save_sweep(swept(), path),
     "sweep.nc": lambda path: ns.save_sweep(swept(), path),
     "map.npz": lambda path: save_map(chart(), path),

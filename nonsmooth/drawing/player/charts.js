@@ -150,7 +150,7 @@ class Curves extends Chart {
     if (!curves.length) return;
     this.drawTimes(theme);
     const y = (value) => TOP + ((this.height - TOP - BOTTOM) * (high - value)) / (high - low);
-    const step = roundUp(((high - low) * 24) / (this.height - TOP - BOTTOM));
+    const step = roundUp(((high - low) * 16) / (this.height - TOP - BOTTOM));
     Object.assign(pen, { textAlign: "right", textBaseline: "middle" });
     for (let m = Math.ceil(low / step); m * step <= high; m++) {
       pen.beginPath(); pen.moveTo(LEFT, y(m * step)); pen.lineTo(this.width - RIGHT, y(m * step)); pen.stroke();

@@ -29,6 +29,10 @@ class ShapeKind(StrEnum):
     HALF_SPACE = "half-space"  # z <= 0 of its frame; points (0, 3)
 
 
+PLANAR = {ShapeKind.DISC, ShapeKind.POLYGON, ShapeKind.HALF_PLANE}
+SPATIAL = {ShapeKind.BOX, ShapeKind.SPHERE, ShapeKind.HALF_SPACE}
+
+
 class MarkKind(StrEnum):
     """What an event is marked as on the time line."""
 
@@ -142,6 +146,8 @@ class Film:
         turns = (n_t, n_b) if d == 2 else (n_t, n_b, 4)
         if self.turn.shape != turns:
             raise InvalidInput(f"turn must have the shape {turns} of a film in {d} dimensions; got {self.turn.shape}")
+        for kind in {shape.kind for body in self.bodies for shape in body.shapes} & (SPATIAL if d == 2 else PLANAR):
+            raise InvalidInput(f"a {kind} is no shape of a film in {d} dimensions")
         if self.contacts.start.shape != (n_t + 1,) or self.contacts.start[-1] != len(self.contacts.number):
             raise InvalidInput(f"start must count the contacts of {n_t} frames, from 0 to {len(self.contacts.number)}")
         if any(curve.values.shape != (n_t,) for curve in self.curves):

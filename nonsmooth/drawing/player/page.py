@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import html
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -17,14 +17,15 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.files import PAGE_ENDINGS, as_place, whole_file
-from nonsmooth.drawing.player.film import Body, Film, MarkKind
-from nonsmooth.drawing.player.packing import packed, quantised
+from nonsmooth.drawing.player.film import Body, Contacts, Film, MarkKind
+from nonsmooth.drawing.player.packing import LEVELS, packed, quantised, rounded
 from nonsmooth.drawing.plots import RED, STRIPS
 from nonsmooth.results.solution import mode_name
 from nonsmooth.views import view
 
-SCRIPTS = ("unpack.js", "plane.js", "space.js", "charts.js", "player.js")
-EXACT = 4_000_000  # chosen: numbers of poses that are kept in float32; of more, 16 bits each
+SCRIPTS = ("unpack.js", "contacts.js", "plane.js", "space.js", "charts.js", "player.js")
+EXACT_NUMBERS = 3_000_000  # chosen: of poses and contacts that are kept in float32, 12 MB; of more, 16 bits each
+CONTACTS_KEPT = 600_000  # chosen: in all frames, which make some 8 MB; each frame keeps its share of the strongest
 IN_NOTEBOOK = 720  # chosen: height of the player in a notebook [pixels]
 
 
@@ -99,27 +100,46 @@ def three() -> str:
 
 def as_json(film: Film) -> dict[str, Any]:
     """What the page reads."""
-    contacts, is_exact = film.contacts, film.position.size + film.turn.size <= EXACT
-    pose = packed if is_exact else quantised
-    d = film.position.shape[-1]
+    contacts, d = strongest(film.contacts, CONTACTS_KEPT // len(film.times)), film.position.shape[-1]
+    is_exact = film.position.size + film.turn.size + contacts.point.size + contacts.P_F.size <= EXACT_NUMBERS
+    place, impulse = (packed, packed) if is_exact else (quantised, lambda P: packed(rounded(P)))
     return {
         "title": film.title, "dimension": d, "about": dict(film.about),
-        "detail": film.detail + accuracy(film, is_exact),
+        "detail": film.detail + accuracy(film, is_exact) + lost(film.contacts, contacts),
         "times": packed(film.times, "<f8"),
         "bodies": [body_as_json(body) for body in film.bodies],
-        "position": pose(film.position),
-        "turn": pose(film.turn if d == 3 else film.turn[..., None]),
+        "position": place(film.position),
+        "turn": place(film.turn if d == 3 else film.turn[..., None]),
         "contacts": {
             "start": packed(contacts.start, "<i4"), "number": packed(contacts.number, "<i4"),
             "mode": packed(contacts.mode, "<i1"), "slip": packed(contacts.slip, "<i1"),
-            "point": packed(contacts.point), "normal": packed(contacts.normal),
-            "P_N": packed(contacts.P_N), "P_F": packed(contacts.P_F), "mu": packed(contacts.mu),
+            "point": place(contacts.point), "normal": place(contacts.normal),
+            "P_N": impulse(contacts.P_N), "P_F": impulse(contacts.P_F), "mu": packed(contacts.mu),
         },
         "marks": [[mark.t, mark.frame, mark.kind, mark.text, mark.choice] for mark in film.marks],
         "curves": [[c.group, c.name, c.unit, packed(c.values)] for c in film.curves],
         "modes": [[int(mode), slip, mode_name(mode, slip), colour] for (mode, slip), colour in STRIPS.items()],
         "paradox": {"colour": RED, "kinds": [MarkKind.INCONSISTENT, MarkKind.INDETERMINATE]},
     }  # fmt: skip
+
+
+def strongest(contacts: Contacts, most: int) -> Contacts:
+    """At most so many contacts of each frame: those with the largest impulses."""
+    counts = np.diff(contacts.start)
+    if counts.max(initial=0) <= most:
+        return contacts
+    size = np.hypot(contacts.P_N, np.linalg.norm(contacts.P_F, axis=1))
+    spans = zip(contacts.start[:-1], contacts.start[1:], strict=True)
+    kept = [np.sort(a + np.argsort(-size[a:b], kind="stable")[:most]) for a, b in spans]
+    start = np.concatenate([[0], np.cumsum(np.minimum(counts, most))])
+    columns = {f.name: getattr(contacts, f.name)[np.concatenate(kept)] for f in fields(contacts) if f.name != "start"}
+    return Contacts(start=start, **columns)
+
+
+def lost(all_of_them: Contacts, kept: Contacts) -> str:
+    """How many contacts are left out."""
+    n, m = len(all_of_them.number), len(kept.number)
+    return "" if n == m else f"; of {n} contacts in all frames the {m} strongest"
 
 
 def body_as_json(body: Body) -> dict[str, Any]:
@@ -133,4 +153,4 @@ def accuracy(film: Film, is_exact: bool) -> str:
     if is_exact:
         return "; poses in float32"
     size = float(np.ptp(film.position, axis=(0, 1)).max())
-    return f"; positions kept to {size / 131070:.1g} m, 16 bits each"
+    return f"; positions to {size / (2 * LEVELS):.1g} m (16 bits), impulses to 0.05 %"

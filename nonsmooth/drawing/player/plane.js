@@ -1,14 +1,11 @@
-// A planar film on a canvas: bodies, contacts, arrows and cones.
+// A planar film on a canvas: bodies, and the trail of the picked one.
 
-const ARROW = 55, LONGEST = 110, CONE = 46; // chosen: pixels of a typical force, of the longest arrow, of a cone
 const TOO_SMALL = 1.5; // chosen: pixels: a smaller body is a dot
-const MANY = 400; // chosen: closed contacts in a frame: of more, cones are left out
-const MOST_ARROWS = 1500; // chosen: of more contacts every second, third, ... is drawn
 
 class Plane {
   constructor(canvas, film) {
     this.canvas = canvas; this.film = film; this.pen = canvas.getContext("2d");
-    this.isOrbit = false; this.showForces = true;
+    this.detail = `a body smaller than ${TOO_SMALL} px is a dot`;
     this.bounds = motionBounds(film);
     this.fit();
   }
@@ -30,6 +27,7 @@ class Plane {
 
   // Pixels of a point, and back.
   project([x, y]) { return [this.width / 2 + this.scale * (x - this.x), this.height / 2 - this.scale * (y - this.y)]; }
+  get unit() { return 1 / this.scale; } // of length, per pixel
   under(px, py) { return [this.x + (px - this.width / 2) / this.scale, this.y - (py - this.height / 2) / this.scale]; }
 
   drag(dx, dy) { this.x -= dx / this.scale; this.y += dy / this.scale; this.isFitted = false; }
@@ -111,7 +109,6 @@ class Plane {
       this.drawTrail(k, picked, theme);
       this.drawBodies(k, [picked], { fillStyle: `rgba(${theme.body}, 0.35)`, strokeStyle: theme.picked, lineWidth: 2.4 });
     }
-    this.drawContacts(k, theme);
   }
 
   // Lines at round lengths, so that sizes can be read.
@@ -134,66 +131,6 @@ class Plane {
     }
     Object.assign(pen, { strokeStyle: theme.picked, lineWidth: 1, globalAlpha: 0.6 });
     pen.stroke(); pen.globalAlpha = 1;
-  }
-
-  drawContacts(k, theme) {
-    const { contacts } = this.film, first = contacts.start[k], last = contacts.start[k + 1];
-    const every = Math.ceil((last - first) / MOST_ARROWS), hasCones = last - first <= MANY;
-    for (let c = first; c < last; c += every) if (contacts.mode[c] === 0) this.drawContact(c, theme);
-    for (let c = first; c < last; c += every) {
-      if (contacts.mode[c] === 0) continue;
-      if (this.showForces && hasCones && contacts.mu[c] > 0) this.drawCone(c);
-    }
-    for (let c = first; c < last; c += every) {
-      if (contacts.mode[c] !== 0) this.drawContact(c, theme);
-      if (this.showForces) this.drawArrow(c, k, theme);
-    }
-  }
-
-  at(c) { return this.project([this.film.contacts.point[2 * c], this.film.contacts.point[2 * c + 1]]); }
-
-  drawContact(c, theme) {
-    const pen = this.pen, [x, y] = this.at(c), isOpen = this.film.contacts.mode[c] === 0;
-    pen.beginPath();
-    pen.arc(x, y, isOpen ? 2.8 : 4.2, 0, 2 * Math.PI);
-    Object.assign(pen, { fillStyle: isOpen ? theme.ground : this.film.modeOf(c)[3], strokeStyle: isOpen ? theme.still : theme.halo, lineWidth: 1.2 });
-    pen.fill(); pen.stroke();
-  }
-
-  // The cone of forces |P_F| <= mu P_N, on the side that the force acts to.
-  drawCone(c) {
-    const { contacts } = this.film, pen = this.pen, [x, y] = this.at(c), half = Math.atan(contacts.mu[c]);
-    const side = contacts.P_N[c] < 0 ? -1 : 1, along = Math.atan2(-side * contacts.normal[2 * c + 1], side * contacts.normal[2 * c]);
-    pen.beginPath();
-    pen.moveTo(x, y);
-    for (const turn of [-half, half]) pen.lineTo(x + CONE * Math.cos(along + turn), y + CONE * Math.sin(along + turn));
-    pen.closePath();
-    Object.assign(pen, { fillStyle: this.film.modeOf(c)[3], strokeStyle: this.film.modeOf(c)[3], lineWidth: 1, globalAlpha: 0.16 });
-    pen.fill(); pen.globalAlpha = 0.8;
-    pen.beginPath();
-    for (const turn of [-half, half]) { pen.moveTo(x, y); pen.lineTo(x + CONE * Math.cos(along + turn), y + CONE * Math.sin(along + turn)); }
-    pen.stroke(); pen.globalAlpha = 1;
-  }
-
-  // The force upon the body since the frame before; two heads where it is larger than the arrow.
-  drawArrow(c, k, theme) {
-    const { forces } = this.film, pen = this.pen, kind = forces.kind(k), [Fx, Fy] = forces.vector.subarray(2 * c, 2 * c + 2);
-    const size = Math.hypot(Fx, Fy), length = Math.min((ARROW * size) / forces.typical[kind], LONGEST);
-    if (!(length > 2)) return;
-    const [x, y] = this.at(c), [ex, ey] = [Fx / size, -Fy / size], head = Math.min(9, length);
-    const colour = this.film.modeOf(c)[3];
-    for (const [strokeStyle, lineWidth] of [[theme.halo, kind === "impulse" ? 6 : 4.5], [colour, kind === "impulse" ? 3.6 : 2.2]]) {
-      pen.beginPath();
-      pen.moveTo(x, y); pen.lineTo(x + length * ex, y + length * ey);
-      for (const tip of length < LONGEST ? [length] : [length, length - 7]) {
-        for (const side of [-0.45, 0.45]) {
-          pen.moveTo(x + tip * ex, y + tip * ey);
-          pen.lineTo(x + (tip - head) * ex - side * head * ey, y + (tip - head) * ey + side * head * ex);
-        }
-      }
-      Object.assign(pen, { strokeStyle, lineWidth });
-      pen.stroke();
-    }
   }
 
   // The body under the pointer: inside a closed shape, or within some pixels of a line.

@@ -14,6 +14,7 @@ const element = (name, properties = {}, ...children) => {
 
 class Player {
   constructor(film, stage) {
+    this.layer = new ContactLayer($("overlay"), film, stage);
     Object.assign(this, { film, stage, frame: 0, time: film.times[0], isPlaying: false, picked: null, isFollowing: false, drawn: [] });
     const span = film.times[film.n - 1] - film.times[0];
     this.speed = span >= USUAL[0] && span <= USUAL[1] ? 1 : roundUp((span || 1) / SHOWN);
@@ -89,17 +90,18 @@ class Player {
     this.tell();
   }
 
-  redraw() { this.stage.draw(this.frame, this.picked, this.theme); $("scale").textContent = this.scaleText(); }
+  redraw() { this.stage.draw(this.frame, this.picked, this.theme); this.layer.draw(this.frame, this.theme); $("scale").textContent = this.scaleText(); }
 
   scaleText() {
     const { typical } = this.film.forces, start = this.film.contacts.start, hasContacts = start[this.film.n] > 0;
-    return this.stage.scaleText() + (hasContacts && this.stage.showForces ? `\narrow of ${ARROW} px: ${short(Number(typical.force.toPrecision(2)))} N` : "");
+    return this.stage.scaleText() + (hasContacts && this.layer.hasForces ? `\narrow of ${Math.round(this.layer.arrow)} px: ${short(Number(typical.force.toPrecision(2)))} N` : "");
   }
 
   resize() {
     const { width, height } = $("scene").getBoundingClientRect(), ratio = window.devicePixelRatio || 1;
     if (!width || !height) return;
     this.stage.resize(width, height, ratio);
+    this.layer.resize(width, height, ratio);
     this.charts.forEach((chart) => { chart.resize(ratio); chart.draw(this.theme); });
     this.show(this.frame);
   }
@@ -107,7 +109,7 @@ class Player {
   setDark(isDark) {
     document.documentElement.classList.toggle("dark", isDark);
     const style = getComputedStyle(document.documentElement), colour = (name) => style.getPropertyValue(`--${name}`).trim();
-    this.theme = Object.fromEntries(["ground", "ink", "faint", "line", "still", "body", "picked", "halo", "paradox"].map((name) => [name, colour(name)]));
+    this.theme = Object.fromEntries(["ground", "panel", "ink", "faint", "line", "still", "body", "picked", "halo", "paradox"].map((name) => [name, colour(name)]));
     this.theme.curves = [...Array(8).keys()].map((k) => colour(`c${k}`));
     this.isDark = isDark;
     this.resize();
@@ -157,7 +159,7 @@ class Player {
     $("title").textContent = film.title;
     $("outcome").textContent = film.about.outcome ?? "";
     $("about").replaceChildren(...Object.entries(film.about).flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]));
-    $("detail").textContent = `Level of detail: ${film.detail}; ${this.stage.detail ?? `cones up to ${MANY} contacts, arrows of at most ${MOST_ARROWS}, smaller than ${TOO_SMALL} px a body is a dot`}. No frame lies between two records.`;
+    $("detail").textContent = `Level of detail: ${film.detail}; ${CONTACT_DETAIL}; ${this.stage.detail}. No frame lies between two records.`;
     this.eventItems = film.marks.map((mark) => {
       const button = element("button", { textContent: `${timeText(film, mark.t)} s  ${mark.text}`, className: mark.isParadox ? "paradox" : "" });
       button.onclick = () => this.goTo(mark.frame);
@@ -224,7 +226,7 @@ class Player {
       first: () => this.goTo(0), back: () => this.step(-1), play: () => (this.isPlaying ? this.pause() : this.play()), ahead: () => this.step(1),
       before: () => this.previousEvent(), next: () => this.nextEvent(), slower: () => this.changeSpeed(-1), faster: () => this.changeSpeed(1),
       fit: () => { this.setFollowing(false); this.stage.fit(); this.redraw(); }, follow: () => { this.setFollowing(!this.isFollowing); this.show(this.frame); },
-      forces: () => { this.stage.showForces = !this.stage.showForces; $("forces").ariaPressed = this.stage.showForces; this.redraw(); },
+      forces: () => { this.layer.hasForces = !this.layer.hasForces; $("forces").ariaPressed = this.layer.hasForces; this.redraw(); },
       theme: () => this.setDark(!this.isDark), help: () => $("keys").showModal(),
     };
     for (const id in act) $(id).onclick = act[id];

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Mark, MarkKind, Shape, ShapeKind, no_contacts
-from nonsmooth.drawing.player.rigid_fit import pose_of, seen_from
+from nonsmooth.drawing.player.rigid_fit import is_closed, pose_of, seen_from
 from nonsmooth.drawing.plots import some_of
 from nonsmooth.drawing.scene import nearest_records, scene_model
 from nonsmooth.integrators.records import EVENT_T
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 RECORDS_SHOWN = 1200  # chosen: frames equally spaced in time: 20 s at 60 a second
 EVENTS_SHOWN = 400  # chosen: marked on the time line, the record before and the one after among the frames
-CLOSED = 1e-12  # chosen: of a line's size: ends nearer to each other are one point, and the line is a polygon
 Lines = list[np.ndarray]
 
 
@@ -106,8 +105,7 @@ def bodies_of(model: Any, q: np.ndarray) -> tuple[list[Body], Lines, Lines]:
 
 def still_shape(line: np.ndarray) -> Shape:
     """A closed line as a polygon, an open one as a polyline, in the frame of its body."""
-    is_closed = len(line) > 3 and np.abs(line[0] - line[-1]).max() <= CLOSED * np.abs(line).max()
-    return Shape(ShapeKind.POLYGON, line[:-1]) if is_closed else Shape(ShapeKind.POLYLINE, line)
+    return Shape(ShapeKind.POLYGON, line[:-1]) if is_closed(line) else Shape(ShapeKind.POLYLINE, line)
 
 
 def contacts_of(solution: Solution, model: Any, records: np.ndarray) -> Contacts:

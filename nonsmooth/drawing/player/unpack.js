@@ -38,9 +38,16 @@ async function readFilm(json) {
   }
   film.curves = await Promise.all(json.curves.map(async ([group, name, unit, values]) => ({ group, name, unit, values: await unpack(values) })));
   film.marks = json.marks.map(([t, frame, kind, text, choice]) => ({ t, frame, kind, text, choice, isParadox: json.paradox.kinds.includes(kind) }));
-  film.modeOf = (c) => film.modes.find(([mode, slip]) => mode === film.contacts.mode[c] && slip === film.contacts.slip[c]) ?? film.modes[0];
+  film.modeOf = modeTable(film);
   film.forces = contactForces(film);
   return film;
+}
+
+// contact => [mode, sign of sliding, name, colour]
+function modeTable({ modes, contacts }) {
+  const of = (mode, slip) => modes.find((row) => row[0] === mode && row[1] === slip) ?? modes.find((row) => row[0] === mode);
+  const table = [0, 1, 2, 3].map((mode) => [-1, 0, 1].map((slip) => of(mode, slip)));
+  return (c) => table[contacts.mode[c]][contacts.slip[c] + 1];
 }
 
 // Mean force of each contact since the frame before [N]; at an instant its impulse [N s]. `typical` sizes the arrows.
