@@ -1,8 +1,9 @@
-// A spatial film by three.js (https://threejs.org, MIT), which is unpacked from the page: bodies as instances, z upwards.
+// A spatial film by three.js (https://threejs.org, MIT), which is unpacked from the page: z upwards.
 
 const SHADES = ["#3f78b5", "#6d9fd0", "#2c5a8f"]; // chosen: of neighbouring bodies
 const VIEW = 40; // chosen: degrees of the camera's angle
-const FINE = 200; // chosen: bodies: of more, spheres and capsules are coarse and edges are not smoothed
+const FINE = 200; // chosen: bodies: of more, spheres and capsules are coarse, edges are not smoothed
+const SUN = [0.31, -0.54, 0.78]; // chosen: direction of the light
 const LAND = 6; // chosen: of the size of the motion: the edge of the part of a half-space that is drawn
 
 async function newSpace(canvas, film) {
@@ -18,13 +19,13 @@ async function newSpace(canvas, film) {
 class Space {
   constructor(canvas, film, three) {
     Object.assign(this, { canvas, film, three, isCoarse: film.bodies.length > FINE });
+    three.ColorManagement.enabled = false; // colours as they are written: no power functions at each pixel
     this.renderer = new three.WebGLRenderer({ canvas, antialias: !this.isCoarse });
+    this.renderer.outputColorSpace = three.LinearSRGBColorSpace;
     this.scene = new three.Scene();
     this.camera = new three.PerspectiveCamera(VIEW, 1);
     this.camera.up.set(0, 0, 1);
-    this.sun = new three.DirectionalLight("white", 2.4);
-    this.scene.add(new three.HemisphereLight("white", "#8a929b", 2.4), this.sun);
-    this.detail = this.isCoarse ? `of more than ${FINE} bodies a sphere has 32 faces, a capsule 60` : "a sphere has 720 faces";
+    this.detail = this.isCoarse ? `of more than ${FINE} bodies a sphere has 48 faces, a capsule 60` : "a sphere has 720 faces";
     this.measure();
     this.build();
     this.fit();
@@ -48,7 +49,8 @@ class Space {
     this.radius = Math.hypot(...low.map((x, j) => high[j] - x)) / 2 || 1;
   }
 
-  // Bodies of one form are instances of one mesh.
+  // Bodies of one form are one mesh, whose corners are moved and lit here: without a graphics card an instance costs as
+  // much as a mesh, and light at each pixel more than the rest.
   build() {
     const forms = new Map();
     this.lines = [];
@@ -58,21 +60,23 @@ class Space {
         else if (shape.kind.endsWith("polyline")) this.addLine(b, shape);
         else {
           const key = shape.kind === "capsule" ? `capsule ${shape.radius} ${shape.points}` : shape.kind;
-          if (!forms.has(key)) forms.set(key, { shape, instances: [] });
+          if (!forms.has(key)) forms.set(key, { shape, copies: [] });
           const isBall = shape.kind === "sphere", isBox = shape.kind === "box";
-          forms.get(key).instances.push({ body: b, centre: isBall ? shape.points : [0, 0, 0], size: isBall ? Array(3).fill(shape.radius) : isBox ? shape.points : [1, 1, 1] });
+          forms.get(key).copies.push({ body: b, centre: isBall ? shape.points : [0, 0, 0], size: isBall ? Array(3).fill(shape.radius) : isBox ? shape.points : [1, 1, 1] });
         }
       }
     });
-    this.meshes = [...forms.values()].map(({ shape, instances }) => this.addMesh(shape, instances));
+    this.meshes = [...forms.values()].map(({ shape, copies }) => this.addMesh(this.geometry(shape), copies));
   }
 
-  addMesh(shape, instances) {
-    const { three } = this, material = new three.MeshLambertMaterial({ vertexColors: shape.kind === "sphere", flatShading: shape.kind === "box" });
-    const mesh = new three.InstancedMesh(this.geometry(shape), material, instances.length);
-    mesh.instances = instances;
-    mesh.frustumCulled = false;
-    mesh.instanceMatrix.setUsage(three.DynamicDrawUsage);
+  addMesh(form, copies) {
+    const { three } = this, [corners, normals] = ["position", "normal"].map((name) => form.getAttribute(name).array), m = corners.length;
+    const geometry = new three.BufferGeometry(), faces = form.index.array, all = new Uint32Array(copies.length * faces.length);
+    copies.forEach((_, i) => faces.forEach((corner, j) => { all[i * faces.length + j] = (i * m) / 3 + corner; }));
+    geometry.setIndex(new three.BufferAttribute(all, 1));
+    for (const name of ["position", "color"]) geometry.setAttribute(name, new three.BufferAttribute(new Float32Array(copies.length * m), 3));
+    const mesh = new three.Mesh(geometry, new three.MeshBasicMaterial({ vertexColors: true }));
+    Object.assign(mesh, { copies, corners, normals, shade: form.getAttribute("shade")?.array ?? new Float32Array(m / 3).fill(1), colours: new Float32Array(3 * copies.length), facesOfOne: faces.length / 3, frustumCulled: false });
     this.scene.add(mesh);
     return mesh;
   }
@@ -82,17 +86,14 @@ class Space {
     if (kind === "box") return new three.BoxGeometry(2, 2, 2);
     if (kind === "capsule") {
       const [a, b] = [new three.Vector3(...points.subarray(0, 3)), new three.Vector3(...points.subarray(3, 6))], axis = b.clone().sub(a);
-      const form = new three.CapsuleGeometry(radius, axis.length(), this.isCoarse ? 2 : 6, this.isCoarse ? 6 : 20);
+      const form = new three.CapsuleGeometry(radius, axis.length(), this.isCoarse ? 1 : 6, this.isCoarse ? 6 : 20);
       form.applyQuaternion(new three.Quaternion().setFromUnitVectors(new three.Vector3(0, 1, 0), axis.normalize()));
       return form.translate(...a.add(b).multiplyScalar(0.5).toArray());
     }
-    const ball = this.isCoarse ? new three.OctahedronGeometry(1, 1) : new three.IcosahedronGeometry(1, 5), where = ball.getAttribute("position"), shade = new Float32Array(3 * where.count);
-    for (let face = 0; face < where.count; face += 3) { // eighths, light and dark, by which rolling is seen
-      const sign = [0, 1, 2].reduce((product, j) => product * (where.array[3 * face + j] + where.array[3 * face + 3 + j] + where.array[3 * face + 6 + j]), 1);
-      shade.fill(sign > 0 ? 1 : 0.72, 3 * face, 3 * face + 9);
-    }
-    ball.setAttribute("color", new three.BufferAttribute(shade, 3));
-    return ball;
+    const ball = this.isCoarse ? new three.SphereGeometry(1, 8, 4) : new three.SphereGeometry(1, 24, 16), where = ball.getAttribute("position");
+    const sign = (x) => (Math.abs(x) < 1e-6 ? 0 : Math.sign(x)); // eighths, light and dark, by which rolling is seen
+    const shade = Float32Array.from({ length: where.count }, (_, i) => 0.86 + 0.14 * sign(where.getX(i)) * sign(where.getY(i)) * sign(where.getZ(i)));
+    return ball.setAttribute("shade", new three.BufferAttribute(shade, 1));
   }
 
   addLand(body) {
@@ -137,9 +138,6 @@ class Space {
     camera.near = distance / 100; camera.far = 100 * distance + 20 * this.radius;
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
-    this.sun.position.set(...this.target.map((x, j) => x + [0.4, -0.7, 1][j]));
-    this.sun.target.position.set(...this.target);
-    this.sun.target.updateMatrixWorld();
   }
 
   get unit() { return (2 * this.distance * Math.tan((VIEW * Math.PI) / 360)) / this.height_px; } // of length, per pixel at the target
@@ -180,35 +178,35 @@ class Space {
     this.renderer.render(this.scene, this.camera);
   }
 
-  // Instance matrices (columns): rotation times size, and the place of the centre.
+  // The corners of all copies of a form: rotation times size, and the place of the centre; lighter towards the sun.
   place(mesh, k) {
-    const { position, turn, bodies } = this.film, M = mesh.instanceMatrix.array;
-    mesh.instances.forEach(({ body, centre: [cx, cy, cz], size: [a, b, c] }, i) => {
-      const at = k * bodies.length + body, o = 16 * i;
-      const w = turn[4 * at], x = turn[4 * at + 1], y = turn[4 * at + 2], z = turn[4 * at + 3];
+    const { position, turn, bodies } = this.film, { corners, normals, shade, colours, copies } = mesh, m = corners.length;
+    const moved = mesh.geometry.getAttribute("position"), lit = mesh.geometry.getAttribute("color"), X = moved.array, C = lit.array;
+    copies.forEach(({ body, centre: [cx, cy, cz], size: [a, b, c] }, i) => {
+      const at = k * bodies.length + body, w = turn[4 * at], x = turn[4 * at + 1], y = turn[4 * at + 2], z = turn[4 * at + 3];
       const xx = 1 - 2 * (y * y + z * z), xy = 2 * (x * y - w * z), xz = 2 * (x * z + w * y);
       const yx = 2 * (x * y + w * z), yy = 1 - 2 * (x * x + z * z), yz = 2 * (y * z - w * x);
       const zx = 2 * (x * z - w * y), zy = 2 * (y * z + w * x), zz = 1 - 2 * (x * x + y * y);
-      M[o] = a * xx; M[o + 1] = a * yx; M[o + 2] = a * zx;
-      M[o + 4] = b * xy; M[o + 5] = b * yy; M[o + 6] = b * zy;
-      M[o + 8] = c * xz; M[o + 9] = c * yz; M[o + 10] = c * zz;
-      M[o + 12] = position[3 * at] + xx * cx + xy * cy + xz * cz;
-      M[o + 13] = position[3 * at + 1] + yx * cx + yy * cy + yz * cz;
-      M[o + 14] = position[3 * at + 2] + zx * cx + zy * cy + zz * cz;
-      M[o + 15] = 1;
+      const lx = xx * SUN[0] + yx * SUN[1] + zx * SUN[2], ly = xy * SUN[0] + yy * SUN[1] + zy * SUN[2], lz = xz * SUN[0] + yz * SUN[1] + zz * SUN[2];
+      const px = position[3 * at], py = position[3 * at + 1], pz = position[3 * at + 2];
+      for (let j = 0, o = i * m; j < m; j += 3, o += 3) {
+        const u = cx + a * corners[j], v = cy + b * corners[j + 1], s = cz + c * corners[j + 2];
+        X[o] = px + xx * u + xy * v + xz * s; X[o + 1] = py + yx * u + yy * v + yz * s; X[o + 2] = pz + zx * u + zy * v + zz * s;
+        const light = shade[j / 3] * (0.85 + 0.35 * (normals[j] * lx + normals[j + 1] * ly + normals[j + 2] * lz));
+        C[o] = light * colours[3 * i]; C[o + 1] = light * colours[3 * i + 1]; C[o + 2] = light * colours[3 * i + 2];
+      }
     });
-    mesh.instanceMatrix.needsUpdate = true;
+    moved.needsUpdate = lit.needsUpdate = true;
   }
 
   paint(picked, theme) {
     const colour = new this.three.Color();
     this.renderer.setClearColor(theme.ground);
     for (const mesh of this.meshes) {
-      mesh.instances.forEach(({ body }, i) => {
-        const isFixed = this.film.bodies[body].fixed;
-        mesh.setColorAt(i, colour.set(body === picked ? theme.picked : isFixed ? theme.still : SHADES[body % SHADES.length]));
+      mesh.copies.forEach(({ body }, i) => {
+        colour.set(body === picked ? theme.picked : this.film.bodies[body].fixed ? theme.still : SHADES[body % SHADES.length]);
+        colour.toArray(mesh.colours, 3 * i);
       });
-      mesh.instanceColor.needsUpdate = true;
     }
     for (const { body, object, isLand } of this.lines) {
       if (isLand) { object.children[0].material.color.set(theme.panel); object.children[1].material.color.set(theme.line); }
@@ -220,8 +218,8 @@ class Space {
   hit(px, py) {
     const ray = new this.three.Raycaster();
     ray.setFromCamera(new this.three.Vector2((2 * px) / this.width - 1, 1 - (2 * py) / this.height_px), this.camera);
-    for (const mesh of this.meshes) mesh.boundingSphere = null; // of another frame
-    const found = ray.intersectObjects(this.meshes).map(({ object, instanceId }) => object.instances[instanceId].body);
+    for (const mesh of this.meshes) mesh.geometry.boundingSphere = null; // of another frame
+    const found = ray.intersectObjects(this.meshes).map(({ object, faceIndex }) => object.copies[Math.floor(faceIndex / object.facesOfOne)].body);
     return found.find((body) => !this.film.bodies[body].fixed) ?? null;
   }
 
