@@ -30,7 +30,7 @@ class Chart {
     for (let m = Math.ceil(this.t0 / step - 1e-9); m * step <= this.t1 + 1e-9 * step; m++) {
       const x = this.x(m * step);
       pen.beginPath(); pen.moveTo(x, TOP); pen.lineTo(x, this.height - BOTTOM); pen.stroke();
-      pen.fillText(short(m * step), x, this.height - BOTTOM + 3);
+      pen.fillText(tick(m * step), x, this.height - BOTTOM + 3);
     }
     pen.textAlign = "right";
     pen.fillText("t [s]", LEFT - 22, this.height - BOTTOM + 3);
@@ -154,7 +154,7 @@ class Curves extends Chart {
     Object.assign(pen, { textAlign: "right", textBaseline: "middle" });
     for (let m = Math.ceil(low / step); m * step <= high; m++) {
       pen.beginPath(); pen.moveTo(LEFT, y(m * step)); pen.lineTo(this.width - RIGHT, y(m * step)); pen.stroke();
-      pen.fillText(short(m * step), LEFT - 6, y(m * step));
+      pen.fillText(tick(m * step), LEFT - 6, y(m * step));
     }
     pen.fillText(`[${curves[0].unit || "–"}]`, LEFT - 6, 9);
     pen.save();
@@ -203,6 +203,11 @@ function range(curves) {
   if (high - low < 1e-6 * size) [low, high] = [Math.min(0, 1.2 * low), Math.max(0, 1.2 * high) || 1];
   const margin = 0.06 * (high - low);
   return [low - margin, high + margin, isCut];
+}
+
+function tick(x) {
+  const text = short(x);
+  return text.length > 7 ? Number(text).toExponential() : text;
 }
 
 function figure(x) {

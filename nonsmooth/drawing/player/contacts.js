@@ -28,7 +28,7 @@ class ContactLayer {
     if (this.wasCrowd) return this.drawCrowd(closed, k);
     if (this.hasForces) for (const c of closed) this.drawCone(c);
     for (const c of closed) this.drawPoint(c, theme, 4.2);
-    if (this.hasForces) for (const c of closed) this.drawArrow(c, k, theme);
+    if (this.hasForces) for (const c of [...open, ...closed]) this.drawArrow(c, k, theme); // open again after an impact
   }
 
   // Pixels of a typical force.
@@ -96,7 +96,8 @@ class ContactLayer {
     if (!(pixels > 2)) return;
     const [x, y] = this.stage.project(this.at(c)), [x1, y1] = this.away(c, F.map((f) => f / size), pixels);
     const length = Math.hypot(x1 - x, y1 - y), [ex, ey] = [(x1 - x) / (length || 1), (y1 - y) / (length || 1)], head = Math.min(9, length);
-    const widths = kind === "impulse" ? [[theme.halo, 6], [this.film.modeOf(c)[3], 3.6]] : [[theme.halo, 4.5], [this.film.modeOf(c)[3], 2.2]];
+    const colour = this.film.contacts.mode[c] ? this.film.modeOf(c)[3] : theme.ink;
+    const widths = kind === "impulse" ? [[theme.halo, 6], [colour, 3.6]] : [[theme.halo, 4.5], [colour, 2.2]];
     for (const [strokeStyle, lineWidth] of widths) {
       pen.beginPath();
       pen.moveTo(x, y); pen.lineTo(x1, y1);

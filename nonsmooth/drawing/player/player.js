@@ -93,8 +93,9 @@ class Player {
   redraw() { this.stage.draw(this.frame, this.picked, this.theme); this.layer.draw(this.frame, this.theme); $("scale").textContent = this.scaleText(); }
 
   scaleText() {
-    const { typical } = this.film.forces, start = this.film.contacts.start, hasContacts = start[this.film.n] > 0;
-    return this.stage.scaleText() + (hasContacts && this.layer.hasForces ? `\narrow of ${Math.round(this.layer.arrow)} px: ${short(Number(typical.force.toPrecision(2)))} N` : "");
+    const { typical, kind: kindOf } = this.film.forces, start = this.film.contacts.start, hasContacts = start[this.film.n] > 0;
+    const kind = kindOf(this.frame), unit = kind === "force" ? "N" : "N s";
+    return this.stage.scaleText() + (hasContacts && this.layer.hasForces ? `\narrow of ${Math.round(this.layer.arrow)} px: ${short(Number(typical[kind].toPrecision(2)))} ${unit}` : "");
   }
 
   resize() {
@@ -167,6 +168,7 @@ class Player {
     });
     $("events").replaceChildren(...(film.marks.length ? this.eventItems.map((item) => element("li", {}, item)) : [element("li", { textContent: "none" })]));
     $("legend").replaceChildren(...legendOf(film));
+    $("legend").previousElementSibling.hidden = !$("legend").children.length;
     for (const id of ["before", "next"]) $(id).disabled = !film.marks.length;
   }
 
@@ -202,7 +204,7 @@ class Player {
     if (!contacts.length) return [element("p", { textContent: "none", style: "margin:0;color:var(--faint)" })];
     const head = element("tr", {}, ...["", "mode", `normal [${unit}]`, `friction`].map((textContent) => element("th", { textContent })));
     const told = (closed.length > TOLD || contacts.length > TOLD ? closed : contacts).slice(0, TOLD);
-    const rows = told.map((c) => element("tr", {}, ...[`${c.number}`, c.mode, c.mode === "open" ? "" : figure(c.normal), c.mode === "open" ? "" : figure(c.friction)].map((textContent) => element("td", { textContent }))));
+    const rows = told.map((c) => element("tr", {}, ...[`${c.number}`, c.mode, ...[c.normal, c.friction].map((value) => (c.mode === "open" && !c.P_N ? "" : figure(value)))].map((textContent) => element("td", { textContent }))));
     const rest = closed.length > TOLD ? `${TOLD} of ${closed.length} closed contacts` : contacts.length > TOLD ? `${closed.length} of ${contacts.length} closed` : "";
     return [element("table", {}, head, ...rows), element("p", { textContent: rest, style: "margin:0;color:var(--faint)" })];
   }
@@ -290,7 +292,7 @@ function legendOf(film) {
   const words = { inconsistent: "paradox: no solution; → mode after it", indeterminate: "paradox: several solutions; → the one taken" };
   const forces = met.size ? [
     item('<path d="M3 7h22m-6-4 6 4-6 4" fill="none" stroke="var(--ink)" stroke-width="2"/>', "force on the body, P/Δt since the frame before; two heads: larger than drawn; thick: an impulse"),
-    item('<path d="M15 13 6 1h18z" fill="var(--still)" fill-opacity=".3" stroke="var(--still)"/>', "friction cone |P_F| ≤ µ P_N"),
+    ...(film.contacts.mu.some((mu) => mu > 0) ? [item('<path d="M15 13 6 1h18z" fill="var(--still)" fill-opacity=".3" stroke="var(--still)"/>', "friction cone |P_F| ≤ µ P_N")] : []),
   ] : [];
   return [...modes, ...forces, ...Object.keys(marks).filter((kind) => kinds.has(kind)).map((kind) => item(marks[kind], words[kind] ?? kind))];
 }

@@ -167,10 +167,17 @@ def curves_of(solution: Solution, model: Any, records: np.ndarray) -> list[Curve
     """Energies and works, gaps, coordinates, velocities and mean contact forces at the frames."""
     return [
         *energy_curves(solution, records),
-        *(Curve("gaps", f"g_{i}", "m", solution.g_N[records, i]) for i in some_of(solution.g_N.shape[1])),
+        *gap_curves(solution, records),
         *state_curves(solution, model, records),
         *force_curves(solution, records),
     ]
+
+
+def gap_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
+    """Some gaps; a contact under a given normal force has none."""
+    system: Any = solution.system
+    with_gap = [i for i, contact in enumerate(system.contacts) if not contact.normal_force]
+    return [Curve("gaps", f"g_{with_gap[k]}", "m", solution.g_N[records, with_gap[k]]) for k in some_of(len(with_gap))]
 
 
 def energy_curves(solution: Solution, records: np.ndarray) -> list[Curve]:

@@ -5,41 +5,28 @@ A Chromium without a window opens the files; `window.player` (docs/viewer.md) is
 
 import html
 import io
-import shutil
 import time
 
 import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import BouncingBall, RockingBlock, SpragSlip
+from benchmarks.chromium import new_chromium
+from models import BouncingBall, RockingBlock, SpragSlip, WallPendulum
 from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, ShapeKind
+from nonsmooth.drawing.player.packing import LEVELS
 from nonsmooth.drawing.player.page import page_of
 
-FLAGS = (
-    "--headless=new", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--disable-quic",
-    "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
-    "--force-device-scale-factor=1", "--window-size=1100,900",
-)  # fmt: skip
 FLOAT32 = 2.0**-23  # relative: the page keeps numbers in float32
 READY = 20.0  # s, for a page to start on a busy machine
 
 
 @pytest.fixture(scope="module")
 def chromium(tmp_path_factory):
-    webdriver = pytest.importorskip(
-        "selenium.webdriver", reason="the player is tested with Selenium, of the extra [test]"
-    )
-    browser, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if not browser or not driver:
-        pytest.skip("the player is tested in Chromium: install Debian's packages chromium and chromium-driver")
-    options = webdriver.ChromeOptions()
-    options.binary_location = browser
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
-        options.add_argument(flag)
-    service = webdriver.ChromeService(executable_path=driver)
-    opened = webdriver.Chrome(options=options, service=service)
+    try:
+        opened = new_chromium(tmp_path_factory.mktemp("profile"))
+    except ns.MissingExtra as reason:
+        pytest.skip(f"the player is not tested in a browser: {reason}")
     yield opened
     opened.quit()
 
@@ -244,6 +231,23 @@ def test_contacts_have_the_colours_of_the_figures(chromium, rod):
         assert np.abs(near - expected).sum(axis=1).min() <= 6
 
 
+def test_the_impulse_of_an_instant_is_told_and_drawn_though_the_contact_is_open_again(chromium, tmp_path):
+    pendulum = WallPendulum(e=0.8)
+    sol = ns.simulate(pendulum, (0, 1), *pendulum.state(th=1.0), integrator=ns.EventDriven())
+    page = Opened(chromium, sol.view(tmp_path / "pendulum.html"))
+    page.do("player.nextEvent()")
+    (contact,), k = page.ask("player.contacts()"), int(page.ask("player.frame"))
+    assert page.ask(f"player.times[{k}] == player.times[{k - 1}]") and contact["mode"] == "open"
+    assert contact["normal"] == pytest.approx(sol.P_N.max(), rel=8 * FLOAT32) and "N s" in page.ask(
+        "document.body.innerText"
+    )
+    x, y = np.rint(page.pixel_of(contact["point"])).astype(int)
+    beside = page.screenshot()[y, x + 25]  # along the arrow, which pushes the bob from the wall
+    page.do("document.getElementById('forces').click()")
+    without = page.screenshot()[y, x + 25]
+    assert beside.sum() < 200 < without.sum()
+
+
 def test_inline_in_a_notebook_it_plays_in_its_frame(chromium, ball, tmp_path):
     sol, _ = ball
     notebook = tmp_path / "notebook.html"
@@ -340,6 +344,20 @@ def test_in_space_a_click_picks_the_ball(space, chromium):
     aim = [round(x - stage.size["width"] / 2), round(y - stage.size["height"] / 2)]
     ActionChains(chromium).move_to_element_with_offset(stage, *aim).click().perform()
     assert space.ask("player.picked") == 1 and "ball" in chromium.find_element("id", "body").text
+
+
+def test_a_film_in_16_bits_is_the_same_to_half_a_step(chromium, tmp_path, monkeypatch):
+    film, path = spatial_film(), tmp_path / "rounded.html"
+    monkeypatch.setattr("nonsmooth.drawing.player.page.EXACT_NUMBERS", 0)
+    path.write_text(page_of(film))
+    page = Opened(chromium, path)
+    step = np.ptp(film.position, axis=(0, 1)) / LEVELS
+    assert "16 bits" in chromium.find_element("id", "detail").text
+    for k in (0, 1, 30, 59):
+        page.do(f"player.goTo({k})")
+        error = np.abs(page.ask("player.body(1).position") - film.position[k, 1])
+        assert (error <= 0.5 * step + 2 * FLOAT32).all()
+        assert page.ask("player.contacts()[0].P_N") == pytest.approx(0.05, rel=2.0**-11)
 
 
 def test_in_space_contacts_tell_their_forces(space):
