@@ -281,16 +281,17 @@ def test_names_are_shown_as_they_are_written(chromium, tmp_path):
 
 
 def spatial_film(title="a ball and a box", n_t=60):
-    """A ball that goes round, with a contact under it, and a box that turns, above a floor."""
+    """A ball that goes round, with a contact under it, a box that turns, and a ball at rest, above a floor."""
     t = np.linspace(0.0, 3.0, n_t)
     ball = np.column_stack([np.cos(t), np.sin(t), 0.2 + 0.0 * t])
     box = np.column_stack([0.0 * t, 0.0 * t, 0.5 + 0.1 * t])
-    turn = np.tile([1.0, 0.0, 0.0, 0.0], (n_t, 3, 1))
+    turn = np.tile([1.0, 0.0, 0.0, 0.0], (n_t, 4, 1))
     turn[:, 2] = np.column_stack([np.cos(t / 2), 0.0 * t, 0.0 * t, np.sin(t / 2)])
     bodies = (
         Body("floor", (Shape(ShapeKind.HALF_SPACE, np.zeros((0, 3))),), is_fixed=True),
         Body("ball", (Shape(ShapeKind.SPHERE, np.zeros((1, 3)), 0.2),)),
         Body("box", (Shape(ShapeKind.BOX, np.array([[0.2, 0.1, 0.05]])),)),
+        Body("still ball", (Shape(ShapeKind.SPHERE, np.zeros((1, 3)), 0.1),)),
     )
     one, up = np.ones(n_t), np.tile([0.0, 0.0, 1.0], (n_t, 1))
     foot = ball - [0.0, 0.0, 0.2]
@@ -298,7 +299,7 @@ def spatial_film(title="a ball and a box", n_t=60):
         np.arange(n_t + 1), 0 * one, foot, up, 2 * one, 0 * one, 0.05 * one, 0.01 * up[:, [2, 0, 0]], 0.3 * one
     )
     curves = (Curve("energies", "kinetic", "J", np.sin(t)),)
-    position = np.stack([0.0 * ball, ball, box], axis=1)
+    position = np.stack([0.0 * ball, ball, box, 0.0 * ball + [-0.8, -0.8, 0.1]], axis=1)
     return Film(title, t, bodies, position, turn, contacts, curves=curves)
 
 
