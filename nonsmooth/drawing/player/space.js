@@ -25,7 +25,7 @@ class Space {
     this.scene = new three.Scene();
     this.camera = new three.PerspectiveCamera(VIEW, 1);
     this.camera.up.set(0, 0, 1);
-    this.detail = this.isCoarse ? `of more than ${FINE} bodies a sphere has 48 faces, a capsule 60` : "a sphere has 720 faces";
+    this.detail = this.isCoarse ? `of more than ${FINE} bodies a sphere has 48 faces, a capsule 50` : "a sphere has 720 faces";
     this.measure();
     this.build();
     this.fit();
@@ -86,7 +86,7 @@ class Space {
     if (kind === "box") return new three.BoxGeometry(2, 2, 2);
     if (kind === "capsule") {
       const [a, b] = [new three.Vector3(...points.subarray(0, 3)), new three.Vector3(...points.subarray(3, 6))], axis = b.clone().sub(a);
-      const form = new three.CapsuleGeometry(radius, axis.length(), this.isCoarse ? 1 : 6, this.isCoarse ? 6 : 20);
+      const form = new three.CapsuleGeometry(radius, axis.length(), this.isCoarse ? 1 : 6, this.isCoarse ? 5 : 20);
       form.applyQuaternion(new three.Quaternion().setFromUnitVectors(new three.Vector3(0, 1, 0), axis.normalize()));
       return form.translate(...a.add(b).multiplyScalar(0.5).toArray());
     }
