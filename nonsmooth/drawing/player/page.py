@@ -105,7 +105,7 @@ def as_json(film: Film) -> dict[str, Any]:
     place, impulse = (packed, packed) if is_exact else (quantised, lambda P: packed(rounded(P)))
     return {
         "title": film.title, "dimension": d, "about": dict(film.about),
-        "detail": film.detail + accuracy(film, is_exact) + lost(film.contacts, contacts),
+        "detail": "; ".join(filter(None, (film.detail, accuracy(film, is_exact), lost(film.contacts, contacts)))),
         "times": packed(film.times, "<f8"),
         "bodies": [body_as_json(body) for body in film.bodies],
         "position": place(film.position),
@@ -139,7 +139,7 @@ def strongest(contacts: Contacts, most: int) -> Contacts:
 def lost(all_of_them: Contacts, kept: Contacts) -> str:
     """How many contacts are left out."""
     n, m = len(all_of_them.number), len(kept.number)
-    return "" if n == m else f"; of {n} contacts in all frames the {m} strongest"
+    return "" if n == m else f"of {n} contacts in all frames the {m} strongest"
 
 
 def body_as_json(body: Body) -> dict[str, Any]:
@@ -151,6 +151,6 @@ def body_as_json(body: Body) -> dict[str, Any]:
 def accuracy(film: Film, is_exact: bool) -> str:
     """How exactly the poses are kept."""
     if is_exact:
-        return "; poses in float32"
+        return "poses in float32"
     size = float(np.ptp(film.position, axis=(0, 1)).max())
-    return f"; positions to {size / (2 * LEVELS):.1g} m (16 bits), impulses to 0.05 %"
+    return f"positions to {size / (2 * LEVELS):.1g} m (16 bits), impulses to 0.05 %"

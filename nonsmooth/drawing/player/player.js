@@ -23,6 +23,8 @@ class Player {
     const groups = [...new Set(film.curves.map((curve) => curve.group))];
     this.curves = [new Curves(boxes[1], film, groups[0]), new Curves(boxes[2], film, groups[1] ?? groups[0])];
     this.charts = [this.timeLine, ...this.curves];
+    this.hasOneGroup = groups.length < 2;
+    boxes[2].hidden = this.hasOneGroup;
     this.write();
     this.listen();
     this.setDark(matchMedia("(prefers-color-scheme: dark)").matches);
@@ -130,7 +132,8 @@ class Player {
     this.picked = body;
     for (const curves of this.curves) { curves.own = body === null ? [] : this.curvesOf(body); curves.fill(); }
     if (body !== null) { this.curves[1].group = "picked body: position"; this.curves[1].fill(); }
-    this.curves.forEach((curves) => curves.draw(this.theme));
+    this.curves[1].box.hidden = this.hasOneGroup && body === null;
+    this.resize();
     if (body === null) this.setFollowing(false);
     this.show(this.frame);
   }
