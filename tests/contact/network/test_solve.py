@@ -73,6 +73,14 @@ def test_what_the_budget_does_not_reach_is_said_with_its_residual():
     assert said(network, "residual")[0] == judge(network) > 1e-4
 
 
+def test_sweeps_that_factors_did_not_help_are_made_after_them():
+    """With three factors a pyramid is not solved; the sweeps that were given up for them are."""
+    network = pyramid(8)
+    solve(network, tol=1e-13, most_sweeps=40, most_factors=3)
+    assert said(network, "is_met") == [0] and said(network, "rung") == [BY_FACTORS]
+    assert said(network, "sweeps") == [40] and said(network, "residual")[0] == judge(network)
+
+
 @pytest.mark.parametrize("most_factors", [0, 3])
 @pytest.mark.parametrize("most_sweeps", [0, 1, 12])
 def test_residual_is_never_more_than_that_of_the_start(most_sweeps, most_factors):
