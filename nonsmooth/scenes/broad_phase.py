@@ -1,0 +1,248 @@
+"""Pairs of shapes whose boxes overlap: a grid for every size, in a hash table.
+
+A shape of width w (the longest side of its box) is entered by the centre of its box in the grid of level l,
+
+    cell_l = w_max 2^-l,    w <= cell_l < 2 w,
+
+so that two shapes overlap only where their cells on the coarser one of their levels are neighbours. A shape asks the
+3^d cells about its own on every coarser level that is in use, and half of them on its own. Cells share a table of at
+least 2 n buckets; entries are sorted by bucket, and a row of cells along x is a row of buckets. Pairs come out in the
+order of (i, j) by two counting sorts, whatever the order in the grid. All is linear in shapes + pairs.
+
+Source: Ericson, *Real-Time Collision Detection*, section 7.2.2 (hierarchical hash grids); Eitz and Lixu, "Hierarchical
+spatial hashing for real-time collision detection", SMI 2007.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated as Array
+
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints
+from nonsmooth.scenes.detection import NOT_FINITE
+
+LEVELS = 48  # chosen: sizes of one scene differ by up to 2^48; what is smaller still stands in the finest grid
+WRAP = 2**28 - 1  # chosen: cells of a row and rows are told apart modulo this + 1, since a row's code has 62 bits
+FARTHEST_CELL = 2.0**52  # derived: cells from the origin beyond which a place is not known to a cell
+ROW_STRIDES = (73856093, 19349663, 83492791)  # chosen: primes that spread rows over the table, of y, z and level
+
+
+class Grid(Block, n_t="1 << (2 * n_s + 2).bit_length()"):
+    """Boxes of the shapes, and the pairs that overlap; n_p is the room for these."""
+
+    lo: Array[Floats, "n_s", "d"]  # [m] the box: of the shape, the margin and what it may move in a step
+    hi: Array[Floats, "n_s", "d"]
+    approach: Array[Floats, "n_s"]  # [m] the farthest that a point of its core moves in a step
+    level: Array[Ints, "n_s"]  # -1 where it is unbounded
+    row: Array[Ints, "n_s"]  # level and cells across x, as one number
+    bucket: Array[Ints, "n_s"]
+    start: Array[Ints, "n_t + 1"]
+    order: Array[Ints, "n_s"]  # bounded shapes by bucket
+    population: Array[Ints, LEVELS]  # of the levels
+    widest: float  # [m] the longest side of a box
+    n_pairs: int  # found, which may be more than there is room for
+    i: Array[Ints, "n_p"]  # as they were found
+    j: Array[Ints, "n_p"]
+    by_j: Array[Ints, "n_p"]
+    pair: Array[Ints, "n_p"]  # rows of i and j by (i, j)
+    places: Array[Ints, "n_s + 1"]
+
+
+@kernel
+def find_pairs(shapes, motion, grid):
+    """List the pairs whose boxes overlap; returns how many, or NOT_FINITE."""
+    n = enter(grid)
+    if n < 0:
+        return NOT_FINITE
+    grid.n_pairs = 0
+    for p in range(n):
+        neighbours(shapes, motion, grid, p)
+    for s in range(grid.level.shape[0]):
+        if grid.level[s] < 0:
+            against_all(shapes, motion, grid, s)
+    if grid.n_pairs <= grid.i.shape[0]:
+        sort_pairs(grid)
+    return grid.n_pairs
+
+
+@kernel
+def enter(grid):
+    """Sort the bounded shapes by the bucket of their cell; returns how many, or NOT_FINITE."""
+    n_s, depth = grid.lo.shape
+    start, population, widest = grid.start, grid.population, 0.0
+    for s in range(n_s):
+        if grid.level[s] >= 0:
+            widest = max(widest, width_of(grid, s))
+    grid.widest = widest
+    for b in range(start.shape[0]):
+        start[b] = 0
+    for k in range(LEVELS):
+        population[k] = 0
+    n = 0
+    for s in range(n_s):
+        if grid.level[s] < 0:
+            continue
+        level = level_of(width_of(grid, s), widest)
+        cell = cell_of(level, widest)
+        for a in range(depth):
+            if not abs(grid.lo[s, a] + grid.hi[s, a]) < FARTHEST_CELL * cell:
+                return NOT_FINITE
+        cx, cy, cz = cells_of(grid, s, cell)
+        b = bucket_of(grid, level, cx, cy, cz)
+        grid.level[s], grid.row[s], grid.bucket[s] = level, row_code(level, cy, cz), b
+        population[level] += 1
+        start[b] += 1
+        n += 1
+    fill_buckets(grid)
+    return n
+
+
+@kernel
+def width_of(grid, s):
+    """The longest side of a box."""
+    width = grid.hi[s, 0] - grid.lo[s, 0]
+    for a in range(1, grid.lo.shape[1]):
+        width = max(width, grid.hi[s, a] - grid.lo[s, a])
+    return width
+
+
+@kernel
+def level_of(width, widest):
+    """The finest level whose cells are no narrower."""
+    if width * 2.0 ** (LEVELS - 1) <= widest:
+        return LEVELS - 1
+    return math.frexp(widest / width)[1] - 1
+
+
+@kernel
+def cell_of(level, widest):
+    """The width of its cells; 1 where nothing has a width."""
+    return math.ldexp(widest, -level) if widest > 0.0 else 1.0
+
+
+@kernel
+def cells_of(grid, s, cell):
+    """The cell (x, y, z) in which the centre of a box is; z = 0 in the plane."""
+    cx = int(math.floor(0.5 * (grid.lo[s, 0] + grid.hi[s, 0]) / cell))
+    cy = int(math.floor(0.5 * (grid.lo[s, 1] + grid.hi[s, 1]) / cell))
+    cz = 0
+    if grid.lo.shape[1] == 3:
+        cz = int(math.floor(0.5 * (grid.lo[s, 2] + grid.hi[s, 2]) / cell))
+    return cx, cy, cz
+
+
+@kernel
+def row_code(level, cy, cz):
+    """One number of a row of cells along x."""
+    return (level << 56) | ((cy & WRAP) << 28) | (cz & WRAP)
+
+
+@kernel
+def bucket_of(grid, level, cx, cy, cz):
+    """The bucket of a cell; neighbours along x are neighbours in the table."""
+    spread = ROW_STRIDES[0] * (cy & WRAP) + ROW_STRIDES[1] * (cz & WRAP) + ROW_STRIDES[2] * level
+    return (cx + spread) & (grid.start.shape[0] - 2)
+
+
+@kernel
+def fill_buckets(grid):
+    """From the population of each bucket to its first place, start[b], and the shapes in it."""
+    start, order, bucket, end = grid.start, grid.order, grid.bucket, 0
+    for b in range(start.shape[0]):
+        end += start[b]
+        start[b] = end
+    for s in range(bucket.shape[0] - 1, -1, -1):
+        if grid.level[s] >= 0:
+            start[bucket[s]] -= 1
+            order[start[bucket[s]]] = s
+
+
+@kernel
+def neighbours(shapes, motion, grid, p):
+    """The pairs of shape order[p] with those behind it on its own level, and with all on coarser ones."""
+    s, depth = grid.order[p], grid.lo.shape[1]
+    own = grid.level[s]
+    top = 1 if depth == 3 else 0
+    for level in range(own + 1):
+        if grid.population[level] == 0:
+            continue
+        cx, cy, cz = cells_of(grid, s, cell_of(level, grid.widest))
+        for z in range(0 if level == own else -top, top + 1):
+            for y in range(0 if level == own and z == 0 else -1, 2):
+                row = row_code(level, cy + y, cz + z)
+                is_own_row = level == own and y == 0 and z == 0
+                for x in range(0 if is_own_row else -1, 2):
+                    b = bucket_of(grid, level, cx + x, cy + y, cz + z)
+                    begin = p + 1 if is_own_row and x == 0 else grid.start[b]
+                    for t in range(begin, grid.start[b + 1]):
+                        other = grid.order[t]
+                        if grid.row[other] == row and overlap(grid, s, other):
+                            add_pair(shapes, motion, grid, s, other)
+
+
+@kernel
+def overlap(grid, s, t):
+    """Whether two boxes overlap."""
+    for a in range(grid.lo.shape[1]):
+        if grid.lo[s, a] > grid.hi[t, a] or grid.lo[t, a] > grid.hi[s, a]:
+            return False
+    return True
+
+
+@kernel
+def against_all(shapes, motion, grid, s):
+    """The pairs of an unbounded shape with the bounded ones."""
+    for t in range(grid.level.shape[0]):
+        if grid.level[t] >= 0:
+            add_pair(shapes, motion, grid, s, t)
+
+
+@kernel
+def add_pair(shapes, motion, grid, s, t):
+    """Write a pair down, unless its bodies are one, or cannot move, or do not collide."""
+    a, b = shapes.body[s], shapes.body[t]
+    if a == b or motion.moves[a] + motion.moves[b] == 0 or is_apart(shapes.apart, a, b):
+        return
+    n = grid.n_pairs
+    if n < grid.i.shape[0]:
+        grid.i[n], grid.j[n] = min(s, t), max(s, t)
+    grid.n_pairs = n + 1
+
+
+@kernel
+def is_apart(apart, a, b):
+    """Whether the codes of pairs that do not collide, ascending, have this one; by bisection."""
+    code, low, high = min(a, b) << 32 | max(a, b), 0, apart.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if apart[middle] < code:
+            low = middle + 1
+        else:
+            high = middle
+    return low < apart.shape[0] and apart[low] == code
+
+
+@kernel
+def sort_pairs(grid):
+    """Put the pairs in the order of (i, j): by j, and then by i with those of one i left in their order."""
+    n = grid.n_pairs
+    for k in range(n):
+        grid.pair[k] = k
+    counting_sort(n, grid.j, grid.pair, grid.places, grid.by_j)
+    counting_sort(n, grid.i, grid.by_j, grid.places, grid.pair)
+
+
+@kernel
+def counting_sort(n, values, given, places, sorted_):
+    """The rows given (n,) in the order of their values, those of one value in the order given."""
+    for v in range(places.shape[0]):
+        places[v] = 0
+    for k in range(n):
+        places[values[given[k]] + 1] += 1
+    for v in range(1, places.shape[0]):
+        places[v] += places[v - 1]
+    for k in range(n):
+        row = given[k]
+        sorted_[places[values[row]]] = row
+        places[values[row]] += 1

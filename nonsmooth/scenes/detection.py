@@ -1,0 +1,58 @@
+"""What detection of contacts is handed and what it finds: the motion of the bodies, and contacts with keys.
+
+A candidate is kept when its gap is below the margin now or, at the velocities handed in, by the end of the step:
+
+    g_N + dt min(gamma_N, 0) < margin,        gamma_N = n . (v_j + w_j x (p - x_j) - v_i - w_i x (p - x_i))
+"""
+
+from __future__ import annotations
+
+from typing import Annotated as Array
+
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints
+
+SHAPE_BITS = 22  # chosen: of a key, for either shape: four million of them
+FEATURE_BITS = 19  # derived: of a key, what two shapes leave of 63
+NOT_FINITE = -(2**62)  # code: a body or a shape is nowhere, or so far out that its cell has no number
+
+
+class Motion(Block):
+    """Where the bodies are and how they move; the integrator owns it.
+
+    A planar body has x = (x, y, angle) and v = (vx, vy, omega); a spatial one x = (position, unit quaternion w x y z)
+    and v = (velocity, angular velocity in world axes).
+    """
+
+    x: Array[Floats, "n_b", "n_x"]  # [m], [rad]
+    v: Array[Floats, "n_b", "n"]  # [m/s], [rad/s]
+    moves: Array[Ints, "n_b"]  # 1 where the inverse mass is not zero
+
+
+class Found(Block):
+    """Contacts in the order of their keys; m is the room for them."""
+
+    shape_i: Array[Ints, "m"]  # shape_i < shape_j
+    shape_j: Array[Ints, "m"]
+    key: Array[Ints, "m"]  # shape_i, shape_j and what of them touches: the same while that is the same
+    gap: Array[Floats, "m"]  # [m], open > 0
+    normal: Array[Floats, "m", "d"]  # from the body of shape_i to that of shape_j
+    point: Array[Floats, "m", "d"]  # [m] midway between the two surfaces
+
+
+@kernel
+def key_of(i, j, feature):
+    """One number of two shapes and a feature; their order is that of (i, j, feature)."""
+    return (((i << SHAPE_BITS) | j) << FEATURE_BITS) | feature
+
+
+@kernel
+def is_finite(motion):
+    """Whether all places and velocities are numbers: 0 x is 0 of no other."""
+    total = 0.0
+    for b in range(motion.x.shape[0]):
+        for k in range(motion.x.shape[1]):
+            total += 0.0 * motion.x[b, k]
+        for k in range(motion.v.shape[1]):
+            total += 0.0 * motion.v[b, k]
+    return total == 0.0

@@ -1,0 +1,213 @@
+"""Gaps, normals and points of planar hulls against brute force and closed forms."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from nonsmooth.numerics.rounding import EPS
+
+EVERYTHING = 1e6  # margin: every pair is found
+
+
+def regular(k, r, turn=0.3):
+    angle = turn + 2 * np.pi * np.arange(k) / k
+    return r * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def bank(shape):
+    """Shapes of different kinds, sizes and roundness, as functions of their body."""
+    return {
+        "disc": lambda b: shape.disc(b, 0.4),
+        "capsule": lambda b: shape.capsule(b, 0.7, 0.15),
+        "segment": lambda b: shape.capsule(b, 0.5, 0.0),
+        "box": lambda b: shape.box(b, 0.6, 0.3),
+        "rounded box": lambda b: shape.box(b, 0.3, 0.4, 0.1),
+        "triangle": lambda b: shape.polygon(b, [(-0.5, -0.2), (0.8, -0.2), (0.0, 0.5)]),
+        "heptagon": lambda b: shape.polygon(b, regular(7, 0.5)),
+        "needle": lambda b: shape.polygon(b, [(-1.0, 0.0), (1.0, -0.01), (1.0, 0.01)]),
+    }
+
+
+def world(row, x):
+    """The vertices of a hull, (n, k, 2), at places x (n, 3)."""
+    c, s = np.cos(x[:, 2, None]), np.sin(x[:, 2, None])
+    p = np.asarray(row.vertices, dtype=float)
+    return np.stack([x[:, 0, None] + c * p[:, 0] - s * p[:, 1], x[:, 1, None] + s * p[:, 0] + c * p[:, 1]], axis=-1)
+
+
+def signed_distance(A, B):
+    """Of two convex hulls (n, k, 2), (n, m, 2) in one place each.
+
+    The hull of the differences B - A (Qhull) has the origin inside where they overlap, and its nearest face says how
+    deep; outside, the least of all distances of a vertex from an edge.
+    """
+    outside = np.minimum(vertex_edge(A, B), vertex_edge(B, A))
+    inside = np.array([deepest(a, b) for a, b in zip(A, B, strict=True)])
+    return np.where(inside < 0, inside, outside)
+
+
+def deepest(a, b):
+    D = (b[:, None] - a[None]).reshape(-1, 2)
+    if len(D) < 3:
+        return 0.0
+    return ConvexHull(D, qhull_options="QJ" if len(a) <= 2 and len(b) <= 2 else "Qt").equations[:, 2].max()
+
+
+def vertex_edge(A, B):
+    """The least distance of a vertex of A from an edge of B."""
+    P, Q = A[:, :, None], B[:, None]
+    E = np.roll(B, -1, axis=1)[:, None] - Q
+    t = np.clip(((P - Q) * E).sum(-1) / np.maximum((E * E).sum(-1), 1e-300), 0, 1)
+    return np.linalg.norm(P - Q - t[..., None] * E, axis=-1).min((1, 2))
+
+
+def support(P, n):
+    """max of n . p over the points (n, k, 2)."""
+    return (P * n[:, None]).sum(-1).max(1)
+
+
+def random_places(rng, n, spread=1.6):
+    x = np.zeros((n, 2, 3))
+    x[:, :, 2] = rng.uniform(-np.pi, np.pi, (n, 2))
+    x[:, :, :2] = rng.uniform(-0.5, 0.5, (n, 2, 2)) * spread
+    return x
+
+
+PAIRS = list(itertools.combinations_with_replacement(
+    ["disc", "capsule", "segment", "box", "rounded box", "triangle", "heptagon", "needle"], 2))  # fmt: skip
+
+
+@pytest.mark.parametrize("names", PAIRS, ids="-".join)
+def test_gap_normal_and_point_are_those_of_the_hull_of_differences(names, planar, shape):
+    """3000 random pairs of each two kinds, 10^5 in all; every tenth also against Qhull.
+
+    The normal is its own proof: along it the cores are apart by the gap (their supports), and no direction does better
+    than the distance where they are apart, or than the nearest face of the hull of differences where they overlap.
+    """
+    rng = np.random.default_rng(PAIRS.index(names))
+    rows = [bank(shape)[name](b) for b, name in enumerate(names)]
+    scene, x = planar(rows, np.zeros((2, 3))), random_places(rng, 3000)
+    gap, normal, point = np.zeros(len(x)), np.zeros((len(x), 2)), np.zeros((len(x), 2))
+    for k in range(len(x)):
+        scene.motion.x[:] = x[k]
+        n = scene.run(margin=EVERYTHING)
+        best = int(np.argmin(scene.found.gap[:n]))
+        gap[k], normal[k], point[k] = scene.found.gap[best], scene.found.normal[best], scene.found.point[best]
+    A, B = (world(row, x[:, b]) for b, row in enumerate(rows))
+    r_A, r_B = (row.radius for row in rows)
+    tol = 100 * EPS
+    assert np.abs(np.linalg.norm(normal, axis=1) - 1).max() < tol
+    core = gap + r_A + r_B
+    assert np.abs(-support(B, -normal) - support(A, normal) - core).max() < tol
+    apart = core > 0
+    distance = np.minimum(vertex_edge(A, B), vertex_edge(B, A))
+    assert np.abs(distance - core)[apart].max() < tol
+    some = slice(None, None, 10)
+    exact = signed_distance(A[some], B[some])
+    assert np.abs(exact - core[some]).max() < 1e-9  # Qhull merges and joggles
+    for P, r, side in ((A, r_A, -0.5), (B, r_B, 0.5)):  # from the point to the surface, along the normal
+        on = point + side * gap[:, None] * normal
+        touching = vertex_edge(on[:, None], P)
+        assert np.abs(touching - r).max() < tol
+
+
+def test_parallel_faces_have_two_points_with_equal_gaps_at_the_ends_of_their_overlap(planar, shape):
+    for r in (0.0, 0.1):
+        scene = planar([shape.box(0, 0.5, 0.5, r), shape.box(1, 0.3, 0.2, r)], [(0, 0, 0), (0.4, 0.71 + 2 * r, 0)])
+        gap, normal, point, _ = scene.contacts(margin=0.1)
+        assert np.abs(gap - 0.01).max() < 4 * EPS and (normal == [0, 1]).all()
+        assert np.abs(np.sort(point[:, 0]) - [0.1, 0.5]).max() < 4 * EPS
+        assert np.abs(point[:, 1] - 0.505 - r).max() < 4 * EPS
+
+
+def test_an_overlap_that_is_deep_has_the_face_of_least_penetration(planar, shape):
+    scene = planar([shape.box(0, 1.0, 0.5), shape.box(1, 0.3, 0.3)], [(0, 0, 0), (0.5, 0.4, 0)])
+    gap, normal, _, _ = scene.contacts()
+    assert np.abs(gap + 0.4).max() < 4 * EPS and (normal == [0, 1]).all()
+
+
+def test_a_disc_at_the_centre_of_another_has_a_normal(planar, shape):
+    gap, normal, point, _ = planar([shape.disc(0, 0.3), shape.disc(1, 0.2)], [(1, 2, 0), (1, 2, 0)]).contacts()
+    assert gap == [-0.5] and (normal == [0, 1]).all() and np.abs(point - [1, 2.05]).max() < 4 * EPS
+
+
+def test_vertices_that_meet_have_the_normal_of_a_face(planar, shape):
+    """Their difference has no direction any more."""
+    scene = planar([shape.box(0), shape.box(1)], [(0, 0, 0), (1 + 1e-16, 1 + 1e-16, 0)])
+    gap, normal, point, _ = scene.contacts()
+    assert np.abs(gap).max() < 4 * EPS and np.abs(normal).sum() == len(normal) and np.abs(point - 0.5).max() < 4 * EPS
+
+
+def test_collinear_segments_are_as_far_apart_as_their_ends(planar, shape):
+    scene = planar([shape.capsule(0, 0.5, 0.1), shape.capsule(1, 0.5, 0.1)], [(0, 0, 0.0), (1.3, 0, 0.0)])
+    gap, normal, _, _ = scene.contacts(margin=1.0)
+    assert np.abs(gap - 0.1).max() < 8 * EPS and np.abs(normal - [1, 0]).max() < 4 * EPS
+
+
+@pytest.mark.parametrize("names", PAIRS[::3], ids="-".join)
+def test_swapping_two_shapes_turns_the_normal_round_and_nothing_else(names, planar, shape):
+    rng = np.random.default_rng(7)
+    x = random_places(rng, 200)
+    there = planar([bank(shape)[name](b) for b, name in enumerate(names)], x[0])
+    back = planar([bank(shape)[name](b) for b, name in enumerate(names[::-1])], x[0])
+    for places in x:
+        there.motion.x[:], back.motion.x[:] = places, places[::-1]
+        (gap, normal, point, key), (other_gap, other_normal, other_point, _) = there.contacts(), back.contacts()
+        order, other = np.lexsort(point.round(9).T), np.lexsort(other_point.round(9).T)
+        assert len(gap) == len(other_gap) and len(set(key)) == len(key)
+        assert np.abs(gap[order] - other_gap[other]).max(initial=0) < 100 * EPS
+        assert np.abs(normal[order] + other_normal[other]).max(initial=0) < 100 * EPS
+        assert np.abs(point[order] - other_point[other]).max(initial=0) < 100 * EPS
+
+
+@pytest.mark.parametrize("names", PAIRS[1::3], ids="-".join)
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_a_moved_and_scaled_world_has_its_contacts_moved_and_scaled(names, scale, planar, shape):
+    """The rounding of the places themselves, some metres out, is left."""
+    rng = np.random.default_rng(11)
+    rows = [bank(shape)[name](b) for b, name in enumerate(names)]
+    scaled = [shape.polygon(r.body, scale * np.asarray(r.vertices, dtype=float), scale * r.radius) for r in rows]
+    here, there = planar(rows, np.zeros((2, 3))), planar(scaled, np.zeros((2, 3)))
+    turn, shift = 0.7, np.array([3.0, -2.0])
+    R = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    for places in random_places(rng, 200):
+        here.motion.x[:] = places
+        there.motion.x[:, :2] = scale * (places[:, :2] @ R.T + shift)
+        there.motion.x[:, 2] = places[:, 2] + turn
+        gap, normal, point, key = here.contacts(margin=0.5)
+        gap_there, normal_there, point_there, key_there = there.contacts(margin=0.5 * scale)
+        assert (key == key_there).all()
+        assert np.abs(gap_there / scale - gap).max(initial=0) < 100 * EPS
+        assert np.abs(normal_there - normal @ R.T).max(initial=0) < 1e-12
+        assert np.abs(point_there / scale - (point @ R.T + shift)).max(initial=0) < 1e-13
+
+
+def test_keys_stay_while_a_stack_trembles(planar, shape):
+    """Angles and places of 1e-7 change which face is the farther out, and which vertex, but none of the keys."""
+    rng = np.random.default_rng(3)
+    rows = [shape.box(0, 0.5, 0.1), shape.box(1, 0.4, 0.1), shape.box(2, 0.5, 0.1), shape.half_plane(3)]
+    rest = np.array([[0, 0.1, 0], [0.05, 0.3, 0], [-0.03, 0.5, 0], [0, 0, 0]])
+    scene = planar(rows, rest)
+    keys = scene.contacts()[3]
+    assert len(keys) == 6
+    for _ in range(300):
+        scene.motion.x[:3] = rest[:3] + 1e-7 * rng.uniform(-1, 1, (3, 3))
+        gap, _, _, key = scene.contacts()
+        assert (key == keys).all() and np.abs(gap).max() < 1e-6
+
+
+def test_the_gap_and_the_normal_of_two_boxes_change_without_a_jump(planar, shape):
+    """A box that rolls off the edge of another, a hair above it: face, corner and the other's face in turn."""
+    scene = planar([shape.box(0), shape.box(1)], np.zeros((2, 3)))
+    before = None
+    for tilt in np.linspace(0.2, 0.4, 2001):
+        c, s = np.cos(tilt), np.sin(tilt)
+        corner = np.array([0.5 + 0.03 * (tilt - 0.3), 0.52])  # of the moving one, lower left
+        scene.motion.x[1] = corner[0] + 0.5 * c - 0.5 * s, corner[1] + 0.5 * s + 0.5 * c, tilt
+        gap, normal, point, _ = scene.contacts(margin=0.05)
+        best = np.argmin(gap)
+        now = np.array([gap[best], *normal[best], *point[best]])
+        assert before is None or np.abs(now - before).max() < 0.01
+        before = now
