@@ -25,7 +25,10 @@ from nonsmooth.scenes.detection import NOT_FINITE
 LEVELS = 48  # chosen: sizes of one scene differ by up to 2^48; what is smaller still stands in the finest grid
 WRAP = 2**28 - 1  # chosen: cells of a row and rows are told apart modulo this + 1, since a row's code has 62 bits
 FARTHEST_CELL = 2.0**52  # derived: cells from the origin beyond which a place is not known to a cell
-ROW_STRIDES = (73856093, 19349663, 83492791)  # chosen: primes that spread rows over the table, of y, z and level
+# derived: 1/g, 1/g^2, 1/g^3 with g^4 = g + 1, in units of 2^-34: multiples of them lie evenly modulo 1. Source:
+# Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018
+ROW_STRIDES = (14073276619, 11528441379, 9443782300)  # of y, z and level
+PART = 2**34 - 1  # derived: what is modulo 1 in these units
 
 
 class Grid(Block, n_t="1 << (2 * n_s + 2).bit_length()"):
@@ -33,12 +36,18 @@ class Grid(Block, n_t="1 << (2 * n_s + 2).bit_length()"):
 
     lo: Array[Floats, "n_s", "d"]  # [m] the box: of the shape, the margin and what it may move in a step
     hi: Array[Floats, "n_s", "d"]
+    normal: Array[Floats, "n_s", "d"]  # of the border of an unbounded shape
+    border: Array[Floats, "n_s"]  # [m] n . p of what is on its border, as much wider as the boxes are
     approach: Array[Floats, "n_s"]  # [m] the farthest that a point of its core moves in a step
     level: Array[Ints, "n_s"]  # -1 where it is unbounded
     row: Array[Ints, "n_s"]  # level and cells across x, as one number
     bucket: Array[Ints, "n_s"]
     start: Array[Ints, "n_t + 1"]
-    order: Array[Ints, "n_s"]  # bounded shapes by bucket
+    order: Array[Ints, "n_s"]  # bounded shapes by bucket; their rows and boxes beside each other are read in one go
+    row_at: Array[Ints, "n_s"]
+    lo_at: Array[Floats, "n_s", "d"]
+    hi_at: Array[Floats, "n_s", "d"]
+    near: Array[Ints, "n_s + 1"]  # those whose boxes overlap that of one shape
     population: Array[Ints, LEVELS]  # of the levels
     widest: float  # [m] the longest side of a box
     n_pairs: int  # found, which may be more than there is room for
@@ -141,8 +150,9 @@ def row_code(level, cy, cz):
 @kernel
 def bucket_of(grid, level, cx, cy, cz):
     """The bucket of a cell; neighbours along x are neighbours in the table."""
-    spread = ROW_STRIDES[0] * (cy & WRAP) + ROW_STRIDES[1] * (cz & WRAP) + ROW_STRIDES[2] * level
-    return (cx + spread) & (grid.start.shape[0] - 2)
+    size = grid.start.shape[0] - 1
+    part = (ROW_STRIDES[0] * (cy & WRAP) + ROW_STRIDES[1] * (cz & WRAP) + ROW_STRIDES[2] * level) & PART
+    return (cx + (part * size >> 34)) & (size - 1)
 
 
 @kernel
@@ -155,47 +165,76 @@ def fill_buckets(grid):
     for s in range(bucket.shape[0] - 1, -1, -1):
         if grid.level[s] >= 0:
             start[bucket[s]] -= 1
-            order[start[bucket[s]]] = s
+            p = start[bucket[s]]
+            order[p], grid.row_at[p] = s, grid.row[s]
+            for a in range(grid.lo.shape[1]):
+                grid.lo_at[p, a], grid.hi_at[p, a] = grid.lo[s, a], grid.hi[s, a]
 
 
 @kernel
 def neighbours(shapes, motion, grid, p):
     """The pairs of shape order[p] with those behind it on its own level, and with all on coarser ones."""
-    s, depth = grid.order[p], grid.lo.shape[1]
-    own = grid.level[s]
-    top = 1 if depth == 3 else 0
+    s, n = grid.order[p], 0
+    own, top = grid.level[s], 1 if grid.lo.shape[1] == 3 else 0
     for level in range(own + 1):
         if grid.population[level] == 0:
             continue
         cx, cy, cz = cells_of(grid, s, cell_of(level, grid.widest))
+        if level == own:
+            b = bucket_of(grid, level, cx, cy, cz)
+            row = row_code(level, cy, cz)
+            n = compare(grid, p, row, p + 1, grid.start[b + 1], n)
+            b = bucket_of(grid, level, cx + 1, cy, cz)
+            n = compare(grid, p, row, grid.start[b], grid.start[b + 1], n)
         for z in range(0 if level == own else -top, top + 1):
-            for y in range(0 if level == own and z == 0 else -1, 2):
-                row = row_code(level, cy + y, cz + z)
-                is_own_row = level == own and y == 0 and z == 0
-                for x in range(0 if is_own_row else -1, 2):
-                    b = bucket_of(grid, level, cx + x, cy + y, cz + z)
-                    begin = p + 1 if is_own_row and x == 0 else grid.start[b]
-                    for t in range(begin, grid.start[b + 1]):
-                        other = grid.order[t]
-                        if grid.row[other] == row and overlap(grid, s, other):
-                            add_pair(shapes, motion, grid, s, other)
+            for y in range(1 if level == own and z == 0 else -1, 2):
+                n = compare_row(grid, p, level, cx, cy + y, cz + z, n)
+    for k in range(n):
+        add_pair(shapes, motion, grid, s, grid.near[k])
 
 
 @kernel
-def overlap(grid, s, t):
-    """Whether two boxes overlap."""
-    for a in range(grid.lo.shape[1]):
-        if grid.lo[s, a] > grid.hi[t, a] or grid.lo[t, a] > grid.hi[s, a]:
-            return False
-    return True
+def compare_row(grid, p, level, cx, cy, cz, n):
+    """``compare`` with those in three cells of a row, which are in a row in the table but at its end."""
+    row, b = row_code(level, cy, cz), bucket_of(grid, level, cx, cy, cz)
+    if 0 < b < grid.start.shape[0] - 2:
+        return compare(grid, p, row, grid.start[b - 1], grid.start[b + 2], n)
+    for x in range(-1, 2):
+        b = bucket_of(grid, level, cx + x, cy, cz)
+        n = compare(grid, p, row, grid.start[b], grid.start[b + 1], n)
+    return n
+
+
+@kernel
+def compare(grid, p, row, begin, end, n):
+    """List those of order[begin], ..., order[end - 1] that are of the row and whose boxes overlap that of order[p],
+    behind the first n in ``near``; the new n. No branch is taken: most would be guessed wrong."""
+    lo, hi, row_at = grid.lo_at, grid.hi_at, grid.row_at
+    for t in range(begin, end):
+        meets = (row_at[t] == row) & (lo[p, 0] <= hi[t, 0]) & (lo[t, 0] <= hi[p, 0])
+        meets = meets & (lo[p, 1] <= hi[t, 1]) & (lo[t, 1] <= hi[p, 1])
+        if lo.shape[1] == 3:
+            meets = meets & (lo[p, 2] <= hi[t, 2]) & (lo[t, 2] <= hi[p, 2])
+        grid.near[n] = grid.order[t]
+        n += 1 if meets else 0
+    return n
 
 
 @kernel
 def against_all(shapes, motion, grid, s):
-    """The pairs of an unbounded shape with the bounded ones."""
+    """The pairs of an unbounded shape with the bounded ones whose boxes reach over its border."""
     for t in range(grid.level.shape[0]):
-        if grid.level[t] >= 0:
+        if grid.level[t] >= 0 and lowest(grid, s, t) <= grid.border[s]:
             add_pair(shapes, motion, grid, s, t)
+
+
+@kernel
+def lowest(grid, s, t):
+    """The least n . p of the points of box t."""
+    total = 0.0
+    for a in range(grid.lo.shape[1]):
+        total += min(grid.normal[s, a] * grid.lo[t, a], grid.normal[s, a] * grid.hi[t, a])
+    return total
 
 
 @kernel

@@ -14,6 +14,12 @@ from nonsmooth.jit.blocks import Block, Floats, Ints
 
 SHAPE_BITS = 22  # chosen: of a key, for either shape: four million of them
 FEATURE_BITS = 19  # derived: of a key, what two shapes leave of 63
+# chosen, of the reaches of both: the face of i is the reference unless one of j is farther out by more than this.
+# It is above what a stack at rest moves by, and the gap of a point differs between two such faces by its square.
+FACE_PREFERENCE = 1e-9
+# chosen, of the reaches and radii of both: points nearer than this, whose difference has lost the digits of a
+# direction (6 are left), have the normal of a face.
+SAME_PLACE = 1e-10
 NOT_FINITE = -(2**62)  # code: a body or a shape is nowhere, or so far out that its cell has no number
 
 
@@ -44,6 +50,12 @@ class Found(Block):
 def key_of(i, j, feature):
     """One number of two shapes and a feature; their order is that of (i, j, feature)."""
     return (((i << SHAPE_BITS) | j) << FEATURE_BITS) | feature
+
+
+@kernel
+def same_place(shapes, a, b):
+    """The distance below which points of two shapes have no direction [m]."""
+    return SAME_PLACE * (shapes.reach[a] + shapes.reach[b] + shapes.radius[a] + shapes.radius[b])
 
 
 @kernel

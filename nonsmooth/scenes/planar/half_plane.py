@@ -18,7 +18,7 @@ def hull_on_half_plane(shapes, scratch, i, j, limit):
     """The points of a pair whose gaps are below the limit; returns how many."""
     is_first = shapes.kind[i] == HALF_PLANE  # the half-plane is i
     plane, hull = (i, j) if is_first else (j, i)
-    nx, ny, r = scratch.plane[plane, 0], scratch.plane[plane, 1], shapes.radius[hull]
+    nx, ny, r = scratch.grid.normal[plane, 0], scratch.grid.normal[plane, 1], shapes.radius[hull]
     x = scratch.centre[hull, 0] - scratch.centre[plane, 0]
     y = scratch.centre[hull, 1] - scratch.centre[plane, 1]
     height = nx * x + ny * y

@@ -28,13 +28,7 @@ from __future__ import annotations
 import math
 
 from nonsmooth.jit import kernel
-
-# chosen, of the reaches of both: the face of i is the reference unless one of j is farther out by more than this.
-# It is above what a stack at rest moves by, and the gap of a point differs between two such faces by its square.
-FACE_PREFERENCE = 1e-9
-# chosen, of the reaches and radii of both: vertices nearer than this, whose difference has lost the digits of a
-# direction (6 are left), have the normal of the face.
-SAME_PLACE = 1e-10
+from nonsmooth.scenes.detection import FACE_PREFERENCE, same_place
 
 
 @kernel
@@ -63,7 +57,7 @@ def disc_on_disc(shapes, scratch, i, j, limit):
     if d - r_i - r_j >= limit:
         return 0
     manifold.nx, manifold.ny = 0.0, 1.0
-    if d > SAME_PLACE * (r_i + r_j):
+    if d > same_place(shapes, i, j):
         manifold.nx, manifold.ny = x / d, y / d
     at = 0.5 * (d + r_i - r_j)
     manifold.gap[0], manifold.feature[0] = d - r_i - r_j, 0
@@ -160,12 +154,6 @@ def corner(shapes, scratch, ref, inc, e, w, f, g, sign):
     manifold.nx, manifold.ny = sign * nx, sign * ny
     incident_point(shapes, scratch, ref, inc, f, d, sign, 0)
     return 1
-
-
-@kernel
-def same_place(shapes, a, b):
-    """The distance below which two vertices have no direction [m]."""
-    return SAME_PLACE * (shapes.reach[a] + shapes.reach[b] + shapes.radius[a] + shapes.radius[b])
 
 
 @kernel

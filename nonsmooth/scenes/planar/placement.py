@@ -33,8 +33,7 @@ class PlanarScratch(Block, d=2):
 
     centre: Array[Floats, "n_s", "2"]  # [m]
     arm: Array[Floats, "n_w", "2"]  # [m] vertices from the centre, in world axes
-    normal: Array[Floats, "n_w", "2"]  # of edges; of a half-plane in the row of its centre
-    plane: Array[Floats, "n_s", "2"]
+    normal: Array[Floats, "n_w", "2"]  # of edges
     grid: Grid
     manifold: Manifold
 
@@ -54,6 +53,7 @@ def place_shapes(shapes, motion, dt, margin, scratch):
         place_shape(shapes, motion, scratch, s, b)
         if shapes.kind[s] == HALF_PLANE:
             scratch.grid.level[s] = -1
+            bound_half_plane(shapes, motion, dt, margin, scratch, s, b)
         else:
             scratch.grid.level[s] = 0
             bound(shapes, motion, dt, margin, scratch, s, b)
@@ -69,7 +69,7 @@ def place_shape(shapes, motion, scratch, s, b):
     scratch.centre[s, 0], scratch.centre[s, 1] = motion.x[b, 0] + px, motion.x[b, 1] + py
     angle += shapes.place[s, 2]
     if shapes.kind[s] == HALF_PLANE:
-        scratch.plane[s, 0], scratch.plane[s, 1] = -math.sin(angle), math.cos(angle)
+        scratch.grid.normal[s, 0], scratch.grid.normal[s, 1] = -math.sin(angle), math.cos(angle)
     elif shapes.reach[s] > 0.0:
         turn(shapes, scratch, s, math.cos(angle), math.sin(angle))
 
@@ -104,3 +104,12 @@ def bound(shapes, motion, dt, margin, scratch, s, b):
                 low, high = min(low, scratch.arm[w, a]), max(high, scratch.arm[w, a])
         grid.lo[s, a] = scratch.centre[s, a] + low - wider
         grid.hi[s, a] = scratch.centre[s, a] + high + wider
+
+
+@kernel
+def bound_half_plane(shapes, motion, dt, margin, scratch, s, b):
+    """The border of a half-plane, wider as boxes are; where it turns, everywhere, since its points are far out."""
+    grid, vx, vy = scratch.grid, motion.v[b, 0], motion.v[b, 1]
+    grid.approach[s] = dt * math.sqrt(vx * vx + vy * vy) if motion.v[b, 2] == 0.0 else math.inf
+    height = grid.normal[s, 0] * scratch.centre[s, 0] + grid.normal[s, 1] * scratch.centre[s, 1]
+    grid.border[s] = height + 0.5 * margin + grid.approach[s]

@@ -108,6 +108,15 @@ def test_a_place_that_is_not_finite_is_told(planar, shape, bad, column):
             assert far.run() == NOT_FINITE or is_plane_far
 
 
+@pytest.mark.parametrize(
+    ("v", "kept"), [((0, 40, 0), 1), ((0, 30, 0), 0), ((9, 0, 0), 0), ((0, 0, 20), 1), ((0, 0, 10), 0)]
+)
+def test_a_half_plane_that_rises_or_turns_closes_gaps_too(planar, shape, v, kept):
+    """A disc 0.35 m above it, 2 m from its place."""
+    scene = planar([shape.half_plane(0), shape.disc(1)], [(0, 0, 0), (2, 0.85, 0)], [v, (0, 0, 0)])
+    assert len(scene.contacts(margin=1e-3, dt=1e-2)[0]) == kept
+
+
 def test_a_shape_is_where_its_body_carries_it(planar, shape):
     """A disc at (1, 0.5) of a body that is turned by a quarter, over the ground: x = -0.5, y = 1."""
     scene = planar([shape.disc(0, 0.5, (1.0, 0.5, 0.3)), shape.half_plane(1)], [(2, 3, np.pi / 2), (0, 0, 0)])
