@@ -30,7 +30,7 @@ from __future__ import annotations
 import math
 
 from nonsmooth.jit import kernel
-from nonsmooth.scenes.detection import FACE_PREFERENCE, same_place
+from nonsmooth.scenes.detection import FACE_PREFERENCE, SAME_PLACE, same_place
 
 
 @kernel
@@ -59,7 +59,7 @@ def disc_on_disc(shapes, scratch, i, j, limit):
     if d - r_i - r_j >= limit:
         return 0
     manifold.nx, manifold.ny = 0.0, 1.0
-    if d > same_place(shapes, i, j):
+    if d > SAME_PLACE * (r_i + r_j):
         manifold.nx, manifold.ny = x / d, y / d
     at = 0.5 * (d + r_i - r_j)
     manifold.gap[0], manifold.feature[0] = d - r_i - r_j, 0

@@ -222,8 +222,8 @@ def nearly(rng):
 @pytest.mark.parametrize("names", [("box", "box"), ("rounded box", "box"), ("segment", "box"), ("capsule", "box"),
                                    ("capsule", "capsule"), ("segment", "segment")], ids="-".join)  # fmt: skip
 def test_edges_that_are_nearly_parallel_and_flush_are_as_far_apart_as_they_are(names, planar, shape):
-    """Apart: the least of all distances of a vertex from an edge. Overlapping: no more than SAME_PLACE is lost along the
-    normal, by which two vertices that meet have the normal of a face."""
+    """Apart: the least of all distances of a vertex from an edge. Overlapping: no more than SAME_PLACE is lost along
+    the normal, by which two vertices that meet have the normal of a face."""
     rng = np.random.default_rng(5)
     rows = [bank(shape)[name](b) for b, name in enumerate(names)]
     half = [np.abs(np.asarray(row.vertices, dtype=float)).max(0) for row in rows]
