@@ -22,13 +22,13 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.scenes.detection import NOT_FINITE
 
-LEVELS = 48  # chosen: sizes of one scene differ by up to 2^48; what is smaller still stands in the finest grid
-WRAP = 2**28 - 1  # chosen: cells of a row and rows are told apart modulo this + 1, since a row's code has 62 bits
+GRID_LEVELS = 48  # chosen: sizes of one scene differ by up to 2^48; what is smaller still stands in the finest grid
+CELL_WRAP = 2**28 - 1  # chosen: cells of a row and rows are told apart modulo this + 1, since a row's code has 62 bits
 FARTHEST_CELL = 2.0**52  # derived: cells from the origin beyond which a place is not known to a cell
 # derived: 1/g, 1/g^2, 1/g^3 with g^4 = g + 1, in units of 2^-34: multiples of them lie evenly modulo 1. Source:
 # Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018
 ROW_STRIDES = (14073276619, 11528441379, 9443782300)  # of y, z and level
-PART = 2**34 - 1  # derived: what is modulo 1 in these units
+ROW_PART = 2**34 - 1  # derived: what is modulo 1 in these units
 
 
 class Grid(Block, n_t="1 << (2 * n_s + 2).bit_length()"):
@@ -48,7 +48,7 @@ class Grid(Block, n_t="1 << (2 * n_s + 2).bit_length()"):
     lo_at: Array[Floats, "n_s", "d"]
     hi_at: Array[Floats, "n_s", "d"]
     near: Array[Ints, "n_s + 1"]  # those whose boxes overlap that of one shape
-    population: Array[Ints, LEVELS]  # of the levels
+    population: Array[Ints, GRID_LEVELS]  # of the levels
     widest: float  # [m] the longest side of a box
     n_pairs: int  # found, which may be more than there is room for
     i: Array[Ints, "n_p"]  # i < j, in this order
@@ -86,7 +86,7 @@ def enter(grid):
     grid.widest = widest
     for b in range(start.shape[0]):
         start[b] = 0
-    for k in range(LEVELS):
+    for k in range(GRID_LEVELS):
         population[k] = 0
     n = 0
     for s in range(n_s):
@@ -119,8 +119,8 @@ def width_of(grid, s):
 @kernel
 def level_of(width, widest):
     """The finest level whose cells are no narrower."""
-    if width * 2.0 ** (LEVELS - 1) <= widest:
-        return LEVELS - 1
+    if width * 2.0 ** (GRID_LEVELS - 1) <= widest:
+        return GRID_LEVELS - 1
     return math.frexp(widest / width)[1] - 1
 
 
@@ -144,14 +144,14 @@ def cells_of(grid, s, cell):
 @kernel
 def row_code(level, cy, cz):
     """One number of a row of cells along x."""
-    return (level << 56) | ((cy & WRAP) << 28) | (cz & WRAP)
+    return (level << 56) | ((cy & CELL_WRAP) << 28) | (cz & CELL_WRAP)
 
 
 @kernel
 def bucket_of(grid, level, cx, cy, cz):
     """The bucket of a cell; neighbours along x are neighbours in the table."""
     size = grid.start.shape[0] - 1
-    part = (ROW_STRIDES[0] * (cy & WRAP) + ROW_STRIDES[1] * (cz & WRAP) + ROW_STRIDES[2] * level) & PART
+    part = (ROW_STRIDES[0] * (cy & CELL_WRAP) + ROW_STRIDES[1] * (cz & CELL_WRAP) + ROW_STRIDES[2] * level) & ROW_PART
     return (cx + (part * size >> 34)) & (size - 1)
 
 

@@ -23,7 +23,7 @@ from nonsmooth.scenes.spatial.rotation import cross
 
 # chosen: sin^2 of two axes whose crossing is not looked for, since it is known to EPS/sin of their length only; the
 # ends of the overlap are as near to 1e-8 of that length
-PARALLEL = 1e-16
+PARALLEL_AXES = 1e-16
 POSITIVE_END = 4  # code: the vertex of a capsule on the positive side of z; 0 is on the negative
 AXIS_EDGE = 8  # code: the edge of a capsule, number 0 along z
 
@@ -101,4 +101,4 @@ def are_parallel(scratch, i, j):
     """Whether the common perpendicular of the axes is not known."""
     a = scratch.axis
     x, y, z = cross(a[i, 2, 0], a[i, 2, 1], a[i, 2, 2], a[j, 2, 0], a[j, 2, 1], a[j, 2, 2])
-    return x * x + y * y + z * z <= PARALLEL
+    return x * x + y * y + z * z <= PARALLEL_AXES

@@ -12,7 +12,7 @@ from nonsmooth.jit import kernel, rare_kernel
 
 VERTEX_OF_J = 64  # code: first feature of the vertices of j
 TWO_EDGES = 128  # code: first feature of pairs of edges
-EDGES = 12  # derived: of a box
+BOX_EDGES = 12  # derived: of a box
 
 
 @kernel

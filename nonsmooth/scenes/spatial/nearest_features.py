@@ -12,7 +12,7 @@ from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.scenes.detection import same_place
 from nonsmooth.scenes.shape_rows import BOX
 from nonsmooth.scenes.spatial.core import (
-    EDGES,
+    BOX_EDGES,
     TWO_EDGES,
     VERTEX_OF_J,
     between,
@@ -29,7 +29,7 @@ from nonsmooth.scenes.spatial.spheres import point_on_box
 
 # chosen, of the reaches and radii of both: features are nearer only by more than this, so that of two ends, each
 # nearest to the other, always the same one is told; some roundings of a place
-NEARER = 1e-14
+NEARER_FEATURE = 1e-14
 
 
 @rare_kernel
@@ -38,8 +38,8 @@ def nearest_features(shapes, scratch, i, j, limit):
     scratch.manifold.gap[0] = limit
     n = vertices_on_core(shapes, scratch, i, j, True, 0)
     n = vertices_on_core(shapes, scratch, j, i, False, n)
-    for edge_i in range(EDGES):
-        for edge_j in range(EDGES):
+    for edge_i in range(BOX_EDGES):
+        for edge_j in range(BOX_EDGES):
             if is_edge(shapes, i, edge_i) and is_edge(shapes, j, edge_j):
                 n = edge_on_edge(shapes, scratch, i, j, edge_i, edge_j, n)
     return n
@@ -71,7 +71,7 @@ def vertices_on_core(shapes, scratch, core, other, is_first, n):
 def nearest_so_far(shapes, scratch, a, b, n):
     """The gap that another feature must be below."""
     scale = shapes.reach[a] + shapes.reach[b] + shapes.radius[a] + shapes.radius[b]
-    return scratch.manifold.gap[0] - (NEARER * scale if n > 0 else 0.0)
+    return scratch.manifold.gap[0] - (NEARER_FEATURE * scale if n > 0 else 0.0)
 
 
 @kernel
@@ -100,6 +100,6 @@ def edge_on_edge(shapes, scratch, i, j, edge_i, edge_j, n):
         x, y, z = x / d, y / d, z / d
     else:
         x, y, z = perpendicular(scratch, i, j, p, q)
-    note(scratch.manifold, 0, d - r_i - r_j, x, y, z, TWO_EDGES + EDGES * edge_i + edge_j)
+    note(scratch.manifold, 0, d - r_i - r_j, x, y, z, TWO_EDGES + BOX_EDGES * edge_i + edge_j)
     note_place(scratch, 0, i, a_x, a_y, a_z, 0.5 * (d + r_i - r_j))
     return 1

@@ -18,16 +18,16 @@ from nonsmooth.scenes.shape_rows import HALF_SPACE, Shapes
 from nonsmooth.scenes.spatial.rotation import composed, turned
 
 # derived: points of a pair: a face of 4 corners, cut by 4 planes that add one each, has 8; so has a box on a plane
-POINTS = 8
+MANIFOLD_POINTS = 8
 
 
 class Manifold(Block):
     """Where one pair touches, point by point in the order of features."""
 
-    gap: Array[Floats, POINTS]
-    normal: Array[Floats, POINTS, "3"]  # from i to j
-    point: Array[Floats, POINTS, "3"]
-    feature: Array[Ints, POINTS]
+    gap: Array[Floats, MANIFOLD_POINTS]
+    normal: Array[Floats, MANIFOLD_POINTS, "3"]  # from i to j
+    point: Array[Floats, MANIFOLD_POINTS, "3"]
+    feature: Array[Ints, MANIFOLD_POINTS]
 
 
 class SeparatingAxes(Block):

@@ -74,6 +74,7 @@ def nearest_contacts(scene, x):
     for k in range(len(x)):
         scene.motion.x[:] = x[k]
         n = scene.run(margin=EVERYTHING)
+        assert n == len(set(scene.found.key[:n].tolist())) > 0
         best = int(np.argmin(scene.found.gap[:n]))
         gap[k], key[k] = scene.found.gap[best], scene.found.key[best]
         normal[k], point[k] = scene.found.normal[best], scene.found.point[best]
@@ -121,6 +122,13 @@ def test_a_box_on_a_box_touches_at_the_corners_of_the_overlap(spatial, solid):
     )
     corners_ = sorted(map(tuple, point[:, :2].round(12).tolist()))
     assert corners_ == [(0.2, -0.2), (0.2, 0.4), (0.5, -0.2), (0.5, 0.4)]
+
+
+@pytest.mark.parametrize("beside", [-1e-13, 0.0, 1e-13])
+def test_boxes_that_meet_along_an_edge_touch_at_both_ends_of_it(beside, spatial, solid):
+    """Flush in x and in z, and beside each other by a rounding or not."""
+    _, _, point, _ = spatial([solid.box(0), solid.box(1)], [(0, 0, 0), (1 + beside, 0.3, 1 + beside)]).contacts()
+    assert abs(point[:, 1].min() + 0.2) < 1e-9 and abs(point[:, 1].max() - 0.5) < 1e-9
 
 
 def test_a_turned_face_on_an_equal_one_touches_in_eight_points(spatial, solid):
