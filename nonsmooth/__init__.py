@@ -128,6 +128,7 @@ _HOME = {
     "InterpretedWarning": "errors",
     "InitialStateWarning": "errors",
     "EnergyGainWarning": "errors",
+    "PenetrationWarning": "errors",
     "ResidualWarning": "errors",
     "UnsettledWarning": "errors",
     "Status": "errors",

@@ -67,6 +67,10 @@ class ResidualWarning(NonsmoothWarning):
     """Contact problems of a scene were solved to less than the residual that was asked for."""
 
 
+class PenetrationWarning(NonsmoothWarning):
+    """Bodies of a scene were deeper in one another than a part of the smallest of them."""
+
+
 class UnsettledWarning(NonsmoothWarning):
     """A figure of a steady motion was taken of one that still changes."""
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.memory import require_memory
-from nonsmooth.errors import InvalidInput, ResidualWarning, Status, said_by, warn_caller
+from nonsmooth.errors import InvalidInput, PenetrationWarning, ResidualWarning, Status, said_by, warn_caller
 from nonsmooth.integrators.assembly.progress import DONE, LOST, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
@@ -24,6 +24,7 @@ from nonsmooth.runs.run import next_block
 from nonsmooth.runs.times import grid_times
 from nonsmooth.scenes.scene import Scene
 
+DEEP = 0.01  # chosen: of the smallest shape: a penetration that is told
 LOOK_EVERY = 0.02  # chosen: s between two looks at the clock, and at what shows progress
 ENDS = {LOST: Status.NOT_FINITE, UNSOLVED: Status.NOT_SOLVED}
 METHODS = {"kept": "kept", "sweeps": "swept", "augmented Lagrangian": "direct"}  # name: field of the counts
@@ -260,9 +261,19 @@ def simulate_scene(
     solution = run.solution()
     if solution.stats.missed and run.status == Status.FINISHED:
         warn_caller(missed_residual(solution.stats), ResidualWarning)
+    if solution.stats.worst_penetration > DEEP * run.assembly.smallest:
+        warn_caller(deep_penetration(solution.stats, run.assembly.smallest), PenetrationWarning)
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
+
+
+def deep_penetration(stats: SceneStats, smallest: float) -> str:
+    """What is to be said of a run whose bodies were deep in one another: thin and fast ones may have passed through."""
+    return (
+        f"bodies were up to {stats.worst_penetration:.2g} m in one another, and the smallest reaches {smallest:.2g} m: "
+        "what is thin and fast may have passed through what it met; a smaller dt ends this"
+    )
 
 
 def missed_residual(stats: SceneStats) -> str:

@@ -11,8 +11,7 @@ import numpy as np
 from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
 
-MOST_CONTACTS = 100  # chosen: of an island: G has then 300 rows in space, and is solved in some ten milliseconds
-SECONDS = 0.2  # chosen: for an island
+MOST_CONTACTS = 40  # chosen: of an island: G has then 120 rows in space, and is solved in some milliseconds
 DENSE_TOL = 1e-13  # chosen: of `solve_contact`, relative to |c|: the residual that counts is measured afterwards
 
 
@@ -27,7 +26,7 @@ def rescue(network: Network, tol: float) -> None:
             continue
         before, error = network.P[contacts].copy(), float(islands.residual[k])
         G, c = dense_problem(network, contacts)
-        result = solve_contact(G, c, network.mu[contacts], d, tol=DENSE_TOL, guess=before.ravel(), max_time=SECONDS)
+        result = solve_contact(G, c, network.mu[contacts], d, tol=DENSE_TOL, guess=before.ravel())
         network.P[contacts] = result.P.reshape(-1, d)
         judge(network.address)
         if not islands.residual[k] < error:

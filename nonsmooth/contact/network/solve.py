@@ -23,7 +23,7 @@ from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
 from nonsmooth.contact.network.lagrangian import Direct
 from nonsmooth.contact.network.problem import Network, rounding_of_residual
 from nonsmooth.contact.network.spheres import Spheres, are_spheres, sphere_sweeps
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, view
 from nonsmooth.numerics.rounding import EPS
 
@@ -86,6 +86,8 @@ def solve_island(network, solver, k, d, n):
         if is_direct and not islands.residual[k] <= goal:
             has_room = solve_directly(network, solver, k, goal, solver.most_factors, d, n)
             note_outcome(solver, bodies, islands.residual[k] <= goal)
+            if has_room:  # where that did not come to the goal either, the rest of the budget is spent
+                sweep_in_rounds(network, solver, k, goal, False, d, n)
     if is_direct and has_room and solver.tol <= FINE and ROUNDED < islands.residual[k] <= goal and bodies <= FEW_BODIES:
         has_room = solve_directly(network, solver, k, ROUNDED, POLISH_FACTORS, d, n)
     islands.is_met[k] = is_met(network, solver, k, d, n)
@@ -157,14 +159,16 @@ def sweep(network, solver, k, most, is_of_spheres, d, n):
     return conjugate_sweeps(network, solver.conjugate, k, most, EPS, d, n)
 
 
-@kernel
+@rare_kernel
 def sweep_in_rounds(network, solver, k, goal, may_leave, d, n):
     """Sweep island k until it is solved or the budget is spent, or is seen not to be enough where one may leave."""
     islands, best = network.islands, solver.direct.best
     error = least = islands.residual[k]
     copy_impulses(islands, k, network.P, best, d)
-    done, is_hopeful = 0, True
-    is_of_spheres = d == 3 and solver.most_sweeps > 0 and are_spheres(network, solver.spheres, k)
+    done, is_hopeful = islands.sweeps[k], True
+    is_of_spheres = (
+        d == 3 and solver.most_sweeps > done and not least <= goal and are_spheres(network, solver.spheres, k)
+    )
     while done < solver.most_sweeps and is_hopeful and not least <= goal:
         most = min(FIRST_ROUND if done == 0 else ROUND, solver.most_sweeps - done)
         count = sweep(network, solver, k, most, is_of_spheres, d, n)
@@ -175,7 +179,7 @@ def sweep_in_rounds(network, solver, k, goal, may_leave, d, n):
             copy_impulses(islands, k, network.P, best, d)
         left = solver.most_sweeps - done
         is_hopeful = not may_leave or error * (error / before) ** (left / count) <= goal
-    islands.sweeps[k] += done
+    islands.sweeps[k] = done
     if not error == least:
         copy_impulses(islands, k, best, network.P, d)
         judge_island(network, k, d, n)

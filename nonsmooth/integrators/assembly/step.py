@@ -103,7 +103,8 @@ class Assembly:
         progress.may_sleep = may_sleep
         progress.has_restitution, progress.is_strict = has_restitution, is_strict
         progress.theta, progress.tol = theta, tol
-        progress.tight = TIGHT * float(bounded.min(initial=np.inf)) if len(bounded) else 0.0
+        self.smallest = float(bounded.min(initial=np.inf))
+        progress.tight = TIGHT * self.smallest if len(bounded) else 0.0
         self.gravity = float(np.linalg.norm(bodies.gravity))
         self.scratch = self.stages.scratch(shapes, 4 * n_s + 64)
         self.fill = 10 * min(len(bodies.mass), 200) + 100

@@ -253,3 +253,12 @@ def test_what_sleeps_wakes_when_it_is_pushed():
     box, ram = solution["box"], solution["ram"]
     assert box.position[-1, 0] - ram.position[-1, 0] == pytest.approx(0.2, abs=1e-6)
     np.testing.assert_array_equal(box.position[solution.t < 1.5, 0], 0.0)
+
+
+def test_thin_and_fast_bodies_that_come_through_a_wall_are_told():
+    scene = ns.Scene(gravity=(0.0, 0.0))
+    scene.fixed(ns.Box(0.4, 1.0), position=(1, 0))
+    scene.kinematic(ns.Disc(0.05), velocity=(1.0, 0), name="ram")  # nothing stops what is told how to move
+    with pytest.warns(ns.PenetrationWarning, match="smaller dt"):
+        scene.body(ns.Disc(0.05), mass=1, position=(0.7, 0.0), name="between")
+        simulate(scene, 0.8, 1e-3, on_failure="return")
