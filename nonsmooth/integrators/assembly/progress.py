@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
 from nonsmooth.contact.network.solve import BY_FACTORS, BY_START, BY_SWEEPS
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block
 
+SPEED_SHARE = 1.0  # measured: of the way of the fastest body in a step, in the margin
 # where a step goes on when there is room for what it found
 PREDICT, FIND, SOLVE, REBOUND = range(4)
 # how a run of steps comes back
@@ -69,7 +72,8 @@ class Progress(Block):
     dt: float
     theta: float
     tol: float  # of the residual
-    margin: float  # [m]
+    margin: float  # of a scene at rest: gaps below it are candidates for contacts [m]
+    widest: float  # that it may become [m]
     tight: float  # penetration that is a rounding [m]
 
 
@@ -132,6 +136,19 @@ def sleep(bodies, network, steps, progress):
     progress.counts.asleep += steps
     progress.counts.kept += steps * network.islands.count
     return True
+
+
+@kernel
+def margin_of(progress, bodies):
+    """Gap below which shapes are candidates for a contact: an impact may turn the velocity of a body within the step."""
+    v, fastest = bodies.motion.v, 0.0
+    d = bodies.gravity.shape[0]
+    for b in range(v.shape[0]):
+        square = 0.0
+        for k in range(d):
+            square += v[b, k] * v[b, k]
+        fastest = max(fastest, square)
+    return min(progress.margin + SPEED_SHARE * progress.dt * sqrt(fastest), progress.widest)
 
 
 @kernel

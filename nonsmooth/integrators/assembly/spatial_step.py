@@ -30,6 +30,7 @@ from nonsmooth.integrators.assembly.progress import (
     Progress,
     deepest_gap,
     is_met,
+    margin_of,
     note_islands,
     note_step,
     sleep,
@@ -92,7 +93,8 @@ def take_step(progress):
 def find(progress, places, network):
     """The contacts of the step, and the rows of their problem."""
     found = view(places.found, Found)
-    n = find_contacts(places.shapes, places.motion, progress.dt, progress.margin, places.found, places.scratch)
+    margin = margin_of(progress, view(places.bodies, Bodies))
+    n = find_contacts(places.shapes, places.motion, progress.dt, margin, places.found, places.scratch)
     if n == NOT_FINITE:
         return LOST
     if n < 0:

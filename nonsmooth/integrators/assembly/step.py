@@ -117,7 +117,7 @@ class Assembly:
         """Take so many steps; returns DONE, LOST or UNSOLVED."""
         progress = self.progress
         progress.dt = dt
-        progress.margin = min(MARGIN * self.gravity * dt * dt, REACH_SHARE * self.largest)
+        progress.margin, progress.widest = MARGIN * self.gravity * dt * dt, REACH_SHARE * self.largest
         first = int(progress.counts.steps)
         while True:
             end = int(self.stages.take(progress.address, most - (int(progress.counts.steps) - first)))
