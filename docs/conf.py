@@ -1,8 +1,7 @@
 """Sphinx: ``sphinx-build -W docs docs/_build`` with the extra [docs].
 
 The page of the public names and the page of the command line are written from the package itself, so that they are
-complete: every name of ``nonsmooth.__all__``, ``models.__all__`` and ``models.scenes.__all__``, and the help text of every
-command.
+complete: every name of ``nonsmooth.__all__``, ``models.__all__`` and ``models.scenes.__all__``, all help texts.
 """
 
 import argparse

@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.results.failures import StepFailure
-from nonsmooth.results.scene_solution import SceneSolution
+
+if TYPE_CHECKING:
+    from nonsmooth.results.scene_solution import SceneSolution
 
 # options of `nonsmooth run` that mean nothing for a scene, with the value of one that is left out
 OF_SYSTEMS: dict[str, Any] = {
