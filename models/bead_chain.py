@@ -151,7 +151,21 @@ class BeadChain:
         circle = self.r * np.column_stack([np.cos(angle), np.sin(angle)])
         return [circle + np.array([i * (2 * self.r + self.gap) + q[i], 0.0]) for i in range(self.n)]
 
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Names of what ``shape`` gives."""
+        return tuple(f"bead {i}" for i in range(self.n))
+
     def outline(self) -> list[np.ndarray]:
         """The wall."""
         x = self.n * (2 * self.r + self.gap) - self.r
         return [np.array([[x, -4 * self.r], [x, 4 * self.r]])]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts upon its left bead, with the normal and the tangent of its rows, all (n_c, 2)."""
+        x = np.arange(self.n) * (2 * self.r + self.gap) + q + self.r
+        return (
+            np.column_stack([x, np.zeros(self.n)]),
+            np.tile([-1.0, 0.0], (self.n, 1)),
+            np.tile([0.0, 1.0], (self.n, 1)),
+        )

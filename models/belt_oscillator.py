@@ -129,6 +129,7 @@ class BeltOscillator:
     name = "belt-oscillator"
     source = "textbook chapter on friction-induced instability: negative damping, mass on a conveyor (corrected)"
     coordinates = (("x", "m"),)
+    parts = ("mass", "spring")
     t_end = 20.0  # s
     dt = 1e-3  # s
 
@@ -327,3 +328,7 @@ class BeltOscillator:
     def outline(self) -> list[np.ndarray]:
         """The belt and the wall."""
         return [np.array([[-0.4, 0.0], [0.4, 0.0]]), np.array([[-0.4, 0.0], [-0.4, 0.1]])]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
+        return np.array([[q[0], 0.0]]), np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])

@@ -76,6 +76,7 @@ class BouncingBall:
     name = "bouncing-ball"
     source = "Brogliato, Nonsmooth Mechanics (2016)"
     coordinates = (("y", "m"),)
+    parts = ("ball",)
     t_end = 2.0  # s
     dt = 1e-3  # s
 
@@ -135,3 +136,7 @@ class BouncingBall:
     def outline(self) -> list[np.ndarray]:
         """The ground."""
         return [np.array([[-0.5, 0.0], [0.5, 0.0]])]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
+        return np.array([[0.0, q[0]]]), np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])

@@ -99,6 +99,7 @@ class FollowerForceArm:
     name = "follower-force-arm"
     source = "textbook chapter on friction-induced instability: two-link manipulator, follower force (corrected)"
     coordinates = (("th1", "rad"), ("th2", "rad"))
+    parts = ("arm",)
     t_end = 1.0  # s
     dt = 1e-4  # s
 

@@ -98,6 +98,7 @@ class InclinedBlock:
     name = "inclined-block"
     source = "Coulomb (1785)"
     coordinates = (("x", "m"), ("y", "m"))
+    parts = ("block",)
     t_end = 10.0  # s
     dt = 2e-3  # s
 
@@ -160,3 +161,8 @@ class InclinedBlock:
     def outline(self) -> list[np.ndarray]:
         """The plane."""
         return [np.outer([-1.0, 1.0], [math.cos(self.alpha), math.sin(self.alpha)])]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
+        c, s = math.cos(self.alpha), math.sin(self.alpha)
+        return np.array([q]), np.array([[-s, c]]), np.array([[c, s]])

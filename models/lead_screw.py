@@ -127,6 +127,7 @@ class LeadScrew:
     name = "lead-screw"
     source = "Vahid-Araghi and Golnaraghi, Friction-Induced Vibration in Lead Screw Drives (2011), chapters 4 and 8"
     coordinates = (("x", "m"), ("th", "rad"))
+    parts = ("nut", "mark")
     natural_state = staticmethod(natural_state)
     map_axes = (("th", -0.2, 0.3), ("thdot", -50.0, 50.0))
     t_end = 0.05  # s

@@ -115,6 +115,7 @@ class ModeCoupling:
     name = "mode-coupling"
     source = "textbook chapter on friction-induced instability: mode coupling, mass on a conveyor (corrected)"
     coordinates = (("x", "m"), ("z", "m"))
+    parts = ("mass",)
     t_end = 10.0  # s
     dt = 1e-3  # s
 
@@ -221,3 +222,7 @@ class ModeCoupling:
     def outline(self) -> list[np.ndarray]:
         """The belt."""
         return [np.array([[-5.0, 0.0], [5.0, 0.0]])]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
+        return np.array([[q[0], max(q[1], 0.0)]]), np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])

@@ -83,6 +83,7 @@ class WallPendulum:
     name = "wall-pendulum"
     source = "Brogliato, Nonsmooth Mechanics (2016); Whittaker, Analytical Dynamics"
     coordinates = (("th", "rad"),)
+    parts = ("rod", "bob")
     t_end = 5.0  # s
     dt = 1e-3  # s
 
@@ -152,3 +153,8 @@ class WallPendulum:
         """The wall."""
         x = self.l * math.sin(self.th_w)
         return [np.array([[x, -1.2 * self.l], [x, 1.2 * self.l]])]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
+        bob = self.l * np.array([math.sin(q[0]), -math.cos(q[0])])
+        return np.array([bob]), np.array([[1.0, 0.0]]), np.array([[0.0, -1.0]])

@@ -106,6 +106,7 @@ class RockingBlock:
     name = "rocking-block"
     source = "Housner, Bull. Seism. Soc. Am. 53 (1963) 403"
     coordinates = (("x", "m"), ("y", "m"), ("th", "rad"))
+    parts = ("block",)
     t_end = 3.0  # s
     dt = 1e-3  # s
 
@@ -194,3 +195,8 @@ class RockingBlock:
     def outline(self) -> list[np.ndarray]:
         """The ground."""
         return [np.array([[-self.height, 0.0], [self.height, 0.0]])]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
+        foot = self.shape(q)[0][:2]
+        return foot, np.tile([0.0, 1.0], (2, 1)), np.tile([1.0, 0.0], (2, 1))

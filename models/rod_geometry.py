@@ -108,6 +108,7 @@ class TipRod:
     g: float = 9.81  # gravity [m/s^2]
 
     coordinates = (("x", "m"), ("y", "m"), ("th", "rad"))
+    parts = ("rod",)
     natural_state = staticmethod(tip_state)
     map_axes = (("th", 0.0, math.pi / 2), ("mu", 0.0, 3.0))
 
@@ -185,6 +186,10 @@ class TipRod:
     def outline(self) -> list[np.ndarray]:
         """The ground."""
         return [np.array([[-1.5 * self.l, 0.0], [1.5 * self.l, 0.0]])]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
+        return self.shape(q)[0][:1], np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])
 
 
 def slip_sign(slip: float) -> float:

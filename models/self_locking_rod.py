@@ -106,6 +106,7 @@ class SelfLockingRod:
     name = "self-locking-rod"
     source = "textbook chapter on friction-induced instability: self-locking (the inertia is added here)"
     coordinates = (("th", "rad"),)
+    parts = ("rod",)
     t_end = 1.0  # s
     dt = 1e-3  # s
 
@@ -163,3 +164,7 @@ class SelfLockingRod:
     def outline(self) -> list[np.ndarray]:
         """The plane."""
         return [np.array([[-1.5 * self.l, 0.0], [0.5 * self.l, 0.0]])]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
+        return self.shape(q)[0][1:], np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])

@@ -146,6 +146,7 @@ class SliderCrank:
     name = "slider-crank"
     source = "Flores, Leine, Glocker, Multibody Syst. Dyn. 23 (2010) 165"
     coordinates = (("th1", "rad"), ("th2", "rad"), ("th3", "rad"))
+    parts = ("crank", "rod", "slider")
     t_end = 0.2  # s
     dt = 1e-5  # s
 
@@ -206,3 +207,9 @@ class SliderCrank:
         """The walls of the slot, as far as the slider goes."""
         x = np.array([self.l2 - self.l1 - 1.2 * self.a, self.l2 + self.l1 + 1.2 * self.a])
         return [np.column_stack([x, np.full(2, side * (self.b + self.c))]) for side in (-1, 1)]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
+        corners = self.shape(q)[2][[3, 2, 0, 1]]
+        inwards = np.array([[0.0, -j] for _, j in CORNERS])
+        return corners, inwards, np.tile([1.0, 0.0], (4, 1))

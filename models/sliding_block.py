@@ -83,6 +83,7 @@ class SlidingBlock:
     name = "sliding-block"
     source = "Coulomb (1785); Moreau, Unilateral contact and dry friction in finite freedom dynamics (1988)"
     coordinates = (("x", "m"), ("y", "m"))
+    parts = ("block",)
     t_end = 1.0  # s
     dt = 1e-3  # s
 
@@ -124,3 +125,7 @@ class SlidingBlock:
     def outline(self) -> list[np.ndarray]:
         """The plane."""
         return [np.array([[-0.2, 0.0], [1.0, 0.0]])]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
+        return np.array([q]), np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])

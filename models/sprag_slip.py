@@ -160,6 +160,7 @@ class SpragSlip:
     name = "sprag-slip"
     source = "textbook chapter on friction-induced instability: sprag-slip, kinematic constraint (corrected)"
     coordinates = (("y", "m"), ("th", "rad"))
+    parts = ("rod",)
     natural_state = staticmethod(natural_state)
     map_axes = (("th", 0.65, 1.25), ("thdot", -4.5, 4.5))
     t_end = 1.0  # s
@@ -356,3 +357,7 @@ class SpragSlip:
     def outline(self) -> list[np.ndarray]:
         """The belt and the guide of the pivot."""
         return [np.array([[-1.5 * self.l, 0.0], [0.5 * self.l, 0.0]]), np.array([[0.0, 0.0], [0.0, 1.5 * self.l]])]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
+        return self.shape(q)[0][1:], np.array([[0.0, 1.0]]), np.array([[1.0, 0.0]])

@@ -153,6 +153,7 @@ class Woodpecker:
     name = "woodpecker"
     source = "Leine, Van Campen, Glocker, J. Vib. Control 9 (2003) 25"
     coordinates = (("y", "m"), ("phi_M", "rad"), ("phi_S", "rad"))
+    parts = ("sleeve", "spring", "woodpecker", "beak")
     t_end = 0.6  # s
     dt = 1e-4  # s
 
@@ -235,6 +236,16 @@ class Woodpecker:
         """The two sides of the pole."""
         y = np.array([-6 * self.hS, 3 * self.hS])
         return [np.column_stack([np.full(2, side * self.r0), y]) for side in (-1, 1)]
+
+    def contact_frames(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where each contact acts, with the normal and the tangent of its rows, all (n_c, 2)."""
+        y, phi_M, phi_S = q
+        beak = [
+            self.lM + self.lG - self.lS - self.hS * phi_S,
+            y + self.lM * phi_M + (self.lG - self.lS) * phi_S + self.hS,
+        ]
+        edges = [0.0, y] + turned(self.rM * np.array([1.0, 0.0]) + self.hM * np.array([[0.0, -1.0], [0.0, 1.0]]), phi_M)
+        return np.array([beak, *edges]), np.tile([1.0, 0.0], (3, 1)), np.tile([0.0, 1.0], (3, 1))
 
 
 def turned(points: np.ndarray, phi: float) -> np.ndarray:

@@ -14,6 +14,7 @@ from typing import Any
 VIEWS: dict[str, dict[str, str]] = {
     "Solution": {
         "plot": "drawing.plots.plot_solution", "picture": "drawing.scene.picture", "animate": "drawing.scene.animate",
+        "film": "drawing.player.solution_film.film_of_solution", "view": "drawing.player.page.show",
         "save": "results.store.save", "load": "results.store.load",
         "summary": "results.summary.summary", "html": "results.summary.as_html",
     },

@@ -46,6 +46,7 @@ WRITERS = {
     "run.h5": lambda path: solution().save(path),
     "run.png": lambda path: solution().plot(path),
     "run.gif": lambda path: solution().animate(path),
+    "run.html": lambda path: solution().view(path),
     "sweep.npz": lambda path: ns.save_sweep(swept(), path),
     "sweep.nc": lambda path: ns.save_sweep(swept(), path),
     "map.npz": lambda path: save_map(chart(), path),
@@ -91,7 +92,7 @@ def test_a_write_that_fails_half_way_leaves_the_old_file_and_nothing_beside_it(n
     assert [file.name for file in tmp_path.iterdir()] == [name]
 
 
-@pytest.mark.parametrize("name", [name for name in WRITERS if not name.endswith(("png", "gif"))])
+@pytest.mark.parametrize("name", [name for name in WRITERS if not name.endswith(("png", "gif", "html"))])
 def test_every_file_of_numbers_is_sealed_as_what_it_is(name):
     from nonsmooth.results.hdf5 import seal_of
 

@@ -126,6 +126,7 @@ def targets(solution):
         "Solution.save": (solution.save, {"path": "kept.npz"}),
         "Solution.plot": (solution.plot, {"path": None}),
         "Solution.picture": (solution.picture, {"path": None, "n": 2}),
+        "Solution.view": (solution.view, {"path": None}),
         "BouncingBall": (BouncingBall, {"m": 1.0, "g": 9.81, "e": 0.5}),
         "BouncingBall.state": (BALL.state, {"height": 1.0, "velocity": 0.0}),
     }

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from nonsmooth.checks.files import FIGURE_ENDINGS
+from nonsmooth.checks.files import FIGURE_ENDINGS, PAGE_ENDINGS
 from nonsmooth.commands.integrators import add_integrator, new_integrator
 from nonsmooth.commands.run_scene import require_scene_options, scene_as_json, simulate_scene
 from nonsmooth.commands.terminal import FAILED, complain, figure_path, show_progress
@@ -65,6 +65,7 @@ def add_run(run: argparse.ArgumentParser) -> None:
     run.add_argument("--no-plot", action="store_true", help="draw nothing")
     run.add_argument("--picture", type=Path, metavar="FILE", help="draw the scene at five instants")
     run.add_argument("--animate", type=Path, metavar="FILE.gif", help="write an animation")
+    run.add_argument("--view", type=Path, metavar="FILE.html", help="write a player that any browser opens")
     run.add_argument("--json", action="store_true", help="print one JSON object, and draw only what was asked for")
     run.add_argument("--quiet", action="store_true", help="print neither progress nor summary")
 
@@ -85,11 +86,14 @@ def act_run(arguments: argparse.Namespace) -> int:
         require_module("h5py", "io", "FCLIB files")
     require_writable(arguments.picture, FIGURE_ENDINGS)
     require_writable(arguments.animate, ANIMATION_ENDINGS)
+    require_writable(arguments.view, PAGE_ENDINGS)
     if arguments.picture or arguments.animate:
         require_module("matplotlib", "plot", "pictures")
         require_module("PIL", "plot", "animations")
-        if not hasattr(model, "shape") and not is_scene:
-            raise InvalidInput(f"the model {arguments.model} has no shape(q) to draw; leave --picture, --animate out")
+    if (arguments.picture or arguments.animate or arguments.view) and not hasattr(model, "shape") and not is_scene:
+        raise InvalidInput(
+            f"the model {arguments.model} has no shape(q) to draw; leave --picture, --animate, --view out"
+        )
     figure = figure_path(arguments)
     solution = simulate_runnable(model, is_scene, arguments)
     if arguments.out:
@@ -106,6 +110,8 @@ def act_run(arguments: argparse.Namespace) -> int:
         solution.picture(arguments.picture)
     if arguments.animate:
         solution.animate(arguments.animate)
+    if arguments.view:
+        solution.view(arguments.view)
     report(solution, is_scene, arguments, figure)
     if solution.success:
         return 0
@@ -174,6 +180,7 @@ def report(solution: Any, is_scene: bool, arguments: argparse.Namespace, figure:
             "figure": figure,
             "picture": arguments.picture if is_drawn else None,
             "animation": arguments.animate if is_drawn else None,
+            "player": arguments.view if is_drawn else None,
             "checkpoint": arguments.checkpoint or arguments.resume,
         }
         for what, path in written.items():

@@ -14,7 +14,6 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_count
 from nonsmooth.drawing.plots import BLUE, RED, new_figure, save_figure
-from nonsmooth.errors import InvalidInput
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, matrix_of, place_of, rotate
 from nonsmooth.scenes.scene import Body, Kind
@@ -55,11 +54,8 @@ def picture(solution: SceneSolution, path: str | Path | None = None, n: int = 1)
     ------
     MissingExtra
         When Matplotlib is not installed.
-    InvalidInput
-        For a run that was loaded without its scene.
     """
     n = as_count("n", n)
-    bodies_of(solution)
     wanted = np.linspace(solution.t[0], solution.t[-1], n) if n > 1 else solution.t[-1:]
     records = [int(np.argmin(np.abs(solution.t - t))) for t in wanted]
     draw, (low, high) = (draw_planar, planar_extent(solution)) if solution.dim == 2 else (
@@ -86,18 +82,11 @@ def picture(solution: SceneSolution, path: str | Path | None = None, n: int = 1)
     return save_figure(figure, path)
 
 
-def bodies_of(solution: SceneSolution) -> list[Body]:
-    """The bodies with their shapes, which a run that was loaded without its scene has not."""
-    if solution.scene is None:
-        raise InvalidInput("a run that was loaded has no shapes; give its scene: ns.SceneSolution.load(path, scene)")
-    return solution.scene.bodies
-
-
 def places(solution: SceneSolution, record: int) -> list[np.ndarray]:
     """Where the frame of each shape is in a record."""
     dim = solution.dim
     found = []
-    for body in bodies_of(solution):
+    for body in solution.bodies:
         centre, turn = solution.position[record, body.index], solution.turn[record, body.index]
         place = place_of(centre, turn)
         offset = solution.centres[body.index]
@@ -109,7 +98,7 @@ def planar_extent(solution: SceneSolution) -> tuple[np.ndarray, np.ndarray]:
     """The corners of what is drawn: all that bounded bodies reach in the run, and a margin."""
     lows, highs = [], []
     for record in np.unique(np.linspace(0, len(solution.t) - 1, 20).astype(int)):
-        for body, place in zip(bodies_of(solution), places(solution, int(record)), strict=True):
+        for body, place in zip(solution.bodies, places(solution, int(record)), strict=True):
             for part in parts_of(body.shape, 2):
                 if part.kind != HALF_PLANE:
                     outline = rounded(part, place)
@@ -145,7 +134,7 @@ def draw_planar(axes: Any, solution: SceneSolution, record: int, extent: tuple[n
 
     outlines: dict[Kind, list[np.ndarray]] = {kind: [] for kind in Kind}
     spokes, grounds = [], []
-    for body, place in zip(bodies_of(solution), places(solution, record), strict=True):
+    for body, place in zip(solution.bodies, places(solution, record), strict=True):
         for part in parts_of(body.shape, 2):
             if part.kind == HALF_PLANE:
                 grounds.append((body.kind, half_plane(compose(place, part.place), extent)))
@@ -156,7 +145,7 @@ def draw_planar(axes: Any, solution: SceneSolution, record: int, extent: tuple[n
                 spokes.append(np.array([compose(place, part.place)[:2], outline[0]]))
     for kind, outline in grounds:
         axes.add_patch(_polygon(outline, facecolor=FILL[kind], edgecolor="none", zorder=0))
-    many = max(1.0, len(bodies_of(solution)) / 100)
+    many = max(1.0, len(solution.bodies) / 100)
     for kind, polygons in outlines.items():
         collection = PolyCollection(polygons, facecolors=FILL[kind], edgecolors=EDGE, linewidths=0.8 / math.sqrt(many))
         axes.add_collection(collection)
@@ -191,7 +180,7 @@ def spatial_extent(solution: SceneSolution) -> tuple[np.ndarray, np.ndarray]:
     view = camera()[:2]
     lows, highs = [], []
     for record in np.unique(np.linspace(0, len(solution.t) - 1, 20).astype(int)):
-        for body, place in zip(bodies_of(solution), places(solution, int(record)), strict=True):
+        for body, place in zip(solution.bodies, places(solution, int(record)), strict=True):
             if body.shape.is_bounded:
                 for corners, radius in cores(body, place):
                     seen = corners @ view.T
@@ -222,7 +211,7 @@ def draw_spatial(axes: Any, solution: SceneSolution, record: int, extent: tuple[
 
     view = camera()
     polygons: list[Seen] = []
-    for body, place in zip(bodies_of(solution), places(solution, record), strict=True):
+    for body, place in zip(solution.bodies, places(solution, record), strict=True):
         if not body.shape.is_bounded:
             continue
         base = _rgb(FILL[body.kind])
@@ -231,7 +220,7 @@ def draw_spatial(axes: Any, solution: SceneSolution, record: int, extent: tuple[
         ):
             polygons += seen_part(part.kind, corners, radius, base, view)
     polygons.sort(key=lambda entry: entry[0])
-    many = max(1.0, len(bodies_of(solution)) / 50)
+    many = max(1.0, len(solution.bodies) / 50)
     axes.add_collection(
         PolyCollection(
             [outline for _, outline, _, _ in polygons], facecolors=[colour for _, _, colour, _ in polygons],

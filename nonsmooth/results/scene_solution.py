@@ -16,7 +16,7 @@ from nonsmooth.views import view
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from nonsmooth.scenes.scene import Scene
+    from nonsmooth.scenes.scene import Body, Scene
 
 WORKS = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
 
@@ -136,8 +136,10 @@ class SceneContacts:
         """Those of one body."""
         k = index_of(name, self.names)
         rows = np.flatnonzero((self.i == k) | (self.j == k))
-        columns = (self.i, self.j, self.point, self.normal, self.gap, self.P, self.mu)
-        return SceneContacts(self.t, *(column[rows] for column in columns), self.names)
+        return SceneContacts(
+            self.t, self.i[rows], self.j[rows], self.point[rows], self.normal[rows], self.gap[rows], self.P[rows],
+            self.mu[rows], self.names,
+        )  # fmt: skip
 
     def __repr__(self) -> str:
         loaded = int((self.P_N > 0).sum())
@@ -171,8 +173,9 @@ class SceneSolution:
     all_contacts : ContactColumns
         ``contacts(t)`` gives those of one record.
     ledger : dict of (n_t,) arrays [J]
-        "kinetic", "potential", and the works since the start by "force" (gravity), "friction", "normal", "surface" (what
-        guided bodies and belts put in) and "projection" (of gravity, on what bodies are moved beside their velocities).
+        "kinetic", "potential", and the works since the start by "force" (gravity), "friction", "normal", "surface"
+        (what guided bodies and belts put in) and "projection" (of gravity, on what bodies are moved beside their
+        velocities).
     residual, penetration : (n_t,)
         The worst of the steps since the record before: |natural map| / |impulses|, and the deepest gap [m].
     stats : SceneStats
@@ -213,6 +216,19 @@ class SceneSolution:
         return self.position.shape[2]
 
     @property
+    def bodies(self) -> list[Body]:
+        """The bodies of the scene, with their shapes.
+
+        Raises
+        ------
+        InvalidInput
+            Where a run was loaded without its scene.
+        """
+        if self.scene is None:
+            raise InvalidInput("a run that was loaded has no shapes; give its scene: SceneSolution.load(path, scene)")
+        return self.scene.bodies
+
+    @property
     def q(self) -> np.ndarray:
         """(n_t, n_q): places and turns of all bodies, one body after the other."""
         return _side_by_side(self.position, self.turn)
@@ -244,9 +260,12 @@ class SceneSolution:
             if not self.t[0] <= t <= self.t[-1]:
                 raise InvalidInput(f"t must lie in [{self.t[0]:g}, {self.t[-1]:g}] s, the times of the run; got {t:g}")
             k = int(np.argmin(np.abs(self.t - t)))
-        offsets, *columns = self.all_contacts
-        rows = slice(offsets[k], offsets[k + 1])
-        return SceneContacts(float(self.t[k]), *(column[rows] for column in columns), self.names)
+        every = self.all_contacts
+        rows = slice(every.offsets[k], every.offsets[k + 1])
+        return SceneContacts(
+            float(self.t[k]), every.i[rows], every.j[rows], every.point[rows], every.normal[rows], every.gap[rows],
+            every.P[rows], every.mu[rows], self.names,
+        )  # fmt: skip
 
     def summary(self) -> str:
         """The run in a few lines: bodies, contacts, residual, penetration, energy, cost."""

@@ -31,8 +31,8 @@ def summary(solution: SceneSolution) -> str:
             f"worst penetration {stats.worst_penetration:.3g} m, of the last step {stats.last_penetration:.3g} m",
             f"energy: kinetic {change['kinetic']:+.6g} J = work of {works} J (the rest, {rest:+.1g} J, is rounding)",
             f"  bodies moved beside their velocities: {change['projection']:+.3g} J of gravity",
-            f"{stats.steps} steps, {stats.impacts} with rebounds, {stats.asleep} left out at rest; contact problems solved by: {by}",
-            f"  {stats.sweeps} sweeps, {stats.factorisations} factorisations",
+            f"{stats.steps} steps, {stats.impacts} with rebounds, {stats.asleep} left out at rest",
+            f"contact problems of islands solved by {by}; {stats.sweeps} sweeps, {stats.factorisations} factorisations",
             f"wall time {stats.wall_time:.3g} s{per_step}, compiling or loading {stats.compile_time:.3g} s",
         ]
     )

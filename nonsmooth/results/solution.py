@@ -334,6 +334,26 @@ class Solution:
         """Write a gif of a planar scene (needs the extra [plot])."""
         return view(self, "animate")(self, path, fps)
 
+    def view(self, path: str | Path | None = None) -> Any:
+        """The player of a planar scene: one .html file that any browser opens offline, or inline in a notebook.
+
+        Parameters
+        ----------
+        path : path-like, optional
+            Where to write; without it a notebook shows what comes back.
+
+        Returns
+        -------
+        Path or Page
+            The file, or the page.
+
+        Raises
+        ------
+        InvalidInput
+            When the model has no ``shape(q)``, this was read from a file, or the path cannot be written.
+        """
+        return view(self, "view")(self, path)
+
     def save(self, path: str | Path) -> Path:
         """Write to .npz, or to .h5 (needs the extra [io]); no pickle."""
         return view(self, "save")(self, path)

@@ -57,11 +57,11 @@ def _modes(solution: Solution) -> list[str]:
     dropped = solution.stats.events_dropped
     several = f"; {dropped} more events were not kept" if dropped else ""
     lines = [f"modes: {_count(len(rows), 'change')}{several}; at the end {_at_the_end(solution)}"]
-    lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_change(event)}" for event in events]
-    return lines + _counted(rows[ENTRIES_SHOWN:], _change)
+    lines += [f"  {event.t:12.6f} s  contact {event.contact}  {change_in_words(event)}" for event in events]
+    return lines + _counted(rows[ENTRIES_SHOWN:], change_in_words)
 
 
-def _change(event: Event) -> str:
+def change_in_words(event: Event) -> str:
     before, after = (mode_name(*pair) for pair in _modes_of(event))
     return f"{before:8} -> {after:8}{'  impact' if event.kind.name == 'IMPACT' else ''}".rstrip()
 
@@ -104,14 +104,14 @@ def _paradoxes(solution: Solution) -> list[str]:
         f"({steps} of {solution.stats.steps} steps had several solutions{missed})"
     ]
     lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_paradox(event)}" for event in paradoxes]
-    return lines + _counted(rows[ENTRIES_SHOWN:], _outcome)
+    return lines + _counted(rows[ENTRIES_SHOWN:], paradox_in_words)
 
 
 def _paradox(event: ParadoxEvent) -> str:
-    return f"{_outcome(event)}, P_N = {event.P_N:.6g} N s, P_F = {event.P_F:.6g} N s"
+    return f"{paradox_in_words(event)}, P_N = {event.P_N:.6g} N s, P_F = {event.P_F:.6g} N s"
 
 
-def _outcome(event: ParadoxEvent) -> str:
+def paradox_in_words(event: ParadoxEvent) -> str:
     if event.n_solutions == 0:
         return f"no force fits the sliding: impact without collision, then {event.choice}"
     among = f" ({' | '.join(event.alternatives)})" if event.alternatives else ""

@@ -52,8 +52,8 @@ class SceneRun:
     ) -> None:
         if not isinstance(integrator, MoreauJean):
             raise InvalidInput(
-                f"a scene is integrated by MoreauJean(dt=...); got {type(integrator).__name__}: for this one, write its "
-                "mechanics as a System"
+                f"a scene is integrated by MoreauJean(dt=...); got {type(integrator).__name__}: for this one, write "
+                "its mechanics as a System"
             )
         if integrator.compliance is not None:
             raise InvalidInput("contacts of a scene are rigid; leave out compliance= of MoreauJean")
@@ -107,7 +107,9 @@ class SceneRun:
                         self._stop(f"max_steps = {max_steps}")
                     if self.status != Status.RUNNING:
                         return
-                    done += self._take_steps(float(self.times[k]) + done * dt, dt, min(count - done, budget - self.steps))
+                    done += self._take_steps(
+                        float(self.times[k]) + done * dt, dt, min(count - done, budget - self.steps)
+                    )
                     self.now = float(self.times[k]) + done * dt
                     if self.status != Status.RUNNING:
                         return
@@ -200,9 +202,9 @@ class SceneRun:
         methods = {name: counts[field] for name, field in METHODS.items() if counts[field]}
         return SceneStats(
             counts["steps"], int(assembly.network.n_c), counts["most_contacts"], int(assembly.network.islands.count),
-            methods, counts["sweeps"], counts["factors"], counts["impacts"], counts["asleep"], assembly.tol, figures["residual"],
-            figures["last_residual"], counts["missed"], figures["penetration"], figures["last_penetration"],
-            self.wall_time, self.compile_time,
+            methods, counts["sweeps"], counts["factors"], counts["impacts"], counts["asleep"], assembly.tol,
+            figures["residual"], figures["last_residual"], counts["missed"], figures["penetration"],
+            figures["last_penetration"], self.wall_time, self.compile_time,
         )  # fmt: skip
 
     def message(self) -> str:
@@ -219,8 +221,9 @@ class SceneRun:
             return f"the progress function raised {said_by(self.cause)}; stopped at {where}"
         if self.status == Status.NOT_FINITE:
             return f"{self.world.lost()} is nowhere: its place is not finite, or too far out; stopped at {where}"
+        residual = self.assembly.progress.figures.last_residual
         return (
-            f"the contact problem of this step was solved to a residual of {self.assembly.progress.figures.last_residual:.2g}, and "
+            f"the contact problem of this step was solved to a residual of {residual:.2g}, and "
             f"tol = {self.assembly.tol:g} was asked for; stopped at {where}"
         )
 
@@ -235,9 +238,9 @@ class SceneRun:
         ledger = self.world.energies(x, v) | {name: self.works[:k, w] for w, name in enumerate(WORKS)}
         about = {"scene": repr(self.scene), "integrator": repr(self.integrator)}
         return SceneSolution(
-            self.times[:k], x[:, :, :dim], turn, v[:, :, :dim], spin, columns, ledger, *self.worst[:k].T, self.stats(),
-            self.status, self.message(), [body.name for body in self.scene.bodies], self.scene,
-            self.world.frames[:, :dim], about,
+            self.times[:k], x[:, :, :dim], turn, v[:, :, :dim], spin, columns, ledger, self.worst[:k, 0],
+            self.worst[:k, 1], self.stats(), self.status, self.message(), [body.name for body in self.scene.bodies],
+            self.scene, self.world.frames[:, :dim], about,
         )  # fmt: skip
 
     def failure(self, solution: SceneSolution) -> StepFailure:

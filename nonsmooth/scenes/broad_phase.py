@@ -51,10 +51,10 @@ class Grid(Block, n_t="1 << (2 * n_s + 2).bit_length()"):
     population: Array[Ints, LEVELS]  # of the levels
     widest: float  # [m] the longest side of a box
     n_pairs: int  # found, which may be more than there is room for
-    i: Array[Ints, "n_p"]  # as they were found
+    i: Array[Ints, "n_p"]  # i < j, in this order
     j: Array[Ints, "n_p"]
-    by_j: Array[Ints, "n_p"]
-    pair: Array[Ints, "n_p"]  # rows of i and j by (i, j)
+    i_at: Array[Ints, "n_p"]  # while they are sorted
+    j_at: Array[Ints, "n_p"]
     places: Array[Ints, "n_s + 1"]
 
 
@@ -265,23 +265,20 @@ def is_apart(apart, a, b):
 @kernel
 def sort_pairs(grid):
     """Put the pairs in the order of (i, j): by j, and then by i with those of one i left in their order."""
-    n = grid.n_pairs
-    for k in range(n):
-        grid.pair[k] = k
-    counting_sort(n, grid.j, grid.pair, grid.places, grid.by_j)
-    counting_sort(n, grid.i, grid.by_j, grid.places, grid.pair)
+    counting_sort(grid.n_pairs, grid.j, grid.i, grid.places, grid.j_at, grid.i_at)
+    counting_sort(grid.n_pairs, grid.i_at, grid.j_at, grid.places, grid.i, grid.j)
 
 
 @kernel
-def counting_sort(n, values, given, places, sorted_):
-    """The rows given (n,) in the order of their values, those of one value in the order given."""
+def counting_sort(n, values, others, places, sorted_values, sorted_others):
+    """Sort n values, each with another number beside it; those that are equal stay in their order."""
     for v in range(places.shape[0]):
         places[v] = 0
     for k in range(n):
-        places[values[given[k]] + 1] += 1
+        places[values[k] + 1] += 1
     for v in range(1, places.shape[0]):
         places[v] += places[v - 1]
     for k in range(n):
-        row = given[k]
-        sorted_[places[values[row]]] = row
-        places[values[row]] += 1
+        place = places[values[k]]
+        sorted_values[place], sorted_others[place] = values[k], others[k]
+        places[values[k]] = place + 1

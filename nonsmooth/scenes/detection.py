@@ -14,9 +14,10 @@ from nonsmooth.jit.blocks import Block, Floats, Ints
 
 SHAPE_BITS = 22  # chosen: of a key, for either shape: four million of them
 FEATURE_BITS = 19  # derived: of a key, what two shapes leave of 63
-# chosen, of the reaches of both: the face of i is the reference unless one of j is farther out by more than this.
-# It is above what a stack at rest moves by, and the gap of a point differs between two such faces by its square.
-FACE_PREFERENCE = 1e-9
+# chosen, of the reaches of both: the face of i is the reference unless one of j is farther out by more than this, which
+# is above the rounding of a separation. Keys do not depend on it: whichever of two parallel faces it is, the ends of
+# the overlap are the same features. It is a hundredth of SAME_PLACE, so that a corner is told by the farthest face.
+FACE_PREFERENCE = 1e-12
 # chosen, of the reaches and radii of both: points nearer than this, whose difference has lost the digits of a
 # direction (6 are left), have the normal of a face.
 SAME_PLACE = 1e-10

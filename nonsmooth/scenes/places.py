@@ -1,6 +1,6 @@
 """Places: where a frame is in another one, (x, y, angle) in the plane and (position, unit quaternion w x y z) in space.
 
-    (a b)(v) = a(b(v)),    b(v) = position_b + R_b v
+(a b)(v) = a(b(v)),    b(v) = position_b + R_b v
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ def test_python_runs_them_in_a_checkout_without_loading_a_library():
         assert ended.returncode == 0 and ("core" in ended.stdout or ended.stdout == "[]\n"), ended
 
 
-def test_a_wheel_holds_no_line_of_them(tmp_path):
+def test_a_wheel_holds_no_line_of_them_and_every_file_of_the_player(tmp_path):
     """Built by hatchling from a copy of what it reads."""
     wheel = pytest.importorskip("hatchling.builders.wheel")
     from zipfile import ZipFile
@@ -59,7 +59,10 @@ def test_a_wheel_holds_no_line_of_them(tmp_path):
     for name in ("nonsmooth", "models", "benchmarks", "tests"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__", "data"))
     (built,) = wheel.WheelBuilder(str(tmp_path)).build(directory=str(tmp_path / "dist"), versions=["standard"])
-    folders = {name.split("/")[0] for name in ZipFile(built).namelist()}
+    names = set(ZipFile(built).namelist())
+    sources = {path.relative_to(ROOT).as_posix() for path in (ROOT / "nonsmooth" / "drawing" / "player").glob("*.*")}
+    assert sources <= names and any(name.endswith("three.module.min.js.gz") for name in sources)
+    folders = {name.split("/")[0] for name in names}
     assert {"nonsmooth", "models"} == {folder for folder in folders if not folder.endswith(".dist-info")}
 
 

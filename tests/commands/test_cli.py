@@ -123,6 +123,8 @@ def test_saved_runs_are_read_back(tmp_path, name, capsys):
         (["run", "sprag-slip", "--out", "run.csv"], "must end in one of .npz"),
         (["run", "sprag-slip", "--plot", "run.txt"], "must end in one of .png"),
         (["run", "sprag-slip", "--animate", "run.mp4"], "must end in one of .gif"),
+        (["run", "sprag-slip", "--view", "run.pdf"], "must end in one of .html"),
+        (["run", "sprag-slip", "--view", "nowhere/run.html"], "there is no folder 'nowhere'"),
         (["run", "sprag-slip", "--animate", "nowhere/run.gif"], "there is no folder 'nowhere'"),
         (["solve", "nowhere.npz", "--plot", "nowhere/profile.png"], "there is no folder 'nowhere'"),
         (["run", "sprag-slip", "--out", "nowhere/run.npz"], "there is no folder 'nowhere'"),
@@ -161,6 +163,12 @@ def test_a_picture_and_an_animation_are_written_where_asked(tmp_path, capsys):
     assert picture.exists() and animation.exists()
     printed = capsys.readouterr().out
     assert f"picture: {picture}" in printed and f"animation: {animation}" in printed
+
+
+def test_a_player_is_written_where_asked(tmp_path, capsys):
+    page = tmp_path / "block.html"
+    assert main(["run", "sliding-block", *QUICK, "--no-plot", "--view", str(page)]) == 0
+    assert f"player: {page}" in capsys.readouterr().out and page.read_text().startswith("<!doctype html>")
 
 
 def test_a_run_of_no_length_is_drawn_and_counted(tmp_path, capsys):

@@ -232,6 +232,30 @@ def test_picture_is_a_list_of_plane_polylines(model):
         assert line.ndim == 2 and line.shape[1] == 2 and np.isfinite(line).all()
 
 
+@pytest.mark.parametrize("model", MODELS, ids=name)
+def test_each_line_of_the_picture_has_a_name(model):
+    q0, _ = model.state()
+    assert len(model.parts) == len(set(model.parts)) == len(model.shape(q0))
+
+
+@pytest.mark.parametrize("model", [m for m in MODELS if hasattr(m, "contact_frames")], ids=name)
+def test_contact_frames_move_as_the_rows_say(model):
+    """Along its normal a contact point moves by the row W_N, along its tangent by W_F; of a bead by its own part."""
+    system = model.system()
+    q, u = sample(system)
+    points, normals, tangents = model.contact_frames(q)
+    motion = gradient(lambda q: model.contact_frames(q)[0], q)  # (n_c, 2, n_q)
+    assert points.shape == normals.shape == tangents.shape == (system.n_c, 2)
+    np.testing.assert_allclose([n @ n for n in normals] + [t @ t for t in tangents], 1.0, atol=1e-15)
+    np.testing.assert_allclose(np.sum(normals * tangents, axis=1), 0.0, atol=1e-15)
+    if NORMAL in system.functions:
+        W_N = system.evaluate(NORMAL, 0.0, q, u)
+        own = np.eye(system.n_c, dtype=bool) if isinstance(model, BeadChain) else np.ones(W_N.shape, bool)
+        close(np.einsum("kd,kdj->kj", normals, motion)[own], W_N[own])
+    if TANGENT in system.functions:
+        close(np.einsum("kd,kdj->kj", tangents, motion), system.evaluate(TANGENT, 0.0, q, u)[:, 0])
+
+
 @pytest.mark.parametrize("model", [PainleveRod(), RockingBlock(), SpragSlip(), SelfLockingRod(th0=0.9)], ids=name)
 def test_picture_touches_the_ground_where_the_gap_is_zero(model):
     q0, _ = model.state()

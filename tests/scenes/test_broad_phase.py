@@ -23,12 +23,11 @@ def found_and_all(lo, hi, unbounded=()):
     shapes.body[:], motion.moves[:], grid.lo[:], grid.hi[:] = np.arange(n), 1, lo, hi
     grid.level[list(unbounded)] = -1
     m = pairs_of(shapes.address, motion.address, grid.address)
-    order = grid.pair[:m]
     overlap = ((lo[:, None] <= hi[None]) & (lo[None] <= hi[:, None])).all(-1)
     overlap[list(unbounded)] = overlap[:, list(unbounded)] = True
     for s in unbounded:
         overlap[s, list(unbounded)] = False
-    return list(zip(grid.i[order].tolist(), grid.j[order].tolist(), strict=True)), [
+    return list(zip(grid.i[:m].tolist(), grid.j[:m].tolist(), strict=True)), [
         (i, j) for i, j in np.argwhere(overlap).tolist() if i < j]  # fmt: skip
 
 

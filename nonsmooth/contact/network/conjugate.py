@@ -30,52 +30,55 @@ class Conjugate(Block):
 @kernel
 def conjugate_sweeps(network, memory, k, most, tol, d, n):
     """Sweep island k from its velocities until |g| <= tol |P|, ``most`` times at most; how often."""
-    islands = network.islands
-    begin, end = islands.contact_start[k], islands.contact_start[k + 1]
-    before = 0.0
+    islands, before = network.islands, 0.0
+    keep(islands, memory, k, network.P, 0, d, network.v, n)
     for count in range(most):
-        keep(network, memory, k, d, n)
         change, size = 0.0, 0.0
-        for at in range(begin, end):
+        for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
             moved, is_now = relax(network, islands.contacts[at], 1.0, d, n)
             change += moved
             size += is_now
         if change <= tol * tol * size or count == most - 1:
             return count + 1
-        go_along(network, memory, k, change / before if before > change else 0.0, d, n)
+        go_along(islands, memory, k, share_of_direction(change, before), network.P, 0, d, network.v, n)
         before = change
     return most
 
 
 @kernel
-def keep(network, memory, k, d, n):
-    """Keep impulses and velocities of island k."""
-    islands = network.islands
+def share_of_direction(change, before):
+    """beta of |g|^2 and of that before; 0 begins anew."""
+    return change / before if before > change else 0.0
+
+
+@kernel
+def keep(islands, memory, k, P, first, d, v, n):
+    """Keep impulses and velocities of island k; those of a contact are d numbers of its row, from the first one on."""
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
         c = islands.contacts[at]
         for a in range(d):
-            memory.P[c, a] = network.P[c, a]
+            memory.P[c, a] = P[c, first + a]
     for at in range(islands.body_start[k], islands.body_start[k + 1]):
         body = islands.bodies[at]
         for x in range(n):
-            memory.v[body, x] = network.v[body, x]
+            memory.v[body, x] = v[body, x]
 
 
 @kernel
-def go_along(network, memory, k, beta, d, n):
-    """Add beta times the direction, and turn it; beta = 0 begins anew."""
-    islands = network.islands
+def go_along(islands, memory, k, beta, P, first, d, v, n):
+    """Add beta times the direction, and turn it; impulses and velocities as in ``keep``."""
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
-        turn(network.P, memory.P, memory.along_P, islands.contacts[at], beta, d)
+        turn(P, first, memory.P, memory.along_P, islands.contacts[at], beta, d)
     for at in range(islands.body_start[k], islands.body_start[k + 1]):
-        turn(network.v, memory.v, memory.along_v, islands.bodies[at], beta, n)
+        turn(v, 0, memory.v, memory.along_v, islands.bodies[at], beta, n)
 
 
 @kernel
-def turn(now, before, along, row, beta, size):
-    """along <- now - before + beta along of one row, and now <- now + beta (along as it was)."""
+def turn(now, first, before, along, row, beta, size):
+    """along <- now - before + beta along of one row, now <- now + beta (along as it was), and before <- now."""
     for x in range(size):
-        gradient = now[row, x] - before[row, x]
-        share = beta * along[row, x] if beta > 0.0 else 0.0  # what is left of another problem may be anything
-        now[row, x] += share
-        along[row, x] = gradient + share
+        value, share = now[row, first + x], 0.0
+        if beta > 0.0:  # else what is there may be of another problem
+            share = beta * along[row, x]
+        along[row, x] = value - before[row, x] + share
+        now[row, first + x] = before[row, x] = value + share

@@ -24,7 +24,7 @@ class Islands(Block):
     contact_start: Array[Ints, "n_b + 1"]  # island k has contacts[contact_start[k] : contact_start[k + 1]]
     bodies: Array[Ints, "n_b"]  # that can move and are touched, island by island
     body_start: Array[Ints, "n_b + 1"]
-    parent: Array[Ints, "n_b"]  # in its set; -1 of a body that cannot move
+    parent: Array[Ints, "n_b"]  # in its set, at the end its root; -1 of a body that cannot move
     of: Array[Ints, "n_b"]  # island of a body, -1 of one that cannot move or is not touched
     F: Array[Floats, "n_b"]  # sums of squares [N^2 s^2]: of the natural map,
     P: Array[Floats, "n_b"]  # and of the impulses
@@ -65,7 +65,7 @@ def root_of(parent, body):
 
 @kernel
 def join_bodies(network, n):
-    """The disjoint sets of the bodies that can move."""
+    """The disjoint sets of the bodies that can move; in the end every parent is a root."""
     parent, of = network.islands.parent, network.islands.of
     for body in range(parent.shape[0]):
         parent[body] = body if can_move(network.M_inv, body, n) else -1
@@ -76,16 +76,15 @@ def join_bodies(network, n):
             a, b = root_of(parent, i), root_of(parent, j)
             if a != b:
                 parent[max(a, b)] = min(a, b)
+    for body in range(parent.shape[0]):
+        if parent[body] >= 0:
+            parent[body] = root_of(parent, body)
 
 
 @kernel
 def root_of_contact(network, c):
     """The root of its bodies, -1 where none can move."""
-    parent = network.islands.parent
-    i, j = network.i[c], network.j[c]
-    if parent[i] >= 0:
-        return root_of(parent, i)
-    return root_of(parent, j) if parent[j] >= 0 else -1
+    return max(network.islands.parent[network.i[c]], network.islands.parent[network.j[c]])
 
 
 @kernel
@@ -136,7 +135,7 @@ def group_bodies(islands):
         start[k] = 0
     for body in range(parent.shape[0]):
         if parent[body] >= 0:
-            of[body] = of[root_of(parent, body)]
+            of[body] = of[parent[body]]
             if of[body] >= 0:
                 start[of[body] + 1] += 1
     for k in range(islands.count):

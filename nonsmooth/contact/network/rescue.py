@@ -1,7 +1,7 @@
 """Islands that the ladder of ``solve`` did not bring to the tolerance: the solvers of dense problems try what they can.
 
-The Delassus matrix G = J M^-1 J^T of the island is made, and handed to `solve_contact`, whose ladder has interior points,
-pivoting and proximal steps. That costs milliseconds; islands that are met never come here.
+The Delassus matrix G = J M^-1 J^T of the island is made, and handed to `solve_contact`, whose ladder has interior
+points, pivoting and proximal steps. That costs milliseconds; islands that are met never come here.
 """
 
 from __future__ import annotations

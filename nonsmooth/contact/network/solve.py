@@ -1,10 +1,13 @@
 """How the islands of a network are solved, one after the other, each from the impulses that it has.
 
-    START     its residual is within the tolerance: nothing is done
-    SWEEPS    conjugate sweeps, in rounds, as many as the budget allows
-    DIRECT    the augmented Lagrangian: islands of few bodies to rounding; others as soon as the sweeps would not come to
-              the tolerance within their budget, where the factors are affordable: some bodies, or many in the plane or
-              of unlike masses
+    BY_START    its residual is within the tolerance: nothing is done
+    BY_SWEEPS   conjugate sweeps, in rounds, as many as the budget allows
+    BY_FACTORS  the augmented Lagrangian, as soon as the sweeps would not come to the tolerance within their budget,
+                where factors are affordable: some bodies, or many in the plane or of unlike masses
+
+Islands of few bodies are solved to rounding, unless the tolerance is a coarse one: what rests is then a fixed point,
+to the last bit. Where the factors of a large island led nowhere, a loose heap in motion, they are left out for a
+while.
 
 Whatever was tried, the impulses of the least residual are left, with velocities of just these impulses and the residual
 recomputed from them. ``islands`` says of each one its rung, sweeps, factors, residual and whether the tolerance is met;
@@ -19,21 +22,24 @@ from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton, copy_impulse
 from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
 from nonsmooth.contact.network.lagrangian import Direct
 from nonsmooth.contact.network.problem import Network, rounding_of_residual
+from nonsmooth.contact.network.spheres import Spheres, are_spheres, sphere_sweeps
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, view
 from nonsmooth.numerics.rounding import EPS
 
-START, SWEEPS, DIRECT = range(3)
+BY_START, BY_SWEEPS, BY_FACTORS = range(3)
 
 FIRST_ROUND, ROUND = 10, 25  # chosen: sweeps between two residuals, each of which costs one and a half
 FEW_BODIES = 200  # measured: 150 spheres take 8 ms a factor, 1000 200 ms
 MANY_BODIES = 2000  # measured: 1000 bodies in the plane take 2 ms a factor
-# measured: residuals of islands that are solved exactly, and then by a few more steps with the factors at hand: what rests
-# is a fixed point then, to the last bit, and is not solved again: a stack of ten boxes takes 2 us a step, and one whose top
-# is a thousand times heavier 4 us; to 1e-8 they take 0.14 and 0.4 ms, and creep
+# measured: residuals of islands that are solved to rounding, and then by a few more steps with the factors at hand: a
+# stack of ten boxes takes 2 us a step then, with a top a thousand times heavier 3 us; to 1e-8 they take 140 and 430,
+# and creep
 EXACT, ROUNDED = 1e-13, 3e-16
-EXACT_BODIES = 32  # chosen: islands of so many bodies are solved exactly, whatever residual is asked for
+FINE = 1e-7  # chosen: a tolerance above it is one for speed
+EXACT_BODIES = 32  # chosen: a factor of so many takes some 50 us in space
 POLISH_FACTORS = 2  # chosen: more would be for modes that still change
+LONGEST_WAIT = 63  # chosen: problems: an eighth of a second at 2 ms, after which a heap may have come to rest
 UNLIKE_MASSES = 10.0  # measured: sweeps of a stack of ten do not reach 1e-3 in 200 where the top is 1000 times heavier
 
 
@@ -46,7 +52,10 @@ class Solver(Block):
     tol: float  # largest residual that is asked for
     most_sweeps: int  # of an island
     most_factors: int  # of an island; 0 is sweeps alone
+    waits: int  # problems for which the factors of large islands are left out
+    wait: int  # how many these were the last time
     conjugate: Conjugate
+    spheres: Spheres
     direct: Direct
 
 
@@ -57,6 +66,7 @@ def solve(network, solver, d, n):
     What is solved then is found so at once when it is called again with more room.
     """
     recall_graph(network, solver.direct)
+    solver.waits = max(0, solver.waits - 1)
     for k in range(network.islands.count):
         if network.islands.is_met[k] == 0 and not solve_island(network, solver, k, d, n):
             return solver.direct.factor.columns.wanted
@@ -66,16 +76,17 @@ def solve(network, solver, d, n):
 @kernel
 def solve_island(network, solver, k, d, n):
     """Take island k up the ladder; False where there is no room for its factors."""
-    islands, has_room = network.islands, True
+    islands, has_room, bodies = network.islands, True, bodies_of(network, k)
     islands.residual[k] = judge_island(network, k, d, n)
-    is_direct = solver.most_factors > 0 and has_affordable_factors(network, k, d)
-    goal = min(solver.tol, EXACT) if is_direct and bodies_of(network, k) <= EXACT_BODIES else solver.tol
+    is_direct = may_factorise(network, solver, k, d)
+    goal = min(solver.tol, EXACT) if is_direct and bodies <= EXACT_BODIES and solver.tol <= FINE else solver.tol
     if not islands.residual[k] <= goal:
-        islands.rung[k] = SWEEPS
+        islands.rung[k] = BY_SWEEPS
         sweep_in_rounds(network, solver, k, goal, is_direct, d, n)
         if is_direct and not islands.residual[k] <= goal:
             has_room = solve_directly(network, solver, k, goal, solver.most_factors, d, n)
-    if is_direct and has_room and ROUNDED < islands.residual[k] <= goal and bodies_of(network, k) <= FEW_BODIES:
+            note_outcome(solver, bodies, islands.residual[k] <= goal)
+    if is_direct and has_room and solver.tol <= FINE and ROUNDED < islands.residual[k] <= goal and bodies <= FEW_BODIES:
         has_room = solve_directly(network, solver, k, ROUNDED, POLISH_FACTORS, d, n)
     islands.is_met[k] = is_met(network, solver, k, d, n)
     return has_room
@@ -85,6 +96,22 @@ def solve_island(network, solver, k, d, n):
 def bodies_of(network, k):
     """How many bodies island k has."""
     return network.islands.body_start[k + 1] - network.islands.body_start[k]
+
+
+@kernel
+def may_factorise(network, solver, k, d):
+    """Whether the direct rung is for island k, now."""
+    if solver.most_factors == 0 or not has_affordable_factors(network, k, d):
+        return False
+    return bodies_of(network, k) <= EXACT_BODIES or solver.waits == 0
+
+
+@kernel
+def note_outcome(solver, bodies, is_solved):
+    """After factors of a large island that led nowhere, leave them out for twice as many problems as the last time."""
+    if bodies > EXACT_BODIES:
+        solver.wait = 0 if is_solved else min(2 * solver.wait + 1, LONGEST_WAIT)
+        solver.waits = solver.wait
 
 
 @kernel
@@ -98,7 +125,7 @@ def is_met(network, solver, k, d, n):
 def solve_directly(network, solver, k, goal, most, d, n):
     """The direct rung; False where there is no room for the factors."""
     islands, made = network.islands, solver.direct.factors
-    islands.rung[k] = DIRECT
+    islands.rung[k] = BY_FACTORS
     end = al_newton(network, solver.direct, k, goal, most, d, n)
     islands.factors[k] += solver.direct.factors - made
     return end != NO_ROOM
@@ -123,15 +150,24 @@ def ratio_of_masses(network, k):
 
 
 @kernel
+def sweep(network, solver, k, most, is_of_spheres, d, n):
+    """A round of sweeps from the velocities of the impulses: how many. Those of spheres leave the velocities alone."""
+    if d == 3 and is_of_spheres:
+        return sphere_sweeps(network, solver.spheres, solver.conjugate, k, most, EPS)
+    return conjugate_sweeps(network, solver.conjugate, k, most, EPS, d, n)
+
+
+@kernel
 def sweep_in_rounds(network, solver, k, goal, may_leave, d, n):
     """Sweep island k until it is solved or the budget is spent, or is seen not to be enough where one may leave."""
     islands, best = network.islands, solver.direct.best
     error = least = islands.residual[k]
     copy_impulses(islands, k, network.P, best, d)
     done, is_hopeful = 0, True
+    is_of_spheres = d == 3 and solver.most_sweeps > 0 and are_spheres(network, solver.spheres, k)
     while done < solver.most_sweeps and is_hopeful and not least <= goal:
         most = min(FIRST_ROUND if done == 0 else ROUND, solver.most_sweeps - done)
-        count = conjugate_sweeps(network, solver.conjugate, k, most, EPS, d, n)
+        count = sweep(network, solver, k, most, is_of_spheres, d, n)
         done += count
         before, error = error, judge_island(network, k, d, n)
         if error < least:

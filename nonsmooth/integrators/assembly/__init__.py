@@ -1,1 +1,1 @@
-"""Time stepping of scenes: many bodies, their contacts found anew at each step. ``step.py`` is the table of contents."""
+"""Time stepping of scenes: many bodies, their contacts found anew at each step; read ``planar_step.py`` first."""

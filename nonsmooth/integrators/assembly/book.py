@@ -9,6 +9,8 @@ out of a penetration, is work of gravity that no velocity shows: it has a column
 
 from __future__ import annotations
 
+from typing import Annotated as Array
+
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts, keep_impulses
@@ -17,7 +19,6 @@ from nonsmooth.integrators.records import FORCE_WORK, FRICTION_WORK, NORMAL_WORK
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, view
 from nonsmooth.scenes.detection import Found
-from typing import Annotated as Array
 
 
 class Ledger(Block):

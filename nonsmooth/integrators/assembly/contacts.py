@@ -3,13 +3,14 @@
     open    g_N > 0    gamma_N + g_N / dt >= 0: it may close within the step, and no further
     closed  g_N <= 0   gamma_N >= 0: what it penetrates is taken back by places, not by velocities (project.py)
 
-Gaps fed back to the velocities of closed contacts, with impulses kept from step to step and a problem solved to a part
-only, are an unstable loop: a part a of the error solved in a step, and the mode grows for every a < 1 (beta 1: by 1.154 a
-step at a = 0.1). Without that feedback it decays as sqrt(1 - a).
+Gaps fed back to the velocities of closed contacts, with impulses kept from step to step and a problem solved to a
+part only, are an unstable loop: a part a of the error solved in a step, and the mode grows for every a < 1 (beta 1:
+by 1.154 a step at a = 0.1). Without that feedback it decays as sqrt(1 - a).
 
-The impulses of the step before are the start of the next solution, kept in the axes of the world. A contact goes on with
-that of its key; what is left of a pair of shapes goes on with the nearest one, since roundings may turn a vertex that lies
-on an edge into a crossing of edges: a stack whose boxes are alike would otherwise begin anew every other step.
+The impulses of the step before are the start of the next solution, kept in the axes of the world. A contact goes on
+with that of its key; what is left of a pair of shapes goes on with the nearest one, since roundings may turn a vertex
+that lies on an edge into a crossing of edges: a stack whose boxes are alike would otherwise begin anew every other
+step.
 """
 
 from __future__ import annotations
@@ -26,7 +27,6 @@ from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import rounded_sum
 from nonsmooth.scenes.detection import FEATURE_BITS, Found
 from nonsmooth.scenes.shape_rows import Shapes
-
 
 GAP_ROUNDINGS = 16  # chosen: of a gap, a difference of places that were turned: what is smaller is 0
 

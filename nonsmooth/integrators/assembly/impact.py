@@ -2,12 +2,12 @@
 
     gamma_plus + e gamma_minus >= 0  _|_  P >= 0 at the contacts that landed,  gamma_plus >= 0 at those that are closed
 
-gamma_minus is the velocity of approach of the free motion, before any impulse of the step. To feed the gap back and let
-the contact rebound one step later instead gives e = 0.33, 0.49, 0.01, 0.37 at dt = 1e-2, 1.1e-3, 1e-3, 1e-4 where 0.5 was
-asked for. A rebound slower than what gravity gives within a step is none: it would never rest.
+gamma_minus is the velocity of approach of the free motion, before any impulse of the step. To feed the gap back and
+let the contact rebound one step later instead gives e = 0.33, 0.49, 0.01, 0.37 at dt = 1e-2, 1.1e-3, 1e-3, 1e-4 where
+0.5 was asked for. A rebound slower than what gravity gives within a step is none: it would never rest.
 
-The rows are those of the places after the step, the point of contact moved with its surfaces: the impulses of both sides
-act at one point, and angular momentum is kept.
+The rows are those of the places after the step, the point of contact moved with its surfaces: the impulses of both
+sides act at one point, and angular momentum is kept.
 """
 
 from __future__ import annotations

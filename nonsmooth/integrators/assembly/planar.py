@@ -1,6 +1,6 @@
 """Planar bodies in a step: their free motion, the rows of their contacts, and their places afterwards.
 
-    v_free = v_0 + dt g,    J_j = +(n, arm_j x n),  J_i = -(n, arm_i x n),  the same with t = (-n_y, n_x)
+v_free = v_0 + dt g,    J_j = +(n, arm_j x n),  J_i = -(n, arm_i x n),  the same with t = (-n_y, n_x)
 """
 
 from __future__ import annotations

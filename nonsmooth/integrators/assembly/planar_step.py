@@ -2,9 +2,9 @@
 
     v_free = v_0 + dt M^-1 h,    (gamma_1 + g_N/dt, P) in the laws of contact and friction,    v_1 = v_free + M^-1 J^T P
 
-A stage that finds no room returns, and goes on when it is called again. spatial_step.py is the same in space; apart, the
-one compiles nothing of the other. Sources: Stewart and Trinkle, *Int. J. Numer. Methods Eng.* 39 (1996) 2673-2691 (gaps at
-the end of the step); the stages of this scheme: docs/theory/scenes.md.
+A stage that finds no room returns, and goes on when it is called again. spatial_step.py is the same in space; apart,
+the one compiles nothing of the other. Sources: Stewart and Trinkle, *Int. J. Numer. Methods Eng.* 39 (1996) 2673-2691
+(gaps at the end of the step); the stages of this scheme: docs/theory/scenes.md.
 """
 
 from __future__ import annotations
@@ -136,8 +136,9 @@ def move(progress, places, network):
         places.bodies, places.found, places.network, places.moves, progress.dt, progress.theta, is_pushed
     )
     book_step(
-        places.bodies, places.found, places.contacts, places.network, places.moves, places.ledger, progress.dt, is_pushed
-    )
+        places.bodies, places.found, places.contacts, places.network, places.moves, places.ledger, progress.dt,
+        is_pushed,
+    )  # fmt: skip
     note_step(network, deepest, progress)
 
 

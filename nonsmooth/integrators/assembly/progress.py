@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from nonsmooth.contact.network.solve import DIRECT, START, SWEEPS
+from nonsmooth.contact.network.solve import BY_FACTORS, BY_START, BY_SWEEPS
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block
 
@@ -78,9 +78,9 @@ def note_islands(network, counts):
     """Count how the islands of a problem were solved."""
     islands = network.islands
     for k in range(islands.count):
-        counts.kept += 1 if islands.rung[k] == START else 0
-        counts.swept += 1 if islands.rung[k] == SWEEPS else 0
-        counts.direct += 1 if islands.rung[k] == DIRECT else 0
+        counts.kept += 1 if islands.rung[k] == BY_START else 0
+        counts.swept += 1 if islands.rung[k] == BY_SWEEPS else 0
+        counts.direct += 1 if islands.rung[k] == BY_FACTORS else 0
         counts.sweeps += islands.sweeps[k]
         counts.factors += islands.factors[k]
 
@@ -118,7 +118,7 @@ def is_at_rest(bodies, network):
                 return False
     islands = network.islands
     for k in range(islands.count):
-        if islands.rung[k] != START or islands.is_met[k] == 0:
+        if islands.rung[k] != BY_START or islands.is_met[k] == 0:
             return False
     return True
 

@@ -3,8 +3,8 @@
     v_free = v_0 + dt M^-1 h,    (gamma_1 + g_N/dt, P) in the laws of contact and friction,    v_1 = v_free + M^-1 J^T P
 
 A stage that finds no room returns, and goes on when it is called again. planar_step.py is the same in the plane;
-apart, the one compiles nothing of the other. Sources: Stewart and Trinkle, *Int. J. Numer. Methods Eng.* 39 (1996) 2673-2691 (gaps at
-the end of the step); the stages of this scheme: docs/theory/scenes.md.
+apart, the one compiles nothing of the other. Sources: Stewart and Trinkle, *Int. J. Numer. Methods Eng.* 39 (1996)
+2673-2691 (gaps at the end of the step); the stages of this scheme: docs/theory/scenes.md.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import book_impact, book_step
 from nonsmooth.integrators.assembly.contacts import write_contacts_spatial
 from nonsmooth.integrators.assembly.impact import begin_impact_spatial
-from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.progress import (
     DONE,
     FIND,
@@ -36,6 +35,7 @@ from nonsmooth.integrators.assembly.progress import (
     sleep,
 )
 from nonsmooth.integrators.assembly.project import move_bodies_spatial
+from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.detection import NOT_FINITE, Found
@@ -137,8 +137,9 @@ def move(progress, places, network):
         places.bodies, places.found, places.network, places.moves, progress.dt, progress.theta, is_pushed
     )
     book_step(
-        places.bodies, places.found, places.contacts, places.network, places.moves, places.ledger, progress.dt, is_pushed
-    )
+        places.bodies, places.found, places.contacts, places.network, places.moves, places.ledger, progress.dt,
+        is_pushed,
+    )  # fmt: skip
     note_step(network, deepest, progress)
 
 

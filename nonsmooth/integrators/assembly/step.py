@@ -36,6 +36,9 @@ TIGHT = 1e-10  # chosen: of the smallest shape: a penetration below it is a roun
 MOST_FACTORS = 400  # measured: of an island in a step: heaps that take more do not end
 ROOM = 1.5  # chosen: by which a block is larger than what it was too small for
 
+# defined: blocks whose addresses the steps are handed, beside that of the motion of the bodies
+PLACES = ("bodies", "shapes", "surfaces", "scratch", "found", "contacts", "network", "moves", "ledger", "solver")
+
 
 class Stages(NamedTuple):
     """The compiled steps of the plane or of space."""
@@ -62,9 +65,7 @@ def stages_of(dim: int, has_restitution: bool) -> Stages:
 
     others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
     others += [begin_impact_spatial, book_impact] if has_restitution else []
-    return Stages(
-        take_steps_spatial, find_contacts_spatial, spatial_scratch, (*others, move_bodies_spatial, book_step)
-    )
+    return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, (*others, move_bodies_spatial, book_step))
 
 
 class Assembly:
@@ -86,8 +87,8 @@ class Assembly:
     """
 
     def __init__(
-        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, tol: float, sweeps: int, is_strict: bool, may_sleep: bool,
-        theta: float,
+        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, tol: float, sweeps: int, is_strict: bool,
+        may_sleep: bool, theta: float,
     ) -> None:  # fmt: skip
         self.bodies, self.shapes, self.surfaces = bodies, shapes, surfaces
         self.dim, n_s = len(bodies.gravity), len(shapes.body)
@@ -100,12 +101,15 @@ class Assembly:
         self.largest = float(bounded.max(initial=0.0))
         progress = self.progress
         progress.may_sleep = may_sleep
-        progress.has_restitution, progress.is_strict, progress.theta, progress.tol = has_restitution, is_strict, theta, tol
+        progress.has_restitution, progress.is_strict = has_restitution, is_strict
+        progress.theta, progress.tol = theta, tol
         progress.tight = TIGHT * float(bounded.min(initial=np.inf)) if len(bounded) else 0.0
         self.gravity = float(np.linalg.norm(bodies.gravity))
         self.scratch = self.stages.scratch(shapes, 4 * n_s + 64)
         self.fill = 10 * min(len(bodies.mass), 200) + 100
-        self.contacts: Contacts | None = None
+        self.contacts: Contacts = new(Contacts, m=0, d=self.dim)
+        self.network: Network = new(Network, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
+        self.has_room = False
         self._make_room(2 * n_s + 16)
 
     def take_steps(self, dt: float, most: int) -> int:
@@ -151,8 +155,9 @@ class Assembly:
         self.contacts = new(Contacts, m=m, d=d)
         self.moves = new(Moves, m=m, n_b=n_b, n=n)
         network = new(Network, m=m, n_b=n_b, d=d, n=n)
-        if before is None:
+        if not self.has_room:
             write_masses(self.bodies, network)
+            self.has_room = True
         else:
             k = int(before.n_before)
             self.contacts.n_before = k
@@ -174,7 +179,7 @@ class Assembly:
         """Where the blocks are now."""
         places = self.progress.places
         places.motion = self.bodies.motion.address
-        for name in ("bodies", "shapes", "surfaces", "scratch", "found", "contacts", "network", "moves", "ledger", "solver"):
+        for name in PLACES:
             setattr(places, name, getattr(self, name).address)
 
 

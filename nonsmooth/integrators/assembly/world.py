@@ -165,5 +165,3 @@ def spin_between(here: np.ndarray, there: np.ndarray, dt: float) -> np.ndarray:
         return (there - here) / dt
     turn = times(there, conjugate(here))
     return 2.0 * turn[1:] / (turn[0] * dt)
-
-

@@ -12,6 +12,8 @@ away. So one face, the reference face, decides:
         -> the normal of the face, and a point at each end of the overlap: a vertex of the one or of the other;
     no overlap  ->  two vertices are nearest: the normal along the line between them, one point.
 
+An incident edge that is steeper than 45 degrees touches with its nearer end alone.
+
 Between the two, where edges overlap yet two ends of them are nearest (a window of the width of gap times angle), there
 are both points, with the normal along the line between the vertices: it turns from one face's to the other's.
 
@@ -28,7 +30,7 @@ from __future__ import annotations
 import math
 
 from nonsmooth.jit import kernel
-from nonsmooth.scenes.detection import FACE_PREFERENCE, same_place
+from nonsmooth.scenes.detection import FACE_PREFERENCE, SAME_PLACE, same_place
 
 
 @kernel
@@ -57,7 +59,7 @@ def disc_on_disc(shapes, scratch, i, j, limit):
     if d - r_i - r_j >= limit:
         return 0
     manifold.nx, manifold.ny = 0.0, 1.0
-    if d > same_place(shapes, i, j):
+    if d > SAME_PLACE * (r_i + r_j):
         manifold.nx, manifold.ny = x / d, y / d
     at = 0.5 * (d + r_i - r_j)
     manifold.gap[0], manifold.feature[0] = d - r_i - r_j, 0
@@ -98,6 +100,14 @@ def clip(shapes, scratch, ref, inc, e, sign):
     # distance from the face and place along it, of the ends of the incident edge: f is ahead of g
     d_f, t_f = nx * (x + arm[f, 0]) + ny * (y + arm[f, 1]), nx * (y + arm[f, 1]) - ny * (x + arm[f, 0])
     d_g, t_g = nx * (x + arm[g, 0]) + ny * (y + arm[g, 1]), nx * (y + arm[g, 1]) - ny * (x + arm[g, 0])
+    if f == g or abs(d_f - d_g) > t_f - t_g:
+        if d_g < d_f:
+            f, t_f, d_f = g, t_g, d_g
+        if t_f < 0.0 or t_f > length:
+            return corner(shapes, scratch, ref, inc, e, e if t_f < 0.0 else end, f, f, sign)
+        manifold.nx, manifold.ny = sign * nx, sign * ny
+        incident_point(shapes, scratch, ref, inc, f, d_f, sign, 0)
+        return 1
     if t_f < 0.0:
         return corner(shapes, scratch, ref, inc, e, e, f, g, sign)
     if t_g > length:
@@ -112,8 +122,6 @@ def clip(shapes, scratch, ref, inc, e, sign):
         incident_point(shapes, scratch, ref, inc, g, d_g / cosine, sign, 0)
     else:
         reference_point(shapes, scratch, ref, inc, e, f, sign, 0)
-    if f == g:
-        return 1
     if t_f <= length:
         incident_point(shapes, scratch, ref, inc, f, d_f / cosine, sign, 1)
     else:

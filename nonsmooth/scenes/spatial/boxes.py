@@ -6,14 +6,16 @@
     neither holds the nearest points (beyond the face, off the ends of the edges)  ->  `nearest_features`.
 
 Whether a step found it is known: s is never more than the distance, so where a corner of the overlap is no higher than
-s, or where the perpendicular meets both edges, it did.
+s, or where the perpendicular meets both edges, it did. Where the cores overlap, s is the depth, and its face or edges
+hold the point.
 """
 
 from __future__ import annotations
 
+import math
+
 from nonsmooth.jit import rare_kernel
 from nonsmooth.scenes.detection import FACE_PREFERENCE, same_place
-from nonsmooth.scenes.spatial.core import VERTEX_OF_J, in_world, note, note_place, vertex_at
 from nonsmooth.scenes.spatial.edges import edge_contact
 from nonsmooth.scenes.spatial.face_manifold import clip_to_face, lowest_corner, note_corners
 from nonsmooth.scenes.spatial.nearest_features import nearest_features
@@ -30,38 +32,22 @@ def core_on_core(shapes, scratch, i, j, limit):
     """The points of a pair whose gaps are below the limit; returns how many."""
     if not separate(shapes, scratch, i, j, limit + shapes.radius[i] + shapes.radius[j]):
         return 0
-    axes, scale = scratch.axes, shapes.reach[i] + shapes.reach[j]
+    axes, scale, slack = scratch.axes, shapes.reach[i] + shapes.reach[j], same_place(shapes, i, j)
     is_first = axes.face < 3  # the reference is i
     ref, inc, axis = (i, j, axes.face) if is_first else (j, i, axes.face - 3)
     along = axes.t_i[axis] if is_first else -axes.t_j[axis]
     sign = 1.0 if along > 0.0 else -1.0  # the side of the face
     apart = max(axes.s_face, axes.s_edges)
+    is_deep = apart < -slack
     if axes.s_face >= axes.s_edges - FACE_OVER_EDGES * scale:
-        n = clip_to_face(shapes, scratch, ref, inc, axis, sign, is_first)
-        if lowest_corner(scratch, shapes.size[ref, axis], axis, sign, n) <= apart + FACE_PREFERENCE * scale:
+        n = clip_to_face(shapes, scratch, ref, inc, axis, sign, is_first, 0.0)
+        if n == 0:  # faces, or edges, that only meet at their borders
+            n = clip_to_face(shapes, scratch, ref, inc, axis, sign, is_first, slack)
+        highest = math.inf if is_deep else apart + 2.0 * FACE_PREFERENCE * scale
+        if n > 0 and lowest_corner(scratch, shapes.size[ref, axis], axis, sign, n) <= highest:
             return note_corners(shapes, scratch, ref, inc, axis, sign, n, is_first, limit)
-    is_near = apart <= same_place(shapes, i, j)
     if axes.s_edges > axes.s_face:
-        n = edge_contact(shapes, scratch, i, j, is_near)
-        if n == 1:
+        beyond = math.inf if is_deep else slack if apart <= slack else 0.0
+        if edge_contact(shapes, scratch, i, j, beyond):
             return 1
-    if is_near:
-        return deepest_vertex(shapes, scratch, ref, inc, axis, sign, is_first)
     return nearest_features(shapes, scratch, i, j, limit)
-
-
-@rare_kernel
-def deepest_vertex(shapes, scratch, ref, inc, axis, sign, is_first):
-    """The one point of corners that meet: the vertex of the incident core nearest to the face, with its normal."""
-    vertex, d, cosine = 0, scratch.axes.s_face, scratch.axes.cosine
-    for k in range(3):
-        along = cosine[axis, k] if is_first else cosine[k, axis]
-        if sign * along < 0.0 and shapes.size[inc, k] > 0.0:
-            vertex |= 1 << k
-    up = sign if is_first else -sign
-    x, y, z = in_world(scratch, ref, up if axis == 0 else 0.0, up if axis == 1 else 0.0, up if axis == 2 else 0.0)
-    r_ref, r_inc = shapes.radius[ref], shapes.radius[inc]
-    note(scratch.manifold, 0, d - r_ref - r_inc, x, y, z, vertex + (VERTEX_OF_J if is_first else 0))
-    x, y, z = vertex_at(shapes, scratch, inc, vertex)
-    note_place(scratch, 0, inc, x, y, z, (-0.5 if is_first else 0.5) * (d + r_inc - r_ref))
-    return 1

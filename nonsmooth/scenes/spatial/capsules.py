@@ -2,11 +2,11 @@
 
     ends        an end of the one whose foot on the other's axis is within that segment;
     a crossing  where both axes have their common perpendicular within both segments,
-                t = (a.d - (a.b)(b.d)) / sin^2,   s = ((a.b)(a.d) - b.d) / sin^2,   d = c_j - c_i,  sin^2 = 1 - (a.b)^2;
+                as two edges have (`edges`);
     two ends    without a foot, where they are nearer than all these.
 
 Two that lie side by side touch at both ends of their overlap; each point has the normal along its own distance. Where
-the axes meet that is their common perpendicular.
+the axes meet that is their common perpendicular, or any normal of axes in one line.
 
 Source: Ericson, *Real-Time Collision Detection*, section 5.1.9.
 """
@@ -18,9 +18,10 @@ import math
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.scenes.detection import same_place
 from nonsmooth.scenes.spatial.core import TWO_EDGES, VERTEX_OF_J, between, note, note_place
+from nonsmooth.scenes.spatial.edges import crossing, perpendicular
 from nonsmooth.scenes.spatial.rotation import cross
 
-# chosen: sin^2 of two axes whose crossing is not looked for, since it is known to EPS/sin^2 of their length only; the
+# chosen: sin^2 of two axes whose crossing is not looked for, since it is known to EPS/sin of their length only; the
 # ends of the overlap are as near to 1e-8 of that length
 PARALLEL = 1e-16
 POSITIVE_END = 4  # code: the vertex of a capsule on the positive side of z; 0 is on the negative
@@ -46,10 +47,9 @@ def capsule_on_capsule(shapes, scratch, i, j, limit):
         t = a_d + a_b * s
         if -h < t < h:
             n = nearest_point(shapes, scratch, i, j, t, s, VERTEX_OF_J + POSITIVE_END * end, limit, n)
-    c_x, c_y, c_z = cross(axis[i, 2, 0], axis[i, 2, 1], axis[i, 2, 2], axis[j, 2, 0], axis[j, 2, 1], axis[j, 2, 2])
-    sine_2 = c_x * c_x + c_y * c_y + c_z * c_z
-    if sine_2 > PARALLEL:
-        t, s = (a_d - a_b * b_d) / sine_2, (a_b * a_d - b_d) / sine_2
+    if not are_parallel(scratch, i, j):
+        t, s = crossing(axis[i, 2, 0], axis[i, 2, 1], axis[i, 2, 2], axis[j, 2, 0], axis[j, 2, 1], axis[j, 2, 2],
+                        d_x, d_y, d_z)  # fmt: skip
         if -h < t < h and -k < s < k:
             n = nearest_point(shapes, scratch, i, j, t, s, TWO_EDGES + 13 * AXIS_EDGE, limit, n)
     return nearest_ends(shapes, scratch, i, j, a_d, b_d, a_b, limit, n)
@@ -57,7 +57,7 @@ def capsule_on_capsule(shapes, scratch, i, j, limit):
 
 @kernel
 def nearest_ends(shapes, scratch, i, j, a_d, b_d, a_b, limit, n):
-    """Note the two nearest of the ends without a foot, if they are nearer than the n points that are noted; the new n."""
+    """Note the two nearest of the ends without a foot, if they are nearer than the n points noted; the new n."""
     h, k = shapes.size[i, 2], shapes.size[j, 2]
     best, best_t, best_s, feature = math.inf, 0.0, 0.0, 0
     for end in range(4):
@@ -87,19 +87,18 @@ def nearest_point(shapes, scratch, i, j, t, s, feature, limit, n):
         return n
     if d > same_place(shapes, i, j):
         nx, ny, nz = e_x / d, e_y / d, e_z / d
+    elif are_parallel(scratch, i, j):
+        nx, ny, nz = axis[i, 0, 0], axis[i, 0, 1], axis[i, 0, 2]
     else:
-        nx, ny, nz = common_perpendicular(scratch, i, j)
+        nx, ny, nz = perpendicular(scratch, i, j, 2, 2)
     note(scratch.manifold, n, d - r_i - r_j, nx, ny, nz, feature)
     note_place(scratch, n, i, x, y, z, 0.5 * (d + r_i - r_j))
     return n + 1
 
 
 @kernel
-def common_perpendicular(scratch, i, j):
-    """A direction across both axes: the x-axis of i where they are parallel."""
-    axis = scratch.axis
-    x, y, z = cross(axis[i, 2, 0], axis[i, 2, 1], axis[i, 2, 2], axis[j, 2, 0], axis[j, 2, 1], axis[j, 2, 2])
-    length = math.sqrt(x * x + y * y + z * z)
-    if length * length > PARALLEL:
-        return x / length, y / length, z / length
-    return axis[i, 0, 0], axis[i, 0, 1], axis[i, 0, 2]
+def are_parallel(scratch, i, j):
+    """Whether the common perpendicular of the axes is not known."""
+    a = scratch.axis
+    x, y, z = cross(a[i, 2, 0], a[i, 2, 1], a[i, 2, 2], a[j, 2, 0], a[j, 2, 1], a[j, 2, 2])
+    return x * x + y * y + z * z <= PARALLEL

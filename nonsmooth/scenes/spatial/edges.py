@@ -1,7 +1,8 @@
 """Two edges that face each other: one point on their common perpendicular.
 
 n = +-(a_p x b_q)/|a_p x b_q|  from i to j;    the edge of i farthest along n, that of j farthest against it
-their points of least distance: see `capsules`
+their points of least distance, t a_p and s b_q from their middles, which are d apart:
+    t = c.(d x b_q)/c^2,    s = c.(d x a_p)/c^2,    c = a_p x b_q
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from nonsmooth.scenes.spatial.core import (
     between,
     edge_number,
     edge_vertex,
+    in_axes,
     note,
     note_place,
     vertex_at,
@@ -23,52 +25,62 @@ from nonsmooth.scenes.spatial.rotation import cross
 
 
 @rare_kernel
-def edge_contact(shapes, scratch, i, j, is_near):
-    """Note the point of the pair of edges in ``scratch.axes``: 1; or 0 where it is off the end of one.
-
-    Where the cores overlap or touch (is_near) it is off by rounding alone.
-    """
-    axes, axis, cosine = scratch.axes, scratch.axis, scratch.axes.cosine
+def edge_contact(shapes, scratch, i, j, beyond):
+    """Note the point of the pair of edges in ``scratch.axes``; False where it is beyond an end by more than this."""
+    axes = scratch.axes
     p, q = axes.edges // 3, axes.edges % 3
-    p_1, p_2, q_1, q_2 = (p + 1) % 3, (p + 2) % 3, (q + 1) % 3, (q + 2) % 3
-    along = axes.t_i[p_2] * cosine[p_1, q] - axes.t_i[p_1] * cosine[p_2, q]
-    sign = 1.0 if along >= 0.0 else -1.0
-    vertex_i = side_bit(-sign * cosine[p_2, q], p_1) | side_bit(sign * cosine[p_1, q], p_2)
-    vertex_j = side_bit(-sign * cosine[p, q_2], q_1) | side_bit(sign * cosine[p, q_1], q_2)
-    edge_i, edge_j = edge_number(p, vertex_i), edge_number(q, vertex_j)
-    t, s, sine_2 = feet(shapes, scratch, i, j, edge_i, edge_j)
-    if not is_near and (abs(t) > shapes.size[i, p] or abs(s) > shapes.size[j, q]):
-        return 0
-    x, y, z = cross(axis[i, p, 0], axis[i, p, 1], axis[i, p, 2], axis[j, q, 0], axis[j, q, 1], axis[j, q, 2])
-    length = math.sqrt(x * x + y * y + z * z)
-    x, y, z = sign * x / length, sign * y / length, sign * z / length
+    x, y, z = perpendicular(scratch, i, j, p, q)
+    edge_i, edge_j = farthest_edge(shapes, scratch, i, p, x, y, z), farthest_edge(shapes, scratch, j, q, -x, -y, -z)
+    t, s = feet(shapes, scratch, i, j, edge_i, edge_j)
+    if abs(t) > shapes.size[i, p] + beyond or abs(s) > shapes.size[j, q] + beyond:
+        return False
     d, r_i, r_j = axes.s_edges, shapes.radius[i], shapes.radius[j]
     note(scratch.manifold, 0, d - r_i - r_j, x, y, z, TWO_EDGES + EDGES * edge_i + edge_j)
     x, y, z = edge_point(shapes, scratch, i, edge_i, t)
     note_place(scratch, 0, i, x, y, z, 0.5 * (d + r_i - r_j))
-    return 1
+    return True
 
 
 @kernel
-def side_bit(component, axis):
-    """The bit of an axis if a component along it is positive."""
-    return 1 << axis if component > 0.0 else 0
+def farthest_edge(shapes, scratch, s, axis, x, y, z):
+    """The edge of a core along this axis that is farthest in a direction."""
+    components, vertex = in_axes(scratch, s, x, y, z), 0
+    for k in range(3):
+        if k != axis and components[k] > 0.0 and shapes.size[s, k] > 0.0:
+            vertex |= 1 << k
+    return edge_number(axis, vertex)
+
+
+@kernel
+def perpendicular(scratch, i, j, p, q):
+    """The unit vector across axis p of i and axis q of j, towards j."""
+    axis = scratch.axis
+    x, y, z = cross(axis[i, p, 0], axis[i, p, 1], axis[i, p, 2], axis[j, q, 0], axis[j, q, 1], axis[j, q, 2])
+    c_x, c_y, c_z = between(scratch, i, j)
+    length = math.copysign(math.sqrt(x * x + y * y + z * z), x * c_x + y * c_y + z * c_z)
+    return x / length, y / length, z / length
 
 
 @kernel
 def feet(shapes, scratch, i, j, edge_i, edge_j):
-    """The feet (t, s) of the common perpendicular of two edges, from their middles, and sin^2 of their angle."""
+    """The feet (t, s) of the common perpendicular of two edges, from their middles."""
     axis, p, q = scratch.axis, edge_i // 4, edge_j // 4
     x, y, z = between(scratch, i, j)
     a_x, a_y, a_z = edge_point(shapes, scratch, i, edge_i, 0.0)
     b_x, b_y, b_z = edge_point(shapes, scratch, j, edge_j, 0.0)
     x, y, z = x + b_x - a_x, y + b_y - a_y, z + b_z - a_z
-    a_d = axis[i, p, 0] * x + axis[i, p, 1] * y + axis[i, p, 2] * z
-    b_d = axis[j, q, 0] * x + axis[j, q, 1] * y + axis[j, q, 2] * z
-    a_b = scratch.axes.cosine[p, q]
-    x, y, z = cross(axis[i, p, 0], axis[i, p, 1], axis[i, p, 2], axis[j, q, 0], axis[j, q, 1], axis[j, q, 2])
-    sine_2 = x * x + y * y + z * z
-    return (a_d - a_b * b_d) / sine_2, (a_b * a_d - b_d) / sine_2, sine_2
+    return crossing(axis[i, p, 0], axis[i, p, 1], axis[i, p, 2], axis[j, q, 0], axis[j, q, 1], axis[j, q, 2], x, y, z)
+
+
+@kernel
+def crossing(a_x, a_y, a_z, b_x, b_y, b_z, x, y, z):
+    """The feet (t, s) of the common perpendicular of two lines with unit directions a and b, (x, y, z) from the one
+    origin to the other: to EPS/sin of their angle, where their products with a and b would give EPS/sin^2."""
+    c_x, c_y, c_z = cross(a_x, a_y, a_z, b_x, b_y, b_z)
+    sine_2 = c_x * c_x + c_y * c_y + c_z * c_z
+    u_x, u_y, u_z = cross(x, y, z, b_x, b_y, b_z)
+    v_x, v_y, v_z = cross(x, y, z, a_x, a_y, a_z)
+    return (c_x * u_x + c_y * u_y + c_z * u_z) / sine_2, (c_x * v_x + c_y * v_y + c_z * v_z) / sine_2
 
 
 @kernel

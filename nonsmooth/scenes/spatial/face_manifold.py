@@ -32,14 +32,14 @@ NO_EDGE = 16  # code: sides from here on are planes of the clip, 2 axis + (1 on 
 
 
 @rare_kernel
-def clip_to_face(shapes, scratch, ref, inc, axis, sign, is_first):
-    """The overlap of face ``axis`` of the reference box, on that side of it (sign), with the incident core, to
-    ``scratch.polygon``; how many corners. The reference is i if is_first."""
+def clip_to_face(shapes, scratch, ref, inc, axis, sign, is_first, slack):
+    """The overlap of face ``axis`` of the reference box, on that side of it (sign) and wider by a slack, with the
+    incident core, to ``scratch.polygon``; how many corners. The reference is i if is_first."""
     n = incident_polygon(shapes, scratch, ref, inc, axis, sign, is_first)
     is_open = n == 2
     for k in range(1, 3):
         for side in range(2):
-            n = clip_to_side(shapes, scratch, ref, axis, sign, (axis + k) % 3, side, n, is_open, is_first)
+            n = clip_to_side(shapes, scratch, ref, axis, sign, (axis + k) % 3, side, n, is_open, is_first, slack)
     return n
 
 
@@ -77,10 +77,10 @@ def put_corner(shapes, scratch, ref, inc, vertex, edge, k, is_first):
 
 
 @rare_kernel
-def clip_to_side(shapes, scratch, ref, axis, sign, across, side, n, is_open, is_first):
+def clip_to_side(shapes, scratch, ref, axis, sign, across, side, n, is_open, is_first, slack):
     """Clip the polygon of n corners to one side of the reference face; the new n."""
     polygon, clipped, m = scratch.polygon, scratch.clipped, 0
-    half, out = shapes.size[ref, across], 1.0 if side == 1 else -1.0
+    half, out = shapes.size[ref, across] + slack, 1.0 if side == 1 else -1.0
     for k in range(n):
         following = k + 1 if k + 1 < n else 0
         d = out * polygon.corner[k, across] - half

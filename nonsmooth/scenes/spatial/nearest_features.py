@@ -23,13 +23,13 @@ from nonsmooth.scenes.spatial.core import (
     note_place,
     vertex_at,
 )
-from nonsmooth.scenes.spatial.edges import edge_point, feet
+from nonsmooth.scenes.spatial.edges import edge_point, feet, perpendicular
 from nonsmooth.scenes.spatial.separating_axes import PARALLEL_EDGES
 from nonsmooth.scenes.spatial.spheres import point_on_box
 
 # chosen, of the reaches and radii of both: features are nearer only by more than this, so that of two ends, each
-# nearest to the other, always the same one is told; above the rounding of places, and an error of the gap
-NEARER = 1e-12
+# nearest to the other, always the same one is told; some roundings of a place
+NEARER = 1e-14
 
 
 @rare_kernel
@@ -86,7 +86,7 @@ def edge_on_edge(shapes, scratch, i, j, edge_i, edge_j, n):
     cosine, p, q = scratch.axes.cosine, edge_i // 4, edge_j // 4
     if 1.0 - cosine[p, q] * cosine[p, q] <= PARALLEL_EDGES:
         return n
-    t, s, _ = feet(shapes, scratch, i, j, edge_i, edge_j)
+    t, s = feet(shapes, scratch, i, j, edge_i, edge_j)
     if abs(t) > shapes.size[i, p] or abs(s) > shapes.size[j, q]:
         return n
     x, y, z = between(scratch, i, j)
@@ -94,8 +94,12 @@ def edge_on_edge(shapes, scratch, i, j, edge_i, edge_j, n):
     b_x, b_y, b_z = edge_point(shapes, scratch, j, edge_j, s)
     x, y, z = x + b_x - a_x, y + b_y - a_y, z + b_z - a_z
     d, r_i, r_j = math.sqrt(x * x + y * y + z * z), shapes.radius[i], shapes.radius[j]
-    if d - r_i - r_j >= nearest_so_far(shapes, scratch, i, j, n) or d <= same_place(shapes, i, j):
+    if d - r_i - r_j >= nearest_so_far(shapes, scratch, i, j, n):
         return n
-    note(scratch.manifold, 0, d - r_i - r_j, x / d, y / d, z / d, TWO_EDGES + EDGES * edge_i + edge_j)
+    if d > same_place(shapes, i, j):
+        x, y, z = x / d, y / d, z / d
+    else:
+        x, y, z = perpendicular(scratch, i, j, p, q)
+    note(scratch.manifold, 0, d - r_i - r_j, x, y, z, TWO_EDGES + EDGES * edge_i + edge_j)
     note_place(scratch, 0, i, a_x, a_y, a_z, 0.5 * (d + r_i - r_j))
     return 1

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 from nonsmooth.jit import kernel, rare_kernel
-from nonsmooth.scenes.detection import same_place
+from nonsmooth.scenes.detection import SAME_PLACE, same_place
 from nonsmooth.scenes.spatial.core import VERTEX_OF_J, between, in_axes, in_world, note, note_place
 
 
@@ -25,7 +25,7 @@ def sphere_on_sphere(shapes, scratch, i, j, limit):
     if d - r_i - r_j >= limit:
         return 0
     nx, ny, nz = 0.0, 0.0, 1.0
-    if d > same_place(shapes, i, j):
+    if d > SAME_PLACE * (r_i + r_j):
         nx, ny, nz = x / d, y / d, z / d
     note(scratch.manifold, 0, d - r_i - r_j, nx, ny, nz, 0)
     note_place(scratch, 0, i, 0.0, 0.0, 0.0, 0.5 * (d + r_i - r_j))

@@ -28,7 +28,9 @@ def test_free_flight_is_the_parabola_to_rounding():
     scene.body(ns.Box(0.2, 0.1), mass=2.0, position=(0, 1), velocity=(3, 4), spin=5, name="box")
     box = simulate(scene, 1.0)["box"]
     expected = np.stack([3 * box.t, 1 + 4 * box.t - 0.5 * G * box.t**2], axis=1)
-    np.testing.assert_allclose(box.position, expected, atol=500 * 16 * np.finfo(float).eps)  # 500 steps of some roundings
+    np.testing.assert_allclose(
+        box.position, expected, atol=500 * 16 * np.finfo(float).eps
+    )  # 500 steps of some roundings
     np.testing.assert_allclose(box.turn, 5 * box.t, rtol=1e-13)
 
 
@@ -243,7 +245,9 @@ def test_steps_at_rest_are_left_out_and_no_bit_changes():
 
 
 def test_what_sleeps_wakes_when_it_is_pushed():
-    scene = on_ground(ns.Material(mu=0.5), {"shape": ns.Box(0.2, 0.2), "density": 1000, "position": (0, 0.1), "name": "box"})
+    scene = on_ground(
+        ns.Material(mu=0.5), {"shape": ns.Box(0.2, 0.2), "density": 1000, "position": (0, 0.1), "name": "box"}
+    )
     scene.kinematic(ns.Box(0.2, 0.2), motion=lambda t: (-0.4 + 0.3 * max(0.0, t - 1.0), 0.101), name="ram")
     solution = simulate(scene, 3.0)
     box, ram = solution["box"], solution["ram"]

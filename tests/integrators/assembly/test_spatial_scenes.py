@@ -56,7 +56,9 @@ def test_tumbling_about_the_middle_axis_is_of_second_order():
         return [*(-0.5 * (r @ w),), *(0.5 * (q[0] * w + np.cross(r, w))), *(np.cross(moments * w, w) / moments)]
 
     t_end = 3.0
-    exact = solve_ivp(rates, (0, t_end), [1, 0, 0, 0, 0.01, 5.0, 0.02], method="DOP853", rtol=1e-12, atol=1e-14).y[:4, -1]
+    exact = solve_ivp(rates, (0, t_end), [1, 0, 0, 0, 0.01, 5.0, 0.02], method="DOP853", rtol=1e-12, atol=1e-14).y[
+        :4, -1
+    ]
     errors = []
     for dt in (4e-3, 2e-3, 1e-3):
         turn = simulate(tumbling(), t_end, dt)["box"].turn[-1]

@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from nonsmooth.numerics.rounding import EPS
+from nonsmooth.scenes.detection import SAME_PLACE
 
 EVERYTHING = 1e6  # margin: every pair is found
 
@@ -211,3 +212,38 @@ def test_the_gap_and_the_normal_of_two_boxes_change_without_a_jump(planar, shape
         now = np.array([gap[best], *normal[best], *point[best]])
         assert before is None or np.abs(now - before).max() < 0.01
         before = now
+
+
+def nearly(rng):
+    """0, or of any size from 1e-16 to 1e-2, of either sign."""
+    return rng.choice([-1, 0, 1], p=[0.4, 0.2, 0.4]) * 10 ** rng.uniform(-16, -2)
+
+
+@pytest.mark.parametrize("names", [("box", "box"), ("rounded box", "box"), ("segment", "box"), ("capsule", "box"),
+                                   ("capsule", "capsule"), ("segment", "segment")], ids="-".join)  # fmt: skip
+def test_edges_that_are_nearly_parallel_and_flush_are_as_far_apart_as_they_are(names, planar, shape):
+    """Apart: the least of all distances of a vertex from an edge. Overlapping: no more than SAME_PLACE is lost along
+    the normal, by which two vertices that meet have the normal of a face."""
+    rng = np.random.default_rng(5)
+    rows = [bank(shape)[name](b) for b, name in enumerate(names)]
+    half = [np.abs(np.asarray(row.vertices, dtype=float)).max(0) for row in rows]
+    scene, n = planar(rows, np.zeros((2, 3))), 2500
+    x, core, normal = np.zeros((n, 2, 3)), np.zeros(n), np.zeros((n, 2))
+    radius = rows[0].radius + rows[1].radius
+    for k in range(n):
+        quarters = rng.integers(0, 4, 2)
+        x[k, :, 2] = np.pi / 2 * quarters + [nearly(rng), nearly(rng)]
+        a, b = (h[::-1] if q % 2 else h for h, q in zip(half, quarters, strict=True))
+        x[k, 1, :2] = [rng.choice([0, a[c] - b[c], a[c] + b[c], rng.uniform(-1, 1)]) + nearly(rng) for c in range(2)]
+        c = rng.integers(2)
+        x[k, 1, c] = a[c] + b[c] + rng.integers(2) * radius + nearly(rng)
+        scene.motion.x[:] = x[k]
+        m = scene.run(margin=EVERYTHING)
+        assert m == len(set(scene.found.key[:m])) > 0
+        best = int(np.argmin(scene.found.gap[:m]))
+        core[k], normal[k] = scene.found.gap[best] + radius, scene.found.normal[best]
+    A, B = (world(row, x[:, b]) for b, row in enumerate(rows))
+    distance, proved = np.minimum(vertex_edge(A, B), vertex_edge(B, A)), -support(B, -normal) - support(A, normal)
+    near = 3 * SAME_PLACE
+    assert np.abs(distance - core)[core > near].max() < 1e-11 and (distance < 2 * near)[np.abs(core) <= near].all()
+    assert np.abs(proved - core)[np.abs(core) > near].max() < 1e-11

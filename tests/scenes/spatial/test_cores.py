@@ -9,6 +9,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from nonsmooth.numerics.rounding import EPS
+from nonsmooth.scenes.detection import SAME_PLACE
 from nonsmooth.scenes.spatial.boxes import FACE_OVER_EDGES
 
 EVERYTHING = 1e6  # margin: every pair is found
@@ -244,3 +245,45 @@ def test_keys_stay_while_a_stack_trembles(spatial, solid):
         scene.motion.x[:3] = rest[:3] + 1e-8 * rng.uniform(-1, 1, (3, 7))
         gap, _, _, key = scene.contacts()
         assert (key == keys).all() and np.abs(gap).max() < 1e-7
+
+
+def nearly(rng):
+    """0, or of any size from 1e-16 to 1e-2, of either sign."""
+    return rng.choice([-1, 0, 1], p=[0.4, 0.2, 0.4]) * 10 ** rng.uniform(-16, -2)
+
+
+def nearly_aligned(rng, rows, n):
+    """Places of two cores whose faces are parallel, flush or concentric but for ``nearly``."""
+    x = np.zeros((n, 2, 7))
+    for k in range(n):
+        extent, radius = [], rows[0].radius + rows[1].radius
+        for b, row in enumerate(rows):
+            quarter = Rotation.from_euler("xyz", np.pi / 2 * rng.integers(0, 4, 3))
+            turn = Rotation.from_rotvec([nearly(rng) for _ in range(3)]) * quarter
+            x[k, b, 3:] = turn.as_quat()[[3, 0, 1, 2]]
+            extent.append(np.abs(quarter.as_matrix()) @ np.asarray(row.size))
+        a, b = extent
+        x[k, 1, :3] = [rng.choice([0, a[c] - b[c], a[c] + b[c], rng.uniform(-1, 1)]) + nearly(rng) for c in range(3)]
+        c = rng.integers(3)
+        x[k, 1, c] = a[c] + b[c] + rng.integers(2) * radius + nearly(rng)
+    return x
+
+
+@pytest.mark.parametrize("names", [("box", "box"), ("rounded box", "box"), ("capsule", "box"), ("box", "capsule"),
+                                   ("capsule", "capsule")], ids="-".join)  # fmt: skip
+def test_faces_and_edges_that_are_nearly_parallel_and_flush_have_the_points_of_least_distance(names, spatial, solid):
+    """Both points are on the surfaces, and along the normal the cores are apart by the gap, but for what the direction
+    of two points d apart is worth that are known to SAME_PLACE, and for FACE_OVER_EDGES."""
+    rng = np.random.default_rng(PAIRS.index(tuple(sorted(names, key=NAMES.index))))
+    rows = [bank(solid)[name](b) for b, name in enumerate(names)]
+    scene, x = spatial(rows, np.zeros((2, 3))), nearly_aligned(rng, rows, 1500)
+    gap, normal, point, _ = nearest_contacts(scene, x)
+    A, B = (corners(row, x[:, b]) for b, row in enumerate(rows))
+    r_A, r_B = (row.radius for row in rows)
+    core, scale = gap + r_A + r_B, sum(np.linalg.norm(row.size) + row.radius for row in rows)
+    lost = core + support(B, -normal) + support(A, normal)
+    assert lost.min() > -SAME_PLACE * scale
+    assert (lost < scale * (FACE_OVER_EDGES + 2 * SAME_PLACE / np.maximum(np.abs(core), 1e-12))).all()
+    on_A, on_B = (point + side * gap[:, None] * normal for side in (-0.5, 0.5))
+    assert distance_from_box(rows[0], x[:, 0], on_A - r_A * normal).max() < 3 * SAME_PLACE * scale
+    assert distance_from_box(rows[1], x[:, 1], on_B + r_B * normal).max() < 3 * SAME_PLACE * scale

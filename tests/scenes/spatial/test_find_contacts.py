@@ -158,3 +158,11 @@ def test_a_shape_is_where_its_body_carries_it(spatial, solid):
     gap, _, point, _ = spatial([solid.sphere(0, 0.5, place), solid.half_space(1)],
                                [(2, 3, 1, s, 0, 0, s), (0, 0, 0, 1, 0, 0, 0)]).contacts(margin=9.0)  # fmt: skip
     assert np.abs(gap - 0.5).max() < 8 * EPS and np.abs(point - [1.5, 4.0, 0.25]).max() < 8 * EPS
+
+
+def test_a_box_far_above_the_ground_does_not_touch_and_one_above_a_ground_that_turns_is_looked_at(spatial, solid):
+    for spin, pairs in ((0.0, 0), (1e-9, 1)):
+        scene = spatial(
+            [solid.half_space(0), solid.box(1)], [(0, 0, 0), (0, 0, 5)], [(0, 0, 0, spin, 0, 0), np.zeros(6)]
+        )
+        assert len(scene.contacts()[0]) == 0 and scene.scratch.grid.n_pairs == pairs

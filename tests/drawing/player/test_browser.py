@@ -1,0 +1,376 @@
+"""The player in a real browser: what it shows and says is what the run did.
+
+A Chromium without a window opens the files; `window.player` (docs/viewer.md) is read, and screenshots are looked at.
+"""
+
+import html
+import io
+import time
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from benchmarks.chromium import new_chromium
+from models import BouncingBall, RockingBlock, SpragSlip, WallPendulum
+from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, ShapeKind
+from nonsmooth.drawing.player.packing import LEVELS
+from nonsmooth.drawing.player.page import page_of
+
+FLOAT32 = 2.0**-23  # relative: the page keeps numbers in float32
+READY = 20.0  # s, for a page to start on a busy machine
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory):
+    try:
+        opened = new_chromium(tmp_path_factory.mktemp("profile"))
+    except ns.MissingExtra as reason:
+        pytest.skip(f"the player is not tested in a browser: {reason}")
+    yield opened
+    opened.quit()
+
+
+class Opened:
+    """A page in the browser."""
+
+    def __init__(self, chromium, path):
+        self.chromium = chromium
+        chromium.get(path.as_uri())
+        self.wait_for("document.documentElement.dataset.ready")
+        assert self.ask("document.documentElement.dataset.ready") == "yes", self.ask("document.body.innerText")
+        self.do("player.setDark(false)")
+
+    def ask(self, expression):
+        return self.chromium.execute_script(f"return {expression}")
+
+    def do(self, statement):
+        self.chromium.execute_script(statement)
+
+    def wait_for(self, expression):
+        until = time.monotonic() + READY
+        while not self.ask(expression):
+            assert time.monotonic() < until, f"{expression} did not come true in {READY} s"
+            time.sleep(0.02)
+
+    def curve(self, group, name):
+        return next(c["value"] for c in self.ask("player.curves()") if (c["group"], c["name"]) == (group, name))
+
+    def pixel_of(self, point):
+        """Where in a screenshot a point of the scene is."""
+        left, top = self.ask("(({left, top}) => [left, top])(document.getElementById('stage').getBoundingClientRect())")
+        return np.array(self.ask(f"player.project({list(map(float, point))})")) + [left, top]
+
+    def screenshot(self):
+        from PIL import Image
+
+        return np.asarray(Image.open(io.BytesIO(self.chromium.get_screenshot_as_png())).convert("RGB")).astype(int)
+
+    def scene(self):
+        """The screenshot with everything but the scene white."""
+        shot = self.screenshot()
+        box = self.ask(
+            "(b => [b.left, b.top, b.right, b.bottom])(document.getElementById('stage').getBoundingClientRect())"
+        )
+        left, top, right, bottom = (round(x) for x in box)
+        blank = np.full_like(shot, 255)
+        blank[top:bottom, left:right] = shot[top:bottom, left:right]
+        return blank
+
+    def complaints(self):
+        return [entry["message"] for entry in self.chromium.get_log("browser") if entry["level"] == "SEVERE"]
+
+
+def is_blue(shot):
+    """The pixels of bodies: blue well above red."""
+    return shot[..., 2] - shot[..., 0] > 25
+
+
+@pytest.fixture(scope="module")
+def ball(chromium, tmp_path_factory):
+    model = BouncingBall(e=0.5)
+    sol = ns.simulate(model, (0, 1), *model.state(), integrator=ns.MoreauJean(dt=1e-3))
+    return sol, sol.view(tmp_path_factory.mktemp("ball") / "ball.html")
+
+
+@pytest.fixture(scope="module")
+def rod(chromium, tmp_path_factory):
+    model = SpragSlip()
+    sol = ns.simulate(model, (0, 0.6), *model.state(), integrator=ns.MoreauJean(dt=1e-3))
+    return sol, sol.view(tmp_path_factory.mktemp("rod") / "rod.html")
+
+
+def test_each_frame_says_what_the_run_did(chromium, rod):
+    sol, path = rod
+    page = Opened(chromium, path)
+    assert page.ask("player.frames") == len(sol.t) and page.ask("player.bodies").index("rod") == 2
+    first = np.array([0.0, sol.q[0, 0]])  # the pivot
+    for k in (0, 1, 37, 300, len(sol.t) - 1):
+        page.do(f"player.seek({float(sol.t[k])!r})")
+        assert page.ask("player.frame") == k and page.ask("player.time") == sol.t[k]
+        body = page.ask("player.body(2)")
+        assert body["turn"][0] == pytest.approx(sol.q[k, 1] - sol.q[0, 1], abs=4 * FLOAT32)
+        middle = np.array([0.0, sol.q[k, 0]]) - 2.5 * np.array([np.cos(sol.q[k, 1]), np.sin(sol.q[k, 1])])
+        np.testing.assert_allclose(body["position"], middle, atol=4 * FLOAT32 * np.abs(first).max())
+        assert page.curve("velocities", "th'") == pytest.approx(sol.u[k, 1], rel=FLOAT32)
+        kinetic = sol.ledger["kinetic"]
+        assert page.curve("energies", "kinetic") == pytest.approx(kinetic[k] - kinetic[0], rel=FLOAT32)
+        (contact,) = page.ask("player.contacts()")
+        assert contact["mode"].split()[0] == ("stick", "slide")[int(sol.mode[k, 0]) - 1]
+        if k:
+            force = sol.P_N[k, 0] / (sol.t[k] - sol.t[k - 1])
+            assert contact["normal"] == pytest.approx(force, rel=8 * FLOAT32)
+            assert contact["friction"] == pytest.approx(abs(sol.P_F[k, 0, 0]) / 1e-3, rel=1e-5)
+    assert page.complaints() == []
+
+
+def test_a_body_is_drawn_where_the_run_has_it(chromium, ball):
+    sol, path = ball
+    page = Opened(chromium, path)
+    page.do("document.getElementById('forces').click()")
+    heights, diameters = [], []
+    for t in (0.0, 0.3, 0.7):
+        page.do(f"player.seek({t})")
+        k = int(page.ask("player.frame"))
+        centre = page.pixel_of([0.0, np.interp(page.ask("player.time"), sol.t, sol.q[:, 0]) + 0.05])
+        edge = page.pixel_of([0.05, np.interp(page.ask("player.time"), sol.t, sol.q[:, 0]) + 0.05])
+        y, x = np.nonzero(is_blue(page.scene()))
+        found = [(x.min() + x.max()) / 2, (y.min() + y.max()) / 2]
+        np.testing.assert_allclose(found, centre, atol=1.5, err_msg=f"frame {k}")
+        assert np.ptp(x) / 2 == pytest.approx(edge[0] - centre[0], abs=2.0)
+        heights.append([found[1], sol.q[k, 0]])
+        diameters.append(np.ptp(x) + 1)
+    pixels, metres = np.diff(heights, axis=0).T
+    # the ball, 0.1 m wide, is the measure: its edge is found to a pixel of some 20
+    np.testing.assert_allclose(-pixels * 0.1 / np.mean(diameters), metres, rtol=0.1)
+    assert page.complaints() == []
+
+
+def test_zoom_and_drag_move_what_is_drawn_and_what_is_projected_alike(chromium, ball):
+    from selenium.webdriver import ActionChains
+
+    page = Opened(chromium, ball[1])
+    before = page.pixel_of([0.0, 0.5])
+    stage = chromium.find_element("id", "stage")
+    ActionChains(chromium).click_and_hold(stage).move_by_offset(40, -25).release().perform()
+    np.testing.assert_allclose(page.pixel_of([0.0, 0.5]) - before, [40, -25], atol=1.0)
+    page.do("document.getElementById('stage').dispatchEvent(new WheelEvent('wheel', {deltaY: 300, clientX: 90}))")
+    centre = page.pixel_of([0.0, 1.05])
+    y, x = np.nonzero(is_blue(page.scene()))
+    assert (x.min() + x.max()) / 2 == pytest.approx(centre[0], abs=1.5)
+
+
+def test_it_plays_in_the_time_of_the_run_stops_at_the_end_and_starts_again(chromium, ball):
+    sol, path = ball
+    page = Opened(chromium, path)
+    page.do("player.speed = 0.5; window.began = performance.now(); player.play()")
+    page.wait_for("player.time > 0.1")
+    played, waited = page.ask("[player.time, (performance.now() - began) / 1000]")
+    assert page.ask("player.isPlaying") and played <= 0.5 * waited + 1e-3
+    page.do("player.speed = 5")
+    page.wait_for("!player.isPlaying")
+    assert page.ask("player.time") == sol.t[-1] and page.ask("player.rate") > 1
+    page.do("player.play(); player.pause()")
+    assert page.ask("player.time") < sol.t[-1]
+
+
+def test_a_drag_on_the_time_line_and_keys_move_in_time(chromium, ball):
+    from selenium.webdriver import ActionChains, Keys
+
+    sol, path = ball
+    page = Opened(chromium, path)
+    chart = chromium.find_elements("css selector", "#charts .chart canvas")[1]
+    left, width = 62, chart.size["width"] - 62 - 14  # the axis within the chart
+    for share in (0.25, 0.8):
+        aim = left + share * width - chart.size["width"] / 2
+        ActionChains(chromium).move_to_element_with_offset(chart, round(aim), 20).click().perform()
+        assert page.ask("player.time") == pytest.approx(share * sol.t[-1], abs=1.5 / width * sol.t[-1] + 1e-3)
+    frame = page.ask("player.frame")
+    ActionChains(chromium).send_keys(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_LEFT).perform()
+    assert page.ask("player.frame") == frame + 1
+    ActionChains(chromium).send_keys(Keys.HOME, "n").perform()
+    assert page.ask("player.frame") == page.ask("player.marks[0].frame")
+    assert sol.t[np.searchsorted(sol.t, sol.events[0].t, "right")] == page.ask("player.time")
+    assert page.complaints() == []
+
+
+def test_a_paradox_is_told_with_what_was_chosen(chromium, rod):
+    sol, path = rod
+    page = Opened(chromium, path)
+    told = chromium.find_element("id", "events").text
+    for paradox in sol.paradoxes:
+        assert f"{paradox.t:.5f} s" in told
+    assert "no force fits the sliding: impact without collision, then stick" in told
+    assert [mark["choice"] for mark in page.ask("player.marks") if mark["choice"]] == [p.choice for p in sol.paradoxes]
+
+
+def test_a_click_picks_a_body_and_its_state_is_told(chromium, tmp_path):
+    from selenium.webdriver import ActionChains
+
+    block = RockingBlock()
+    sol = ns.simulate(block, (0, 0.5), *block.state(), integrator=ns.MoreauJean(dt=1e-3))
+    page = Opened(chromium, sol.view(tmp_path / "block.html"))
+    stage = chromium.find_element("id", "stage")
+    x, y = page.ask("player.project(player.body(1).position)")
+    aim = [round(x - stage.size["width"] / 2), round(y - stage.size["height"] / 2)]
+    ActionChains(chromium).move_to_element_with_offset(stage, *aim).click().perform()
+    assert page.ask("player.picked") == 1
+    told = chromium.find_element("id", "body").text
+    assert "block" in told and f"y {sol.q[0, 1]:.4f} m" in told
+    ActionChains(chromium).move_to_element_with_offset(stage, 5 - stage.size["width"] // 2, 0).click().perform()
+    assert page.ask("player.picked") is None
+
+
+def test_contacts_have_the_colours_of_the_figures(chromium, rod):
+    from nonsmooth.drawing.plots import STRIPS
+    from nonsmooth.mechanics.system import ContactMode
+
+    sol, path = rod
+    page = Opened(chromium, path)
+    for mode in (ContactMode.STICK, ContactMode.SLIDE):
+        k = int(np.flatnonzero(sol.mode[:, 0] == mode)[5])
+        page.do(f"player.goTo({k})")
+        page.do("document.querySelector('#forces[aria-pressed=true]')?.click()")  # no arrow over the point
+        x, y = np.rint(page.pixel_of(page.ask("player.contacts()[0].point"))).astype(int)
+        colour = STRIPS[mode, int(np.sign(sol.slip[k, 0])) if mode == ContactMode.SLIDE else 0]
+        expected = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
+        near = page.screenshot()[y - 4 : y + 5, x - 4 : x + 5].reshape(-1, 3)
+        assert np.abs(near - expected).sum(axis=1).min() <= 6
+
+
+def test_the_impulse_of_an_instant_is_told_and_drawn_though_the_contact_is_open_again(chromium, tmp_path):
+    pendulum = WallPendulum(e=0.8)
+    sol = ns.simulate(pendulum, (0, 1), *pendulum.state(th=1.0), integrator=ns.EventDriven())
+    page = Opened(chromium, sol.view(tmp_path / "pendulum.html"))
+    page.do("player.nextEvent()")
+    (contact,), k = page.ask("player.contacts()"), int(page.ask("player.frame"))
+    assert page.ask(f"player.times[{k}] == player.times[{k - 1}]") and contact["mode"] == "open"
+    assert contact["normal"] == pytest.approx(sol.P_N.max(), rel=8 * FLOAT32) and "N s" in page.ask(
+        "document.body.innerText"
+    )
+    x, y = np.rint(page.pixel_of(contact["point"])).astype(int)
+    beside = page.screenshot()[y, x + 25]  # along the arrow, which pushes the bob from the wall
+    page.do("document.getElementById('forces').click()")
+    without = page.screenshot()[y, x + 25]
+    assert beside.sum() < 200 < without.sum()
+
+
+def test_inline_in_a_notebook_it_plays_in_its_frame(chromium, ball, tmp_path):
+    sol, _ = ball
+    notebook = tmp_path / "notebook.html"
+    notebook.write_text(f"<html><body><p>In [1]:</p>{sol.view()._repr_html_()}</body></html>")
+    chromium.get(notebook.as_uri())
+    chromium.switch_to.frame(0)
+    until = time.monotonic() + READY
+    while chromium.execute_script("return document.documentElement.dataset.ready") != "yes":
+        assert time.monotonic() < until
+        time.sleep(0.02)
+    assert chromium.execute_script("player.goTo(7); return player.time") == sol.t[7]
+    chromium.switch_to.default_content()
+
+
+def test_names_are_shown_as_they_are_written(chromium, tmp_path):
+    title = 'a <b>bold</b> & "quoted" name'
+    path = tmp_path / "name.html"
+    path.write_text(page_of(spatial_film(title=title)))
+    Opened(chromium, path)
+    assert chromium.find_element("id", "title").text == title and html.escape(title) in path.read_text()
+
+
+# --- space
+
+
+def spatial_film(title="a ball and a box", n_t=60):
+    """A ball that goes round, with a contact under it, a box that turns, and a ball at rest, above a floor."""
+    t = np.linspace(0.0, 3.0, n_t)
+    ball = np.column_stack([np.cos(t), np.sin(t), 0.2 + 0.0 * t])
+    box = np.column_stack([0.0 * t, 0.0 * t, 0.5 + 0.1 * t])
+    turn = np.tile([1.0, 0.0, 0.0, 0.0], (n_t, 4, 1))
+    turn[:, 2] = np.column_stack([np.cos(t / 2), 0.0 * t, 0.0 * t, np.sin(t / 2)])
+    bodies = (
+        Body("floor", (Shape(ShapeKind.HALF_SPACE, np.zeros((0, 3))),), is_fixed=True),
+        Body("ball", (Shape(ShapeKind.SPHERE, np.zeros((1, 3)), 0.2),)),
+        Body("box", (Shape(ShapeKind.BOX, np.array([[0.2, 0.1, 0.05]])),)),
+        Body("still ball", (Shape(ShapeKind.SPHERE, np.zeros((1, 3)), 0.1),)),
+    )
+    one, up = np.ones(n_t), np.tile([0.0, 0.0, 1.0], (n_t, 1))
+    foot = ball - [0.0, 0.0, 0.2]
+    contacts = Contacts(
+        np.arange(n_t + 1), 0 * one, foot, up, 2 * one, 0 * one, 0.05 * one, 0.01 * up[:, [2, 0, 0]], 0.3 * one
+    )
+    curves = (Curve("energies", "kinetic", "J", np.sin(t)),)
+    position = np.stack([0.0 * ball, ball, box, 0.0 * ball + [-0.8, -0.8, 0.1]], axis=1)
+    return Film(title, t, bodies, position, turn, contacts, curves=curves)
+
+
+@pytest.fixture
+def space(chromium, tmp_path):
+    path = tmp_path / "space.html"
+    path.write_text(page_of(spatial_film()))
+    return Opened(chromium, path)
+
+
+def middle_of_ball(page):
+    """The middle of the picked ball's pixels: magenta."""
+    page.do("player.pick(1)")
+    page.do("document.getElementById('forces').click()")
+    shot = page.scene()
+    page.do("document.getElementById('forces').click()")
+    y, x = np.nonzero((shot[..., 0] - shot[..., 1] > 40) & (shot[..., 2] - shot[..., 1] > 40))
+    return np.array([(x.min() + x.max()) / 2, (y.min() + y.max()) / 2])
+
+
+def test_in_space_a_ball_is_drawn_where_the_film_has_it(space):
+    film = spatial_film()
+    for k in (0, 20, 45):
+        space.do(f"player.goTo({k})")
+        np.testing.assert_allclose(space.ask("player.body(1).position"), film.position[k, 1], atol=2 * FLOAT32)
+        np.testing.assert_allclose(space.ask("player.body(2).turn"), film.turn[k, 2], atol=2 * FLOAT32)
+        # a ball is seen a little beside its centre: by its radius^2 / distance of perspective
+        np.testing.assert_allclose(middle_of_ball(space), space.pixel_of(film.position[k, 1]), atol=2.5)
+    assert space.complaints() == []
+
+
+def test_in_space_up_is_up_and_a_drag_turns_the_view(space, chromium):
+    from selenium.webdriver import ActionChains
+
+    low, high = space.pixel_of([0, 0, 0]), space.pixel_of([0, 0, 1])
+    assert high[1] < low[1] - 20 and abs(high[0] - low[0]) < 0.1 * (low[1] - high[1])  # perspective
+    before = space.pixel_of([1, 0, 0])
+    stage = chromium.find_element("id", "stage")
+    ActionChains(chromium).click_and_hold(stage).move_by_offset(80, 0).release().perform()
+    assert abs(space.pixel_of([1, 0, 0])[0] - before[0]) > 20
+    np.testing.assert_allclose(middle_of_ball(space), space.pixel_of([1.0, 0.0, 0.2]), atol=2.5)
+
+
+def test_in_space_a_click_picks_the_ball(space, chromium):
+    from selenium.webdriver import ActionChains
+
+    stage = chromium.find_element("id", "stage")
+    space.do("player.goTo(30)")
+    x, y = space.ask("player.project(player.body(1).position)")
+    aim = [round(x - stage.size["width"] / 2), round(y - stage.size["height"] / 2)]
+    ActionChains(chromium).move_to_element_with_offset(stage, *aim).click().perform()
+    assert space.ask("player.picked") == 1 and "ball" in chromium.find_element("id", "body").text
+
+
+def test_a_film_in_16_bits_is_the_same_to_half_a_step(chromium, tmp_path, monkeypatch):
+    film, path = spatial_film(), tmp_path / "rounded.html"
+    monkeypatch.setattr("nonsmooth.drawing.player.page.EXACT_NUMBERS", 0)
+    path.write_text(page_of(film))
+    page = Opened(chromium, path)
+    step = np.ptp(film.position, axis=(0, 1)) / LEVELS
+    assert "16 bits" in chromium.find_element("id", "detail").text
+    for k in (0, 1, 30, 59):
+        page.do(f"player.goTo({k})")
+        error = np.abs(page.ask("player.body(1).position") - film.position[k, 1])
+        assert (error <= 0.5 * step + 2 * FLOAT32).all()
+        assert page.ask("player.contacts()[0].P_N") == pytest.approx(0.05, rel=2.0**-11)
+
+
+def test_in_space_contacts_tell_their_forces(space):
+    space.do("player.goTo(10)")
+    (contact,) = space.ask("player.contacts()")
+    span = 3.0 / 59
+    assert contact["normal"] == pytest.approx(0.05 / span, rel=1e-6)
+    assert contact["friction"] == pytest.approx(0.01 / span, rel=1e-6) and contact["mode"] == "slide"
