@@ -42,6 +42,7 @@ def test_list_names_models_and_scenes(capsys):
         ("--checkpoint-every 3", "--checkpoint-every is no option for box-stack"),
         ("--dump-failure f.npz", "--dump-failure is no option for box-stack"),
         ("--view a.html", "--view is no option for box-stack"),
+        ("--view a.html", "--view is no option for box-stack"),
         ("--animate a.gif", "--animate is no option for box-stack"),
         ("--set m=3", "there is no parameter 'm'"),
         ("--set n=0", "n must be a whole number of at least 1; got 0"),
