@@ -1,7 +1,7 @@
 """Sphinx: ``sphinx-build -W docs docs/_build`` with the extra [docs].
 
 The page of the public names and the page of the command line are written from the package itself, so that they are
-complete: every name of ``nonsmooth.__all__`` and of ``models.__all__``, and the help text of every command.
+complete: every name of ``nonsmooth.__all__``, ``models.__all__`` and ``models.scenes.__all__``, all help texts.
 """
 
 import argparse
@@ -12,6 +12,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 import models
+import models.scenes
 import nonsmooth
 from nonsmooth.commands.cli import build_parser
 
@@ -53,6 +54,10 @@ def api_page() -> str:
     for name in models.__all__:
         path = f"models.{name}"
         lines += ["", "```{eval-rst}", directive(path, getattr(models, name)), "```"]
+    lines += ["", "## Ready scenes", "", "`from models.scenes import ...`; [what is known of them](../scenes.md)."]
+    for name in models.scenes.__all__:
+        path = f"models.scenes.{name}"
+        lines += ["", "```{eval-rst}", directive(path, getattr(models.scenes, name)), "```"]
     return "\n".join(lines) + "\n"
 
 

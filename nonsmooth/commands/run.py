@@ -24,12 +24,11 @@ from nonsmooth.commands.typed_input import (
 )
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 from nonsmooth.results.failures import StepFailure
-from nonsmooth.results.scene_solution import SceneSolution
 
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
 PROBLEM_ENDINGS = (".npz", ".hdf5", ".h5")
 ANIMATION_ENDINGS = (".gif", ".webp")
-INSTANTS = 5  # chosen: of the picture of a scene, as of a model
+PICTURED = 5  # chosen: of the picture of a scene, as of a model
 
 
 def add_run(run: argparse.ArgumentParser) -> None:
@@ -100,20 +99,20 @@ def act_run(arguments: argparse.Namespace) -> int:
     if arguments.out:
         solution.save(arguments.out)
     if solution.status.name == "INTERRUPTED":  # who ends a run waits for no drawing; what is saved can be drawn later
-        report(solution, arguments, None)
+        report(solution, is_scene, arguments, None)
         complain(f"{solution.message}; nothing is drawn")
         return INTERRUPTED
     if figure:
         solution.plot(figure)
     if arguments.picture and is_scene:
-        solution.picture(arguments.picture, n=INSTANTS)
+        solution.picture(arguments.picture, n=PICTURED)
     elif arguments.picture:
         solution.picture(arguments.picture)
     if arguments.animate:
         solution.animate(arguments.animate)
     if arguments.view:
         solution.view(arguments.view)
-    report(solution, arguments, figure)
+    report(solution, is_scene, arguments, figure)
     if solution.success:
         return 0
     complain(solution.message)
@@ -168,10 +167,10 @@ def dump(failure: StepFailure, path: Path) -> None:
         complain(f"{path} is not written: {reason}")
 
 
-def report(solution: Any, arguments: argparse.Namespace, figure: Path | None) -> None:
+def report(solution: Any, is_scene: bool, arguments: argparse.Namespace, figure: Path | None) -> None:
     """The outcome on stdout."""
     if arguments.json:
-        told = scene_as_json(solution) if isinstance(solution, SceneSolution) else as_json(solution)
+        told = scene_as_json(solution) if is_scene else as_json(solution)
         print(json.dumps(without_nan(told), allow_nan=False))
     elif not arguments.quiet:
         print(solution.summary())

@@ -5,16 +5,18 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.results.failures import StepFailure
-from nonsmooth.results.scene_solution import SceneSolution
 
-# options of `nonsmooth run` that mean nothing for a scene, with the value of one that is left out
+if TYPE_CHECKING:
+    from nonsmooth.results.scene_solution import SceneSolution
+
+# options of `nonsmooth run` that a scene does not take, with the value of one that is left out
 OF_SYSTEMS: dict[str, Any] = {
     "state": [], "q0": None, "u0": None, "selection": "compliant-limit", "project": False, "projection": None,
-    "checkpoint": None, "resume": None, "checkpoint_every": 10.0, "dump_failure": None, "animate": None,
+    "checkpoint": None, "resume": None, "checkpoint_every": 10.0, "dump_failure": None, "animate": None, "view": None,
 }  # fmt: skip
 
 
@@ -25,7 +27,7 @@ def require_scene_options(arguments: argparse.Namespace) -> None:
     for name, left_out in OF_SYSTEMS.items():
         if getattr(arguments, name) != left_out:
             option = name.replace("_", "-")
-            raise InvalidInput(f"--{option} means nothing for {arguments.model}, a scene of bodies; leave it out")
+            raise InvalidInput(f"--{option} is no option for {arguments.model}, a scene of bodies; leave it out")
 
 
 def simulate_scene(

@@ -22,11 +22,11 @@ from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_PLANE, HALF_SPACE
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution
 
-WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 6.0, 2.5, 7.0  # chosen: of a figure [in]; its height follows the scene
+SCENE_WIDTH, LEAST_SCENE, MOST_SCENE = 6.0, 2.5, 7.0  # chosen: of a figure [in]; its height follows the scene
 FILL = {Kind.DYNAMIC: "#9ecae1", Kind.FIXED: "#d9d9d9", Kind.KINEMATIC: "#fdd0a2"}
 EDGE = "#08306b"
-WIDE = 2.5  # chosen: a scene wider than this many heights has its instants one below the other
-ROUND = 24  # chosen: pieces of a circle
+WIDE_SCENE = 2.5  # chosen: a scene wider than this many heights has its instants one below the other
+CIRCLE_PIECES = 24  # chosen: pieces of a circle
 # chosen: of the camera: about the vertical and above the horizon [rad]
 AZIMUTH, ELEVATION = math.radians(-60.0), math.radians(22.0)
 Seen = tuple[float, np.ndarray, np.ndarray, bool]  # how near, outline in the picture, colour, whether it has an edge
@@ -62,11 +62,11 @@ def picture(solution: SceneSolution, path: str | Path | None = None, n: int = 1)
         draw_spatial, spatial_extent(solution)
     )  # fmt: skip
     width, height = high - low
-    columns = 1 if width > WIDE * height else min(n, 3)
+    columns = 1 if width > WIDE_SCENE * height else min(n, 3)
     rows = -(-n // columns)
-    figure = new_figure(WIDTH, 1.0)
-    tall = WIDTH / columns * height / width * rows + 0.9 * rows
-    figure.set_size_inches(WIDTH, float(np.clip(tall, LEAST_HEIGHT, MOST_HEIGHT)))
+    figure = new_figure(SCENE_WIDTH, 1.0)
+    tall = SCENE_WIDTH / columns * height / width * rows + 0.9 * rows
+    figure.set_size_inches(SCENE_WIDTH, float(np.clip(tall, LEAST_SCENE, MOST_SCENE)))
     for k, (axes, record) in enumerate(zip(figure.subplots(rows, columns, squeeze=False).flat, records, strict=False)):
         draw(axes, solution, record, (low, high))
         axes.set_xlim(low[0], high[0])
@@ -116,14 +116,14 @@ def rounded(part: Part, place: np.ndarray) -> np.ndarray:
     if part.radius == 0.0:
         return vertices
     if len(vertices) == 1:
-        angles = at[2] + np.linspace(0.0, 2 * math.pi, ROUND + 1)
+        angles = at[2] + np.linspace(0.0, 2 * math.pi, CIRCLE_PIECES + 1)
         return vertices[0] + part.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     edges = np.roll(vertices, -1, axis=0) - vertices
     normals = np.arctan2(-edges[:, 0], edges[:, 1])
     arcs = []
     for k, vertex in enumerate(vertices):
         first, turn = normals[k - 1], (normals[k] - normals[k - 1]) % (2 * math.pi)
-        angles = first + np.linspace(0.0, turn, max(2, int(ROUND * turn / (2 * math.pi)) + 2))
+        angles = first + np.linspace(0.0, turn, max(2, int(CIRCLE_PIECES * turn / (2 * math.pi)) + 2))
         arcs.append(vertex + part.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
     return np.concatenate(arcs)
 
@@ -255,7 +255,7 @@ def seen_part(kind: int, corners: np.ndarray, radius: float, base: np.ndarray, v
                 found.append((float(outline.mean(axis=0) @ view[2]), outline @ view[:2].T, shade * base, True))
         return found
     ends = corners[[0, 7]] if kind == CAPSULE else centre[None]
-    angles = np.linspace(0.0, 2 * math.pi, ROUND, endpoint=False)
+    angles = np.linspace(0.0, 2 * math.pi, CIRCLE_PIECES, endpoint=False)
     circle = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     light = radius * view[:2] @ LIGHT
     found = []
@@ -290,7 +290,7 @@ def plot_scene(solution: SceneSolution, path: str | Path | None = None) -> Any:
     -------
     matplotlib.figure.Figure
     """
-    figure = new_figure(WIDTH, 6.5)
+    figure = new_figure(SCENE_WIDTH, 6.5)
     top, middle, bottom = figure.subplots(3, 1, sharex=True)
     t, ledger = solution.t, solution.ledger
     energy = ledger["kinetic"] + ledger["potential"]

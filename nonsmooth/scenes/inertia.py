@@ -13,7 +13,7 @@ from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, quaternion_of
 from nonsmooth.scenes.scene import Body
 
-ROUNDINGS = 64  # chosen: of moments that are sums over parts: what differs by less is equal
+MOMENT_ROUNDINGS = 64  # chosen: of moments that are sums over parts: what differs by less is equal
 
 
 class Inertia(NamedTuple):
@@ -47,9 +47,9 @@ def inertia_of(body: Body, dim: int) -> Inertia:
 def principal_axes(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The turn of the principal axes, and the moments (3,): axes that are principal already stay as they are."""
     off = np.abs(tensor - np.diag(np.diag(tensor))).max()
-    if off <= ROUNDINGS * EPS * np.abs(tensor).max():
+    if off <= MOMENT_ROUNDINGS * EPS * np.abs(tensor).max():
         moments = np.diag(tensor).copy()
-        if np.ptp(moments) <= ROUNDINGS * EPS * moments.max():  # a cube, a ball: no turn changes the moments
+        if np.ptp(moments) <= MOMENT_ROUNDINGS * EPS * moments.max():  # a cube, a ball: no turn changes the moments
             moments[:] = moments.mean()
         return np.array([1.0, 0.0, 0.0, 0.0]), moments
     moments, axes = np.linalg.eigh(tensor)

@@ -16,7 +16,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_floats, as_listed, as_number, as_positive, as_vector
 from nonsmooth.errors import InvalidInput, shown
 
-PLANAR, SPATIAL = 2, 3
+PLANAR, SPATIAL = 2, 3  # defined: coordinates of a point
 # chosen: relative to the extent of a polygon: turns and edges below it are taken for roundings of straight lines
 FLAT = 1e-9
 UNIT = 1e-6  # chosen: by which the length of a quaternion, or a full turn, may miss what it should be

@@ -32,21 +32,23 @@ def test_list_names_models_and_scenes(capsys):
     [
         ("--integrator adaptive", "box-stack is a scene, which --integrator moreau-jean integrates, and no other yet"),
         ("--integrator auto", "box-stack is a scene, which --integrator moreau-jean integrates"),
-        ("--state x=1", "--state means nothing for box-stack, a scene of bodies; leave it out"),
-        ("--q0 1 --u0 1", "--q0 means nothing"),
-        ("--selection lift-off", "--selection means nothing"),
-        ("--project", "--project means nothing"),
-        ("--projection", "--projection means nothing"),
-        ("--checkpoint folder", "--checkpoint means nothing"),
-        ("--resume folder", "--resume means nothing"),
-        ("--checkpoint-every 3", "--checkpoint-every means nothing"),
-        ("--dump-failure f.npz", "--dump-failure means nothing"),
-        ("--animate a.gif", "--animate means nothing"),
+        ("--state x=1", "--state is no option for box-stack, a scene of bodies; leave it out"),
+        ("--q0 1 --u0 1", "--q0 is no option for box-stack"),
+        ("--selection lift-off", "--selection is no option for box-stack"),
+        ("--project", "--project is no option for box-stack"),
+        ("--projection", "--projection is no option for box-stack"),
+        ("--checkpoint folder", "--checkpoint is no option for box-stack"),
+        ("--resume folder", "--resume is no option for box-stack"),
+        ("--checkpoint-every 3", "--checkpoint-every is no option for box-stack"),
+        ("--dump-failure f.npz", "--dump-failure is no option for box-stack"),
+        ("--view a.html", "--view is no option for box-stack"),
+        ("--view a.html", "--view is no option for box-stack"),
+        ("--animate a.gif", "--animate is no option for box-stack"),
         ("--set m=3", "there is no parameter 'm'"),
         ("--set n=0", "n must be a whole number of at least 1; got 0"),
     ],
 )
-def test_options_that_mean_nothing_for_a_scene_are_refused_by_name(words, message, capsys):
+def test_options_that_a_scene_does_not_take_are_refused_by_name(words, message, capsys):
     assert main(["run", "box-stack", "--no-plot", *words.split()]) == 2
     said = capsys.readouterr().err
     assert message in said and said.count("\n") == 1
