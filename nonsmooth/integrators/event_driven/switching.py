@@ -30,9 +30,10 @@ from nonsmooth.contact.planar.single import STICK, Selection, sigma_of, slip_of
 from nonsmooth.errors import Status
 from nonsmooth.integrators.event_driven.idle import close_all, close_idle
 from nonsmooth.integrators.event_driven.impact import impact
-from nonsmooth.integrators.event_driven.touch import AT_START, Touch, look
+from nonsmooth.integrators.event_driven.touch import Touch, look
 from nonsmooth.integrators.moreau_jean.contact import mode_of
 from nonsmooth.integrators.radau.events import NO_EVENT
+from nonsmooth.integrators.radau.located import AT_START
 from nonsmooth.integrators.records import (
     CLOSURE,
     FRICTION,

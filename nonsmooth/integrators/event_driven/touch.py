@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Annotated as Array
 
 from nonsmooth.contact.planar.problem import Planar
+from nonsmooth.integrators.radau.located import AT_START
 from nonsmooth.integrators.records import FRICTION, N_FUNCTIONS, N_LEDGER, N_WORKS
 from nonsmooth.integrators.rigid.modes import rounded_length, small_speed
 from nonsmooth.jit import kernel
@@ -17,9 +18,6 @@ from nonsmooth.mechanics.contact_problem import evaluate_rows, row_velocities
 from nonsmooth.mechanics.situation import Situation, find_situation, is_still
 from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, ContactMode
-
-AT_START = -2  # code: the event with which a run begins
-AT_RESUMPTION = -3  # code: and that with which it goes on after a stretch of time stepping
 
 
 class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"):
