@@ -49,23 +49,23 @@ def event_values(sys, t, y, run, out):
     E = run.f_0.shape[0]
     for e in range(E):
         out[e] = function[e]
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         e = N_FUNCTIONS * i
-        if contacts.kinds[i, 0] == GIVEN_FORCE:
+        if sys.kinds[i, 0] == GIVEN_FORCE:
             out[e + CLOSURE] = load(i, run)
     return status
 
 
 @kernel
-def set_bands(run):
+def set_bands(sys, run):
     """The bands of the functions that were evaluated last."""
     contacts, function = run.contacts, run.function
     E = run.f_0.shape[0]
     for e in range(E):
         run.band[e] = max(0.0, function[E + e])
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         e = N_FUNCTIONS * i
-        if contacts.kinds[i, 0] == GIVEN_FORCE:
+        if sys.kinds[i, 0] == GIVEN_FORCE:
             run.heaviest[i] = max(run.heaviest[i], abs(contacts.work.N[i]))
             run.band[e + CLOSURE] = contacts.numbers.rtol * run.heaviest[i]
         elif contacts.mode[i] == ContactMode.OPEN:
@@ -244,12 +244,12 @@ def find_event(sys_at, t, H, j, state_at, run_at):
 
 
 @kernel
-def only_enters_region(run):
+def only_enters_region(sys, run):
     """Whether nothing has fallen but the function that tells that a second force fits a bilateral slide."""
     enters = False
     for e in range(run.f_1.shape[0]):
         if run.f_1[e] < threshold(e, 1.0, run):
-            if not enters_region(e, run.contacts):
+            if not enters_region(sys, e, run.contacts):
                 return False
             enters = True
     return enters

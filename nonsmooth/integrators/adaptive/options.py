@@ -105,11 +105,11 @@ class Adaptive(Integrator):
     def memory(self, system: System, selection: int) -> Extrapolation:
         """The arrays of a run, with the tolerances."""
         arrays = new(Extrapolation, n=system.n_u, n_c=system.n_c, d=system.d, n_p=len(system.p))
-        contacts, has = arrays.contacts, model_facts(system)
-        contacts.facts.has, contacts.facts.n_u, contacts.facts.selection = has, system.n_u, selection
+        contacts = arrays.contacts
+        contacts.facts.selection = selection
         contacts.numbers.atol, contacts.numbers.rtol = self.atol, BAND * self.rtol
-        contacts.kinds[:], arrays.system.kinds[:] = system.kinds, system.kinds
-        arrays.system.has, arrays.system.n, arrays.system.n_c = has, system.n_u, system.n_c
+        arrays.system.kinds[:] = system.kinds
+        arrays.system.has, arrays.system.n, arrays.system.n_c = model_facts(system), system.n_u, system.n_c
         arrays.step.planar.can_decide_redundant = int(system.n_c > 1)
         arrays.step.planar.has_newton = needs_newton(system)
         arrays.clock.rtol, arrays.clock.atol = self.rtol, self.atol

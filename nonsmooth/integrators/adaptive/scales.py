@@ -26,7 +26,7 @@ MOVED_IN_INSTANT = 1e-2  # chosen: of the tolerances: what may move in the time 
 def observe(sys, t, x, g, gamma, run):
     """Gaps and their rates at a state, and the rows contacts.work.W_N and W_F there; False if a function raised."""
     contacts, work = run.contacts, run.contacts.work
-    has, n, n_c = contacts.facts.has, contacts.q.shape[0], contacts.kinds.shape[0]
+    has, n, n_c = sys.has, contacts.q.shape[0], sys.n_c
     for i in range(n):
         contacts.q[i], contacts.u[i] = x[i], x[n + i]
     q, u = contacts.q, contacts.u
@@ -46,7 +46,7 @@ def observe(sys, t, x, g, gamma, run):
 
 
 @kernel
-def set_tolerances(run):
+def set_tolerances(sys, run):
     """The tolerances of the next step, by the rows of the state that was observed last."""
     tol, work, n = run.tol, run.contacts.work, run.contacts.q.shape[0]
     for i in range(tol.shape[0]):
@@ -56,7 +56,7 @@ def set_tolerances(run):
         for j in range(n):
             run.tol_g[i] += abs(work.W_N[i, j]) * tol[j]
             run.tol_gamma[i] += abs(work.W_N[i, j]) * tol[n + j]
-            if run.contacts.kinds[i, 1] > 0:
+            if sys.kinds[i, 1] > 0:
                 run.tol_slip[i] += abs(work.W_F[i, 0, j]) * tol[n + j]
         lid = closed_gap(i, run)
         run.lid[i] = lid if run.g_0[i] <= lid else 0.0

@@ -70,7 +70,7 @@ def try_step(sys_at, t, H, state_at, run_at):
             return status, REFUSED, FAILED_STEP_PART
         if j == 0:
             continue
-        extrapolate(j, list_closed(run.contacts), state, run)
+        extrapolate(sys, j, list_closed(sys, run.contacts), state, run)
         if run.counters.is_seen == 1 and run.counters.is_located == 0:
             place = crossing(j + 1, run)
             if place < EARLY_EVENT and BEHIND_EVENT * place * H > run.clock.least:

@@ -105,8 +105,8 @@ def decide(sys_at, t, state_at, run_at):
         run.g_0[i], run.gamma_0[i] = run.g_1[i], run.gamma_1[i]
     counters.is_first, counters.is_located, counters.has_jacobian = 0, 0, 0
     for i in range(n_c):
-        if counters.to_do == GO_ON and slides_alone(i, contacts):
-            note_several(t, i, False, state, contacts)
+        if counters.to_do == GO_ON and slides_alone(sys, i, contacts):
+            note_several(sys, t, i, False, state, contacts)
     return status, has_jumped
 
 
@@ -145,7 +145,7 @@ def jump(sys, t, state, run):
         x[n + i] = trial.u[i]
     if not observe(sys, t, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, True
-    take_jump(state, run)
+    take_jump(sys, state, run)
     return hold_modes(address(sys), t, x, address(contacts)), True
 
 
@@ -161,11 +161,11 @@ def try_instant(sys, t, dt, state, run):
 
 
 @kernel
-def take_jump(state, run):
+def take_jump(sys, state, run):
     """Take the jump of the trial: its impulses and works, its modes and events; what parts is open."""
     trial, contacts = run.trial, run.contacts
     for i in range(contacts.mode.shape[0]):
-        parts = contacts.kinds[i, 0] == UNILATERAL and run.gamma_1[i] > run.tol_gamma[i]
+        parts = sys.kinds[i, 0] == UNILATERAL and run.gamma_1[i] > run.tol_gamma[i]
         contacts.mode[i] = ContactMode.OPEN.value if parts else trial.mode[i]
         contacts.slip[i] = 0 if parts else trial.slip[i]
         run.is_stopped[i] = 0
@@ -209,7 +209,7 @@ def find_modes(sys, t, state, run):
         return Status.NOT_FINITE.value
     for i in range(n_c):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
-        if run.is_stopped[i] == 1 and not is_caught(i, run):
+        if run.is_stopped[i] == 1 and not is_caught(sys, i, run):
             state.mode[i], state.slip[i] = ContactMode.SLIDE.value, run.slip[i]
     status = try_modes(sys, t, state, run)
     for _ in range(n_c):
@@ -255,9 +255,9 @@ def try_modes(sys, t, state, run):
 
 
 @kernel
-def is_caught(i, run):
+def is_caught(sys, i, run):
     """Whether a slide that has come to rest is caught by static friction, which is above that of sliding."""
-    laws = run.contacts.laws
+    laws = sys.laws
     return static_coefficient(laws, i) > friction_coefficient(laws, i, 0.0)
 
 
@@ -274,10 +274,10 @@ def probe(sys, t, ahead, state, run):
     if substep(address(sys), t, ahead, address(run)) != Status.RUNNING:
         return Status.RUNNING.value
     for i in range(n_c):
-        was_open = state.mode[i] == ContactMode.OPEN and contacts.kinds[i, 0] == UNILATERAL
+        was_open = state.mode[i] == ContactMode.OPEN and sys.kinds[i, 0] == UNILATERAL
         if was_open and trial.mode[i] != ContactMode.OPEN and run.g_1[i] > closed_gap(i, run):
             return Status.RUNNING.value
-        take_mode(i, run)
+        take_mode(sys, i, run)
     for i in range(2 * n):
         run.y[i] = run.x[i]
     status = hold_modes(address(sys), t, run.y, address(contacts))
@@ -290,7 +290,7 @@ def probe(sys, t, ahead, state, run):
         contacts.several[i] = 0
     if status != Status.RUNNING:
         return status
-    set_bands(run)
+    set_bands(sys, run)
     for i in range(n):
         run.force_0[i] = contacts.work.du[i]
     run.counters.has_forces = 1
@@ -311,13 +311,13 @@ def has_stayed(n, run):
 
 
 @kernel
-def take_mode(i, run):
+def take_mode(sys, i, run):
     """The mode of contact i that the trial ended with; one without any given normal force slides the way it goes."""
     contacts, trial = run.contacts, run.trial
     contacts.mode[i], contacts.slip[i], contacts.sign[i] = trial.mode[i], trial.slip[i], 1
-    if contacts.kinds[i, 0] == BILATERAL and trial.P[i, 0] < 0.0:
+    if sys.kinds[i, 0] == BILATERAL and trial.P[i, 0] < 0.0:
         contacts.sign[i] = -1
-    if contacts.kinds[i, 0] == GIVEN_FORCE:
+    if sys.kinds[i, 0] == GIVEN_FORCE:
         run.is_loaded[i] = 1 if run.step.work.N[i] > NO_LOAD * run.band[N_FUNCTIONS * i] else 0
         if contacts.mode[i] == ContactMode.OPEN:
             contacts.mode[i], contacts.slip[i] = ContactMode.SLIDE.value, way_of_slide(i, run)

@@ -78,11 +78,11 @@ def end_through(sys, t_1, state, run):
     if not observe(sys, t_1, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, False
     for i in range(state.mode.shape[0]):
-        is_unilateral = contacts.kinds[i, 0] == UNILATERAL
+        is_unilateral = sys.kinds[i, 0] == UNILATERAL
         if is_unilateral and run.g_1[i] < min(0.0, run.g_0[i]) - closed_gap(i, run):
             return Status.RUNNING.value, False
         parts = is_unilateral and run.gamma_1[i] > run.tol_gamma[i]
-        take_mode(i, run)
+        take_mode(sys, i, run)
         if parts:
             contacts.mode[i], contacts.slip[i] = ContactMode.OPEN.value, 0
     status = hold_modes(address(sys), t_1, x, address(contacts))

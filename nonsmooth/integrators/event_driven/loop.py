@@ -63,12 +63,12 @@ def accept(sys_at, t, state_at, scratch_at):
     if status != Status.RUNNING:
         return status
     take_motion(t, ode.x, state)
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         state.worst.penetration = max(state.worst.penetration, -ode.x[2 * sys.n + i])
         if contacts.la[i, 1] == 0.0:
-            note_side(i, contacts)
+            note_side(sys, i, contacts)
     state.counters.steps += 1
-    count_step(state, contacts)
+    count_step(sys, state, contacts)
     return Status.RUNNING.value
 
 
@@ -80,8 +80,6 @@ def begin(sys, state, scratch):
         ode.x[j], ode.x[sys.n + j] = state.q[j], state.u[j]
     for i in range(sys.n_c):
         contacts.mode[i], contacts.slip[i], contacts.sign[i] = state.mode[i], state.slip[i], 1
-        for k in range(sys.laws.shape[1]):  # they differ from cell to cell of a sweep
-            contacts.laws[i, k], scratch.forces.laws[i, k] = sys.laws[i, k], sys.laws[i, k]
 
 
 @kernel
@@ -108,7 +106,7 @@ def switch(sys_at, every, state_at, record_at, scratch_at):
     t, u_0 = ode.clock.now, scratch.touch.u_0
     for j in range(n):
         u_0[j] = ode.x[n + j]
-    status, enters = Status.RUNNING.value, enters_region(event, contacts)
+    status, enters = Status.RUNNING.value, enters_region(sys, event, contacts)
     if not enters and sys.n_c > 0:
         status = switch_modes(
             sys_at, t, MOMENT * ode.clock.step, ode.x, state_at, address(contacts), address(scratch.touch),
@@ -132,13 +130,13 @@ def switch(sys_at, every, state_at, record_at, scratch_at):
         state.q[j], state.u[j] = ode.x[j], ode.x[n + j]
     has_slide = False
     for i in range(sys.n_c):
-        has_slide = has_slide or slides(i, contacts)
+        has_slide = has_slide or slides(sys, i, contacts)
     if not is_start and not has_slide and (every == 0 or not has_jumped):
         return status
     status = rigid_rates(sys_at, address(contacts), t, ode.x, ode.f)
     for i in range(sys.n_c):
-        if status == Status.RUNNING and slides_alone(i, contacts):
-            note_several(t, i, enters and i == event // N_FUNCTIONS, state, contacts)
+        if status == Status.RUNNING and slides_alone(sys, i, contacts):
+            note_several(sys, t, i, enters and i == event // N_FUNCTIONS, state, contacts)
     if is_start:
         write_start(t, state, record, scratch)
     if every > 0 and has_jumped:
@@ -149,12 +147,12 @@ def switch(sys_at, every, state_at, record_at, scratch_at):
 @kernel
 def write_gaps(sys, t, x, contacts):
     """Write the gaps of a state into it; False if the gap function raised."""
-    n, has_gap = contacts.facts.n_u, contacts.facts.has & (1 << GAP)
+    n, has_gap = sys.n, sys.has & (1 << GAP)
     for j in range(n):
         contacts.q[j], contacts.u[j] = x[j], x[n + j]
     if has_gap and not evaluate(sys, GAP, t, contacts.q, contacts.u, contacts.work.g_N):
         return False
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         x[2 * n + i] = contacts.work.g_N[i] if has_gap else 0.0
     return True
 

@@ -32,7 +32,6 @@ from nonsmooth.integrators.rigid.rates import rigid_events, rigid_rates
 from nonsmooth.integrators.rigid.redundant import share_load
 from nonsmooth.jit import load_all
 from nonsmooth.jit.blocks import new
-from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.system import System
 
 
@@ -99,10 +98,8 @@ class EventDriven(LocatesEvents):
         arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
         contacts, ode = arrays.contacts, arrays.ode
         facts, numbers = contacts.facts, contacts.numbers
-        facts.has, facts.n_u, facts.follows_margin = model_facts(system), system.n_u, 1
-        facts.selection = selection
+        facts.selection, facts.follows_margin = selection, 1
         numbers.atol, numbers.rtol = self.atol, self.rtol
-        contacts.kinds[:], arrays.forces.kinds[:] = system.kinds, system.kinds
         decides = int(system.n_c > 1)
         arrays.forces.planar.can_decide_redundant = arrays.touch.planar.can_decide_redundant = decides
         ode.atol[:], ode.clock.rtol = self.atol, self.rtol

@@ -80,7 +80,7 @@ def switch(sys_at, every, state_at, record_at, scratch_at):
             for m in range(N_FUNCTIONS):
                 events.armed[N_FUNCTIONS * i + m] = 0
         if contacts.mode[i] != state.mode[i] or contacts.slip[i] != state.slip[i]:
-            note_event(ode.clock.now, i, state, scratch)
+            note_event(sys, ode.clock.now, i, state, scratch)
             state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
     events.found.check_start, events.found.handled = 1, which
     radau_restart(ode)
@@ -100,16 +100,16 @@ def begin(sys, state, record, scratch):
 
 
 @kernel
-def note_event(t, i, state, scratch):
+def note_event(sys, t, i, state, scratch):
     """Append the change of mode of contact i, with its impulses since the change before; none at the start."""
     contacts, x, before = scratch.contacts, scratch.ode.x, scratch.impulses
-    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
+    n, n_c = sys.n, sys.n_c
     P_N, P_F = x[2 * (n + n_c) + i], x[2 * n + 3 * n_c + i]
     if state.counters.steps > 0:
         event = state.event
         event.P_N, event.P_F, event.solutions = P_N - before[i, 0], P_F - before[i, 1], 1
         event.gamma_N, event.gamma_F = contacts.gamma[i, 0], contacts.gamma[i, 1]
-        is_impact = state.mode[i] == ContactMode.OPEN and contacts.gamma[i, 0] < -rounded_speed(n, contacts)
+        is_impact = state.mode[i] == ContactMode.OPEN and contacts.gamma[i, 0] < -rounded_speed(sys, contacts)
         kind = IMPACT if is_impact else MODE_CHANGE
         append_event(t, kind, i, state.mode[i], state.slip[i], contacts.mode[i], contacts.slip[i], state)
     before[i, 0], before[i, 1] = P_N, P_F

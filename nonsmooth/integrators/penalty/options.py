@@ -26,7 +26,6 @@ from nonsmooth.integrators.radau.method import SMALLEST_RTOL, radau_shorten, rad
 from nonsmooth.integrators.records import State
 from nonsmooth.jit import load_all
 from nonsmooth.jit.blocks import new
-from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.system import BILATERAL, FORCE, GAP, GIVEN_FORCE, MASS, NORMAL, System, evaluate
 from nonsmooth.numerics.rounding import EPS, rounding_of_sum
 
@@ -132,12 +131,10 @@ class Penalty(LocatesEvents):
         arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
         facts, numbers = arrays.contacts.facts, arrays.contacts.numbers
         is_regularised = isinstance(self.friction, Regularised)
-        facts.has, facts.n_u, facts.law = model_facts(system), system.n_u, LAWS[self.law]
-        facts.is_regularised = is_regularised
+        facts.law, facts.is_regularised = LAWS[self.law], is_regularised
         v_s = self.friction.v_s if isinstance(self.friction, Regularised) else 0.0
         numbers.v_s, numbers.rtol, numbers.atol = v_s, self.rtol, self.atol
         numbers.zeta = self.damping_ratio if self.damping_ratio is not None and self.mass is None else -1.0
-        arrays.contacts.kinds[:], arrays.contacts.laws[:] = system.kinds, system.laws
         arrays.ode.clock.rtol = self.rtol
         return arrays
 
@@ -145,7 +142,6 @@ class Penalty(LocatesEvents):
         """Stiffness, damping and frequency of each contact, by the masses at the start, and the state there."""
         t, q, u, n, n_c = float(state.now), state.q, state.u, system.n_u, system.n_c
         contacts, ode = memory.contacts, memory.ode
-        contacts.laws[:] = system.laws
         contacts.constants[:] = self.constants(system, t, q, u)
         self.check_resolution(contacts.constants[:, OMEGA], max(abs(t), abs(t_end)))
         gaps = self.gaps(system, t, q, u, contacts.constants)
