@@ -13,7 +13,7 @@ With it the motion after the flight is the same, to the tolerance. Compare the b
 from __future__ import annotations
 
 from nonsmooth.integrators.adaptive.held import coefficient, list_closed
-from nonsmooth.integrators.adaptive.scales import closed_gap
+from nonsmooth.integrators.adaptive.scales import closed_gap, mode_when_closed
 from nonsmooth.integrators.adaptive.substep import DROPPED
 from nonsmooth.integrators.rigid.modes import DISTINCT_ROWS, decompose, list_equations, solve_equations
 from nonsmooth.jit import kernel, rare_kernel
@@ -73,11 +73,10 @@ def close_hops(sys, run):
         if v * v > -2.0 * a * DROPPED * run.tol_g[i]:
             continue
         any_hops = True
-        contacts.mode[i], contacts.slip[i] = ContactMode.LOCKED.value, 0
-        if sys.kinds[i, 1] > 0:
-            slips = abs(work.gamma_0[r + 1]) > run.tol_slip[i]
-            contacts.mode[i] = ContactMode.SLIDE.value if slips else ContactMode.STICK.value
-            contacts.slip[i] = (1 if work.gamma_0[r + 1] > 0.0 else -1) if slips else 0
+        gamma_F = work.gamma_0[r + 1] if sys.kinds[i, 1] > 0 else 0.0
+        contacts.mode[i], contacts.slip[i] = mode_when_closed(sys, i, gamma_F, run), 0
+        if contacts.mode[i] == ContactMode.SLIDE:
+            contacts.slip[i] = 1 if gamma_F > 0.0 else -1
     return any_hops
 
 

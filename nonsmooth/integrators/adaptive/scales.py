@@ -13,6 +13,7 @@ from nonsmooth.integrators.rigid.hold import hold
 from nonsmooth.integrators.rigid.modes import RigidContacts
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
+from nonsmooth.mechanics.situation import Situation, find_situation, mode_of_situation
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, GAP_RATE, NORMAL, TANGENT
 
@@ -66,6 +67,20 @@ def set_tolerances(sys, run):
 def closed_gap(i, run):
     """The gap below which contact i counts as closed: above what it moves in the shortest step."""
     return BAND * run.tol_g[i] + run.clock.least * abs(run.gamma_0[i])
+
+
+@kernel
+def is_parting(sys, i, gamma_N, run):
+    """Whether contact i leaves with this velocity, by more than its tolerance: the situation of one without a gap."""
+    slow, still = run.tol_gamma[i], run.tol_slip[i]
+    return find_situation(sys.kinds[i, 0], 0.0, gamma_N, 0.0, 0.0, slow, still, True) == Situation.OPEN
+
+
+@kernel
+def mode_when_closed(sys, i, gamma_F, run):
+    """The mode of contact i, held closed, that slides with this velocity."""
+    kind, d, still = sys.kinds[i, 0], sys.kinds[i, 1], run.tol_slip[i]
+    return mode_of_situation(find_situation(kind, 0.0, 0.0, gamma_F, 0.0, 0.0, still, True), d)
 
 
 @kernel

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from nonsmooth.contact.planar.single import Selection
 from nonsmooth.errors import Status
+from nonsmooth.integrators.adaptive.scales import is_parting
 from nonsmooth.integrators.adaptive.state import THETA, Extrapolation
 from nonsmooth.integrators.moreau_jean.contact import solve
 from nonsmooth.integrators.moreau_jean.paradox import note_paradoxes
@@ -174,7 +175,7 @@ def leave_out_parting(sys, n_k, run, work):
     for k in range(n_k):
         i = work.closed[k]
         was_open = sys.kinds[i, 0] == UNILATERAL and run.contacts.mode[i] == ContactMode.OPEN
-        if was_open and work.gamma_0[work.start[k]] > run.tol_gamma[i]:
+        if was_open and is_parting(sys, i, work.gamma_0[work.start[k]], run):
             run.trial.mode[i], run.trial.slip[i] = ContactMode.OPEN.value, 0
             continue
         work.closed[left] = i

@@ -12,7 +12,10 @@
 4. Where no modes are found the motion goes on by plain steps for a while (adaptive/through.py).
 
 So whatever the plain step decides is what is integrated: several impacts at once, paradoxes, the selection among
-several solutions.
+several solutions. Here a contact that sticks is one whose impulse stays within the cone, as in Moreau–Jean, and not one
+whose velocity counts as zero: where a slide comes to rest both may be true of it. Where velocities alone decide,
+whether a contact parts and whether one that is held closed slides, it is by mechanics/situation.py, within the
+tolerances of the step (adaptive/scales.py).
 """
 
 from __future__ import annotations
@@ -21,7 +24,7 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.events import NOWHERE, STANDS, arm, event_values, fallen, set_bands
 from nonsmooth.integrators.adaptive.held import NO_LOAD
 from nonsmooth.integrators.adaptive.hops import drop_hops
-from nonsmooth.integrators.adaptive.scales import closed_gap, hold_modes, instant, observe
+from nonsmooth.integrators.adaptive.scales import closed_gap, hold_modes, instant, is_parting, observe
 from nonsmooth.integrators.adaptive.state import (
     GO_ON,
     GO_THROUGH,
@@ -165,7 +168,7 @@ def take_jump(sys, state, run):
     """Take the jump of the trial: its impulses and works, its modes and events; what parts is open."""
     trial, contacts = run.trial, run.contacts
     for i in range(contacts.mode.shape[0]):
-        parts = sys.kinds[i, 0] == UNILATERAL and run.gamma_1[i] > run.tol_gamma[i]
+        parts = is_parting(sys, i, run.gamma_1[i], run)
         contacts.mode[i] = ContactMode.OPEN.value if parts else trial.mode[i]
         contacts.slip[i] = 0 if parts else trial.slip[i]
         run.is_stopped[i] = 0
