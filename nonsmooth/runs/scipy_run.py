@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.penalty.loop import evaluate_contacts, note_step, switch, take
+from nonsmooth.integrators.penalty.loop import change_modes, evaluate_contacts, fill_header, note_step
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.integrators.radau.events import EVENT_ROUNDINGS, MAX_STALLS, NO_EVENT
 from nonsmooth.integrators.radau.header import take_counts
@@ -57,7 +57,7 @@ class ScipyRun(Run):
         except ValueError:  # the root of an event function has no bracket on the solver's own interpolant
             return Status.NOT_SOLVED
         finally:
-            interpreted(take)(self.sys, ode.clock.now, ode.x, False, self.state, self.memory)
+            interpreted(fill_header)(self.sys, ode.clock.now, ode.x, False, self.state, self.memory)
             interpreted(take_counts)(ode, self.state)
 
     def _to_next_event(self) -> int:
@@ -84,7 +84,7 @@ class ScipyRun(Run):
     def _switch(self, event: int) -> None:
         """What follows an event, or the start."""
         self.memory.waiting = event
-        self._accept(self._call(switch, int(self.schedule.every), self.state, self.record, self.memory))
+        self._accept(self._call(change_modes, int(self.schedule.every), self.state, self.record, self.memory))
 
     def _solve(self, rates: Any, functions: Any) -> tuple[int, int]:
         """(the event that ended it, RUNNING), NO_EVENT at the end, or the status of a failure."""
@@ -160,7 +160,7 @@ class ScipyRun(Run):
         self._evaluate(self.memory.ode.rates, t, x)
         if self.record.counts.rows == len(self.record.t):
             self.recorder.take(self, Status.RUNNING)
-        interpreted(take)(self.sys, t, x, False, self.state, self.memory)
+        interpreted(fill_header)(self.sys, t, x, False, self.state, self.memory)
         interpreted(append_row)(t, x, self.state, self.record, self.memory)
 
     def _evaluate(self, function: Any, t: float, x: np.ndarray) -> np.ndarray:

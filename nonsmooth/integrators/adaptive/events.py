@@ -94,7 +94,7 @@ def find_rises(m, run):
 
 
 @kernel
-def arm(run):
+def arm_functions(run):
     """Arm the functions that are above their bands at the beginning of a step."""
     for e in range(run.armed.shape[0]):
         if run.f_0[e] > run.band[e]:
@@ -226,11 +226,11 @@ def find_event(sys_at, t, H, j, state_at, run_at):
         status = values_within(sys, t, H, place, state, run)
         if status != Status.RUNNING:
             return status, NOWHERE
-        if fallen(run.f_in, place, run) == BEYOND:
+        if find_fallen(run.f_in, place, run) == BEYOND:
             return enclose(sys, t, H, low, place, state, run)
         low = place
         place = next_suspect(low, j + 1, run)
-    how = fallen(run.f_1, 1.0, run)
+    how = find_fallen(run.f_1, 1.0, run)
     ends = run.counters.is_located == 1 and how == BEYOND and not has_slope(run.f_1, run)
     if not is_known and (how != BEYOND or ends):
         status = event_values(sys, t + H, run.x, run, run.f_1)  # the forces at the end are known again
@@ -263,7 +263,7 @@ def values_within(sys, t, H, place, state, run):
 
 
 @kernel
-def fallen(f, place, run):
+def find_fallen(f, place, run):
     """How far the function has fallen that has fallen farthest: STANDS, WITHIN its band, or BEYOND."""
     how = STANDS
     for e in range(f.shape[0]):
@@ -308,7 +308,7 @@ def enclose(sys, t, H, low, high, state, run):
             part = min(1.0 - NARROW_ENCLOSURE, max(NARROW_ENCLOSURE, v_low / (v_low - v_high)))
         middle = low + part * (high - low)
         status = values_within(sys, t, H, middle, state, run)
-        how, value = fallen(run.f_in, middle, run), lowest(run.f_in, middle, run)
+        how, value = find_fallen(run.f_in, middle, run), lowest(run.f_in, middle, run)
         if how == WITHIN:
             return status, middle
         if how == BEYOND:

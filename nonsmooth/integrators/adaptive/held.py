@@ -20,7 +20,7 @@ from nonsmooth.integrators.adaptive.state import THETA, Extrapolation
 from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS, new_velocity
 from nonsmooth.integrators.records import CLOSURE, FRICTION, N_FUNCTIONS, SIGN, book_energy
 from nonsmooth.integrators.rigid.modes import BACKWARD, FORWARD, list_islands
-from nonsmooth.integrators.rigid.rates import of_load, pressing, solve_island
+from nonsmooth.integrators.rigid.rates import force_function, pressing_force, solve_island
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
@@ -80,13 +80,13 @@ def held_step(sys_at, t, dt, k, run_at):
     has, n = sys.has, trial.q.shape[0]
     run.counters.substeps += 1
     n_k = list_closed(sys, contacts)
-    status, r = prepare(sys, t, dt, n_k, run)
+    status, r = prepare_step(sys, t, dt, n_k, run)
     if status != Status.RUNNING:
         return status
     for j in range(n):
         run.u_mid[j] = trial.u[j]
     for _ in range(2 if has & READS_U else 1):
-        status = push(sys, t + 0.5 * dt, dt, n_k, r, run)
+        status = find_new_velocity(sys, t + 0.5 * dt, dt, n_k, r, run)
         if status != Status.RUNNING:
             return status
         for j in range(n):
@@ -97,7 +97,7 @@ def held_step(sys_at, t, dt, k, run_at):
     if total != 0.0:
         return Status.NOT_FINITE.value
     take_samples(sys, k, dt, n_k, run)
-    book(sys, dt, n_k, run)
+    book_step(sys, dt, n_k, run)
     return Status.RUNNING.value
 
 
@@ -113,7 +113,7 @@ def list_closed(sys, contacts):
 
 
 @kernel
-def prepare(sys, t, dt, n_k, run):
+def prepare_step(sys, t, dt, n_k, run):
     """What does not depend on the forces: gaps, M, Mhat, rows and their rates, G. Returns (Status, rows)."""
     n = sys.n
     trial, work = run.trial, run.contacts.work
@@ -216,7 +216,7 @@ def carry_velocities(sys, t, dt, n_k, r, run):
 
 
 @kernel
-def push(sys, t_mid, dt, n_k, r, run):
+def find_new_velocity(sys, t_mid, dt, n_k, r, run):
     """The velocities work.u_1 after the step, by the forces at u_mid; returns a Status."""
     n = sys.n
     work, u = run.contacts.work, run.trial.u
@@ -361,7 +361,7 @@ def take_samples(sys, k, dt, n_k, run):
             normal = max(0.0, work.N[i])
             run.sample[k, e + CLOSURE] = load(i, run)
         elif kind == UNILATERAL:
-            run.sample[k, e + CLOSURE] = of_load(normal, i, contacts)
+            run.sample[k, e + CLOSURE] = force_function(normal, i, contacts)
         if mode == ContactMode.SLIDE:
             if contacts.ratio[i] != 0.0 or depends_on_speed(sys.laws, i):
                 gamma = work.c[b]
@@ -369,12 +369,12 @@ def take_samples(sys, k, dt, n_k, run):
                     gamma += work.G[b, c] * work.P[c]
                 run.sample[k, e + FRICTION] = contacts.slip[i] * gamma
             if kind == BILATERAL:
-                run.sample[k, e + SIGN] = of_load(contacts.sign[i] * normal, i, contacts)
+                run.sample[k, e + SIGN] = force_function(contacts.sign[i] * normal, i, contacts)
         elif mode == ContactMode.STICK:
             pull = work.P[b] / dt
-            most = static_coefficient(sys.laws, i) * pressing(normal, pull, i, contacts)
-            run.sample[k, e + FORWARD] = of_load(most + pull, i, contacts)
-            run.sample[k, e + BACKWARD] = of_load(most - pull, i, contacts)
+            most = static_coefficient(sys.laws, i) * pressing_force(normal, pull, i, contacts)
+            run.sample[k, e + FORWARD] = force_function(most + pull, i, contacts)
+            run.sample[k, e + BACKWARD] = force_function(most - pull, i, contacts)
 
 
 @kernel
@@ -385,7 +385,7 @@ def load(i, run):
 
 
 @kernel
-def book(sys, dt, n_k, run):
+def book_step(sys, dt, n_k, run):
     """Move to the end of the step; book energy and impulses."""
     n = sys.n
     trial, work, kinds = run.trial, run.contacts.work, sys.kinds

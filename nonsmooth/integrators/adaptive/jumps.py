@@ -20,7 +20,7 @@ import math
 
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.events import event_values, values_within
-from nonsmooth.integrators.adaptive.scales import instant
+from nonsmooth.integrators.adaptive.scales import length_of_instant
 from nonsmooth.integrators.adaptive.state import NOWHERE, VELOCITY_DEGREE
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.numerics.rounding import spacing
@@ -252,7 +252,7 @@ def size_of_rest(which, run):
 @kernel
 def end_before(place, H, run):
     """Whether there is a step that ends where the forces jump, which is asked for: else the jump is at hand."""
-    if not place * H > instant(run):
+    if not place * H > length_of_instant(run):
         return False
     run.clock.cut = place * H
     run.counters.at_jump = 1

@@ -14,10 +14,10 @@ from __future__ import annotations
 import math
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive.events import arm, event_values, only_enters_region, set_bands
+from nonsmooth.integrators.adaptive.events import arm_functions, event_values, only_enters_region, set_bands
 from nonsmooth.integrators.adaptive.jumps import keep_forces
 from nonsmooth.integrators.adaptive.polynomial import STEP_PIECES, keep_event, keep_smooth
-from nonsmooth.integrators.adaptive.scales import instant, observe, set_tolerances
+from nonsmooth.integrators.adaptive.scales import evaluate_gaps, length_of_instant, set_tolerances
 from nonsmooth.integrators.adaptive.state import (
     DECIDE,
     FIRST_STEP,
@@ -26,7 +26,7 @@ from nonsmooth.integrators.adaptive.state import (
     Extrapolation,
 )
 from nonsmooth.integrators.adaptive.step import AT_EVENT, AT_ONCE, FAILED_STEP_PART, SMOOTH, UNRESOLVED, try_step
-from nonsmooth.integrators.adaptive.switch import EVENTS_AT_INSTANT, decide
+from nonsmooth.integrators.adaptive.switch import EVENTS_AT_INSTANT, decide_modes
 from nonsmooth.integrators.adaptive.table import FASTEST
 from nonsmooth.integrators.adaptive.through import step_through
 from nonsmooth.integrators.contract import LOOP, Schedule
@@ -75,7 +75,7 @@ def advance(sys, schedule, max_steps, state, record, run):
     for k in range(2):
         run.step.is_known[k], run.is_known[k] = 0, 0
     if state.counters.is_begun == 0:
-        if not begin(sys, schedule.span, state, run):
+        if not begin_run(sys, schedule.span, state, run):
             return Status.NOT_FINITE.value
         write_state(sys, clock.now, state, run, record)
         state.counters.is_begun, record.counts.next = 1, 1
@@ -91,7 +91,7 @@ def advance(sys, schedule, max_steps, state, record, run):
         set_tolerances(sys, run)
         if counters.to_do == DECIDE:
             counters.has_forces = 0
-            status, has_jumped = decide(sys_at, t, state_at, run_at)
+            status, has_jumped = decide_modes(sys_at, t, state_at, run_at)
             collect(state, run.trial)
             if status != Status.RUNNING:
                 return status
@@ -127,7 +127,7 @@ def advance(sys, schedule, max_steps, state, record, run):
             status = end_stretch(sys, t_1, H, state, run)
         else:
             end_smooth(sys, t_1, H, state, run)
-        accept(sys, t_1, state, run)
+        accept_step(sys, t_1, state, run)
         if status != Status.RUNNING:
             return status
         if is_last and every == 0:
@@ -139,14 +139,14 @@ def advance(sys, schedule, max_steps, state, record, run):
 
 
 @kernel
-def begin(sys, span, state, run):
+def begin_run(sys, span, state, run):
     """Take the start from the header, its gaps and scales; False if a model function raised."""
     n, contacts, clock = state.q.shape[0], run.contacts, run.clock
     clock.now, clock.looked, clock.step, clock.cut = state.now, state.now, FIRST_STEP * span, math.inf
     take_system(sys, run)
     for i in range(n):
         run.x[i], run.x[n + i] = state.q[i], state.u[i]
-    if not observe(sys, run.clock.now, run.x, run.g_1, run.gamma_1, run):
+    if not evaluate_gaps(sys, run.clock.now, run.x, run.g_1, run.gamma_1, run):
         return False
     for i in range(state.mode.shape[0]):
         contacts.mode[i], contacts.slip[i], contacts.sign[i] = state.mode[i], state.slip[i], 1
@@ -189,7 +189,7 @@ def is_spent(span, run):
 @kernel
 def through_length(run):
     """The length of the next plain steps where no modes last."""
-    run.clock.through = max(run.clock.through, FIRST_THROUGH * instant(run))
+    run.clock.through = max(run.clock.through, FIRST_THROUGH * length_of_instant(run))
     return run.clock.through
 
 
@@ -233,7 +233,7 @@ def end_smooth(sys, t_1, H, state, run):
         way = max(way, abs(run.x[i] - state.q[i]) / run.tol[i], abs(run.x[n + i] - state.u[i]) / run.tol[n + i])
     clock.way += way
     counters.has_jacobian = 0
-    if H > QUIET_STEP * instant(run):
+    if H > QUIET_STEP * length_of_instant(run):
         counters.stalls, clock.through = 0, 0.0
     if n_c == 0:
         return
@@ -243,7 +243,7 @@ def end_smooth(sys, t_1, H, state, run):
     for e in range(run.f_0.shape[0]):
         run.f_0[e] = run.f_1[e]
     set_bands(sys, run)
-    arm(run)
+    arm_functions(run)
     count_step(sys, state, contacts)
     for i in range(n_c):
         if contacts.la[i, 1] == 0.0:
@@ -270,7 +270,7 @@ def end_stretch(sys, t_1, H, state, run):
     """After plain steps where no modes last: decide anew. Returns a Status."""
     counters = run.counters
     run.clock.through *= FASTEST
-    if H > QUIET_STEP * instant(run):
+    if H > QUIET_STEP * length_of_instant(run):
         counters.stalls = 0
     counters.to_do = DECIDE if state.mode.shape[0] > 0 else GO_ON
     counters.has_jacobian, counters.is_located, counters.has_forces, counters.at_jump = 0, 0, 0, 0
@@ -296,7 +296,7 @@ def remember(n, run):
 
 
 @kernel
-def accept(sys, t_1, state, run):
+def accept_step(sys, t_1, state, run):
     """Move to the end of the step, run.x, with its impulses and works."""
     trial, change, n, width = run.trial, run.change, state.q.shape[0], state.P.shape[1]
     for i in range(n):

@@ -9,7 +9,7 @@ does within its bands is below the resolution.
 
 from __future__ import annotations
 
-from nonsmooth.integrators.rigid.hold import hold
+from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.modes import RigidContacts
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
@@ -24,7 +24,7 @@ MOVED_IN_INSTANT = 1e-2  # chosen: of the tolerances: what may move in the time 
 
 
 @kernel
-def observe(sys, t, x, g, gamma, run):
+def evaluate_gaps(sys, t, x, g, gamma, run):
     """Gaps and their rates at a state, and the rows contacts.work.W_N and W_F there; False if a function raised."""
     contacts, work = run.contacts, run.contacts.work
     has, n, n_c = sys.has, contacts.q.shape[0], sys.n_c
@@ -84,7 +84,7 @@ def mode_when_closed(sys, i, gamma_F, run):
 
 
 @kernel
-def instant(run):
+def length_of_instant(run):
     """A time in which smooth motion moves nothing by more than MOVED_IN_INSTANT of its tolerance, and no more than
     EVENT_TIME of a step: what is at rest may be about to break away."""
     n = run.a_0.shape[0]
@@ -102,7 +102,7 @@ def instant(run):
 def hold_modes(sys_at, t, x, contacts_at):
     """Move a state onto the constraints of its modes (rigid/hold.py), compiled once; returns a Status."""
     sys = view(sys_at, Sys)
-    return hold(sys, t, x, False, view(contacts_at, RigidContacts))
+    return hold_constraints(sys, t, x, False, view(contacts_at, RigidContacts))
 
 
 @kernel

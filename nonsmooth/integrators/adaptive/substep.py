@@ -23,7 +23,7 @@ from nonsmooth.integrators.adaptive.scales import is_parting
 from nonsmooth.integrators.adaptive.state import THETA, Extrapolation
 from nonsmooth.integrators.moreau_jean.contact import solve
 from nonsmooth.integrators.moreau_jean.paradox import note_paradoxes
-from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS, accept, all_finite, new_velocity
+from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS, accept_step, all_finite, new_velocity
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
@@ -93,7 +93,7 @@ def substep(sys_at, t, dt, run_at):
         new_velocity(n, r, u, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE.value
-    accept(run.system, t, dt, THETA, n_k, trial, step)
+    accept_step(run.system, t, dt, THETA, n_k, trial, step)
     return Status.RUNNING.value
 
 

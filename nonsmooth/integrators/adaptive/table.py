@@ -142,7 +142,7 @@ def error_of_impulses(sys, n_k, state, run):
 
 
 @kernel
-def plan(j, run):
+def growth_of_step(j, run):
     """The factor of the next step after convergence at row j: so that the next one converges at the row aimed at."""
     target = run.counters.target
     if j < target - 1:

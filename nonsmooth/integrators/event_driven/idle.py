@@ -38,7 +38,7 @@ def close_idle(sys, t, n_k, contacts, touch, forces):
         if parts if is_free else moves:
             continue
         mode, direction, sign = contacts.mode[i], contacts.slip[i], contacts.sign[i]
-        close(sys, i, slip if moves and forces.slip[k] == 0 else float(forces.slip[k]), contacts)
+        set_closed_mode(sys, i, slip if moves and forces.slip[k] == 0 else float(forces.slip[k]), contacts)
         if not may_share(sys, t, i, contacts, touch):
             contacts.mode[i], contacts.slip[i], contacts.sign[i] = mode, direction, sign
 
@@ -59,7 +59,7 @@ def relative_motion(sys, k, n_k, forces):
 
 
 @kernel
-def close_all(sys, t, island, n_k, contacts, touch, forces):
+def close_island(sys, t, island, n_k, contacts, touch, forces):
     """Close all contacts of an island, if they are redundant and may share a load; tells whether they may.
 
     Rows that are nearly parallel or opposite are lost in G, by which forces were looked for.
@@ -68,12 +68,12 @@ def close_all(sys, t, island, n_k, contacts, touch, forces):
     for k in range(n_k):
         if forces.island[k] == island:
             last = forces.work.closed[k]
-            close(sys, last, touch.gamma[last, 1] if touch.is_resting[last] == 0 else 0.0, contacts)
+            set_closed_mode(sys, last, touch.gamma[last, 1] if touch.is_resting[last] == 0 else 0.0, contacts)
     return may_share(sys, t, last, contacts, touch)
 
 
 @kernel
-def close(sys, i, slip, contacts):
+def set_closed_mode(sys, i, slip, contacts):
     """Give contact i the mode of a closed contact that slides in the direction of slip, or not at all."""
     contacts.sign[i], contacts.slip[i] = 1, 0
     contacts.mode[i] = ContactMode.LOCKED.value if sys.kinds[i, 1] == 0 else ContactMode.STICK.value

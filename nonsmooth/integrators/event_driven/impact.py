@@ -41,7 +41,7 @@ CONE = 2.0 * NEARLY_SINGULAR
 
 
 @kernel("int64(int64, float64, float64[::1], int64, int64, int64)", short_loops=True)
-def impact(sys_at, t, x, state_at, contacts_at, touch_at):
+def solve_impact(sys_at, t, x, state_at, contacts_at, touch_at):
     """Change u by the impulses of the contacts marked in touch.strikes, and of those that touch and whose normal
     velocity these change; mark these too, book the impulses in x and in touch.P. Returns a Status."""
     sys = view(sys_at, Sys)
@@ -67,14 +67,14 @@ def impact(sys_at, t, x, state_at, contacts_at, touch_at):
         if touch.spread[k] == 1:
             touch.number[work.closed[k]] = contacts.island[k]
     for island in range(count):
-        status = impact_of(sys, island, t, x, n_k, state, contacts, touch)
+        status = solve_impact_of(sys, island, t, x, n_k, state, contacts, touch)
         if status != Status.RUNNING:
             return status
     return Status.RUNNING.value
 
 
 @kernel
-def impact_of(sys, island, t, x, n_touching, state, contacts, touch):
+def solve_impact_of(sys, island, t, x, n_touching, state, contacts, touch):
     """The impact of the contacts of one island: another one does not change their velocities. Returns a Status."""
     work, kinds = contacts.work, sys.kinds
     n_k = 0

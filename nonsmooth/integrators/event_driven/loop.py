@@ -14,11 +14,11 @@ from nonsmooth.integrators.event_driven.touch import Touch
 from nonsmooth.integrators.radau.events import NO_EVENT, Events
 from nonsmooth.integrators.radau.header import take_contacts, take_motion
 from nonsmooth.integrators.radau.located import (
-    ACCEPT,
+    ACCEPT_STEP,
     AT_START,
     AT_VANISHED_STEP,
-    SWITCH,
-    TAKE,
+    CHANGE_MODES,
+    FILL_HEADER,
     Located,
     append_row,
     write_state,
@@ -27,7 +27,7 @@ from nonsmooth.integrators.radau.method import radau_accept, radau_restart
 from nonsmooth.integrators.radau.stages import Radau
 from nonsmooth.integrators.records import CLOSURE, N_FUNCTIONS, N_WORKS, Record, State
 from nonsmooth.integrators.rigid.census import count_step, enters_region, note_several, slides, slides_alone
-from nonsmooth.integrators.rigid.hold import hold
+from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.modes import NEARLY_SINGULAR, RigidContacts, note_side
 from nonsmooth.integrators.rigid.rates import rigid_rates
 from nonsmooth.jit import kernel
@@ -52,12 +52,12 @@ class Scratch(Located, others=f"3 * n_c + {N_WORKS}", functions=f"{N_FUNCTIONS} 
     forces: Array[Forces, "kept = kept"]
 
 
-@kernel(ACCEPT, short_loops=True)
-def accept(sys_at, t, state_at, scratch_at):
+@kernel(ACCEPT_STEP, short_loops=True)
+def accept_step(sys_at, t, state_at, scratch_at):
     """Take the step that was tried, moved onto the constraints of its modes, to the time t; returns a Status."""
     sys, state, scratch = view(sys_at, Sys), view(state_at, State), view(scratch_at, Scratch)
     ode, contacts = scratch.ode, scratch.contacts
-    status = hold(sys, t, ode.x_1, False, contacts)
+    status = hold_constraints(sys, t, ode.x_1, False, contacts)
     if status == Status.RUNNING:
         status = radau_accept(sys_at, ode)
     if status != Status.RUNNING:
@@ -73,7 +73,7 @@ def accept(sys_at, t, state_at, scratch_at):
 
 
 @kernel
-def begin(sys, state, scratch):
+def begin_run(sys, state, scratch):
     """Take the start from the header; its modes are decided as an event."""
     ode, contacts = scratch.ode, scratch.contacts
     for j in range(sys.n):
@@ -89,15 +89,15 @@ def slide_is_lost(sys, contacts, ode):
     return status == Status.RUNNING and contacts.numbers.determinant < NEARLY_SINGULAR
 
 
-@kernel(SWITCH, short_loops=True)
-def switch(sys_at, every, state_at, record_at, scratch_at):
+@kernel(CHANGE_MODES, short_loops=True)
+def change_modes(sys_at, every, state_at, record_at, scratch_at):
     """Change the modes after the event that waits, and begin anew with the rates of the new ones; returns a Status."""
     sys, state = view(sys_at, Sys), view(state_at, State)
     record, scratch = view(record_at, Record), view(scratch_at, Scratch)
     ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
     n, event, is_start = sys.n, scratch.waiting, scratch.waiting == AT_START
     if is_start:
-        begin(sys, state, scratch)
+        begin_run(sys, state, scratch)
     if event == AT_VANISHED_STEP:
         if not slide_is_lost(sys, contacts, ode):
             return Status.STEP_VANISHED.value
@@ -170,8 +170,8 @@ def write_start(t, state, record, scratch):
     record.counts.next = 1
 
 
-@kernel(TAKE, short_loops=True)
-def take(sys_at, t, x, is_within, state_at, scratch_at):
+@kernel(FILL_HEADER, short_loops=True)
+def fill_header(sys_at, t, x, is_within, state_at, scratch_at):
     """The header of the state x = (q, u, g_N, P_N, P_F, works), with its own gaps within a step; returns a Status."""
     scratch = view(scratch_at, Scratch)
     if is_within and not write_gaps(view(sys_at, Sys), t, x, scratch.contacts):

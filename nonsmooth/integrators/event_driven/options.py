@@ -20,9 +20,9 @@ from nonsmooth.contact.planar.ladder import pivot, solve_planar
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.integrators.adaptive.options import Adaptive
-from nonsmooth.integrators.event_driven.impact import impact
-from nonsmooth.integrators.event_driven.loop import Scratch, accept, switch, take
-from nonsmooth.integrators.event_driven.switching import settle, switch_modes
+from nonsmooth.integrators.event_driven.impact import solve_impact
+from nonsmooth.integrators.event_driven.loop import Scratch, accept_step, change_modes, fill_header
+from nonsmooth.integrators.event_driven.switching import find_modes, switch_modes
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.radau.events import locate_event
 from nonsmooth.integrators.radau.located import AT_RESUMPTION, LocatesEvents
@@ -82,13 +82,13 @@ class EventDriven(LocatesEvents):
                 f"got {shown(stepper)}"
             )
 
-    callbacks = (rigid_rates, rigid_events, switch, accept, take)
+    callbacks = (rigid_rates, rigid_events, change_modes, accept_step, fill_header)
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
         entry_points = [self.loop, *self.callbacks, radau_step, radau_shorten, locate_event]
         if system.n_c > 0:
-            entry_points += [settle, impact, switch_modes, enumerate_modes, share_load]
+            entry_points += [find_modes, solve_impact, switch_modes, enumerate_modes, share_load]
         if system.n_c > 1:
             entry_points += [enumerate_redundant, solve_planar, pivot]
         load_all(entry_points)

@@ -28,9 +28,9 @@ from nonsmooth.contact.planar.enumerate import select
 from nonsmooth.contact.planar.forces import Forces, Outcome, forces_of_closed, is_asked
 from nonsmooth.contact.planar.single import STICK, Selection, sigma_of, slip_of
 from nonsmooth.errors import Status
-from nonsmooth.integrators.event_driven.idle import close_all, close_idle
-from nonsmooth.integrators.event_driven.impact import impact
-from nonsmooth.integrators.event_driven.touch import COLLISION, END_OF_SERIES, WITHOUT_COLLISION, Touch, look
+from nonsmooth.integrators.event_driven.idle import close_idle, close_island
+from nonsmooth.integrators.event_driven.impact import solve_impact
+from nonsmooth.integrators.event_driven.touch import COLLISION, END_OF_SERIES, WITHOUT_COLLISION, Touch, find_touching
 from nonsmooth.integrators.moreau_jean.contact import mode_of
 from nonsmooth.integrators.radau.events import NO_EVENT
 from nonsmooth.integrators.radau.located import AT_START
@@ -45,7 +45,7 @@ from nonsmooth.integrators.records import (
     State,
     append_event,
 )
-from nonsmooth.integrators.rigid.hold import hold
+from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.modes import SINGULAR_SLIDE, RigidContacts, rounded_length, small_speed
 from nonsmooth.integrators.rigid.rates import rigid_rates
 from nonsmooth.jit import kernel
@@ -86,10 +86,10 @@ def switch_modes(sys_at, t, moment, x, state_at, contacts_at, touch_at, forces_a
     for j in range(n):
         touch.q[j] = moment * x[n + j] if is_border else 0.0
         touch.u[j] = moment * contacts.work.du[j] if is_border else 0.0
-    status, has_struck = strike(sys, t, x, event, state, contacts, touch)
+    status, has_struck = resolve_impacts(sys, t, x, event, state, contacts, touch)
     if status == Status.RUNNING:
         touch.ahead = moment if is_border and not has_struck else 0.0
-        status = settle(sys_at, t, x, is_lost, state_at, contacts_at, touch_at, forces_at)
+        status = find_modes(sys_at, t, x, is_lost, state_at, contacts_at, touch_at, forces_at)
     if status == Status.RUNNING and has_struck:
         status = give_up_bounces(sys, t, x, state, contacts, touch, forces)
     if status != Status.RUNNING:
@@ -97,7 +97,7 @@ def switch_modes(sys_at, t, moment, x, state_at, contacts_at, touch_at, forces_a
     gives_up = False
     for i in range(n_c):
         gives_up = gives_up or touch.accumulates[i] > 0.0
-    status = hold(sys, t, x, gives_up, contacts)
+    status = hold_constraints(sys, t, x, gives_up, contacts)
     note_events(sys, t, state, contacts, touch)
     contacts.facts.event = NO_EVENT
     return status
@@ -125,12 +125,12 @@ def on_border(event, n_c, contacts):
 
 
 @kernel
-def strike(sys, t, x, event, state, contacts, touch):
+def resolve_impacts(sys, t, x, event, state, contacts, touch):
     """Impacts until no contact that touches approaches: (Status, whether there was one)."""
     n_c = sys.n_c
     has_struck = False
     for attempt in range(MAX_IMPACTS * n_c + 1):
-        if not look(sys, t, x, event, contacts, touch):
+        if not find_touching(sys, t, x, event, contacts, touch):
             return Status.NOT_FINITE.value, has_struck
         speed = small_speed(sys, contacts)
         is_struck = False
@@ -149,7 +149,7 @@ def strike(sys, t, x, event, state, contacts, touch):
         if attempt == MAX_IMPACTS * n_c:
             break
         touch.impact = COLLISION
-        status = impact(address(sys), t, x, address(state), address(contacts), address(touch))
+        status = solve_impact(address(sys), t, x, address(state), address(contacts), address(touch))
         if status != Status.RUNNING:
             return status, has_struck
         has_struck = True
@@ -169,10 +169,10 @@ def end_series(sys, t, x, state, contacts, touch):
                 return Status.CHATTERING.value
     speed = small_speed(sys, contacts)  # before: of what comes to rest rounding is left
     touch.impact = END_OF_SERIES
-    status = impact(address(sys), t, x, address(state), address(contacts), address(touch))
+    status = solve_impact(address(sys), t, x, address(state), address(contacts), address(touch))
     if status != Status.RUNNING:
         return status
-    if not look(sys, t, x, NO_EVENT, contacts, touch):
+    if not find_touching(sys, t, x, NO_EVENT, contacts, touch):
         return Status.NOT_FINITE.value
     for i in range(n_c):
         if touch.is_touching[i] == 1 and abs(touch.gamma[i, 0]) > speed:
@@ -181,7 +181,7 @@ def end_series(sys, t, x, state, contacts, touch):
 
 
 @kernel("int64(int64, float64, float64[::1], boolean, int64, int64, int64, int64)", short_loops=True)
-def settle(sys_at, t, x, is_lost, state_at, contacts_at, touch_at, forces_at):
+def find_modes(sys_at, t, x, is_lost, state_at, contacts_at, touch_at, forces_at):
     """Give the contacts that touch their modes, with an impact without collision of the islands that have none.
 
     ``is_lost`` tells that the islands marked in touch.is_lost have no forces even before they are looked for. Returns
@@ -205,7 +205,7 @@ def settle(sys_at, t, x, is_lost, state_at, contacts_at, touch_at, forces_at):
         close_idle(sys, later, n_k, contacts, touch, forces)
         if not must_strike(sys, later, is_lost, n_k, contacts, touch, forces):
             return Status.RUNNING.value
-        status = strike_without_collision(sys, t, x, state, contacts, touch)
+        status = resolve_lost_slides(sys, t, x, state, contacts, touch)
         if status != Status.RUNNING:
             return status
         touch.ahead = 0.0
@@ -360,14 +360,14 @@ def must_strike(sys, t, is_lost, n_k, contacts, touch, forces):
         i, island = forces.work.closed[k], forces.island[k]
         has_none = forces.number[island] == 0 and not (is_lost and touch.is_lost[i] == 1)
         if touch.strikes[i] == 1 and has_none and is_first_of(k, forces):
-            if close_all(sys, t, island, n_k, contacts, touch, forces):
+            if close_island(sys, t, island, n_k, contacts, touch, forces):
                 let_strike(island, 0, n_k, touch, forces)
         strikes = strikes or touch.strikes[i] == 1
     return strikes
 
 
 @kernel
-def strike_without_collision(sys, t, x, state, contacts, touch):
+def resolve_lost_slides(sys, t, x, state, contacts, touch):
     """The impact that resolves sliding without force; NO_SOLUTION where no impulse does."""
     n_c = sys.n_c
     for i in range(n_c):
@@ -376,7 +376,7 @@ def strike_without_collision(sys, t, x, state, contacts, touch):
     for i in range(n_c):
         before += abs(touch.P[i, 0]) + abs(touch.P[i, 1])
     touch.impact = WITHOUT_COLLISION
-    status = impact(address(sys), t, x, address(state), address(contacts), address(touch))
+    status = solve_impact(address(sys), t, x, address(state), address(contacts), address(touch))
     if status != Status.RUNNING:
         state.counters.failed_contact = -1
         return status
@@ -389,7 +389,7 @@ def strike_without_collision(sys, t, x, state, contacts, touch):
     if after == before:
         state.counters.failed_contact = -1
         return Status.NO_SOLUTION
-    return Status.RUNNING if look(sys, t, x, NO_EVENT, contacts, touch) else Status.NOT_FINITE
+    return Status.RUNNING if find_touching(sys, t, x, NO_EVENT, contacts, touch) else Status.NOT_FINITE
 
 
 @kernel
@@ -403,7 +403,9 @@ def give_up_bounces(sys, t, x, state, contacts, touch, forces):
         if status != Status.RUNNING or not has_closed:
             return status
         touch.ahead = 0.0
-        status = settle(address(sys), t, x, False, address(state), address(contacts), address(touch), address(forces))
+        status = find_modes(
+            address(sys), t, x, False, address(state), address(contacts), address(touch), address(forces)
+        )
         if status != Status.RUNNING:
             return status
     return Status.RUNNING.value

@@ -52,7 +52,7 @@ class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"
 
 
 @kernel
-def look(sys, t, x, event, contacts, touch):
+def find_touching(sys, t, x, event, contacts, touch):
     """Which contacts touch and rest, and their velocities; False if a model function raised."""
     work, kinds = contacts.work, sys.kinds
     n, n_c = sys.n, sys.n_c

@@ -99,7 +99,7 @@ def step(sys_at, t, dt, state_at, scratch_at):
             find_end_gaps(sys, n_k, dt, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE
-    accept(sys, t, dt, theta, n_k, state, scratch)
+    accept_step(sys, t, dt, theta, n_k, state, scratch)
     if options.projection != 0 and n_k > 0 and not project(sys_at, t + dt, n_k, state_at, address(work)):
         return Status.NOT_FINITE
     return Status.RUNNING
@@ -161,7 +161,7 @@ def all_finite(n, n_c, work):
 
 
 @kernel
-def accept(sys, t, dt, theta, n_k, state, scratch):
+def accept_step(sys, t, dt, theta, n_k, state, scratch):
     """Move to the end of the step; book energy, impulses, modes, events and the worst penetration."""
     n, n_c = sys.n, sys.n_c
     work = scratch.work

@@ -13,11 +13,11 @@ from nonsmooth.integrators.penalty.switching import begin_contacts, change_mode,
 from nonsmooth.integrators.radau.events import NO_EVENT, Events
 from nonsmooth.integrators.radau.header import take_contacts, take_motion
 from nonsmooth.integrators.radau.located import (
-    ACCEPT,
+    ACCEPT_STEP,
     AT_START,
     AT_VANISHED_STEP,
-    SWITCH,
-    TAKE,
+    CHANGE_MODES,
+    FILL_HEADER,
     Located,
     write_state,
 )
@@ -39,8 +39,8 @@ class Scratch(Located, x=f"2 * (n + n_c) + 2 * n_c + {N_WORKS}", works=N_WORKS, 
     impulses: Array[Floats, "n_c", 2]  # at the last change of mode
 
 
-@kernel(ACCEPT, short_loops=True)
-def accept(sys_at, t, state_at, scratch_at):
+@kernel(ACCEPT_STEP, short_loops=True)
+def accept_step(sys_at, t, state_at, scratch_at):
     """Take the step that was tried, to the time t; returns a Status."""
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
     status = radau_accept(sys_at, scratch.ode)
@@ -60,13 +60,13 @@ def note_step(t, state, scratch):
     state.counters.steps += 1
 
 
-@kernel(SWITCH, short_loops=True)
-def switch(sys_at, every, state_at, record_at, scratch_at):
+@kernel(CHANGE_MODES, short_loops=True)
+def change_modes(sys_at, every, state_at, record_at, scratch_at):
     """Change a mode after the event that waits, and begin anew with the rates of the new one; returns a Status."""
     sys, state = view(sys_at, Sys), view(state_at, State)
     record, scratch = view(record_at, Record), view(scratch_at, Scratch)
     if scratch.waiting == AT_START:
-        return begin(sys, state, record, scratch)
+        return begin_run(sys, state, record, scratch)
     if scratch.waiting == AT_VANISHED_STEP:
         return Status.STEP_VANISHED.value
     ode, events, contacts, which = scratch.ode, scratch.events, scratch.contacts, scratch.waiting
@@ -88,7 +88,7 @@ def switch(sys_at, every, state_at, record_at, scratch_at):
 
 
 @kernel
-def begin(sys, state, record, scratch):
+def begin_run(sys, state, record, scratch):
     """The modes and the row of the start; returns a Status."""
     ode, found = scratch.ode, scratch.events.found
     found.check_start, found.handled = 1, NO_EVENT
@@ -121,8 +121,8 @@ def evaluate_contacts(sys_at, function, t, x, out, scratch_at):
     return rates_at(function, sys_at, address(view(scratch_at, Scratch).contacts), t, x, out)
 
 
-@kernel(TAKE, short_loops=True)
-def take(sys_at, t, x, is_within, state_at, scratch_at):
+@kernel(FILL_HEADER, short_loops=True)
+def fill_header(sys_at, t, x, is_within, state_at, scratch_at):
     """The header of the state x = (q, u, z, v, P_N, P_F, works); returns a Status."""
     state, scratch = view(state_at, State), view(scratch_at, Scratch)
     take_motion(t, x, state)

@@ -17,7 +17,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_name, as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.penalty.law import EXPONENTS, LAWS, NormalLaw, Regularised
-from nonsmooth.integrators.penalty.loop import Scratch, accept, evaluate_contacts, switch, take
+from nonsmooth.integrators.penalty.loop import Scratch, accept_step, change_modes, evaluate_contacts, fill_header
 from nonsmooth.integrators.penalty.rates import OMEGA, contact_rates
 from nonsmooth.integrators.penalty.switching import begin_contacts, contact_events
 from nonsmooth.integrators.radau.events import locate_event
@@ -114,7 +114,7 @@ class Penalty(LocatesEvents):
 
     is_rigid = False
     is_prepared = True
-    callbacks = (contact_rates, contact_events, switch, accept, take)
+    callbacks = (contact_rates, contact_events, change_modes, accept_step, fill_header)
 
     @property
     def is_compiled(self) -> bool:

@@ -164,7 +164,7 @@ def find_forces(sys, t, x, contacts):
         return Status.NEGATIVE_FRICTION
     accelerate(sys, contacts)
     if n_stuck > 0:
-        hold(n, n_stuck, contacts)
+        hold_sticking(n, n_stuck, contacts)
     return Status.RUNNING
 
 
@@ -225,7 +225,7 @@ def accelerate(sys, contacts):
 
 
 @kernel
-def hold(n, n_stuck, contacts):
+def hold_sticking(n, n_stuck, contacts):
     """The friction of the sticking contacts, A la_F = -(W_F u' + W_F' u + w_F'), added to la and to work.du."""
     work, stuck, rhs = contacts.work, contacts.stuck, contacts.rhs
     sticking_matrix(n, n_stuck, contacts)
@@ -235,7 +235,7 @@ def hold(n, n_stuck, contacts):
         for j in range(n):
             total += work.W[b, j] * work.du[j]
         rhs[a] = -total
-    share(n_stuck, contacts)
+    share_friction(n_stuck, contacts)
     for a in range(n_stuck):
         i = stuck[a]
         contacts.la[i, 1] = rhs[a]
@@ -264,7 +264,7 @@ def sticking_matrix(n, n_stuck, contacts):
 
 
 @kernel
-def share(n_stuck, contacts):
+def share_friction(n_stuck, contacts):
     """Overwrite rhs with the least solution of A la = rhs, by proximal iterations on (A + shift)."""
     A, factor, rhs, residual = contacts.A, contacts.factor, contacts.rhs, contacts.residual
     if n_stuck == 1:

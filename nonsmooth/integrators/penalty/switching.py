@@ -19,7 +19,7 @@ from nonsmooth.integrators.penalty.rates import (
     K,
     contact_rates,
     find_forces,
-    share,
+    share_friction,
     sticking_matrix,
 )
 from nonsmooth.integrators.radau.events import EVENT_ROUNDINGS
@@ -147,7 +147,7 @@ def change_mode(sys, t, x, which, contacts, out):
         contacts.mode[i] = ContactMode.SLIDE.value
         contacts.slip[i] = -1 if contacts.la[i, 1] > 0.0 else 1
         return Status.RUNNING
-    return settle(sys, t, x, i, contacts, out)
+    return find_sticking(sys, t, x, i, contacts, out)
 
 
 @kernel
@@ -176,11 +176,11 @@ def close_contact(sys, t, x, i, contacts, out):
         return Status.RUNNING
     if abs(contacts.gamma[i, 1]) > rounded_speed(sys, contacts):
         return Status.RUNNING
-    return settle(sys, t, x, i, contacts, out)
+    return find_sticking(sys, t, x, i, contacts, out)
 
 
 @kernel
-def settle(sys, t, x, arrested, contacts, out):
+def find_sticking(sys, t, x, arrested, contacts, out):
     """Let a contact stick, and every other that slides without velocity; then let go, one by one, those that would hold
     too much."""
     n_c = sys.n_c
@@ -221,7 +221,7 @@ def stop_sliding(sys, x, contacts):
             rhs[n_stuck] = -contacts.gamma[i, 1]
             n_stuck += 1
     sticking_matrix(n, n_stuck, contacts)
-    share(n_stuck, contacts)
+    share_friction(n_stuck, contacts)
     for a in range(n_stuck):
         b = work.start[stuck[a] + 1] - 1
         for j in range(n):

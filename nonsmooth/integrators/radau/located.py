@@ -31,24 +31,24 @@ AT_START, AT_RESUMPTION, AT_VANISHED_STEP = -2, -3, -4
 # derived: rows of a contact at one moment: what happens, the solutions of its impact, those of its forces
 EVENTS_AT_ONCE = 3
 
-# switch(sys, every, state, record, memory) -> Status: the modes after the event that waits, and the rows of a jump
-SWITCH = "int64(int64, int64, int64, int64, int64)"
-switch_at = Callback(SWITCH)
-# accept(sys, t, state, memory) -> Status: the step that was tried is taken, to the time t
-ACCEPT = "int64(int64, float64, int64, int64)"
-accept_at = Callback(ACCEPT)
-# take(sys, t, x, is_within, state, memory) -> Status: the header of the state x, whose rates were evaluated; one within
-# a step has no gaps yet
-TAKE = "int64(int64, float64, float64[::1], boolean, int64, int64)"
-take_at = Callback(TAKE)
+# change_modes(sys, every, state, record, memory) -> Status: the modes after the event that waits, the rows of a jump
+CHANGE_MODES = "int64(int64, int64, int64, int64, int64)"
+change_modes_at = Callback(CHANGE_MODES)
+# accept_step(sys, t, state, memory) -> Status: the step that was tried is taken, to the time t
+ACCEPT_STEP = "int64(int64, float64, int64, int64)"
+accept_step_at = Callback(ACCEPT_STEP)
+# fill_header(sys, t, x, is_within, state, memory) -> Status: the header of the state x, whose rates were evaluated; of
+# one within a step the gaps were not
+FILL_HEADER = "int64(int64, float64, float64[::1], boolean, int64, int64)"
+fill_header_at = Callback(FILL_HEADER)
 
 
 class Located(Block):
     """What the loop needs, first in the memory of a method, which says the sizes of ``ode`` and ``events``."""
 
-    switch: Handle  # of ``switch_at``, and so on
-    accept: Handle
-    take: Handle
+    change_modes: Handle  # of ``change_modes_at``, and so on
+    accept_step: Handle
+    fill_header: Handle
     waiting: int  # the event that is to be handled, NO_EVENT or a code
     stalls: int  # events in a row without any motion
     first_step: float  # [s] the longest step until one is taken
@@ -74,7 +74,7 @@ def run(sys_at, schedule_at, max_steps, state_at, record_at, memory_at):
     state.now = ode.clock.now
     goes_on = status == Status.RUNNING or status == Status.FINISHED  # else the header stays where the step began
     if goes_on and memory.waiting != AT_START:
-        take_at(memory.take, sys_at, state.now, ode.x, False, state_at, memory_at)
+        fill_header_at(memory.fill_header, sys_at, state.now, ode.x, False, state_at, memory_at)
     take_counts(ode, state)
     return status
 
@@ -122,7 +122,7 @@ def handle_event(sys, every, state, record, memory):
         memory.stalls += 1
         if memory.stalls > MAX_STALLS * memory.events.armed.shape[0]:
             return Status.CHATTERING.value
-    status = switch_at(memory.switch, address(sys), every, address(state), address(record), address(memory))
+    status = change_modes_at(memory.change_modes, address(sys), every, address(state), address(record), address(memory))
     if status == Status.RUNNING:
         memory.waiting = NO_EVENT
     return status
@@ -133,7 +133,7 @@ def take_step(sys, t_1, schedule, state, record, memory):
     """Take the step that was tried, to the time t_1, and write the rows that are due; returns a Status."""
     ode, every, t = memory.ode, schedule.every, memory.ode.clock.now
     begin_polynomial(t, sys.n, ode, record.steps)
-    status = accept_at(memory.accept, address(sys), t_1, address(state), address(memory))
+    status = accept_step_at(memory.accept_step, address(sys), t_1, address(state), address(memory))
     if status != Status.RUNNING:
         return status
     ode.clock.now, memory.first_step = t_1, math.inf
@@ -163,14 +163,14 @@ def write_rows(sys, t, t_1, schedule, state, record, memory):
         is_written = True
     if is_written:  # the forces and the header of the end of the step
         status = rates_at(ode.rates, address(sys), ode.context, t_1, ode.x, ode.f)
-        take_at(memory.take, address(sys), t_1, ode.x, False, address(state), address(memory))
+        fill_header_at(memory.fill_header, address(sys), t_1, ode.x, False, address(state), address(memory))
     return status
 
 
 @kernel
 def write_state(sys, t, x, is_within, state, record, memory):
     """Append a row of the state x, whose rates were evaluated; returns a Status."""
-    status = take_at(memory.take, address(sys), t, x, is_within, address(state), address(memory))
+    status = fill_header_at(memory.fill_header, address(sys), t, x, is_within, address(state), address(memory))
     if status == Status.RUNNING:
         append_row(t, x, state, record, memory)
     return status
@@ -184,8 +184,8 @@ def append_row(t, x, state, record, memory):
 
 
 class LocatesEvents(Integrator):
-    """A method of this loop; ``callbacks`` are its rates, event functions, ``switch``, ``accept`` and ``take``, and its
-    memory a `Located` that ends in ``contacts`` and what else these need."""
+    """A method of this loop. Its ``callbacks`` are the rates, the event functions, ``change_modes``, ``accept_step``
+    and ``fill_header``; its memory is a `Located` with ``contacts``, and what else these need."""
 
     locates_events = True
     has_forces = True
@@ -199,7 +199,7 @@ class LocatesEvents(Integrator):
     def set_handles(self, sys: Sys, handles: Handles, memory: Any) -> None:
         """What the loop calls."""
         ode, events = memory.ode, memory.events
-        ode.rates, events.functions, memory.switch, memory.accept, memory.take = handles.callbacks
+        ode.rates, events.functions, memory.change_modes, memory.accept_step, memory.fill_header = handles.callbacks
         ode.context = handles.of(memory.contacts)
 
     def suspects(self, schedule: Schedule, state: State, memory: Any) -> list[Suspect]:

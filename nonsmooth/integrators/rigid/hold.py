@@ -31,7 +31,7 @@ LINEARISATIONS = 4  # derived: the drift of a step is small: each squares it
 
 
 @kernel
-def hold(sys, t, x, with_friction, contacts):
+def hold_constraints(sys, t, x, with_friction, contacts):
     """Move the state back onto the constraints of its modes, positions first; returns a Status.
 
     A rebound that is given up (with_friction) is taken off with the friction that belongs to its impulse. The gaps are
@@ -61,7 +61,7 @@ def hold(sys, t, x, with_friction, contacts):
     for e in range(m):
         contacts.b[e] = -contacts.gamma[contacts.contact[e], contacts.part[e]]
     solve_equations(m, contacts)
-    move(sys, m, n, with_friction, x, contacts)
+    add_corrections(sys, m, n, with_friction, x, contacts)
     return Status.RUNNING
 
 
@@ -88,12 +88,12 @@ def move_positions(sys, t, m, x, contacts):
                 contacts.b[e] = -work.g_N[i]
     if contacts.numbers.drift > 0.0:
         solve_equations(m, contacts)
-        move(sys, m, 0, False, x, contacts)
+        add_corrections(sys, m, 0, False, x, contacts)
     return True
 
 
 @kernel
-def move(sys, m, first, with_friction, x, contacts):
+def add_corrections(sys, m, first, with_friction, x, contacts):
     """Add the columns of the equations, times z, to the coordinates (first = 0) or the velocities (first = n) of x.
 
     A velocity that cancels to rounding becomes exactly 0. With friction z are impulses, and booked.

@@ -119,7 +119,7 @@ def rigid_events(sys_at, contacts_at, t, x, out):
         kind, mode = sys.kinds[i, 0], contacts.mode[i]
         force = contacts.numbers.rtol * contacts.size[i] if contacts.is_shared[i] == 0 else BROKEN_FORCE
         if kind == UNILATERAL:
-            out[e + CLOSURE] = work.g_N[i] if mode == ContactMode.OPEN else of_load(la[i, 0], i, contacts)
+            out[e + CLOSURE] = work.g_N[i] if mode == ContactMode.OPEN else force_function(la[i, 0], i, contacts)
             out[E + e + CLOSURE] = length if mode == ContactMode.OPEN else force
         if mode == ContactMode.SLIDE:
             if contacts.ratio[i] != 0.0 or depends_on_speed(sys.laws, i):
@@ -128,12 +128,12 @@ def rigid_events(sys_at, contacts_at, t, x, out):
             if kind == BILATERAL:
                 if contacts.several[i] == 0 and slides_alone(sys, i, contacts):
                     out[e + UNIQUE] = uniqueness(i, contacts)
-                out[e + SIGN] = of_load(contacts.sign[i] * la[i, 0], i, contacts)
+                out[e + SIGN] = force_function(contacts.sign[i] * la[i, 0], i, contacts)
                 out[E + e + SIGN] = force
         elif mode == ContactMode.STICK:
-            most = static_coefficient(sys.laws, i) * pressing(la[i, 0], la[i, 1], i, contacts)
-            out[e + FORWARD] = of_load(most + la[i, 1], i, contacts)
-            out[e + BACKWARD] = of_load(most - la[i, 1], i, contacts)
+            most = static_coefficient(sys.laws, i) * pressing_force(la[i, 0], la[i, 1], i, contacts)
+            out[e + FORWARD] = force_function(most + la[i, 1], i, contacts)
+            out[e + BACKWARD] = force_function(most - la[i, 1], i, contacts)
             out[E + e + FORWARD] = out[E + e + BACKWARD] = force
     out[E - 1] = contacts.numbers.determinant - SINGULAR_SLIDE
     out[2 * E - 1] = 0.0
@@ -141,7 +141,7 @@ def rigid_events(sys_at, contacts_at, t, x, out):
 
 
 @kernel
-def pressing(la_N, la_F, i, contacts):
+def pressing_force(la_N, la_F, i, contacts):
     """|la_N| of a contact that sticks: sigma la_N, which is smooth, unless nothing pulls or no single force is known.
 
     What nothing pulls at does not let go where la_N passes zero.
@@ -150,7 +150,7 @@ def pressing(la_N, la_F, i, contacts):
 
 
 @kernel
-def of_load(value, i, contacts):
+def force_function(value, i, contacts):
     """The event function of a force: of redundant contacts it falls at once where no share is admissible any more."""
     if contacts.is_shared[i] == 0:
         return value
