@@ -15,7 +15,7 @@ from typing import Annotated as Array
 from typing import Any
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.contract import LOOP, Handles, Integrator, Schedule, Suspect
+from nonsmooth.integrators.contract import EVENTS_AT_ONCE, LOOP, Handles, Integrator, Schedule, Suspect
 from nonsmooth.integrators.radau.events import MAX_STALLS, NO_EVENT, TOO_LONG, Events, locate_event, longest_step
 from nonsmooth.integrators.radau.header import note_impulses, radau_suspects, state_at_moment, take_counts
 from nonsmooth.integrators.radau.method import SMALLEST_STEP, radau_step
@@ -28,8 +28,6 @@ from nonsmooth.mechanics.sys import Sys
 
 # code: what may wait in place of an event: the start, going on after a stretch of time stepping, a step that vanished
 AT_START, AT_RESUMPTION, AT_VANISHED_STEP = -2, -3, -4
-# derived: rows of a contact at one moment: what happens, the solutions of its impact, those of its forces
-EVENTS_AT_ONCE = 3
 
 # change_modes(sys, every, state, record, memory) -> Status: the modes after the event that waits, the rows of a jump
 CHANGE_MODES = "int64(int64, int64, int64, int64, int64)"
