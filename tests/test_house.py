@@ -122,3 +122,22 @@ def test_no_name_of_a_number_leaves_out_of_what_it_is():
 def test_the_unit_of_rounding_stands_in_one_file():
     written = re.compile(r"finfo\([^)]*\)\.eps\b|float_info|\b2\.2+0?\d*e-16|\b2(\.0)? ?\*\* ?-5[23]")
     assert [str(path) for path in PACKAGE.rglob("*.py") if written.search(path.read_text())] == [str(ROUNDING)]
+
+
+MOST_ARGUMENTS = 8  # chosen: of a kernel; beyond it values travel in the block that has them
+
+
+def kernels_of(path):
+    for node in ast.parse(path.read_text()).body:
+        if isinstance(node, ast.FunctionDef) and any("kernel" in ast.unparse(mark) for mark in node.decorator_list):
+            yield node.name, [argument.arg for argument in node.args.args]
+
+
+def test_kernels_take_few_arguments_and_none_that_the_system_has():
+    """What a model has, its contacts and their laws stand in ``sys``, and in no argument or block beside it."""
+    kernels = [(path.name, *found) for path in sorted(PACKAGE.rglob("*.py")) for found in kernels_of(path)]
+    assert len(kernels) > 500
+    assert [(file, name) for file, name, given in kernels if len(given) > MOST_ARGUMENTS] == []
+    assert [(file, name) for file, name, given in kernels if "has" in given] == []
+    beside = {"kinds", "laws"}
+    assert [(file, name) for file, name, given in kernels if "sys" in given and beside & set(given)] == []

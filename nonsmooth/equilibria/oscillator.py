@@ -33,7 +33,7 @@ def accelerate(sys_at, t, q, u, a, gamma_F, work_at):
             return False
         if not evaluate(sys, FORCE, t, work.q_mid, rate, work.h):
             return False
-        if not evaluate_rows(sys, sys.has, True, t, rate, work):
+        if not evaluate_rows(sys, True, t, rate, work):
             return False
         force = work.h[0]
         for i in range(sys.laws.shape[0]):

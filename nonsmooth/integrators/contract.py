@@ -22,7 +22,8 @@ A method with a fixed step writes no loop: it is a `FixedStep`, and its kernel
 
     status = step(sys, t, dt, state, memory)
 
-takes one step (fixed_step.py). CONTRIBUTING has the recipe, moreau_jean/ the example.
+takes one step (fixed_step.py). Nor does one that integrates with Radau IIA to located events: radau/located.py.
+CONTRIBUTING has the recipe, moreau_jean/ the example.
 """
 
 from __future__ import annotations
@@ -43,6 +44,9 @@ LOOP = "int64(int64, int64, int64, int64, int64, int64)"
 loop_at = Callback(LOOP)
 STEP = "int64(int64, float64, float64, int64, int64)"
 step_at = Callback(STEP)
+# derived: rows of events that a contact may need at one moment, or in a fixed step: an impact, a paradox, what its
+# forces or its mode are then
+EVENTS_AT_ONCE = 3
 
 
 class Schedule(Block):
@@ -84,7 +88,7 @@ class Integrator:
     has_forces: ClassVar[bool] = False  # rather than impulses
     pieces: ClassVar[int] = 1  # polynomials a step, at most
     degree: ClassVar[int] = 0  # and their degree
-    events_at_once: ClassVar[int] = 3  # rows of events that one contact may need at one moment
+    events_at_once: ClassVar[int] = EVENTS_AT_ONCE
     budget: ClassVar[str] = ""  # what is used up where the loop returns BUDGET_SPENT
     hand_over: Integrator | None = None  # who takes over where this one gives up
     callbacks: tuple[Kernel, ...] = ()  # what the memory calls by its address: rates, event functions

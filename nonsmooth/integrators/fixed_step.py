@@ -8,14 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.contract import LOOP, Integrator, Schedule, step_at
+from nonsmooth.integrators.contract import EVENTS_AT_ONCE, LOOP, Integrator, Schedule, step_at
 from nonsmooth.integrators.records import Record, State, is_full, write_row
 from nonsmooth.jit import Kernel, kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP
-
-EVENTS_OF_STEP = 3  # derived: rows of a contact in one step: an impact, a paradox, a change of mode
 
 
 @kernel(LOOP, short_loops=True)
@@ -24,7 +22,7 @@ def run(sys_at, schedule_at, max_steps, state_at, record_at, memory_at):
     sys, schedule = view(sys_at, Sys), view(schedule_at, Schedule)
     state, record = view(state_at, State), view(record_at, Record)
     t_record, dts, steps = schedule.t, schedule.dt, schedule.steps
-    counters, step, events = state.counters, schedule.step, EVENTS_OF_STEP * sys.n_c
+    counters, step, events = state.counters, schedule.step, EVENTS_AT_ONCE * sys.n_c
     if counters.is_begun == 0:
         counters.is_begun = 1
         if not write_record(sys, t_record[0], state, record):

@@ -93,8 +93,8 @@ class Block(metaclass=BlockClass):
         if field is None:
             raise AttributeError(f"{type(self).__name__} has no field {name}")
         at = self._at + field.at
-        if field.axes == 0 and field.block is None:
-            return (self._bits if field.is_whole else self.words)[at]
+        if field.is_handle:
+            return self._bits[at]
         if field.block is not None:
             value: Any = object.__new__(field.block)
             value._become(self.words, self._bits, at, self.__dict__["address"] + WORD * field.at)
@@ -105,13 +105,16 @@ class Block(metaclass=BlockClass):
         return value
 
     def __setattr__(self, name: str, value: Any) -> None:
-        field = fields_of(type(self)).get(name)
-        if field is None or field.axes > 0 or field.block is not None:
-            raise AttributeError(f"{type(self).__name__}.{name} is no number that can be set; fill arrays by [:]")
-        if callable(value) or isinstance(value, Block):  # a handle of the interpreter
-            self.__dict__[name] = value
+        if isinstance(getattr(type(self), name, None), property):
+            object.__setattr__(self, name, value)
             return
-        (self._bits if field.is_whole else self.words)[self._at + field.at] = value
+        field = fields_of(type(self)).get(name)
+        if field is None or not field.is_handle:
+            raise AttributeError(f"{type(self).__name__}.{name} is no number that can be set; fill arrays by [:]")
+        if callable(value) or isinstance(value, Block):  # of the interpreter
+            self.__dict__[name] = value
+        else:
+            self._bits[self._at + field.at] = value
 
     def restore(self, words: np.ndarray) -> None:
         """Take the words of such a block, (m,) as bits, that may be of another process: all but its handles."""
@@ -157,9 +160,25 @@ def fields_of(cls: Any) -> dict[str, Field]:
     at = 0
     for name, hint in typing.get_type_hints(cls, include_extras=True).items():
         if name not in Block.__annotations__:  # those of the base class
-            fields[name] = _field(at, hint)
-            at += fields[name].words
+            fields[name] = field = _field(at, hint)
+            at += field.words
+            if field.axes == 0 and field.block is None and not field.is_handle:
+                setattr(cls, name, _number(field))
     return fields
+
+
+def _number(field: Field) -> property:
+    """What reads and writes a number of a block: found by the interpreter at once, without ``__getattr__``."""
+    place = field.at
+    if field.is_whole:
+        return property(
+            lambda block: block._bits[block._at + place],
+            lambda block, value: block._bits.__setitem__(block._at + place, value),
+        )
+    return property(
+        lambda block: block.words[block._at + place],
+        lambda block, value: block.words.__setitem__(block._at + place, value),
+    )
 
 
 def _field(at: int, hint: Any) -> Field:

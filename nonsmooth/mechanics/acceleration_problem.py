@@ -12,24 +12,21 @@ from __future__ import annotations
 from nonsmooth.errors import Status
 from nonsmooth.jit import kernel
 from nonsmooth.mechanics.contact_problem import (
-    DAMPING_BY_DIFFERENCES,
     ROWS_ARE_CONSTANT,
     ROWS_READ_T,
-    STIFFNESS_BY_DIFFERENCES,
     SURFACES_ARE_CONSTANT,
     apply_inverse,
     delassus,
     evaluate_rows,
+    evaluate_unloaded_rows,
     factor_mass,
     row_velocities,
-    smooth_step,
     stack_rows,
 )
 from nonsmooth.mechanics.sys import evaluate
-from nonsmooth.mechanics.system import DAMPING, GIVEN_FORCE, ROW_RATES, STIFFNESS
+from nonsmooth.mechanics.system import FORCE, GIVEN_FORCE, ROW_RATES
+from nonsmooth.numerics.dense import cholesky_solve
 
-# derived: of the facts of a model, those by which its forces need an implicit step
-IMPLICIT = 1 << DAMPING | 1 << STIFFNESS | DAMPING_BY_DIFFERENCES | STIFFNESS_BY_DIFFERENCES
 # derived: W' u is a fourth-order difference over the time in which the fastest coordinate moves by this much:
 # truncation (1e-4)^4 / 30 and rounding 1e-16 / 1e-4 both stay below 1e-11 of W' u where rows vary over a unit of the
 # coordinates. Where rows or surfaces move with the time it is no more than so many seconds: a slow body says nothing
@@ -38,7 +35,7 @@ ROW_RATE_INCREMENT = 1e-4
 
 
 @kernel
-def acceleration_problem(sys, has, t, q, u, n_k, rates, work):
+def acceleration_problem(sys, t, q, u, n_k, rates, work):
     """Fill work.W, work.G and work.c = b for the contacts listed in work.closed; returns (Status, rows).
 
     ``rates`` is scratch of shape (4, r), r the number of rows.
@@ -46,22 +43,35 @@ def acceleration_problem(sys, has, t, q, u, n_k, rates, work):
     n = sys.n
     for i in range(n):
         work.q_mid[i] = q[i]
-    explicit = has & ~IMPLICIT
-    status = smooth_step(sys, explicit, True, t, 1.0, 0.5, u, work)
+    status = free_acceleration(sys, True, t, u, work)
     if status != Status.RUNNING:
         return status, 0
-    if not find_row_rates(sys, has, row_shift(sys, has, u), t, q, u, n_k, rates, work):
+    if not find_row_rates(sys, row_shift(sys, u), t, q, u, n_k, rates, work):
         return Status.NOT_FINITE, 0
     for i in range(n):
         work.q_mid[i] = q[i]
-    if not evaluate_rows(sys, has, True, t, u, work):
+    if not evaluate_rows(sys, True, t, u, work):
         return Status.NOT_FINITE, 0
     r = stack_rows(sys, n_k, u, work)
-    apply_inverse(sys, explicit, work, r)
+    apply_inverse(sys, False, r, work)
     for k in range(r):
         work.gamma_0[k] = rates[0, k]
     delassus(n, r, work)
     return Status.RUNNING if is_finite(n, r, work) else Status.NOT_FINITE, r
+
+
+@kernel
+def free_acceleration(sys, is_first, t, u, work):
+    """M, h and work.du = M^-1 h at work.q_mid, the acceleration without contacts; returns a Status."""
+    status = factor_mass(sys, is_first, t, u, work)
+    if status != Status.RUNNING:
+        return status
+    if not evaluate(sys, FORCE, t, work.q_mid, u, work.h):
+        return Status.NOT_FINITE.value
+    for i in range(sys.n):
+        work.du[i] = work.h[i]
+    cholesky_solve(sys.n, work.band, work.factor, work.du)
+    return Status.RUNNING.value
 
 
 @kernel
@@ -71,14 +81,13 @@ def constraint_problem(sys, t, q, u, n_k, work):
     n = sys.n
     for i in range(n):
         work.q_mid[i] = q[i]
-    explicit = sys.has & ~IMPLICIT
-    status = factor_mass(sys, explicit, True, t, u, work)
+    status = factor_mass(sys, True, t, u, work)
     if status != Status.RUNNING:
         return status, 0
-    if not evaluate_rows(sys, sys.has, True, t, u, work):
+    if not evaluate_rows(sys, True, t, u, work):
         return Status.NOT_FINITE, 0
     r = stack_rows(sys, n_k, u, work)
-    apply_inverse(sys, explicit, work, r)
+    apply_inverse(sys, False, r, work)
     for i in range(n):
         work.du[i] = 0.0
     delassus(n, r, work)
@@ -99,21 +108,21 @@ def is_finite(n, r, work):
 
 
 @kernel
-def row_shift(sys, has, u):
+def row_shift(sys, u):
     """The time e over which rows are told apart [s]."""
     n = sys.n
-    fastest = 1.0 if has & ROWS_READ_T else 0.0
+    fastest = 1.0 if sys.has & ROWS_READ_T else 0.0
     for i in range(n):
         fastest = max(fastest, abs(u[i]))
     return ROW_RATE_INCREMENT / fastest if fastest > 0.0 else ROW_RATE_INCREMENT
 
 
 @kernel
-def find_row_rates(sys, has, e, t, q, u, n_k, rates, work):
+def find_row_rates(sys, e, t, q, u, n_k, rates, work):
     """rates[0, :r] = W' u + w' of the listed contacts, from the model or by differences along q + e u, to 2 e on each
     side; 0 where neither rows nor surfaces change."""
     n = sys.n
-    if has & (1 << ROW_RATES):
+    if sys.has & (1 << ROW_RATES):
         if not evaluate(sys, ROW_RATES, t, q, u, work.rates):
             return False
         r = 0
@@ -128,14 +137,14 @@ def find_row_rates(sys, has, e, t, q, u, n_k, rates, work):
         return True
     for m in range(rates.shape[1]):
         rates[0, m] = 0.0
-    if has & ROWS_ARE_CONSTANT and has & SURFACES_ARE_CONSTANT:
+    if sys.has & ROWS_ARE_CONSTANT and sys.has & SURFACES_ARE_CONSTANT:
         return True
     r = 0
     for k in range(4):
         offset = (-2.0 * e, -e, e, 2.0 * e)[k]
         for i in range(n):
             work.q_mid[i] = q[i] + offset * u[i]
-        if not evaluate_rows(sys, has, True, t + offset, u, work):
+        if not evaluate_unloaded_rows(sys, True, t + offset, u, work):
             return False
         r = row_velocities(sys, n_k, u, work)
         for m in range(r):

@@ -145,27 +145,27 @@ def _read_facts(system: System) -> int:
 
 
 @kernel
-def smooth_step(sys, has, is_first, t, dt, theta, u, work):
+def smooth_step(sys, is_first, t, dt, theta, u, work):
     """M, h and du = Mhat^-1 dt h at the mid-point; returns a Status."""
     n = sys.n
-    status = factor_mass(sys, has, is_first, t, u, work)
+    status = factor_mass(sys, is_first, t, u, work)
     if status != Status.RUNNING:
         return status
     if not evaluate(sys, FORCE, t, work.q_mid, u, work.h):
         return Status.NOT_FINITE
     for i in range(n):
         work.du[i] = dt * work.h[i]
-    if is_implicit(sys, has):
-        return implicit_step(sys, has, t, dt, theta, u, work)
+    if is_implicit(sys):
+        return implicit_step(sys, t, dt, theta, u, work)
     cholesky_solve(n, work.band, work.factor, work.du)
     return Status.RUNNING
 
 
 @kernel
-def factor_mass(sys, has, is_first, t, u, work):
+def factor_mass(sys, is_first, t, u, work):
     """M at the mid-point and its Cholesky factor; returns a Status."""
     n = sys.n
-    if is_first or not has & MASS_IS_CONSTANT:
+    if is_first or not sys.has & MASS_IS_CONSTANT:
         if not evaluate(sys, MASS, t, work.q_mid, u, work.M):
             return Status.NOT_FINITE.value
         work.band = bandwidth(n, work.M)
@@ -175,15 +175,15 @@ def factor_mass(sys, has, is_first, t, u, work):
 
 
 @kernel
-def is_implicit(sys, has):
-    """Whether the step is linearly implicit in the force."""
-    return has & (1 << DAMPING | 1 << STIFFNESS | DAMPING_BY_DIFFERENCES | STIFFNESS_BY_DIFFERENCES) != 0
+def is_implicit(sys):
+    """Whether a step is linearly implicit in the force."""
+    return sys.has & (1 << DAMPING | 1 << STIFFNESS | DAMPING_BY_DIFFERENCES | STIFFNESS_BY_DIFFERENCES) != 0
 
 
 @kernel
-def implicit_step(sys, has, t, dt, theta, u, work):
+def implicit_step(sys, t, dt, theta, u, work):
     """du = Mhat^-1 dt (h - (theta - 1/2) dt K u): the force at the mid-point carried to q_0 + theta dt u."""
-    n = sys.n
+    n, has = sys.n, sys.has
     if has & DAMPING_BY_DIFFERENCES:
         for i in range(n):
             work.trial[i] = work.du[i]
@@ -233,11 +233,11 @@ def difference_forces(sys, t, q, u, by_velocity, work):
 
 
 @kernel
-def apply_inverse(sys, has, work, m):
-    """X = W Mhat^-1 for the first m rows."""
+def apply_inverse(sys, with_implicit, m, work):
+    """X = W Mhat^-1 for the first m rows, or W M^-1 without the implicit part."""
     n = sys.n
     W, X = work.W, work.X
-    if is_implicit(sys, has):
+    if with_implicit:
         rhs, Mhat, order, trial = work.rhs, work.Mhat, work.order, work.trial
         for r in range(m):
             for i in range(n):
@@ -253,11 +253,20 @@ def apply_inverse(sys, has, work, m):
 
 
 @kernel
-def evaluate_rows(sys, has, is_first, t, u, work):
-    """W_N, W_F, w_N, w_F and N at the mid-point; False if a model function raised, or w or N is not finite.
+def evaluate_rows(sys, is_first, t, u, work):
+    """Rows and given normal forces at the mid-point; False if a model function raised, or w or N is not finite.
 
     NaN in the rows comes out in the velocities; in w and N it would decide on a mode: max(0, N) is 0 then.
     """
+    if not evaluate_unloaded_rows(sys, is_first, t, u, work):
+        return False
+    return not sys.has & (1 << NORMAL_FORCE) or find_loads(sys, t, u, work)
+
+
+@kernel
+def evaluate_unloaded_rows(sys, is_first, t, u, work):
+    """W_N, W_F, w_N and w_F at the mid-point; False if a model function raised, or w is not finite."""
+    has = sys.has
     if is_first or not has & ROWS_ARE_CONSTANT:
         if has & (1 << NORMAL) and not evaluate(sys, NORMAL, t, work.q_mid, u, work.W_N):
             return False
@@ -268,11 +277,9 @@ def evaluate_rows(sys, has, is_first, t, u, work):
             return False
         if has & (1 << SURFACE_VELOCITY) and not evaluate(sys, SURFACE_VELOCITY, t, work.q_mid, u, work.w_F):
             return False
-    if has & (1 << NORMAL_FORCE) and not evaluate(sys, NORMAL_FORCE, t, work.q_mid, u, work.N):
-        return False
     total = 0.0
     for i in range(work.w_N.shape[0]):
-        total += 0.0 * work.w_N[i] + 0.0 * work.N[i]
+        total += 0.0 * work.w_N[i]
         for axis in range(work.w_F.shape[1]):
             total += 0.0 * work.w_F[i, axis]
     return total == 0.0
@@ -374,7 +381,7 @@ def carry_to_ends(sys, t, dt, n_k, q, u, work, there):
         there.q_mid[i] = q[i] + dt * u[i]
     for k in range(n_k):
         there.closed[k] = work.closed[k]
-    if not evaluate_rows(sys, sys.has, True, t + dt, u, there):
+    if not evaluate_rows(sys, True, t + dt, u, there):
         return False
     r = row_velocities(sys, n_k, u, there)
     gamma_0, gamma_1, c = work.gamma_0, there.gamma_0, work.c

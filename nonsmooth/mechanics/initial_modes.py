@@ -24,7 +24,7 @@ def initial_modes(sys, t, state, work):
     if n_c > 0:
         if sys.has & (1 << GAP) and not evaluate(sys, GAP, t, work.q_mid, u, work.g_N):
             return RAISED
-        if not evaluate_rows(sys, sys.has, True, t, u, work):
+        if not evaluate_rows(sys, True, t, u, work):
             return RAISED
     length, speed, surface = 0.0, 0.0, 0.0
     for j in range(n):

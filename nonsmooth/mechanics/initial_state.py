@@ -84,12 +84,14 @@ def examine_state(system: System, model: Model, has: int, t: float, q: np.ndarra
     wrong = []
     for i, (kind, d) in enumerate(system.kinds.tolist()):
         at = (gamma_N[i], gamma_F[i], *allowed)
-        judged = (judge_contact(kind, g_N[i], *at, False), judge_contact(kind, 0.0, *at, False))
-        for contradiction in dict.fromkeys(situation for situation in judged if situation in CONTRADICTIONS):
-            wrong.append(
-                CONTRADICTIONS[Situation(contradiction)].format(i=i, g_N=g_N[i], depth=-g_N[i], gamma_N=gamma_N[i])
-            )
-        mode[i] = name_mode(judge_contact(kind, g_N[i], *at, True), d)
+        situation = judge_contact(kind, g_N[i], *at, False)
+        if situation in CONTRADICTIONS:
+            for contradiction in dict.fromkeys((situation, judge_contact(kind, 0.0, *at, False))):
+                if contradiction in CONTRADICTIONS:
+                    words = CONTRADICTIONS[Situation(contradiction)]
+                    wrong.append(words.format(i=i, g_N=g_N[i], depth=-g_N[i], gamma_N=gamma_N[i]))
+            situation = judge_contact(kind, g_N[i], *at, True)
+        mode[i] = name_mode(situation, d)
         if mode[i] == ContactMode.SLIDE:
             slip[i] = 1 if gamma_F[i] > 0.0 else -1
     message = f"the initial state is not admissible: {'; '.join(wrong)}. project=True moves it." if wrong else ""

@@ -183,7 +183,6 @@ class Points:
         n_c = max(1, system.n_c)
         room = kept if n_c == 1 else max(kept, FORCES_KEPT)
         forces = new(Forces, n=system.n_u, n_c=system.n_c, d=system.d, kept=room)
-        forces.kinds[:], forces.laws[:] = system.kinds, system.laws
         if is_redundant:
             decide_redundant(forces, model.is_compiled)
         compiled = self.natural if states is None else None

@@ -48,7 +48,7 @@ def search_points(sys_at, natural, t, forces_at, table_at):
     """Fill the results of every point."""
     sys = view(sys_at, Sys)
     table, forces = view(table_at, Table), view(forces_at, Forces)
-    s, p, x, q, u, laws = table.s, sys.p, table.x, table.q, table.u, forces.laws
+    s, p, x, q, u, laws = table.s, sys.p, table.x, table.q, table.u, sys.laws
     n_q = q.shape[0]
     for m in range(table.values.shape[1]):
         set_point(m, sys, table)
@@ -69,8 +69,8 @@ def search_points(sys_at, natural, t, forces_at, table_at):
         outcome, found, n_k, _ = forces_at_state(sys_at, t, q, u, forces_at)
         table.outcome[m] = outcome
         table.number[m] = found
-        write_coefficients(m, n_k, forces, table)
-        write_solutions(m, found, n_k, forces, table)
+        write_coefficients(sys, m, n_k, forces, table)
+        write_solutions(sys, m, found, n_k, forces, table)
 
 
 @kernel
@@ -84,11 +84,10 @@ def set_point(m, sys, table):
 
 
 @kernel
-def write_coefficients(m, n_k, forces, table):
+def write_coefficients(sys, m, n_k, forces, table):
     """p, b and gamma_F of each closed contact; nan where a contact is open or has no such row."""
-    work, kinds = forces.work, forces.kinds
-    nan = math.nan
-    for i in range(kinds.shape[0]):
+    work, kinds, nan = forces.work, sys.kinds, math.nan
+    for i in range(sys.n_c):
         table.p_s[m, i] = nan
         table.b[m, i] = nan
         table.gamma_F[m, i] = forces.gamma[i, 1]
@@ -106,9 +105,9 @@ def write_coefficients(m, n_k, forces, table):
 
 
 @kernel
-def write_solutions(m, found, n_k, forces, table):
+def write_solutions(sys, m, found, n_k, forces, table):
     """Normal forces and modes of the solutions that are kept, in places of n_c; beyond them nan and NO_SOLUTION."""
-    kinds, n_c = forces.kinds, forces.kinds.shape[0]
+    kinds, n_c = sys.kinds, sys.n_c
     kept = table.modes.shape[1] // n_c
     for j in range(kept * n_c):
         is_one = j < found * n_c

@@ -139,14 +139,12 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
     model = model_of(system)
     inspect_instant(system, t, q, u, model)
     has = model_facts(system)
-    block = kept_block(has, system.n_u, system.n_c, system.d)
+    arrays = kept_block(has, system.n_u, system.n_c, system.d)
     sys = new_sys(system, model.handle, has)
-    arrays = block
-    arrays.kinds[:], arrays.laws[:] = system.kinds, system.laws
     search = forces_at_state if model.is_compiled else interpreted(forces_at_state)
     if model.is_compiled:
         load_all(ENTRY_POINTS)
-    handles = (sys.address, block.address) if model.is_compiled else (sys, block)
+    handles = (sys.address, arrays.address) if model.is_compiled else (sys, arrays)
     outcome, _, n, r = search(handles[0], t, q, u, handles[1])
     islands = int(arrays.island[:n].max(initial=-1)) + 1
     if (arrays.outcome[:islands] == Outcome.SINGULAR).any():

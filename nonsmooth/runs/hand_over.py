@@ -27,7 +27,7 @@ from nonsmooth.mechanics.initial_state import project_state
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.recorder import Steps
 from nonsmooth.runs.run import Run, Snapshot
-from nonsmooth.runs.times import RecordTimes, Timetable
+from nonsmooth.runs.times import Timetable, listed
 
 STRETCH_PART = 1e-4  # chosen: of the span: what stands for the step of an integrator that chooses its steps
 STRETCH_STEPS = 50  # chosen: steps of the time stepper until events are followed again
@@ -139,7 +139,7 @@ def begin_stretch(run: HandingRun, stepper: Integrator, t: float, t_end: float) 
     nodes = np.arange(t, t_end, stepper.dt) if isinstance(stepper, FixedStep) else [t]
     times = np.unique(np.concatenate((nodes, within, [t_end])))
     every = 0 if isinstance(stepper, FixedStep) else min(int(run.schedule.every), 1)
-    table = Timetable(stepper, RecordTimes(len(times), lambda first, stop: times[first:stop]), every)
+    table = Timetable(stepper, listed(times), every)
     other = Run(run.system, stepper, table, run.state.q.copy(), run.state.u.copy(), run.selection, project=False)
     other.state.mode[:], other.state.slip[:] = run.state.mode, run.state.slip
     if run.record.steps.is_kept:

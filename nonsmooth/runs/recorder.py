@@ -82,7 +82,8 @@ class Recorder:
 
     def records(self, run: Ongoing) -> Columns:
         """All rows; of an unfinished run with a fixed step, and of one that has no row yet, also the state it is in."""
-        written = Columns(*(column[: run.record.counts.rows] for column in columns_of(run.record)))
+        count = run.record.counts.rows
+        written = Columns(*(column[:count] for column in columns_of(run.record)))
         parts = [*self.rows, written]
         if run.status != Status.FINISHED and run.state.counters.step > 0:
             parts.append(run.present_row())
@@ -106,7 +107,8 @@ class Recorder:
 
 def new_rows(record: Record) -> Columns:
     """Take the rows out of a record."""
-    rows = Columns(*(column[: record.counts.rows].copy() for column in columns_of(record)))
+    count = record.counts.rows
+    rows = Columns(*(column[:count].copy() for column in columns_of(record)))
     record.counts.rows = 0
     return rows
 

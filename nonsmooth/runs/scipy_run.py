@@ -15,18 +15,11 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.penalty.loop import (
-    MAX_STALLS,
-    accept,
-    begin_run,
-    evaluate_contacts,
-    switch,
-    take_state,
-    write_state,
-)
+from nonsmooth.integrators.penalty.loop import change_modes, evaluate_contacts, fill_header, note_step
 from nonsmooth.integrators.penalty.options import Penalty
-from nonsmooth.integrators.radau.events import EVENT_ROUNDINGS, NO_EVENT
+from nonsmooth.integrators.radau.events import EVENT_ROUNDINGS, MAX_STALLS, NO_EVENT
 from nonsmooth.integrators.radau.header import take_counts
+from nonsmooth.integrators.radau.located import AT_START, append_row
 from nonsmooth.integrators.radau.stages import GAMMA
 from nonsmooth.integrators.records import N_FUNCTIONS
 from nonsmooth.jit import Kernel, interpreted
@@ -64,7 +57,7 @@ class ScipyRun(Run):
         except ValueError:  # the root of an event function has no bracket on the solver's own interpolant
             return Status.NOT_SOLVED
         finally:
-            interpreted(take_state)(ode.clock.now, ode.x, self.state, self.memory)
+            interpreted(fill_header)(self.sys, ode.clock.now, ode.x, False, self.state, self.memory)
             interpreted(take_counts)(ode, self.state)
 
     def _to_next_event(self) -> int:
@@ -72,8 +65,7 @@ class ScipyRun(Run):
         set_handles(self.integrator, self.model.is_compiled, self.sys, self.schedule, self.memory)
         rates, functions = ode.rates, self.memory.events.functions
         if not self.state.counters.is_begun:
-            self._accept(self._call(begin_run, self.memory))
-            self._write(ode.clock.now, ode.x)
+            self._switch(AT_START)
             self.state.counters.is_begun = 1
         if self.state.counters.n_events + self.system.n_c > len(self.state.events):
             return Status.RUNNING
@@ -86,15 +78,19 @@ class ScipyRun(Run):
         self.stalls += 1
         if self.stalls > MAX_STALLS * N_FUNCTIONS * self.system.n_c:
             return Status.CHATTERING
-        self._accept(self._call(switch, which, self.state, self.memory))
-        self.memory.events.found.handled = which
+        self._switch(which)
         return Status.RUNNING
+
+    def _switch(self, event: int) -> None:
+        """What follows an event, or the start."""
+        self.memory.waiting = event
+        self._accept(self._call(change_modes, int(self.schedule.every), self.state, self.record, self.memory))
 
     def _solve(self, rates: Any, functions: Any) -> tuple[int, int]:
         """(the event that ended it, RUNNING), NO_EVENT at the end, or the status of a failure."""
         from scipy.integrate import solve_ivp
 
-        ode, contacts = self.memory.ode, self.memory.contacts
+        ode = self.memory.ode
         start, end = float(ode.clock.now), float(self.schedule.t[-1])
         if not end > start:
             return NO_EVENT, Status.RUNNING
@@ -125,7 +121,7 @@ class ScipyRun(Run):
         self._record(found, start, moment)
         ode.clock.now, ode.x[:] = moment, found.y[:, -1]
         for _ in found.t[1:]:
-            interpreted(accept)(self.state, contacts, ode)
+            interpreted(note_step)(moment, self.state, self.memory)
         return which, Status.RUNNING
 
     def _steps_over_saddle(self, rates: Any, found: Any) -> bool:
@@ -164,7 +160,8 @@ class ScipyRun(Run):
         self._evaluate(self.memory.ode.rates, t, x)
         if self.record.counts.rows == len(self.record.t):
             self.recorder.take(self, Status.RUNNING)
-        interpreted(write_state)(t, x, self.state, self.record, self.memory)
+        interpreted(fill_header)(self.sys, t, x, False, self.state, self.memory)
+        interpreted(append_row)(t, x, self.state, self.record, self.memory)
 
     def _evaluate(self, function: Any, t: float, x: np.ndarray) -> np.ndarray:
         out = np.zeros(max(len(x), 2 * N_FUNCTIONS * self.system.n_c))

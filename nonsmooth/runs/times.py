@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +22,12 @@ class RecordTimes:
 
     count: int
     part: Callable[[int, int], np.ndarray]  # part(first, stop): the times of the records first, ..., stop - 1
+    span: tuple[float, float]  # the first and the last [s]
+
+
+def listed(t: np.ndarray) -> RecordTimes:
+    """Times [s] that are held all."""
+    return RecordTimes(len(t), lambda first, stop: t[first:stop], (float(t[0]), float(t[-1])))
 
 
 @dataclass(frozen=True)
@@ -44,7 +49,7 @@ class Timetable:
 
     def schedule(self, first: int = 0, stop: int | None = None) -> Schedule:
         """The block of the records first, ..., stop - 1 that the loop reads."""
-        t_0, t_1 = self.span
+        t_0, t_1 = self.times.span
         t = self.times.part(first, self.count if stop is None else stop)
         return schedule_of(self.integrator, t, self.every, t_1 - t_0)
 
@@ -53,17 +58,17 @@ class Timetable:
         """The number of times."""
         return self.times.count
 
-    @functools.cached_property
+    @property
     def span(self) -> tuple[float, float]:
         """Start and end [s]."""
-        return float(self.times.part(0, 1)[0]), float(self.times.part(self.count - 1, self.count)[-1])
+        return self.times.span
 
 
 def make_timetable(integrator: Integrator, t_span: tuple[float, float], every: int, t_eval: Any) -> Timetable:
     """The record times of an integrator."""
     if not isinstance(integrator, FixedStep):
         t, every = record_times(t_span, every, t_eval)
-        return Timetable(integrator, RecordTimes(len(t), lambda first, stop: t[first:stop]), every)
+        return Timetable(integrator, listed(t), every)
     return Timetable(integrator, grid_times(integrator, t_span, every, t_eval), 0)
 
 
@@ -81,7 +86,7 @@ def grid_times(integrator: FixedStep, t_span: tuple[float, float], every: int, t
     t_0, t_1 = as_span(t_span)
     if t_eval is not None:
         given = as_record_times(t_eval, t_0, t_1)
-        return RecordTimes(len(given), lambda first, stop: given[first:stop])
+        return listed(given)
     every = as_count("every", every)
     stride = integrator.dt * every
     if not (t_1 - t_0) / integrator.dt < 2**62 or (t_1 > t_0 and t_0 + integrator.dt == t_0):
@@ -97,7 +102,7 @@ def grid_times(integrator: FixedStep, t_span: tuple[float, float], every: int, t
             t[-1] = t_1  # not a rounding away
         return t
 
-    return RecordTimes(whole + has_rest, part)
+    return RecordTimes(whole + has_rest, part, (t_0, t_1))
 
 
 def as_span(t_span: tuple[float, float]) -> tuple[float, float]:

@@ -14,7 +14,7 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.jit import cache, internals, kernel, rare_kernel
-from nonsmooth.jit.blocks import Block, Floats, Handle, new, view
+from nonsmooth.jit.blocks import Block, Floats, Handle, head_words, new, view
 from nonsmooth.jit.fingerprint import COPIED
 from nonsmooth.jit.internals import (
     EntryLibrary,
@@ -387,3 +387,22 @@ def test_words_of_another_process_leave_the_handles_of_this_one():
     here.restore(there.words.view(np.int64))
     assert (here.call, here.inner.call) == (1, 2)
     assert (here.x.tolist(), here.inner.n, here.t) == ([1.0, 2.0, 3.0], 5, 0.5)
+
+
+class Longer(Outer):
+    last: int
+
+
+def test_numbers_of_a_block_are_words_of_its_head_and_nothing_else_is_set():
+    """Also of a block that begins as another one does, and of one in a block."""
+    block = new(Longer, n=2)
+    block.t, block.inner.n, block.last = 0.25, 7, -3
+    block.t += 0.5
+    head = block.words[: head_words(Longer)]
+    assert 0.75 in head and {7, -3} <= set(head.view(np.int64).tolist())
+    assert (block.t, block.inner.n, block.last) == (0.75, 7, -3) and new(Longer, n=2).t == 0.0
+    for name in ("x", "inner", "unknown"):
+        with pytest.raises(AttributeError, match="is no number that can be set"):
+            setattr(block, name, 1.0)
+    block.call = len  # of the interpreter
+    assert block.call is len

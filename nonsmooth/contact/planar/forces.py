@@ -31,7 +31,7 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem
 from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, row_velocities
-from nonsmooth.mechanics.laws import LAW_WIDTH, friction_coefficient, static_coefficient
+from nonsmooth.mechanics.laws import friction_coefficient, static_coefficient
 from nonsmooth.mechanics.situation import Situation, find_situation, tolerances_of_state
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import BILATERAL, GAP, GIVEN_FORCE
@@ -46,8 +46,6 @@ class Forces(Block, most=MAX_CONTACTS, kept=FORCES_KEPT, c="max(1, n_c)", r="max
     """Arrays of the search for forces. c = contacts, r = rows."""
 
     work: Work
-    kinds: Array[Ints, "n_c", 2]  # of the system
-    laws: Array[Floats, "n_c", LAW_WIDTH]
     rates: Array[Floats, 4, "r"]
     situation: Array[Ints, "c"]  # of every contact
     gamma: Array[Floats, "c", 2]  # gamma_N, gamma_F of every contact
@@ -84,10 +82,10 @@ class Outcome(IntEnum):
     short_loops=True,
 )
 def forces_at_state(sys_at, t, q, u, forces_at):
-    """All contact forces at a state: (outcome, solutions, closed contacts, rows). ``forces`` has the kinds and laws."""
+    """All contact forces at a state: (outcome, solutions, closed contacts, rows)."""
     sys = view(sys_at, Sys)
     forces = view(forces_at, Forces)
-    if forces.kinds.shape[0] == 0:
+    if sys.n_c == 0:
         return Outcome.COMPLETE.value, 1, 0, 0
     n_k = list_closed(sys, t, q, u, forces)
     if n_k < 0:
@@ -107,8 +105,8 @@ def forces_at_state(sys_at, t, q, u, forces_at):
 @kernel
 def forces_of_closed(sys, t, q, u, n_k, forces):
     """All forces of the n_k contacts in work.closed, whose slip and gamma are known: (outcome, solutions, rows)."""
-    work, kinds, laws = forces.work, forces.kinds, forces.laws
-    status, r = acceleration_problem(sys, sys.has, t, q, u, n_k, forces.rates, work)
+    work, kinds, laws = forces.work, sys.kinds, sys.laws
+    status, r = acceleration_problem(sys, t, q, u, n_k, forces.rates, work)
     if status != Status.RUNNING:
         return Outcome.NOT_FINITE.value, 0, r
     for k in range(n_k):
@@ -117,14 +115,14 @@ def forces_of_closed(sys, t, q, u, n_k, forces):
         forces.mu[k] = friction_coefficient(laws, i, v) if kinds[i, 1] > 0 else 0.0
         forces.mu_static[k] = static_coefficient(laws, i) if kinds[i, 1] > 0 else 0.0
         forces.normal[k] = max(0.0, work.N[i])
-    outcome, found = find_forces(n_k, forces)
+    outcome, found = find_forces(sys, n_k, forces)
     return outcome, found, r
 
 
 @kernel
 def list_closed(sys, t, q, u, forces):
     """Fill work.closed and the situation of every contact; their number, -1 if inadmissible, -2 if not finite."""
-    work, kinds, situation, gamma = forces.work, forces.kinds, forces.situation, forces.gamma
+    work, kinds, situation, gamma = forces.work, sys.kinds, forces.situation, forces.gamma
     n_c, length, speed = kinds.shape[0], 0.0, 0.0
     for j in range(u.shape[0]):
         work.q_mid[j] = q[j]
@@ -132,7 +130,7 @@ def list_closed(sys, t, q, u, forces):
         speed = max(speed, abs(u[j]))
     if sys.has & (1 << GAP) and not evaluate(sys, GAP, t, q, u, work.g_N):
         return -2
-    if not evaluate_rows(sys, sys.has, True, t, u, work):
+    if not evaluate_rows(sys, True, t, u, work):
         return -2
     for i in range(n_c):
         work.closed[i] = i
@@ -163,14 +161,14 @@ def list_closed(sys, t, q, u, forces):
 
 
 @kernel
-def find_forces(n_k, forces):
+def find_forces(sys, n_k, forces):
     """The solutions of every island of the problem in forces.work for given slip signs: (Outcome of the island that
     was least complete, number of solutions of all)."""
     outcome, total = Outcome.COMPLETE.value, 1
-    for island in range(list_islands(n_k, forces)):
+    for island in range(list_islands(sys, n_k, forces)):
         forces.outcome[island], forces.number[island] = Outcome.COMPLETE.value, 1
         if is_asked(island, n_k, forces):
-            forces.outcome[island], forces.number[island] = find_forces_of(island, n_k, forces)
+            forces.outcome[island], forces.number[island] = find_forces_of(sys, island, n_k, forces)
         outcome = max(outcome, forces.outcome[island])
         total = min(MOST_COUNTED, total * forces.number[island])
     return outcome, total
@@ -186,7 +184,7 @@ def is_asked(island, n_k, forces):
 
 
 @kernel
-def list_islands(n_k, forces):
+def list_islands(sys, n_k, forces):
     """Number the islands of the closed contacts; returns how many."""
     work = forces.work
     for k in range(n_k):
@@ -194,7 +192,7 @@ def list_islands(n_k, forces):
         is_sliding = forces.slip[k] != 0
         forces.held[k] = width
         if is_sliding:
-            forces.held[k] = 0 if forces.kinds[work.closed[k], 0] == GIVEN_FORCE else 1
+            forces.held[k] = 0 if sys.kinds[work.closed[k], 0] == GIVEN_FORCE else 1
     return find_held_islands(n_k, work.start, forces.held, work.G, forces.island)
 
 
@@ -207,14 +205,14 @@ def solution_of(number, island, forces):
 
 
 @kernel
-def find_forces_of(island, n_k, forces):
+def find_forces_of(sys, island, n_k, forces):
     """Every solution of one island: (Outcome, number)."""
     reduced, planar, tree = forces.reduced, forces.planar, forces.planar.tree
     found = 0
     outcome = Outcome.COMPLETE.value
-    pairs = count_pairs(island, n_k, forces)
+    pairs = count_pairs(sys, island, n_k, forces)
     for signs in range(pairs):
-        n = reduce_problem(island, n_k, signs, forces)
+        n = reduce_problem(sys, island, n_k, signs, forces)
         if n > planar.island.shape[0] or pairs * leaves(n, reduced.kinds, MAX_MODES) > MAX_MODES:
             return Outcome.TOO_MANY.value, 0
         number = 1
@@ -226,25 +224,25 @@ def find_forces_of(island, n_k, forces):
         elif not is_complete:
             number = enumerate_redundant(address(reduced), forces.K, address(planar))
         for m in range(min(number, tree.modes.shape[0])):
-            found += keep_solution(island, n_k, m, found, forces)
+            found += keep_solution(sys, island, n_k, m, found, forces)
         if number > tree.modes.shape[0]:
             found += number - tree.modes.shape[0]
     return outcome, found
 
 
 @kernel
-def count_pairs(island, n_k, forces):
+def count_pairs(sys, island, n_k, forces):
     """Number of combinations of the signs of la_N at the bilateral contacts of an island that slide."""
     pairs = 1
     for k in range(n_k):
-        is_bilateral = forces.kinds[forces.work.closed[k], 0] == BILATERAL
+        is_bilateral = sys.kinds[forces.work.closed[k], 0] == BILATERAL
         if forces.island[k] == island and is_bilateral and forces.slip[k] != 0 and pairs <= MAX_MODES:
             pairs *= 2
     return pairs
 
 
 @kernel
-def reduce_problem(island, n_k, signs, forces):
+def reduce_problem(sys, island, n_k, signs, forces):
     """The problem of an island without the friction rows of contacts that slide, for one choice of the bilateral
     signs; returns the number of its contacts."""
     work, slip, reduced, start = forces.work, forces.slip, forces.reduced, forces.reduced.start
@@ -253,7 +251,7 @@ def reduce_problem(island, n_k, signs, forces):
     for k in range(n_k):
         if forces.island[k] != island:
             continue
-        kind, d = forces.kinds[work.closed[k], 0], forces.kinds[work.closed[k], 1]
+        kind, d = sys.kinds[work.closed[k], 0], sys.kinds[work.closed[k], 1]
         forces.sigma[k] = 1
         is_sliding = slip[k] != 0
         if is_sliding and kind == BILATERAL:
@@ -271,44 +269,44 @@ def reduce_problem(island, n_k, signs, forces):
         n += 1
     reduced.n, reduced.r, start[n] = n, r, r
     for a in range(r):
-        reduce_row(a, n_k, forces)
+        reduce_row(sys, a, n_k, forces)
     return n
 
 
 @kernel
-def reduce_row(a, n_k, forces):
+def reduce_row(sys, a, n_k, forces):
     """Row a of the reduced problem."""
     work, slip, reduced, start, row = forces.work, forces.slip, forces.reduced, forces.reduced.start, forces.reduced.row
-    reduced.c[a] = reduced_free(n_k, row[a], forces)
+    reduced.c[a] = reduced_free(sys, n_k, row[a], forces)
     for m in range(reduced.n):
         k = reduced.place[m]
         for e in range(start[m], start[m + 1]):
             reduced.G[a, e] = forces.K[a, e] = work.G[row[a], row[e]]
         if slip[k] != 0:
             f = -slip[k] * forces.mu[k] * forces.sigma[k]
-            if forces.kinds[work.closed[k], 1] > 0:
+            if sys.kinds[work.closed[k], 1] > 0:
                 reduced.G[a, start[m]] += f * work.G[row[a], work.start[k] + 1]
 
 
 @kernel
-def reduced_free(n_k, row, forces):
+def reduced_free(sys, n_k, row, forces):
     """Free acceleration of a row, with the friction of contacts that slide under a given normal force."""
     work = forces.work
     total = work.c[row]
     for k in range(n_k):
-        if forces.slip[k] != 0 and forces.kinds[work.closed[k], 0] == GIVEN_FORCE:
+        if forces.slip[k] != 0 and sys.kinds[work.closed[k], 0] == GIVEN_FORCE:
             total -= work.G[row, work.start[k]] * forces.slip[k] * forces.mu[k] * forces.normal[k]
     return total
 
 
 @kernel
-def keep_solution(island, n_k, m, found, forces):
+def keep_solution(sys, island, n_k, m, found, forces):
     """Write solution m of the reduced problem among those found of its island; 0 if its la_N contradicts the signs
     tried, else 1."""
     work, tree, slip, sigma, reduced = forces.work, forces.planar.tree, forces.slip, forces.sigma, forces.reduced
     for a in range(reduced.n):
         k = reduced.place[a]
-        if slip[k] != 0 and forces.kinds[work.closed[k], 0] == BILATERAL:
+        if slip[k] != 0 and sys.kinds[work.closed[k], 0] == BILATERAL:
             la_N = tree.solutions[m, reduced.start[a]]
             if sigma[k] * la_N < 0.0 or (la_N == 0.0 and sigma[k] < 0):
                 return 0

@@ -49,23 +49,23 @@ def event_values(sys, t, y, run, out):
     E = run.f_0.shape[0]
     for e in range(E):
         out[e] = function[e]
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         e = N_FUNCTIONS * i
-        if contacts.kinds[i, 0] == GIVEN_FORCE:
+        if sys.kinds[i, 0] == GIVEN_FORCE:
             out[e + CLOSURE] = load(i, run)
     return status
 
 
 @kernel
-def set_bands(run):
+def set_bands(sys, run):
     """The bands of the functions that were evaluated last."""
     contacts, function = run.contacts, run.function
     E = run.f_0.shape[0]
     for e in range(E):
         run.band[e] = max(0.0, function[E + e])
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         e = N_FUNCTIONS * i
-        if contacts.kinds[i, 0] == GIVEN_FORCE:
+        if sys.kinds[i, 0] == GIVEN_FORCE:
             run.heaviest[i] = max(run.heaviest[i], abs(contacts.work.N[i]))
             run.band[e + CLOSURE] = contacts.numbers.rtol * run.heaviest[i]
         elif contacts.mode[i] == ContactMode.OPEN:
@@ -94,7 +94,7 @@ def find_rises(m, run):
 
 
 @kernel
-def arm(run):
+def arm_functions(run):
     """Arm the functions that are above their bands at the beginning of a step."""
     for e in range(run.armed.shape[0]):
         if run.f_0[e] > run.band[e]:
@@ -226,11 +226,11 @@ def find_event(sys_at, t, H, j, state_at, run_at):
         status = values_within(sys, t, H, place, state, run)
         if status != Status.RUNNING:
             return status, NOWHERE
-        if fallen(run.f_in, place, run) == BEYOND:
+        if find_fallen(run.f_in, place, run) == BEYOND:
             return enclose(sys, t, H, low, place, state, run)
         low = place
         place = next_suspect(low, j + 1, run)
-    how = fallen(run.f_1, 1.0, run)
+    how = find_fallen(run.f_1, 1.0, run)
     ends = run.counters.is_located == 1 and how == BEYOND and not has_slope(run.f_1, run)
     if not is_known and (how != BEYOND or ends):
         status = event_values(sys, t + H, run.x, run, run.f_1)  # the forces at the end are known again
@@ -244,12 +244,12 @@ def find_event(sys_at, t, H, j, state_at, run_at):
 
 
 @kernel
-def only_enters_region(run):
+def only_enters_region(sys, run):
     """Whether nothing has fallen but the function that tells that a second force fits a bilateral slide."""
     enters = False
     for e in range(run.f_1.shape[0]):
         if run.f_1[e] < threshold(e, 1.0, run):
-            if not enters_region(e, run.contacts):
+            if not enters_region(sys, e, run.contacts):
                 return False
             enters = True
     return enters
@@ -263,7 +263,7 @@ def values_within(sys, t, H, place, state, run):
 
 
 @kernel
-def fallen(f, place, run):
+def find_fallen(f, place, run):
     """How far the function has fallen that has fallen farthest: STANDS, WITHIN its band, or BEYOND."""
     how = STANDS
     for e in range(f.shape[0]):
@@ -308,7 +308,7 @@ def enclose(sys, t, H, low, high, state, run):
             part = min(1.0 - NARROW_ENCLOSURE, max(NARROW_ENCLOSURE, v_low / (v_low - v_high)))
         middle = low + part * (high - low)
         status = values_within(sys, t, H, middle, state, run)
-        how, value = fallen(run.f_in, middle, run), lowest(run.f_in, middle, run)
+        how, value = find_fallen(run.f_in, middle, run), lowest(run.f_in, middle, run)
         if how == WITHIN:
             return status, middle
         if how == BEYOND:

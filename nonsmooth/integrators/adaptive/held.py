@@ -20,7 +20,7 @@ from nonsmooth.integrators.adaptive.state import THETA, Extrapolation
 from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS, new_velocity
 from nonsmooth.integrators.records import CLOSURE, FRICTION, N_FUNCTIONS, SIGN, book_energy
 from nonsmooth.integrators.rigid.modes import BACKWARD, FORWARD, list_islands
-from nonsmooth.integrators.rigid.rates import of_load, pressing, solve_island
+from nonsmooth.integrators.rigid.rates import force_function, pressing_force, solve_island
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
@@ -35,7 +35,7 @@ from nonsmooth.mechanics.contact_problem import (
     apply_inverse,
     delassus,
     difference_forces,
-    evaluate_rows,
+    evaluate_unloaded_rows,
     find_loads,
     is_implicit,
     row_velocities,
@@ -77,16 +77,16 @@ def held_step(sys_at, t, dt, k, run_at):
     sys = view(sys_at, Sys)
     run = view(run_at, Extrapolation)
     contacts, trial, work = run.contacts, run.trial, run.contacts.work
-    has, n = contacts.facts.has, trial.q.shape[0]
+    has, n = sys.has, trial.q.shape[0]
     run.counters.substeps += 1
-    n_k = list_closed(contacts)
-    status, r = prepare(sys, t, dt, n_k, run)
+    n_k = list_closed(sys, contacts)
+    status, r = prepare_step(sys, t, dt, n_k, run)
     if status != Status.RUNNING:
         return status
     for j in range(n):
         run.u_mid[j] = trial.u[j]
     for _ in range(2 if has & READS_U else 1):
-        status = push(sys, t + 0.5 * dt, dt, n_k, r, run)
+        status = find_new_velocity(sys, t + 0.5 * dt, dt, n_k, r, run)
         if status != Status.RUNNING:
             return status
         for j in range(n):
@@ -96,16 +96,16 @@ def held_step(sys_at, t, dt, k, run_at):
         total += 0.0 * (work.u_1[j] * work.u_1[j])
     if total != 0.0:
         return Status.NOT_FINITE.value
-    take_samples(k, dt, n_k, run)
-    book(sys, dt, n_k, run)
+    take_samples(sys, k, dt, n_k, run)
+    book_step(sys, dt, n_k, run)
     return Status.RUNNING.value
 
 
 @kernel
-def list_closed(contacts):
+def list_closed(sys, contacts):
     """List the contacts that are not open; returns their number."""
     n_k = 0
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         if contacts.mode[i] != ContactMode.OPEN:
             contacts.work.closed[n_k] = i
             n_k += 1
@@ -113,14 +113,14 @@ def list_closed(contacts):
 
 
 @kernel
-def prepare(sys, t, dt, n_k, run):
+def prepare_step(sys, t, dt, n_k, run):
     """What does not depend on the forces: gaps, M, Mhat, rows and their rates, G. Returns (Status, rows)."""
     n = sys.n
-    contacts, trial, work = run.contacts, run.trial, run.contacts.work
-    has, t_mid, u = contacts.facts.has, t + 0.5 * dt, trial.u
+    trial, work = run.trial, run.contacts.work
+    has, t_mid, u = sys.has, t + 0.5 * dt, trial.u
     for j in range(n):
         work.q_mid[j] = trial.q[j] + 0.5 * dt * u[j]
-    if n_k < contacts.kinds.shape[0] and not evaluate(sys, GAP, t_mid, work.q_mid, u, work.g_N):
+    if n_k < sys.n_c and not evaluate(sys, GAP, t_mid, work.q_mid, u, work.g_N):
         return Status.NOT_FINITE.value, 0
     if run.is_known[0] == 0 or not has & MASS_IS_CONSTANT:
         if not evaluate(sys, MASS, t_mid, work.q_mid, u, work.M):
@@ -129,7 +129,7 @@ def prepare(sys, t, dt, n_k, run):
         if not cholesky(n, work.band, work.M, work.factor):
             return Status.MASS_NOT_POSITIVE.value, 0
         run.is_known[0] = 1
-    if is_implicit(sys, has):
+    if is_implicit(sys):
         status = find_jacobians(sys, t_mid, dt, run)
         if status != Status.RUNNING:
             return status, 0
@@ -137,11 +137,11 @@ def prepare(sys, t, dt, n_k, run):
         return Status.RUNNING.value, 0
     for i in range(work.N.shape[0]):
         work.N[i] = 0.0  # the loads are those at u_mid: find_loads
-    if not evaluate_rows(sys, has & ~(1 << NORMAL_FORCE), run.is_known[1] == 0, t_mid, u, work):
+    if not evaluate_unloaded_rows(sys, run.is_known[1] == 0, t_mid, u, work):
         return Status.NOT_FINITE.value, 0
     run.is_known[1] = 1
     r = stack_rows(sys, n_k, u, work)
-    apply_inverse(sys, has, work, r)
+    apply_inverse(sys, is_implicit(sys), r, work)
     is_finite = carry_velocities(sys, t, dt, n_k, r, run)
     return Status.RUNNING.value if is_finite else Status.NOT_FINITE.value, r
 
@@ -150,8 +150,8 @@ def prepare(sys, t, dt, n_k, run):
 def find_jacobians(sys, t_mid, dt, run):
     """C, K and the factors of Mhat; differences are taken in the first plain step of an adaptive one only."""
     n = sys.n
-    contacts, work, u = run.contacts, run.contacts.work, run.trial.u
-    has, is_first = contacts.facts.has, run.counters.has_jacobian == 0
+    work, u = run.contacts.work, run.trial.u
+    has, is_first = sys.has, run.counters.has_jacobian == 0
     if is_first and has & (DAMPING_BY_DIFFERENCES | STIFFNESS_BY_DIFFERENCES):
         if not evaluate(sys, FORCE, t_mid, work.q_mid, u, work.h):
             return Status.NOT_FINITE.value
@@ -187,21 +187,20 @@ def carry_velocities(sys, t, dt, n_k, r, run):
     """
     n = sys.n
     contacts, there, work = run.contacts, run.step.there, run.contacts.work
-    has, q, u = contacts.facts.has, run.trial.q, run.trial.u
+    has, q, u = sys.has, run.trial.q, run.trial.u
     for k in range(r):
         run.rate[k] = 0.0
     if not has & ROWS_ARE_CONSTANT or not has & SURFACES_ARE_CONSTANT:
-        rows = has & ~(1 << NORMAL_FORCE)
         for k in range(n_k):
             there.closed[k] = work.closed[k]
-        e = row_shift(sys, has, u)
+        e = row_shift(sys, u)
         if has & ROWS_READ_T:
             e = max(0.25 * dt, SHIFT_ROUNDING * e)
-        if not find_row_rates(sys, rows, e, t + 0.5 * dt, work.q_mid, u, n_k, contacts.rates, there):
+        if not find_row_rates(sys, e, t + 0.5 * dt, work.q_mid, u, n_k, contacts.rates, there):
             return False
         for j in range(n):
             there.q_mid[j] = q[j]
-        if not evaluate_rows(sys, rows, True, t, u, there):
+        if not evaluate_unloaded_rows(sys, True, t, u, there):
             return False
         row_velocities(sys, n_k, u, there)
         for k in range(r):
@@ -217,14 +216,14 @@ def carry_velocities(sys, t, dt, n_k, r, run):
 
 
 @kernel
-def push(sys, t_mid, dt, n_k, r, run):
+def find_new_velocity(sys, t_mid, dt, n_k, r, run):
     """The velocities work.u_1 after the step, by the forces at u_mid; returns a Status."""
     n = sys.n
-    contacts, work, u = run.contacts, run.contacts.work, run.trial.u
-    has = contacts.facts.has
+    work, u = run.contacts.work, run.trial.u
+    has = sys.has
     if not evaluate(sys, FORCE, t_mid, work.q_mid, run.u_mid, work.h):
         return Status.NOT_FINITE.value
-    if is_implicit(sys, has):
+    if is_implicit(sys):
         for i in range(n):
             for j in range(n):
                 work.h[i] += work.C[i, j] * (run.u_mid[j] - u[j])
@@ -248,15 +247,14 @@ def push(sys, t_mid, dt, n_k, r, run):
 @kernel
 def find_impulses(sys, dt, n_k, r, run):
     """work.P from the equations of the modes, island by island; redundant contacts share their load."""
-    n = sys.n
     contacts, work = run.contacts, run.contacts.work
     varies = set_friction(sys, dt, n_k, run)
     for k in range(n_k):
         i = work.closed[k]
-        if contacts.kinds[i, 0] == GIVEN_FORCE:
+        if sys.kinds[i, 0] == GIVEN_FORCE:
             work.P[work.start[k]] = contacts.la[i, 1]
-    for island in range(list_islands(n_k, contacts)):
-        for e in range(solve_island(island, n, n_k, False, contacts)):
+    for island in range(list_islands(sys, n_k, contacts)):
+        for e in range(solve_island(sys, island, n_k, False, contacts)):
             i, a = contacts.contact[e], contacts.row[e]
             work.P[a] = contacts.z[e]
             if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:
@@ -274,14 +272,14 @@ def set_friction(sys, dt, n_k, run):
     varies = False
     for k in range(n_k):
         i = work.closed[k]
-        is_given = contacts.kinds[i, 0] == GIVEN_FORCE
+        is_given = sys.kinds[i, 0] == GIVEN_FORCE
         if is_given:
             contacts.la[i, 0] = dt * work.N[i] if run.is_loaded[i] == 1 else 0.0
             contacts.la[i, 1] = 0.0
         if contacts.mode[i] != ContactMode.SLIDE:
             continue
         s = contacts.slip[i]
-        varies = varies or depends_on_speed(contacts.laws, i)
+        varies = varies or depends_on_speed(sys.laws, i)
         mu = coefficient(sys, i, s * work.gamma_0[work.start[k + 1] - 1])
         contacts.ratio[i] = -s * mu * contacts.sign[i]
         if is_given:
@@ -335,7 +333,7 @@ def linearise_friction(sys, k, r, run):
     step = SLOPE * (abs(v) + abs(work.gamma_0[b]) + abs(gamma))
     mu = coefficient(sys, i, v)
     slope = (coefficient(sys, i, v + step) - mu) / step if step > 0.0 else 0.0
-    is_given = contacts.kinds[i, 0] == GIVEN_FORCE
+    is_given = sys.kinds[i, 0] == GIVEN_FORCE
     normal = contacts.la[i, 0] if is_given else contacts.sign[i] * P[b - 1]
     for c in range(r):
         contacts.factor[b, c] = G[b, b] * 0.5 * slope * normal * G[b, c]  # s^2 = 1
@@ -346,37 +344,37 @@ def linearise_friction(sys, k, r, run):
 
 
 @kernel
-def take_samples(k, dt, n_k, run):
+def take_samples(sys, k, dt, n_k, run):
     """The event functions of the k-th plain step of a row: of forces and gaps in its middle, of sliding at its end."""
     contacts, work = run.contacts, run.contacts.work
     for e in range(run.sample.shape[1]):
         run.sample[k, e] = 1.0
-    for i in range(contacts.kinds.shape[0]):
-        if contacts.mode[i] == ContactMode.OPEN and contacts.kinds[i, 0] == UNILATERAL:
+    for i in range(sys.n_c):
+        if contacts.mode[i] == ContactMode.OPEN and sys.kinds[i, 0] == UNILATERAL:
             run.sample[k, N_FUNCTIONS * i + CLOSURE] = work.g_N[i]
     r = work.start[n_k] if n_k > 0 else 0
     for m in range(n_k):
         i, a, b = work.closed[m], work.start[m], work.start[m + 1] - 1
-        e, kind, mode = N_FUNCTIONS * i, contacts.kinds[i, 0], contacts.mode[i]
+        e, kind, mode = N_FUNCTIONS * i, sys.kinds[i, 0], contacts.mode[i]
         normal = work.P[a] / dt
         if kind == GIVEN_FORCE:
             normal = max(0.0, work.N[i])
             run.sample[k, e + CLOSURE] = load(i, run)
         elif kind == UNILATERAL:
-            run.sample[k, e + CLOSURE] = of_load(normal, i, contacts)
+            run.sample[k, e + CLOSURE] = force_function(normal, i, contacts)
         if mode == ContactMode.SLIDE:
-            if contacts.ratio[i] != 0.0 or depends_on_speed(contacts.laws, i):
+            if contacts.ratio[i] != 0.0 or depends_on_speed(sys.laws, i):
                 gamma = work.c[b]
                 for c in range(r):
                     gamma += work.G[b, c] * work.P[c]
                 run.sample[k, e + FRICTION] = contacts.slip[i] * gamma
             if kind == BILATERAL:
-                run.sample[k, e + SIGN] = of_load(contacts.sign[i] * normal, i, contacts)
+                run.sample[k, e + SIGN] = force_function(contacts.sign[i] * normal, i, contacts)
         elif mode == ContactMode.STICK:
             pull = work.P[b] / dt
-            most = static_coefficient(contacts.laws, i) * pressing(normal, pull, i, contacts)
-            run.sample[k, e + FORWARD] = of_load(most + pull, i, contacts)
-            run.sample[k, e + BACKWARD] = of_load(most - pull, i, contacts)
+            most = static_coefficient(sys.laws, i) * pressing_force(normal, pull, i, contacts)
+            run.sample[k, e + FORWARD] = force_function(most + pull, i, contacts)
+            run.sample[k, e + BACKWARD] = force_function(most - pull, i, contacts)
 
 
 @kernel
@@ -387,13 +385,12 @@ def load(i, run):
 
 
 @kernel
-def book(sys, dt, n_k, run):
+def book_step(sys, dt, n_k, run):
     """Move to the end of the step; book energy and impulses."""
     n = sys.n
-    contacts, trial, work = run.contacts, run.trial, run.contacts.work
-    kinds = contacts.kinds
-    book_energy(sys, dt, THETA, is_implicit(sys, contacts.facts.has), n_k, trial, work)
-    for i in range(kinds.shape[0]):
+    trial, work, kinds = run.trial, run.contacts.work, sys.kinds
+    book_energy(sys, dt, THETA, is_implicit(sys), n_k, trial, work)
+    for i in range(sys.n_c):
         for m in range(trial.P.shape[1]):
             trial.P[i, m] = 0.0
     for k in range(n_k):

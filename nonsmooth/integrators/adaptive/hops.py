@@ -13,19 +13,19 @@ With it the motion after the flight is the same, to the tolerance. Compare the b
 from __future__ import annotations
 
 from nonsmooth.integrators.adaptive.held import coefficient, list_closed
-from nonsmooth.integrators.adaptive.scales import closed_gap
+from nonsmooth.integrators.adaptive.scales import closed_gap, mode_when_closed
 from nonsmooth.integrators.adaptive.substep import DROPPED
 from nonsmooth.integrators.rigid.modes import DISTINCT_ROWS, decompose, list_equations, solve_equations
 from nonsmooth.jit import kernel, rare_kernel
-from nonsmooth.mechanics.acceleration_problem import IMPLICIT, find_row_rates, row_shift
+from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
 from nonsmooth.mechanics.contact_problem import apply_inverse, delassus, evaluate_rows, stack_rows
 from nonsmooth.mechanics.system import GIVEN_FORCE, UNILATERAL, ContactMode
 
 
 @kernel
-def may_hop(i, run):
+def may_hop(sys, i, run):
     """Whether contact i has just parted."""
-    is_open = run.contacts.kinds[i, 0] == UNILATERAL and run.contacts.mode[i] == ContactMode.OPEN
+    is_open = sys.kinds[i, 0] == UNILATERAL and run.contacts.mode[i] == ContactMode.OPEN
     return is_open and run.gamma_1[i] > 0.0 and run.g_1[i] <= closed_gap(i, run)
 
 
@@ -36,36 +36,36 @@ def drop_hops(sys, t, run):
     Of the state run.x accelerations are in contacts.work.du, and run.g_1, run.gamma_1 are known.
     """
     contacts, work, n = run.contacts, run.contacts.work, run.contacts.q.shape[0]
-    has, n_c = contacts.facts.has, contacts.kinds.shape[0]
+    n_c = sys.n_c
     parts = False
     for i in range(n_c):
         work.closed[i] = i
-        parts = parts or may_hop(i, run)
+        parts = parts or may_hop(sys, i, run)
     if not parts:
         return False
     for j in range(n):
         contacts.q[j], contacts.u[j] = run.x[j], run.x[n + j]
-    shift = row_shift(sys, has, contacts.u)
-    if not find_row_rates(sys, has, shift, t, contacts.q, contacts.u, n_c, contacts.rates, work):
+    if not find_row_rates(sys, row_shift(sys, contacts.u), t, contacts.q, contacts.u, n_c, contacts.rates, work):
         return False
     for j in range(n):
         work.q_mid[j] = contacts.q[j]
-    if not evaluate_rows(sys, has, True, t, contacts.u, work):
+    if not evaluate_rows(sys, True, t, contacts.u, work):
         return False
     stack_rows(sys, n_c, contacts.u, work)
-    if not close_hops(n, run):
+    if not close_hops(sys, run):
         return False
     throw_down(sys, run)
     return True
 
 
 @kernel
-def close_hops(n, run):
+def close_hops(sys, run):
     """Give the contacts that hop the modes in which they come down; whether there are any."""
+    n = sys.n
     contacts, work, any_hops = run.contacts, run.contacts.work, False
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         r = work.start[i]
-        if not may_hop(i, run):
+        if not may_hop(sys, i, run):
             continue
         a, v = contacts.rates[0, r], run.gamma_1[i]
         for j in range(n):
@@ -73,11 +73,10 @@ def close_hops(n, run):
         if v * v > -2.0 * a * DROPPED * run.tol_g[i]:
             continue
         any_hops = True
-        contacts.mode[i], contacts.slip[i] = ContactMode.LOCKED.value, 0
-        if contacts.kinds[i, 1] > 0:
-            slips = abs(work.gamma_0[r + 1]) > run.tol_slip[i]
-            contacts.mode[i] = ContactMode.SLIDE.value if slips else ContactMode.STICK.value
-            contacts.slip[i] = (1 if work.gamma_0[r + 1] > 0.0 else -1) if slips else 0
+        gamma_F = work.gamma_0[r + 1] if sys.kinds[i, 1] > 0 else 0.0
+        contacts.mode[i], contacts.slip[i] = mode_when_closed(sys, i, gamma_F, run), 0
+        if contacts.mode[i] == ContactMode.SLIDE:
+            contacts.slip[i] = 1 if gamma_F > 0.0 else -1
     return any_hops
 
 
@@ -86,9 +85,9 @@ def throw_down(sys, run):
     """The velocities of run.x by the impulses that hold the modes; redundant ones are left to the constraints."""
     n = sys.n
     contacts, work = run.contacts, run.contacts.work
-    kinds, n_k, explicit = contacts.kinds, list_closed(contacts), contacts.facts.has & ~IMPLICIT
+    kinds, n_k = sys.kinds, list_closed(sys, contacts)
     r = stack_rows(sys, n_k, contacts.u, work)
-    apply_inverse(sys, explicit, work, r)
+    apply_inverse(sys, False, r, work)
     delassus(n, r, work)
     for k in range(n_k):
         i = work.closed[k]
@@ -96,7 +95,7 @@ def throw_down(sys, run):
             s = contacts.slip[i]
             mu = coefficient(sys, i, s * work.gamma_0[work.start[k + 1] - 1])
             contacts.ratio[i] = -s * mu * contacts.sign[i]
-    m = list_equations(n_k, contacts)
+    m = list_equations(sys, n_k, contacts)
     for e in range(m):
         contacts.b[e] = -work.gamma_0[contacts.row[e]]
     smallest = decompose(m, True, contacts)

@@ -20,7 +20,7 @@ import math
 
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.events import event_values, values_within
-from nonsmooth.integrators.adaptive.scales import instant
+from nonsmooth.integrators.adaptive.scales import length_of_instant
 from nonsmooth.integrators.adaptive.state import NOWHERE, VELOCITY_DEGREE
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.numerics.rounding import spacing
@@ -66,7 +66,7 @@ def keep_forces(run):
 def note_forces(sys, t_1, run):
     """The accelerations at the end of the step, to run.force_1; returns a Status. With contacts they are known."""
     status = Status.RUNNING.value
-    if run.contacts.kinds.shape[0] == 0:
+    if sys.n_c == 0:
         status = event_values(sys, t_1, run.x, run, run.f_1)
     for i in range(run.force_1.shape[0]):
         run.force_1[i] = run.contacts.work.du[i]
@@ -112,7 +112,7 @@ def find_jump(sys, t, H, j, state, run):
         status, place = jump_between_nodes(sys, t, H, m, state, run)
     if run.counters.jumps > 0 and status == Status.RUNNING and place == NOWHERE:
         status, place = jump_between_places(sys, t, H, state, run)
-    if status == Status.RUNNING and run.contacts.kinds.shape[0] > 0:
+    if status == Status.RUNNING and sys.n_c > 0:
         status = event_values(sys, t + H, run.x, run, run.f_1)  # the forces at the end are known again
     return status, place
 
@@ -252,7 +252,7 @@ def size_of_rest(which, run):
 @kernel
 def end_before(place, H, run):
     """Whether there is a step that ends where the forces jump, which is asked for: else the jump is at hand."""
-    if not place * H > instant(run):
+    if not place * H > length_of_instant(run):
         return False
     run.clock.cut = place * H
     run.counters.at_jump = 1

@@ -14,10 +14,10 @@ from __future__ import annotations
 import math
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive.events import arm, event_values, only_enters_region, set_bands
+from nonsmooth.integrators.adaptive.events import arm_functions, event_values, only_enters_region, set_bands
 from nonsmooth.integrators.adaptive.jumps import keep_forces
 from nonsmooth.integrators.adaptive.polynomial import STEP_PIECES, keep_event, keep_smooth
-from nonsmooth.integrators.adaptive.scales import instant, observe, set_tolerances
+from nonsmooth.integrators.adaptive.scales import evaluate_gaps, length_of_instant, set_tolerances
 from nonsmooth.integrators.adaptive.state import (
     DECIDE,
     FIRST_STEP,
@@ -26,7 +26,7 @@ from nonsmooth.integrators.adaptive.state import (
     Extrapolation,
 )
 from nonsmooth.integrators.adaptive.step import AT_EVENT, AT_ONCE, FAILED_STEP_PART, SMOOTH, UNRESOLVED, try_step
-from nonsmooth.integrators.adaptive.switch import EVENTS_AT_INSTANT, decide
+from nonsmooth.integrators.adaptive.switch import EVENTS_AT_INSTANT, decide_modes
 from nonsmooth.integrators.adaptive.table import FASTEST
 from nonsmooth.integrators.adaptive.through import step_through
 from nonsmooth.integrators.contract import LOOP, Schedule
@@ -75,9 +75,9 @@ def advance(sys, schedule, max_steps, state, record, run):
     for k in range(2):
         run.step.is_known[k], run.is_known[k] = 0, 0
     if state.counters.is_begun == 0:
-        if not begin(sys, schedule.span, state, run):
+        if not begin_run(sys, schedule.span, state, run):
             return Status.NOT_FINITE.value
-        write_state(clock.now, state, run, record)
+        write_state(sys, clock.now, state, run, record)
         state.counters.is_begun, record.counts.next = 1, 1
     for _ in range(max_steps):
         t = clock.now
@@ -88,15 +88,15 @@ def advance(sys, schedule, max_steps, state, record, run):
             return Status.RUNNING.value
         if is_spent(t_record[end] - t_record[0], run):
             return Status.BUDGET_SPENT.value
-        set_tolerances(run)
+        set_tolerances(sys, run)
         if counters.to_do == DECIDE:
             counters.has_forces = 0
-            status, has_jumped = decide(sys_at, t, state_at, run_at)
+            status, has_jumped = decide_modes(sys_at, t, state_at, run_at)
             collect(state, run.trial)
             if status != Status.RUNNING:
                 return status
             if has_jumped and every > 0:
-                write_state(t, state, run, record)
+                write_state(sys, t, state, run, record)
             continue
         stop = t_record[record.counts.next] if every == 0 else t_record[end]
         goes_through = counters.to_do == GO_THROUGH
@@ -126,27 +126,27 @@ def advance(sys, schedule, max_steps, state, record, run):
         if goes_through:
             status = end_stretch(sys, t_1, H, state, run)
         else:
-            end_smooth(t_1, H, state, run)
-        accept(t_1, state, run)
+            end_smooth(sys, t_1, H, state, run)
+        accept_step(sys, t_1, state, run)
         if status != Status.RUNNING:
             return status
         if is_last and every == 0:
             record.counts.next += 1
         at_event = counters.to_do != GO_ON
         if (is_last and every == 0) or (every > 0 and (state.counters.steps % every == 0 or at_event or is_last)):
-            write_state(t_1, state, run, record)
+            write_state(sys, t_1, state, run, record)
     return Status.RUNNING.value
 
 
 @kernel
-def begin(sys, span, state, run):
+def begin_run(sys, span, state, run):
     """Take the start from the header, its gaps and scales; False if a model function raised."""
     n, contacts, clock = state.q.shape[0], run.contacts, run.clock
     clock.now, clock.looked, clock.step, clock.cut = state.now, state.now, FIRST_STEP * span, math.inf
     take_system(sys, run)
     for i in range(n):
         run.x[i], run.x[n + i] = state.q[i], state.u[i]
-    if not observe(sys, run.clock.now, run.x, run.g_1, run.gamma_1, run):
+    if not evaluate_gaps(sys, run.clock.now, run.x, run.g_1, run.gamma_1, run):
         return False
     for i in range(state.mode.shape[0]):
         contacts.mode[i], contacts.slip[i], contacts.sign[i] = state.mode[i], state.slip[i], 1
@@ -163,7 +163,7 @@ def take_system(sys, run):
         run.system.p[k] = sys.p[k]
     for i in range(sys.n_c):
         for k in range(sys.laws.shape[1]):
-            run.system.laws[i, k], run.contacts.laws[i, k] = sys.laws[i, k], sys.laws[i, k]
+            run.system.laws[i, k] = sys.laws[i, k]
 
 
 @kernel
@@ -189,7 +189,7 @@ def is_spent(span, run):
 @kernel
 def through_length(run):
     """The length of the next plain steps where no modes last."""
-    run.clock.through = max(run.clock.through, FIRST_THROUGH * instant(run))
+    run.clock.through = max(run.clock.through, FIRST_THROUGH * length_of_instant(run))
     return run.clock.through
 
 
@@ -207,7 +207,7 @@ def go_on(sys, t, H, is_last, state_at, run, run_at):
         if is_cut:
             clock.cut = FASTEST * H
         counters.to_do = GO_THROUGH if counters.at_jump == 1 else GO_ON
-        if outcome == AT_EVENT and not only_enters_region(run):
+        if outcome == AT_EVENT and not only_enters_region(sys, run):
             counters.to_do = DECIDE
         return status, True
     if outcome == AT_ONCE:
@@ -221,11 +221,11 @@ def go_on(sys, t, H, is_last, state_at, run, run_at):
 
 
 @kernel
-def end_smooth(t_1, H, state, run):
+def end_smooth(sys, t_1, H, state, run):
     """The event functions at the end of a step of smooth motion as those at the beginning of the next."""
     clock, counters, contacts = run.clock, run.counters, run.contacts
     n, n_c = state.q.shape[0], state.mode.shape[0]
-    enters = n_c > 0 and only_enters_region(run)
+    enters = n_c > 0 and only_enters_region(sys, run)
     if counters.to_do != GO_ON or enters:
         clock.cut = math.inf
     way = 0.0
@@ -233,7 +233,7 @@ def end_smooth(t_1, H, state, run):
         way = max(way, abs(run.x[i] - state.q[i]) / run.tol[i], abs(run.x[n + i] - state.u[i]) / run.tol[n + i])
     clock.way += way
     counters.has_jacobian = 0
-    if H > QUIET_STEP * instant(run):
+    if H > QUIET_STEP * length_of_instant(run):
         counters.stalls, clock.through = 0, 0.0
     if n_c == 0:
         return
@@ -242,15 +242,15 @@ def end_smooth(t_1, H, state, run):
     counters.is_located = 0
     for e in range(run.f_0.shape[0]):
         run.f_0[e] = run.f_1[e]
-    set_bands(run)
-    arm(run)
-    count_step(state, contacts)
+    set_bands(sys, run)
+    arm_functions(run)
+    count_step(sys, state, contacts)
     for i in range(n_c):
         if contacts.la[i, 1] == 0.0:
-            note_side(i, contacts)
+            note_side(sys, i, contacts)
         e = N_FUNCTIONS * i + UNIQUE
-        if enters and enters_region(e, contacts) and run.f_0[e] < 0.0:
-            note_several(t_1, i, True, state, contacts)
+        if enters and enters_region(sys, e, contacts) and run.f_0[e] < 0.0:
+            note_several(sys, t_1, i, True, state, contacts)
             run.f_0[e] = 1.0
 
 
@@ -270,12 +270,12 @@ def end_stretch(sys, t_1, H, state, run):
     """After plain steps where no modes last: decide anew. Returns a Status."""
     counters = run.counters
     run.clock.through *= FASTEST
-    if H > QUIET_STEP * instant(run):
+    if H > QUIET_STEP * length_of_instant(run):
         counters.stalls = 0
     counters.to_do = DECIDE if state.mode.shape[0] > 0 else GO_ON
     counters.has_jacobian, counters.is_located, counters.has_forces, counters.at_jump = 0, 0, 0, 0
     status = event_values(sys, t_1, run.x, run, run.f_0)
-    set_bands(run)
+    set_bands(sys, run)
     for e in range(run.armed.shape[0]):
         run.armed[e] = 0
     for i in range(state.mode.shape[0]):
@@ -296,7 +296,7 @@ def remember(n, run):
 
 
 @kernel
-def accept(t_1, state, run):
+def accept_step(sys, t_1, state, run):
     """Move to the end of the step, run.x, with its impulses and works."""
     trial, change, n, width = run.trial, run.change, state.q.shape[0], state.P.shape[1]
     for i in range(n):
@@ -308,7 +308,7 @@ def accept(t_1, state, run):
             state.P[i, k] = trial.P[i, k]
             state.P_sum[i, k] += change[end + k]
         end += width
-        if run.contacts.kinds[i, 0] == UNILATERAL:
+        if sys.kinds[i, 0] == UNILATERAL:
             state.worst.penetration = max(state.worst.penetration, -run.g_1[i])
     for k in range(N_LEDGER):
         state.ledger[k] += change[end + k]
@@ -348,10 +348,10 @@ def collect(state, trial):
 
 
 @kernel
-def write_state(t, state, run, record):
+def write_state(sys, t, state, run, record):
     """Append a row of the header, with the gaps there and the modes of the contacts."""
     for i in range(state.mode.shape[0]):
-        state.g_N[i] = run.g_0[i] if run.contacts.facts.has & (1 << GAP) else 0.0
+        state.g_N[i] = run.g_0[i] if sys.has & (1 << GAP) else 0.0
     write_row(t, state, record)
     for i in range(state.mode.shape[0]):
         record.mode[record.counts.rows - 1, i] = run.contacts.mode[i]

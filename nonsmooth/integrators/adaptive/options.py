@@ -27,7 +27,7 @@ from nonsmooth.integrators.adaptive.scales import BAND, hold_modes
 from nonsmooth.integrators.adaptive.state import N_ROWS, VELOCITY_DEGREE, Extrapolation, extrapolation_weights
 from nonsmooth.integrators.adaptive.step import try_step
 from nonsmooth.integrators.adaptive.substep import substep
-from nonsmooth.integrators.adaptive.switch import EVENTS_AT_INSTANT, decide
+from nonsmooth.integrators.adaptive.switch import EVENTS_AT_INSTANT, decide_modes
 from nonsmooth.integrators.adaptive.through import step_through
 from nonsmooth.integrators.contract import Handles, Integrator, Schedule, Suspect
 from nonsmooth.integrators.moreau_jean.contact import solve
@@ -91,11 +91,10 @@ class Adaptive(Integrator):
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        entry_points = [try_step, held_step, hold_modes, find_event, decide, step_through, substep, solve, rigid_events]
+        entry_points = [try_step, held_step, hold_modes, find_event, decide_modes, step_through, substep]
+        entry_points += [solve, rigid_events]
         if system.n_c > 1:
-            entry_points.append(share_load)
-        if system.n_c > 1:
-            entry_points += [solve_planar, enumerate_modes, enumerate_redundant, pivot]
+            entry_points += [share_load, solve_planar, enumerate_modes, enumerate_redundant, pivot]
         if needs_newton(system):
             entry_points.append(solve_by_newton)
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
@@ -105,11 +104,11 @@ class Adaptive(Integrator):
     def memory(self, system: System, selection: int) -> Extrapolation:
         """The arrays of a run, with the tolerances."""
         arrays = new(Extrapolation, n=system.n_u, n_c=system.n_c, d=system.d, n_p=len(system.p))
-        contacts, has = arrays.contacts, model_facts(system)
-        contacts.facts.has, contacts.facts.n_u, contacts.facts.selection = has, system.n_u, selection
+        contacts = arrays.contacts
+        contacts.facts.selection = selection
         contacts.numbers.atol, contacts.numbers.rtol = self.atol, BAND * self.rtol
-        contacts.kinds[:], arrays.system.kinds[:] = system.kinds, system.kinds
-        arrays.system.has, arrays.system.n, arrays.system.n_c = has, system.n_u, system.n_c
+        arrays.system.kinds[:] = system.kinds
+        arrays.system.has, arrays.system.n, arrays.system.n_c = model_facts(system), system.n_u, system.n_c
         arrays.step.planar.can_decide_redundant = int(system.n_c > 1)
         arrays.step.planar.has_newton = needs_newton(system)
         arrays.clock.rtol, arrays.clock.atol = self.rtol, self.atol

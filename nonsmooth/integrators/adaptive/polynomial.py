@@ -90,7 +90,7 @@ def note_slopes(j, n, run):
 
 
 @rare_kernel
-def fit(H, j, state, run):
+def fit_polynomial(H, j, state, run):
     """run.B: the motion of a step that converged at row j, from the state to run.x."""
     n, L = state.q.shape[0], min(j, MOST_DERIVATIVES)
     B, left, ends = run.B, run.left, run.ends
@@ -117,7 +117,7 @@ def fit(H, j, state, run):
 
 
 @kernel
-def reach(H, j, state, run):
+def followed_growth(H, j, state, run):
     """How many times as long a step that converged at row j, and was fitted, could be for the motion within it to be
     followed."""
     n, L, tol = state.q.shape[0], min(j, MOST_DERIVATIVES), run.tol

@@ -9,10 +9,11 @@ does within its bands is below the resolution.
 
 from __future__ import annotations
 
-from nonsmooth.integrators.rigid.hold import hold
+from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.modes import RigidContacts
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
+from nonsmooth.mechanics.situation import Situation, find_situation, mode_of_situation
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, GAP_RATE, NORMAL, TANGENT
 
@@ -23,10 +24,10 @@ MOVED_IN_INSTANT = 1e-2  # chosen: of the tolerances: what may move in the time 
 
 
 @kernel
-def observe(sys, t, x, g, gamma, run):
+def evaluate_gaps(sys, t, x, g, gamma, run):
     """Gaps and their rates at a state, and the rows contacts.work.W_N and W_F there; False if a function raised."""
     contacts, work = run.contacts, run.contacts.work
-    has, n, n_c = contacts.facts.has, contacts.q.shape[0], contacts.kinds.shape[0]
+    has, n, n_c = sys.has, contacts.q.shape[0], sys.n_c
     for i in range(n):
         contacts.q[i], contacts.u[i] = x[i], x[n + i]
     q, u = contacts.q, contacts.u
@@ -46,7 +47,7 @@ def observe(sys, t, x, g, gamma, run):
 
 
 @kernel
-def set_tolerances(run):
+def set_tolerances(sys, run):
     """The tolerances of the next step, by the rows of the state that was observed last."""
     tol, work, n = run.tol, run.contacts.work, run.contacts.q.shape[0]
     for i in range(tol.shape[0]):
@@ -56,7 +57,7 @@ def set_tolerances(run):
         for j in range(n):
             run.tol_g[i] += abs(work.W_N[i, j]) * tol[j]
             run.tol_gamma[i] += abs(work.W_N[i, j]) * tol[n + j]
-            if run.contacts.kinds[i, 1] > 0:
+            if sys.kinds[i, 1] > 0:
                 run.tol_slip[i] += abs(work.W_F[i, 0, j]) * tol[n + j]
         lid = closed_gap(i, run)
         run.lid[i] = lid if run.g_0[i] <= lid else 0.0
@@ -69,7 +70,21 @@ def closed_gap(i, run):
 
 
 @kernel
-def instant(run):
+def is_parting(sys, i, gamma_N, run):
+    """Whether contact i leaves with this velocity, by more than its tolerance: the situation of one without a gap."""
+    slow, still = run.tol_gamma[i], run.tol_slip[i]
+    return find_situation(sys.kinds[i, 0], 0.0, gamma_N, 0.0, 0.0, slow, still, True) == Situation.OPEN
+
+
+@kernel
+def mode_when_closed(sys, i, gamma_F, run):
+    """The mode of contact i, held closed, that slides with this velocity."""
+    kind, d, still = sys.kinds[i, 0], sys.kinds[i, 1], run.tol_slip[i]
+    return mode_of_situation(find_situation(kind, 0.0, 0.0, gamma_F, 0.0, 0.0, still, True), d)
+
+
+@kernel
+def length_of_instant(run):
     """A time in which smooth motion moves nothing by more than MOVED_IN_INSTANT of its tolerance, and no more than
     EVENT_TIME of a step: what is at rest may be about to break away."""
     n = run.a_0.shape[0]
@@ -87,7 +102,7 @@ def instant(run):
 def hold_modes(sys_at, t, x, contacts_at):
     """Move a state onto the constraints of its modes (rigid/hold.py), compiled once; returns a Status."""
     sys = view(sys_at, Sys)
-    return hold(sys, t, x, False, view(contacts_at, RigidContacts))
+    return hold_constraints(sys, t, x, False, view(contacts_at, RigidContacts))
 
 
 @kernel

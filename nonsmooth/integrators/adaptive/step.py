@@ -27,8 +27,8 @@ from nonsmooth.integrators.adaptive.jumps import (
     jump_between_nodes,
     note_forces,
 )
-from nonsmooth.integrators.adaptive.polynomial import fit, reach
-from nonsmooth.integrators.adaptive.scales import hold_modes, instant, observe
+from nonsmooth.integrators.adaptive.polynomial import fit_polynomial, followed_growth
+from nonsmooth.integrators.adaptive.scales import evaluate_gaps, hold_modes, length_of_instant
 from nonsmooth.integrators.adaptive.state import N_ROWS, Extrapolation
 from nonsmooth.integrators.adaptive.table import (
     LEAST_GAIN,
@@ -38,7 +38,7 @@ from nonsmooth.integrators.adaptive.table import (
     converges,
     extrapolate,
     fill_row,
-    plan,
+    growth_of_step,
 )
 from nonsmooth.integrators.records import FORCE_WORK, N_LEDGER, State
 from nonsmooth.jit import kernel
@@ -70,7 +70,7 @@ def try_step(sys_at, t, H, state_at, run_at):
             return status, REFUSED, FAILED_STEP_PART
         if j == 0:
             continue
-        extrapolate(j, list_closed(run.contacts), state, run)
+        extrapolate(sys, j, list_closed(sys, run.contacts), state, run)
         if run.counters.is_seen == 1 and run.counters.is_located == 0:
             place = crossing(j + 1, run)
             if place < EARLY_EVENT and BEHIND_EVENT * place * H > run.clock.least:
@@ -84,7 +84,7 @@ def try_step(sys_at, t, H, state_at, run_at):
                 return status, REFUSED, factor
         elif j == target or is_hopeless(j, target, run):
             break
-    if H <= instant(run):
+    if H <= length_of_instant(run):
         return Status.RUNNING.value, UNRESOLVED, 1.0
     if run.errors[j] > CHANCE * run.errors[j - 1]:
         status, jump = jump_between_nodes(sys, t, H, j + 1, state, run)
@@ -126,12 +126,12 @@ def end_step(sys, t, H, j, state_at, state, run_at, run):
         status = hold_modes(address(sys), t + H, x, address(run.contacts))
         if status != Status.RUNNING:
             return status, REFUSED, FAILED_STEP_PART
-        book_hold(n, state, run)
-    fit(H, j, state, run)
-    followed = reach(H, j, state, run)
-    if followed < 1.0 and H > instant(run):
+        book_constraint_work(n, state, run)
+    fit_polynomial(H, j, state, run)
+    followed = followed_growth(H, j, state, run)
+    if followed < 1.0 and H > length_of_instant(run):
         return Status.RUNNING.value, UNFOLLOWED, STEP_SAFETY * max(SLOWEST, followed)
-    factor = min(plan(j, run), STEP_SAFETY * followed) if j >= run.counters.target else plan(j, run)
+    factor = min(growth_of_step(j, run), STEP_SAFETY * followed) if j >= run.counters.target else growth_of_step(j, run)
     status, place = begin_forces(sys, t, state, run), NOWHERE
     if status == Status.RUNNING and n_c > 0:
         status, place = find_event(address(sys), t, H, j, state_at, run_at)
@@ -148,17 +148,17 @@ def end_step(sys, t, H, j, state_at, state, run_at, run):
     status, jump = find_jump(sys, t, H, j, state, run)
     if status != Status.RUNNING:
         return status, REFUSED, FAILED_STEP_PART
-    if jump < 1.0 and (1.0 - jump) * H > instant(run):
+    if jump < 1.0 and (1.0 - jump) * H > length_of_instant(run):
         return status, REFUSED if end_before(jump, H, run) else UNRESOLVED, 1.0
     if jump < 1.0:
         run.counters.at_jump = 1
-    if n_c > 0 and not observe(sys, t + H, x, run.g_1, run.gamma_1, run):
+    if n_c > 0 and not evaluate_gaps(sys, t + H, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, REFUSED, FAILED_STEP_PART
     return Status.RUNNING.value, AT_EVENT if place == 1.0 else SMOOTH, factor
 
 
 @kernel
-def book_hold(n, state, run):
+def book_constraint_work(n, state, run):
     """Count what the move onto the constraints changed, the work of the forces over it included."""
     x, change = run.x, run.change
     works = change.shape[0] - N_LEDGER

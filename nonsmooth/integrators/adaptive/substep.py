@@ -19,10 +19,11 @@ from __future__ import annotations
 
 from nonsmooth.contact.planar.single import Selection
 from nonsmooth.errors import Status
+from nonsmooth.integrators.adaptive.scales import is_parting
 from nonsmooth.integrators.adaptive.state import THETA, Extrapolation
 from nonsmooth.integrators.moreau_jean.contact import solve
 from nonsmooth.integrators.moreau_jean.paradox import note_paradoxes
-from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS, accept, all_finite, new_velocity
+from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS, accept_step, all_finite, new_velocity
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
@@ -33,6 +34,7 @@ from nonsmooth.mechanics.contact_problem import (
     apply_inverse,
     delassus,
     evaluate_rows,
+    is_implicit,
     row_velocities,
     smooth_step,
     stack_rows,
@@ -53,27 +55,25 @@ def substep(sys_at, t, dt, run_at):
     """Advance ``run.trial`` by one step, or by the impact before it (RETAKE); returns a Status."""
     sys = view(sys_at, Sys)
     run = view(run_at, Extrapolation)
-    contacts, trial, step = run.contacts, run.trial, run.step
-    work, kinds, has = step.work, contacts.kinds, contacts.facts.has
-    q, u, t_mid = trial.q, trial.u, t + 0.5 * dt
-    n, n_c = q.shape[0], kinds.shape[0]
+    trial, step, work = run.trial, run.step, run.step.work
+    q, u, t_mid, n, n_c = trial.q, trial.u, t + 0.5 * dt, sys.n, sys.n_c
     run.counters.substeps += 1
     for j in range(n):
         work.q_mid[j] = q[j] + 0.5 * dt * u[j]
-    if has & (1 << GAP) and not evaluate(sys, GAP, t_mid, work.q_mid, u, work.g_N):
+    if sys.has & (1 << GAP) and not evaluate(sys, GAP, t_mid, work.q_mid, u, work.g_N):
         return Status.NOT_FINITE.value
     n_k = close_within(sys, trial.mode, run.lid, work)
-    status = smooth_step(sys, has, step.is_known[0] == 0, t_mid, dt, THETA, u, work)
+    status = smooth_step(sys, step.is_known[0] == 0, t_mid, dt, THETA, u, work)
     if status != Status.RUNNING:
         return status
     step.is_known[0] = 1
     r = 0
     if n_k > 0:
-        if not evaluate_rows(sys, has, step.is_known[1] == 0, t_mid, u, work):
+        if not evaluate_rows(sys, step.is_known[1] == 0, t_mid, u, work):
             return Status.NOT_FINITE.value
         step.is_known[1] = 1
         r = assemble(sys, t, dt, n_k, run)
-        touching = leave_out_parting(n_k, run, work) if run.counters.ends_series == 0 else n_k
+        touching = leave_out_parting(sys, n_k, run, work) if run.counters.ends_series == 0 else n_k
         if 0 < touching < n_k:
             r = assemble(sys, t, dt, touching, run)
         n_k = touching
@@ -83,7 +83,7 @@ def substep(sys_at, t, dt, run_at):
         for j in range(n):
             work.u_1[j] = u[j] + work.du[j]
     else:
-        choose_restitution(dt, n_k, run, work)
+        choose_restitution(sys, dt, n_k, run, work)
         add_restitution(run.system, n_k, 0.0, work)
         status = solve(address(run.system), rule(n_k, run, work), dt, n_k, address(trial), address(step))
         if status != Status.RUNNING:
@@ -93,7 +93,7 @@ def substep(sys_at, t, dt, run_at):
         new_velocity(n, r, u, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE.value
-    accept(run.system, t, dt, THETA, n_k, trial, step)
+    accept_step(run.system, t, dt, THETA, n_k, trial, step)
     return Status.RUNNING.value
 
 
@@ -113,9 +113,9 @@ def rule(n_k, run, work):
 def assemble(sys, t, dt, n_k, run):
     """G and c of the closed contacts; returns the number of rows, -1 if a model function raised."""
     n = sys.n
-    work, has, u = run.step.work, run.contacts.facts.has, run.trial.u
+    work, u = run.step.work, run.trial.u
     r = stack_rows(sys, n_k, u, work)
-    apply_inverse(sys, has, work, r)
+    apply_inverse(sys, is_implicit(sys), r, work)
     delassus(n, r, work)
     return r if find_free_velocities(sys, t, dt, n_k, r, run) else -1
 
@@ -127,17 +127,17 @@ def find_free_velocities(sys, t, dt, n_k, r, run):
     A gamma_0 of rounding is zero: an impulse of dt la_N is lost in it where steps are short.
     """
     n = sys.n
-    work, there, has = run.step.work, run.step.there, run.contacts.facts.has
+    work, there, has = run.step.work, run.step.there, sys.has
     q, u, c, gamma_0 = run.trial.q, run.trial.u, work.c, work.gamma_0
     if not has & ROWS_ARE_CONSTANT or not has & SURFACES_ARE_CONSTANT:
         for k in range(n_k):
             there.closed[k] = work.closed[k]
         rates = run.step.rates
-        if not find_row_rates(sys, has, row_shift(sys, has, u), t + 0.5 * dt, work.q_mid, u, n_k, rates, there):
+        if not find_row_rates(sys, row_shift(sys, u), t + 0.5 * dt, work.q_mid, u, n_k, rates, there):
             return False
         for j in range(n):
             there.q_mid[j] = q[j]
-        if not evaluate_rows(sys, has, True, t, u, there):
+        if not evaluate_rows(sys, True, t, u, there):
             return False
         row_velocities(sys, n_k, u, there)
         for k in range(r):
@@ -166,7 +166,7 @@ def close_within(sys, mode, lid, work):
 
 
 @kernel
-def leave_out_parting(n_k, run, work):
+def leave_out_parting(sys, n_k, run, work):
     """Leave out contacts that were open when the adaptive step began, and part; returns how many are left.
 
     Where two contacts throw a body from one to the other, the one that it leaves would stop it on its way.
@@ -174,8 +174,8 @@ def leave_out_parting(n_k, run, work):
     left = 0
     for k in range(n_k):
         i = work.closed[k]
-        was_open = run.contacts.kinds[i, 0] == UNILATERAL and run.contacts.mode[i] == ContactMode.OPEN
-        if was_open and work.gamma_0[work.start[k]] > run.tol_gamma[i]:
+        was_open = sys.kinds[i, 0] == UNILATERAL and run.contacts.mode[i] == ContactMode.OPEN
+        if was_open and is_parting(sys, i, work.gamma_0[work.start[k]], run):
             run.trial.mode[i], run.trial.slip[i] = ContactMode.OPEN.value, 0
             continue
         work.closed[left] = i
@@ -184,16 +184,16 @@ def leave_out_parting(n_k, run, work):
 
 
 @kernel
-def choose_restitution(dt, n_k, run, work):
+def choose_restitution(sys, dt, n_k, run, work):
     """e_N of this step, in ``run.system.laws``: none for a contact that parts, or whose bounce its tolerance hides."""
     for k in range(n_k):
         i = work.closed[k]
-        if run.contacts.kinds[i, 0] != UNILATERAL:
+        if sys.kinds[i, 0] != UNILATERAL:
             continue
         row = work.start[k]
-        e, gamma_N = run.contacts.laws[i, LAW_E_N], work.gamma_0[row]
+        e, gamma_N = sys.laws[i, LAW_E_N], work.gamma_0[row]
         was_closed = run.trial.mode[i] != ContactMode.OPEN
-        has_own_law = was_closed and follows_own_law(i, run.contacts.kinds, run.contacts.laws)
+        has_own_law = was_closed and follows_own_law(i, sys.kinds, sys.laws)
         run.system.laws[i, LAW_E_N] = e if has_own_law else 0.0  # which an impact without collision follows too
         if e == 0.0 or gamma_N >= 0.0 or run.counters.ends_series == 1:
             continue

@@ -12,16 +12,19 @@
 4. Where no modes are found the motion goes on by plain steps for a while (adaptive/through.py).
 
 So whatever the plain step decides is what is integrated: several impacts at once, paradoxes, the selection among
-several solutions.
+several solutions. Here a contact that sticks is one whose impulse stays within the cone, as in Moreau–Jean, and not one
+whose velocity counts as zero: where a slide comes to rest both may be true of it. Where velocities alone decide,
+whether a contact parts and whether one that is held closed slides, it is by mechanics/situation.py, within the
+tolerances of the step (adaptive/scales.py).
 """
 
 from __future__ import annotations
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive.events import NOWHERE, STANDS, arm, event_values, fallen, set_bands
+from nonsmooth.integrators.adaptive.events import NOWHERE, STANDS, arm_functions, event_values, find_fallen, set_bands
 from nonsmooth.integrators.adaptive.held import NO_LOAD
 from nonsmooth.integrators.adaptive.hops import drop_hops
-from nonsmooth.integrators.adaptive.scales import closed_gap, hold_modes, instant, observe
+from nonsmooth.integrators.adaptive.scales import closed_gap, evaluate_gaps, hold_modes, is_parting, length_of_instant
 from nonsmooth.integrators.adaptive.state import (
     GO_ON,
     GO_THROUGH,
@@ -68,7 +71,7 @@ MOST_STALLS = 8  # chosen: events at an instant, per contact: then the motion go
 
 
 @kernel("Tuple((int64, boolean))(int64, float64, int64, int64)", short_loops=True)
-def decide(sys_at, t, state_at, run_at):
+def decide_modes(sys_at, t, state_at, run_at):
     """Jump and find modes at the beginning of a step: (Status, whether the velocities have jumped). What is to be done
     next is in counters.to_do."""
     sys = view(sys_at, Sys)
@@ -86,7 +89,7 @@ def decide(sys_at, t, state_at, run_at):
         if status != Status.RUNNING:
             return status, has_jumped
         counters.ends_series = 1 if k == JUMPS * n_c else 0
-        status, jumps = jump(sys, t, state, run)
+        status, jumps = find_jump(sys, t, state, run)
         if not jumps:
             break
         has_jumped = True
@@ -105,8 +108,8 @@ def decide(sys_at, t, state_at, run_at):
         run.g_0[i], run.gamma_0[i] = run.g_1[i], run.gamma_1[i]
     counters.is_first, counters.is_located, counters.has_jacobian = 0, 0, 0
     for i in range(n_c):
-        if counters.to_do == GO_ON and slides_alone(i, contacts):
-            note_several(t, i, False, state, contacts)
+        if counters.to_do == GO_ON and slides_alone(sys, i, contacts):
+            note_several(sys, t, i, False, state, contacts)
     return status, has_jumped
 
 
@@ -125,14 +128,14 @@ def stop_slides(run):
 
 
 @kernel
-def jump(sys, t, state, run):
+def find_jump(sys, t, state, run):
     """(Status, whether a plain step of an instant moves the velocities of run.x by a jump), which is taken then."""
     n, x, trial, contacts = state.q.shape[0], run.x, run.trial, run.contacts
     for i in range(state.mode.shape[0]):
         is_slide = run.is_stopped[i] == 1
         state.mode[i] = ContactMode.SLIDE.value if is_slide else contacts.mode[i]
         state.slip[i] = run.slip[i] if is_slide else contacts.slip[i]
-    dt, longer = instant(run), 0.0
+    dt, longer = length_of_instant(run), 0.0
     for _ in range(2):  # what does not grow with the step is a jump
         status = try_instant(sys, t, dt, state, run)
         moved = 0.0
@@ -143,9 +146,9 @@ def jump(sys, t, state, run):
         dt, longer = 0.1 * dt, moved
     for i in range(n):
         x[n + i] = trial.u[i]
-    if not observe(sys, t, x, run.g_1, run.gamma_1, run):
+    if not evaluate_gaps(sys, t, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, True
-    take_jump(state, run)
+    take_jump(sys, state, run)
     return hold_modes(address(sys), t, x, address(contacts)), True
 
 
@@ -161,11 +164,11 @@ def try_instant(sys, t, dt, state, run):
 
 
 @kernel
-def take_jump(state, run):
+def take_jump(sys, state, run):
     """Take the jump of the trial: its impulses and works, its modes and events; what parts is open."""
     trial, contacts = run.trial, run.contacts
     for i in range(contacts.mode.shape[0]):
-        parts = contacts.kinds[i, 0] == UNILATERAL and run.gamma_1[i] > run.tol_gamma[i]
+        parts = is_parting(sys, i, run.gamma_1[i], run)
         contacts.mode[i] = ContactMode.OPEN.value if parts else trial.mode[i]
         contacts.slip[i] = 0 if parts else trial.slip[i]
         run.is_stopped[i] = 0
@@ -205,18 +208,18 @@ def find_modes(sys, t, state, run):
     Where those of none last, the contacts have the modes from before, and the motion is to go on by plain steps.
     """
     n, n_c, contacts, counters = state.q.shape[0], state.mode.shape[0], run.contacts, run.counters
-    if not observe(sys, t, run.x, run.g_1, run.gamma_1, run):
+    if not evaluate_gaps(sys, t, run.x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value
     for i in range(n_c):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
-        if run.is_stopped[i] == 1 and not is_caught(i, run):
+        if run.is_stopped[i] == 1 and not is_caught(sys, i, run):
             state.mode[i], state.slip[i] = ContactMode.SLIDE.value, run.slip[i]
     status = try_modes(sys, t, state, run)
     for _ in range(n_c):
         if status != Status.RUNNING or counters.to_do != GO_ON or not drop_hops(sys, t, run):
             break
         status = hold_modes(address(sys), t, run.x, address(contacts))
-        if status != Status.RUNNING or not observe(sys, t, run.x, run.g_1, run.gamma_1, run):
+        if status != Status.RUNNING or not evaluate_gaps(sys, t, run.x, run.g_1, run.gamma_1, run):
             return status if status != Status.RUNNING else Status.NOT_FINITE.value
         for i in range(n_c):
             state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
@@ -226,7 +229,7 @@ def find_modes(sys, t, state, run):
     for e in range(run.armed.shape[0]):
         run.armed[e] = 0
     if counters.to_do == GO_ON:
-        arm(run)
+        arm_functions(run)
         for i in range(n):
             run.x[i], run.x[n + i] = run.y[i], run.y[n + i]
         return Status.RUNNING.value
@@ -239,13 +242,13 @@ def find_modes(sys, t, state, run):
 def try_modes(sys, t, state, run):
     """Let plain steps decide, each a tenth as long as the one before, until modes last; returns a Status."""
     counters, n_c = run.counters, state.mode.shape[0]
-    ahead, shortest = MODE_PROBE * run.clock.step, instant(run)
+    ahead, shortest = MODE_PROBE * run.clock.step, length_of_instant(run)
     counters.to_do = GO_THROUGH
     for _ in range(MODE_PROBES):
         if counters.stalls > MOST_STALLS * n_c:
             break
         ahead = max(ahead, shortest)
-        status = probe(sys, t, ahead, state, run)
+        status = probe_modes(sys, t, ahead, state, run)
         if status != Status.RUNNING:
             return status
         if counters.to_do == GO_ON or ahead == shortest:
@@ -255,14 +258,14 @@ def try_modes(sys, t, state, run):
 
 
 @kernel
-def is_caught(i, run):
+def is_caught(sys, i, run):
     """Whether a slide that has come to rest is caught by static friction, which is above that of sliding."""
-    laws = run.contacts.laws
+    laws = sys.laws
     return static_coefficient(laws, i) > friction_coefficient(laws, i, 0.0)
 
 
 @kernel
-def probe(sys, t, ahead, state, run):
+def probe_modes(sys, t, ahead, state, run):
     """Let a plain step of the length ``ahead`` decide; if its modes last at the instant they are taken, with the state
     run.y that they hold, and counters.to_do is GO_ON. Returns a Status."""
     n, n_c, contacts, trial = state.q.shape[0], state.mode.shape[0], run.contacts, run.trial
@@ -274,10 +277,10 @@ def probe(sys, t, ahead, state, run):
     if substep(address(sys), t, ahead, address(run)) != Status.RUNNING:
         return Status.RUNNING.value
     for i in range(n_c):
-        was_open = state.mode[i] == ContactMode.OPEN and contacts.kinds[i, 0] == UNILATERAL
+        was_open = state.mode[i] == ContactMode.OPEN and sys.kinds[i, 0] == UNILATERAL
         if was_open and trial.mode[i] != ContactMode.OPEN and run.g_1[i] > closed_gap(i, run):
             return Status.RUNNING.value
-        take_mode(i, run)
+        take_trial_mode(sys, i, run)
     for i in range(2 * n):
         run.y[i] = run.x[i]
     status = hold_modes(address(sys), t, run.y, address(contacts))
@@ -290,13 +293,13 @@ def probe(sys, t, ahead, state, run):
         contacts.several[i] = 0
     if status != Status.RUNNING:
         return status
-    set_bands(run)
+    set_bands(sys, run)
     for i in range(n):
         run.force_0[i] = contacts.work.du[i]
     run.counters.has_forces = 1
     for e in range(run.armed.shape[0]):
         run.armed[e], run.rises[e] = 0, NOWHERE
-    if fallen(run.f_0, 0.0, run) == STANDS:
+    if find_fallen(run.f_0, 0.0, run) == STANDS:
         run.counters.to_do = GO_ON
     return status
 
@@ -311,13 +314,13 @@ def has_stayed(n, run):
 
 
 @kernel
-def take_mode(i, run):
+def take_trial_mode(sys, i, run):
     """The mode of contact i that the trial ended with; one without any given normal force slides the way it goes."""
     contacts, trial = run.contacts, run.trial
     contacts.mode[i], contacts.slip[i], contacts.sign[i] = trial.mode[i], trial.slip[i], 1
-    if contacts.kinds[i, 0] == BILATERAL and trial.P[i, 0] < 0.0:
+    if sys.kinds[i, 0] == BILATERAL and trial.P[i, 0] < 0.0:
         contacts.sign[i] = -1
-    if contacts.kinds[i, 0] == GIVEN_FORCE:
+    if sys.kinds[i, 0] == GIVEN_FORCE:
         run.is_loaded[i] = 1 if run.step.work.N[i] > NO_LOAD * run.band[N_FUNCTIONS * i] else 0
         if contacts.mode[i] == ContactMode.OPEN:
             contacts.mode[i], contacts.slip[i] = ContactMode.SLIDE.value, way_of_slide(i, run)

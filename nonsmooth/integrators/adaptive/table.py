@@ -94,7 +94,7 @@ def write_change(j, state, run):
 
 
 @kernel
-def extrapolate(j, n_k, state, run):
+def extrapolate(sys, j, n_k, state, run):
     """run.change from the rows 0..j, and errors[j], its distance in tolerances from that of the rows 1..j."""
     table, weights, tol = run.table, run.weights, run.tol
     error, size = 0.0, 0.0
@@ -108,7 +108,7 @@ def extrapolate(j, n_k, state, run):
             error = max(error, abs(best - other) / (tol[i] + run.clock.rtol * abs(best)))
             size = max(size, abs(best) / tol[i])
     run.counters.is_seen = 1 if error <= SEEN_ERROR * size else 0
-    run.errors[j] = UNDERRATED * max(error, error_of_impulses(n_k, state, run))
+    run.errors[j] = UNDERRATED * max(error, error_of_impulses(sys, n_k, state, run))
 
 
 @kernel
@@ -121,7 +121,7 @@ def converges(j, run):
 
 
 @kernel
-def error_of_impulses(n_k, state, run):
+def error_of_impulses(sys, n_k, state, run):
     """The distances of the impulses, as velocities of their contacts, over their tolerances and a part of themselves:
     that much of a load must be seen for its end to be found. Not where contacts share a load: any share will do."""
     contacts, work = run.contacts, run.contacts.work
@@ -130,11 +130,11 @@ def error_of_impulses(n_k, state, run):
         i, first = work.closed[k], 2 * state.q.shape[0] + work.closed[k] * width
         if contacts.is_shared[i] == 1:
             continue
-        if contacts.kinds[i, 0] != GIVEN_FORCE:
+        if sys.kinds[i, 0] != GIVEN_FORCE:
             G = work.G[work.start[k], work.start[k]]
             tol = run.tol_gamma[i] + LOAD * G * abs(run.change[first])
             error = max(error, G * abs(run.distance[first]) / tol)
-        if contacts.kinds[i, 1] > 0:
+        if sys.kinds[i, 1] > 0:
             G = work.G[work.start[k + 1] - 1, work.start[k + 1] - 1]
             tol = run.tol_slip[i] + LOAD * G * abs(run.change[first + 1])
             error = max(error, G * abs(run.distance[first + 1]) / tol)
@@ -142,7 +142,7 @@ def error_of_impulses(n_k, state, run):
 
 
 @kernel
-def plan(j, run):
+def growth_of_step(j, run):
     """The factor of the next step after convergence at row j: so that the next one converges at the row aimed at."""
     target = run.counters.target
     if j < target - 1:

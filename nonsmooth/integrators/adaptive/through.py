@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.polynomial import FIRST_1, note_slopes
-from nonsmooth.integrators.adaptive.scales import closed_gap, farthest, hold_modes, observe
+from nonsmooth.integrators.adaptive.scales import closed_gap, evaluate_gaps, farthest, hold_modes
 from nonsmooth.integrators.adaptive.state import Extrapolation
-from nonsmooth.integrators.adaptive.step import book_hold
+from nonsmooth.integrators.adaptive.step import book_constraint_work
 from nonsmooth.integrators.adaptive.substep import RETAKE, substep
-from nonsmooth.integrators.adaptive.switch import take_mode
+from nonsmooth.integrators.adaptive.switch import take_trial_mode
 from nonsmooth.integrators.adaptive.table import begin_trial, note_node, write_change
 from nonsmooth.integrators.records import State
 from nonsmooth.jit import kernel
@@ -75,19 +75,19 @@ def end_through(sys, t_1, state, run):
     contacts, trial, x, n = run.contacts, run.trial, run.x, state.q.shape[0]
     for i in range(n):
         x[i], x[n + i] = trial.q[i], trial.u[i]
-    if not observe(sys, t_1, x, run.g_1, run.gamma_1, run):
+    if not evaluate_gaps(sys, t_1, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, False
     for i in range(state.mode.shape[0]):
-        is_unilateral = contacts.kinds[i, 0] == UNILATERAL
+        is_unilateral = sys.kinds[i, 0] == UNILATERAL
         if is_unilateral and run.g_1[i] < min(0.0, run.g_0[i]) - closed_gap(i, run):
             return Status.RUNNING.value, False
         parts = is_unilateral and run.gamma_1[i] > run.tol_gamma[i]
-        take_mode(i, run)
+        take_trial_mode(sys, i, run)
         if parts:
             contacts.mode[i], contacts.slip[i] = ContactMode.OPEN.value, 0
     status = hold_modes(address(sys), t_1, x, address(contacts))
     if status != Status.RUNNING:
         return status, False
-    book_hold(n, state, run)
-    is_finite = observe(sys, t_1, x, run.g_1, run.gamma_1, run)
+    book_constraint_work(n, state, run)
+    is_finite = evaluate_gaps(sys, t_1, x, run.g_1, run.gamma_1, run)
     return Status.RUNNING.value if is_finite else Status.NOT_FINITE.value, is_finite

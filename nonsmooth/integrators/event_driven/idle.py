@@ -30,7 +30,7 @@ def close_idle(sys, t, n_k, contacts, touch, forces):
     """
     for k in range(n_k):
         i = forces.work.closed[k]
-        is_free = contacts.kinds[i, 0] == UNILATERAL and contacts.mode[i] == ContactMode.OPEN
+        is_free = sys.kinds[i, 0] == UNILATERAL and contacts.mode[i] == ContactMode.OPEN
         starts_to_slide = contacts.mode[i] == ContactMode.SLIDE and forces.slip[k] == 0
         if touch.strikes[i] == 1 or not (is_free or starts_to_slide) or not is_asked(forces.island[k], n_k, forces):
             continue
@@ -38,7 +38,7 @@ def close_idle(sys, t, n_k, contacts, touch, forces):
         if parts if is_free else moves:
             continue
         mode, direction, sign = contacts.mode[i], contacts.slip[i], contacts.sign[i]
-        close(i, slip if moves and forces.slip[k] == 0 else float(forces.slip[k]), contacts)
+        set_closed_mode(sys, i, slip if moves and forces.slip[k] == 0 else float(forces.slip[k]), contacts)
         if not may_share(sys, t, i, contacts, touch):
             contacts.mode[i], contacts.slip[i], contacts.sign[i] = mode, direction, sign
 
@@ -59,7 +59,7 @@ def relative_motion(sys, k, n_k, forces):
 
 
 @kernel
-def close_all(sys, t, island, n_k, contacts, touch, forces):
+def close_island(sys, t, island, n_k, contacts, touch, forces):
     """Close all contacts of an island, if they are redundant and may share a load; tells whether they may.
 
     Rows that are nearly parallel or opposite are lost in G, by which forces were looked for.
@@ -68,26 +68,26 @@ def close_all(sys, t, island, n_k, contacts, touch, forces):
     for k in range(n_k):
         if forces.island[k] == island:
             last = forces.work.closed[k]
-            close(last, touch.gamma[last, 1] if touch.is_resting[last] == 0 else 0.0, contacts)
+            set_closed_mode(sys, last, touch.gamma[last, 1] if touch.is_resting[last] == 0 else 0.0, contacts)
     return may_share(sys, t, last, contacts, touch)
 
 
 @kernel
-def close(i, slip, contacts):
+def set_closed_mode(sys, i, slip, contacts):
     """Give contact i the mode of a closed contact that slides in the direction of slip, or not at all."""
     contacts.sign[i], contacts.slip[i] = 1, 0
-    contacts.mode[i] = ContactMode.LOCKED.value if contacts.kinds[i, 1] == 0 else ContactMode.STICK.value
-    if contacts.kinds[i, 1] > 0 and slip != 0.0:
+    contacts.mode[i] = ContactMode.LOCKED.value if sys.kinds[i, 1] == 0 else ContactMode.STICK.value
+    if sys.kinds[i, 1] > 0 and slip != 0.0:
         contacts.mode[i], contacts.slip[i] = ContactMode.SLIDE.value, 1 if slip > 0.0 else -1
 
 
 @kernel
 def may_share(sys, t, i, contacts, touch):
     """Whether the island of contact i is redundant in its modes, or nearly so, and admissible forces go with them."""
-    n = contacts.facts.n_u
+    n = sys.n
     for j in range(n):
         touch.x[j], touch.x[n + j] = contacts.q[j], contacts.u[j]
     status = rigid_rates(address(sys), address(contacts), t, touch.x, touch.rates)
-    for k in range(contacts.kinds.shape[0]):
-        note_side(k, contacts)
+    for k in range(sys.n_c):
+        note_side(sys, k, contacts)
     return status == Status.RUNNING and contacts.is_admissible[i] == 1

@@ -20,7 +20,7 @@ from nonsmooth.contact.islands import find_islands, spread_strike
 from nonsmooth.contact.planar.ladder import Route, solve_planar, solve_uncoupled
 from nonsmooth.contact.planar.single import Selection, count, stick
 from nonsmooth.errors import Status
-from nonsmooth.integrators.event_driven.touch import Touch
+from nonsmooth.integrators.event_driven.touch import END_OF_SERIES, WITHOUT_COLLISION, Touch
 from nonsmooth.integrators.moreau_jean.energy_gain import note_gain
 from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.integrators.records import State, book_contact_energy
@@ -40,14 +40,14 @@ from nonsmooth.numerics.rounding import rounded_sum
 CONE = 2.0 * NEARLY_SINGULAR
 
 
-@kernel("int64(int64, float64, float64[::1], boolean, boolean, int64, int64, int64)", short_loops=True)
-def impact(sys_at, t, x, must_stick, has_restitution, state_at, contacts_at, touch_at):
+@kernel("int64(int64, float64, float64[::1], int64, int64, int64)", short_loops=True)
+def solve_impact(sys_at, t, x, state_at, contacts_at, touch_at):
     """Change u by the impulses of the contacts marked in touch.strikes, and of those that touch and whose normal
     velocity these change; mark these too, book the impulses in x and in touch.P. Returns a Status."""
     sys = view(sys_at, Sys)
     state, contacts, touch = view(state_at, State), view(contacts_at, RigidContacts), view(touch_at, Touch)
-    work, kinds, facts = contacts.work, contacts.kinds, contacts.facts
-    n, n_c = facts.n_u, kinds.shape[0]
+    work, kinds = contacts.work, sys.kinds
+    n, n_c = sys.n, sys.n_c
     for j in range(n):
         contacts.q[j], contacts.u[j] = x[j], x[n + j]
     n_k = 0
@@ -55,7 +55,7 @@ def impact(sys_at, t, x, must_stick, has_restitution, state_at, contacts_at, tou
         if touch.is_touching[i] == 1 and kinds[i, 0] != GIVEN_FORCE:
             work.closed[n_k], touch.spread[n_k] = i, touch.strikes[i]
             n_k += 1
-    status, _ = acceleration_problem(sys, facts.has, t, contacts.q, contacts.u, n_k, contacts.rates, work)
+    status, _ = acceleration_problem(sys, t, contacts.q, contacts.u, n_k, contacts.rates, work)
     if status != Status.RUNNING:
         return status
     spread_strike(n_k, work.start, work.G, touch.spread)
@@ -67,25 +67,25 @@ def impact(sys_at, t, x, must_stick, has_restitution, state_at, contacts_at, tou
         if touch.spread[k] == 1:
             touch.number[work.closed[k]] = contacts.island[k]
     for island in range(count):
-        status = impact_of(sys, island, t, x, must_stick, has_restitution, n_k, state, contacts, touch)
+        status = solve_impact_of(sys, island, t, x, n_k, state, contacts, touch)
         if status != Status.RUNNING:
             return status
     return Status.RUNNING.value
 
 
 @kernel
-def impact_of(sys, island, t, x, must_stick, has_restitution, n_touching, state, contacts, touch):
+def solve_impact_of(sys, island, t, x, n_touching, state, contacts, touch):
     """The impact of the contacts of one island: another one does not change their velocities. Returns a Status."""
-    work, kinds, facts = contacts.work, contacts.kinds, contacts.facts
+    work, kinds = contacts.work, sys.kinds
     n_k = 0
-    for i in range(kinds.shape[0]):
+    for i in range(sys.n_c):
         if touch.is_touching[i] == 1 and kinds[i, 0] != GIVEN_FORCE and touch.number[i] == island:
             work.closed[n_k] = i
             n_k += 1
     if n_k == 0:
         return Status.RUNNING.value
     if n_k < n_touching:
-        status, _ = acceleration_problem(sys, facts.has, t, contacts.q, contacts.u, n_k, contacts.rates, work)
+        status, _ = acceleration_problem(sys, t, contacts.q, contacts.u, n_k, contacts.rates, work)
         if status != Status.RUNNING:
             return status
     r = row_velocities(sys, n_k, contacts.u, work)
@@ -94,13 +94,13 @@ def impact_of(sys, island, t, x, must_stick, has_restitution, n_touching, state,
     add_restitution(sys, n_k, 0.0, work)
     for k in range(n_k):
         a = work.start[k]
-        if must_stick:
+        if touch.impact == WITHOUT_COLLISION:
             work.c[a] = 0.0  # what is left of gamma_N is rounding
-        elif not has_restitution or abs(work.gamma_0[a]) <= contacts.numbers.atol:
+        elif touch.impact == END_OF_SERIES or abs(work.gamma_0[a]) <= contacts.numbers.atol:
             work.c[a] = work.gamma_0[a]
-    if not find_impulses(sys, n_k, must_stick, contacts, touch):
+    if not find_impulses(sys, n_k, contacts, touch):
         return Status.NO_SOLUTION.value
-    if not must_stick:
+    if touch.impact != WITHOUT_COLLISION:
         note_solutions(n_k, contacts, touch)
     gain, size = apply_impulses(sys, n_k, r, x, contacts, touch)
     if gain > rounded_sum(VELOCITY_ROUNDINGS, size):
@@ -109,11 +109,12 @@ def impact_of(sys, island, t, x, must_stick, has_restitution, n_touching, state,
 
 
 @kernel
-def find_impulses(sys, n_k, must_stick, contacts, touch):
+def find_impulses(sys, n_k, contacts, touch):
     """Solve for work.P; False where there is no solution. Their number is left in touch.planar.found, and the modes of
     a single contact in touch.planar.bits."""
-    work, kinds, laws, planar = contacts.work, contacts.kinds, contacts.laws, touch.planar
+    work, kinds, laws, planar = contacts.work, sys.kinds, sys.laws, touch.planar
     G, c, P = work.G, work.c, work.P
+    must_stick = touch.impact == WITHOUT_COLLISION
     selection = Selection.IMPACT.value if must_stick else contacts.facts.selection
     fill_problem(sys, n_k, selection, contacts.mode, contacts.slip, work)
     for k in range(n_k):
@@ -168,8 +169,8 @@ def apply_impulses(sys, n_k, r, x, contacts, touch):
     Returns what the contacts gained, relative to their surfaces, and the sum of the sizes of its parts.
     """
     n = sys.n
-    work, kinds = contacts.work, contacts.kinds
-    n_c = kinds.shape[0]
+    work, kinds = contacts.work, sys.kinds
+    n_c = sys.n_c
     for j in range(n):
         before = x[n + j]
         total, size = before, abs(before)

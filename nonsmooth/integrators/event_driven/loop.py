@@ -1,49 +1,40 @@
-"""The loop of an event-driven run: step, look for an event, accept, write, change the modes.
+"""What an event-driven run does beside the loop of radau/located.py: its start, its steps, what follows its events.
 
-The step is that of radau/method.py, the events those of radau/events.py; the equations of the modes are in
-rigid/modes.py, what follows an event in event_driven/switching.py.
+The equations of the modes are in rigid/modes.py, how they change in event_driven/switching.py.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Annotated as Array
 
 from nonsmooth.contact.planar.forces import Forces
 from nonsmooth.errors import Status
-from nonsmooth.integrators.contract import LOOP, Schedule
 from nonsmooth.integrators.event_driven.switching import SOLUTIONS_KEPT, switch_modes
-from nonsmooth.integrators.event_driven.touch import AT_START, Touch
-from nonsmooth.integrators.radau.events import (
-    MAX_STALLS,
-    NO_EVENT,
-    TOO_LONG,
-    Events,
-    locate_event,
-    longest_step,
+from nonsmooth.integrators.event_driven.touch import Touch
+from nonsmooth.integrators.radau.events import NO_EVENT, Events
+from nonsmooth.integrators.radau.header import take_contacts, take_motion
+from nonsmooth.integrators.radau.located import (
+    ACCEPT_STEP,
+    AT_START,
+    AT_VANISHED_STEP,
+    CHANGE_MODES,
+    FILL_HEADER,
+    Located,
+    append_row,
+    write_state,
 )
-from nonsmooth.integrators.radau.header import (
-    note_impulses,
-    state_at_moment,
-    take_contacts,
-    take_counts,
-    take_motion,
-)
-from nonsmooth.integrators.radau.method import SMALLEST_STEP, radau_accept, radau_restart, radau_step
-from nonsmooth.integrators.radau.polynomial import begin_polynomial, end_polynomial
+from nonsmooth.integrators.radau.method import radau_accept, radau_restart
 from nonsmooth.integrators.radau.stages import Radau
-from nonsmooth.integrators.records import CLOSURE, N_FUNCTIONS, N_WORKS, Record, State, is_full, write_row
+from nonsmooth.integrators.records import CLOSURE, N_FUNCTIONS, N_WORKS, Record, State
 from nonsmooth.integrators.rigid.census import count_step, enters_region, note_several, slides, slides_alone
-from nonsmooth.integrators.rigid.hold import hold
+from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.modes import NEARLY_SINGULAR, RigidContacts, note_side
 from nonsmooth.integrators.rigid.rates import rigid_rates
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
+from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, ContactMode
 
-# derived: rows of a contact at one moment: what happens, the solutions of its impact, those of its forces
-EVENTS_AT_ONCE = 3
 # derived, of the step that the motion would take: how far ahead an event on the border of two modes is decided. What
 # changes of the forces until then, 1e-5 of what they change in a step, is far above their rounding.
 MOMENT = 1e-5
@@ -51,7 +42,7 @@ MOMENT = 1e-5
 ONE_FLIGHT = 0.75
 
 
-class Scratch(Block, others=f"3 * n_c + {N_WORKS}", functions=f"{N_FUNCTIONS} * n_c + 1", kept=SOLUTIONS_KEPT):
+class Scratch(Located, others=f"3 * n_c + {N_WORKS}", functions=f"{N_FUNCTIONS} * n_c + 1", kept=SOLUTIONS_KEPT):
     """Arrays of an event-driven run."""
 
     ode: Array[Radau, "m = n", "n = 2 * n", "quadratures = others"]
@@ -59,97 +50,36 @@ class Scratch(Block, others=f"3 * n_c + {N_WORKS}", functions=f"{N_FUNCTIONS} * 
     contacts: RigidContacts
     touch: Touch
     forces: Array[Forces, "kept = kept"]
-    written: Array[Floats, "n_c", 2]  # impulses at the last row
-    stalls: Array[Ints, 1]  # events in a row without any motion
 
 
-@kernel(LOOP, short_loops=True)
-def run(sys_at, schedule_at, max_steps, state_at, record_at, scratch_at):
-    """Advance by at most max_steps steps; returns a Status.
-
-    Rows are written every so many steps and at every event, before and after it, or, where every = 0, at the times t.
-    The last of these is the end.
-    """
-    sys, schedule = view(sys_at, Sys), view(schedule_at, Schedule)
-    state, record, scratch = view(state_at, State), view(record_at, Record), view(scratch_at, Scratch)
-    if state.counters.is_begun == 0:
-        begin(sys, state, scratch)
-    status = advance(sys, schedule, max_steps, state, record, scratch)
-    state.now = scratch.ode.clock.now
-    if status == Status.RUNNING or status == Status.FINISHED:  # else the header stays where the step began
-        take_state(state.now, scratch.ode.x, state, scratch)
-    take_counts(scratch.ode, state)
-    return status
+@kernel(ACCEPT_STEP, short_loops=True)
+def accept_step(sys_at, t, state_at, scratch_at):
+    """Take the step that was tried, moved onto the constraints of its modes, to the time t; returns a Status."""
+    sys, state, scratch = view(sys_at, Sys), view(state_at, State), view(scratch_at, Scratch)
+    ode, contacts = scratch.ode, scratch.contacts
+    status = hold_constraints(sys, t, ode.x_1, False, contacts)
+    if status == Status.RUNNING:
+        status = radau_accept(sys_at, ode)
+    if status != Status.RUNNING:
+        return status
+    take_motion(t, ode.x, state)
+    for i in range(sys.n_c):
+        state.worst.penetration = max(state.worst.penetration, -ode.x[2 * sys.n + i])
+        if contacts.la[i, 1] == 0.0:
+            note_side(sys, i, contacts)
+    state.counters.steps += 1
+    count_step(sys, state, contacts)
+    return Status.RUNNING.value
 
 
 @kernel
-def begin(sys, state, scratch):
+def begin_run(sys, state, scratch):
     """Take the start from the header; its modes are decided as an event."""
     ode, contacts = scratch.ode, scratch.contacts
-    n = state.q.shape[0]
-    for j in range(n):
-        ode.x[j], ode.x[n + j] = state.q[j], state.u[j]
-    for i in range(state.mode.shape[0]):
+    for j in range(sys.n):
+        ode.x[j], ode.x[sys.n + j] = state.q[j], state.u[j]
+    for i in range(sys.n_c):
         contacts.mode[i], contacts.slip[i], contacts.sign[i] = state.mode[i], state.slip[i], 1
-        for k in range(sys.laws.shape[1]):  # they differ from cell to cell of a sweep
-            contacts.laws[i, k], scratch.forces.laws[i, k] = sys.laws[i, k], sys.laws[i, k]
-    ode.clock.now = state.now
-    contacts.facts.event, contacts.numbers.flight = AT_START, math.inf
-    state.counters.is_begun = 1
-
-
-@kernel
-def advance(sys, schedule, max_steps, state, record, scratch):
-    """``run``, that leaves the header to be filled."""
-    ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
-    every, clock = schedule.every, ode.clock
-    t_end = schedule.t[schedule.t.shape[0] - 1]
-    for _ in range(max_steps):
-        t = clock.now
-        if is_full(2 * min(every, 1), EVENTS_AT_ONCE * sys.n_c, state, record):
-            return Status.RUNNING.value
-        if contacts.facts.event != NO_EVENT:
-            status = handle_event(sys, every, state, record, scratch)
-            if status != Status.RUNNING:
-                return status
-        if not t_end - t > SMALLEST_STEP * abs(t):
-            return Status.FINISHED.value
-        h_max = min(t_end - t, ONE_FLIGHT * contacts.numbers.flight, longest_step(events))
-        status = radau_step(address(sys), h_max, address(ode))
-        if status == Status.RUNNING:
-            status = locate_event(address(sys), address(ode), address(events))
-        if status == Status.STEP_VANISHED and slide_is_lost(sys, contacts, ode):
-            contacts.facts.event = events.armed.shape[0] - 1
-            continue
-        if status != Status.RUNNING:
-            return status
-        if events.found.which == TOO_LONG:
-            continue
-        contacts.facts.event = events.found.which
-        if events.found.is_immediate != 0:
-            continue
-        contacts.numbers.flight = math.inf
-        t_1 = t_end if clock.done == t_end - t else t + clock.done
-        begin_polynomial(t, sys.n, ode, record.steps)
-        status = hold(sys, t_1, ode.x_1, False, contacts)
-        if status == Status.RUNNING:
-            status = radau_accept(address(sys), ode)
-        if status != Status.RUNNING:
-            return status
-        clock.now = t_1
-        accept(state, contacts, ode)
-        count_step(state, contacts)
-        end_polynomial(sys.n, ode, record.steps)
-        if every == 0:
-            status = write_rows(sys, t, t_1, schedule, state, record, scratch)
-            if status != Status.RUNNING:
-                return status
-        is_end = t_1 == t_end or events.found.which != NO_EVENT
-        if every > 0 and (state.counters.steps % every == 0 or is_end):
-            write_state(t_1, ode.x, state, record, scratch)
-        if t_1 - t > SMALLEST_STEP * abs(t_end):  # at t = 0 steps of 1e-24 s would get on, but not to the end
-            scratch.stalls[0] = 0
-    return Status.RUNNING.value
 
 
 @kernel
@@ -159,46 +89,37 @@ def slide_is_lost(sys, contacts, ode):
     return status == Status.RUNNING and contacts.numbers.determinant < NEARLY_SINGULAR
 
 
-@kernel
-def accept(state, contacts, ode):
-    """Count the step, keep the state and the deepest penetration."""
-    n = contacts.facts.n_u
-    for i in range(n):
-        state.q[i], state.u[i] = ode.x[i], ode.x[n + i]
-    for i in range(contacts.kinds.shape[0]):
-        state.worst.penetration = max(state.worst.penetration, -ode.x[2 * n + i])
-        if contacts.la[i, 1] == 0.0:
-            note_side(i, contacts)
-    state.counters.steps += 1
-
-
-@kernel
-def handle_event(sys, every, state, record, scratch):
-    """Change the modes and begin anew with the rates of the new ones; returns a Status."""
+@kernel(CHANGE_MODES, short_loops=True)
+def change_modes(sys_at, every, state_at, record_at, scratch_at):
+    """Change the modes after the event that waits, and begin anew with the rates of the new ones; returns a Status."""
+    sys, state = view(sys_at, Sys), view(state_at, State)
+    record, scratch = view(record_at, Record), view(scratch_at, Scratch)
     ode, events, contacts = scratch.ode, scratch.events, scratch.contacts
-    n, event = contacts.facts.n_u, contacts.facts.event
-    scratch.stalls[0] += 1
-    if scratch.stalls[0] > MAX_STALLS * events.armed.shape[0]:
-        return Status.CHATTERING
-    t, is_start = ode.clock.now, event == AT_START
-    u_0 = scratch.touch.u_0
+    n, event, is_start = sys.n, scratch.waiting, scratch.waiting == AT_START
+    if is_start:
+        begin_run(sys, state, scratch)
+    if event == AT_VANISHED_STEP:
+        if not slide_is_lost(sys, contacts, ode):
+            return Status.STEP_VANISHED.value
+        event = events.armed.shape[0] - 1
+    contacts.facts.event = event
+    t, u_0 = ode.clock.now, scratch.touch.u_0
     for j in range(n):
         u_0[j] = ode.x[n + j]
-    status, enters = Status.RUNNING.value, enters_region(event, contacts)
-    if enters or contacts.kinds.shape[0] == 0:
-        contacts.facts.event = NO_EVENT
-    else:
+    status, enters = Status.RUNNING.value, enters_region(sys, event, contacts)
+    if not enters and sys.n_c > 0:
         status = switch_modes(
-            address(sys), t, MOMENT * ode.clock.step, ode.x, address(state), address(contacts), address(scratch.touch),
+            sys_at, t, MOMENT * ode.clock.step, ode.x, state_at, address(contacts), address(scratch.touch),
             address(scratch.forces),
         )  # fmt: skip
+        scratch.first_step = ONE_FLIGHT * contacts.numbers.flight
     if status != Status.RUNNING:
         if is_start and write_gaps(sys, t, ode.x, contacts):
             write_start(t, state, record, scratch)
         return status
     for e in range(events.armed.shape[0]):
         events.armed[e] = 0
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         events.is_gap[N_FUNCTIONS * i + CLOSURE] = 1 if contacts.mode[i] == ContactMode.OPEN else 0
     events.found.check_start = 1
     events.found.handled = event if event >= 0 else NO_EVENT
@@ -208,30 +129,30 @@ def handle_event(sys, every, state, record, scratch):
         has_jumped = has_jumped or u_0[j] != ode.x[n + j]
         state.q[j], state.u[j] = ode.x[j], ode.x[n + j]
     has_slide = False
-    for i in range(contacts.kinds.shape[0]):
-        has_slide = has_slide or slides(i, contacts)
+    for i in range(sys.n_c):
+        has_slide = has_slide or slides(sys, i, contacts)
     if not is_start and not has_slide and (every == 0 or not has_jumped):
         return status
-    status = rigid_rates(address(sys), address(contacts), t, ode.x, ode.f)
-    for i in range(contacts.kinds.shape[0]):
-        if status == Status.RUNNING and slides_alone(i, contacts):
-            note_several(t, i, enters and i == event // N_FUNCTIONS, state, contacts)
+    status = rigid_rates(sys_at, address(contacts), t, ode.x, ode.f)
+    for i in range(sys.n_c):
+        if status == Status.RUNNING and slides_alone(sys, i, contacts):
+            note_several(sys, t, i, enters and i == event // N_FUNCTIONS, state, contacts)
     if is_start:
         write_start(t, state, record, scratch)
     if every > 0 and has_jumped:
-        write_state(t, ode.x, state, record, scratch)
+        write_state(sys, t, ode.x, False, state, record, scratch)
     return status
 
 
 @kernel
 def write_gaps(sys, t, x, contacts):
     """Write the gaps of a state into it; False if the gap function raised."""
-    n, has_gap = contacts.facts.n_u, contacts.facts.has & (1 << GAP)
+    n, has_gap = sys.n, sys.has & (1 << GAP)
     for j in range(n):
         contacts.q[j], contacts.u[j] = x[j], x[n + j]
     if has_gap and not evaluate(sys, GAP, t, contacts.q, contacts.u, contacts.work.g_N):
         return False
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         x[2 * n + i] = contacts.work.g_N[i] if has_gap else 0.0
     return True
 
@@ -244,45 +165,25 @@ def write_start(t, state, record, scratch):
         x_0[i] = x[i] if i < 2 * n + n_c else 0.0
     for j in range(n):
         x_0[n + j] = scratch.touch.u_0[j]
-    write_state(t, x_0, state, record, scratch)
+    take_state(t, x_0, state, scratch)
+    append_row(t, x_0, state, record, scratch)
     record.counts.next = 1
 
 
-@kernel
-def write_rows(sys, t, t_1, schedule, state, record, scratch):
-    """Write the rows of the record times in (t, t_1] of the accepted step, with their gaps; returns a Status."""
-    ode, contacts, x, t_record = scratch.ode, scratch.contacts, scratch.events.x, schedule.t
-    is_written = False
-    while record.counts.next < t_record.shape[0] and t_record[record.counts.next] <= t_1:
-        moment = t_record[record.counts.next]
-        state_at_moment(moment, t, sys.n, ode, record.steps, x)
-        status = rigid_rates(address(sys), address(contacts), moment, x, ode.f)
-        if status != Status.RUNNING:
-            return status
-        if not write_gaps(sys, moment, x, contacts):
-            return Status.NOT_FINITE
-        write_state(moment, x, state, record, scratch)
-        record.counts.next += 1
-        is_written = True
-    if is_written:
-        take_state(t_1, ode.x, state, scratch)
-        return rigid_rates(address(sys), address(contacts), t_1, ode.x, ode.f)  # the forces at the end of the step
-    return Status.RUNNING
+@kernel(FILL_HEADER, short_loops=True)
+def fill_header(sys_at, t, x, is_within, state_at, scratch_at):
+    """The header of the state x = (q, u, g_N, P_N, P_F, works), with its own gaps within a step; returns a Status."""
+    scratch = view(scratch_at, Scratch)
+    if is_within and not write_gaps(view(sys_at, Sys), t, x, scratch.contacts):
+        return Status.NOT_FINITE.value
+    take_state(t, x, view(state_at, State), scratch)
+    return Status.RUNNING.value
 
 
 @kernel
 def take_state(t, x, state, scratch):
-    """The header of the state x = (q, u, g_N, P_N, P_F, works), whose forces were evaluated."""
-    n, n_c = state.q.shape[0], state.mode.shape[0]
+    """The header of a state whose gaps are in it."""
     take_motion(t, x, state)
-    for i in range(n_c):
-        state.g_N[i] = x[2 * n + i]
-    take_contacts(2 * n + n_c, x, scratch.written, state, scratch.contacts)
-
-
-@kernel
-def write_state(t, x, state, record, scratch):
-    """Append a row of the state x."""
-    take_state(t, x, state, scratch)
-    write_row(t, state, record)
-    note_impulses(2 * state.q.shape[0] + state.mode.shape[0], x, scratch.written)
+    for i in range(state.mode.shape[0]):
+        state.g_N[i] = x[2 * state.q.shape[0] + i]
+    take_contacts(x, scratch.written, state, scratch.contacts)

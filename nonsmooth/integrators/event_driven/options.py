@@ -20,28 +20,23 @@ from nonsmooth.contact.planar.ladder import pivot, solve_planar
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.integrators.adaptive.options import Adaptive
-from nonsmooth.integrators.contract import Handles, Integrator, Schedule, Suspect
-from nonsmooth.integrators.event_driven.impact import impact
-from nonsmooth.integrators.event_driven.loop import Scratch, run
-from nonsmooth.integrators.event_driven.switching import settle, switch_modes
-from nonsmooth.integrators.event_driven.touch import AT_RESUMPTION
+from nonsmooth.integrators.event_driven.impact import solve_impact
+from nonsmooth.integrators.event_driven.loop import Scratch, accept_step, change_modes, fill_header
+from nonsmooth.integrators.event_driven.switching import find_modes, switch_modes
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.radau.events import locate_event
-from nonsmooth.integrators.radau.header import radau_suspects
+from nonsmooth.integrators.radau.located import AT_RESUMPTION, LocatesEvents
 from nonsmooth.integrators.radau.method import SMALLEST_RTOL, radau_shorten, radau_step
-from nonsmooth.integrators.radau.polynomial import STEP_DEGREE
 from nonsmooth.integrators.records import N_WORKS, State
 from nonsmooth.integrators.rigid.rates import rigid_events, rigid_rates
 from nonsmooth.integrators.rigid.redundant import share_load
-from nonsmooth.jit import Kernel, load_all
+from nonsmooth.jit import load_all
 from nonsmooth.jit.blocks import new
-from nonsmooth.mechanics.contact_problem import model_facts
-from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import System
 
 
 @dataclass(frozen=True)
-class EventDriven(Integrator):
+class EventDriven(LocatesEvents):
     """Rigid contact, integrated with high order between located events.
 
     Parameters
@@ -87,21 +82,13 @@ class EventDriven(Integrator):
                 f"got {shown(stepper)}"
             )
 
-    locates_events = True
-    has_forces = True
-    degree = STEP_DEGREE
-    callbacks = (rigid_rates, rigid_events)
-
-    @property
-    def loop(self) -> Kernel:
-        """The loop over the steps."""
-        return run
+    callbacks = (rigid_rates, rigid_events, change_modes, accept_step, fill_header)
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        entry_points = [rigid_rates, rigid_events, radau_step, radau_shorten, locate_event]
+        entry_points = [self.loop, *self.callbacks, radau_step, radau_shorten, locate_event]
         if system.n_c > 0:
-            entry_points += [settle, impact, switch_modes, enumerate_modes, share_load]
+            entry_points += [find_modes, solve_impact, switch_modes, enumerate_modes, share_load]
         if system.n_c > 1:
             entry_points += [enumerate_redundant, solve_planar, pivot]
         load_all(entry_points)
@@ -111,22 +98,12 @@ class EventDriven(Integrator):
         arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
         contacts, ode = arrays.contacts, arrays.ode
         facts, numbers = contacts.facts, contacts.numbers
-        facts.has, facts.n_u, facts.follows_margin = model_facts(system), system.n_u, 1
-        facts.selection = selection
+        facts.selection, facts.follows_margin = selection, 1
         numbers.atol, numbers.rtol = self.atol, self.rtol
-        contacts.kinds[:], arrays.forces.kinds[:] = system.kinds, system.kinds
         decides = int(system.n_c > 1)
         arrays.forces.planar.can_decide_redundant = arrays.touch.planar.can_decide_redundant = decides
         ode.atol[:], ode.clock.rtol = self.atol, self.rtol
         return arrays
-
-    def set_handles(self, sys: Sys, handles: Handles, memory: Scratch) -> None:
-        """What the method for differential equations calls."""
-        memory.ode.rates, memory.events.functions, memory.ode.context = *handles.callbacks, handles.of(memory.contacts)
-
-    def suspects(self, schedule: Schedule, state: State, memory: Scratch) -> list[Suspect]:
-        """Where a step of Radau calls the rates."""
-        return radau_suspects(state, memory.ode)
 
     def reason(self, status: Status, state: State, memory: Scratch) -> str:
         """Of a contact problem with too many modes."""
@@ -148,4 +125,4 @@ class EventDriven(Integrator):
         ode.clock.now = state.now
         contacts.mode[:], contacts.slip[:] = state.mode, state.slip
         contacts.sign[:] = np.where(state.P[:, 0] < 0.0, -1, 1)
-        contacts.facts.event, memory.stalls[0] = AT_RESUMPTION, 0
+        memory.waiting, memory.stalls = AT_RESUMPTION, 0

@@ -28,11 +28,12 @@ from nonsmooth.contact.planar.enumerate import select
 from nonsmooth.contact.planar.forces import Forces, Outcome, forces_of_closed, is_asked
 from nonsmooth.contact.planar.single import STICK, Selection, sigma_of, slip_of
 from nonsmooth.errors import Status
-from nonsmooth.integrators.event_driven.idle import close_all, close_idle
-from nonsmooth.integrators.event_driven.impact import impact
-from nonsmooth.integrators.event_driven.touch import AT_START, Touch, look
+from nonsmooth.integrators.event_driven.idle import close_idle, close_island
+from nonsmooth.integrators.event_driven.impact import solve_impact
+from nonsmooth.integrators.event_driven.touch import COLLISION, END_OF_SERIES, WITHOUT_COLLISION, Touch, find_touching
 from nonsmooth.integrators.moreau_jean.contact import mode_of
 from nonsmooth.integrators.radau.events import NO_EVENT
+from nonsmooth.integrators.radau.located import AT_START
 from nonsmooth.integrators.records import (
     CLOSURE,
     FRICTION,
@@ -44,7 +45,7 @@ from nonsmooth.integrators.records import (
     State,
     append_event,
 )
-from nonsmooth.integrators.rigid.hold import hold
+from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.modes import SINGULAR_SLIDE, RigidContacts, rounded_length, small_speed
 from nonsmooth.integrators.rigid.rates import rigid_rates
 from nonsmooth.jit import kernel
@@ -69,7 +70,7 @@ def switch_modes(sys_at, t, moment, x, state_at, contacts_at, touch_at, forces_a
     sys = view(sys_at, Sys)
     state, contacts = view(state_at, State), view(contacts_at, RigidContacts)
     touch, forces = view(touch_at, Touch), view(forces_at, Forces)
-    n, n_c, event = contacts.facts.n_u, contacts.kinds.shape[0], contacts.facts.event
+    n, n_c, event = sys.n, sys.n_c, contacts.facts.event
     contacts.numbers.flight = math.inf
     for i in range(n_c):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
@@ -81,14 +82,14 @@ def switch_modes(sys_at, t, moment, x, state_at, contacts_at, touch_at, forces_a
         status = rigid_rates(sys_at, address(contacts), t, x, touch.rates)
         if status != Status.RUNNING:
             return status
-        mark_lost(contacts, touch)
+        mark_lost(sys, contacts, touch)
     for j in range(n):
         touch.q[j] = moment * x[n + j] if is_border else 0.0
         touch.u[j] = moment * contacts.work.du[j] if is_border else 0.0
-    status, has_struck = strike(sys, t, x, event, state, contacts, touch)
+    status, has_struck = resolve_impacts(sys, t, x, event, state, contacts, touch)
     if status == Status.RUNNING:
-        later = t + moment if is_border and not has_struck else t
-        status = settle(sys_at, t, later, x, is_lost, state_at, contacts_at, touch_at, forces_at)
+        touch.ahead = moment if is_border and not has_struck else 0.0
+        status = find_modes(sys_at, t, x, is_lost, state_at, contacts_at, touch_at, forces_at)
     if status == Status.RUNNING and has_struck:
         status = give_up_bounces(sys, t, x, state, contacts, touch, forces)
     if status != Status.RUNNING:
@@ -96,18 +97,18 @@ def switch_modes(sys_at, t, moment, x, state_at, contacts_at, touch_at, forces_a
     gives_up = False
     for i in range(n_c):
         gives_up = gives_up or touch.accumulates[i] > 0.0
-    status = hold(sys, t, x, gives_up, contacts)
-    note_events(t, state, contacts, touch)
+    status = hold_constraints(sys, t, x, gives_up, contacts)
+    note_events(sys, t, state, contacts, touch)
     contacts.facts.event = NO_EVENT
     return status
 
 
 @kernel
-def mark_lost(contacts, touch):
+def mark_lost(sys, contacts, touch):
     """Mark the contacts of the islands that have lost their forces: where det A is least, and where it is as good as
     zero, as in two islands that are alike."""
     bound = max(contacts.numbers.determinant, 2.0 * SINGULAR_SLIDE)
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         is_closed = contacts.mode[i] != ContactMode.OPEN
         touch.is_lost[i] = 1 if is_closed and contacts.determinant[i] <= bound else 0
 
@@ -124,19 +125,19 @@ def on_border(event, n_c, contacts):
 
 
 @kernel
-def strike(sys, t, x, event, state, contacts, touch):
+def resolve_impacts(sys, t, x, event, state, contacts, touch):
     """Impacts until no contact that touches approaches: (Status, whether there was one)."""
-    n_c = contacts.kinds.shape[0]
+    n_c = sys.n_c
     has_struck = False
     for attempt in range(MAX_IMPACTS * n_c + 1):
-        if not look(sys, t, x, event, contacts, touch):
+        if not find_touching(sys, t, x, event, contacts, touch):
             return Status.NOT_FINITE.value, has_struck
-        speed = small_speed(contacts.facts.n_u, contacts)
+        speed = small_speed(sys, contacts)
         is_struck = False
         for i in range(n_c):
             if attempt == 0:
                 touch.before[i, 0], touch.before[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
-            kind, gamma_N = contacts.kinds[i, 0], touch.gamma[i, 0]
+            kind, gamma_N = sys.kinds[i, 0], touch.gamma[i, 0]
             touch.strikes[i] = 0
             approaches = gamma_N < -speed if kind == UNILATERAL else kind == BILATERAL and abs(gamma_N) > speed
             if touch.is_touching[i] == 1 and approaches:
@@ -147,7 +148,8 @@ def strike(sys, t, x, event, state, contacts, touch):
             return Status.RUNNING.value, has_struck
         if attempt == MAX_IMPACTS * n_c:
             break
-        status = impact(address(sys), t, x, False, True, address(state), address(contacts), address(touch))
+        touch.impact = COLLISION
+        status = solve_impact(address(sys), t, x, address(state), address(contacts), address(touch))
         if status != Status.RUNNING:
             return status, has_struck
         has_struck = True
@@ -158,18 +160,19 @@ def strike(sys, t, x, event, state, contacts, touch):
 @kernel
 def end_series(sys, t, x, state, contacts, touch):
     """The end of a series of impacts of several contacts at one instant, by one without restitution; a Status."""
-    n_c = contacts.kinds.shape[0]
+    n_c = sys.n_c
     for i in range(n_c):
         touch.strikes[i] = 0
         if touch.kind[i] == IMPACT:
             touch.is_touching[i], touch.strikes[i] = 1, 1
-            if contacts.laws[i, LAW_E_N] >= 1.0:
+            if sys.laws[i, LAW_E_N] >= 1.0:
                 return Status.CHATTERING.value
-    speed = small_speed(contacts.facts.n_u, contacts)  # before: of what comes to rest rounding is left
-    status = impact(address(sys), t, x, False, False, address(state), address(contacts), address(touch))
+    speed = small_speed(sys, contacts)  # before: of what comes to rest rounding is left
+    touch.impact = END_OF_SERIES
+    status = solve_impact(address(sys), t, x, address(state), address(contacts), address(touch))
     if status != Status.RUNNING:
         return status
-    if not look(sys, t, x, NO_EVENT, contacts, touch):
+    if not find_touching(sys, t, x, NO_EVENT, contacts, touch):
         return Status.NOT_FINITE.value
     for i in range(n_c):
         if touch.is_touching[i] == 1 and abs(touch.gamma[i, 0]) > speed:
@@ -177,8 +180,8 @@ def end_series(sys, t, x, state, contacts, touch):
     return Status.RUNNING.value
 
 
-@kernel("int64(int64, float64, float64, float64[::1], boolean, int64, int64, int64, int64)", short_loops=True)
-def settle(sys_at, t, later, x, is_lost, state_at, contacts_at, touch_at, forces_at):
+@kernel("int64(int64, float64, float64[::1], boolean, int64, int64, int64, int64)", short_loops=True)
+def find_modes(sys_at, t, x, is_lost, state_at, contacts_at, touch_at, forces_at):
     """Give the contacts that touch their modes, with an impact without collision of the islands that have none.
 
     ``is_lost`` tells that the islands marked in touch.is_lost have no forces even before they are looked for. Returns
@@ -187,35 +190,36 @@ def settle(sys_at, t, later, x, is_lost, state_at, contacts_at, touch_at, forces
     sys = view(sys_at, Sys)
     state, contacts = view(state_at, State), view(contacts_at, RigidContacts)
     touch, forces = view(touch_at, Touch), view(forces_at, Forces)
-    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
+    n, n_c = sys.n, sys.n_c
     for attempt in range(n_c + 1):
+        later = t + touch.ahead
         for j in range(n):
             is_ahead = later > t
             contacts.q[j] = x[j] + (touch.q[j] if is_ahead else 0.0)
             contacts.u[j] = x[n + j] + (touch.u[j] if is_ahead else 0.0)
-        n_k = list_touching(contacts, touch, forces)
+        n_k = list_touching(sys, contacts, touch, forces)
         outcome, _, _ = forces_of_closed(sys, later, contacts.q, contacts.u, n_k, forces)
         if outcome != Outcome.COMPLETE:
             return Status.NOT_FINITE.value if outcome == Outcome.NOT_FINITE else Status.NOT_SOLVED.value
-        take_modes(attempt == 0, is_lost and attempt == 0, n_k, state, contacts, touch, forces)
+        take_modes(sys, attempt == 0, is_lost and attempt == 0, n_k, state, contacts, touch, forces)
         close_idle(sys, later, n_k, contacts, touch, forces)
         if not must_strike(sys, later, is_lost, n_k, contacts, touch, forces):
             return Status.RUNNING.value
-        status = strike_without_collision(sys, t, x, state, contacts, touch)
+        status = resolve_lost_slides(sys, t, x, state, contacts, touch)
         if status != Status.RUNNING:
             return status
-        later = t
+        touch.ahead = 0.0
     return Status.NO_SOLUTION.value
 
 
 @kernel
-def list_touching(contacts, touch, forces):
+def list_touching(sys, contacts, touch, forces):
     """Hand the contacts that touch over to the search for forces; returns their number.
 
     It is asked for the islands that something has happened to: the others go on, whatever else would fit them.
     """
     n_k = 0
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         forces.gamma[i, 0], forces.gamma[i, 1] = 0.0, touch.gamma[i, 1]
         touch.strikes[i] = 0
         if touch.is_touching[i] == 0:
@@ -223,22 +227,22 @@ def list_touching(contacts, touch, forces):
             continue
         forces.work.closed[n_k] = i
         forces.slip[n_k] = 0
-        if contacts.kinds[i, 1] > 0 and touch.is_resting[i] == 0:
+        if sys.kinds[i, 1] > 0 and touch.is_resting[i] == 0:
             forces.slip[n_k] = 1 if touch.gamma[i, 1] > 0.0 else -1
-        forces.asked[n_k] = 0 if goes_on(i, forces.slip[n_k], contacts, touch) else 1
+        forces.asked[n_k] = 0 if goes_on(sys, i, forces.slip[n_k], contacts, touch) else 1
         n_k += 1
     return n_k
 
 
 @kernel
-def goes_on(i, slip, contacts, touch):
+def goes_on(sys, i, slip, contacts, touch):
     """Whether contact i is no part of the event, has not been struck, and moves as its mode says."""
     event, mode = contacts.facts.event, contacts.mode[i]
     if event < 0 or event // N_FUNCTIONS == i or touch.P[i, 0] != 0.0 or touch.P[i, 1] != 0.0:
         return False
-    if event == N_FUNCTIONS * contacts.kinds.shape[0] and touch.is_lost[i] == 1:
+    if event == N_FUNCTIONS * sys.n_c and touch.is_lost[i] == 1:
         return False
-    if contacts.kinds[i, 1] == 0:
+    if sys.kinds[i, 1] == 0:
         return mode != ContactMode.OPEN
     if slip == 0:
         return mode == ContactMode.STICK
@@ -246,7 +250,7 @@ def goes_on(i, slip, contacts, touch):
 
 
 @kernel
-def take_modes(is_first, is_lost, n_k, state, contacts, touch, forces):
+def take_modes(sys, is_first, is_lost, n_k, state, contacts, touch, forces):
     """Take one of the solutions of each island by the selection rule; those without one, or that the rule stops, are
     left with touch.strikes = 1."""
     for k in range(n_k):
@@ -255,7 +259,7 @@ def take_modes(is_first, is_lost, n_k, state, contacts, touch, forces):
             continue
         strikes = forces.number[island] == 0 or (is_lost and touch.is_lost[forces.work.closed[k]] == 1)
         if not strikes:
-            slides = take_solution(island, n_k, state, contacts, touch, forces)
+            slides = take_solution(sys, island, n_k, state, contacts, touch, forces)
             is_stopped = contacts.facts.selection == Selection.IMPACT and is_first
             strikes = forces.number[island] > 1 and slides and is_stopped
         if strikes:
@@ -280,9 +284,9 @@ def is_first_of(k, forces):
 
 
 @kernel
-def take_solution(island, n_k, state, contacts, touch, forces):
+def take_solution(sys, island, n_k, state, contacts, touch, forces):
     """Take one of the solutions of an island by the selection rule; returns whether a contact slides before."""
-    work, tree, kinds, ranked = forces.work, forces.planar.tree, contacts.kinds, forces.reduced
+    work, tree, kinds, ranked = forces.work, forces.planar.tree, sys.kinds, forces.reduced
     found = forces.number[island]
     kept = min(found, forces.candidate.shape[0], tree.modes.shape[0])
     slides, has_hysteresis, bits = False, False, 0
@@ -300,7 +304,7 @@ def take_solution(island, n_k, state, contacts, touch, forces):
                 was_stuck = forces.la[m, work.start[k]] * touch.P[i, 0] > 0.0
             tree.modes[m, ranked.n] = forces.candidate[m, k]
             bits |= 1 << forces.candidate[m, k]
-        add_ranked(k, was_stuck or was_caught, forces)
+        add_ranked(sys, k, was_stuck or was_caught, forces)
     take, n = select(kept, view(address(ranked), Problem), tree), ranked.n
     is_noted = False
     is_indeterminate = found >= 3 or (found == 2 and (slides or n > 1 or not has_hysteresis))
@@ -328,13 +332,13 @@ def take_solution(island, n_k, state, contacts, touch, forces):
 
 
 @kernel
-def add_ranked(k, was_stuck, forces):
+def add_ranked(sys, k, was_stuck, forces):
     """Add closed contact k to those that the selection rule ranks, with what it asks: kind, friction, mode before, and
     the block of G that says whether D < 0."""
     work, ranked = forces.work, forces.reduced
     n, r, first, i = ranked.n, ranked.r, work.start[k], work.closed[k]
     ranked.place[n], ranked.start[n] = k, r
-    ranked.kinds[n, 0], ranked.kinds[n, 1] = forces.kinds[i, 0], forces.kinds[i, 1]
+    ranked.kinds[n, 0], ranked.kinds[n, 1] = sys.kinds[i, 0], sys.kinds[i, 1]
     ranked.mu[n] = forces.mu[k]
     ranked.mode[n] = ContactMode.STICK.value if was_stuck else ContactMode.OPEN.value
     width = work.start[k + 1] - first
@@ -356,35 +360,36 @@ def must_strike(sys, t, is_lost, n_k, contacts, touch, forces):
         i, island = forces.work.closed[k], forces.island[k]
         has_none = forces.number[island] == 0 and not (is_lost and touch.is_lost[i] == 1)
         if touch.strikes[i] == 1 and has_none and is_first_of(k, forces):
-            if close_all(sys, t, island, n_k, contacts, touch, forces):
+            if close_island(sys, t, island, n_k, contacts, touch, forces):
                 let_strike(island, 0, n_k, touch, forces)
         strikes = strikes or touch.strikes[i] == 1
     return strikes
 
 
 @kernel
-def strike_without_collision(sys, t, x, state, contacts, touch):
+def resolve_lost_slides(sys, t, x, state, contacts, touch):
     """The impact that resolves sliding without force; NO_SOLUTION where no impulse does."""
-    n_c = contacts.kinds.shape[0]
+    n_c = sys.n_c
     for i in range(n_c):
         touch.before[i, 0], touch.before[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
     before = 0.0
     for i in range(n_c):
         before += abs(touch.P[i, 0]) + abs(touch.P[i, 1])
-    status = impact(address(sys), t, x, True, True, address(state), address(contacts), address(touch))
+    touch.impact = WITHOUT_COLLISION
+    status = solve_impact(address(sys), t, x, address(state), address(contacts), address(touch))
     if status != Status.RUNNING:
         state.counters.failed_contact = -1
         return status
     after = 0.0
     for i in range(n_c):
         after += abs(touch.P[i, 0]) + abs(touch.P[i, 1])
-        is_sliding = contacts.kinds[i, 1] > 0 and touch.is_resting[i] == 0
+        is_sliding = sys.kinds[i, 1] > 0 and touch.is_resting[i] == 0
         if touch.P[i, 0] != 0.0 and is_sliding and touch.kind[i] != INDETERMINATE:
             touch.kind[i] = INCONSISTENT
     if after == before:
         state.counters.failed_contact = -1
         return Status.NO_SOLUTION
-    return Status.RUNNING if look(sys, t, x, NO_EVENT, contacts, touch) else Status.NOT_FINITE
+    return Status.RUNNING if find_touching(sys, t, x, NO_EVENT, contacts, touch) else Status.NOT_FINITE
 
 
 @kernel
@@ -393,12 +398,13 @@ def give_up_bounces(sys, t, x, state, contacts, touch, forces):
 
     What closes changes the forces, and so which of the others come back: each is closed once.
     """
-    for _ in range(contacts.kinds.shape[0]):
+    for _ in range(sys.n_c):
         status, has_closed = close_low_bounces(sys, t, x, contacts, touch)
         if status != Status.RUNNING or not has_closed:
             return status
-        status = settle(
-            address(sys), t, t, x, False, address(state), address(contacts), address(touch), address(forces)
+        touch.ahead = 0.0
+        status = find_modes(
+            address(sys), t, x, False, address(state), address(contacts), address(touch), address(forces)
         )
         if status != Status.RUNNING:
             return status
@@ -408,20 +414,18 @@ def give_up_bounces(sys, t, x, state, contacts, touch, forces):
 @kernel
 def close_low_bounces(sys, t, x, contacts, touch):
     """Let the contacts touch whose next bounce is lower than the tolerance: (Status, whether there are any)."""
-    work, kinds = contacts.work, contacts.kinds
-    n, n_c = contacts.facts.n_u, kinds.shape[0]
+    work, kinds = contacts.work, sys.kinds
+    n, n_c = sys.n, sys.n_c
     status = rigid_rates(address(sys), address(contacts), t, x, touch.rates)
     if status != Status.RUNNING:
         return status, False
     for i in range(n_c):
         work.closed[i] = i
-    has = contacts.facts.has
-    shift = row_shift(sys, has, contacts.u)
-    if not find_row_rates(sys, has, shift, t, contacts.q, contacts.u, n_c, contacts.rates, work):
+    if not find_row_rates(sys, row_shift(sys, contacts.u), t, contacts.q, contacts.u, n_c, contacts.rates, work):
         return Status.NOT_FINITE.value, False
     for j in range(n):
         work.q_mid[j] = contacts.q[j]
-    if not evaluate_rows(sys, has, True, t, contacts.u, work):
+    if not evaluate_rows(sys, True, t, contacts.u, work):
         return Status.NOT_FINITE.value, False
     height = max(contacts.numbers.atol, RESOLVED * rounded_length(n, contacts))
     r = 0
@@ -433,7 +437,7 @@ def close_low_bounces(sys, t, x, contacts, touch):
             a = contacts.rates[0, r]
             for j in range(n):
                 a += work.W_N[i, j] * work.du[j]
-            e = contacts.laws[i, LAW_E_N]
+            e = sys.laws[i, LAW_E_N]
             if a < 0.0 and e < 1.0 and v * v < 2.0 * -a * height:
                 touch.is_touching[i] = 1
                 touch.accumulates[i] = 2.0 * v / (-a * (1.0 - e))
@@ -445,10 +449,10 @@ def close_low_bounces(sys, t, x, contacts, touch):
 
 
 @kernel
-def note_events(t, state, contacts, touch):
+def note_events(sys, t, state, contacts, touch):
     """Append what changed: modes, impacts, paradoxes. The modes of a start are no event."""
     is_start = contacts.facts.event == AT_START and state.counters.steps == 0
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         changed = contacts.mode[i] != state.mode[i] or contacts.slip[i] != state.slip[i]
         kind = touch.kind[i]
         if touch.impacts[i, 0] > 1 and kind != INDETERMINATE:
@@ -459,7 +463,7 @@ def note_events(t, state, contacts, touch):
             write_event(t, i, kind, touch.found[i, 0], touch.found[i, 1], state, contacts, touch)
         else:
             write_event(t, i, kind, 0 if kind == INCONSISTENT else 1, 0, state, contacts, touch)
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
 
 

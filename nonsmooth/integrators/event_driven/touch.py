@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Annotated as Array
 
 from nonsmooth.contact.planar.problem import Planar
+from nonsmooth.integrators.radau.located import AT_START
 from nonsmooth.integrators.records import FRICTION, N_FUNCTIONS, N_LEDGER, N_WORKS
 from nonsmooth.integrators.rigid.modes import rounded_length, small_speed
 from nonsmooth.jit import kernel
@@ -18,13 +19,15 @@ from nonsmooth.mechanics.situation import Situation, find_situation, is_still
 from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, ContactMode
 
-AT_START = -2  # code: the event with which a run begins
-AT_RESUMPTION = -3  # code: and that with which it goes on after a stretch of time stepping
+# code: of an impact: by Newton's law; without restitution, the end of a series; without collision, which must stick
+COLLISION, END_OF_SERIES, WITHOUT_COLLISION = range(3)
 
 
 class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"):
     """What is known of the contacts at the instant of an event."""
 
+    impact: int  # how it is resolved: COLLISION, ...
+    ahead: float  # [s] how far from the instant modes are decided, on the motion that the old ones would go on with
     is_touching: Array[Ints, "n_c"]  # closed, and gamma_N = 0 once impacts are over
     is_resting: Array[Ints, "n_c"]  # gamma_F = 0
     gamma: Array[Floats, "n_c", 2]  # contact velocities
@@ -38,7 +41,7 @@ class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"
     accumulates: Array[Floats, "n_c"]  # time that the bounces still take, which are given up; 0 where there are none
     none: Array[Floats, "n_c", "1 + d"]  # zero impulses
     ledger: Array[Floats, N_LEDGER]
-    q: Array[Floats, "n"]  # the change of the state a moment later
+    q: Array[Floats, "n"]  # the change of the state until then
     u: Array[Floats, "n"]
     u_0: Array[Floats, "n"]  # velocities before the event
     x: Array[Floats, "row"]  # a state that is tried, and its rates
@@ -49,18 +52,18 @@ class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"
 
 
 @kernel
-def look(sys, t, x, event, contacts, touch):
+def find_touching(sys, t, x, event, contacts, touch):
     """Which contacts touch and rest, and their velocities; False if a model function raised."""
-    work, kinds, has = contacts.work, contacts.kinds, contacts.facts.has
-    n, n_c = contacts.facts.n_u, kinds.shape[0]
+    work, kinds = contacts.work, sys.kinds
+    n, n_c = sys.n, sys.n_c
     for j in range(n):
         contacts.q[j], contacts.u[j] = x[j], x[n + j]
         work.q_mid[j] = x[j]
     for i in range(n_c):
         work.closed[i] = i
-    if has & (1 << GAP) and not evaluate(sys, GAP, t, contacts.q, contacts.u, work.g_N):
+    if sys.has & (1 << GAP) and not evaluate(sys, GAP, t, contacts.q, contacts.u, work.g_N):
         return False
-    if not evaluate_rows(sys, has, True, t, contacts.u, work):
+    if not evaluate_rows(sys, True, t, contacts.u, work):
         return False
     row_velocities(sys, n_c, contacts.u, work)
     r = 0
@@ -73,7 +76,7 @@ def look(sys, t, x, event, contacts, touch):
             touch.gamma[i, 1] = work.gamma_0[r]
             r += 1
         contacts.gamma[i, 0], contacts.gamma[i, 1] = touch.gamma[i, 0], touch.gamma[i, 1]
-    speed, length = small_speed(n, contacts), rounded_length(n, contacts)
+    speed, length = small_speed(sys, contacts), rounded_length(n, contacts)
     still = speed + contacts.numbers.atol
     for i in range(n_c):
         is_closing = event >= 0 and event // N_FUNCTIONS == i

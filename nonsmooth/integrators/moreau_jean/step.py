@@ -63,7 +63,7 @@ def step(sys_at, t, dt, state_at, scratch_at):
         if not predict_gaps(sys, t, dt, is_rigid, q, u, work):
             return Status.NOT_FINITE
         n_k = close_contacts(sys, state.mode, work)
-    status = smooth_step(sys, sys.has, scratch.is_known[0] == 0, t_mid, dt, theta, state.u, work)
+    status = smooth_step(sys, scratch.is_known[0] == 0, t_mid, dt, theta, state.u, work)
     if status != Status.RUNNING:
         return status
     scratch.is_known[0] = 1
@@ -72,11 +72,11 @@ def step(sys_at, t, dt, state_at, scratch_at):
             work.u_1[i] = state.u[i] + work.du[i]
         state.counters.skipped += 1
     else:
-        if not evaluate_rows(sys, sys.has, scratch.is_known[1] == 0, t_mid, state.u, work):
+        if not evaluate_rows(sys, scratch.is_known[1] == 0, t_mid, state.u, work):
             return Status.NOT_FINITE
         scratch.is_known[1] = 1
         r = stack_rows(sys, n_k, state.u, work)
-        apply_inverse(sys, sys.has, work, r)
+        apply_inverse(sys, is_implicit(sys), r, work)
         delassus(n, r, work)
         if not carry_to_ends(sys, t, dt, n_k, state.q, state.u, work, scratch.there):
             return Status.NOT_FINITE
@@ -99,7 +99,7 @@ def step(sys_at, t, dt, state_at, scratch_at):
             find_end_gaps(sys, n_k, dt, work)
     if not all_finite(n, n_c, work):
         return Status.NOT_FINITE
-    accept(sys, t, dt, theta, n_k, state, scratch)
+    accept_step(sys, t, dt, theta, n_k, state, scratch)
     if options.projection != 0 and n_k > 0 and not project(sys_at, t + dt, n_k, state_at, address(work)):
         return Status.NOT_FINITE
     return Status.RUNNING
@@ -161,11 +161,11 @@ def all_finite(n, n_c, work):
 
 
 @kernel
-def accept(sys, t, dt, theta, n_k, state, scratch):
+def accept_step(sys, t, dt, theta, n_k, state, scratch):
     """Move to the end of the step; book energy, impulses, modes, events and the worst penetration."""
     n, n_c = sys.n, sys.n_c
     work = scratch.work
-    gain, size = book_energy(sys, dt, theta, is_implicit(sys, sys.has), n_k, state, work)
+    gain, size = book_energy(sys, dt, theta, is_implicit(sys), n_k, state, work)
     if scratch.options.stiffness == 0.0 and gain > rounded_sum(VELOCITY_ROUNDINGS, size):
         note_gain(sys, gain, False, n_k, state, work)
     k = 0

@@ -16,20 +16,16 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_name, as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.integrators.contract import Handles, Integrator, Schedule, Suspect
 from nonsmooth.integrators.penalty.law import EXPONENTS, LAWS, NormalLaw, Regularised
-from nonsmooth.integrators.penalty.loop import Scratch, begin_run, evaluate_contacts, run, switch
+from nonsmooth.integrators.penalty.loop import Scratch, accept_step, change_modes, evaluate_contacts, fill_header
 from nonsmooth.integrators.penalty.rates import OMEGA, contact_rates
 from nonsmooth.integrators.penalty.switching import begin_contacts, contact_events
 from nonsmooth.integrators.radau.events import locate_event
-from nonsmooth.integrators.radau.header import radau_suspects
+from nonsmooth.integrators.radau.located import LocatesEvents
 from nonsmooth.integrators.radau.method import SMALLEST_RTOL, radau_shorten, radau_step
-from nonsmooth.integrators.radau.polynomial import STEP_DEGREE
 from nonsmooth.integrators.records import State
-from nonsmooth.jit import Kernel, load_all
+from nonsmooth.jit import load_all
 from nonsmooth.jit.blocks import new
-from nonsmooth.mechanics.contact_problem import model_facts
-from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, FORCE, GAP, GIVEN_FORCE, MASS, NORMAL, System, evaluate
 from nonsmooth.numerics.rounding import EPS, rounding_of_sum
 
@@ -42,7 +38,7 @@ GAP_ROUNDINGS = 16  # chosen: of the largest coordinate: a gap at the start belo
 
 
 @dataclass(frozen=True)
-class Penalty(Integrator):
+class Penalty(LocatesEvents):
     """Compliant contact, integrated adaptively with located events.
 
     Parameters
@@ -116,40 +112,29 @@ class Penalty(Integrator):
         if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
             raise InvalidInput(f"rtol must lie in [{SMALLEST_RTOL:.1e}, 1), above the rounding; got {self.rtol:g}")
 
-    locates_events = True
     is_rigid = False
     is_prepared = True
-    has_forces = True
-    degree = STEP_DEGREE
-    callbacks = (contact_rates, contact_events)
+    callbacks = (contact_rates, contact_events, change_modes, accept_step, fill_header)
 
     @property
     def is_compiled(self) -> bool:
         """Whether the steps are taken by compiled code."""
         return self.method == "compiled"
 
-    @property
-    def loop(self) -> Kernel:
-        """The loop over the steps."""
-        return run
-
     def load(self, system: System) -> None:
         """Compile what the loop may reach."""
-        of_contacts = (contact_rates, contact_events, begin_contacts, begin_run, switch)
-        of_method = (radau_step, radau_shorten, locate_event) if self.is_compiled else (evaluate_contacts,)
-        load_all((*of_contacts, *of_method))
+        of_method = (self.loop, radau_step, radau_shorten, locate_event) if self.is_compiled else (evaluate_contacts,)
+        load_all((*self.callbacks, begin_contacts, *of_method))
 
     def memory(self, system: System, selection: int) -> Scratch:
         """The arrays of a run, with the laws and tolerances."""
         arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
         facts, numbers = arrays.contacts.facts, arrays.contacts.numbers
         is_regularised = isinstance(self.friction, Regularised)
-        facts.has, facts.n_u, facts.law = model_facts(system), system.n_u, LAWS[self.law]
-        facts.is_regularised = is_regularised
+        facts.law, facts.is_regularised = LAWS[self.law], is_regularised
         v_s = self.friction.v_s if isinstance(self.friction, Regularised) else 0.0
         numbers.v_s, numbers.rtol, numbers.atol = v_s, self.rtol, self.atol
         numbers.zeta = self.damping_ratio if self.damping_ratio is not None and self.mass is None else -1.0
-        arrays.contacts.kinds[:], arrays.contacts.laws[:] = system.kinds, system.laws
         arrays.ode.clock.rtol = self.rtol
         return arrays
 
@@ -157,7 +142,6 @@ class Penalty(Integrator):
         """Stiffness, damping and frequency of each contact, by the masses at the start, and the state there."""
         t, q, u, n, n_c = float(state.now), state.q, state.u, system.n_u, system.n_c
         contacts, ode = memory.contacts, memory.ode
-        contacts.laws[:] = system.laws
         contacts.constants[:] = self.constants(system, t, q, u)
         self.check_resolution(contacts.constants[:, OMEGA], max(abs(t), abs(t_end)))
         gaps = self.gaps(system, t, q, u, contacts.constants)
@@ -166,14 +150,6 @@ class Penalty(Integrator):
         ode.atol[: 2 * n + n_c] = self.atol
         ode.atol[2 * n + n_c :] = self.atol * self.velocity_parts(contacts.constants)
         ode.clock.now = t
-
-    def set_handles(self, sys: Sys, handles: Handles, memory: Scratch) -> None:
-        """What the method for differential equations calls."""
-        memory.ode.rates, memory.events.functions, memory.ode.context = *handles.callbacks, handles.of(memory.contacts)
-
-    def suspects(self, schedule: Schedule, state: State, memory: Scratch) -> list[Suspect]:
-        """Where a step of Radau calls the rates."""
-        return radau_suspects(state, memory.ode)
 
     def velocity_parts(self, constants: np.ndarray) -> np.ndarray:
         """(n_c,) How much finer than atol the normal velocities are held: an error of theirs makes as much force in

@@ -28,9 +28,9 @@ from nonsmooth.integrators.penalty.law import NormalLaw, normal_force
 from nonsmooth.integrators.radau.stages import RATES
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.mechanics.acceleration_problem import IMPLICIT, find_row_rates, row_shift
-from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, smooth_step, stack_rows
-from nonsmooth.mechanics.laws import LAW_WIDTH, friction_coefficient
+from nonsmooth.mechanics.acceleration_problem import find_row_rates, free_acceleration, row_shift
+from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, stack_rows
+from nonsmooth.mechanics.laws import friction_coefficient
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ROW_RATES, ContactMode
 from nonsmooth.numerics.dense import bandwidth, cholesky, cholesky_solve
@@ -47,8 +47,6 @@ FORGETTING = 0.01
 class CompliantFacts(Block):
     """Whole numbers of a run."""
 
-    has: int  # what the model has, by bits
-    n_u: int
     law: int  # of the normal force
     is_regularised: int  # friction, by a speed v_s
     is_known: int  # whether the constant parts of the model were evaluated
@@ -69,8 +67,6 @@ class Contacts(Block, r="max(1, n_c * (1 + d))"):
     work: Work
     facts: CompliantFacts
     numbers: CompliantNumbers
-    kinds: Array[Ints, "n_c", 2]
-    laws: Array[Floats, "n_c", LAW_WIDTH]
     constants: Array[Floats, "n_c", 3]  # k, c, omega
     mode: Array[Ints, "n_c"]  # ContactMode
     slip: Array[Ints, "n_c"]  # sign of sliding
@@ -92,8 +88,8 @@ def contact_rates(sys_at, contacts_at, t, x, out):
     """x' with x = (q, u, z, v, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
     sys = view(sys_at, Sys)
     contacts = view(contacts_at, Contacts)
-    work, facts, la, gamma = contacts.work, contacts.facts, contacts.la, contacts.gamma
-    n, n_c = facts.n_u, contacts.kinds.shape[0]
+    work, la, gamma = contacts.work, contacts.la, contacts.gamma
+    n, n_c = sys.n, sys.n_c
     status = find_forces(sys, t, x, contacts)
     if status != Status.RUNNING:
         return status
@@ -108,14 +104,14 @@ def contact_rates(sys_at, contacts_at, t, x, out):
         force += work.h[i] * contacts.u[i]
     for i in range(n_c):
         out[2 * n + i] = contacts.constants[i, OMEGA] * gamma[i, 0]
-        out[2 * n + n_c + i] = normal_acceleration(i, n, contacts)
+        out[2 * n + n_c + i] = normal_acceleration(sys, i, contacts)
         out[P_N + i] = la[i, 0]
         out[P_N + n_c + i] = la[i, 1]
         friction += la[i, 1] * gamma[i, 1]
-        if contacts.kinds[i, 0] != GIVEN_FORCE:
+        if sys.kinds[i, 0] != GIVEN_FORCE:
             normal += la[i, 0] * gamma[i, 0]
             surface -= la[i, 0] * work.w_N[i]
-        if contacts.kinds[i, 1] > 0:
+        if sys.kinds[i, 1] > 0:
             surface -= la[i, 1] * work.w_F[i, 0]
     end = P_N + 2 * n_c
     out[end], out[end + 1], out[end + 2], out[end + 3] = force, friction, normal, surface
@@ -123,9 +119,10 @@ def contact_rates(sys_at, contacts_at, t, x, out):
 
 
 @kernel
-def normal_acceleration(i, n, contacts):
+def normal_acceleration(sys, i, contacts):
     """v' of contact i, with the accelerations that were found."""
-    if contacts.kinds[i, 0] == GIVEN_FORCE:
+    n = sys.n
+    if sys.kinds[i, 0] == GIVEN_FORCE:
         return 0.0
     work, a = contacts.work, contacts.work.start[i]
     total = contacts.rates[0, a]
@@ -138,7 +135,7 @@ def normal_acceleration(i, n, contacts):
 def find_forces(sys, t, x, contacts):
     """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
     work, facts = contacts.work, contacts.facts
-    has, n, n_c = facts.has, facts.n_u, contacts.kinds.shape[0]
+    n, n_c = sys.n, sys.n_c
     n_stuck = 0
     for i in range(n_c):
         if contacts.mode[i] == ContactMode.STICK:
@@ -148,42 +145,42 @@ def find_forces(sys, t, x, contacts):
     for i in range(n):
         contacts.q[i], contacts.u[i] = x[i], x[n + i]
     if n_c > 0:
-        shift = row_shift(sys, has, contacts.u)
-        if not find_row_rates(sys, has, shift, t, contacts.q, contacts.u, n_c, contacts.rates, work):
+        if not find_row_rates(sys, row_shift(sys, contacts.u), t, contacts.q, contacts.u, n_c, contacts.rates, work):
             return Status.NOT_FINITE
     for i in range(n):
         work.q_mid[i] = contacts.q[i]
     is_first = facts.is_known == 0
-    status = smooth_step(sys, has & ~IMPLICIT, is_first, t, 1.0, 0.5, contacts.u, work)
+    status = free_acceleration(sys, is_first, t, contacts.u, work)
     if status != Status.RUNNING:
         return status
     if n_c == 0:
         return Status.RUNNING
-    are_moved = has & (1 << ROW_RATES) == 0  # the rows are those of the last difference
-    if not evaluate_rows(sys, has, is_first or are_moved, t, contacts.u, work):
+    are_moved = sys.has & (1 << ROW_RATES) == 0  # the rows are those of the last difference
+    if not evaluate_rows(sys, is_first or are_moved, t, contacts.u, work):
         return Status.NOT_FINITE
     facts.is_known = 1
     stack_rows(sys, n_c, contacts.u, work)
-    if not given_forces(n, x, contacts):
+    if not given_forces(sys, x, contacts):
         return Status.NEGATIVE_FRICTION
-    accelerate(n, n_c, contacts)
+    accelerate(sys, contacts)
     if n_stuck > 0:
-        hold(n, n_stuck, contacts)
+        hold_sticking(n, n_stuck, contacts)
     return Status.RUNNING
 
 
 @kernel
-def given_forces(n, x, contacts):
+def given_forces(sys, x, contacts):
     """The forces that the state gives: all but the friction of sticking contacts; False where mu(v) < 0."""
+    n = sys.n
     work, la, gamma, law = contacts.work, contacts.la, contacts.gamma, contacts.facts.law
-    for i in range(contacts.kinds.shape[0]):
-        kind, d = contacts.kinds[i, 0], contacts.kinds[i, 1]
+    for i in range(sys.n_c):
+        kind, d = sys.kinds[i, 0], sys.kinds[i, 1]
         mode = contacts.mode[i]
         la[i, 0], la[i, 1], gamma[i, 0], gamma[i, 1] = 0.0, 0.0, 0.0, 0.0
         if kind == GIVEN_FORCE:
             la[i, 0] = max(0.0, work.N[i])
         else:
-            gamma[i, 0] = x[2 * n + contacts.kinds.shape[0] + i]
+            gamma[i, 0] = x[2 * n + sys.n_c + i]
             if mode != ContactMode.OPEN:
                 k, c, omega = contacts.constants[i, K], contacts.constants[i, C_N], contacts.constants[i, OMEGA]
                 a_law = NormalLaw.KELVIN_VOIGT.value if kind == BILATERAL else law
@@ -196,10 +193,10 @@ def given_forces(n, x, contacts):
             continue
         limit = la[i, 0] * contacts.sign[i]
         if contacts.facts.is_regularised != 0:
-            mu = friction_coefficient(contacts.laws, i, abs(v))
+            mu = friction_coefficient(sys.laws, i, abs(v))
             la[i, 1] = -mu * limit * math.tanh(v / contacts.numbers.v_s)
         else:
-            mu = friction_coefficient(contacts.laws, i, max(0.0, contacts.slip[i] * v))
+            mu = friction_coefficient(sys.laws, i, max(0.0, contacts.slip[i] * v))
             la[i, 1] = -contacts.slip[i] * mu * limit
         if mu < 0.0:
             return False
@@ -207,14 +204,15 @@ def given_forces(n, x, contacts):
 
 
 @kernel
-def accelerate(n, n_c, contacts):
+def accelerate(sys, contacts):
     """work.du = M^-1 (h + W^T la) with the forces that are known."""
+    n, n_c = sys.n, sys.n_c
     work, la = contacts.work, contacts.la
     rhs, W, W_N = work.rhs, work.W, work.W_N
     for j in range(n):
         rhs[j] = 0.0
     for i in range(n_c):
-        if contacts.kinds[i, 0] != GIVEN_FORCE and la[i, 0] != 0.0:
+        if sys.kinds[i, 0] != GIVEN_FORCE and la[i, 0] != 0.0:
             for j in range(n):
                 rhs[j] += W_N[i, j] * la[i, 0]
         if la[i, 1] != 0.0:
@@ -227,7 +225,7 @@ def accelerate(n, n_c, contacts):
 
 
 @kernel
-def hold(n, n_stuck, contacts):
+def hold_sticking(n, n_stuck, contacts):
     """The friction of the sticking contacts, A la_F = -(W_F u' + W_F' u + w_F'), added to la and to work.du."""
     work, stuck, rhs = contacts.work, contacts.stuck, contacts.rhs
     sticking_matrix(n, n_stuck, contacts)
@@ -237,7 +235,7 @@ def hold(n, n_stuck, contacts):
         for j in range(n):
             total += work.W[b, j] * work.du[j]
         rhs[a] = -total
-    share(n_stuck, contacts)
+    share_friction(n_stuck, contacts)
     for a in range(n_stuck):
         i = stuck[a]
         contacts.la[i, 1] = rhs[a]
@@ -266,7 +264,7 @@ def sticking_matrix(n, n_stuck, contacts):
 
 
 @kernel
-def share(n_stuck, contacts):
+def share_friction(n_stuck, contacts):
     """Overwrite rhs with the least solution of A la = rhs, by proximal iterations on (A + shift)."""
     A, factor, rhs, residual = contacts.A, contacts.factor, contacts.rhs, contacts.residual
     if n_stuck == 1:

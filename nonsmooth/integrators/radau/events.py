@@ -29,7 +29,7 @@ from nonsmooth.integrators.radau.resolution import (
     NODES,
     forget_largest,
     is_clear,
-    judge,
+    judge_resolution,
     keep_end,
     note_values,
 )
@@ -129,7 +129,7 @@ def look_at_start(sys, ode, events):
         found.which = which
         found.is_immediate = 1
         return status
-    arm(events)
+    arm_functions(events)
     note_values(AT_BEGIN, events.value, events)
     return status
 
@@ -146,7 +146,7 @@ def look_along(sys, ending, ode, events):
         which, _ = first_fallen(events)
         if which != NO_EVENT and (sample < 2 or ending == NO_EVENT):
             return shorten_to_event(sys, low, C[sample], ode, events)
-        arm(events)
+        arm_functions(events)
         low = C[sample]
         note_values(1 + sample, events.value, events)
     was_armed = 0
@@ -202,7 +202,7 @@ def look_between(sys, ode, events):
         if status != Status.RUNNING:
             return status
         note_values(k, events.value, events)
-    room, theta = judge(ode.atol[0], clock.rtol, events)
+    room, theta = judge_resolution(ode.atol[0], clock.rtol, events)
     if theta < 1.0:
         status = values_at(sys, theta, ode, events)
         if status != Status.RUNNING:
@@ -258,7 +258,7 @@ def first_fallen(events):
 
 
 @kernel
-def arm(events):
+def arm_functions(events):
     """Arm the functions that are above their tolerance."""
     E = events.armed.shape[0]
     for e in range(E):
@@ -316,7 +316,7 @@ def shorten_to_event(sys, low, high, ode, events):
     slope = (at_event - value[which]) / (SLOPE_STEP * high * h)
     if value[events.armed.shape[0] + which] < 0.0:
         slope = 0.0
-    status, is_met = correct(sys, high * h, slope, which, level, ode, events)
+    status, is_met = correct_length(sys, high * h, slope, which, level, ode, events)
     is_refused = status != Status.RUNNING and status != Status.STEP_VANISHED
     if not is_met and not is_refused and events.found.reductions < MOST_REDUCTIONS:
         events.found.which = TOO_LONG  # the polynomial fell, the motion does not; or the shorter step was not solved
@@ -327,7 +327,7 @@ def shorten_to_event(sys, low, high, ode, events):
 
 
 @kernel
-def correct(sys, length, slope, which, level, ode, events):
+def correct_length(sys, length, slope, which, level, ode, events):
     """Newton's method on the length of the step, until the event function has fallen to the level; each of its values
     is from a step taken anew. Returns (Status, whether it falls there)."""
     t = ode.clock.now

@@ -43,10 +43,10 @@ def take_motion(t, x, state):
 
 
 @kernel
-def take_contacts(first, x, written, state, contacts):
-    """The impulses since the last row, the works, forces and modes of the header; x has P_N, P_F, works from ``first``
-    on, and ``written`` those of the last row."""
-    n_c = state.mode.shape[0]
+def take_contacts(x, written, state, contacts):
+    """The impulses since the last row, the works, forces and modes of the header; ``written`` are the impulses of the
+    last row."""
+    n_c, first = state.mode.shape[0], first_impulse(x, written)
     for i in range(n_c):
         for k in range(state.P_sum.shape[1]):
             state.P_sum[i, k] = x[first + k * n_c + i] - written[i, k]
@@ -68,8 +68,14 @@ def take_counts(ode, state):
 
 
 @kernel
-def note_impulses(first, x, written):
+def note_impulses(x, written):
     """The impulses of the row that was written, from which those of the next are counted."""
-    n_c = written.shape[0]
+    n_c, first = written.shape[0], first_impulse(x, written)
     for i in range(n_c):
         written[i, 0], written[i, 1] = x[first + i], x[first + n_c + i]
+
+
+@kernel
+def first_impulse(x, written):
+    """Where P_N begins in a state."""
+    return x.shape[0] - 2 * written.shape[0] - N_WORKS

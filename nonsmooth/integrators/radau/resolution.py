@@ -126,7 +126,7 @@ def is_clear_at_vertex(f_1, f_2, f_3, twist, low):
 
 
 @kernel
-def judge(atol, rtol, events):
+def judge_resolution(atol, rtol, events):
     """(Room, place): how many times the error fits between the functions and zero where that is least, 1 or more if
     they are resolved; and the first place in the step where one falls below its floor, 1 if none does."""
     room, first = math.inf, 1.0

@@ -26,15 +26,15 @@ from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
 
 
 @kernel
-def slides(i, contacts):
+def slides(sys, i, contacts):
     """Whether contact i slides by its own normal force."""
-    return contacts.mode[i] == ContactMode.SLIDE and contacts.kinds[i, 0] != GIVEN_FORCE
+    return contacts.mode[i] == ContactMode.SLIDE and sys.kinds[i, 0] != GIVEN_FORCE
 
 
 @kernel
-def slides_alone(i, contacts):
+def slides_alone(sys, i, contacts):
     """Whether contact i slides by its own normal force, and no other is coupled to it."""
-    return slides(i, contacts) and contacts.is_alone[i] == 1
+    return slides(sys, i, contacts) and contacts.is_alone[i] == 1
 
 
 @kernel
@@ -47,20 +47,20 @@ def uniqueness(i, contacts):
 
 
 @kernel
-def several_fit(i, contacts):
+def several_fit(sys, i, contacts):
     """Whether another force fits the contact that slides alone, at the state whose forces are in ``contacts``."""
-    if contacts.kinds[i, 0] == BILATERAL:
+    if sys.kinds[i, 0] == BILATERAL:
         return contacts.la[i, 0] != 0.0 and uniqueness(i, contacts) < 0.0
     a, G = contacts.work.start[contacts.place[i]], contacts.work.G
     return contacts.la[i, 0] > 0.0 and G[a, a] + contacts.ratio[i] * G[a, a + 1] < 0.0
 
 
 @kernel
-def count_step(state, contacts):
+def count_step(sys, state, contacts):
     """Count a step at whose end several forces fit; where they do not, the next region is another one."""
     is_counted = False
-    for i in range(contacts.kinds.shape[0]):
-        if not slides_alone(i, contacts) or not several_fit(i, contacts):
+    for i in range(sys.n_c):
+        if not slides_alone(sys, i, contacts) or not several_fit(sys, i, contacts):
             contacts.several[i] = 0
         elif not is_counted:
             state.counters.several += 1
@@ -68,32 +68,28 @@ def count_step(state, contacts):
 
 
 @kernel
-def enters_region(event, contacts):
+def enters_region(sys, event, contacts):
     """Whether an event is that a second force begins to fit: the slide goes on, and no mode is decided."""
     i = event // N_FUNCTIONS
-    return (
-        0 <= event < N_FUNCTIONS * contacts.kinds.shape[0]
-        and event % N_FUNCTIONS == UNIQUE
-        and contacts.kinds[i, 0] == BILATERAL
-    )
+    return 0 <= event < N_FUNCTIONS * sys.n_c and event % N_FUNCTIONS == UNIQUE and sys.kinds[i, 0] == BILATERAL
 
 
 @kernel
-def note_several(t, i, enters, state, contacts):
+def note_several(sys, t, i, enters, state, contacts):
     """Note that several forces fit the slide of contact i, unless that was noted when its mode was decided."""
-    if contacts.several[i] == 1 or not (enters or several_fit(i, contacts)):
+    if contacts.several[i] == 1 or not (enters or several_fit(sys, i, contacts)):
         return
     contacts.several[i] = 1
     event = state.event
-    event.gamma_F, event.solutions, event.found = contacts.gamma[i, 1], 2, modes_that_fit(i, contacts)
+    event.gamma_F, event.solutions, event.found = contacts.gamma[i, 1], 2, modes_that_fit(sys, i, contacts)
     mode, slip = contacts.mode[i], contacts.slip[i]
     append_event(t, INDETERMINATE, i, mode, slip, mode, slip, state)
 
 
 @kernel
-def modes_that_fit(i, contacts):
+def modes_that_fit(sys, i, contacts):
     """The two modes as bits."""
     slide, pull = SLIDE_PLUS, PULL_PLUS
     if contacts.slip[i] < 0:
         slide, pull = SLIDE_MINUS, PULL_MINUS
-    return 1 << slide | (1 << pull if contacts.kinds[i, 0] == BILATERAL else 1 << FREE)
+    return 1 << slide | (1 << pull if sys.kinds[i, 0] == BILATERAL else 1 << FREE)

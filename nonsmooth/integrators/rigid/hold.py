@@ -31,13 +31,13 @@ LINEARISATIONS = 4  # derived: the drift of a step is small: each squares it
 
 
 @kernel
-def hold(sys, t, x, with_friction, contacts):
+def hold_constraints(sys, t, x, with_friction, contacts):
     """Move the state back onto the constraints of its modes, positions first; returns a Status.
 
     A rebound that is given up (with_friction) is taken off with the friction that belongs to its impulse. The gaps are
     written to the state.
     """
-    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
+    n, n_c = sys.n, sys.n_c
     if n_c == 0:
         return Status.RUNNING
     n_k, m = 0, 0
@@ -45,7 +45,7 @@ def hold(sys, t, x, with_friction, contacts):
         status, n_k = closed_constraints(sys, t, x, contacts)
         if status != Status.RUNNING:
             return status
-        m = list_equations(n_k, contacts)
+        m = list_equations(sys, n_k, contacts)
         if m > 0:
             factorise(m, False, contacts)
         if not move_positions(sys, t, m, x, contacts):
@@ -55,21 +55,21 @@ def hold(sys, t, x, with_friction, contacts):
     if m == 0:
         return Status.RUNNING
     if with_friction:
-        if not find_ratios(n_k, contacts):
+        if not find_ratios(sys, n_k, contacts):
             return Status.NEGATIVE_FRICTION
         factorise(m, True, contacts)
     for e in range(m):
         contacts.b[e] = -contacts.gamma[contacts.contact[e], contacts.part[e]]
     solve_equations(m, contacts)
-    move(n, m, n, with_friction, x, contacts)
+    add_corrections(sys, m, n, with_friction, x, contacts)
     return Status.RUNNING
 
 
 @kernel
 def move_positions(sys, t, m, x, contacts):
     """Close the gaps of the closed contacts by one linearisation, and write all gaps; False if one is not finite."""
-    work, has = contacts.work, contacts.facts.has
-    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
+    work, has = contacts.work, sys.has
+    n, n_c = sys.n, sys.n_c
     contacts.numbers.drift = 0.0
     if has & (1 << GAP) and not evaluate(sys, GAP, t, contacts.q, contacts.u, work.g_N):
         return False
@@ -88,17 +88,18 @@ def move_positions(sys, t, m, x, contacts):
                 contacts.b[e] = -work.g_N[i]
     if contacts.numbers.drift > 0.0:
         solve_equations(m, contacts)
-        move(n, m, 0, False, x, contacts)
+        add_corrections(sys, m, 0, False, x, contacts)
     return True
 
 
 @kernel
-def move(n, m, first, with_friction, x, contacts):
+def add_corrections(sys, m, first, with_friction, x, contacts):
     """Add the columns of the equations, times z, to the coordinates (first = 0) or the velocities (first = n) of x.
 
     A velocity that cancels to rounding becomes exactly 0. With friction z are impulses, and booked.
     """
-    work, n_c = contacts.work, contacts.kinds.shape[0]
+    n = sys.n
+    work, n_c = contacts.work, sys.n_c
     for j in range(n):
         total, size = x[first + j], abs(x[first + j])
         for e in range(m):

@@ -34,9 +34,9 @@ from nonsmooth.integrators.radau.stages import determinant_is_positive
 from nonsmooth.integrators.records import CLOSURE, FRICTION, SIGN
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
-from nonsmooth.mechanics.acceleration_problem import IMPLICIT, acceleration_problem, constraint_problem
-from nonsmooth.mechanics.contact_problem import Work, row_velocities, smooth_step
-from nonsmooth.mechanics.laws import LAW_WIDTH, friction_coefficient
+from nonsmooth.mechanics.acceleration_problem import acceleration_problem, constraint_problem, free_acceleration
+from nonsmooth.mechanics.contact_problem import Work, row_velocities
+from nonsmooth.mechanics.laws import friction_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
 from nonsmooth.numerics.dense import lu, lu_solve
 from nonsmooth.numerics.rounding import rounded_sum
@@ -69,8 +69,6 @@ class Redundant(Block, r="max(1, n_c * (1 + d))"):
 class RigidFacts(Block):
     """Whole numbers of a run."""
 
-    has: int  # what the model has, by bits
-    n_u: int
     selection: int  # the rule where there are several solutions
     event: int  # that waits to be handled
     is_shared: int  # of the island found last: 1 where its contacts are redundant, so that no single force is known
@@ -97,8 +95,6 @@ class RigidContacts(Block, r="max(1, n_c * (1 + d))"):
     work: Work
     facts: RigidFacts
     numbers: RigidNumbers
-    kinds: Array[Ints, "n_c", 2]
-    laws: Array[Floats, "n_c", LAW_WIDTH]
     mode: Array[Ints, "n_c"]  # ContactMode
     slip: Array[Ints, "n_c"]  # sign of sliding
     sign: Array[Ints, "n_c"]  # sign of la_N
@@ -132,9 +128,9 @@ class RigidContacts(Block, r="max(1, n_c * (1 + d))"):
 
 
 @kernel
-def small_speed(n, contacts):
+def small_speed(sys, contacts):
     """A contact velocity that counts as zero [m/s]: rounding of the velocities, of atol where all are smaller."""
-    return rounded_sum(EVENT_ROUNDINGS, fastest_velocity(n, contacts) + contacts.numbers.atol)
+    return rounded_sum(EVENT_ROUNDINGS, fastest_velocity(sys, contacts) + contacts.numbers.atol)
 
 
 @kernel
@@ -155,36 +151,36 @@ def longest(n, contacts):
 @kernel
 def closed_problem(sys, t, x, contacts):
     """The acceleration-level problem of the contacts that are not open, and their velocities: (Status, contacts)."""
-    work, facts = contacts.work, contacts.facts
-    n_k = list_closed(x, contacts)
+    work = contacts.work
+    n_k = list_closed(sys, x, contacts)
     if n_k == 0:
-        return smooth_step(sys, facts.has & ~IMPLICIT, True, t, 1.0, 0.5, contacts.u, work), 0
-    status, _ = acceleration_problem(sys, facts.has, t, contacts.q, contacts.u, n_k, contacts.rates, work)
+        return free_acceleration(sys, True, t, contacts.u, work), 0
+    status, _ = acceleration_problem(sys, t, contacts.q, contacts.u, n_k, contacts.rates, work)
     row_velocities(sys, n_k, contacts.u, work)
-    set_velocities(n_k, contacts)
+    set_velocities(sys, n_k, contacts)
     return status, n_k
 
 
 @kernel
 def closed_constraints(sys, t, x, contacts):
     """The constraints of the contacts that are not open, and their velocities: (Status, contacts)."""
-    n_k = list_closed(x, contacts)
+    n_k = list_closed(sys, x, contacts)
     if n_k == 0:
         return Status.RUNNING.value, 0
     status, _ = constraint_problem(sys, t, contacts.q, contacts.u, n_k, contacts.work)  # fmt: skip
-    set_velocities(n_k, contacts)
+    set_velocities(sys, n_k, contacts)
     return status, n_k
 
 
 @kernel
-def list_closed(x, contacts):
+def list_closed(sys, x, contacts):
     """Take q and u from the state, and list the contacts that are not open; returns their number."""
-    work, n = contacts.work, contacts.facts.n_u
+    work, n = contacts.work, sys.n
     for j in range(n):
         contacts.q[j], contacts.u[j] = x[j], x[n + j]
         work.q_mid[j] = x[j]
     n_k = 0
-    for i in range(contacts.kinds.shape[0]):
+    for i in range(sys.n_c):
         contacts.gamma[i, 0], contacts.gamma[i, 1] = 0.0, 0.0
         if contacts.mode[i] != ContactMode.OPEN:
             work.closed[n_k] = i
@@ -193,9 +189,9 @@ def list_closed(x, contacts):
 
 
 @kernel
-def set_velocities(n_k, contacts):
+def set_velocities(sys, n_k, contacts):
     """The velocities of the closed contacts from those of their rows."""
-    work, kinds = contacts.work, contacts.kinds
+    work, kinds = contacts.work, sys.kinds
     for k in range(n_k):
         i = work.closed[k]
         if kinds[i, 0] != GIVEN_FORCE:
@@ -205,25 +201,25 @@ def set_velocities(n_k, contacts):
 
 
 @kernel
-def note_side(i, contacts):
+def note_side(sys, i, contacts):
     """Note the sign of la_N of a bilateral contact that sticks, at the state whose forces are in ``contacts``."""
-    if contacts.kinds[i, 0] == BILATERAL and contacts.mode[i] == ContactMode.STICK:
+    if sys.kinds[i, 0] == BILATERAL and contacts.mode[i] == ContactMode.STICK:
         contacts.sign[i] = -1 if contacts.la[i, 0] < 0.0 else 1
 
 
 @kernel
-def find_ratios(n_k, contacts):
+def find_ratios(sys, n_k, contacts):
     """la_F/la_N of the contacts that slide, and la_F where the normal force is given; False where mu(v) < 0."""
     work, la = contacts.work, contacts.la
     for k in range(n_k):
         i = work.closed[k]
-        is_given = contacts.kinds[i, 0] == GIVEN_FORCE
+        is_given = sys.kinds[i, 0] == GIVEN_FORCE
         if is_given:
             la[i, 0] = max(0.0, work.N[i])
         if contacts.mode[i] != ContactMode.SLIDE:
             continue
         s = contacts.slip[i]
-        mu = friction_coefficient(contacts.laws, i, max(0.0, s * contacts.gamma[i, 1]))
+        mu = friction_coefficient(sys.laws, i, max(0.0, s * contacts.gamma[i, 1]))
         contacts.ratio[i] = -s * mu * contacts.sign[i]
         if is_given:
             la[i, 1] = -s * mu * la[i, 0]
@@ -233,9 +229,9 @@ def find_ratios(n_k, contacts):
 
 
 @kernel
-def list_islands(n_k, contacts):
+def list_islands(sys, n_k, contacts):
     """Number the islands of the closed contacts in their modes; returns how many."""
-    work, kinds = contacts.work, contacts.kinds
+    work, kinds = contacts.work, sys.kinds
     for k in range(n_k):
         i = work.closed[k]
         has_normal = 1 if kinds[i, 0] != GIVEN_FORCE else 0
@@ -245,13 +241,13 @@ def list_islands(n_k, contacts):
 
 
 @kernel
-def list_equations(n_k, contacts):
+def list_equations(sys, n_k, contacts):
     """``list_equations_of`` all contacts."""
-    return list_equations_of(EVERY, n_k, contacts)
+    return list_equations_of(sys, EVERY, n_k, contacts)
 
 
 @kernel
-def list_equations_of(island, n_k, contacts):
+def list_equations_of(sys, island, n_k, contacts):
     """The rows that the modes hold at zero, of the contacts of an island: normal, then tangential where a contact
     sticks; returns their number."""
     work = contacts.work
@@ -260,7 +256,7 @@ def list_equations_of(island, n_k, contacts):
         if island != EVERY and contacts.island[k] != island:
             continue
         i = work.closed[k]
-        if contacts.kinds[i, 0] != GIVEN_FORCE:
+        if sys.kinds[i, 0] != GIVEN_FORCE:
             contacts.row[m], contacts.contact[m], contacts.part[m] = work.start[k], i, 0
             m += 1
         if contacts.mode[i] == ContactMode.STICK:

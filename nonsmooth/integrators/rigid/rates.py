@@ -69,7 +69,7 @@ def rigid_rates(sys_at, contacts_at, t, x, out):
     sys = view(sys_at, Sys)
     contacts = view(contacts_at, RigidContacts)
     work, la, gamma = contacts.work, contacts.la, contacts.gamma
-    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
+    n, n_c = sys.n, sys.n_c
     status = find_forces(sys, t, x, contacts)
     if status != Status.RUNNING:
         return status
@@ -85,10 +85,10 @@ def rigid_rates(sys_at, contacts_at, t, x, out):
         out[2 * n + n_c + i] = la[i, 0]
         out[2 * n + 2 * n_c + i] = la[i, 1]
         friction += la[i, 1] * gamma[i, 1]
-        if contacts.kinds[i, 0] != GIVEN_FORCE:
+        if sys.kinds[i, 0] != GIVEN_FORCE:
             normal += la[i, 0] * gamma[i, 0]
             surface -= la[i, 0] * work.w_N[i]
-        if contacts.kinds[i, 1] > 0:
+        if sys.kinds[i, 1] > 0:
             surface -= la[i, 1] * work.w_F[i, 0]
     end = 2 * n + 3 * n_c
     out[end], out[end + 1], out[end + 2], out[end + 3] = force, friction, normal, surface
@@ -106,34 +106,34 @@ def rigid_events(sys_at, contacts_at, t, x, out):
     if status != Status.RUNNING:
         return status
     work, la = contacts.work, contacts.la
-    n, n_c = contacts.facts.n_u, contacts.kinds.shape[0]
+    n, n_c = sys.n, sys.n_c
     E = N_FUNCTIONS * n_c + 1
-    if contacts.facts.has & (1 << GAP) and not evaluate(sys, GAP, t, contacts.q, contacts.u, work.g_N):
+    if sys.has & (1 << GAP) and not evaluate(sys, GAP, t, contacts.q, contacts.u, work.g_N):
         return Status.NOT_FINITE.value
-    speed, length = small_speed(n, contacts), rounded_length(n, contacts)
+    speed, length = small_speed(sys, contacts), rounded_length(n, contacts)
     for i in range(n_c):
         e = N_FUNCTIONS * i
         for m in range(N_FUNCTIONS):
             out[e + m] = 1.0
             out[E + e + m] = 0.0
-        kind, mode = contacts.kinds[i, 0], contacts.mode[i]
+        kind, mode = sys.kinds[i, 0], contacts.mode[i]
         force = contacts.numbers.rtol * contacts.size[i] if contacts.is_shared[i] == 0 else BROKEN_FORCE
         if kind == UNILATERAL:
-            out[e + CLOSURE] = work.g_N[i] if mode == ContactMode.OPEN else of_load(la[i, 0], i, contacts)
+            out[e + CLOSURE] = work.g_N[i] if mode == ContactMode.OPEN else force_function(la[i, 0], i, contacts)
             out[E + e + CLOSURE] = length if mode == ContactMode.OPEN else force
         if mode == ContactMode.SLIDE:
-            if contacts.ratio[i] != 0.0 or depends_on_speed(contacts.laws, i):
+            if contacts.ratio[i] != 0.0 or depends_on_speed(sys.laws, i):
                 out[e + FRICTION] = contacts.slip[i] * contacts.gamma[i, 1]
                 out[E + e + FRICTION] = speed
             if kind == BILATERAL:
-                if contacts.several[i] == 0 and slides_alone(i, contacts):
+                if contacts.several[i] == 0 and slides_alone(sys, i, contacts):
                     out[e + UNIQUE] = uniqueness(i, contacts)
-                out[e + SIGN] = of_load(contacts.sign[i] * la[i, 0], i, contacts)
+                out[e + SIGN] = force_function(contacts.sign[i] * la[i, 0], i, contacts)
                 out[E + e + SIGN] = force
         elif mode == ContactMode.STICK:
-            most = static_coefficient(contacts.laws, i) * pressing(la[i, 0], la[i, 1], i, contacts)
-            out[e + FORWARD] = of_load(most + la[i, 1], i, contacts)
-            out[e + BACKWARD] = of_load(most - la[i, 1], i, contacts)
+            most = static_coefficient(sys.laws, i) * pressing_force(la[i, 0], la[i, 1], i, contacts)
+            out[e + FORWARD] = force_function(most + la[i, 1], i, contacts)
+            out[e + BACKWARD] = force_function(most - la[i, 1], i, contacts)
             out[E + e + FORWARD] = out[E + e + BACKWARD] = force
     out[E - 1] = contacts.numbers.determinant - SINGULAR_SLIDE
     out[2 * E - 1] = 0.0
@@ -141,7 +141,7 @@ def rigid_events(sys_at, contacts_at, t, x, out):
 
 
 @kernel
-def pressing(la_N, la_F, i, contacts):
+def pressing_force(la_N, la_F, i, contacts):
     """|la_N| of a contact that sticks: sigma la_N, which is smooth, unless nothing pulls or no single force is known.
 
     What nothing pulls at does not let go where la_N passes zero.
@@ -150,7 +150,7 @@ def pressing(la_N, la_F, i, contacts):
 
 
 @kernel
-def of_load(value, i, contacts):
+def force_function(value, i, contacts):
     """The event function of a force: of redundant contacts it falls at once where no share is admissible any more."""
     if contacts.is_shared[i] == 0:
         return value
@@ -162,7 +162,7 @@ def of_load(value, i, contacts):
 @kernel
 def find_forces(sys, t, x, contacts):
     """contacts.la, contacts.gamma and work.du = u' at a state; returns a Status."""
-    la, n, n_c = contacts.la, contacts.facts.n_u, contacts.kinds.shape[0]
+    la, n_c = contacts.la, sys.n_c
     status, n_k = closed_problem(sys, t, x, contacts)
     if status != Status.RUNNING:
         return status
@@ -171,22 +171,22 @@ def find_forces(sys, t, x, contacts):
         la[i, 0], la[i, 1] = 0.0, 0.0
     if n_k == 0:
         return Status.RUNNING
-    if not find_ratios(n_k, contacts):
+    if not find_ratios(sys, n_k, contacts):
         return Status.NEGATIVE_FRICTION
     least = math.inf
-    for island in range(list_islands(n_k, contacts)):
-        find_forces_of(island, n, n_k, contacts)
+    for island in range(list_islands(sys, n_k, contacts)):
+        find_forces_of(sys, island, n_k, contacts)
         least = min(least, contacts.numbers.determinant)
     contacts.numbers.determinant = least
-    add_forces(n, n_k, contacts)
+    add_forces(sys, n_k, contacts)
     return Status.RUNNING
 
 
 @kernel
-def find_forces_of(island, n, n_k, contacts):
+def find_forces_of(sys, island, n_k, contacts):
     """The forces of one island, and what is known of them."""
     la = contacts.la
-    for e in range(solve_island(island, n, n_k, True, contacts)):
+    for e in range(solve_island(sys, island, n_k, True, contacts)):
         i = contacts.contact[e]
         la[i, contacts.part[e]] = contacts.z[e]
         if contacts.part[e] == 0 and contacts.mode[i] == ContactMode.SLIDE:
@@ -194,12 +194,12 @@ def find_forces_of(island, n, n_k, contacts):
 
 
 @kernel
-def solve_island(island, n, n_k, asks_determinant, contacts):
+def solve_island(sys, island, n_k, asks_determinant, contacts):
     """The equations of one island, with the friction of given normal forces in contacts.la: their number, what solves
     them in contacts.z, and what is known of that for each contact, its determinant where that is asked for."""
-    work, facts, kinds, la = contacts.work, contacts.facts, contacts.kinds, contacts.la
+    work, facts, kinds, la = contacts.work, contacts.facts, sys.kinds, contacts.la
     facts.is_shared, facts.is_admissible, contacts.numbers.margin = 0, 0, 1.0
-    m = list_equations_of(island, n_k, contacts)
+    m = list_equations_of(sys, island, n_k, contacts)
     for e in range(m):
         a = contacts.row[e]
         contacts.b[e] = -work.c[a]
@@ -209,8 +209,8 @@ def solve_island(island, n, n_k, asks_determinant, contacts):
                 contacts.b[e] -= work.G[a, work.start[k]] * la[i, 1]
     smallest = decompose_both(m, contacts) if asks_determinant else decompose_alone(m, True, contacts)
     if smallest < DISTINCT_ROWS and m > 1:
-        guess_load(m, contacts)
-        share_load(n, m, address(contacts))
+        guess_load(sys, m, contacts)
+        share_load(address(sys), m, address(contacts))
     else:
         if smallest == 0.0:
             regularise(m, contacts)
@@ -231,22 +231,23 @@ def solve_island(island, n, n_k, asks_determinant, contacts):
 
 
 @kernel
-def guess_load(m, contacts):
+def guess_load(sys, m, contacts):
     """A load of redundant contacts where its share cannot do without: it tells the sign of a bilateral force that
     sticks, and stays where there are more rows than are shared."""
     needs_guess = m > contacts.redundant.planar.family.B.shape[0]
     for e in range(m):
         i = contacts.contact[e]
-        needs_guess = needs_guess or (contacts.kinds[i, 0] == BILATERAL and contacts.mode[i] == ContactMode.STICK)
+        needs_guess = needs_guess or (sys.kinds[i, 0] == BILATERAL and contacts.mode[i] == ContactMode.STICK)
     if needs_guess:
         regularise(m, contacts)
         solve_equations(m, contacts)
 
 
 @kernel
-def add_forces(n, n_k, contacts):
+def add_forces(sys, n_k, contacts):
     """work.du += X^T la, what cancels to rounding set to exactly 0, so that rest is rest for ever; and the sizes of the
     terms that each force is the sum of."""
+    n = sys.n
     work, la = contacts.work, contacts.la
     for k in range(n_k):
         i, a = work.closed[k], work.start[k]
@@ -255,7 +256,7 @@ def add_forces(n, n_k, contacts):
         total, size = work.du[j], abs(work.du[j])
         for k in range(n_k):
             i = work.closed[k]
-            first = 0 if contacts.kinds[i, 0] != GIVEN_FORCE else 1
+            first = 0 if sys.kinds[i, 0] != GIVEN_FORCE else 1
             for a in range(work.start[k], work.start[k + 1]):
                 part = work.X[a, j] * la[i, a - work.start[k] + first]
                 total += part

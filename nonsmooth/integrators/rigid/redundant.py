@@ -25,6 +25,7 @@ from nonsmooth.integrators.rigid.modes import RigidContacts
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.laws import static_coefficient
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
 from nonsmooth.numerics.dense import cholesky, cholesky_solve
 from nonsmooth.numerics.rounding import rounded_sum
@@ -42,16 +43,16 @@ VANISHING = 1e-10  # derived: of the other rows' terms, where its own vanish: W'
 
 
 @kernel("void(int64, int64, int64)", short_loops=True)
-def share_load(n, m, contacts_at):
+def share_load(sys_at, m, contacts_at):
     """Overwrite contacts.z by the admissible forces of least squares of the m equations, or where there are none by the
     least forces of all, and say which in the facts; of more contacts than there is room for, z stays."""
-    contacts = view(contacts_at, RigidContacts)
+    sys, contacts = view(sys_at, Sys), view(contacts_at, RigidContacts)
     planar = contacts.redundant.planar
     family = planar.family
     if m > family.B.shape[0]:
         return
-    rank, is_consistent = orthogonalise(n, m, contacts)
-    reduce(n, m, rank, contacts)
+    rank, is_consistent = orthogonalise(sys.n, m, contacts)
+    reduce(sys.n, m, rank, contacts)
     full = eliminate_completely(m, DEPENDENT_ROW, family)
     for e in range(m):
         family.x[e] = 0.0
@@ -59,7 +60,7 @@ def share_load(n, m, contacts_at):
     for k in range(full):
         family.x[family.column[k]] = -family.B[k, m]
         largest = max(largest, abs(family.B[k, m]))
-    size = list_inequalities(m, BORDER_WIDTH * largest, contacts)
+    size = list_inequalities(sys, m, BORDER_WIDTH * largest, contacts)
     is_admissible = is_consistent and full == rank
     if m > full:
         is_admissible = least_admissible(m, full, size, planar) and is_admissible
@@ -226,24 +227,24 @@ def reduce(n, m, rank, contacts):
 
 
 @kernel
-def list_inequalities(m, slack, contacts):
+def list_inequalities(sys, m, slack, contacts):
     """What the modes ask of the forces z, to family.C and family.e; returns the number of inequalities."""
     family = contacts.redundant.planar.family
     size = 0
     for e in range(m):
         i = contacts.contact[e]
-        kind, sticks = contacts.kinds[i, 0], contacts.mode[i] == ContactMode.STICK
-        if contacts.part[e] == 0 and (kind == UNILATERAL or contacts.kinds[i, 1] > 0):
+        kind, sticks = sys.kinds[i, 0], contacts.mode[i] == ContactMode.STICK
+        if contacts.part[e] == 0 and (kind == UNILATERAL or sys.kinds[i, 1] > 0):
             sign = 1.0
             if kind == BILATERAL:
                 sign = float(contacts.sign[i]) if not sticks else -1.0 if contacts.z[e] < 0.0 else 1.0
             size = impulse_inequality(e, sign, 0.0, -slack, size, m, family)
             if sticks:
-                reach = sign * static_coefficient(contacts.laws, i)
+                reach = sign * static_coefficient(sys.laws, i)
                 size = impulse_inequality(e, reach, 1.0, -slack, size, m, family)
                 size = impulse_inequality(e, reach, -1.0, -slack, size, m, family)
         elif kind == GIVEN_FORCE:
-            reach = static_coefficient(contacts.laws, i) * contacts.la[i, 0] + slack
+            reach = static_coefficient(sys.laws, i) * contacts.la[i, 0] + slack
             size = impulse_inequality(e, 1.0, 0.0, -reach, size, m, family)
             size = impulse_inequality(e, -1.0, 0.0, -reach, size, m, family)
     return size
