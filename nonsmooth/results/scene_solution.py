@@ -51,6 +51,10 @@ class SceneStats:
         Deepest gap at the beginning of a step [m], over all steps and of the last one.
     wall_time, compile_time : float
         [s]
+    energy_gains : int
+        Steps in which the contacts gained energy as they rebounded, as Newton's law of impact lets them.
+    worst_energy_gain : float
+        The most that they gained in one [J].
     """
 
     steps: int
@@ -70,6 +74,8 @@ class SceneStats:
     last_penetration: float
     wall_time: float
     compile_time: float
+    energy_gains: int = 0
+    worst_energy_gain: float = 0.0
 
 
 class BodyMotion(NamedTuple):

@@ -11,7 +11,15 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.memory import require_memory
-from nonsmooth.errors import InvalidInput, PenetrationWarning, ResidualWarning, Status, said_by, warn_caller
+from nonsmooth.errors import (
+    EnergyGainWarning,
+    InvalidInput,
+    PenetrationWarning,
+    ResidualWarning,
+    Status,
+    said_by,
+    warn_caller,
+)
 from nonsmooth.integrators.assembly.progress import DONE, LOST, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
@@ -206,6 +214,7 @@ class SceneRun:
             methods, counts["sweeps"], counts["factors"], counts["impacts"], counts["asleep"], assembly.tol,
             figures["residual"], figures["last_residual"], counts["missed"], figures["penetration"],
             figures["last_penetration"], self.wall_time, self.compile_time,
+            counts["gains"], figures["gain"],
         )  # fmt: skip
 
     def message(self) -> str:
@@ -261,11 +270,21 @@ def simulate_scene(
     solution = run.solution()
     if solution.stats.missed and run.status == Status.FINISHED:
         warn_caller(missed_residual(solution.stats), ResidualWarning)
+    if solution.stats.energy_gains:
+        warn_caller(rebound_gain(solution.stats), EnergyGainWarning)
     if solution.stats.worst_penetration > DEEP * run.assembly.smallest:
         warn_caller(deep_penetration(solution.stats, run.assembly.smallest), PenetrationWarning)
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
+
+
+def rebound_gain(stats: SceneStats) -> str:
+    """What is to be said of a run whose contacts gained energy."""
+    return (
+        f"the contacts gained energy in {stats.energy_gains} impacts, up to {stats.worst_energy_gain:.3g} J: Newton's "
+        "law of impact lets them where e > 0 and friction acts, or several contacts are hit at once; e = 0 gains nothing"
+    )
 
 
 def deep_penetration(stats: SceneStats, smallest: float) -> str:

@@ -15,7 +15,14 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts, keep_impulses
 from nonsmooth.integrators.assembly.project import Moves
-from nonsmooth.integrators.records import FORCE_WORK, FRICTION_WORK, NORMAL_WORK, PROJECTION_WORK, SURFACE_WORK
+from nonsmooth.integrators.records import (
+    FORCE_WORK,
+    FRICTION_WORK,
+    N_LEDGER,
+    NORMAL_WORK,
+    PROJECTION_WORK,
+    SURFACE_WORK,
+)
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, view
 from nonsmooth.scenes.detection import Found
@@ -24,7 +31,8 @@ from nonsmooth.scenes.detection import Found
 class Ledger(Block):
     """Works since the start [J], in the columns of integrators/records.py."""
 
-    work: Array[Floats, 5]
+    work: Array[Floats, N_LEDGER]
+    landing: Array[Floats, N_LEDGER]  # of the contacts of the step alone, after its free motion
 
 
 @kernel
@@ -115,13 +123,26 @@ def book_step(bodies_at, found_at, contacts_at, network_at, moves_at, ledger_at,
     book(bodies, found, contacts, network, moves, ledger, dt, is_pushed)
 
 
-@kernel("void(int64, int64, int64, int64)")
+@kernel("void(int64, int64, int64)")
+def book_landing(bodies_at, network_at, ledger_at):
+    """What the contacts of a step take from its free motion, before they rebound."""
+    bodies, network, ledger = view(bodies_at, Bodies), view(network_at, Network), view(ledger_at, Ledger)
+    d = bodies.gravity.shape[0]
+    for column in range(N_LEDGER):
+        ledger.landing[column] = 0.0
+    book_contacts(bodies, network, network.v_free, d, 3 * (d - 1), ledger.landing)
+
+
+@kernel("float64(int64, int64, int64, int64)")
 def book_impact(bodies_at, contacts_at, network_at, ledger_at):
-    """Book the impacts of a step."""
+    """Book the impacts of a step; returns what the contacts gained in landing and rebounding [J]."""
     bodies, contacts = view(bodies_at, Bodies), view(contacts_at, Contacts)
     network, ledger = view(network_at, Network), view(ledger_at, Ledger)
     d = bodies.gravity.shape[0]
     n = 3 * (d - 1)
-    book_contacts(bodies, network, network.v_free, d, n, ledger.work)
+    work, landing = ledger.work, ledger.landing
+    before = work[NORMAL_WORK] + work[FRICTION_WORK]
+    book_contacts(bodies, network, network.v_free, d, n, work)
     add_impulses(contacts, network, d, False)
     finish(bodies, network, n)
+    return work[NORMAL_WORK] + work[FRICTION_WORK] - before + landing[NORMAL_WORK] + landing[FRICTION_WORK]

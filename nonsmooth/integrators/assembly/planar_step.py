@@ -12,7 +12,7 @@ from __future__ import annotations
 from nonsmooth.contact.network.problem import Network, judge_planar, prepare_planar
 from nonsmooth.contact.network.solve import solve_planar
 from nonsmooth.integrators.assembly.bodies import Bodies
-from nonsmooth.integrators.assembly.book import book_impact, book_step
+from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import write_contacts_planar
 from nonsmooth.integrators.assembly.impact import begin_impact_planar
 from nonsmooth.integrators.assembly.planar import predict_planar
@@ -23,15 +23,16 @@ from nonsmooth.integrators.assembly.progress import (
     MORE_CONTACTS,
     MORE_FACTORS,
     MORE_PAIRS,
+    NOT_MET,
     PREDICT,
     REBOUND,
     SOLVE,
-    UNMET,
     UNSOLVED,
     Progress,
     deepest_gap,
     is_met,
     margin_of,
+    note_gain,
     note_islands,
     note_step,
     sleep,
@@ -80,7 +81,8 @@ def take_step(progress):
         end = solve(progress, places, network)
         if end != DONE:
             return end
-        book_impact(places.bodies, places.contacts, places.network, places.ledger)
+        gain = book_impact(places.bodies, places.contacts, places.network, places.ledger)
+        note_gain(gain, view(places.ledger, Ledger), progress)
         progress.stage = PREDICT
     if not is_met(network):
         progress.counts.missed += 1
@@ -120,7 +122,7 @@ def solve(progress, places, network):
             return MORE_FACTORS
         if not is_met(network):
             progress.is_tried = 1
-            return UNMET
+            return NOT_MET
     progress.is_tried = 0
     note_islands(network, progress.counts)
     residual = judge_planar(places.network)
@@ -149,6 +151,7 @@ def rebounds(progress, places, network):
     """Whether contacts rebound; then the problem of their impact is written."""
     if progress.has_restitution == 0 or network.n_c == 0:
         return False
+    book_landing(places.bodies, places.network, places.ledger)
     if begin_impact_planar(places.bodies, places.found, places.contacts, places.network, progress.dt) == 0:
         return False
     prepare_planar(places.network)

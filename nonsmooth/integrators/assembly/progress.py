@@ -5,14 +5,16 @@ from __future__ import annotations
 from math import sqrt
 
 from nonsmooth.contact.network.solve import BY_FACTORS, BY_START, BY_SWEEPS
+from nonsmooth.integrators.records import FRICTION_WORK, NORMAL_WORK
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block
 
+GAIN = 1e-4  # chosen: of what was lost in landing: contact problems are solved to a residual, not to rounding
 SPEED_SHARE = 1.0  # measured: of the way of the fastest body in a step, in the margin
 # where a step goes on when there is room for what it found
 PREDICT, FIND, SOLVE, REBOUND = range(4)
 # how a run of steps comes back
-DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, UNMET, LOST, UNSOLVED = range(7)
+DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, NOT_MET, LOST, UNSOLVED = range(7)
 
 
 class Places(Block):
@@ -36,6 +38,7 @@ class Counts(Block):
 
     steps: int
     impacts: int  # steps in which contacts rebounded
+    gains: int  # of these, steps in which the contacts gained energy
     missed: int  # whose residual stayed above the tolerance
     most_contacts: int
     kept: int  # islands, of steps, that the impulses of the step before solved
@@ -55,6 +58,7 @@ class Figures(Block):
     since_penetration: float
     last_residual: float
     last_penetration: float
+    gain: float  # [J] of a step, the largest
 
 
 class Progress(Block):
@@ -139,8 +143,16 @@ def sleep(bodies, network, steps, progress):
 
 
 @kernel
+def note_gain(gain, ledger, progress):
+    """Note what the contacts gained in a step in which they rebounded."""
+    if gain > GAIN * (abs(ledger.landing[NORMAL_WORK]) + abs(ledger.landing[FRICTION_WORK])):
+        progress.counts.gains += 1
+        progress.figures.gain = max(progress.figures.gain, gain)
+
+
+@kernel
 def margin_of(progress, bodies):
-    """Gap below which shapes are candidates for a contact: an impact may turn the velocity of a body within the step."""
+    """Gap below which shapes are candidates: an impact may turn the velocity of a body within the step."""
     v, fastest = bodies.motion.v, 0.0
     d = bodies.gravity.shape[0]
     for b in range(v.shape[0]):

@@ -27,11 +27,11 @@ SHARE = 0.2  # chosen: of a penetration that a step takes back: more throws bodi
 SWEEPS = 10  # measured: of a falling heap of 1000 discs: 20 leave the same penetration
 # chosen: a velocity of approach below this part of what gravity gives in a step is none: 1e-6 g dt^2 is 4e-11 m at 2 ms
 STILL = 1e-6
-ROUNDING = 1e-12  # chosen: of a velocity made from terms of such a size: a few thousand roundings
+EXACT_VELOCITY = 1e-12  # chosen: of a velocity made from terms of such a size: a few thousand roundings
 
 
 # measured: of a velocity, by what Newton's method leaves of it: 1e-13 of the sum that it is made of; rest is rest
-ROUNDINGS = 8192
+VELOCITY_ROUNDINGS_LEFT = 8192
 
 
 class Moves(Block):
@@ -72,7 +72,7 @@ def rest(network, d, n, moves):
                     size[network.j[c], x] += abs(network.Y_j[c, row, x]) * P
     for b in range(v.shape[0]):
         for x in range(n):
-            if abs(v[b, x]) <= rounded_sum(ROUNDINGS, size[b, x]):
+            if abs(v[b, x]) <= rounded_sum(VELOCITY_ROUNDINGS_LEFT, size[b, x]):
                 v[b, x] = 0.0
 
 
@@ -91,7 +91,7 @@ def find_landings(bodies, found, network, dt, n, moves):
             c = islands.contacts[at]
             before, size = normal_velocity(network, c, bodies.v_0, n)
             after, _ = normal_velocity(network, c, network.v, n)
-            limit = still + ROUNDING * size
+            limit = still + EXACT_VELOCITY * size
             gap = max(found.gap[c], 0.0)
             if (network.P[c, 0] > 0.0 and before < -limit) or gap + 0.5 * dt * (before + after) < -dt * limit:
                 moves.lands[k] = 1

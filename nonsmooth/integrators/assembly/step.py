@@ -15,12 +15,12 @@ from nonsmooth.contact.network.problem import Network, judge_planar, judge_spati
 from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.bodies import Bodies
-from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_step
+from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
 from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.planar_step import take_steps_planar
-from nonsmooth.integrators.assembly.progress import MORE_CONTACTS, MORE_FACTORS, MORE_PAIRS, UNMET, Progress
+from nonsmooth.integrators.assembly.progress import MORE_CONTACTS, MORE_FACTORS, MORE_PAIRS, NOT_MET, Progress
 from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.jit import Kernel, load_all
@@ -31,6 +31,7 @@ from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import Shapes
 
 MARGIN = 100.0  # measured: g dt^2 of the margin: with 25 a neighbour pushes bodies into pairs that were not listed
+LEAST_MARGIN = 1e-3  # chosen: of the largest bounded shape: what touches without gravity is a contact too
 REACH_SHARE = 0.25  # chosen: of the largest bounded shape that the margin may be
 TIGHT = 1e-10  # chosen: of the smallest shape: a penetration below it is a rounding, and is not taken back
 MOST_FACTORS = 400  # measured: of an island in a step: heaps that take more do not end
@@ -57,14 +58,14 @@ def stages_of(dim: int, has_restitution: bool) -> Stages:
     """Those of the plane or of space; nothing of the other is compiled, and no impact where nothing rebounds."""
     if dim == 2:
         others = [predict_planar, write_contacts_planar, prepare_planar, solve_planar, judge_planar, move_bodies_planar]
-        others += [begin_impact_planar, book_impact] if has_restitution else []
+        others += [begin_impact_planar, book_landing, book_impact] if has_restitution else []
         return Stages(take_steps_planar, find_contacts_planar, planar_scratch, (*others, book_step))
     from nonsmooth.integrators.assembly.spatial_step import take_steps_spatial
     from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
     from nonsmooth.scenes.spatial.placement import spatial_scratch
 
     others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
-    others += [begin_impact_spatial, book_impact] if has_restitution else []
+    others += [begin_impact_spatial, book_landing, book_impact] if has_restitution else []
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, (*others, move_bodies_spatial, book_step))
 
 
@@ -117,7 +118,8 @@ class Assembly:
         """Take so many steps; returns DONE, LOST or UNSOLVED."""
         progress = self.progress
         progress.dt = dt
-        progress.margin, progress.widest = MARGIN * self.gravity * dt * dt, REACH_SHARE * self.largest
+        progress.margin = max(MARGIN * self.gravity * dt * dt, LEAST_MARGIN * self.largest)
+        progress.widest = REACH_SHARE * self.largest
         first = int(progress.counts.steps)
         while True:
             end = int(self.stages.take(progress.address, most - (int(progress.counts.steps) - first)))
@@ -126,7 +128,7 @@ class Assembly:
             elif end == MORE_PAIRS:
                 self.scratch = self.stages.scratch(self.shapes, int(ROOM * int(progress.wanted)))
                 self._write_places()
-            elif end == UNMET:
+            elif end == NOT_MET:
                 rescue(self.network, self.tol)
             elif end == MORE_FACTORS:
                 self.fill = int(ROOM * int(progress.wanted))

@@ -262,3 +262,19 @@ def test_thin_and_fast_bodies_that_come_through_a_wall_are_told():
     with pytest.warns(ns.PenetrationWarning, match="smaller dt"):
         scene.body(ns.Disc(0.05), mass=1, position=(0.7, 0.0), name="between")
         simulate(scene, 0.8, 1e-3, on_failure="return")
+
+
+def test_energy_that_newtons_law_makes_with_friction_is_told():
+    """A slender rod that hits the ground with e = 0.9 and mu = 0.6 has more energy afterwards than before."""
+    material, angle = ns.Material(mu=0.6, e=0.9), 0.75
+    scene = ns.Scene(gravity=(0, 0), material=material)
+    scene.fixed(ns.HalfPlane((0, 1)))
+    height = 0.5 * np.sin(angle) + 0.02
+    scene.body(ns.Capsule(1.0, 0.01), mass=1, position=(0, height), turn=angle, velocity=(0.41, -1), spin=2.45)
+    with pytest.warns(ns.EnergyGainWarning, match="gained energy in 1 impacts"):
+        solution = simulate(scene, 0.1, 1e-4)
+    kinetic = solution.ledger["kinetic"]
+    assert (
+        solution.stats.worst_energy_gain == pytest.approx(kinetic[-1] - kinetic[0], rel=1e-6)
+        and kinetic[-1] > kinetic[0]
+    )
