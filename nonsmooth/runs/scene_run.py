@@ -282,8 +282,9 @@ def simulate_scene(
 def rebound_gain(stats: SceneStats) -> str:
     """What is to be said of a run whose contacts gained energy."""
     return (
-        f"the contacts gained energy in {stats.energy_gains} impacts, up to {stats.worst_energy_gain:.3g} J: Newton's "
-        "law of impact lets them where e > 0 and friction acts, or several contacts are hit at once; e = 0 gains nothing"
+        f"the contacts gained energy in {stats.energy_gains} impacts, up to {stats.worst_energy_gain:.3g} J: "
+        "Newton's law of impact lets them where e > 0 and friction acts, or several contacts are hit at once; "
+        "e = 0 gains nothing"
     )
 
 
