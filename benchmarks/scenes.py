@@ -1,91 +1,231 @@
-"""The systems that the core is timed on."""
+"""``python -m benchmarks scenes [quick] [NAME ...]``: scenes of many bodies beside MuJoCo, PyBullet, pymunk and Box2D.
+
+All programs are handed the same scene and take turns, some steps each, in one process: what else the machine does
+meets all alike. Processor time is that of the steps alone. After each turn the bodies of every program are put into
+our own shapes: penetration is that of our gaps for all. A residual only we have, |natural map| / |impulses|, the worst
+of a turn's steps. What is not installed is named in the table.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+import platform
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
-from nonsmooth.mechanics.system import Contact, System
+import numpy as np
 
+from benchmarks.core import import_time, script
+from benchmarks.peers import adapter, imports
+from benchmarks.scene_stages import print_stages
+from models.scenes import BlockOnIncline, BoxStack, Pyramid, SphereBox
+from nonsmooth.scenes.materials import Material
+from nonsmooth.scenes.scene import Scene
+from nonsmooth.scenes.shapes import Disc, HalfPlane
 
-class Rod(NamedTuple):
-    m: float = 1.0  # mass [kg]
-    l: float = 2.0  # length [m]
-    I: float = 1 / 3  # central inertia [kg m^2]
-    g: float = 9.81  # gravity [m/s^2]
-    mu: float = 0.5  # friction coefficient
-
-
-def sliding_rod() -> System:
-    """A rod on a floor: three coordinates, one frictional contact, rows that vary."""
-
-    def mass(t, q, p, M):
-        M[0, 0] = p.m
-        M[1, 1] = p.m
-        M[2, 2] = p.I
-
-    def force(t, q, u, p, h):
-        h[1] = -p.m * p.g
-
-    def gap(t, q, p, g_N):
-        g_N[0] = q[1] - p.l / 2 * math.sin(q[2])
-
-    def normal(t, q, p, W_N):
-        W_N[0, 1] = 1.0
-        W_N[0, 2] = -p.l / 2 * math.cos(q[2])
-
-    def tangent(t, q, p, W_F):
-        W_F[0, 0, 0] = 1.0
-        W_F[0, 0, 2] = p.l / 2 * math.sin(q[2])
-
-    return System(n_q=3, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent,
-                  contacts=[Contact(mu="mu")], parameters=Rod(), name="rod")  # fmt: skip
+DT = 2e-3  # s, chosen: of every scene and program
+TURNS = 20  # chosen: in which the steps of a run are taken
+AT_END = 5  # chosen: turns of the end, whose median is told apart
+COARSE = {"tol": 1e-4, "sweeps": 30}  # chosen: as an engine for speed would be set
+FINE = {"tol": 1e-6, "sweeps": 60}  # chosen: between that and the default
+GROWTH = (100, 1000, 10_000)  # spheres
+FIRST_USE = "import nonsmooth as ns; from models.scenes import BoxStack; s = BoxStack(n=2, dim={dim}); "
+FIRST_USE += "print(ns.simulate(s, (0, 0.01), integrator=ns.MoreauJean(dt=s.dt)).stats.compile_time)"
+HEADER = (
+    "| scene | program | ms a step: first | mean | at the end | residual: worst | at the end | penetration [m]: worst "
+    "| at the end | moved |\n|---|---|---|---|---|---|---|---|---|---|"
+)
 
 
-class Blocks(NamedTuple):
-    m: float = 1.0  # mass of a block [kg]
-    k: float = 100.0  # stiffness between neighbours [N/m]
-    g: float = 9.81  # gravity [m/s^2]
-    mu: float = 0.3  # friction coefficient
+class Program(NamedTuple):
+    """A program with its settings."""
+
+    label: str
+    package: str
+    module: str
+    options: dict[str, Any] = {}
 
 
-def row_of_blocks(n: int, k: float = Blocks().k, is_stiff: bool = False) -> System:
-    """n blocks on a floor, coupled by springs: q = (x_1, y_1, x_2, ...), n frictional contacts, all closed.
+OURS = Program("nonsmooth", "nonsmooth", "nonsmooth_scenes")
+AWAKE = OURS._replace(label="nonsmooth, may_sleep=False", options={"may_sleep": False})
+AT_SPEED = [
+    OURS._replace(label=f"nonsmooth, tol={o['tol']:g}, sweeps={o['sweeps']}", options=o) for o in (FINE, COARSE)
+]
+MUJOCO = Program("MuJoCo", "mujoco", "mujoco_scenes")
+NOSLIP = MUJOCO._replace(label="MuJoCo, noslip 10", options={"noslip": 10})
+PYBULLET = Program("PyBullet", "pybullet", "pybullet_scenes")
+PYMUNK = Program("pymunk", "pymunk", "pymunk_scenes")
+BOX2D = Program("Box2D 2.3", "Box2D", "box2d_scenes")
+STACKED, PILED = [OURS, AWAKE, MUJOCO, NOSLIP, PYBULLET], [OURS, *AT_SPEED, MUJOCO, PYBULLET]
+LAID, POURED = [OURS, AWAKE, PYMUNK, BOX2D], [OURS, *AT_SPEED, PYMUNK, BOX2D]
 
-    A stiff row gives its stiffness k [N/m] to the methods that are implicit in it.
-    """
 
-    def mass(t, q, p, M):
-        for i in range(2 * n):
-            M[i, i] = p.m
+class Case(NamedTuple):
+    """A scene, the time that it runs [s], who runs it, and whether it should stay where it is."""
 
-    def force(t, q, u, p, h):
-        for i in range(n):
-            h[2 * i + 1] = -p.m * p.g
-        for i in range(n - 1):
-            pull = p.k * (q[2 * i + 2] - q[2 * i])
-            h[2 * i] += pull
-            h[2 * i + 2] -= pull
+    scene: Callable[[], Scene]
+    t_end: float
+    programs: list[Program]
+    stays: bool
 
-    def stiffness(t, q, u, p, K):
-        for i in range(n):
-            K[2 * i, 2 * i] = p.k * ((i > 0) + (i < n - 1))
-        for i in range(n - 1):
-            K[2 * i, 2 * i + 2] = -p.k
-            K[2 * i + 2, 2 * i] = -p.k
 
-    def gap(t, q, p, g_N):
-        for i in range(n):
-            g_N[i] = q[2 * i + 1]
+def cases(is_quick: bool) -> dict[str, Case]:
+    """All of them, or small ones."""
+    n, rows, share = (30, 3, 0.02) if is_quick else (1000, 45, 1.0)
+    return {
+        "S2tilt": Case(BlockOnIncline(share=0.5).scene, 10.0 * share, STACKED, True),
+        "S7": Case(BoxStack().scene, 10.0 * share, STACKED, True),
+        "S7h": Case(BoxStack(top_ratio=1e3).scene, 10.0 * share, STACKED, True),
+        "S7h6": Case(BoxStack(top_ratio=1e6).scene, 10.0 * share, [OURS, MUJOCO], True),
+        "S6": Case(SphereBox(n=n).scene, 1.0 * share, PILED, False),
+        "pyramid": Case(Pyramid(rows=rows).scene, 1.0 * share, LAID, True),
+        "discs": Case(lambda: discs(n), 3.0 * share, POURED, False),
+    }
 
-    def normal(t, q, p, W_N):
-        for i in range(n):
-            W_N[i, 2 * i + 1] = 1.0
 
-    def tangent(t, q, p, W_F):
-        for i in range(n):
-            W_F[i, 0, 2 * i] = 1.0
+def main(words: list[str]) -> int:
+    """Print the tables."""
+    is_quick, names = "quick" in words, [word for word in words if word != "quick"]
+    known: dict[str, Callable[[], None]] = {
+        name: lambda name=name, case=case: print_case(name, case)  # type: ignore[misc]
+        for name, case in cases(is_quick).items()
+    }
+    known["growth"] = lambda: print_growth(GROWTH[:1] if is_quick else GROWTH, 20 if is_quick else 300)
+    known["stages"] = lambda: print_stages(30 if is_quick else 1000, 4 if is_quick else 500, COARSE)
+    known["first"] = print_first_use
+    if unknown := [name for name in names if name not in known]:
+        print(f"there is no scene {unknown[0]!r}; known: {', '.join(known)}", file=sys.stderr)
+        return 2
+    print(f"{platform.platform()}, Python {platform.python_version()}, dt = {DT:g} s")
+    for name in names or [name for name in known if not is_quick or name != "first"]:
+        print(f"\n{name}: load of the machine {load()}", flush=True)
+        known[name]()
+    return 0
 
-    return System(n_q=2 * n, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent,
-                  stiffness=stiffness if is_stiff else None, contacts=[Contact(mu="mu")] * n,
-                  parameters=Blocks(k=k), name=f"row of {n} blocks")  # fmt: skip
+
+def load() -> str:
+    """Processes that want a processor, over a minute, and how many processors there are."""
+    import os
+
+    return f"{os.getloadavg()[0]:.1f} on {os.cpu_count()} processors"
+
+
+@dataclass
+class Course:
+    """A program on its way through a scene."""
+
+    motion: Any
+    seconds: list[float] = field(default_factory=list)  # of processor a step, one for each turn
+    counts: list[int] = field(default_factory=list)
+    depth: list[float] = field(default_factory=list)  # [m]
+    residual: list[float] = field(default_factory=list)
+    places: list[np.ndarray] = field(default_factory=list)  # of the bodies that move, before and after each turn
+
+    def take(self, count: int, judge: Any) -> None:
+        """A turn."""
+        began = time.process_time()
+        self.motion.step(count)
+        self.seconds.append((time.process_time() - began) / count)
+        self.counts.append(count)
+        self.places.append(self.motion.places()[0])
+        self.depth.append(judge.penetration(*self.motion.places()))
+        if hasattr(self.motion, "residual"):
+            self.residual.append(self.motion.residual())
+
+
+def print_case(name: str, case: Case) -> None:
+    """All programs side by side."""
+    print(HEADER)
+    judge = adapter("nonsmooth_scenes").Judge(case.scene(), DT)
+    courses = {p.label: started(p, case.scene) for p in case.programs if imports(p.package)}
+    for count in turns(round(case.t_end / DT)):
+        for course in courses.values():
+            course.take(count, judge)
+    for program in case.programs:
+        figures = row(courses[program.label], case.stays) if program.label in courses else "not installed" + " |" * 7
+        print(f"| {name} | {program.label} | {figures} |", flush=True)
+
+
+def started(program: Program, scene: Callable[[], Scene]) -> Course:
+    """A program before its first step."""
+    course = Course(adapter(program.module).Motion(scene(), DT, **program.options))
+    course.places.append(course.motion.places()[0])
+    return course
+
+
+def turns(steps: int) -> list[int]:
+    """The first step alone, then about equal parts."""
+    edges = np.linspace(1, steps, TURNS + 1).round().astype(int)
+    return [1, *(int(count) for count in np.diff(edges) if count > 0)]
+
+
+def row(course: Course, stays: bool) -> str:
+    """The figures of a run."""
+    mean = float(np.average(course.seconds[1:], weights=course.counts[1:]))
+    times = [course.seconds[0], mean, statistics.median(course.seconds[-AT_END:])]
+    residuals = f"{max(course.residual):.0e} | {course.residual[-1]:.0e}" if course.residual else "- | -"
+    if stays:
+        moved = f"{distance(course.places[0], course.places[-1]):.1e} m"
+    else:
+        moved = f"{distance(*course.places[-2:]) / (course.counts[-1] * DT):.1e} m/s"
+    cells = [
+        *(f"{1e3 * t:.3g}" for t in times),
+        residuals,
+        f"{max(course.depth):.1e}",
+        f"{course.depth[-1]:.1e}",
+        moved,
+    ]
+    return " | ".join(cells)
+
+
+def distance(a: np.ndarray, b: np.ndarray) -> float:
+    """The farthest that a body went [m]."""
+    return float(np.linalg.norm(b - a, axis=1).max())
+
+
+def print_growth(sizes: tuple[int, ...], steps: int) -> None:
+    """The time of a step against the number of spheres, at the coarse tolerance."""
+    courses = {n: started(AT_SPEED[-1], SphereBox(n=n).scene) for n in sizes}
+    judges = {n: adapter("nonsmooth_scenes").Judge(SphereBox(n=n).scene(), DT) for n in sizes}
+    for count in turns(steps):
+        for n, course in courses.items():
+            course.take(count, judges[n])
+    print("| spheres | ms a step: mean | at the end | contacts | residual: worst | penetration [m]: worst | exponent |")
+    print("|---|---|---|---|---|---|---|")
+    before: tuple[int, float] | None = None
+    for n, course in courses.items():
+        mean = float(np.average(course.seconds[1:], weights=course.counts[1:]))
+        exponent = f"{math.log(mean / before[1]) / math.log(n / before[0]):.2f}" if before else ""
+        print(
+            f"| {n} | {1e3 * mean:.3g} | {1e3 * statistics.median(course.seconds[-AT_END:]):.3g} | "
+            f"{course.motion.run.stats().contacts} | {max(course.residual):.0e} | {max(course.depth):.1e} | {exponent} |",
+            flush=True,
+        )
+        before = n, mean
+
+
+def print_first_use() -> None:
+    """Seconds of compiling of the first scene of a kind on a machine, and of the import."""
+    for kind, dim in (("planar", 2), ("spatial", 3)):
+        with tempfile.TemporaryDirectory() as folder:
+            first, second = (script(FIRST_USE.format(dim=dim), folder, read=True) for _ in range(2))
+        print(f"first {kind} scene: {first:.1f} s of compiling, once; {second:.2f} s in the next process")
+    print(f"import nonsmooth: {import_time():.3f} s")
+
+
+def discs(n: int) -> Scene:
+    """Discs over a floor between two walls, in rows of 25 that are not quite regular."""
+    r, pitch, off, a_row, rng = 0.05, 0.12, 0.005, 25, np.random.default_rng(1)
+    scene = Scene(gravity=(0.0, -9.81), material=Material(mu=0.5))
+    scene.fixed(HalfPlane((0, 1)), name="floor")
+    for side, name in ((1, "left"), (-1, "right")):
+        scene.fixed(HalfPlane((side, 0), -0.5 * pitch * a_row), name=name)
+    for k in range(n):
+        place = pitch * np.array([k % a_row - 0.5 * (a_row - 1), k // a_row + 0.5]) + rng.uniform(-off, off, 2)
+        scene.body(Disc(r), density=1000, position=place, name=f"disc {k}")
+    return scene

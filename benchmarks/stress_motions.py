@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.scenes import row_of_blocks
+from benchmarks.core_scenes import row_of_blocks
 from benchmarks.stress_figures import EPS, Case, Method
 from benchmarks.stress_scenes import box_on
 from nonsmooth.commands.catalogue import load_model

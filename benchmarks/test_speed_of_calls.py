@@ -7,7 +7,7 @@ import sys
 import pytest
 
 import nonsmooth as ns
-from benchmarks.scenes import sliding_rod
+from benchmarks.core_scenes import sliding_rod
 
 COMMANDS = {
     "an empty interpreter": "pass",

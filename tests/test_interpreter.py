@@ -17,7 +17,7 @@ import pytest
 from scipy import sparse
 
 import nonsmooth as ns
-from benchmarks import contact_scenes, scenes, stress_random, stress_scenes
+from benchmarks import contact_scenes, core_scenes, stress_random, stress_scenes
 from models import (
     BeadChain,
     BeltOscillator,
@@ -214,7 +214,7 @@ FEATURES = {
     "accumulation of impacts": (of_model(BouncingBall(e=0.3), 0.3, height=0.01), INTEGRATORS[1]),
     "accumulation of impacts, extrapolated": (of_model(BouncingBall(e=0.3), 0.3, height=0.01), INTEGRATORS[2]),
     "given normal force": (of_model(ModeCoupling(), 0.05), INTEGRATORS[0]),
-    "row of five blocks": (scene(scenes.row_of_blocks(5), [0.3, 0, -0.2, 0, 0, 0, 0.1, 0, 0, 0], 0.01), INTEGRATORS[0]),
+    "row of five blocks": (scene(core_scenes.row_of_blocks(5), [0.3, 0, -0.2, 0, 0, 0, 0.1, 0, 0, 0], 0.01), INTEGRATORS[0]),
     "tower of four": (
         scene(stress_scenes.tower(4, stress_scenes.Tower()), [0, 0, 0.2, 0, 0, 0, 0.1, 0], 0.01), INTEGRATORS[0],
     ),
@@ -233,7 +233,7 @@ def test_what_an_integrator_can_do_has_the_same_bits_at_both_speeds(name):
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=lambda i: type(i).__name__)
 @pytest.mark.parametrize("law", LAWS[:2], ids=lambda law: type(law).__name__)
 def test_two_blocks_under_different_laws_have_the_same_bits_at_both_speeds(law, integrator):
-    system = replace(scenes.row_of_blocks(2), contacts=[ns.Contact(mu=law), ns.Contact(mu=0.2)])
+    system = replace(core_scenes.row_of_blocks(2), contacts=[ns.Contact(mu=law), ns.Contact(mu=0.2)])
     compare_runs(scene(system, [0.3, 0.0, -0.2, 0.0], 0.01), integrator)
 
 

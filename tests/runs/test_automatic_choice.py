@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from benchmarks.scenes import row_of_blocks
+from benchmarks.core_scenes import row_of_blocks
 from benchmarks.stress_scenes import Tower, tower
 from models import BeadChain, BouncingBall, FollowerForceArm, PainleveRod, RockingBlock
 from nonsmooth.commands.cli import main

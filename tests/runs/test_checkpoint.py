@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from benchmarks.scenes import row_of_blocks
+from benchmarks.core_scenes import row_of_blocks
 from models import BeadChain, BouncingBall, PainleveRod, RockingBlock, SpragSlip, WallPendulum
 from nonsmooth.results import checkpoint as store
 

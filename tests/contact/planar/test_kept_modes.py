@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from benchmarks.scenes import row_of_blocks
+from benchmarks.core_scenes import row_of_blocks
 from benchmarks.stress_scenes import Tower, tower
 from nonsmooth.contact.planar import kept
 from nonsmooth.contact.planar import ladder as planar

@@ -17,7 +17,7 @@ import pytest
 
 import nonsmooth as ns
 from benchmarks import stress_random
-from benchmarks.scenes import row_of_blocks
+from benchmarks.core_scenes import row_of_blocks
 from benchmarks.stress_scenes import Tower, tower
 from nonsmooth.mechanics.laws import LAW_C, LAW_E_N
 from nonsmooth.mechanics.system import NORMAL, TANGENT

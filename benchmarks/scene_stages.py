@@ -1,0 +1,103 @@
+"""Which stage of a step of falling spheres takes how long: the stages of ``spatial_step``, called one by one."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from benchmarks.peers import adapter
+from models.scenes import SphereBox
+from nonsmooth.contact.network.problem import judge_spatial, prepare_spatial
+from nonsmooth.contact.network.rescue import rescue
+from nonsmooth.contact.network.solve import solve_spatial
+from nonsmooth.integrators.assembly.book import book_step
+from nonsmooth.integrators.assembly.contacts import write_contacts_spatial
+from nonsmooth.integrators.assembly.project import move_bodies_spatial
+from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
+
+STAGES = ("predict", "find", "turn", "write", "prepare", "solve", "rescue", "judge", "move", "book")
+PARTS = 5  # chosen: of the run, told apart
+ROOM, ROOM_OF_FEW = 6, 100  # chosen: contacts a sphere, and beside: a heap has three a sphere
+FACTOR_ROOM = 1.5  # chosen: by which there is more room for factors than was wanted
+
+
+class Stepper:
+    """A motion whose steps are taken stage by stage; bodies that rebound it does not know."""
+
+    def __init__(self, motion: Any) -> None:
+        self.assembly, self.dt = motion.run.assembly, motion.dt
+        self.motion, self.seconds = motion, dict.fromkeys(STAGES, 0.0)
+
+    def timed(self, stage: str, call: Callable, *arguments: Any) -> Any:
+        """What the call returns."""
+        began = time.process_time()
+        result = call(*arguments)
+        self.seconds[stage] += time.process_time() - began
+        return result
+
+    def step(self) -> None:
+        """One step."""
+        assembly, progress, at, dt = self.assembly, self.assembly.progress, self.assembly.progress.places, self.dt
+        self.timed("predict", predict_spatial, at.bodies, dt)
+        n = self.timed("find", assembly.stages.find, at.shapes, at.motion, dt, progress.margin, at.found, at.scratch)
+        if not 0 <= n <= len(assembly.found.gap):
+            raise MemoryError(f"there is no room for {n} contacts")
+        network = assembly.network
+        network.n_c = n
+        self.timed("turn", turn_inertia, at.bodies, at.network)
+        places = at.bodies, at.shapes, at.surfaces, at.found, at.contacts, at.network
+        self.timed("write", write_contacts_spatial, *places, dt)
+        self.timed("prepare", prepare_spatial, at.network)
+        self.solve()
+        self.timed("judge", judge_spatial, at.network)
+        pushed = int(assembly.found.gap[:n].min(initial=0.0) < -progress.tight)
+        self.timed("move", move_bodies_spatial, at.bodies, at.found, at.network, at.moves, dt, progress.theta, pushed)
+        booked = at.bodies, at.found, at.contacts, at.network, at.moves, at.ledger
+        self.timed("book", book_step, *booked, dt, pushed)
+
+    def solve(self) -> None:
+        """The contact problem, with as much room for factors as it wants; where it is not met, other solvers."""
+        assembly, at = self.assembly, self.assembly.progress.places
+        while (wanted := self.timed("solve", solve_spatial, at.network, at.solver)) > 0:
+            assembly.fill = int(FACTOR_ROOM * wanted)
+            assembly._make_solver()
+        islands = assembly.network.islands
+        if not islands.is_met[: int(islands.count)].all():
+            self.timed("rescue", rescue, assembly.network, assembly.tol)
+
+
+def print_stages(n: int, steps: int, options: dict[str, Any]) -> None:
+    """Milliseconds a step of each stage, over parts of the run, for a coarse tolerance and the default."""
+    scene = SphereBox(n=n)
+    for label, given in (("default options", {}), (", ".join(f"{k}={v:g}" for k, v in options.items()), options)):
+        print(f"\n{n} spheres, {label}: processor ms a step\n")
+        print("| steps | " + " | ".join(STAGES) + " | sum | contacts | sweeps | factors |\n" + "|---" * 15 + "|")
+        stepper = make_stepper(scene, given)
+        for steps_of_part in np.array_split(np.arange(steps), PARTS):
+            if len(steps_of_part):
+                print(part(stepper, steps_of_part))
+
+
+def make_stepper(scene: SphereBox, options: dict[str, Any]) -> Stepper:
+    """With room for all that will touch."""
+    motion = adapter("nonsmooth_scenes").Motion(scene.scene(), scene.dt, **options)
+    motion.run.assembly._make_room(ROOM * scene.n + ROOM_OF_FEW)
+    motion.step(0)  # sets the margin of the search
+    return Stepper(motion)
+
+
+def part(stepper: Stepper, steps: np.ndarray) -> str:
+    """A row of the table."""
+    stepper.seconds = dict.fromkeys(STAGES, 0.0)
+    network, work = stepper.assembly.network, np.zeros(3)
+    for _ in steps:
+        stepper.step()
+        islands = network.islands
+        k = int(islands.count)
+        work += network.n_c, islands.sweeps[:k].sum(), islands.factors[:k].sum()
+    times = [1e3 * seconds / len(steps) for seconds in stepper.seconds.values()]
+    cells = [*(f"{t:.3f}" for t in times), f"{sum(times):.2f}", *(f"{w:.0f}" for w in work / len(steps))]
+    return f"| {steps[0]} to {steps[-1]} | " + " | ".join(cells) + " |"
