@@ -21,6 +21,7 @@ from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 STAGES = ("predict", "find", "turn", "write", "prepare", "solve", "rescue", "judge", "move", "book")
 PARTS = 5  # chosen: of the run, told apart
 ROOM, ROOM_OF_FEW = 6, 100  # chosen: contacts a sphere, and beside: a heap has three a sphere
+PAIRS = 200  # chosen: that are near each other, a sphere
 FACTOR_ROOM = 1.5  # chosen: by which there is more room for factors than was wanted
 
 
@@ -44,7 +45,7 @@ class Stepper:
         self.timed("predict", predict_spatial, at.bodies, dt)
         n = self.timed("find", assembly.stages.find, at.shapes, at.motion, dt, progress.margin, at.found, at.scratch)
         if not 0 <= n <= len(assembly.found.gap):
-            raise MemoryError(f"there is no room for {n} contacts")
+            raise RuntimeError(f"the search for contacts came back with {n}")
         network = assembly.network
         network.n_c = n
         self.timed("turn", turn_inertia, at.bodies, at.network)
@@ -85,6 +86,8 @@ def make_stepper(scene: SphereBox, options: dict[str, Any]) -> Stepper:
     """With room for all that will touch."""
     motion = adapter("nonsmooth_scenes").Motion(scene.scene(), scene.dt, **options)
     motion.run.assembly._make_room(ROOM * scene.n + ROOM_OF_FEW)
+    motion.run.assembly.scratch = motion.run.assembly.stages.scratch(motion.run.assembly.shapes, PAIRS * scene.n)
+    motion.run.assembly._write_places()
     motion.step(0)  # sets the margin of the search
     return Stepper(motion)
 

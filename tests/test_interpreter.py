@@ -214,7 +214,9 @@ FEATURES = {
     "accumulation of impacts": (of_model(BouncingBall(e=0.3), 0.3, height=0.01), INTEGRATORS[1]),
     "accumulation of impacts, extrapolated": (of_model(BouncingBall(e=0.3), 0.3, height=0.01), INTEGRATORS[2]),
     "given normal force": (of_model(ModeCoupling(), 0.05), INTEGRATORS[0]),
-    "row of five blocks": (scene(core_scenes.row_of_blocks(5), [0.3, 0, -0.2, 0, 0, 0, 0.1, 0, 0, 0], 0.01), INTEGRATORS[0]),
+    "row of five blocks": (
+        scene(core_scenes.row_of_blocks(5), [0.3, 0, -0.2, 0, 0, 0, 0.1, 0, 0, 0], 0.01), INTEGRATORS[0],
+    ),
     "tower of four": (
         scene(stress_scenes.tower(4, stress_scenes.Tower()), [0, 0, 0.2, 0, 0, 0, 0.1, 0], 0.01), INTEGRATORS[0],
     ),

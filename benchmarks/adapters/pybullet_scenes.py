@@ -1,4 +1,4 @@
-"""Scenes of boxes and spheres in PyBullet: its defaults, without its damping. It multiplies coefficients of friction."""
+"""Scenes of boxes and spheres in PyBullet: defaults, no damping. It multiplies coefficients of friction."""
 
 import contextlib
 import math
