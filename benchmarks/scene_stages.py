@@ -15,8 +15,10 @@ from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import solve_spatial
 from nonsmooth.integrators.assembly.book import book_step
 from nonsmooth.integrators.assembly.contacts import write_contacts_spatial
+from nonsmooth.integrators.assembly.progress import margin_of
 from nonsmooth.integrators.assembly.project import move_bodies_spatial
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
+from nonsmooth.jit import interpreted
 
 STAGES = ("predict", "find", "turn", "write", "prepare", "solve", "rescue", "judge", "move", "book")
 PARTS = 5  # chosen: of the run, told apart
@@ -43,7 +45,8 @@ class Stepper:
         """One step."""
         assembly, progress, at, dt = self.assembly, self.assembly.progress, self.assembly.progress.places, self.dt
         self.timed("predict", predict_spatial, at.bodies, dt)
-        n = self.timed("find", assembly.stages.find, at.shapes, at.motion, dt, progress.margin, at.found, at.scratch)
+        margin = interpreted(margin_of)(progress, assembly.bodies)
+        n = self.timed("find", assembly.stages.find, at.shapes, at.motion, dt, margin, at.found, at.scratch)
         if not 0 <= n <= len(assembly.found.gap):
             raise RuntimeError(f"the search for contacts came back with {n}")
         network = assembly.network
