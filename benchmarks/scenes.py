@@ -2,8 +2,8 @@
 
 All programs are handed the same scene and take turns, some steps each, in one process: what else the machine does
 meets all alike. Processor time is that of the steps alone. After each turn the bodies of every program are put into
-our own shapes: penetration is that of our gaps for all. A residual only we have, |natural map| / |impulses|, the worst
-of a turn's steps. What is not installed is named in the table.
+our own shapes: penetration is that of our gaps for all, at the ends of turns. A residual only we have, |natural map| /
+|impulses|, the worst of a turn's steps. What is not installed is named in the table.
 """
 
 from __future__ import annotations
@@ -151,6 +151,9 @@ def print_case(name: str, case: Case) -> None:
     for program in case.programs:
         figures = row(courses[program.label], case.stays) if program.label in courses else "not installed" + " |" * 7
         print(f"| {name} | {program.label} | {figures} |", flush=True)
+    for program in case.programs:
+        if program.module == OURS.module:
+            print(f"\n{program.label}: {every_step(courses[program.label])}", flush=True)
 
 
 def started(program: Program, scene: Callable[[], Scene]) -> Course:
@@ -183,6 +186,12 @@ def row(course: Course, stays: bool) -> str:
         moved,
     ]
     return " | ".join(cells)
+
+
+def every_step(course: Course) -> str:
+    """What our own count of all steps has, beside that of the ends of turns."""
+    stats = course.motion.run.stats()
+    return f"of {stats.steps} steps {stats.missed} missed tol, deepest penetration {stats.worst_penetration:.1e} m"
 
 
 def distance(a: np.ndarray, b: np.ndarray) -> float:
