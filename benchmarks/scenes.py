@@ -66,7 +66,7 @@ PYBULLET = Program("PyBullet", "pybullet", "pybullet_scenes")
 PYMUNK = Program("pymunk", "pymunk", "pymunk_scenes")
 BOX2D = Program("Box2D 2.3", "Box2D", "box2d_scenes")
 STACKED, PILED = [OURS, AWAKE, MUJOCO, NOSLIP, PYBULLET], [OURS, *AT_SPEED, MUJOCO, PYBULLET]
-LAID, POURED = [OURS, AWAKE, *AT_SPEED[:2], PYMUNK, BOX2D], [OURS, *AT_SPEED, PYMUNK, BOX2D]
+LAID, POURED = [OURS, AWAKE, PYMUNK, BOX2D], [OURS, *AT_SPEED, PYMUNK, BOX2D]
 
 
 class Case(NamedTuple):
