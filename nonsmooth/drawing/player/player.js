@@ -207,7 +207,7 @@ class Player {
     if (!contacts.length) return [element("p", { textContent: "none", style: "margin:0;color:var(--faint)" })];
     const head = element("tr", {}, ...["", "mode", `normal [${unit}]`, `friction`].map((textContent) => element("th", { textContent })));
     const told = (closed.length > TOLD || contacts.length > TOLD ? closed : contacts).slice(0, TOLD);
-    const rows = told.map((c) => element("tr", {}, ...[film.contactNames[c.number] ?? `${c.number}`, c.mode, ...[c.normal, c.friction].map((value) => (c.mode === "open" && !c.P_N ? "" : figure(value)))].map((textContent) => element("td", { textContent }))));
+    const rows = told.map((c) => element("tr", {}, ...[`${c.number} ${c.name}`, c.mode, ...[c.normal, c.friction].map((value) => (c.mode === "open" && !c.P_N ? "" : figure(value)))].map((textContent) => element("td", { textContent }))));
     const rest = closed.length > TOLD ? `${TOLD} of ${closed.length} closed contacts` : contacts.length > TOLD ? `${closed.length} of ${contacts.length} closed` : "";
     return [element("table", {}, head, ...rows), element("p", { textContent: rest, style: "margin:0;color:var(--faint)" })];
   }
