@@ -20,6 +20,7 @@ VIEWS: dict[str, dict[str, str]] = {
     },
     "SceneSolution": {
         "plot": "drawing.scene_figures.plot_scene", "picture": "drawing.scene_figures.picture",
+        "film": "drawing.player.scene_film.film_of_scene", "view": "drawing.player.page.show",
         "save": "results.scene_store.save", "load": "results.scene_store.load",
         "summary": "results.scene_summary.summary", "html": "results.scene_summary.as_html",
     },

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 # options of `nonsmooth run` that a scene does not take, with the value of one that is left out
 OF_SYSTEMS: dict[str, Any] = {
     "state": [], "q0": None, "u0": None, "selection": "compliant-limit", "project": False, "projection": None,
-    "checkpoint": None, "resume": None, "checkpoint_every": 10.0, "dump_failure": None, "animate": None, "view": None,
+    "checkpoint": None, "resume": None, "checkpoint_every": 10.0, "dump_failure": None, "animate": None,
 }  # fmt: skip
 
 

@@ -54,7 +54,7 @@ def picture(solution: Solution, path: str | Path | None = None, n: int = 5) -> A
     prepare(axes, solution, model)
     if as_count("n", n) > MAX_FRAMES:
         raise InvalidInput(f"n must not exceed {MAX_FRAMES} instants; got {n}")
-    shown = nearest_records(solution, n)
+    shown = nearest_records(solution.t, n)
     for k, shade in zip(shown, np.linspace(0.2 if n > 1 else 1.0, 1.0, n), strict=True):
         for line in model.shape(solution.q[k]):
             axes.plot(line[:, 0], line[:, 1], color=COLOUR, alpha=shade, lw=1.8)
@@ -126,12 +126,11 @@ def frames_of(solution: Solution, fps: int) -> tuple[np.ndarray, str]:
     span = float(solution.t[-1] - solution.t[0])
     n = int(np.clip(span * fps, MIN_FRAMES, MAX_FRAMES))
     factor = n / fps / span if span > 0 else 1.0
-    return nearest_records(solution, n), "" if 0.9 < factor < 1.1 else f"  (time x {1 / factor:.2g})"
+    return nearest_records(solution.t, n), "" if 0.9 < factor < 1.1 else f"  (time x {1 / factor:.2g})"
 
 
-def nearest_records(solution: Solution, n: int) -> np.ndarray:
+def nearest_records(t: np.ndarray, n: int) -> np.ndarray:
     """Indices of the records nearest to n equally spaced instants."""
-    t = solution.t
     return np.searchsorted(0.5 * (t[1:] + t[:-1]), np.linspace(t[0], t[-1], n))
 
 

@@ -285,6 +285,26 @@ class SceneSolution:
         """Draw energies, residual and contacts over the time (needs the extra [plot]); returns the figure."""
         return view(self, "plot")(self, path)
 
+    def view(self, path: str | Path | None = None) -> Any:
+        """The player of the scene: one .html file that any browser opens offline, or inline in a notebook.
+
+        Parameters
+        ----------
+        path : path-like, optional
+            Where to write; without it a notebook shows what comes back.
+
+        Returns
+        -------
+        Path or Page
+            The file, or the page.
+
+        Raises
+        ------
+        InvalidInput
+            When this was loaded without its scene, or the path cannot be written.
+        """
+        return view(self, "view")(self, path)
+
     def save(self, path: str | Path) -> Path:
         """Write to .npz, or to .h5 (needs the extra [io]); no pickle, and no shapes."""
         return view(self, "save")(self, path)

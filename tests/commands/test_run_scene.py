@@ -21,6 +21,12 @@ def test_a_scene_runs_and_tells_its_bodies(tmp_path, monkeypatch, capsys):
     assert ns.SceneSolution.load(tmp_path / "run.npz").stats.steps == 50
 
 
+def test_the_player_of_a_scene_is_written(tmp_path, capsys):
+    path = tmp_path / "stack.html"
+    assert main(f"run box-stack --set n=2 dim=2 --t-end 0.02 --no-plot --view {path}".split()) == 0
+    assert f"player: {path}" in capsys.readouterr().out and "box 1" in path.read_text()
+
+
 def test_list_names_models_and_scenes(capsys):
     assert main(["list"]) == 0
     said = capsys.readouterr().out
@@ -41,8 +47,7 @@ def test_list_names_models_and_scenes(capsys):
         ("--resume folder", "--resume is no option for box-stack"),
         ("--checkpoint-every 3", "--checkpoint-every is no option for box-stack"),
         ("--dump-failure f.npz", "--dump-failure is no option for box-stack"),
-        ("--view a.html", "--view is no option for box-stack"),
-        ("--view a.html", "--view is no option for box-stack"),
+        ("--view a.pdf", "must end in one of .html"),
         ("--animate a.gif", "--animate is no option for box-stack"),
         ("--set m=3", "there is no parameter 'm'"),
         ("--set n=0", "n must be a whole number of at least 1; got 0"),

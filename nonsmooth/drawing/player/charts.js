@@ -182,7 +182,7 @@ class Curves extends Chart {
     const items = this.curves().map((curve, i) => {
       const item = document.createElement("span");
       item.style.color = theme.curves[i % theme.curves.length];
-      item.textContent = `${curve.name} ${Number.isNaN(curve.values[k]) ? "–" : figure(curve.values[k])}`;
+      item.textContent = `${curve.name} ${Number.isNaN(curve.values[k]) ? "–" : Number.isInteger(curve.values[k]) ? curve.values[k] : figure(curve.values[k])}`;
       return item;
     });
     if (this.note) items.push(Object.assign(document.createElement("span"), { textContent: this.note }));

@@ -2,10 +2,11 @@
 // long a pixel is where the motion is.
 
 const ARROW = 55, LONGEST = 110, CONE = 46; // chosen: pixels of a typical force, of the longest arrow, of a cone
-const MANY = 300; // chosen: contacts in a frame: of more, cones and heads are left out, and arrows are a third as long
+const SOME = 12, LEAST = 0.25; // chosen: contacts in a frame: of more, arrows and cones are as long as a usual body reaches, down to this share
+const MANY = 300; // chosen: contacts in a frame: of more, cones, heads and open ones are left out, and arrows are a third as long
 const MOST_ARROWS = 1500; // chosen: of more contacts every second, third, ... is drawn
 const RIM = 14; // chosen: corners of a cone's rim in space
-const CONTACT_DETAIL = `cones and heads up to ${MANY} closed contacts, points and arrows of at most ${MOST_ARROWS}`;
+const CONTACT_DETAIL = `cones, heads and open contacts up to ${MANY} closed contacts, points and arrows of at most ${MOST_ARROWS}`;
 
 class ContactLayer {
   constructor(canvas, film, stage) { Object.assign(this, { canvas, film, stage, pen: canvas.getContext("2d"), hasForces: true }); }
@@ -23,16 +24,17 @@ class ContactLayer {
     this.pen.lineJoin = this.pen.lineCap = "round";
     const every = Math.ceil((last - first) / MOST_ARROWS) || 1, open = [], closed = [];
     for (let c = first; c < last; c += every) (contacts.mode[c] ? closed : open).push(c);
-    for (const c of open) this.drawPoint(c, theme);
     this.wasCrowd = closed.length > MANY;
+    this.share = closed.length > SOME ? Math.min(1, Math.max(LEAST, this.film.usualReach / this.stage.unit / ARROW)) : 1;
     if (this.wasCrowd) return this.drawCrowd(closed, k);
+    for (const c of open) this.drawPoint(c, theme, 2.8 * Math.sqrt(this.share));
     if (this.hasForces) for (const c of closed) this.drawCone(c);
-    for (const c of closed) this.drawPoint(c, theme, 4.2);
+    for (const c of closed) this.drawPoint(c, theme, 4.2 * Math.sqrt(this.share));
     if (this.hasForces) for (const c of [...open, ...closed]) this.drawArrow(c, k, theme); // open again after an impact
   }
 
   // Pixels of a typical force.
-  get arrow() { return this.wasCrowd ? ARROW / 3 : ARROW; }
+  get arrow() { return this.wasCrowd ? ARROW / 3 : ARROW * this.share; }
 
   // Many contacts: one path for each colour.
   drawCrowd(closed, k) {
@@ -75,7 +77,7 @@ class ContactLayer {
     if (!(mu > 0)) return;
     const side = contacts.P_N[c] < 0 ? -1 : 1, n = this.vector(contacts.normal, c), size = Math.hypot(1, mu);
     const across = dimension === 2 ? [[n[1], -n[0]], [-n[1], n[0]]] : circleAround(n);
-    const rim = across.map((t) => this.away(c, n.map((x, j) => (side * x + mu * t[j]) / size), CONE)), tip = this.stage.project(this.at(c));
+    const rim = across.map((t) => this.away(c, n.map((x, j) => (side * x + mu * t[j]) / size), CONE * this.share)), tip = this.stage.project(this.at(c));
     const colour = this.film.modeOf(c)[3];
     pen.beginPath();
     for (const point of dimension === 2 ? [tip, ...rim] : rim) pen.lineTo(...point);
@@ -92,16 +94,17 @@ class ContactLayer {
   // The force upon the body since the frame before; two heads where it is larger than the arrow.
   drawArrow(c, k, theme) {
     const { forces } = this.film, pen = this.pen, kind = forces.kind(k), F = this.vector(forces.vector, c), size = Math.hypot(...F);
-    const pixels = Math.min((this.arrow * size) / forces.typical[kind], LONGEST);
+    const pixels = Math.min((this.arrow * size) / forces.typical[kind], LONGEST * this.share);
     if (!(pixels > 2)) return;
     const [x, y] = this.stage.project(this.at(c)), [x1, y1] = this.away(c, F.map((f) => f / size), pixels);
-    const length = Math.hypot(x1 - x, y1 - y), [ex, ey] = [(x1 - x) / (length || 1), (y1 - y) / (length || 1)], head = Math.min(9, length);
+    const length = Math.hypot(x1 - x, y1 - y), [ex, ey] = [(x1 - x) / (length || 1), (y1 - y) / (length || 1)], head = Math.min(9 * Math.sqrt(this.share), length);
     const colour = this.film.contacts.mode[c] ? this.film.modeOf(c)[3] : theme.ink;
-    const widths = kind === "impulse" ? [[theme.halo, 6], [colour, 3.6]] : [[theme.halo, 4.5], [colour, 2.2]];
-    for (const [strokeStyle, lineWidth] of widths) {
+    const widths = kind === "impulse" && !this.film.isOfLastStep ? [[theme.halo, 6], [colour, 3.6]] : [[theme.halo, 4.5], [colour, 2.2]];
+    for (const [strokeStyle, fullWidth] of widths) {
+      const lineWidth = fullWidth * Math.sqrt(this.share);
       pen.beginPath();
       pen.moveTo(x, y); pen.lineTo(x1, y1);
-      for (const tip of pixels < LONGEST ? [length] : [length, length - 7]) {
+      for (const tip of pixels < LONGEST * this.share ? [length] : [length, length - 7]) {
         for (const side of [-0.45, 0.45]) {
           pen.moveTo(x + tip * ex, y + tip * ey);
           pen.lineTo(x + (tip - head) * ex - side * head * ey, y + (tip - head) * ey + side * head * ex);

@@ -50,15 +50,17 @@ class Shape:
     kind: ShapeKind
     points: np.ndarray
     radius: float = 0.0
+    place: np.ndarray | None = None  # of its frame in that of the body: (x, y, angle) or (x, y, z, q_0 ... q_3)
 
 
 @dataclass(frozen=True)
 class Body:
-    """A name, what is drawn, and whether it belongs to the surroundings, which never move."""
+    """A name, what is drawn, whether it belongs to the surroundings, which never move, or moves as it is told."""
 
     name: str
     shapes: tuple[Shape, ...]
     is_fixed: bool = False
+    is_guided: bool = False
 
 
 @dataclass(frozen=True)
@@ -70,8 +72,8 @@ class Contacts:
     start : (n_t + 1,)
     number : (n,) which contact of the system it is, or of which pair of bodies
     point, normal : (n, d) where it acts, and the unit normal of the force upon the body it acts on [m, -]
-    mode : (n,) ContactMode, and slip : (n,) sign of sliding, 0 in space
-    P_N : (n,) and P_F : (n, d) impulses since the frame before; friction as a vector [N s]
+    mode : (n,) ContactMode, and slip : (n,) sign of sliding, 0 in space and where it is not told
+    P_N : (n,) and P_F : (n, d) impulses since the frame before, or of the last step; friction as a vector [N s]
     mu : (n,) coefficient of the cone; 0 draws none
     """
 
@@ -119,6 +121,8 @@ class Film:
     position : (n_t, n_b, d) of the frames of the bodies; d = 2 is a planar film, d = 3 a spatial one
     turn : (n_t, n_b) angles, or in space (n_t, n_b, 4) unit quaternions, the real part first
     contacts : Contacts
+    contact_names : tuple of str, by the numbers of contacts; none: they are called by their numbers
+    is_of_last_step : whether impulses are those of the last step of each frame; else forces are made of them
     marks : tuple of Mark, in order of time
     curves : tuple of Curve
     about : what else is known of the run, in words by name
@@ -131,6 +135,8 @@ class Film:
     position: np.ndarray
     turn: np.ndarray
     contacts: Contacts
+    contact_names: tuple[str, ...] = ()
+    is_of_last_step: bool = False
     marks: tuple[Mark, ...] = ()
     curves: tuple[Curve, ...] = ()
     about: Mapping[str, str] = field(default_factory=dict)

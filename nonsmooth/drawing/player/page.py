@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.files import PAGE_ENDINGS, as_place, whole_file
-from nonsmooth.drawing.player.film import Body, Contacts, Film, MarkKind
+from nonsmooth.drawing.player.film import Body, Contacts, Film, MarkKind, Shape
 from nonsmooth.drawing.player.packing import LEVELS, packed, quantised, rounded
 from nonsmooth.drawing.plots import RED, STRIPS
 from nonsmooth.results.solution import mode_name
@@ -51,7 +51,7 @@ def show(result: Any, path: str | Path | None = None) -> Path | Page:
 
     Parameters
     ----------
-    result : Solution, or another result that has a film
+    result : Solution, SceneSolution, or another result that has a film
     path : path-like, optional
         An .html file; without it the player is shown inline in a notebook.
 
@@ -62,7 +62,7 @@ def show(result: Any, path: str | Path | None = None) -> Path | Page:
     Raises
     ------
     InvalidInput
-        When the model has no ``shape(q)``, or the path cannot be written.
+        When the model has no ``shape(q)``, the result has no model, or the path cannot be written.
     """
     if path is not None:
         path = as_place("path", path, PAGE_ENDINGS)
@@ -116,6 +116,7 @@ def as_json(film: Film) -> dict[str, Any]:
             "point": place(contacts.point), "normal": place(contacts.normal),
             "P_N": impulse(contacts.P_N), "P_F": impulse(contacts.P_F), "mu": packed(contacts.mu),
         },
+        "contactNames": film.contact_names, "isOfLastStep": film.is_of_last_step,
         "marks": [[mark.t, mark.frame, mark.kind, mark.text, mark.choice] for mark in film.marks],
         "curves": [[c.group, c.name, c.unit, packed(c.values)] for c in film.curves],
         "modes": [[int(mode), slip, mode_name(mode, slip), colour] for (mode, slip), colour in STRIPS.items()],
@@ -144,8 +145,14 @@ def lost(all_of_them: Contacts, kept: Contacts) -> str:
 
 def body_as_json(body: Body) -> dict[str, Any]:
     """A body with its shapes."""
-    shapes = [{"kind": s.kind, "points": packed(s.points), "radius": float(s.radius)} for s in body.shapes]
-    return {"name": body.name, "fixed": body.is_fixed, "shapes": shapes}
+    return {"name": body.name, "fixed": body.is_fixed, "guided": body.is_guided,
+            "shapes": [shape_as_json(shape) for shape in body.shapes]}  # fmt: skip
+
+
+def shape_as_json(shape: Shape) -> dict[str, Any]:
+    """A shape with its place in its body, if it has one."""
+    place = None if shape.place is None else shape.place.tolist()
+    return {"kind": shape.kind, "points": packed(shape.points), "radius": float(shape.radius), "place": place}
 
 
 def accuracy(film: Film, is_exact: bool) -> str:

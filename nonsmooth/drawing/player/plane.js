@@ -45,7 +45,7 @@ class Plane {
   place(body, shape, k) {
     const { position, turn, bodies, n } = this.film, at = k * bodies.length + body;
     const isBending = shape.size.length === 3, m = shape.size[shape.size.length - 2], first = isBending ? k * m : 0;
-    const c = Math.cos(turn[at]), s = Math.sin(turn[at]), path = new Array(m);
+    const c = Math.cos(turn[at]), s = Math.sin(turn[at]), path = new Array(m); // a planar shape but a half-plane has no place of its own
     for (let i = 0; i < m; i++) {
       const x = shape.points[2 * (first + i)], y = shape.points[2 * (first + i) + 1];
       path[i] = this.project([position[2 * at] + c * x - s * y, position[2 * at + 1] + s * x + c * y]);
@@ -59,18 +59,20 @@ class Plane {
     if (shape.kind === "disc") {
       const [x, y] = path[0];
       if (r < TOO_SMALL) return pen.rect(x - 1, y - 1, 2, 2);
-      pen.moveTo(x + r, y); pen.arc(x, y, r, 0, 2 * Math.PI);
+      pen.moveTo(x + r, y); pen.arc(x, y, r, 0, 2 * Math.PI, true);
       pen.moveTo(x, y); pen.lineTo(x + r * Math.cos(turn), y - r * Math.sin(turn));
     } else if (shape.kind === "capsule") {
       const [[x0, y0], [x1, y1]] = path, along = Math.atan2(y1 - y0, x1 - x0);
-      pen.moveTo(x0 + r * Math.sin(along), y0 - r * Math.cos(along));
-      pen.arc(x1, y1, r, along - Math.PI / 2, along + Math.PI / 2);
-      pen.arc(x0, y0, r, along + Math.PI / 2, along + 1.5 * Math.PI);
+      pen.moveTo(x0 - r * Math.sin(along), y0 + r * Math.cos(along));
+      pen.arc(x1, y1, r, along + Math.PI / 2, along - Math.PI / 2, true);
+      pen.arc(x0, y0, r, along - Math.PI / 2, along - 1.5 * Math.PI, true);
+      pen.closePath();
     } else if (shape.kind === "half-plane") {
-      const at = 2 * (k * this.film.bodies.length + body), [x, y] = this.project([this.film.position[at], this.film.position[at + 1]]);
-      const L = 4 * (this.width + this.height + Math.hypot(x, y)), c = Math.cos(turn), s = Math.sin(turn);
-      pen.moveTo(x - L * c, y + L * s); pen.lineTo(x + L * c, y - L * s);
-      pen.lineTo(x + L * c + L * s, y - L * s + L * c); pen.lineTo(x - L * c + L * s, y + L * s + L * c); pen.closePath();
+      const at = 2 * (k * this.film.bodies.length + body), [u, v, angle] = shape.place ?? [0, 0, 0], C = Math.cos(turn), S = Math.sin(turn);
+      const [x, y] = this.project([this.film.position[at] + C * u - S * v, this.film.position[at + 1] + S * u + C * v]);
+      const L = 4 * (this.width + this.height + Math.hypot(x, y)), c = Math.cos(turn + angle), s = Math.sin(turn + angle);
+      pen.moveTo(x + L * c, y - L * s); pen.lineTo(x - L * c, y + L * s);
+      pen.lineTo(x - L * c + L * s, y + L * s + L * c); pen.lineTo(x + L * c + L * s, y - L * s + L * c); pen.closePath();
     } else {
       path.forEach(([x, y], i) => (i ? pen.lineTo(x, y) : pen.moveTo(x, y)));
       if (shape.kind === "polygon") pen.closePath();
@@ -100,7 +102,8 @@ class Plane {
     pen.lineJoin = pen.lineCap = "round";
     this.drawGrid(theme);
     this.drawBodies(k, all.filter((i) => film.bodies[i].fixed), { fillStyle: theme.line, strokeStyle: theme.still, lineWidth: 1.2 });
-    const moving = all.filter((i) => !film.bodies[i].fixed && i !== picked);
+    this.drawBodies(k, all.filter((i) => film.bodies[i].guided), { fillStyle: `rgba(${theme.guided}, 0.25)`, strokeStyle: `rgb(${theme.guided})`, lineWidth: 1.5 });
+    const moving = all.filter((i) => !film.bodies[i].fixed && !film.bodies[i].guided && i !== picked);
     for (let shade = 0; shade < 3; shade++) {
       const fillStyle = `rgba(${theme.body}, ${0.14 + 0.09 * shade})`, strokeStyle = `rgb(${theme.body})`;
       this.drawBodies(k, moving.filter((i) => i % 3 === shade), { fillStyle, strokeStyle, lineWidth: moving.length > 200 ? 0.8 : 1.5 });

@@ -112,7 +112,7 @@ class Player {
   setDark(isDark) {
     document.documentElement.classList.toggle("dark", isDark);
     const style = getComputedStyle(document.documentElement), colour = (name) => style.getPropertyValue(`--${name}`).trim();
-    this.theme = Object.fromEntries(["ground", "panel", "ink", "faint", "line", "still", "body", "picked", "halo", "paradox"].map((name) => [name, colour(name)]));
+    this.theme = Object.fromEntries(["ground", "panel", "ink", "faint", "line", "still", "body", "guided", "picked", "halo", "paradox"].map((name) => [name, colour(name)]));
     this.theme.curves = [...Array(8).keys()].map((k) => colour(`c${k}`));
     this.isDark = isDark;
     this.resize();
@@ -203,11 +203,11 @@ class Player {
   }
 
   contactTable() {
-    const contacts = this.contacts(), closed = contacts.filter((contact) => contact.mode !== "open"), unit = this.film.forces.kind(this.frame) === "force" ? "N" : "N s";
+    const { film } = this, contacts = this.contacts(), closed = contacts.filter((contact) => contact.mode !== "open"), unit = this.film.forces.kind(this.frame) === "force" ? "N" : "N s";
     if (!contacts.length) return [element("p", { textContent: "none", style: "margin:0;color:var(--faint)" })];
     const head = element("tr", {}, ...["", "mode", `normal [${unit}]`, `friction`].map((textContent) => element("th", { textContent })));
     const told = (closed.length > TOLD || contacts.length > TOLD ? closed : contacts).slice(0, TOLD);
-    const rows = told.map((c) => element("tr", {}, ...[`${c.number}`, c.mode, ...[c.normal, c.friction].map((value) => (c.mode === "open" && !c.P_N ? "" : figure(value)))].map((textContent) => element("td", { textContent }))));
+    const rows = told.map((c) => element("tr", {}, ...[`${c.number} ${c.name}`, c.mode, ...[c.normal, c.friction].map((value) => (c.mode === "open" && !c.P_N ? "" : figure(value)))].map((textContent) => element("td", { textContent }))));
     const rest = closed.length > TOLD ? `${TOLD} of ${closed.length} closed contacts` : contacts.length > TOLD ? `${closed.length} of ${contacts.length} closed` : "";
     return [element("table", {}, head, ...rows), element("p", { textContent: rest, style: "margin:0;color:var(--faint)" })];
   }
@@ -218,7 +218,7 @@ class Player {
     for (let c = all.start[frame]; c < all.start[frame + 1]; c++) {
       const normalOf = Array.from(all.normal.subarray(d * c, d * c + d)), vector = Array.from(forces.vector.subarray(d * c, d * c + d));
       const normal = vector.reduce((sum, value, j) => sum + value * normalOf[j], 0);
-      told.push({ number: all.number[c], mode: film.modeOf(c)[2], point: Array.from(all.point.subarray(d * c, d * c + d)), normal,
+      told.push({ number: all.number[c], name: film.contactNames[all.number[c]] ?? "", mode: film.modeOf(c)[2], point: Array.from(all.point.subarray(d * c, d * c + d)), normal,
         friction: Math.hypot(...vector.map((value, j) => value - normal * normalOf[j])), P_N: all.P_N[c], mu: all.mu[c] });
     }
     return told;
@@ -294,10 +294,12 @@ function legendOf(film) {
   };
   const words = { inconsistent: "paradox: no solution; → mode after it", indeterminate: "paradox: several solutions; → the one taken" };
   const forces = met.size ? [
-    item('<path d="M3 7h22m-6-4 6 4-6 4" fill="none" stroke="var(--ink)" stroke-width="2"/>', "force on the body, P/Δt since the frame before; two heads: larger than drawn; thick: an impulse"),
+    item('<path d="M3 7h22m-6-4 6 4-6 4" fill="none" stroke="var(--ink)" stroke-width="2"/>', `${film.isOfLastStep ? "impulse of the last step on the body" : "force on the body, P/Δt since the frame before"}; two heads: larger than drawn${film.isOfLastStep ? "" : "; thick: an impulse"}`),
     ...(film.contacts.mu.some((mu) => mu > 0) ? [item('<path d="M15 13 6 1h18z" fill="var(--still)" fill-opacity=".3" stroke="var(--still)"/>', "friction cone |P_F| ≤ µ P_N")] : []),
   ] : [];
-  return [...modes, ...forces, ...Object.keys(marks).filter((kind) => kinds.has(kind)).map((kind) => item(marks[kind], words[kind] ?? kind))];
+  const swatch = (colour, text) => item(`<path d="M9 2h12v10h-12z" fill="${colour}"/>`, text);
+  const guided = film.bodies.some((body) => body.guided) ? [swatch("rgb(var(--guided))", "body that moves as it is told")] : [];
+  return [...modes, ...forces, ...guided, ...Object.keys(marks).filter((kind) => kinds.has(kind)).map((kind) => item(marks[kind], words[kind] ?? kind))];
 }
 
 // Drag with one pointer, pinch with two, wheel, and a tap that did not move.

@@ -6,6 +6,7 @@ A model may give ``outline()``, lines of the surroundings; ``parts``, the names 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,7 +66,7 @@ def film_of_solution(solution: Solution) -> Film:
 def records_shown(solution: Solution, t_events: np.ndarray) -> np.ndarray:
     """The records nearest to equally spaced instants, and those before and after each event."""
     after = record_after(solution.t, t_events)
-    every = np.concatenate([nearest_records(solution, RECORDS_SHOWN), [0], after, np.maximum(after - 1, 0)])
+    every = np.concatenate([nearest_records(solution.t, RECORDS_SHOWN), [0], after, np.maximum(after - 1, 0)])
     return np.unique(every)
 
 
@@ -182,7 +183,11 @@ def gap_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
 
 def energy_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
     """Changes of energies, and works, since the start."""
-    ledger = solution.find_ledger(records)
+    return ledger_curves(solution.find_ledger(records))
+
+
+def ledger_curves(ledger: Mapping[str, np.ndarray]) -> list[Curve]:
+    """Changes of energies, and works, since the first frame."""
     works = {("" if name in ("kinetic", "potential") else "work: ") + name: ledger[name] for name in ledger}
     order = sorted(works, key=lambda name: name not in ("kinetic", "potential"))
     return [Curve("energies", name, "J", works[name] - works[name][0]) for name in order if np.ptp(works[name]) > 0]

@@ -2,7 +2,9 @@
 
 const SHADES = ["#3f78b5", "#6d9fd0", "#2c5a8f"]; // chosen: of neighbouring bodies
 const VIEW = 40; // chosen: degrees of the camera's angle
-const FINE = 200; // chosen: bodies: of more, spheres and capsules are coarse, edges are not smoothed
+const FINE = 200; // chosen: shapes with corners: of more, spheres and capsules are coarse, edges are not smoothed
+const SHADE = [0.77, 0.23]; // chosen: of a sphere's light and dark eighths, their mean and how far they are from it
+const ROOM = 0.88; // chosen: of the picture, what the box of the motion may fill
 const SUN = [0.31, -0.54, 0.78]; // chosen: direction of the light
 const LAND = 6; // chosen: of the size of the motion: the edge of the part of a half-space that is drawn
 
@@ -18,14 +20,14 @@ async function newSpace(canvas, film) {
 
 class Space {
   constructor(canvas, film, three) {
-    Object.assign(this, { canvas, film, three, isCoarse: film.bodies.length > FINE });
+    Object.assign(this, { canvas, film, three, isCoarse: film.bodies.flatMap(({ shapes }) => shapes.filter(({ kind }) => kind !== "half-space")).length > FINE });
     three.ColorManagement.enabled = false; // colours as they are written: no power functions at each pixel
     this.renderer = new three.WebGLRenderer({ canvas, antialias: !this.isCoarse });
     this.renderer.outputColorSpace = three.LinearSRGBColorSpace;
     this.scene = new three.Scene();
     this.camera = new three.PerspectiveCamera(VIEW, 1);
     this.camera.up.set(0, 0, 1);
-    this.detail = this.isCoarse ? `of more than ${FINE} bodies a sphere has 48 faces, a capsule 50` : "a sphere has 720 faces";
+    this.detail = this.isCoarse ? `of more than ${FINE} shapes a sphere has 48 faces, a capsule 50` : "a sphere has 720 faces";
     this.measure();
     this.build();
     this.fit();
@@ -34,18 +36,20 @@ class Space {
   // Centre and radius of the motion.
   measure() {
     const { film } = this, n_b = film.bodies.length, low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-    const reach = film.bodies.map(({ shapes }) => Math.max(0, ...shapes.map(({ points, radius }) => radius + Math.hypot(...points.subarray(0, 3)))));
-    const areAllFixed = film.bodies.every(({ fixed }) => fixed);
+    const reach = film.bodies.map(({ shapes }) => Math.max(-1, ...shapes.filter(({ kind }) => kind !== "half-space").map((shape) => reachOf(shape, 3)))); // -1: is everywhere
+    const areAllFixed = film.bodies.every(({ fixed }, b) => fixed || reach[b] < 0);
     for (let k = 0; k < film.n; k += Math.ceil(film.n / 100)) {
       for (let b = 0; b < n_b; b++) {
-        if (film.bodies[b].fixed && !areAllFixed) continue;
+        if (reach[b] < 0 || (film.bodies[b].fixed && !areAllFixed)) continue;
         for (let j = 0; j < 3; j++) {
           const x = film.position[3 * (k * n_b + b) + j];
           low[j] = Math.min(low[j], x - reach[b]); high[j] = Math.max(high[j], x + reach[b]);
         }
       }
     }
+    if (low[0] > high[0]) { low.fill(-1); high.fill(1); }
     this.middle = low.map((x, j) => (x + high[j]) / 2);
+    this.corners = [...Array(8).keys()].map((i) => low.map((x, j) => (((i >> j) & 1) - 0.5) * (high[j] - x)));
     this.radius = Math.hypot(...low.map((x, j) => high[j] - x)) / 2 || 1;
   }
 
@@ -56,13 +60,13 @@ class Space {
     this.lines = [];
     this.film.bodies.forEach((body, b) => {
       for (const shape of body.shapes) {
-        if (shape.kind === "half-space") this.addLand(b);
+        if (shape.kind === "half-space") this.addLand(b, shape);
         else if (shape.kind.endsWith("polyline")) this.addLine(b, shape);
         else {
           const key = shape.kind === "capsule" ? `capsule ${shape.radius} ${shape.points}` : shape.kind;
           if (!forms.has(key)) forms.set(key, { shape, copies: [] });
           const isBall = shape.kind === "sphere", isBox = shape.kind === "box";
-          forms.get(key).copies.push({ body: b, centre: isBall ? shape.points : [0, 0, 0], size: isBall ? Array(3).fill(shape.radius) : isBox ? shape.points : [1, 1, 1] });
+          forms.get(key).copies.push({ body: b, centre: isBall ? shape.points : shape.place?.slice(0, 3) ?? [0, 0, 0], turn: shape.place?.slice(3) ?? null, size: isBall ? Array(3).fill(shape.radius) : isBox ? shape.points : [1, 1, 1] });
         }
       }
     });
@@ -91,21 +95,25 @@ class Space {
       return form.translate(...a.add(b).multiplyScalar(0.5).toArray());
     }
     const ball = this.isCoarse ? new three.SphereGeometry(1, 8, 4) : new three.SphereGeometry(1, 24, 16), where = ball.getAttribute("position");
-    const sign = (x) => (Math.abs(x) < 1e-6 ? 0 : Math.sign(x)); // eighths, light and dark, by which rolling is seen
-    const shade = Float32Array.from({ length: where.count }, (_, i) => 0.86 + 0.14 * sign(where.getX(i)) * sign(where.getY(i)) * sign(where.getZ(i)));
+    const sign = (x) => (x < -1e-6 ? -1 : 1); // eighths, light and dark, by which rolling is seen
+    const shade = Float32Array.from({ length: where.count }, (_, i) => SHADE[0] + SHADE[1] * sign(where.getX(i)) * sign(where.getY(i)) * sign(where.getZ(i)));
     return ball.setAttribute("shade", new three.BufferAttribute(shade, 1));
   }
 
-  addLand(body) {
+  addLand(body, shape) {
     const { three } = this, size = LAND * this.radius, step = roundUp(this.radius / 6), n = Math.ceil(size / step / 2) * 2;
     const land = new three.Group(), grid = new three.GridHelper(n * step, n);
     const ground = new three.Mesh(new three.PlaneGeometry(n * step, n * step), new three.MeshBasicMaterial({ polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2 }));
     grid.geometry.rotateX(Math.PI / 2);
     grid.geometry.deleteAttribute("color");
-    grid.material = new three.LineBasicMaterial();
+    grid.material = new three.LineBasicMaterial({ transparent: this.film.bodies[body].guided, opacity: this.film.bodies[body].guided ? 0.5 : 1 });
     land.add(ground, grid);
-    this.scene.add(land);
-    this.lines.push({ body, object: land, isLand: true });
+    const [u, v, s, q_0, q_1, q_2, q_3] = shape.place ?? [0, 0, 0, 1, 0, 0, 0], holder = new three.Group();
+    land.position.set(u, v, s);
+    land.quaternion.set(q_1, q_2, q_3, q_0);
+    holder.add(land);
+    this.scene.add(holder);
+    this.lines.push({ body, object: holder, land });
     this.gridStep = step;
   }
 
@@ -121,18 +129,30 @@ class Space {
   // --- the camera: around a target at angles, at a distance
 
   fit() {
-    Object.assign(this, { target: [...this.middle], azimuth: -0.9, height: 0.35, distance: (0.9 * this.radius) / Math.sin((VIEW * Math.PI) / 360) });
+    Object.assign(this, { target: [...this.middle], azimuth: -0.9, height: 0.35, isFitted: true });
+    this.distance = Math.max(...this.corners.map((corner) => this.distanceFor(corner)));
   }
+
+  // From where a corner of the box of the motion is just in the picture.
+  distanceFor(corner) {
+    const out = this.outwards(), right = [-Math.sin(this.azimuth), Math.cos(this.azimuth), 0], along = (v) => corner.reduce((sum, x, j) => sum + x * v[j], 0);
+    const up = [out[1] * right[2] - out[2] * right[1], out[2] * right[0] - out[0] * right[2], out[0] * right[1] - out[1] * right[0]];
+    const wide = ROOM * Math.tan((VIEW * Math.PI) / 360);
+    return along(out) + Math.max(Math.abs(along(up)), Math.abs(along(right)) / this.camera.aspect) / wide;
+  }
+
+  outwards() { return [Math.cos(this.height) * Math.cos(this.azimuth), Math.cos(this.height) * Math.sin(this.azimuth), Math.sin(this.height)]; }
 
   resize(width, height, ratio) {
     [this.width, this.height_px] = [width, height];
     this.renderer.setPixelRatio(this.isCoarse ? 1 : Math.min(ratio, 2));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
+    if (this.isFitted) this.fit();
   }
 
   aim() {
-    const { camera, distance } = this, out = [Math.cos(this.height) * Math.cos(this.azimuth), Math.cos(this.height) * Math.sin(this.azimuth), Math.sin(this.height)];
+    const { camera, distance } = this, out = this.outwards();
     camera.position.set(...this.target.map((x, j) => x + distance * out[j]));
     camera.lookAt(...this.target);
     camera.near = distance / 100; camera.far = 100 * distance + 20 * this.radius;
@@ -148,6 +168,7 @@ class Space {
   }
 
   drag(dx, dy, isMove) {
+    this.isFitted = false;
     if (!isMove) {
       this.azimuth -= 0.008 * dx;
       this.height = Math.min(1.55, Math.max(-1.55, this.height + 0.008 * dy));
@@ -157,24 +178,27 @@ class Space {
     this.target = this.target.map((x, j) => x - this.unit * (dx * e[j] - dy * e[4 + j]));
   }
 
-  zoom(factor) { this.distance /= factor; }
-  centre(point) { this.target = point; }
+  zoom(factor) { this.distance /= factor; this.isFitted = false; }
+  centre(point) { this.target = point; this.isFitted = false; }
 
   // --- drawing
 
   draw(k, picked, theme) {
     if (this.painted !== theme || this.pickedLast !== picked) this.paint(picked, theme);
     for (const mesh of this.meshes) this.place(mesh, k);
-    for (const { body, object, bending } of this.lines) {
+    const lands = [];
+    for (const { body, object, land, bending } of this.lines) {
       const at = k * this.film.bodies.length + body, [w, x, y, z] = this.film.turn.subarray(4 * at, 4 * at + 4);
       object.position.set(...this.film.position.subarray(3 * at, 3 * at + 3));
       object.quaternion.set(x, y, z, w);
+      if (land) lands.push(land);
       if (!bending) continue;
       const where = object.geometry.getAttribute("position"), size = where.array.length;
       where.array.set(bending.subarray(k * size, (k + 1) * size));
       where.needsUpdate = true;
     }
     this.aim();
+    for (const land of lands) land.visible = land.worldToLocal(this.camera.position.clone()).z > 0; // from within nothing is seen of it
     this.renderer.render(this.scene, this.camera);
   }
 
@@ -182,15 +206,16 @@ class Space {
   place(mesh, k) {
     const { position, turn, bodies } = this.film, { corners, normals, shade, colours, copies } = mesh, m = corners.length;
     const moved = mesh.geometry.getAttribute("position"), lit = mesh.geometry.getAttribute("color"), X = moved.array, C = lit.array;
-    copies.forEach(({ body, centre: [cx, cy, cz], size: [a, b, c] }, i) => {
-      const at = k * bodies.length + body, w = turn[4 * at], x = turn[4 * at + 1], y = turn[4 * at + 2], z = turn[4 * at + 3];
+    copies.forEach(({ body, centre, turn: own, size: [a, b, c] }, i) => {
+      const at = k * bodies.length + body, [ox, oy, oz] = turned(turn.subarray(4 * at, 4 * at + 4), centre);
+      const [w, x, y, z] = own ? times(turn.subarray(4 * at, 4 * at + 4), own) : turn.subarray(4 * at, 4 * at + 4);
       const xx = 1 - 2 * (y * y + z * z), xy = 2 * (x * y - w * z), xz = 2 * (x * z + w * y);
       const yx = 2 * (x * y + w * z), yy = 1 - 2 * (x * x + z * z), yz = 2 * (y * z - w * x);
       const zx = 2 * (x * z - w * y), zy = 2 * (y * z + w * x), zz = 1 - 2 * (x * x + y * y);
       const lx = xx * SUN[0] + yx * SUN[1] + zx * SUN[2], ly = xy * SUN[0] + yy * SUN[1] + zy * SUN[2], lz = xz * SUN[0] + yz * SUN[1] + zz * SUN[2];
-      const px = position[3 * at], py = position[3 * at + 1], pz = position[3 * at + 2];
+      const px = position[3 * at] + ox, py = position[3 * at + 1] + oy, pz = position[3 * at + 2] + oz;
       for (let j = 0, o = i * m; j < m; j += 3, o += 3) {
-        const u = cx + a * corners[j], v = cy + b * corners[j + 1], s = cz + c * corners[j + 2];
+        const u = a * corners[j], v = b * corners[j + 1], s = c * corners[j + 2];
         X[o] = px + xx * u + xy * v + xz * s; X[o + 1] = py + yx * u + yy * v + yz * s; X[o + 2] = pz + zx * u + zy * v + zz * s;
         const light = shade[j / 3] * (0.85 + 0.35 * (normals[j] * lx + normals[j + 1] * ly + normals[j + 2] * lz));
         C[o] = light * colours[3 * i]; C[o + 1] = light * colours[3 * i + 1]; C[o + 2] = light * colours[3 * i + 2];
@@ -204,15 +229,22 @@ class Space {
     this.renderer.setClearColor(theme.ground);
     for (const mesh of this.meshes) {
       mesh.copies.forEach(({ body }, i) => {
-        colour.set(body === picked ? theme.picked : this.film.bodies[body].fixed ? theme.still : SHADES[body % SHADES.length]);
+        colour.set(body === picked ? theme.picked : this.colourOf(body, theme));
         colour.toArray(mesh.colours, 3 * i);
       });
     }
-    for (const { body, object, isLand } of this.lines) {
-      if (isLand) { object.children[0].material.color.set(theme.panel); object.children[1].material.color.set(theme.line); }
-      else object.material.color.set(body === picked ? theme.picked : this.film.bodies[body].fixed ? theme.still : SHADES[0]);
+    for (const { body, object, land } of this.lines) {
+      if (land) {
+        land.children[0].material.color.set(theme.panel);
+        land.children[1].material.color.set(this.film.bodies[body].guided ? `rgb(${theme.guided})` : theme.line);
+      } else object.material.color.set(body === picked ? theme.picked : this.film.bodies[body].fixed ? theme.still : SHADES[0]);
     }
     [this.painted, this.pickedLast] = [theme, picked];
+  }
+
+  colourOf(body, theme) {
+    const { fixed, guided } = this.film.bodies[body];
+    return fixed ? theme.still : guided ? `rgb(${theme.guided})` : SHADES[body % SHADES.length];
   }
 
   hit(px, py) {
@@ -224,4 +256,14 @@ class Space {
   }
 
   scaleText() { return this.gridStep ? `grid ${short(this.gridStep)} m` : ""; }
+}
+
+// Quaternions, the real part first: first the turn b, then a; and a vector turned by one.
+function times([a, b, c, d], [e, f, g, h]) {
+  return [a * e - b * f - c * g - d * h, a * f + b * e + c * h - d * g, a * g - b * h + c * e + d * f, a * h + b * g - c * f + d * e];
+}
+
+function turned(q, v) {
+  if (!v[0] && !v[1] && !v[2]) return v;
+  return times(times(q, [0, ...v]), [q[0], -q[1], -q[2], -q[3]]).slice(1);
 }

@@ -40,7 +40,20 @@ async function readFilm(json) {
   film.marks = json.marks.map(([t, frame, kind, text, choice]) => ({ t, frame, kind, text, choice, isParadox: json.paradox.kinds.includes(kind) }));
   film.modeOf = modeTable(film);
   film.forces = contactForces(film);
+  film.usualReach = usualReach(film);
   return film;
+}
+
+// How far a shape reaches from the centre of its body.
+function reachOf({ points, radius, place, size }, d) {
+  const m = size[size.length - 2], away = Array.from({ length: m }, (_, i) => Math.hypot(...points.subarray(d * i, d * i + d)));
+  return radius + Math.hypot(...(place ?? []).slice(0, d)) + Math.max(0, ...away);
+}
+
+// How far a body of the middle size reaches, of those that move: 0 without one.
+function usualReach({ bodies, dimension }) {
+  const reach = bodies.filter((body) => !body.fixed).flatMap(({ shapes }) => shapes.filter(({ size }) => size[0] > 0).map((shape) => reachOf(shape, dimension)));
+  return reach.length ? quantile(reach, 0.5) : 0;
 }
 
 // contact => [mode, sign of sliding, name, colour]
@@ -50,10 +63,10 @@ function modeTable({ modes, contacts }) {
   return (c) => table[contacts.mode[c]][contacts.slip[c] + 1];
 }
 
-// Mean force of each contact since the frame before [N]; at an instant its impulse [N s]. `typical` sizes the arrows.
-function contactForces({ n, times, dimension: d, contacts }) {
+// Mean force of each contact since the frame before [N]; at an instant, or of the last step, its impulse [N s]. `typical` sizes the arrows.
+function contactForces({ n, times, dimension: d, contacts, isOfLastStep }) {
   const vector = new Float32Array(contacts.point.length), sizes = { force: [], impulse: [] };
-  const spans = times.map((t, k) => (k ? t - times[k - 1] : 0));
+  const spans = times.map((t, k) => (k && !isOfLastStep ? t - times[k - 1] : 0));
   for (let k = 0; k < n; k++) {
     for (let c = contacts.start[k]; c < contacts.start[k + 1]; c++) {
       let square = 0;

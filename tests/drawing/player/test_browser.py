@@ -13,6 +13,7 @@ import pytest
 import nonsmooth as ns
 from benchmarks.chromium import new_chromium
 from models import BouncingBall, RockingBlock, SpragSlip, WallPendulum
+from models.scenes import BoxStack
 from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, ShapeKind
 from nonsmooth.drawing.player.packing import LEVELS
 from nonsmooth.drawing.player.page import page_of
@@ -311,13 +312,31 @@ def space(chromium, tmp_path):
 
 
 def middle_of_ball(page):
-    """The middle of the picked ball's pixels: magenta."""
+    """The middle of the picked ball's pixels."""
     page.do("player.pick(1)")
     page.do("document.getElementById('forces').click()")
-    shot = page.scene()
+    middle = middle_of_magenta(page)
     page.do("document.getElementById('forces').click()")
-    y, x = np.nonzero((shot[..., 0] - shot[..., 1] > 40) & (shot[..., 2] - shot[..., 1] > 40))
+    return middle
+
+
+def middle_of_magenta(page):
+    """The middle of the picked body's pixels: magenta."""
+    y, x = np.nonzero(is_magenta(page.scene()))
     return np.array([(x.min() + x.max()) / 2, (y.min() + y.max()) / 2])
+
+
+def is_magenta(shot):
+    """The pixels of what is picked."""
+    return (shot[..., 0] - shot[..., 1] > 40) & (shot[..., 2] - shot[..., 1] > 40)
+
+
+def require_rim(page, centre, radius):
+    """The rim of a picked disc is drawn to a pixel, its trail may be drawn elsewhere."""
+    shot = is_magenta(page.scene())
+    for angle in np.linspace(0, 2 * np.pi, 12, endpoint=False):
+        x, y = np.rint(page.pixel_of(centre + radius * np.array([np.cos(angle), np.sin(angle)]))).astype(int)
+        assert shot[y - 1 : y + 2, x - 1 : x + 2].any(), f"no rim at {angle:.2f} rad"
 
 
 def test_in_space_a_ball_is_drawn_where_the_film_has_it(space):
@@ -374,3 +393,73 @@ def test_in_space_contacts_tell_their_forces(space):
     span = 3.0 / 59
     assert contact["normal"] == pytest.approx(0.05 / span, rel=1e-6)
     assert contact["friction"] == pytest.approx(0.01 / span, rel=1e-6) and contact["mode"] == "slide"
+
+
+# --- scenes of bodies
+
+
+def scene_in_space():
+    """A stack of three cubes, a ball that is thrown past it, and a dumb-bell whose halves are not alike."""
+    scene = BoxStack(n=3, dim=3).scene()
+    scene.body(ns.Sphere(0.1), density=1000, position=(0.6, 0, 0.5), velocity=(0, 0.5, 1), name="ball")
+    dumb_bell = ns.Compound((ns.Sphere(0.08), (0, 0, 0)), (ns.Box(0.1, 0.1, 0.1), (0.3, 0, 0)))
+    scene.body(dumb_bell, density=500, position=(-0.9, 0, 0.6), spin=(0, 3, 2), name="dumb-bell")
+    return scene, "ball"
+
+
+def scene_in_the_plane():
+    """A disc that rolls off a tilted plane, beside a stack of three squares."""
+    scene = BoxStack(n=3, dim=2).scene()
+    scene.fixed(ns.HalfPlane((-0.6, 0.8), -0.9), material=ns.Material(mu=0.8), name="slope")
+    scene.body(ns.Disc(0.1), density=1000, position=(1.8, 0.6), velocity=(-0.5, 0), name="ball")
+    return scene, "ball"
+
+
+@pytest.mark.parametrize("build", [scene_in_space, scene_in_the_plane], ids=["space", "plane"])
+def test_bodies_of_a_scene_are_drawn_where_the_run_has_them_and_its_contacts_counted(chromium, tmp_path, build):
+    scene, name = build()
+    sol = ns.simulate(scene, (0, 0.3), integrator=ns.MoreauJean(dt=2e-3), every=2)
+    page = Opened(chromium, sol.view(tmp_path / "scene.html"))
+    assert page.ask("player.frames") == len(sol.t) and page.ask("player.bodies") == sol.names
+    ball = sol.names.index(name)
+    page.do(f"player.pick({ball}); document.getElementById('forces').click()")
+    for k in (0, 30, len(sol.t) - 1):
+        page.do(f"player.goTo({k})")
+        for b in range(len(sol.names)):
+            np.testing.assert_allclose(page.ask(f"player.body({b}).position"), sol.position[k, b], atol=4 * FLOAT32)
+            np.testing.assert_allclose(page.ask(f"player.body({b}).turn"), np.atleast_1d(sol.turn[k, b]), atol=4e-7)
+        if sol.dim == 3:
+            np.testing.assert_allclose(middle_of_magenta(page), page.pixel_of(sol.position[k, ball]), atol=2.5)
+        else:
+            require_rim(page, sol.position[k, ball], 0.1)
+        contacts = sol.contacts(sol.t[k])
+        told = page.ask("player.contacts()")
+        assert len(told) == len(contacts) == page.curve("contacts", "candidates")
+        assert [contact["mode"] != "open" for contact in told] == (contacts.P_N > 0).tolist()
+        np.testing.assert_allclose([contact["normal"] for contact in told], contacts.P_N, rtol=1e-5, atol=1e-12)
+    assert page.complaints() == []
+
+
+def test_a_box_within_a_compound_is_drawn_at_its_own_place(chromium, tmp_path):
+    scene = ns.Scene(gravity=(0, 0, 0))
+    turn = (np.cos(0.4), 0.0, np.sin(0.4), 0.0)
+    shape = ns.Compound((ns.Box(0.2, 0.2, 0.2), (0, 0, 0)), (ns.Box(0.2, 0.1, 0.4), (1.0, 0, 0), turn))
+    scene.body(shape, density=1000, position=(0, 0, 0), turn=(np.cos(0.3), np.sin(0.3), 0, 0), name="bar")
+    sol = ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=0.01))
+    page = Opened(chromium, sol.view(tmp_path / "bar.html"))
+    page.do("player.goTo(1)")
+    axes = rotation(turn), rotation((np.cos(0.3), np.sin(0.3), 0, 0))
+    corners = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.05, 0.05) for z in (-0.2, 0.2)])
+    placed = (corners @ axes[0].T + [1.0, 0, 0]) @ axes[1].T
+    cube = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)]) @ axes[1].T
+    pixels = np.array([page.pixel_of(corner) for corner in np.concatenate([placed, cube])])
+    y, x = np.nonzero(is_blue(page.scene()))
+    np.testing.assert_allclose([x.min(), x.max(), y.min(), y.max()], np.ravel(
+        [[pixels[:, i].min(), pixels[:, i].max()] for i in (0, 1)]), atol=2.5)  # fmt: skip
+
+
+def rotation(quaternion):
+    from scipy.spatial.transform import Rotation
+
+    w, x, y, z = quaternion
+    return Rotation.from_quat([x, y, z, w]).as_matrix()

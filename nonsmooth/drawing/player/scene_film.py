@@ -1,0 +1,196 @@
+"""The film of a scene: parts of shapes, poses of centres of mass, contacts with the impulses of their last step.
+
+Only records are shown, none between two. A frame at which nothing has been stepped yet, the first, has no contacts.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, ShapeKind
+from nonsmooth.drawing.player.solution_film import RECORDS_SHOWN, ledger_curves
+from nonsmooth.drawing.scene import nearest_records
+from nonsmooth.drawing.scene_figures import rounded
+from nonsmooth.results.scene_solution import SceneContacts
+from nonsmooth.scenes import scene as scenes
+from nonsmooth.scenes.parts import Part, parts_of
+from nonsmooth.scenes.places import ORIGIN, compose, place_of, rotate
+from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_PLANE, SPHERE
+from nonsmooth.scenes.shapes import PLANAR
+
+if TYPE_CHECKING:
+    from nonsmooth.results.scene_solution import SceneSolution
+
+POSES_SHOWN = 500_000  # chosen: of all bodies in all frames, 1000 bodies over 500 frames: what a browser plays fluently
+FEWEST = 60  # chosen: frames, however many bodies there are
+
+
+def film_of_scene(solution: SceneSolution) -> Film:
+    """The film of a run of a scene.
+
+    Parameters
+    ----------
+    solution : SceneSolution
+
+    Returns
+    -------
+    Film
+
+    Raises
+    ------
+    InvalidInput
+        When the solution was loaded without its scene.
+    """
+    bodies = tuple(body_of(body, solution.centres[body.index], solution.dim) for body in solution.bodies)
+    records = records_shown(solution)
+    found = contacts_at(solution, records)
+    start = starts(solution, records)
+    number, names = numbered(found, start)
+    return Film(
+        title=str(solution.about.get("scene", "")),
+        times=solution.t[records],
+        bodies=bodies,
+        position=solution.position[records],
+        turn=solution.turn[records],
+        contacts=contacts_of(found, start, number),
+        contact_names=names,
+        is_of_last_step=True,
+        curves=tuple(curves_of(solution, records, found, start)),
+        about={"outcome": solution.message, **{k: str(v) for k, v in solution.about.items() if k != "scene"}},
+        detail=detail_of(solution, records),
+    )
+
+
+def records_shown(solution: SceneSolution) -> np.ndarray:
+    """The first record and those nearest to equally spaced instants: the fewer, the more bodies there are."""
+    n = max(FEWEST, min(RECORDS_SHOWN, POSES_SHOWN // len(solution.names)))
+    return np.unique(np.append(nearest_records(solution.t, n), 0))
+
+
+def detail_of(solution: SceneSolution, records: np.ndarray) -> str:
+    """What is left out."""
+    n = len(solution.t)
+    said = "every record is a frame" if len(records) == n else f"{len(records)} of {n} records are frames"
+    return f"{said}; impulses are those of the last step before each frame"
+
+
+# --- bodies
+
+
+def body_of(body: scenes.Body, centre: np.ndarray, dim: int) -> Body:
+    """A body as it is drawn, in axes through its centre of mass."""
+    frame = place_of(-centre, ORIGIN[dim][dim:])
+    drawn = planar_shape if dim == PLANAR else spatial_shape
+    shapes = tuple(drawn(part._replace(place=compose(frame, part.place))) for part in parts_of(body.shape, dim))
+    return Body(body.name, shapes, body.kind == scenes.Kind.FIXED, body.kind == scenes.Kind.KINEMATIC)
+
+
+def planar_shape(part: Part) -> Shape:
+    """A half-plane, or the hull of its vertices made rounder."""
+    at = part.place
+    if part.kind == HALF_PLANE:
+        return Shape(ShapeKind.HALF_PLANE, np.zeros((0, 2)), place=at)
+    vertices = at[:2] + rotate(at[2], part.vertices)
+    if len(vertices) == 1:
+        return Shape(ShapeKind.DISC, vertices, part.radius)
+    if len(vertices) == 2:
+        return Shape(ShapeKind.CAPSULE if part.radius else ShapeKind.POLYLINE, vertices, part.radius)
+    return Shape(ShapeKind.POLYGON, rounded(part, ORIGIN[2]))
+
+
+def spatial_shape(part: Part) -> Shape:
+    """A sphere, a capsule, a box or a half-space."""
+    at = part.place
+    if part.kind == SPHERE:
+        return Shape(ShapeKind.SPHERE, at[None, :3], part.radius)
+    if part.kind == CAPSULE:
+        ends = np.outer([-1.0, 1.0], [0.0, 0.0, part.size[2]])
+        return Shape(ShapeKind.CAPSULE, at[:3] + rotate(at[3:], ends), part.radius)
+    if part.kind == BOX:
+        return Shape(ShapeKind.BOX, np.array([part.size]), place=at)
+    return Shape(ShapeKind.HALF_SPACE, np.zeros((0, 3)), place=at)
+
+
+# --- contacts
+
+
+def starts(solution: SceneSolution, records: np.ndarray) -> np.ndarray:
+    """Where the contacts of each frame start (n_t + 1,), and their number."""
+    return np.append(0, np.cumsum(np.diff(solution.all_contacts.offsets)[records]))
+
+
+def contacts_at(solution: SceneSolution, records: np.ndarray) -> SceneContacts:
+    """The contacts of the records, one behind the other."""
+    every = solution.all_contacts
+    is_shown = np.zeros(len(solution.t), bool)
+    is_shown[records] = True
+    rows = np.repeat(is_shown, np.diff(every.offsets))
+    return SceneContacts(
+        float(solution.t[-1]), every.i[rows], every.j[rows], every.point[rows], every.normal[rows], every.gap[rows],
+        every.P[rows], every.mu[rows], solution.names,
+    )  # fmt: skip
+
+
+def numbered(found: SceneContacts, start: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Numbers of the contacts (n,), and their names: two bodies, and which of their contacts in a frame it is."""
+    keys = np.stack([found.i, found.j, ranks(found, start)], axis=1)
+    different, number = np.unique(keys, axis=0, return_inverse=True)
+    has_more = {(i, j) for i, j, rank in different.tolist() if rank}
+    names = [
+        f"{found.names[i]} / {found.names[j]}" + (f" ({rank + 1})" if (i, j) in has_more else "")
+        for i, j, rank in different.tolist()
+    ]
+    return number.reshape(-1), tuple(names)
+
+
+def ranks(found: SceneContacts, start: np.ndarray) -> np.ndarray:
+    """Of each contact how many of the same two bodies come before it in its frame."""
+    frame = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    order = np.lexsort((found.j, found.i, frame))  # keeps the order within two bodies
+    keys = np.stack([frame, found.i, found.j], axis=1)[order]
+    is_first = np.ones(len(order), bool)
+    is_first[1:] = (keys[1:] != keys[:-1]).any(axis=1)
+    place = np.arange(len(order))
+    rank = np.empty(len(order), int)
+    rank[order] = place - np.maximum.accumulate(np.where(is_first, place, 0))
+    return rank
+
+
+def contacts_of(found: SceneContacts, start: np.ndarray, number: np.ndarray) -> Contacts:
+    """The contacts of all frames, open ones too."""
+    return Contacts(
+        start=start,
+        number=number,
+        point=found.point,
+        normal=found.normal,
+        mode=found.mode,
+        slip=np.zeros(len(found)),
+        P_N=found.P_N,
+        P_F=found.P - found.P_N[:, None] * found.normal,
+        mu=found.mu,
+    )
+
+
+# --- curves
+
+
+def curves_of(solution: SceneSolution, records: np.ndarray, found: SceneContacts, start: np.ndarray) -> list[Curve]:
+    """Energies and works since the start, numbers of contacts, and the worst figures since the frame before."""
+    loaded = np.diff(np.append(0, np.cumsum(found.P_N > 0))[start])
+    residual = worst_since(solution.residual, records)
+    tiny = np.finfo(float).tiny
+    exponent = np.log10(residual, out=np.full_like(residual, np.nan), where=residual > tiny)
+    return [
+        *ledger_curves({name: column[records] for name, column in solution.ledger.items()}),
+        Curve("contacts", "candidates", "", np.diff(start)),
+        Curve("contacts", "with an impulse", "", loaded),
+        Curve("residual", "log10 |natural map| / |impulses|, worst since the frame before", "", exponent),
+        Curve("penetration", "the deepest since the frame before", "m", worst_since(solution.penetration, records)),
+    ]
+
+
+def worst_since(values: np.ndarray, records: np.ndarray) -> np.ndarray:
+    """The largest of the records after the frame before, up to its own."""
+    return np.maximum.reduceat(values, np.append(0, records[:-1] + 1))
