@@ -1,4 +1,4 @@
-"""Who draws, saves and words a result: one table, from the name of its class to the functions that do it.
+"""Who draws, saves and words a result, and makes a system of a scene: one table, from the name of a class to functions.
 
 A result says ``view(self, "plot")(self, path)``, and the module is imported then: it need not know who draws it, and
 Matplotlib or h5py are loaded for those who use them. The first argument of each function is the result; ``load`` is
@@ -24,6 +24,7 @@ VIEWS: dict[str, dict[str, str]] = {
         "save": "results.scene_store.save", "load": "results.scene_store.load",
         "summary": "results.scene_summary.summary", "html": "results.scene_summary.as_html",
     },
+    "Scene": {"system": "scenes.as_system.system_of", "state": "scenes.as_system.state_of"},
     "FailedProblem": {"exchange": "results.fclib_form.write_fclib_form"},
     "Classification": {"text": "paradox.text.as_text", "dictionary": "paradox.text.as_dictionary"},
     "AveragedMotion": {"plot": "drawing.stability_plots.plot_averaged_motion"},

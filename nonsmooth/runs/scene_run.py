@@ -61,8 +61,8 @@ class SceneRun:
     ) -> None:
         if not isinstance(integrator, MoreauJean):
             raise InvalidInput(
-                f"a scene is integrated by MoreauJean(dt=...); got {type(integrator).__name__}: for this one, write "
-                "its mechanics as a System"
+                f"a scene is integrated by MoreauJean(dt=...); got {type(integrator).__name__}: it takes a small "
+                "planar one as scene.system(), from *scene.state()"
             )
         if integrator.compliance is not None:
             raise InvalidInput("contacts of a scene are rigid; leave out compliance= of MoreauJean")

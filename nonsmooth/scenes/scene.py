@@ -28,8 +28,10 @@ from nonsmooth.checks.arrays import (
     as_vector,
 )
 from nonsmooth.errors import InvalidInput, nearest, shown
-from nonsmooth.scenes.materials import Material
+from nonsmooth.mechanics.system import System
+from nonsmooth.scenes.materials import Material, of_pair
 from nonsmooth.scenes.shapes import PLANAR, SPATIAL, Segment, Shape, as_turn
+from nonsmooth.views import view
 
 
 class Kind(IntEnum):
@@ -112,6 +114,8 @@ class Scene:
 
     gravity: ArrayLike = (0.0, -9.81)
     material: Material = field(default_factory=Material)
+
+    __hash__ = None  # type: ignore[assignment]  # it grows: its system must not be kept as that of a model is
 
     def __post_init__(self) -> None:
         gravity = as_vector("gravity", self.gravity)
@@ -228,6 +232,53 @@ class Scene:
             None if e is None else as_fraction("e", e),
         )
 
+    def system(self, pairs: Any = None) -> System:
+        """A planar scene as a `System`, for Adaptive, EventDriven, Penalty, `classify`, `limit_cycle` and their like.
+
+        The coordinates are (x, y, angle) of the centres of mass of the dynamic bodies, in order; ``state()`` is where
+        they start. Each vertex of a body has a contact with each half-plane, and each disc with each disc, whether they
+        ever touch or not: it is for few bodies.
+
+        Parameters
+        ----------
+        pairs : list of (str, str), optional
+            Names of the bodies that may touch, all others pass through one another; all, if left out.
+
+        Returns
+        -------
+        System
+            Its parameters are mu_a_b and e_a_b of bodies a and b, of the earlier one first unless pairs says otherwise;
+            no mu where there is no friction.
+
+        Raises
+        ------
+        InvalidInput
+            For a scene in space, kinematic bodies, and pairs that touch along faces: hulls with one another, segments.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> scene = ns.Scene(gravity=(0, -9.81), material=ns.Material(mu=2.0))
+        >>> ground = scene.fixed(ns.HalfPlane((0, 1)), name="ground")
+        >>> rod = scene.body(ns.Capsule(1.0, 1e-6), mass=1.0, name="rod", position=(0, 0.4330137), turn=1.0471975512,
+        ...                  velocity=(-1, 0))
+        >>> system = scene.system([("rod", "ground")])
+        >>> system
+        System('scene', n_q=3, n_c=2)
+        >>> solution = ns.simulate(system, (0, 0.01), *scene.state(), integrator=ns.EventDriven())
+        """
+        return view(self, "system")(self, pairs)
+
+    def state(self) -> tuple[np.ndarray, np.ndarray]:
+        """q0 and u0 of ``system()``: (x, y, angle) of the dynamic bodies' centres of mass, and their rates.
+
+        Raises
+        ------
+        InvalidInput
+            For a scene without a system.
+        """
+        return view(self, "state")(self)
+
     def __getitem__(self, name: str) -> Body:
         if not isinstance(name, str) or name not in self._names:
             raise InvalidInput(f"there is no body {shown(name)}; {nearest(name, self._names)}")
@@ -295,6 +346,22 @@ def as_scene(candidate: Any) -> Scene | None:
     if isinstance(candidate, type) or not callable(getattr(candidate, "scene", None)):
         return None
     return as_instance(f"what scene() of {type(candidate).__name__} returns", candidate.scene(), Scene, "an ns.Scene")
+
+
+def coefficients_of(scene: Scene, a: Material, b: Material) -> tuple[float, float]:
+    """mu and e of two materials: those that the pair was given, or by the rule of `Material`."""
+    mu, e = of_pair(a, b)
+    own_mu, own_e = scene.pairs.get(frozenset((a.name, b.name)), (None, None))
+    return mu if own_mu is None else own_mu, e if own_e is None else own_e
+
+
+def require_known_pairs(scene: Scene) -> None:
+    """Raise `InvalidInput` where a pair was given coefficients of which no body is made."""
+    names = {body.material.name for body in scene.bodies}
+    for pair in scene.pairs:
+        if not pair <= names:
+            unknown = sorted(pair - names)[0]
+            raise InvalidInput(f"scene.pair names a material {unknown!r} that no body is made of")
 
 
 def as_spin(name: str, value: Any, dim: int) -> Any:

@@ -11,10 +11,9 @@ from nonsmooth.integrators.assembly.contacts import Surfaces
 from nonsmooth.jit.blocks import new
 from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.inertia import inertia_of
-from nonsmooth.scenes.materials import of_pair
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_of, rotate, times
-from nonsmooth.scenes.scene import Body, Kind, Scene
+from nonsmooth.scenes.scene import Body, Kind, Scene, coefficients_of, require_known_pairs
 from nonsmooth.scenes.shape_rows import shape_block
 from nonsmooth.scenes.shapes import PLANAR, as_turn
 
@@ -78,19 +77,12 @@ class World:
         """Coefficients of all pairs of materials that occur."""
         known = {id(body.material): body.material for body in self.scene.bodies}
         listed = [known[key] for key in self.material_numbers]
-        names = {material.name for material in listed}
-        for pair in self.scene.pairs:
-            if not pair <= names:
-                unknown = sorted(pair - names)[0]
-                raise InvalidInput(f"scene.pair names a material {unknown!r} that no body is made of")
+        require_known_pairs(self.scene)
         surfaces = new(Surfaces, n_s=len(materials), n_m=len(listed))
         surfaces.material[:] = materials
         for a, first in enumerate(listed):
             for b, second in enumerate(listed):
-                mu, e = of_pair(first, second)
-                own_mu, own_e = self.scene.pairs.get(frozenset((first.name, second.name)), (None, None))
-                surfaces.mu[a, b] = mu if own_mu is None else own_mu
-                surfaces.e[a, b] = e if own_e is None else own_e
+                surfaces.mu[a, b], surfaces.e[a, b] = coefficients_of(self.scene, first, second)
         return surfaces
 
     def guide(self, t: float, dt: float) -> None:
