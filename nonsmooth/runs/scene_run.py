@@ -28,12 +28,11 @@ from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, ModelFunctionError, ProgressError, StepFailure
 from nonsmooth.results.scene_solution import WORKS, ContactColumns, SceneSolution, SceneStats
-from nonsmooth.runs.run import next_block
+from nonsmooth.runs.run import LOOK_EVERY, next_block
 from nonsmooth.runs.times import grid_times
 from nonsmooth.scenes.scene import Scene
 
 DEEP = 0.01  # chosen: of the smallest shape: a penetration that is told
-LOOK_EVERY = 0.02  # chosen: s between two looks at the clock, and at what shows progress
 ENDS = {LOST: Status.NOT_FINITE, UNSOLVED: Status.NOT_SOLVED}
 METHODS = {"kept": "kept", "sweeps": "swept", "augmented Lagrangian": "direct"}  # name: field of the counts
 FAILURES: dict[Status, type[StepFailure]] = {

@@ -35,14 +35,14 @@ from nonsmooth.scenes.scene import Body, Kind, Scene, coefficients_of, require_k
 from nonsmooth.scenes.shape_rows import HALF_PLANE
 from nonsmooth.scenes.shapes import PLANAR
 
-FIXED = -1  # code: in place of the number of a body that moves
+NO_COORDINATES = -1  # code: in place of the number of a body that moves
 CURE = "simulate(scene, ..., integrator=ns.MoreauJean(dt)) takes it"
 
 
 class Side(NamedTuple):
     """One side of a contact: a rounded point of a body."""
 
-    body: int  # its number among those that move, or FIXED
+    body: int  # its number among those that move, or NO_COORDINATES
     arm: np.ndarray  # (2,) from the centre of mass in the body's axes [m]; of a fixed body, in the world
     radius: float  # [m]
     belt: np.ndarray  # (2,) surface velocity in the same axes [m/s]
@@ -182,9 +182,9 @@ def _touches_of_parts(a: Body, part_a: Part, b: Body, part_b: Part, numbers: dic
 
 def _sides(body: Body, part: Part, numbers: dict[str, int]) -> list[Side]:
     """The rounded vertices of a part; of a half-plane, the point where it is."""
-    number = numbers.get(body.name, FIXED)
+    number = numbers.get(body.name, NO_COORDINATES)
     belt = np.zeros(2) if body.surface_velocity is None else body.surface_velocity
-    if number == FIXED:
+    if number == NO_COORDINATES:
         belt = rotate(body.turn, belt)
     points = np.zeros((1, 2)) if part.kind == HALF_PLANE else part.vertices
     arms = part.place[:2] + rotate(part.place[2], points)
@@ -237,7 +237,7 @@ def _tables(touches: list[Touch]) -> Tables:
 
 def turned(q, b, v):
     """A vector in the axes of body b in those of the world."""
-    if b == FIXED:
+    if b == NO_COORDINATES:
         return v[0], v[1]
     c, s = math.cos(q[3 * b + 2]), math.sin(q[3 * b + 2])
     return c * v[0] - s * v[1], s * v[0] + c * v[1]
@@ -246,14 +246,14 @@ def turned(q, b, v):
 def point(q, b, arm):
     """x + R a."""
     a_x, a_y = turned(q, b, arm)
-    if b == FIXED:
+    if b == NO_COORDINATES:
         return a_x, a_y
     return q[3 * b] + a_x, q[3 * b + 1] + a_y
 
 
 def point_rates(q, u, b, arm):
     """The velocity of a point of body b, and its acceleration at u' = 0."""
-    if b == FIXED:
+    if b == NO_COORDINATES:
         return 0.0, 0.0, 0.0, 0.0
     a_x, a_y = turned(q, b, arm)
     w = u[3 * b + 2]
@@ -263,7 +263,7 @@ def point_rates(q, u, b, arm):
 def belt_rates(q, u, b, belt):
     """The velocity of a belt, and its rate as the body turns."""
     s_x, s_y = turned(q, b, belt)
-    w = 0.0 if b == FIXED else u[3 * b + 2]
+    w = 0.0 if b == NO_COORDINATES else u[3 * b + 2]
     return s_x, s_y, -w * s_y, w * s_x
 
 
@@ -307,7 +307,7 @@ def _contact_functions(touches: list[Touch]) -> dict[str, Any]:
             n_x, n_y = direction(q, at, c)
             for side in range(2):
                 b, sign = at.body[c, side], 1.0 - 2.0 * side
-                if b != FIXED:
+                if b != NO_COORDINATES:
                     a_x, a_y = turned(q, b, at.arm[c, side])
                     W_N[c, 3 * b] = sign * n_x
                     W_N[c, 3 * b + 1] = sign * n_y
@@ -318,7 +318,7 @@ def _contact_functions(touches: list[Touch]) -> dict[str, Any]:
             n_x, n_y = direction(q, at, c)
             for side in range(2):
                 b, sign = at.body[c, side], 1.0 - 2.0 * side
-                if b != FIXED:
+                if b != NO_COORDINATES:
                     a_x, a_y = turned(q, b, at.arm[c, side])
                     W_F[c, 0, 3 * b] = sign * n_y
                     W_F[c, 0, 3 * b + 1] = -sign * n_x

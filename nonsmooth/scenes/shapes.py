@@ -18,7 +18,7 @@ from nonsmooth.errors import InvalidInput, shown
 
 PLANAR, SPATIAL = 2, 3  # defined: coordinates of a point
 # chosen: relative to the extent of a polygon: turns and edges below it are taken for roundings of straight lines
-FLAT = 1e-9
+STRAIGHT = 1e-9
 UNIT = 1e-6  # chosen: by which the length of a quaternion, or a full turn, may miss what it should be
 
 
@@ -306,10 +306,10 @@ def as_convex(value: Any) -> np.ndarray:
         vertices = vertices[::-1].copy()
         edges = np.roll(vertices, -1, axis=0) - vertices
         turns = _cross(np.roll(edges, 1, axis=0), edges)
-    if (np.linalg.norm(edges, axis=1) <= FLAT * size).any():
+    if (np.linalg.norm(edges, axis=1) <= STRAIGHT * size).any():
         raise InvalidInput("two neighbouring vertices of a polygon are the same point; leave one out")
     angles = np.arctan2(turns, (np.roll(edges, 1, axis=0) * edges).sum(axis=1))
-    if (turns <= FLAT * size**2).any() or abs(angles.sum() - 2 * np.pi) > UNIT:
+    if (turns <= STRAIGHT * size**2).any() or abs(angles.sum() - 2 * np.pi) > UNIT:
         raise InvalidInput("a Polygon must be convex with no vertex on a straight edge; make others of parts: Compound")
     return np.ascontiguousarray(vertices)
 

@@ -40,7 +40,7 @@ def conjugate_sweeps(network, memory, k, most, tol, d, n):
             size += is_now
         if change <= tol * tol * size or count == most - 1:
             return count + 1
-        go_along(islands, memory, k, share_of_direction(change, before), network.P, 0, d, network.v, n)
+        go_along(islands, memory, k, share_of_direction(change, before), network.P, network.v, (0, d, n))
         before = change
     return most
 
@@ -65,8 +65,9 @@ def keep(islands, memory, k, P, first, d, v, n):
 
 
 @kernel
-def go_along(islands, memory, k, beta, P, first, d, v, n):
-    """Add beta times the direction, and turn it; impulses and velocities as in ``keep``."""
+def go_along(islands, memory, k, beta, P, v, sizes):
+    """Add beta times the direction, and turn it; impulses and velocities, and sizes (first, d, n), as in ``keep``."""
+    first, d, n = sizes
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
         turn(P, first, memory.P, memory.along_P, islands.contacts[at], beta, d)
     for at in range(islands.body_start[k], islands.body_start[k + 1]):

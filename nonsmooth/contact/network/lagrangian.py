@@ -87,16 +87,17 @@ def imbalance(network, direct, k, d, n):
         if mode != direct.factored[c]:
             changed += 1
         if mode != FREE:
-            pull(direct.g, place[network.i[c]], network.J_i, c, p_N, p_1, p_2, d, n)
-            pull(direct.g, place[network.j[c]], network.J_j, c, p_N, p_1, p_2, d, n)
+            pull(direct.g, place[network.i[c]], network.J_i, c, (p_N, p_1, p_2), d, n)
+            pull(direct.g, place[network.j[c]], network.J_j, c, (p_N, p_1, p_2), d, n)
     return changed
 
 
 @kernel
-def pull(g, row, J, c, p_N, p_1, p_2, d, n):
+def pull(g, row, J, c, p, d, n):
     """g_row -= J[c]^T p, of a body that can move."""
     if row < 0:
         return
+    p_N, p_1, p_2 = p
     for x in range(n):
         total = J[c, 0, x] * p_N + J[c, 1, x] * p_1
         if d == 3:

@@ -30,9 +30,6 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import EPS
 
-PLANAR = 2, 3  # defined: d rows a contact, n velocities a body, in the plane
-SPATIAL = 3, 6  # defined: the same in space
-
 
 class Network(Block):
     """Up to m contacts of n_b bodies, d rows a contact and n velocities a body."""
@@ -106,13 +103,14 @@ def relative_velocity(network, c, d, n):
 @kernel
 def strike(network, c, P_N, P_1, P_2, d, n):
     """Let an impulse of contact c act on the velocities of its bodies."""
-    strike_body(network.Y_i, network.v, c, network.i[c], P_N, P_1, P_2, d, n)
-    strike_body(network.Y_j, network.v, c, network.j[c], P_N, P_1, P_2, d, n)
+    strike_body(network.Y_i, network.v, c, network.i[c], (P_N, P_1, P_2), d, n)
+    strike_body(network.Y_j, network.v, c, network.j[c], (P_N, P_1, P_2), d, n)
 
 
 @kernel
-def strike_body(Y, v, c, body, P_N, P_1, P_2, d, n):
+def strike_body(Y, v, c, body, P, d, n):
     """v_body += Y[c]^T P."""
+    P_N, P_1, P_2 = P
     for x in range(n):
         change = Y[c, 0, x] * P_N + Y[c, 1, x] * P_1
         if d == 3:

@@ -11,7 +11,7 @@ import numpy as np
 from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
 
-MOST_CONTACTS = 40  # chosen: of an island: G has then 120 rows in space, and is solved in some milliseconds
+DENSE_CONTACTS = 40  # chosen: of an island: G has then 120 rows in space, and is solved in some milliseconds
 DENSE_TOL = 1e-13  # chosen: of `solve_contact`, relative to |c|: the residual that counts is measured afterwards
 
 
@@ -22,7 +22,7 @@ def rescue(network: Network, tol: float) -> None:
     judge = judge_planar if d == 2 else judge_spatial
     for k in np.flatnonzero(islands.is_met[: islands.count] == 0):
         contacts = islands.contacts[islands.contact_start[k] : islands.contact_start[k + 1]]
-        if len(contacts) > MOST_CONTACTS:
+        if len(contacts) > DENSE_CONTACTS:
             continue
         before, error = network.P[contacts].copy(), float(islands.residual[k])
         G, c = dense_problem(network, contacts)

@@ -35,12 +35,12 @@ MANY_BODIES = 2000  # measured: 1000 bodies in the plane take 2 ms a factor
 # measured: residuals of islands that are solved to rounding, and then by a few more steps with the factors at hand: a
 # stack of ten boxes takes 2 us a step then, with a top a thousand times heavier 3 us; to 1e-8 they take 140 and 430,
 # and creep
-EXACT, ROUNDED = 1e-13, 3e-16
+SOLVED_TO_ROUNDING, ROUNDED = 1e-13, 3e-16
 FINE = 1e-7  # chosen: a tolerance above it is one for speed
 EXACT_BODIES = 32  # chosen: a factor of so many takes some 50 us in space
 POLISH_FACTORS = 2  # chosen: more would be for modes that still change
 LARGE_FACTORS = 100  # measured: of a large island: a pyramid of 1035 boxes takes 56 from no impulses
-LONGEST_WAIT = 1023  # chosen: problems: two seconds at 2 ms; what comes to rest is solved by sweeps meanwhile
+LONGEST_ABSENCE = 1023  # chosen: problems: two seconds at 2 ms; what comes to rest is solved by sweeps meanwhile
 UNLIKE_MASSES = 10.0  # measured: sweeps of a stack of ten do not reach 1e-3 in 200 where the top is 1000 times heavier
 
 
@@ -80,7 +80,11 @@ def solve_island(network, solver, k, d, n):
     islands, has_room, bodies = network.islands, True, bodies_of(network, k)
     islands.residual[k] = judge_island(network, k, d, n)
     is_direct = may_factorise(network, solver, k, d)
-    goal = min(solver.tol, EXACT) if is_direct and bodies <= EXACT_BODIES and solver.tol <= FINE else solver.tol
+    goal = (
+        min(solver.tol, SOLVED_TO_ROUNDING)
+        if is_direct and bodies <= EXACT_BODIES and solver.tol <= FINE
+        else solver.tol
+    )
     if not islands.residual[k] <= goal:
         islands.rung[k] = BY_SWEEPS
         sweep_in_rounds(network, solver, k, goal, is_direct, d, n)
@@ -114,7 +118,7 @@ def may_factorise(network, solver, k, d):
 def note_outcome(solver, bodies, is_solved):
     """After factors of a large island that led nowhere, leave them out for twice as many problems as the last time."""
     if bodies > EXACT_BODIES:
-        solver.wait = 0 if is_solved else min(2 * solver.wait + 1, LONGEST_WAIT)
+        solver.wait = 0 if is_solved else min(2 * solver.wait + 1, LONGEST_ABSENCE)
         solver.waits = solver.wait
 
 

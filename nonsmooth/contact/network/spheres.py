@@ -180,14 +180,17 @@ def relax_spheres(row, moving, c, i, j):
         return 0.0, 0.0
     row[c, AT_IMPULSE], row[c, AT_IMPULSE + 1], row[c, AT_IMPULSE + 2] = x_0, x_1, x_2
     d_0, d_1, d_2 = x_0 - P_0, x_1 - P_1, x_2 - P_2
-    strike_sphere(moving, i, -1.0, -arm_i, n_0, n_1, n_2, d_0, d_1, d_2)
-    strike_sphere(moving, j, 1.0, arm_j, n_0, n_1, n_2, d_0, d_1, d_2)
+    normal, change = (n_0, n_1, n_2), (d_0, d_1, d_2)
+    strike_sphere(moving, i, -1.0, -arm_i, normal, change)
+    strike_sphere(moving, j, 1.0, arm_j, normal, change)
     return d_0 * d_0 + d_1 * d_1 + d_2 * d_2, x_0 * x_0 + x_1 * x_1 + x_2 * x_2
 
 
 @kernel
-def strike_sphere(moving, body, sign, arm, n_0, n_1, n_2, P_0, P_1, P_2):
+def strike_sphere(moving, body, sign, arm, normal, P):
     """Let an impulse act on a body: v += sign P / m, omega += arm n x P / I."""
+    n_0, n_1, n_2 = normal
+    P_0, P_1, P_2 = P
     a, e = sign * moving[body, AT_LIGHTNESS], arm * moving[body, AT_EASE]
     moving[body, 0] += a * P_0
     moving[body, 1] += a * P_1
@@ -213,7 +216,7 @@ def sphere_sweeps(network, spheres, memory, k, most, tol):
         count += 1
         is_done = change <= tol * tol * size or count == most
         if not is_done:
-            go_along(islands, memory, k, share_of_direction(change, before), row, AT_IMPULSE, 3, moving, 6)
+            go_along(islands, memory, k, share_of_direction(change, before), row, moving, (AT_IMPULSE, 3, 6))
             before = change
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
         give_back(network, row, islands.contacts[at])

@@ -28,7 +28,7 @@ from nonsmooth.numerics.rounding import rounded_sum
 from nonsmooth.scenes.detection import FEATURE_BITS, Found
 from nonsmooth.scenes.shape_rows import Shapes
 
-GAP_ROUNDINGS = 16  # chosen: of a gap, a difference of places that were turned: what is smaller is 0
+CLOSED_ROUNDINGS = 16  # chosen: of a gap, a difference of places that were turned: what is smaller is 0
 
 
 class Surfaces(Block):
@@ -81,7 +81,7 @@ def write_gap(bodies, found, c, dt, n, network):
         found.gap[c] -= bodies.ahead[j] * network.J_j[c, 0, x] * bodies.v_0[j, x]
     for k in range(found.point.shape[1]):
         size += abs(found.point[c, k]) + abs(bodies.x_0[i, k]) + abs(bodies.x_0[j, k])
-    if abs(found.gap[c]) <= rounded_sum(GAP_ROUNDINGS, size):
+    if abs(found.gap[c]) <= rounded_sum(CLOSED_ROUNDINGS, size):
         found.gap[c] = 0.0
     network.b[c, 0] = found.gap[c] / dt if found.gap[c] > 0.0 else 0.0
 

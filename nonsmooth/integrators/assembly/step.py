@@ -31,7 +31,7 @@ from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import Shapes
 
 MARGIN = 100.0  # measured: g dt^2 of the margin: with 25 a neighbour pushes bodies into pairs that were not listed
-LEAST_MARGIN = 1e-3  # chosen: of the largest bounded shape: what touches without gravity is a contact too
+WEIGHTLESS_MARGIN = 1e-3  # chosen: of the largest bounded shape: what touches without gravity is a contact too
 REACH_SHARE = 0.25  # chosen: of the largest bounded shape that the margin may be
 TIGHT = 1e-10  # chosen: of the smallest shape: a penetration below it is a rounding, and is not taken back
 MOST_FACTORS = 400  # measured: of an island in a step: heaps that take more do not end
@@ -118,7 +118,7 @@ class Assembly:
         """Take so many steps; returns DONE, LOST or UNSOLVED."""
         progress = self.progress
         progress.dt = dt
-        progress.margin = max(MARGIN * self.gravity * dt * dt, LEAST_MARGIN * self.largest)
+        progress.margin = max(MARGIN * self.gravity * dt * dt, WEIGHTLESS_MARGIN * self.largest)
         progress.widest = REACH_SHARE * self.largest
         first = int(progress.counts.steps)
         while True:

@@ -40,7 +40,7 @@ def find_contacts(shapes_at, motion_at, dt, margin, found_at, scratch_at):
     for p in range(n_pairs):
         i, j = grid.i[p], grid.j[p]
         points = touch(shapes, scratch, i, j, margin + grid.approach[i] + grid.approach[j])
-        n = keep(shapes, motion, dt, margin, found, scratch.manifold, i, j, points, n)
+        n = keep(shapes, motion, found, scratch.manifold, points, (i, j), (dt, margin), n)
     return n
 
 
@@ -53,8 +53,13 @@ def touch(shapes, scratch, i, j, limit):
 
 
 @kernel
-def keep(shapes, motion, dt, margin, found, manifold, i, j, points, n):
-    """Write the points of a pair that are near, or will be by the end of the step, behind the first n; the new n."""
+def keep(shapes, motion, found, manifold, points, pair, limits, n):
+    """Write the points of a pair that are near, or will be by the end of the step, behind the first n; the new n.
+
+    ``limits`` are the length of the step and the margin.
+    """
+    i, j = pair
+    dt, margin = limits
     a, b, x, v = shapes.body[i], shapes.body[j], motion.x, motion.v
     nx, ny = manifold.nx, manifold.ny
     for k in range(points):

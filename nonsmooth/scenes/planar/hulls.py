@@ -104,14 +104,14 @@ def clip(shapes, scratch, ref, inc, e, sign):
         if d_g < d_f:
             f, t_f, d_f = g, t_g, d_g
         if t_f < 0.0 or t_f > length:
-            return corner(shapes, scratch, ref, inc, e, e if t_f < 0.0 else end, f, f, sign)
+            return corner(shapes, scratch, ref, inc, (e, e if t_f < 0.0 else end), (f, f), sign)
         manifold.nx, manifold.ny = sign * nx, sign * ny
         incident_point(shapes, scratch, ref, inc, f, d_f, sign, 0)
         return 1
     if t_f < 0.0:
-        return corner(shapes, scratch, ref, inc, e, e, f, g, sign)
+        return corner(shapes, scratch, ref, inc, (e, e), (f, g), sign)
     if t_g > length:
-        return corner(shapes, scratch, ref, inc, e, end, f, g, sign)
+        return corner(shapes, scratch, ref, inc, (e, end), (f, g), sign)
     if t_f > length and d_f <= d_g:
         nx, ny = normal_at_end(shapes, scratch, ref, inc, e, end, f, g)
     elif t_g < 0.0 and d_g <= d_f:
@@ -145,8 +145,11 @@ def normal_at_end(shapes, scratch, ref, inc, e, w, f, g):
 
 
 @kernel
-def corner(shapes, scratch, ref, inc, e, w, f, g, sign):
-    """The one point of vertex w of the reference hull and the nearer end, f or g, of the incident edge."""
+def corner(shapes, scratch, ref, inc, end, edge, sign):
+    """The one point of vertex w of the reference hull, an end (e, w) of its face e, and the nearer end of the incident
+    edge (f, g)."""
+    e, w = end
+    f, g = edge
     arm, manifold = scratch.arm, scratch.manifold
     x, y = scratch.centre[inc, 0] - scratch.centre[ref, 0], scratch.centre[inc, 1] - scratch.centre[ref, 1]
     x_f, y_f = x + arm[f, 0] - arm[w, 0], y + arm[f, 1] - arm[w, 1]

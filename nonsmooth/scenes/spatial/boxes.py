@@ -45,7 +45,7 @@ def core_on_core(shapes, scratch, i, j, limit):
             n = clip_to_face(shapes, scratch, ref, inc, axis, sign, is_first, slack)
         highest = math.inf if is_deep else apart + 2.0 * FACE_PREFERENCE * scale
         if n > 0 and lowest_corner(scratch, shapes.size[ref, axis], axis, sign, n) <= highest:
-            return note_corners(shapes, scratch, ref, inc, axis, sign, n, is_first, limit)
+            return note_corners(shapes, scratch, ref, inc, (axis, sign, is_first), n, limit)
     if axes.s_edges > axes.s_face:
         beyond = math.inf if is_deep else slack if apart <= slack else 0.0
         if edge_contact(shapes, scratch, i, j, beyond):

@@ -41,23 +41,28 @@ def capsule_on_capsule(shapes, scratch, i, j, limit):
         t = h if end == 1 else -h
         s = a_b * t - b_d
         if -k <= s <= k:
-            n = nearest_point(shapes, scratch, i, j, t, s, POSITIVE_END * end, limit, n)
+            n = nearest_point(shapes, scratch, i, j, (t, s), POSITIVE_END * end, limit, n)
     for end in range(2):
         s = k if end == 1 else -k
         t = a_d + a_b * s
         if -h < t < h:
-            n = nearest_point(shapes, scratch, i, j, t, s, VERTEX_OF_J + POSITIVE_END * end, limit, n)
+            n = nearest_point(shapes, scratch, i, j, (t, s), VERTEX_OF_J + POSITIVE_END * end, limit, n)
     if not are_parallel(scratch, i, j):
-        t, s = crossing(axis[i, 2, 0], axis[i, 2, 1], axis[i, 2, 2], axis[j, 2, 0], axis[j, 2, 1], axis[j, 2, 2],
-                        d_x, d_y, d_z)  # fmt: skip
+        a = (axis[i, 2, 0], axis[i, 2, 1], axis[i, 2, 2])
+        b = (axis[j, 2, 0], axis[j, 2, 1], axis[j, 2, 2])
+        t, s = crossing(a, b, (d_x, d_y, d_z))
         if -h < t < h and -k < s < k:
-            n = nearest_point(shapes, scratch, i, j, t, s, TWO_EDGES + 13 * AXIS_EDGE, limit, n)
-    return nearest_ends(shapes, scratch, i, j, a_d, b_d, a_b, limit, n)
+            n = nearest_point(shapes, scratch, i, j, (t, s), TWO_EDGES + 13 * AXIS_EDGE, limit, n)
+    return nearest_ends(shapes, scratch, i, j, (a_d, b_d, a_b), limit, n)
 
 
 @kernel
-def nearest_ends(shapes, scratch, i, j, a_d, b_d, a_b, limit, n):
-    """Note the two nearest of the ends without a foot, if they are nearer than the n points noted; the new n."""
+def nearest_ends(shapes, scratch, i, j, products, limit, n):
+    """Note the two nearest of the ends without a foot, if they are nearer than the n points noted; the new n.
+
+    ``products`` are those of the axes with the way between the centres, and with one another.
+    """
+    a_d, b_d, a_b = products
     h, k = shapes.size[i, 2], shapes.size[j, 2]
     best, best_t, best_s, feature = math.inf, 0.0, 0.0, 0
     for end in range(4):
@@ -70,12 +75,13 @@ def nearest_ends(shapes, scratch, i, j, a_d, b_d, a_b, limit, n):
         return n
     for point in range(n):
         limit = min(limit, scratch.manifold.gap[point])
-    return nearest_point(shapes, scratch, i, j, best_t, best_s, feature, limit, n)
+    return nearest_point(shapes, scratch, i, j, (best_t, best_s), feature, limit, n)
 
 
 @rare_kernel
-def nearest_point(shapes, scratch, i, j, t, s, feature, limit, n):
-    """Note the point between t on the axis of i and s on that of j, if its gap is below the limit; the new n."""
+def nearest_point(shapes, scratch, i, j, feet, feature, limit, n):
+    """Note the point between the feet t and s on the axes of i and j, if its gap is below the limit; the new n."""
+    t, s = feet
     axis = scratch.axis
     d_x, d_y, d_z = between(scratch, i, j)
     x, y, z = t * axis[i, 2, 0], t * axis[i, 2, 1], t * axis[i, 2, 2]

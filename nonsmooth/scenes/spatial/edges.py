@@ -69,13 +69,18 @@ def feet(shapes, scratch, i, j, edge_i, edge_j):
     a_x, a_y, a_z = edge_point(shapes, scratch, i, edge_i, 0.0)
     b_x, b_y, b_z = edge_point(shapes, scratch, j, edge_j, 0.0)
     x, y, z = x + b_x - a_x, y + b_y - a_y, z + b_z - a_z
-    return crossing(axis[i, p, 0], axis[i, p, 1], axis[i, p, 2], axis[j, q, 0], axis[j, q, 1], axis[j, q, 2], x, y, z)
+    a = (axis[i, p, 0], axis[i, p, 1], axis[i, p, 2])
+    b = (axis[j, q, 0], axis[j, q, 1], axis[j, q, 2])
+    return crossing(a, b, (x, y, z))
 
 
 @kernel
-def crossing(a_x, a_y, a_z, b_x, b_y, b_z, x, y, z):
-    """The feet (t, s) of the common perpendicular of two lines with unit directions a and b, (x, y, z) from the one
-    origin to the other: to EPS/sin of their angle, where their products with a and b would give EPS/sin^2."""
+def crossing(a, b, way):
+    """The feet (t, s) of the common perpendicular of two lines with unit directions a and b, and the way from the one
+    origin to the other: to EPS/sin of their angle, where its products with a and b would give EPS/sin^2."""
+    a_x, a_y, a_z = a
+    b_x, b_y, b_z = b
+    x, y, z = way
     c_x, c_y, c_z = cross(a_x, a_y, a_z, b_x, b_y, b_z)
     sine_2 = c_x * c_x + c_y * c_y + c_z * c_z
     u_x, u_y, u_z = cross(x, y, z, b_x, b_y, b_z)

@@ -39,7 +39,7 @@ def clip_to_face(shapes, scratch, ref, inc, axis, sign, is_first, slack):
     is_open = n == 2
     for k in range(1, 3):
         for side in range(2):
-            n = clip_to_side(shapes, scratch, ref, axis, sign, (axis + k) % 3, side, n, is_open, is_first, slack)
+            n = clip_to_side(shapes, scratch, ref, (axis, sign, is_first), ((axis + k) % 3, side), n, is_open, slack)
     return n
 
 
@@ -77,8 +77,11 @@ def put_corner(shapes, scratch, ref, inc, vertex, edge, k, is_first):
 
 
 @rare_kernel
-def clip_to_side(shapes, scratch, ref, axis, sign, across, side, n, is_open, is_first, slack):
-    """Clip the polygon of n corners to one side of the reference face; the new n."""
+def clip_to_side(shapes, scratch, ref, face, border, n, is_open, slack):
+    """Clip the polygon of n corners to one border (axis, side) of the reference face (axis, sign, is_first); the new
+    n."""
+    axis, sign, is_first = face
+    across, side = border
     polygon, clipped, m = scratch.polygon, scratch.clipped, 0
     half, out = shapes.size[ref, across] + slack, 1.0 if side == 1 else -1.0
     for k in range(n):
@@ -132,8 +135,9 @@ def lowest_corner(scratch, ref_half, axis, sign, n):
 
 
 @kernel
-def note_corners(shapes, scratch, ref, inc, axis, sign, n, is_first, limit):
-    """Note the corners whose gaps are below the limit; how many."""
+def note_corners(shapes, scratch, ref, inc, face, n, limit):
+    """Note the corners whose gaps above a face (axis, sign, is_first) are below the limit; how many."""
+    axis, sign, is_first = face
     polygon, m = scratch.polygon, 0
     r_ref, r_inc = shapes.radius[ref], shapes.radius[inc]
     way = 1.0 if is_first else -1.0
