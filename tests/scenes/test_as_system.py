@@ -225,7 +225,7 @@ def test_what_touches_along_faces_is_refused_by_name_with_the_cure():
     [
         (3, "pairs must"),
         (("disc", "ground"), "a pair must be a tuple of the names of two bodies; got 'disc'"),
-        ([(1, "disc")], "there is no body 1; known: ground, lid, disc"),
+        ([(1, "disc")], "there is no body 1; known: disc, ground, lid"),
         ([("disc",)], r"a pair has the names of two bodies"),
         ([("disc", "disc")], "a pair is one of two bodies, at least one of them dynamic"),
         ([("ground", "lid")], "a pair is one of two bodies, at least one of them dynamic"),
