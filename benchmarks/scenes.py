@@ -35,7 +35,7 @@ AT_END = 5  # chosen: turns of the end, whose median is told apart
 COARSE = {"tol": 1e-4, "sweeps": 30}  # chosen: as an engine for speed would be set
 FINE = {"tol": 1e-6, "sweeps": 60}  # chosen: between that and the default
 PATIENT = {"tol": 1e-4, "sweeps": 500}  # chosen: as many as are needed, for what an impact takes
-GROWTH = (100, 1000, 10_000)  # spheres
+GROWTH = (100, 1000, 10_000)  # chosen: spheres
 FIRST_USE = "import os, nonsmooth as ns; from models.scenes import BoxStack; s = BoxStack(n=2, dim={dim}); "
 FIRST_USE += "t = sum(os.times()[:4]); ns.simulate(s, (0, 0.01), integrator=ns.MoreauJean(dt=s.dt)); "
 FIRST_USE += "print(sum(os.times()[:4]) - t)"  # its own, and that of the processes that compile

@@ -7,8 +7,8 @@ from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.scene import Kind
 from nonsmooth.scenes.shapes import Box
 
-ITERATIONS = 8, 3  # of velocities and of places
-FAR = 1e3  # m, chosen: half the length of the edge that stands for a half-plane
+ITERATIONS = 8, 3  # chosen: of velocities and of places, as its manual has them
+HALF_EDGE = 1e3  # m, chosen: half the length of the edge that stands for a half-plane
 
 
 class Motion:
@@ -23,7 +23,7 @@ class Motion:
         shape, mu = given.shape, given.material.mu
         if given.kind is Kind.FIXED:
             along, origin = np.array([shape.normal[1], -shape.normal[0]]), shape.offset * shape.normal
-            ends = [tuple((origin + side * FAR * along).tolist()) for side in (-1, 1)]
+            ends = [tuple((origin + side * HALF_EDGE * along).tolist()) for side in (-1, 1)]
             self.world.CreateStaticBody(fixtures=b2.b2FixtureDef(shape=b2.b2EdgeShape(vertices=ends), friction=mu))
             return None
         is_box, mass = isinstance(shape, Box), float(inertia_of(given, 2).mass)
