@@ -36,6 +36,8 @@ MANY_BODIES = 2000  # measured: 1000 bodies in the plane take 2 ms a factor
 # stack of ten boxes takes 2 us a step then, with a top a thousand times heavier 3 us; to 1e-8 they take 140 and 430,
 # and creep
 SOLVED_TO_ROUNDING, ROUNDED = 1e-13, 3e-16
+# measured: of islands of many bodies: a pyramid of 1035 boxes then stands to the last bit, and sleeps
+ROUNDED_OF_MANY = 1e-14
 FINE = 1e-7  # chosen: a tolerance above it is one for speed
 EXACT_BODIES = 32  # chosen: a factor of so many takes some 50 us in space
 POLISH_FACTORS = 2  # chosen: more would be for modes that still change
@@ -94,8 +96,10 @@ def solve_island(network, solver, k, d, n):
             note_outcome(solver, bodies, islands.residual[k] <= goal)
             if has_room:  # where that did not come to the goal either, the rest of the budget is spent
                 sweep_in_rounds(network, solver, k, goal, False, d, n)
-    if is_direct and has_room and solver.tol <= FINE and ROUNDED < islands.residual[k] <= goal and bodies <= FEW_BODIES:
-        has_room = solve_directly(network, solver, k, ROUNDED, POLISH_FACTORS, d, n)
+    floor = ROUNDED if bodies <= FEW_BODIES else ROUNDED_OF_MANY
+    if is_direct and has_room and solver.tol <= FINE and floor < islands.residual[k] <= goal:
+        has_room = solve_directly(network, solver, k, floor, POLISH_FACTORS, d, n)
+        note_outcome(solver, bodies, islands.residual[k] <= floor)
     islands.is_met[k] = is_met(network, solver, k, d, n)
     return has_room
 
