@@ -1,4 +1,4 @@
-"""Which stage of a step of falling spheres takes how long: the stages of ``spatial_step``, called one by one."""
+"""Which stage of a step of falling spheres takes how long: the stages of a step in space, called one by one."""
 
 from __future__ import annotations
 

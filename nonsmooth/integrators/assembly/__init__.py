@@ -1,1 +1,1 @@
-"""Time stepping of scenes: many bodies, their contacts found anew at each step; read ``planar_step.py`` first."""
+"""Time stepping of scenes: many bodies, their contacts found anew at each step; read ``stages.py`` first."""

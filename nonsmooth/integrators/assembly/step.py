@@ -1,6 +1,6 @@
 """A scene in motion: the blocks of its steps, and the room that they need.
 
-The steps themselves are compiled (planar_step.py, spatial_step.py); they come back where a block is too small, which is
+The steps themselves are compiled (stages.py); they come back where a block is too small, which is
 then made larger, with all that is in it.
 """
 
@@ -21,16 +21,18 @@ from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landin
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
 from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.planar import predict_planar
-from nonsmooth.integrators.assembly.planar_step import take_steps_planar
 from nonsmooth.integrators.assembly.progress import MORE_CONTACTS, MORE_FACTORS, MORE_PAIRS, NOT_MET, Progress
 from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
+from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
 from nonsmooth.jit import Kernel, cache_directory, load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import Shapes
+from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
+from nonsmooth.scenes.spatial.placement import spatial_scratch
 
 MARGIN = 100.0  # measured: g dt^2 of the margin: with 25 a neighbour pushes bodies into pairs that were not listed
 WEIGHTLESS_MARGIN = 1e-3  # chosen: of the largest bounded shape: what touches without gravity is a contact too
@@ -74,10 +76,6 @@ def stages_of(dim: int, has_restitution: bool) -> Stages:
         others = [predict_planar, write_contacts_planar, prepare_planar, solve_planar, judge_planar, move_bodies_planar]
         others += [begin_impact_planar, book_landing, book_impact] if has_restitution else []
         return Stages(take_steps_planar, find_contacts_planar, planar_scratch, (*others, book_step))
-    from nonsmooth.integrators.assembly.spatial_step import take_steps_spatial
-    from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
-    from nonsmooth.scenes.spatial.placement import spatial_scratch
-
     others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
     others += [begin_impact_spatial, book_landing, book_impact] if has_restitution else []
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, (*others, move_bodies_spatial, book_step))

@@ -1,5 +1,8 @@
 """Planar scenes against closed forms, invariants and measured orders."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -290,3 +293,18 @@ def test_first_scene_on_a_machine_says_that_it_compiles(capsys, monkeypatch):
     stages_of(2, has_restitution=False).load()
     stages_of(3, has_restitution=True).load()
     assert capsys.readouterr().err.count("compiling") == 1  # once a process
+
+
+def test_planar_scene_loads_nothing_of_space():
+    program = """
+import nonsmooth as ns
+from nonsmooth.contact.network.solve import solve_spatial
+from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
+from nonsmooth.scenes.spatial.find_contacts import find_contacts
+scene = ns.Scene(gravity=(0, -9.81))
+scene.body(ns.Disc(0.1), mass=1.0)
+ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3))
+print(take_steps_planar.is_loaded, [k.is_loaded for k in (take_steps_spatial, solve_spatial, find_contacts)])
+"""
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert run.stdout.split("\n")[0] == "True [False, False, False]"

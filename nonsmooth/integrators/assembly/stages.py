@@ -1,0 +1,208 @@
+"""A step of a scene, as a table of contents: predict, find contacts, solve them, move, book, rebound.
+
+    v_free = v_0 + dt M^-1 h,    (gamma_1 + g_N/dt, P) in the laws of contact and friction,    v_1 = v_free + M^-1 J^T P
+
+A stage that finds no room returns, and goes on when it is called again. d is 2 in the plane and 3 in space, a constant
+of the entry point; the stages are entry points of their own, so that the one compiles nothing of the other.
+
+Sources: Stewart and Trinkle, *Int. J. Numer. Methods Eng.* 39 (1996) 2673-2691 (gaps at the end of the step); the
+stages of this scheme: docs/theory/scenes.md.
+"""
+
+from __future__ import annotations
+
+from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
+from nonsmooth.contact.network.solve import solve_planar, solve_spatial
+from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
+from nonsmooth.integrators.assembly.contacts import write_contacts_planar, write_contacts_spatial
+from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
+from nonsmooth.integrators.assembly.planar import predict_planar
+from nonsmooth.integrators.assembly.progress import (
+    DONE,
+    FIND,
+    LOST,
+    MORE_CONTACTS,
+    MORE_FACTORS,
+    MORE_PAIRS,
+    NOT_MET,
+    PREDICT,
+    REBOUND,
+    SOLVE,
+    UNSOLVED,
+    Progress,
+    deepest_gap,
+    is_met,
+    margin_of,
+    note_gain,
+    note_islands,
+    note_step,
+    sleep,
+)
+from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
+from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import view
+from nonsmooth.scenes.detection import NOT_FINITE, Found
+from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
+from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
+
+
+@kernel("int64(int64, int64)")
+def take_steps_planar(progress_at, most):
+    """``take_steps`` in the plane."""
+    return take_steps(view(progress_at, Progress), most, 2)
+
+
+@kernel("int64(int64, int64)")
+def take_steps_spatial(progress_at, most):
+    """``take_steps`` in space."""
+    return take_steps(view(progress_at, Progress), most, 3)
+
+
+@kernel
+def take_steps(progress, most, d):
+    """Take so many steps; how it comes back, DONE or why not."""
+    bodies, network = view(progress.places.bodies, Bodies), view(progress.places.network, Network)
+    for step in range(most):
+        end = take_step(progress, d)
+        if end != DONE:
+            return end
+        if sleep(bodies, network, most - step - 1, progress):
+            return DONE
+    return DONE
+
+
+@kernel
+def take_step(progress, d):
+    """One step, or what is left of one."""
+    places = progress.places
+    network = view(places.network, Network)
+    if progress.stage == PREDICT:
+        predict(places, progress.dt, d)
+        progress.stage = FIND
+    if progress.stage == FIND:
+        end = find(progress, places, network, d)
+        if end != DONE:
+            return end
+        progress.stage = SOLVE
+    if progress.stage == SOLVE:
+        end = solve(progress, places, network, d)
+        if end != DONE:
+            return end
+        move(progress, places, network, d)
+        progress.stage = REBOUND if rebounds(progress, places, network, d) else PREDICT
+    if progress.stage == REBOUND:
+        end = solve(progress, places, network, d)
+        if end != DONE:
+            return end
+        gain = book_impact(places.bodies, places.contacts, places.network, places.ledger)
+        note_gain(gain, view(places.ledger, Ledger), progress)
+        progress.stage = PREDICT
+    if not is_met(network):
+        progress.counts.missed += 1
+        if progress.is_strict == 1:
+            return UNSOLVED
+    return DONE
+
+
+@kernel
+def predict(places, dt, d):
+    """The free motion of the step."""
+    if d == 2:
+        predict_planar(places.bodies, dt)
+    else:
+        predict_spatial(places.bodies, dt)
+
+
+@kernel
+def find(progress, places, network, d):
+    """The contacts of the step, and the rows of their problem."""
+    found, dt = view(places.found, Found), progress.dt
+    margin = margin_of(progress, view(places.bodies, Bodies))
+    if d == 2:
+        n = find_contacts_planar(places.shapes, places.motion, dt, margin, places.found, places.scratch)
+    else:
+        n = find_contacts_spatial(places.shapes, places.motion, dt, margin, places.found, places.scratch)
+    if n == NOT_FINITE:
+        return LOST
+    if n < 0:
+        progress.wanted = -n
+        return MORE_PAIRS
+    if n > found.gap.shape[0]:
+        progress.wanted = n
+        return MORE_CONTACTS
+    network.n_c = n
+    if d == 2:
+        write_contacts_planar(
+            places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt
+        )
+    else:
+        write_contacts_spatial(
+            places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt
+        )
+    prepare(places, d)
+    return DONE
+
+
+@kernel
+def prepare(places, d):
+    """What solvers need of the rows, at the present places."""
+    if d == 2:
+        prepare_planar(places.network)
+    else:
+        turn_inertia(places.bodies, places.network)
+        prepare_spatial(places.network)
+
+
+@kernel
+def solve(progress, places, network, d):
+    """The contact problem at hand; a problem that is not solved goes to Python once, for other solvers."""
+    if progress.is_tried == 0:
+        if d == 2:
+            progress.wanted = solve_planar(places.network, places.solver)
+        else:
+            progress.wanted = solve_spatial(places.network, places.solver)
+        if progress.wanted > 0:
+            return MORE_FACTORS
+        if not is_met(network):
+            progress.is_tried = 1
+            return NOT_MET
+    progress.is_tried = 0
+    note_islands(network, progress.counts)
+    residual = judge_planar(places.network) if d == 2 else judge_spatial(places.network)
+    is_first = progress.stage == SOLVE
+    progress.figures.last_residual = residual if is_first else max(progress.figures.last_residual, residual)
+    return DONE
+
+
+@kernel
+def move(progress, places, network, d):
+    """The places after the step, its energy and its figures."""
+    deepest, dt = deepest_gap(view(places.found, Found), network.n_c), progress.dt
+    is_pushed = 1 if deepest < -progress.tight else 0
+    bodies, found, theta = places.bodies, places.found, progress.theta
+    if d == 2:
+        move_bodies_planar(bodies, found, places.network, places.moves, dt, theta, is_pushed)
+    else:
+        move_bodies_spatial(bodies, found, places.network, places.moves, dt, theta, is_pushed)
+    book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, is_pushed)
+    note_step(network, deepest, progress)
+
+
+@kernel
+def rebounds(progress, places, network, d):
+    """Whether contacts rebound; then the problem of their impact is written."""
+    if progress.has_restitution == 0 or network.n_c == 0:
+        return False
+    book_landing(places.bodies, places.network, places.ledger)
+    bodies, found, contacts, dt = places.bodies, places.found, places.contacts, progress.dt
+    if d == 2:
+        count = begin_impact_planar(bodies, found, contacts, places.network, dt)
+    else:
+        count = begin_impact_spatial(bodies, found, contacts, places.network, dt)
+    if count == 0:
+        return False
+    prepare(places, d)
+    progress.counts.impacts += 1
+    return True
