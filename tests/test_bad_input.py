@@ -123,7 +123,8 @@ CALLS = {
         "every": 1, "t_eval": None, "selection": "lift-off", "project": False, "on_failure": "raise",
         "events": (), "max_steps": None, "max_wall_time": None, "progress": None,
     }),
-    "MoreauJean": (ns.MoreauJean, {"dt": 1e-3, "theta": 0.5, "projection": False, "compliance": None}),
+    "MoreauJean": (ns.MoreauJean, {"dt": 1e-3, "theta": 0.5, "projection": False, "compliance": None,
+                                  "contacts": ns.ContactSolver()}),  # fmt: skip
     "EventDriven": (ns.EventDriven, {"rtol": 1e-8, "atol": 1e-10, "hand_over": None}),
     "Auto": (ns.Auto, {"rtol": 1e-6}),
     "Adaptive": (ns.Adaptive, {"rtol": 1e-6, "atol": 1e-8}),

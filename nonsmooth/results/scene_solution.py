@@ -122,12 +122,12 @@ class SceneContacts:
         return len(self.i)
 
     @property
-    def P_N(self) -> np.ndarray:  # noqa: N802
+    def P_N(self) -> np.ndarray:
         """Normal impulses [N s]."""
         return (self.P * self.normal).sum(axis=1)
 
     @property
-    def P_F(self) -> np.ndarray:  # noqa: N802
+    def P_F(self) -> np.ndarray:
         """Sizes of the tangential impulses [N s]."""
         return np.linalg.norm(self.P - self.P_N[:, None] * self.normal, axis=1)
 

@@ -85,7 +85,7 @@ class SceneRun:
         self.compile_time = time.perf_counter() - started
         self.world.require_apart(self.assembly.find_contacts(), self.assembly.found)
         self.status = Status.RUNNING
-        self.now = float(self.times[0])
+        self.began, self.dt, self.steps_before = float(self.times[0]), 0.0, 0  # of the interval between two records
         self.wall_time = 0.0
         self.cause: BaseException | None = None
         self.spent = ""
@@ -108,20 +108,17 @@ class SceneRun:
         try:
             self._write_row()
             for k, (dt, count) in enumerate(zip(dts.tolist(), counts.tolist(), strict=True)):
-                done = 0
-                while done < count:
+                self.began, self.dt, self.steps_before = float(self.times[k]), dt, self.steps
+                while (done := self.steps - self.steps_before) < count:
                     self._look(deadline, progress, max_wall_time)
                     if self.status == Status.RUNNING and self.steps >= budget:
                         self._stop(f"max_steps = {max_steps}")
                     if self.status != Status.RUNNING:
                         return
-                    done += self._take_steps(
-                        float(self.times[k]) + done * dt, dt, min(count - done, budget - self.steps)
-                    )
-                    self.now = float(self.times[k]) + done * dt
+                    self._take_steps(min(count - done, budget - self.steps))
                     if self.status != Status.RUNNING:
                         return
-                self.now = float(self.times[k + 1])
+                self.began, self.dt = float(self.times[k + 1]), 0.0
                 self._write_row()
             self.status = Status.FINISHED
             if progress is not None:
@@ -130,6 +127,7 @@ class SceneRun:
             self.status = Status.INTERRUPTED
         finally:
             if self.status != Status.FINISHED and self.status != Status.RUNNING:
+                self.assembly.end_step()
                 self._write_last_row()
             self.wall_time = time.perf_counter() - started
 
@@ -137,6 +135,11 @@ class SceneRun:
     def steps(self) -> int:
         """Taken so far."""
         return int(self.assembly.progress.counts.steps)
+
+    @property
+    def now(self) -> float:
+        """The time that the run has come to, by the steps that were taken [s]."""
+        return self.began + (self.steps - self.steps_before) * self.dt
 
     def _look(self, deadline: float, progress: Callable[[float], None] | None, max_wall_time: float | None) -> None:
         """Look at the clock, now and then, and show how far the run is."""
@@ -149,18 +152,16 @@ class SceneRun:
         if progress is not None:
             self._show(progress)
 
-    def _take_steps(self, t: float, dt: float, most: int) -> int:
-        """Some steps, as many as end before the next look at the clock; returns how many."""
+    def _take_steps(self, most: int) -> None:
+        """Some steps, as many as end before the next look at the clock."""
         before, began = self.steps, time.perf_counter()
         if self.world.guided:
-            self.world.guide(t, dt)
+            self.world.guide(self.now, self.dt)
             most = 1
-        end = self.assembly.take_steps(dt, min(most, self._block))
+        end = self.assembly.take_steps(self.dt, min(most, self._block))
         if end != DONE:
             self.status = ENDS[end]
-        taken = self.steps - before
-        self._block = next_block(taken, time.perf_counter() - began)
-        return taken
+        self._block = next_block(self.steps - before, time.perf_counter() - began)
 
     def _stop(self, spent: str) -> None:
         self.status, self.spent = Status.BUDGET_SPENT, spent
@@ -245,7 +246,11 @@ class SceneRun:
         columns = ContactColumns(offsets, *map(np.concatenate, zip(*self.chunks, strict=True)))
         turn, spin = (x[:, :, 2], v[:, :, 2]) if dim == 2 else (self.world.turns(x[:, :, 3:]), v[:, :, 3:])
         ledger = self.world.energies(x, v) | {name: self.works[:k, w] for w, name in enumerate(WORKS)}
-        about = {"scene": repr(self.scene), "integrator": repr(self.integrator)}
+        about = {
+            "scene": repr(self.scene),
+            "integrator": repr(self.integrator),
+            "contacts": repr(self.integrator.contacts),
+        }
         return SceneSolution(
             self.times[:k], x[:, :, :dim], turn, v[:, :, :dim], spin, columns, ledger, self.worst[:k, 0],
             self.worst[:k, 1], self.stats(), self.status, self.message(), [body.name for body in self.scene.bodies],

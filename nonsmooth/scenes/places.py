@@ -75,9 +75,7 @@ def turn_onto(normal: np.ndarray) -> float | np.ndarray:
     """A turn that brings the last axis of a frame, y or z, onto a unit vector."""
     if len(normal) == 2:
         return math.atan2(normal[1], normal[0]) - 0.5 * math.pi
-    axis = np.array([-normal[1], normal[0], 0.0])
-    half = math.sqrt(max(0.0, 0.5 * (1.0 + normal[2])))
-    if half < 1e-8:
-        return np.array([0.0, 1.0, 0.0, 0.0])
-    quaternion = np.append(half, axis / (2.0 * half))
-    return quaternion / np.linalg.norm(quaternion)
+    across = math.hypot(normal[0], normal[1])
+    half = 0.5 * math.atan2(across, normal[2])
+    x, y = (-normal[1] / across, normal[0] / across) if across > 0.0 else (1.0, 0.0)
+    return np.array([math.cos(half), x * math.sin(half), y * math.sin(half), 0.0])

@@ -32,6 +32,7 @@ class Ledger(Block):
     """Works since the start [J], in the columns of integrators/records.py."""
 
     work: Array[Floats, N_LEDGER]
+    before: Array[Floats, N_LEDGER]  # at the beginning of the step
     landing: Array[Floats, N_LEDGER]  # of the contacts of the step alone, after its free motion
 
 
@@ -108,6 +109,8 @@ def book(bodies, found, contacts, network, moves, ledger, dt, is_pushed):
     """Book the solved problem of a step, and keep its impulses as the start of the next one."""
     d = bodies.gravity.shape[0]
     n = 3 * (d - 1)
+    for column in range(N_LEDGER):
+        ledger.before[column] = ledger.work[column]
     book_contacts(bodies, network, bodies.v_0, d, n, ledger.work)
     book_gravity(bodies, network, moves, dt, is_pushed, ledger.work)
     add_impulses(contacts, network, d, True)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from math import sqrt
 
-from nonsmooth.contact.network.solve import BY_FACTORS, BY_START, BY_SWEEPS
-from nonsmooth.integrators.records import FRICTION_WORK, NORMAL_WORK
+from nonsmooth.contact.network.solve import BY_FACTORS, BY_START, BY_SWEEPS, Solver
+from nonsmooth.integrators.assembly.book import Ledger
+from nonsmooth.integrators.records import FRICTION_WORK, N_LEDGER, NORMAL_WORK
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import Block
+from nonsmooth.jit.blocks import Block, view
 
 GAIN = 1e-4  # chosen: of what was lost in landing: contact problems are solved to a residual, not to rounding
 SPEED_SHARE = 1.0  # measured: of the way of the fastest body in a step, in the margin
@@ -70,12 +71,12 @@ class Progress(Block):
     stage: int
     wanted: int  # of what there was no room for
     may_sleep: int
+    is_missed: int  # whether a problem of the step at hand stayed above its tolerance
     is_tried: int  # whether all that can be tried has been, on the problem at hand
     is_strict: int  # whether a step that misses its tolerance ends the run
     has_restitution: int
     dt: float
     theta: float
-    tol: float  # of the residual
     margin: float  # of a scene at rest: gaps below it are candidates for contacts [m]
     widest: float  # that it may become [m]
     tight: float  # penetration that is a rounding [m]
@@ -104,13 +105,22 @@ def is_met(network):
 
 
 @kernel
+def note_residual(residual, network, progress):
+    """The residual of a problem, of the step's contacts or of their impact, and whether it missed its tolerance."""
+    figures = progress.figures
+    figures.last_residual = residual if progress.stage == SOLVE else max(figures.last_residual, residual)
+    figures.residual = max(figures.residual, residual)
+    figures.since_residual = max(figures.since_residual, residual)
+    if not is_met(network):
+        progress.is_missed = 1
+
+
+@kernel
 def note_step(network, deepest, progress):
     """The figures of a step; whether it may go on."""
     counts, figures = progress.counts, progress.figures
     counts.steps += 1
     counts.most_contacts = max(counts.most_contacts, network.n_c)
-    figures.residual = max(figures.residual, figures.last_residual)
-    figures.since_residual = max(figures.since_residual, figures.last_residual)
     figures.last_penetration = max(0.0, -deepest)
     figures.penetration = max(figures.penetration, figures.last_penetration)
     figures.since_penetration = max(figures.since_penetration, figures.last_penetration)
@@ -132,9 +142,20 @@ def is_at_rest(bodies, network):
 
 
 @kernel
+def is_repeated(ledger, solver):
+    """Whether the next step would book nothing, as one with a belt does, and solve as this one did."""
+    for column in range(N_LEDGER):
+        if ledger.work[column] != ledger.before[column]:
+            return False
+    return solver.waits == 0
+
+
+@kernel
 def sleep(bodies, network, steps, progress):
     """Leave out so many steps, if they change nothing; returns whether they were left out."""
     if progress.may_sleep == 0 or progress.figures.last_penetration > progress.tight or not is_at_rest(bodies, network):
+        return False
+    if not is_repeated(view(progress.places.ledger, Ledger), view(progress.places.solver, Solver)):
         return False
     progress.counts.steps += steps
     progress.counts.asleep += steps

@@ -19,9 +19,9 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.numerics.rounding import EPS
 
-MOST_ITERATIONS = 50  # chosen: of the mid-point of a free rotation; a step of one radian takes some 25
-"""The iteration contracts by about dt |omega|/2 times the spread of the moments: a step of many turns does not resolve
-the motion, and ends with the last iterate, which keeps L still."""
+# chosen: of the mid-point of a free rotation; a step of one radian takes some 25. They contract by about dt |omega|/2
+# times the spread of the moments: a step of many turns does not resolve the motion, and its last iterate keeps L still
+MOST_ITERATIONS = 50
 
 
 @kernel

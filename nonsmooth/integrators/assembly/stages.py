@@ -36,6 +36,7 @@ from nonsmooth.integrators.assembly.progress import (
     margin_of,
     note_gain,
     note_islands,
+    note_residual,
     note_step,
     sleep,
 )
@@ -99,7 +100,8 @@ def take_step(progress, d):
         gain = book_impact(places.bodies, places.contacts, places.network, places.ledger)
         note_gain(gain, view(places.ledger, Ledger), progress)
         progress.stage = PREDICT
-    if not is_met(network):
+    if progress.is_missed == 1:
+        progress.is_missed = 0
         progress.counts.missed += 1
         if progress.is_strict == 1:
             return UNSOLVED
@@ -170,9 +172,7 @@ def solve(progress, places, network, d):
             return NOT_MET
     progress.is_tried = 0
     note_islands(network, progress.counts)
-    residual = judge_planar(places.network) if d == 2 else judge_spatial(places.network)
-    is_first = progress.stage == SOLVE
-    progress.figures.last_residual = residual if is_first else max(progress.figures.last_residual, residual)
+    note_residual(judge_planar(places.network) if d == 2 else judge_spatial(places.network), network, progress)
     return DONE
 
 

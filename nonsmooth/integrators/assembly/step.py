@@ -21,7 +21,15 @@ from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landin
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
 from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.planar import predict_planar
-from nonsmooth.integrators.assembly.progress import MORE_CONTACTS, MORE_FACTORS, MORE_PAIRS, NOT_MET, Progress
+from nonsmooth.integrators.assembly.progress import (
+    FIND,
+    MORE_CONTACTS,
+    MORE_FACTORS,
+    MORE_PAIRS,
+    NOT_MET,
+    PREDICT,
+    Progress,
+)
 from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
@@ -115,7 +123,7 @@ class Assembly:
         progress = self.progress
         progress.may_sleep = may_sleep
         progress.has_restitution, progress.is_strict = has_restitution, is_strict
-        progress.theta, progress.tol = theta, tol
+        progress.theta = theta
         self.smallest = float(bounded.min(initial=np.inf))
         progress.tight = TIGHT * self.smallest if len(bounded) else 0.0
         self.gravity = float(np.linalg.norm(bodies.gravity))
@@ -147,6 +155,14 @@ class Assembly:
                 self._make_solver()
             else:
                 return end
+
+    def end_step(self) -> None:
+        """End a step that Ctrl-C or a lost body cut short: finish it, or go back to its beginning, without contacts."""
+        if self.progress.stage == FIND:
+            self.bodies.motion.x[:] = self.bodies.x_0
+            self.network.n_c, self.progress.stage = 0, PREDICT
+        elif self.progress.stage != PREDICT:
+            self.take_steps(float(self.progress.dt), 1)
 
     def find_contacts(self) -> int:
         """The contacts at the present places, to ``found``; returns their number."""

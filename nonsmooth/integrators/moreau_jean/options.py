@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from nonsmooth.checks.arrays import as_flag, as_number, as_positive
+from nonsmooth.checks.arrays import as_flag, as_instance, as_number, as_positive
 from nonsmooth.contact.planar.enumerate import enumerate_modes
 from nonsmooth.contact.planar.ladder import exceeds_enumeration, pivot, solve_planar
 from nonsmooth.contact.planar.newton import solve_by_newton
@@ -76,6 +76,7 @@ class MoreauJean(FixedStep):
         if not 0.5 <= theta <= 1.0:
             raise InvalidInput(f"theta must lie in [0.5, 1]; got {theta:g}")
         as_flag("projection", self.projection)
+        as_instance("contacts", self.contacts, ContactSolver, "a ContactSolver(tol=..., sweeps=...)")
         if self.compliance is not None:
             self._check_compliance(theta)
 
@@ -94,6 +95,8 @@ class MoreauJean(FixedStep):
 
     def memory(self, system: System, selection: int) -> Scratch:
         """The arrays that a step works in, with its options."""
+        if self.contacts != ContactSolver():
+            raise InvalidInput("contacts= of MoreauJean is for scenes of bodies; leave it out for a System")
         arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
         options = arrays.options
         options.theta, options.selection, options.projection = self.theta, selection, self.projection

@@ -8,8 +8,11 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall
+from nonsmooth.integrators.assembly.progress import REBOUND, SOLVE, note_residual
 from nonsmooth.integrators.assembly.step import announce_first_scene, stages_of
-from nonsmooth.jit import Kernel
+from nonsmooth.jit import Kernel, interpreted
+from nonsmooth.runs.scene_run import SceneRun
+from nonsmooth.scenes.places import rotate, turn_onto
 
 G = 9.81
 GRAVITY = (0.0, -G)
@@ -308,3 +311,63 @@ print(take_steps_planar.is_loaded, [k.is_loaded for k in (take_steps_spatial, so
 """
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert run.stdout.split("\n")[0] == "True [False, False, False]"
+
+
+def test_work_of_a_belt_under_a_body_that_stands_is_booked_at_every_step():
+    """A block leans on a wall while the belt runs below it: nothing moves, and mu m g v is lost all the time."""
+    mu, speed, m, t_end = 0.3, 1.0, 20.0, 2.0
+    scene = on_ground(
+        ns.Material(mu=mu), {"shape": ns.Box(0.2, 0.2), "mass": m, "position": (0, 0.1), "name": "block"},
+        surface_velocity=(speed, 0),
+    )  # fmt: skip
+    scene.fixed(ns.Box(0.2, 0.2), position=(0.2, 0.1), material=ns.Material(mu=0.0), name="wall")
+    solution = simulate(scene, t_end, every=100)
+    assert solution.stats.asleep == 0 and np.abs(solution["block"].position[-1] - (0, 0.1)).max() < 1e-12
+    assert solution.ledger["surface"][-1] == pytest.approx(mu * m * G * speed * t_end, rel=1e-6)
+
+
+def heap_that_is_not_solved(monkeypatch, act):
+    monkeypatch.setattr("nonsmooth.integrators.assembly.step.rescue", act)
+    scene = on_ground(ns.Material(mu=0.5))
+    for k in range(60):
+        scene.body(ns.Disc(0.1), density=1000, position=(0.21 * (k % 6) + 0.05 * (k // 6 % 2), 0.11 + 0.2 * (k // 6)))
+    integrator = ns.MoreauJean(dt=DT, contacts=ns.ContactSolver(tol=1e-15, sweeps=1))
+    return scene, integrator
+
+
+def test_run_that_is_cut_short_within_a_step_ends_at_the_end_of_a_step(monkeypatch):
+    def interrupt(network, tol):
+        if interrupt.left == 0:
+            raise KeyboardInterrupt
+        interrupt.left -= 1
+
+    interrupt.left = 7
+    scene, integrator = heap_that_is_not_solved(monkeypatch, interrupt)
+    cut = ns.simulate(scene, (0, 1), integrator=integrator, every=100)
+    assert cut.status == ns.Status.INTERRUPTED
+    assert cut.t[-1] == pytest.approx(cut.stats.steps * DT) and 0 < cut.stats.steps < 100
+    monkeypatch.setattr("nonsmooth.integrators.assembly.step.rescue", lambda network, tol: None)
+    with pytest.warns(ns.ResidualWarning):
+        whole = ns.simulate(scene, (0, cut.t[-1]), integrator=integrator)
+    np.testing.assert_array_equal(cut.position[-1], whole.position[-1])
+
+
+def test_residual_of_a_rebound_counts_as_that_of_a_step(monkeypatch):
+    """The stages judge a landing to be solved, and the impact behind it not."""
+    scene = on_ground(ns.Material(mu=0.0, e=0.5), {"shape": ns.Disc(0.1), "mass": 1, "position": (0, 0.11)})
+    run = SceneRun(scene, (0, 0.1), ns.MoreauJean(dt=DT), 1, None)
+    progress, network = run.assembly.progress, run.assembly.network
+    network.islands.count, network.islands.is_met[0] = 1, 1
+    progress.stage = SOLVE
+    interpreted(note_residual)(1e-12, network, progress)
+    assert progress.is_missed == 0 and progress.figures.residual == 1e-12
+    progress.stage, network.islands.is_met[0] = REBOUND, 0
+    interpreted(note_residual)(1e-3, network, progress)
+    assert progress.is_missed == 1
+    assert progress.figures.residual == progress.figures.since_residual == progress.figures.last_residual == 1e-3
+
+
+@pytest.mark.parametrize("normal", [(0, 0, -1), (0, 0, 1), (1e-9, 0, -1), (1e-4, -1e-5, -1), (0.3, -0.4, 0.5)])
+def test_ground_has_the_normal_that_was_given_to_rounding(normal):
+    ground = ns.HalfSpace(normal)
+    np.testing.assert_allclose(rotate(turn_onto(ground.normal), np.array([0, 0, 1.0])), ground.normal, atol=1e-15)
