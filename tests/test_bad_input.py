@@ -15,6 +15,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BeltOscillator, BouncingBall, ModeCoupling, PainleveRod, SlidingBlock, SpragSlip
+from tests.systems import ball, ball_gap, ball_mass, ball_normal, ball_weight
 
 STEP = ns.MoreauJean(dt=1e-3)
 BALL, ROD, SPRAG, BELT = BouncingBall(e=0.5), PainleveRod(), SpragSlip(), BeltOscillator()
@@ -22,22 +23,6 @@ Q, U = ROD.state()
 A, B = np.array([[2.0, -1.0], [-1.0, 2.0]]), np.array([-1.0, -1.0])
 G, C = np.array([[1.0, 0.2], [0.2, 1.0]]), np.array([-1.0, 0.5])
 nan, inf = math.nan, math.inf
-
-
-def mass(t, q, p, M):
-    M[0, 0] = 1.0
-
-
-def force(t, q, u, p, h):
-    h[0] = -9.81
-
-
-def gap(t, q, p, g_N):
-    g_N[0] = q[0]
-
-
-def normal(t, q, p, W_N):
-    W_N[0, 0] = 1.0
 
 
 def block_with(**contact):
@@ -108,8 +93,8 @@ SIMULATE = {"system": BALL, "t_span": (0, 0.01), "q0": [1.0], "u0": [0.0], "inte
 STUDY = {"system": BALL, "t_span": (0, 0.1), "q0": [1.0], "u0": [0.0]}
 CALLS = {
     "System": (ns.System, {
-        "n_q": 1, "mass": mass, "force": force, "gap": gap, "normal": normal, "contacts": [ns.Contact()],
-        "parameters": (), "n_u": 1, "stiffness": None, "name": "ball",
+        "n_q": 1, "mass": ball_mass, "force": ball_weight, "gap": ball_gap, "normal": ball_normal,
+        "contacts": [ns.Contact()], "parameters": (), "n_u": 1, "stiffness": None, "name": "ball",
     }),
     "Contact": (ns.Contact, {
         "mu": 0.3, "e_N": 0.5, "e_F": 0.0, "bilateral": False, "normal_force": False, "impact": "newton",
@@ -283,7 +268,7 @@ ROWS = [
     ("System", {"n_q": 1.0}, r"n_q must be a whole number"),
     ("System", {"n_u": 2}, r"n_u must equal n_q \(q' = u\); got n_u = 2"),
     ("System", {"mass": None}, r"needs the function mass; it was not given"),
-    ("System", {"force": mass}, r"force must take \(t, q, u, p, out\); got force\(t, q, p, M\)"),
+    ("System", {"force": ball_mass}, r"force must take \(t, q, u, p, out\); got force\(t, q, p, M\)"),
     ("System", {"gap": 1.0}, r"gap must be a function; got float"),
     ("System", {"gap": None}, r"needs the function gap"),
     ("System", {"stiffness": "difference"}, r"stiffness must be a function; got str"),
@@ -587,7 +572,7 @@ def test_mass_that_is_negative_or_zero_is_refused_by_every_integrator(m, integra
     def indefinite(t, q, p, M):
         M[0, 0] = m
 
-    system = ns.System(n_q=1, mass=indefinite, force=force, gap=gap, normal=normal, contacts=[ns.Contact()])
+    system = ball(mass=indefinite)
     with pytest.raises(ns.InvalidInput, match="mass matrix.*positive definite"):
         ns.simulate(system, (0, 1), [1.0], [0.0], integrator=integrator)
 

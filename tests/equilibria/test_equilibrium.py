@@ -19,6 +19,7 @@ from models import (
     SpragSlip,
     WallPendulum,
 )
+from tests.systems import block
 
 # Printed values: corrected equations of the textbook chapter on friction-induced instability; last digits rounded.
 SET_1 = (0.828053558508, 37.830818394)
@@ -93,28 +94,15 @@ class Plate(NamedTuple):
 def plate(**functions):
     """A mass on the ground, held sideways by a spring; the ground moves with -1 m/s under it."""
 
-    def mass(t, q, p, M):
-        M[0, 0] = p.m
-        M[1, 1] = p.m
-
     def force(t, q, u, p, h):
         h[0] = -p.k * q[0]
         h[1] = -p.m * p.g
 
-    def gap(t, q, p, g_N):
-        g_N[0] = q[1]
-
-    def normal(t, q, p, W_N):
-        W_N[0, 1] = 1.0
-
-    def tangent(t, q, p, W_F):
-        W_F[0, 0, 0] = 1.0
-
     def surface_velocity(t, q, p, w_F):
         w_F[0, 0] = 1.0
 
-    given = dict(mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, surface_velocity=surface_velocity)
-    return ns.System(n_q=2, contacts=[ns.Contact(mu=0.3)], parameters=Plate(), **(given | functions))
+    given = {"force": force, "surface_velocity": surface_velocity}
+    return block(ns.Contact(mu=0.3), Plate(), **(given | functions))
 
 
 def test_unilateral_contact_closed_at_the_guess_carries_the_weight():

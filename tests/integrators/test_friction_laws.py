@@ -8,6 +8,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BeltOscillator
+from tests.systems import block
 
 
 class Block(NamedTuple):
@@ -16,11 +17,6 @@ class Block(NamedTuple):
     F: float = 0.0  # horizontal load [N]
     vb: float = 0.0  # speed of the floor [m/s]
     rise: float = 0.0  # speed at which the floor rises [m/s]
-
-
-def mass(t, q, p, M):
-    M[0, 0] = p.m
-    M[1, 1] = p.m
 
 
 def force(t, q, u, p, h):
@@ -32,14 +28,6 @@ def gap(t, q, p, g_N):
     g_N[0] = q[1] - p.rise * t
 
 
-def normal(t, q, p, W_N):
-    W_N[0, 1] = 1.0
-
-
-def tangent(t, q, p, W_F):
-    W_F[0, 0, 0] = 1.0
-
-
 def gap_rate(t, q, p, w_N):
     w_N[0] = -p.rise
 
@@ -49,10 +37,8 @@ def surface_velocity(t, q, p, w_F):
 
 
 def run(law, t_end=1.0, dt=1e-3, u0=(0.0, 0.0), **parameters):
-    system = ns.System(
-        n_q=2, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, gap_rate=gap_rate,
-        surface_velocity=surface_velocity, contacts=[ns.Contact(mu=law)], parameters=Block(**parameters),
-    )  # fmt: skip
+    functions = {"force": force, "gap": gap, "gap_rate": gap_rate, "surface_velocity": surface_velocity}
+    system = block(ns.Contact(mu=law), Block(**parameters), **functions)
     return ns.simulate(system, (0, t_end), [0.0, 0.0], u0, integrator=ns.MoreauJean(dt=dt))
 
 
@@ -121,9 +107,7 @@ def test_friction_without_coefficient_is_none():
 @pytest.mark.parametrize("e_F", [0.0, 0.5, 1.0])
 def test_tangential_restitution_returns_the_sliding_velocity_of_an_impact_that_sticks(e_F):
     contact = ns.Contact(mu=10.0, e_N=0.5, e_F=e_F)
-    system = ns.System(
-        n_q=2, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, contacts=[contact], parameters=Block()
-    )
+    system = block(contact, Block(), force=force)
     solution = ns.simulate(system, (0, 0.11), [0.0, 0.1], [0.3, -1.0], integrator=ns.MoreauJean(dt=1e-3))
     (impact,) = [event for event in solution.events if event.kind == ns.EventKind.IMPACT]
     after = solution.u[np.searchsorted(solution.t, impact.t + 1.5e-3)]

@@ -19,6 +19,7 @@ from nonsmooth.mechanics.situation import (
     mode_of_situation,
 )
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL, ContactMode
+from tests.systems import block
 
 NEAR, SLOW, STILL = 1e-3, 1e-2, 1e-1
 
@@ -100,31 +101,6 @@ def test_a_start_and_its_classification_agree_on_the_border_of_a_closed_gap_and_
             assert [mode.split()[0] for mode in found.mode] == [words[ContactMode(mode)] for mode in start.mode]
 
 
-HEAVY = 9.81  # [m/s^2]
-
-
-def particle():
-    """A particle of 1 kg above a rough floor, q = (way along it, height)."""
-
-    def mass(t, q, p, M):
-        M[0, 0] = M[1, 1] = 1.0
-
-    def force(t, q, u, p, h):
-        h[1] = -HEAVY
-
-    def gap(t, q, p, g_N):
-        g_N[0] = q[1]
-
-    def normal(t, q, p, W_N):
-        W_N[0, 1] = 1.0
-
-    def tangent(t, q, p, W_F):
-        W_F[0, 0, 0] = 1.0
-
-    floor = ns.Contact(mu=0.3, e_N=0.5)
-    return ns.System(n_q=2, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, contacts=[floor])
-
-
 @pytest.mark.parametrize("method", [ns.Adaptive, ns.EventDriven])
 @pytest.mark.parametrize(
     ("height", "velocity", "expected"),
@@ -142,7 +118,7 @@ def test_methods_that_decide_within_tolerances_begin_with_the_modes_of_the_situa
 ):
     """Adaptive decides by the impulse of a plain step, events by velocities: of states far from a border both say
     what the situation does, through the first moments of the motion."""
-    system = particle()
+    system = block(ns.Contact(mu=0.3, e_N=0.5))
     q, u = np.array([0.0, height]), np.array(velocity)
     start = examine_state(system, model_of(system), model_facts(system), 0.0, q, u)
     motion = ns.simulate(system, (0.0, 0.02), q, u, integrator=method(1e-6, 1e-8))

@@ -9,6 +9,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BeltOscillator, LeadScrew, SlidingBlock, SpragSlip
+from tests.systems import block, block_mass
 
 
 class Block(NamedTuple):
@@ -19,30 +20,13 @@ class Block(NamedTuple):
     mu_k: float = 0.2
 
 
-def mass(t, q, p, M):
-    M[0, 0] = M[1, 1] = p.m
-
-
 def force(t, q, u, p, h):
     h[0] = p.push
     h[1] = -p.m * p.g
 
 
-def gap(t, q, p, g_N):
-    g_N[0] = q[1]
-
-
-def normal(t, q, p, W_N):
-    W_N[0, 1] = 1.0
-
-
-def tangent(t, q, p, W_F):
-    W_F[0, 0, 0] = 1.0
-
-
-def block(law, **parameters):
-    return ns.System(n_q=2, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent,
-                     contacts=[ns.Contact(mu=law)], parameters=Block(**parameters))  # fmt: skip
+def pushed_block(law, **parameters):
+    return block(ns.Contact(mu=law), Block(**parameters), force=force)
 
 
 def modes(system, speed):
@@ -53,7 +37,7 @@ def modes(system, speed):
 
 def test_static_friction_above_kinetic_lets_sticking_and_sliding_coexist():
     # weight 20 N: holds 10 N, brakes 4 N; a push of 5 N is between
-    system = block(ns.StaticKinetic("mu_s", "mu_k"))
+    system = pushed_block(ns.StaticKinetic("mu_s", "mu_k"))
     assert modes(system, 0.0) == pytest.approx({"stick": -5.0, "slide +": -4.0})
     assert modes(system, 1.0) == pytest.approx({"slide +": -4.0})
     assert modes(system.with_parameters(push=3.0), 0.0) == pytest.approx({"stick": -3.0})
@@ -64,12 +48,12 @@ def test_coefficient_of_a_law_is_that_of_the_present_speed():
     law = ns.Polynomial(m0=0.4, m1=0.1, m3=0.02)
     for speed in (0.5, -2.0):
         v = abs(speed)
-        c = ns.classify(block(law), 0.0, [0.0, 0.0], [speed, 0.0])
+        c = ns.classify(pushed_block(law), 0.0, [0.0, 0.0], [speed, 0.0])
         assert c.mu[0] == pytest.approx(0.4 - 0.1 * v + 0.02 * v**3, rel=1e-15)
         assert c.solutions[0].la_F[0] == pytest.approx(-np.sign(speed) * c.mu[0] * 20.0, rel=1e-14)
-    assert modes(block(law), 0.0) == pytest.approx({"stick": -5.0})
+    assert modes(pushed_block(law), 0.0) == pytest.approx({"stick": -5.0})
     smooth = ns.Smoothed(m0=0.4, r=10.0)  # no friction at rest
-    assert modes(block(smooth), 0.0) == pytest.approx({"slide +": 0.0})
+    assert modes(pushed_block(smooth), 0.0) == pytest.approx({"slide +": 0.0})
 
 
 def test_friction_under_a_given_force_slides_or_sticks_with_the_belt():
@@ -86,7 +70,7 @@ def test_friction_under_a_given_force_slides_or_sticks_with_the_belt():
 
 
 def test_system_without_contacts_moves_freely():
-    free = ns.System(n_q=2, mass=mass, force=force, parameters=Block())
+    free = ns.System(n_q=2, mass=block_mass, force=force, parameters=Block())
     c = ns.classify(free, 0.0, [0.0, 0.0], [1.0, 2.0])
     assert c.kind == ns.ParadoxKind.REGULAR and c.n_solutions == 1 and c.mode == ()
     assert c.solutions[0].du.tolist() == [2.5, -10.0]

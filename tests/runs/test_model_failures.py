@@ -1,39 +1,13 @@
 """A model function that raises or writes NaN is named with its time, whatever it is; what was computed is kept."""
 
 import math
-from typing import NamedTuple
 
 import numba
 import numpy as np
 import pytest
 
 import nonsmooth as ns
-
-
-class P(NamedTuple):
-    m: float = 1.0  # mass [kg]
-    g: float = 9.81  # gravity [m/s^2]
-
-
-def mass(t, q, p, M):
-    M[0, 0] = p.m
-    M[1, 1] = p.m
-
-
-def force(t, q, u, p, h):
-    h[1] = -p.m * p.g
-
-
-def gap(t, q, p, g_N):
-    g_N[0] = q[1]
-
-
-def normal(t, q, p, W_N):
-    W_N[0, 1] = 1.0
-
-
-def tangent(t, q, p, W_F):
-    W_F[0, 0, 0] = 1.0
+from tests.systems import BLOCK, block
 
 
 def nothing(t, q, p, out):
@@ -45,8 +19,7 @@ def nothing_either(t, q, u, p, out):
 
 
 FUNCTIONS = {  # that every step calls
-    "mass": mass, "force": force, "gap": gap, "normal": normal, "tangent": tangent, "surface_velocity": nothing,
-    "gap_rate": nothing, "stiffness": nothing_either, "damping": nothing_either,
+    **BLOCK, "surface_velocity": nothing, "gap_rate": nothing, "stiffness": nothing_either, "damping": nothing_either,
 }  # fmt: skip
 
 
@@ -85,8 +58,7 @@ def raises(function, is_fast):
 
 
 def sliding_block(**changes):
-    functions = {**FUNCTIONS, **changes}
-    return ns.System(n_q=2, contacts=[ns.Contact(mu=0.1)], parameters=P(), **functions)
+    return block(ns.Contact(mu=0.1), **(FUNCTIONS | changes))
 
 
 def run(system, **options):

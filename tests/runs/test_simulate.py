@@ -2,7 +2,6 @@
 
 import linecache
 import math
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,35 +9,13 @@ import pytest
 import nonsmooth as ns
 import nonsmooth.runs.run as runs
 from models import BeadChain, BouncingBall, PainleveRod, RockingBlock, SelfLockingRod, SlidingBlock, SpragSlip
+from tests.systems import PointMass, ball, ball_mass, ball_normal
 
 STEP = ns.MoreauJean(dt=1e-3)
 
 
-class P(NamedTuple):
-    m: float = 1.0
-    g: float = 9.81
-
-
-def mass(t, q, p, M):
-    M[0, 0] = p.m
-
-
-def force(t, q, u, p, h):
-    h[0] = -p.m * p.g
-
-
-def gap(t, q, p, g_N):
-    g_N[0] = q[0]
-
-
-def normal(t, q, p, W_N):
-    W_N[0, 0] = 1.0
-
-
-def ball(**changes):
-    functions = {"mass": mass, "force": force, "gap": gap, "normal": normal}
-    functions = {**functions, "contacts": [ns.Contact(e_N=0.5)], **changes}
-    return ns.System(n_q=1, parameters=P(), **functions)
+def rough_ball(mu):
+    return ball(ns.Contact(mu=mu), tangent=ball_normal)
 
 
 @pytest.mark.parametrize(
@@ -75,7 +52,7 @@ def test_model_functions_write_into_cleared_arrays(is_compiled, monkeypatch):
 
     if not is_compiled:
         monkeypatch.setenv("NONSMOOTH_INTERPRET", "1")
-    system = ns.System(n_q=1, mass=mass, force=summed, parameters=P())
+    system = ns.System(n_q=1, mass=ball_mass, force=summed, parameters=PointMass())
     sol = ns.simulate(system, (0, 0.3), [0.0], [0.0], integrator=STEP)
     assert sol.u[-1, 0] == pytest.approx(9.81 * 0.1 - 9.81 * 0.2, rel=1e-12)
 
@@ -297,8 +274,11 @@ def test_bad_arguments_are_refused_in_one_sentence(change, message):
         (lambda: BouncingBall(e=1.5).system(), r"e_N must lie in \[0, 1\]; got 1.5|e must lie in"),
         (lambda: SlidingBlock(mu=-0.1).system(), "mu must not be negative; got -0.1"),
         (lambda: ball(gap=None), "needs the function gap"),
-        (lambda: ball(force=mass), r"force must take \(t, q, u, p, out\)"),
-        (lambda: ball(tangent=normal, contacts=[ns.Contact(mu="mue")]), "the parameter 'mue', which does not exist"),
+        (lambda: ball(force=ball_mass), r"force must take \(t, q, u, p, out\)"),
+        (
+            lambda: rough_ball(mu="mue"),
+            "the parameter 'mue', which does not exist",
+        ),
         (lambda: ball().with_parameters(mm=1.0), "there is no parameter 'mm'"),
         (lambda: ball().with_parameters(m=math.nan), "the parameter m must be finite; got nan"),
         (lambda: ball().with_parameters(m="heavy"), "the parameter m must be a number; got 'heavy'"),
@@ -308,10 +288,16 @@ def test_bad_arguments_are_refused_in_one_sentence(change, message):
         (lambda: ball(contacts=[ns.Contact(e_N=-0.1)]), r"e_N must lie in \[0, 1\]; got -0.1"),
         (lambda: ball(contacts=[ns.Contact(e_F=math.nan)]), "e_F must be finite; got nan"),
         (lambda: ball(contacts=[1.0]), r"contacts must be a list of Contact, one for each gap; got \[1.0\]"),
-        (lambda: ball(tangent=normal, contacts=[ns.Contact(mu=math.nan)]), "mu must be finite; got nan"),
-        (lambda: ball(tangent=normal, contacts=[ns.Contact(mu=-0.5)]), "mu must not be negative; got -0.5"),
-        (lambda: ball(tangent=normal, contacts=[ns.Contact(mu=ns.Stribeck(0.5, 0.2, 0.0))]), "v_s must be positive"),
-        (lambda: ball(tangent=normal, contacts=[ns.Contact(mu=ns.StaticKinetic(0.2, 0.3))]), "mu_s - mu_k must not be"),
+        (lambda: rough_ball(mu=math.nan), "mu must be finite; got nan"),
+        (lambda: rough_ball(mu=-0.5), "mu must not be negative; got -0.5"),
+        (
+            lambda: rough_ball(mu=ns.Stribeck(0.5, 0.2, 0.0)),
+            "v_s must be positive",
+        ),
+        (
+            lambda: rough_ball(mu=ns.StaticKinetic(0.2, 0.3)),
+            "mu_s - mu_k must not be",
+        ),
         (lambda: ns.simulate(BouncingBall, (0, 1), [1], [0], integrator=STEP), "got the class BouncingBall: call it"),
         (lambda: ns.MoreauJean(dt=-1e-3), "dt must be positive .s.; got -0.001"),
         (lambda: ns.MoreauJean(dt=math.inf), "dt must be finite; got inf"),

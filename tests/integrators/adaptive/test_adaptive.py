@@ -21,6 +21,7 @@ from models import (
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.adaptive.state import N_ROWS, extrapolation_weights
 from nonsmooth.runs import ongoing
+from tests.systems import ball
 
 
 def run(model, t_end, state, rtol, **options):
@@ -306,19 +307,10 @@ def test_body_that_is_pushed_off_its_surface_strikes_it_first(push, rtol):
     From y = 0.99 v^2/2a it arrives at v/10 and leaves with e v/10; the time is rtol over that speed off.
     """
 
-    def mass(t, q, p, M):
-        M[0, 0] = 1.0
-
     def force(t, q, u, p, h):
         h[0] = push
 
-    def gap(t, q, p, g_N):
-        g_N[0] = q[0]
-
-    def normal(t, q, p, W_N):
-        W_N[0, 0] = 1.0
-
-    body = ns.System(n_q=1, mass=mass, force=force, gap=gap, normal=normal, contacts=[ns.Contact(e_N=0.5)])
+    body = ball(force=force)
     impact, t_end = 1.8 / push, 1.8 / push + 1.0
     sol = ns.simulate(body, (0.0, t_end), [1.98 / push], [-2.0], integrator=ns.Adaptive(rtol, 1e-2 * rtol))
     (event,) = [event for event in sol.events if event.kind == ns.EventKind.IMPACT]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from tests.systems import block
 
 MOST = 30.0  # tolerances
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
@@ -117,20 +118,7 @@ def test_block_that_is_pushed_to_and_fro_over_its_floor_slides_with_either_accel
         h[0] = 3.0 if math.floor(2.0 * t) % 2 == 0 else -0.5
         h[1] = -g
 
-    def two(t, q, p, M):
-        M[0, 0] = M[1, 1] = 1.0
-
-    def gap(t, q, p, g_N):
-        g_N[0] = q[1]
-
-    def normal(t, q, p, W_N):
-        W_N[0, 1] = 1.0
-
-    def tangent(t, q, p, W_F):
-        W_F[0, 0, 0] = 1.0
-
-    system = ns.System(n_q=2, mass=two, force=force, gap=gap, normal=normal, tangent=tangent,
-                       contacts=[ns.Contact(mu=0.1)])  # fmt: skip
+    system = block(ns.Contact(mu=0.1), force=force)
     t = np.linspace(0.0, 6.0, 121)[1:]
     whole = np.floor(t)
     part = t - whole

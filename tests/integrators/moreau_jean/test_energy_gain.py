@@ -9,6 +9,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall, PainleveRod, SpragSlip, WallPendulum
+from tests.systems import block
 
 ROD = PainleveRod(m=1.0, l=2.0, I=1 / 3, mu=1.0, e=0.9)  # at 45 degrees G = ((2.5, -1.5), (-1.5, 2.5))
 INTEGRATORS = [ns.MoreauJean(dt=1e-6), ns.Adaptive(rtol=1e-6, atol=1e-8), ns.EventDriven()]
@@ -73,26 +74,11 @@ def test_flag_is_raised_exactly_where_the_closed_form_is_positive(part):
 def shaken_block(theta):
     """A block under a force that turns: it slides to and fro, and in each turn a step's friction works forward."""
 
-    def mass(t, q, p, M):
-        M[0, 0] = M[1, 1] = 1.0
-
     def force(t, q, u, p, h):
         h[0], h[1] = 20.0 * math.cos(30.0 * t), -10.0
 
-    def gap(t, q, p, g_N):
-        g_N[0] = q[1]
-
-    def normal(t, q, p, W_N):
-        W_N[0, 1] = 1.0
-
-    def tangent(t, q, p, W_F):
-        W_F[0, 0, 0] = 1.0
-
-    block = ns.System(
-        n_q=2, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent,
-        contacts=[ns.Contact(mu=0.3, e_N=0.8)],
-    )  # fmt: skip
-    return ns.simulate(block, (0, 1), [0.0, 0.0], [0.3, 0.0], integrator=ns.MoreauJean(dt=1e-2, theta=theta))
+    shaken = block(ns.Contact(mu=0.3, e_N=0.8), force=force)
+    return ns.simulate(shaken, (0, 1), [0.0, 0.0], [0.3, 0.0], integrator=ns.MoreauJean(dt=1e-2, theta=theta))
 
 
 @pytest.mark.parametrize("theta", [0.5, 1.0])

@@ -1,12 +1,12 @@
 """What `Penalty` refuses, and in which words."""
 
 import math
-from typing import NamedTuple
 
 import pytest
 
 import nonsmooth as ns
 from models import BouncingBall, PainleveRod, SpragSlip
+from tests.systems import ball
 
 
 @pytest.mark.parametrize(
@@ -63,30 +63,12 @@ def test_stiffness_whose_oscillation_time_cannot_resolve_is_refused_with_the_cur
         ns.simulate(ball, (0, 1.0), *ball.state(height=1.0), integrator=ns.Penalty(stiffness=1e24))
 
 
-class Plain(NamedTuple):
-    m: float = 1.0
-
-
-def mass(t, q, p, M):
-    M[0, 0] = p.m
-
-
 def force_until_0_3(t, q, u, p, h):
     h[0] = -9.81 + 0.0 * math.sqrt(0.3 - t)
 
 
-def gap(t, q, p, g_N):
-    g_N[0] = q[0]
-
-
-def normal(t, q, p, W_N):
-    W_N[0, 0] = 1.0
-
-
 def test_model_function_that_fails_is_named_at_the_time_it_fails():
-    system = ns.System(
-        n_q=1, mass=mass, force=force_until_0_3, gap=gap, normal=normal, contacts=[ns.Contact()], parameters=Plain()
-    )
+    system = ball(ns.Contact(), force=force_until_0_3)
     with pytest.raises(ns.ModelFunctionError, match="force raised ValueError.*t = 0.3 s") as caught:
         ns.simulate(system, (0, 1.0), [1.0], [0.0], integrator=ns.Penalty(stiffness=1e6))
     assert abs(caught.value.t - 0.3) < 1e-12
