@@ -300,8 +300,12 @@ view = _View(_view_interpreted)
 
 
 def _numbers_interpreted(block: Any) -> np.ndarray:
-    fields = block._fields()
-    return block.words.view(next(iter(fields.values())).dtype)[block._at : block._at + len(fields)]  # type: ignore[no-any-return]
+    known = block.__dict__.get("_numbers")
+    if known is None:
+        fields = block._fields()
+        words = block.words.view(next(iter(fields.values())).dtype)
+        known = block.__dict__["_numbers"] = words[block._at : block._at + len(fields)]
+    return known  # type: ignore[no-any-return]
 
 
 class _Numbers(Kernel):

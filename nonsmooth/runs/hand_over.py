@@ -25,6 +25,7 @@ from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_T, Columns, State
 from nonsmooth.jit.blocks import numbers
 from nonsmooth.mechanics.initial_state import project_state
 from nonsmooth.results.solution import Solution
+from nonsmooth.runs.ongoing import motion_between
 from nonsmooth.runs.recorder import Steps
 from nonsmooth.runs.run import Run, Snapshot
 from nonsmooth.runs.times import Timetable, listed
@@ -163,7 +164,7 @@ def stretch_of(run: HandingRun, other: Run) -> Stretch:
     if not run.record.steps.is_kept:
         return Stretch(rows, ())
     if isinstance(other.integrator, FixedStep):
-        return Stretch(rows, other.between(rows, other.recorder.event_rows()).steps)
+        return Stretch(rows, motion_between(other.integrator, rows, other.recorder.event_rows()).steps)
     return Stretch(rows, tuple(map(np.concatenate, zip(*other.recorder.steps, strict=True))))
 
 

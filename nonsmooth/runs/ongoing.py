@@ -11,21 +11,20 @@ import numpy as np
 from nonsmooth.errors import InitialStateWarning, Status, warn_caller
 from nonsmooth.integrators.contract import Handles, Integrator, Schedule
 from nonsmooth.integrators.fixed_step import FixedStep
-from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, INCONSISTENT, Columns, Record, State
+from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, INCONSISTENT, Columns, Record
 from nonsmooth.jit import handle_of
-from nonsmooth.jit.blocks import Block, new
+from nonsmooth.jit.blocks import Block
 from nonsmooth.mechanics.compiled import loop_of
-from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.initial_state import check_mass, examine_state, project_state
 from nonsmooth.mechanics.inspection import inspect_start
-from nonsmooth.mechanics.sys import Sys, new_sys
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GAP, ContactMode, System
 from nonsmooth.results.motion import Motion, between_records
 from nonsmooth.results.solution import Stats
 from nonsmooth.runs.times import Timetable
 from nonsmooth.runs.user_events import Stop
+from nonsmooth.runs.workspace import take_workspace
 
-EVENT_CAPACITY = 256  # chosen: 26 kB; the loop comes back to have them emptied
 STEPS_PER_VISIT = 512  # measured: steps of chosen length between two visits: 10 ms of a rod, 5 s of a hundred beads
 
 
@@ -55,17 +54,15 @@ class Ongoing:
         self.system, self.integrator, self.table, self.selection = system, integrator, table, selection
         started = time.perf_counter()
         self.model, self.loop = loop_of(system, integrator)
-        self.sys = new_sys(system, self.model.handle, model_facts(system))
         self.compile_time = time.perf_counter() - started
+        self.workspace = take_workspace(system, integrator, selection, self.model)
+        self.sys, self.state, self.memory = self.workspace.sys, self.workspace.state, self.workspace.memory
         t_0, t_end = table.span
-        sizes = {"n": system.n_u, "n_c": system.n_c, "d": system.d}
-        self.state = new(State, **sizes, capacity=EVENT_CAPACITY + integrator.events_at_once * system.n_c)
         self.state.now = t_0
         inspect_start(system, t_0, q0, u0, self.model)
         if integrator.chooses_steps:
             check_mass(system, t_0, q0, u0)
         self._take_start(t_0, q0, u0, project)
-        self.memory = integrator.memory(system, selection)
         integrator.prepare(system, t_end, self.state, self.memory)
         self.status = Status.RUNNING
         self.wall_time = 0.0
@@ -110,15 +107,6 @@ class Ongoing:
         """The time that the run has come to [s]."""
         return float(self.state.now) if self.stop is None else self.stop.t
 
-    def between(self, record: Columns, events: np.ndarray) -> Motion:
-        """The motion between the records of a fixed step; one in which a contact lands, or sliding had no force, has a
-        jump."""
-        mode, t = record.mode, record.t
-        lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)
-        seizes = np.isin(t[:-1], events[events[:, EVENT_KIND] == INCONSISTENT, EVENT_T])
-        assert isinstance(self.integrator, FixedStep)
-        return between_records(t, record.q, record.u, lands & ~seizes, seizes, self.integrator.theta)
-
     def present_row(self) -> Columns:
         """The state between two records, as a row."""
         state, row = self.state, self.bare_row()
@@ -145,6 +133,16 @@ class Ongoing:
     def message(self) -> str:
         """How the run ended, in a sentence."""
         raise NotImplementedError
+
+
+def motion_between(integrator: Integrator, record: Columns, events: np.ndarray) -> Motion:
+    """The motion between the records of a fixed step; one in which a contact lands, or sliding had no force, has a
+    jump."""
+    mode, t = record.mode, record.t
+    lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)
+    seizes = np.isin(t[:-1], events[events[:, EVENT_KIND] == INCONSISTENT, EVENT_T])
+    assert isinstance(integrator, FixedStep)
+    return between_records(t, record.q, record.u, lands & ~seizes, seizes, integrator.theta)
 
 
 def columns_of(record: Record) -> Columns:

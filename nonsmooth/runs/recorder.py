@@ -11,7 +11,6 @@ import numpy as np
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import Status
 from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, Columns, Record, bytes_of_record
-from nonsmooth.jit.blocks import new
 from nonsmooth.results.solution import MAX_EVENTS, Solution
 from nonsmooth.runs.ongoing import STEPS_PER_VISIT, Ongoing, columns_of
 
@@ -43,8 +42,8 @@ class Recorder:
         rows = ROW_CAPACITY if run.schedule.every > 0 else len(run.schedule.t)
         steps = 0 if not integrator.chooses_steps else integrator.pieces * STEPS_PER_VISIT if keeps_steps else 1
         forces = rows if integrator.has_forces else 0
-        record = new(Record, m=rows, n=system.n_u, n_c=system.n_c, d=system.d, forces=forces,
-                     steps=steps, degree=integrator.degree)  # fmt: skip
+        record = run.workspace.record_of(m=rows, n=system.n_u, n_c=system.n_c, d=system.d, forces=forces,
+                                         steps=steps, degree=integrator.degree)  # fmt: skip
         record.steps.is_kept = keeps_steps and integrator.chooses_steps
         return record
 
@@ -84,6 +83,8 @@ class Recorder:
         """All rows; of an unfinished run with a fixed step, and of one that has no row yet, also the state it is in."""
         count = run.record.counts.rows
         written = Columns(*(column[:count] for column in columns_of(run.record)))
+        if run.workspace.lends(run.record):
+            written = Columns(*(column.copy() for column in written))
         parts = [*self.rows, written]
         if run.status != Status.FINISHED and run.state.counters.step > 0:
             parts.append(run.present_row())

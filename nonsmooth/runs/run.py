@@ -30,7 +30,7 @@ from nonsmooth.results.failures import (
 )
 from nonsmooth.results.motion import Motion, join_motions
 from nonsmooth.results.solution import Solution, Stats
-from nonsmooth.runs.ongoing import Ongoing
+from nonsmooth.runs.ongoing import Ongoing, motion_between
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.times import Timetable
 from nonsmooth.runs.user_events import EventWatch
@@ -105,7 +105,7 @@ class Run(Ongoing):
     ) -> None:  # fmt: skip
         super().__init__(system, integrator, table, q0, u0, selection, project)
         self.recorder = Recorder() if recorder is None else recorder
-        self.schedule = table.schedule(0, self.recorder.window(self))
+        self.schedule = self.workspace.schedule_of(table, self.recorder.window(self))
         self.record = self.recorder.room(self, keeps_steps=integrator.chooses_steps and table.every == 1)
         self.recorder.begin(self)
 
@@ -220,7 +220,9 @@ class Run(Ongoing):
     def motion_of(self, record: Columns, events: np.ndarray) -> Callable[[], Motion] | None:
         """What joins the steps to the motion, or interpolates the records, if each step is one."""
         if isinstance(self.integrator, FixedStep):
-            return None if (self.schedule.steps > 1).any() else functools.partial(self.between, record, events)
+            if (self.schedule.steps > 1).any():
+                return None
+            return functools.partial(motion_between, self.integrator, record, events)
         if not self.recorder.has_all_steps(self):
             return None
         t, q, u = record.t, record.q, record.u

@@ -21,6 +21,7 @@ from nonsmooth.runs.run import Run
 from nonsmooth.runs.times import make_timetable
 from nonsmooth.runs.user_events import as_functions
 from nonsmooth.runs.watched import watch_of
+from nonsmooth.runs.workspace import give_back
 from nonsmooth.scenes.scene import as_scene
 from nonsmooth.signals.telling import listener
 
@@ -170,6 +171,8 @@ def simulate(
         warn_caller(energy_gain(solution.stats), EnergyGainWarning)
     if reason is not None:
         solution.about["chosen"] = reason
+    if solution.success and not functions:
+        give_back(system, run.workspace)
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -87,12 +88,16 @@ def grid_times(integrator: FixedStep, t_span: tuple[float, float], every: int, t
     if t_eval is not None:
         given = as_record_times(t_eval, t_0, t_1)
         return listed(given)
-    every = as_count("every", every)
-    stride = integrator.dt * every
-    if not (t_1 - t_0) / integrator.dt < 2**62 or (t_1 > t_0 and t_0 + integrator.dt == t_0):
-        raise InvalidInput(f"dt = {integrator.dt:g} s is too small for the span ({t_0:g}, {t_1:g}); take a larger one")
+    return _grid(integrator.dt, t_0, t_1, as_count("every", every))
+
+
+@functools.lru_cache(maxsize=64)
+def _grid(dt: float, t_0: float, t_1: float, every: int) -> RecordTimes:
+    stride = dt * every
+    if not (t_1 - t_0) / dt < 2**62 or (t_1 > t_0 and t_0 + dt == t_0):
+        raise InvalidInput(f"dt = {dt:g} s is too small for the span ({t_0:g}, {t_1:g}); take a larger one")
     whole = int((t_1 - t_0) / stride * (1 + 1e-12)) + 1
-    has_rest = t_1 - (t_0 + stride * (whole - 1)) > 1e-9 * min(integrator.dt, t_1 - t_0)
+    has_rest = t_1 - (t_0 + stride * (whole - 1)) > 1e-9 * min(dt, t_1 - t_0)
 
     def part(first: int, stop: int) -> np.ndarray:
         t = t_0 + stride * np.arange(first, min(stop, whole))

@@ -10,7 +10,7 @@ from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.radau.method import SMALLEST_STEP
 from nonsmooth.integrators.records import EVENT_T, Columns
 from nonsmooth.results.motion import Motion, join_motions
-from nonsmooth.runs.ongoing import STEPS_PER_VISIT, columns_of
+from nonsmooth.runs.ongoing import STEPS_PER_VISIT, columns_of, motion_between
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.times import schedule_of
 from nonsmooth.runs.user_events import PLACES_OF_STEP, START, EventWatch, Stop
@@ -51,7 +51,7 @@ class WatchedRecords:
         status = run.block(max_steps)
         rows = slice(first, int(run.record.counts.rows))
         record = Columns(*(column[rows] for column in columns_of(run.record)))
-        motion = run.between(record, run.state.events[: run.state.counters.n_events])
+        motion = motion_between(run.integrator, record, run.state.events[: run.state.counters.n_events])
         stop = self.events.scan(motion, has_ended=status == Status.FINISHED)
         if stop is None:
             return status

@@ -20,7 +20,7 @@ from models import (
 )
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.adaptive.state import N_ROWS, extrapolation_weights
-from nonsmooth.runs import ongoing
+from nonsmooth.runs import workspace
 from tests.systems import ball
 
 
@@ -324,7 +324,7 @@ def test_many_impacts_at_one_instant_have_room_wherever_the_last_ones_were_empti
     chain = BeadChain(n=12, e=0.46)
     runs = []
     for capacity in (0, 1024, 20000):
-        monkeypatch.setattr(ongoing, "EVENT_CAPACITY", capacity)
+        monkeypatch.setattr(workspace, "EVENT_CAPACITY", capacity)
         runs.append(ns.simulate(chain, (0, 0.5), *chain.state(), integrator=ns.Adaptive(1e-6, 1e-8)))
     assert all(one.stats.events_dropped == 0 for one in runs)
     assert np.array_equal(runs[0].event_rows, runs[1].event_rows) and len(runs[0].events) > 200
