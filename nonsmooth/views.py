@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 VIEWS: dict[str, dict[str, str]] = {
+    "Worded": {"repr": "results.wording.as_text", "html": "results.wording.as_html"},
     "Solution": {
         "plot": "drawing.plots.plot_solution", "picture": "drawing.scene.picture", "animate": "drawing.scene.animate",
         "film": "drawing.player.solution_film.film_of_solution", "view": "drawing.player.page.show",
@@ -20,22 +21,36 @@ VIEWS: dict[str, dict[str, str]] = {
     },
     "SceneSolution": {
         "plot": "drawing.scene_figures.plot_scene", "picture": "drawing.scene_figures.picture",
+        "animate": "drawing.scene_figures.animate",
         "film": "drawing.player.scene_film.film_of_scene", "view": "drawing.player.page.show",
         "save": "results.scene_store.save", "load": "results.scene_store.load",
         "summary": "results.scene_summary.summary", "html": "results.scene_summary.as_html",
     },
     "Scene": {"system": "scenes.as_system.system_of", "state": "scenes.as_system.state_of"},
     "FailedProblem": {"exchange": "results.fclib_form.write_fclib_form"},
-    "Classification": {"text": "paradox.text.as_text", "dictionary": "paradox.text.as_dictionary"},
+    "Classification": {"text": "paradox.text.as_text", "dictionary": "paradox.text.as_dictionary",
+                       "html": "results.wording.as_lines"},
     "AveragedMotion": {"plot": "drawing.stability_plots.plot_averaged_motion"},
     "EigenPath": {"plot": "drawing.stability_plots.plot_eigen_path"},
     "stability map": {"plot": "drawing.stability_plots.plot_stability_map"},
     "LimitCycle": {"plot": "drawing.cycle_plots.plot_cycle"},
     "CycleBranch": {"plot": "drawing.cycle_plots.plot_branch"},
     "BifurcationDiagram": {"plot": "drawing.cycle_plots.plot_bifurcations"},
-    "Study": {"plot": "drawing.study_plots.plot_study"},
+    "Study": {"plot": "drawing.study_plots.plot_study", "html": "results.wording.as_lines"},
     "WorkPrecision": {"plot": "drawing.work_precision_plots.plot_work_precision"},
 }  # fmt: skip
+
+
+class Worded:
+    """A result that says what it holds in a few lines, and in a notebook as a table."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return view(Worded, "repr")(self)
+
+    def _repr_html_(self) -> str:
+        return view(Worded, "html")(self)
 
 
 def view(result: Any, act: str) -> Callable[..., Any]:

@@ -317,7 +317,7 @@ ROWS = [
     ("simulate", {"events": 3}, r"events must be functions f\(t, q, u\) in a list; got 3"),
     ("simulate", {"events": [None]}, r"events must be functions f\(t, q, u\); events\[0\] is None"),
     ("simulate", {"max_wall_time": 0.0}, r"max_wall_time must be positive \[s\]; got 0"),
-    ("simulate", {"progress": 1}, r"progress must be a function of the fraction done; got 1"),
+    ("simulate", {"progress": 1}, r"progress must be a function of the fraction done, or True for a bar; got 1"),
     ("simulate", {"integrator": ns.MoreauJean}, r"integrator must be an integrator, as ns.MoreauJean\(dt=1e-3\) is"),
     ("simulate", {"integrator": ns.MoreauJean(5e-324)}, r"dt = 4.94066e-324 s is too small for the span"),
     ("simulate", {"integrator": ns.MoreauJean(1e-13)}, r"GiB are free; take a larger every or dt"),

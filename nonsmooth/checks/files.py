@@ -15,6 +15,7 @@ from typing import Any, BinaryIO
 from nonsmooth.errors import FileFailure, InvalidInput, NonsmoothError, shown
 
 FIGURE_ENDINGS = (".png", ".pdf", ".svg", ".eps", ".jpg", ".webp")
+ANIMATION_ENDINGS = (".gif", ".webp", ".mp4")
 PAGE_ENDINGS = (".html", ".htm")
 
 

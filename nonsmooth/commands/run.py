@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
-from nonsmooth.checks.files import FIGURE_ENDINGS, PAGE_ENDINGS
+from nonsmooth.checks.files import ANIMATION_ENDINGS, FIGURE_ENDINGS, PAGE_ENDINGS
 from nonsmooth.commands.integrators import add_integrator, new_integrator
 from nonsmooth.commands.run_scene import require_scene_options, scene_as_json, simulate_scene
-from nonsmooth.commands.terminal import FAILED, complain, figure_path, show_progress
+from nonsmooth.commands.terminal import FAILED, complain, figure_path
 from nonsmooth.commands.typed_input import (
     assignments,
     build_model,
@@ -27,7 +26,6 @@ from nonsmooth.results.failures import StepFailure
 
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
 PROBLEM_ENDINGS = (".npz", ".hdf5", ".h5")
-ANIMATION_ENDINGS = (".gif", ".webp")
 PICTURED = 5  # chosen: of the picture of a scene, as of a model
 
 
@@ -64,7 +62,7 @@ def add_run(run: argparse.ArgumentParser) -> None:
     run.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL.png by default")
     run.add_argument("--no-plot", action="store_true", help="draw nothing")
     run.add_argument("--picture", type=Path, metavar="FILE", help="draw the scene at five instants")
-    run.add_argument("--animate", type=Path, metavar="FILE.gif", help="write an animation")
+    run.add_argument("--animate", type=Path, metavar="FILE", help="write an animation (.gif, .webp or .mp4)")
     run.add_argument("--view", type=Path, metavar="FILE.html", help="write a player that any browser opens")
     run.add_argument("--json", action="store_true", help="print one JSON object, and draw only what was asked for")
     run.add_argument("--quiet", action="store_true", help="print neither progress nor summary")
@@ -126,15 +124,10 @@ def simulate_runnable(model: Any, is_scene: bool, arguments: argparse.Namespace)
     t_end = getattr(model, "t_end", None) if arguments.t_end is None else arguments.t_end
     if t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
-    has_progress = sys.stderr.isatty() and not arguments.quiet
-    progress = show_progress if has_progress else None
+    progress = not arguments.quiet
     if start is None:
-        solution = simulate_scene(model, integrator, t_end, arguments, progress)
-    else:
-        solution = simulate_model(model, start, integrator, t_end, arguments, progress)
-    if has_progress:
-        print("\r\033[K", end="", file=sys.stderr, flush=True)
-    return solution
+        return simulate_scene(model, integrator, t_end, arguments, progress)
+    return simulate_model(model, start, integrator, t_end, arguments, progress)
 
 
 def simulate_model(

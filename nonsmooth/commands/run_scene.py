@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
 # options of `nonsmooth run` that a scene does not take, with the value of one that is left out
 OF_SYSTEMS: dict[str, Any] = {
     "state": [], "q0": None, "u0": None, "selection": "compliant-limit", "project": False, "projection": None,
-    "checkpoint": None, "resume": None, "checkpoint_every": 10.0, "dump_failure": None, "animate": None,
+    "checkpoint": None, "resume": None, "checkpoint_every": 10.0, "dump_failure": None,
 }  # fmt: skip
 
 
@@ -31,7 +30,7 @@ def require_scene_options(arguments: argparse.Namespace) -> None:
 
 
 def simulate_scene(
-    model: Any, integrator: Any, t_end: float, arguments: argparse.Namespace, progress: Callable[[float], None] | None
+    model: Any, integrator: Any, t_end: float, arguments: argparse.Namespace, progress: bool
 ) -> SceneSolution:
     """The run with the options of the command line; a failure comes back as a partial solution."""
     from nonsmooth.runs.simulate import simulate

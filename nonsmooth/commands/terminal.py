@@ -36,11 +36,6 @@ def figure_path(arguments: argparse.Namespace) -> Path | None:
     return figure
 
 
-def show_progress(done: float) -> None:
-    """A line that is written over."""
-    print(f"\r{done:6.1%}", end="", file=sys.stderr, flush=True)
-
-
 def show_warning(message: Warning | str, category: type[Warning], *_: Any) -> None:
     """A warning of ours as one line; those of other packages say nothing to a user of the command line."""
     if issubclass(category, NonsmoothWarning):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,10 @@ from nonsmooth.cycles.mode_flow import ContactState, Margin, mode_flow
 from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.mechanics.system import ContactMode, System
 from nonsmooth.results.solution import mode_name
+from nonsmooth.views import Worded, view
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 RATE_PIECES = 48  # chosen: of a phase, between which its rates change their sign at most once
 ATTRACTING = 1e-7  # chosen: a multiplier must lie so far inside the unit circle to count as attracting
@@ -68,8 +72,8 @@ class CyclePhase:
         return any(state.mode == ContactMode.STICK for state in self.states)
 
 
-@dataclass(frozen=True, eq=False)
-class LimitCycle:
+@dataclass(frozen=True, eq=False, repr=False)
+class LimitCycle(Worded):
     """A periodic motion.
 
     Attributes
@@ -108,6 +112,12 @@ class LimitCycle:
     forcing: float | None = None
     drift: np.ndarray = field(default_factory=lambda: np.zeros(0))
     drifts: bool = False
+
+    first = ("period", "stick_duration", "is_stable")  # of what it says
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """Draw the phase planes (needs the extra [plot]); returns the Matplotlib figure, saved to ``path`` if given."""
+        return view(self, "plot")(self, path)
 
     @property
     def period(self) -> float:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +31,10 @@ from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.results.failures import StepFailure
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell
+from nonsmooth.views import Worded, view
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 TURNS = 8  # chosen: folds
 SAME_BRANCH = 0.3  # chosen: of the amplitude: a cycle that simulation finds so near continues the branch
@@ -66,8 +70,8 @@ class CycleChange:
     message: str = ""
 
 
-@dataclass(frozen=True, eq=False)
-class CycleBranch:
+@dataclass(frozen=True, eq=False, repr=False)
+class CycleBranch(Worded):
     """Cycles along a parameter.
 
     Attributes
@@ -83,6 +87,11 @@ class CycleBranch:
     values: np.ndarray
     cycles: tuple[LimitCycle, ...]
     changes: tuple[CycleChange, ...]
+
+    def plot(self, path: str | Path | None = None, label: str = "", coordinate: int = 0) -> Any:
+        """Amplitude, period and sticking along the parameter, which ``label`` names (needs the extra [plot]); returns
+        the Matplotlib figure, saved to ``path`` if given."""
+        return view(self, "plot")(self, path, label, coordinate)
 
     @property
     def periods(self) -> np.ndarray:

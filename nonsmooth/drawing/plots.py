@@ -43,12 +43,12 @@ BELOW: dict[str, Any] = {"loc": "upper center", "fontsize": 8, "frameon": False}
 
 
 def new_figure(width: float, height: float) -> Any:
-    """A Matplotlib figure without pyplot's global state."""
+    """A Matplotlib figure without pyplot's global state, which a notebook shows."""
     try:
-        from matplotlib.figure import Figure
+        from nonsmooth.drawing.notebook_figure import NotebookFigure
     except ImportError:
         raise MissingExtra('figures need Matplotlib; install it with pip install "nonsmooth[plot]"') from None
-    return Figure(figsize=(width, height), layout="constrained")
+    return NotebookFigure(figsize=(width, height), layout="constrained")
 
 
 def save_figure(figure: Any, path: str | Path | None) -> Any:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_count
-from nonsmooth.checks.files import as_place, whole_file
-from nonsmooth.drawing.plots import new_figure, save_figure
-from nonsmooth.errors import InvalidInput, MissingExtra
-
-MAX_FPS = 100  # defined: frames a second: a gif says their length in hundredths of a second
-ANIMATION_ENDINGS = (".gif", ".webp")
+from nonsmooth.checks.arrays import as_count, as_floats, as_positive
+from nonsmooth.drawing.animation import Animation, animation, as_animation
+from nonsmooth.drawing.plots import LETTERS, new_figure, save_figure
+from nonsmooth.errors import InvalidInput, shown
 
 if TYPE_CHECKING:
     from nonsmooth.results.solution import Solution
@@ -23,19 +22,28 @@ MIN_FRAMES = 25  # chosen: of an animation, however short its motion is
 MAX_INSTANTS = 8  # chosen: named in the title of a picture
 FIGURE_WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 6.0, 2.5, 6.0  # chosen: of a figure [in]; its height follows the scene
 COLOUR = "#08306b"
-COLOURS = 64  # chosen: of a gif's palette: shades of the lines and of the letters, taken from the first frame
+MM_PER_INCH = 25.4  # defined
+COLUMN, COLUMN_LETTERS = 5.0, 8  # chosen: in: a narrower figure is one for a column, and its letters [points]
+LEAST_LINE = 24  # chosen: letters of a title's line
 
 
-def picture(solution: Solution, path: str | Path | None = None, n: int = 5) -> Any:
-    """Draw the scene at the records nearest to n equally spaced instants, the later the darker.
+def picture(
+    solution: Solution, path: str | Path | None = None, n: int = 5, times: ArrayLike | None = None,
+    width: float | None = None,
+) -> Any:  # fmt: skip
+    """Draw the scene at the records nearest to some instants, the later the darker.
 
     Parameters
     ----------
     solution : Solution
     path : path-like, optional
-        Where to save; the ending names the format.
+        Where to save; the ending names the format, of which .pdf, .svg and .eps are made of lines.
     n : int
-        Number of instants.
+        Number of instants, equally spaced; the last one if n is 1.
+    times : array_like, optional
+        The instants themselves [s].
+    width : float, optional
+        Of the figure [mm], as a column of a journal has it; letters are 8 points high then.
 
     Returns
     -------
@@ -44,59 +52,90 @@ def picture(solution: Solution, path: str | Path | None = None, n: int = 5) -> A
     Raises
     ------
     InvalidInput
-        When the model has no ``shape(q)``.
+        When the model has no ``shape(q)``, or a time lies outside the run.
     MissingExtra
         When Matplotlib is not installed.
     """
     model = scene_model(solution)
-    figure = new_figure(FIGURE_WIDTH, MOST_HEIGHT)
+    records = instants(solution.t, n, times)
+    figure = new_figure(as_inches(width), MOST_HEIGHT)
     axes = figure.subplots()
     prepare(axes, solution, model)
-    if as_count("n", n) > MAX_FRAMES:
-        raise InvalidInput(f"n must not exceed {MAX_FRAMES} instants; got {n}")
-    shown = nearest_records(solution.t, n)
-    for k, shade in zip(shown, np.linspace(0.2 if n > 1 else 1.0, 1.0, n), strict=True):
+    for k, shade in zip(records, np.linspace(0.2 if len(records) > 1 else 1.0, 1.0, len(records)), strict=True):
         for line in model.shape(solution.q[k]):
             axes.plot(line[:, 0], line[:, 1], color=COLOUR, alpha=shade, lw=1.8)
-    instants = ", ".join(f"{t:.3g}" for t in solution.t[shown[:MAX_INSTANTS]])
-    instants += f", ... {solution.t[shown[-1]]:.3g}" if n > MAX_INSTANTS else ""
-    axes.set_title(f"t = {instants} s{', the later the darker' if n > 1 else ''}", fontsize=10)
+    named = ", ".join(f"{t:.3g}" for t in solution.t[records[:MAX_INSTANTS]])
+    named += f", ... {solution.t[records[-1]]:.3g}" if len(records) > MAX_INSTANTS else ""
+    axes.set_title(wrapped(f"t = {named} s{', the later the darker' if len(records) > 1 else ''}", figure), fontsize=10)
+    set_letters(figure)
     return save_figure(figure, path)
 
 
-def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:
-    """Write a gif (or webp) over the whole run, in at most 400 frames; its title says how slow the motion is shown.
+def instants(t: np.ndarray, n: int, times: ArrayLike | None) -> np.ndarray:
+    """Indices of the records nearest to the times, or to n equally spaced instants; of one the last."""
+    n = as_count("n", n)
+    if n > MAX_FRAMES:
+        raise InvalidInput(f"n must not exceed {MAX_FRAMES} instants; got {n}")
+    if times is None:
+        return nearest_records(t, n) if n > 1 else np.array([len(t) - 1])
+    wanted = np.atleast_1d(as_floats("times", times))
+    if wanted.ndim > 1 or not 0 < wanted.size <= MAX_FRAMES or not ((t[0] <= wanted) & (wanted <= t[-1])).all():
+        raise InvalidInput(
+            f"times must be 1 to {MAX_FRAMES} instants within [{t[0]:g}, {t[-1]:g}] s, the times of the run; got "
+            f"{shown(times)}"
+        )
+    return np.searchsorted(0.5 * (t[1:] + t[:-1]), wanted)
+
+
+def as_inches(width: float | None) -> float:
+    """The width of a figure, given in mm."""
+    return FIGURE_WIDTH if width is None else as_positive("width", width, "mm") / MM_PER_INCH
+
+
+def wrapped(text: str, figure: Any) -> str:
+    """A title in lines that are not longer than the figure is wide."""
+    return textwrap.fill(text, max(LEAST_LINE, int(LETTERS * figure.get_figwidth())))
+
+
+def set_letters(figure: Any) -> None:
+    """Letters of a column where the figure is as narrow as one."""
+    if figure.get_figwidth() >= COLUMN:
+        return
+    for axes in figure.axes:
+        for text in (axes.title, axes.xaxis.label, axes.yaxis.label, *axes.texts):
+            text.set_fontsize(COLUMN_LETTERS)
+        axes.tick_params(labelsize=COLUMN_LETTERS)
+
+
+def animate(solution: Solution, path: str | Path | None = None, fps: int = 25) -> Path | Animation:
+    """Animate the whole run in at most 400 frames; the title says how slow the motion is shown.
 
     Parameters
     ----------
     solution : Solution
-    path : path-like
+    path : path-like, optional
+        A .gif, .webp or .mp4; without it a notebook shows what comes back.
     fps : int
         Frames a second.
 
     Returns
     -------
-    Path
+    Path or Animation
 
     Raises
     ------
     InvalidInput
-        When the model has no ``shape(q)``, or the ending is neither .gif nor .webp.
+        When the model has no ``shape(q)``, or the ending is none of these.
     MissingExtra
-        When Matplotlib or Pillow is not installed.
+        When Matplotlib or Pillow is not installed, or ffmpeg for an .mp4.
     """
-    path, fps = as_place("path", path, ANIMATION_ENDINGS), as_count("fps", fps)
-    if fps > MAX_FPS:
-        raise InvalidInput(f"fps must not exceed {MAX_FPS}, the fastest that a gif shows; got {fps}")
+    path, fps = as_animation(path, fps)
     model = scene_model(solution)
     figure = new_figure(FIGURE_WIDTH, MOST_HEIGHT)
     figure.set_layout_engine("none")  # the axes stay where they are; only the scene and the title are drawn again
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.collections import LineCollection
-        from PIL import Image
-    except ImportError:
-        raise MissingExtra('animations need Pillow; install it with pip install "nonsmooth[plot]"') from None
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.collections import LineCollection
+
     axes = figure.subplots()
     prepare(axes, solution, model)
     lines = axes.add_collection(LineCollection([], colors=COLOUR, linewidths=1.8))
@@ -105,28 +144,24 @@ def animate(solution: Solution, path: str | Path, fps: int = 25) -> Path:
     background = canvas.copy_from_bbox(figure.bbox)
     shown, slow = frames_of(solution, fps)
 
-    def frame(k: int) -> Any:
+    def frame(k: int) -> np.ndarray:
         canvas.restore_region(background)
         lines.set_segments(model.shape(solution.q[k]))
         title.set_text(f"t = {solution.t[k]:.3f} s{slow}")
         axes.draw_artist(lines)
         axes.draw_artist(title)
-        return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
-    palette = frame(shown[0]).quantize(COLOURS, Image.Quantize.FASTOCTREE)
-    frames = (frame(k).quantize(palette=palette, dither=Image.Dither.NONE) for k in shown)
-    with whole_file(path) as part:
-        duration = round(1000 / fps)
-        next(frames).save(part, path.suffix[1:], save_all=True, append_images=frames, duration=duration, loop=0)
-    return path
+    return animation(path, fps, shown, frame)
 
 
-def frames_of(solution: Solution, fps: int) -> tuple[np.ndarray, str]:
+def frames_of(solution: Any, fps: int, most: int = MAX_FRAMES) -> tuple[np.ndarray, str]:
     """Indices of the records shown, equally spaced in time, and by how much the motion is slowed or hastened."""
-    span = float(solution.t[-1] - solution.t[0])
-    n = int(np.clip(span * fps, MIN_FRAMES, MAX_FRAMES))
+    t = solution.t
+    span = float(t[-1] - t[0])
+    n = int(np.clip(span * fps, MIN_FRAMES, most))
     factor = n / fps / span if span > 0 else 1.0
-    return nearest_records(solution.t, n), "" if 0.9 < factor < 1.1 else f"  (time x {1 / factor:.2g})"
+    return nearest_records(t, n), "" if 0.9 < factor < 1.1 else f"  (time x {1 / factor:.2g})"
 
 
 def nearest_records(t: np.ndarray, n: int) -> np.ndarray:
@@ -151,9 +186,8 @@ def prepare(axes: Any, solution: Solution, model: Any) -> None:
     for line in model.outline() if hasattr(model, "outline") else []:
         axes.plot(line[:, 0], line[:, 1], color="grey", lw=1)
     width, height = high - low + 2 * margin
-    axes.figure.set_size_inches(
-        FIGURE_WIDTH, float(np.clip(FIGURE_WIDTH * height / width + 1.0, LEAST_HEIGHT, MOST_HEIGHT))
-    )
+    across = axes.figure.get_figwidth()
+    axes.figure.set_size_inches(across, float(np.clip(across * height / width + 1.0, LEAST_HEIGHT, MOST_HEIGHT)))
     axes.set_xlim(low[0] - margin, high[0] + margin)
     axes.set_ylim(low[1] - margin, high[1] + margin)
     axes.set_aspect("equal")

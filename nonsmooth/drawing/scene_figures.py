@@ -6,14 +6,17 @@ ones to the near ones, a sphere as a disc, so that bodies that are in one anothe
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_count
+from nonsmooth.drawing.animation import Animation, animation, as_animation
 from nonsmooth.drawing.plots import BLUE, RED, new_figure, save_figure
+from nonsmooth.drawing.scene import MAX_FRAMES, as_inches, frames_of, instants, set_letters
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, matrix_of, place_of, rotate
 from nonsmooth.scenes.scene import Body, Kind
@@ -24,27 +27,38 @@ if TYPE_CHECKING:
 
 SCENE_WIDTH, LEAST_SCENE, MOST_SCENE = 6.0, 2.5, 7.0  # chosen: of a figure [in]; its height follows the scene
 FILL = {Kind.DYNAMIC: "#9ecae1", Kind.FIXED: "#d9d9d9", Kind.KINEMATIC: "#fdd0a2"}
-EDGE = "#08306b"
+EDGE, GROUND = "#08306b", "#efefef"
+GROUND_MARGIN = 0.15  # chosen: of the size of the motion, by which the ground reaches farther
 WIDE_SCENE = 2.5  # chosen: a scene wider than this many heights has its instants one below the other
 CIRCLE_PIECES = 24  # chosen: pieces of a circle
-# chosen: of the camera: about the vertical and above the horizon [rad]
-AZIMUTH, ELEVATION = math.radians(-60.0), math.radians(22.0)
+# defined: of an isometric camera: about the vertical and above the horizon, at which x, y and z are equally short [rad]
+AZIMUTH, ELEVATION = math.radians(-45.0), math.asin(1 / math.sqrt(3.0))
+FORESHORTENED = math.sqrt(2.0 / 3.0)  # derived: length in an isometric picture of what is 1 long along x, y or z
+SCALE_BAR = 0.25  # chosen: of the width of the picture, that the bar is not longer than
+BODIES_DRAWN, FEWEST_FRAMES = 60_000, 60  # chosen: of an animation: bodies in all frames, some 0.2 ms each, and frames
 Seen = tuple[float, np.ndarray, np.ndarray, bool]  # how near, outline in the picture, colour, whether it has an edge
 LIGHT = np.array([0.25, -0.45, 0.86])  # chosen: from where the light comes
 # chosen: discs of which a ball is drawn, the lighter the smaller: radius, shift towards the light, shade
 HIGHLIGHTS = ((1.0, 0.0, 0.62), (0.86, 0.1, 0.74), (0.62, 0.24, 0.86), (0.34, 0.4, 0.97))
 
 
-def picture(solution: SceneSolution, path: str | Path | None = None, n: int = 1) -> Any:
-    """Draw the scene at n instants, equally spaced and side by side; the last one if n is 1.
+def picture(
+    solution: SceneSolution, path: str | Path | None = None, n: int = 1, times: ArrayLike | None = None,
+    width: float | None = None,
+) -> Any:  # fmt: skip
+    """Draw the scene at some instants side by side; a spatial one isometrically, with a bar for its scale.
 
     Parameters
     ----------
     solution : SceneSolution
     path : path-like, optional
-        Where to save; the ending names the format.
+        Where to save; the ending names the format, of which .pdf, .svg and .eps are made of lines.
     n : int
-        Number of instants.
+        Number of instants, equally spaced; the last one if n is 1.
+    times : array_like, optional
+        The instants themselves [s]; the nearest records are drawn.
+    width : float, optional
+        Of the figure [mm], as a column of a journal has it; letters are 8 points high then.
 
     Returns
     -------
@@ -52,34 +66,129 @@ def picture(solution: SceneSolution, path: str | Path | None = None, n: int = 1)
 
     Raises
     ------
+    InvalidInput
+        For a time outside the run, and a solution that was loaded without its scene.
     MissingExtra
         When Matplotlib is not installed.
     """
-    n = as_count("n", n)
-    wanted = np.linspace(solution.t[0], solution.t[-1], n) if n > 1 else solution.t[-1:]
-    records = [int(np.argmin(np.abs(solution.t - t))) for t in wanted]
-    draw, (low, high) = (draw_planar, planar_extent(solution)) if solution.dim == 2 else (
-        draw_spatial, spatial_extent(solution)
-    )  # fmt: skip
-    width, height = high - low
-    columns = 1 if width > WIDE_SCENE * height else min(n, 3)
-    rows = -(-n // columns)
-    figure = new_figure(SCENE_WIDTH, 1.0)
-    tall = SCENE_WIDTH / columns * height / width * rows + 0.9 * rows
-    figure.set_size_inches(SCENE_WIDTH, float(np.clip(tall, LEAST_SCENE, MOST_SCENE)))
+    records = instants(solution.t, n, times)
+    extent = extent_of(solution)
+    wide, tall = extent[1] - extent[0]
+    columns = 1 if wide > WIDE_SCENE * tall else min(len(records), 3)
+    rows = -(-len(records) // columns)
+    across = as_inches(width)
+    figure = new_figure(across, 1.0)
+    height = across / columns * tall / wide * rows + 0.9 * rows
+    figure.set_size_inches(across, float(np.clip(height, LEAST_SCENE, MOST_SCENE)))
     for k, (axes, record) in enumerate(zip(figure.subplots(rows, columns, squeeze=False).flat, records, strict=False)):
-        draw(axes, solution, record, (low, high))
-        axes.set_xlim(low[0], high[0])
-        axes.set_ylim(low[1], high[1])
-        axes.set_aspect("equal")
+        frame_scene(axes, solution, extent, has_label=k % columns == 0)
+        draw_bodies(axes, solution, int(record), extent)
         axes.set_title(f"t = {solution.t[record]:.3g} s", fontsize=10)
-        if solution.dim == 2:
-            axes.set_xlabel("x [m]")
-            if k % columns == 0:
-                axes.set_ylabel("y [m]")
-    for axes in figure.axes[n:]:
+    for axes in figure.axes[len(records) :]:
         axes.set_axis_off()
+    set_letters(figure)
     return save_figure(figure, path)
+
+
+def animate(solution: SceneSolution, path: str | Path | None = None, fps: int = 25) -> Path | Animation:
+    """Animate the whole run, in at most 400 frames; with more than 150 bodies in fewer, 60 at least.
+
+    Parameters
+    ----------
+    solution : SceneSolution
+    path : path-like, optional
+        A .gif, .webp or .mp4; without it a notebook shows what comes back.
+    fps : int
+        Frames a second.
+
+    Returns
+    -------
+    Path or Animation
+
+    Raises
+    ------
+    InvalidInput
+        For another ending, and a solution that was loaded without its scene.
+    MissingExtra
+        When Matplotlib or Pillow is not installed, or ffmpeg for an .mp4.
+    """
+    path, fps = as_animation(path, fps)
+    extent = extent_of(solution)
+    figure = new_figure(SCENE_WIDTH, 1.0)
+    wide, tall = extent[1] - extent[0]
+    figure.set_size_inches(SCENE_WIDTH, float(np.clip(SCENE_WIDTH * tall / wide + 0.9, LEAST_SCENE, MOST_SCENE)))
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    axes, canvas = figure.subplots(), FigureCanvasAgg(figure)
+    frame_scene(axes, solution, extent)
+    title = axes.set_title(" ", fontsize=10)
+    canvas.draw()
+    figure.set_layout_engine("none")  # the axes stay where they are; only the bodies and the title are drawn again
+    background = canvas.copy_from_bbox(figure.bbox)
+    most = int(np.clip(BODIES_DRAWN // len(solution.names), FEWEST_FRAMES, MAX_FRAMES))
+    shown, slow = frames_of(solution, fps, most)
+
+    def frame(k: int) -> np.ndarray:
+        canvas.restore_region(background)
+        title.set_text(f"t = {solution.t[k]:.3f} s{slow}")
+        drawn = draw_bodies(axes, solution, int(k), extent)
+        for artist in (*drawn, *axes.spines.values(), title):
+            axes.draw_artist(artist)
+        for artist in drawn:
+            artist.remove()
+        return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+    return animation(path, fps, shown, frame)
+
+
+def extent_of(solution: SceneSolution) -> tuple[np.ndarray, np.ndarray]:
+    """The corners of the picture that holds the whole motion."""
+    return planar_extent(solution) if solution.dim == 2 else spatial_extent(solution)
+
+
+def frame_scene(
+    axes: Any, solution: SceneSolution, extent: tuple[np.ndarray, np.ndarray], has_label: bool = True
+) -> None:
+    """Limits and labels of the picture of a scene."""
+    low, high = extent
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_aspect("equal")
+    if solution.dim == 3:
+        axes.set_axis_off()
+        add_scale(axes, extent)
+        return
+    axes.set_xlabel("x [m]")
+    if has_label:
+        axes.set_ylabel("y [m]")
+
+
+def add_scale(axes: Any, extent: tuple[np.ndarray, np.ndarray]) -> None:
+    """A bar with its length: of a vector that lies in the plane of the picture."""
+    low, high = extent
+    length = round_length(SCALE_BAR * float(high[0] - low[0]))
+    across = FORESHORTENED * length
+    axes.plot([low[0], low[0] + across], [low[1], low[1]], color="black", lw=2, solid_capstyle="butt", clip_on=False)
+    axes.annotate(
+        f"{length:g} m along x, y, z", (low[0], low[1]), (0, -4), textcoords="offset points", va="top",
+        fontsize=8, annotation_clip=False,
+    )  # fmt: skip
+
+
+def round_length(x: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not longer."""
+    power = 10.0 ** math.floor(math.log10(x))
+    return max(step for step in (1.0, 2.0, 5.0) if step * power <= x * (1 + 1e-9)) * power
+
+
+def draw_bodies(
+    axes: Any, solution: SceneSolution, record: int, extent: tuple[np.ndarray, np.ndarray]
+) -> list[Any]:  # fmt: skip
+    """Draw the bodies of a record; what was added to the axes."""
+    before = set(axes.get_children())
+    draw = draw_planar if solution.dim == 2 else draw_spatial
+    draw(axes, solution, record, extent)
+    return sorted(set(axes.get_children()) - before, key=lambda artist: artist.get_zorder())
 
 
 def places(solution: SceneSolution, record: int) -> list[np.ndarray]:
@@ -202,6 +311,24 @@ def cores(body: Body, place: np.ndarray) -> list[tuple[np.ndarray, float]]:
     return found
 
 
+def grounds_seen(solution: SceneSolution, record: int, view: np.ndarray) -> list[np.ndarray]:
+    """Outlines in the picture of the planes that are seen from outside: what lies below the box of the motion."""
+    is_free = [body.kind == Kind.DYNAMIC for body in solution.bodies]
+    centres = solution.position[:, is_free if any(is_free) else slice(None)].reshape(-1, 3)
+    low, high = centres.min(axis=0), centres.max(axis=0)
+    margin = GROUND_MARGIN * float((high - low).max() or 1.0)
+    corners = np.array(list(itertools.product(*zip(low - margin, high + margin, strict=True))))
+    found = []
+    for body, place in zip(solution.bodies, places(solution, record), strict=True):
+        for part in parts_of(body.shape, 3):
+            at = compose(place, part.place)
+            normal = matrix_of(at[3:])[:, 2]
+            if part.kind == HALF_SPACE and normal @ view[2] > 0:
+                below = corners - np.outer((corners - at[:3]) @ normal, normal)
+                found.append(_hull(below @ view[:2].T))
+    return found
+
+
 FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))  # defined: outward
 
 
@@ -210,6 +337,8 @@ def draw_spatial(axes: Any, solution: SceneSolution, record: int, extent: tuple[
     from matplotlib.collections import PolyCollection
 
     view = camera()
+    for ground in grounds_seen(solution, record, view):
+        axes.add_patch(_polygon(ground, facecolor=GROUND, edgecolor=FILL[Kind.FIXED], zorder=0))
     polygons: list[Seen] = []
     for body, place in zip(solution.bodies, places(solution, record), strict=True):
         if not body.shape.is_bounded:
@@ -227,18 +356,6 @@ def draw_spatial(axes: Any, solution: SceneSolution, record: int, extent: tuple[
             edgecolors=[EDGE if edged else "none" for *_, edged in polygons], linewidths=0.6 / math.sqrt(many),
         )
     )  # fmt: skip
-    axes.set_axis_off()
-    draw_scale(axes, extent)
-
-
-def draw_scale(axes: Any, extent: tuple[np.ndarray, np.ndarray]) -> None:
-    """A bar of a round length: the picture has no perspective, it holds for all that lies across the line of sight."""
-    (left, bottom), width = extent[0], float(extent[1][0] - extent[0][0])
-    length = 10.0 ** math.floor(math.log10(0.3 * width))
-    length *= 2.0 if 0.3 * width / length >= 2.0 else 1.0
-    axes.plot([left, left + length], [bottom, bottom], color="black", lw=2, solid_capstyle="butt", clip_on=False)
-    axes.annotate(f"{length:g} m", (left + 0.5 * length, bottom), (0, -4), textcoords="offset points", ha="center",
-                  va="top", fontsize=8, annotation_clip=False)  # fmt: skip
 
 
 def seen_part(kind: int, corners: np.ndarray, radius: float, base: np.ndarray, view: np.ndarray) -> list[Seen]:

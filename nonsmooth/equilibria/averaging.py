@@ -27,7 +27,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.initial_state import evaluate
 from nonsmooth.mechanics.system import GIVEN_FORCE, TANGENT
 from nonsmooth.numerics.rounding import rounding_of_sum
-from nonsmooth.views import view
+from nonsmooth.views import Worded, view
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -41,8 +41,8 @@ INTEGRAL_TOLERANCE = 1e-12  # chosen: of the integral, relative to the integral 
 FORCE_ROUNDINGS = 36  # chosen: of g, relative to the spring's force at the equilibrium
 
 
-@dataclass(frozen=True, eq=False)
-class AveragedMotion:
+@dataclass(frozen=True, eq=False, repr=False)
+class AveragedMotion(Worded):
     """The averaged amplitude equation and its equilibria.
 
     Attributes

@@ -28,7 +28,7 @@ from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import as_system
 from nonsmooth.signals.telling import tell
-from nonsmooth.views import view
+from nonsmooth.views import Worded, view
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -38,8 +38,8 @@ BRANCH_HALVINGS = 12  # derived: of the way between two values: a branch point i
 SMALLEST_EIGENVALUE = 1e-300  # chosen: stands for zero where it divides
 
 
-@dataclass(frozen=True, eq=False)
-class EigenPath:
+@dataclass(frozen=True, eq=False, repr=False)
+class EigenPath(Worded):
     """Eigenvalues of steady sliding along a parameter.
 
     Attributes

@@ -22,6 +22,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.initial_state import contact_state, evaluate
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, NORMAL_FORCE, System, as_system
+from nonsmooth.views import Worded
 
 EQUILIBRIUM_NEWTON_STEPS = 60  # chosen: Newton steps before a guess is given up
 SHORTEST_CORRECTION = 1e-6  # chosen: part of a Newton correction below which there is no descent left
@@ -32,8 +33,8 @@ class NotIsolated(InvalidInput):
     """The stiffness of the sliding system is singular: equilibria form a curve, or one is about to vanish."""
 
 
-@dataclass(frozen=True, eq=False)
-class Equilibrium:
+@dataclass(frozen=True, eq=False, repr=False)
+class Equilibrium(Worded):
     """A state of steady sliding.
 
     Attributes

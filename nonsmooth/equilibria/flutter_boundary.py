@@ -25,13 +25,14 @@ from nonsmooth.equilibria.equilibrium import Equilibrium, NotIsolated, as_equili
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import as_system
+from nonsmooth.views import Worded
 
 # chosen: 1/4096 of the bracket: near enough for one crossing, far enough for verdicts above rounding
 BRACKET_HALVINGS = 12
 
 
-@dataclass(frozen=True, eq=False)
-class StabilityBoundary:
+@dataclass(frozen=True, eq=False, repr=False)
+class StabilityBoundary(Worded):
     """Where steady sliding loses its stability.
 
     Attributes

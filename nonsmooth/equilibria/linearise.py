@@ -25,6 +25,7 @@ import numpy as np
 from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equilibrium
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import as_system
+from nonsmooth.views import Worded
 
 # derived: a real part below this part of |s| counts as zero: a double eigenvalue is known to sqrt(eps) only
 NEUTRAL = 1e-8
@@ -42,8 +43,8 @@ class Verdict(IntEnum):
     NEGATIVE_INERTIA = 5  # no equation of motion in the usual sense: a paradox
 
 
-@dataclass(frozen=True, eq=False)
-class Linearisation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Linearisation(Worded):
     """M_r x'' + C_r x' + K_r x = 0 about a state of steady sliding; n_r kept coordinates.
 
     Attributes

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.jit import kernel
+from nonsmooth.views import Worded
 
 
 class LCPStatus(IntEnum):
@@ -31,8 +32,8 @@ class LCPStatus(IntEnum):
 SOLVED, RAY, MAX_ITERATIONS, INVALID, INFEASIBLE = (int(status) for status in LCPStatus)  # code: for kernels
 
 
-@dataclass(frozen=True)
-class LCPResult:
+@dataclass(frozen=True, repr=False)
+class LCPResult(Worded):
     """The outcome of one complementarity problem w = A z + b, 0 <= w _|_ z >= 0.
 
     Attributes

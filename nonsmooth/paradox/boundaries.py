@@ -18,6 +18,7 @@ from nonsmooth.checks.arrays import as_index, as_number
 from nonsmooth.errors import InvalidInput, MissingExtra
 from nonsmooth.paradox.points import Points, split_axes
 from nonsmooth.signals.interruption import Pieces
+from nonsmooth.views import Worded
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,8 +30,8 @@ NEWTON_STEPS = 12  # chosen: of the search for a boundary, which bisection has b
 REACHED = 1e-11  # chosen: of the plane's extent: a crossing moves less than this
 
 
-@dataclass(frozen=True, eq=False)
-class Boundaries:
+@dataclass(frozen=True, eq=False, repr=False)
+class Boundaries(Worded):
     """Zero curves in the plane of two names.
 
     Attributes

@@ -193,6 +193,9 @@ class Classification:
     def __str__(self) -> str:
         return view(self, "text")(self)
 
+    def _repr_html_(self) -> str:
+        return view(self, "html")(str(self))
+
     def __repr__(self) -> str:
         return f"Classification({self.kind.name}, n_solutions={self.n_solutions}, is_complete={self.is_complete})"
 

@@ -33,7 +33,7 @@ from nonsmooth.results.fclib import FCLIB_ENDINGS
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
-from nonsmooth.views import view
+from nonsmooth.views import Worded, view
 
 PROBLEM_SCHEMA, KIND = 1, "problem"  # code: of the form of the file
 WHAT = "contact problem of a step"
@@ -53,8 +53,8 @@ class Answer(NamedTuple):
     residual: float
 
 
-@dataclass(frozen=True, eq=False)
-class FailedProblem:
+@dataclass(frozen=True, eq=False, repr=False)
+class FailedProblem(Worded):
     """The closed contacts of one step. n = contacts, r = rows, per contact N or (N, T), or T where N is given.
 
     Attributes

@@ -28,13 +28,14 @@ from nonsmooth.results.fclib_group import FORMATS, GLOBAL, LOCAL, NAMES, Dataset
 from nonsmooth.results.foreign_hdf5 import ROOT, is_hdf5, read_datasets, read_foreign
 from nonsmooth.results.forms import REAL
 from nonsmooth.results.hdf5 import put_array, require_h5py, seal_of, write_hdf5
+from nonsmooth.views import Worded
 
 FCLIB_ENDINGS = (".hdf5", ".h5")
 KIND = "fclib"
 
 
-@dataclass(frozen=True)
-class ContactProblem:
+@dataclass(frozen=True, repr=False)
+class ContactProblem(Worded):
     """A contact problem gamma = G P + c with friction coefficients mu.
 
     Attributes
@@ -77,8 +78,8 @@ class ContactProblem:
         return self
 
 
-@dataclass(frozen=True)
-class GlobalContactProblem:
+@dataclass(frozen=True, repr=False)
+class GlobalContactProblem(Worded):
     """M v = H P + f (+ G l), gamma = H^T v + w, with optional bilateral constraints 0 = G^T v + b.
 
     Attributes

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_floats
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.views import Worded, view
 
 RECORDS_DEGREE = 2  # chosen: of the velocities between the records of a time stepping
 # chosen: units in the last place of the later end: a time that a sum or a product made is not outside for that
@@ -32,9 +33,15 @@ class StateAt(NamedTuple):
     q: np.ndarray
     u: np.ndarray
 
+    def __repr__(self) -> str:
+        return view(Worded, "repr")(self)
 
-@dataclass(frozen=True, eq=False)
-class Motion:
+    def _repr_html_(self) -> str:
+        return view(Worded, "html")(self)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion(Worded):
     """A motion in m steps of n coordinates.
 
     Attributes

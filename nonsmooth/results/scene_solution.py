@@ -11,7 +11,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_number
 from nonsmooth.errors import InvalidInput, Status, nearest, shown
 from nonsmooth.mechanics.system import ContactMode
-from nonsmooth.views import view
+from nonsmooth.views import Worded, view
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -86,6 +86,12 @@ class BodyMotion(NamedTuple):
     turn: np.ndarray  # (n_t,) angle [rad], or (n_t, 4) unit quaternion (w, x, y, z)
     velocity: np.ndarray  # (n_t, 2|3) [m/s]
     spin: np.ndarray  # (n_t,) or (n_t, 3), in the axes of the world [rad/s]
+
+    def __repr__(self) -> str:
+        return view(Worded, "repr")(self)
+
+    def _repr_html_(self) -> str:
+        return view(Worded, "html")(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,6 +169,12 @@ class ContactColumns(NamedTuple):
     gap: np.ndarray
     P: np.ndarray
     mu: np.ndarray
+
+    def __repr__(self) -> str:
+        return view(Worded, "repr")(self)
+
+    def _repr_html_(self) -> str:
+        return view(Worded, "html")(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,9 +289,17 @@ class SceneSolution:
         """The run in a few lines: bodies, contacts, residual, penetration, energy, cost."""
         return view(self, "summary")(self)
 
-    def picture(self, path: str | Path | None = None, n: int = 1) -> Any:
-        """Draw the scene at n instants, the last one if n is 1 (needs the extra [plot]); returns the figure."""
-        return view(self, "picture")(self, path, n)
+    def picture(
+        self, path: str | Path | None = None, n: int = 1, times: Any = None, width: float | None = None
+    ) -> Any:  # fmt: skip
+        """Draw the scene at n instants, the last one if n is 1, or at ``times`` [s], ``width`` [mm] wide (needs the
+        extra [plot]); returns the figure."""
+        return view(self, "picture")(self, path, n, times, width)
+
+    def animate(self, path: str | Path | None = None, fps: int = 25) -> Any:
+        """Write a .gif, .webp or .mp4 (needs the extra [plot], an .mp4 ffmpeg); without a path a notebook shows what
+        comes back."""
+        return view(self, "animate")(self, path, fps)
 
     def plot(self, path: str | Path | None = None) -> Any:
         """Draw energies, residual and contacts over the time (needs the extra [plot]); returns the figure."""

@@ -326,12 +326,16 @@ class Solution:
         """Draw the run (needs the extra [plot]); returns the Matplotlib figure, saved to ``path`` if given."""
         return view(self, "plot")(self, path)
 
-    def picture(self, path: str | Path | None = None, n: int = 5) -> Any:
-        """Draw a planar scene at n instants (needs the extra [plot]); returns the figure, saved to ``path`` if any."""
-        return view(self, "picture")(self, path, n)
+    def picture(
+        self, path: str | Path | None = None, n: int = 5, times: Any = None, width: float | None = None
+    ) -> Any:  # fmt: skip
+        """Draw a planar scene at n instants, or at ``times`` [s], ``width`` [mm] wide (needs the extra [plot]); returns
+        the figure, saved to ``path`` if any."""
+        return view(self, "picture")(self, path, n, times, width)
 
-    def animate(self, path: str | Path, fps: int = 25) -> Path:
-        """Write a gif of a planar scene (needs the extra [plot])."""
+    def animate(self, path: str | Path | None = None, fps: int = 25) -> Any:
+        """Write a .gif, .webp or .mp4 of a planar scene (needs the extra [plot], an .mp4 ffmpeg); without a path a
+        notebook shows what comes back."""
         return view(self, "animate")(self, path, fps)
 
     def view(self, path: str | Path | None = None) -> Any:

@@ -31,6 +31,7 @@ from nonsmooth.results.scene_solution import WORKS, ContactColumns, SceneSolutio
 from nonsmooth.runs.run import LOOK_EVERY, next_block
 from nonsmooth.runs.times import grid_times
 from nonsmooth.scenes.scene import Scene
+from nonsmooth.signals.bar import heard
 
 DEEP = 0.01  # chosen: of the smallest shape: a penetration that is told
 ENDS = {LOST: Status.NOT_FINITE, UNSOLVED: Status.NOT_SOLVED}
@@ -266,11 +267,12 @@ class SceneRun:
 
 def simulate_scene(
     scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any, on_failure: str,
-    max_steps: int | None, max_wall_time: float | None, progress: Callable[[float], None] | None,
+    max_steps: int | None, max_wall_time: float | None, progress: Callable[[float], None] | bool | None,
 ) -> SceneSolution:  # fmt: skip
     """`simulate` for a scene, its arguments checked but for those of times."""
     run = SceneRun(scene, t_span, integrator, every, t_eval)  # type: ignore[arg-type]
-    run.advance(max_wall_time, progress, max_steps)
+    with heard(progress) as hear:
+        run.advance(max_wall_time, hear, max_steps)
     solution = run.solution()
     if solution.stats.missed and run.status == Status.FINISHED:
         warn_caller(missed_residual(solution.stats), ResidualWarning)

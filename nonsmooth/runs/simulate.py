@@ -23,6 +23,7 @@ from nonsmooth.runs.user_events import as_functions
 from nonsmooth.runs.watched import watch_of
 from nonsmooth.runs.workspace import give_back
 from nonsmooth.scenes.scene import as_scene
+from nonsmooth.signals.bar import heard
 from nonsmooth.signals.telling import listener
 
 _is_whole: ContextVar[bool] = ContextVar("is_whole", default=False)  # whether a part of a motion is of no use
@@ -48,7 +49,7 @@ def simulate(
     events: Callable | Sequence[Callable] = (),
     max_steps: int | None = None,
     max_wall_time: float | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | bool | None = None,
     checkpoint: Any = None,
     resume: Any = None,
     checkpoint_every: float = 10.0,
@@ -86,8 +87,8 @@ def simulate(
         The most steps that the run may take.
     max_wall_time : float, optional
         The most seconds of wall time that it may take, looked at some 50 times a second.
-    progress : callable, optional
-        Called now and then with the fraction done.
+    progress : bool or callable, optional
+        Called now and then with the fraction done; True shows a bar in a terminal or a notebook.
     checkpoint : path-like, optional
         A folder, made here, into which records and events are written as the run goes, and its state now and then: a
         run that is killed can go on, and its records need not fit into memory (docs/checkpoints.md).
@@ -141,8 +142,10 @@ def simulate(
     functions = as_functions(events)
     if max_steps is not None:
         as_count("max_steps", max_steps)
-    if progress is not None and not callable(progress):
-        raise InvalidInput(f"progress must be a function of the fraction done; got {shown(progress)}")
+    if progress is not None and not isinstance(progress, bool) and not callable(progress):
+        raise InvalidInput(
+            f"progress must be a function of the fraction done, or True for a bar; got {shown(progress)}"
+        )
     if scene is not None:
         from nonsmooth.runs.scene_run import simulate_scene
 
@@ -161,7 +164,8 @@ def simulate(
         run = checkpointed_run(*task, checkpoint, resume, checkpoint_every)
     if functions:
         run.watch = watch_of(run, functions)
-    run.advance(max_wall_time, progress, max_steps)
+    with heard(progress) as hear:
+        run.advance(max_wall_time, hear, max_steps)
     if run.status == Status.INTERRUPTED and _is_whole.get():
         raise KeyboardInterrupt
     solution = run.solution()

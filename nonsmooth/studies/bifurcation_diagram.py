@@ -25,7 +25,7 @@ from nonsmooth.mechanics.system import ContactMode, System, as_system
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell
 from nonsmooth.sweeps.sweep import require_whole, sweep
-from nonsmooth.views import view
+from nonsmooth.views import Worded, view
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,8 +35,8 @@ DISTINCT_MAXIMA = 1e-4  # chosen: of the coordinate's extent over the diagram: m
 STILL_MOTION = 1e-9  # chosen: of the coordinate's size: smaller motions are the end of a decay, or rounding
 
 
-@dataclass(frozen=True, eq=False)
-class BifurcationDiagram:
+@dataclass(frozen=True, eq=False, repr=False)
+class BifurcationDiagram(Worded):
     """Local maxima of a coordinate along a parameter, upwards and downwards.
 
     Attributes

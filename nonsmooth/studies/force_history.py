@@ -16,12 +16,13 @@ from nonsmooth.checks.arrays import as_index, as_instance
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.solution import Solution
+from nonsmooth.views import Worded
 
 FADED = 0.01  # chosen: of the peak force: the episode of a contact that stays closed ends there
 
 
-@dataclass(frozen=True)
-class Episode:
+@dataclass(frozen=True, repr=False)
+class Episode(Worded):
     """One episode of contact.
 
     Attributes

@@ -161,6 +161,9 @@ class Study:
         """Draw the study (needs the extra [plot]); returns the Matplotlib figure, saved to ``path`` if given."""
         return view(self, "plot")(self, path)
 
+    def _repr_html_(self) -> str:
+        return view(self, "html")(self.table())
+
     def __repr__(self) -> str:
         return f"Study({self.title!r}, {self.of} = {self.x[0]:.3g} .. {self.x[-1]:.3g})"
 

@@ -1,5 +1,5 @@
-"""How far a study is: a line on a terminal, nothing in a pipe, or one line of JSON a second; and an estimate before
-what will take more than a minute, wherever it is shown.
+"""How far a study is: a bar on a terminal or in a notebook, nothing in a pipe, or one line of JSON a second; and an
+estimate before what will take more than a minute, wherever it is shown.
 
     remaining = elapsed (work left)/(work done),    work: expected seconds of the cells, or their number
 
@@ -21,13 +21,13 @@ import numpy as np
 
 from nonsmooth.checks.arrays import result_of
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.signals.bar import BAR_PERIOD, Bar, bar_of
+from nonsmooth.signals.pace import EVIDENCE_TIME, Pace, duration
 from nonsmooth.signals.telling import listening
 
-PERIOD = {"line": 0.2, "json": 1.0}  # s between two lines
+JSON_PERIOD = 1.0  # chosen: s between two lines of JSON
 ANNOUNCED_TIME = 60.0  # chosen: s: what takes longer is said before it starts
-EVIDENCE_TIME = 1.0  # chosen: s after which a rate is believed
-RECENT_TIME = 5.0  # chosen: s after which it is looked at anew: a motion may become slower on its way
-CLEARED = "\r\033[K"  # the line that is written over
+CLEARED = "\r\033[K"  # the line of a bar
 
 
 @dataclass(frozen=True)
@@ -56,13 +56,17 @@ class Snapshot:
     remaining: float
     present: float = 0.0
 
+    @property
+    def part(self) -> float:
+        """Of the cells, that are done."""
+        return self.done / max(self.total, 1)
+
     def __str__(self) -> str:
         left = f"{duration(self.remaining)} left" if math.isfinite(self.remaining) else "..."
         failed = f", {self.failed} failed" if self.failed else ""
         present = f", the present one {self.present:.0%}" if self.present > 0 else ""
-        part = self.done / max(self.total, 1)
         rate = f", {self.rate:.3g}/s" if self.rate > 0 else ""
-        return f"{self.done}/{self.total} cells ({part:.0%}){present}{rate}, {left}{failed}"
+        return f"{self.done}/{self.total} cells ({self.part:.0%}){present}{rate}, {left}{failed}"
 
 
 class Progress:
@@ -71,8 +75,8 @@ class Progress:
     Parameters
     ----------
     show : bool, "json" or callable
-        True: a line on a terminal, elsewhere the estimate alone; "json": a line of JSON each second on stderr; a
-        callable gets each `Snapshot`.
+        True: a bar on a terminal or in a notebook, elsewhere the estimate alone; "json": a line of JSON each
+        second on stderr; a callable gets each `Snapshot`.
     total, done : int
         Cells of the sweep, and those that the journal had.
     costs : ndarray (total,), optional
@@ -88,8 +92,9 @@ class Progress:
         self.stream = sys.stderr if stream is None else stream
         self.is_json = isinstance(show, str) and show == "json"
         self.is_line = show is True
+        self.bar = Bar(self.stream)
         self.write = self._writer(show)
-        self.period = PERIOD["json" if self.is_json else "line"]
+        self.period = JSON_PERIOD if self.is_json else BAR_PERIOD
         self.total, self.done, self.failed, self._before = total, done, 0, done
         self.costs, self.at_once = costs, at_once
         self._seconds = 0.0  # that were expected of the cells that are done
@@ -104,13 +109,13 @@ class Progress:
         if self.is_json:
             return lambda snapshot: print(json.dumps(as_json(snapshot)), file=self.stream, flush=True)
         if show is True:
-            return self._write_line if self.stream.isatty() else None
+            return self._write_bar if self.bar.is_seen else None
         if show is False or show is None:
             return None
         raise InvalidInput(f"progress must be True, False, 'json' or a function; got {shown(show)}")
 
-    def _write_line(self, snapshot: Snapshot) -> None:
-        print(f"{CLEARED}{snapshot}", end="", file=self.stream, flush=True)
+    def _write_bar(self, snapshot: Snapshot) -> None:
+        self.bar.show(snapshot.part, str(snapshot))
 
     def begin(self, cells: np.ndarray) -> None:
         """These cells are run now, in this thread."""
@@ -178,8 +183,7 @@ class Progress:
         if self.write is not None:
             self._present = 0.0
             self.show()
-            if self.write == self._write_line:
-                print(CLEARED, end="", file=self.stream, flush=True)
+        self.bar.close()
 
     def snapshot(self) -> Snapshot:
         """The state now."""
@@ -201,53 +205,22 @@ class Progress:
 
 @contextlib.contextmanager
 def part_shown(what: str, show: Any, stream: TextIO | None = None) -> Iterator[None]:
-    """A line "what: 43%" for a calculation that tells how far it is, on a terminal and where ``show`` is True."""
-    stream = sys.stderr if stream is None else stream
+    """A bar for a calculation that tells how far it is, where somebody sees it and ``show`` is True."""
     if show is not True:
         yield
         return
-    pace, shown_at, is_announced = Pace(), 0.0, False
+    pace, is_announced = Pace(), False
 
     def hear(part: float) -> None:
-        nonlocal shown_at, is_announced
-        now = time.perf_counter()
-        left = pace.left(part, now)
+        nonlocal is_announced
+        left = pace.left(part, time.perf_counter())
         if not is_announced and left > ANNOUNCED_TIME:
             is_announced = True
-            say_estimate(what, left, stream)
-        if now - shown_at >= PERIOD["line"] and stream.isatty():
-            shown_at = now
-            print(f"{CLEARED}{what}: {part:.0%}, {duration(left)} left", end="", file=stream, flush=True)
+            say_estimate(what, left, sys.stderr if stream is None else stream)
+        grow(part)
 
-    with listening(hear):
+    with bar_of(what, stream) as grow, listening(hear):
         yield
-    if stream.isatty():
-        print(CLEARED, end="", file=stream, flush=True)
-
-
-class Pace:
-    """Seconds that are left of a calculation that tells how far it is: at its mean rate, or at that of the last
-    `RECENT_TIME` seconds or more where that is less."""
-
-    def __init__(self) -> None:
-        self._first = self._last = self._next = (math.inf, 0.0)  # time [s] and part
-        self._before = math.inf
-
-    def left(self, part: float, now: float) -> float:
-        """At a part and a time; NaN before anything is known, infinite where nothing moves."""
-        if part < self._before:  # what comes before the first part is compiling, or another run
-            self._first = self._last = self._next = (now, part)
-        self._before = part
-        if now - self._next[0] >= RECENT_TIME:
-            self._last, self._next = self._next, (now, part)
-        if now - self._first[0] < EVIDENCE_TIME:
-            return math.nan
-        return max(time_left(part, now, *mark) for mark in (self._first, self._last))
-
-
-def time_left(part: float, now: float, t: float, before: float) -> float:
-    """At the rate since a time, at which another part was done."""
-    return (now - t) * (1.0 - part) / (part - before) if part > before else math.inf
 
 
 def say_estimate(what: str, seconds: float, stream: TextIO) -> None:
@@ -260,12 +233,3 @@ def say_estimate(what: str, seconds: float, stream: TextIO) -> None:
 def as_json(snapshot: Snapshot) -> dict[str, Any]:
     """The snapshot without NaN, which JSON does not know."""
     return {name: None if value != value else value for name, value in asdict(snapshot).items()}
-
-
-def duration(seconds: float) -> str:
-    """A time as a person would say it."""
-    if not math.isfinite(seconds):
-        return "an unknown time"
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

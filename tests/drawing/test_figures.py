@@ -142,7 +142,7 @@ def test_an_animation_has_a_frame_for_each_instant_and_a_white_ground(ball, tmp_
 
 def test_animation_refuses_an_ending_it_cannot_write(ball, tmp_path):
     with pytest.raises(ns.InvalidInput, match=r"one of \.gif, \.webp"):
-        ball.animate(tmp_path / "ball.mp4")
+        ball.animate(tmp_path / "ball.avi")
 
 
 def test_summary_counts_what_it_does_not_show(ball):

@@ -7,6 +7,8 @@ from enum import IntEnum
 
 import numpy as np
 
+from nonsmooth.views import Worded
+
 
 class ContactStatus(IntEnum):
     """How a contact solve ended; every status but SOLVED comes with the best iterate."""
@@ -18,8 +20,8 @@ class ContactStatus(IntEnum):
     BUDGET_SPENT = 4  # max_time was used up above the tolerance
 
 
-@dataclass(frozen=True)
-class ContactResult:
+@dataclass(frozen=True, repr=False)
+class ContactResult(Worded):
     """Solution, or best iterate, of a frictional contact problem.
 
     Attributes
