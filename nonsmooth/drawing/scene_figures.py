@@ -132,7 +132,7 @@ def animate(solution: SceneSolution, path: str | Path | None = None, fps: int = 
         canvas.restore_region(background)
         title.set_text(f"t = {solution.t[k]:.3f} s{slow}")
         drawn = draw_bodies(axes, solution, int(k), extent)
-        for artist in (*drawn, *axes.spines.values(), title):
+        for artist in (*drawn, *(axes.spines.values() if axes.axison else ()), title):
             axes.draw_artist(artist)
         for artist in drawn:
             artist.remove()
