@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import nonsmooth as ns
-from models import BouncingBall, PainleveRod, SpragSlip
+from nonsmooth.catalogue import BouncingBall, PainleveRod, SpragSlip
 from nonsmooth.drawing.paradox_plots import plot_map
 from nonsmooth.drawing.plots import BLUE, RED, new_figure
 

@@ -37,7 +37,7 @@ __all__ = [*SCENES]
 def __getattr__(name: str) -> Any:
     if name not in SCENES:
         raise AttributeError(f"there is no scene {name!r}; known: {', '.join(__all__)}")
-    scene = getattr(importlib.import_module(f"models.scenes.{SCENES[name]}"), name)
+    scene = getattr(importlib.import_module(f"{__name__}.{SCENES[name]}"), name)
     globals()[name] = scene
     return scene
 
