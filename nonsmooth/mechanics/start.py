@@ -82,7 +82,7 @@ def variables_of(state: Callable) -> dict[str, Any]:
 def as_pair(name: str, value: Any, system: System) -> State:
     """Coordinates and velocities given as a pair, or `InvalidInput`."""
     if not isinstance(value, tuple | list) or len(value) != 2:
-        raise InvalidInput(f"{name} must be {forms_of(system)}; got {shown(value)}")
+        raise InvalidInput(f"{name} must be a pair {forms_of(system)}; got {shown(value)}")
     return as_vector(f"{name}[0]", value[0], system.n_q), as_vector(f"{name}[1]", value[1], system.n_u)
 
 
@@ -101,7 +101,7 @@ def start_of(model: Any, given: Any, name: str = "state") -> State:
         return as_pair(name, given, system)
     whole, entries, variables = split_state(model, given)
     if whole:
-        q, u = as_pair(name, (whole["q0"], whole["u0"]), system)
+        q, u = as_vector("q0", whole["q0"], system.n_q), as_vector("u0", whole["u0"], system.n_u)
     elif entries and not variables and own_state(model) is None:
         q, u = np.zeros(system.n_q), np.zeros(system.n_u)
     else:

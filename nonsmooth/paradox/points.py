@@ -26,6 +26,8 @@ from nonsmooth.mechanics.start import (
     describing,
     forms_of,
     own_state,
+    split_state,
+    start_of,
     state_function,
     variables_of,
 )
@@ -69,7 +71,8 @@ class Points:
     """
 
     def __init__(self, model: Any, names: tuple[str, ...], fixed: Mapping[str, float], t: float = 0.0,
-                 state: Callable | None = None) -> None:  # fmt: skip
+                 state: Any = None) -> None:  # fmt: skip
+        state, fixed = held_fixed(model, state, fixed)
         self.t, self.names = t, names
         function = as_state_function(model, state)
         self._state = None if own_state(model) is function or state is None else function
@@ -231,6 +234,14 @@ def split_axes(axes: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str
     """The arrays among the arguments, which are axes, and the numbers, which are held fixed."""
     grid = {name: as_vector(name, value) for name, value in axes.items() if not is_number(name, value)}
     return grid, {name: value for name, value in axes.items() if name not in grid}
+
+
+def held_fixed(model: Any, state: Any, fixed: Mapping[str, float]) -> tuple[Any, Mapping[str, float]]:
+    """The variables of a state that was given by name join those held fixed; entries of it make a pair."""
+    if not isinstance(state, Mapping):
+        return state, fixed
+    whole, entries, variables = split_state(model, state)
+    return (start_of(model, state), fixed) if whole or entries else (None, {**variables, **fixed})
 
 
 def as_state_function(model: Any, state: Any) -> Callable:

@@ -17,7 +17,7 @@ from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.start import describing, own_state
 from nonsmooth.mechanics.system import as_system
 from nonsmooth.paradox.classify import ParadoxKind
-from nonsmooth.paradox.points import Found, Points, as_state_function, load_search
+from nonsmooth.paradox.points import Found, Points, as_state_function, held_fixed, load_search
 from nonsmooth.signals.interruption import Pieces
 from nonsmooth.signals.telling import tell
 from nonsmooth.sweeps.axis_names import Columns, unit_of
@@ -63,8 +63,8 @@ class MapTask:
     def __init__(
         self, model: Any, *, t: float = 0.0, state: Any = None, kept: int | None = None, **fixed: float
     ) -> None:
-        if isinstance(state, Mapping):
-            state, fixed = None, {**state, **fixed}
+        state, given = held_fixed(model, state, fixed)
+        fixed = dict(given)
         self.model, self.t, self.state, self.fixed = model, as_number("t", t, "s"), state, fixed
         if state is not None:
             as_state_function(model, state)
