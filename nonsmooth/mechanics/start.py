@@ -135,14 +135,14 @@ def _place(name: str, match: re.Match, n: int) -> int:
     return int(match[2])
 
 
-def the_start(model: Any, q0: Any, u0: Any, state: Any) -> State:
-    """The start from q0 and u0, or from ``state``: one of them."""
-    system = as_system(model)
+def the_start(model: Any, q0: Any, u0: Any, state: Any, system: System | None = None) -> State:
+    """The start from q0 and u0, or from ``state``: one of them; ``system`` is the model's, where it is at hand."""
+    system = as_system(model) if system is None else system
     if state is not None:
         if q0 is not None or u0 is not None:
             raise InvalidInput("give either q0 and u0, or state; got both")
         return start_of(model, state)
-    if isinstance(q0, Mapping) and u0 is None:
+    if u0 is None and isinstance(q0, Mapping):
         return start_of(model, q0, "q0")
     if q0 is None and u0 is None:
         raise InvalidInput(f"the motion has no start; give q0 and u0, or state={forms_of(model)}")

@@ -159,7 +159,7 @@ def simulate(
         return simulate_scene(  # type: ignore[return-value]
             scene, t_span, method, every, t_eval, on_failure, max_steps, max_wall_time, progress
         )
-    q_0, u_0 = the_start(model, q0, u0, state)
+    q_0, u_0 = the_start(model, q0, u0, state, system)
     method, reason = choose(method, model, system, t_span, q_0, u_0)
     project = as_flag("project", project)
     task = (system, method, t_span, every, t_eval, q_0, u_0, rule, project)
