@@ -107,6 +107,7 @@ CALLS = {
     "simulate": (ns.simulate, SIMULATE | {
         "every": 1, "t_eval": None, "selection": "lift-off", "project": False, "on_failure": "raise",
         "events": (), "max_steps": None, "max_wall_time": None, "progress": None,
+        "record": None,
     }),
     "MoreauJean": (ns.MoreauJean, {"dt": 1e-3, "theta": 0.5, "projection": False, "compliance": None,
                                   "contacts": ns.ContactSolver()}),  # fmt: skip
@@ -317,6 +318,7 @@ ROWS = [
     ("simulate", {"events": 3}, r"events must be functions f\(t, q, u\) in a list; got 3"),
     ("simulate", {"events": [None]}, r"events must be functions f\(t, q, u\); events\[0\] is None"),
     ("simulate", {"max_wall_time": 0.0}, r"max_wall_time must be positive \[s\]; got 0"),
+    ("simulate", {"record": ["bodies"]}, r"record= is for a scene of bodies; a System records all its columns"),
     ("simulate", {"progress": 1}, r"progress must be a function of the fraction done; got 1"),
     ("simulate", {"integrator": ns.MoreauJean}, r"integrator must be an integrator, as ns.MoreauJean\(dt=1e-3\) is"),
     ("simulate", {"integrator": ns.MoreauJean(5e-324)}, r"dt = 4.94066e-324 s is too small for the span"),

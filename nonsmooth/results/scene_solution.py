@@ -11,6 +11,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_number
 from nonsmooth.errors import InvalidInput, Status, nearest, shown
 from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.results.scene_records import BODIES, CONTACTS, ENERGIES, KINDS, LEDGER, OF_BODIES, SCALAR, WORKS
 from nonsmooth.views import view
 
 if TYPE_CHECKING:
@@ -18,7 +19,28 @@ if TYPE_CHECKING:
 
     from nonsmooth.scenes.scene import Body, Scene
 
-WORKS = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
+
+class Recorded:
+    """A column of a `SceneSolution` that is there if its kind was recorded."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, solution: SceneSolution | None, owner: type) -> Any:
+        if solution is None:
+            raise AttributeError(self.name)  # of a dataclass: it has no default
+        value = vars(solution)[self.name]
+        if value is None:
+            raise InvalidInput(
+                f'{self.name} was not recorded; simulate(..., record=("{self.kind}", ...)) keeps the {self.kind}'
+            )
+        return value
+
+    def __set__(self, solution: SceneSolution, value: Any) -> None:
+        vars(solution)[self.name] = value
 
 
 @dataclass(frozen=True)
@@ -152,6 +174,22 @@ class SceneContacts:
         return f"SceneContacts({len(self)} at t = {self.t:.6g} s, {loaded} of them loaded)"
 
 
+Columns = Any  # arrays by name: a dictionary, or a structured array
+
+
+def columns_of(records: Columns, contacts: Columns, kinds: tuple[str, ...]) -> dict[str, Any]:
+    """The arrays of a `SceneSolution` from columns, or rows, of records and contacts; None for what was not kept."""
+    columns: dict[str, Any] = {name: records[name] for name in SCALAR}
+    columns |= {name: records[name] if BODIES in kinds else None for name in OF_BODIES}
+    columns["ledger"] = {name: records[name] for name in (*ENERGIES, *WORKS)} if LEDGER in kinds else None
+    columns["all_contacts"] = None
+    if CONTACTS in kinds:
+        offsets = np.concatenate(([0], np.cumsum(records["n_contacts"], dtype=np.int64)))
+        of_contacts = (contacts[name][: offsets[-1]] for name in ContactColumns._fields[1:])
+        columns["all_contacts"] = ContactColumns(offsets, *of_contacts)
+    return columns
+
+
 class ContactColumns(NamedTuple):
     """The contacts of all records, one behind the other; those of record k are offsets[k] to offsets[k + 1] - 1."""
 
@@ -195,12 +233,6 @@ class SceneSolution:
     """
 
     t: np.ndarray
-    position: np.ndarray
-    turn: np.ndarray
-    velocity: np.ndarray
-    spin: np.ndarray
-    all_contacts: ContactColumns
-    ledger: dict[str, np.ndarray]
     residual: np.ndarray
     penetration: np.ndarray
     stats: SceneStats
@@ -209,6 +241,12 @@ class SceneSolution:
     names: list[str]
     scene: Scene | None
     centres: np.ndarray
+    position: Recorded = Recorded(BODIES)
+    turn: Recorded = Recorded(BODIES)
+    velocity: Recorded = Recorded(BODIES)
+    spin: Recorded = Recorded(BODIES)
+    all_contacts: Recorded = Recorded(CONTACTS)
+    ledger: Recorded = Recorded(LEDGER)
     about: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -219,7 +257,13 @@ class SceneSolution:
     @property
     def dim(self) -> int:
         """2 in the plane, 3 in space."""
-        return self.position.shape[2]
+        return self.centres.shape[1]
+
+    @property
+    def recorded(self) -> tuple[str, ...]:
+        """What was recorded: "bodies", "contacts", "ledger"."""
+        columns = {BODIES: "position", CONTACTS: "all_contacts", LEDGER: "ledger"}
+        return tuple(kind for kind in KINDS if vars(self)[columns[kind]] is not None)
 
     @property
     def bodies(self) -> list[Body]:
