@@ -146,19 +146,17 @@ class SceneContacts:
     @property
     def P_N(self) -> np.ndarray:
         """Normal impulses [N s]."""
-        return (self.P * self.normal).sum(axis=1)
+        return normal_and_friction(self.P, self.normal)[0]
 
     @property
     def P_F(self) -> np.ndarray:
         """Sizes of the tangential impulses [N s]."""
-        return np.linalg.norm(self.P - self.P_N[:, None] * self.normal, axis=1)
+        return normal_and_friction(self.P, self.normal)[1]
 
     @property
     def mode(self) -> np.ndarray:
         """OPEN without an impulse; STICK within the friction cone, SLIDE on it, to 1e-8 of it."""
-        limit = self.mu * self.P_N
-        sliding = np.where(self.P_F >= limit * (1 - 1e-8), ContactMode.SLIDE, ContactMode.STICK)
-        return np.where(self.P_N > 0, sliding, ContactMode.OPEN)
+        return modes_of(*normal_and_friction(self.P, self.normal), self.mu)
 
     def of(self, name: str) -> SceneContacts:
         """Those of one body."""
@@ -172,6 +170,18 @@ class SceneContacts:
     def __repr__(self) -> str:
         loaded = int((self.P_N > 0).sum())
         return f"SceneContacts({len(self)} at t = {self.t:.6g} s, {loaded} of them loaded)"
+
+
+def normal_and_friction(P: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Normal parts (m,) of impulses, and the sizes of their tangential parts."""
+    P_N = (P * normal).sum(axis=1)
+    return P_N, np.linalg.norm(P - P_N[:, None] * normal, axis=1)
+
+
+def modes_of(P_N: np.ndarray, P_F: np.ndarray, mu: np.ndarray) -> np.ndarray:
+    """What contacts with such impulses do."""
+    sliding = np.where(P_F >= mu * P_N * (1 - 1e-8), ContactMode.SLIDE, ContactMode.STICK)
+    return np.where(P_N > 0, sliding, ContactMode.OPEN)
 
 
 Columns = Any  # arrays by name: a dictionary, or a structured array
@@ -349,8 +359,53 @@ class SceneSolution:
         """
         return view(self, "view")(self, path)
 
+    def to_xarray(self) -> Any:
+        """An ``xarray.Dataset`` of what was recorded, with names and units (needs the extra [data]).
+
+        Dimensions are t, body (by name), axis and, of quaternions, component; contacts stand one behind the other along
+        ``contact``, those of record k from contact_offset[k] to contact_offset[k + 1] - 1.
+
+        Returns
+        -------
+        xarray.Dataset
+
+        Raises
+        ------
+        MissingExtra
+            Where xarray is not installed.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> scene = ns.Scene(gravity=(0, -9.81))
+        >>> ball = scene.body(ns.Disc(0.1), mass=1.0, position=(0, 1), name="ball")
+        >>> fall = ns.simulate(scene, (0, 0.1), integrator=ns.MoreauJean(dt=1e-2))
+        >>> round(float(fall.to_xarray().position.sel(body="ball", axis="y")[-1]), 6)
+        0.95095
+        """
+        return view(self, "dataset")(self)
+
+    def to_dataframe(self, what: str = "bodies") -> Any:
+        """A ``pandas.DataFrame`` (needs the extra [data]).
+
+        Parameters
+        ----------
+        what : {"bodies", "contacts", "records"}
+            A row a body of each record, a contact of each record with the names of its bodies, or a record.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        InvalidInput, MissingExtra
+            For another table, one that was not recorded, and where pandas is not installed.
+        """
+        return view(self, "table")(self, what)
+
     def save(self, path: str | Path) -> Path:
-        """Write to .npz, or to .h5 (needs the extra [io]); no pickle, and no shapes."""
+        """Write to .npz, or to .h5 (needs the extra [io]), no shapes; or .nc, netCDF for other programs ([data])."""
         return view(self, "save")(self, path)
 
     @staticmethod

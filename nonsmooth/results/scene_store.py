@@ -26,7 +26,8 @@ from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.scene_checkpoint import load_scene_checkpoint
 from nonsmooth.results.scene_solution import ContactColumns, SceneSolution, SceneStats
 from nonsmooth.results.seal import require_kind
-from nonsmooth.results.store import ENDINGS, HDF5, LEDGER, fill_hdf5
+from nonsmooth.results.store import ENDINGS, HDF5, LEDGER, NETCDF, fill_hdf5, require_no_netcdf
+from nonsmooth.views import view
 
 if TYPE_CHECKING:
     from nonsmooth.scenes.scene import Scene
@@ -46,7 +47,9 @@ COLUMNS: dict[str, Rule] = {
 
 def save(solution: SceneSolution, path: str | Path) -> Path:
     """Write a run of a scene; the ending of the path, .npz or .h5, names the format."""
-    path = as_place("path", path, ENDINGS)
+    path = as_place("path", path, (*ENDINGS, NETCDF))
+    if path.suffix == NETCDF:
+        return view(solution, "netcdf")(solution, path)  # type: ignore[no-any-return]
     arrays = {name: np.ascontiguousarray(array) for name, array in _arrays_of(solution).items()}
     text = json.dumps({
         "schema": SCENE_SCHEMA, "status": int(solution.status), "message": solution.message, "names": solution.names,
@@ -73,6 +76,7 @@ def _arrays_of(solution: SceneSolution) -> dict[str, np.ndarray]:
 def load(path: str | Path, scene: Scene | None = None) -> SceneSolution:
     """Read what ``save`` wrote, or a checkpoint; with the scene, which is not stored, its pictures can be drawn."""
     path = as_path("path", path)
+    require_no_netcdf(path)
     if os.path.isdir(path):
         solution = load_scene_checkpoint(path)
         return solution if scene is None else with_scene(solution, scene)
