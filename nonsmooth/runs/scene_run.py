@@ -29,7 +29,7 @@ from nonsmooth.results.failures import BudgetSpent, ModelFunctionError, Progress
 from nonsmooth.results.scene_records import as_kinds
 from nonsmooth.results.scene_solution import SceneSolution, SceneStats
 from nonsmooth.runs.identity import facts_of_scene_run
-from nonsmooth.runs.run import LOOK_EVERY, next_block
+from nonsmooth.runs.run import LOOK_EVERY, Run, next_block
 from nonsmooth.runs.scene_recorder import SceneRecorder
 from nonsmooth.runs.scene_streaming import StreamingSceneRecorder
 from nonsmooth.runs.streaming import as_place
@@ -130,6 +130,7 @@ class SceneRun:
                 if progress is not None:
                     self._show(progress)
         except KeyboardInterrupt:
+            Run.interrupted += 1
             self.status = Status.INTERRUPTED
         finally:
             if self.status not in (Status.FINISHED, Status.RUNNING):
