@@ -26,6 +26,7 @@ from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, ModelFunctionError, ProgressError, StepFailure
+from nonsmooth.results.scene_problem import SceneProblem
 from nonsmooth.results.scene_records import as_kinds
 from nonsmooth.results.scene_solution import SceneSolution, SceneStats
 from nonsmooth.runs.identity import facts_of_scene_run
@@ -261,7 +262,10 @@ class SceneRun:
 
     def failure(self, solution: SceneSolution) -> StepFailure:
         """The exception of a run that did not end well."""
-        error = FAILURES.get(self.status, StepFailure)(solution.message, solution, self.now)  # type: ignore[arg-type]
+        unsolved = self.assembly.unsolved if self.status == Status.NOT_SOLVED else None
+        problem = None if unsolved is None else SceneProblem(unsolved, solution.message)
+        kind = FAILURES.get(self.status, StepFailure)
+        error = kind(solution.message, solution, self.now, problem)  # type: ignore[arg-type]
         error.__cause__ = self.cause
         return error
 

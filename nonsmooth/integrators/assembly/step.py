@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nonsmooth.contact.network.matrices import Matrices, unsolved_problem
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
 from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
@@ -134,6 +135,7 @@ class Assembly:
         self.fill = 10 * min(len(bodies.mass), 200) + 100
         self.contacts: Contacts = new(Contacts, m=0, d=self.dim)
         self.network: Network = new(Network, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
+        self.unsolved: Matrices | None = None  # what ends a run that is strict
         self.has_room = False
         self._make_room(2 * n_s + 16)
 
@@ -153,6 +155,8 @@ class Assembly:
                 self._write_places()
             elif end == NOT_MET:
                 rescue(self.network, self.tol)
+                if progress.is_strict:
+                    self.unsolved = unsolved_problem(self.network)
             elif end == MORE_FACTORS:
                 self.fill = int(ROOM * int(progress.wanted))
                 self._make_solver()
