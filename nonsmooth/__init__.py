@@ -85,6 +85,7 @@ _HOME = {
     "write_fclib": "results.fclib",
     "sweep": "sweeps.sweep",
     "RunTask": "sweeps.run_task",
+    "SceneTask": "sweeps.scene_task",
     "MapTask": "sweeps.map_task",
     "Axis": "sweeps.axes",
     "CellStatus": "sweeps.task",

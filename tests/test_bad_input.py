@@ -107,6 +107,7 @@ CALLS = {
     "simulate": (ns.simulate, SIMULATE | {
         "every": 1, "t_eval": None, "selection": "lift-off", "project": False, "on_failure": "raise",
         "events": (), "max_steps": None, "max_wall_time": None, "progress": None,
+        "record": None,
     }),
     "MoreauJean": (ns.MoreauJean, {"dt": 1e-3, "theta": 0.5, "projection": False, "compliance": None,
                                   "contacts": ns.ContactSolver()}),  # fmt: skip
@@ -176,6 +177,10 @@ CALLS = {
     "RunTask": (ns.RunTask, {
         "model": BALL, "measures": "final_state", "t_span": (0, 0.01), "integrator": STEP, "state": None,
         "selection": "compliant-limit", "window": 0.5, "every": 1,
+    }),
+    "SceneTask": (ns.SceneTask, {
+        "make_scene": lambda mu: None, "measures": len, "t_span": (0, 0.01), "integrator": STEP, "every": 1,
+        "record": None,
     }),
     "MapTask": (ns.MapTask, {"model": ROD, "t": 0.0, "state": None, "kept": None}),
     "Axis": (ns.Axis, {"name": "e", "values": [0.1, 0.2], "unit": ""}),
@@ -317,6 +322,14 @@ ROWS = [
     ("simulate", {"events": 3}, r"events must be functions f\(t, q, u\) in a list; got 3"),
     ("simulate", {"events": [None]}, r"events must be functions f\(t, q, u\); events\[0\] is None"),
     ("simulate", {"max_wall_time": 0.0}, r"max_wall_time must be positive \[s\]; got 0"),
+    ("SceneTask", {"make_scene": 3}, r"make_scene must be a function of the axes; got 3"),
+    ("SceneTask", {"measures": "final_state"}, r"measures must be functions of the run of a scene; got 'final_state'"),
+    ("SceneTask", {"measures": []}, r"measures must be functions of the run of a scene; got \[\]"),
+    ("SceneTask", {"integrator": 3}, r"integrator must be an integrator"),
+    ("SceneTask", {"t_span": (1, 0)}, r"t_span must not run backwards"),
+    ("SceneTask", {"every": 0}, r"every must be a whole number"),
+    ("SceneTask", {"record": "body"}, r"record must be some of"),
+    ("simulate", {"record": ["bodies"]}, r"record= is for a scene of bodies; a System records all its columns"),
     ("simulate", {"progress": 1}, r"progress must be a function of the fraction done, or True for a bar; got 1"),
     ("simulate", {"integrator": ns.MoreauJean}, r"integrator must be an integrator, as ns.MoreauJean\(dt=1e-3\) is"),
     ("simulate", {"integrator": ns.MoreauJean(5e-324)}, r"dt = 4.94066e-324 s is too small for the span"),

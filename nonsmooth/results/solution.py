@@ -380,8 +380,43 @@ class Solution:
         """
         return view(self, "view")(self, path)
 
+    def to_xarray(self) -> Any:
+        """An ``xarray.Dataset`` with names and units (needs the extra [data]).
+
+        Dimensions are t, coordinate and velocity (by name, where the model has names), contact, direction and event.
+
+        Returns
+        -------
+        xarray.Dataset
+
+        Raises
+        ------
+        MissingExtra
+            Where xarray is not installed.
+        """
+        return view(self, "dataset")(self)
+
+    def to_dataframe(self, what: str = "records") -> Any:
+        """A ``pandas.DataFrame`` (needs the extra [data]).
+
+        Parameters
+        ----------
+        what : {"records", "events"}
+            A row a record, or a row an event.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        InvalidInput, MissingExtra
+            For another table, and where pandas is not installed.
+        """
+        return view(self, "table")(self, what)
+
     def save(self, path: str | Path) -> Path:
-        """Write to .npz, or to .h5 (needs the extra [io]); no pickle."""
+        """Write to .npz, or to .h5 (needs the extra [io]); or to .nc, netCDF for other programs ([data])."""
         return view(self, "save")(self, path)
 
     @staticmethod

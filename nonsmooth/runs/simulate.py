@@ -56,6 +56,7 @@ def simulate(
     checkpoint: Any = None,
     resume: Any = None,
     checkpoint_every: float = 10.0,
+    record: Sequence[str] | None = None,
 ) -> Solution:
     """Integrate a system from t_span[0] to t_span[1].
 
@@ -103,6 +104,9 @@ def simulate(
         ``checkpoint``: go on if it is there, else begin it.
     checkpoint_every : float
         Seconds between two states that are kept, the most that a kill costs.
+    record : sequence of str, optional
+        Of a scene: what is recorded beside times, residuals and penetrations, of "bodies", "contacts" and "ledger";
+        all, if left out.
 
     Returns
     -------
@@ -135,8 +139,10 @@ def simulate(
     method: Any = integrator
     scene = as_scene(system)
     if scene is not None:
-        require_plain(q0, u0, state, events, checkpoint, resume, project, selection)
+        require_plain(q0, u0, state, events, project, selection)
     else:
+        if record is not None:
+            raise InvalidInput("record= is for a scene of bodies; a System records all its columns: leave it out")
         model, system = system, as_system(system)
     every = as_count("every", every)
     if every != 1 and t_eval is not None:
@@ -156,9 +162,13 @@ def simulate(
     if scene is not None:
         from nonsmooth.runs.scene_run import simulate_scene
 
-        return simulate_scene(  # type: ignore[return-value]
-            scene, t_span, method, every, t_eval, on_failure, max_steps, max_wall_time, progress
-        )
+        of_scene = simulate_scene(
+            scene, t_span, method, every, t_eval, on_failure, max_steps, max_wall_time, progress, record,
+            checkpoint, resume, checkpoint_every,
+        )  # fmt: skip
+        if of_scene.status == Status.INTERRUPTED and _is_whole.get():
+            raise KeyboardInterrupt
+        return of_scene  # type: ignore[return-value]
     q_0, u_0 = the_start(model, q0, u0, state, system)
     method, reason = choose(method, model, system, t_span, q_0, u_0)
     project = as_flag("project", project)
@@ -189,11 +199,9 @@ def simulate(
     return solution
 
 
-def require_plain(
-    q0: Any, u0: Any, state: Any, events: Any, checkpoint: Any, resume: Any, project: Any, selection: Any
-) -> None:  # fmt: skip
+def require_plain(q0: Any, u0: Any, state: Any, events: Any, project: Any, selection: Any) -> None:
     """Raise `InvalidInput` where a scene is given what only a system takes."""
-    given = {"q0": q0, "u0": u0, "state": state, "checkpoint": checkpoint, "resume": resume, "events": events or None}
+    given = {"q0": q0, "u0": u0, "state": state, "events": events or None}
     given |= {"project": project or None, "selection": None if selection == "compliant-limit" else selection}
     taken = [f"{name}=" for name, value in given.items() if value is not None]
     if taken:

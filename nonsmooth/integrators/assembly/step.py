@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nonsmooth.contact.network.matrices import Matrices, unsolved_problem
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
 from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
@@ -34,7 +35,7 @@ from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, mo
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
 from nonsmooth.jit import Kernel, cache_directory, load_all
-from nonsmooth.jit.blocks import new
+from nonsmooth.jit.blocks import Block, new
 from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
@@ -51,6 +52,9 @@ ROOM = 1.5  # chosen: by which a block is larger than what it was too small for
 
 # defined: blocks whose addresses the steps are handed, beside that of the motion of the bodies
 PLACES = ("bodies", "shapes", "surfaces", "scratch", "found", "contacts", "network", "moves", "ledger", "solver")
+
+# defined: blocks that a step takes something from that the step before left
+CARRIED = ("bodies", "found", "contacts", "network", "moves", "ledger", "solver", "progress")
 
 
 class Stages(NamedTuple):
@@ -131,6 +135,7 @@ class Assembly:
         self.fill = 10 * min(len(bodies.mass), 200) + 100
         self.contacts: Contacts = new(Contacts, m=0, d=self.dim)
         self.network: Network = new(Network, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
+        self.unsolved: Matrices | None = None  # what ends a run that is strict
         self.has_room = False
         self._make_room(2 * n_s + 16)
 
@@ -150,6 +155,8 @@ class Assembly:
                 self._write_places()
             elif end == NOT_MET:
                 rescue(self.network, self.tol)
+                if progress.is_strict:
+                    self.unsolved = unsolved_problem(self.network)
             elif end == MORE_FACTORS:
                 self.fill = int(ROOM * int(progress.wanted))
                 self._make_solver()
@@ -178,6 +185,25 @@ class Assembly:
                 self._write_places()
             else:
                 return 0
+
+    @property
+    def carried(self) -> dict[str, Block]:
+        """All that the next step depends on, factors and the waits of the solvers among it."""
+        return {name: getattr(self, name) for name in CARRIED}
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """Of the blocks: contacts and factors that there is room for."""
+        return np.array([len(self.found.gap), self.fill])
+
+    def restore(self, sizes: np.ndarray) -> None:
+        """Blocks of such sizes, into which what was carried may be copied; ``go_on`` afterwards."""
+        m, self.fill = map(int, sizes)
+        self._make_room(m)
+
+    def go_on(self) -> None:
+        """Let the steps find the blocks of this process."""
+        self._write_places()
 
     def _make_room(self, m: int) -> None:
         """Blocks for m contacts; the impulses of the step before are carried over."""

@@ -8,6 +8,8 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall
+from nonsmooth.commands.solve_files import solve_files
+from nonsmooth.contact.blocks.natural_map import cone_project
 from nonsmooth.integrators.assembly.progress import REBOUND, SOLVE, note_residual
 from nonsmooth.integrators.assembly.step import announce_first_scene, stages_of
 from nonsmooth.jit import Kernel, interpreted
@@ -350,6 +352,28 @@ def test_run_that_is_cut_short_within_a_step_ends_at_the_end_of_a_step(monkeypat
     with pytest.warns(ns.ResidualWarning):
         whole = ns.simulate(scene, (0, cut.t[-1]), integrator=integrator)
     np.testing.assert_array_equal(cut.position[-1], whole.position[-1])
+
+
+@pytest.mark.parametrize("name", ["step.npz", "step.hdf5"])
+def test_the_problem_that_a_step_was_not_solved_to_is_written_and_solved_from_its_file(monkeypatch, tmp_path, name):
+    """Its impulses have the residual that ended the run; another solver finds a solution of what the file has."""
+    pytest.importorskip("h5py")
+    scene, _ = heap_that_is_not_solved(monkeypatch, lambda network, tol: None)
+    monkeypatch.setattr("nonsmooth.integrators.assembly.step.MOST_FACTORS", 0)
+    strict = ns.ContactSolver(tol=1e-6, sweeps=3, on_residual="raise")
+    with pytest.raises(ns.StepFailure, match="was solved to a residual of") as failure:
+        ns.simulate(scene, (0, 1), integrator=ns.MoreauJean(dt=DT, contacts=strict))
+    problem = failure.value.problem.problem
+    rho = problem.dim / problem.G.diagonal().reshape(-1, problem.dim).sum(axis=1)
+    gamma, P = ((x).reshape(-1, 2) for x in (problem.G @ problem.P + problem.c, problem.P))
+    shifted = gamma[:, 0] + problem.mu * np.abs(gamma[:, 1])
+    z = np.stack((P[:, 0] - rho * shifted, P[:, 1] - rho * gamma[:, 1]), axis=1)
+    projected = np.array([interpreted(cone_project)(mu, *row, 0.0)[:2] for mu, row in zip(problem.mu, z, strict=True)])
+    residual = failure.value.solution.stats.last_residual * np.linalg.norm(failure.value.solution.contacts().P)
+    assert residual > 1e-6 and np.linalg.norm(P - projected) == pytest.approx(residual, rel=1e-3)
+    path = failure.value.dump(tmp_path / name)
+    (row,) = solve_files([path], tol=1e-6)
+    assert row["status"] == "SOLVED" and row["contacts"] == len(problem.mu), row
 
 
 def test_residual_of_a_rebound_counts_as_that_of_a_step(monkeypatch):
