@@ -18,6 +18,7 @@ from nonsmooth.scenes.spatial.core import order_points
 from nonsmooth.scenes.spatial.half_space import core_on_half_space
 from nonsmooth.scenes.spatial.placement import SpatialScratch, place_shapes
 from nonsmooth.scenes.spatial.rotation import cross
+from nonsmooth.scenes.spatial.solids import solid_contact
 from nonsmooth.scenes.spatial.spheres import sphere_on_core, sphere_on_sphere
 
 
@@ -43,7 +44,11 @@ def find_contacts(shapes_at, motion_at, dt, margin, found_at, scratch_at):
     n = 0
     for p in range(n_pairs):
         i, j = grid.i[p], grid.j[p]
-        points = touch(shapes, scratch, i, j, margin + grid.approach[i] + grid.approach[j])
+        limit = margin + grid.approach[i] + grid.approach[j]
+        if shapes.kind[i] > HALF_SPACE or shapes.kind[j] > HALF_SPACE:
+            points = solid_contact(shapes_at, scratch_at, i, j, limit)
+        else:
+            points = touch(shapes, scratch, i, j, limit)
         n = keep(shapes, motion, found, scratch.manifold, points, (i, j), (dt, margin), n)
     return n
 
