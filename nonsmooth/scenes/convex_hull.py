@@ -21,7 +21,7 @@ Loop = tuple[int, ...]
 
 
 def convex_hull(points: np.ndarray) -> tuple[np.ndarray, tuple[Loop, ...]]:
-    """The corners (n, 3) of the hull of points (k, 3), and its faces: numbers of corners, counterclockwise from outside.
+    """The corners (n, 3) of the hull of points (k, 3), and its faces: corners, counterclockwise from outside.
 
     Examples
     --------

@@ -138,7 +138,8 @@ def fill_solids(solids: Solids, rows: Sequence[ShapeRow]) -> None:
     for s, row in enumerate(rows):
         if not row.faces:
             continue
-        vertices, edges = np.asarray(row.vertices, dtype=float), {}
+        vertices = np.asarray(row.vertices, dtype=float)
+        edges: dict[frozenset[int], int] = {}
         solids.first[s], solids.count[s], solids.first_face[s], solids.faces[s] = v, len(vertices), f, len(row.faces)
         solids.vertices[v : v + len(vertices)] = vertices
         v += len(vertices)

@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 
 from nonsmooth.jit import kernel, rare_kernel
-from nonsmooth.scenes.detection import same_place
 from nonsmooth.scenes.spatial.core import EDGES, TWO_EDGES, VERTEX_OF_J, note, note_place
 
 NO_EDGE = 1024  # code: sides from here on are sides of the reference polygon
@@ -28,21 +27,20 @@ STEEPEST = 1e-9  # chosen: cosine to the normal below which a face has no height
 
 
 @rare_kernel
-def overlay(shapes, scratch, i, j, triad, n_i, n_j, limit, n):
+def overlay(shapes, scratch, i, j, triad, n_i, n_j, slack, limit, n):
     """Note where the faces of i and j, n_i and n_j corners, lie over one another with gaps below the limit, behind the
     first n points; the new n."""
     if n_i == 1 or n_j == 1:
         return n
     if n_i == 2 and n_j == 2:
         return two_lines(shapes, scratch, i, j, triad, limit, n)
-    slack = same_place(shapes, i, j)
     slope_i, slope_j = plane_of(scratch.face_i, n_i), plane_of(scratch.face_j, n_j)
     is_first = n_j == 2 or (n_i > 2 and abs(slope_i[2]) >= abs(slope_j[2]))  # the reference is i
     slope = slope_i if is_first else slope_j
     if abs(slope[2]) <= STEEPEST:
         return n
     m = clip(scratch, n_i, n_j, is_first, slope[2], 0.0)
-    if m == 0:  # faces that only meet at their borders
+    if m == 0 and slack > 0.0:  # faces that only meet at their borders
         m = clip(scratch, n_i, n_j, is_first, slope[2], slack)
     return note_corners_along(shapes, scratch, i, j, triad, is_first, slope, limit, m, n)
 

@@ -7,7 +7,7 @@
 
 An entry point of its own: a scene without such shapes compiles nothing of it.
 
-How exact: where a flat face decides, to rounding; else the gap to rounding and the normal to 1e-7, since the gap does
+How exact: where a flat face decides, to rounding; else the gap to rounding and the normal to 1e-5, since the gap does
 not change with it there.
 """
 
@@ -17,8 +17,9 @@ import math
 
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import view
+from nonsmooth.scenes.detection import same_place
 from nonsmooth.scenes.shape_rows import CYLINDER, ELLIPSOID, HALF_SPACE, SPHERE, Shapes
-from nonsmooth.scenes.spatial.core import EDGES, TWO_EDGES, note, note_place, order_points
+from nonsmooth.scenes.spatial.core import EDGES, TWO_EDGES, note, note_place, order_points, swap
 from nonsmooth.scenes.spatial.nearest_points import nearest_points
 from nonsmooth.scenes.spatial.overlay import overlay
 from nonsmooth.scenes.spatial.placement import SpatialScratch
@@ -26,6 +27,7 @@ from nonsmooth.scenes.spatial.round_solids import solid_on_half_space, sphere_on
 from nonsmooth.scenes.spatial.separating_direction import CLOSE, FACE_OVER_POINTS, separating_direction
 from nonsmooth.scenes.spatial.turned_faces import contact_axes, turned_face
 
+AGAIN = 100.0  # chosen: of what two points have no direction below: nearer ones are one
 NEAREST_POINTS = TWO_EDGES + EDGES * EDGES  # code: feature of the nearest points where no corner is
 
 
@@ -47,6 +49,45 @@ def solid_contact(shapes_at, scratch_at, i, j, limit):
     return n
 
 
+@kernel("int64(int64, int64, int64, int64, float64)")
+def further_points(shapes_at, scratch_at, i, j, limit):
+    """Behind the one point of two boxes, or a capsule and a box, where else they may touch within the step: the corners
+    of their faces over one another; how many points there are then. An edge that lands swings another corner down."""
+    shapes, scratch = view(shapes_at, Shapes), view(scratch_at, SpatialScratch)
+    manifold = scratch.manifold
+    normal = (manifold.normal[0, 0], manifold.normal[0, 1], manifold.normal[0, 2])
+    n = with_faces(shapes, scratch, i, j, normal, 0.0, limit, 1)
+    m, near = 1, AGAIN * same_place(shapes, i, j)
+    for k in range(1, n):
+        if (
+            manifold.feature[k] != manifold.feature[0] and apart(manifold, 0, k) > near
+        ):  # else it is the first one again
+            if k != m:
+                swap(manifold, k, m)
+            m += 1
+    order_points(manifold, m)
+    return m
+
+
+@kernel
+def apart(manifold, k, m):
+    """The distance of two points."""
+    x, y = manifold.point[m, 0] - manifold.point[k, 0], manifold.point[m, 1] - manifold.point[k, 1]
+    z = manifold.point[m, 2] - manifold.point[k, 2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@rare_kernel
+def with_faces(shapes, scratch, i, j, normal, slack, limit, n):
+    """Behind the first n points, the corners of what the cores turn to one another along a normal, where these are wider
+    by a slack if they meet at borders only; the new n."""
+    e, f = contact_axes(scratch, i, normal)
+    triad = (e, f, normal)
+    n_i = turned_face(shapes, scratch, i, i, triad, 1.0, scratch.face_i)
+    n_j = turned_face(shapes, scratch, j, i, triad, -1.0, scratch.face_j)
+    return overlay(shapes, scratch, i, j, triad, n_i, n_j, slack, limit, n)
+
+
 @rare_kernel
 def convex_on_convex(shapes, scratch, i, j, limit):
     """The points of two convex cores, rounded by their radii."""
@@ -55,11 +96,7 @@ def convex_on_convex(shapes, scratch, i, j, limit):
     if s - r_i - r_j >= limit:
         return 0
     if has_corners(shapes.kind[i]) and has_corners(shapes.kind[j]):
-        e, f = contact_axes(scratch, i, normal)
-        triad = (e, f, normal)
-        n_i = turned_face(shapes, scratch, i, i, triad, 1.0, scratch.face_i)
-        n_j = turned_face(shapes, scratch, j, i, triad, -1.0, scratch.face_j)
-        n = overlay(shapes, scratch, i, j, triad, n_i, n_j, limit, n)
+        n = with_faces(shapes, scratch, i, j, normal, same_place(shapes, i, j), limit, n)
     lowest = math.inf
     for k in range(n):
         lowest = min(lowest, scratch.manifold.gap[k])
