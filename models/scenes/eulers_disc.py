@@ -3,8 +3,9 @@
 With its centre at rest it turns about the line from there to the lowest point of its rim, at P, and this line
 precesses evenly: for a tilt alpha, half a thickness h, moments A across the axis and C about it,
 
-    spin = k P,    k^2 = m g sin(alpha) P_x / (r (A r cos(alpha) - C h sin(alpha))),    P_x = r cos(alpha) - h sin(alpha)
-    Omega = k r/sin(alpha);    thin and flat:  Omega^2 = 4 g/(r alpha),  E = 3 m g r alpha/2
+    spin = k P,    k^2 = m g sin(alpha) P_x / (r (A r cos(alpha) - C h sin(alpha)))
+    P_x = r cos(alpha) - h sin(alpha),    Omega = k r/sin(alpha)
+    thin and flat:  Omega^2 = 4 g/(r alpha),  E = 3 m g r alpha/2
 
 so that Omega grows as alpha^(-1/2) while energy is lost, whatever loses it. The rim of a rigid disc that does not slip
 loses none: here the precession goes on.

@@ -79,8 +79,8 @@ def apart(manifold, k, m):
 
 @rare_kernel
 def with_faces(shapes, scratch, i, j, normal, slack, limit, n):
-    """Behind the first n points, the corners of what the cores turn to one another along a normal, where these are wider
-    by a slack if they meet at borders only; the new n."""
+    """Behind the first n points, the corners of what the cores turn to one another along a normal, wider by a slack if
+    they meet at borders only; the new n."""
     e, f = contact_axes(scratch, i, normal)
     triad = (e, f, normal)
     n_i = turned_face(shapes, scratch, i, i, triad, 1.0, scratch.face_i)
