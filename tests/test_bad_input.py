@@ -216,6 +216,9 @@ CALLS = {
     "Sphere": (ns.Sphere, {"radius": 0.1}),
     "Box": (lambda lengths: ns.Box(lengths), {"lengths": (0.2, 0.1)}),
     "Capsule": (ns.Capsule, {"length": 0.2, "radius": 0.1}),
+    "Cylinder": (ns.Cylinder, {"radius": 0.1, "length": 0.2}),
+    "Ellipsoid": (ns.Ellipsoid, {"a": 0.1, "b": 0.2, "c": 0.3}),
+    "Polyhedron": (ns.Polyhedron, {"points": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]}),
     "Polygon": (ns.Polygon, {"vertices": [(0, 0), (1, 0), (0, 1)], "radius": 0.0}),
     "Segment": (ns.Segment, {"a": (0, 0), "b": (1, 0)}),
     "HalfPlane": (ns.HalfPlane, {"normal": (0, 1), "offset": 0.0}),
@@ -240,6 +243,8 @@ RESULTS = {
     "BifurcationDiagram", "Motion", "StateAt", "WorkPrecision", "Body", "SceneStats", "SceneContacts", "BodyMotion",
 }  # fmt: skip
 
+DIRECTIONS = np.random.default_rng(0).normal(size=(300, 3))
+SPHERE_OF_POINTS = DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1)[:, None]
 GAP_OF = {"contacts": [ns.Contact(mu="mue")], "tangent": lambda t, q, p, W_F: None}
 ROWS = [
     ("Scene", {"gravity": 9.81}, r"gravity must be.* one-dimensional|gravity must"),
@@ -254,6 +259,19 @@ ROWS = [
     ("Box", {"lengths": (0.2, nan)}, r"lengths\[1\] must be finite; got nan"),
     ("Capsule", {"length": 0.0}, r"length must be positive \[m\]; got 0"),
     ("Capsule", {"radius": inf}, r"radius must be finite; got inf"),
+    ("Cylinder", {"radius": -1.0}, r"radius must be positive \[m\]; got -1"),
+    ("Cylinder", {"length": inf}, r"length must be finite; got inf"),
+    ("Ellipsoid", {"a": 0.0}, r"a must be positive \[m\]; got 0"),
+    ("Ellipsoid", {"b": nan}, r"b must be finite; got nan"),
+    ("Ellipsoid", {"c": -2.0}, r"c must be positive \[m\]; got -2"),
+    (
+        "Polyhedron",
+        {"points": [(0, 0, 0), (1, 0, 0)]},
+        r"points must be a \(k, 3\) array with k >= 4; got shape \(2, 3\)",
+    ),
+    ("Polyhedron", {"points": [(0, 0, 1), (1, 0, 1), (0, 1, 1), (1, 1, 1)]}, r"lie in a plane; give it a thickness"),
+    ("Polyhedron", {"points": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, nan)]}, r"points must be finite"),
+    ("Polyhedron", {"points": SPHERE_OF_POINTS}, r"at most 200 corners; the hull of these points has 300"),
     ("Polygon", {"vertices": [(0, 0), (1, 0)]}, r"vertices must be a \(k, 2\) array with k >= 3; got shape \(2, 2\)"),
     ("Polygon", {"vertices": [(0, 0), (2, 0), (0.5, 0.5), (0, 2)]}, r"must be convex.*make others of parts: Compound"),
     ("Polygon", {"radius": -0.1}, r"radius must not be negative; got -0.1 m"),

@@ -19,7 +19,7 @@ from nonsmooth.errors import (
     said_by,
     warn_caller,
 )
-from nonsmooth.integrators.assembly.progress import DONE, LOST, UNSOLVED
+from nonsmooth.integrators.assembly.progress import DONE, LOST, MOST_TURN, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.contract import Integrator
@@ -306,6 +306,10 @@ def simulate_scene(
         warn_caller(rebound_gain(solution.stats), EnergyGainWarning)
     if solution.stats.worst_penetration > DEEP * run.assembly.smallest:
         warn_caller(deep_penetration(solution.stats, run.assembly.smallest), PenetrationWarning)
+    counts = run.assembly.progress.counts
+    if counts.spun:
+        name = scene.bodies[int(counts.spinner)].name
+        warn_caller(far_turn(name, int(counts.spun)), PenetrationWarning)
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
@@ -334,6 +338,15 @@ def deep_penetration(stats: SceneStats, smallest: float) -> str:
     return (
         f"bodies were up to {stats.worst_penetration:.2g} m in one another, and the smallest reaches {smallest:.2g} m: "
         "what is thin and fast may have passed through what it met; a smaller dt ends this"
+    )
+
+
+def far_turn(name: str, spun: int) -> str:
+    """What is to be said of a run in which a body turned far in a step while it touched."""
+    return (
+        f"{name} turned by more than {MOST_TURN:g} rad in a step while it touched, as bodies did {spun} times: "
+        "contacts are those of the beginning of a step, and what is thin may have passed through what it met; "
+        "a smaller dt ends this"
     )
 
 

@@ -11,6 +11,9 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, view
 
 GAIN = 1e-4  # chosen: of what was lost in landing: contact problems are solved to a residual, not to rounding
+# chosen: [rad] of a turn in a step: normals and points are those of its beginning, and a turn of this angle misses them
+# by 0.5^2/2 of a reach
+MOST_TURN = 0.5
 SPEED_SHARE = 1.0  # measured: of the way of the fastest body in a step, in the margin
 # where a step goes on when there is room for what it found
 PREDICT, FIND, SOLVE, REBOUND = range(4)
@@ -47,6 +50,8 @@ class Counts(Block):
     direct: int
     sweeps: int
     factors: int
+    spun: int  # steps in which a body that is not round turned far while it touched
+    spinner: int  # the last body that did
     asleep: int  # steps that were not taken: the one before changed nothing, and they would have changed nothing
 
 
@@ -124,6 +129,41 @@ def note_step(network, deepest, progress):
     figures.last_penetration = max(0.0, -deepest)
     figures.penetration = max(figures.penetration, figures.last_penetration)
     figures.since_penetration = max(figures.since_penetration, figures.last_penetration)
+
+
+@kernel
+def note_turns(bodies, shapes, network, dt, progress):
+    """Count a step in which a body turned farther than its contacts are true for."""
+    v, d, limit = bodies.v_move, bodies.gravity.shape[0], (MOST_TURN / dt) ** 2
+    for b in range(v.shape[0]):
+        square = 0.0
+        for k in range(d, v.shape[1]):
+            square += v[b, k] * v[b, k]
+        if square > limit and bodies.motion.moves[b] == 1 and is_touched(network, b) and not is_round(shapes, d, b):
+            progress.counts.spun += 1
+            progress.counts.spinner = b
+
+
+@kernel
+def is_touched(network, b):
+    """Whether an impulse acts on a body."""
+    for c in range(network.n_c):
+        if network.P[c, 0] > 0.0 and (network.i[c] == b or network.j[c] == b):
+            return True
+    return False
+
+
+@kernel
+def is_round(shapes, d, b):
+    """Whether a body looks the same however it turns: a disc or a ball about its centre of mass."""
+    for s in range(shapes.body.shape[0]):
+        if shapes.body[s] == b:
+            if shapes.reach[s] > 0.0:
+                return False
+            for k in range(d):
+                if shapes.place[s, k] != 0.0:
+                    return False
+    return True
 
 
 @kernel

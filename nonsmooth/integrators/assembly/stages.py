@@ -38,6 +38,7 @@ from nonsmooth.integrators.assembly.progress import (
     note_islands,
     note_residual,
     note_step,
+    note_turns,
     sleep,
 )
 from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
@@ -46,6 +47,7 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.detection import NOT_FINITE, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
+from nonsmooth.scenes.shape_rows import Shapes
 from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
 
 
@@ -188,6 +190,7 @@ def move(progress, places, network, d):
         move_bodies_spatial(bodies, found, places.network, places.moves, dt, theta, is_pushed)
     book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, is_pushed)
     note_step(network, deepest, progress)
+    note_turns(view(bodies, Bodies), view(places.shapes, Shapes), network, dt, progress)
 
 
 @kernel

@@ -39,9 +39,10 @@ from nonsmooth.jit.blocks import Block, new
 from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
-from nonsmooth.scenes.shape_rows import Shapes
+from nonsmooth.scenes.shape_rows import BOX, HALF_SPACE, Shapes
 from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
 from nonsmooth.scenes.spatial.placement import spatial_scratch
+from nonsmooth.scenes.spatial.solids import further_points, solid_contact
 
 MARGIN = 100.0  # measured: g dt^2 of the margin: with 25 a neighbour pushes bodies into pairs that were not listed
 WEIGHTLESS_MARGIN = 1e-3  # chosen: of the largest bounded shape: what touches without gravity is a contact too
@@ -82,15 +83,25 @@ def announce_first_scene() -> None:
     )
 
 
-def stages_of(dim: int, has_restitution: bool) -> Stages:
-    """Those of the plane or of space; nothing of the other is compiled, and no impact where nothing rebounds."""
+def stages_of(dim: int, has_restitution: bool, contacts_of_shapes: tuple[Kernel, ...] = ()) -> Stages:
+    """Those of the plane or of space, with those of shapes; nothing of the other is compiled, and no impact where
+    nothing rebounds."""
     if dim == 2:
         others = [predict_planar, write_contacts_planar, prepare_planar, solve_planar, judge_planar, move_bodies_planar]
         others += [begin_impact_planar, book_landing, book_impact] if has_restitution else []
         return Stages(take_steps_planar, find_contacts_planar, planar_scratch, (*others, book_step))
     others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
     others += [begin_impact_spatial, book_landing, book_impact] if has_restitution else []
+    others += contacts_of_shapes
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, (*others, move_bodies_spatial, book_step))
+
+
+def contacts_of(shapes: Shapes, dim: int) -> tuple[Kernel, ...]:
+    """What finds contacts of shapes that few scenes have."""
+    if dim == 2:
+        return ()
+    rare = ((solid_contact, shapes.kind > HALF_SPACE), (further_points, shapes.kind == BOX))
+    return tuple(found for found, has in rare if has.any())
 
 
 class Assembly:
@@ -118,7 +129,7 @@ class Assembly:
         self.bodies, self.shapes, self.surfaces = bodies, shapes, surfaces
         self.dim, n_s = len(bodies.gravity), len(shapes.body)
         has_restitution = bool((surfaces.e > 0).any())
-        self.stages = stages_of(self.dim, has_restitution)
+        self.stages = stages_of(self.dim, has_restitution, contacts_of(shapes, self.dim))
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
         self.tol, self.sweeps = tol, sweeps
