@@ -52,7 +52,7 @@ class Counts(Block):
     factors: int
     spun: int  # steps in which a body that is not round turned far while it touched
     spinner: int  # the last body that did
-    asleep: int  # steps that were not taken: the one before changed nothing, and they would have changed nothing
+    asleep: int  # steps that were not taken, since the one before changed nothing and they would have repeated it
 
 
 class Figures(Block):
@@ -80,6 +80,8 @@ class Progress(Block):
     is_tried: int  # whether all that can be tried has been, on the problem at hand
     is_strict: int  # whether a step that misses its tolerance ends the run
     has_restitution: int
+    is_resting: int  # whether the last step changed nothing: the next one of its length would be the same
+    dt_at_rest: float  # its length [s]
     dt: float
     theta: float
     margin: float  # of a scene at rest: gaps below it are candidates for contacts [m]
@@ -191,16 +193,37 @@ def is_repeated(ledger, solver):
 
 
 @kernel
-def sleep(bodies, network, steps, progress):
-    """Leave out so many steps, if they change nothing; returns whether they were left out."""
-    if progress.may_sleep == 0 or progress.figures.last_penetration > progress.tight or not is_at_rest(bodies, network):
+def note_rest(bodies, network, progress):
+    """Note whether the step just taken would be repeated by the next one."""
+    is_tight = progress.figures.last_penetration <= progress.tight
+    progress.is_resting = 0
+    if progress.may_sleep == 1 and is_tight and is_at_rest(bodies, network):
+        if is_repeated(view(progress.places.ledger, Ledger), view(progress.places.solver, Solver)):
+            progress.is_resting, progress.dt_at_rest = 1, progress.dt
+
+
+@kernel
+def is_asleep(bodies, progress):
+    """Whether the next step would repeat the last one: of the same length, and with nothing told to move."""
+    if progress.is_resting == 0 or progress.dt != progress.dt_at_rest:
         return False
-    if not is_repeated(view(progress.places.ledger, Ledger), view(progress.places.solver, Solver)):
-        return False
-    progress.counts.steps += steps
-    progress.counts.asleep += steps
-    progress.counts.kept += steps * network.islands.count
+    v = bodies.motion.v
+    for b in range(v.shape[0]):
+        for x in range(v.shape[1]):
+            if v[b, x] != 0.0:
+                return False
     return True
+
+
+@kernel
+def leave_out(network, steps, progress):
+    """Count so many steps as if they had been taken, with the figures of the last one."""
+    counts, figures = progress.counts, progress.figures
+    counts.steps += steps
+    counts.asleep += steps
+    counts.kept += steps * network.islands.count
+    figures.since_residual = max(figures.since_residual, figures.last_residual)
+    figures.since_penetration = max(figures.since_penetration, figures.last_penetration)
 
 
 @kernel

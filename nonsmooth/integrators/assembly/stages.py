@@ -32,14 +32,16 @@ from nonsmooth.integrators.assembly.progress import (
     UNSOLVED,
     Progress,
     deepest_gap,
+    is_asleep,
     is_met,
+    leave_out,
     margin_of,
     note_gain,
     note_islands,
     note_residual,
+    note_rest,
     note_step,
     note_turns,
-    sleep,
 )
 from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
@@ -68,11 +70,14 @@ def take_steps(progress, most, d):
     """Take so many steps; how it comes back, DONE or why not."""
     bodies, network = view(progress.places.bodies, Bodies), view(progress.places.network, Network)
     for step in range(most):
+        if is_asleep(bodies, progress):
+            leave_out(network, most - step, progress)
+            return DONE
+        progress.is_resting = 0
         end = take_step(progress, d)
         if end != DONE:
             return end
-        if sleep(bodies, network, most - step - 1, progress):
-            return DONE
+        note_rest(bodies, network, progress)
     return DONE
 
 

@@ -254,6 +254,34 @@ def test_steps_at_rest_are_left_out_and_no_bit_changes():
         np.testing.assert_array_equal(getattr(asleep, name), getattr(awake, name))
 
 
+def box_at_rest(motion=None):
+    scene = on_ground(
+        ns.Material(mu=0.5), {"shape": ns.Box(0.2, 0.2), "density": 1000, "position": (0, 0.1), "name": "box"}
+    )
+    if motion is not None:
+        scene.kinematic(ns.Box(0.2, 0.2), motion=motion, name="ram")
+    return scene
+
+
+def test_steps_that_sleep_do_not_depend_on_how_the_run_is_cut():
+    """A guided body that stands has its steps taken one by one: they are left out one by one."""
+    cut, whole = (
+        simulate(box_at_rest(motion), 2.0, every=every) for motion, every in ((lambda t: (-1.0, 0.5), 1), (None, 500))
+    )
+    assert cut.stats.asleep == whole.stats.asleep > 900
+    assert cut.residual[-1] == whole.residual[-1]
+    np.testing.assert_array_equal(cut["box"].position[-1], whole["box"].position[-1])
+
+
+def test_what_sleeps_wakes_when_the_step_changes():
+    """An impulse is a force times a step: that of a longer one is another."""
+    whole = simulate(box_at_rest(), 2.0, t_eval=[0.0, 1.0, 1.0033, 2.0])
+    assert 900 < whole.stats.asleep < whole.stats.steps - 4
+    weight = 1000 * 0.2 * 0.2 * G
+    for t, dt in ((1.0, DT), (1.0033, 0.0033 / 2)):
+        assert abs(whole.contacts(t).P[:, 1].sum()) == pytest.approx(weight * dt, rel=1e-9)
+
+
 def test_what_sleeps_wakes_when_it_is_pushed():
     scene = on_ground(
         ns.Material(mu=0.5), {"shape": ns.Box(0.2, 0.2), "density": 1000, "position": (0, 0.1), "name": "box"}
