@@ -42,7 +42,7 @@ FINE = 1e-7  # chosen: a tolerance above it is one for speed
 EXACT_BODIES = 32  # chosen: a factor of so many takes some 50 us in space
 POLISH_FACTORS = 2  # chosen: more would be for modes that still change
 LARGE_FACTORS = 100  # measured: of a large island: a pyramid of 1035 boxes takes 56 from no impulses
-STEADY = 1e-3  # chosen: residual of the impulses of the step before, above which many modes change
+BARELY_MOVED = 1e-3  # chosen: residual of the impulses of the step before, above which many modes change
 LONGEST_ABSENCE = 1023  # chosen: problems: two seconds at 2 ms; what comes to rest is solved by sweeps meanwhile
 UNLIKE_MASSES = 10.0  # measured: sweeps of a stack of ten do not reach 1e-3 in 200 where the top is 1000 times heavier
 
@@ -126,7 +126,7 @@ def may_factorise(network, solver, k, d, n):
 def is_calm(network, k, d, n):
     """Whether island k begins, or goes on much as it did: no open contact without an impulse closes."""
     islands = network.islands
-    if islands.P[k] > 0.0 and not islands.residual[k] <= STEADY:
+    if islands.P[k] > 0.0 and not islands.residual[k] <= BARELY_MOVED:
         return False
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
         c = islands.contacts[at]
