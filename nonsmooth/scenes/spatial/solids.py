@@ -85,7 +85,7 @@ def with_faces(shapes, scratch, i, j, normal, slack, limit, n):
     triad = (e, f, normal)
     n_i = turned_face(shapes, scratch, i, i, triad, 1.0, scratch.face_i)
     n_j = turned_face(shapes, scratch, j, i, triad, -1.0, scratch.face_j)
-    return overlay(shapes, scratch, i, j, triad, n_i, n_j, slack, limit, n)
+    return overlay(shapes, scratch, (i, j), triad, (n_i, n_j), slack, limit, n)
 
 
 @rare_kernel
