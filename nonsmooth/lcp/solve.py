@@ -13,6 +13,7 @@ Sources and conditions are in the files of the solvers.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -23,7 +24,7 @@ from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import ACTIVE_SETS_TRIED, LARGEST_N, enumerate_solutions
 from nonsmooth.lcp.interior import solve_by_interior_point
-from nonsmooth.lcp.lemke import lemke_entry, lemke_workspace
+from nonsmooth.lcp.lemke import judged_lemke, lemke_workspace
 from nonsmooth.lcp.newton import solve_by_semismooth_newton as newton_iterations
 from nonsmooth.lcp.pgs import pgs_entry, pgs_sparse_entry
 from nonsmooth.lcp.pivoting import pivoting_entry, pivoting_workspace
@@ -43,12 +44,17 @@ STATUSES = tuple(LCPStatus)
 
 
 class Attempt(NamedTuple):
-    """What one solver hands to the front door; `status` is its own word, not believed."""
+    """What one solver hands to the front door; `status` is its own word, not believed.
+
+    `w` and `residual` come along where they were computed in the same compiled call.
+    """
 
     z: np.ndarray
     status: LCPStatus
     iterations: int
     note: str
+    w: np.ndarray | None = None
+    residual: float = math.nan
 
 
 def solve_lcp(A: Any, b: Any, solver: str = "auto", tol: float = 1e-10, guess: Any = None) -> LCPResult:
@@ -145,8 +151,10 @@ def _ladder(A: Any, has_guess: bool) -> tuple[str, ...]:
 
 
 def _judged(A: Any, b: np.ndarray, attempt: Attempt, name: str, tol: float) -> LCPResult:
-    w = np.empty_like(b)
-    residual = judge_solution(A, b, attempt.z, w) if isinstance(A, np.ndarray) else judge_sparse(A, b, attempt.z, w)
+    w, residual = attempt.w, attempt.residual
+    if w is None:
+        w = np.empty_like(b)
+        residual = judge_solution(A, b, attempt.z, w) if isinstance(A, np.ndarray) else judge_sparse(A, b, attempt.z, w)
     if residual <= tol:
         return LCPResult(
             attempt.z, w, LCPStatus.SOLVED, residual, attempt.iterations, name, f"{name}: solved, {attempt.note}"
@@ -188,10 +196,10 @@ def _infeasible(result: LCPResult, iterations: int, message: str, y: np.ndarray)
 
 def _lemke(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
     n = len(b)
-    z = np.zeros(n)
+    z, w = np.empty(n), np.empty(n)
     most = max(PIVOTS_AT_LEAST, PIVOTS_PER_ROW * n)
-    status, pivots = lemke_entry(_dense(A, "lemke"), b, z, *lemke_workspace(n), most)
-    return Attempt(z, STATUSES[status], pivots, f"{pivots} pivots")
+    status, pivots, residual = judged_lemke(_dense(A, "lemke"), b, z, w, *lemke_workspace(n), most)
+    return Attempt(z, STATUSES[status], pivots, f"{pivots} pivots", w, residual)
 
 
 def _pivoting(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
