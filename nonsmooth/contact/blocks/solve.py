@@ -14,9 +14,10 @@ import numpy as np
 from nonsmooth.checks.arrays import as_name, as_positive, as_tolerance, as_vector
 from nonsmooth.contact.blocks.admm import ADMM
 from nonsmooth.contact.blocks.faceted_lcp import FacetedLCP
+from nonsmooth.contact.blocks.few_contacts import sweep_few
 from nonsmooth.contact.blocks.frictionless import Frictionless
 from nonsmooth.contact.blocks.interior import Interior
-from nonsmooth.contact.blocks.ladder import Climb, Single, Solver, climb, is_cheap, ladder_of
+from nonsmooth.contact.blocks.ladder import CHEAP_ENTRIES, FIRST_SWEEPS, Climb, Single, Solver, climb, is_cheap, ladder_of
 from nonsmooth.contact.blocks.newton import Newton
 from nonsmooth.contact.blocks.nsgs import NSGS
 from nonsmooth.contact.blocks.one_contact import solve_one
@@ -112,6 +113,10 @@ def solve_contact(
         result = _solved_at_once(blocks, c, mu, tol)
         if result is not None:
             return result
+    elif solver == "auto" and 0 < blocks.G.size <= CHEAP_ENTRIES:
+        result = _swept_at_once(blocks, c, mu, start, tol)
+        if result is not None:
+            return result
     given = weighed_problem(blocks, c, mu)
     if given.n == 0:
         return ContactResult(start, start.copy(), ContactStatus.SOLVED, 0.0, 0.0, 0, solver, "empty problem")
@@ -132,6 +137,17 @@ def _solved_at_once(blocks: Blocks, c: np.ndarray, mu: np.ndarray, tol: float) -
         return None
     message = f"solved; single: error {error:.1e} after 1"
     return ContactResult(P, gamma, ContactStatus.SOLVED, error, error_rho_1, 1, "single", message)
+
+
+def _swept_at_once(blocks: Blocks, c: np.ndarray, mu: np.ndarray, start: np.ndarray, tol: float) -> ContactResult | None:
+    """The result for few contacts, swept to rounding; None where that would take too many sweeps."""
+    P, gamma, rows = start.copy(), np.empty(len(c)), (blocks.G, blocks.indices, blocks.indptr)
+    goal = min(tol, POLISHED_ERROR)
+    sweeps, error, error_rho_1 = sweep_few(rows, c, mu, P, gamma, np.empty(len(mu)), goal, FIRST_SWEEPS)
+    if not error <= goal:
+        return None
+    message = f"solved; nsgs: error {error:.1e} after {sweeps}"
+    return ContactResult(P, gamma, ContactStatus.SOLVED, error, error_rho_1, sweeps, "nsgs", message)
 
 
 def _judged(given: Problem, P: np.ndarray, tol: float, end: Climb, spent: float | None) -> ContactResult:
