@@ -1,10 +1,10 @@
-"""A contact problem in its global form: on the graph of its bodies where it has bodies, else with M eliminated."""
+"""A `GlobalContactProblem`, solved on the graph of its bodies where it has bodies, else with M eliminated."""
 
 from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING
+from typing import Any
 
 from nonsmooth.checks.arrays import as_positive, as_tolerance, as_vector
 from nonsmooth.contact.blocks.result import ContactResult, ContactStatus
@@ -13,13 +13,10 @@ from nonsmooth.contact.network.given import network_of
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.rounds import solve_in_rounds
 
-if TYPE_CHECKING:
-    from nonsmooth.results.fclib import GlobalContactProblem
-
 LOCAL_CONTACTS = 1000  # chosen: G of more is handed to `solve_contact` by who wants to wait for minutes
 
 
-def solve_global(problem: GlobalContactProblem, tol: float, max_time: float | None) -> ContactResult:
+def solve_global(problem: Any, tol: float, max_time: float | None) -> ContactResult:
     """`GlobalContactProblem.solve`."""
     tol = as_tolerance("tol", tol)
     until = math.inf
@@ -35,12 +32,12 @@ def solve_global(problem: GlobalContactProblem, tol: float, max_time: float | No
     return better(solve_locally(problem, tol, left if math.isfinite(left) else None, found), found)
 
 
-def has_constraints(problem: GlobalContactProblem) -> bool:
+def has_constraints(problem: Any) -> bool:
     """Whether it has bilateral constraints."""
     return problem.G is not None and problem.G.shape[1] > 0
 
 
-def network_of_problem(problem: GlobalContactProblem) -> Network | None:
+def network_of_problem(problem: Any) -> Network | None:
     """Its network, from which the impulses stored with it are left out; None where it is not one of bodies."""
     f, w, mu = (as_vector(name, getattr(problem, name)) for name in ("f", "w", "mu"))
     return network_of(problem.M, problem.H, f, w, mu)
@@ -59,7 +56,7 @@ def solve_in_the_network(network: Network, tol: float, until: float) -> ContactR
     return ContactResult(end.P, end.gamma, status, end.error, end.error_rho_1, iterations, "network", message)
 
 
-def solve_locally(problem: GlobalContactProblem, tol: float, max_time: float | None,
+def solve_locally(problem: Any, tol: float, max_time: float | None,
                   found: ContactResult | None) -> ContactResult:  # fmt: skip
     """With M eliminated, from what was found."""
     local = problem.local()

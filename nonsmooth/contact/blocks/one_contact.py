@@ -1,7 +1,7 @@
 """One contact alone, which is most calls: scaled, solved in closed form and judged in one compiled call.
 
-The steps are those of the ladder: powers of two bring G and c to order one, ``local_planar`` or ``local_spatial`` solves,
-the impulse is projected on its cone, and the natural map of the problem as it was given judges what is returned.
+The steps are those of the ladder: powers of two bring G and c to order one, ``local_planar`` or ``local_spatial``
+solves, the impulse is projected on its cone, and the natural map of the problem as it was given judges it.
 """
 
 from __future__ import annotations

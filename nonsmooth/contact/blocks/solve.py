@@ -17,7 +17,16 @@ from nonsmooth.contact.blocks.faceted_lcp import FacetedLCP
 from nonsmooth.contact.blocks.few_contacts import sweep_few
 from nonsmooth.contact.blocks.frictionless import Frictionless
 from nonsmooth.contact.blocks.interior import Interior
-from nonsmooth.contact.blocks.ladder import CHEAP_ENTRIES, FIRST_SWEEPS, Climb, Single, Solver, climb, is_cheap, ladder_of
+from nonsmooth.contact.blocks.ladder import (
+    CHEAP_ENTRIES,
+    FIRST_SWEEPS,
+    Climb,
+    Single,
+    Solver,
+    climb,
+    is_cheap,
+    ladder_of,
+)
 from nonsmooth.contact.blocks.newton import Newton
 from nonsmooth.contact.blocks.nsgs import NSGS
 from nonsmooth.contact.blocks.one_contact import solve_one
@@ -139,7 +148,9 @@ def _solved_at_once(blocks: Blocks, c: np.ndarray, mu: np.ndarray, tol: float) -
     return ContactResult(P, gamma, ContactStatus.SOLVED, error, error_rho_1, 1, "single", message)
 
 
-def _swept_at_once(blocks: Blocks, c: np.ndarray, mu: np.ndarray, start: np.ndarray, tol: float) -> ContactResult | None:
+def _swept_at_once(
+    blocks: Blocks, c: np.ndarray, mu: np.ndarray, start: np.ndarray, tol: float
+) -> ContactResult | None:
     """The result for few contacts, swept to rounding; None where that would take too many sweeps."""
     P, gamma, rows = start.copy(), np.empty(len(c)), (blocks.G, blocks.indices, blocks.indptr)
     goal = min(tol, POLISHED_ERROR)

@@ -101,10 +101,10 @@ class Rounds:
                 if wanted > MOST_FILL[self.d]:
                     self.may_factorise = False
                     return
-                self.factors += self.solver.direct.factors - before
+                self.factors += int(self.solver.direct.factors - before)
                 self.solver, before = self._solver(wanted), 0
                 begin_direct(network.address, self.solver.direct.address)
-        self.factors += self.solver.direct.factors - before
+        self.factors += int(self.solver.direct.factors - before)
         self.keep_better()
 
     def _solver(self, fill: int) -> Solver:
