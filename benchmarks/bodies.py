@@ -50,7 +50,9 @@ def page() -> Iterator[str]:
         f"{family} {dim}-D{' at rest' if more else ''}, {len(case.mu)} contacts of {len(case.given.f) // (3 * dim - 3)}"
         for (family, _, dim, more), case in zip(PROBLEMS, cases, strict=True)
     ]
-    by_bodies(cases[0]), by_bodies(cases[4]), by_matrix(cases[0]), by_matrix(cases[4])  # compiled before it is timed
+    for case in (cases[0], cases[4]):  # compiled before it is timed
+        case.given.solve(TOLERANCE)
+        solve_contact(*case, tol=TOLERANCE)
     columns = {"by bodies": list(map(cell(by_bodies), cases)), "by G": list(map(cell(by_matrix), cases))}
     yield from table("problem", names, columns)
 

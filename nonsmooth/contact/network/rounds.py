@@ -1,6 +1,6 @@
 """A network solved to an error in velocities, in rounds of sweeps and factors, whatever its size.
 
-    round k:  2^k FIRST_SWEEPS conjugate sweeps of each island  ->  factors (``al_newton``) from where they end
+    round k:  2^k SWEEPS_OF_ROUND_0 conjugate sweeps of each island  ->  factors (``al_newton``) from where they end
 
 Each round begins with the best impulses so far. Sweeps find the modes of most contacts, factors the digits; where
 factors begin too far away they lead nowhere, and more sweeps come before the next ones. The error is that of
@@ -22,8 +22,8 @@ from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
 from nonsmooth.jit.blocks import new
 
 # measured: a wall of 9500 contacts is solved by the first factors, a packing of 525 spherical ones after seven rounds
-FIRST_SWEEPS = 1000
-MOST_WORK = 20_000_000  # measured: contacts times sweeps of a round: a second
+SWEEPS_OF_ROUND_0 = 1000
+WORK_OF_ROUND = 20_000_000  # measured: contacts times sweeps of a round: a second
 LEAST_SWEEPS = 100  # chosen: of a round, however many contacts there are
 MOST_ROUNDS = 20  # chosen
 ROUND_FACTORS = 200  # measured: of an island in a round; a wall of 9500 contacts takes 170
@@ -125,11 +125,11 @@ def solve_in_rounds(network: Network, tol: float, until: float = math.inf) -> Ro
     The clock is looked at between the parts of a round.
     """
     rounds, in_vain = Rounds(network), 0
-    largest = max(LEAST_SWEEPS, MOST_WORK // max(network.n_c, 1))
+    largest = max(LEAST_SWEEPS, WORK_OF_ROUND // max(network.n_c, 1))
     for count in range(MOST_ROUNDS):
         before = rounds.least
         if not rounds.is_over(tol, until):
-            rounds.sweep(min(FIRST_SWEEPS << count, largest), tol)
+            rounds.sweep(min(SWEEPS_OF_ROUND_0 << count, largest), tol)
         if rounds.may_factorise and not rounds.is_over(tol, until):
             rounds.factorise()
         in_vain = 0 if rounds.least < ROUND_GAIN * before else in_vain + 1
