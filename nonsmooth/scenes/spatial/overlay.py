@@ -18,8 +18,9 @@ import math
 
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.scenes.spatial.core import EDGES, TWO_EDGES, VERTEX_OF_J, note, note_place
+from nonsmooth.scenes.spatial.face_manifold import copy_corner
 
-NO_EDGE = 1024  # code: sides from here on are sides of the reference polygon
+REFERENCE_SIDE = 1024  # code: sides from here on are sides of the reference polygon
 # chosen: sine of two lines that lie side by side: at the ends of the common part they are as much aside, of its length,
 # and round sides are lower there by the square of it
 SIDE_BY_SIDE = 1e-4
@@ -116,7 +117,7 @@ def clip_to_side(scratch, ref, n_ref, side, n, is_open, is_first, within):
             for c in range(3):
                 clipped.corner[m, c] = polygon.corner[k, c] + part * (polygon.corner[ahead, c] - polygon.corner[k, c])
             clipped.feature[m] = cut_feature(ref, n_ref, side, polygon.side[k], is_first)
-            clipped.side[m] = polygon.side[k] if d > 0.0 else NO_EDGE + side
+            clipped.side[m] = polygon.side[k] if d > 0.0 else REFERENCE_SIDE + side
             m += 1
     for k in range(m):
         copy_corner(clipped, k, polygon, k)
@@ -124,21 +125,13 @@ def clip_to_side(scratch, ref, n_ref, side, n, is_open, is_first, within):
 
 
 @kernel
-def copy_corner(source, k, target, m):
-    """Corner k of one polygon as corner m of another."""
-    for a in range(3):
-        target.corner[m, a] = source.corner[k, a]
-    target.feature[m], target.side[m] = source.feature[k], source.side[k]
-
-
-@kernel
 def cut_feature(ref, n_ref, side, cut, is_first):
     """Where a side of the reference face cuts an edge of the incident one: the two edges. Where it cuts another side:
     the vertex of the reference face."""
-    if cut < NO_EDGE:
+    if cut < REFERENCE_SIDE:
         own = ref.side[side]
         return TWO_EDGES + (EDGES * own + cut if is_first else EDGES * cut + own)
-    other = cut - NO_EDGE
+    other = cut - REFERENCE_SIDE
     at = side if other == (side - 1 if side > 0 else n_ref - 1) else other
     return ref.feature[at] + (0 if is_first else VERTEX_OF_J)
 
