@@ -10,8 +10,9 @@ import numpy as np
 
 import nonsmooth as ns
 from nonsmooth.catalogue import BouncingBall, PainleveRod, SpragSlip
+from nonsmooth.drawing.colours import BLUE, RED
 from nonsmooth.drawing.paradox_plots import plot_map
-from nonsmooth.drawing.plots import BLUE, RED, new_figure
+from nonsmooth.drawing.plots import new_figure
 
 TH = math.pi / 3
 GREEN, GREY = "#1b7837", "#7f7f7f"
