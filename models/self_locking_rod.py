@@ -58,9 +58,6 @@ def potential(t, q, p, V):
     V[0] = -p.R * p.l * math.sin(q[0])
 
 
-BEFORE_CONTACT = 0.2  # chosen: rad: before the angle of contact, from where the rod falls by default
-
-
 @dataclass(frozen=True)
 class SelfLockingRod:
     """Pivoted rod on a moving plane: q = (th,), unilateral contact at its free end.
@@ -132,11 +129,8 @@ class SelfLockingRod:
         )  # fmt: skip
 
     def state(self, th: float | None = None, thdot: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """q0 (1,) and u0 (1,) at an angle [rad] and an angular velocity [rad/s].
-
-        Left out, the rod falls onto the plane, which it touches at th0.
-        """
-        th = self.th0 - BEFORE_CONTACT if th is None else as_number("th", th, "rad")
+        """q0 (1,) and u0 (1,) at an angle [rad] (th0, in contact, when left out) and an angular velocity [rad/s]."""
+        th = self.th0 if th is None else as_number("th", th, "rad")
         return np.array([th]), np.array([as_number("thdot", thdot, "rad/s")])
 
     def normal_force(self) -> float | None:
