@@ -77,7 +77,7 @@ def loads_of(solution: Solution) -> Loads:
     is_shock = ((span == 0) | shock_within(solution))[:, None]
     is_impulse = is_shock | is_lonely(((normal != 0) | (friction != 0)) & ~is_shock)
     size = np.where(is_impulse, 1.0, span[:, None])
-    return Loads(solution.t, is_impulse, normal / size, friction / size, contacts)
+    return Loads(solution.t, is_impulse, normal / size, friction / size, contacts, names)
 
 
 def is_lonely(loaded: np.ndarray) -> np.ndarray:

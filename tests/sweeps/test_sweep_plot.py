@@ -23,7 +23,9 @@ def test_one_axis_is_a_curve(tmp_path):
     np.testing.assert_array_equal(x, found.vb)
     np.testing.assert_array_equal(y, found.amplitude[:, 0])
     assert (
-        axes.get_xlabel() == "vb [m/s]" and axes.get_ylabel() == "amplitude [m]" and (tmp_path / "curve.png").stat().st_size
+        axes.get_xlabel() == "vb [m/s]"
+        and axes.get_ylabel() == "amplitude [m]"
+        and (tmp_path / "curve.png").stat().st_size
     )
     assert plot_sweep(found, name="period").axes[0].get_ylabel() == "period [s]"
 
