@@ -25,7 +25,7 @@ STRIPS = {  # (mode, sign of sliding): colour
 }
 REGIONS = (("no solution", "#f4a6a0", "//"), ("one solution", "#ffffff", ""), ("two solutions", "#d3e3f3", ".."))
 NORMAL, FRICTION = "#0072b2", "#d55e00"  # directions of a force or an impulse
-STATE, WORK, BALANCE = "-", (0, (4, 1.5)), ":"
+STATE, WORK, BALANCE = "-", (0, (4, 1.5)), ":"  # chosen: dashes and gaps, in widths of the line
 ENERGIES = {  # term of the ledger: colour, dashes
     "kinetic": ("#0072b2", STATE),
     "potential": ("#d55e00", STATE),

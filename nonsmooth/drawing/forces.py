@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from nonsmooth.results.solution import Solution
 
 MOST_CONTACTS = 8  # chosen: contacts with a curve of their own, those that carry most
-BEYOND, CUT = 0.99, 4.0  # chosen: an axis is cut where the largest hundredth of the forces is that many times the rest
+PEAKLESS, CUT = (
+    0.99,
+    4.0,
+)  # chosen: an axis is cut where the largest hundredth of the forces is that many times the rest
 
 
 @dataclass(frozen=True)
@@ -143,7 +146,7 @@ def chosen(loads: Loads) -> str:
 def cut_at_peaks(axes: Any, force: np.ndarray) -> None:
     """An axis whose few largest forces would hide the rest ends before them, and says how far they reach."""
     size = np.abs(force).max(axis=1) if len(force) else np.zeros(1)
-    limit = float(np.quantile(size, BEYOND))
+    limit = float(np.quantile(size, PEAKLESS))
     if limit > 0 and size.max() > CUT * limit:
         axes.set_ylim(-1.2 * limit if force.min() < 0 else -0.05 * limit, 1.2 * limit)
         axes.text(0.99, 0.95, f"peaks up to {size.max():.3g} N", transform=axes.transAxes, fontsize=8, ha="right",

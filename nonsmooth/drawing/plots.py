@@ -16,7 +16,7 @@ import numpy as np
 
 from nonsmooth.checks.files import FIGURE_ENDINGS, as_place, whole_file
 from nonsmooth.drawing.colours import BLUE, ENERGIES, GREY, RED, REGIONS, STRIPS, cycled
-from nonsmooth.drawing.forces import BEYOND, CUT, draw_forces, draw_impulses, loads_of
+from nonsmooth.drawing.forces import CUT, PEAKLESS, draw_forces, draw_impulses, loads_of
 from nonsmooth.drawing.labels import (
     FLAT,
     LETTER,
@@ -205,7 +205,7 @@ def draw_over_space(axes: Any, solution: Solution, values: np.ndarray, label: st
     t = solution.t
     k = np.unique(nearest_records(t, PIXELS_OF_TIME))
     shown = values[k].T
-    size = float(np.quantile(np.abs(shown), BEYOND))
+    size = float(np.quantile(np.abs(shown), PEAKLESS))
     is_cut = size > 0 and np.abs(shown).max() > CUT * size
     limits = {"vmin": max(shown.min(), -CUT * size), "vmax": min(shown.max(), CUT * size)} if is_cut else {}
     mesh = axes.pcolormesh(t[k], np.arange(len(shown)), shown, shading="nearest", cmap="cividis", rasterized=True,
