@@ -17,7 +17,7 @@ from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT, INCONSIST
 if TYPE_CHECKING:
     from nonsmooth.results.solution import Solution
 
-MOST_CONTACTS = 8  # chosen: contacts with a curve of their own, those that carry most
+MOST_CURVES = 8  # chosen: contacts with a curve of their own, those that carry most
 PEAKLESS, CUT = (
     0.99,
     4.0,
@@ -70,7 +70,7 @@ def loads_of(solution: Solution) -> Loads:
     span = np.diff(solution.t)
     normal, friction = solution.P_N[1:], along_surface(solution.P_F[1:])
     carried = np.abs(solution.P_N).sum(axis=0) + np.abs(along_surface(solution.P_F)).sum(axis=0)
-    contacts = np.sort(np.argsort(-carried, kind="stable")[:MOST_CONTACTS])
+    contacts = np.sort(np.argsort(-carried, kind="stable")[:MOST_CURVES])
     contacts, names = contacts[carried[contacts] > 0], tuple(solution.described.contacts)
     if solution.la is not None:  # the integrator knows forces; impulses stand between two records of one instant
         la = solution.la[1:]
@@ -140,7 +140,7 @@ def curve(loads: Loads, i: int) -> int:
 def chosen(loads: Loads) -> str:
     """How many contacts are shown, where it is not all of them."""
     n_c = loads.normal.shape[1]
-    return f"\n{len(loads.contacts)} most loaded\nof {n_c}" if n_c > MOST_CONTACTS else ""
+    return f"\n{len(loads.contacts)} most loaded\nof {n_c}" if n_c > MOST_CURVES else ""
 
 
 def cut_at_peaks(axes: Any, force: np.ndarray) -> None:
@@ -155,7 +155,7 @@ def cut_at_peaks(axes: Any, force: np.ndarray) -> None:
 
 def draw_impulses(axes: Any, loads: Loads) -> None:
     """The impulses of shocks: stems for one contact or a few, dots over the number of the contact for many."""
-    if loads.normal.shape[1] > MOST_CONTACTS:
+    if loads.normal.shape[1] > MOST_CURVES:
         draw_impulses_of_many(axes, loads)
         return
     axes.axhline(0.0, color=GREY, lw=0.6)
