@@ -79,7 +79,11 @@ from nonsmooth.results.fclib import read_fclib as read_fclib
 from nonsmooth.results.fclib import write_fclib as write_fclib
 from nonsmooth.results.motion import Motion as Motion
 from nonsmooth.results.motion import StateAt as StateAt
+from nonsmooth.results.scene_events import SceneEvent as SceneEvent
+from nonsmooth.results.scene_events import SceneEventKind as SceneEventKind
+from nonsmooth.results.scene_events import SceneEvents as SceneEvents
 from nonsmooth.results.scene_solution import BodyMotion as BodyMotion
+from nonsmooth.results.scene_solution import BodyState as BodyState
 from nonsmooth.results.scene_solution import SceneContacts as SceneContacts
 from nonsmooth.results.scene_solution import SceneSolution as SceneSolution
 from nonsmooth.results.scene_solution import SceneStats as SceneStats

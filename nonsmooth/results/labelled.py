@@ -19,7 +19,8 @@ from nonsmooth.errors import MissingExtra
 from nonsmooth.integrators.records import EVENT_KIND
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.checkpoint import EVENT_NAMES
-from nonsmooth.results.scene_records import BODIES, CONTACTS, LEDGER
+from nonsmooth.results.scene_events import SceneEventKind
+from nonsmooth.results.scene_records import BODIES, CONTACTS, EVENTS, LEDGER
 from nonsmooth.results.scene_solution import modes_of, normal_and_friction
 from nonsmooth.results.seal import seal
 from nonsmooth.results.solution import EventKind
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution
     from nonsmooth.results.solution import Solution
 
-SYSTEM_TABLES, SCENE_TABLES = ("records", "events"), ("bodies", "contacts", "records")
+SYSTEM_TABLES, SCENE_TABLES = ("records", "events"), ("bodies", "contacts", "records", "events")
 NETCDF_KIND = "netcdf"
 AXES = ("x", "y", "z")
 Variable = tuple[tuple[str, ...], Any, dict[str, str]]
@@ -176,6 +177,10 @@ def scene_dataset(solution: SceneSolution) -> xarray.Dataset:
         data |= contact_variables(solution)
     if LEDGER in solution.recorded:
         data |= ledger_of(solution)
+    if EVENTS in solution.recorded:
+        data |= event_variables(solution)
+    for k, times in enumerate(solution.t_events):
+        data[f"t_events_{k}"] = column(f"found_{k}", times, "s", f"when function {k} of the user reached zero")
     coordinates: dict[str, Any] = {
         "t": column("t", solution.t, "s", "time"),
         "body": ("body", np.array(solution.names, dtype=object)),
@@ -204,15 +209,31 @@ def contact_variables(solution: SceneSolution) -> dict[str, Variable]:
     }
 
 
+def event_variables(solution: SceneSolution) -> dict[str, Variable]:
+    """What happened to pairs of bodies, in the order of time."""
+    found = solution.events
+    listed = ", ".join(f"{kind.value} {kind.name}" for kind in SceneEventKind)
+    return {
+        "event_t": column("event", found.t, "s", "beginning of the step of an event"),
+        "event_kind": column("event", found.kind, "1", listed),
+        "event_i": column("event", found.i, "1", "first body"),
+        "event_j": column("event", found.j, "1", "second body"),
+        "event_P_N": column("event", found.P_N, "N s", "normal impulses of the step, summed"),
+        "event_P": column("event axis", found.P, "N s", "impulse of the step on body j"),
+    }
+
+
 def record_of(offsets: np.ndarray) -> np.ndarray:
     """The record of each contact."""
     return np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
 
 
 def scene_table(solution: SceneSolution, what: str = "bodies") -> pandas.DataFrame:
-    """A run of a scene as a table: a row a body of a record, a contact of a record, or a record."""
+    """A run of a scene as a table: a row a body of a record, a contact of a record, a record, or an event."""
     as_name("table", what, SCENE_TABLES)
     pandas = require_data("pandas")
+    if what == "events":
+        return pandas.DataFrame(event_columns(solution))
     if what == "contacts":
         return pandas.DataFrame(contact_columns(solution))
     if what == "records":
@@ -238,6 +259,14 @@ def split(name: str, values: np.ndarray, parts: tuple[str, ...]) -> dict[str, np
     if not parts:
         return {name: values.ravel()}
     return {f"{name}_{part}": values[..., k].ravel() for k, part in enumerate(parts)}
+
+
+def event_columns(solution: SceneSolution) -> dict[str, np.ndarray]:
+    """The events of pairs of bodies, with their names."""
+    found, names = solution.events, np.array(solution.names, dtype=object)
+    kinds = np.array([kind.name for kind in SceneEventKind], dtype=object)
+    columns = {"t": found.t, "kind": kinds[found.kind], "i": names[found.i], "j": names[found.j], "P_N": found.P_N}
+    return columns | split("P", found.P, AXES[: solution.dim])
 
 
 def contact_columns(solution: SceneSolution) -> dict[str, np.ndarray]:

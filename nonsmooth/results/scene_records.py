@@ -10,16 +10,17 @@ from nonsmooth.errors import InvalidInput, shown
 
 WORKS = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
 ENERGIES = ("kinetic", "potential")
-BODIES, CONTACTS, LEDGER = "bodies", "contacts", "ledger"
-KINDS = (BODIES, CONTACTS, LEDGER)
+BODIES, CONTACTS, LEDGER, EVENTS = "bodies", "contacts", "ledger", "events"
+UNASKED = (BODIES, CONTACTS, LEDGER)  # what is recorded where nothing is said
+KINDS = (*UNASKED, EVENTS)
 OF_BODIES = ("position", "turn", "velocity", "spin")
 SCALAR = ("t", "residual", "penetration")  # that are always recorded
 
 
 def as_kinds(record: Any) -> tuple[str, ...]:
-    """What is recorded, in the order of ``KINDS``; all of it where nothing is said."""
+    """What is recorded, in the order of ``KINDS``; all but events where nothing is said."""
     if record is None:
-        return KINDS
+        return UNASKED
     listed = (record,) if isinstance(record, str) else record
     if not isinstance(listed, tuple | list) or not all(isinstance(kind, str) and kind in KINDS for kind in listed):
         raise InvalidInput(f"record must be some of {', '.join(map(repr, KINDS))}; got {shown(record)}")
@@ -44,3 +45,9 @@ def contact_row(dim: int) -> np.dtype:
     """A contact of a record."""
     columns: list[Any] = [("i", "<i8"), ("j", "<i8"), ("point", "<f8", (dim,)), ("normal", "<f8", (dim,))]
     return np.dtype([*columns, ("gap", "<f8"), ("P", "<f8", (dim,)), ("mu", "<f8")])
+
+
+def event_row(dim: int) -> np.dtype:
+    """A change at a pair of bodies."""
+    columns: list[Any] = [("t", "<f8"), ("kind", "<i8"), ("i", "<i8"), ("j", "<i8"), ("P_N", "<f8")]
+    return np.dtype([*columns, ("P", "<f8", (dim,))])

@@ -11,7 +11,17 @@ import numpy as np
 from nonsmooth.checks.arrays import as_number
 from nonsmooth.errors import InvalidInput, Status, nearest, shown
 from nonsmooth.mechanics.system import ContactMode
-from nonsmooth.results.scene_records import BODIES, CONTACTS, ENERGIES, KINDS, LEDGER, OF_BODIES, SCALAR, WORKS
+from nonsmooth.results.scene_records import (
+    BODIES,
+    CONTACTS,
+    ENERGIES,
+    EVENTS,
+    KINDS,
+    LEDGER,
+    OF_BODIES,
+    SCALAR,
+    WORKS,
+)
 from nonsmooth.views import Worded, view
 
 if TYPE_CHECKING:
@@ -98,6 +108,15 @@ class SceneStats:
     compile_time: float
     energy_gains: int = 0
     worst_energy_gain: float = 0.0
+
+
+class BodyState(NamedTuple):
+    """A body at one time, as a function of ``events=`` is given it."""
+
+    position: np.ndarray  # (2|3,) of the centre of mass [m]
+    turn: float | np.ndarray  # angle [rad], or (4,) unit quaternion (w, x, y, z)
+    velocity: np.ndarray  # (2|3,) [m/s]
+    spin: float | np.ndarray  # [rad/s], or (3,) in the axes of the world
 
 
 class BodyMotion(NamedTuple):
@@ -198,7 +217,7 @@ def columns_of(records: Columns, contacts: Columns, kinds: tuple[str, ...]) -> d
     columns: dict[str, Any] = {name: records[name] for name in SCALAR}
     columns |= {name: records[name] if BODIES in kinds else None for name in OF_BODIES}
     columns["ledger"] = {name: records[name] for name in (*ENERGIES, *WORKS)} if LEDGER in kinds else None
-    columns["all_contacts"] = None
+    columns["all_contacts"] = columns["events"] = None
     if CONTACTS in kinds:
         offsets = np.concatenate(([0], np.cumsum(records["n_contacts"], dtype=np.int64)))
         of_contacts = (contacts[name][: offsets[-1]] for name in ContactColumns._fields[1:])
@@ -242,6 +261,10 @@ class SceneSolution:
         "kinetic", "potential", and the works since the start by "force" (gravity), "friction", "normal", "surface"
         (what guided bodies and belts put in) and "projection" (of gravity, on what bodies are moved beside their
         velocities).
+    events : SceneEvents
+        Landings, partings, slips and sticks of pairs of bodies, where ``record=`` asked for them.
+    t_events : list of (k,)
+        Times of the events of each function of the user [s].
     residual, penetration : (n_t,)
         The worst of the steps since the record before: |natural map| / |impulses|, and the deepest gap [m].
     stats : SceneStats
@@ -269,12 +292,14 @@ class SceneSolution:
     spin: Recorded = Recorded(BODIES)
     all_contacts: Recorded = Recorded(CONTACTS)
     ledger: Recorded = Recorded(LEDGER)
+    events: Recorded = Recorded(EVENTS)
+    t_events: list[np.ndarray] = field(default_factory=list)
     about: dict[str, Any] = field(default_factory=dict)
 
     @property
     def success(self) -> bool:
-        """Whether the end was reached."""
-        return self.status == Status.FINISHED
+        """Whether the end was reached, or a terminal event."""
+        return self.status in (Status.FINISHED, Status.EVENT_REACHED)
 
     @property
     def dim(self) -> int:
@@ -283,8 +308,8 @@ class SceneSolution:
 
     @property
     def recorded(self) -> tuple[str, ...]:
-        """What was recorded: "bodies", "contacts", "ledger"."""
-        columns = {BODIES: "position", CONTACTS: "all_contacts", LEDGER: "ledger"}
+        """What was recorded: "bodies", "contacts", "ledger", "events"."""
+        columns = {BODIES: "position", CONTACTS: "all_contacts", LEDGER: "ledger", EVENTS: "events"}
         return tuple(kind for kind in KINDS if vars(self)[columns[kind]] is not None)
 
     @property
@@ -410,8 +435,9 @@ class SceneSolution:
 
         Parameters
         ----------
-        what : {"bodies", "contacts", "records"}
-            A row a body of each record, a contact of each record with the names of its bodies, or a record.
+        what : {"bodies", "contacts", "records", "events"}
+            A row a body of each record, a contact of each record with the names of its bodies, a record, or an event
+            of a pair of bodies.
 
         Returns
         -------

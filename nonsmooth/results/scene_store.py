@@ -1,7 +1,8 @@
 """Runs of scenes on disk: .npz always, .h5 with the extra [io], as `results/store.py` keeps other solutions.
 
 Arrays stand under their attribute names, those of contacts under ``contacts/<column>``, the ledger under
-``ledger/<column>``; the names of the bodies and the rest are one JSON text ``about``. Shapes are not stored.
+``ledger/<column>``, events under ``events/<column>``, times of those of function k of the user under ``t_events/<k>``;
+the names of the bodies and the rest are one JSON text ``about``. Shapes are not stored.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
 from nonsmooth.results.hdf5 import read_sealed, seal_of, write_hdf5
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.scene_checkpoint import load_scene_checkpoint
+from nonsmooth.results.scene_events import SceneEventKind, SceneEvents
 from nonsmooth.results.scene_solution import ContactColumns, SceneSolution, SceneStats
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.store import ENDINGS, HDF5, LEDGER, NETCDF, fill_hdf5, require_no_netcdf
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
     from nonsmooth.scenes.scene import Scene
 
 SCENE_SCHEMA, SCENE_KIND = 1, "scene"  # code: of the form of the file
-CONTACTS = "contacts/"
+CONTACTS, EVENTS, T_EVENTS = "contacts/", "events/", "t_events/"
 ARRAYS: dict[str, Rule] = {
     "t": (REAL, ("n_t",)), "residual": (REAL, ("n_t",)), "penetration": (REAL, ("n_t",)),
     "centres": (REAL, ("n_b", "d")),
@@ -42,6 +44,10 @@ PLACES: dict[str, Rule] = {"position": (REAL, ("n_t", "n_b", "d")), "velocity": 
 COLUMNS: dict[str, Rule] = {
     "offsets": (WHOLE, ("n_offsets",)), "i": (WHOLE, ("m",)), "j": (WHOLE, ("m",)), "point": (REAL, ("m", "d")),
     "normal": (REAL, ("m", "d")), "gap": (REAL, ("m",)), "P": (REAL, ("m", "d")), "mu": (REAL, ("m",)),
+}  # fmt: skip
+EVENT_COLUMNS: dict[str, Rule] = {
+    "t": (REAL, ("n_e",)), "kind": (WHOLE, ("n_e",)), "i": (WHOLE, ("n_e",)), "j": (WHOLE, ("n_e",)),
+    "P_N": (REAL, ("n_e",)), "P": (REAL, ("n_e", "d")),
 }  # fmt: skip
 
 
@@ -70,7 +76,9 @@ def _arrays_of(solution: SceneSolution) -> dict[str, np.ndarray]:
         arrays |= {CONTACTS + name: getattr(solution.all_contacts, name) for name in COLUMNS}
     if records.LEDGER in solution.recorded:
         arrays |= {LEDGER + name: column for name, column in solution.ledger.items()}
-    return arrays
+    if records.EVENTS in solution.recorded:
+        arrays |= {EVENTS + name: getattr(solution.events, name) for name in EVENT_COLUMNS}
+    return arrays | {f"{T_EVENTS}{k}": times for k, times in enumerate(solution.t_events)}
 
 
 def load(path: str | Path, scene: Scene | None = None) -> SceneSolution:
@@ -112,6 +120,8 @@ def _check(forms: Mapping[str, Form]) -> None:
     rules = ARRAYS | (PLACES if has_bodies else {})
     rules |= {CONTACTS + name: rule for name, rule in COLUMNS.items() if has_contacts}
     rules |= {name: (REAL, ("n_t",)) for name in forms if name.startswith(LEDGER)}
+    rules |= {EVENTS + name: rule for name, rule in EVENT_COLUMNS.items() if EVENTS + "t" in forms}
+    rules |= {name: (REAL, (name,)) for name in forms if name.startswith(T_EVENTS)}
     sizes = require_forms(forms, rules)
     if sizes["d"] not in (2, 3) or (has_contacts and sizes["n_offsets"] != sizes["n_t"] + 1):
         raise ValueError("its arrays do not fit one another")
@@ -129,7 +139,8 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneSolu
     ledger = {name.removeprefix(LEDGER): column for name, column in arrays.items() if name.startswith(LEDGER)}
     columns: dict[str, Any] = {name: arrays.get(name) for name in (*ARRAYS, *records.OF_BODIES)}
     return SceneSolution(
-        **columns, ledger=ledger or None, all_contacts=_contacts(arrays, len(names)),
+        **columns, ledger=ledger or None, all_contacts=_contacts(arrays, len(names)), events=_events(arrays, names),
+        t_events=_times_of_events(arrays),
         stats=SceneStats(**about["stats"]), status=Status(about["status"]), message=about["message"], names=names,
         scene=None, about=about["about"],
     )  # fmt: skip
@@ -143,6 +154,31 @@ def _contacts(arrays: dict[str, np.ndarray], n_b: int) -> ContactColumns | None:
     offsets, bodies = columns.offsets, np.concatenate((columns.i, columns.j))
     if offsets[0] != 0 or (np.diff(offsets) < 0).any() or offsets[-1] != len(columns.i):
         raise ValueError("the contacts of its records do not fit its offsets")
-    if ((bodies < 0) | (bodies >= n_b)).any():
-        raise ValueError("its contacts name bodies that are not there")
+    require_bodies("contacts", bodies, n_b)
     return columns
+
+
+def _events(arrays: dict[str, np.ndarray], names: list[str]) -> SceneEvents | None:
+    """The changes at contacts, where they were kept."""
+    if EVENTS + "t" not in arrays:
+        return None
+    columns = {name: arrays[EVENTS + name] for name in EVENT_COLUMNS}
+    require_bodies("events", np.concatenate((columns["i"], columns["j"])), len(names))
+    if not np.isin(columns["kind"], list(SceneEventKind)).all():
+        raise ValueError("its events have kinds that are not there")
+    return SceneEvents(**columns, names=names)
+
+
+def _times_of_events(arrays: dict[str, np.ndarray]) -> list[np.ndarray]:
+    """The times of the events of each function of the user."""
+    count = sum(name.startswith(T_EVENTS) for name in arrays)
+    missing = [k for k in range(count) if f"{T_EVENTS}{k}" not in arrays]
+    if missing:
+        raise ValueError(f"it has no {T_EVENTS}{missing[0]}")
+    return [arrays[f"{T_EVENTS}{k}"] for k in range(count)]
+
+
+def require_bodies(what: str, bodies: np.ndarray, n_b: int) -> None:
+    """Raise `ValueError` for numbers of bodies that are not there."""
+    if ((bodies < 0) | (bodies >= n_b)).any():
+        raise ValueError(f"its {what} name bodies that are not there")

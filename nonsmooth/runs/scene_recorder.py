@@ -6,7 +6,7 @@ made of many records at once when the window is emptied.
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,9 +14,10 @@ from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
-from nonsmooth.results.scene_records import BODIES, CONTACTS, KINDS, LEDGER, WORKS, contact_row, record_row
+from nonsmooth.results.scene_records import BODIES, CONTACTS, LEDGER, UNASKED, WORKS, contact_row, record_row
 from nonsmooth.results.scene_solution import SceneSolution, SceneStats, columns_of
 from nonsmooth.runs.times import RecordTimes
+from nonsmooth.runs.user_events import Stop
 from nonsmooth.scenes.scene import Scene
 
 SCENE_WINDOW = 2**22  # chosen: bytes of records in the window
@@ -60,6 +61,12 @@ class RunOfScene(Protocol):
 
     def stop(self, spent: str) -> None:
         """End the run before its time."""
+
+    def end_at(self, stop: Stop) -> None:
+        """End the run as an event of the user says."""
+
+    def watched(self) -> dict[str, Any]:
+        """Events, and times of those of the user."""
 
     def stats(self) -> SceneStats:
         """What it cost."""
@@ -152,7 +159,7 @@ class SceneRecorder:
         "bodies", "contacts", "ledger": what is kept beside times, residuals and penetrations.
     """
 
-    def __init__(self, kinds: tuple[str, ...] = KINDS) -> None:
+    def __init__(self, kinds: tuple[str, ...] = UNASKED) -> None:
         self.kinds = kinds
 
     def require_room(self, run: RunOfScene) -> None:
@@ -217,7 +224,7 @@ class SceneRecorder:
     def solution(self, run: RunOfScene) -> SceneSolution:
         """What was computed."""
         records = {name: column[: self.rows] for name, column in self.records.items()}
-        columns = columns_of(records, joined(self.contacts, run.scene.dim), self.kinds)
+        columns = columns_of(records, joined(self.contacts, run.scene.dim), self.kinds) | run.watched()
         return SceneSolution(
             **columns, stats=run.stats(), status=run.status, message=run.message(), names=run.names, scene=run.scene,
             centres=run.world.frames[:, : run.scene.dim], about=run.about(),

@@ -6,7 +6,7 @@ import functools
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from typing import Any
 
@@ -19,22 +19,26 @@ from nonsmooth.errors import (
     said_by,
     warn_caller,
 )
+from nonsmooth.integrators.assembly.apart import part_bodies
 from nonsmooth.integrators.assembly.progress import DONE, LOST, MOST_TURN, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit.blocks import named_numbers
-from nonsmooth.results.failures import BudgetSpent, ModelFunctionError, ProgressError, StepFailure
+from nonsmooth.results.failures import BudgetSpent, EventFunctionError, ModelFunctionError, ProgressError, StepFailure
 from nonsmooth.results.scene_problem import SceneProblem
-from nonsmooth.results.scene_records import as_kinds
+from nonsmooth.results.scene_records import EVENTS, as_kinds
 from nonsmooth.results.scene_solution import SceneSolution, SceneStats
 from nonsmooth.runs.identity import facts_of_scene_run
+from nonsmooth.runs.pair_events import PairEvents
 from nonsmooth.runs.run import LOOK_EVERY, Run, next_block
 from nonsmooth.runs.scene_recorder import SceneRecorder
 from nonsmooth.runs.scene_streaming import StreamingSceneRecorder
+from nonsmooth.runs.scene_user_events import SceneWatch
 from nonsmooth.runs.streaming import as_place
 from nonsmooth.runs.times import grid_times
+from nonsmooth.runs.user_events import Stop
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.signals.bar import heard
 from nonsmooth.signals.interruption import interrupts_held_back
@@ -47,6 +51,7 @@ FAILURES: dict[Status, type[StepFailure]] = {
     Status.BUDGET_SPENT: BudgetSpent,
     Status.NOT_FINITE: ModelFunctionError,
     Status.PROGRESS_FAILED: ProgressError,
+    Status.EVENT_FAILED: EventFunctionError,
 }
 
 
@@ -59,13 +64,15 @@ class SceneRun:
     t_span : (float, float)
         [s]
     integrator : MoreauJean
-    every, t_eval
+    every, t_eval, project
         As of `simulate`.
+    functions : sequence of callables
+        Events of the user.
     """
 
     def __init__(
         self, scene: Scene, t_span: tuple[float, float], integrator: MoreauJean, every: int, t_eval: Any,
-        recorder: SceneRecorder | None = None,
+        recorder: SceneRecorder | None = None, project: bool = False, functions: Sequence[Callable] = (),
     ) -> None:  # fmt: skip
         require_moreau_jean(integrator)
         self.scene, self.integrator = scene, integrator
@@ -76,6 +83,8 @@ class SceneRun:
         self.recorder.require_room(self)
         started = time.perf_counter()
         self.world = World(scene, self.table.span[0])
+        if project:
+            part_bodies(self.world)
         options = integrator.contacts
         self.assembly = Assembly(
             self.world.bodies, self.world.shapes, self.world.surfaces, options.tol, options.sweeps,
@@ -85,6 +94,9 @@ class SceneRun:
         self.n_touching = self.assembly.find_contacts()
         self.world.require_apart(self.n_touching, self.assembly.found)
         self.names = [body.name for body in scene.bodies]
+        self.pair_events = PairEvents(self) if EVENTS in self.recorder.kinds else None
+        self.watch = SceneWatch(self, functions) if functions else None
+        self.watches = [watch for watch in (self.pair_events, self.watch) if watch is not None]
         self.centres = self.world.frames[:, : scene.dim]
         self.status = Status.RUNNING
         self.began, self.dt = self.table.span[0], 0.0  # of the interval between two records
@@ -113,7 +125,9 @@ class SceneRun:
         try:
             if not self.has_record:
                 self.write_record()
-            for t, dt, count, t_next in self._intervals():
+            if self.watch is not None:
+                self.watch.look(self, self.now, self.now)
+            for t, dt, count, t_next in self._intervals() if self.status == Status.RUNNING else ():
                 self.began, self.dt = t, dt
                 while (done := self.steps - self.steps_before) < count:
                     self._look(deadline, progress, max_wall_time)
@@ -196,15 +210,34 @@ class SceneRun:
         if self.world.guided:
             self.world.guide(self.now, self.dt)
             most = 1
+        for watch in self.watches:
+            most = watch.steps_at_once(self, most)
+        t = self.now
         with interrupts_held_back():  # a step is whole, or it is not begun
             end = self.assembly.take_steps(self.dt, min(most, self._block))
         if end != DONE:
             self.status = ENDS[end]
+        else:
+            for watch in self.watches:
+                watch.look(self, t, self.now)
         self._block = next_block(self.steps - before, time.perf_counter() - began)
 
     def stop(self, spent: str) -> None:
         """End the run before its time."""
         self.status, self.spent = Status.BUDGET_SPENT, spent
+
+    def end_at(self, stop: Stop) -> None:
+        """End the run as an event of the user says."""
+        self.status, self.spent, self.cause = stop.status, stop.message, stop.cause
+
+    def watched(self) -> dict[str, Any]:
+        """Events, and times of those of the user, as a solution has them."""
+        columns: dict[str, Any] = {}
+        if self.pair_events is not None:
+            columns["events"] = self.pair_events.events(self.names)
+        if self.watch is not None:
+            columns["t_events"] = self.watch.t_events
+        return columns
 
     def _show(self, progress: Callable[[float], None]) -> None:
         """Call the user's function of the fraction done; whatever it raises ends the run, with its name."""
@@ -234,6 +267,8 @@ class SceneRun:
         where = f"t = {self.now:.9g} s"
         if self.status == Status.FINISHED:
             return "the end was reached"
+        if self.status in (Status.EVENT_REACHED, Status.EVENT_FAILED):
+            return self.spent
         if self.status == Status.INTERRUPTED:
             return f"interrupted at {where}"
         if self.status == Status.BUDGET_SPENT:
@@ -285,22 +320,23 @@ def require_moreau_jean(integrator: Any) -> None:
 
 
 def simulate_scene(
-    scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any, on_failure: str,
-    max_steps: int | None, max_wall_time: float | None, progress: Callable[[float], None] | bool | None,
-    record: Any, checkpoint: Any, resume: Any, checkpoint_every: float,
+    scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any, project: bool,
+    functions: Sequence[Callable], on_failure: str, max_steps: int | None, max_wall_time: float | None,
+    progress: Callable[[float], None] | bool | None, record: Any, checkpoint: Any, resume: Any, checkpoint_every: float,
 ) -> SceneSolution:  # fmt: skip
     """`simulate` for a scene, its arguments checked but for those of times."""
     require_moreau_jean(integrator)
     kinds = as_kinds(record)
     recorder = SceneRecorder(kinds)
     if checkpoint is not None or resume is not None:
-        facts = functools.partial(facts_of, t_span, every, t_eval, kinds)
+        require_no_events(kinds, functions)
+        facts = functools.partial(facts_of, t_span, every, t_eval, kinds, project)
         recorder = StreamingSceneRecorder(kinds, facts, as_place(checkpoint, resume, checkpoint_every))
-    run = SceneRun(scene, t_span, integrator, every, t_eval, recorder)  # type: ignore[arg-type]
+    run = SceneRun(scene, t_span, integrator, every, t_eval, recorder, project, functions)  # type: ignore[arg-type]
     with heard(progress) as hear:
         run.advance(max_wall_time, hear, max_steps)
     solution = run.solution()
-    if solution.stats.missed and run.status == Status.FINISHED:
+    if solution.stats.missed and solution.success:
         warn_caller(missed_residual(solution.stats), ResidualWarning)
     if solution.stats.energy_gains:
         warn_caller(rebound_gain(solution.stats), EnergyGainWarning)
@@ -315,13 +351,23 @@ def simulate_scene(
     return solution
 
 
+def require_no_events(kinds: tuple[str, ...], functions: Sequence[Callable]) -> None:
+    """Raise `InvalidInput` where a run with a checkpoint is asked for events."""
+    if functions:
+        raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
+    if EVENTS in kinds:
+        raise InvalidInput(
+            'a checkpoint keeps no events; leave "events" out of record=, or leave out checkpoint= and resume='
+        )
+
+
 def facts_of(
-    t_span: tuple[float, float], every: int, t_eval: Any, kinds: tuple[str, ...], run: SceneRun
+    t_span: tuple[float, float], every: int, t_eval: Any, kinds: tuple[str, ...], project: bool, run: SceneRun
 ) -> dict[str, Any]:  # fmt: skip
     """All that the bits of a run depend on."""
     stages = run.assembly.stages
     kernels = (stages.take, stages.find, *stages.others)
-    return facts_of_scene_run(run.world, kernels, run.integrator, t_span, every, t_eval, kinds, False)
+    return facts_of_scene_run(run.world, kernels, run.integrator, t_span, every, t_eval, kinds, project)
 
 
 def rebound_gain(stats: SceneStats) -> str:

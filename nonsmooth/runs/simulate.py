@@ -20,7 +20,7 @@ from nonsmooth.results.solution import Solution, energy_gain
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.times import make_timetable
-from nonsmooth.runs.user_events import as_functions
+from nonsmooth.runs.user_events import OF_SCENE, OF_SYSTEM, as_functions
 from nonsmooth.runs.watched import watch_of
 from nonsmooth.runs.workspace import give_back
 from nonsmooth.scenes.scene import as_scene
@@ -83,13 +83,16 @@ def simulate(
     selection : {"compliant-limit", "lift-off", "impact"}
         Which solution is taken where a rigid contact problem has several.
     project : bool
-        Move an inadmissible start to the nearest admissible one in the mass metric.
+        Move an inadmissible start to the nearest admissible one in the mass metric; of a scene, bodies that overlap are
+        moved apart.
     on_failure : {"raise", "return"}
         Raise `StepFailure` carrying the partial solution, or return that solution.
     events : sequence of callables, optional
         Functions f(t, q, u) whose zeros are looked for, in Python or compiled by numba; as in SciPy's ``solve_ivp``
         with the optional attributes ``terminal`` (True, or the number of the event that ends the run) and ``direction``
-        (> 0: rising through zero, < 0: falling). They are found in ``t_events``, ``q_events``, ``u_events``.
+        (> 0: rising through zero, < 0: falling). They are found in ``t_events``, ``q_events``, ``u_events``. Of a
+        scene, f(t, bodies) with ``bodies["box"].position``, ``.turn``, ``.velocity``, ``.spin``, looked at after every
+        step; they are found in ``t_events``.
     max_steps : int, optional
         The most steps that the run may take.
     max_wall_time : float, optional
@@ -105,8 +108,8 @@ def simulate(
     checkpoint_every : float
         Seconds between two states that are kept, the most that a kill costs.
     record : sequence of str, optional
-        Of a scene: what is recorded beside times, residuals and penetrations, of "bodies", "contacts" and "ledger";
-        all, if left out.
+        Of a scene: what is recorded beside times, residuals and penetrations, of "bodies", "contacts" and "ledger",
+        all of these if left out, and "events": landings, partings, slips and sticks of every pair of bodies.
 
     Returns
     -------
@@ -139,7 +142,7 @@ def simulate(
     method: Any = integrator
     scene = as_scene(system)
     if scene is not None:
-        require_plain(q0, u0, state, events, project, selection)
+        require_plain(q0, u0, state, selection)
     else:
         if record is not None:
             raise InvalidInput("record= is for a scene of bodies; a System records all its columns: leave it out")
@@ -152,7 +155,8 @@ def simulate(
         raise InvalidInput(f"on_failure must be 'raise' or 'return'; got {shown(on_failure)}")
     if max_wall_time is not None:
         as_positive("max_wall_time", max_wall_time, "s")
-    functions = as_functions(events)
+    functions = as_functions(events, OF_SYSTEM if scene is None else OF_SCENE)
+    project = as_flag("project", project)
     if max_steps is not None:
         as_count("max_steps", max_steps)
     if progress is not None and not isinstance(progress, bool) and not callable(progress):
@@ -163,15 +167,14 @@ def simulate(
         from nonsmooth.runs.scene_run import simulate_scene
 
         of_scene = simulate_scene(
-            scene, t_span, method, every, t_eval, on_failure, max_steps, max_wall_time, progress, record,
-            checkpoint, resume, checkpoint_every,
+            scene, t_span, method, every, t_eval, project, functions, on_failure, max_steps, max_wall_time, progress,
+            record, checkpoint, resume, checkpoint_every,
         )  # fmt: skip
         if of_scene.status == Status.INTERRUPTED and _is_whole.get():
             raise KeyboardInterrupt
         return of_scene  # type: ignore[return-value]
     q_0, u_0 = the_start(model, q0, u0, state, system)
     method, reason = choose(method, model, system, t_span, q_0, u_0)
-    project = as_flag("project", project)
     task = (system, method, t_span, every, t_eval, q_0, u_0, rule, project)
     if checkpoint is None and resume is None:
         run = new_run(*task)
@@ -199,10 +202,10 @@ def simulate(
     return solution
 
 
-def require_plain(q0: Any, u0: Any, state: Any, events: Any, project: Any, selection: Any) -> None:
+def require_plain(q0: Any, u0: Any, state: Any, selection: Any) -> None:
     """Raise `InvalidInput` where a scene is given what only a system takes."""
-    given = {"q0": q0, "u0": u0, "state": state, "events": events or None}
-    given |= {"project": project or None, "selection": None if selection == "compliant-limit" else selection}
+    given = {"q0": q0, "u0": u0, "state": state}
+    given |= {"selection": None if selection == "compliant-limit" else selection}
     taken = [f"{name}=" for name, value in given.items() if value is not None]
     if taken:
         raise InvalidInput(f"a scene takes no {taken[0]}: its bodies have their start, and its contacts are found")

@@ -21,6 +21,7 @@ from nonsmooth.numerics.rounding import EPS, rounding_of_sum
 from nonsmooth.results.motion import Motion
 
 PLACES_OF_STEP = (0.0, 0.25, 0.5, 0.75)  # chosen: of a step of several figures of its motion, at which f is looked at
+OF_SYSTEM, OF_SCENE = ("t", "q", "u"), ("t", "bodies")  # defined: arguments of the functions
 START = (0.0,)  # chosen: of a step of time stepping
 JUMP_ROUNDINGS = 200  # chosen: of the velocities: what is less is no jump
 EVENT_TIME_RESOLUTION = 4.0 * EPS  # defined: of the time within a step: the finest that SciPy's brentq takes
@@ -43,29 +44,30 @@ class EventFailed(Exception):
 class UserEvent:
     """One function of the user, and what was found of it."""
 
-    def __init__(self, function: Callable, number: int) -> None:
+    def __init__(self, function: Callable, number: int, arguments: tuple[str, ...] = OF_SYSTEM) -> None:
         if not callable(function):
-            raise InvalidInput(f"events must be functions f(t, q, u); events[{number}] is {shown(function)}")
+            listed = ", ".join(arguments)
+            raise InvalidInput(f"events must be functions f({listed}); events[{number}] is {shown(function)}")
         self.name = f"events[{number}] ({getattr(function, '__name__', type(function).__name__)})"
-        require_arguments(self.name, function, ("t", "q", "u"))
+        require_arguments(self.name, function, arguments)
         self.function = function
         terminal, direction = getattr(function, "terminal", None), getattr(function, "direction", None)
         terminal = False if terminal is None else terminal
         self.limit = int(terminal) if isinstance(terminal, bool) else as_count(f"{self.name}.terminal", terminal)
         self.direction = 0.0 if direction is None else as_number(f"{self.name}.direction", direction)
-        self.found: list[tuple[float, np.ndarray, np.ndarray]] = []
+        self.found: list[tuple[Any, ...]] = []  # times, and of a system coordinates and velocities
         self.seen = (math.nan, 0.0)  # when it was looked at last, and its value; 0 before the start
 
-    def __call__(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
-        """f(t, q, u), a finite number or `EventFailed`."""
+    def __call__(self, t: float, *state: Any) -> float:
+        """f(t, ...), a finite number or `EventFailed`."""
         try:
-            value = float(self.function(t, q, u))
+            value = float(self.function(t, *state))
         except KeyboardInterrupt:
             raise
         except BaseException as error:
-            raise EventFailed(f"raised {said_by(error)}", t, q, u) from error
+            raise EventFailed(f"raised {said_by(error)}", t, *state) from error
         if not math.isfinite(value):
-            raise EventFailed(f"returned {value}", t, q, u)
+            raise EventFailed(f"returned {value}", t, *state)
         return value
 
     def is_reached(self, before: float, after: float) -> bool:
@@ -75,12 +77,12 @@ class UserEvent:
         return self.direction == 0.0 or (before < 0.0) == (self.direction > 0.0)
 
 
-def as_functions(events: Any) -> list[Callable]:
+def as_functions(events: Any, arguments: tuple[str, ...]) -> list[Callable]:
     """The functions of ``events``, of which one may stand alone, or `InvalidInput`."""
     if callable(events):
         return [events]
     if not isinstance(events, list | tuple):
-        raise InvalidInput(f"events must be functions f(t, q, u) in a list; got {shown(events)}")
+        raise InvalidInput(f"events must be functions f({', '.join(arguments)}) in a list; got {shown(events)}")
     return list(events)
 
 

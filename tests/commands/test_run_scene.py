@@ -41,7 +41,6 @@ def test_list_names_models_and_scenes(capsys):
         ("--state x=1", "--state is no option for box-stack, a scene of bodies; leave it out"),
         ("--q0 1 --u0 1", "--q0 is no option for box-stack"),
         ("--selection lift-off", "--selection is no option for box-stack"),
-        ("--project", "--project is no option for box-stack"),
         ("--projection", "--projection is no option for box-stack"),
         ("--dump-failure f.npz", "--dump-failure is no option for box-stack"),
         ("--view a.pdf", "must end in one of .html"),

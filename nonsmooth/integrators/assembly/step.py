@@ -182,11 +182,11 @@ class Assembly:
         elif self.progress.stage != PREDICT:
             self.take_steps(float(self.progress.dt), 1)
 
-    def find_contacts(self) -> int:
-        """The contacts at the present places, to ``found``; returns their number."""
+    def find_contacts(self, margin: float = 0.0) -> int:
+        """The contacts at the present places with gaps below a margin [m], to ``found``; returns their number."""
         while True:
             places = self.progress.places
-            n = int(self.stages.find(places.shapes, places.motion, 0.0, 0.0, places.found, places.scratch))
+            n = int(self.stages.find(places.shapes, places.motion, 0.0, margin, places.found, places.scratch))
             if 0 <= n <= len(self.found.gap):
                 return n
             if n > 0:
@@ -196,6 +196,21 @@ class Assembly:
                 self._write_places()
             else:
                 return 0
+
+    def write_rows(self, dt: float) -> None:
+        """The rows of the contacts that were found, as of a step of a length [s]."""
+        at, write = self.progress.places, write_contacts_planar if self.dim == 2 else write_contacts_spatial
+        write(at.bodies, at.shapes, at.surfaces, at.found, at.contacts, at.network, dt)
+
+    def solve_contacts(self) -> None:
+        """Solve the contact problem of these rows, with as much room as it asks for."""
+        at, is_planar = self.progress.places, self.dim == 2
+        if not is_planar:
+            turn_inertia(at.bodies, at.network)
+        (prepare_planar if is_planar else prepare_spatial)(at.network)
+        while wanted := int((solve_planar if is_planar else solve_spatial)(at.network, at.solver)):
+            self.fill = int(ROOM * wanted)
+            self._make_solver()
 
     @property
     def carried(self) -> dict[str, Block]:

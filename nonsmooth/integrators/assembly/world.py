@@ -94,17 +94,22 @@ class World:
             motion.v[body.index, :d] = (place[:d] - here[:d]) / dt
             motion.v[body.index, d:] = spin_between(here[d:], place[d:], dt)
 
+    def deepest_pair(self, n_c: int, found: Found) -> tuple[str, str, float]:
+        """The bodies that are deepest in one another, of the contacts found, and how deep they are [m]."""
+        c = int(np.argmin(found.gap[:n_c]))
+        first, second = (self.scene.bodies[int(self.shapes.body[s[c]])].name for s in (found.shape_i, found.shape_j))
+        return first, second, -float(found.gap[c])
+
     def require_apart(self, n_c: int, found: Found) -> None:
         """Refuse a start at which two bodies are deep in one another."""
         if n_c == 0:
             return
         c = int(np.argmin(found.gap[:n_c]))
-        i, j = int(found.shape_i[c]), int(found.shape_j[c])
         reach = self.shapes.reach + self.shapes.radius
-        if found.gap[c] < -OVERLAP * min(reach[i], reach[j]):
-            names = [self.scene.bodies[int(self.shapes.body[s])].name for s in (i, j)]
+        if found.gap[c] < -OVERLAP * min(reach[found.shape_i[c]], reach[found.shape_j[c]]):
+            first, second, depth = self.deepest_pair(n_c, found)
             raise InvalidInput(
-                f"{names[0]} and {names[1]} overlap at the start by {-found.gap[c]:.3g} m; move them apart"
+                f"{first} and {second} overlap at the start by {depth:.3g} m; move them apart, or give project=True"
             )
 
     def lost(self) -> str:
@@ -154,8 +159,8 @@ def place_at(body: Body, t: float, dim: int) -> tuple[np.ndarray, float | np.nda
 
 
 def spin_between(here: np.ndarray, there: np.ndarray, dt: float) -> np.ndarray:
-    """The angular velocity that turns one place to the other by the map of a step, cay(dt omega)."""
-    if len(here) == 1:
+    """The angular velocity that turns one place to the other by the map of a step, cay(dt omega); of many places."""
+    if here.shape[-1] == 1:
         return (there - here) / dt
     turn = times(there, conjugate(here))
-    return 2.0 * turn[1:] / (turn[0] * dt)
+    return 2.0 * turn[..., 1:] / (turn[..., :1] * dt)
