@@ -43,10 +43,17 @@ def penalty_run():
 
 
 @functools.cache
-def scene_run():
+def a_scene():
     scene = ns.Scene(gravity=(0, -9.81))
     scene.body(ns.Disc(0.1), density=1000, position=(0, 1), name="ball")
-    return ns.simulate(scene, (0, 0.01), integrator=STEP)
+    return scene
+
+
+def scene_run():
+    return ns.simulate(a_scene(), (0, 0.01), integrator=STEP)
+
+
+IN_A_SCENE = {"system": a_scene(), "q0": None, "u0": None, "selection": "compliant-limit"}
 
 
 @functools.cache
@@ -348,6 +355,15 @@ ROWS = [
     ("SceneTask", {"t_span": (1, 0)}, r"t_span must not run backwards"),
     ("SceneTask", {"every": 0}, r"every must be a whole number"),
     ("SceneTask", {"record": "body"}, r"record must be some of"),
+    ("simulate", IN_A_SCENE | {"project": "yes"}, r"project must be True or False; got 'yes'"),
+    ("simulate", IN_A_SCENE | {"events": 3}, r"events must be functions f\(t, bodies\) in a list; got 3"),
+    ("simulate", IN_A_SCENE | {"events": [None]}, r"events must be functions f\(t, bodies\); events\[0\] is None"),
+    ("simulate", IN_A_SCENE | {"events": lambda t: t}, r"events\[0\].*bodies"),
+    (
+        "simulate",
+        IN_A_SCENE | {"record": ("event",)},
+        r"record must be some of 'bodies', 'contacts', 'ledger', 'events'",
+    ),
     ("simulate", {"record": ["bodies"]}, r"record= is for a scene of bodies; a System records all its columns"),
     ("simulate", {"progress": 1}, r"progress must be a function of the fraction done, or True for a bar; got 1"),
     ("simulate", {"integrator": ns.MoreauJean}, r"integrator must be an integrator, as ns.MoreauJean\(dt=1e-3\) is"),

@@ -55,6 +55,26 @@ def test_options_that_a_scene_does_not_take_are_refused_by_name(words, message, 
     assert message in said and said.count("\n") == 1
 
 
+def test_a_scene_is_moved_apart_on_request(tmp_path, capsys):
+    path = tmp_path / "sunk.py"
+    path.write_text(
+        "from dataclasses import dataclass\n"
+        "import nonsmooth as ns\n"
+        "@dataclass(frozen=True)\n"
+        "class Sunk:\n"
+        "    name, t_end, dt = 'sunk', 0.01, 1e-3\n"
+        "    def scene(self):\n"
+        "        scene = ns.Scene(gravity=(0, -9.81))\n"
+        "        scene.fixed(ns.HalfPlane((0, 1)), name='ground')\n"
+        "        scene.body(ns.Disc(0.1), mass=1.0, position=(0, 0.06), name='ball')\n"
+        "        return scene\n"
+    )
+    assert main(f"run {path} --no-plot".split()) == 2
+    assert "ground and ball overlap at the start by 0.04 m" in capsys.readouterr().err
+    assert main(f"run {path} --no-plot --project --json".split()) == 0
+    assert json.loads(capsys.readouterr().out)["bodies"]["ball"]["position"][1] == pytest.approx(0.1, abs=1e-12)
+
+
 def test_a_budget_ends_a_scene_with_what_was_computed(capsys):
     assert main("run box-stack --set n=2 dim=2 --t-end 0.1 --max-steps 5 --no-plot --json".split()) == 3
     assert json.loads(capsys.readouterr().out)["stats"]["steps"] == 5

@@ -25,7 +25,7 @@ from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World, spin_between
 from nonsmooth.scenes.places import times
 
-CLOSED_GAP = 1e-12  # chosen: of the smaller shape: a penetration that is left
+LEFT_GAP = 1e-12  # chosen: of the smaller shape: a penetration that is left
 PART_TOL = 1e-10  # chosen: residual of each problem: what it leaves, the next one takes
 PART_SWEEPS = 2000  # chosen: of an island: a start is made once
 SETTLED = 1e-9  # chosen: of the displacement so far: a smaller change of it ends the way to the nearest start
@@ -87,11 +87,11 @@ def write_problem(assembly: Assembly, way: float) -> float:
 
 
 def are_apart(assembly: Assembly) -> bool:
-    """Whether all gaps are closed, to rounding of the places or to ``CLOSED_GAP``."""
+    """Whether all gaps are closed, to rounding of the places or to ``LEFT_GAP``."""
     n, found, shapes = assembly.network.n_c, assembly.found, assembly.shapes
     reach = shapes.reach + shapes.radius
     size = np.minimum(reach[found.shape_i[:n]], reach[found.shape_j[:n]])
-    return bool((found.gap[:n] >= -CLOSED_GAP * size).all())
+    return bool((found.gap[:n] >= -LEFT_GAP * size).all())
 
 
 def least_way(assembly: Assembly, back: np.ndarray) -> np.ndarray:
@@ -110,11 +110,10 @@ def way_between(here: np.ndarray, there: np.ndarray) -> np.ndarray:
 
 def move(x: np.ndarray, way: np.ndarray) -> None:
     """Move and turn bodies (n_b, n_x); those without a way keep their bits."""
-    d = 2 if x.shape[1] == 3 else 3
-    x[:, :d] += way[:, :d]
-    if d == 2:
-        x[:, 2] += way[:, 2]
+    if x.shape[1] == 3:
+        x += way
         return
+    x[:, :3] += way[:, :3]
     turned = np.flatnonzero(way[:, 3:].any(axis=1))
     turn = np.hstack((np.ones((len(turned), 1)), 0.5 * way[turned, 3:]))
     q = times(turn, x[turned, 3:])
