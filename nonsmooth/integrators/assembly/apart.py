@@ -29,7 +29,7 @@ LEFT_GAP = 1e-12  # chosen: of the smaller shape: a penetration that is left
 PART_TOL = 1e-10  # chosen: residual of each problem: what it leaves, the next one takes
 PART_SWEEPS = 2000  # chosen: of an island: a start is made once
 SETTLED = 1e-9  # chosen: of the displacement so far: a smaller change of it ends the way to the nearest start
-NEAREST, MOST = 60, 90  # chosen: iterations towards the nearest start, and in all
+TOWARDS_START, MOST = 60, 90  # chosen: iterations towards the nearest start, and in all
 BOTH = 2.0  # defined: bodies that approach, each by as much
 NEARBY = 1e-3  # chosen: of the largest bounded shape: pairs that are listed whatever moves
 FARTHEST = 2.0  # chosen: of the largest bounded shape: some thirty neighbours of a body in a heap
@@ -52,7 +52,7 @@ def part_bodies(world: World) -> None:
         if are_apart(assembly) and (iteration == 0 or is_nearest):
             world.bodies.x_0[:] = world.bodies.v_free[:] = 0.0  # as they are before a first step
             return
-        is_nearest = is_nearest or iteration >= NEAREST
+        is_nearest = is_nearest or iteration >= TOWARDS_START
         share = 0.0 if is_nearest else margin / max(margin, BOTH * np.abs(back).max())
         way = least_way(assembly, share * back)
         if not np.isfinite(way).all():
