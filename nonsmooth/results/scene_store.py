@@ -11,7 +11,7 @@ import functools
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -105,7 +105,7 @@ def with_scene(solution: SceneSolution, scene: Scene) -> SceneSolution:
     as_instance("scene", scene, Scene, "the ns.Scene that was run")
     if [body.name for body in scene.bodies] != solution.names or scene.dim != solution.dim:
         raise InvalidInput("scene is not the one that was run: its bodies have other names, or another order")
-    return replace(solution, scene=scene)
+    return SceneSolution(**{**vars(solution), "scene": scene})  # as it is: what was not recorded has no value
 
 
 def _read_hdf5(path: Path) -> Archive:

@@ -195,7 +195,9 @@ def test_saved_events_are_read_back(tmp_path):
         return bodies["ball"].position[1] - 0.3
 
     solution = run(with_ball(0.5), 0.9, record=("events",), events=falls)
-    read = ns.SceneSolution.load(solution.save(tmp_path / "run.npz"))
+    scene = with_ball(0.5)
+    read = ns.SceneSolution.load(solution.save(tmp_path / "run.npz"), scene)
+    assert read.scene is scene and read.recorded == ("events",)
     assert repr(read.events) == repr(solution.events) and len(read.events) > 2
     for name in ("t", "kind", "i", "j", "P_N", "P"):
         np.testing.assert_array_equal(getattr(read.events, name), getattr(solution.events, name))
