@@ -47,8 +47,9 @@ def add_limits(studies: Any) -> None:
     convergence.add_argument("--reference", choices=REFERENCES, help="exact states; the same integrator by default")
     makers = {"penalty": (penalty, study_penalty), "convergence": (convergence, study_convergence)}
     for name, (command, make) in makers.items():
+        whose = "a name of `nonsmooth list`" + (", scenes too" if name == "penalty" else "")
         command.set_defaults(act=act_limit, make=make, json=False, suffix=f"-{name}")
-        command.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
+        command.add_argument("model", metavar="MODEL", help=whose)
         for option, what in (("--set", "parameters, e.g. mu=2"), ("--state", "initial state, e.g. th=pi/4")):
             command.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
         command.add_argument("--q0", nargs="+", type=number, metavar="Q", help="initial coordinates (with --u0)")
@@ -129,13 +130,24 @@ def act_limit(arguments: argparse.Namespace) -> int:
 
 def limit_study(arguments: argparse.Namespace) -> Study:
     """The study that the arguments ask for."""
-    from nonsmooth.commands.catalogue import load_model
+    from nonsmooth.commands.catalogue import load_model, load_runnable
 
-    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
+    load = load_runnable if arguments.make is study_penalty else load_model
+    model = build_model(load(arguments.model), assignments("--set", arguments.set))
     t_end = getattr(model, "t_end", None) if arguments.t_end is None else arguments.t_end
     if t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
-    return arguments.make(model, (0.0, t_end), *initial_state(model, arguments), arguments)
+    return arguments.make(model, (0.0, t_end), *start_of(model, arguments), arguments)
+
+
+def start_of(model: Any, arguments: argparse.Namespace) -> tuple[Any, Any]:
+    """q0 and u0; of a scene none."""
+    if hasattr(model, "system"):
+        return initial_state(model, arguments)
+    for option in ("state", "q0", "u0", "delay"):
+        if getattr(arguments, option) not in (None, []):
+            raise InvalidInput(f"--{option} is no option for {arguments.model}, a scene of bodies; leave it out")
+    return None, None
 
 
 def study_penalty(model: Any, span: tuple[float, float], q0: Any, u0: Any, arguments: argparse.Namespace) -> Study:

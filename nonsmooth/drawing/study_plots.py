@@ -184,6 +184,10 @@ def draw_contact(axes: Any, study: Study) -> None:
         axes.semilogx(study.x, data.restitution.values, "o-", color=BLUE, ms=4.5, lw=1)
         axes.set(xlabel=X_LABELS["stiffness"], ylabel="effective energetic restitution $e$", ylim=(-0.05, 1.1))
         return
+    if "penetration" in data:
+        draw_positive(axes, study.x, data.penetration.values, "o-", BLUE)
+        axes.set(xlabel=X_LABELS["stiffness"], ylabel="deepest penetration [m]", xscale="log")
+        return
     if "peak_force" not in data or not np.isfinite(data.peak_force.values).any():
         axes.set_axis_off()
         axes.text(0.5, 0.5, "no episode of contact", ha="center", va="center", fontsize=9, color=GREY)

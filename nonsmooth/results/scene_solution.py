@@ -21,6 +21,16 @@ if TYPE_CHECKING:
 WORKS = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
 
 
+class SpringStats(NamedTuple):
+    """What the steps of a run with compliant contacts were."""
+
+    omega: float  # sqrt(k/m) of the lightest body [1/s]
+    longest_allowed: float  # step, 1/omega [s]
+    longest: float  # that was taken [s]
+    shortest: float  # [s]
+    rejected: int  # whose error was too large
+
+
 @dataclass(frozen=True)
 class SceneStats:
     """What a run of a scene cost, and its worst figures.
@@ -55,6 +65,8 @@ class SceneStats:
         Steps in which the contacts gained energy as they rebounded, as Newton's law of impact lets them.
     worst_energy_gain : float
         The most that they gained in one [J].
+    springs : SpringStats, optional
+        Of a run with compliant contacts.
     """
 
     steps: int
@@ -76,6 +88,7 @@ class SceneStats:
     compile_time: float
     energy_gains: int = 0
     worst_energy_gain: float = 0.0
+    springs: SpringStats | None = None
 
 
 class BodyMotion(NamedTuple):
@@ -107,7 +120,8 @@ class SceneContacts:
         Midway between the surfaces [m], and out of body i.
     gap : (m,) before the last step [m]
     P : (m, 2|3)
-        Impulses of the last step in the axes of the world, on body j [N s].
+        Impulses of the last step in the axes of the world, on body j [N s]; of a run with compliant contacts the forces
+        [N].
     P_N, P_F : (m,)
         Their normal part, and the size of their tangential part.
     mode : (m,) ContactMode
@@ -193,7 +207,8 @@ class SceneSolution:
     ledger : dict of (n_t,) arrays [J]
         "kinetic", "potential", and the works since the start by "force" (gravity), "friction", "normal", "surface"
         (what guided bodies and belts put in) and "projection" (of gravity, on what bodies are moved beside their
-        velocities).
+        velocities). With compliant contacts also the energy in the springs, "elastic", and the work of the dampers,
+        "damping", which is a part of that by "normal" and "friction".
     residual, penetration : (n_t,)
         The worst of the steps since the record before: |natural map| / |impulses|, and the deepest gap [m].
     stats : SceneStats

@@ -21,7 +21,7 @@ from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
 from nonsmooth.results.hdf5 import read_sealed, seal_of, write_hdf5
 from nonsmooth.results.npz import Archive, read_npz, write_npz
-from nonsmooth.results.scene_solution import ContactColumns, SceneSolution, SceneStats
+from nonsmooth.results.scene_solution import ContactColumns, SceneSolution, SceneStats, SpringStats
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.store import ENDINGS, HDF5, LEDGER, fill_hdf5
 
@@ -100,6 +100,12 @@ def _check(forms: Mapping[str, Form]) -> None:
     require_forms(forms, {"turn": (REAL, at + of_turn[sizes["d"]]), "spin": (REAL, at + of_spin[sizes["d"]])})
 
 
+def stats_of(stored: dict[str, Any]) -> SceneStats:
+    """The figures of a stored run."""
+    springs = stored.get("springs")
+    return SceneStats(**stored | {"springs": None if springs is None else SpringStats(*springs)})
+
+
 def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneSolution:
     columns = ContactColumns(**{name: arrays[CONTACTS + name] for name in COLUMNS})
     offsets, names = columns.offsets, [str(name) for name in about["names"]]
@@ -111,6 +117,6 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneSolu
     ledger = {name.removeprefix(LEDGER): column for name, column in arrays.items() if name.startswith(LEDGER)}
     return SceneSolution(
         **{name: arrays[name] for name in (*ARRAYS, "turn", "spin")}, all_contacts=columns, ledger=ledger,
-        stats=SceneStats(**about["stats"]), status=Status(about["status"]), message=about["message"], names=names,
+        stats=stats_of(about["stats"]), status=Status(about["status"]), message=about["message"], names=names,
         scene=None, about=about["about"],
     )  # fmt: skip

@@ -25,11 +25,12 @@ from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, ModelFunctionError, ProgressError, StepFailure
 from nonsmooth.results.scene_solution import WORKS, ContactColumns, SceneSolution, SceneStats
 from nonsmooth.runs.run import LOOK_EVERY, next_block
-from nonsmooth.runs.times import grid_times
+from nonsmooth.runs.times import RecordTimes, grid_times
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.signals.bar import heard
 
@@ -44,7 +45,7 @@ FAILURES: dict[Status, type[StepFailure]] = {
 
 
 class SceneRun:
-    """One run.
+    """One run with steps of a given length; with compliant contacts: `SpringRun`.
 
     Parameters
     ----------
@@ -56,20 +57,26 @@ class SceneRun:
         As of `simulate`.
     """
 
+    columns: tuple[str, ...] = WORKS  # of the ledger, beside the energies of the bodies
+    what_is_deep = "what is thin and fast may have passed through what it met; a smaller dt ends this"
+
     def __init__(
         self, scene: Scene, t_span: tuple[float, float], integrator: MoreauJean, every: int, t_eval: Any
     ) -> None:
         if not isinstance(integrator, MoreauJean):
             raise InvalidInput(
-                f"a scene is integrated by MoreauJean(dt=...); got {type(integrator).__name__}: it takes a small "
+                f"a scene is integrated by MoreauJean(dt=...) or Penalty(stiffness); got {type(integrator).__name__}: it takes a small "
                 "planar one as scene.system(), from *scene.state()"
             )
         if integrator.compliance is not None:
             raise InvalidInput("contacts of a scene are rigid; leave out compliance= of MoreauJean")
         if integrator.projection:
             raise InvalidInput("bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean")
+        self._begin(scene, integrator, grid_times(integrator, t_span, every, t_eval))
+
+    def _begin(self, scene: Scene, integrator: Any, times: RecordTimes) -> None:
+        """The records, and the scene in motion."""
         self.scene, self.integrator = scene, integrator
-        times = grid_times(integrator, t_span, every, t_eval)
         n_b = len(scene.bodies)
         if n_b == 0:
             raise InvalidInput("the scene has no bodies; add them by scene.body(...), scene.fixed(...)")
@@ -78,11 +85,7 @@ class SceneRun:
         self.times = times.part(0, times.count)
         started = time.perf_counter()
         self.world = World(scene, float(self.times[0]))
-        options = integrator.contacts
-        self.assembly = Assembly(
-            self.world.bodies, self.world.shapes, self.world.surfaces, options.tol, options.sweeps,
-            options.on_residual == "raise", options.may_sleep, integrator.theta,
-        )  # fmt: skip
+        self.assembly = self._assemble()
         self.compile_time = time.perf_counter() - started
         self.world.require_apart(self.assembly.find_contacts(), self.assembly.found)
         self.status = Status.RUNNING
@@ -92,10 +95,18 @@ class SceneRun:
         self.spent = ""
         self.x = np.zeros((times.count, *self.world.bodies.motion.x.shape))
         self.v = np.zeros((times.count, *self.world.bodies.motion.v.shape))
-        self.works = np.zeros((times.count, len(WORKS)))
+        self.works = np.zeros((times.count, len(self.columns)))
         self.worst = np.zeros((times.count, 2))
         self.chunks: list[tuple[np.ndarray, ...]] = []
         self.rows = 0
+
+    def _assemble(self) -> Any:
+        """The scene in motion: its steps, contacts, works and figures."""
+        options, world = self.integrator.contacts, self.world
+        return Assembly(
+            world.bodies, world.shapes, world.surfaces, options.tol, options.sweeps, options.on_residual == "raise",
+            options.may_sleep, self.integrator.theta,
+        )  # fmt: skip
 
     def advance(
         self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None = None
@@ -104,23 +115,19 @@ class SceneRun:
         started = time.perf_counter()
         deadline = math.inf if max_wall_time is None else started + max_wall_time
         budget = sys.maxsize if max_steps is None else max_steps
-        dts, counts = self.integrator.steps_between(self.times)
         self._looked, self._block = started, 1
+
+        def may_go_on() -> bool:
+            self._look(deadline, progress, max_wall_time)
+            if self.status == Status.RUNNING and self.steps >= budget:
+                self._stop(f"max_steps = {max_steps}")
+            return self.status == Status.RUNNING
+
         try:
             self._write_row()
-            for k, (dt, count) in enumerate(zip(dts.tolist(), counts.tolist(), strict=True)):
-                self.began, self.dt, self.steps_before = float(self.times[k]), dt, self.steps
-                while (done := self.steps - self.steps_before) < count:
-                    self._look(deadline, progress, max_wall_time)
-                    if self.status == Status.RUNNING and self.steps >= budget:
-                        self._stop(f"max_steps = {max_steps}")
-                    if self.status != Status.RUNNING:
-                        return
-                    self._take_steps(min(count - done, budget - self.steps))
-                    if self.status != Status.RUNNING:
-                        return
-                self.began, self.dt = float(self.times[k + 1]), 0.0
-                self._write_row()
+            self._run(may_go_on, budget)
+            if self.status != Status.RUNNING:
+                return
             self.status = Status.FINISHED
             if progress is not None:
                 self._show(progress)
@@ -131,6 +138,20 @@ class SceneRun:
                 self.assembly.end_step()
                 self._write_last_row()
             self.wall_time = time.perf_counter() - started
+
+    def _run(self, may_go_on: Callable[[], bool], budget: int) -> None:
+        """From record to record, as long as that may go on."""
+        dts, counts = self.integrator.steps_between(self.times)
+        for k, (dt, count) in enumerate(zip(dts.tolist(), counts.tolist(), strict=True)):
+            self.began, self.dt, self.steps_before = float(self.times[k]), dt, self.steps
+            while (done := self.steps - self.steps_before) < count:
+                if not may_go_on():
+                    return
+                self._take_steps(min(count - done, budget - self.steps))
+                if self.status != Status.RUNNING:
+                    return
+            self.began, self.dt = float(self.times[k + 1]), 0.0
+            self._write_row()
 
     @property
     def steps(self) -> int:
@@ -246,17 +267,17 @@ class SceneRun:
         offsets = np.concatenate(([0], np.cumsum(counts)))
         columns = ContactColumns(offsets, *map(np.concatenate, zip(*self.chunks, strict=True)))
         turn, spin = (x[:, :, 2], v[:, :, 2]) if dim == 2 else (self.world.turns(x[:, :, 3:]), v[:, :, 3:])
-        ledger = self.world.energies(x, v) | {name: self.works[:k, w] for w, name in enumerate(WORKS)}
-        about = {
-            "scene": repr(self.scene),
-            "integrator": repr(self.integrator),
-            "contacts": repr(self.integrator.contacts),
-        }
+        ledger = self.world.energies(x, v) | {name: self.works[:k, w] for w, name in enumerate(self.columns)}
+        about = {"scene": repr(self.scene), "integrator": repr(self.integrator)} | self._about()
         return SceneSolution(
             self.times[:k], x[:, :, :dim], turn, v[:, :, :dim], spin, columns, ledger, self.worst[:k, 0],
             self.worst[:k, 1], self.stats(), self.status, self.message(), [body.name for body in self.scene.bodies],
             self.scene, self.world.frames[:, :dim], about,
         )  # fmt: skip
+
+    def _about(self) -> dict[str, str]:
+        """What is to be kept of the options beside."""
+        return {"contacts": repr(self.integrator.contacts)}
 
     def failure(self, solution: SceneSolution) -> StepFailure:
         """The exception of a run that did not end well."""
@@ -270,7 +291,10 @@ def simulate_scene(
     max_steps: int | None, max_wall_time: float | None, progress: Callable[[float], None] | bool | None,
 ) -> SceneSolution:  # fmt: skip
     """`simulate` for a scene, its arguments checked but for those of times."""
-    run = SceneRun(scene, t_span, integrator, every, t_eval)  # type: ignore[arg-type]
+    kind = SceneRun
+    if isinstance(integrator, Penalty):
+        from nonsmooth.runs.spring_run import SpringRun as kind  # type: ignore[assignment]
+    run = kind(scene, t_span, integrator, every, t_eval)  # type: ignore[arg-type]
     with heard(progress) as hear:
         run.advance(max_wall_time, hear, max_steps)
     solution = run.solution()
@@ -279,7 +303,7 @@ def simulate_scene(
     if solution.stats.energy_gains:
         warn_caller(rebound_gain(solution.stats), EnergyGainWarning)
     if solution.stats.worst_penetration > DEEP * run.assembly.smallest:
-        warn_caller(deep_penetration(solution.stats, run.assembly.smallest), PenetrationWarning)
+        warn_caller(deep_penetration(solution.stats, run.assembly.smallest, run.what_is_deep), PenetrationWarning)
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
@@ -294,11 +318,11 @@ def rebound_gain(stats: SceneStats) -> str:
     )
 
 
-def deep_penetration(stats: SceneStats, smallest: float) -> str:
+def deep_penetration(stats: SceneStats, smallest: float, what: str) -> str:
     """What is to be said of a run whose bodies were deep in one another: thin and fast ones may have passed through."""
     return (
         f"bodies were up to {stats.worst_penetration:.2g} m in one another, and the smallest reaches {smallest:.2g} m: "
-        "what is thin and fast may have passed through what it met; a smaller dt ends this"
+        + what
     )
 
 

@@ -149,9 +149,12 @@ def simulate(
     if scene is not None:
         from nonsmooth.runs.scene_run import simulate_scene
 
-        return simulate_scene(  # type: ignore[return-value]
+        of_scene = simulate_scene(
             scene, t_span, integrator, every, t_eval, on_failure, max_steps, max_wall_time, progress
         )
+        if of_scene.status == Status.INTERRUPTED and _is_whole.get():
+            raise KeyboardInterrupt
+        return of_scene  # type: ignore[return-value]
     q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
     integrator, reason = choose(integrator, model, system, t_span, q_0, u_0)
     project = as_flag("project", project)

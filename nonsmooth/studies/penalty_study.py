@@ -27,7 +27,7 @@ from nonsmooth.results.solution import Solution, mode_name
 from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
 from nonsmooth.studies.comparison import ComparisonTask, as_problem, run_comparison
 from nonsmooth.studies.force_history import force_episode
-from nonsmooth.studies.reference import EXACT, Observed, Problem, Reference, as_reference, coarser, largest_differences
+from nonsmooth.studies.reference import EXACT, Observed, Problem, Reference, SceneProblem, as_reference, coarser, largest_differences
 from nonsmooth.studies.study import Study, require_xarray
 from nonsmooth.sweeps.progress import part_shown
 from nonsmooth.sweeps.task import Variable
@@ -41,8 +41,8 @@ STIFFNESSES = tuple(10.0**n for n in range(4, 13))  # chosen: N/m
 def penalty_study(
     system: Any,
     t_span: tuple[float, float],
-    q0: ArrayLike,
-    u0: ArrayLike,
+    q0: ArrayLike | None = None,
+    u0: ArrayLike | None = None,
     *,
     stiffness: ArrayLike | None = None,
     damping: float | Callable[[float], float] | None = None,
@@ -63,18 +63,21 @@ def penalty_study(
     Parameters
     ----------
     system, t_span, q0, u0
-        As of `simulate`.
+        As of `simulate`; a scene too, from its own start.
     stiffness : array_like (n,), optional
         k [N/m], increasing; when left out 1e4, 1e5, ... as far as 1e12 or as the runs, whose steps grow with k, take
-        some seconds together.
+        some seconds together. Of a scene from the power of ten on at which the weight of all bodies presses one contact
+        in by less than a hundredth of half the thinnest body.
     damping : float or callable, optional
         c [N s/m], or c(k): ``lambda k: k`` keeps the relaxation time c/k at 1 s.
     damping_ratio : float, optional
-        zeta, c = 2 zeta sqrt(k m), instead.
+        zeta, c = 2 zeta sqrt(k m), instead. Where neither is given the springs of a system have no damper, those of a
+        scene zeta = 1: undamped, a pile would never come to rest.
     penalty : Penalty, optional
         The other options (law, friction, mass, tolerances); its stiffness and damping are replaced.
     reference : (q, u) or integrator, optional
-        States at the times, or what computes them; ``EventDriven(rtol=1e-12, atol=1e-14)`` when left out.
+        States at the times, or what computes them; ``EventDriven(rtol=1e-12, atol=1e-14)`` when left out, of
+        a scene Moreau-Jean with 4000 steps.
     times : array_like, optional
         When the distance is measured [s]; at the end when left out.
     contact : int
@@ -82,7 +85,8 @@ def penalty_study(
     limit : float, optional
         Where the normal velocity after the episode should tend to [m/s]: gives "error_gamma_N".
     beside : sequence of integrators, optional
-        Rigid runs whose errors and costs stand beside; Moreau–Jean with 1e3, 1e4 and 1e5 steps when left out.
+        Rigid runs whose errors and costs stand beside; Moreau–Jean with 1e3, 1e4 and 1e5 steps when left out, of a scene
+        with 250 and 1000.
     delay : float, optional
         Time after each matched event at which the distance is measured too [s]; half the time to the next event of the
         reference when left out. A reference that does not locate its events has none.
@@ -99,6 +103,7 @@ def penalty_study(
         ``data`` holds also, over "stiffness": "branch" (the first modes of the contact), "stop_time" (end of slip) [s],
         "peak_force" [N], "P_N" [N s] and "gamma_N" [m/s] of the first episode, its effective "restitution";
         "own_q", "own_u" and so on: errors of the integration, beside each "error_q", "error_u";
+        Of a scene there is "penetration" [m] in their place, the deepest of the run;
         over "beside": "beside_error_q", "beside_error_u" (at the last time), "beside_wall_time", "beside_steps".
         After Ctrl-C it holds the runs that were finished.
 
@@ -134,6 +139,14 @@ def penalty_study(
     if damping is not None and damping_ratio is not None:
         raise InvalidInput("give either damping or damping_ratio; got both")
     problem = as_problem(system, t_span, q0, u0, times)
+    if isinstance(problem, SceneProblem):
+        from nonsmooth.studies.penalty_of_scenes import study_of_scene
+
+        taken = {"contact": contact or None, "limit": limit, "delay": delay}
+        return study_of_scene(
+            problem, None if stiffness is None else k, damping, damping_ratio, penalty, reference, beside, workers,
+            journal, progress, taken,
+        )  # fmt: skip
     if problem.system.n_c == 0:
         raise InvalidInput("a penalty study needs a system with contacts; this one has none")
     contact = as_index("contact", contact, problem.system.n_c)
