@@ -34,6 +34,7 @@ from nonsmooth.runs.times import RecordTimes, grid_times
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.signals.bar import heard
 
+SOFT = "the springs are soft for this motion, or what is thin passed through; a larger stiffness ends this"
 DEEP = 0.01  # chosen: of the smallest shape: a penetration that is told
 ENDS = {LOST: Status.NOT_FINITE, UNSOLVED: Status.NOT_SOLVED}
 METHODS = {"kept": "kept", "sweeps": "swept", "augmented Lagrangian": "direct"}  # name: field of the counts
@@ -68,8 +69,6 @@ class SceneRun:
                 f"a scene is integrated by MoreauJean(dt=...) or Penalty(stiffness); got {type(integrator).__name__}: it takes a small "
                 "planar one as scene.system(), from *scene.state()"
             )
-        if integrator.compliance is not None:
-            raise InvalidInput("contacts of a scene are rigid; leave out compliance= of MoreauJean")
         if integrator.projection:
             raise InvalidInput("bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean")
         self._begin(scene, integrator, grid_times(integrator, t_span, every, t_eval))
@@ -102,11 +101,18 @@ class SceneRun:
 
     def _assemble(self) -> Any:
         """The scene in motion: its steps, contacts, works and figures."""
-        options, world = self.integrator.contacts, self.world
-        return Assembly(
+        options, world, compliance = self.integrator.contacts, self.world, self.integrator.compliance
+        if compliance is not None:
+            world.surfaces.is_compliant, world.surfaces.e[:] = 1, 0.0
+            world.surfaces.stiffness, world.surfaces.damping = compliance.stiffness, compliance.damping
+            self.what_is_deep = SOFT
+        assembly = Assembly(
             world.bodies, world.shapes, world.surfaces, options.tol, options.sweeps, options.on_residual == "raise",
             options.may_sleep, self.integrator.theta,
         )  # fmt: skip
+        if compliance is not None:
+            assembly.progress.tight = math.inf  # what springs give way to is not taken back
+        return assembly
 
     def advance(
         self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None = None

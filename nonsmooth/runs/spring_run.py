@@ -16,7 +16,7 @@ from nonsmooth.integrators.springs.steps import VANISHED
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.scene_solution import WORKS, SceneStats, SpringStats
 from nonsmooth.runs.run import next_block
-from nonsmooth.runs.scene_run import SceneRun
+from nonsmooth.runs.scene_run import SOFT, SceneRun
 from nonsmooth.runs.times import listed, record_times
 from nonsmooth.scenes.scene import Scene
 
@@ -43,7 +43,7 @@ class SpringRun(SceneRun):
     """
 
     columns = (*WORKS, "elastic", "damping")
-    what_is_deep = "the springs are soft for this motion, or what is thin passed through; a larger stiffness ends this"
+    what_is_deep = SOFT
 
     def __init__(self, scene: Scene, t_span: tuple[float, float], integrator: Penalty, every: int, t_eval: Any) -> None:
         times, self.every = record_times(t_span, every, t_eval)
