@@ -52,9 +52,9 @@ def compliant_summary(solution: SceneSolution, contacts: str, change: dict[str, 
             f"{solution.about['integrator']}",
             f"closed contacts at the end: {contacts}",
             f"deepest {stats.worst_penetration:.3g} m, at the end {stats.last_penetration:.3g} m",
-            f"energy: kinetic {change['kinetic']:+.6g} J = work of {works} J (the rest, {rest:+.1g} J, is the method's)",
+            f"energy: kinetic {change['kinetic']:+.6g} J = work of {works} J (the rest, {rest:+.1g} J, is error)",
             f"  springs hold {change['elastic']:+.6g} J more, dampers took {-change['damping']:.6g} J",
-            f"{stats.steps} steps of {springs.shortest:.2g} to {springs.longest:.2g} s, {springs.rejected} tried in vain; "
+            f"{stats.steps} steps of {springs.shortest:.2g} to {springs.longest:.2g} s, {springs.rejected} in vain; "
             f"longest step allowed {springs.longest_allowed:.2g} s, 1/omega of the lightest body, omega = "
             f"{springs.omega:.4g} 1/s",
             f"wall time {stats.wall_time:.3g} s, compiling or loading {stats.compile_time:.3g} s",

@@ -25,7 +25,6 @@ from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, ModelFunctionError, ProgressError, StepFailure
 from nonsmooth.results.scene_solution import WORKS, ContactColumns, SceneSolution, SceneStats
@@ -66,8 +65,8 @@ class SceneRun:
     ) -> None:
         if not isinstance(integrator, MoreauJean):
             raise InvalidInput(
-                f"a scene is integrated by MoreauJean(dt=...) or Penalty(stiffness); got {type(integrator).__name__}: it takes a small "
-                "planar one as scene.system(), from *scene.state()"
+                f"a scene is integrated by MoreauJean(dt=...); got {type(integrator).__name__}: Penalty(k) takes one "
+                "too, others a small planar one as scene.system(), from *scene.state()"
             )
         if integrator.projection:
             raise InvalidInput("bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean")
@@ -293,13 +292,10 @@ class SceneRun:
 
 
 def simulate_scene(
-    scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any, on_failure: str,
-    max_steps: int | None, max_wall_time: float | None, progress: Callable[[float], None] | bool | None,
+    kind: type[SceneRun], scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any,
+    on_failure: str, max_steps: int | None, max_wall_time: float | None, progress: Callable[[float], None] | None,
 ) -> SceneSolution:  # fmt: skip
-    """`simulate` for a scene, its arguments checked but for those of times."""
-    kind = SceneRun
-    if isinstance(integrator, Penalty):
-        from nonsmooth.runs.spring_run import SpringRun as kind  # type: ignore[assignment]
+    """`simulate` for a scene by a kind of run, its arguments checked but for those of times."""
     run = kind(scene, t_span, integrator, every, t_eval)  # type: ignore[arg-type]
     with heard(progress) as hear:
         run.advance(max_wall_time, hear, max_steps)

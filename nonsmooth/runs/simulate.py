@@ -150,7 +150,16 @@ def simulate(
         from nonsmooth.runs.scene_run import simulate_scene
 
         of_scene = simulate_scene(
-            scene, t_span, integrator, every, t_eval, on_failure, max_steps, max_wall_time, progress
+            kind_of_run(integrator),
+            scene,
+            t_span,
+            integrator,
+            every,
+            t_eval,
+            on_failure,
+            max_steps,
+            max_wall_time,
+            progress,
         )
         if of_scene.status == Status.INTERRUPTED and _is_whole.get():
             raise KeyboardInterrupt
@@ -183,6 +192,19 @@ def simulate(
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
+
+
+def kind_of_run(integrator: Any) -> Any:
+    """The class of the run of a scene."""
+    from nonsmooth.integrators.penalty.options import Penalty
+
+    if isinstance(integrator, Penalty):
+        from nonsmooth.runs.spring_run import SpringRun
+
+        return SpringRun
+    from nonsmooth.runs.scene_run import SceneRun
+
+    return SceneRun
 
 
 def require_plain(

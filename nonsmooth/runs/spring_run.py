@@ -50,8 +50,8 @@ class SpringRun(SceneRun):
         guided = [body.name for body in scene.bodies if body.motion is not None]
         if guided:
             raise InvalidInput(
-                f"{guided[0]} moves as a function says, which Penalty does not follow within its steps; give it an even "
-                "velocity, or take MoreauJean(dt)"
+                f"{guided[0]} moves as a function says, which Penalty does not follow within its steps; give it an "
+                "even velocity, or take MoreauJean(dt)"
             )
         self._begin(scene, integrator, listed(times))
 

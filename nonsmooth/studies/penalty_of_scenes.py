@@ -25,8 +25,8 @@ from nonsmooth.integrators.springs.scene_springs import half_thickness
 from nonsmooth.runs.scene_run import DEEP
 from nonsmooth.studies.affordable import Choice, choose_affordable
 from nonsmooth.studies.comparison import ComparisonTask, run_comparison
-from nonsmooth.studies.penalty_study import STIFFNESSES, beside_columns, penalty_at
 from nonsmooth.studies.reference import Observed, SceneProblem, as_reference, coarser, largest_differences
+from nonsmooth.studies.stiffnesses import STIFFNESSES, beside_columns, penalty_at
 from nonsmooth.studies.study import Study
 from nonsmooth.sweeps.progress import part_shown
 from nonsmooth.sweeps.task import Variable

@@ -11,13 +11,12 @@ from __future__ import annotations
 import functools
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_index, as_instance, as_positive, as_vector, result_of
+from nonsmooth.checks.arrays import as_index, as_instance, as_positive, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.penalty.options import Penalty
@@ -27,7 +26,17 @@ from nonsmooth.results.solution import Solution, mode_name
 from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
 from nonsmooth.studies.comparison import ComparisonTask, as_problem, run_comparison
 from nonsmooth.studies.force_history import force_episode
-from nonsmooth.studies.reference import EXACT, Observed, Problem, Reference, SceneProblem, as_reference, coarser, largest_differences
+from nonsmooth.studies.reference import (
+    EXACT,
+    Observed,
+    Problem,
+    Reference,
+    SceneProblem,
+    as_reference,
+    coarser,
+    largest_differences,
+)
+from nonsmooth.studies.stiffnesses import STIFFNESSES, beside_columns, penalty_at
 from nonsmooth.studies.study import Study, require_xarray
 from nonsmooth.sweeps.progress import part_shown
 from nonsmooth.sweeps.task import Variable
@@ -35,7 +44,6 @@ from nonsmooth.sweeps.task import Variable
 BESIDE_STEPS = (1_000, 10_000, 100_000)  # chosen: of the rigid runs whose cost stands beside
 BRANCH = 5  # chosen: modes named
 TAIL = 0.1  # chosen: of an episode, that is run beyond its end
-STIFFNESSES = tuple(10.0**n for n in range(4, 13))  # chosen: N/m
 
 
 def penalty_study(
@@ -85,8 +93,8 @@ def penalty_study(
     limit : float, optional
         Where the normal velocity after the episode should tend to [m/s]: gives "error_gamma_N".
     beside : sequence of integrators, optional
-        Rigid runs whose errors and costs stand beside; Moreau–Jean with 1e3, 1e4 and 1e5 steps when left out, of a scene
-        with 250 and 1000.
+        Rigid runs whose errors and costs stand beside; Moreau–Jean with 1e3, 1e4 and 1e5 steps when left out, of a
+        scene with 250 and 1000.
     delay : float, optional
         Time after each matched event at which the distance is measured too [s]; half the time to the next event of the
         reference when left out. A reference that does not locate its events has none.
@@ -173,16 +181,6 @@ def penalty_study(
     return Study("stiffness", data, f"{problem.system.name or 'a system'}: the penalty limit")
 
 
-def penalty_at(
-    penalty: Penalty | None, k: float, damping: float | Callable[[float], float] | None, damping_ratio: float | None
-) -> Penalty:
-    """The integrator at one stiffness."""
-    c = result_of("damping", damping, k) if callable(damping) else damping
-    if penalty is None:
-        return Penalty(k, damping=c, damping_ratio=damping_ratio)
-    return replace(penalty, stiffness=k, damping=c, damping_ratio=damping_ratio)
-
-
 class PenaltyTask(ComparisonTask):
     """Runs with compliant contact beside a reference, and what one of their contacts did."""
 
@@ -241,13 +239,3 @@ def branch(run: Solution, contact: int) -> str:
     names = [mode_name(int(run.mode[0, contact]), int(run.slip[0, contact]))]
     names += [mode_name(e.mode_after, e.slip_after) for e in run.events if e.contact == contact]
     return ", ".join(names[:BRANCH]) + (", ..." if len(names) > BRANCH else "")
-
-
-def beside_columns(task: ComparisonTask, progress: Any) -> dict[str, Any]:
-    """Errors at the last time and costs of the rigid runs."""
-    runs = run_comparison(task, "", progress=progress)
-    if runs.attrs["interrupted"]:
-        raise KeyboardInterrupt
-    names = [name for name in ("error_q", "error_u", "wall_time", "steps") if name in runs]
-    columns = {name: runs[name].isel(time=-1) if "time" in runs[name].dims else runs[name] for name in names}
-    return {f"beside_{name}": ("beside", column.values) for name, column in columns.items()}

@@ -127,7 +127,8 @@ class SceneProblem(Problem):
     def identity(self) -> str:
         """A text that is equal for equal motions."""
         scene, t_0 = self.scene, self.start[0]
-        return "\n".join(map(repr, (t_0, scene.gravity.tolist(), sorted(map(repr, scene.pairs.items())), *scene.bodies)))
+        pairs = sorted(repr((sorted(names), given)) for names, given in scene.pairs.items())
+        return "\n".join(map(repr, (t_0, scene.gravity, pairs, *scene.bodies)))
 
 
 @dataclass(frozen=True)

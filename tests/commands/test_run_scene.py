@@ -36,8 +36,11 @@ def test_list_names_models_and_scenes(capsys):
 @pytest.mark.parametrize(
     "words, message",
     [
-        ("--integrator adaptive", "box-stack is a scene, which --integrator moreau-jean integrates, and no other yet"),
-        ("--integrator auto", "box-stack is a scene, which --integrator moreau-jean integrates"),
+        (
+            "--integrator adaptive",
+            "box-stack is a scene, which --integrator moreau-jean or penalty integrates, and no other yet",
+        ),
+        ("--integrator auto", "box-stack is a scene, which --integrator moreau-jean or penalty integrates"),
         ("--state x=1", "--state is no option for box-stack, a scene of bodies; leave it out"),
         ("--q0 1 --u0 1", "--q0 is no option for box-stack"),
         ("--selection lift-off", "--selection is no option for box-stack"),

@@ -7,8 +7,8 @@
     open K = 0,   stick K = I,   slide K_NN = 1, K_TN = mu t, K_TT = mu z_N / |z_T| (I - t t^T),  t = z_T / |z_T|
 
 P is held. Of a compliant contact, with R on the diagonal of G, p_N = z_N - rho R p_N: z_N and dp/dz_N are times
-1/(1 + rho R). A is unsymmetric where a contact with friction slides. Source: Alart and Curnier, Comput. Methods Appl. Mech.
-Eng. 92 (1991) 353-375.
+1/(1 + rho R). A is unsymmetric where a contact with friction slides. Source: Alart and Curnier, Comput. Methods Appl.
+Mech. Eng. 92 (1991) 353-375.
 """
 
 from __future__ import annotations

@@ -74,8 +74,8 @@ class TangentialSpring:
     Parameters
     ----------
     ratio : float
-        k_T/k. Two elastic spheres have 2 (1 - nu)/(2 - nu), 0.8 for Poisson's ratio 1/3, the default (Mindlin, *J. Appl.
-        Mech.* 16 (1949) 259).
+        k_T/k. Two elastic spheres have 2 (1 - nu)/(2 - nu), 0.8 for Poisson's ratio 1/3, the default (Mindlin,
+        *J. Appl. Mech.* 16 (1949) 259).
 
     Raises
     ------

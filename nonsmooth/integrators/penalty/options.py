@@ -54,8 +54,8 @@ class Penalty(LocatesEvents):
     law : {"clipped", "kelvin-voigt", "hunt-crossley"}
         Of unilateral contacts; bilateral ones are Kelvin-Voigt.
     friction : "coulomb", Regularised or TangentialSpring
-        Coulomb's law with true sticking, or a smooth function of the sliding velocity. In a scene what sticks hangs on a
-        spring: "coulomb" is ``TangentialSpring()`` there, and a system takes no other spring.
+        Coulomb's law with true sticking, or a smooth function of the sliding velocity. In a scene what sticks hangs on
+        a spring: "coulomb" is ``TangentialSpring()`` there, and a system takes no other spring.
     method : {"compiled", "Radau", "BDF", "LSODA"}
         The compiled Radau IIA of order 5, or one of SciPy's solvers on the same equations: a cross-check, some hundred
         times slower. What SciPy leaves unfinished, not finite or beyond an event is refused, whatever it reports.

@@ -2,9 +2,9 @@
 
     m v' = m g + sum la,    I omega' = sum r x la - omega x I omega,    q' = omega q/2,    xi' = gamma_T
 
-Contacts are found anew at every stage. One that has no spring yet gets one, unstretched; one whose features changed goes
-on with the spring of its pair that is nearest, as impulses do in assembly/contacts.py. In space an elongation turns
-with the normal, by the least turn that carries the old one to the new one, and with the mean spin of both bodies
+Contacts are found anew at every stage. One that has no spring yet gets one, unstretched; one whose features changed
+goes on with the spring of its pair that is nearest, as impulses do in assembly/contacts.py. In space an elongation
+turns with the normal, by the least turn that carries the old one to the new one, and with the mean spin of both bodies
 about it.
 """
 
@@ -23,7 +23,7 @@ from nonsmooth.integrators.springs.law import Law, Springs, damping_of, elastic_
 from nonsmooth.integrators.springs.table import STAGES, stage_sum
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, view
-from nonsmooth.scenes.detection import NOT_FINITE, Found
+from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.shape_rows import Shapes
 from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial

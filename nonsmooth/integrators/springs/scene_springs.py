@@ -15,7 +15,8 @@ from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
 from nonsmooth.integrators.assembly.progress import MORE_CONTACTS, MORE_PAIRS
 from nonsmooth.integrators.assembly.spatial import turn_inertia
-from nonsmooth.integrators.assembly.step import ROOM, Stages as Kernels, write_masses
+from nonsmooth.integrators.assembly.step import ROOM, write_masses
+from nonsmooth.integrators.assembly.step import Stages as Kernels
 from nonsmooth.integrators.penalty.law import LAWS, Regularised, TangentialSpring
 from nonsmooth.integrators.penalty.options import TIME_RESOLUTION, Penalty
 from nonsmooth.integrators.springs.law import Law, Springs
@@ -67,9 +68,7 @@ class SceneSprings:
         if self.dim == 2:
             self.kernels = Kernels(take_spring_steps_planar, find_contacts_planar, planar_scratch, ())
         else:
-            self.kernels = Kernels(
-                take_spring_steps_spatial, find_contacts_spatial, spatial_scratch, (turn_inertia,)
-            )
+            self.kernels = Kernels(take_spring_steps_spatial, find_contacts_spatial, spatial_scratch, (turn_inertia,))
         self.kernels.load()
         self.progress: Course = new(Course)
         self.progress.t = self.progress.target = t_0

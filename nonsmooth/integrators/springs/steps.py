@@ -1,7 +1,7 @@
 """Steps of a scene with compliant contacts, as long as their error allows.
 
     err = max_b max(|dv_b|, omega_b |dx_b|, omega_b |dxi|) / (atol + rtol |v_b|) <= 1,    omega_b = sqrt(k/m_b)
-    and |dW| / sum_b m_b |v_b| (atol + rtol |v_b|) <= 1 of the work W of the dampers, which a clipped force does not feel
+    |dW| / sum_b m_b |v_b| (atol + rtol |v_b|) <= 1 of the work W of the dampers, which a clipped force does not feel
 
 |v_b| is the largest velocity of a point of the body, omega_b |dx_b| the velocity that has the energy of an elongation
 dx_b: so the tolerances follow the stiffness, as those of penalty/options.py do. A new step is h err^(-1/5), no longer
