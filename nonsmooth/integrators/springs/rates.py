@@ -29,7 +29,7 @@ from nonsmooth.scenes.shape_rows import Shapes
 from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
 
 # columns of the works beside those of the ledger: what springs hold, and what dampers took
-ELASTIC_ENERGY, DAMPING_WORK = N_LEDGER, N_LEDGER + 1
+ELASTIC_ENERGY, DAMPING_WORK = N_LEDGER, N_LEDGER + 1  # code: of a column
 N_COLUMNS = N_LEDGER + 2  # derived
 NO_ROOM_FOR_SPRINGS = -(2**61)  # code: as a number of contacts
 
@@ -81,7 +81,7 @@ def write_rates(places, s, h, d):
             write_rows_planar(bodies, found, c, network)
         else:
             write_rows_spatial(bodies, found, c, network)
-        push(bodies, found, network, law, springs, stages, c, s, h, d, n)
+        push((bodies, found, network, law, springs, stages), c, s, h, d, n)
     write_motion(bodies, network, stages, s, d, n)
     return n_c
 
@@ -142,8 +142,11 @@ def begin_forces(bodies, network, stages, s, d, n):
 
 
 @kernel
-def turn_least(a_0, a_1, a_2, b_0, b_1, b_2, v_0, v_1, v_2):
+def turn_least(a, b, v):
     """v turned as the least turn carries the unit vector a to b: v + w x v + w x (w x v)/(1 + a.b), w = a x b."""
+    a_0, a_1, a_2 = a
+    b_0, b_1, b_2 = b
+    v_0, v_1, v_2 = v
     w_0, w_1, w_2 = cross(a_0, a_1, a_2, b_0, b_1, b_2)
     c_0, c_1, c_2 = cross(w_0, w_1, w_2, v_0, v_1, v_2)
     e_0, e_1, e_2 = cross(w_0, w_1, w_2, c_0, c_1, c_2)
@@ -162,7 +165,7 @@ def stretch_of(network, found, springs, c, s, h, d):
     x_1 = springs.xi[at, 1] + h * stage_sum(springs.rate, s, at, 1)
     x_2 = springs.xi[at, 2] + h * stage_sum(springs.rate, s, at, 2)
     a, b = springs.normal_before, found.normal
-    x_0, x_1, x_2 = turn_least(a[at, 0], a[at, 1], a[at, 2], b[c, 0], b[c, 1], b[c, 2], x_0, x_1, x_2)
+    x_0, x_1, x_2 = turn_least((a[at, 0], a[at, 1], a[at, 2]), (b[c, 0], b[c, 1], b[c, 2]), (x_0, x_1, x_2))
     springs.stretch[c, 0], springs.stretch[c, 1], springs.stretch[c, 2] = x_0, x_1, x_2
     t = network.J_j
     return (
@@ -183,7 +186,7 @@ def write_spring_rate(bodies, network, found, springs, c, s, gamma_1, gamma_2):
     x_0 = spin * x_0 + gamma_1 * t[c, 1, 0] + gamma_2 * t[c, 2, 0]
     x_1 = spin * x_1 + gamma_1 * t[c, 1, 1] + gamma_2 * t[c, 2, 1]
     x_2 = spin * x_2 + gamma_1 * t[c, 1, 2] + gamma_2 * t[c, 2, 2]
-    x_0, x_1, x_2 = turn_least(b[c, 0], b[c, 1], b[c, 2], a[at, 0], a[at, 1], a[at, 2], x_0, x_1, x_2)
+    x_0, x_1, x_2 = turn_least((b[c, 0], b[c, 1], b[c, 2]), (a[at, 0], a[at, 1], a[at, 2]), (x_0, x_1, x_2))
     springs.rate[s, at, 0], springs.rate[s, at, 1], springs.rate[s, at, 2] = x_0, x_1, x_2
 
 
@@ -199,8 +202,9 @@ def compliance_of(network, c, n):
 
 
 @kernel
-def push(bodies, found, network, law, springs, stages, c, s, h, d, n):
+def push(blocks, c, s, h, d, n):
     """The force of contact c on its bodies, its works, and the rate of its spring."""
+    bodies, found, network, law, springs, stages = blocks
     gamma_N, gamma_1, gamma_2 = relative_velocity(network, c, d, n)
     depth = -found.gap[c]
     damping = damping_of(law, compliance_of(network, c, n) if law.zeta >= 0.0 else 0.0)

@@ -42,7 +42,7 @@ VANISHED = 7  # code: how a run of steps comes back, beside those of assembly/pr
 SAFETY, LEAST_CHANGE, MOST_CHANGE = 0.9, 0.2, 5.0  # chosen: of the next step
 SHORTEST = 1e-9  # chosen: of the longest step: no jump of a force needs less, but one that comes again and again does
 WAY_SHARE = 0.25  # chosen: of the thinnest body, that the fastest may move in a step
-TINY = 2.0**-1022  # defined: the least normal double: an energy of bodies that do not move
+LEAST_ENERGY = 2.0**-1022  # defined: the least normal double: an energy of bodies that do not move [J]
 LAST = STAGES - 1  # derived: the stage at the end of the step
 
 
@@ -237,7 +237,7 @@ def error_of(places, h, d):
                 worst = larger(worst, scales.omega[b] * abs(h * error_sum(stages.x, b, k)) * arm / allowed)
     lost = abs(h * error_sum(stages.work, 0, DAMPING_WORK))
     if lost > 0.0:
-        worst = larger(worst, lost / max(energy, TINY))
+        worst = larger(worst, lost / max(energy, LEAST_ENERGY))
     return larger(worst, spring_error(places, h, d))
 
 
@@ -325,7 +325,9 @@ def slide_back(network, found, law, springs, c, d):
     if d == 3:
         a, b, r = springs.normal_before, found.normal, springs.rate
         r_0, r_1, r_2 = turn_least(
-            a[at, 0], a[at, 1], a[at, 2], b[c, 0], b[c, 1], b[c, 2], r[LAST, at, 0], r[LAST, at, 1], r[LAST, at, 2]
+            (a[at, 0], a[at, 1], a[at, 2]),
+            (b[c, 0], b[c, 1], b[c, 2]),
+            (r[LAST, at, 0], r[LAST, at, 1], r[LAST, at, 2]),
         )
         springs.next_rate[c, 0], springs.next_rate[c, 1], springs.next_rate[c, 2] = r_0, r_1, r_2
 
