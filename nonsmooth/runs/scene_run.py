@@ -293,7 +293,8 @@ class SceneRun:
 
 def simulate_scene(
     kind: type[SceneRun], scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any,
-    on_failure: str, max_steps: int | None, max_wall_time: float | None, progress: Callable[[float], None] | None,
+    on_failure: str, max_steps: int | None, max_wall_time: float | None,
+    progress: Callable[[float], None] | bool | None,
 ) -> SceneSolution:  # fmt: skip
     """`simulate` for a scene by a kind of run, its arguments checked but for those of times."""
     run = kind(scene, t_span, integrator, every, t_eval)  # type: ignore[arg-type]

@@ -20,7 +20,7 @@ from nonsmooth.runs.scene_run import SOFT, SceneRun
 from nonsmooth.runs.times import listed, record_times
 from nonsmooth.scenes.scene import Scene
 
-ENDS = {LOST: Status.NOT_FINITE, VANISHED: Status.STEP_VANISHED}
+SPRING_ENDS = {LOST: Status.NOT_FINITE, VANISHED: Status.STEP_VANISHED}
 GROWTH = 2  # chosen: of the records, where their number is that of the steps
 
 
@@ -84,7 +84,7 @@ class SpringRun(SceneRun):
         before, began = self.steps, time.perf_counter()
         end = self.assembly.go_to(target, min(most, self._block))
         if end != DONE:
-            self.status = ENDS[end]
+            self.status = SPRING_ENDS[end]
         self._block = next_block(self.steps - before, time.perf_counter() - began)
 
     def _append_row(self) -> None:

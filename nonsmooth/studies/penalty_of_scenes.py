@@ -32,7 +32,7 @@ from nonsmooth.sweeps.progress import part_shown
 from nonsmooth.sweeps.task import Variable
 
 REFERENCE_STEPS = 4000  # chosen: of the rigid run that the springs are compared with
-BESIDE_STEPS = (250, 1000)  # chosen: of the rigid runs whose cost stands beside
+SCENE_BESIDE_STEPS = (250, 1000)  # chosen: of the rigid runs whose cost stands beside
 STUDY_RTOL = 1e-6  # chosen: errors of the springs are looked at down to some 1e-5 of the motion
 STUDY_ATOL = 1e-8  # chosen: as far below it as Penalty's own [m/s]
 
@@ -63,7 +63,7 @@ def study_of_scene(
     task = ScenePenaltyTask(problem, exact, "stiffness", {k: make(k) for k in chosen.values})
     data = run_comparison(task, "N/m", workers, journal, progress)
     data.attrs |= {"left_out": chosen.left_out, "soft": soft_ones(problem, data)}
-    rigid = [MoreauJean(span / n) for n in BESIDE_STEPS] if beside is None else beside
+    rigid = [MoreauJean(span / n) for n in SCENE_BESIDE_STEPS] if beside is None else beside
     if len(rigid) and not data.attrs["interrupted"]:
         try:
             runs = ComparisonTask(problem, exact, "beside", dict(enumerate(rigid)))

@@ -27,7 +27,7 @@ from nonsmooth.sweeps.task import identity_of_model
 EXACT = EventDriven(rtol=1e-12, atol=1e-14)  # rigid contact, as good as rounding allows
 # chosen: of the reference: how much coarser the second run is that says how far the first may be off
 COARSER_DT, COARSER_RTOL = 2.0, 10.0
-FEW_BODIES = 2.0  # measured: whose step with compliant contacts takes 5 us more than that of none
+BODIES_OF_A_STEP = 2.0  # measured: whose step with compliant contacts takes 5 us more than that of none
 FEW_VARIABLES = 12.0  # chosen: of a system: N_0 of studies/affordable.py
 Observed = dict[str, np.ndarray]  # "q", "u" (n_t, n); with events "event_t" (m, 1), "after_q", "after_u" (m, n)
 
@@ -115,7 +115,7 @@ class SceneProblem(Problem):
     @property
     def step_cost(self) -> float:
         """Of a step: in proportion to the bodies."""
-        return 1.0 + len(self.scene.bodies) / FEW_BODIES
+        return 1.0 + len(self.scene.bodies) / BODIES_OF_A_STEP
 
     @property
     def scene(self) -> Scene:

@@ -34,7 +34,20 @@ from nonsmooth.scenes.spatial.placement import spatial_scratch
 
 LONGEST = 1.0  # derived: in 1/omega: a third of the time that a contact lasts, and as far as the method is stable
 FIRST = 1e-2  # chosen: of that, the first step
-PLACES = ("bodies", "shapes", "surfaces", "scratch", "found", "network", "law", "springs", "stages", "books", "scales")
+# defined: blocks whose addresses the steps are handed, beside that of the motion of the bodies
+SPRING_PLACES = (
+    "bodies",
+    "shapes",
+    "surfaces",
+    "scratch",
+    "found",
+    "network",
+    "law",
+    "springs",
+    "stages",
+    "books",
+    "scales",
+)
 
 
 class SceneSprings:
@@ -139,7 +152,7 @@ class SceneSprings:
         """Where the blocks are now."""
         places = self.progress.places
         places.motion = self.bodies.motion.address
-        for name in PLACES:
+        for name in SPRING_PLACES:
             setattr(places, name, getattr(self, name).address)
 
 

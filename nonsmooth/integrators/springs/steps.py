@@ -33,7 +33,7 @@ from nonsmooth.integrators.springs.rates import (
     turn_least,
     write_rates,
 )
-from nonsmooth.integrators.springs.table import ORDER, STAGES, error_sum, stage_sum
+from nonsmooth.integrators.springs.table import EMBEDDED_ORDER, STAGES, error_sum, stage_sum
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, view
 from nonsmooth.scenes.detection import NOT_FINITE, Found
@@ -43,7 +43,7 @@ SAFETY, LEAST_CHANGE, MOST_CHANGE = 0.9, 0.2, 5.0  # chosen: of the next step
 SHORTEST = 1e-9  # chosen: of the longest step: no jump of a force needs less, but one that comes again and again does
 WAY_SHARE = 0.25  # chosen: of the thinnest body, that the fastest may move in a step
 LEAST_ENERGY = 2.0**-1022  # defined: the least normal double: an energy of bodies that do not move [J]
-LAST = STAGES - 1  # derived: the stage at the end of the step
+LAST_STAGE = STAGES - 1  # derived: the stage at the end of the step
 
 
 class SpringPlaces(Block):
@@ -122,7 +122,7 @@ def take_steps(course, most, d):
         error = inf if n_c == NOT_FINITE else error_of(course.places, h, d)
         change = LEAST_CHANGE
         if error < inf:
-            change = max(LEAST_CHANGE, min(MOST_CHANGE, SAFETY * max(error, 1e-10) ** (-1.0 / ORDER)))
+            change = max(LEAST_CHANGE, min(MOST_CHANGE, SAFETY * max(error, 1e-10) ** (-1.0 / EMBEDDED_ORDER)))
         if error <= 1.0:
             accept(course, h, d)
             course.t = course.target if is_cut and h >= course.target - course.t else course.t + h
@@ -286,8 +286,8 @@ def accept(course, h, d):
     network, found, law = view(places.network, Network), view(places.found, Found), view(places.law, Law)
     stages, springs, books = view(places.stages, Stages), view(places.springs, Springs), view(places.books, Books)
     for column in range(N_COLUMNS):
-        books.work[column] += h * stage_sum(stages.work, LAST, 0, column)
-        stages.work[0, 0, column] = stages.work[LAST, 0, column]
+        books.work[column] += h * stage_sum(stages.work, LAST_STAGE, 0, column)
+        stages.work[0, 0, column] = stages.work[LAST_STAGE, 0, column]
     for c in range(network.n_c):
         slide_back(network, found, law, springs, c, d)
     books.work[ELASTIC_ENERGY] = held_energy(law, found, network, springs)
@@ -301,9 +301,9 @@ def accept(course, h, d):
             springs.xi[c, k], springs.rate[0, c, k] = springs.next_xi[c, k], springs.next_rate[c, k]
     for b in range(stages.v.shape[1]):
         for k in range(stages.v.shape[2]):
-            stages.v[0, b, k] = stages.v[LAST, b, k]
+            stages.v[0, b, k] = stages.v[LAST_STAGE, b, k]
         for k in range(stages.x.shape[2]):
-            stages.x[0, b, k] = stages.x[LAST, b, k]
+            stages.x[0, b, k] = stages.x[LAST_STAGE, b, k]
     note(course, -deepest, network.n_c)
 
 
@@ -321,13 +321,13 @@ def slide_back(network, found, law, springs, c, d):
     springs.next_key[c] = found.key[c]
     for k in range(d):
         springs.next_xi[c, k] = scale * springs.stretch[c, k]
-        springs.next_rate[c, k] = springs.rate[LAST, at, k]
+        springs.next_rate[c, k] = springs.rate[LAST_STAGE, at, k]
     if d == 3:
         a, b, r = springs.normal_before, found.normal, springs.rate
         r_0, r_1, r_2 = turn_least(
             (a[at, 0], a[at, 1], a[at, 2]),
             (b[c, 0], b[c, 1], b[c, 2]),
-            (r[LAST, at, 0], r[LAST, at, 1], r[LAST, at, 2]),
+            (r[LAST_STAGE, at, 0], r[LAST_STAGE, at, 1], r[LAST_STAGE, at, 2]),
         )
         springs.next_rate[c, 0], springs.next_rate[c, 1], springs.next_rate[c, 2] = r_0, r_1, r_2
 

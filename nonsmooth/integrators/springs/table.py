@@ -11,9 +11,9 @@ from __future__ import annotations
 from nonsmooth.jit import kernel
 
 STAGES = 7  # defined: by the method
-ORDER = 5  # derived: of the local error estimate, in the length of the step
+EMBEDDED_ORDER = 5  # derived: of the local error estimate, in the length of the step
 # defined: rows of the table, a_sj
-A = (
+STAGE_WEIGHTS = (
     (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     (1 / 5, 0.0, 0.0, 0.0, 0.0, 0.0),
     (3 / 40, 9 / 40, 0.0, 0.0, 0.0, 0.0),
@@ -23,7 +23,7 @@ A = (
     (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
 )
 # defined: weights of order 5 less those of order 4
-E = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
+ERROR_WEIGHTS = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
 
 
 @kernel
@@ -31,7 +31,7 @@ def stage_sum(k, s, row, column):
     """sum_(j < s) a_sj k[j, row, column]."""
     total = 0.0
     for j in range(s):
-        total += A[s][j] * k[j, row, column]
+        total += STAGE_WEIGHTS[s][j] * k[j, row, column]
     return total
 
 
@@ -40,5 +40,5 @@ def error_sum(k, row, column):
     """sum_j e_j k[j, row, column]."""
     total = 0.0
     for j in range(STAGES):
-        total += E[j] * k[j, row, column]
+        total += ERROR_WEIGHTS[j] * k[j, row, column]
     return total
