@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.core_scenes import row_of_blocks, sliding_rod
-from nonsmooth.commands.catalogue import load_model
+from nonsmooth.catalogue.entries import load_model
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.runs.simulate import simulate_whole
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.commands.catalogue import load_model
+from nonsmooth.catalogue.entries import load_model
 
 BEADS = 20  # the dense Jacobian of an implicit method is not made for a hundred
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.core_scenes import row_of_blocks
-from nonsmooth.commands.catalogue import load_model
+from nonsmooth.catalogue.entries import load_model
 from nonsmooth.paradox.classify import classify
 from nonsmooth.studies.paradox_map import paradox_map
 

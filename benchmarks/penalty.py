@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.commands.catalogue import load_model
+from nonsmooth.catalogue.entries import load_model
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.results.failures import StepFailure
 from nonsmooth.runs.simulate import simulate_whole

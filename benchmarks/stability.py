@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.commands.catalogue import load_model
+from nonsmooth.catalogue.entries import load_model
 from nonsmooth.cycles.cycle import LimitCycle
 from nonsmooth.cycles.cycle_branch import CycleBranch, continue_cycle
 from nonsmooth.cycles.limit_cycle import limit_cycle

@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.core_scenes import row_of_blocks
 from benchmarks.stress_figures import EPS, Case, Method
 from benchmarks.stress_scenes import box_on
-from nonsmooth.commands.catalogue import load_model
+from nonsmooth.catalogue.entries import load_model
 from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.stress_figures import EPS, Outcome, name_of
-from nonsmooth.commands.catalogue import load_model
+from nonsmooth.catalogue.entries import load_model
 from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.commands.catalogue import load_model
+from nonsmooth.catalogue.entries import load_model
 from nonsmooth.contact.planar.single import Selection
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.runs.run import Run

@@ -124,14 +124,14 @@ def speeds(name: str) -> str:
 
 def compiled(system: System, which: int, function: Any) -> Any:
     """Machine code of one function."""
-    functions = {which: (function, which in TAKES_U, system.shape(which))}
+    functions = {which: (function, which in TAKES_U, system.shape_of(which))}
     return compile_model(functions, system.n_q, system.n_u, system.unpack, system.p.size)
 
 
 def nanoseconds(address: int, which: int, system: System) -> float:
     """Of one call."""
     q, u = np.linspace(0.1, 0.7, system.n_q), np.linspace(-1.0, 2.0, system.n_u)
-    out = np.zeros(system.shape(which)).reshape(-1)
+    out = np.zeros(system.shape_of(which)).reshape(-1)
     start = time.process_time()
     call_often.dispatcher(address, which, CALLS, q, u, system.p, out)
     return (time.process_time() - start) / CALLS * 1e9
@@ -144,7 +144,7 @@ def agree(system: System, which: int, forms: list[Any]) -> None:
         q, u = rng.uniform(-1, 1, system.n_q), rng.uniform(-2, 2, system.n_u)
         arrays = []
         for form in forms:
-            out = np.zeros(system.shape(which))
+            out = np.zeros(system.shape_of(which))
             form(0.0, q, u, system.unpacked, out) if which in TAKES_U else form(0.0, q, system.unpacked, out)
             arrays.append(out)
         for other in arrays[1:]:

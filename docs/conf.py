@@ -50,11 +50,16 @@ def api_page() -> str:
         lines[-1] += (module.__doc__ or "").strip().splitlines()[0]
         for name in (name for name, of in nonsmooth._HOME.items() if of == home):
             lines += ["", "```{eval-rst}", directive(f"nonsmooth.{name}", getattr(nonsmooth, name)), "```"]
-    lines += ["", "## Models", "", "`from models import ...`; [their physics](../models.md)."]
+    lines += ["", "## Models", "", "`from nonsmooth.catalogue import ...`; [their physics](../models.md)."]
     for name in models.__all__:
         path = f"models.{name}"
         lines += ["", "```{eval-rst}", directive(path, getattr(models, name)), "```"]
-    lines += ["", "## Ready scenes", "", "`from models.scenes import ...`; [what is known of them](../scenes.md)."]
+    lines += [
+        "",
+        "## Ready scenes",
+        "",
+        "`from nonsmooth.catalogue import ...`; [what is known of them](../scenes.md).",
+    ]
     for name in models.scenes.__all__:
         path = f"models.scenes.{name}"
         lines += ["", "```{eval-rst}", directive(path, getattr(models.scenes, name)), "```"]

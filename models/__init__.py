@@ -35,7 +35,7 @@ __all__ = [*MODELS]
 def __getattr__(name: str) -> Any:
     if name not in MODELS:
         raise AttributeError(f"there is no model {name!r}; known: {', '.join(__all__)}")
-    model = getattr(importlib.import_module(f"models.{MODELS[name]}"), name)
+    model = getattr(importlib.import_module(f"{__name__}.{MODELS[name]}"), name)
     globals()[name] = model
     return model
 

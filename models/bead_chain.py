@@ -76,7 +76,7 @@ class BeadChain:
 
     Examples
     --------
-    >>> from models import BeadChain
+    >>> from nonsmooth.catalogue import BeadChain
     >>> chain = BeadChain(n=100)
     >>> q, u = chain.exact(t=2.0, velocity=1.0)
     >>> round(float(u.sum()), 12), round(float(0.5 * (u**2).sum()), 7)

@@ -101,7 +101,7 @@ class BeltOscillator:
 
     Examples
     --------
-    >>> from models import BeltOscillator
+    >>> from nonsmooth.catalogue import BeltOscillator
     >>> belt = BeltOscillator(vb=0.42)
     >>> round(belt.vb_max(), 6), round(belt.vb_min(), 6), round(belt.averaged_amplitude(), 6)
     (0.440959, 0.394405, 0.849575)

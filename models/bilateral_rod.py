@@ -15,8 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.rod_geometry import FUNCTIONS, TipRod, slip_sign
 from nonsmooth.mechanics.system import Contact, System
+
+from .rod_geometry import FUNCTIONS, TipRod, slip_sign
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class BilateralRod(TipRod):
     Examples
     --------
     >>> import numpy as np
-    >>> from models import BilateralRod
+    >>> from nonsmooth.catalogue import BilateralRod
     >>> rod = BilateralRod(mu=2.0)
     >>> [round(N, 6) for N in rod.normal_forces(th=np.pi / 3, thdot=6.0, slip=-1.0)]
     [-1.328969, 6.813606]

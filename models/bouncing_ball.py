@@ -61,7 +61,7 @@ class BouncingBall:
 
     Examples
     --------
-    >>> from models import BouncingBall
+    >>> from nonsmooth.catalogue import BouncingBall
     >>> ball = BouncingBall(e=0.5)
     >>> ball.impact_times(3, height=1.0).round(4)
     array([0.4515, 0.903 , 1.1288])

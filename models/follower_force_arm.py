@@ -80,7 +80,7 @@ class FollowerForceArm:
 
     Examples
     --------
-    >>> from models import FollowerForceArm
+    >>> from nonsmooth.catalogue import FollowerForceArm
     >>> arm = FollowerForceArm(P=1000.0)
     >>> [round(load, 6) for load in arm.critical_loads()]
     [948.126555, 2698.363351]

@@ -80,7 +80,7 @@ class InclinedBlock:
 
     Examples
     --------
-    >>> from models import InclinedBlock
+    >>> from nonsmooth.catalogue import InclinedBlock
     >>> low, high = InclinedBlock(mu=0.3, alpha=0.15).sticking_loads()
     >>> round(low, 4), round(high, 4)
     (-1.397, 4.6358)

@@ -104,7 +104,7 @@ class LeadScrew:
 
     Examples
     --------
-    >>> from models import LeadScrew
+    >>> from nonsmooth.catalogue import LeadScrew
     >>> screw = LeadScrew(mu=0.25)
     >>> round(screw.critical_friction(), 9)
     0.219303854

@@ -93,7 +93,7 @@ class ModeCoupling:
 
     Examples
     --------
-    >>> from models import ModeCoupling
+    >>> from nonsmooth.catalogue import ModeCoupling
     >>> ModeCoupling().critical_friction_undamped()
     0.5
     >>> round(ModeCoupling().critical_friction(), 9)

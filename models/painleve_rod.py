@@ -16,10 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from models.rod_geometry import FUNCTIONS, TipRod, slip_sign
 from nonsmooth.checks.arrays import as_fraction, as_non_negative
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import Contact, System
+
+from .rod_geometry import FUNCTIONS, TipRod, slip_sign
 
 
 class RodImpact(NamedTuple):
@@ -72,7 +73,7 @@ class PainleveRod(TipRod):
     Examples
     --------
     >>> import numpy as np
-    >>> from models import PainleveRod
+    >>> from nonsmooth.catalogue import PainleveRod
     >>> rod = PainleveRod(mu=2.0)
     >>> mu_P, th_P = rod.least_critical_friction()
     >>> round(mu_P, 6), round(float(np.degrees(th_P)), 4)

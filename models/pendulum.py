@@ -68,7 +68,7 @@ class WallPendulum:
 
     Examples
     --------
-    >>> from models import WallPendulum
+    >>> from nonsmooth.catalogue import WallPendulum
     >>> pendulum = WallPendulum()
     >>> pendulum.impact_times(2, th=1.0).round(6)
     array([0.534784, 1.578109])

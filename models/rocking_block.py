@@ -90,7 +90,7 @@ class RockingBlock:
 
     Examples
     --------
-    >>> from models import RockingBlock
+    >>> from nonsmooth.catalogue import RockingBlock
     >>> block = RockingBlock()
     >>> round(block.critical_tilt(), 6), round(block.rate_ratio(), 6)
     (0.244979, 0.911765)

@@ -87,7 +87,7 @@ class SelfLockingRod:
     Examples
     --------
     >>> import numpy as np
-    >>> from models import SelfLockingRod
+    >>> from nonsmooth.catalogue import SelfLockingRod
     >>> rod = SelfLockingRod(mu=1.0, th0=np.radians(30))
     >>> round(rod.normal_force(), 6), round(float(np.degrees(rod.jam_angle())), 6)
     (2.366025, 45.0)

@@ -122,7 +122,7 @@ class SliderCrank:
 
     Examples
     --------
-    >>> from models import SliderCrank
+    >>> from nonsmooth.catalogue import SliderCrank
     >>> crank = SliderCrank()
     >>> round(crank.largest_tilt(), 6), round(crank.guided_rod_angle(0.5), 6)
     (0.020102, -0.24207)

@@ -69,7 +69,7 @@ class SlidingBlock:
 
     Examples
     --------
-    >>> from models import SlidingBlock
+    >>> from nonsmooth.catalogue import SlidingBlock
     >>> block = SlidingBlock(mu=0.3)
     >>> round(block.stop_time(speed=2.0), 5), round(block.stop_distance(speed=2.0), 5)
     (0.67958, 0.67958)

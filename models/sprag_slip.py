@@ -135,7 +135,7 @@ class SpragSlip:
 
     Examples
     --------
-    >>> from models import SpragSlip
+    >>> from nonsmooth.catalogue import SpragSlip
     >>> rod = SpragSlip()
     >>> round(rod.equilibrium(), 9)
     0.84962671

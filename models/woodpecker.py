@@ -126,7 +126,7 @@ class Woodpecker:
 
     Examples
     --------
-    >>> from models import Woodpecker
+    >>> from nonsmooth.catalogue import Woodpecker
     >>> toy = Woodpecker()
     >>> round(toy.jam_angle(), 6), round(toy.jamming_friction(), 6), round(toy.beak_angle(), 3)
     (-0.103448, 0.285187, 0.12)

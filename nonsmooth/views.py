@@ -16,13 +16,16 @@ VIEWS: dict[str, dict[str, str]] = {
     "Solution": {
         "plot": "drawing.plots.plot_solution", "picture": "drawing.scene.picture", "animate": "drawing.scene.animate",
         "film": "drawing.player.solution_film.film_of_solution", "view": "drawing.player.page.show",
-        "save": "results.store.save", "load": "results.store.load",
+        "dataset": "results.labelled.system_dataset", "table": "results.labelled.system_table",
+        "netcdf": "results.labelled.write_netcdf", "save": "results.store.save", "load": "results.store.load",
         "summary": "results.summary.summary", "html": "results.summary.as_html",
     },
     "SceneSolution": {
         "plot": "drawing.scene_figures.plot_scene", "picture": "drawing.scene_figures.picture",
         "animate": "drawing.scene_figures.animate",
         "film": "drawing.player.scene_film.film_of_scene", "view": "drawing.player.page.show",
+        "dataset": "results.labelled.scene_dataset", "table": "results.labelled.scene_table",
+        "netcdf": "results.labelled.write_netcdf",
         "save": "results.scene_store.save", "load": "results.scene_store.load",
         "summary": "results.scene_summary.summary", "html": "results.scene_summary.as_html",
     },

@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import nonsmooth as ns
-from models import (
+from nonsmooth.catalogue import (
     BeadChain,
     BeltOscillator,
     BouncingBall,

@@ -13,8 +13,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import nonsmooth as ns
-from models import PainleveRod
 from nonsmooth import EventKind
+from nonsmooth.catalogue import PainleveRod
 
 ROD = PainleveRod(mu=2.0)
 START = ROD.state(th=math.radians(34), thdot=2.0, slip=-6.0)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import nonsmooth as ns
-from models import PainleveRod, SpragSlip
+from nonsmooth.catalogue import PainleveRod, SpragSlip
 
 
 def four_cases(folder: Path) -> None:

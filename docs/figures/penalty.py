@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import nonsmooth as ns
-from models import BouncingBall, PainleveRod, SpragSlip
-from models.scenes import BoxStack, MasonryArch
+from nonsmooth.catalogue import BouncingBall, BoxStack, MasonryArch, PainleveRod, SpragSlip
 from nonsmooth.drawing.paradox_plots import plot_map
 from nonsmooth.drawing.plots import BLUE, RED, new_figure, save_figure
 from nonsmooth.drawing.study_plots import draw_errors

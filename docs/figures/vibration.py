@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import nonsmooth as ns
-from models import BeltOscillator, FollowerForceArm, ModeCoupling, SpragSlip
+from nonsmooth.catalogue import BeltOscillator, FollowerForceArm, ModeCoupling, SpragSlip
 from nonsmooth.drawing.cycle_plots import plot_branch, plot_cycle, plot_waterfall
 from nonsmooth.drawing.plots import draw_phase_plane, new_figure
 from nonsmooth.drawing.stability_plots import (

@@ -17,11 +17,13 @@ SCENES = {
     "CardHouse": "card_house",
     "Conveyor": "conveyor",
     "DominoRow": "domino_row",
+    "EulersDisc": "eulers_disc",
     "Hourglass": "hourglass",
     "KaplaTower": "kapla_tower",
     "MasonryArch": "masonry_arch",
     "NewtonsCradle": "newtons_cradle",
     "Pyramid": "pyramid",
+    "Rattleback": "rattleback",
     "RollingWheel": "rolling_wheel",
     "SlipToRoll": "slip_to_roll",
     "SphereBox": "sphere_box",
@@ -37,7 +39,7 @@ __all__ = [*SCENES]
 def __getattr__(name: str) -> Any:
     if name not in SCENES:
         raise AttributeError(f"there is no scene {name!r}; known: {', '.join(__all__)}")
-    scene = getattr(importlib.import_module(f"models.scenes.{SCENES[name]}"), name)
+    scene = getattr(importlib.import_module(f"{__name__}.{SCENES[name]}"), name)
     globals()[name] = scene
     return scene
 

@@ -48,7 +48,7 @@ class BilliardBreak:
 
     Examples
     --------
-    >>> from models.scenes import BilliardBreak
+    >>> from nonsmooth.catalogue import BilliardBreak
     >>> BilliardBreak().scene()
     Scene(spatial, 21 bodies, 16 of them dynamic)
     """

@@ -38,7 +38,7 @@ class BlockOnIncline:
 
     Examples
     --------
-    >>> from models.scenes import BlockOnIncline
+    >>> from nonsmooth.catalogue import BlockOnIncline
     >>> BlockOnIncline(share=0.5).acceleration(), round(BlockOnIncline(share=2.0, mu=0.3).acceleration(), 4)
     (0.0, 2.5236)
     """

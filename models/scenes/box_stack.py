@@ -48,7 +48,7 @@ class BoxStack:
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models.scenes import BoxStack
+    >>> from nonsmooth.catalogue import BoxStack
     >>> stack = BoxStack(n=3, dim=2)
     >>> sol = ns.simulate(stack, (0, 0.1), integrator=ns.MoreauJean(dt=stack.dt))
     >>> bool(abs(sol.position[-1] - sol.position[0]).max() < 1e-12)

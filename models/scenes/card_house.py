@@ -46,7 +46,7 @@ class CardHouse:
 
     Examples
     --------
-    >>> from models.scenes import CardHouse
+    >>> from nonsmooth.catalogue import CardHouse
     >>> round(CardHouse(mu=0.3).largest_angle(), 4), round(CardHouse(mu=0.3, thickness=1e-6).largest_angle(), 4)
     (0.5461, 0.5404)
     """

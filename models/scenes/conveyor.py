@@ -43,7 +43,7 @@ class Conveyor:
 
     Examples
     --------
-    >>> from models.scenes import Conveyor
+    >>> from nonsmooth.catalogue import Conveyor
     >>> belt = Conveyor(v=1.0, mu=0.4)
     >>> round(belt.carried_at(), 4), round(belt.way(), 4)
     (0.2548, 0.1274)

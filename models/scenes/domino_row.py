@@ -62,7 +62,7 @@ class DominoRow:
 
     Examples
     --------
-    >>> from models.scenes import DominoRow
+    >>> from nonsmooth.catalogue import DominoRow
     >>> row = DominoRow()
     >>> round(row.wave_speed(), 4), round(row.wave_speed() / (row.g * row.h) ** 0.5, 3)
     (1.2345, 1.799)

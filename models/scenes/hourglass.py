@@ -48,7 +48,7 @@ class Hourglass:
 
     Examples
     --------
-    >>> from models.scenes import Hourglass
+    >>> from nonsmooth.catalogue import Hourglass
     >>> Hourglass(n=50).scene()
     Scene(planar, 55 bodies, 50 of them dynamic)
     """

@@ -36,7 +36,7 @@ class KaplaTower:
 
     Examples
     --------
-    >>> from models.scenes import KaplaTower
+    >>> from nonsmooth.catalogue import KaplaTower
     >>> KaplaTower(layers=3).scene()
     Scene(spatial, 7 bodies, 6 of them dynamic)
     """

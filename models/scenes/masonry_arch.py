@@ -55,7 +55,7 @@ class MasonryArch:
 
     Examples
     --------
-    >>> from models.scenes import MasonryArch
+    >>> from nonsmooth.catalogue import MasonryArch
     >>> arch = MasonryArch(n=21, ratio=0.12)
     >>> arch.stands(), MasonryArch(n=21, ratio=0.10).stands()
     (True, False)

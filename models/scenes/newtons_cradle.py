@@ -52,7 +52,7 @@ class NewtonsCradle:
 
     Examples
     --------
-    >>> from models.scenes import NewtonsCradle
+    >>> from nonsmooth.catalogue import NewtonsCradle
     >>> NewtonsCradle(n=3, gap=0.01).velocities(), NewtonsCradle(n=3, gap=0.0).velocities().round(4)
     (array([0., 0., 1.]), array([-0.3333,  0.6667,  0.6667]))
     """

@@ -42,7 +42,7 @@ class Pyramid:
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models.scenes import Pyramid
+    >>> from nonsmooth.catalogue import Pyramid
     >>> pyramid = Pyramid(rows=3)
     >>> sol = ns.simulate(pyramid, (0, 0.1), integrator=ns.MoreauJean(dt=pyramid.dt))
     >>> ground_load = sol.contacts().of("ground").P_N.sum() / pyramid.dt

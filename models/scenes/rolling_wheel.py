@@ -40,7 +40,7 @@ class RollingWheel:
 
     Examples
     --------
-    >>> from models.scenes import RollingWheel
+    >>> from nonsmooth.catalogue import RollingWheel
     >>> RollingWheel(mu=0.3, alpha=0.5).rolls(), RollingWheel(mu=0.1, alpha=0.5).rolls()
     (True, False)
     """

@@ -40,7 +40,7 @@ class SlipToRoll:
 
     Examples
     --------
-    >>> from models.scenes import SlipToRoll
+    >>> from nonsmooth.catalogue import SlipToRoll
     >>> ball = SlipToRoll(mu=0.2, v_0=3.5)
     >>> round(ball.rolling_speed(), 4), round(ball.rolls_at(), 4)
     (2.5, 0.5097)

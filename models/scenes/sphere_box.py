@@ -44,7 +44,7 @@ class SphereBox:
 
     Examples
     --------
-    >>> from models.scenes import SphereBox
+    >>> from nonsmooth.catalogue import SphereBox
     >>> SphereBox(n=1000).scene(), round(SphereBox(n=1000).side(), 6)
     (Scene(spatial, 1005 bodies, 1000 of them dynamic), 1.2)
     """

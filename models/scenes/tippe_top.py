@@ -54,7 +54,7 @@ class TippeTop:
 
     Examples
     --------
-    >>> from models.scenes import TippeTop
+    >>> from nonsmooth.catalogue import TippeTop
     >>> top = TippeTop()
     >>> top.turns_over(), round(top.eccentricity(), 4)
     (True, 0.0715)

@@ -41,7 +41,7 @@ class TumblingBox:
 
     Examples
     --------
-    >>> from models.scenes import TumblingBox
+    >>> from nonsmooth.catalogue import TumblingBox
     >>> box = TumblingBox()
     >>> bool(abs(box.angular_velocity(box.period()) - (box.w_1, 0, box.w_3)).max() < 1e-9)
     True

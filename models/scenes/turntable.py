@@ -47,7 +47,7 @@ class Turntable:
 
     Examples
     --------
-    >>> from models.scenes import Turntable
+    >>> from nonsmooth.catalogue import Turntable
     >>> round(Turntable(Omega=7.0).rate(), 6)
     2.0
     """

@@ -39,7 +39,7 @@ class Wall:
 
     Examples
     --------
-    >>> from models.scenes import Wall
+    >>> from nonsmooth.catalogue import Wall
     >>> Wall(courses=2, bricks=2).scene()
     Scene(spatial, 6 bodies, 5 of them dynamic)
     """

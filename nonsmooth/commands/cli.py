@@ -13,6 +13,7 @@ import os
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 from nonsmooth import __version__
 from nonsmooth.checks.files import FIGURE_ENDINGS
@@ -105,6 +106,7 @@ def build_parser() -> argparse.ArgumentParser:
 
     listing = commands.add_parser("list", help="the models, with their parameters and states")
     listing.set_defaults(act=act_list)
+    listing.add_argument("files", nargs="*", metavar="FILE.py", type=Path, help="the models of these files instead")
 
     add_run(commands.add_parser("run", help="simulate a model", epilog="Numbers may be typed as 1e-3, pi/4, -2*pi."))
 
@@ -126,23 +128,44 @@ def build_parser() -> argparse.ArgumentParser:
 
 def act_list(arguments: argparse.Namespace) -> int:
     """``nonsmooth list``."""
+    from nonsmooth.catalogue.entries import load_entry, model_entries, scene_entries
+    from nonsmooth.catalogue.files import found_in, load_file
+
+    refused: dict[str, list[str]] = {}
+    for file in arguments.files:
+        for name, model in found_in(load_file(str(file))).items():
+            describe(f"{file}:{name}", model)
+    for entry in [] if arguments.files else [*model_entries().values(), *scene_entries().values()]:
+        try:
+            describe(entry.name, load_entry(entry))
+        except InvalidInput as error:
+            refused.setdefault(entry.module.split(".")[0], []).append(str(error))
+    for package, errors in refused.items():
+        more = f" (and {len(errors) - 1} more of the package {package})" if len(errors) > 1 else ""
+        complain(f"{errors[0]}{more}")
+    return 0
+
+
+def describe(name: str, model: Any) -> None:
+    """A model or a scene with its parameters and the variables of its state."""
     import inspect
 
     from nonsmooth.checks.parameters import numeric_fields
-    from nonsmooth.commands.catalogue import load_runnable, model_entries, scene_entries
+    from nonsmooth.commands.typed_model import made
+    from nonsmooth.mechanics.start import describing, state_function, variables_of
+    from nonsmooth.mechanics.system import System
+    from nonsmooth.scenes.scene import Scene
 
-    for name in [*model_entries(), *scene_entries()]:
-        try:
-            model = load_runnable(name)
-        except InvalidInput as error:
-            complain(str(error))
-            continue
-        print(f"{name:18} {(inspect.getdoc(model) or 'no description').splitlines()[0]}")
-        print(f"{'':18} --set   ", "  ".join(f"{key}={value:.6g}" for key, value in numeric_fields(model()).items()))
-        if hasattr(model, "state"):
-            variables = [key for key in inspect.signature(model.state).parameters if key != "self"]
-            print(f"{'':18} --state ", "  ".join(variables))
-    return 0
+    instance = made(model) if isinstance(model, type) else model
+    is_bare = isinstance(instance, System | Scene)
+    said = repr(instance) if is_bare else inspect.getdoc(model) or "no description"
+    print(f"{name:18} {said.splitlines()[0]}")
+    if isinstance(instance, Scene):
+        return
+    values = numeric_fields(describing(instance))
+    print(f"{'':18} --set   ", "  ".join(f"{key}={value:.6g}" for key, value in values.items()))
+    if is_bare or hasattr(instance, "state"):
+        print(f"{'':18} --state ", "  ".join(variables_of(state_function(instance))))
 
 
 def act_solve(arguments: argparse.Namespace) -> int:

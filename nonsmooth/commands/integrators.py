@@ -56,7 +56,9 @@ def new_integrator(arguments: argparse.Namespace, model: Any) -> Any:
 
         return Auto(**given)
     if "dt" in own and "dt" not in given:
-        given["dt"] = getattr(model, "dt", None)
+        from nonsmooth.mechanics.start import describing
+
+        given["dt"] = getattr(describing(model), "dt", None)
         if given["dt"] is None:
             raise InvalidInput(f"the model {arguments.model} has no dt of its own; give --dt")
     return integrator_class(name)(**given)

@@ -11,7 +11,6 @@ from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.terminal import complain
 from nonsmooth.commands.typed_input import (
     assignments,
-    build_model,
     initial_state,
     number,
     read_axis,
@@ -20,6 +19,7 @@ from nonsmooth.commands.typed_input import (
     whole_number,
     without_nan,
 )
+from nonsmooth.commands.typed_model import MODEL, typed_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 
 if TYPE_CHECKING:
@@ -60,16 +60,15 @@ def add_map(command: argparse.ArgumentParser) -> None:
 
 def add_model(command: argparse.ArgumentParser) -> None:
     """The model and what is changed in it."""
-    command.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
+    command.add_argument("model", metavar="MODEL", help=MODEL)
     for option, what in (("--set", "parameters, e.g. mu=2 l=1/2"), ("--state", "state, e.g. th=pi/4 thdot=0")):
         command.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
 
 
 def act_classify(arguments: argparse.Namespace) -> int:
     """``nonsmooth classify``."""
-    from nonsmooth.commands.catalogue import load_model
 
-    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
+    model = typed_model(arguments)
     require_writable(arguments.plot, FIGURE_ENDINGS)
     if arguments.plot:
         require_module("matplotlib", "plot", "figures")
@@ -90,10 +89,9 @@ def act_classify(arguments: argparse.Namespace) -> int:
 
 def act_map(arguments: argparse.Namespace) -> int:
     """``nonsmooth map``."""
-    from nonsmooth.commands.catalogue import load_model
     from nonsmooth.sweeps.maps import MAP_ENDINGS, save_map
 
-    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
+    model = typed_model(arguments)
     out = arguments.out or Path(f"{arguments.model}-map.nc")
     figure = arguments.plot or Path(f"{arguments.model}-map.png")
     require_writable(out, MAP_ENDINGS)
@@ -162,7 +160,9 @@ def own_axes(model: Any, name: str) -> dict[str, Any]:
     """The axes that a model proposes for its map."""
     import numpy as np
 
-    proposed = getattr(model, "map_axes", None)
+    from nonsmooth.mechanics.start import describing
+
+    proposed = getattr(describing(model), "map_axes", None)
     if proposed is None:
         raise InvalidInput(f"the model {name} has no map of its own; give axes, as in --axis th=0:pi/2 --axis mu=0:3")
     return {axis: np.linspace(low, high, MAP_POINTS) for axis, low, high in proposed}

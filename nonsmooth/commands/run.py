@@ -12,8 +12,6 @@ from nonsmooth.commands.integrators import add_integrator, new_integrator
 from nonsmooth.commands.run_scene import require_scene_options, scene_as_json, simulate_scene
 from nonsmooth.commands.terminal import FAILED, complain, figure_path
 from nonsmooth.commands.typed_input import (
-    assignments,
-    build_model,
     initial_state,
     number,
     require_module,
@@ -21,6 +19,8 @@ from nonsmooth.commands.typed_input import (
     whole_number,
     without_nan,
 )
+from nonsmooth.commands.typed_model import MODEL, typed_model
+from nonsmooth.commands.typed_model import is_scene as is_scene_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 from nonsmooth.results.failures import StepFailure
 
@@ -32,7 +32,7 @@ PICTURED = 5  # chosen: of the picture of a scene, as of a model
 def add_run(run: argparse.ArgumentParser) -> None:
     """The options of ``nonsmooth run``."""
     run.set_defaults(act=act_run, suffix="")
-    run.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
+    run.add_argument("model", metavar="MODEL", help=MODEL)
     for option, what in (("--set", "parameters, e.g. mu=2 l=1/2"), ("--state", "initial state, e.g. th=pi/4 thdot=0")):
         run.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
     run.add_argument("--q0", nargs="+", type=number, metavar="Q", help="initial coordinates (with --u0)")
@@ -70,10 +70,9 @@ def add_run(run: argparse.ArgumentParser) -> None:
 
 def act_run(arguments: argparse.Namespace) -> int:
     """``nonsmooth run``."""
-    from nonsmooth.commands.catalogue import load_runnable
 
-    model = build_model(load_runnable(arguments.model), assignments("--set", arguments.set))
-    is_scene = not hasattr(model, "system")
+    model = typed_model(arguments, takes_scenes=True)
+    is_scene = is_scene_model(model)
     if is_scene:
         require_scene_options(arguments)
     require_writable(arguments.out, SOLUTION_ENDINGS)
@@ -88,7 +87,7 @@ def act_run(arguments: argparse.Namespace) -> int:
     if arguments.picture or arguments.animate:
         require_module("matplotlib", "plot", "pictures")
         require_module("PIL", "plot", "animations")
-    if (arguments.picture or arguments.animate or arguments.view) and not hasattr(model, "shape") and not is_scene:
+    if (arguments.picture or arguments.animate or arguments.view) and not is_scene and not has_shape(model):
         raise InvalidInput(
             f"the model {arguments.model} has no shape(q) to draw; leave --picture, --animate, --view out"
         )
@@ -117,11 +116,20 @@ def act_run(arguments: argparse.Namespace) -> int:
     return FAILED
 
 
+def has_shape(model: Any) -> bool:
+    """Whether there is something to draw."""
+    from nonsmooth.mechanics.system import as_system
+
+    return as_system(model).described.shape is not None
+
+
 def simulate_runnable(model: Any, is_scene: bool, arguments: argparse.Namespace) -> Any:
     """The run with the options of the command line; a failure comes back as a partial solution."""
     start = None if is_scene else initial_state(model, arguments)
     integrator = new_integrator(arguments, model)
-    t_end = getattr(model, "t_end", None) if arguments.t_end is None else arguments.t_end
+    from nonsmooth.mechanics.start import describing
+
+    t_end = getattr(describing(model), "t_end", None) if arguments.t_end is None else arguments.t_end
     if t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
     progress = not arguments.quiet

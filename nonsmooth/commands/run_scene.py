@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 # options of `nonsmooth run` that a scene does not take, with the value of one that is left out
 OF_SYSTEMS: dict[str, Any] = {
     "state": [], "q0": None, "u0": None, "selection": "compliant-limit", "project": False, "projection": None,
-    "checkpoint": None, "resume": None, "checkpoint_every": 10.0, "dump_failure": None,
+    "dump_failure": None,
 }  # fmt: skip
 
 
@@ -41,6 +41,7 @@ def simulate_scene(
         return simulate(
             model, (0.0, t_end), integrator=integrator, every=arguments.every, t_eval=arguments.t_eval,
             max_steps=arguments.max_steps, max_wall_time=arguments.max_wall_time, progress=progress,
+            checkpoint=arguments.checkpoint, resume=arguments.resume, checkpoint_every=arguments.checkpoint_every,
         )  # type: ignore[return-value]  # fmt: skip
     except StepFailure as failure:
         return failure.solution  # type: ignore[return-value]

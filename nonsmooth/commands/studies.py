@@ -10,13 +10,12 @@ from nonsmooth.commands.integrators import add_integrator, given_options, integr
 from nonsmooth.commands.terminal import complain, figure_path
 from nonsmooth.commands.typed_input import (
     AXIS,
-    assignments,
-    build_model,
     initial_state,
     number,
     read_axis,
     whole_number,
 )
+from nonsmooth.commands.typed_model import MODEL, typed_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 
 if TYPE_CHECKING:
@@ -47,9 +46,9 @@ def add_limits(studies: Any) -> None:
     convergence.add_argument("--reference", choices=REFERENCES, help="exact states; the same integrator by default")
     makers = {"penalty": (penalty, study_penalty), "convergence": (convergence, study_convergence)}
     for name, (command, make) in makers.items():
-        whose = "a name of `nonsmooth list`" + (", scenes too" if name == "penalty" else "")
+        more = "; a scene too" if name == "penalty" else ""
         command.set_defaults(act=act_limit, make=make, json=False, suffix=f"-{name}")
-        command.add_argument("model", metavar="MODEL", help=whose)
+        command.add_argument("model", metavar="MODEL", help=MODEL + more)
         for option, what in (("--set", "parameters, e.g. mu=2"), ("--state", "initial state, e.g. th=pi/4")):
             command.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
         command.add_argument("--q0", nargs="+", type=number, metavar="Q", help="initial coordinates (with --u0)")
@@ -69,7 +68,7 @@ def add_limits(studies: Any) -> None:
 def add_vibration(study: argparse.ArgumentParser, act: Any, name: str) -> None:
     """The options of the studies of equilibria and cycles."""
     study.set_defaults(act=act, json=False, suffix=f"-{name}")
-    study.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
+    study.add_argument("model", metavar="MODEL", help=MODEL)
     study.add_argument("--set", nargs="+", action="extend", default=[], metavar="NAME=VALUE", help="parameters")
     study.add_argument("--axis", nargs="+", action="extend", default=[], metavar="AXIS", help=AXIS)
     study.add_argument("--plot", type=Path, metavar="FILE", help=f"where to draw; MODEL-{name}.png by default")
@@ -92,10 +91,9 @@ def act_cycle(arguments: argparse.Namespace) -> int:
 
 def act_vibration(arguments: argparse.Namespace, study: Any) -> int:
     """A study of a model along the given axes: its table, then its figure."""
-    from nonsmooth.commands.catalogue import load_model
     from nonsmooth.sweeps.progress import part_shown
 
-    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
+    model = typed_model(arguments)
     typed = [read_axis(text) for text in arguments.axis]
     axes, units = {axis.name: axis.values for axis in typed}, {axis.name: axis.unit for axis in typed}
     if len(axes) < len(arguments.axis):
@@ -130,11 +128,10 @@ def act_limit(arguments: argparse.Namespace) -> int:
 
 def limit_study(arguments: argparse.Namespace) -> Study:
     """The study that the arguments ask for."""
-    from nonsmooth.commands.catalogue import load_model, load_runnable
+    model = typed_model(arguments, takes_scenes=arguments.make is study_penalty)
+    from nonsmooth.mechanics.start import describing
 
-    load = load_runnable if arguments.make is study_penalty else load_model
-    model = build_model(load(arguments.model), assignments("--set", arguments.set))
-    t_end = getattr(model, "t_end", None) if arguments.t_end is None else arguments.t_end
+    t_end = getattr(describing(model), "t_end", None) if arguments.t_end is None else arguments.t_end
     if t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
     return arguments.make(model, (0.0, t_end), *start_of(model, arguments), arguments)

@@ -16,7 +16,6 @@ from nonsmooth.commands.terminal import FAILED, complain
 from nonsmooth.commands.typed_input import (
     AXIS,
     assignments,
-    build_model,
     number,
     read_axis,
     require_module,
@@ -24,6 +23,7 @@ from nonsmooth.commands.typed_input import (
     whole_number,
     without_nan,
 )
+from nonsmooth.commands.typed_model import MODEL, typed_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 
 SHOWN_FAILURES = 5  # chosen: failures that are written out
@@ -32,7 +32,7 @@ SHOWN_FAILURES = 5  # chosen: failures that are written out
 def add_sweep(sweep: argparse.ArgumentParser) -> None:
     """The options of ``nonsmooth sweep``."""
     sweep.set_defaults(act=act_sweep)
-    sweep.add_argument("model", metavar="MODEL", help="a name of `nonsmooth list`")
+    sweep.add_argument("model", metavar="MODEL", help=MODEL)
     sweep.add_argument("--axis", nargs="+", action="extend", required=True, metavar="AXIS", dest="axes", help=AXIS)
     sweep.add_argument(
         "--measure", nargs="+", action="extend", default=[], metavar="NAME",
@@ -97,13 +97,13 @@ def act_sweep(arguments: argparse.Namespace) -> int:
 
 def make_task(arguments: argparse.Namespace) -> Any:
     """Runs of the model with the options of the command line."""
-    from nonsmooth.commands.catalogue import load_model
     from nonsmooth.integrators.moreau_jean.options import MoreauJean
+    from nonsmooth.mechanics.start import describing
     from nonsmooth.sweeps.run_task import RunTask
 
-    model = build_model(load_model(arguments.model), assignments("--set", arguments.set))
-    dt = getattr(model, "dt", None) if arguments.dt is None else arguments.dt
-    t_end = getattr(model, "t_end", None) if arguments.t_end is None else arguments.t_end
+    model = typed_model(arguments)
+    dt = getattr(describing(model), "dt", None) if arguments.dt is None else arguments.dt
+    t_end = getattr(describing(model), "t_end", None) if arguments.t_end is None else arguments.t_end
     if dt is None or t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end and dt of its own; give --t-end and --dt")
     return RunTask(

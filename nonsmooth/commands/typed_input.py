@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from nonsmooth.checks.files import as_place
-from nonsmooth.errors import InvalidInput, MissingExtra, UnknownName, nearest
+from nonsmooth.errors import InvalidInput, MissingExtra
 
 if TYPE_CHECKING:
     from nonsmooth.sweeps.axes import Axis
@@ -56,17 +56,8 @@ def require_module(module: str, extra: str, what: str) -> None:
         raise MissingExtra(f'{what} need {module}; pip install "nonsmooth[{extra}]" brings it')
 
 
-def build_model(model: Any, changes: dict[str, float]) -> Any:
-    """The model with its defaults changed; a field declared int takes whole numbers."""
-    from nonsmooth.checks.parameters import with_changes
-
-    return with_changes(model(), changes)
-
-
 def initial_state(model: Any, arguments: argparse.Namespace) -> tuple[Any, Any]:
-    """q0 and u0 as given, or from the model's natural variables."""
-    import inspect
-
+    """q0 and u0 as given, or from the variables of the model's state."""
     if (arguments.q0 is None) != (arguments.u0 is None):
         missing = "--q0" if arguments.q0 is None else "--u0"
         raise InvalidInput(f"--q0 and --u0 go together; {missing} is missing")
@@ -74,14 +65,12 @@ def initial_state(model: Any, arguments: argparse.Namespace) -> tuple[Any, Any]:
         if arguments.state:
             raise InvalidInput("give either --state, or --q0 and --u0; got both")
         return arguments.q0, arguments.u0
-    if not callable(getattr(model, "state", None)):
-        raise InvalidInput(f"the model {arguments.model} has no state(...) of its own; give --q0 and --u0")
-    values = assignments("--state", arguments.state)
-    known = inspect.signature(model.state).parameters
-    for name in values:
-        if name not in known:
-            raise UnknownName(f"the state of {arguments.model} has no variable {name!r}; {nearest(name, known)}")
-    return model.state(**values)
+    from nonsmooth.mechanics.start import forms_of, own_state, start_of
+
+    if not arguments.state and own_state(model) is None:
+        names = forms_of(model).partition("dict(")[2].rstrip(")").replace(",", "")
+        raise InvalidInput(f"{arguments.model} has no state of its own; give --state {names}, or --q0 and --u0")
+    return start_of(model, assignments("--state", arguments.state))
 
 
 def assignments(option: str, texts: list[str]) -> dict[str, float]:

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_index, as_listed, as_name
+from nonsmooth.checks.arrays import as_listed
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.agreement import generic_direction
 from nonsmooth.mechanics.system import POTENTIAL, TAKES_U, System
@@ -79,17 +79,12 @@ class Drift:
 NONE = Drift(np.zeros((0, 1)), ())
 
 
-def as_coordinates(drift: Any, model: Any, n_q: int) -> tuple[int, ...] | None:
+def as_coordinates(drift: Any, system: System) -> tuple[int, ...] | None:
     """The coordinates that may drift, given by number or by name; None where they are to be found."""
     if drift is None:
         return None
     listed = as_listed("drift", drift, "a list of the coordinates that go on and on, as [0], or of none of them, as []")
-    names = [name for name, _ in getattr(model, "coordinates", ())]
-    found = [
-        names.index(as_name("coordinate", entry, names)) if isinstance(entry, str) else as_index("drift", entry, n_q)
-        for entry in listed
-    ]
-    return tuple(found)
+    return tuple(system.described.coordinate(entry, "drift") for entry in listed)
 
 
 def find_drift(
@@ -165,7 +160,7 @@ def _free(system: System) -> list[int]:
 
 
 def _value(system: System, which: int, t: Any, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-    out = np.zeros(system.shape(which), complex)
+    out = np.zeros(system.shape_of(which), complex)
     arguments = (q, u.astype(complex)) if which in TAKES_U else (q,)
     complexified(system.functions[which])(t, *arguments, system.unpacked, out)
     return out.ravel()

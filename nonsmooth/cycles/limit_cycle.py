@@ -15,7 +15,7 @@ from nonsmooth.cycles.shooting import Shooting
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
-from nonsmooth.mechanics.initial_state import as_state
+from nonsmooth.mechanics.start import answers_start, describing, forms_of, own_state, start_of
 from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.simulate import simulate_whole
@@ -25,22 +25,26 @@ ATTEMPTS = 5  # chosen: simulations, each twice as long as the one before
 CYCLE_RTOL, CYCLE_ATOL = 1e-8, 1e-10  # chosen: of the simulation between events
 
 
+@answers_start
 def limit_cycle(
     system: Any,
-    guess: Solution | LimitCycle | tuple[Any, Any] | None = None,
+    guess: Any = None,
     duration: float | None = None,
     dt: float | None = None,
     forcing: float | None = None,
     drift: Any = None,
+    state: Any = None,
 ) -> LimitCycle:
     """The periodic motion near a guess.
 
     Parameters
     ----------
     system : System or model
-    guess : Solution, LimitCycle or (q0, u0), optional
+    guess : Solution, LimitCycle, (q0, u0) or dict, optional
         A simulated motion whose end is nearly periodic; a cycle of the system at other parameters; or a start from
         which to simulate. The model's default state when left out.
+    state : (q0, u0) or dict, optional
+        The start from which to simulate, as of `simulate`.
     duration : float, optional
         Of the simulation; the model's ``t_end`` when left out [s]. A motion that has not settled is continued for
         twice, four times, ... as long.
@@ -69,13 +73,16 @@ def limit_cycle(
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import BeltOscillator
+    >>> from nonsmooth.catalogue import BeltOscillator
     >>> cycle = ns.limit_cycle(BeltOscillator(vb=0.2))
     >>> round(cycle.period, 8), round(cycle.stick_duration, 8), cycle.is_stable
     (2.02034826, 0.25014763, True)
     """
     model, system = system, as_system(system)
-    coordinates = as_coordinates(drift, model, system.n_q)
+    if guess is not None and state is not None:
+        raise InvalidInput("give either guess or state; got both")
+    guess = state if guess is None else guess
+    coordinates = as_coordinates(drift, system)
     if isinstance(guess, LimitCycle):
         _require_same_kind(system, guess)
         forcing = guess.forcing if forcing is None else forcing
@@ -115,10 +122,12 @@ def _start(model: Any, system: System, guess: Any) -> tuple[float, np.ndarray, n
     if isinstance(guess, Solution):
         _require_same_size(system, guess)
         return float(guess.t[-1]), guess.q[-1], guess.u[-1]
-    source = model if hasattr(model, "state") else system.parameters
-    if guess is None and not hasattr(source, "state"):
-        raise InvalidInput("this system has no default state; give guess=(q0, u0)")
-    return 0.0, *(source.state() if guess is None else as_state("guess", guess, system))
+    state = own_state(model)
+    if guess is not None:
+        return 0.0, *start_of(model, guess, "guess")
+    if state is None:
+        raise InvalidInput(f"this system has no default state; give state={forms_of(model)}")
+    return 0.0, *state()
 
 
 def _require_same_size(system: System, guess: Solution) -> None:
@@ -156,7 +165,7 @@ def _settled(
 ) -> LimitCycle:  # fmt: skip
     """The cycle of a simulated motion, continued for longer while it has not settled."""
     t, q, u = start
-    source = model if hasattr(model, "state") else system.parameters
+    source = describing(model)
     duration = getattr(source, "t_end", None) if duration is None else as_positive("duration", duration, "s")
     if duration is None:
         raise InvalidInput("this system has no t_end of its own; give duration=")

@@ -25,9 +25,8 @@ def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:
     n = cycle.system.n_q
     figure = new_figure(5.5 * n + 0.5, 4.8)
     planes = figure.subplots(1, n, squeeze=False)[0]
-    names = list(getattr(cycle.system.parameters, "coordinates", None) or [(f"q[{k}]", "") for k in range(n)])
     size = len(cycle.t) // len(cycle.phases)
-    for j, (axes, (name, unit)) in enumerate(zip(planes, names, strict=True)):
+    for j, axes in enumerate(planes):
         shown = set()
         for k, phase in enumerate(cycle.phases):
             part = slice(k * size, (k + 1) * size)
@@ -37,8 +36,8 @@ def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:
                       label=None if label in shown else label)  # fmt: skip
             axes.plot(phase.q[j], phase.u[j], "o", color="black", ms=4, zorder=5)
             shown.add(label)
-        axes.set_xlabel(f"{name} [{unit}]" if unit else name)
-        axes.set_ylabel(f"{name}' [{unit}/s]" if unit else f"{name}'")
+        axes.set_xlabel(cycle.system.described.label(j))
+        axes.set_ylabel(cycle.system.described.rate_label(j))
         axes.grid(alpha=0.25)
     planes[0].legend(frameon=False, fontsize=9, loc="center")
     largest = f"{np.abs(cycle.multipliers).max():.4g}" if cycle.multipliers.size else "none"
@@ -55,10 +54,12 @@ def plot_branch(
     branches: CycleBranch | Mapping[str, CycleBranch],
     path: str | Path | None = None,
     label: str = "",
-    coordinate: int = 0,
+    coordinate: int | str = 0,
 ) -> Any:
     """Amplitude, period and stick duration along the parameter; unstable cycles dashed, changes as vertical lines."""
     family = branches if isinstance(branches, Mapping) else {"": branches}
+    first = next(iter(family.values()))
+    coordinate = first.cycles[0].system.described.coordinate(coordinate)
     figure = new_figure(7.5, 7.5)
     rows = figure.subplots(3, 1, sharex=True)
     for k, (name, branch) in enumerate(family.items()):
@@ -75,9 +76,7 @@ def plot_branch(
                 axes.axvline(change.value, color=RED, ls=":", lw=1.1)
             rows[0].annotate(change.kind, (change.value, 0.03), (3, 0), ("data", "axes fraction"), "offset points",
                              rotation=90, fontsize=8, color=RED, va="bottom")  # fmt: skip
-    first = next(iter(family.values()))
-    names = getattr(first.cycles[0].system.parameters, "coordinates", None)
-    name, unit = names[coordinate] if names else (f"q[{coordinate}]", "")
+    name, unit = first.cycles[0].system.described.coordinates[coordinate]
     rows[0].set_ylabel(f"(max - min)/2 of {name}" + (f" [{unit}]" if unit else ""))
     rows[1].set_ylabel("period [s]")
     rows[2].set_ylabel("stick [s]")
@@ -90,13 +89,14 @@ def plot_branch(
 
 
 def plot_waterfall(
-    branch: CycleBranch, path: str | Path | None = None, label: str = "", coordinate: int = 0, shown: int = 12
+    branch: CycleBranch, path: str | Path | None = None, label: str = "", coordinate: int | str = 0, shown: int = 12
 ) -> Any:
     """Some cycles of a branch in the phase plane, coloured by the parameter."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
+    coordinate = branch.cycles[0].system.described.coordinate(coordinate)
     figure = new_figure(7, 5.2)
     axes = figure.subplots()
     scale = ScalarMappable(Normalize(branch.values.min(), branch.values.max()), colormaps["viridis"])
@@ -104,10 +104,9 @@ def plot_waterfall(
         cycle = branch.cycles[k]
         closed = [np.append(x[:, coordinate], x[0, coordinate]) for x in (cycle.q, cycle.u)]
         axes.plot(*closed, color=scale.to_rgba(branch.values[k]), lw=1.3)
-    names = getattr(branch.cycles[0].system.parameters, "coordinates", None)
-    name, unit = names[coordinate] if names else (f"q[{coordinate}]", "")
-    axes.set_xlabel(f"{name} [{unit}]" if unit else name)
-    axes.set_ylabel(f"{name}' [{unit}/s]" if unit else f"{name}'")
+    names = branch.cycles[0].system.described
+    axes.set_xlabel(names.label(coordinate))
+    axes.set_ylabel(names.rate_label(coordinate))
     axes.grid(alpha=0.25)
     figure.colorbar(scale, ax=axes, label=label or branch.parameter)
     return save_figure(figure, path)
@@ -130,7 +129,7 @@ def plot_bifurcations(diagram: BifurcationDiagram, path: str | Path | None = Non
                 diagram.values[diagram.opens[k]], lost, "x", color=RED, label="a contact opens" if k == 0 else None
             )
     axes.set_xlabel(label or diagram.parameter)
-    axes.set_ylabel(f"local maxima of q[{diagram.coordinate}]")
+    axes.set_ylabel(f"local maxima of {diagram.coordinate_label or f'q[{diagram.coordinate}]'}")
     axes.grid(alpha=0.25)
     axes.legend(frameon=False, fontsize=9)
     return save_figure(figure, path)

@@ -88,7 +88,7 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
     n_c = solution.mode.shape[1]
     strips = 0.4 + 0.2 * n_c if n_c <= 4 else 2.0
     rows = histories.subplots(5 if n_c else 3, 1, sharex=True, height_ratios=(3, 3, 3, 3, strips) if n_c else None)
-    draw_states(rows[0], rows[1], solution, model)
+    draw_states(rows[0], rows[1], solution)
     draw_energy(rows[2], solution)
     if n_c:
         draw_forces(rows[3], solution)
@@ -118,15 +118,13 @@ def title_of(solution: Solution, letters: int) -> str:
     return title if solution.success else f"{title}\n{solution.status.name} at t = {solution.t[-1]:.6g} s"
 
 
-def draw_states(above: Any, below: Any, solution: Solution, model: Any) -> None:
+def draw_states(above: Any, below: Any, solution: Solution) -> None:
     """Coordinates and velocities, eight of them at most."""
-    n = solution.q.shape[1]
-    names = list(getattr(model, "coordinates", None) or [(f"q[{k}]", "") for k in range(n)])
+    n, names = solution.q.shape[1], solution.described
     k = thinning(solution)
     for i in some_of(n):
-        name, unit = names[i]
-        above.plot(solution.t[k], solution.q[k, i], label=f"{name} [{unit}]" if unit else name, lw=1.2)
-        below.plot(solution.t[k], solution.u[k, i], label=f"{name}' [{unit}/s]" if unit else f"{name}'", lw=1.2)
+        above.plot(solution.t[k], solution.q[k, i], label=names.label(i), lw=1.2)
+        below.plot(solution.t[k], solution.u[k, i], label=names.rate_label(i), lw=1.2)
     more = f"\n({MAX_NAMES} of {n})" if n > MAX_NAMES else ""
     above.set_ylabel(f"coordinates{more}")
     below.set_ylabel(f"velocities{more}")
@@ -154,6 +152,17 @@ def draw_energy(axes: Any, solution: Solution) -> None:
         axes.text(0.5, 0.6, "no energy changes and no work is done", transform=axes.transAxes, ha="center", fontsize=9)
 
 
+def index_of(solution: Solution, i: int) -> str:
+    """What tells the forces of a contact from those of others: its name, or its number."""
+    name = own_name(solution.described.contacts[i], i)
+    return f", {name}" if name else f"$_{{{i}}}$" if solution.mode.shape[1] > 1 else ""
+
+
+def own_name(name: str, i: int) -> str:
+    """The name that the user gave a contact, or nothing."""
+    return "" if name == f"contact {i}" else name
+
+
 def draw_forces(axes: Any, solution: Solution) -> None:
     """Mean contact forces between records; where impacts would hide the rest, the axis is cut and says so.
 
@@ -169,7 +178,7 @@ def draw_forces(axes: Any, solution: Solution) -> None:
     k = k[lasts[k, 0]]
     n_c = normal.shape[1]
     for i in some_of(n_c):
-        which = f"$_{{{i}}}$" if n_c > 1 else ""
+        which = index_of(solution, i)
         axes.step(solution.t[1:][k], normal[k, i], where="pre", label=f"normal{which}", lw=1.0)
         if friction.shape[1] == n_c and n_c <= 3 and friction[:, i].any():
             axes.step(solution.t[1:][k], friction[k, i], where="pre", label=f"friction{which}", lw=1.0, ls="--")
@@ -195,7 +204,10 @@ def draw_modes(axes: Any, solution: Solution) -> None:
     for i in range(n_c):
         draw_strip(axes, solution.t, code[1:, i], i, n_c)
     axes.set_ylim(-0.5, n_c - 0.5 + 0.35 * bool(solution.paradoxes))
-    axes.set_yticks(range(n_c) if 1 < n_c <= 4 else [])
+    names = solution.described.contacts
+    axes.set_yticks(
+        range(n_c) if 1 < n_c <= 4 else [], [own_name(names[i], i) or str(i) for i in range(n_c)][: 4 * (1 < n_c <= 4)]
+    )
     axes.set_ylabel("mode" if n_c <= 4 else f"modes of\n{n_c} contacts")
     handles: list[Any] = [
         Patch(color=colour, label=mode_name(mode, sign))
@@ -255,9 +267,8 @@ def draw_phase_plane(axes: Any, solution: Solution, model: Any) -> None:
     if jumps:
         axes.plot(x[jumps], y[jumps], "v", color=RED, ms=7, mec="white", zorder=5)
         handles.append(Line2D([], [], color=RED, marker="v", ls="", ms=7, label="impact without collision from here"))
-    names = model.coordinates
-    axes.set_xlabel(f"{names[i][0]} [{names[i][1]}]")
-    axes.set_ylabel(f"{names[j][0]}' [{names[j][1]}/s]")
+    axes.set_xlabel(solution.described.label(i))
+    axes.set_ylabel(solution.described.rate_label(j))
     axes.legend(handles=handles, bbox_to_anchor=(0.5, -0.08), ncols=3, **(BELOW | {"fontsize": 9}))
 
 

@@ -170,11 +170,10 @@ def nearest_records(t: np.ndarray, n: int) -> np.ndarray:
 
 
 def scene_model(solution: Solution) -> Any:
-    """The model that knows its shape, or `InvalidInput`."""
-    model = solution.system.parameters if solution.system else None
-    if not hasattr(model, "shape"):
+    """What is known of a system with a shape, or `InvalidInput`."""
+    if solution.described.shape is None:
         raise InvalidInput("this solution has no picture: its model has no shape(q), or it was loaded from a file")
-    return model
+    return solution.described
 
 
 def prepare(axes: Any, solution: Solution, model: Any) -> None:
@@ -183,7 +182,7 @@ def prepare(axes: Any, solution: Solution, model: Any) -> None:
     points = np.concatenate([line for k in shown for line in model.shape(solution.q[k])])
     low, high = points.min(axis=0), points.max(axis=0)
     margin = 0.08 * (high - low).max() or 1.0
-    for line in model.outline() if hasattr(model, "outline") else []:
+    for line in model.outline() if model.outline else []:
         axes.plot(line[:, 0], line[:, 1], color="grey", lw=1)
     width, height = high - low + 2 * margin
     across = axes.figure.get_figwidth()

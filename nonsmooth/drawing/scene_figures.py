@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.drawing.animation import Animation, animation, as_animation
+from nonsmooth.drawing.facets import facets_of, has_facets
 from nonsmooth.drawing.plots import BLUE, RED, new_figure, save_figure
 from nonsmooth.drawing.scene import MAX_FRAMES, as_inches, frames_of, instants, set_letters
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, matrix_of, place_of, rotate
 from nonsmooth.scenes.scene import Body, Kind
-from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_PLANE, HALF_SPACE
+from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_PLANE, HALF_SPACE, POLYHEDRON
 
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution
@@ -347,7 +348,12 @@ def draw_spatial(axes: Any, solution: SceneSolution, record: int, extent: tuple[
         for part, (corners, radius) in zip(
             [part for part in parts_of(body.shape, 3) if part.kind != HALF_SPACE], cores(body, place), strict=True
         ):
-            polygons += seen_part(part.kind, corners, radius, base, view)
+            if has_facets(part):
+                at = compose(place, part.place)
+                faces = [at[:3] + rotate(at[3:], facet) for facet in facets_of(part)]
+                polygons += seen_faces(faces, base, view, is_edged=part.kind == POLYHEDRON)
+            else:
+                polygons += seen_part(part.kind, corners, radius, base, view)
     polygons.sort(key=lambda entry: entry[0])
     many = max(1.0, len(solution.bodies) / 50)
     axes.add_collection(
@@ -362,15 +368,7 @@ def seen_part(kind: int, corners: np.ndarray, radius: float, base: np.ndarray, v
     """The polygons of a part."""
     centre = corners.mean(axis=0)
     if kind == BOX and radius == 0.0:
-        found = []
-        for face in FACES:
-            outline = corners[list(face)]
-            normal = np.cross(outline[1] - outline[0], outline[2] - outline[0])
-            normal *= np.sign(normal @ (outline.mean(axis=0) - centre)) / np.linalg.norm(normal)
-            if normal @ view[2] > 0:
-                shade = 0.55 + 0.45 * max(0.0, float(normal @ LIGHT))
-                found.append((float(outline.mean(axis=0) @ view[2]), outline @ view[:2].T, shade * base, True))
-        return found
+        return seen_faces([outward(corners[list(face)], centre) for face in FACES], base, view, is_edged=True)
     ends = corners[[0, 7]] if kind == CAPSULE else centre[None]
     angles = np.linspace(0.0, 2 * math.pi, CIRCLE_PIECES, endpoint=False)
     circle = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -381,6 +379,24 @@ def seen_part(kind: int, corners: np.ndarray, radius: float, base: np.ndarray, v
         outline = points if len(ends) == 1 else _hull(points)
         # by roundings nearer than the one below it, so that they stay in this order
         found.append((float(centre @ view[2]) + 1e-9 * radius * (1.0 - size), outline, shade * base, size == 1.0))
+    return found
+
+
+def outward(outline: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """A plane outline (k, 3), counterclockwise from the side away from a centre."""
+    normal = np.cross(outline[1] - outline[0], outline[2] - outline[0])
+    return outline if normal @ (outline.mean(axis=0) - centre) > 0 else outline[::-1]
+
+
+def seen_faces(faces: list[np.ndarray], base: np.ndarray, view: np.ndarray, is_edged: bool) -> list[Seen]:
+    """The faces (k, 3) of a convex body, counterclockwise from outside, that are turned to the camera."""
+    found = []
+    for outline in faces:
+        normal = np.cross(outline[1] - outline[0], outline[2] - outline[0])
+        normal /= np.linalg.norm(normal)
+        if normal @ view[2] > 0:
+            shade = 0.55 + 0.45 * max(0.0, float(normal @ LIGHT))
+            found.append((float(outline.mean(axis=0) @ view[2]), outline @ view[:2].T, shade * base, is_edged))
     return found
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.drawing.plots import BLUE, new_figure, save_figure
+from nonsmooth.drawing.scene import scene_model
 
 if TYPE_CHECKING:
     import xarray
@@ -27,7 +28,7 @@ DRAWN_POINTS = 801  # chosen: of a curve; odd, so that v = 0 is one of them
 
 
 def plot_friction_laws(
-    systems: Mapping[str, System], fastest: float = 1.0, path: str | Path | None = None, contact: int = 0
+    systems: Mapping[str, System], fastest: float = 1.0, path: str | Path | None = None, contact: int | str = 0
 ) -> Any:
     """The friction coefficient against the sliding velocity, sticking as a vertical line.
 
@@ -38,7 +39,7 @@ def plot_friction_laws(
     fastest : float
         Largest sliding speed shown [m/s].
     path : path-like, optional
-    contact : int
+    contact : int or str
     """
     from nonsmooth.jit import interpreted
     from nonsmooth.mechanics.laws import friction_coefficient, static_coefficient
@@ -48,7 +49,8 @@ def plot_friction_laws(
     axes = figure.subplots()
     v = np.linspace(0, fastest, DRAWN_POINTS)[1:]
     for k, (label, system) in enumerate(systems.items()):
-        slides, sticks = np.array([mu(system.laws, contact, x) for x in v]), mu_static(system.laws, contact)
+        i = system.described.contact(contact)
+        slides, sticks = np.array([mu(system.laws, i, x) for x in v]), mu_static(system.laws, i)
         x = np.concatenate([-v[::-1], [0.0, 0.0], v])
         y = np.concatenate([-slides[::-1], [-sticks, sticks], slides])
         axes.plot(x, y, color=COLOURS[k % len(COLOURS)], ls=STYLES[k % len(STYLES)], lw=1.6, label=label)
@@ -235,8 +237,8 @@ def plot_snapshots(solution: Solution, times: Sequence[float], path: str | Path 
     """
     from matplotlib import colormaps
 
-    model: Any = solution.system.parameters if solution.system else None
-    fixed = model.outline() if hasattr(model, "outline") else []
+    model = scene_model(solution)
+    fixed = model.outline() if model.outline else []
     records = [int(np.abs(solution.t - t).argmin()) for t in times]
     bodies = [model.shape(solution.q[i]) for i in records]
     extent = np.ptp(np.concatenate([*fixed, *(line for lines in bodies for line in lines)]), axis=0)

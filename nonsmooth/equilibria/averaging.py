@@ -104,7 +104,7 @@ def averaged_amplitude(system: Any, at: Equilibrium | None = None, largest: floa
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import BeltOscillator
+    >>> from nonsmooth.catalogue import BeltOscillator
     >>> motion = ns.averaged_amplitude(BeltOscillator(vb=0.42))
     >>> [round(float(a), 7) for a in motion.amplitudes], motion.is_stable.tolist()
     ([0.0, 0.0849575], [False, True])

@@ -109,7 +109,7 @@ def eigen_path(system: Any, parameter: str, values: ArrayLike, at: Equilibrium |
     --------
     >>> import numpy as np
     >>> import nonsmooth as ns
-    >>> from models import ModeCoupling
+    >>> from nonsmooth.catalogue import ModeCoupling
     >>> path = ns.eigen_path(ModeCoupling(cx=0.0, cz=0.0), "mu", np.linspace(0.0, 0.6, 13))
     >>> [(round(a, 6), round(b, 6), after.name) for a, b, before, after in path.changes]
     [(0.5, 0.55, 'FLUTTER')]

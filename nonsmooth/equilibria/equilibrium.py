@@ -21,6 +21,7 @@ from nonsmooth.equilibria.sliding_mode import SlidingMode, mu_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.initial_state import contact_state, evaluate
 from nonsmooth.mechanics.situation import largest_closed_gap
+from nonsmooth.mechanics.start import own_state
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, NORMAL_FORCE, System, as_system
 from nonsmooth.views import Worded
 
@@ -106,7 +107,7 @@ def equilibrium(
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import SpragSlip
+    >>> from nonsmooth.catalogue import SpragSlip
     >>> rod = SpragSlip()
     >>> at = ns.equilibrium(rod)
     >>> round(float(at.q[1]), 9), round(float(at.la_N[0]), 6), at.is_virtual
@@ -157,11 +158,11 @@ def sliding_mode(
     for i in closed:
         if system.kinds[i, 1] and s[i] == 0:
             raise InvalidInput(
-                f"contact {i} does not slide at rest (its surface does not move), so its equilibria are not isolated; "
-                "give sliding= for a contact that is about to move"
+                f"{system.described.contacts[i]} does not slide at rest (its surface does not move), so its equilibria "
+                "are not isolated; give sliding= for a contact that is about to move"
             )
         if n[i] < 0 and kinds[i] != BILATERAL:
-            raise InvalidInput(f"contact {i} can only push; normal = -1 is for bilateral contacts")
+            raise InvalidInput(f"{system.described.contacts[i]} can only push; normal = -1 is for bilateral contacts")
     return SlidingMode(system, closed, s, n, t)
 
 
@@ -174,8 +175,8 @@ def _signs(name: str, value: Any, n_c: int) -> np.ndarray:
 
 def _start(system: System, given: Any) -> np.ndarray:
     """The coordinates of the model's default state, or zero."""
-    model = given if hasattr(given, "state") else system.parameters
-    return np.array(model.state()[0], float) if hasattr(model, "state") else np.zeros(system.n_q)
+    state = own_state(given)
+    return np.array(state()[0], float) if state else np.zeros(system.n_q)
 
 
 def _solved(mode: SlidingMode, q: np.ndarray, la_N: np.ndarray) -> Equilibrium:
@@ -246,18 +247,18 @@ def _described(mode: SlidingMode, q: np.ndarray, multipliers: np.ndarray, residu
     gaps, _, gamma_F = contact_state(system, t, q, rest)
     la_N = np.where(system.kinds[:, 0] == GIVEN_FORCE, evaluate(system, NORMAL_FORCE, t, q, rest), 0.0)
     la_N[mode.constrained] = multipliers
-    la_F, wrong = np.zeros(system.n_c), []
+    la_F, wrong, names = np.zeros(system.n_c), [], system.described.contacts
     for i in range(system.n_c):
         if i not in mode.closed:
             if gaps[i] < 0:
-                wrong.append(f"contact {i} was taken as open, but it penetrates by {-gaps[i]:g} m")
+                wrong.append(f"{names[i]} was taken as open, but it penetrates by {-gaps[i]:g} m")
             continue
         if mode.normal[i] * la_N[i] <= 0:
             must = "be pulled" if mode.normal[i] < 0 else "press"
-            wrong.append(f"contact {i} would have to {must}, but its normal force is {la_N[i]:.6g} N")
+            wrong.append(f"{names[i]} would have to {must}, but its normal force is {la_N[i]:.6g} N")
         if system.kinds[i, 1]:
             mu = float(mu_of(system.laws, i, abs(gamma_F[i])))
             la_F[i] = -mode.sliding[i] * mu * mode.normal[i] * la_N[i]
             if mode.sliding[i] * gamma_F[i] < 0:
-                wrong.append(f"contact {i} slides against its assumed sign, gamma_F = {gamma_F[i]:g} m/s")
+                wrong.append(f"{names[i]} slides against its assumed sign, gamma_F = {gamma_F[i]:g} m/s")
     return Equilibrium(q, la_N, la_F, gamma_F, residual, tuple(wrong), mode)

@@ -87,7 +87,7 @@ def flutter_boundary(
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import FollowerForceArm, ModeCoupling
+    >>> from nonsmooth.catalogue import FollowerForceArm, ModeCoupling
     >>> round(ns.flutter_boundary(FollowerForceArm(), "P", (0.0, 2000.0)).value, 9)
     948.12655516
     >>> edge = ns.flutter_boundary(ModeCoupling(), "mu", (0.3, 0.8))

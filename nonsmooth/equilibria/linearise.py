@@ -190,7 +190,7 @@ def linearise(system: Any, at: Equilibrium | None = None) -> Linearisation:
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import ModeCoupling, SpragSlip
+    >>> from nonsmooth.catalogue import ModeCoupling, SpragSlip
     >>> flutter = ns.linearise(ModeCoupling(mu=0.6))
     >>> flutter.verdict.name, round(flutter.growth, 9)
     ('FLUTTER', 0.538256313)

@@ -43,7 +43,7 @@ def eigenvalue_sensitivity(system: Any, parameter: str, at: Linearisation | None
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import BeltOscillator
+    >>> from nonsmooth.catalogue import BeltOscillator
     >>> slopes = ns.eigenvalue_sensitivity(BeltOscillator(), "c")
     >>> round(float(slopes[0].real), 9)  # Re s = -(c + N f')/(2 m)
     -0.5

@@ -81,7 +81,7 @@ class SlidingMode:
         """A model function of complex arguments, not to be written to; zeros where the model leaves it out."""
         if which in self.constants:
             return self.constants[which]
-        out = np.zeros(self.system.shape(which), complex)
+        out = np.zeros(self.system.shape_of(which), complex)
         if which in self.system.functions:
             function = complexified(self.system.functions[which])
             now = self.t if t is None else t

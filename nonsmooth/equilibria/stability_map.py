@@ -50,7 +50,7 @@ def stability_map(
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import ModeCoupling
+    >>> from nonsmooth.catalogue import ModeCoupling
     >>> chart = ns.stability_map(ModeCoupling(), {"mu": [0.4, 0.6], "cz": [0.5, 1.0]})
     >>> [[ns.Verdict(v).name for v in row] for row in chart.verdict.values]
     [['STABLE', 'STABLE'], ['FLUTTER', 'FLUTTER']]

@@ -18,7 +18,8 @@ and returns its machine address, an integer that the compiled loops receive as a
 about 2 ns more than a C function pointer; handing dispatchers to the loop instead would compile the loop anew for every
 model (2 s each) and never reach the disk cache.
 
-``kernels`` marks them, ``models`` binds a user's functions, whose helpers ``twins`` compiles with them; ``internals``
+``kernels`` marks them, ``models`` binds a user's functions, whose helpers ``twins`` compiles with them and whose ``p``
+``parameters`` makes; ``internals``
 has what is used of numba beside its public interface. ``fingerprint`` says what code is made from, by what ``bytecode``
 finds that it reads and ``libraries`` know by name (where a module moved, by that of ``former_names``); ``watch``
 whether that is still so; ``cache`` under which key it is kept, ``code_files`` in which form; ``loading`` shares the
@@ -30,8 +31,10 @@ from nonsmooth.jit.fingerprint import identity
 from nonsmooth.jit.kernels import Callback, Kernel, handle_of, interpreted, kernel, rare_kernel
 from nonsmooth.jit.loading import load_all
 from nonsmooth.jit.models import CannotCompile, CompiledModel, call_model, compile_model, survey_of
+from nonsmooth.jit.parameters import Unpack, unpack_of
 
 __all__ = [
-    "Callback", "CannotCompile", "CompiledModel", "Kernel", "cache_directory", "call_model", "compile_model",
+    "Callback", "CannotCompile", "CompiledModel", "Kernel", "Unpack", "cache_directory", "call_model", "compile_model",
     "handle_of", "identity", "interpreted", "kernel", "load_all", "rare_kernel", "survey_of",
+    "unpack_of",
 ]  # fmt: skip

@@ -1,7 +1,7 @@
-"""Loading of several entry points: what is not on disk yet is compiled by two processes at once.
+"""Loading of several entry points: what is not on disk yet is compiled by two processes at once, each about half of it.
 
-Numba compiles under one lock, so threads would not help. The first use of Moreau–Jean on a machine with two cores falls
-from 21 s to 13 s by it.
+Numba compiles under one lock, so threads would not help. The time that an entry point takes goes with the length of its
+code, that of the kernels in it counted once.
 """
 
 from __future__ import annotations
@@ -12,23 +12,27 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+from nonsmooth.jit.bytecode import reading
 from nonsmooth.jit.cache import is_usable
 from nonsmooth.jit.kernels import Kernel
 
 ROOT = Path(__file__).parents[2]  # where the package is imported from
 COMPILE = "import sys; from nonsmooth.jit.loading import compile_named; compile_named(sys.argv[1:])"
+START = 12_000  # measured: bytes of code that compile while the other process starts, some 2 s
 WAIT = 300.0  # chosen: s for the other process; what it has not compiled by then is compiled here
 
 
 def load_all(entry_points: Iterable[Kernel]) -> None:
-    """Load entry points, the one that takes longest to compile first."""
+    """Load entry points."""
     entry_points = list(entry_points)
     missing = [kernel for kernel in entry_points if not kernel.is_loaded and not kernel.is_on_disk]
     is_shared = len(missing) > 1 and may_start_process() and is_usable()
-    other = start_process(missing[1:]) if is_shared else None
+    here, there = shares(missing) if is_shared else ([], [])
+    other = start_process(there) if there else None
     try:
         if other is not None:
-            missing[0].load()
+            for kernel in here:
+                kernel.load()
             other.wait(WAIT)
     except subprocess.TimeoutExpired:
         pass
@@ -38,6 +42,33 @@ def load_all(entry_points: Iterable[Kernel]) -> None:
             other.wait()
     for kernel in entry_points:
         kernel.load()
+
+
+def shares(kernels: list[Kernel]) -> tuple[list[Kernel], list[Kernel]]:
+    """Two parts that take about as long to compile: for this process, with the first one, and for one to be started."""
+    first, *others = kernels
+    here, there, time_here = [first], [], size_of(first)
+    time_there = min(START, time_here)
+    for kernel in sorted(others, key=size_of, reverse=True):
+        if time_here < time_there:
+            here.append(kernel)
+            time_here += size_of(kernel)
+        else:
+            there.append(kernel)
+            time_there += size_of(kernel)
+    return here, there
+
+
+def size_of(kernel: Kernel) -> int:
+    """Bytes of the code of a kernel and of those that are compiled with it."""
+    found, open_ends = {kernel}, [kernel]
+    while open_ends:
+        function = open_ends.pop().function
+        read = (function.__globals__.get(name) for name, *_ in reading(function.__code__).names)
+        new = {other for other in read if isinstance(other, Kernel) and other.signature is None} - found
+        found |= new
+        open_ends += new
+    return sum(len(each.function.__code__.co_code) for each in found)
 
 
 def may_start_process() -> bool:

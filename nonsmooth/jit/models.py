@@ -11,6 +11,7 @@ from typing import Any
 from nonsmooth.jit.cache import compile_cached, key_of
 from nonsmooth.jit.fingerprint import LooseSurvey, Survey, Unidentified, python_function
 from nonsmooth.jit.kernels import OPTIONS, Kernel
+from nonsmooth.jit.parameters import Unpack
 from nonsmooth.jit.twins import Twins
 
 
@@ -48,7 +49,7 @@ MODEL_SIGNATURE = "void(int64, float64, CPointer(float64), CPointer(float64), CP
 Functions = dict[int, tuple[Callable, bool, tuple[int, ...]]]  # which -> (function, takes_u, shape of out)
 
 
-def survey_of(functions: Functions, n_q: int, n_u: int, unpack: Callable, n_p: int) -> Survey:
+def survey_of(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int) -> Survey:
     """All that the machine code of a model is made from; arguments as for `compile_model`.
 
     Raises
@@ -57,7 +58,7 @@ def survey_of(functions: Functions, n_q: int, n_u: int, unpack: Callable, n_p: i
         Where a function reads something without an identity; the message names it.
     """
     survey = Survey()
-    survey.put(repr((n_q, n_u, n_p, unpack._fields)).encode())  # type: ignore[attr-defined]
+    survey.put(repr((n_q, n_u, n_p, unpack.identity)).encode())
     for which, (function, takes_u, shape) in functions.items():
         name = getattr(function, "__name__", type(function).__name__)
         if not isinstance(function, types.FunctionType) and python_function(function) is None:
@@ -94,7 +95,7 @@ def _add_extensions(survey: Survey) -> None:
 _extensions: dict[Callable, bytes] = {}  # as they were when first met
 
 
-def compile_model(functions: Functions, n_q: int, n_u: int, unpack: Callable, n_p: int,
+def compile_model(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int,
                   survey: Survey | None = None) -> CompiledModel:  # fmt: skip
     """Compile a model's functions into one and return its address.
 
@@ -104,8 +105,8 @@ def compile_model(functions: Functions, n_q: int, n_u: int, unpack: Callable, n_
         ``which -> (function, takes_u, shape of out)``.
     n_q, n_u, n_p : int
         Numbers of coordinates, velocities and parameters.
-    unpack : type
-        The NamedTuple class that user functions see as ``p``; its fields are the parameters in order.
+    unpack : Unpack
+        What makes ``p`` of the parameters in their order.
     survey : Survey, optional
         That of `survey_of`, where it is known.
 
@@ -133,7 +134,7 @@ def compile_model(functions: Functions, n_q: int, n_u: int, unpack: Callable, n_
     raise CannotCompile(f"numba cannot compile the model function {name}: {_first_line(reason)}") from reason
 
 
-def _adapter(functions: Functions, n_q: int, n_u: int, unpack: Callable, n_p: int, inline: str, key: str) -> Callable:
+def _adapter(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int, inline: str, key: str) -> Callable:
     """Generate ``model(which, t, q, u, p, out)``: views on the raw pointers, then a branch for each function."""
     from nonsmooth.jit.internals import numba
 
@@ -142,13 +143,13 @@ def _adapter(functions: Functions, n_q: int, n_u: int, unpack: Callable, n_p: in
         "__name__": __name__,
         "view_q": _view((n_q,)),
         "view_u": _view((n_u,)),
-        "Parameters": unpack,
     }
+    p = unpack.source(scope, _frozen_view)
     lines = [
         "def model(which, t, q_, u_, p_, out_):",
         "    q = view_q(q_)",
         "    u = view_u(u_)",
-        f"    p = Parameters({', '.join(f'p_[{i}]' for i in range(n_p))})",
+        f"    p = {p}",
     ]
     for which, (function, takes_u, shape) in functions.items():
         scope[f"function_{which}"] = numba.njit(inline=inline, **OPTIONS)(twins.copy(function))
@@ -166,7 +167,12 @@ def _first_line(error: Exception) -> str:
     return (useful or lines or [type(error).__name__])[0]
 
 
-def _view(shape: tuple[int, ...], cleared: bool = False) -> Any:
+def _frozen_view(shape: tuple[int, ...], at: int) -> Any:
+    """An intrinsic that sees a raw pointer, from a number on, as an array that cannot be written."""
+    return _view(shape, at=at, frozen=True)
+
+
+def _view(shape: tuple[int, ...], cleared: bool = False, at: int = 0, frozen: bool = False) -> Any:
     """An intrinsic that sees a raw pointer as a C array of fixed shape (``numba.carray`` takes longer to compile).
 
     What a model function writes into is cleared first: ``h[0] += f``, or a branch that writes nothing, means what it
@@ -177,7 +183,7 @@ def _view(shape: tuple[int, ...], cleared: bool = False) -> Any:
 
     from nonsmooth.jit.internals import cgutils, make_array, populate_array
 
-    array = nb.Array(nb.float64, len(shape), "C")
+    array = nb.Array(nb.float64, len(shape), "C", readonly=frozen)
     strides = [8] * len(shape)
     for axis in range(len(shape) - 2, -1, -1):
         strides[axis] = strides[axis + 1] * shape[axis + 1]
@@ -187,9 +193,10 @@ def _view(shape: tuple[int, ...], cleared: bool = False) -> Any:
         view = make_array(array)(context, builder)
         if cleared:
             cgutils.memset(builder, args[0], context.get_constant(nb.intp, 8 * math.prod(shape)), 0)
+        start = builder.gep(args[0], [context.get_constant(nb.intp, at)]) if at else args[0]
         populate_array(
             view,
-            data=builder.bitcast(args[0], view.data.type),
+            data=builder.bitcast(start, view.data.type),
             shape=cgutils.pack_array(builder, [context.get_constant(nb.intp, n) for n in shape]),
             strides=cgutils.pack_array(builder, [context.get_constant(nb.intp, n) for n in strides]),
             itemsize=context.get_constant(nb.intp, 8),

@@ -153,7 +153,7 @@ class Place:
         self, which: int, q: np.ndarray | None = None, u: np.ndarray | None = None, dt: float = 0.0
     ) -> np.ndarray:
         """What a model function writes, here or elsewhere; zeros where the system has no such function."""
-        out = np.zeros(self.system.shape(which))
+        out = np.zeros(self.system.shape_of(which))
         if which in self.system.functions:
             self.system.call(which, self.t + dt, self.q if q is None else q, self.u if u is None else u, out)
         return out

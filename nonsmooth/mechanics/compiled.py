@@ -15,6 +15,7 @@ from nonsmooth.errors import InterpretedWarning, warn_caller
 from nonsmooth.jit import (
     CannotCompile,
     CompiledModel,
+    Unpack,
     cache_directory,
     call_model,
     compile_model,
@@ -113,7 +114,7 @@ class Shelf:
     Parameters are those of `compile_model`.
     """
 
-    def __init__(self, functions: dict[int, Any], n_q: int, n_u: int, unpack: Callable, n_p: int) -> None:
+    def __init__(self, functions: dict[int, Any], n_q: int, n_u: int, unpack: Unpack, n_p: int) -> None:
         self._arguments = functions, n_q, n_u, unpack, n_p
         self._made_from, self._watch = b"", CHANGED
         self._made: CompiledModel | CannotCompile | None = None
@@ -148,8 +149,8 @@ class Shelf:
 
 
 def _shelf_of(system: System, functions: dict[int, Callable]) -> Shelf:
-    key = tuple((which, Same(function), system.shape(which)) for which, function in functions.items())
-    return _shelf(key, system.n_q, system.n_u, tuple(system.parameter_values), system.unpack)
+    key = tuple((which, Same(function), system.shape_of(which)) for which, function in functions.items())
+    return _shelf(key, system.n_q, system.n_u, len(system.p), system.unpack)
 
 
 class Same:
@@ -166,9 +167,9 @@ class Same:
 
 
 @functools.lru_cache(maxsize=128)
-def _shelf(key: tuple, n_q: int, n_u: int, names: tuple[str, ...], unpack: Callable) -> Shelf:
+def _shelf(key: tuple, n_q: int, n_u: int, n_p: int, unpack: Unpack) -> Shelf:
     functions = {which: (same.function, which in TAKES_U, shape) for which, same, shape in key}
-    return Shelf(functions, n_q, n_u, unpack, len(names))
+    return Shelf(functions, n_q, n_u, unpack, n_p)
 
 
 def _interpreted_model(system: System) -> Model:

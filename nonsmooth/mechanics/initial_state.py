@@ -10,12 +10,10 @@ from __future__ import annotations
 
 import weakref
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_vector
-from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.compiled import Model
 from nonsmooth.mechanics.situation import (
@@ -49,13 +47,6 @@ GAP_LEFT_ROUNDINGS = 90  # chosen: of the largest coordinate: what is left of a 
 PROJECTIONS = 20  # chosen: linearisations of the gap
 
 _sound: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose constant mass matrix has been checked
-
-
-def as_state(name: str, value: Any, system: System) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates and velocities given as a pair, or `InvalidInput`."""
-    if not isinstance(value, tuple | list) or len(value) != 2:
-        raise InvalidInput(f"{name} must be a pair (q0, u0); got {shown(value)}")
-    return as_vector(f"{name}[0]", value[0], system.n_q), as_vector(f"{name}[1]", value[1], system.n_u)
 
 
 @dataclass(frozen=True)

@@ -23,11 +23,13 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_count, as_flag, as_fraction, as_instance, as_name
-from nonsmooth.checks.parameters import numeric_fields, parameter_tuple, with_changes
+from nonsmooth.checks.parameters import layout_of, numeric_fields, with_changes
 from nonsmooth.errors import InvalidInput, said_by, shown
+from nonsmooth.jit import Unpack, unpack_of
 from nonsmooth.jit.fingerprint import LooseSurvey
 from nonsmooth.jit.watch import MISSING, Watch
 from nonsmooth.mechanics.derived_rows import derived, watch_on
+from nonsmooth.mechanics.description import Description, as_coordinates, described, require_drawn
 from nonsmooth.mechanics.laws import (
     IMPACT_LAWS,
     LAW_IMPACT,
@@ -87,6 +89,8 @@ class Contact:
         Friction only, under the force ``normal_force(t, q, u, p, N)``: |P_F| <= mu dt max(N, 0); no gap, no W_N.
     impact : {"newton", "poisson", "energetic"}
         What e_N is a ratio of: velocities, impulses, or works (e_N^2); the last two for the only contact of a system.
+    name : str
+        For summaries, figures and messages, as "tip"; its number when left out.
     """
 
     mu: Coefficient | FrictionLaw = 0.0
@@ -95,8 +99,10 @@ class Contact:
     bilateral: bool = False
     normal_force: bool = False
     impact: str = "newton"
+    name: str = ""
 
     def __post_init__(self) -> None:
+        as_instance("the name of a contact", self.name, str, "a text")
         as_name("impact law", self.impact, IMPACT_LAWS)
         for name, value in (("e_N", self.e_N), ("e_F", self.e_F)):
             if not isinstance(value, str):  # a name is resolved by the system that has the parameters
@@ -131,8 +137,12 @@ class System:
 
     Parameters
     ----------
-    n_q : int
-        Number of coordinates.
+    coordinates : sequence of (str, str) or str, optional
+        Name and unit of each coordinate, as ``[("x", "m"), ("th", "rad")]``, or names alone. They stand in figures,
+        summaries, files and messages; ``sol["th"]`` and ``sol["thdot"]`` are the columns of a run, ``state=dict(th=0.8,
+        thdot=-1)`` is a start (what is not named is zero), ``th`` and ``thdot`` are axes of sweeps and maps.
+    n_q : int, optional
+        Number of coordinates; that of the names when left out.
     n_u : int, optional
         Number of velocities; equal to n_q (q' = u).
     mass : callable
@@ -158,15 +168,27 @@ class System:
     normal_force : callable, optional
         ``normal_force(t, q, u, p, N)`` (n_c,) [N] for the contacts with a given normal force.
     contacts : sequence of Contact
+        Each may have a name.
     parameters : NamedTuple or dataclass instance
-        What the functions see as ``p``; every field that is a number is passed.
+        What the functions see as ``p``: every field that is a number, an array of numbers, or a NamedTuple or dataclass
+        of such. Within sweeps and ``with_parameters`` their numbers are called "mu", "k[0]", "spring.k".
     name : str
         For messages and titles.
+    shape : callable, optional
+        ``shape(q, p)`` returns the bodies as polylines, a list of (k, 2) arrays [m], for pictures, animations and the
+        player; ``shape(q)`` will do where nothing of p is needed.
+    outline : callable, optional
+        ``outline(p)``, or ``outline()``, returns the surroundings as polylines, which do not move.
 
     Raises
     ------
     InvalidInput
         When functions are missing, take the wrong number of arguments, or a law is out of range.
+
+    Notes
+    -----
+    What ``parameters`` has under the names ``coordinates``, ``shape(q)``, ``outline()``, ``state(...)``, ``t_end`` and
+    ``dt`` is taken where it is not given here: so a model is one class (docs/models.md).
 
     Examples
     --------
@@ -179,15 +201,18 @@ class System:
     >>> def force(t, q, u, p, h): h[0] = -p.m * p.g
     >>> def gap(t, q, p, g_N): g_N[0] = q[0]
     >>> def normal(t, q, p, W_N): W_N[0, 0] = 1.0
-    >>> ball = ns.System(n_q=1, mass=mass, force=force, gap=gap, normal=normal,
-    ...                  contacts=[ns.Contact(e_N=0.5)], parameters=P())
+    >>> ball = ns.System(coordinates=[("y", "m")], mass=mass, force=force, gap=gap, normal=normal,
+    ...                  contacts=[ns.Contact(e_N=0.5, name="floor")], parameters=P(), name="ball")
     >>> ball
-    System(n_q=1, n_c=1)
+    System('ball', n_q=1, n_c=1)
+    >>> sol = ns.simulate(ball, (0, 1), state=dict(y=1.0), integrator=ns.MoreauJean(dt=1e-3))
+    >>> round(float(sol["y"].max()), 3)
+    1.0
     """
 
-    n_q: int
     mass: Callable
     force: Callable
+    n_q: int = field(default=None, kw_only=True)  # type: ignore[assignment]
     n_u: int = None  # type: ignore[assignment]
     gap: Callable | None = None
     normal: Callable | None = None
@@ -202,11 +227,17 @@ class System:
     contacts: Sequence[Contact] = ()
     parameters: Any = ()
     name: str = ""
+    coordinates: Sequence[tuple[str, str] | str] = ()
+    shape: Callable | None = None
+    outline: Callable | None = None
     d: int = field(init=False)
 
     def __post_init__(self) -> None:
         set_ = functools.partial(object.__setattr__, self)
-        as_count("n_q", self.n_q)
+        set_("coordinates", as_coordinates(self.coordinates, self.n_q))
+        if self.n_q is None and not self.coordinates:
+            raise InvalidInput('a system needs its coordinates, as coordinates=[("x", "m"), ("th", "rad")], or n_q=')
+        set_("n_q", len(self.coordinates) if self.n_q is None else as_count("n_q", self.n_q))
         as_instance("name", self.name, str, "a text")
         set_("n_u", self.n_q if self.n_u is None else as_count("n_u", self.n_u))
         if self.n_u != self.n_q:
@@ -217,6 +248,9 @@ class System:
         set_("contacts", tuple(contacts))
         set_("d", int(self.tangent is not None or any(contact.has_friction for contact in self.contacts)))
         _check_functions(self)
+        for name, names in (("shape", ("q", "p")), ("outline", ("p",))):
+            if getattr(self, name) is not None:
+                require_drawn(name, getattr(self, name), names)
         _check_parameters(self)
         _check_laws(self)
 
@@ -283,7 +317,7 @@ class System:
         rows = [(contact.kind, int(contact.has_friction)) for contact in self.contacts]
         return np.array(rows, dtype=np.int64).reshape(self.n_c, 2)
 
-    def shape(self, which: int) -> tuple[int, ...]:
+    def shape_of(self, which: int) -> tuple[int, ...]:
         """Shape of the array that a model function writes."""
         return self._shapes[which]
 
@@ -322,15 +356,20 @@ class System:
 
     def evaluate(self, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Call one model function in Python and return the array it wrote; overflow is inf, as in compiled code."""
-        out = np.zeros(self.shape(which))
+        out = np.zeros(self.shape_of(which))
         with np.errstate(all="ignore"):
             self.call(which, t, q, u, out)
         return out
 
     @functools.cached_property
-    def unpack(self) -> Callable:
-        """The NamedTuple class that model functions see as ``p``."""
-        return parameter_tuple(tuple(self.parameter_values))
+    def described(self) -> Description:
+        """Names, units and pictures: those given here, else those of the parameters, else numbers."""
+        return described(self)
+
+    @functools.cached_property
+    def unpack(self) -> Unpack:
+        """What makes what the model functions see as ``p``."""
+        return unpack_of(layout_of(self.parameters))
 
     @functools.cached_property
     def unpacked(self) -> Any:
@@ -363,7 +402,7 @@ class System:
 def _check_parameters(system: System) -> None:
     """The names of the parameters can be those of ``p``, and their values are numbers."""
     for name in system.parameter_values:
-        if name.startswith("_"):
+        if name.startswith("_") or "._" in name:
             raise InvalidInput(f"a parameter's name must not begin with an underscore; got {name}")
 
 
@@ -395,13 +434,13 @@ def as_system(candidate: Any) -> System:
 def evaluate(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """A model function's array, zeros where the system has no such function; `InvalidInput` when it raises."""
     if which not in system.functions:
-        return np.zeros(system.shape(which))
+        return np.zeros(system.shape_of(which))
     try:
         return system.evaluate(which, t, q, u)
     except Exception as error:
         raise InvalidInput(
             f"the model function {system.name_of(which)} raised {said_by(error)}, at t = {t:g} s; it writes an "
-            f"array of shape {system.shape(which)}"
+            f"array of shape {system.shape_of(which)}"
         ) from error
 
 

@@ -46,13 +46,13 @@ def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray, model:
     with np.errstate(all="ignore"):
         for which in system.functions:
             try:
-                system.call(which, t, q, u, np.zeros(system.shape(which)))
+                system.call(which, t, q, u, np.zeros(system.shape_of(which)))
             except ArithmeticError:  # 1/0 is inf in compiled code
                 continue
             except Exception as error:
                 raise InvalidInput(
                     f"the model function {system.name_of(which)} raised {said_by(error)}, at t = {t:g} s; it "
-                    f"writes an array of shape {system.shape(which)}"
+                    f"writes an array of shape {system.shape_of(which)}"
                 ) from error
     _tried[system] = model
 
@@ -81,7 +81,7 @@ def _require_all_contacts(system: System, t: float, q: np.ndarray, u: np.ndarray
     """Raise for a contact that gap, or while it is closed tangent, writes nothing for: it would be closed for ever, or
     without friction."""
     for which in {GAP, TANGENT} & system.functions.keys() if system.n_c else ():
-        out = np.full(system.shape(which), GUARD)
+        out = np.full(system.shape_of(which), GUARD)
         try:
             system.call(which, t, q.copy(), u.copy(), out)
             gaps = system.evaluate(GAP, t, q, u) if GAP in system.functions else np.zeros(system.n_c)
@@ -115,7 +115,7 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
         for which, function in system.functions.items():
             if calls_compiled(function):
                 continue
-            written, found = np.zeros(system.shape(which)), np.zeros(math.prod(system.shape(which)))
+            written, found = np.zeros(system.shape_of(which)), np.zeros(math.prod(system.shape_of(which)))
             try:
                 system.call(which, t, q, u, written)
             except Exception:  # it is defined at the state only
@@ -134,7 +134,7 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
 
 def fault_of(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray) -> str:
     """What is wrong with one function at a state, the rest of a sentence that begins with its name; else empty."""
-    shape, q_1, u_1 = system.shape(which), q.copy(), u.copy()
+    shape, q_1, u_1 = system.shape_of(which), q.copy(), u.copy()
     room = np.zeros(math.prod(shape) + 2 * GUARD_NUMBERS)
     room[:GUARD_NUMBERS] = room[-GUARD_NUMBERS:] = GUARD
     out, again = room[GUARD_NUMBERS:-GUARD_NUMBERS].reshape(shape), np.zeros(shape)
@@ -157,7 +157,7 @@ def fault_of(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray)
 
 def nothing_written(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray, has_answer: bool) -> str:
     """Whether a function that wrote zeros wrote anything, where it looks as if it meant to."""
-    function, shape = system.functions[which], system.shape(which)
+    function, shape = system.functions[which], system.shape_of(which)
     name = last_argument(function)
     if not has_answer and (name is None or not assigns(function, name)):
         return ""

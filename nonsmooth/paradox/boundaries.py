@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_index, as_number
+from nonsmooth.checks.arrays import as_number
 from nonsmooth.errors import InvalidInput, MissingExtra
 from nonsmooth.paradox.points import Points, split_axes
 from nonsmooth.signals.interruption import Pieces
@@ -50,7 +50,7 @@ class Boundaries(Worded):
     crossings: dict[tuple[str, str], np.ndarray]
 
 
-def paradox_boundaries(system: Any, *, contact: int = 0, t: float = 0.0, state: Callable | None = None,
+def paradox_boundaries(system: Any, *, contact: int | str = 0, t: float = 0.0, state: Callable | None = None,
                        **axes: Any) -> Boundaries:  # fmt: skip
     """The zero curves of p, b and gamma_F over two axes.
 
@@ -78,7 +78,7 @@ def paradox_boundaries(system: Any, *, contact: int = 0, t: float = 0.0, state: 
     --------
     >>> import numpy as np
     >>> import nonsmooth as ns
-    >>> from models import PainleveRod
+    >>> from nonsmooth.catalogue import PainleveRod
     >>> curves = ns.paradox_boundaries(PainleveRod(mu=2.0), th=np.linspace(0.1, 1.5, 40), thdot=np.linspace(0, 9, 40))
     >>> [round(float(np.degrees(curve[0, 0])), 4) for curve in curves.p]
     [37.3774, 79.1877]
@@ -91,7 +91,7 @@ def paradox_boundaries(system: Any, *, contact: int = 0, t: float = 0.0, state: 
     if len(plane) != 2 or any(len(values) < 2 or (np.diff(values) <= 0).any() for values in plane.values()):
         raise InvalidInput("boundaries need two axes, each of increasing values; got " + (", ".join(plane) or "none"))
     points = Points(system, tuple(plane), fixed, as_number("t", t, "s"), state)
-    contact = as_index("contact", contact, points.system.n_c)
+    contact = points.system.described.contact(contact)
     x, y = plane.values()
     points.check([x, y])
     pieces = Pieces()

@@ -239,7 +239,7 @@ def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import PainleveRod
+    >>> from nonsmooth.catalogue import PainleveRod
     >>> rod = PainleveRod(mu=2.0)
     >>> ns.classify(rod, 0.0, *rod.state(thdot=0.0))
     Classification(INCONSISTENT, n_solutions=0, is_complete=True)

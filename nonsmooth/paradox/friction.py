@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_index, as_name, as_number, as_vector
+from nonsmooth.checks.arrays import as_number, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import MASS, NORMAL, TANGENT, System, as_system
 
@@ -28,7 +28,7 @@ class LeastFriction(NamedTuple):
     at: float  # the coordinate's value there
 
 
-def critical_friction(system: Any, q: Any, contact: int = 0, *, t: float = 0.0) -> float:
+def critical_friction(system: Any, q: Any, contact: int | str = 0, *, t: float = 0.0) -> float:
     """G_NN/|G_NF| of a contact: above it p < 0 for one direction of sliding.
 
     Parameters
@@ -54,7 +54,7 @@ def critical_friction(system: Any, q: Any, contact: int = 0, *, t: float = 0.0) 
     --------
     >>> import math
     >>> import nonsmooth as ns
-    >>> from models import PainleveRod
+    >>> from nonsmooth.catalogue import PainleveRod
     >>> rod = PainleveRod()
     >>> round(ns.critical_friction(rod, rod.state(th=math.pi / 3)[0]), 6)
     1.347151
@@ -64,8 +64,8 @@ def critical_friction(system: Any, q: Any, contact: int = 0, *, t: float = 0.0) 
     return _critical_friction(system, as_number("t", t, "s"), as_vector("q", q, system.n_q), i)
 
 
-def least_critical_friction(system: Any, q: Any, coordinate: int | str, between: tuple[float, float], contact: int = 0,
-                            *, t: float = 0.0) -> LeastFriction:  # fmt: skip
+def least_critical_friction(system: Any, q: Any, coordinate: int | str, between: tuple[float, float],
+                            contact: int | str = 0, *, t: float = 0.0) -> LeastFriction:  # fmt: skip
     """The least critical friction while one coordinate runs through a range, the others as in q.
 
     Parameters
@@ -86,7 +86,7 @@ def least_critical_friction(system: Any, q: Any, coordinate: int | str, between:
     --------
     >>> import math
     >>> import nonsmooth as ns
-    >>> from models import PainleveRod
+    >>> from nonsmooth.catalogue import PainleveRod
     >>> rod = PainleveRod()
     >>> least = ns.least_critical_friction(rod, rod.state()[0], "th", (0, math.pi / 2))
     >>> round(least.mu, 9), round(math.degrees(least.at), 4)
@@ -95,7 +95,7 @@ def least_critical_friction(system: Any, q: Any, coordinate: int | str, between:
     from scipy.optimize import minimize_scalar
 
     system = as_system(system)
-    i, j = checked_contact(system, contact), coordinate_index(system, coordinate)
+    i, j = checked_contact(system, contact), system.described.coordinate(coordinate)
     q, t = as_vector("q", q, system.n_q), as_number("t", t, "s")
     low, high = as_vector("between", between, 2)
     if not low < high:
@@ -123,18 +123,12 @@ def _critical_friction(system: System, t: float, q: np.ndarray, i: int) -> float
     return float(G[0, 0] / abs(G[0, 1]))
 
 
-def checked_contact(system: System, contact: int) -> int:
+def checked_contact(system: System, contact: int | str) -> int:
     """The index of a contact with a gap and friction."""
-    contact = as_index("contact", contact, system.n_c)
+    contact = system.described.contact(contact)
     chosen = system.contacts[contact]
     if not chosen.has_friction or chosen.normal_force:
-        raise InvalidInput(f"contact {contact} has no friction or no gap; critical friction needs both")
+        raise InvalidInput(
+            f"{system.described.contacts[contact]} has no friction or no gap; critical friction needs both"
+        )
     return contact
-
-
-def coordinate_index(system: System, coordinate: int | str) -> int:
-    """The place of a coordinate in q, given by number or name."""
-    names = [name for name, _ in getattr(system.parameters, "coordinates", ())]
-    if isinstance(coordinate, str):
-        return names.index(as_name("coordinate", coordinate, names))
-    return as_index("coordinate", coordinate, system.n_q)

@@ -6,7 +6,6 @@ coefficients of friction depend on. ``search`` then runs ``paradox.search`` over
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any
@@ -14,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_number, as_vector, is_number, result_of
-from nonsmooth.checks.parameters import parameter_tuple
 from nonsmooth.contact.planar.forces import FORCES_KEPT, Forces, Outcome
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.jit import CannotCompile, interpreted, load_all
@@ -23,6 +21,16 @@ from nonsmooth.mechanics.compiled import Model, Shelf, model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.inspection import inspect_instant
 from nonsmooth.mechanics.laws import LAW_C, LAW_E_F, LAW_E_N
+from nonsmooth.mechanics.start import (
+    CoordinateState,
+    describing,
+    forms_of,
+    own_state,
+    split_state,
+    start_of,
+    state_function,
+    variables_of,
+)
 from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import System, as_system, with_values
 from nonsmooth.paradox.search import NATURAL, PARAMETER, VARIABLE, Table, search_points
@@ -52,8 +60,9 @@ class Points:
         Variables of ``state(...)`` or parameters; each is set by one axis.
     fixed : mapping
         Values of further ones.
-    state : callable, optional
-        ``state(**variables) -> (q, u)``; the model's own when left out.
+    state : callable, dict or (q0, u0), optional
+        ``state(**variables) -> (q, u)``, the model's own when left out; variables held fixed; a state of which
+        coordinates and rates are varied by name.
 
     Raises
     ------
@@ -62,14 +71,11 @@ class Points:
     """
 
     def __init__(self, model: Any, names: tuple[str, ...], fixed: Mapping[str, float], t: float = 0.0,
-                 state: Callable | None = None) -> None:  # fmt: skip
+                 state: Any = None) -> None:  # fmt: skip
+        state, fixed = held_fixed(model, state, fixed)
         self.t, self.names = t, names
-        self._state = state
-        if state is not None and (not callable(state) or isinstance(state, type)):
-            raise InvalidInput(f"state must be a function of the variables that returns (q, u); got {shown(state)}")
-        function = getattr(model, "state", None) if state is None else state
-        if function is None:
-            raise InvalidInput("a system without state(...) of its own needs state=, a function of the variables")
+        function = as_state_function(model, state)
+        self._state = None if own_state(model) is function or state is None else function
         self.variables = variables_of(function)
         self.parameters = dict(as_system(model).parameter_values)
         for name in (*names, *fixed):
@@ -101,21 +107,20 @@ class Points:
             return None
 
     def _shelf_of_natural(self) -> Shelf | None:
-        function = getattr(self.model, "natural_state", None)
+        function = getattr(describing(self.model), "natural_state", None)
         values = [self.default(name) for name in self.variables]
         if self._state is not None or function is None or not all(isinstance(value, int | float) for value in values):
             return None
         system = self.system
         entry = {NATURAL: (function, False, (system.n_q + system.n_u,))}
-        unpack = parameter_tuple(tuple(system.parameter_values))
-        return Shelf(entry, len(self.variables), system.n_u, unpack, len(system.p))
+        return Shelf(entry, len(self.variables), system.n_u, system.unpack, len(system.p))
 
     def state_at(self, values: tuple[float, ...]) -> np.ndarray:
         """(n_q + n_u,) the state by the Python function, of a value for each name."""
         given = dict(zip(self.names, values, strict=True))
         changes = {name: value for name, value in given.items() if name not in self.variables}
         model = with_values(self.model, changes) if changes and self._state is None else self.model
-        state = model.state if self._state is None else self._state
+        state = state_function(model) if self._state is None else self._state
         variables = {name: given.get(name, self.fixed.get(name)) for name in self.variables}
         q, u = as_pair(result_of("state", state, **{name: x for name, x in variables.items() if x is not None}))
         return np.concatenate([as_vector("q", q, self.system.n_q), as_vector("u", u, self.system.n_u)])
@@ -127,7 +132,7 @@ class Points:
         for name, values in zip(self.names, axes, strict=True):
             for value in (values.min(), values.max()):
                 if name in self.variables:
-                    state = self.model.state if self._state is None else self._state
+                    state = state_function(self.model) if self._state is None else self._state
                     result_of("state", state, **{**variables, name: float(value)})
                     continue
                 other = as_system(with_values(self.model, {name: float(value)}))
@@ -231,16 +236,25 @@ def split_axes(axes: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str
     return grid, {name: value for name, value in axes.items() if name not in grid}
 
 
-def variables_of(state: Callable) -> dict[str, Any]:
-    """The variables of a state function and their defaults."""
-    try:
-        parameters = inspect.signature(state).parameters.items()
-    except Exception:  # a callable that does not say what it takes
-        raise InvalidInput(f"state must be a function of named variables; got {shown(state)}") from None
-    return {
-        name: None if parameter.default is inspect.Parameter.empty else parameter.default
-        for name, parameter in parameters
-    }
+def held_fixed(model: Any, state: Any, fixed: Mapping[str, float]) -> tuple[Any, Mapping[str, float]]:
+    """The variables of a state that was given by name join those held fixed; entries of it make a pair."""
+    if not isinstance(state, Mapping):
+        return state, fixed
+    whole, entries, variables = split_state(model, state)
+    return (start_of(model, state), fixed) if whole or entries else (None, {**variables, **fixed})
+
+
+def as_state_function(model: Any, state: Any) -> Callable:
+    """The function of the variables of a state: the one given, that of a pair (q0, u0), or the model's."""
+    if state is None:
+        return state_function(model)
+    if isinstance(state, tuple | list):
+        return CoordinateState(as_system(model), state)
+    if not callable(state) or isinstance(state, type):
+        raise InvalidInput(
+            f"state must be {forms_of(model)}, or a function of the variables that returns (q, u); got {shown(state)}"
+        )
+    return state
 
 
 def as_pair(state: Any) -> tuple[Any, Any]:

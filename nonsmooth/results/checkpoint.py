@@ -5,11 +5,11 @@
     *.crc.npy     the checksums of both, block by block
     state.npz     all that the next step depends on, with the numbers of records and events that belong to it; sealed
 
-The two arrays grow (checked_array.py); the state is written beside and moved into place, after the rows that it belongs
-to. Whenever the program dies, the arrays can be read and the state is that of one moment; what lies between the two is
-computed again, to the same bits. Rows of the state that do not fit their checksums are damage, and refused; rows behind
-them that do not are what a power failure leaves, and left away. Why no HDF5, and what is lost when:
-docs/checkpoints.md. No pickle.
+Those of a scene hold other rows (scene_checkpoint.py). The arrays grow (checked_array.py); the state is written
+beside and moved into place, after the rows that it belongs to. Whenever the program dies, the arrays can be read and
+the state is that of one moment; what lies between the two is computed again, to the same bits. Rows of the state that
+do not fit their checksums are damage, and refused; rows behind them that do not are what a power failure leaves, and
+left away. Why no HDF5, and what is lost when: docs/checkpoints.md. No pickle.
 """
 
 from __future__ import annotations
@@ -35,8 +35,10 @@ from nonsmooth.results.npz import fill_npz, read_npz
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.solution import MAX_EVENTS, PER_RECORD, Solution, Stats, ledger_of, works_by_name
 
-CHECKPOINT_SCHEMA, KIND = 1, "checkpoint"  # code: of the form of the file
+CHECKPOINT_SCHEMA, KIND, SCENE_KIND = 1, "checkpoint", "scenecheckpoint"  # code: of the form of the file
+READERS = {KIND: ("System", "ns.Solution.load"), SCENE_KIND: ("scene", "ns.SceneSolution.load")}
 RECORDS, EVENTS, STATE, PART = "records.npy", "events.npy", "state.npz", "state.npz.part"
+HASHED = "#"  # code: how a fact begins that is told by its hash alone
 EVENT_NAMES = (
     "t", "kind", "contact", "mode_before", "slip_before", "mode_after", "slip_after", "P_N", "P_F", "gamma_N",
     "gamma_F", "n_solutions", "found",
@@ -64,6 +66,19 @@ def row_type(n: int, n_c: int, d: int, has_forces: bool) -> np.dtype:
     return np.dtype([*columns, ("ledger", "<f8", (N_LEDGER,)), *forces])
 
 
+class Layout(NamedTuple):
+    """What a checkpoint holds."""
+
+    kind: str  # as which its state is sealed
+    shape: Any  # what the rows are made from, as JSON can hold it
+    rows: dict[str, np.dtype]  # of each array, by its name; the first is that of the records
+
+
+def layout_of(shape: Shape) -> Layout:
+    """That of a run of a `System`."""
+    return Layout(KIND, shape, {"records": row_type(*shape), "events": EVENT_ROW})
+
+
 class Checkpoint:
     """An open checkpoint.
 
@@ -73,15 +88,12 @@ class Checkpoint:
         The folder.
     facts : dict
         All that the bits of the run depend on, by name, as JSON can hold it.
-    shape : Shape
-        Of a record.
+    layout : Layout
     may_begin, may_resume : bool
         What is asked for: a checkpoint that is not there yet, one that is there, or either.
 
     Attributes
     ----------
-    n_records, n_events : int
-        Rows in the arrays.
     kept : dict
         The arrays of the state that was found; empty where the run begins.
 
@@ -91,10 +103,9 @@ class Checkpoint:
         For a checkpoint of another run, a folder that is none, one that is there already, one that is not.
     """
 
-    def __init__(self, path: Any, facts: dict[str, Any], shape: Shape, may_begin: bool, may_resume: bool) -> None:
-        self.path, self.facts, self.shape = Path(path), json.loads(json.dumps(facts)), shape
-        self.row = row_type(*shape)
-        self.shown = 0
+    def __init__(self, path: Any, facts: dict[str, Any], layout: Layout, may_begin: bool, may_resume: bool) -> None:
+        self.path, self.facts, self.layout = Path(path), json.loads(json.dumps(facts)), layout
+        self.shown = dict.fromkeys(layout.rows, 0)
         self.status, self.wall_time = Status.RUNNING, 0.0
         self.kept: dict[str, np.ndarray] = {}
         is_there = (self.path / STATE).exists()
@@ -102,14 +113,13 @@ class Checkpoint:
             raise InvalidInput(f"there is a checkpoint {str(path)!r} already; resume= goes on with it, or remove it")
         if not is_there:
             self._require_free(may_begin)
-        n_records, n_events = self._restore() if is_there else (0, 0)
+        counts = self._restore() if is_there else self.shown
         self._files = ExitStack()
         try:
             self.path.mkdir(exist_ok=True)
             if not is_there:
                 self._remove_arrays()
-            self._records = self._open(RECORDS, self.row, n_records)
-            self._events = self._open(EVENTS, EVENT_ROW, n_events)
+            self._arrays = {name: self._open(name, row, counts[name]) for name, row in layout.rows.items()}
         except OSError as error:
             self._files.close()
             raise InvalidInput(
@@ -119,7 +129,7 @@ class Checkpoint:
     def _require_free(self, may_begin: bool) -> None:
         """Raise unless a run may begin here: nothing there, or one that died before it kept its first state."""
         if self.path.is_dir():
-            ours = {RECORDS, EVENTS, checksums_of(Path(RECORDS)).name, checksums_of(Path(EVENTS)).name, PART}
+            ours = {PART, *(file.name for file in self._files_of_arrays())}
             foreign = {entry.name for entry in self.path.iterdir()} - ours
             if foreign:
                 raise InvalidInput(
@@ -130,72 +140,73 @@ class Checkpoint:
         elif not may_begin:
             raise InvalidInput(f"there is no checkpoint {str(self.path)!r}; checkpoint= begins one")
 
-    def _restore(self) -> tuple[int, int]:
-        """Take the state that is there; the numbers of records and events that belong to it."""
-        about, self.kept = read_state(self.path)
+    def _restore(self) -> dict[str, int]:
+        """Take the state that is there; the numbers of rows that belong to it."""
+        about, self.kept = read_state(self.path, self.layout.kind)
         _require_equal(self.path, about["facts"], self.facts)
-        require_rows(self.path, about)
+        require_rows(self.path, about, self.layout.rows)
         self.status, self.wall_time = Status(about["status"]), about["stats"]["wall_time"]
         if about["shown"]:  # the row at which the run stopped is about to be forgotten
-            self._put_state(about | {"shown": 0, "status": int(Status.RUNNING)}, self.kept)
-        return about["records"], about["events"]
+            forgotten = {key: 0 for key in about if key.startswith("shown")}
+            self._put_state(about | forgotten | {"status": int(Status.RUNNING)}, self.kept)
+        return {name: about[name] for name in self.layout.rows}
 
     def _remove_arrays(self) -> None:
         """Forget rows that no state belongs to."""
-        for name in (RECORDS, EVENTS):
-            for file in (self.path / name, checksums_of(self.path / name)):
-                file.unlink(missing_ok=True)
+        for file in self._files_of_arrays():
+            file.unlink(missing_ok=True)
+
+    def _files_of_arrays(self) -> list[Path]:
+        files = [file_of(self.path, name) for name in self.layout.rows]
+        return [*files, *map(checksums_of, files)]
 
     def _open(self, name: str, row: np.dtype, rows: int) -> CheckedArray:
-        return self._files.enter_context(closing(CheckedArray(self.path / name, row, rows)))
+        return self._files.enter_context(closing(CheckedArray(file_of(self.path, name), row, rows)))
 
-    @property
-    def n_records(self) -> int:
-        """Records in the array."""
-        return self._records.rows
+    def count(self, name: str) -> int:
+        """Rows in an array."""
+        return self._arrays[name].rows
 
-    @property
-    def n_events(self) -> int:
-        """Events in the array."""
-        return self._events.rows
-
-    def write(self, records: np.ndarray, events: np.ndarray) -> None:
-        """Append rows."""
+    def write(self, rows: dict[str, np.ndarray]) -> None:
+        """Append rows to arrays, to the records last: no row of them is without those that it speaks of."""
         with self._refusals():
-            if len(records):
-                self._records.append(records)
-            if len(events):
-                self._events.append(np.ascontiguousarray(events).view(EVENT_ROW)[:, 0])
-        self.shown = 0
+            for name, new in reversed(self._in_order(rows)):
+                self._arrays[name].append(new)
+        self.shown = dict.fromkeys(self.layout.rows, 0)
 
-    def keep(self, arrays: dict[str, Any], about: dict[str, Any], status: Status, message: str, stats: Stats) -> None:
+    def _in_order(self, rows: dict[str, np.ndarray]) -> list[tuple[str, np.ndarray]]:
+        return [(name, rows[name]) for name in self.layout.rows if name in rows and len(rows[name])]
+
+    def keep(self, arrays: dict[str, Any], about: dict[str, Any], status: Status, message: str, stats: Any) -> None:
         """Put the rows on the disk, and then the state that belongs to them."""
         text = {
-            "checkpoint": "nonsmooth", "schema": CHECKPOINT_SCHEMA, "facts": self.facts, "shape": self.shape,
-            "records": self.n_records, "shown": self.shown, "events": self.n_events, "status": int(status),
-            "message": message, "stats": asdict(stats), "about": about,
+            "checkpoint": "nonsmooth", "schema": CHECKPOINT_SCHEMA, "facts": self.facts, "shape": self.layout.shape,
+            **{name: array.rows for name, array in self._arrays.items()},
+            **{shown_of(name): count for name, count in self.shown.items()},
+            "status": int(status), "message": message, "stats": asdict(stats), "about": about,
         }  # fmt: skip
         with self._refusals():
-            self._records.sync()
-            self._events.sync()
+            for array in self._arrays.values():
+                array.sync()
             self._put_state(text, arrays)
 
     def _put_state(self, about: dict[str, Any], arrays: dict[str, Any]) -> None:
         part = self.path / PART
         with open(part, "w+b") as file:
-            fill_npz(file, KIND, {"about": np.array(json.dumps(about)), **arrays}, is_compressed=False)
+            fill_npz(file, self.layout.kind, {"about": np.array(json.dumps(about)), **arrays}, is_compressed=False)
             file.flush()
             os.fsync(file.fileno())
         os.replace(part, self.path / STATE)
 
-    def write_last(self, record: np.ndarray) -> None:
-        """Show the state at which a run stopped as one more row: the next record will stand in its place."""
+    def write_last(self, rows: dict[str, np.ndarray]) -> None:
+        """Show the state at which a run stopped as one more record: the next one will stand in its place."""
         with self._refusals():
-            self._records.show(record)
-        self.shown = len(record)
+            for name, last in reversed(self._in_order(rows)):
+                self._arrays[name].show(last)
+                self.shown[name] = len(last)
 
     def close(self) -> None:
-        """Close the two arrays; what they hold stays."""
+        """Close the arrays; what they hold stays."""
         self._files.close()
 
     @contextmanager
@@ -220,15 +231,12 @@ def load_checkpoint(path: Path, system: System | None = None, is_verified: bool 
     InvalidInput
         For a folder that is no checkpoint, or a damaged one.
     """
-    about, _ = read_state(path)
-    n_records, n_events = (None, None) if is_verified else require_rows(path, about)
-    rows = map_rows(path / RECORDS, row_type(*about["shape"]))[:n_records]
-    events = np.array(map_rows(path / EVENTS, EVENT_ROW)[:n_events][:MAX_EVENTS]).view("<f8").reshape(-1, EVENT_WIDTH)
+    about, _ = read_state(path, KIND)
+    arrays = rows_of(path, about, layout_of(Shape(*about["shape"])).rows, is_verified)
+    rows, event_rows = arrays["records"], arrays["events"]
+    events = np.array(event_rows[:MAX_EVENTS]).view("<f8").reshape(-1, EVENT_WIDTH)
     events = events[np.argsort(events[:, EVENT_T], kind="stable")]
-    status, message = Status(about["status"]), about["message"]
-    if status == Status.RUNNING:
-        status = Status.INTERRUPTED
-        message = "the program ended before the run did (or is still at work); resume= goes on with it"
+    status, message = end_of(about)
     find_ledger = functools.partial(_works_at, rows["ledger"])
     if system is not None:
         find_ledger = functools.partial(ledger_of, system, *(rows[name] for name in ("t", "q", "u", "ledger")))
@@ -245,7 +253,28 @@ def _works_at(works: np.ndarray, rows: Any) -> dict[str, np.ndarray]:
     return works_by_name(works[rows])
 
 
-def read_state(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def end_of(about: dict[str, Any]) -> tuple[Status, str]:
+    """How a run ended, in a sentence; one that was killed was interrupted."""
+    status = Status(about["status"])
+    if status == Status.RUNNING:
+        return (
+            Status.INTERRUPTED,
+            "the program ended before the run did (or is still at work); resume= goes on with it",
+        )
+    return status, about["message"]
+
+
+def file_of(path: Path, name: str) -> Path:
+    """Where an array stands."""
+    return path / f"{name}.npy"
+
+
+def shown_of(name: str) -> str:
+    """Where the state keeps how many rows of an array are those of the state at which the run stopped."""
+    return "shown" if name == "records" else f"shown {name}"
+
+
+def read_state(path: Path, kind: str = KIND) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """What is known of the run, and the arrays of its state."""
     if not os.path.exists(path / STATE):
         raise InvalidInput(f"{str(path)!r} is no checkpoint: it has no {STATE}")
@@ -257,16 +286,27 @@ def read_state(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
             raise InvalidInput(
                 f"the checkpoint {str(path)!r} has schema {schema}; this version reads {CHECKPOINT_SCHEMA}"
             )
-        require_kind(found.kind, KIND)
+        if found.kind != kind and found.kind in READERS:
+            what, reader = READERS[found.kind]
+            raise InvalidInput(f"the checkpoint {str(path)!r} is that of a run of a {what}; {reader} reads it")
+        require_kind(found.kind, kind)
     return about, found.arrays
 
 
-def require_rows(path: Path, about: dict[str, Any]) -> tuple[int, int]:
-    """How many records and events fit their checksums; raises unless those of the state do."""
-    return (
-        _require_rows(path / RECORDS, row_type(*about["shape"]), about["records"] + about["shown"]),
-        _require_rows(path / EVENTS, EVENT_ROW, about["events"]),
-    )
+def require_rows(path: Path, about: dict[str, Any], rows: dict[str, np.dtype]) -> dict[str, int]:
+    """How many rows of each array fit their checksums; raises unless those of the state do."""
+    return {
+        name: _require_rows(file_of(path, name), row, about[name] + about.get(shown_of(name), 0))
+        for name, row in rows.items()
+    }
+
+
+def rows_of(
+    path: Path, about: dict[str, Any], rows: dict[str, np.dtype], is_verified: bool
+) -> dict[str, np.ndarray]:  # fmt: skip
+    """The rows of each array, mapped; those that fit their checksums, unless this program verified or wrote them."""
+    counts = dict.fromkeys(rows) if is_verified else require_rows(path, about, rows)
+    return {name: map_rows(file_of(path, name), row)[: counts[name]] for name, row in rows.items()}
 
 
 def _require_rows(path: Path, row: np.dtype, least: int) -> int:
@@ -288,7 +328,8 @@ def _require_equal(path: Path, there: dict[str, Any], here: dict[str, Any]) -> N
         if isinstance(new, dict) and isinstance(old, dict):
             name = next(name for name in sorted(new.keys() | old.keys()) if old.get(name) != new.get(name))
             what, old, new = f"{what} {name}", old.get(name), new.get(name)
-        difference = f"its {what} differs" if what.startswith("code of ") else f"its {what} is {old}, here it is {new}"
+        is_hashed = what.startswith("code of ") or str(new).startswith(HASHED)
+        difference = f"its {what} differs" if is_hashed else f"its {what} is {old}, here it is {new}"
         raise InvalidInput(
             f"the checkpoint {str(path)!r} is of another run: {difference}; give what it was begun with, or choose "
             "another path"

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     from nonsmooth.checks.arrays import Vector
     from nonsmooth.results.failed_problem import FailedProblem
+    from nonsmooth.results.scene_problem import SceneProblem
     from nonsmooth.results.solution import Solution
 
 
@@ -25,11 +26,13 @@ class StepFailure(NonsmoothError, RuntimeError):
         Time of that state [s].
     q, u : (n_q,), (n_u,)
         That state.
-    problem : FailedProblem or None
-        The contact problem of that step, where it is one of Moreau and Jean's scheme with closed contacts.
+    problem : FailedProblem, SceneProblem or None
+        The contact problem of that step, where it is one of Moreau and Jean's scheme with closed contacts; of a scene,
+        the islands that stayed above the tolerance where ``on_residual="raise"``.
     """
 
-    def __init__(self, message: str, solution: Solution, t: float, problem: FailedProblem | None = None) -> None:
+    def __init__(self, message: str, solution: Solution, t: float, problem: FailedProblem | SceneProblem | None = None
+    ) -> None:  # fmt: skip
         super().__init__(message)
         self.solution = solution
         self.t = t

@@ -11,6 +11,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_number
 from nonsmooth.errors import InvalidInput, Status, nearest, shown
 from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.results.scene_records import BODIES, CONTACTS, ENERGIES, KINDS, LEDGER, OF_BODIES, SCALAR, WORKS
 from nonsmooth.views import Worded, view
 
 if TYPE_CHECKING:
@@ -18,7 +19,28 @@ if TYPE_CHECKING:
 
     from nonsmooth.scenes.scene import Body, Scene
 
-WORKS = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
+
+class Recorded:
+    """A column of a `SceneSolution` that is there if its kind was recorded."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, solution: SceneSolution | None, owner: type) -> Any:
+        if solution is None:
+            raise AttributeError(self.name)  # of a dataclass: it has no default
+        value = vars(solution)[self.name]
+        if value is None:
+            raise InvalidInput(
+                f'{self.name} was not recorded; simulate(..., record=("{self.kind}", ...)) keeps the {self.kind}'
+            )
+        return value
+
+    def __set__(self, solution: SceneSolution, value: Any) -> None:
+        vars(solution)[self.name] = value
 
 
 class SpringStats(NamedTuple):
@@ -144,19 +166,17 @@ class SceneContacts:
     @property
     def P_N(self) -> np.ndarray:
         """Normal impulses [N s]."""
-        return (self.P * self.normal).sum(axis=1)
+        return normal_and_friction(self.P, self.normal)[0]
 
     @property
     def P_F(self) -> np.ndarray:
         """Sizes of the tangential impulses [N s]."""
-        return np.linalg.norm(self.P - self.P_N[:, None] * self.normal, axis=1)
+        return normal_and_friction(self.P, self.normal)[1]
 
     @property
     def mode(self) -> np.ndarray:
         """OPEN without an impulse; STICK within the friction cone, SLIDE on it, to 1e-8 of it."""
-        limit = self.mu * self.P_N
-        sliding = np.where(self.P_F >= limit * (1 - 1e-8), ContactMode.SLIDE, ContactMode.STICK)
-        return np.where(self.P_N > 0, sliding, ContactMode.OPEN)
+        return modes_of(*normal_and_friction(self.P, self.normal), self.mu)
 
     def of(self, name: str) -> SceneContacts:
         """Those of one body."""
@@ -170,6 +190,36 @@ class SceneContacts:
     def __repr__(self) -> str:
         loaded = int((self.P_N > 0).sum())
         return f"SceneContacts({len(self)} at t = {self.t:.6g} s, {loaded} of them loaded)"
+
+
+def normal_and_friction(P: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Normal parts (m,) of impulses, and the sizes of their tangential parts."""
+    P_N = (P * normal).sum(axis=1)
+    return P_N, np.linalg.norm(P - P_N[:, None] * normal, axis=1)
+
+
+def modes_of(P_N: np.ndarray, P_F: np.ndarray, mu: np.ndarray) -> np.ndarray:
+    """What contacts with such impulses do."""
+    sliding = np.where(P_F >= mu * P_N * (1 - 1e-8), ContactMode.SLIDE, ContactMode.STICK)
+    return np.where(P_N > 0, sliding, ContactMode.OPEN)
+
+
+Columns = Any  # arrays by name: a dictionary, or a structured array
+
+
+def columns_of(
+    records: Columns, contacts: Columns, kinds: tuple[str, ...], works: tuple[str, ...] = WORKS
+) -> dict[str, Any]:
+    """The arrays of a `SceneSolution` from columns, or rows, of records and contacts; None for what was not kept."""
+    columns: dict[str, Any] = {name: records[name] for name in SCALAR}
+    columns |= {name: records[name] if BODIES in kinds else None for name in OF_BODIES}
+    columns["ledger"] = {name: records[name] for name in (*ENERGIES, *works)} if LEDGER in kinds else None
+    columns["all_contacts"] = None
+    if CONTACTS in kinds:
+        offsets = np.concatenate(([0], np.cumsum(records["n_contacts"], dtype=np.int64)))
+        of_contacts = (contacts[name][: offsets[-1]] for name in ContactColumns._fields[1:])
+        columns["all_contacts"] = ContactColumns(offsets, *of_contacts)
+    return columns
 
 
 class ContactColumns(NamedTuple):
@@ -222,12 +272,6 @@ class SceneSolution:
     """
 
     t: np.ndarray
-    position: np.ndarray
-    turn: np.ndarray
-    velocity: np.ndarray
-    spin: np.ndarray
-    all_contacts: ContactColumns
-    ledger: dict[str, np.ndarray]
     residual: np.ndarray
     penetration: np.ndarray
     stats: SceneStats
@@ -236,6 +280,12 @@ class SceneSolution:
     names: list[str]
     scene: Scene | None
     centres: np.ndarray
+    position: Recorded = Recorded(BODIES)
+    turn: Recorded = Recorded(BODIES)
+    velocity: Recorded = Recorded(BODIES)
+    spin: Recorded = Recorded(BODIES)
+    all_contacts: Recorded = Recorded(CONTACTS)
+    ledger: Recorded = Recorded(LEDGER)
     about: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -246,7 +296,13 @@ class SceneSolution:
     @property
     def dim(self) -> int:
         """2 in the plane, 3 in space."""
-        return self.position.shape[2]
+        return self.centres.shape[1]
+
+    @property
+    def recorded(self) -> tuple[str, ...]:
+        """What was recorded: "bodies", "contacts", "ledger"."""
+        columns = {BODIES: "position", CONTACTS: "all_contacts", LEDGER: "ledger"}
+        return tuple(kind for kind in KINDS if vars(self)[columns[kind]] is not None)
 
     @property
     def bodies(self) -> list[Body]:
@@ -340,8 +396,53 @@ class SceneSolution:
         """
         return view(self, "view")(self, path)
 
+    def to_xarray(self) -> Any:
+        """An ``xarray.Dataset`` of what was recorded, with names and units (needs the extra [data]).
+
+        Dimensions are t, body (by name), axis and, of quaternions, component; contacts stand one behind the other along
+        ``contact``, those of record k from contact_offset[k] to contact_offset[k + 1] - 1.
+
+        Returns
+        -------
+        xarray.Dataset
+
+        Raises
+        ------
+        MissingExtra
+            Where xarray is not installed.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> scene = ns.Scene(gravity=(0, -9.81))
+        >>> ball = scene.body(ns.Disc(0.1), mass=1.0, position=(0, 1), name="ball")
+        >>> fall = ns.simulate(scene, (0, 0.1), integrator=ns.MoreauJean(dt=1e-2))
+        >>> round(float(fall.to_xarray().position.sel(body="ball", axis="y")[-1]), 6)
+        0.95095
+        """
+        return view(self, "dataset")(self)
+
+    def to_dataframe(self, what: str = "bodies") -> Any:
+        """A ``pandas.DataFrame`` (needs the extra [data]).
+
+        Parameters
+        ----------
+        what : {"bodies", "contacts", "records"}
+            A row a body of each record, a contact of each record with the names of its bodies, or a record.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        InvalidInput, MissingExtra
+            For another table, one that was not recorded, and where pandas is not installed.
+        """
+        return view(self, "table")(self, what)
+
     def save(self, path: str | Path) -> Path:
-        """Write to .npz, or to .h5 (needs the extra [io]); no pickle, and no shapes."""
+        """Write to .npz, or to .h5 (needs the extra [io]), no shapes; or .nc, netCDF for other programs ([data])."""
         return view(self, "save")(self, path)
 
     @staticmethod

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -18,12 +19,15 @@ import numpy as np
 from nonsmooth.checks.arrays import as_instance
 from nonsmooth.checks.files import as_path, as_place, refusals
 from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.results import scene_records as records
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
 from nonsmooth.results.hdf5 import read_sealed, seal_of, write_hdf5
 from nonsmooth.results.npz import Archive, read_npz, write_npz
+from nonsmooth.results.scene_checkpoint import load_scene_checkpoint
 from nonsmooth.results.scene_solution import ContactColumns, SceneSolution, SceneStats, SpringStats
 from nonsmooth.results.seal import require_kind
-from nonsmooth.results.store import ENDINGS, HDF5, LEDGER, fill_hdf5
+from nonsmooth.results.store import ENDINGS, HDF5, LEDGER, NETCDF, fill_hdf5, require_no_netcdf
+from nonsmooth.views import view
 
 if TYPE_CHECKING:
     from nonsmooth.scenes.scene import Scene
@@ -31,9 +35,10 @@ if TYPE_CHECKING:
 SCENE_SCHEMA, SCENE_KIND = 1, "scene"  # code: of the form of the file
 CONTACTS = "contacts/"
 ARRAYS: dict[str, Rule] = {
-    "t": (REAL, ("n_t",)), "position": (REAL, ("n_t", "n_b", "d")), "velocity": (REAL, ("n_t", "n_b", "d")),
-    "residual": (REAL, ("n_t",)), "penetration": (REAL, ("n_t",)), "centres": (REAL, ("n_b", "d")),
+    "t": (REAL, ("n_t",)), "residual": (REAL, ("n_t",)), "penetration": (REAL, ("n_t",)),
+    "centres": (REAL, ("n_b", "d")),
 }  # fmt: skip
+PLACES: dict[str, Rule] = {"position": (REAL, ("n_t", "n_b", "d")), "velocity": (REAL, ("n_t", "n_b", "d"))}
 COLUMNS: dict[str, Rule] = {
     "offsets": (WHOLE, ("n_offsets",)), "i": (WHOLE, ("m",)), "j": (WHOLE, ("m",)), "point": (REAL, ("m", "d")),
     "normal": (REAL, ("m", "d")), "gap": (REAL, ("m",)), "P": (REAL, ("m", "d")), "mu": (REAL, ("m",)),
@@ -42,11 +47,10 @@ COLUMNS: dict[str, Rule] = {
 
 def save(solution: SceneSolution, path: str | Path) -> Path:
     """Write a run of a scene; the ending of the path, .npz or .h5, names the format."""
-    path = as_place("path", path, ENDINGS)
-    arrays = {name: getattr(solution, name) for name in (*ARRAYS, "turn", "spin")}
-    arrays |= {CONTACTS + name: getattr(solution.all_contacts, name) for name in COLUMNS}
-    arrays |= {LEDGER + name: column for name, column in solution.ledger.items()}
-    arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+    path = as_place("path", path, (*ENDINGS, NETCDF))
+    if path.suffix == NETCDF:
+        return view(solution, "netcdf")(solution, path)  # type: ignore[no-any-return]
+    arrays = {name: np.ascontiguousarray(array) for name, array in _arrays_of(solution).items()}
     text = json.dumps({
         "schema": SCENE_SCHEMA, "status": int(solution.status), "message": solution.message, "names": solution.names,
         "stats": asdict(solution.stats), "about": solution.about,
@@ -58,9 +62,24 @@ def save(solution: SceneSolution, path: str | Path) -> Path:
     return path
 
 
+def _arrays_of(solution: SceneSolution) -> dict[str, np.ndarray]:
+    arrays = {name: getattr(solution, name) for name in ARRAYS}
+    if records.BODIES in solution.recorded:
+        arrays |= {name: getattr(solution, name) for name in records.OF_BODIES}
+    if records.CONTACTS in solution.recorded:
+        arrays |= {CONTACTS + name: getattr(solution.all_contacts, name) for name in COLUMNS}
+    if records.LEDGER in solution.recorded:
+        arrays |= {LEDGER + name: column for name, column in solution.ledger.items()}
+    return arrays
+
+
 def load(path: str | Path, scene: Scene | None = None) -> SceneSolution:
-    """Read what ``save`` wrote; with the scene, which is not stored, its pictures can be drawn again."""
+    """Read what ``save`` wrote, or a checkpoint; with the scene, which is not stored, its pictures can be drawn."""
     path = as_path("path", path)
+    require_no_netcdf(path)
+    if os.path.isdir(path):
+        solution = load_scene_checkpoint(path)
+        return solution if scene is None else with_scene(solution, scene)
     with refusals(path, "is not a saved run of a scene"):
         found = _read_hdf5(path) if path.suffix in HDF5 else read_npz(path, _check)
         about = found.about()
@@ -89,15 +108,18 @@ def _read_hdf5(path: Path) -> Archive:
 
 def _check(forms: Mapping[str, Form]) -> None:
     """Raise unless these are the arrays of a run of a scene."""
-    rules = ARRAYS | {CONTACTS + name: rule for name, rule in COLUMNS.items()}
+    has_bodies, has_contacts = "position" in forms, CONTACTS + "offsets" in forms
+    rules = ARRAYS | (PLACES if has_bodies else {})
+    rules |= {CONTACTS + name: rule for name, rule in COLUMNS.items() if has_contacts}
     rules |= {name: (REAL, ("n_t",)) for name in forms if name.startswith(LEDGER)}
     sizes = require_forms(forms, rules)
-    if sizes["d"] not in (2, 3) or sizes["n_offsets"] != sizes["n_t"] + 1:
+    if sizes["d"] not in (2, 3) or (has_contacts and sizes["n_offsets"] != sizes["n_t"] + 1):
         raise ValueError("its arrays do not fit one another")
-    of_turn: dict[int, tuple[Any, ...]] = {2: (), 3: (4,)}
-    of_spin: dict[int, tuple[Any, ...]] = {2: (), 3: (3,)}
-    at = sizes["n_t"], sizes["n_b"]
-    require_forms(forms, {"turn": (REAL, at + of_turn[sizes["d"]]), "spin": (REAL, at + of_spin[sizes["d"]])})
+    if has_bodies:
+        of_turn: dict[int, tuple[Any, ...]] = {2: (), 3: (4,)}
+        of_spin: dict[int, tuple[Any, ...]] = {2: (), 3: (3,)}
+        at = sizes["n_t"], sizes["n_b"]
+        require_forms(forms, {"turn": (REAL, at + of_turn[sizes["d"]]), "spin": (REAL, at + of_spin[sizes["d"]])})
 
 
 def stats_of(stored: dict[str, Any]) -> SceneStats:
@@ -107,16 +129,26 @@ def stats_of(stored: dict[str, Any]) -> SceneStats:
 
 
 def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneSolution:
-    columns = ContactColumns(**{name: arrays[CONTACTS + name] for name in COLUMNS})
-    offsets, names = columns.offsets, [str(name) for name in about["names"]]
-    bodies = np.concatenate((columns.i, columns.j))
-    if offsets[0] != 0 or (np.diff(offsets) < 0).any() or offsets[-1] != len(columns.i):
-        raise ValueError("the contacts of its records do not fit its offsets")
-    if len(names) != len(arrays["centres"]) or ((bodies < 0) | (bodies >= len(names))).any():
-        raise ValueError("its contacts name bodies that are not there")
+    names = [str(name) for name in about["names"]]
+    if len(names) != len(arrays["centres"]):
+        raise ValueError("its arrays are not those of its bodies")
     ledger = {name.removeprefix(LEDGER): column for name, column in arrays.items() if name.startswith(LEDGER)}
+    columns: dict[str, Any] = {name: arrays.get(name) for name in (*ARRAYS, *records.OF_BODIES)}
     return SceneSolution(
-        **{name: arrays[name] for name in (*ARRAYS, "turn", "spin")}, all_contacts=columns, ledger=ledger,
+        **columns, ledger=ledger or None, all_contacts=_contacts(arrays, len(names)),
         stats=stats_of(about["stats"]), status=Status(about["status"]), message=about["message"], names=names,
         scene=None, about=about["about"],
     )  # fmt: skip
+
+
+def _contacts(arrays: dict[str, np.ndarray], n_b: int) -> ContactColumns | None:
+    """The contacts of all records, where they were kept."""
+    if CONTACTS + "offsets" not in arrays:
+        return None
+    columns = ContactColumns(**{name: arrays[CONTACTS + name] for name in COLUMNS})
+    offsets, bodies = columns.offsets, np.concatenate((columns.i, columns.j))
+    if offsets[0] != 0 or (np.diff(offsets) < 0).any() or offsets[-1] != len(columns.i):
+        raise ValueError("the contacts of its records do not fit its offsets")
+    if ((bodies < 0) | (bodies >= n_b)).any():
+        raise ValueError("its contacts name bodies that are not there")
+    return columns

@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nonsmooth.checks.arrays import as_name
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators import records
 from nonsmooth.jit.blocks import named_numbers
+from nonsmooth.mechanics.description import Description, numbered
 from nonsmooth.mechanics.system import MASS, POTENTIAL, ContactMode, System
 from nonsmooth.results.forms import REAL, WHOLE, Rule
 from nonsmooth.results.motion import Motion, Side, StateAt
@@ -252,6 +254,26 @@ class Solution:
         return replace(self, **rows, la=la, find_ledger=find_ledger)
 
     @property
+    def described(self) -> Description:
+        """Names and units of the coordinates, names of the contacts; numbers where they are not known."""
+        if self.system is None:
+            return numbered(self.q.shape[1], self.mode.shape[1])
+        return self.system.described
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The column of a coordinate or its rate, by name: ``sol["th"]``, ``sol["thdot"]`` (n_t,).
+
+        Raises
+        ------
+        UnknownName
+            For a name that the system does not give; without names they are "q[0]", "u[0]".
+        """
+        places = {known: (self.q, k) for k, (known, _) in enumerate(self.described.coordinates)}
+        places |= {known: (self.u, k) for k, (known, _) in enumerate(self.described.rates)}
+        column, k = places[as_name("coordinate or velocity", name, places)]
+        return column[:, k]
+
+    @property
     def success(self) -> bool:
         """Whether the end, or a terminal event, was reached."""
         return self.status in (Status.FINISHED, Status.EVENT_REACHED)
@@ -283,7 +305,7 @@ class Solution:
         Examples
         --------
         >>> import nonsmooth as ns
-        >>> from models import BouncingBall
+        >>> from nonsmooth.catalogue import BouncingBall
         >>> ball = BouncingBall(e=0.5, g=10.0)
         >>> sol = ns.simulate(ball, (0, 1), *ball.state(height=5.0), integrator=ns.EventDriven())
         >>> q, u = sol(0.5)
@@ -358,8 +380,43 @@ class Solution:
         """
         return view(self, "view")(self, path)
 
+    def to_xarray(self) -> Any:
+        """An ``xarray.Dataset`` with names and units (needs the extra [data]).
+
+        Dimensions are t, coordinate and velocity (by name, where the model has names), contact, direction and event.
+
+        Returns
+        -------
+        xarray.Dataset
+
+        Raises
+        ------
+        MissingExtra
+            Where xarray is not installed.
+        """
+        return view(self, "dataset")(self)
+
+    def to_dataframe(self, what: str = "records") -> Any:
+        """A ``pandas.DataFrame`` (needs the extra [data]).
+
+        Parameters
+        ----------
+        what : {"records", "events"}
+            A row a record, or a row an event.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        InvalidInput, MissingExtra
+            For another table, and where pandas is not installed.
+        """
+        return view(self, "table")(self, what)
+
     def save(self, path: str | Path) -> Path:
-        """Write to .npz, or to .h5 (needs the extra [io]); no pickle."""
+        """Write to .npz, or to .h5 (needs the extra [io]); or to .nc, netCDF for other programs ([data])."""
         return view(self, "save")(self, path)
 
     @staticmethod

@@ -24,10 +24,11 @@ from nonsmooth.results.hdf5 import put_array, read_sealed, seal_of, write_hdf5
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.solution import PER_RECORD, Solution, Stats
+from nonsmooth.views import view
 
 SOLUTION_SCHEMA, KIND = 1, "solution"  # code: of the form of the file
 HDF5 = (".h5", ".hdf5")
-ENDINGS = (".npz", *HDF5)
+ENDINGS, NETCDF = (".npz", *HDF5), ".nc"
 ARRAYS = PER_RECORD | {"event_rows": (REAL, ("n_events", EVENT_WIDTH))}
 FORCES: dict[str, Rule] = {"la": (REAL, ("n_t", "n_c", 2))}
 LEDGER = "ledger/"
@@ -36,7 +37,9 @@ OF_EVENTS = ("t_events", "q_events", "u_events")
 
 def save(solution: Solution, path: str | Path) -> Path:
     """Write a solution; the ending of the path, .npz or .h5, names the format."""
-    path = as_place("path", path, ENDINGS)
+    path = as_place("path", path, (*ENDINGS, NETCDF))
+    if path.suffix == NETCDF:
+        return view(solution, "netcdf")(solution, path)  # type: ignore[no-any-return]
     arrays = _arrays_of(solution)
     text = json.dumps({
         "schema": SOLUTION_SCHEMA, "status": int(solution.status), "message": solution.message,
@@ -47,6 +50,12 @@ def save(solution: Solution, path: str | Path) -> Path:
     else:
         write_npz(path, KIND, {"about": np.array(text), **arrays}, is_compressed=True)
     return path
+
+
+def require_no_netcdf(path: Path) -> None:
+    """Raise `InvalidInput` for a netCDF file, which holds what other programs want and not the whole run."""
+    if path.suffix == NETCDF:
+        raise InvalidInput(f"{path.name} is for other programs, xarray.open_dataset reads it; load reads .npz and .h5")
 
 
 def _arrays_of(solution: Solution) -> dict[str, np.ndarray]:
@@ -69,6 +78,7 @@ def fill_hdf5(about: str, arrays: dict[str, np.ndarray], file: Any) -> None:
 def load(path: str | Path) -> Solution:
     """Read what ``save`` wrote, or a checkpoint; the system itself is not stored."""
     path = as_path("path", path)
+    require_no_netcdf(path)
     if os.path.isdir(path):
         from nonsmooth.results.checkpoint import load_checkpoint
 

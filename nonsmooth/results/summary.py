@@ -57,8 +57,16 @@ def _modes(solution: Solution) -> list[str]:
     dropped = solution.stats.events_dropped
     several = f"; {dropped} more events were not kept" if dropped else ""
     lines = [f"modes: {_count(len(rows), 'change')}{several}; at the end {_at_the_end(solution)}"]
-    lines += [f"  {event.t:12.6f} s  contact {event.contact}  {change_in_words(event)}" for event in events]
+    names = _contacts(solution)
+    lines += [f"  {event.t:12.6f} s  {names[event.contact]}  {change_in_words(event)}" for event in events]
     return lines + _counted(rows[ENTRIES_SHOWN:], change_in_words)
+
+
+def _contacts(solution: Solution) -> list[str]:
+    """The names of the contacts, of one width."""
+    names = solution.described.contacts
+    width = max(map(len, names), default=0)
+    return [name.ljust(width) for name in names]
 
 
 def change_in_words(event: Event) -> str:
@@ -98,12 +106,13 @@ def _paradoxes(solution: Solution) -> list[str]:
     paradoxes: list[Any] = [event_of(row) for row in rows[:ENTRIES_SHOWN]]
     inconsistent = int((rows[:, EVENT_SOLUTIONS] == 0).sum())
     steps, uncounted = solution.stats.indeterminate_steps, solution.stats.uncounted
+    names = _contacts(solution)
     missed = f"; in {uncounted} the solutions were not counted" if uncounted else ""
     lines = [
         f"paradoxes: {inconsistent} inconsistent, {_count(len(rows) - inconsistent, 'indeterminate episode')} "
         f"({steps} of {solution.stats.steps} steps had several solutions{missed})"
     ]
-    lines += [f"  {event.t:12.6f} s  contact {event.contact}  {_paradox(event)}" for event in paradoxes]
+    lines += [f"  {event.t:12.6f} s  {names[event.contact]}  {_paradox(event)}" for event in paradoxes]
     return lines + _counted(rows[ENTRIES_SHOWN:], paradox_in_words)
 
 

@@ -63,7 +63,7 @@ class Auto(Choice):
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import BouncingBall
+    >>> from nonsmooth.catalogue import BouncingBall
     >>> ball = BouncingBall(e=0.8)
     >>> sol = ns.simulate(ball, (0, 1), *ball.state(height=1.0), integrator=ns.Auto(rtol=1e-6))
     >>> sol.about["integrator"][:23], sol.about["chosen"]

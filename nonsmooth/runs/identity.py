@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from nonsmooth import __version__
-from nonsmooth.jit import identity
+from nonsmooth.integrators.assembly.world import World
+from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.jit import Kernel, identity
 from nonsmooth.mechanics.system import FUNCTION_NAMES, System
+from nonsmooth.results.checkpoint import HASHED
 
 
 def facts_of_run(
@@ -44,6 +48,37 @@ def facts_of_run(
         "selection": int(selection),
         "project": bool(project),
         "is_compiled": is_compiled,
+    }
+
+
+def facts_of_scene_run(
+    world: World, kernels: Sequence[Kernel], integrator: MoreauJean, t_span: tuple[float, float], every: int,
+    t_eval: Any, kinds: tuple[str, ...], project: bool,
+) -> dict[str, Any]:  # fmt: skip
+    """The facts of a run of a scene; what has many numbers, the scene itself among it, is told by its hash."""
+    bodies, d = world.bodies, world.dim
+    inert = b"".join(column.tobytes() for column in (bodies.mass, bodies.moments, bodies.surface))
+    motions = b"".join(body.name.encode() + _code(body.motion) for body in world.guided)
+    return {
+        "version": __version__,
+        "scene": repr(world.scene),
+        "code of": {
+            "the integrator": _hash(b"".join(kernel.call_identity() for kernel in kernels)),
+            "the motions of guided bodies": _hash(motions),
+        },
+        "list of bodies": HASHED + _hash("\n".join(body.name for body in world.scene.bodies).encode()),
+        "start": HASHED + _hash(bodies.motion.words.tobytes()),
+        "gravity": bodies.gravity[:d].tolist(),
+        "geometry": HASHED + _hash(world.shapes.words.tobytes()),
+        "table of materials": HASHED + _hash(world.surfaces.words.tobytes()),
+        "mass or surface of a body": HASHED + _hash(inert),
+        "integrator": repr(integrator),
+        "contacts": repr(integrator.contacts),
+        "t_span": [float(t) for t in t_span],
+        "every": int(every),
+        "t_eval": None if t_eval is None else _hash(np.asarray(t_eval, dtype=np.float64).tobytes()),
+        "record": list(kinds),
+        "project": project,
     }
 
 

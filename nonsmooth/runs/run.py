@@ -257,7 +257,7 @@ class Run(Ongoing):
         if reason := self.integrator.reason(self.status, self.state, self.memory):
             return f"{reason}; {self._where()}"
         contact = int(self.state.counters.failed_contact)
-        name = f"contact {contact}" if contact >= 0 else "the closed contacts"
+        name = self.system.described.contacts[contact] if contact >= 0 else "the closed contacts"
         return f"{MESSAGES[self.status].format(contact=name)}; stopped at {where}, {self._where()}"
 
     def _where(self) -> str:

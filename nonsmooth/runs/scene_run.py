@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import closing
 from typing import Any
 
-import numpy as np
-
-from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import (
     EnergyGainWarning,
     InvalidInput,
@@ -20,20 +19,28 @@ from nonsmooth.errors import (
     said_by,
     warn_caller,
 )
-from nonsmooth.integrators.assembly.progress import DONE, LOST, UNSOLVED
+from nonsmooth.integrators.assembly.progress import DONE, LOST, MOST_TURN, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, ModelFunctionError, ProgressError, StepFailure
-from nonsmooth.results.scene_solution import WORKS, ContactColumns, SceneSolution, SceneStats
-from nonsmooth.runs.run import LOOK_EVERY, next_block
+from nonsmooth.results.scene_problem import SceneProblem
+from nonsmooth.results.scene_records import WORKS, as_kinds
+from nonsmooth.results.scene_solution import SceneSolution, SceneStats
+from nonsmooth.runs.identity import facts_of_scene_run
+from nonsmooth.runs.run import LOOK_EVERY, Run, next_block
+from nonsmooth.runs.scene_recorder import SceneRecorder
+from nonsmooth.runs.scene_streaming import StreamingSceneRecorder
+from nonsmooth.runs.streaming import as_place
 from nonsmooth.runs.times import RecordTimes, grid_times
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.signals.bar import heard
+from nonsmooth.signals.interruption import interrupts_held_back
 
 SOFT = "the springs are soft for this motion, or what is thin passed through; a larger stiffness ends this"
+TIMES_AT_ONCE = 512  # chosen: record times that are held
 DEEP = 0.01  # chosen: of the smallest shape: a penetration that is told
 ENDS = {LOST: Status.NOT_FINITE, UNSOLVED: Status.NOT_SOLVED}
 METHODS = {"kept": "kept", "sweeps": "swept", "augmented Lagrangian": "direct"}  # name: field of the counts
@@ -57,46 +64,39 @@ class SceneRun:
         As of `simulate`.
     """
 
-    columns: tuple[str, ...] = WORKS  # of the ledger, beside the energies of the bodies
+    works: tuple[str, ...] = WORKS  # columns of the ledger, beside the energies of the bodies
+    is_counted = True  # whether its records are those of the table
+    is_resumed = True  # whether a checkpoint can be kept of it
     what_is_deep = "what is thin and fast may have passed through what it met; a smaller dt ends this"
 
     def __init__(
-        self, scene: Scene, t_span: tuple[float, float], integrator: MoreauJean, every: int, t_eval: Any
-    ) -> None:
-        if not isinstance(integrator, MoreauJean):
-            raise InvalidInput(
-                f"a scene is integrated by MoreauJean(dt=...); got {type(integrator).__name__}: Penalty(k) takes one "
-                "too, others a small planar one as scene.system(), from *scene.state()"
-            )
-        if integrator.projection:
-            raise InvalidInput("bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean")
-        self._begin(scene, integrator, grid_times(integrator, t_span, every, t_eval))
+        self, scene: Scene, t_span: tuple[float, float], integrator: MoreauJean, every: int, t_eval: Any,
+        recorder: SceneRecorder | None = None,
+    ) -> None:  # fmt: skip
+        require_moreau_jean(integrator)
+        self._begin(scene, integrator, grid_times(integrator, t_span, every, t_eval), recorder)
 
-    def _begin(self, scene: Scene, integrator: Any, times: RecordTimes) -> None:
-        """The records, and the scene in motion."""
-        self.scene, self.integrator = scene, integrator
-        n_b = len(scene.bodies)
-        if n_b == 0:
+    def _begin(self, scene: Scene, integrator: Any, table: RecordTimes, recorder: SceneRecorder | None) -> None:
+        """The scene in motion, and where its records go."""
+        self.scene, self.integrator, self.table = scene, integrator, table
+        if len(scene.bodies) == 0:
             raise InvalidInput("the scene has no bodies; add them by scene.body(...), scene.fixed(...)")
-        bytes_of_record = 8.0 * n_b * (13 if scene.dim == 3 else 6)
-        require_memory(bytes_of_record * times.count, f"{times.count} records", "take a larger every or dt")
-        self.times = times.part(0, times.count)
+        self.recorder = SceneRecorder() if recorder is None else recorder
+        self.recorder.require_room(self)
         started = time.perf_counter()
-        self.world = World(scene, float(self.times[0]))
+        self.world = World(scene, self.table.span[0])
         self.assembly = self._assemble()
         self.compile_time = time.perf_counter() - started
-        self.world.require_apart(self.assembly.find_contacts(), self.assembly.found)
+        self.n_touching = self.assembly.find_contacts()
+        self.world.require_apart(self.n_touching, self.assembly.found)
+        self.names = [body.name for body in scene.bodies]
+        self.centres = self.world.frames[:, : scene.dim]
         self.status = Status.RUNNING
-        self.began, self.dt, self.steps_before = float(self.times[0]), 0.0, 0  # of the interval between two records
+        self.began, self.dt = self.table.span[0], 0.0  # of the interval between two records
+        self.interval, self.steps_before, self.has_record = 0, 0, False
         self.wall_time = 0.0
         self.cause: BaseException | None = None
         self.spent = ""
-        self.x = np.zeros((times.count, *self.world.bodies.motion.x.shape))
-        self.v = np.zeros((times.count, *self.world.bodies.motion.v.shape))
-        self.works = np.zeros((times.count, len(self.columns)))
-        self.worst = np.zeros((times.count, 2))
-        self.chunks: list[tuple[np.ndarray, ...]] = []
-        self.rows = 0
 
     def _assemble(self) -> Any:
         """The scene in motion: its steps, contacts, works and figures."""
@@ -117,46 +117,80 @@ class SceneRun:
         self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None = None
     ) -> None:
         """Run until the end or a reason to stop."""
-        started = time.perf_counter()
+        self.recorder.begin(self)
+        with closing(self.recorder):
+            if self.status == Status.RUNNING:
+                self._run_intervals(max_wall_time, progress, max_steps)
+                self.recorder.end(self)
+
+    def _run_intervals(
+        self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None
+    ) -> None:
+        self.started = started = time.perf_counter()
         deadline = math.inf if max_wall_time is None else started + max_wall_time
         budget = sys.maxsize if max_steps is None else max_steps
         self._looked, self._block = started, 1
-
-        def may_go_on() -> bool:
-            self._look(deadline, progress, max_wall_time)
-            if self.status == Status.RUNNING and self.steps >= budget:
-                self._stop(f"max_steps = {max_steps}")
-            return self.status == Status.RUNNING
-
         try:
-            self._write_row()
-            self._run(may_go_on, budget)
-            if self.status != Status.RUNNING:
-                return
-            self.status = Status.FINISHED
-            if progress is not None:
-                self._show(progress)
+            if not self.has_record:
+                self.write_record()
+            for t, dt, count, t_next in self._intervals():
+                self.began, self.dt = t, dt
+                while (left := self.left(count, t_next)) > 0:
+                    self._look(deadline, progress, max_wall_time)
+                    if self.status == Status.RUNNING and self.steps >= budget:
+                        self.stop(f"max_steps = {max_steps}")
+                    if self.status != Status.RUNNING:
+                        return
+                    self._take_steps(min(left, budget - self.steps))
+                    if self.status != Status.RUNNING:
+                        return
+                self.go_on_from(self.interval + 1, self.steps, False)
+                self.began, self.dt = t_next, 0.0
+                self.write_record()
+            if self.status == Status.RUNNING:
+                self.status = Status.FINISHED
+                if progress is not None:
+                    self._show(progress)
         except KeyboardInterrupt:
+            Run.interrupted += 1
             self.status = Status.INTERRUPTED
         finally:
-            if self.status != Status.FINISHED and self.status != Status.RUNNING:
+            if self.status not in (Status.FINISHED, Status.RUNNING):
                 self.assembly.end_step()
-                self._write_last_row()
             self.wall_time = time.perf_counter() - started
 
-    def _run(self, may_go_on: Callable[[], bool], budget: int) -> None:
-        """From record to record, as long as that may go on."""
-        dts, counts = self.integrator.steps_between(self.times)
-        for k, (dt, count) in enumerate(zip(dts.tolist(), counts.tolist(), strict=True)):
-            self.began, self.dt, self.steps_before = float(self.times[k]), dt, self.steps
-            while (done := self.steps - self.steps_before) < count:
-                if not may_go_on():
-                    return
-                self._take_steps(min(count - done, budget - self.steps))
-                if self.status != Status.RUNNING:
-                    return
-            self.began, self.dt = float(self.times[k + 1]), 0.0
-            self._write_row()
+    def _intervals(self) -> Iterator[tuple[float, float, int, float]]:
+        """Start, step, number of steps and end of the intervals between records, from the present one on."""
+        while self.interval < self.table.count - 1:
+            t = self.table.part(self.interval, min(self.interval + TIMES_AT_ONCE, self.table.count))
+            dts, counts = self.integrator.steps_between(t)
+            yield from zip(t[:-1].tolist(), dts.tolist(), counts.tolist(), t[1:].tolist(), strict=True)
+
+    def left(self, count: int, t_next: float) -> int:
+        """Steps to the next record: of ``count``, those that were not taken yet."""
+        return count - (self.steps - self.steps_before)
+
+    @property
+    def place(self) -> tuple[int, int, bool]:
+        """Where the run is: the interval, the steps before it, whether its first record was written."""
+        return self.interval, self.steps_before, self.has_record
+
+    def go_on_from(self, interval: int, steps_before: int, has_record: int) -> None:
+        """Be at that place."""
+        self.interval, self.steps_before, self.has_record = interval, steps_before, bool(has_record)
+        self.began = float(self.table.part(interval, interval + 1)[0])
+
+    @property
+    def is_at_record(self) -> bool:
+        """Whether the state is that of the last record."""
+        return self.has_record and self.steps == self.steps_before
+
+    def write_record(self) -> None:
+        """Write the state as the next record."""
+        self.recorder.write(self, self.now)
+        figures = self.assembly.progress.figures
+        figures.since_residual = figures.since_penetration = 0.0
+        self.has_record = True
 
     @property
     def steps(self) -> int:
@@ -173,9 +207,10 @@ class SceneRun:
         now = time.perf_counter()
         if now - self._looked < LOOK_EVERY:
             return
-        self._looked = now
+        self._looked, self.wall_time = now, now - self.started
+        self.recorder.look(self)
         if now > deadline:
-            self._stop(f"max_wall_time = {max_wall_time:g} s")
+            self.stop(f"max_wall_time = {max_wall_time:g} s")
         if progress is not None:
             self._show(progress)
 
@@ -185,51 +220,25 @@ class SceneRun:
         if self.world.guided:
             self.world.guide(self.now, self.dt)
             most = 1
-        end = self.assembly.take_steps(self.dt, min(most, self._block))
+        with interrupts_held_back():  # a step is whole, or it is not begun
+            end = self.assembly.take_steps(self.dt, min(most, self._block))
         if end != DONE:
             self.status = ENDS[end]
         self._block = next_block(self.steps - before, time.perf_counter() - began)
 
-    def _stop(self, spent: str) -> None:
+    def stop(self, spent: str) -> None:
+        """End the run before its time."""
         self.status, self.spent = Status.BUDGET_SPENT, spent
 
     def _show(self, progress: Callable[[float], None]) -> None:
         """Call the user's function of the fraction done; whatever it raises ends the run, with its name."""
-        t_0, t_1 = self.times[0], self.times[-1]
+        t_0, t_1 = self.table.span
         try:
             progress(float((self.now - t_0) / (t_1 - t_0)) if t_1 > t_0 else 1.0)
         except KeyboardInterrupt:
             raise
         except BaseException as error:
             self.status, self.cause = Status.PROGRESS_FAILED, error
-
-    def _write_row(self) -> None:
-        """Write the state as the next record."""
-        motion, k = self.world.bodies.motion, self.rows
-        self.x[k], self.v[k], self.works[k] = motion.x, motion.v, self.assembly.ledger.work
-        figures = self.assembly.progress.figures
-        self.worst[k] = figures.since_residual, figures.since_penetration
-        figures.since_residual = figures.since_penetration = 0.0
-        self.chunks.append(self._contacts())
-        self.rows = k + 1
-
-    def _write_last_row(self) -> None:
-        """The state at which the run stopped, unless it is the last record."""
-        self.times = np.append(self.times[: self.rows], self.now)
-        if self.rows and self.times[-1] == self.times[-2]:
-            self.times = self.times[:-1]
-        else:
-            self._write_row()
-
-    def _contacts(self) -> tuple[np.ndarray, ...]:
-        """The contacts of the last step: bodies, points, normals, gaps, impulses in the world, friction."""
-        assembly = self.assembly
-        n = assembly.network.n_c if self.steps else 0
-        found, network = assembly.found, assembly.network
-        d = self.scene.dim
-        P = np.einsum("crk,cr->ck", network.J_j[:n, :, :d], assembly.contacts.P[:n])
-        columns = network.i[:n], network.j[:n], found.point[:n], found.normal[:n], found.gap[:n]
-        return (*(column.copy() for column in columns), P, network.mu[:n].copy())
 
     def stats(self) -> SceneStats:
         """What the run cost."""
@@ -264,40 +273,56 @@ class SceneRun:
             f"tol = {self.assembly.tol:g} was asked for; stopped at {where}"
         )
 
+    def about(self) -> dict[str, str]:
+        """What was run."""
+        return {
+            "scene": repr(self.scene),
+            "integrator": repr(self.integrator),
+            "contacts": repr(self.integrator.contacts),
+        }
+
     def solution(self) -> SceneSolution:
         """What was computed."""
-        k, dim = self.rows, self.scene.dim
-        x, v = self.x[:k], self.v[:k]
-        counts = [len(chunk[0]) for chunk in self.chunks]
-        offsets = np.concatenate(([0], np.cumsum(counts)))
-        columns = ContactColumns(offsets, *map(np.concatenate, zip(*self.chunks, strict=True)))
-        turn, spin = (x[:, :, 2], v[:, :, 2]) if dim == 2 else (self.world.turns(x[:, :, 3:]), v[:, :, 3:])
-        ledger = self.world.energies(x, v) | {name: self.works[:k, w] for w, name in enumerate(self.columns)}
-        about = {"scene": repr(self.scene), "integrator": repr(self.integrator)} | self._about()
-        return SceneSolution(
-            self.times[:k], x[:, :, :dim], turn, v[:, :, :dim], spin, columns, ledger, self.worst[:k, 0],
-            self.worst[:k, 1], self.stats(), self.status, self.message(), [body.name for body in self.scene.bodies],
-            self.scene, self.world.frames[:, :dim], about,
-        )  # fmt: skip
-
-    def _about(self) -> dict[str, str]:
-        """What is to be kept of the options beside."""
-        return {"contacts": repr(self.integrator.contacts)}
+        return self.recorder.solution(self)
 
     def failure(self, solution: SceneSolution) -> StepFailure:
         """The exception of a run that did not end well."""
-        error = FAILURES.get(self.status, StepFailure)(solution.message, solution, self.now)  # type: ignore[arg-type]
+        unsolved = self.assembly.unsolved if self.status == Status.NOT_SOLVED else None
+        problem = None if unsolved is None else SceneProblem(unsolved, solution.message)
+        kind = FAILURES.get(self.status, StepFailure)
+        error = kind(solution.message, solution, self.now, problem)  # type: ignore[arg-type]
         error.__cause__ = self.cause
         return error
+
+
+def require_moreau_jean(integrator: Any) -> None:
+    """Raise `InvalidInput` for what does not step scenes."""
+    if not isinstance(integrator, MoreauJean):
+        raise InvalidInput(
+            f"a scene is integrated by MoreauJean(dt=...); got {type(integrator).__name__}: Penalty(k) takes one "
+            "too, others a small planar one as scene.system(), from *scene.state()"
+        )
+    if integrator.projection:
+        raise InvalidInput("bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean")
 
 
 def simulate_scene(
     kind: type[SceneRun], scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any,
     on_failure: str, max_steps: int | None, max_wall_time: float | None,
-    progress: Callable[[float], None] | bool | None,
+    progress: Callable[[float], None] | bool | None, record: Any, checkpoint: Any, resume: Any, checkpoint_every: float,
 ) -> SceneSolution:  # fmt: skip
     """`simulate` for a scene by a kind of run, its arguments checked but for those of times."""
-    run = kind(scene, t_span, integrator, every, t_eval)  # type: ignore[arg-type]
+    kinds = as_kinds(record)
+    recorder = SceneRecorder(kinds)
+    if checkpoint is not None or resume is not None:
+        if not kind.is_resumed:
+            raise InvalidInput(
+                f"a run of a scene by {type(integrator).__name__} keeps no checkpoint; leave out checkpoint= and "
+                "resume=, or take MoreauJean(dt, compliance=...)"
+            )
+        facts = functools.partial(facts_of, t_span, every, t_eval, kinds)
+        recorder = StreamingSceneRecorder(kinds, facts, as_place(checkpoint, resume, checkpoint_every))
+    run = kind(scene, t_span, integrator, every, t_eval, recorder)  # type: ignore[arg-type]
     with heard(progress) as hear:
         run.advance(max_wall_time, hear, max_steps)
     solution = run.solution()
@@ -307,9 +332,22 @@ def simulate_scene(
         warn_caller(rebound_gain(solution.stats), EnergyGainWarning)
     if solution.stats.worst_penetration > DEEP * run.assembly.smallest:
         warn_caller(deep_penetration(solution.stats, run.assembly.smallest, run.what_is_deep), PenetrationWarning)
+    counts = run.assembly.progress.counts
+    if counts.spun:
+        name = scene.bodies[int(counts.spinner)].name
+        warn_caller(far_turn(name, int(counts.spun)), PenetrationWarning)
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
+
+
+def facts_of(
+    t_span: tuple[float, float], every: int, t_eval: Any, kinds: tuple[str, ...], run: SceneRun
+) -> dict[str, Any]:  # fmt: skip
+    """All that the bits of a run depend on."""
+    stages = run.assembly.stages
+    kernels = (stages.take, stages.find, *stages.others)
+    return facts_of_scene_run(run.world, kernels, run.integrator, t_span, every, t_eval, kinds, False)
 
 
 def rebound_gain(stats: SceneStats) -> str:
@@ -321,11 +359,20 @@ def rebound_gain(stats: SceneStats) -> str:
     )
 
 
-def deep_penetration(stats: SceneStats, smallest: float, what: str) -> str:
-    """What is to be said of a run whose bodies were deep in one another: thin and fast ones may have passed through."""
+def deep_penetration(stats: SceneStats, smallest: float, why: str) -> str:
+    """What is to be said of a run whose bodies were deep in one another."""
     return (
         f"bodies were up to {stats.worst_penetration:.2g} m in one another, and the smallest reaches {smallest:.2g} m: "
-        + what
+        + why
+    )
+
+
+def far_turn(name: str, spun: int) -> str:
+    """What is to be said of a run in which a body turned far in a step while it touched."""
+    return (
+        f"{name} turned by more than {MOST_TURN:g} rad in a step while it touched, as bodies did {spun} times: "
+        "contacts are those of the beginning of a step, and what is thin may have passed through what it met; "
+        "a smaller dt ends this"
     )
 
 

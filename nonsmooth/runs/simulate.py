@@ -5,15 +5,16 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from contextvars import ContextVar
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_count, as_flag, as_name, as_positive, as_vector
+from nonsmooth.checks.arrays import as_count, as_flag, as_name, as_positive
 from nonsmooth.contact.planar.single import Selection
 from nonsmooth.errors import EnergyGainWarning, InvalidInput, Status, shown, warn_caller
 from nonsmooth.integrators.contract import Choice, Integrator
+from nonsmooth.mechanics.start import answers_start, the_start
 from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.results.solution import Solution, energy_gain
 from nonsmooth.runs.recorder import Recorder
@@ -34,13 +35,15 @@ SELECTIONS = {
 }
 
 
+@answers_start
 def simulate(
     system: Any,
     t_span: tuple[float, float],
     q0: ArrayLike | None = None,
     u0: ArrayLike | None = None,
     *,
-    integrator: Any,
+    integrator: Integrator | Choice | Literal["auto"],
+    state: Any = None,
     every: int = 1,
     t_eval: ArrayLike | None = None,
     selection: str = "compliant-limit",
@@ -53,6 +56,7 @@ def simulate(
     checkpoint: Any = None,
     resume: Any = None,
     checkpoint_every: float = 10.0,
+    record: Sequence[str] | None = None,
 ) -> Solution:
     """Integrate a system from t_span[0] to t_span[1].
 
@@ -64,6 +68,9 @@ def simulate(
         Start and end [s].
     q0, u0 : array_like (n_q,), (n_u,)
         Initial coordinates and velocities.
+    state : dict or (q0, u0), optional
+        The start instead of q0 and u0: ``dict(th=0.8, thdot=-1)``, variables of the model's ``state(...)``, of a system
+        without one its coordinates and their rates; ``{"q0[0]": 0.8}`` for single entries.
     integrator : MoreauJean, Adaptive, EventDriven, Penalty, Auto or "auto"
         The method and its step or tolerances; "auto" takes EventDriven where few contacts are decided at once,
         Adaptive for many without friction and MoreauJean for the rest, and says why in the summary and in
@@ -97,6 +104,9 @@ def simulate(
         ``checkpoint``: go on if it is there, else begin it.
     checkpoint_every : float
         Seconds between two states that are kept, the most that a kill costs.
+    record : sequence of str, optional
+        Of a scene: what is recorded beside times, residuals and penetrations, of "bodies", "contacts" and "ledger";
+        all, if left out.
 
     Returns
     -------
@@ -120,16 +130,19 @@ def simulate(
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import BouncingBall
+    >>> from nonsmooth.catalogue import BouncingBall
     >>> ball = BouncingBall(e=0.5)
     >>> sol = ns.simulate(ball, (0, 2), *ball.state(height=1.0), integrator=ns.MoreauJean(dt=1e-3))
     >>> sol.success, abs(float(sol.q[-1, 0])) < 1e-2
     (True, True)
     """
+    method: Any = integrator
     scene = as_scene(system)
     if scene is not None:
-        require_plain(q0, u0, events, checkpoint, resume, project, selection)
+        require_plain(q0, u0, state, events, project, selection)
     else:
+        if record is not None:
+            raise InvalidInput("record= is for a scene of bodies; a System records all its columns: leave it out")
         model, system = system, as_system(system)
     every = as_count("every", every)
     if every != 1 and t_eval is not None:
@@ -150,24 +163,16 @@ def simulate(
         from nonsmooth.runs.scene_run import simulate_scene
 
         of_scene = simulate_scene(
-            kind_of_run(integrator),
-            scene,
-            t_span,
-            integrator,
-            every,
-            t_eval,
-            on_failure,
-            max_steps,
-            max_wall_time,
-            progress,
-        )
+            kind_of_run(method), scene, t_span, method, every, t_eval, on_failure, max_steps, max_wall_time, progress,
+            record, checkpoint, resume, checkpoint_every,
+        )  # fmt: skip
         if of_scene.status == Status.INTERRUPTED and _is_whole.get():
             raise KeyboardInterrupt
         return of_scene  # type: ignore[return-value]
-    q_0, u_0 = as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
-    integrator, reason = choose(integrator, model, system, t_span, q_0, u_0)
+    q_0, u_0 = the_start(model, q0, u0, state, system)
+    method, reason = choose(method, model, system, t_span, q_0, u_0)
     project = as_flag("project", project)
-    task = (system, integrator, t_span, every, t_eval, q_0, u_0, rule, project)
+    task = (system, method, t_span, every, t_eval, q_0, u_0, rule, project)
     if checkpoint is None and resume is None:
         run = new_run(*task)
     elif functions:
@@ -207,11 +212,9 @@ def kind_of_run(integrator: Any) -> Any:
     return SceneRun
 
 
-def require_plain(
-    q0: Any, u0: Any, events: Any, checkpoint: Any, resume: Any, project: Any, selection: Any
-) -> None:  # fmt: skip
+def require_plain(q0: Any, u0: Any, state: Any, events: Any, project: Any, selection: Any) -> None:
     """Raise `InvalidInput` where a scene is given what only a system takes."""
-    given = {"q0": q0, "u0": u0, "checkpoint": checkpoint, "resume": resume, "events": events or None}
+    given = {"q0": q0, "u0": u0, "state": state, "events": events or None}
     given |= {"project": project or None, "selection": None if selection == "compliant-limit" else selection}
     taken = [f"{name}=" for name, value in given.items() if value is not None]
     if taken:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
 from typing import Any
-
-import numpy as np
 
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.assembly.progress import DONE, LOST
@@ -14,14 +13,16 @@ from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.integrators.springs.scene_springs import SceneSprings
 from nonsmooth.integrators.springs.steps import VANISHED
 from nonsmooth.jit.blocks import named_numbers
-from nonsmooth.results.scene_solution import WORKS, SceneStats, SpringStats
+from nonsmooth.results.scene_records import WORKS
+from nonsmooth.results.scene_solution import SceneStats, SpringStats
 from nonsmooth.runs.run import next_block
+from nonsmooth.runs.scene_recorder import SceneRecorder
 from nonsmooth.runs.scene_run import SOFT, SceneRun
 from nonsmooth.runs.times import listed, record_times
 from nonsmooth.scenes.scene import Scene
+from nonsmooth.signals.interruption import interrupts_held_back
 
 SPRING_ENDS = {LOST: Status.NOT_FINITE, VANISHED: Status.STEP_VANISHED}
-GROWTH = 2  # chosen: of the records, where their number is that of the steps
 
 
 class SpringRun(SceneRun):
@@ -42,65 +43,54 @@ class SpringRun(SceneRun):
         For bodies that move as a function says.
     """
 
-    columns = (*WORKS, "elastic", "damping")
+    works = (*WORKS, "elastic", "damping")
     what_is_deep = SOFT
+    is_resumed = False
+    assembly: SceneSprings
 
-    def __init__(self, scene: Scene, t_span: tuple[float, float], integrator: Penalty, every: int, t_eval: Any) -> None:
+    def __init__(
+        self, scene: Scene, t_span: tuple[float, float], integrator: Penalty, every: int, t_eval: Any,
+        recorder: SceneRecorder | None = None,
+    ) -> None:  # fmt: skip
         times, self.every = record_times(t_span, every, t_eval)
+        self.is_counted = self.every == 0
         guided = [body.name for body in scene.bodies if body.motion is not None]
         if guided:
             raise InvalidInput(
                 f"{guided[0]} moves as a function says, which Penalty does not follow within its steps; give it an "
                 "even velocity, or take MoreauJean(dt)"
             )
-        self._begin(scene, integrator, listed(times))
+        self._begin(scene, integrator, listed(times), recorder)
 
     def _assemble(self) -> SceneSprings:
         """The scene in motion."""
-        world, t = self.world, self.times
-        return SceneSprings(world.bodies, world.shapes, world.surfaces, self.integrator, float(t[0]), float(t[-1]))
+        world, (t_0, t_1) = self.world, self.table.span
+        return SceneSprings(world.bodies, world.shapes, world.surfaces, self.integrator, t_0, t_1)
 
-    def _run(self, may_go_on: Callable[[], bool], budget: int) -> None:
-        """To each time that is recorded, or some steps at a time to the end."""
-        targets = self.times[1:].tolist()
-        if self.every > 0:
-            self.times = self.times[:1]
-        for target in targets:
-            while self.now < target:
-                if not may_go_on():
-                    return
-                self._go_to(target, budget - self.steps)
-                if self.status != Status.RUNNING:
-                    return
-                if self.every > 0 and (self.steps % self.every == 0 or self.now >= target):
-                    self._append_row()
-            if self.every == 0:
-                self._write_row()
+    def _intervals(self) -> Iterator[tuple[float, float, int, float]]:
+        """From time to time of the records, or so many steps at a time to the end; no step is given."""
+        times = self.table.part(0, self.table.count).tolist()
+        for self.target in times[1:]:
+            while self.now < self.target:
+                yield self.now, 0.0, self.every or sys.maxsize, self.target
 
-    def _go_to(self, target: float, most: int) -> None:
-        """Some steps, as many as end before the next look at the clock, or at the next record."""
-        if self.every > 0:
-            most = min(most, self.every - self.steps % self.every)
+    def left(self, count: int, t_next: float) -> int:
+        """Steps to the next record, at most; none at its time."""
+        return super().left(count, t_next) if self.now < t_next else 0
+
+    def go_on_from(self, interval: int, steps_before: int, has_record: int) -> None:
+        """Count from here."""
+        self.interval, self.steps_before, self.has_record = interval, steps_before, bool(has_record)
+
+    def _take_steps(self, most: int) -> None:
+        """Some steps, as many as end before the next look at the clock."""
         before, began = self.steps, time.perf_counter()
-        end = self.assembly.go_to(target, min(most, self._block))
+        with interrupts_held_back():  # a step is whole, or it is not begun
+            end = self.assembly.go_to(self.target, min(most, self._block))
         if end != DONE:
             self.status = SPRING_ENDS[end]
+            self.assembly.network.n_c = 0  # those of a step that was tried in vain
         self._block = next_block(self.steps - before, time.perf_counter() - began)
-
-    def _append_row(self) -> None:
-        """One more record, at a time that the steps chose."""
-        self.times = np.append(self.times, self.now)
-        if self.rows == len(self.x):
-            for name in ("x", "v", "works", "worst"):
-                column = getattr(self, name)
-                setattr(self, name, np.concatenate((column, np.zeros((GROWTH * len(column), *column.shape[1:])))))
-        self._write_row()
-
-    def _write_last_row(self) -> None:
-        """The state at which the run stopped, unless it is the last record."""
-        self.times = self.times[: self.rows]
-        if self.now > self.times[-1]:
-            self._append_row()
 
     @property
     def now(self) -> float:
@@ -130,5 +120,10 @@ class SpringRun(SceneRun):
             f"{self.now:.9g} s: a smaller stiffness or damping, or a larger rtol, ends this"
         )
 
-    def _about(self) -> dict[str, str]:
-        return {"contacts": "forces [N] at the times of the records"}
+    def about(self) -> dict[str, str]:
+        """What was run."""
+        return {
+            "scene": repr(self.scene),
+            "integrator": repr(self.integrator),
+            "contacts": "forces [N] at the times of the records",
+        }

@@ -20,7 +20,7 @@ from nonsmooth.checks.files import as_path
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.records import Columns, Record, bytes_of_record
 from nonsmooth.jit.blocks import numbers
-from nonsmooth.results.checkpoint import Checkpoint, Shape, load_checkpoint
+from nonsmooth.results.checkpoint import EVENT_ROW, Checkpoint, Shape, layout_of, load_checkpoint
 from nonsmooth.results.solution import MAX_EVENTS, Solution, about_run, per_record
 from nonsmooth.runs.ongoing import Ongoing
 from nonsmooth.runs.recorder import Recorder, new_rows
@@ -96,9 +96,9 @@ class StreamingRecorder(Recorder):
 
     def begin(self, run: Ongoing) -> None:
         """Take the state that was kept, or keep that of the start."""
-        shape = Shape(run.system.n_u, run.system.n_c, run.system.d, run.integrator.has_forces)
+        layout = layout_of(Shape(run.system.n_u, run.system.n_c, run.system.d, run.integrator.has_forces))
         facts = self.facts(run.model.is_compiled)
-        self.store = Checkpoint(self.place.path, facts, shape, self.place.may_begin, self.place.may_resume)
+        self.store = Checkpoint(self.place.path, facts, layout, self.place.may_begin, self.place.may_resume)
         with ExitStack() as refused:
             refused.callback(self.store.close)
             self._take_kept(run) if self.store.kept else self._keep_start(run)
@@ -112,9 +112,7 @@ class StreamingRecorder(Recorder):
 
     def _take_kept(self, run: Ongoing) -> None:
         run.load_for_retry()  # the loop may reach it: the state says whether
-        for name, memory in self._memory(run).items():
-            if name not in self.store.kept or self.store.kept[name].shape != memory.shape:
-                raise InvalidInput(f"the checkpoint {str(self.store.path)!r} is damaged: {name} has another size")
+        require_sizes(self.store, self._memory(run))
         run.state.restore(self.store.kept["state"])
         run.memory.restore(self.store.kept["memory"])
         numbers(run.record.counts)[:] = self.store.kept["counts"]
@@ -130,7 +128,7 @@ class StreamingRecorder(Recorder):
         """Give a fixed step the record times from the last record on."""
         if run.integrator.chooses_steps:
             return
-        self.first = max(0, self.store.n_records - 1)
+        self.first = max(0, self.store.count("records") - 1)
         run.state.counters.interval = 0
         run.schedule = run.table.schedule(self.first, min(self.first + self.size, run.table.count))
 
@@ -153,7 +151,7 @@ class StreamingRecorder(Recorder):
             self._write(run)
             last = None if run.status == Status.FINISHED else self._last_row(run)
             if last is not None:
-                self.store.write_last(self._as_rows(last))
+                self.store.write_last({"records": self._as_rows(last)})
             self._keep(run)
 
     def close(self) -> None:
@@ -163,14 +161,15 @@ class StreamingRecorder(Recorder):
         """The state at which the run stopped, where no record shows it."""
         if run.state.counters.step > 0:
             return run.present_row()
-        return None if self.store.n_records else run.bare_row()
+        return None if self.store.count("records") else run.bare_row()
 
     def _write(self, run: Ongoing) -> None:
         """Append the records and events that are new."""
         counters = run.state.counters
-        self.store.write(self._as_rows(new_rows(run.record)), run.state.events[: counters.n_events])
+        events = np.ascontiguousarray(run.state.events[: counters.n_events]).view(EVENT_ROW)[:, 0]
+        self.store.write({"records": self._as_rows(new_rows(run.record)), "events": events})
         counters.n_events = 0
-        self.events_dropped = max(0, self.store.n_events - MAX_EVENTS)
+        self.events_dropped = max(0, self.store.count("events") - MAX_EVENTS)
 
     def _keep(self, run: Ongoing) -> None:
         ended = "" if run.status == Status.RUNNING else run.message()
@@ -179,13 +178,21 @@ class StreamingRecorder(Recorder):
 
     def _as_rows(self, record: Columns) -> np.ndarray:
         """Records as rows of the file."""
-        rows = np.empty(len(record.t), self.store.row)
+        row = self.store.layout.rows["records"]
+        rows = np.empty(len(record.t), row)
         for name, column in per_record(record).items():
             rows[name] = column
         rows["ledger"] = record.ledger
-        if "la" in (self.store.row.names or ()):
+        if "la" in (row.names or ()):
             rows["la"] = record.la
         return rows
 
     def stored(self, run: Ongoing) -> Solution:
         return load_checkpoint(self.store.path, run.system, is_verified=True)
+
+
+def require_sizes(store: Checkpoint, memory: dict[str, np.ndarray]) -> None:
+    """Raise `InvalidInput` unless the arrays that were kept have the sizes of those that they go to."""
+    for name, array in memory.items():
+        if name not in store.kept or store.kept[name].shape != array.shape:
+            raise InvalidInput(f"the checkpoint {str(store.path)!r} is damaged: {name} has another size")

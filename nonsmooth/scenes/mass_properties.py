@@ -16,6 +16,15 @@ edges and the octants of a ball at its vertices; along x
                + 2 pi r^2 a^3/3 + 2 (b + c) (pi r^2 a^2 + 8 a r^3/3 + pi r^4/4)               cylinders
                + 4 pi r^3 a^2/3 + pi a r^4 + 4 pi r^5/15                                      ball
 
+A cylinder of radius r and half length c about z, and an ellipsoid:
+
+    V = 2 pi r^2 c,      int x^2 dV = V r^2/4,  int z^2 dV = V c^2/3
+    V = 4 pi a b c/3,    int x^2 dV = V a^2/5
+
+A polyhedron is the tetrahedra of a point and the triangles (p, q, r) of its faces, each with
+
+    6 V = p . (q x r),   4 c = p + q + r,   20/V int x x^T dV = p p^T + q q^T + r r^T + (p + q + r)(p + q + r)^T
+
 The parallel axis theorem: J_0 = J_c + m (c.c 1 - c c^T). Source: Goldstein, *Classical Mechanics*, section 5.3.
 """
 
@@ -27,7 +36,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.scenes.shape_rows import ShapeRow
+from nonsmooth.scenes.shape_rows import CYLINDER, ELLIPSOID, POLYHEDRON, ShapeRow
 
 
 @dataclass(frozen=True)
@@ -64,9 +73,38 @@ def mass_of(shape: ShapeRow, density: float) -> Mass:
         own = hull_mass(np.asarray(shape.vertices, dtype=float).reshape(-1, 2), shape.radius, density)
         c, s = math.cos(place[2]), math.sin(place[2])
         return Mass(own.mass, place[:2] + np.array([[c, -s], [s, c]]) @ own.centroid, own.inertia)
-    own = core_mass(np.asarray(shape.size, dtype=float), shape.radius, density)
+    own = solid_mass(shape, density)
     R = rotation(place[3:])
-    return Mass(own.mass, place[:3], R @ own.inertia @ R.T)
+    return Mass(own.mass, place[:3] + R @ own.centroid, R @ own.inertia @ R.T)
+
+
+def solid_mass(shape: ShapeRow, density: float) -> Mass:
+    """Of a bounded shape of space, in its own axes."""
+    a, b, c = shape.size
+    if shape.kind == POLYHEDRON:
+        return polyhedron(np.asarray(shape.vertices, dtype=float), shape.faces, density)
+    if shape.kind == CYLINDER:
+        return of_second_moments(2 * math.pi * a * b * c * density, a**2 / 4, b**2 / 4, c**2 / 3)
+    if shape.kind == ELLIPSOID:
+        return of_second_moments(4 / 3 * math.pi * a * b * c * density, a**2 / 5, b**2 / 5, c**2 / 5)
+    return core_mass(np.asarray(shape.size, dtype=float), shape.radius, density)
+
+
+def of_second_moments(mass: float, x: float, y: float, z: float) -> Mass:
+    """From the means of the squared coordinates."""
+    return Mass(mass, np.zeros(3), mass * np.diag([y + z, z + x, x + y]))
+
+
+def polyhedron(vertices: np.ndarray, faces: Sequence[Sequence[int]], density: float) -> Mass:
+    """Of vertices (k, 3) and faces, counterclockwise from outside; about a point within, so that nothing cancels."""
+    centre = vertices.mean(axis=0)
+    triangles = [(face[0], *pair) for face in faces for pair in zip(face[1:-1], face[2:], strict=True)]
+    p, q, r = (vertices[[triangle[k] for triangle in triangles]] - centre for k in range(3))
+    volumes, total = (p * np.cross(q, r)).sum(axis=1) / 6, p + q + r
+    mass = float(volumes.sum())
+    c = volumes @ total / (4 * mass)
+    second = sum(np.einsum("t,ta,tb->ab", volumes, e, e) for e in (p, q, r, total)) / 20 - mass * np.outer(c, c)
+    return Mass(density * mass, centre + c, density * (np.trace(second) * np.eye(3) - second))
 
 
 def combined(parts: Sequence[Mass]) -> Mass:

@@ -8,16 +8,30 @@ from typing import NamedTuple
 import numpy as np
 
 from nonsmooth.scenes.places import ORIGIN, compose, place_of, turn_onto
-from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_PLANE, HALF_SPACE, HULL, SPHERE, ShapeRow
+from nonsmooth.scenes.shape_rows import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    ELLIPSOID,
+    HALF_PLANE,
+    HALF_SPACE,
+    HULL,
+    POLYHEDRON,
+    SPHERE,
+    ShapeRow,
+)
 from nonsmooth.scenes.shapes import (
     PLANAR,
     Box,
     Capsule,
     Compound,
+    Cylinder,
     Disc,
+    Ellipsoid,
     HalfPlane,
     HalfSpace,
     Polygon,
+    Polyhedron,
     Segment,
     Shape,
     Sphere,
@@ -35,10 +49,12 @@ class Part(NamedTuple):
     radius: float = 0.0
     size: tuple[float, float, float] = (0.0, 0.0, 0.0)
     vertices: np.ndarray = np.zeros((0, 2))
+    faces: tuple[tuple[int, ...], ...] = ()
 
     def row(self, body: int, frame: np.ndarray) -> ShapeRow:
         """The row of it as a part of a body, in whose axes the shape's frame is at ``frame``."""
-        return ShapeRow(body, self.kind, compose(frame, self.place).tolist(), self.radius, self.size, self.vertices)
+        place = compose(frame, self.place).tolist()
+        return ShapeRow(body, self.kind, place, self.radius, self.size, self.vertices, self.faces)
 
 
 def parts_of(shape: Shape, dim: int) -> list[Part]:
@@ -60,6 +76,16 @@ def parts_of(shape: Shape, dim: int) -> list[Part]:
         return [Part(SPHERE, origin, shape.radius)]
     if isinstance(shape, Capsule):
         return [Part(CAPSULE, place_of(origin[:3], ALONG_X), shape.radius, (0.0, 0.0, 0.5 * shape.length))]
+    if isinstance(shape, Cylinder):
+        size = (shape.radius, shape.radius, 0.5 * shape.length)
+        return [Part(CYLINDER, place_of(origin[:3], ALONG_X), 0.0, size)]
+    if isinstance(shape, Ellipsoid):
+        return [Part(ELLIPSOID, origin, 0.0, (shape.a, shape.b, shape.c))]
+    if isinstance(shape, Polyhedron):
+        low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        at = place_of(middle, origin[3:])
+        return [Part(POLYHEDRON, at, 0.0, tuple(half.tolist()), shape.vertices - middle, shape.faces)]
     assert isinstance(shape, Box)
     a, b, c = shape.lengths
     return [Part(BOX, origin, 0.0, (0.5 * a, 0.5 * b, 0.5 * c))]

@@ -10,7 +10,8 @@ and there is the half-plane y <= 0 of its own axes. Edge e goes from vertex e to
 two vertices has two edges, there and back.
 
 Spatial. A sphere, a capsule along its own z and a box are each a box core with half lengths (0, 0, 0), (0, 0, c) and
-(a, b, c), made rounder by r; the half-space is z <= 0 of its own axes.
+(a, b, c), made rounder by r; the half-space is z <= 0 of its own axes. A cylinder about its own z has the half lengths
+(r, r, c), an ellipsoid its half axes; a polyhedron has vertices and faces, and half the widths of its bounding box.
 """
 
 from __future__ import annotations
@@ -27,7 +28,22 @@ from nonsmooth.jit.blocks import Block, Floats, Ints, new
 
 # kinds of shape
 HULL, HALF_PLANE = range(2)
-SPHERE, CAPSULE, BOX, HALF_SPACE = range(4)
+SPHERE, CAPSULE, BOX, HALF_SPACE, CYLINDER, POLYHEDRON, ELLIPSOID = range(7)
+
+
+class Solids(Block):
+    """Vertices and faces of the polyhedra of a scene, one behind the other."""
+
+    first: Array[Ints, "n_s"]  # rows in vertices, of a shape
+    count: Array[Ints, "n_s"]
+    first_face: Array[Ints, "n_s"]
+    faces: Array[Ints, "n_s"]
+    vertices: Array[Floats, "n_v", "3"]  # [m] in the shape's axes
+    normal: Array[Floats, "n_f", "3"]  # outward
+    first_corner: Array[Ints, "n_f"]  # rows in corner, counterclockwise from outside
+    corners: Array[Ints, "n_f"]
+    corner: Array[Ints, "n_k"]  # vertex of its shape
+    edge: Array[Ints, "n_k"]  # of its shape, from this corner to the next of the face
 
 
 class Shapes(Block):
@@ -44,6 +60,7 @@ class Shapes(Block):
     vertices: Array[Floats, "n_w", "2"]  # [m] in the shape's axes, and of the edge that begins there:
     normals: Array[Floats, "n_w", "2"]  # outward
     length: Array[Floats, "n_w"]  # [m]
+    solids: Solids
     apart: Array[Ints, "n_e"]  # pairs of bodies that do not collide, ``pair_code``, ascending
 
 
@@ -51,8 +68,8 @@ class Shapes(Block):
 class ShapeRow:
     """One shape. The place is (x, y, angle) or (position, unit quaternion) in the axes of the body.
 
-    ``vertices`` (k, 2) are those of a hull, counterclockwise and strictly convex, a disc's at (0, 0); ``size`` the half
-    lengths of a box core.
+    ``vertices`` (k, 2) are those of a hull, counterclockwise and strictly convex, a disc's at (0, 0); (k, 3) of a
+    polyhedron, with its ``faces``; ``size`` the half lengths of a core.
     """
 
     body: int
@@ -61,6 +78,7 @@ class ShapeRow:
     radius: float = 0.0
     size: Sequence[float] = (0.0, 0.0, 0.0)
     vertices: npt.ArrayLike = ()
+    faces: tuple[tuple[int, ...], ...] = ()
 
 
 def pair_code(a: int, b: int) -> int:
@@ -77,9 +95,10 @@ def shape_block(rows: Sequence[ShapeRow], apart: Sequence[tuple[int, int]] = ())
     >>> shape_block([disc, ShapeRow(1, HALF_PLANE, (0, 0, 0))]).reach.tolist()
     [0.0, inf]
     """
-    hulls = [np.asarray(row.vertices, dtype=float).reshape(-1, 2) for row in rows]
-    n_w = sum(map(len, hulls))
-    shapes = new(Shapes, n_s=len(rows), n_x=len(rows[0].place) if rows else 3, n_w=n_w, n_e=len(apart))
+    planar = [row if row.kind != POLYHEDRON else None for row in rows]
+    hulls = [np.asarray(row.vertices if row else (), dtype=float).reshape(-1, 2) for row in planar]
+    sizes = {"n_s": len(rows), "n_x": len(rows[0].place) if rows else 3, "n_w": sum(map(len, hulls)), "n_e": len(apart)}
+    shapes = new(Shapes, **sizes, **sizes_of_solids(rows))
     shapes.apart[:] = sorted(pair_code(a, b) for a, b in apart)
     first = 0
     for s, (row, hull) in enumerate(zip(rows, hulls, strict=True)):
@@ -89,6 +108,7 @@ def shape_block(rows: Sequence[ShapeRow], apart: Sequence[tuple[int, int]] = ())
         shapes.first[s], shapes.count[s] = first, len(hull)
         fill_edges(shapes, slice(first, first + len(hull)), hull)
         first += len(hull)
+    fill_solids(shapes.solids, rows)
     return shapes
 
 
@@ -96,7 +116,47 @@ def reach_of(row: ShapeRow, hull: np.ndarray) -> float:
     """How far its core goes from its place [m]."""
     if len(row.place) == 3:
         return math.inf if row.kind == HALF_PLANE else float(np.hypot(*hull.T).max())
-    return math.inf if row.kind == HALF_SPACE else math.hypot(*row.size)
+    if row.kind == HALF_SPACE:
+        return math.inf
+    if row.kind == POLYHEDRON:
+        return float(np.linalg.norm(row.vertices, axis=1).max())
+    if row.kind == ELLIPSOID:
+        return max(row.size)
+    return math.hypot(*row.size[1:]) if row.kind == CYLINDER else math.hypot(*row.size)
+
+
+def sizes_of_solids(rows: Sequence[ShapeRow]) -> dict[str, int]:
+    """Of `Solids`: vertices, faces and their corners."""
+    loops = [loop for row in rows for loop in row.faces]
+    n_v = sum(len(np.asarray(row.vertices)) for row in rows if row.kind == POLYHEDRON and len(row.place) > 3)
+    return {"n_v": n_v, "n_f": len(loops), "n_k": sum(map(len, loops))}
+
+
+def fill_solids(solids: Solids, rows: Sequence[ShapeRow]) -> None:
+    """Vertices, faces and edges of all polyhedra."""
+    v, f, k = 0, 0, 0
+    for s, row in enumerate(rows):
+        if not row.faces:
+            continue
+        vertices = np.asarray(row.vertices, dtype=float)
+        edges: dict[frozenset[int], int] = {}
+        solids.first[s], solids.count[s], solids.first_face[s], solids.faces[s] = v, len(vertices), f, len(row.faces)
+        solids.vertices[v : v + len(vertices)] = vertices
+        v += len(vertices)
+        for loop in row.faces:
+            solids.normal[f] = normal_of(vertices[list(loop)])
+            solids.first_corner[f], solids.corners[f] = k, len(loop)
+            for a, b in zip(loop, (*loop[1:], loop[0]), strict=True):
+                solids.corner[k], solids.edge[k] = a, edges.setdefault(frozenset((a, b)), len(edges))
+                k += 1
+            f += 1
+
+
+def normal_of(loop: np.ndarray) -> np.ndarray:
+    """The unit normal of a plane polygon (k, 3), counterclockwise about it (Newell)."""
+    a = loop - loop[0]
+    area = np.cross(a, np.roll(a, -1, axis=0)).sum(axis=0)
+    return area / np.linalg.norm(area)
 
 
 def fill_edges(shapes: Shapes, rows: slice, hull: np.ndarray) -> None:

@@ -15,10 +15,12 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_floats, as_listed, as_number, as_positive, as_vector
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.scenes.convex_hull import convex_hull
 
 PLANAR, SPATIAL = 2, 3  # defined: coordinates of a point
 # chosen: relative to the extent of a polygon: turns and edges below it are taken for roundings of straight lines
 STRAIGHT = 1e-9
+FLAT = 1e-6  # chosen: thickness of a set of points, of its largest width, below which it has no faces worth the name
 UNIT = 1e-6  # chosen: by which the length of a quaternion, or a full turn, may miss what it should be
 
 
@@ -157,6 +159,88 @@ class Polygon(Shape):
 
     def __repr__(self) -> str:
         return f"Polygon({len(self.vertices)} vertices)"
+
+
+@dataclass(frozen=True)
+class Cylinder(Shape):
+    """A cylinder about the x-axis, with flat ends; its middle is the origin.
+
+    Parameters
+    ----------
+    radius : float
+        [m]
+    length : float
+        [m]
+    """
+
+    dim = (SPATIAL,)
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        _set_positive(self, "radius")
+        _set_positive(self, "length")
+
+
+@dataclass(frozen=True)
+class Ellipsoid(Shape):
+    """An ellipsoid about the origin: (x/a)^2 + (y/b)^2 + (z/c)^2 <= 1.
+
+    Parameters
+    ----------
+    a, b, c : float
+        Half axes [m].
+    """
+
+    dim = (SPATIAL,)
+    a: float
+    b: float
+    c: float
+
+    def __post_init__(self) -> None:
+        for name in ("a", "b", "c"):
+            _set_positive(self, name)
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class Polyhedron(Shape):
+    """The convex hull of points, in any frame.
+
+    Parameters
+    ----------
+    points : array_like (k, 3)
+        Those that are no corners of the hull are left out [m].
+
+    Attributes
+    ----------
+    vertices : (n, 3)
+        The corners of the hull [m].
+    faces : tuple of tuple of int
+        Their corners, counterclockwise from outside.
+
+    Raises
+    ------
+    InvalidInput
+        For points that lie in a plane, and a hull of more than 200 corners.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> ns.Polyhedron([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
+    Polyhedron(4 corners, 4 faces)
+    """
+
+    dim = (SPATIAL,)
+    vertices: np.ndarray
+    faces: tuple[tuple[int, ...], ...]
+
+    def __init__(self, points: Any) -> None:
+        vertices, faces = convex_hull(as_points(points))
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", faces)
+
+    def __repr__(self) -> str:
+        return f"Polyhedron({len(self.vertices)} corners, {len(self.faces)} faces)"
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -312,6 +396,19 @@ def as_convex(value: Any) -> np.ndarray:
     if (turns <= STRAIGHT * size**2).any() or abs(angles.sum() - 2 * np.pi) > UNIT:
         raise InvalidInput("a Polygon must be convex with no vertex on a straight edge; make others of parts: Compound")
     return np.ascontiguousarray(vertices)
+
+
+def as_points(value: Any) -> np.ndarray:
+    """Points (k, 3) that do not lie in a plane, or `InvalidInput`."""
+    points = as_floats("points", value)
+    if points.ndim != 2 or points.shape[1] != SPATIAL or len(points) < 4:
+        raise InvalidInput(f"points must be a (k, 3) array with k >= 4; got shape {points.shape}")
+    if not np.isfinite(points).all():
+        raise InvalidInput("points must be finite")
+    widths = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    if not widths[2] > FLAT * widths[0]:
+        raise InvalidInput("the points of a Polyhedron lie in a plane; give it a thickness")
+    return points
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -8,20 +8,19 @@ a streak.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_index, as_name, as_positive, as_vector
+from nonsmooth.checks.arrays import as_name, as_positive, as_vector
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit.blocks import WORD
-from nonsmooth.mechanics.initial_state import as_state
-from nonsmooth.mechanics.system import ContactMode, System, as_system
+from nonsmooth.mechanics.start import answers_start, describing, forms_of, own_state, start_of
+from nonsmooth.mechanics.system import ContactMode, as_system
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell
 from nonsmooth.sweeps.sweep import require_whole, sweep
@@ -48,6 +47,8 @@ class BifurcationDiagram(Worded):
         The distinct local maxima of the coordinate in the late part of each motion; for a motion at rest, its position.
     opens : ndarray (2, k) of bool
         Whether a contact opened in the late part, upwards and downwards.
+    coordinate_label : str
+        Name and unit of the coordinate.
     """
 
     parameter: str
@@ -56,22 +57,25 @@ class BifurcationDiagram(Worded):
     upwards: tuple[np.ndarray, ...]
     downwards: tuple[np.ndarray, ...]
     opens: np.ndarray
+    coordinate_label: str = ""
 
     def plot(self, path: str | Path | None = None, label: str = "") -> Any:
         """The maxima against the parameter: see `plot_bifurcations`."""
         return view(self, "plot")(self, path, label)
 
 
+@answers_start
 def bifurcation_diagram(
     system: Any,
     parameter: str,
     values: ArrayLike,
-    coordinate: int = 0,
-    start: tuple[Any, Any] | Sequence[tuple[Any, Any]] | None = None,
+    coordinate: int | str = 0,
+    start: Any = None,
     duration: float | None = None,
     dt: float | None = None,
     workers: int = 1,
     progress: Any = True,
+    state: Any = None,
 ) -> BifurcationDiagram:
     """Simulate along a parameter in both directions.
 
@@ -81,9 +85,9 @@ def bifurcation_diagram(
     parameter : str
     values : (k,)
         Increasing.
-    coordinate : int
-        Whose maxima are kept.
-    start : (q0, u0) or list of such, optional
+    coordinate : int or str
+        Its number or name, whose maxima are kept.
+    start, state : (q0, u0), dict, or list of such, optional
         Of the first motion; the model's default state when left out. From each of several starts a chain of its own
         goes, and the diagram holds the maxima of all: more attractors are found.
     duration, dt : float, optional
@@ -108,21 +112,23 @@ def bifurcation_diagram(
     grid = as_vector("values", values)
     if grid.size == 0 or not (np.diff(grid) > 0).all():
         raise InvalidInput("values must increase, and at least one is needed")
-    source = system if hasattr(system, "state") else as_system(system).parameters
-    if start is None and not hasattr(source, "state"):
-        raise InvalidInput("this system has no default state; give start=(q0, u0)")
+    if start is not None and state is not None:
+        raise InvalidInput("give either start or state; got both")
+    start, source, own = state if start is None else start, describing(system), own_state(system)
+    if start is None and own is None:
+        raise InvalidInput(f"this system has no default state; give state={forms_of(system)}")
     if duration is None and hasattr(source, "t_end"):
         duration = 5 * source.t_end
     dt = getattr(source, "dt", None) if dt is None else dt
     if duration is None or dt is None:
         raise InvalidInput("this system has no t_end and dt of its own; give duration= and dt=")
-    coordinate = as_index("coordinate", coordinate, as_system(system).n_q)
+    coordinate = as_system(system).described.coordinate(coordinate)
     as_name("parameter", parameter, as_system(system).parameter_values)
     span, integrator = as_positive("duration", duration, "s"), MoreauJean(dt=dt)
     require_memory(
         WORD * LATE * span / integrator.dt, "the records of each value", "take a larger dt or a shorter duration"
     )
-    starts = as_starts(source.state() if start is None else start, as_system(system))
+    starts = as_starts(own() if start is None and own else start, system)
     there_and_back = np.concatenate([grid, grid[::-1]])
     chain = Chain(system, parameter, there_and_back, coordinate, starts, span, integrator)
     starting = {"start": range(len(starts))}
@@ -132,16 +138,17 @@ def bifurcation_diagram(
     peaks = [maxima(late[:, i], distinct) for i in range(late.shape[1])]
     k = grid.size
     return BifurcationDiagram(
-        parameter, coordinate, grid, tuple(peaks[:k]), tuple(peaks[:k - 1:-1]), np.array([opens[:k], opens[:k - 1:-1]])
+        parameter, coordinate, grid, tuple(peaks[:k]), tuple(peaks[:k - 1:-1]), np.array([opens[:k], opens[:k - 1:-1]]),
+        as_system(system).described.label(coordinate),
     )  # fmt: skip
 
 
-def as_starts(given: Any, system: System) -> list[tuple[np.ndarray, np.ndarray]]:
+def as_starts(given: Any, system: Any) -> list[tuple[np.ndarray, np.ndarray]]:
     """The starts (q0, u0): one, or a list of them."""
     pairs = given if isinstance(given, list) else [given]
     if not pairs:
         raise InvalidInput("start must be a pair (q0, u0), or a list of such pairs; the list is empty")
-    return [as_state("start", pair, system) for pair in pairs]
+    return [start_of(system, pair, "start") for pair in pairs]
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_vector
 from nonsmooth.errors import InvalidInput
+from nonsmooth.mechanics.start import the_start
 from nonsmooth.mechanics.system import as_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.times import as_span
@@ -54,6 +55,18 @@ def as_problem(
         return SceneProblem(model, (t_0, np.zeros(0), np.zeros(0)), t)
     system = as_system(model)
     return Problem(model, (t_0, as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)), t)
+
+
+def as_motion(
+    model: Any, t_span: tuple[float, float], q0: ArrayLike | None, u0: ArrayLike | None, state: Any,
+    times: ArrayLike | None,
+) -> Problem:  # fmt: skip
+    """The same with the start of a system in any form (mechanics/start.py); a scene has its own."""
+    if as_scene(model) is None:
+        return as_problem(model, t_span, *the_start(model, q0, u0, state), times)
+    if state is not None:
+        raise InvalidInput("the bodies of a scene have their start; leave out state")
+    return as_problem(model, t_span, q0, u0, times)
 
 
 class ComparisonTask(FunctionTask):

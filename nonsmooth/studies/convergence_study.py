@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_positive, as_vector, result_of
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.mechanics.start import answers_start, the_start
 from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
 from nonsmooth.studies.comparison import ComparisonTask, as_problem, run_comparison
 from nonsmooth.studies.reference import as_reference, with_step, with_tolerance
@@ -33,12 +34,14 @@ UNITS = {"dt": "s", "rtol": ""}
 TITLES = {"dt": "convergence with the step", "rtol": "convergence with the tolerance"}
 
 
+@answers_start
 def convergence_study(
     system: Any,
     t_span: tuple[float, float],
-    q0: ArrayLike,
-    u0: ArrayLike,
+    q0: ArrayLike | None = None,
+    u0: ArrayLike | None = None,
     *,
+    state: Any = None,
     dt: ArrayLike | None = None,
     rtol: ArrayLike | None = None,
     integrator: Any = MoreauJean,
@@ -53,7 +56,7 @@ def convergence_study(
 
     Parameters
     ----------
-    system, t_span, q0, u0
+    system, t_span, q0, u0, state
         As of `simulate`.
     dt : array_like (n,), optional
         Steps [s], of an integrator with steps of a fixed length; when left out 1e-2 to 1e-4, as far as some seconds are
@@ -87,7 +90,7 @@ def convergence_study(
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import WallPendulum
+    >>> from nonsmooth.catalogue import WallPendulum
     >>> pendulum = WallPendulum(th_w=-1.5)  # the wall is out of reach: smooth motion
     >>> study = ns.convergence_study(pendulum, (0, 1), *pendulum.state(th=1.0), dt=[1e-2, 5e-3, 2.5e-3])
     >>> study.orders("error_q").round(1).tolist()
@@ -96,7 +99,7 @@ def convergence_study(
     require_xarray()
     over, values = varied(integrator, dt, rtol)
     make = maker(integrator, over, float(values[0]))
-    problem = as_problem(system, t_span, q0, u0, times)
+    problem = as_problem(system, t_span, *the_start(system, q0, u0, state), times)
 
     def finer(x: float) -> Any:
         return make(max(x / FINER[over], FINEST_RTOL if over == "rtol" else 0.0)) if reference is None else reference

@@ -62,16 +62,19 @@ def describe(cycle: LimitCycle) -> str:
         *([f"drift in a period {', '.join(f'{gone:.12g}' for gone in cycle.drift)}"] if cycle.drifts else []),
         f"{'begins [s]':>14} {'duration [s]':>14}  phase",
     ]
-    lines += [f"{phase.begins:14.9f} {phase.duration:14.9f}  {phase.label}{jump(phase)}" for phase in cycle.phases]
+    names = cycle.system.described.contacts
+    lines += [
+        f"{phase.begins:14.9f} {phase.duration:14.9f}  {phase.label}{jump(phase, names)}" for phase in cycle.phases
+    ]
     return "\n".join(lines)
 
 
-def jump(phase: CyclePhase) -> str:
+def jump(phase: CyclePhase, names: tuple[str, ...]) -> str:
     """What strikes at the end of a phase, in words."""
     if phase.jump is None:
         return ""
-    struck = ", ".join(str(blow.contact) for blow in phase.jump.blows)
-    return f", then {'an impact' if phase.jump.closing else 'an impact without collision'} at contact {struck}"
+    struck = ", ".join(names[blow.contact] for blow in phase.jump.blows)
+    return f", then {'an impact' if phase.jump.closing else 'an impact without collision'} at {struck}"
 
 
 def table(branch: CycleBranch, has_amplitudes: bool = True) -> str:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_index, as_instance
+from nonsmooth.checks.arrays import as_instance
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.solution import Solution
@@ -51,14 +51,15 @@ class Episode(Worded):
     restitution: float
 
 
-def force_episode(solution: Solution, contact: int = 0) -> Episode:
+def force_episode(solution: Solution, contact: int | str = 0) -> Episode:
     """The first episode of a contact in a run of `Penalty` with every step recorded.
 
     Parameters
     ----------
     solution : Solution
         Of ``simulate(..., integrator=Penalty(...))`` without ``t_eval``.
-    contact : int
+    contact : int or str
+        Its number, or its name.
 
     Returns
     -------
@@ -72,7 +73,7 @@ def force_episode(solution: Solution, contact: int = 0) -> Episode:
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import PainleveRod
+    >>> from nonsmooth.catalogue import PainleveRod
     >>> rod = PainleveRod(mu=2.0)
     >>> sol = ns.simulate(rod, (0, 1e-4), *rod.state(slip=-1.0), integrator=ns.Penalty(stiffness=1e12))
     >>> impact = ns.force_episode(sol)
@@ -80,13 +81,13 @@ def force_episode(solution: Solution, contact: int = 0) -> Episode:
     (0.255, 1.0)
     """
     as_instance("solution", solution, Solution, "a Solution, as ns.simulate(...) gives")
-    contact = as_index("contact", contact, solution.mode.shape[1])
+    contact = solution.described.contact(contact)
     if solution.la is None:
         raise InvalidInput("this solution holds no contact forces; run it with integrator=Penalty(...)")
     force, events = solution.la[:, contact, 0], [e for e in solution.events if e.contact == contact]
     closed = np.flatnonzero(force != 0.0)
     if len(closed) == 0:
-        raise InvalidInput(f"contact {contact} never closes in this run")
+        raise InvalidInput(f"{solution.described.contacts[contact]} never closes in this run")
     first = max(0, int(closed[0]) - 1)
     start = float(solution.t[first])
     opening = next((e for e in events if e.mode_after == ContactMode.OPEN and e.t > start), None)

@@ -14,6 +14,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_count
 from nonsmooth.errors import InvalidInput
+from nonsmooth.mechanics.start import answers_start
 from nonsmooth.paradox.classify import ParadoxKind
 from nonsmooth.paradox.points import Points, split_axes
 from nonsmooth.sweeps.map_task import MapTask
@@ -21,8 +22,6 @@ from nonsmooth.sweeps.sweep import sweep
 from nonsmooth.sweeps.task import CellStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import xarray
 
 MODES = {
@@ -35,7 +34,8 @@ WHOLE_NUMBERS = {  # the results in order, and what those are that a sweep holds
 }  # fmt: skip
 
 
-def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, workers: int | None = None,
+@answers_start
+def paradox_map(system: Any, *, t: float = 0.0, state: Any = None, workers: int | None = None,
                 kept: int | None = None, progress: Any = True, **axes: Any) -> xarray.Dataset:  # fmt: skip
     """Classify every state of a grid.
 
@@ -44,8 +44,9 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
     system : System or model
     t : float
         Time [s].
-    state : callable, optional
-        ``state(**variables) -> (q, u)`` for a system that has no ``state`` method.
+    state : callable, dict or (q0, u0), optional
+        ``state(**variables) -> (q, u)`` in place of the model's; variables that are held fixed, as ``dict(th=0.8)``; or
+        a state whose coordinates and rates are then varied by name.
     workers : int, optional
         Threads; one for each processor when left out.
     kept : int, optional
@@ -83,7 +84,7 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Callable | None = None, w
     --------
     >>> import numpy as np
     >>> import nonsmooth as ns
-    >>> from models import PainleveRod
+    >>> from nonsmooth.catalogue import PainleveRod
     >>> th = np.radians([30.0, 60.0])
     >>> chart = ns.paradox_map(PainleveRod(), th=th, thdot=[0.0, 6.0], mu=2.0, slip=-1.0)
     >>> chart.n_solutions.values.tolist()

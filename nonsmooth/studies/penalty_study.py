@@ -16,15 +16,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_index, as_instance, as_positive, as_vector
+from nonsmooth.checks.arrays import as_instance, as_positive, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.mechanics.laws import LAW_E_N
+from nonsmooth.mechanics.start import answers_start
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.solution import Solution, mode_name
 from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
-from nonsmooth.studies.comparison import ComparisonTask, as_problem, run_comparison
+from nonsmooth.studies.comparison import ComparisonTask, as_motion, run_comparison
 from nonsmooth.studies.force_history import force_episode
 from nonsmooth.studies.reference import (
     EXACT,
@@ -46,19 +47,21 @@ BRANCH = 5  # chosen: modes named
 TAIL = 0.1  # chosen: of an episode, that is run beyond its end
 
 
+@answers_start
 def penalty_study(
     system: Any,
     t_span: tuple[float, float],
     q0: ArrayLike | None = None,
     u0: ArrayLike | None = None,
     *,
+    state: Any = None,
     stiffness: ArrayLike | None = None,
     damping: float | Callable[[float], float] | None = None,
     damping_ratio: float | None = None,
     penalty: Penalty | None = None,
     reference: Any = None,
     times: ArrayLike | None = None,
-    contact: int = 0,
+    contact: int | str = 0,
     limit: float | None = None,
     beside: Sequence[Any] | None = None,
     delay: float | None = None,
@@ -70,7 +73,7 @@ def penalty_study(
 
     Parameters
     ----------
-    system, t_span, q0, u0
+    system, t_span, q0, u0, state
         As of `simulate`; a scene too, from its own start.
     stiffness : array_like (n,), optional
         k [N/m], increasing; when left out 1e4, 1e5, ... as far as 1e12 or as the runs, whose steps grow with k, take
@@ -88,8 +91,8 @@ def penalty_study(
         a scene Moreau-Jean with 4000 steps.
     times : array_like, optional
         When the distance is measured [s]; at the end when left out.
-    contact : int
-        The contact whose first episode is looked at.
+    contact : int or str
+        The contact, by number or name, whose first episode is looked at.
     limit : float, optional
         Where the normal velocity after the episode should tend to [m/s]: gives "error_gamma_N".
     beside : sequence of integrators, optional
@@ -127,7 +130,7 @@ def penalty_study(
     --------
     >>> import numpy as np
     >>> import nonsmooth as ns
-    >>> from models import PainleveRod
+    >>> from nonsmooth.catalogue import PainleveRod
     >>> rod = PainleveRod(mu=2.0)
     >>> limit = rod.impact_without_collision(e=1.0, law="energetic").gamma_N
     >>> study = ns.penalty_study(rod, (0, 0.01), *rod.state(slip=-1.0), stiffness=np.logspace(8, 12, 3), limit=limit)
@@ -146,7 +149,7 @@ def penalty_study(
         raise InvalidInput("stiffness must increase from value to value")
     if damping is not None and damping_ratio is not None:
         raise InvalidInput("give either damping or damping_ratio; got both")
-    problem = as_problem(system, t_span, q0, u0, times)
+    problem = as_motion(system, t_span, q0, u0, state, times)
     if isinstance(problem, SceneProblem):
         from nonsmooth.studies.penalty_of_scenes import study_of_scene
 
@@ -157,7 +160,7 @@ def penalty_study(
         )  # fmt: skip
     if problem.system.n_c == 0:
         raise InvalidInput("a penalty study needs a system with contacts; this one has none")
-    contact = as_index("contact", contact, problem.system.n_c)
+    contact = problem.system.described.contact(contact)
     if stiffness is None and reference is None:
         require_affordable(problem, EXACT)
     with part_shown("the reference", progress):

@@ -57,7 +57,7 @@ def study_stability(
     if len(axes) > 2:
         raise InvalidInput(f"one or two parameters can be varied; got {', '.join(axes)}")
     at = equilibrium(system)
-    text = describe(model, linearise(system, at))
+    text = describe(linearise(system, at))
     if not axes:
         return StabilityStudy(text, None)
     if len(axes) == 2:
@@ -76,16 +76,15 @@ def study_stability(
     return StabilityStudy(f"{text}\n\n{changes(system, path, not is_cut)}", draw_path, is_cut)
 
 
-def describe(model: Any, small: Linearisation) -> str:
+def describe(small: Linearisation) -> str:
     """Where the system rests, under which forces, and its eigenvalues."""
     at = small.equilibrium
-    n = at.q.size
-    names = [name for name, _ in getattr(model, "coordinates", ())] or [f"q[{k}]" for k in range(n)]
-    lines = ["steady sliding: " + ", ".join(f"{a} = {x:.9g}" for a, x in zip(names, at.q, strict=True))]
+    system = at.mode.system
+    named = zip(system.described.coordinates, at.q, strict=True)
+    lines = ["steady sliding: " + ", ".join(f"{name} = {x:.9g} {unit}".rstrip() for (name, unit), x in named)]
     for i in at.mode.closed:
-        lines.append(
-            f"contact {i}: la_N = {at.la_N[i]:.9g} N, la_F = {at.la_F[i]:.9g} N, gamma_F = {at.gamma_F[i]:g} m/s"
-        )
+        name = system.described.contacts[i]
+        lines.append(f"{name}: la_N = {at.la_N[i]:.9g} N, la_F = {at.la_F[i]:.9g} N, gamma_F = {at.gamma_F[i]:g} m/s")
     return "\n".join([*lines, small.summary()])
 
 

@@ -173,7 +173,7 @@ def work_precision(
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import WallPendulum
+    >>> from nonsmooth.catalogue import WallPendulum
     >>> study = ns.work_precision([WallPendulum()], {"EventDriven": ns.EventDriven}, repeats=1)
     >>> bool(study.best_error("wall-pendulum", "EventDriven") < 1e-9)
     True

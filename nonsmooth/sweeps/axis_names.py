@@ -11,8 +11,6 @@ A name that means two of these is refused; "model.x", "state.x" and "integrator.
 
 from __future__ import annotations
 
-import inspect
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
@@ -22,10 +20,10 @@ import numpy as np
 from nonsmooth.checks.arrays import as_instance
 from nonsmooth.checks.parameters import numeric_fields
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
+from nonsmooth.mechanics.start import COMPONENT, state_function, variables_of
 from nonsmooth.mechanics.system import System, as_system
 
 Columns = Mapping[str, np.ndarray]
-COMPONENT = re.compile(r"([qu])0\[(\d+)\]")
 END = "t_end"
 
 
@@ -88,9 +86,8 @@ class AxisNames:
 
 
 def state_names(model: Any) -> tuple[str, ...]:
-    """The arguments of ``model.state``."""
-    state = getattr(model, "state", None)
-    return tuple(inspect.signature(state).parameters) if callable(state) else ()
+    """The arguments of ``state`` of a model; of a system without one its coordinates and their rates."""
+    return tuple(variables_of(state_function(model)))
 
 
 def option_names(integrator: Any) -> tuple[str, ...]:
@@ -103,7 +100,4 @@ def option_names(integrator: Any) -> tuple[str, ...]:
 
 def unit_of(system: System, name: str) -> str:
     """Unit of a variable that is a coordinate of the model or its rate; empty where it is not known."""
-    units = dict(getattr(system.parameters, "coordinates", ()))
-    if name in units:
-        return str(units[name])
-    return f"{units[name[:-3]]}/s" if name.endswith("dot") and name[:-3] in units else ""
+    return system.described.unit_of(name)

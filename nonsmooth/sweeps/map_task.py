@@ -12,11 +12,12 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_count, as_number
 from nonsmooth.contact.planar.forces import Outcome
-from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.compiled import model_of
+from nonsmooth.mechanics.start import describing, own_state
 from nonsmooth.mechanics.system import as_system
 from nonsmooth.paradox.classify import ParadoxKind
-from nonsmooth.paradox.points import Found, Points, load_search
+from nonsmooth.paradox.points import Found, Points, as_state_function, held_fixed, load_search
 from nonsmooth.signals.interruption import Pieces
 from nonsmooth.signals.telling import tell
 from nonsmooth.sweeps.axis_names import Columns, unit_of
@@ -34,8 +35,9 @@ class MapTask:
     model : System or model
     t : float
         Time [s].
-    state : callable, optional
-        ``state(**variables) -> (q, u)`` for a system that has no ``state`` method.
+    state : callable, dict or (q0, u0), optional
+        ``state(**variables) -> (q, u)`` in place of the model's; variables that are held fixed; or a state whose
+        coordinates and rates are then varied by name.
     kept : int, optional
         Solutions written out for each state (3 for one contact, else 8); all of them are counted.
     **fixed : float
@@ -49,7 +51,7 @@ class MapTask:
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import PainleveRod
+    >>> from nonsmooth.catalogue import PainleveRod
     >>> found = ns.sweep(ns.MapTask(PainleveRod(), th=1.0472, slip=-1.0), {"mu": [0.5, 2.0], "thdot": [0.0, 6.0]})
     >>> found.n_solutions.values.tolist()
     [[1.0, 1.0], [0.0, 2.0]]
@@ -59,11 +61,13 @@ class MapTask:
     coordinates: dict[str, list[str]] = {}
 
     def __init__(
-        self, model: Any, *, t: float = 0.0, state: Callable | None = None, kept: int | None = None, **fixed: float
+        self, model: Any, *, t: float = 0.0, state: Any = None, kept: int | None = None, **fixed: float
     ) -> None:
+        state, given = held_fixed(model, state, fixed)
+        fixed = dict(given)
         self.model, self.t, self.state, self.fixed = model, as_number("t", t, "s"), state, fixed
-        if state is not None and not callable(state):
-            raise InvalidInput(f"state must be a function of the variables that returns (q, u); got {shown(state)}")
+        if state is not None:
+            as_state_function(model, state)
         n_c = as_system(model).n_c
         if n_c == 0:
             raise InvalidInput("a map needs a system with contacts; this one has none")
@@ -106,9 +110,10 @@ class MapTask:
 
     def identity(self) -> str:
         """Model, parameters, fixed variables, and the code of the model's functions."""
-        state = getattr(type(self.model), "state", None) if self.state is None else self.state
-        code = identity_of_model(self.model, state, getattr(self.model, "natural_state", None))
-        return "\n".join([code, repr((self.t, self.kept, sorted(self.fixed.items())))])
+        state = own_state(self.model) if self.state is None else self.state
+        code = identity_of_model(self.model, state, getattr(describing(self.model), "natural_state", None))
+        pair = [np.asarray(part).tolist() for part in state] if isinstance(state, tuple | list) else []
+        return "\n".join([code, repr((self.t, self.kept, sorted(self.fixed.items()), pair))])
 
     def load(self) -> None:
         """Compile the search."""

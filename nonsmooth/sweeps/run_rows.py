@@ -17,9 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.parameters import whole_fields
+from nonsmooth.checks.parameters import numeric_fields, whole_fields
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.laws import law_row
+from nonsmooth.mechanics.start import COMPONENT, CoordinateState, describing, own_state
 from nonsmooth.mechanics.system import System, as_system, with_values
 from nonsmooth.sweeps.axis_names import Columns, Parts
 
@@ -72,7 +73,9 @@ class RowBuilder:
     """
 
     def __init__(self, model: Any, state: Mapping[str, Any]) -> None:
-        self.model, self.state = model, dict(state)
+        self.model, self.source = model, describing(model)
+        self.state = {name: value for name, value in state.items() if not COMPONENT.fullmatch(name)}
+        self._entries = {name: value for name, value in state.items() if name not in self.state}
         self._rules = Rules(model)
         self._reads: set[str] = set()  # fields that model.state was seen to read
         self._starts_known: dict[tuple, Any] = {}
@@ -133,6 +136,8 @@ class RowBuilder:
                 table[k] = start
         keep = np.isfinite(table).all(axis=1)[place]
         q, u = np.ascontiguousarray(table[place[keep], :n]), np.ascontiguousarray(table[place[keep], n:])
+        for name, value in self._entries.items():
+            (q if name[0] == "q" else u)[:, int(name[3:-1])] = value
         for name, values in parts.components.items():
             (q if name[0] == "q" else u)[:, int(name[3:-1])] = values[cells[keep]]
         return q, u, keep
@@ -148,11 +153,12 @@ class RowBuilder:
         return start
 
     def _new_start(self, row: Mapping[str, Any], known: set[str]) -> Any:
-        if "q0" in self.state:
-            return [*self.state["q0"], *self.state["u0"]]
-        arguments = {**self.state, **{name: value for name, value in row.items() if name not in known}}
+        given = {name: value for name, value in row.items() if name not in known}
+        if own_state(self.source) is None or "q0" in self.state:
+            return self._start_by_name(given)
+        arguments = {**self.state, **given}
         try:
-            model = with_values(self.model, {name: row[name] for name in known})
+            model = with_values(self.source, {name: row[name] for name in known})
             q, u = (watched(model, self._reads) if known else self._watched_model).state(**arguments)
         except InvalidInput as error:
             return error
@@ -161,9 +167,18 @@ class RowBuilder:
             return InvalidInput(f"the initial state must be finite; state(...) gave q0 = {q}, u0 = {u}")
         return start
 
+    def _start_by_name(self, given: dict[str, float]) -> Any:
+        """Coordinates and rates by name, beside those of the pair that was given, or of the dictionary."""
+        pair = (self.state["q0"], self.state["u0"]) if "q0" in self.state else None
+        try:
+            q, u = CoordinateState(as_system(self.model), pair)(**({} if pair else self.state), **given)
+        except InvalidInput as error:
+            return error
+        return [*q.tolist(), *u.tolist()]
+
     @functools.cached_property
     def _watched_model(self) -> Any:
-        return watched(self.model, self._reads)
+        return watched(self.source, self._reads)
 
     def _direct_rows(self, fields: Columns, cells: np.ndarray, fail: Failures) -> Iterator[tuple]:
         """All cells in one: the columns are written into the parameters."""
@@ -265,7 +280,10 @@ def law_names(system: System) -> set[str]:
 
 
 def watched(model: Any, reads: set[str]) -> Any:
-    """A copy of a model that notes which of its fields are read."""
+    """A copy of a model that notes which of its fields are read; of a tuple, which cannot note it, all are."""
+    if isinstance(model, tuple):
+        reads.update(numeric_fields(model))
+        return model
     twin = copy.copy(model)
     object.__setattr__(twin, "_reads", reads)
     cls: Any = type(model)

@@ -12,19 +12,20 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_count, as_fraction, as_name, as_number, as_vector
-from nonsmooth.errors import InvalidInput, Status, UnknownName, nearest, shown
+from nonsmooth.checks.arrays import as_count, as_fraction, as_name
+from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.initial_modes import INADMISSIBLE
 from nonsmooth.mechanics.inspection import inspect_start
+from nonsmooth.mechanics.start import answers_start, forms_of, own_state, split_state, start_of
 from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.run import MESSAGES
 from nonsmooth.runs.simulate import SELECTIONS, require_integrator, simulate_whole
 from nonsmooth.runs.times import Timetable, as_span, make_timetable
-from nonsmooth.sweeps.axis_names import END, AxisNames, Columns, state_names, unit_of
+from nonsmooth.sweeps.axis_names import END, AxisNames, Columns, unit_of
 from nonsmooth.sweeps.block_engine import BlockEngine
 from nonsmooth.sweeps.measures import Measure, doubt_of, measure_named
 from nonsmooth.sweeps.run_rows import RowBuilder, Rows, combinations
@@ -58,8 +59,9 @@ class RunTask:
         Start and end [s]; (0, model.t_end) when left out.
     integrator : MoreauJean or another, optional
         MoreauJean(model.dt) when left out.
-    state : mapping, optional
-        Arguments of ``model.state``; {"q0": ..., "u0": ...} for the state itself.
+    state : dict or (q0, u0), optional
+        Arguments of ``model.state``; of a system without one its coordinates and their rates; {"q0[0]": ...} for an
+        entry.
     selection : str
         Which solution is taken where a contact problem has several.
     window : float
@@ -75,13 +77,14 @@ class RunTask:
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import BeltOscillator
+    >>> from nonsmooth.catalogue import BeltOscillator
     >>> task = ns.RunTask(BeltOscillator(), "amplitude", t_span=(0, 20), integrator=ns.MoreauJean(dt=1e-2))
     >>> found = ns.sweep(task, {"vb": [0.1, 0.2]})
     >>> found.amplitude.dims
     ('vb', 'coordinate')
     """
 
+    @answers_start
     def __init__(
         self,
         model: Any,
@@ -89,7 +92,7 @@ class RunTask:
         *,
         t_span: tuple[float, float] | None = None,
         integrator: Any = None,
-        state: Mapping[str, Any] | None = None,
+        state: Any = None,
         selection: str = "compliant-limit",
         window: float = WINDOW_START,
         every: int = 1,
@@ -103,9 +106,7 @@ class RunTask:
         self.integrator = MoreauJean(_own("dt", model)) if integrator is None else integrator
         require_integrator(self.integrator)
         self.t_span = (0.0, _own("t_end", model)) if t_span is None else as_span(t_span)
-        if state is not None and not isinstance(state, Mapping):
-            raise InvalidInput(f"state must be a dictionary of the variables of a state; got {shown(state)}")
-        self.state = self._checked_state(dict(state or {}))
+        self.state = checked_state(model, state)
         self.names = AxisNames(model, self.integrator)
         self._prepare()
         self._table(self.integrator, self.t_span[1])  # an unfit span or dt is met here
@@ -130,22 +131,6 @@ class RunTask:
         self.names = AxisNames(self.model, self.integrator)
         self._prepare()
 
-    def _checked_state(self, state: dict[str, Any]) -> dict[str, Any]:
-        known = {"q0", "u0", *state_names(self.model)}
-        for name in state:
-            if name not in known:
-                raise UnknownName(f"the state has no variable {name!r}; {nearest(name, known)}")
-        if {"q0", "u0"} & state.keys():
-            if set(state) != {"q0", "u0"}:
-                raise InvalidInput(f"give q0 and u0, or variables of the state; got {', '.join(state)}")
-            return {
-                "q0": as_vector("q0", state["q0"], self.system.n_q),
-                "u0": as_vector("u0", state["u0"], self.system.n_u),
-            }
-        if not state_names(self.model) and not callable(getattr(self.model, "state", None)):
-            raise InvalidInput("this system has no state(...) of its own; give state={'q0': ..., 'u0': ...}")
-        return {name: as_number(name, value) for name, value in state.items()}
-
     @property
     def variables(self) -> dict[str, Variable]:
         """The results that are known by name."""
@@ -154,7 +139,7 @@ class RunTask:
     @property
     def coordinates(self) -> dict[str, list[str]]:
         """Names and units of the coordinates."""
-        named = getattr(self.model, "coordinates", None) or [(f"q{i}", "") for i in range(self.system.n_q)]
+        named = self.system.described.coordinates
         return {"coordinate": [name for name, _ in named], "coordinate_unit": [unit for _, unit in named]}
 
     def unit(self, name: str) -> str:
@@ -168,7 +153,7 @@ class RunTask:
     def check(self, names: tuple[str, ...]) -> None:
         """Raise for an axis that neither model, state nor integrator has."""
         parts = self.names.split(dict.fromkeys(names, np.zeros(1)))
-        if "q0" in self.state:
+        if "q0" in self.state and own_state(self.model) is not None:
             for name in parts.arguments:
                 raise InvalidInput(f"the axis {name} is a variable of state(...), but q0 and u0 are given; use q0[i]")
 
@@ -304,6 +289,18 @@ class RunTask:
             found = function(solution)
             values |= as_values(found if isinstance(found, Mapping) else {name_of(function).split(".")[-1]: found})
         return values
+
+
+def checked_state(model: Any, given: Any) -> dict[str, Any]:
+    """The start of every run: {"q0": ..., "u0": ...}, or variables of the state, and single entries as "q0[1]"."""
+    if given is None and own_state(model) is None:
+        raise InvalidInput(f"this system has no state(...) of its own; give state={forms_of(model)}")
+    if given is not None and not isinstance(given, Mapping):
+        return dict(zip(("q0", "u0"), start_of(model, given), strict=True))
+    whole, entries, variables = split_state(model, given or {})
+    if whole:
+        return dict(zip(("q0", "u0"), start_of(model, given), strict=True))
+    return {**variables, **{f"{which}0[{k}]": value for (which, k), value in entries.items()}}
 
 
 def inspect_rows(rows: Rows, t: float) -> None:

@@ -180,6 +180,10 @@ class FunctionTask:
             parts.append(hashlib.sha256(pickle.dumps(function)).hexdigest())
         return "\n".join(parts)
 
+    def value(self, **cell: Any) -> dict[str, Any]:
+        """What is kept of a cell."""
+        return as_values(self.function(**cell))
+
     def __call__(self, columns: Mapping[str, np.ndarray]) -> Batch:
         """Call the function for each cell of a batch."""
         N = len(next(iter(columns.values())))
@@ -187,7 +191,7 @@ class FunctionTask:
         before = Run.interrupted
         for i in range(N):
             try:
-                results.append(as_values(self.function(**{name: values[i].item() for name, values in columns.items()})))
+                results.append(self.value(**{name: values[i].item() for name, values in columns.items()}))
             except Exception as error:
                 results.append(error)
             if Run.interrupted != before:  # of a run that Ctrl-C cut, the function had a part

@@ -13,7 +13,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
 
-from nonsmooth.checks.arrays import as_index
 from nonsmooth.errors import InvalidInput, MissingExtra, said_by
 from nonsmooth.mechanics.system import FUNCTION_NAMES, TAKES_U, as_system
 
@@ -47,7 +46,7 @@ class CriticalFriction:
         return str(self.expression)
 
 
-def critical_friction(model: Any, contact: int = 0) -> CriticalFriction:
+def critical_friction(model: Any, contact: int | str = 0) -> CriticalFriction:
     """mu_P = G_NN/|G_NF| of a contact, simplified.
 
     Raises
@@ -56,10 +55,12 @@ def critical_friction(model: Any, contact: int = 0) -> CriticalFriction:
         For a contact without a gap or without friction, more than 6 coordinates, or functions that branch on values.
     """
     system = as_system(model)
-    contact = as_index("contact", contact, system.n_c)
+    contact = system.described.contact(contact)
     of = system.contacts[contact]
     if of.normal_force or not of.has_friction:
-        raise InvalidInput(f"contact {contact} has no gap or no friction, so there is no critical friction")
+        raise InvalidInput(
+            f"{system.described.contacts[contact]} has no gap or no friction, so there is no critical friction"
+        )
     if system.n_q > MOST_COORDINATES:
         raise InvalidInput(
             f"the closed form is worked out up to {MOST_COORDINATES} coordinates; got {system.n_q}: "
@@ -92,7 +93,8 @@ def _symbolic(model: Any, system: Any) -> Any:
         import sympy as sp
     except ModuleNotFoundError:
         raise MissingExtra('closed forms need SymPy; install it with pip install "nonsmooth[symbolic]"') from None
-    names = [name for name, _ in getattr(model, "coordinates", ())] or [f"q_{i}" for i in range(system.n_q)]
+    known = system.described
+    names = known.names if known.has_names else [f"q_{i}" for i in range(system.n_q)]
     q = [sp.Symbol(name, real=True) for name in names]
     values = {entry.name: getattr(model, entry.name) for entry in fields(model)}
     positive = {name for name, value in values.items() if isinstance(value, float) and value > 0}
@@ -101,7 +103,7 @@ def _symbolic(model: Any, system: Any) -> Any:
     t = sp.Symbol("t", real=True)
     matrices = []
     for name in ("normal", "tangent", "mass"):
-        out = sp.MutableDenseNDimArray.zeros(*system.shape(FUNCTION_NAMES[name]))
+        out = sp.MutableDenseNDimArray.zeros(*system.shape_of(FUNCTION_NAMES[name]))
         function = _with_symbols(getattr(system, name), sp)
         try:
             function(t, q, q, p, out) if FUNCTION_NAMES[name] in TAKES_U else function(t, q, p, out)

@@ -45,7 +45,7 @@ class DerivedModel:
             raise FileFailure(f"{file} cannot be written: {error.strerror or error}") from error
         return file
 
-    def critical_friction(self, contact: int = 0) -> CriticalFriction:
+    def critical_friction(self, contact: int | str = 0) -> CriticalFriction:
         """The friction above which a contact has a paradox, as an expression; see `critical.critical_friction`."""
         from nonsmooth.symbolic.critical import critical_friction
 

@@ -310,17 +310,6 @@ def test_solve_prints_a_table_and_tells_failure_by_its_code(tmp_path, capsys):
     assert main(["solve", str(tmp_path / "missing.npz")]) == 3
 
 
-def test_a_user_module_that_hides_ours_is_named(tmp_path):
-    (tmp_path / "models.py").write_text("mine = 1\n")
-    code = (
-        "import sys; sys.path.insert(0, sys.argv[1])\n"
-        "from nonsmooth.commands.cli import main; raise SystemExit(main(['run', 'sprag-slip']))"
-    )
-    ended = in_python(code, tmp_path)
-    assert ended.returncode == 2
-    assert str(tmp_path / "models.py") in ended.stderr and ended.stderr.count("\n") == 1
-
-
 @pytest.mark.parametrize(
     ("options", "ending"),
     [(["event-driven", "--rtol", "1e-6"], "EventDriven(rtol=1e-06"), (["penalty", "--stiffness", "1e6"], "Penalty(")],

@@ -86,7 +86,7 @@ def test_the_code_and_the_line_are_those_of_the_page(arguments, code, kind, caps
 
 
 def test_an_interruption_is_told_by_code_and_line(monkeypatch, capsys):
-    monkeypatch.setattr("nonsmooth.commands.catalogue.model_entries", interrupt)
+    monkeypatch.setattr("nonsmooth.catalogue.entries.model_entries", interrupt)
     assert main(["list"]) == 130
     assert re.fullmatch(lines_of_the_page()["interruption"], said_by(capsys))
 
@@ -114,7 +114,7 @@ def test_too_little_memory_is_told_in_one_line(monkeypatch, capsys):
     def grow(*_, **__):
         raise MemoryError
 
-    monkeypatch.setattr("nonsmooth.commands.catalogue.model_entries", grow)
+    monkeypatch.setattr("nonsmooth.catalogue.entries.model_entries", grow)
     assert main(["list"]) == 2
     assert re.fullmatch(lines_of_the_page()["memory"], said_by(capsys))
 

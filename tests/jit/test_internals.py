@@ -174,6 +174,27 @@ def test_what_an_operation_resolves_to_is_asked_once(monkeypatch):
     assert 0 < len(asked) <= 2 and operation.get_call_type is count
 
 
+def test_passes_that_are_left_out_change_no_machine_code(monkeypatch):
+    def entry(x, n):
+        total, pair, is_odd = 0.0, (1.0, 2), False
+        for k in range(n):
+            a, e = pair
+            is_odd = not is_odd
+            if is_odd and x[k, 0] > a:
+                total += x[k, e - 1] * max(a, x[k, 0])
+            while total > 10.0:
+                total *= 0.5
+        return total, n if is_odd else -1
+
+    texts = []
+    for pipeline in (internals.KernelCompiler.define_pipelines, internals.Compiler.define_pipelines):
+        monkeypatch.setattr(internals.KernelCompiler, "define_pipelines", pipeline)
+        dispatcher, _ = compiled(entry, "UniTuple(float64, 2)(float64[:, ::1], int64)", EntryLibrary)
+        (ours,) = re.findall(r"^define [^\n]*?@(_ZN[^\n(]*)\([^\n]*\n(.*?)^}", text_of(dispatcher), re.M | re.S)[:1]
+        texts.append(ours[1].replace(ours[0], "entry"))
+    assert len(texts[0]) > 1000 and texts[0] == texts[1]
+
+
 # what is kept
 
 

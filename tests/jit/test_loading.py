@@ -6,6 +6,9 @@ import sys
 
 import pytest
 
+from nonsmooth.integrators.assembly.step import stages_of
+from nonsmooth.jit.loading import START, shares, size_of
+
 LOAD = """
 import sys
 from nonsmooth.jit import loading
@@ -31,3 +34,13 @@ def test_what_the_other_process_compiled_is_read_from_disk(tmp_path, case, read_
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert [int(hits) for hits in done.stdout.split()] == read_from_disk
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_both_processes_have_about_as_much_to_compile(dim):
+    stages = stages_of(dim, has_restitution=True)
+    kernels = [stages.take, stages.find, *stages.others]
+    here, there = shares(kernels)
+    assert sorted(map(id, here + there)) == sorted(map(id, kernels))
+    left, right = sum(map(size_of, here)), START + sum(map(size_of, there))
+    assert abs(left - right) <= 0.2 * (left + right)

@@ -38,7 +38,7 @@ def evaluate(model, which, t, q, u, p, out):
 
 
 def compiled_rows(system, which, t, q):
-    out = np.zeros(system.shape(which))
+    out = np.zeros(system.shape_of(which))
     assert evaluate(model_of(system).handle, which, t, q, q, system.p, out.reshape(-1))
     return out
 

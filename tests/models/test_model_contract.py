@@ -280,11 +280,11 @@ def evaluate(model, which, t, q, u, p, out):
 @pytest.mark.parametrize("model", [m for m in MODELS if not isinstance(m, BilateralRod)], ids=name)
 def test_compiled_functions_agree_with_the_interpreted_ones(model):
     system = model.system()
-    functions = {which: (f, which in TAKES_U, system.shape(which)) for which, f in system.functions.items()}
+    functions = {which: (f, which in TAKES_U, system.shape_of(which)) for which, f in system.functions.items()}
     compiled = compile_model(functions, system.n_q, system.n_u, system.unpack, system.p.size)
     q, u = sample(system)
     for which in functions:
-        out = np.zeros(system.shape(which))
+        out = np.zeros(system.shape_of(which))
         assert evaluate(compiled.address, which, 0.0, q, u, system.p, out.reshape(-1))
         # sin and cos of the two libraries may differ in the last place
         np.testing.assert_allclose(out, system.evaluate(which, 0.0, q, u), rtol=1e-14, atol=1e-14)

@@ -145,8 +145,8 @@ def test_wrong_axes_are_refused():
         ns.paradox_map(rod, th=1.0)
     with pytest.raises(ns.InvalidInput, match="mu must not be negative"):
         ns.paradox_map(rod, mu=[-1.0, 1.0])
-    with pytest.raises(ns.InvalidInput, match="needs state="):
-        ns.paradox_map(rod.system(), mu=[1.0, 2.0])
+    of_system = ns.paradox_map(rod.system(), mu=[1.0, 2.0], progress=False)  # the state of its parameters, the rod's
+    assert of_system.kind.equals(ns.paradox_map(rod, mu=[1.0, 2.0], progress=False).kind)
 
     class Nothing(NamedTuple):
         m: float = 1.0

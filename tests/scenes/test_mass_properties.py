@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import nonsmooth as ns
 from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.mass_properties import combined, mass_of
 from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HULL, SPHERE, ShapeRow
@@ -112,3 +113,32 @@ def test_a_box_cut_in_two_and_put_together_is_that_box():
     whole = mass_of(hull([(0, 0), (2, 0), (2, 1), (0, 1)]), 3.0)
     halves = [mass_of(hull([(0, 0), (1, 0), (1, 1), (0, 1)], place=place), 3.0) for place in (HERE2, (2, 0, np.pi / 2))]
     close(combined(halves), whole.mass, whole.centroid, whole.inertia)
+
+
+def test_solids_weigh_what_their_closed_forms_say():
+    """A cylinder about x, an ellipsoid, a cube of points like a box, and a tetrahedron."""
+    from nonsmooth.scenes.parts import parts_of
+    from nonsmooth.scenes.places import ORIGIN
+
+    def mass(shape):
+        return mass_of(parts_of(shape, 3)[0].row(0, ORIGIN[3]), 3.0)
+
+    r, h = 0.3, 0.8
+    m = 3 * np.pi * r**2 * h
+    cylinder = mass(ns.Cylinder(r, h))
+    assert cylinder.mass == pytest.approx(m, rel=1e-14)
+    across = m * (3 * r**2 + h**2) / 12
+    np.testing.assert_allclose(cylinder.inertia, np.diag([m * r**2 / 2, across, across]), rtol=1e-13, atol=1e-15)
+    m = 3 * 4 / 3 * np.pi * 0.1 * 0.2 * 0.3
+    ellipsoid = mass(ns.Ellipsoid(0.1, 0.2, 0.3))
+    np.testing.assert_allclose(ellipsoid.inertia, m / 5 * np.diag([0.13, 0.1, 0.05]), rtol=1e-13, atol=1e-16)
+    corners = np.array([[x, y, z] for x in (0, 0.2) for y in (0, 0.4) for z in (0, 0.6)])
+    cube, box = mass(ns.Polyhedron(corners)), mass(ns.Box(0.2, 0.4, 0.6))
+    np.testing.assert_allclose(cube.inertia, box.inertia, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(cube.centroid, [0.1, 0.2, 0.3], rtol=1e-13)
+    tetrahedron = mass(
+        ns.Polyhedron([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
+    )  # int x^2 dV = 1/60, int x y dV = 1/120
+    assert tetrahedron.mass == pytest.approx(0.5, rel=1e-14)
+    about = 3 * (np.eye(3) / 30 + (np.eye(3) - 1) / 120) - 0.5 * (3 / 16 * np.eye(3) - 1 / 16)
+    np.testing.assert_allclose(tetrahedron.inertia, about, rtol=1e-12)

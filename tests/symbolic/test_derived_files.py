@@ -169,11 +169,11 @@ def evaluate(model, which, t, q, u, p, out):
 
 def test_compiled_and_interpreted_functions_of_a_derived_model_agree():
     system = pendulum().model().system()
-    functions = {which: (f, which in TAKES_U, system.shape(which)) for which, f in system.functions.items()}
+    functions = {which: (f, which in TAKES_U, system.shape_of(which)) for which, f in system.functions.items()}
     compiled = compile_model(functions, system.n_q, system.n_u, system.unpack, system.p.size)
     q, u = np.array([0.3, -0.8]), np.array([1.0, 2.0])
     for which in functions:
-        out = np.zeros(system.shape(which))
+        out = np.zeros(system.shape_of(which))
         assert evaluate(compiled.address, which, 0.0, q, u, system.p, out.reshape(-1))
         np.testing.assert_allclose(out, system.evaluate(which, 0.0, q, u), rtol=1e-14, atol=1e-14)
 

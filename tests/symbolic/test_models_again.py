@@ -242,7 +242,7 @@ def written(system, which, states, p):
     """What a function writes at each state, called in Python."""
     arrays = []
     for t, q, u in states:
-        out = np.zeros(system.shape(which))
+        out = np.zeros(system.shape_of(which))
         function = system.functions.get(which)
         if function is not None:
             function(t, q, u, p, out) if which in TAKES_U else function(t, q, p, out)

@@ -7,7 +7,7 @@
 
 Islands of few bodies are solved to rounding, unless the tolerance is a coarse one: what rests is then a fixed point,
 to the last bit. Where the factors of a large island led nowhere, a loose heap in motion, they are left out for a
-while.
+while, and until it is calm: no contact lands, and the impulses of the step before nearly solve it.
 
 Whatever was tried, the impulses of the least residual are left, with velocities of just these impulses and the residual
 recomputed from them. ``islands`` says of each one its rung, sweeps, factors, residual and whether the tolerance is met;
@@ -21,7 +21,7 @@ import math
 from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton, copy_impulses, judge_island, recall_graph
 from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
 from nonsmooth.contact.network.lagrangian import Direct
-from nonsmooth.contact.network.problem import Network, rounding_of_residual
+from nonsmooth.contact.network.problem import Network, relative_velocity, rounding_of_residual
 from nonsmooth.contact.network.spheres import Spheres, are_spheres, sphere_sweeps
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, view
@@ -42,6 +42,7 @@ FINE = 1e-7  # chosen: a tolerance above it is one for speed
 EXACT_BODIES = 32  # chosen: a factor of so many takes some 50 us in space
 POLISH_FACTORS = 2  # chosen: more would be for modes that still change
 LARGE_FACTORS = 100  # measured: of a large island: a pyramid of 1035 boxes takes 56 from no impulses
+BARELY_MOVED = 1e-3  # chosen: residual of the impulses of the step before, above which many modes change
 LONGEST_ABSENCE = 1023  # chosen: problems: two seconds at 2 ms; what comes to rest is solved by sweeps meanwhile
 UNLIKE_MASSES = 10.0  # measured: sweeps of a stack of ten do not reach 1e-3 in 200 where the top is 1000 times heavier
 
@@ -81,7 +82,7 @@ def solve_island(network, solver, k, d, n):
     """Take island k up the ladder; False where there is no room for its factors."""
     islands, has_room, bodies = network.islands, True, bodies_of(network, k)
     islands.residual[k] = judge_island(network, k, d, n)
-    is_direct = may_factorise(network, solver, k, d)
+    is_direct = may_factorise(network, solver, k, d, n)
     goal = (
         min(solver.tol, SOLVED_TO_ROUNDING)
         if is_direct and bodies <= EXACT_BODIES and solver.tol <= FINE
@@ -111,11 +112,29 @@ def bodies_of(network, k):
 
 
 @kernel
-def may_factorise(network, solver, k, d):
+def may_factorise(network, solver, k, d, n):
     """Whether the direct rung is for island k, now."""
     if solver.most_factors == 0 or not has_affordable_factors(network, k, d):
         return False
-    return bodies_of(network, k) <= EXACT_BODIES or solver.waits == 0
+    bodies = bodies_of(network, k)
+    if bodies <= EXACT_BODIES:
+        return True
+    return solver.waits == 0 and (bodies <= FEW_BODIES or solver.wait == 0 or is_calm(network, k, d, n))
+
+
+@kernel
+def is_calm(network, k, d, n):
+    """Whether island k begins, or goes on much as it did: no open contact without an impulse closes."""
+    islands = network.islands
+    if islands.P[k] > 0.0 and not islands.residual[k] <= BARELY_MOVED:
+        return False
+    for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
+        c = islands.contacts[at]
+        if network.b[c, 0] > 0.0 and network.P[c, 0] == 0.0:
+            gamma_N, _, _ = relative_velocity(network, c, d, n)
+            if gamma_N < 0.0:
+                return False
+    return True
 
 
 @kernel

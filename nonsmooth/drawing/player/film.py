@@ -25,12 +25,13 @@ class ShapeKind(StrEnum):
     CAPSULE = "capsule"  # points (2, d): the ends of its axis; radius
     BOX = "box"  # points (1, 3): half its edges
     SPHERE = "sphere"  # points (1, 3): its centre; radius
+    FACETS = "facets"  # points (3 n, 3): corners of n triangles, counterclockwise from outside
     HALF_PLANE = "half-plane"  # y <= 0 of its frame; points (0, 2)
     HALF_SPACE = "half-space"  # z <= 0 of its frame; points (0, 3)
 
 
 PLANAR = {ShapeKind.DISC, ShapeKind.POLYGON, ShapeKind.HALF_PLANE}
-SPATIAL = {ShapeKind.BOX, ShapeKind.SPHERE, ShapeKind.HALF_SPACE}
+SPATIAL = {ShapeKind.BOX, ShapeKind.FACETS, ShapeKind.SPHERE, ShapeKind.HALF_SPACE}
 
 
 class MarkKind(StrEnum):

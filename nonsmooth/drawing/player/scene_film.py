@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nonsmooth.drawing.facets import has_facets, triangles_of
 from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, ShapeKind
 from nonsmooth.drawing.player.solution_film import RECORDS_SHOWN, ledger_curves
 from nonsmooth.drawing.scene import nearest_records
@@ -101,8 +102,10 @@ def planar_shape(part: Part) -> Shape:
 
 
 def spatial_shape(part: Part) -> Shape:
-    """A sphere, a capsule, a box or a half-space."""
+    """A sphere, a capsule, a box, a half-space, or what is drawn by its facets."""
     at = part.place
+    if has_facets(part):
+        return Shape(ShapeKind.FACETS, at[:3] + rotate(at[3:], triangles_of(part).reshape(-1, 3)))
     if part.kind == SPHERE:
         return Shape(ShapeKind.SPHERE, at[None, :3], part.radius)
     if part.kind == CAPSULE:

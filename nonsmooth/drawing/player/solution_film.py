@@ -6,7 +6,7 @@ A model may give ``outline()``, lines of the surroundings; ``parts``, the names 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,7 +57,7 @@ def film_of_solution(solution: Solution) -> Film:
         turn=np.stack(angles, axis=1),
         contacts=contacts_of(solution, model, records),
         marks=marks_of(solution, rows, records),
-        curves=tuple(curves_of(solution, model, records)),
+        curves=tuple(curves_of(solution, records)),
         about=about_in_words(solution),
         detail=detail_of(solution, records),
     )
@@ -84,12 +84,12 @@ def bodies_of(model: Any, q: np.ndarray) -> tuple[list[Body], Lines, Lines]:
     """Bodies, their positions (n_t, 2) and angles (n_t,): those of the surroundings first."""
     bodies, centres, angles = [], [], []
     n_t = len(q)
-    for k, line in enumerate(model.outline() if hasattr(model, "outline") else []):
+    for k, line in enumerate(model.outline() if model.outline else []):
         bodies.append(Body(f"surroundings {k}", (still_shape(np.asarray(line)),), is_fixed=True))
         centres.append(np.zeros((n_t, 2)))
         angles.append(np.zeros(n_t))
     shapes = [model.shape(state) for state in q]
-    names = getattr(model, "parts", None) or [f"part {k}" for k in range(len(shapes[0]))]
+    names = model.parts or [f"part {k}" for k in range(len(shapes[0]))]
     for k, name in enumerate(names):
         lines = np.stack([np.asarray(lines_now[k]) for lines_now in shapes])
         pose = pose_of(lines)
@@ -112,7 +112,7 @@ def still_shape(line: np.ndarray) -> Shape:
 def contacts_of(solution: Solution, model: Any, records: np.ndarray) -> Contacts:
     """All contacts of each frame, open ones too; their impulses since the frame before."""
     n_t, n_c = len(records), solution.mode.shape[1]
-    if not n_c or not hasattr(model, "contact_frames"):
+    if not n_c or model.contact_frames is None:
         return no_contacts(n_t, 2)
     frames = [model.contact_frames(q) for q in solution.q[records]]
     point, normal, tangent = (np.concatenate([np.asarray(frame[k], float) for frame in frames]) for k in range(3))
@@ -148,7 +148,8 @@ def cone_coefficients(solution: Solution) -> np.ndarray:
 def marks_of(solution: Solution, rows: np.ndarray, records: np.ndarray) -> tuple[Mark, ...]:
     """The events that are kept, and those of the user, in words."""
     frames = np.searchsorted(records, record_after(solution.t, rows[:, EVENT_T]))
-    marks = [mark_of(event_of(row), int(frame)) for row, frame in zip(rows, frames, strict=True)]
+    names = solution.described.contacts
+    marks = [mark_of(event_of(row), int(frame), names) for row, frame in zip(rows, frames, strict=True)]
     for number, times in enumerate(solution.t_events):
         at = np.minimum(np.searchsorted(solution.t[records], times[:EVENTS_SHOWN]), len(records) - 1)
         text = f"event {number} of the user"
@@ -156,20 +157,20 @@ def marks_of(solution: Solution, rows: np.ndarray, records: np.ndarray) -> tuple
     return tuple(sorted(marks, key=lambda mark: mark.t))
 
 
-def mark_of(event: Event, frame: int) -> Mark:
+def mark_of(event: Event, frame: int, names: Sequence[str]) -> Mark:
     """An event of a contact in words."""
     kind = MarkKind(event.kind.name.lower().replace("_", " "))
     if isinstance(event, ParadoxEvent):
-        return Mark(event.t, frame, kind, f"contact {event.contact}: {paradox_in_words(event)}", event.choice)
-    return Mark(event.t, frame, kind, f"contact {event.contact}: {' '.join(change_in_words(event).split())}")
+        return Mark(event.t, frame, kind, f"{names[event.contact]}: {paradox_in_words(event)}", event.choice)
+    return Mark(event.t, frame, kind, f"{names[event.contact]}: {' '.join(change_in_words(event).split())}")
 
 
-def curves_of(solution: Solution, model: Any, records: np.ndarray) -> list[Curve]:
+def curves_of(solution: Solution, records: np.ndarray) -> list[Curve]:
     """Energies and works, gaps, coordinates, velocities and mean contact forces at the frames."""
     return [
         *energy_curves(solution, records),
         *gap_curves(solution, records),
-        *state_curves(solution, model, records),
+        *state_curves(solution, records),
         *force_curves(solution, records),
     ]
 
@@ -193,13 +194,13 @@ def ledger_curves(ledger: Mapping[str, np.ndarray]) -> list[Curve]:
     return [Curve("energies", name, "J", works[name] - works[name][0]) for name in order if np.ptp(works[name]) > 0]
 
 
-def state_curves(solution: Solution, model: Any, records: np.ndarray) -> list[Curve]:
+def state_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
     """Some coordinates and velocities."""
-    n = solution.q.shape[1]
-    names = list(getattr(model, "coordinates", None) or [(f"q[{k}]", "") for k in range(n)])
-    shown = [(names[i][0], names[i][1], i) for i in some_of(n)]
+    shown = [(*solution.described.coordinates[i], i) for i in some_of(solution.q.shape[1])]
     positions = [Curve("coordinates", name, unit, solution.q[records, i]) for name, unit, i in shown]
-    return positions + [Curve("velocities", f"{name}'", f"{unit}/s", solution.u[records, i]) for name, unit, i in shown]
+    return positions + [
+        Curve("velocities", f"{name}'", f"{unit}/s" if unit else "", solution.u[records, i]) for name, unit, i in shown
+    ]
 
 
 def force_curves(solution: Solution, records: np.ndarray) -> list[Curve]:

@@ -63,7 +63,7 @@ class Space {
         if (shape.kind === "half-space") this.addLand(b, shape);
         else if (shape.kind.endsWith("polyline")) this.addLine(b, shape);
         else {
-          const key = shape.kind === "capsule" ? `capsule ${shape.radius} ${shape.points}` : shape.kind;
+          const key = ["capsule", "facets"].includes(shape.kind) ? `${shape.kind} ${shape.radius} ${shape.points}` : shape.kind;
           if (!forms.has(key)) forms.set(key, { shape, copies: [] });
           const isBall = shape.kind === "sphere", isBox = shape.kind === "box";
           forms.get(key).copies.push({ body: b, centre: isBall ? shape.points : shape.place?.slice(0, 3) ?? [0, 0, 0], turn: shape.place?.slice(3) ?? null, size: isBall ? Array(3).fill(shape.radius) : isBox ? shape.points : [1, 1, 1] });
@@ -88,6 +88,12 @@ class Space {
   geometry({ kind, points, radius }) {
     const { three } = this;
     if (kind === "box") return new three.BoxGeometry(2, 2, 2);
+    if (kind === "facets") {
+      const form = new three.BufferGeometry().setAttribute("position", new three.BufferAttribute(points, 3));
+      form.setIndex([...Array(points.length / 3).keys()]);
+      form.computeVertexNormals();
+      return form;
+    }
     if (kind === "capsule") {
       const [a, b] = [new three.Vector3(...points.subarray(0, 3)), new three.Vector3(...points.subarray(3, 6))], axis = b.clone().sub(a);
       const form = new three.CapsuleGeometry(radius, axis.length(), this.isCoarse ? 1 : 6, this.isCoarse ? 5 : 20);

@@ -64,7 +64,7 @@ class Adaptive(Integrator):
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import WallPendulum
+    >>> from nonsmooth.catalogue import WallPendulum
     >>> pendulum = WallPendulum()
     >>> sol = ns.simulate(pendulum, (0, 5), *pendulum.state(th=1.0), integrator=ns.Adaptive(rtol=1e-6))
     >>> sol.success

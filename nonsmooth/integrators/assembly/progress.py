@@ -11,6 +11,9 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, view
 
 GAIN = 1e-4  # chosen: of what was lost in landing: contact problems are solved to a residual, not to rounding
+# chosen: [rad] of a turn in a step: normals and points are those of its beginning, and a turn of this angle misses them
+# by 0.5^2/2 of a reach
+MOST_TURN = 0.5
 SPEED_SHARE = 1.0  # measured: of the way of the fastest body in a step, in the margin
 # where a step goes on when there is room for what it found
 PREDICT, FIND, SOLVE, REBOUND = range(4)
@@ -47,7 +50,9 @@ class Counts(Block):
     direct: int
     sweeps: int
     factors: int
-    asleep: int  # steps that were not taken: the one before changed nothing, and they would have changed nothing
+    spun: int  # steps in which a body that is not round turned far while it touched
+    spinner: int  # the last body that did
+    asleep: int  # steps that were not taken, since the one before changed nothing and they would have repeated it
 
 
 class Figures(Block):
@@ -75,6 +80,8 @@ class Progress(Block):
     is_tried: int  # whether all that can be tried has been, on the problem at hand
     is_strict: int  # whether a step that misses its tolerance ends the run
     has_restitution: int
+    is_resting: int  # whether the last step changed nothing: the next one of its length would be the same
+    dt_at_rest: float  # its length [s]
     dt: float
     theta: float
     margin: float  # of a scene at rest: gaps below it are candidates for contacts [m]
@@ -127,6 +134,41 @@ def note_step(network, deepest, progress):
 
 
 @kernel
+def note_turns(bodies, shapes, network, dt, progress):
+    """Count a step in which a body turned farther than its contacts are true for."""
+    v, d, limit = bodies.v_move, bodies.gravity.shape[0], (MOST_TURN / dt) ** 2
+    for b in range(v.shape[0]):
+        square = 0.0
+        for k in range(d, v.shape[1]):
+            square += v[b, k] * v[b, k]
+        if square > limit and bodies.motion.moves[b] == 1 and is_touched(network, b) and not is_round(shapes, d, b):
+            progress.counts.spun += 1
+            progress.counts.spinner = b
+
+
+@kernel
+def is_touched(network, b):
+    """Whether an impulse acts on a body."""
+    for c in range(network.n_c):
+        if network.P[c, 0] > 0.0 and (network.i[c] == b or network.j[c] == b):
+            return True
+    return False
+
+
+@kernel
+def is_round(shapes, d, b):
+    """Whether a body looks the same however it turns: a disc or a ball about its centre of mass."""
+    for s in range(shapes.body.shape[0]):
+        if shapes.body[s] == b:
+            if shapes.reach[s] > 0.0:
+                return False
+            for k in range(d):
+                if shapes.place[s, k] != 0.0:
+                    return False
+    return True
+
+
+@kernel
 def is_at_rest(bodies, network):
     """Whether the step began and ended at rest, with the impulses that it was handed: the next one is the same."""
     v, v_0 = bodies.motion.v, bodies.v_0
@@ -151,16 +193,37 @@ def is_repeated(ledger, solver):
 
 
 @kernel
-def sleep(bodies, network, steps, progress):
-    """Leave out so many steps, if they change nothing; returns whether they were left out."""
-    if progress.may_sleep == 0 or progress.figures.last_penetration > progress.tight or not is_at_rest(bodies, network):
+def note_rest(bodies, network, progress):
+    """Note whether the step just taken would be repeated by the next one."""
+    is_tight = progress.figures.last_penetration <= progress.tight
+    progress.is_resting = 0
+    if progress.may_sleep == 1 and is_tight and is_at_rest(bodies, network):
+        if is_repeated(view(progress.places.ledger, Ledger), view(progress.places.solver, Solver)):
+            progress.is_resting, progress.dt_at_rest = 1, progress.dt
+
+
+@kernel
+def is_asleep(bodies, progress):
+    """Whether the next step would repeat the last one: of the same length, and with nothing told to move."""
+    if progress.is_resting == 0 or progress.dt != progress.dt_at_rest:
         return False
-    if not is_repeated(view(progress.places.ledger, Ledger), view(progress.places.solver, Solver)):
-        return False
-    progress.counts.steps += steps
-    progress.counts.asleep += steps
-    progress.counts.kept += steps * network.islands.count
+    v = bodies.motion.v
+    for b in range(v.shape[0]):
+        for x in range(v.shape[1]):
+            if v[b, x] != 0.0:
+                return False
     return True
+
+
+@kernel
+def leave_out(network, steps, progress):
+    """Count so many steps as if they had been taken, with the figures of the last one."""
+    counts, figures = progress.counts, progress.figures
+    counts.steps += steps
+    counts.asleep += steps
+    counts.kept += steps * network.islands.count
+    figures.since_residual = max(figures.since_residual, figures.last_residual)
+    figures.since_penetration = max(figures.since_penetration, figures.last_penetration)
 
 
 @kernel

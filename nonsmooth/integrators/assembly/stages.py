@@ -32,13 +32,16 @@ from nonsmooth.integrators.assembly.progress import (
     UNSOLVED,
     Progress,
     deepest_gap,
+    is_asleep,
     is_met,
+    leave_out,
     margin_of,
     note_gain,
     note_islands,
     note_residual,
+    note_rest,
     note_step,
-    sleep,
+    note_turns,
 )
 from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
@@ -46,6 +49,7 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.detection import NOT_FINITE, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
+from nonsmooth.scenes.shape_rows import Shapes
 from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
 
 
@@ -66,11 +70,14 @@ def take_steps(progress, most, d):
     """Take so many steps; how it comes back, DONE or why not."""
     bodies, network = view(progress.places.bodies, Bodies), view(progress.places.network, Network)
     for step in range(most):
+        if is_asleep(bodies, progress):
+            leave_out(network, most - step, progress)
+            return DONE
+        progress.is_resting = 0
         end = take_step(progress, d)
         if end != DONE:
             return end
-        if sleep(bodies, network, most - step - 1, progress):
-            return DONE
+        note_rest(bodies, network, progress)
     return DONE
 
 
@@ -188,6 +195,7 @@ def move(progress, places, network, d):
         move_bodies_spatial(bodies, found, places.network, places.moves, dt, theta, is_pushed)
     book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, is_pushed)
     note_step(network, deepest, progress)
+    note_turns(view(bodies, Bodies), view(places.shapes, Shapes), network, dt, progress)
 
 
 @kernel

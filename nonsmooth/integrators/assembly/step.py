@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nonsmooth.contact.network.matrices import Matrices, unsolved_problem
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
 from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
@@ -34,13 +35,14 @@ from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, mo
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
 from nonsmooth.jit import Kernel, cache_directory, load_all
-from nonsmooth.jit.blocks import new
+from nonsmooth.jit.blocks import Block, new
 from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
-from nonsmooth.scenes.shape_rows import Shapes
+from nonsmooth.scenes.shape_rows import BOX, HALF_SPACE, Shapes
 from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
 from nonsmooth.scenes.spatial.placement import spatial_scratch
+from nonsmooth.scenes.spatial.solids import further_points, solid_contact
 
 MARGIN = 100.0  # measured: g dt^2 of the margin: with 25 a neighbour pushes bodies into pairs that were not listed
 WEIGHTLESS_MARGIN = 1e-3  # chosen: of the largest bounded shape: what touches without gravity is a contact too
@@ -51,6 +53,9 @@ ROOM = 1.5  # chosen: by which a block is larger than what it was too small for
 
 # defined: blocks whose addresses the steps are handed, beside that of the motion of the bodies
 PLACES = ("bodies", "shapes", "surfaces", "scratch", "found", "contacts", "network", "moves", "ledger", "solver")
+
+# defined: blocks that a step takes something from that the step before left
+CARRIED = ("bodies", "found", "contacts", "network", "moves", "ledger", "solver", "progress")
 
 
 class Stages(NamedTuple):
@@ -78,15 +83,25 @@ def announce_first_scene() -> None:
     )
 
 
-def stages_of(dim: int, has_restitution: bool) -> Stages:
-    """Those of the plane or of space; nothing of the other is compiled, and no impact where nothing rebounds."""
+def stages_of(dim: int, has_restitution: bool, contacts_of_shapes: tuple[Kernel, ...] = ()) -> Stages:
+    """Those of the plane or of space, with those of shapes; nothing of the other is compiled, and no impact where
+    nothing rebounds."""
     if dim == 2:
         others = [predict_planar, write_contacts_planar, prepare_planar, solve_planar, judge_planar, move_bodies_planar]
         others += [begin_impact_planar, book_landing, book_impact] if has_restitution else []
         return Stages(take_steps_planar, find_contacts_planar, planar_scratch, (*others, book_step))
     others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
     others += [begin_impact_spatial, book_landing, book_impact] if has_restitution else []
+    others += contacts_of_shapes
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, (*others, move_bodies_spatial, book_step))
+
+
+def contacts_of(shapes: Shapes, dim: int) -> tuple[Kernel, ...]:
+    """What finds contacts of shapes that few scenes have."""
+    if dim == 2:
+        return ()
+    rare = ((solid_contact, shapes.kind > HALF_SPACE), (further_points, shapes.kind == BOX))
+    return tuple(found for found, has in rare if has.any())
 
 
 class Assembly:
@@ -114,7 +129,7 @@ class Assembly:
         self.bodies, self.shapes, self.surfaces = bodies, shapes, surfaces
         self.dim, n_s = len(bodies.gravity), len(shapes.body)
         has_restitution = bool((surfaces.e > 0).any())
-        self.stages = stages_of(self.dim, has_restitution)
+        self.stages = stages_of(self.dim, has_restitution, contacts_of(shapes, self.dim))
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
         self.tol, self.sweeps = tol, sweeps
@@ -131,6 +146,7 @@ class Assembly:
         self.fill = 10 * min(len(bodies.mass), 200) + 100
         self.contacts: Contacts = new(Contacts, m=0, d=self.dim)
         self.network: Network = new(Network, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
+        self.unsolved: Matrices | None = None  # what ends a run that is strict
         self.has_room = False
         self._make_room(2 * n_s + 16)
 
@@ -150,6 +166,8 @@ class Assembly:
                 self._write_places()
             elif end == NOT_MET:
                 rescue(self.network, self.tol)
+                if progress.is_strict:
+                    self.unsolved = unsolved_problem(self.network)
             elif end == MORE_FACTORS:
                 self.fill = int(ROOM * int(progress.wanted))
                 self._make_solver()
@@ -178,6 +196,25 @@ class Assembly:
                 self._write_places()
             else:
                 return 0
+
+    @property
+    def carried(self) -> dict[str, Block]:
+        """All that the next step depends on, factors and the waits of the solvers among it."""
+        return {name: getattr(self, name) for name in CARRIED}
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """Of the blocks: contacts and factors that there is room for."""
+        return np.array([len(self.found.gap), self.fill])
+
+    def restore(self, sizes: np.ndarray) -> None:
+        """Blocks of such sizes, into which what was carried may be copied; ``go_on`` afterwards."""
+        m, self.fill = map(int, sizes)
+        self._make_room(m)
+
+    def go_on(self) -> None:
+        """Let the steps find the blocks of this process."""
+        self._write_places()
 
     def _make_room(self, m: int) -> None:
         """Blocks for m contacts; the impulses of the step before are carried over."""

@@ -123,13 +123,15 @@ class World:
         bodies, d = self.bodies, self.dim
         moves = np.flatnonzero(bodies.motion.moves)
         mass, moments = bodies.mass[moves], bodies.moments[moves]
-        v, x = v[:, moves], x[:, moves]
+        # in order, so that a sum is the same to the last bit whatever other records stand beside it
+        v, x = np.ascontiguousarray(v[:, moves]), np.ascontiguousarray(x[:, moves])
         kinetic = 0.5 * (mass * (v[..., :d] ** 2).sum(axis=-1)).sum(axis=-1)
         if d == PLANAR:
             kinetic += 0.5 * (moments[:, 0] * v[..., 2] ** 2).sum(axis=-1)
         else:
-            kinetic += 0.5 * (moments * turned_back(x[..., 3:], v[..., 3:]) ** 2).sum(axis=(-1, -2))
-        potential = -(mass[:, None] * x[..., :d] * self.scene.gravity).sum(axis=(-1, -2))
+            spins = moments * turned_back(x[..., 3:], v[..., 3:]) ** 2
+            kinetic += 0.5 * spins.reshape(len(x), -1).sum(axis=-1)
+        potential = -(mass[:, None] * x[..., :d] * self.scene.gravity).reshape(len(x), -1).sum(axis=-1)
         return {"kinetic": kinetic, "potential": potential}
 
 

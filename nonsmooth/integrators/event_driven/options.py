@@ -58,7 +58,7 @@ class EventDriven(LocatesEvents):
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import BouncingBall
+    >>> from nonsmooth.catalogue import BouncingBall
     >>> ball = BouncingBall(e=0.8)
     >>> sol = ns.simulate(ball, (0, 5), *ball.state(height=1.0), integrator=ns.EventDriven(rtol=1e-9))
     >>> round(sol.events[-1].t, 6), round(ball.t_inf(height=1.0), 6), float(sol.q[-1, 0])

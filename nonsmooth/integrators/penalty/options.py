@@ -72,7 +72,7 @@ class Penalty(LocatesEvents):
     Examples
     --------
     >>> import nonsmooth as ns
-    >>> from models import SpragSlip
+    >>> from nonsmooth.catalogue import SpragSlip
     >>> rod = SpragSlip()
     >>> sol = ns.simulate(rod, (0, 0.4), *rod.state(th=0.78, thdot=1.0),
     ...                   integrator=ns.Penalty(stiffness=1e6, damping=1e6))

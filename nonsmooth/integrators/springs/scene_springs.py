@@ -15,7 +15,7 @@ from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
 from nonsmooth.integrators.assembly.progress import MORE_CONTACTS, MORE_PAIRS
 from nonsmooth.integrators.assembly.spatial import turn_inertia
-from nonsmooth.integrators.assembly.step import ROOM, write_masses
+from nonsmooth.integrators.assembly.step import ROOM, contacts_of, write_masses
 from nonsmooth.integrators.assembly.step import Stages as Kernels
 from nonsmooth.integrators.penalty.law import LAWS, Regularised, TangentialSpring
 from nonsmooth.integrators.penalty.options import TIME_RESOLUTION, Penalty
@@ -28,7 +28,7 @@ from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
-from nonsmooth.scenes.shape_rows import Shapes
+from nonsmooth.scenes.shape_rows import POLYHEDRON, Shapes
 from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
 from nonsmooth.scenes.spatial.placement import spatial_scratch
 
@@ -81,7 +81,8 @@ class SceneSprings:
         if self.dim == 2:
             self.kernels = Kernels(take_spring_steps_planar, find_contacts_planar, planar_scratch, ())
         else:
-            self.kernels = Kernels(take_spring_steps_spatial, find_contacts_spatial, spatial_scratch, (turn_inertia,))
+            others = turn_inertia, *contacts_of(shapes, self.dim)
+            self.kernels = Kernels(take_spring_steps_spatial, find_contacts_spatial, spatial_scratch, others)
         self.kernels.load()
         self.progress: Course = new(Course)
         self.progress.t = self.progress.target = t_0
@@ -207,12 +208,29 @@ def scales_of(bodies: Bodies, shapes: Shapes, options: Penalty, half: float) -> 
 
 def half_thickness(shapes: Shapes) -> float:
     """Of the thinnest shape [m]: deeper than that a contact is on the other side. A wall without thickness has none."""
-    halves = []
-    for s in np.flatnonzero(np.isfinite(shapes.reach)):
-        rows = slice(int(shapes.first[s]), int(shapes.first[s] + shapes.count[s]))
-        half = shapes.size[s].min()
-        if shapes.count[s] > 2:
-            along = shapes.vertices[rows] @ shapes.normals[rows].T  # [vertex, edge]
-            half = 0.5 * (along.max(axis=0) - along.min(axis=0)).min()
-        halves.append(float(half + shapes.radius[s]))
+    bounded = np.flatnonzero(np.isfinite(shapes.reach)).tolist()
+    halves = [half_width(shapes, s) + float(shapes.radius[s]) for s in bounded]
     return min((half for half in halves if half > 0.0), default=math.inf)
+
+
+def half_width(shapes: Shapes, s: int) -> float:
+    """Of the core of a bounded shape [m], the least; of polygons and polyhedra the least across an edge or a face."""
+    if shapes.kind[s] == POLYHEDRON:
+        solids = shapes.solids
+        vertices = rows_of(solids.vertices, solids.first[s], solids.count[s])
+        return half_across(vertices, rows_of(solids.normal, solids.first_face[s], solids.faces[s]))
+    if shapes.count[s] > 2:
+        place = shapes.first[s], shapes.count[s]
+        return half_across(rows_of(shapes.vertices, *place), rows_of(shapes.normals, *place))
+    return float(shapes.size[s].min())
+
+
+def rows_of(column: np.ndarray, first: int, count: int) -> np.ndarray:
+    """Some rows of a column."""
+    return column[int(first) : int(first) + int(count)]
+
+
+def half_across(vertices: np.ndarray, normals: np.ndarray) -> float:
+    """Half the least width of a convex core along a normal of it [m]."""
+    along = vertices @ normals.T  # [vertex, normal]
+    return float(0.5 * (along.max(axis=0) - along.min(axis=0)).min())

@@ -17,7 +17,7 @@ import math
 
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.scenes.detection import same_place
-from nonsmooth.scenes.spatial.core import TWO_EDGES, VERTEX_OF_J, between, note, note_place
+from nonsmooth.scenes.spatial.core import EDGES, TWO_EDGES, VERTEX_OF_J, between, note, note_place
 from nonsmooth.scenes.spatial.edges import crossing, perpendicular
 from nonsmooth.scenes.spatial.rotation import cross
 
@@ -52,7 +52,7 @@ def capsule_on_capsule(shapes, scratch, i, j, limit):
         b = (axis[j, 2, 0], axis[j, 2, 1], axis[j, 2, 2])
         t, s = crossing(a, b, (d_x, d_y, d_z))
         if -h < t < h and -k < s < k:
-            n = nearest_point(shapes, scratch, i, j, (t, s), TWO_EDGES + 13 * AXIS_EDGE, limit, n)
+            n = nearest_point(shapes, scratch, i, j, (t, s), TWO_EDGES + (EDGES + 1) * AXIS_EDGE, limit, n)
     return nearest_ends(shapes, scratch, i, j, (a_d, b_d, a_b), limit, n)
 
 

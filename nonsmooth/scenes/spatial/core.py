@@ -3,15 +3,18 @@
 vertex  bits 0, 1, 2: on the positive side of the axes x, y, z; along an axis without length on none
 edge    4 axis + the bits of the two other axes, in their order
 
-feature   vertex of i;   64 + vertex of j;   128 + 12 edge of i + edge of j
+feature   vertex of i;   256 + vertex of j;   512 + 600 edge of i + edge of j
+
+A polyhedron has up to 200 vertices and 594 edges, so that these are numbers of 19 bits.
 """
 
 from __future__ import annotations
 
 from nonsmooth.jit import kernel, rare_kernel
 
-VERTEX_OF_J = 64  # code: first feature of the vertices of j
-TWO_EDGES = 128  # code: first feature of pairs of edges
+VERTEX_OF_J = 256  # code: first feature of the vertices of j
+TWO_EDGES = 512  # code: first feature of pairs of edges
+EDGES = 600  # code: by which pairs of edges are numbered, more than a shape has
 BOX_EDGES = 12  # derived: of a box
 
 

@@ -11,7 +11,7 @@ import math
 
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.scenes.spatial.core import (
-    BOX_EDGES,
+    EDGES,
     TWO_EDGES,
     between,
     edge_number,
@@ -35,7 +35,7 @@ def edge_contact(shapes, scratch, i, j, beyond):
     if abs(t) > shapes.size[i, p] + beyond or abs(s) > shapes.size[j, q] + beyond:
         return False
     d, r_i, r_j = axes.s_edges, shapes.radius[i], shapes.radius[j]
-    note(scratch.manifold, 0, d - r_i - r_j, x, y, z, TWO_EDGES + BOX_EDGES * edge_i + edge_j)
+    note(scratch.manifold, 0, d - r_i - r_j, x, y, z, TWO_EDGES + EDGES * edge_i + edge_j)
     x, y, z = edge_point(shapes, scratch, i, edge_i, t)
     note_place(scratch, 0, i, x, y, z, 0.5 * (d + r_i - r_j))
     return True

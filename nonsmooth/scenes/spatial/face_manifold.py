@@ -16,7 +16,7 @@ import math
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.scenes.shape_rows import BOX
 from nonsmooth.scenes.spatial.core import (
-    BOX_EDGES,
+    EDGES,
     TWO_EDGES,
     VERTEX_OF_J,
     between,
@@ -120,7 +120,7 @@ def cut_feature(axis, sign, across, side, cut, is_first):
     corner = (1 << axis if sign > 0.0 else 0) | (side << across)
     if cut < NO_EDGE:
         own = edge_number(3 - axis - across, corner)
-        return TWO_EDGES + (BOX_EDGES * own + cut if is_first else BOX_EDGES * cut + own)
+        return TWO_EDGES + (EDGES * own + cut if is_first else EDGES * cut + own)
     other = (cut - NO_EDGE) // 2
     return (corner | ((cut & 1) << other)) + (0 if is_first else VERTEX_OF_J)
 

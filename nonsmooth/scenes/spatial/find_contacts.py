@@ -11,13 +11,14 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.broad_phase import find_pairs
 from nonsmooth.scenes.detection import NOT_FINITE, Found, Motion, is_finite, key_of
-from nonsmooth.scenes.shape_rows import CAPSULE, HALF_SPACE, SPHERE, Shapes
+from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_SPACE, SPHERE, Shapes
 from nonsmooth.scenes.spatial.boxes import core_on_core
 from nonsmooth.scenes.spatial.capsules import capsule_on_capsule
 from nonsmooth.scenes.spatial.core import order_points
 from nonsmooth.scenes.spatial.half_space import core_on_half_space
 from nonsmooth.scenes.spatial.placement import SpatialScratch, place_shapes
 from nonsmooth.scenes.spatial.rotation import cross
+from nonsmooth.scenes.spatial.solids import further_points, solid_contact
 from nonsmooth.scenes.spatial.spheres import sphere_on_core, sphere_on_sphere
 
 
@@ -43,9 +44,21 @@ def find_contacts(shapes_at, motion_at, dt, margin, found_at, scratch_at):
     n = 0
     for p in range(n_pairs):
         i, j = grid.i[p], grid.j[p]
-        points = touch(shapes, scratch, i, j, margin + grid.approach[i] + grid.approach[j])
+        limit = margin + grid.approach[i] + grid.approach[j]
+        if shapes.kind[i] > HALF_SPACE or shapes.kind[j] > HALF_SPACE:
+            points = solid_contact(shapes_at, scratch_at, i, j, limit)
+        else:
+            points = touch(shapes, scratch, i, j, limit)
+            if points == 1 and have_edges(shapes.kind[i], shapes.kind[j]):
+                points = further_points(shapes_at, scratch_at, i, j, limit)
         n = keep(shapes, motion, found, scratch.manifold, points, (i, j), (dt, margin), n)
     return n
+
+
+@kernel
+def have_edges(kind_i, kind_j):
+    """Whether it is a box and a box or a capsule."""
+    return min(kind_i, kind_j) > SPHERE and max(kind_i, kind_j) == BOX
 
 
 @kernel

@@ -13,6 +13,7 @@ from nonsmooth.scenes.detection import same_place
 from nonsmooth.scenes.shape_rows import BOX
 from nonsmooth.scenes.spatial.core import (
     BOX_EDGES,
+    EDGES,
     TWO_EDGES,
     VERTEX_OF_J,
     between,
@@ -100,6 +101,6 @@ def edge_on_edge(shapes, scratch, i, j, edge_i, edge_j, n):
         x, y, z = x / d, y / d, z / d
     else:
         x, y, z = perpendicular(scratch, i, j, p, q)
-    note(scratch.manifold, 0, d - r_i - r_j, x, y, z, TWO_EDGES + BOX_EDGES * edge_i + edge_j)
+    note(scratch.manifold, 0, d - r_i - r_j, x, y, z, TWO_EDGES + EDGES * edge_i + edge_j)
     note_place(scratch, 0, i, a_x, a_y, a_z, 0.5 * (d + r_i - r_j))
     return 1

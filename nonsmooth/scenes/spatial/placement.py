@@ -17,17 +17,16 @@ from nonsmooth.scenes.broad_phase import Grid
 from nonsmooth.scenes.shape_rows import HALF_SPACE, Shapes
 from nonsmooth.scenes.spatial.rotation import composed, turned
 
-# derived: points of a pair: a face of 4 corners, cut by 4 planes that add one each, has 8; so has a box on a plane
-MANIFOLD_POINTS = 8
+FACE_CORNERS = 8  # derived: the most of a box, 4, and of the rim of a cylinder
 
 
 class Manifold(Block):
-    """Where one pair touches, point by point in the order of features."""
+    """Where one pair touches, point by point in the order of features; k is the room."""
 
-    gap: Array[Floats, MANIFOLD_POINTS]
-    normal: Array[Floats, MANIFOLD_POINTS, "3"]  # from i to j
-    point: Array[Floats, MANIFOLD_POINTS, "3"]
-    feature: Array[Ints, MANIFOLD_POINTS]
+    gap: Array[Floats, "k"]
+    normal: Array[Floats, "k", "3"]  # from i to j
+    point: Array[Floats, "k", "3"]
+    feature: Array[Ints, "k"]
 
 
 class SeparatingAxes(Block):
@@ -43,15 +42,25 @@ class SeparatingAxes(Block):
 
 
 class Polygon(Block):
-    """A face that is clipped, in the axes of the reference box."""
+    """A face that is clipped, in the axes of the reference box, or of a contact."""
 
-    corner: Array[Floats, "12", "3"]
-    feature: Array[Ints, "12"]
-    side: Array[Ints, "12"]  # what the side behind a corner is: an edge of the incident core, or NO_EDGE + a plane
+    corner: Array[Floats, "k", "3"]
+    feature: Array[Ints, "k"]
+    side: Array[Ints, "k"]  # what the side behind a corner is: an edge of the incident core, or NO_EDGE + a plane
+
+
+class Simplex(Block):
+    """Points of the differences of two cores; four, and one that is dropped."""
+
+    count: int
+    corner: Array[Floats, "5", "3"]  # [m]
+    own: Array[Floats, "5", "3"]  # [m] of i, from its centre
+    part: Array[Floats, "5"]  # weights of the nearest point
+    point: Array[Floats, "3"]  # [m] the nearest point of i, from its centre
 
 
 class SpatialScratch(Block, d=3):
-    """What detection works with; n_p is the room for pairs."""
+    """What detection works with; n_p is the room for pairs, k for points of a pair and corners of a face."""
 
     centre: Array[Floats, "n_s", "3"]  # [m]
     axis: Array[Floats, "n_s", "3", "3"]  # a row an axis of the shape, in the world
@@ -60,11 +69,16 @@ class SpatialScratch(Block, d=3):
     axes: SeparatingAxes
     polygon: Polygon
     clipped: Polygon
+    simplex: Simplex
+    face_i: Polygon
+    face_j: Polygon
 
 
 def spatial_scratch(shapes: Shapes, n_pairs: int) -> SpatialScratch:
     """Scratch for these shapes, with room for so many pairs."""
-    return new(SpatialScratch, n_s=len(shapes.body), n_p=n_pairs)
+    faces, vertices = int(shapes.solids.corners.max(initial=FACE_CORNERS)), int(shapes.solids.count.max(initial=0))
+    k = max(2 * faces + 1, vertices)  # a face cut by as many sides, each of which adds a corner, and the nearest points
+    return new(SpatialScratch, n_s=len(shapes.body), n_p=n_pairs, k=k)
 
 
 @kernel

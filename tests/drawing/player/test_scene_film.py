@@ -8,6 +8,7 @@ import pytest
 
 import nonsmooth as ns
 from models.scenes import BoxStack, CardHouse, MasonryArch, Turntable
+from nonsmooth.drawing.facets import triangles_of
 from nonsmooth.drawing.player import scene_film
 from nonsmooth.drawing.player.film import ShapeKind
 from nonsmooth.drawing.player.scene_film import film_of_scene
@@ -62,7 +63,8 @@ def test_planar_shapes_are_where_detection_has_them(shape):
 @pytest.mark.parametrize(
     "shape",
     [
-        ns.Sphere(0.1), ns.Capsule(0.3, 0.1), ns.Box(0.2, 0.4, 0.1),
+        ns.Sphere(0.1), ns.Capsule(0.3, 0.1), ns.Box(0.2, 0.4, 0.1), ns.Cylinder(0.1, 0.3), ns.Ellipsoid(0.1, 0.2, 0.3),
+        ns.Polyhedron([(1, 0, 0), (1.4, 0, 0), (1, 0.3, 0), (1, 0, 0.2), (1.2, 0.2, 0.2)]),
         ns.Compound(
             (ns.Sphere(0.2), (1, 0, 0)), (ns.Box(0.2, 0.4, 0.1), (0, 2, 0), (0.6, 0, 0.8, 0)),
             (ns.Capsule(1, 0.1), (0, 0, 1), (0.6, 0.8, 0, 0)),
@@ -78,6 +80,11 @@ def test_spatial_shapes_are_where_detection_has_them(shape):
         body = place_of(film.position[k, 0], film.turn[k, 0])
         for drawn, part in zip(film.bodies[0].shapes, parts_of(shape, 3), strict=True):
             at = compose(frame, part.place)
+            if drawn.kind == ShapeKind.FACETS:
+                points = body[:3] + drawn.points @ matrix_of(body[3:]).T
+                expected = at[:3] + triangles_of(part).reshape(-1, 3) @ matrix_of(at[3:]).T
+                np.testing.assert_allclose(points, expected, atol=EXACT)
+                continue
             if drawn.kind == ShapeKind.BOX:
                 np.testing.assert_allclose(compose(body, drawn.place), at, atol=EXACT)
                 assert drawn.points.tolist() == [list(part.size)]

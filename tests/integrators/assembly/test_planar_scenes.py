@@ -8,6 +8,8 @@ import pytest
 
 import nonsmooth as ns
 from models import BouncingBall
+from nonsmooth.commands.solve_files import solve_files
+from nonsmooth.contact.blocks.natural_map import cone_project
 from nonsmooth.integrators.assembly.progress import REBOUND, SOLVE, note_residual
 from nonsmooth.integrators.assembly.step import announce_first_scene, stages_of
 from nonsmooth.jit import Kernel, interpreted
@@ -252,6 +254,34 @@ def test_steps_at_rest_are_left_out_and_no_bit_changes():
         np.testing.assert_array_equal(getattr(asleep, name), getattr(awake, name))
 
 
+def box_at_rest(motion=None):
+    scene = on_ground(
+        ns.Material(mu=0.5), {"shape": ns.Box(0.2, 0.2), "density": 1000, "position": (0, 0.1), "name": "box"}
+    )
+    if motion is not None:
+        scene.kinematic(ns.Box(0.2, 0.2), motion=motion, name="ram")
+    return scene
+
+
+def test_steps_that_sleep_do_not_depend_on_how_the_run_is_cut():
+    """A guided body that stands has its steps taken one by one: they are left out one by one."""
+    cut, whole = (
+        simulate(box_at_rest(motion), 2.0, every=every) for motion, every in ((lambda t: (-1.0, 0.5), 1), (None, 500))
+    )
+    assert cut.stats.asleep == whole.stats.asleep > 900
+    assert cut.residual[-1] == whole.residual[-1]
+    np.testing.assert_array_equal(cut["box"].position[-1], whole["box"].position[-1])
+
+
+def test_what_sleeps_wakes_when_the_step_changes():
+    """An impulse is a force times a step: that of a longer one is another."""
+    whole = simulate(box_at_rest(), 2.0, t_eval=[0.0, 1.0, 1.0033, 2.0])
+    assert 900 < whole.stats.asleep < whole.stats.steps - 4
+    weight = 1000 * 0.2 * 0.2 * G
+    for t, dt in ((1.0, DT), (1.0033, 0.0033 / 2)):
+        assert abs(whole.contacts(t).P[:, 1].sum()) == pytest.approx(weight * dt, rel=1e-9)
+
+
 def test_what_sleeps_wakes_when_it_is_pushed():
     scene = on_ground(
         ns.Material(mu=0.5), {"shape": ns.Box(0.2, 0.2), "density": 1000, "position": (0, 0.1), "name": "box"}
@@ -350,6 +380,28 @@ def test_run_that_is_cut_short_within_a_step_ends_at_the_end_of_a_step(monkeypat
     with pytest.warns(ns.ResidualWarning):
         whole = ns.simulate(scene, (0, cut.t[-1]), integrator=integrator)
     np.testing.assert_array_equal(cut.position[-1], whole.position[-1])
+
+
+@pytest.mark.parametrize("name", ["step.npz", "step.hdf5"])
+def test_the_problem_that_a_step_was_not_solved_to_is_written_and_solved_from_its_file(monkeypatch, tmp_path, name):
+    """Its impulses have the residual that ended the run; another solver finds a solution of what the file has."""
+    pytest.importorskip("h5py")
+    scene, _ = heap_that_is_not_solved(monkeypatch, lambda network, tol: None)
+    monkeypatch.setattr("nonsmooth.integrators.assembly.step.MOST_FACTORS", 0)
+    strict = ns.ContactSolver(tol=1e-6, sweeps=3, on_residual="raise")
+    with pytest.raises(ns.StepFailure, match="was solved to a residual of") as failure:
+        ns.simulate(scene, (0, 1), integrator=ns.MoreauJean(dt=DT, contacts=strict))
+    problem = failure.value.problem.problem
+    rho = problem.dim / problem.G.diagonal().reshape(-1, problem.dim).sum(axis=1)
+    gamma, P = ((x).reshape(-1, 2) for x in (problem.G @ problem.P + problem.c, problem.P))
+    shifted = gamma[:, 0] + problem.mu * np.abs(gamma[:, 1])
+    z = np.stack((P[:, 0] - rho * shifted, P[:, 1] - rho * gamma[:, 1]), axis=1)
+    projected = np.array([interpreted(cone_project)(mu, *row, 0.0)[:2] for mu, row in zip(problem.mu, z, strict=True)])
+    residual = failure.value.solution.stats.last_residual * np.linalg.norm(failure.value.solution.contacts().P)
+    assert residual > 1e-6 and np.linalg.norm(P - projected) == pytest.approx(residual, rel=1e-3)
+    path = failure.value.dump(tmp_path / name)
+    (row,) = solve_files([path], tol=1e-6)
+    assert row["status"] == "SOLVED" and row["contacts"] == len(problem.mu), row
 
 
 def test_residual_of_a_rebound_counts_as_that_of_a_step(monkeypatch):

@@ -9,8 +9,10 @@ from models.scenes import (
     BilliardBreak,
     Conveyor,
     DominoRow,
+    EulersDisc,
     Hourglass,
     NewtonsCradle,
+    Rattleback,
     RollingWheel,
     SlipToRoll,
     SphereBox,
@@ -159,3 +161,38 @@ def test_spheres_end_in_their_box_with_their_weight_on_its_floor_and_walls(simul
     carried = [contacts.P[contacts.i < 5, 2].sum() / model.dt for contacts in lasts]  # bodies 0 to 4 are the box
     assert np.mean(carried) == pytest.approx(model.weight(), rel=1e-3)
     assert solution.penetration.max() < 1e-3 * model.r
+
+
+def test_eulers_disc_precesses_as_a_disc_that_rolls_on_its_rim(simulate):
+    """Steadily at the rate of the closed form; a run loses energy to its steps, of first order, and sinks with it."""
+    for tilt in (0.3, 0.1):
+        model, errors = EulersDisc(tilt=tilt), []
+        for dt in (1e-4, 5e-5):
+            disc = simulate(model, 0.05, dt)["disc"]
+            rate = abs(np.diff(model.azimuth(disc.turn)[[0, -1]])[0]) / 0.05
+            errors.append(abs(rate / model.precession() - 1))
+        assert errors[1] < 4e-3 and errors[1] < 0.65 * errors[0]
+        assert np.abs(disc.position[:, :2]).max() < 1e-2 * model.r
+
+
+def test_eulers_disc_turns_the_faster_the_flatter_it_lies(simulate):
+    """Omega as alpha^(-1/2) along one run, in which steps lose the energy."""
+    model = EulersDisc(tilt=0.15)
+    solution = simulate(model, 0.6, 2e-4)
+    tilt, azimuth = model.tilt_of(solution["disc"].turn), model.azimuth(solution["disc"].turn)
+    pieces = np.array_split(np.arange(len(tilt)), 6)
+    rates = [abs(azimuth[k[-1]] - azimuth[k[0]]) / (solution.t[k[-1]] - solution.t[k[0]]) for k in pieces]
+    tilts = [tilt[k].mean() for k in pieces]
+    assert tilts[-1] < 0.85 * tilts[0]
+    assert np.polyfit(np.log(np.sin(tilts)), np.log(rates), 1)[0] == pytest.approx(-0.5, abs=0.03)
+
+
+@pytest.mark.parametrize("spin", [-5.0, 5.0])
+@pytest.mark.parametrize("skew", [-0.3, 0.3])
+def test_rattleback_reverses_one_way_only(simulate, spin, skew):
+    model = Rattleback(spin=spin, skew=skew)
+    turning = simulate(model, 4.0, every=20)["stone"].spin[:, 2]
+    if model.reverses():
+        assert turning[-1] * spin < -0.5 * spin**2
+    else:
+        assert np.abs(turning / spin - 1).max() < 0.02

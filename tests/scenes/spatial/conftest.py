@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from nonsmooth.jit import interpreted
+from nonsmooth.jit import interpreted, load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.scenes.detection import Found, Motion
 from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_SPACE, SPHERE, ShapeRow, shape_block
 from nonsmooth.scenes.spatial.find_contacts import find_contacts
 from nonsmooth.scenes.spatial.placement import spatial_scratch
+from nonsmooth.scenes.spatial.solids import further_points, solid_contact
 
 HERE = (0, 0, 0, 1, 0, 0, 0)
 
@@ -28,6 +29,7 @@ class Detection:
     pairs: int = 64
 
     def __post_init__(self):
+        load_all([solid_contact, further_points])
         x = np.asarray(self.x, dtype=float)
         self.shapes, self.motion = shape_block(self.rows, self.apart), new(Motion, n_b=len(x), n_x=7, n=6)
         self.motion.x[:, 3] = 1.0

@@ -1,0 +1,132 @@
+"""Models of a file, as ``my.py:Rod``: a class, an instance, a `System`, a `Scene`, or a function that returns one."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from nonsmooth.errors import InvalidInput, UnknownName, nearest, said_by
+
+ENDING = ".py"
+
+
+def is_file(text: str) -> bool:
+    """Whether a text means a file, or something in one."""
+    path = split(text)[0]
+    return path.endswith(ENDING)
+
+
+def split(text: str) -> tuple[str, str]:
+    """The file and the name in it: ("my.py", "Rod"); the name may be missing."""
+    path, sign, name = text.rpartition(":")
+    return (path, name) if sign and path.endswith(ENDING) else (text, "")
+
+
+def load_file(path: str) -> ModuleType:
+    """The module of a file, run once a process; its folder is searched for what it imports.
+
+    Raises
+    ------
+    InvalidInput
+        When there is no such file, or when it raises.
+    """
+    place = Path(path).resolve()
+    if not place.is_file():
+        raise InvalidInput(f"there is no file {path}")
+    name = _name_of(place)
+    if name in sys.modules:
+        return sys.modules[name]
+    if str(place.parent) not in sys.path:
+        sys.path.insert(0, str(place.parent))
+    spec = importlib.util.spec_from_file_location(name, place)
+    assert spec is not None and spec.loader is not None
+    module = sys.modules[name] = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever the file raises, sys.exit() included
+        del sys.modules[name]
+        raise InvalidInput(f"{path} cannot be run: {said_by(error)}{_line_of(error, place)}") from error
+    return module
+
+
+def _name_of(place: Path) -> str:
+    """The name under which other processes find the module too; another one where that is taken."""
+    known = sys.modules.get(place.stem)
+    is_free = known is None or str(getattr(known, "__file__", "")) == str(place)
+    return place.stem if is_free and place.stem not in sys.stdlib_module_names else f"file_{place.stem}"
+
+
+def _line_of(error: BaseException, place: Path) -> str:
+    """The last line of the file that the error came through."""
+    line, trace = 0, error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == str(place):
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    if isinstance(error, SyntaxError) and error.lineno:
+        line = error.lineno
+    return f" (line {line})" if line else ""
+
+
+def found_in(module: ModuleType) -> dict[str, Any]:
+    """What can be run of a module, by name: classes of models and their instances, systems and scenes."""
+    return {name: value for name, value in vars(module).items() if _is_own(module, value) and is_runnable(value)}
+
+
+def _is_own(module: ModuleType, value: Any) -> bool:
+    return not isinstance(value, type) or value.__module__ == module.__name__
+
+
+def is_runnable(value: Any) -> bool:
+    """Whether a value is a system, a scene, a model, or a class of models."""
+    from nonsmooth.mechanics.system import System
+    from nonsmooth.scenes.scene import Scene
+
+    if isinstance(value, System | Scene):
+        return True
+    return any(callable(getattr(value, method, None)) for method in ("system", "scene")) and value not in (Scene,)
+
+
+def from_file(text: str) -> tuple[str, Any]:
+    """The name and the value of what ``FILE:NAME`` means; of a file with one model its name may be left out.
+
+    Raises
+    ------
+    UnknownName
+        For a name that the file does not have.
+    InvalidInput
+        For a file without models, one with several where no name was given, and for what is no model.
+    """
+    path, name = split(text)
+    module = load_file(path)
+    found = found_in(module)
+    if not name:
+        if len(found) != 1:
+            said = f"has {', '.join(found)}: say which, as {path}:{next(iter(found))}" if found else "has no model"
+            raise InvalidInput(f"{path} {said}")
+        name = next(iter(found))
+    if not hasattr(module, name):
+        raise UnknownName(f"{path} has no {name}; {nearest(name, found)}")
+    value = getattr(module, name)
+    if not is_runnable(value) and callable(value):
+        value = _returned(text, value)
+    if not is_runnable(value):
+        raise InvalidInput(
+            f"{text} is no model: a System, a Scene, a class or an instance with system() or scene(), or a function "
+            "that returns one"
+        )
+    return name, value
+
+
+def _returned(text: str, function: Any) -> Any:
+    try:
+        return function()
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever the function raises
+        raise InvalidInput(f"{text} cannot be called: {said_by(error)}") from error

@@ -1,0 +1,64 @@
+"""The model that a user names: one of `nonsmooth list`, or of a file, ``my.py:Rod``; with changed parameters."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from nonsmooth.catalogue.entries import load, load_model
+from nonsmooth.catalogue.files import from_file, is_file
+from nonsmooth.commands.typed_input import assignments
+from nonsmooth.errors import InvalidInput, UnknownName
+
+MODEL = "a name of `nonsmooth list`, or FILE.py:NAME, a class, an instance, a System, a Scene or a function"
+
+
+def typed_model(arguments: argparse.Namespace, takes_scenes: bool = False) -> Any:
+    """The model with its parameters changed; ``arguments.model`` is its plain name from then on.
+
+    Raises
+    ------
+    UnknownName, InvalidInput
+        For a name that is none, parameters that it does not have, and a scene where a model is needed.
+    """
+    if is_file(arguments.model):
+        name, found = from_file(arguments.model)
+        arguments.model = name
+    else:
+        found = load(arguments.model) if takes_scenes else load_model(arguments.model)
+    model = with_set(found, assignments("--set", arguments.set))
+    if not takes_scenes and is_scene(model):
+        raise InvalidInput(f"{arguments.model} is a scene of bodies, which `nonsmooth run` sets in motion; a model is "
+                           "needed here")  # fmt: skip
+    return model
+
+
+def with_set(found: Any, changes: dict[str, float]) -> Any:
+    """A class with its defaults, or an instance, with some parameters changed."""
+    from nonsmooth.mechanics.system import with_values
+    from nonsmooth.scenes.scene import Scene
+
+    model = made(found) if isinstance(found, type) else found
+    if isinstance(model, Scene):
+        if changes:
+            name = next(iter(changes))
+            raise UnknownName(f"there is no parameter {name!r}; a Scene has none, a class that builds it may have them")
+        return model
+    return with_values(model, changes)
+
+
+def made(cls: type) -> Any:
+    """An instance of a class of models with its defaults."""
+    try:
+        return cls()
+    except TypeError as error:
+        raise InvalidInput(f"{cls.__name__} cannot be made without arguments: {error}; give its fields defaults, or "
+                           "name an instance") from error  # fmt: skip
+
+
+def is_scene(model: Any) -> bool:
+    """Whether it is a scene of bodies, or what builds one."""
+    from nonsmooth.mechanics.system import System
+    from nonsmooth.scenes.scene import Scene
+
+    return isinstance(model, Scene) or not (isinstance(model, System) or callable(getattr(model, "system", None)))

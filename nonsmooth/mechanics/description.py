@@ -1,0 +1,149 @@
+"""What a system is called and how it looks: coordinates with units, names of contacts, polylines of its bodies.
+
+Each is what the system was given, else an attribute of its parameters (a model's class has them), else a number.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from nonsmooth.checks.arrays import as_index, as_name
+from nonsmooth.errors import InvalidInput, shown
+
+RATE = "dot"  # defined: thdot is the rate of th
+
+
+@dataclass(frozen=True)
+class Description:
+    """Names and pictures of a system.
+
+    Attributes
+    ----------
+    coordinates : tuple of (str, str)
+        Name and unit of each; "q[0]" and no unit where they have no names.
+    has_names : bool
+        Whether the coordinates have names of their own.
+    contacts : tuple of str
+        "tip", or "contact 0" where it has no name.
+    shape, outline, contact_frames : callable or None
+        ``shape(q)``, ``outline()`` and ``contact_frames(q)``.
+    parts : sequence of str or None
+        Names of the polylines of ``shape``.
+    """
+
+    coordinates: tuple[tuple[str, str], ...]
+    has_names: bool
+    contacts: tuple[str, ...]
+    shape: Callable | None
+    outline: Callable | None
+    parts: Sequence[str] | None
+    contact_frames: Callable | None
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the coordinates."""
+        return [name for name, _ in self.coordinates]
+
+    @property
+    def rates(self) -> tuple[tuple[str, str], ...]:
+        """Name and unit of each velocity: thdot [rad/s]."""
+        if not self.has_names:
+            return tuple((f"u[{k}]", "") for k in range(len(self.coordinates)))
+        return tuple((name + RATE, f"{unit}/s" if unit else "") for name, unit in self.coordinates)
+
+    def unit_of(self, name: str) -> str:
+        """Unit of a coordinate or its rate; empty where it is not known."""
+        return dict((*self.coordinates, *self.rates)).get(name, "")
+
+    def coordinate(self, coordinate: int | str, what: str = "coordinate") -> int:
+        """The place of a coordinate in q, given by number or name."""
+        if isinstance(coordinate, str):
+            return self.names.index(as_name("coordinate", coordinate, self.names))
+        return as_index(what, coordinate, len(self.coordinates))
+
+    def contact(self, contact: int | str) -> int:
+        """The number of a contact, given by number or name."""
+        if isinstance(contact, str):
+            return self.contacts.index(as_name("contact", contact, self.contacts))
+        return as_index("contact", contact, len(self.contacts))
+
+    def label(self, place: int) -> str:
+        """A coordinate as an axis has it: th [rad]."""
+        return with_unit(*self.coordinates[place])
+
+    def rate_label(self, place: int) -> str:
+        """A velocity as an axis has it: th' [rad/s]."""
+        name, unit = self.coordinates[place]
+        return with_unit(f"{name}'", f"{unit}/s" if unit else "")
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A name as an axis has it."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def numbered(n_q: int, n_c: int) -> Description:
+    """That of a system of which no more is known, as of a run read from a file."""
+    coordinates = tuple((f"q[{k}]", "") for k in range(n_q))
+    return Description(coordinates, False, tuple(f"contact {i}" for i in range(n_c)), None, None, None, None)
+
+
+def described(system: Any) -> Description:
+    """The names and pictures of a system."""
+    model = system.parameters
+    own = as_coordinates(system.coordinates or getattr(model, "coordinates", None) or (), system.n_q)
+    names = tuple(contact.name or f"contact {i}" for i, contact in enumerate(system.contacts))
+    return Description(
+        own or tuple((f"q[{k}]", "") for k in range(system.n_q)), bool(own), names,
+        _drawn(system, system.shape, 1) or getattr(model, "shape", None),
+        _drawn(system, system.outline, 0) or getattr(model, "outline", None),
+        getattr(model, "parts", None) if system.shape is None else None,
+        getattr(model, "contact_frames", None) if system.shape is None else None,
+    )  # fmt: skip
+
+
+def _drawn(system: Any, function: Callable | None, n: int) -> Callable | None:
+    """A function of the user's with the parameters as its last argument, where it takes them."""
+    if function is None or len(inspect.signature(function).parameters) == n:
+        return function
+    return lambda *q: function(*q, system.unpacked)
+
+
+def require_drawn(name: str, function: Any, names: tuple[str, ...]) -> None:
+    """Raise `InvalidInput` for what is no function of these arguments, or of all but the last."""
+    try:
+        signature = inspect.signature(function)
+        number = len(signature.parameters)
+        signature.bind(*names[:number])
+    except Exception:  # whatever an object raises that is asked what it takes
+        number = -1
+    if number not in (len(names), len(names) - 1):
+        expected = " or ".join(f"{name}({', '.join(some)})" for some in (names, names[:-1]))
+        raise InvalidInput(f"{name} must be a function {expected} that returns polylines; got {shown(function)}")
+
+
+def _pairs(given: Sequence[Any]) -> tuple[tuple[str, str], ...]:
+    """Names with units."""
+    pairs = [(entry, "") if isinstance(entry, str) else entry for entry in given]
+    for pair in pairs:
+        is_pair = isinstance(pair, tuple | list) and len(pair) == 2 and all(isinstance(text, str) for text in pair)
+        if not is_pair or not pair[0]:
+            raise InvalidInput(f"a coordinate is a name with its unit, as ('th', 'rad'); got {shown(pair)}")
+    many = [name for name, count in Counter(name for name, _ in pairs).items() if count > 1]
+    if many:
+        raise InvalidInput(f"the coordinate {many[0]!r} is named twice; give each a name of its own")
+    return tuple((name, unit) for name, unit in pairs)
+
+
+def as_coordinates(given: Any, n_q: int | None) -> tuple[tuple[str, str], ...]:
+    """Names and units of the coordinates, or `InvalidInput`."""
+    if isinstance(given, str) or not isinstance(given, list | tuple):
+        raise InvalidInput(f'coordinates must be a list as [("x", "m"), ("th", "rad")]; got {shown(given)}')
+    pairs = _pairs(given)
+    if pairs and isinstance(n_q, int) and len(pairs) != n_q:
+        raise InvalidInput(f"coordinates must have {n_q} entries, one for each coordinate of n_q; got {len(pairs)}")
+    return pairs

@@ -1,0 +1,271 @@
+"""Runs as labelled data: datasets of xarray and tables of pandas, with names and units, and netCDF files of them.
+
+A dataset of a scene has the dimensions t, body, axis (x, y, z) and component (w, x, y, z of a unit quaternion); its
+contacts are as many as there are in each record, one behind the other along ``contact``: those of record k are
+contact_offset[k] to contact_offset[k + 1] - 1. Of a System the dimensions are t, coordinate, velocity, contact,
+direction and event.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nonsmooth.checks.arrays import as_name
+from nonsmooth.checks.files import whole_file
+from nonsmooth.errors import MissingExtra
+from nonsmooth.integrators.records import EVENT_KIND
+from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.results.checkpoint import EVENT_NAMES
+from nonsmooth.results.scene_records import BODIES, CONTACTS, LEDGER
+from nonsmooth.results.scene_solution import modes_of, normal_and_friction
+from nonsmooth.results.seal import seal
+from nonsmooth.results.solution import EventKind
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+    from nonsmooth.results.scene_solution import SceneSolution
+    from nonsmooth.results.solution import Solution
+
+SYSTEM_TABLES, SCENE_TABLES = ("records", "events"), ("bodies", "contacts", "records")
+NETCDF_KIND = "netcdf"
+AXES = ("x", "y", "z")
+Variable = tuple[tuple[str, ...], Any, dict[str, str]]
+
+
+def require_data(module: str) -> Any:
+    """xarray or pandas, or `MissingExtra`."""
+    import importlib
+
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise MissingExtra(f'labelled data need {module}; pip install "nonsmooth[data]" brings it') from None
+
+
+def column(dims: str, values: Any, units: str, meaning: str) -> Variable:
+    """A variable of a dataset; its dimensions by spaces."""
+    return tuple(dims.split()), np.asarray(values), {"units": units, "long_name": meaning}
+
+
+def modes_as_attributes() -> dict[str, Any]:
+    """What the numbers of modes mean, as the CF conventions tell flags."""
+    return {
+        "flag_values": np.array([int(mode) for mode in ContactMode]),
+        "flag_meanings": " ".join(mode.name.lower() for mode in ContactMode),
+    }
+
+
+def with_flags(variable: Variable) -> Variable:
+    """A variable of modes, with what its numbers mean."""
+    return variable[0], variable[1], variable[2] | modes_as_attributes()
+
+
+def about_of(solution: Solution | SceneSolution) -> dict[str, str]:
+    """How a run ended, and what was run, as attributes of a dataset."""
+    return {"status": solution.status.name, "message": solution.message} | {
+        name: str(value) for name, value in solution.about.items()
+    }
+
+
+def ledger_of(solution: Solution | SceneSolution) -> dict[str, Variable]:
+    """Energies and works."""
+    energies = ("kinetic", "potential")
+    return {
+        name: column("t", values, "J", f"{name} energy" if name in energies else f"work since the start by {name}")
+        for name, values in solution.ledger.items()
+    }
+
+
+def system_dataset(solution: Solution) -> xarray.Dataset:
+    """A run of a `System` as an ``xarray.Dataset``."""
+    xarray = require_data("xarray")
+    data = {
+        "q": column("t coordinate", solution.q, "", "coordinates"),
+        "u": column("t velocity", solution.u, "", "velocities"),
+        "g_N": column("t contact", solution.g_N, "m", "gaps"),
+        "P_N": column("t contact", solution.P_N, "N s", "normal impulses since the record before"),
+        "P_F": column("t contact direction", solution.P_F, "N s", "friction impulses since the record before"),
+        "mode": with_flags(column("t contact", solution.mode, "1", "mode of the last step")),
+        "slip": column("t contact", solution.slip, "1", "sign of sliding"),
+    } | ledger_of(solution)
+    if solution.la is not None:
+        data["la_N"] = column("t contact", solution.la[:, :, 0], "N", "normal forces")
+        data["la_F"] = column("t contact", solution.la[:, :, 1], "N", "friction forces")
+    data |= {
+        f"event_{name}": column("event", solution.event_rows[:, k], "s" if name == "t" else "", f"{name} of events")
+        for k, name in enumerate(EVENT_NAMES)
+    }
+    for k, (t, q, u) in enumerate(zip(solution.t_events, solution.q_events, solution.u_events, strict=True)):
+        data[f"t_events_{k}"] = column(f"found_{k}", t, "s", f"when function {k} of the user reached zero")
+        data[f"q_events_{k}"] = column(
+            f"found_{k} coordinate", q.reshape(len(t), -1) if len(t) else solution.q[:0], "", "coordinates there"
+        )
+        data[f"u_events_{k}"] = column(
+            f"found_{k} velocity", u.reshape(len(t), -1) if len(t) else solution.u[:0], "", "velocities there"
+        )
+    coordinates: dict[str, Any] = {"t": column("t", solution.t, "s", "time")} | names_of_coordinates(solution)
+    return xarray.Dataset(data, coordinates, about_of(solution))
+
+
+def names_of_coordinates(solution: Solution) -> dict[str, Any]:
+    """Names and units of the coordinates, where the model has them."""
+    listed = getattr(getattr(solution.system, "parameters", None), "coordinates", None)
+    if not listed or len(listed) != solution.q.shape[1]:
+        return {}
+    names, units = (np.array(column, dtype=object) for column in zip(*listed, strict=True))
+    return {
+        "coordinate": ("coordinate", names),
+        "coordinate_units": ("coordinate", units),
+        "velocity": ("velocity", names.copy(), {"long_name": "coordinate whose rate it is"}),
+    }
+
+
+def system_table(solution: Solution, what: str = "records") -> pandas.DataFrame:
+    """A run of a `System` as a table: a row a record, or a row an event."""
+    as_name("table", what, SYSTEM_TABLES)
+    pandas = require_data("pandas")
+    if what == "events":
+        table = pandas.DataFrame(dict(zip(EVENT_NAMES, solution.event_rows.T, strict=True)))
+        whole = {name: np.int64 for name in EVENT_NAMES if name in WHOLE_OF_EVENTS}
+        kinds = [EventKind(int(kind)).name for kind in solution.event_rows[:, EVENT_KIND]]
+        return table.astype(whole).assign(kind=np.array(kinds, dtype=object))
+    columns = {"t": solution.t}
+    for name in ("q", "u", "g_N", "P_N"):
+        values = getattr(solution, name)
+        columns |= {f"{name}[{k}]": values[:, k] for k in range(values.shape[1])}
+    n_c, d = solution.P_F.shape[1:]
+    columns |= {f"P_F[{k},{a}]" if d > 1 else f"P_F[{k}]": solution.P_F[:, k, a] for k in range(n_c) for a in range(d)}
+    columns |= {f"mode[{k}]": named_modes(solution.mode[:, k]) for k in range(n_c)}
+    return pandas.DataFrame(columns | {f"{name} [J]": values for name, values in solution.ledger.items()})
+
+
+WHOLE_OF_EVENTS = ("contact", "mode_before", "slip_before", "mode_after", "slip_after", "n_solutions", "found")
+
+
+def named_modes(modes: np.ndarray) -> np.ndarray:
+    """Modes by name."""
+    names = np.array([mode.name for mode in ContactMode], dtype=object)
+    return names[np.asarray(modes, np.int64)]  # type: ignore[no-any-return]
+
+
+def scene_dataset(solution: SceneSolution) -> xarray.Dataset:
+    """A run of a scene as an ``xarray.Dataset``, with what was recorded."""
+    xarray = require_data("xarray")
+    space = solution.dim == 3
+    data: dict[str, Variable] = {
+        "residual": column("t", solution.residual, "1", "worst residual since the record before"),
+        "penetration": column("t", solution.penetration, "m", "deepest penetration since the record before"),
+    }
+    if BODIES in solution.recorded:
+        data |= {
+            "position": column("t body axis", solution.position, "m", "centres of mass"),
+            "velocity": column("t body axis", solution.velocity, "m/s", "velocities of the centres of mass"),
+            "turn": (
+                column("t body component", solution.turn, "1", "unit quaternions")
+                if space
+                else column("t body", solution.turn, "rad", "angles")
+            ),
+            "spin": column("t body axis" if space else "t body", solution.spin, "rad/s", "angular velocities"),
+        }
+    if CONTACTS in solution.recorded:
+        data |= contact_variables(solution)
+    if LEDGER in solution.recorded:
+        data |= ledger_of(solution)
+    coordinates: dict[str, Any] = {
+        "t": column("t", solution.t, "s", "time"),
+        "body": ("body", np.array(solution.names, dtype=object)),
+        "axis": ("axis", list(AXES[: solution.dim])),
+    }
+    if space:
+        coordinates["component"] = ("component", ["w", *AXES])
+    return xarray.Dataset(data, coordinates, about_of(solution))
+
+
+def contact_variables(solution: SceneSolution) -> dict[str, Variable]:
+    """The contacts of all records, one behind the other."""
+    found = solution.all_contacts
+    P_N, P_F = normal_and_friction(found.P, found.normal)
+    return {
+        "contact_offset": column("edge", found.offsets, "1", "first contact of each record, and their number"),
+        "contact_record": column("contact", record_of(found.offsets), "1", "record of a contact"),
+        "contact_i": column("contact", found.i, "1", "body that pushes"),
+        "contact_j": column("contact", found.j, "1", "body that is pushed"),
+        "contact_point": column("contact axis", found.point, "m", "midway between the surfaces"),
+        "contact_normal": column("contact axis", found.normal, "1", "out of body i"),
+        "contact_gap": column("contact", found.gap, "m", "gap before the last step"),
+        "contact_P": column("contact axis", found.P, "N s", "impulse of the last step on body j"),
+        "contact_mu": column("contact", found.mu, "1", "friction coefficient"),
+        "contact_mode": with_flags(column("contact", modes_of(P_N, P_F, found.mu), "1", "mode of the last step")),
+    }
+
+
+def record_of(offsets: np.ndarray) -> np.ndarray:
+    """The record of each contact."""
+    return np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+
+
+def scene_table(solution: SceneSolution, what: str = "bodies") -> pandas.DataFrame:
+    """A run of a scene as a table: a row a body of a record, a contact of a record, or a record."""
+    as_name("table", what, SCENE_TABLES)
+    pandas = require_data("pandas")
+    if what == "contacts":
+        return pandas.DataFrame(contact_columns(solution))
+    if what == "records":
+        columns = {"t": solution.t, "residual": solution.residual, "penetration": solution.penetration}
+        works = solution.ledger if LEDGER in solution.recorded else {}
+        return pandas.DataFrame(columns | {f"{name} [J]": values for name, values in works.items()})
+    n_t, n_b = solution.position.shape[:2]
+    names = np.array(solution.names, dtype=object)
+    columns = {"t": np.repeat(solution.t, n_b), "body": np.tile(names, n_t)}
+    space = solution.dim == 3
+    for name, parts in (
+        ("position", AXES[: solution.dim]),
+        ("turn", ("w", *AXES) if space else ()),
+        ("velocity", AXES[: solution.dim]),
+        ("spin", AXES if space else ()),
+    ):
+        columns |= split(name, getattr(solution, name), parts)
+    return pandas.DataFrame(columns)
+
+
+def split(name: str, values: np.ndarray, parts: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """The components of an array (..., k) as columns."""
+    if not parts:
+        return {name: values.ravel()}
+    return {f"{name}_{part}": values[..., k].ravel() for k, part in enumerate(parts)}
+
+
+def contact_columns(solution: SceneSolution) -> dict[str, np.ndarray]:
+    """The contacts of all records with the names of their bodies."""
+    found, axes = solution.all_contacts, AXES[: solution.dim]
+    record, names = record_of(found.offsets), np.array(solution.names, dtype=object)
+    P_N, P_F = normal_and_friction(found.P, found.normal)
+    columns = {"t": solution.t[record], "record": record, "i": names[found.i], "j": names[found.j]}
+    columns |= {"gap": np.asarray(found.gap), "P_N": P_N, "P_F": P_F, "mu": np.asarray(found.mu)}
+    columns |= {"mode": named_modes(modes_of(P_N, P_F, found.mu))}
+    columns |= split("point", found.point, axes) | split("normal", found.normal, axes) | split("P", found.P, axes)
+    return columns
+
+
+def write_netcdf(solution: Solution | SceneSolution, path: str | Path) -> Path:
+    """Write a run to netCDF 4, which any reader of it and ``xarray.open_dataset`` opens; sealed.
+
+    Raises
+    ------
+    MissingExtra, InvalidInput, FileFailure
+    """
+    path, dataset = Path(path), solution.to_xarray()
+    require_data("netCDF4")
+    with whole_file(path) as part:
+        try:
+            dataset.to_netcdf(str(part), engine="netcdf4")
+        except RuntimeError as error:  # so says the library of netCDF when the disk is full
+            raise OSError(str(error)) from error
+        with part.open("r+b") as file:
+            seal(file, NETCDF_KIND)
+    return path

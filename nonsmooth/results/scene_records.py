@@ -1,0 +1,46 @@
+"""What a run of a scene records: its columns, kind by kind, in memory and in every file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.errors import InvalidInput, shown
+
+WORKS = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
+ENERGIES = ("kinetic", "potential")
+BODIES, CONTACTS, LEDGER = "bodies", "contacts", "ledger"
+KINDS = (BODIES, CONTACTS, LEDGER)
+OF_BODIES = ("position", "turn", "velocity", "spin")
+SCALAR = ("t", "residual", "penetration")  # that are always recorded
+
+
+def as_kinds(record: Any) -> tuple[str, ...]:
+    """What is recorded, in the order of ``KINDS``; all of it where nothing is said."""
+    if record is None:
+        return KINDS
+    listed = (record,) if isinstance(record, str) else record
+    if not isinstance(listed, tuple | list) or not all(isinstance(kind, str) and kind in KINDS for kind in listed):
+        raise InvalidInput(f"record must be some of {', '.join(map(repr, KINDS))}; got {shown(record)}")
+    return tuple(kind for kind in KINDS if kind in listed)
+
+
+def record_row(n_b: int, dim: int, kinds: tuple[str, ...], works: tuple[str, ...] = WORKS) -> np.dtype:
+    """A record: a row of numbers; ``works`` are those of the ledger, beside the energies of the bodies."""
+    of_turn, of_spin = ((4,), (3,)) if dim == 3 else ((), ())
+    columns: list[tuple[str, str, tuple[int, ...]]] = [(name, "<f8", ()) for name in SCALAR]
+    if BODIES in kinds:
+        columns += [("position", "<f8", (n_b, dim)), ("turn", "<f8", (n_b, *of_turn))]
+        columns += [("velocity", "<f8", (n_b, dim)), ("spin", "<f8", (n_b, *of_spin))]
+    if CONTACTS in kinds:
+        columns.append(("n_contacts", "<i8", ()))
+    if LEDGER in kinds:
+        columns += [(name, "<f8", ()) for name in (*ENERGIES, *works)]
+    return np.dtype(columns)
+
+
+def contact_row(dim: int) -> np.dtype:
+    """A contact of a record."""
+    columns: list[Any] = [("i", "<i8"), ("j", "<i8"), ("point", "<f8", (dim,)), ("normal", "<f8", (dim,))]
+    return np.dtype([*columns, ("gap", "<f8"), ("P", "<f8", (dim,)), ("mu", "<f8")])

@@ -1,0 +1,243 @@
+"""Where the records of a scene go: through a window of some records, into memory.
+
+The window has the state as the steps have it, the principal axes of the bodies; what users are shown, with energies, is
+made of many records at once when the window is emptied.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from nonsmooth.checks.memory import require_memory
+from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.integrators.assembly.world import World
+from nonsmooth.results.scene_records import BODIES, CONTACTS, KINDS, LEDGER, contact_row, record_row
+from nonsmooth.results.scene_solution import SceneSolution, SceneStats, columns_of
+from nonsmooth.runs.times import RecordTimes
+from nonsmooth.scenes.scene import Scene
+
+GROWTH = 2  # chosen: of the room for records, where their number is that of the steps
+SCENE_WINDOW = 2**22  # chosen: bytes of records in the window
+Rows = dict[str, np.ndarray]  # columns by name
+
+
+class RunOfScene(Protocol):
+    """What a recorder knows of the run of a scene (scene_run.py)."""
+
+    scene: Scene
+    world: World
+    assembly: Any  # bodies in motion: an `Assembly`, or `SceneSprings`
+    table: RecordTimes
+    names: list[str]
+    centres: np.ndarray
+    works: tuple[str, ...]  # columns of the ledger, beside the energies of the bodies
+    is_counted: bool  # whether its records are those of the table, or one every so many steps that it chooses
+    n_touching: int  # contacts at the start
+    status: Status
+    wall_time: float
+
+    @property
+    def steps(self) -> int:
+        """Taken so far."""
+
+    @property
+    def now(self) -> float:
+        """The time that it has come to [s]."""
+
+    @property
+    def is_at_record(self) -> bool:
+        """Whether its state is that of the last record."""
+
+    @property
+    def place(self) -> tuple[int, int, bool]:
+        """Where it is between the records."""
+
+    def write_record(self) -> None:
+        """Write the state as the next record."""
+
+    def go_on_from(self, interval: int, steps_before: int, has_record: int) -> None:
+        """Be at a place."""
+
+    def stop(self, spent: str) -> None:
+        """End the run before its time."""
+
+    def stats(self) -> SceneStats:
+        """What it cost."""
+
+    def message(self) -> str:
+        """How it ended."""
+
+    def about(self) -> dict[str, str]:
+        """What was run."""
+
+
+class Window:
+    """Records that were written and not taken away yet.
+
+    Parameters
+    ----------
+    run : RunOfScene
+    kinds : tuple of str
+        What is kept of a record.
+    """
+
+    def __init__(self, run: RunOfScene, kinds: tuple[str, ...]) -> None:
+        motion = run.world.bodies.motion
+        self.kinds, self.world, self.works_of, self.count = kinds, run.world, run.works, 0
+        rows = max(2, SCENE_WINDOW // (8 * (motion.x.size + motion.v.size)))
+        rows = min(run.table.count, rows) if run.is_counted else rows
+        self.t, self.worst, self.works = np.empty(rows), np.empty((rows, 2)), np.empty((rows, len(run.works)))
+        self.x, self.v = np.empty((rows, *motion.x.shape)), np.empty((rows, *motion.v.shape))
+        self.contacts: list[Rows] = []
+
+    @property
+    def is_full(self) -> bool:
+        """Whether there is no room for one more."""
+        return self.count == len(self.t)
+
+    def put(self, run: RunOfScene, t: float) -> None:
+        """Write the state of the run."""
+        k, motion, figures = self.count, run.world.bodies.motion, run.assembly.progress.figures
+        self.t[k], self.worst[k] = t, (figures.since_residual, figures.since_penetration)
+        if BODIES in self.kinds or LEDGER in self.kinds:
+            self.x[k], self.v[k] = motion.x, motion.v
+        if LEDGER in self.kinds:
+            self.works[k] = run.assembly.ledger.work
+        if CONTACTS in self.kinds:
+            self.contacts.append(contacts_of(run))
+        self.count = k + 1
+
+    def take(self) -> tuple[Rows, Rows]:
+        """Take the records out: their columns, and those of their contacts."""
+        n, dim = self.count, self.world.dim
+        x, v = self.x[:n], self.v[:n]
+        columns: Rows = {"t": self.t[:n], "residual": self.worst[:n, 0], "penetration": self.worst[:n, 1]}
+        if BODIES in self.kinds:
+            turn, spin = (x[:, :, 2], v[:, :, 2]) if dim == 2 else (self.world.turns(x[:, :, 3:]), v[:, :, 3:])
+            columns |= {"position": x[:, :, :dim], "turn": turn, "velocity": v[:, :, :dim], "spin": spin}
+        if LEDGER in self.kinds:
+            columns |= self.world.energies(x, v) | {name: self.works[:n, w] for w, name in enumerate(self.works_of)}
+        contacts: Rows = {}
+        if CONTACTS in self.kinds:
+            columns["n_contacts"] = np.array([len(found["i"]) for found in self.contacts], np.int64)
+            contacts = joined(self.contacts, dim)
+        self.count, self.contacts = 0, []
+        return columns, contacts
+
+
+def contacts_of(run: RunOfScene) -> Rows:
+    """The contacts of the last step: bodies, points, normals, gaps, impulses in the axes of the world, friction."""
+    assembly = run.assembly
+    n = assembly.network.n_c if run.steps else 0
+    found, network = assembly.found, assembly.network
+    P = np.einsum("crk,cr->ck", network.J_j[:n, :, : run.scene.dim], assembly.contacts.P[:n])
+    columns = {"i": network.i, "j": network.j, "point": found.point, "normal": found.normal, "gap": found.gap}
+    return {name: column[:n].copy() for name, column in columns.items()} | {"P": P, "mu": network.mu[:n].copy()}
+
+
+def joined(parts: list[Rows], dim: int) -> Rows:
+    """Columns of contacts, one record behind the other."""
+    row = contact_row(dim)
+    none = np.empty(0, row)
+    return {name: np.concatenate([none[name], *(part[name] for part in parts)]) for name in row.names or ()}
+
+
+class SceneRecorder:
+    """Records in memory.
+
+    Parameters
+    ----------
+    kinds : tuple of str
+        "bodies", "contacts", "ledger": what is kept beside times, residuals and penetrations.
+    """
+
+    def __init__(self, kinds: tuple[str, ...] = KINDS) -> None:
+        self.kinds = kinds
+
+    def require_room(self, run: RunOfScene) -> None:
+        """Raise `InvalidInput` for more records than there is memory for."""
+        row = record_row(len(run.scene.bodies), run.scene.dim, self.kinds, run.works)
+        needed = float(row.itemsize) * run.table.count
+        require_memory(needed, f"{run.table.count} records", "take a larger every or dt, or checkpoint=")
+
+    def begin(self, run: RunOfScene) -> None:
+        """Get ready before the first record; contacts are reckoned to stay as many as there are at the start."""
+        count, dim = run.table.count, run.scene.dim
+        self.window = Window(run, self.kinds)
+        row = record_row(len(run.scene.bodies), dim, self.kinds, run.works)
+        self.records = {name: np.zeros((count + 1, *row[name].shape), row[name].base) for name in row.names or ()}
+        self.rows, self.contacts, self.held, self.looked = 0, list[Rows](), 0, 0
+        if CONTACTS in self.kinds:
+            needed = (row.itemsize + float(contact_row(dim).itemsize) * run.n_touching) * count
+            what = f"{count} records of {run.n_touching} contacts"
+            require_memory(needed, what, "take a larger every or dt, record=('bodies',), or checkpoint=")
+
+    def write(self, run: RunOfScene, t: float) -> None:
+        """Write the state of the run as its next record."""
+        if self.window.is_full:
+            self.empty(run)
+        self.window.put(run, t)
+
+    def empty(self, run: RunOfScene) -> None:
+        """Empty the window."""
+        columns, contacts = self.window.take()
+        n = len(columns["t"])
+        self._require_rows(run, self.rows + n)
+        for name, column in columns.items():
+            self.records[name][self.rows : self.rows + n] = column
+        self.rows += n
+        if CONTACTS in self.kinds:
+            self.contacts.append(contacts)
+            self.held += len(contacts["i"])
+            self._require_room_for_contacts(run)
+
+    def _require_rows(self, run: RunOfScene, rows: int) -> None:
+        """Room for so many records, of a run whose number of records is that of its steps."""
+        if rows <= len(self.records["t"]):
+            return
+        room = rows + 1
+        if run.status == Status.RUNNING:
+            room = GROWTH * rows
+            try:
+                require_memory(room / self.rows * sum(column.nbytes for column in self.records.values()), "records", "")
+            except InvalidInput:
+                run.stop("the free memory, which records of all steps would exceed,")
+                room = rows + 1
+        for name, column in self.records.items():
+            grown = np.zeros((room, *column.shape[1:]), column.dtype)
+            grown[: self.rows] = column[: self.rows]
+            self.records[name] = grown
+
+    def _require_room_for_contacts(self, run: RunOfScene) -> None:
+        """Stop a run whose contacts, each time they have doubled, would not fit at the rate so far."""
+        if self.held < 2 * self.looked or run.status != Status.RUNNING:
+            return
+        self.looked = self.held
+        left = self.held / self.rows * (run.table.count - self.rows if run.is_counted else self.rows)
+        try:
+            require_memory(contact_row(run.scene.dim).itemsize * left, "contacts", "")
+        except InvalidInput:
+            run.stop("the free memory, which contacts of all records would exceed,")
+
+    def look(self, run: RunOfScene) -> None:
+        """Between two blocks of steps, some 50 times a second."""
+
+    def end(self, run: RunOfScene) -> None:
+        """The run has come to its end, or was stopped: its state is the last record, unless it is one already."""
+        if run.status != Status.FINISHED and not run.is_at_record:
+            self.write(run, run.now)
+        self.empty(run)
+
+    def close(self) -> None:
+        """Nothing is written any more."""
+
+    def solution(self, run: RunOfScene) -> SceneSolution:
+        """What was computed."""
+        records = {name: column[: self.rows] for name, column in self.records.items()}
+        columns = columns_of(records, joined(self.contacts, run.scene.dim), self.kinds, run.works)
+        return SceneSolution(
+            **columns, stats=run.stats(), status=run.status, message=run.message(), names=run.names, scene=run.scene,
+            centres=run.world.frames[:, : run.scene.dim], about=run.about(),
+        )  # fmt: skip

@@ -1,0 +1,193 @@
+"""Two faces seen along the normal n of a contact: where they lie over one another, corner by corner.
+
+Both are seen as polygons in the plane across n, with heights along n. The incident one is clipped to the sides of the
+reference, whose normal is nearer to n (Sutherland and Hodgman); each corner that is left has the difference of the two
+heights as its gap. Corners are features of both: a vertex of the one or of the other, or a pair of edges, so that keys
+do not change when two parallel faces take turns. Of two lines: where they cross, or the ends of the part that they have
+in common.
+
+The deepest point of a contact is one of these; others are what may touch within the step, though now farther apart.
+
+Source: Sutherland and Hodgman, "Reentrant polygon clipping", CACM 17, 1974; manifolds: Ericson, *Real-Time Collision
+Detection*, section 5.5.
+"""
+
+from __future__ import annotations
+
+import math
+
+from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.scenes.spatial.core import EDGES, TWO_EDGES, VERTEX_OF_J, note, note_place
+
+NO_EDGE = 1024  # code: sides from here on are sides of the reference polygon
+# chosen: sine of two lines that lie side by side: at the ends of the common part they are as much aside, of its length,
+# and round sides are lower there by the square of it
+SIDE_BY_SIDE = 1e-4
+STEEPEST = 1e-9  # chosen: cosine to the normal below which a face has no heights
+
+
+@rare_kernel
+def overlay(shapes, scratch, i, j, triad, n_i, n_j, slack, limit, n):
+    """Note where the faces of i and j, n_i and n_j corners, lie over one another with gaps below the limit, behind the
+    first n points; the new n."""
+    if n_i == 1 or n_j == 1:
+        return n
+    if n_i == 2 and n_j == 2:
+        return two_lines(shapes, scratch, i, j, triad, limit, n)
+    slope_i, slope_j = plane_of(scratch.face_i, n_i), plane_of(scratch.face_j, n_j)
+    is_first = n_j == 2 or (n_i > 2 and abs(slope_i[2]) >= abs(slope_j[2]))  # the reference is i
+    slope = slope_i if is_first else slope_j
+    if abs(slope[2]) <= STEEPEST:
+        return n
+    m = clip(scratch, n_i, n_j, is_first, slope[2], 0.0)
+    if m == 0 and slack > 0.0:  # faces that only meet at their borders
+        m = clip(scratch, n_i, n_j, is_first, slope[2], slack)
+    return note_corners_along(shapes, scratch, i, j, triad, is_first, slope, limit, m, n)
+
+
+@kernel
+def plane_of(polygon, m):
+    """The unit normal of a polygon (Newell), or zeros of a line."""
+    x, y, z = 0.0, 0.0, 0.0
+    corner = polygon.corner
+    for k in range(1, m - 1):
+        a, b, c = corner[k, 0] - corner[0, 0], corner[k, 1] - corner[0, 1], corner[k, 2] - corner[0, 2]
+        d = corner[k + 1, 0] - corner[0, 0]
+        e = corner[k + 1, 1] - corner[0, 1]
+        f = corner[k + 1, 2] - corner[0, 2]
+        x, y, z = x + b * f - c * e, y + c * d - a * f, z + a * e - b * d
+    length = math.sqrt(x * x + y * y + z * z)
+    if length == 0.0:
+        return 0.0, 0.0, 0.0
+    return x / length, y / length, z / length
+
+
+@rare_kernel
+def clip(scratch, n_i, n_j, is_first, sense, slack):
+    """Clip the incident face to the sides of the reference, which is i if is_first, each wider by a slack, to
+    ``scratch.polygon``; how many corners. The reference is counterclockwise about the normal where ``sense`` > 0."""
+    ref, inc = (scratch.face_i, scratch.face_j) if is_first else (scratch.face_j, scratch.face_i)
+    n_ref, n_inc = (n_i, n_j) if is_first else (n_j, n_i)
+    for k in range(n_inc):
+        copy_corner(inc, k, scratch.polygon, k)
+        scratch.polygon.feature[k] += VERTEX_OF_J if is_first else 0
+    m = n_inc
+    for side in range(n_ref):
+        m = clip_to_side(scratch, ref, n_ref, side, m, n_inc == 2, is_first, sense, slack)
+    return m
+
+
+@rare_kernel
+def note_corners_along(shapes, scratch, i, j, triad, is_first, slope, limit, m, n):
+    """Note the m corners of what is left, with the heights of the plane of the reference, of this normal, below them;
+    the new n."""
+    ref, corner = scratch.face_i if is_first else scratch.face_j, scratch.polygon.corner
+    for k in range(m):
+        u, v, h = corner[k, 0], corner[k, 1], corner[k, 2]
+        under = ref.corner[0, 2] - ((u - ref.corner[0, 0]) * slope[0] + (v - ref.corner[0, 1]) * slope[1]) / slope[2]
+        heights = (under, h) if is_first else (h, under)
+        n = note_corner(shapes, scratch, i, j, triad, (u, v), heights, scratch.polygon.feature[k], limit, n)
+    return n
+
+
+@rare_kernel
+def clip_to_side(scratch, ref, n_ref, side, n, is_open, is_first, sense, slack):
+    """Clip the polygon of n corners to one side of the reference, wider by a slack; the new n."""
+    polygon, clipped, m = scratch.polygon, scratch.clipped, 0
+    following = side + 1 if side + 1 < n_ref else 0
+    x, y = ref.corner[side, 0], ref.corner[side, 1]
+    a, b = ref.corner[following, 0] - x, ref.corner[following, 1] - y
+    length = math.copysign(math.sqrt(a * a + b * b), sense)
+    if length == 0.0:
+        return n
+    a, b = a / length, b / length
+    for k in range(n):
+        ahead = k + 1 if k + 1 < n else 0
+        d = b * (polygon.corner[k, 0] - x) - a * (polygon.corner[k, 1] - y) - slack
+        d_next = b * (polygon.corner[ahead, 0] - x) - a * (polygon.corner[ahead, 1] - y) - slack
+        if d <= 0.0:
+            copy_corner(polygon, k, clipped, m)
+            m += 1
+        if (d <= 0.0) != (d_next <= 0.0) and not (is_open and ahead == 0):
+            part = d / (d - d_next)
+            for c in range(3):
+                clipped.corner[m, c] = polygon.corner[k, c] + part * (polygon.corner[ahead, c] - polygon.corner[k, c])
+            clipped.feature[m] = cut_feature(ref, n_ref, side, polygon.side[k], is_first)
+            clipped.side[m] = polygon.side[k] if d > 0.0 else NO_EDGE + side
+            m += 1
+    for k in range(m):
+        copy_corner(clipped, k, polygon, k)
+    return m
+
+
+@kernel
+def copy_corner(source, k, target, m):
+    """Corner k of one polygon as corner m of another."""
+    for a in range(3):
+        target.corner[m, a] = source.corner[k, a]
+    target.feature[m], target.side[m] = source.feature[k], source.side[k]
+
+
+@kernel
+def cut_feature(ref, n_ref, side, cut, is_first):
+    """Where a side of the reference face cuts an edge of the incident one: the two edges. Where it cuts another side:
+    the vertex of the reference face."""
+    if cut < NO_EDGE:
+        own = ref.side[side]
+        return TWO_EDGES + (EDGES * own + cut if is_first else EDGES * cut + own)
+    other = cut - NO_EDGE
+    at = side if other == (side - 1 if side > 0 else n_ref - 1) else other
+    return ref.feature[at] + (0 if is_first else VERTEX_OF_J)
+
+
+@rare_kernel
+def note_corner(shapes, scratch, i, j, triad, place, heights, feature, limit, n):
+    """Note a point at a place across the normal, between these heights of the cores, if its gap is below the limit; the
+    new n."""
+    u, v = place
+    r_i, r_j = shapes.radius[i], shapes.radius[j]
+    gap = heights[1] - heights[0] - r_i - r_j
+    if gap >= limit:
+        return n
+    e, f, normal = triad
+    note(scratch.manifold, n, gap, normal[0], normal[1], normal[2], feature)
+    x, y, z = u * e[0] + v * f[0], u * e[1] + v * f[1], u * e[2] + v * f[2]
+    note_place(scratch, n, i, x, y, z, 0.5 * (heights[0] + r_i + heights[1] - r_j))
+    return n + 1
+
+
+@rare_kernel
+def two_lines(shapes, scratch, i, j, triad, limit, n):
+    """Note where two lines cross, or the ends of what they have in common; the new n."""
+    a, b = scratch.face_i.corner, scratch.face_j.corner
+    a_u, a_v, b_u, b_v = a[1, 0] - a[0, 0], a[1, 1] - a[0, 1], b[1, 0] - b[0, 0], b[1, 1] - b[0, 1]
+    square_a, square_b = a_u * a_u + a_v * a_v, b_u * b_u + b_v * b_v
+    if square_a == 0.0 or square_b == 0.0:
+        return n
+    w_u, w_v = b[0, 0] - a[0, 0], b[0, 1] - a[0, 1]
+    sine = a_u * b_v - a_v * b_u
+    if sine * sine > SIDE_BY_SIDE * SIDE_BY_SIDE * square_a * square_b:
+        t, s = (w_u * b_v - w_v * b_u) / sine, (w_u * a_v - w_v * a_u) / sine
+        if 0.0 <= t <= 1.0 and 0.0 <= s <= 1.0:
+            feature = TWO_EDGES + EDGES * scratch.face_i.side[0] + scratch.face_j.side[0]
+            n = between_lines(shapes, scratch, i, j, triad, t, s, feature, limit, n)
+        return n
+    for end in range(2):
+        s = (a_u * (w_u + end * b_u) + a_v * (w_v + end * b_v)) / square_a
+        if 0.0 <= s <= 1.0:
+            feature = VERTEX_OF_J + scratch.face_j.feature[end]
+            n = between_lines(shapes, scratch, i, j, triad, s, float(end), feature, limit, n)
+        t = (b_u * (end * a_u - w_u) + b_v * (end * a_v - w_v)) / square_b
+        if 0.0 < t < 1.0:
+            n = between_lines(shapes, scratch, i, j, triad, float(end), t, scratch.face_i.feature[end], limit, n)
+    return n
+
+
+@rare_kernel
+def between_lines(shapes, scratch, i, j, triad, t, s, feature, limit, n):
+    """Note the point between parts t and s of two lines; the new n."""
+    a, b = scratch.face_i.corner, scratch.face_j.corner
+    u = 0.5 * (a[0, 0] + t * (a[1, 0] - a[0, 0]) + b[0, 0] + s * (b[1, 0] - b[0, 0]))
+    v = 0.5 * (a[0, 1] + t * (a[1, 1] - a[0, 1]) + b[0, 1] + s * (b[1, 1] - b[0, 1]))
+    heights = (a[0, 2] + t * (a[1, 2] - a[0, 2]), b[0, 2] + s * (b[1, 2] - b[0, 2]))
+    return note_corner(shapes, scratch, i, j, triad, (u, v), heights, feature, limit, n)

@@ -1,0 +1,123 @@
+"""A cylinder, an ellipsoid or a polyhedron, and any other shape: the points where they touch.
+
+    a half-space, a sphere on a cylinder       closed forms (`round_solids`)
+    any other pair of convex cores, rounded    the direction that separates them most (`separating_direction`), the
+                                               faces that they turn to one another (`turned_faces`), and the points
+                                               where these lie over one another (`overlay`)
+
+An entry point of its own: a scene without such shapes compiles nothing of it.
+
+How exact: where a flat face decides, to rounding; else the gap to rounding and the normal to 1e-5, since the gap does
+not change with it there.
+"""
+
+from __future__ import annotations
+
+import math
+
+from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.jit.blocks import view
+from nonsmooth.scenes.detection import same_place
+from nonsmooth.scenes.shape_rows import CYLINDER, ELLIPSOID, HALF_SPACE, SPHERE, Shapes
+from nonsmooth.scenes.spatial.core import EDGES, TWO_EDGES, note, note_place, order_points, swap
+from nonsmooth.scenes.spatial.nearest_points import nearest_points
+from nonsmooth.scenes.spatial.overlay import overlay
+from nonsmooth.scenes.spatial.placement import SpatialScratch
+from nonsmooth.scenes.spatial.round_solids import solid_on_half_space, sphere_on_cylinder
+from nonsmooth.scenes.spatial.separating_direction import CLOSE, FACE_OVER_POINTS, separating_direction
+from nonsmooth.scenes.spatial.turned_faces import contact_axes, turned_face
+
+AGAIN = 100.0  # chosen: of what two points have no direction below: nearer ones are one
+NEAREST_POINTS = TWO_EDGES + EDGES * EDGES  # code: feature of the nearest points where no corner is
+
+
+@kernel("int64(int64, int64, int64, int64, float64)")
+def solid_contact(shapes_at, scratch_at, i, j, limit):
+    """The points of a pair of `Shapes`, in the order of their features, to the manifold of `SpatialScratch`; returns
+    how many. Those with gaps beyond the limit may be left out."""
+    shapes, scratch = view(shapes_at, Shapes), view(scratch_at, SpatialScratch)
+    kind_i, kind_j = shapes.kind[i], shapes.kind[j]
+    if kind_i == HALF_SPACE or kind_j == HALF_SPACE:
+        n = solid_on_half_space(shapes, scratch, i, j, limit)
+    elif kind_i == SPHERE and kind_j == CYLINDER:
+        n = sphere_on_cylinder(shapes, scratch, i, j, limit, True)
+    elif kind_i == CYLINDER and kind_j == SPHERE:
+        n = sphere_on_cylinder(shapes, scratch, j, i, limit, False)
+    else:
+        n = convex_on_convex(shapes, scratch, i, j, limit)
+    order_points(scratch.manifold, n)
+    return n
+
+
+@kernel("int64(int64, int64, int64, int64, float64)")
+def further_points(shapes_at, scratch_at, i, j, limit):
+    """Behind the one point of two boxes, or a capsule and a box, where else they may touch within the step: the corners
+    of their faces over one another; how many points there are then. An edge that lands swings another corner down."""
+    shapes, scratch = view(shapes_at, Shapes), view(scratch_at, SpatialScratch)
+    manifold = scratch.manifold
+    normal = (manifold.normal[0, 0], manifold.normal[0, 1], manifold.normal[0, 2])
+    n = with_faces(shapes, scratch, i, j, normal, 0.0, limit, 1)
+    m, near = 1, AGAIN * same_place(shapes, i, j)
+    for k in range(1, n):
+        if (
+            manifold.feature[k] != manifold.feature[0] and apart(manifold, 0, k) > near
+        ):  # else it is the first one again
+            if k != m:
+                swap(manifold, k, m)
+            m += 1
+    order_points(manifold, m)
+    return m
+
+
+@kernel
+def apart(manifold, k, m):
+    """The distance of two points."""
+    x, y = manifold.point[m, 0] - manifold.point[k, 0], manifold.point[m, 1] - manifold.point[k, 1]
+    z = manifold.point[m, 2] - manifold.point[k, 2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@rare_kernel
+def with_faces(shapes, scratch, i, j, normal, slack, limit, n):
+    """Behind the first n points, the corners of what the cores turn to one another along a normal, wider by a slack if
+    they meet at borders only; the new n."""
+    e, f = contact_axes(scratch, i, normal)
+    triad = (e, f, normal)
+    n_i = turned_face(shapes, scratch, i, i, triad, 1.0, scratch.face_i)
+    n_j = turned_face(shapes, scratch, j, i, triad, -1.0, scratch.face_j)
+    return overlay(shapes, scratch, i, j, triad, n_i, n_j, slack, limit, n)
+
+
+@rare_kernel
+def convex_on_convex(shapes, scratch, i, j, limit):
+    """The points of two convex cores, rounded by their radii."""
+    r_i, r_j, n = shapes.radius[i], shapes.radius[j], 0
+    s, normal = separating_direction(shapes, scratch, i, j, limit + r_i + r_j)
+    if s - r_i - r_j >= limit:
+        return 0
+    if has_corners(shapes.kind[i]) and has_corners(shapes.kind[j]):
+        n = with_faces(shapes, scratch, i, j, normal, same_place(shapes, i, j), limit, n)
+    lowest = math.inf
+    for k in range(n):
+        lowest = min(lowest, scratch.manifold.gap[k])
+    if lowest > s - r_i - r_j + 2.0 * FACE_OVER_POINTS * (shapes.reach[i] + shapes.reach[j]):
+        n = note_nearest(shapes, scratch, i, j, s, normal, n)
+    return n
+
+
+@kernel
+def has_corners(kind):
+    """Whether a core may turn a line or a face to another."""
+    return kind != SPHERE and kind != ELLIPSOID
+
+
+@rare_kernel
+def note_nearest(shapes, scratch, i, j, s, normal, n):
+    """Note the point between the nearest points of the cores, s apart along the normal; the new n."""
+    r_i, r_j, scale = shapes.radius[i], shapes.radius[j], shapes.reach[i] + shapes.reach[j]
+    t = max(0.0, CLOSE * scale - s)
+    nearest_points(shapes, scratch, i, j, (t * normal[0], t * normal[1], t * normal[2]), normal, scale, math.inf)
+    point = scratch.simplex.point
+    note(scratch.manifold, n, s - r_i - r_j, normal[0], normal[1], normal[2], NEAREST_POINTS)
+    note_place(scratch, n, i, point[0], point[1], point[2], 0.5 * (s + r_i - r_j))
+    return n + 1

@@ -1,0 +1,84 @@
+"""What a type checker sees: every public name, a user's script that passes, and mistakes that do not."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import nonsmooth as ns
+
+STUB = Path(ns.__file__).with_name("__init__.pyi")
+SCRIPT = """
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import nonsmooth as ns
+
+
+class P(NamedTuple):
+    m: float = 1.0
+    g: float = 9.81
+
+
+def mass(t: float, q: np.ndarray, p: Any, M: np.ndarray) -> None:
+    M[0, 0] = p.m
+
+
+def force(t: float, q: np.ndarray, u: np.ndarray, p: Any, h: np.ndarray) -> None:
+    h[0] = -p.m * p.g
+
+
+def gap(t: float, q: np.ndarray, p: Any, g_N: np.ndarray) -> None:
+    g_N[0] = q[0]
+
+
+ball = ns.System(
+    coordinates=[("y", "m")], mass=mass, force=force, gap=gap, contacts=[ns.Contact(e_N=0.5, name="floor")],
+    parameters=P(), name="ball",
+)
+sol = ns.simulate(ball, (0, 1), state=dict(y=1.0), integrator=ns.MoreauJean(dt=1e-3))
+other = ns.simulate(ball, (0, 1), [1.0], [0.0], integrator="auto")
+height: np.ndarray = sol["y"]
+worst: float = sol.stats.worst_penetration
+kinds = [event.kind for event in sol.events]
+found = ns.classify(ball, 0.0, [0.0], [0.0])
+number: int = found.n_solutions
+scene = ns.Scene(gravity=(0, -9.81))
+scene.body(ns.Disc(0.1), density=1000, position=(0, 0.5), name="disc")
+"""
+WRONG = {
+    'ns.simulate(ball, (0, 1), [1.0], [0.0], integrator="autoo")': "arg-type",
+    "sol.plott()": "attr-defined",
+    "ns.simulat(ball)": "attr-defined",
+    "ns.Contact(e_n=0.5)": "call-arg",
+    "ns.simulate(ball, (0, 1), integrator=ns.MoreauJean(dt=1e-3), ever=2)": "call-arg",
+    "sol.stats.step": "attr-defined",
+}
+
+
+def checked(script, folder):
+    """The complaints of mypy --strict, (line, code)."""
+    (folder / "script.py").write_text(script)
+    words = [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", "--config-file", "", "script.py"]
+    ended = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=500)
+    return [(int(line), code) for line, code in re.findall(r"^script.py:(\d+): error: .*\[(.*)\]$", ended.stdout, re.M)]
+
+
+def test_the_stub_has_every_public_name_from_where_it_is_loaded():
+    rows = re.findall(r"^from nonsmooth\.(\S+) import (\w+) as (\w+)$", STUB.read_text(), re.M)
+    assert all(name == as_name for _, name, as_name in rows) and len(rows) == len(ns._HOME)
+    assert {name: home for home, name, _ in rows} == ns._HOME
+
+
+def test_types_come_with_the_package():
+    assert STUB.with_name("py.typed").is_file()
+
+
+def test_a_users_script_passes_and_its_mistakes_do_not(tmp_path):
+    pytest.importorskip("mypy")
+    lines = len(SCRIPT.splitlines())
+    found = checked(SCRIPT + "\n".join(WRONG) + "\n", tmp_path)
+    assert found == [(lines + 1 + k, code) for k, code in enumerate(WRONG.values())]
