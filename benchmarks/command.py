@@ -1,4 +1,4 @@
-"""``python -m benchmarks accuracy | bits | contacts | core | ladder | paradox | penalty | player | solvers | ...``.
+"""``python -m benchmarks accuracy | bits | bodies | contacts | core | ladder | paradox | penalty | solvers | ...``.
 
 Each is a module with ``main(words) -> exit code``; exit codes and lines on stderr are those of ``nonsmooth``.
 """
@@ -14,8 +14,8 @@ from nonsmooth.commands.typed_input import Parser
 from nonsmooth.errors import InvalidInput
 
 NAMES = (
-    "accuracy", "bits", "contacts", "core", "ladder", "paradox", "penalty", "player", "scenes", "solvers", "stability",
-    "stress", "sweep", "symbolic",
+    "accuracy", "bits", "bodies", "calls", "contacts", "core", "ladder", "paradox", "penalty", "player", "scenes",
+    "solvers", "stability", "stress", "sweep", "symbolic",
 )  # fmt: skip
 
 

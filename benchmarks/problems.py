@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nonsmooth.results.fclib import GlobalContactProblem
+
 GRAVITY = 9.81  # m/s^2
 DT = 1e-3  # s
 
@@ -25,6 +27,12 @@ class Case(NamedTuple):
     c: np.ndarray
     mu: np.ndarray
     dim: int
+
+
+class RigidCase(Case):
+    """The same, and the masses, directions and momenta that it was made from."""
+
+    given: Any  # a `GlobalContactProblem`
 
 
 class Contacts(NamedTuple):
@@ -76,7 +84,11 @@ def rigid(contacts: Contacts, centres: np.ndarray, mass: np.ndarray, spin: np.nd
     H = directions(contacts, centres)
     inertia = np.hstack([np.tile(mass[:, None], dim), np.tile((mass * spin**2)[:, None], turns)])
     G = (H @ diags_array(1.0 / inertia.ravel()) @ H.T).tocsr()
-    return Case(G, H @ v.ravel(), np.broadcast_to(mu, len(contacts.bodies)).astype(float), dim)
+    coefficients = np.broadcast_to(mu, len(contacts.bodies)).astype(float)
+    case = RigidCase(G, H @ v.ravel(), coefficients, dim)
+    M, f = diags_array(inertia.ravel()), (inertia * v).ravel()
+    case.given = GlobalContactProblem(M, H.T, f, np.zeros(H.shape[0]), coefficients, dim)
+    return case
 
 
 def falling(rng: np.random.Generator, n: int, dim: int, noise: float = 0.1) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 from nonsmooth.errors import InvalidInput, NonsmoothError, UnknownName, nearest, said_by, shown
 
 LARGEST_COUNT = 2**62  # chosen: no computer has as many of anything, and int64 holds it
+FLOAT = np.dtype(np.float64)
 NUMERIC = "biufO"  # kinds of dtype: no texts, no complex numbers, no dates; objects are asked for their float
 
 Vector = np.ndarray
@@ -24,7 +25,7 @@ def as_vector(name: str, value: Any, length: int | None = None) -> Vector:
         vector = vector.reshape(1)
     if vector.ndim != 1:
         raise InvalidInput(f"{name} must be a vector; got shape {vector.shape}")
-    if length is not None and vector.shape != (length,):
+    if length is not None and len(vector) != length:
         raise InvalidInput(f"{name} must have {length} entries; got {vector.shape[0]}")
     _require_finite(name, vector)
     return vector
@@ -48,6 +49,8 @@ def as_array(name: str, value: Any) -> np.ndarray:
 
 def as_number(name: str, value: Any, unit: str = "") -> float:
     """A finite float, or `InvalidInput`; a text is no number, nor is an array."""
+    if type(value) is float and math.isfinite(value):
+        return value  # what follows would take as long as a small problem
     try:
         is_plain = type(value) in (float, int)  # measured: asking NumPy costs 3 us
         if not is_plain and (isinstance(value, str | bytes) or np.ndim(value) > 0 or np.iscomplexobj(value)):
@@ -161,6 +164,8 @@ def as_listed(name: str, value: Any, cure: str) -> list[Any]:
 
 def as_floats(name: str, value: Any) -> np.ndarray:
     """A new float64 array of any shape, whose entries may be NaN or infinite, or `InvalidInput`."""
+    if type(value) is np.ndarray and value.dtype is FLOAT:
+        return value.copy()
     try:
         array = np.asarray(value)
         if array.dtype.kind not in NUMERIC:
@@ -172,7 +177,7 @@ def as_floats(name: str, value: Any) -> np.ndarray:
 
 def _require_finite(name: str, array: np.ndarray) -> None:
     finite = np.isfinite(array)
-    if not finite.all():
+    if 0 in finite.tobytes():  # a quarter of the time of finite.all() where there are few entries
         index = tuple(int(i) for i in np.argwhere(~finite)[0])
         raise InvalidInput(f"{name} must be finite; {name}{list(index)} is {array[index]}")
 

@@ -18,7 +18,7 @@ from nonsmooth.jit.kernels import Kernel
 
 ROOT = Path(__file__).parents[2]  # where the package is imported from
 COMPILE = "import sys; from nonsmooth.jit.loading import compile_named; compile_named(sys.argv[1:])"
-START = 12_000  # measured: bytes of code that compile while the other process starts, some 2 s
+STARTUP_CODE = 12_000  # measured: bytes of code that compile while the other process starts, some 2 s
 WAIT = 300.0  # chosen: s for the other process; what it has not compiled by then is compiled here
 
 
@@ -48,7 +48,7 @@ def shares(kernels: list[Kernel]) -> tuple[list[Kernel], list[Kernel]]:
     """Two parts that take about as long to compile: for this process, with the first one, and for one to be started."""
     first, *others = kernels
     here, there, time_here = [first], [], size_of(first)
-    time_there = min(START, time_here)
+    time_there = min(STARTUP_CODE, time_here)
     for kernel in sorted(others, key=size_of, reverse=True):
         if time_here < time_there:
             here.append(kernel)

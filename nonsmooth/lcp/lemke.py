@@ -19,7 +19,7 @@ import numpy as np
 
 from nonsmooth.jit import kernel
 from nonsmooth.lcp.basis import resolve_basis
-from nonsmooth.lcp.result import MAX_ITERATIONS, RAY, SOLVED, lcp_residual
+from nonsmooth.lcp.result import MAX_ITERATIONS, RAY, SOLVED, judge, lcp_residual
 from nonsmooth.lcp.scaling import equilibrate
 from nonsmooth.numerics.golden_ratio import GOLDEN_RATIO
 
@@ -252,3 +252,14 @@ LEMKE = (
 def lemke_entry(A, b, z, tableau, scales, basis, max_pivots):
     """`lemke` for calls from Python: returns (status, pivots)."""
     return lemke(b.shape[0], A, b, z, tableau, scales, basis, max_pivots)
+
+
+@kernel(
+    "Tuple((int64, int64, float64))(float64[:, ::1], float64[::1], float64[::1], float64[::1], float64[:, ::1],"
+    "float64[:, ::1], int64[::1], int64)"
+)
+def judged_lemke(A, b, z, w, tableau, scales, basis, max_pivots):
+    """`lemke`, and w and the residual of what it leaves, in one call: (status, pivots, residual)."""
+    n = b.shape[0]
+    status, pivots = lemke(n, A, b, z, tableau, scales, basis, max_pivots)
+    return status, pivots, judge(n, A, b, z, w)

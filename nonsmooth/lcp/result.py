@@ -108,15 +108,20 @@ def lcp_residual(n, A, b, z):
     return worst / scale if scale > 0.0 else math.inf * worst
 
 
-@kernel("float64(float64[:, ::1], float64[::1], float64[::1], float64[::1])")
-def judge_solution(A, b, z, w):
+@kernel
+def judge(n, A, b, z, w):
     """Write w = A z + b and return `lcp_residual`: the last step of every solver called from Python."""
-    n = b.shape[0]
     for i in range(n):
         w[i] = b[i]
         for j in range(n):
             w[i] += A[i, j] * z[j]
     return lcp_residual(n, A, b, z)
+
+
+@kernel("float64(float64[:, ::1], float64[::1], float64[::1], float64[::1])")
+def judge_solution(A, b, z, w):
+    """`judge` for calls from Python."""
+    return judge(b.shape[0], A, b, z, w)
 
 
 def judge_sparse(A: Any, b: np.ndarray, z: np.ndarray, w: np.ndarray) -> float:

@@ -13,6 +13,7 @@ Sources and conditions are in the files of the solvers.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -23,7 +24,7 @@ from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import ACTIVE_SETS_TRIED, LARGEST_N, enumerate_solutions
 from nonsmooth.lcp.interior import solve_by_interior_point
-from nonsmooth.lcp.lemke import lemke_entry, lemke_workspace
+from nonsmooth.lcp.lemke import judged_lemke, lemke_workspace
 from nonsmooth.lcp.newton import solve_by_semismooth_newton as newton_iterations
 from nonsmooth.lcp.pgs import pgs_entry, pgs_sparse_entry
 from nonsmooth.lcp.pivoting import pivoting_entry, pivoting_workspace
@@ -43,12 +44,17 @@ STATUSES = tuple(LCPStatus)
 
 
 class Attempt(NamedTuple):
-    """What one solver hands to the front door; `status` is its own word, not believed."""
+    """What one solver hands to the front door; `status` is its own word, not believed.
+
+    `w` and `residual` come along where they were computed in the same compiled call.
+    """
 
     z: np.ndarray
     status: LCPStatus
     iterations: int
     note: str
+    w: np.ndarray | None = None
+    residual: float = math.nan
 
 
 def solve_lcp(A: Any, b: Any, solver: str = "auto", tol: float = 1e-10, guess: Any = None) -> LCPResult:
@@ -99,13 +105,21 @@ def solve_lcp(A: Any, b: Any, solver: str = "auto", tol: float = 1e-10, guess: A
     if len(b) == 0:
         return LCPResult(b, b.copy(), LCPStatus.SOLVED, 0.0, 0, solver, "empty problem")
     if solver == "auto":
+        if start is None and len(b) <= SMALL_N:
+            first = _lemke(A, b, None, tol)  # most problems end here: what follows would take as long as a small one
+            if first.residual <= tol:
+                return _solved(first, "lemke")
+            return climb(A, b, _ladder(A, False), tol, None, first)
         return climb(A, b, _ladder(A, start is not None), tol, start)
     return climb(A, b, (solver,), tol, start, use_certificate=False)
 
 
 def climb(A: Any, b: np.ndarray, ladder: tuple[str, ...], tol: float, guess: np.ndarray | None,
-          use_certificate: bool = True) -> LCPResult:  # fmt: skip
-    """Try the solvers in turn until the residual is within tol; the best iterate otherwise."""
+          first: Attempt | None = None, use_certificate: bool = True) -> LCPResult:  # fmt: skip
+    """Try the solvers in turn until the residual is within tol; the best iterate otherwise.
+
+    ``first`` is what the first of them has done already.
+    """
     best: LCPResult | None = None
     notes: list[str] = []
     iterations = 0
@@ -116,7 +130,7 @@ def climb(A: Any, b: np.ndarray, ladder: tuple[str, ...], tol: float, guess: np.
                 notes.append("certificate: no z >= 0 has A z + b >= 0")
                 return _infeasible(best, iterations, "; ".join(notes), y)
             continue
-        attempt = (SOLVERS.get(name) or _quadratic(name))(A, b, guess, tol)
+        attempt = first if first is not None and not notes else _run(name, A, b, guess, tol)
         result = _judged(A, b, attempt, name, tol)
         iterations += attempt.iterations
         notes.append(result.message)
@@ -145,18 +159,25 @@ def _ladder(A: Any, has_guess: bool) -> tuple[str, ...]:
 
 
 def _judged(A: Any, b: np.ndarray, attempt: Attempt, name: str, tol: float) -> LCPResult:
-    w = np.empty_like(b)
-    residual = judge_solution(A, b, attempt.z, w) if isinstance(A, np.ndarray) else judge_sparse(A, b, attempt.z, w)
+    w, residual = attempt.w, attempt.residual
+    if w is None:
+        w = np.empty_like(b)
+        residual = judge_solution(A, b, attempt.z, w) if isinstance(A, np.ndarray) else judge_sparse(A, b, attempt.z, w)
     if residual <= tol:
-        return LCPResult(
-            attempt.z, w, LCPStatus.SOLVED, residual, attempt.iterations, name, f"{name}: solved, {attempt.note}"
-        )
+        return _solved(attempt._replace(w=w, residual=residual), name)
     if attempt.status != LCPStatus.SOLVED:
         status = attempt.status
     else:
         status = LCPStatus.MAX_ITERATIONS if np.isfinite(residual) else LCPStatus.INVALID
     message = f"{name}: {_REASONS[status]}, {attempt.note}, residual {residual:.1e} > {tol:.1e}"
     return LCPResult(attempt.z, w, status, residual, attempt.iterations, name, message)
+
+
+def _solved(attempt: Attempt, name: str) -> LCPResult:
+    """The result of an attempt whose residual is within the tolerance."""
+    assert attempt.w is not None
+    message = f"{name}: solved, {attempt.note}"
+    return LCPResult(attempt.z, attempt.w, LCPStatus.SOLVED, attempt.residual, attempt.iterations, name, message)
 
 
 _REASONS = {
@@ -188,10 +209,10 @@ def _infeasible(result: LCPResult, iterations: int, message: str, y: np.ndarray)
 
 def _lemke(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
     n = len(b)
-    z = np.zeros(n)
+    z, w = np.empty(n), np.empty(n)
     most = max(PIVOTS_AT_LEAST, PIVOTS_PER_ROW * n)
-    status, pivots = lemke_entry(_dense(A, "lemke"), b, z, *lemke_workspace(n), most)
-    return Attempt(z, STATUSES[status], pivots, f"{pivots} pivots")
+    status, pivots, residual = judged_lemke(_dense(A, "lemke"), b, z, w, *lemke_workspace(n), most)
+    return Attempt(z, STATUSES[status], pivots, f"{pivots} pivots", w, residual)
 
 
 def _pivoting(A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
@@ -266,6 +287,11 @@ SOLVERS: dict[str, Callable[..., Attempt]] = {
     "enumeration": _enumeration,
     "qp": _quadratic("qp"),
 }
+
+
+def _run(name: str, A: Any, b: np.ndarray, guess: np.ndarray | None, tol: float) -> Attempt:
+    """An attempt of the solver of this name."""
+    return (SOLVERS.get(name) or _quadratic(name))(A, b, guess, tol)
 
 
 def _require_qp_solver(name: Any) -> None:

@@ -16,7 +16,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from nonsmooth.results.foreign_hdf5 import ROOT, is_hdf5, read_datasets, read_fo
 from nonsmooth.results.forms import REAL
 from nonsmooth.results.hdf5 import put_array, require_h5py, seal_of, write_hdf5
 from nonsmooth.views import Worded
+
+if TYPE_CHECKING:
+    from nonsmooth.contact.blocks.result import ContactResult
 
 FCLIB_ENDINGS = (".hdf5", ".h5")
 KIND = "fclib"
@@ -106,6 +109,8 @@ class GlobalContactProblem(Worded):
     >>> local = problem.local()
     >>> solve_contact(local.G, local.c, local.mu, local.dim).P.tolist()
     [2.0, -1.0]
+    >>> problem.solve().P.tolist()
+    [2.0, -1.0]
     """
 
     M: Any
@@ -137,6 +142,35 @@ class GlobalContactProblem(Worded):
         if self.P is not None:
             as_vector("P", self.P, n)
         as_instance("note", self.note, str, "a text")
+
+    def solve(self, tol: float = 1e-8, max_time: float | None = None) -> ContactResult:
+        """Solve it in the form that suits it: rigid bodies on the graph of the bodies, all else as ``local()``.
+
+        Where M has a block of 3 x 3 (plane) or 6 x 6 (space) a body, and each contact touches one body or two, G is
+        not made: conjugate sweeps and sparse factors of the bodies in turn. What they leave above the tolerance is
+        handed on to `solve_contact`, of up to 1000 contacts.
+
+        Parameters
+        ----------
+        tol : float
+            Largest accepted natural-map error, relative to the norm of c [-].
+        max_time : float, optional
+            Wall time after which the best iterate is returned with the status BUDGET_SPENT [s]; unlimited by default.
+            The clock is looked at between the parts of a round, of which the longest take some seconds.
+
+        Returns
+        -------
+        ContactResult
+            As of `solve_contact`.
+
+        Raises
+        ------
+        InvalidInput
+            When tol does not lie in (0, 1), max_time is not positive, or M with its constraints is singular.
+        """
+        from nonsmooth.results.global_solve import solve_global
+
+        return solve_global(self, tol, max_time)
 
     def local(self) -> ContactProblem:
         """The contact problem with velocities and multipliers eliminated: G = H^T M^-1 H, c = H^T M^-1 f + w."""

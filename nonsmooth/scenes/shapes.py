@@ -20,7 +20,9 @@ from nonsmooth.scenes.convex_hull import convex_hull
 PLANAR, SPATIAL = 2, 3  # defined: coordinates of a point
 # chosen: relative to the extent of a polygon: turns and edges below it are taken for roundings of straight lines
 STRAIGHT = 1e-9
-FLAT = 1e-6  # chosen: thickness of a set of points, of its largest width, below which it has no faces worth the name
+FLATTEST = (
+    1e-6  # chosen: thickness of a set of points, of its largest width, below which it has no faces worth the name
+)
 UNIT = 1e-6  # chosen: by which the length of a quaternion, or a full turn, may miss what it should be
 
 
@@ -406,7 +408,7 @@ def as_points(value: Any) -> np.ndarray:
     if not np.isfinite(points).all():
         raise InvalidInput("points must be finite")
     widths = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    if not widths[2] > FLAT * widths[0]:
+    if not widths[2] > FLATTEST * widths[0]:
         raise InvalidInput("the points of a Polyhedron lie in a plane; give it a thickness")
     return points
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from nonsmooth.integrators.assembly.step import stages_of
-from nonsmooth.jit.loading import START, shares, size_of
+from nonsmooth.jit.loading import STARTUP_CODE, shares, size_of
 
 LOAD = """
 import sys
@@ -42,5 +42,5 @@ def test_both_processes_have_about_as_much_to_compile(dim):
     kernels = [stages.take, stages.find, *stages.others]
     here, there = shares(kernels)
     assert sorted(map(id, here + there)) == sorted(map(id, kernels))
-    left, right = sum(map(size_of, here)), START + sum(map(size_of, there))
+    left, right = sum(map(size_of, here)), STARTUP_CODE + sum(map(size_of, there))
     assert abs(left - right) <= 0.2 * (left + right)

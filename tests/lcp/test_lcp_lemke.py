@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from nonsmooth.jit import interpreted
-from nonsmooth.lcp.lemke import lemke, lemke_entry, lemke_workspace
-from nonsmooth.lcp.result import RAY, SOLVED
+from nonsmooth.lcp.lemke import judged_lemke, lemke, lemke_entry, lemke_workspace
+from nonsmooth.lcp.result import RAY, SOLVED, judge_solution
 
 
 def solve(A, b):
@@ -119,3 +119,16 @@ def test_towers_with_masses_over_six_decades_do_not_mislead_the_pivots(seed):
     A, b, impulses = faceted(problem, 2)
     status, _, z = solve(A, b)
     assert status == SOLVED and problem.error(impulses @ z) <= 1e-8
+
+
+@pytest.mark.parametrize("n", [1, 3, 8])
+def test_solving_and_judging_in_one_call_is_the_same_as_one_after_the_other(n):
+    rng = np.random.default_rng(n)
+    for _ in range(20):
+        A, b = rng.normal(size=(n, n)) + n * np.eye(n), rng.normal(size=n)
+        z, w, apart_z, apart_w = np.empty((4, n))
+        apart = (*lemke_entry(A, b, apart_z, *lemke_workspace(n), 100), judge_solution(A, b, apart_z, apart_w))
+        assert judged_lemke(A, b, z, w, *lemke_workspace(n), 100) == apart
+        assert (z == apart_z).all() and (w == apart_w).all()
+        by_source = interpreted(judged_lemke)(A, b, z, w, *lemke_workspace(n), 100)
+        assert by_source == apart and (z == apart_z).all() and (w == apart_w).all()

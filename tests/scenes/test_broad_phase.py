@@ -18,7 +18,7 @@ def pairs_of(shapes_at, motion_at, grid_at):
 def found_and_all(lo, hi, unbounded=()):
     """The pairs found, in their order, and those of n^2 comparisons."""
     n, d = lo.shape
-    shapes, motion = new(Shapes, n_s=n, n_x=3, n_w=0, n_e=0), new(Motion, n_b=n, n_x=3, n=3)
+    shapes, motion = new(Shapes, n_s=n, n_x=3, n_w=0, n_e=0, n_v=0, n_f=0, n_k=0), new(Motion, n_b=n, n_x=3, n=3)
     grid = new(Grid, n_s=n, d=d, n_p=n * n)
     shapes.body[:], motion.moves[:], grid.lo[:], grid.hi[:] = np.arange(n), 1, lo, hi
     grid.level[list(unbounded)] = -1
@@ -62,8 +62,8 @@ def test_the_candidates_looked_at_grow_with_the_number_of_bodies():
     lo[:, 0] = np.arange(n)
     hi = lo + 1.0
     lo[0], hi[0] = (-1e6, -1e6), (1e7, -0.5)
-    shapes, motion, grid = new(Shapes, n_s=n, n_x=3, n_w=0, n_e=0), new(Motion, n_b=n, n_x=3, n=3), new(
-        Grid, n_s=n, d=2, n_p=3 * n)  # fmt: skip
+    shapes = new(Shapes, n_s=n, n_x=3, n_w=0, n_e=0, n_v=0, n_f=0, n_k=0)
+    motion, grid = new(Motion, n_b=n, n_x=3, n=3), new(Grid, n_s=n, d=2, n_p=3 * n)
     shapes.body[:], motion.moves[:], grid.lo[:], grid.hi[:] = np.arange(n), 1, lo, hi
     assert pairs_of(shapes.address, motion.address, grid.address) == n - 2
     assert np.bincount(grid.bucket[1:], minlength=2).max() <= 3  # places in the table are spread

@@ -43,22 +43,27 @@ def cone_project(mu, y_N, y_1, y_2):
 
 
 @kernel
+def natural_map_of(mu, rho, P, gamma, k, dim):
+    """|F_i|^2 of the contact whose rows begin at k."""
+    P_2 = 0.0
+    gamma_2 = 0.0
+    if dim == 3:
+        P_2 = rho * P[k + 2]
+        gamma_2 = gamma[k + 2]
+    P_N = rho * P[k]
+    P_1 = rho * P[k + 1]
+    gamma_N = gamma[k] + mu * math.sqrt(gamma[k + 1] * gamma[k + 1] + gamma_2 * gamma_2)
+    x_N, x_1, x_2 = cone_project(mu, P_N - gamma_N, P_1 - gamma[k + 1], P_2 - gamma_2)
+    F_N, F_1, F_2 = P_N - x_N, P_1 - x_1, P_2 - x_2
+    return F_N * F_N + F_1 * F_1 + F_2 * F_2
+
+
+@kernel
 def natural_map(mu, rho, weight, P, gamma, dim):
     """The norm of (weight_i |F_i|)_i."""
     total = 0.0
     for i in range(mu.shape[0]):
-        k = i * dim
-        P_2 = 0.0
-        gamma_2 = 0.0
-        if dim == 3:
-            P_2 = rho[i] * P[k + 2]
-            gamma_2 = gamma[k + 2]
-        P_N = rho[i] * P[k]
-        P_1 = rho[i] * P[k + 1]
-        gamma_N = gamma[k] + mu[i] * math.sqrt(gamma[k + 1] * gamma[k + 1] + gamma_2 * gamma_2)
-        x_N, x_1, x_2 = cone_project(mu[i], P_N - gamma_N, P_1 - gamma[k + 1], P_2 - gamma_2)
-        F_N, F_1, F_2 = P_N - x_N, P_1 - x_1, P_2 - x_2
-        total += weight[i] * weight[i] * (F_N * F_N + F_1 * F_1 + F_2 * F_2)
+        total += weight[i] * weight[i] * natural_map_of(mu[i], rho[i], P, gamma, i * dim, dim)
     return math.sqrt(total)
 
 

@@ -94,6 +94,12 @@ class Problem:
 
 def check_problem(G: Any, c: Any, mu: Any, dim: Any) -> Problem:
     """Check a problem at the public border and measure its error relative to the norm of c."""
+    c, mu, dim = check_vectors(c, mu, dim)
+    return weighed_problem(as_blocks("G", G, dim, len(mu)), c, mu)
+
+
+def check_vectors(c: Any, mu: Any, dim: Any) -> tuple[np.ndarray, np.ndarray, int]:
+    """c (n,), mu (n_c,) and dim of a problem, checked."""
     if isinstance(dim, bool) or not isinstance(dim, int | np.integer) or dim not in (2, 3):
         raise InvalidInput(f"dim must be 2 (planar) or 3 (spatial); got {shown(dim)}")
     dim = int(dim)
@@ -102,12 +108,16 @@ def check_problem(G: Any, c: Any, mu: Any, dim: Any) -> Problem:
         raise InvalidInput(f"c must have {dim} entries for each contact (N, T1{', T2' * (dim - 2)}); got {c.shape[0]}")
     n_c = c.shape[0] // dim
     mu = as_vector("mu", np.full(n_c, as_number("mu", mu)) if np.isscalar(mu) or mu is None else mu, n_c)
-    if (mu < 0).any():
+    if 1 in (mu < 0).tobytes():
         i = int(np.argmax(mu < 0))
         raise InvalidInput(f"mu must not be negative; mu[{i}] is {mu[i]:g}")
-    blocks = as_blocks("G", G, dim, n_c)
+    return c, mu, dim
+
+
+def weighed_problem(blocks: Blocks, c: np.ndarray, mu: np.ndarray) -> Problem:
+    """A checked problem, whose error is relative to the norm of c."""
     norm = float(np.linalg.norm(c / (peak := np.abs(c).max(initial=0.0) or 1.0)) * peak)
-    weight = np.full(n_c, 1.0 / norm if norm > 0 else 1.0)
+    weight = np.full(len(mu), 1.0 / norm if norm > 0 else 1.0)
     return Problem(blocks, c, mu, contact_scale(blocks), weight)
 
 
@@ -128,8 +138,10 @@ def as_blocks(name: str, value: Any, dim: int, n_c: int) -> Blocks:
         data = np.array(matrix.data if sparse else matrix, dtype=np.float64, order="C")
     except (TypeError, ValueError):
         raise InvalidInput(f"{name} must hold numbers; got dtype {matrix.dtype}") from None
-    if not np.isfinite(data).all():
+    if 0 in np.isfinite(data).tobytes():
         raise InvalidInput(f"{name} must be finite; {int((~np.isfinite(data)).sum())} of its entries are not")
+    if not sparse and n_c == 1:
+        return Blocks(data.reshape(1, dim, dim), np.zeros(1, dtype=np.int32), np.array([0, 1], dtype=np.int32))
     if not sparse:
         cut = data.reshape(n_c, dim, n_c, dim).transpose(0, 2, 1, 3).reshape(n_c * n_c, dim, dim)
         columns = np.tile(np.arange(n_c, dtype=np.int32), n_c)

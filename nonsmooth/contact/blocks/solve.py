@@ -14,12 +14,24 @@ import numpy as np
 from nonsmooth.checks.arrays import as_name, as_positive, as_tolerance, as_vector
 from nonsmooth.contact.blocks.admm import ADMM
 from nonsmooth.contact.blocks.faceted_lcp import FacetedLCP
+from nonsmooth.contact.blocks.few_contacts import sweep_few
 from nonsmooth.contact.blocks.frictionless import Frictionless
 from nonsmooth.contact.blocks.interior import Interior
-from nonsmooth.contact.blocks.ladder import Climb, Single, Solver, climb, is_cheap, ladder_of
+from nonsmooth.contact.blocks.ladder import (
+    CHEAP_ENTRIES,
+    FIRST_SWEEPS,
+    Climb,
+    Single,
+    Solver,
+    climb,
+    is_cheap,
+    ladder_of,
+)
 from nonsmooth.contact.blocks.newton import Newton
 from nonsmooth.contact.blocks.nsgs import NSGS
-from nonsmooth.contact.blocks.problem import Problem, check_problem, scale_problem
+from nonsmooth.contact.blocks.one_contact import solve_one
+from nonsmooth.contact.blocks.polish import POLISHED_ERROR
+from nonsmooth.contact.blocks.problem import Blocks, Problem, as_blocks, check_vectors, scale_problem, weighed_problem
 from nonsmooth.contact.blocks.proximal import Proximal
 from nonsmooth.contact.blocks.result import ContactResult, ContactStatus
 
@@ -100,11 +112,21 @@ def solve_contact(
     """
     began = time.monotonic()
     as_name("contact solver", solver, ("auto", *SOLVERS))
-    given = check_problem(G, c, mu, dim)
+    c, mu, dim = check_vectors(c, mu, dim)
+    blocks = as_blocks("G", G, dim, len(mu))
     tol = as_tolerance("tol", tol)
     if max_time is not None:
         max_time = as_positive("max_time", max_time, "s")
-    start = np.zeros(given.n) if guess is None else as_vector("guess", guess, given.n)
+    start = np.zeros(len(c)) if guess is None else as_vector("guess", guess, len(c))
+    if len(mu) == 1 and solver in ("auto", "single"):
+        result = _solved_at_once(blocks, c, mu, tol)
+        if result is not None:
+            return result
+    elif solver == "auto" and 0 < blocks.G.size <= CHEAP_ENTRIES:
+        result = _swept_at_once(blocks, c, mu, start, tol)
+        if result is not None:
+            return result
+    given = weighed_problem(blocks, c, mu)
     if given.n == 0:
         return ContactResult(start, start.copy(), ContactStatus.SOLVED, 0.0, 0.0, 0, solver, "empty problem")
     problem, factor = scale_problem(given)
@@ -114,6 +136,29 @@ def solve_contact(
     else:
         end = climb(problem, start / factor, tol, [SOLVERS[solver]], until=until)
     return _judged(given, factor * end.P, tol, end, max_time if time.monotonic() >= until else None)
+
+
+def _solved_at_once(blocks: Blocks, c: np.ndarray, mu: np.ndarray, tol: float) -> ContactResult | None:
+    """The result for one contact, solved to rounding; None where the ladder has more to say."""
+    P, gamma = np.empty(len(c)), np.empty(len(c))
+    error, error_rho_1 = solve_one(blocks.G, c, mu, P, gamma, np.empty(blocks.G.shape))
+    if not error <= min(tol, POLISHED_ERROR):
+        return None
+    message = f"solved; single: error {error:.1e} after 1"
+    return ContactResult(P, gamma, ContactStatus.SOLVED, error, error_rho_1, 1, "single", message)
+
+
+def _swept_at_once(
+    blocks: Blocks, c: np.ndarray, mu: np.ndarray, start: np.ndarray, tol: float
+) -> ContactResult | None:
+    """The result for few contacts, swept to rounding; None where that would take too many sweeps."""
+    P, gamma, rows = start.copy(), np.empty(len(c)), (blocks.G, blocks.indices, blocks.indptr)
+    goal = min(tol, POLISHED_ERROR)
+    sweeps, error, error_rho_1 = sweep_few(rows, c, mu, P, gamma, np.empty(len(mu)), goal, FIRST_SWEEPS)
+    if not error <= goal:
+        return None
+    message = f"solved; nsgs: error {error:.1e} after {sweeps}"
+    return ContactResult(P, gamma, ContactStatus.SOLVED, error, error_rho_1, sweeps, "nsgs", message)
 
 
 def _judged(given: Problem, P: np.ndarray, tol: float, end: Climb, spent: float | None) -> ContactResult:

@@ -18,8 +18,9 @@ import math
 
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.scenes.spatial.core import EDGES, TWO_EDGES, VERTEX_OF_J, note, note_place
+from nonsmooth.scenes.spatial.face_manifold import copy_corner
 
-NO_EDGE = 1024  # code: sides from here on are sides of the reference polygon
+REFERENCE_SIDE = 1024  # code: sides from here on are sides of the reference polygon
 # chosen: sine of two lines that lie side by side: at the ends of the common part they are as much aside, of its length,
 # and round sides are lower there by the square of it
 SIDE_BY_SIDE = 1e-4
@@ -27,13 +28,14 @@ STEEPEST = 1e-9  # chosen: cosine to the normal below which a face has no height
 
 
 @rare_kernel
-def overlay(shapes, scratch, i, j, triad, n_i, n_j, slack, limit, n):
-    """Note where the faces of i and j, n_i and n_j corners, lie over one another with gaps below the limit, behind the
-    first n points; the new n."""
+def overlay(shapes, scratch, pair, triad, corners, slack, limit, n):
+    """Note where the faces of a pair, of so many corners each, lie over one another with gaps below the limit, behind
+    the first n points; the new n."""
+    n_i, n_j = corners
     if n_i == 1 or n_j == 1:
         return n
     if n_i == 2 and n_j == 2:
-        return two_lines(shapes, scratch, i, j, triad, limit, n)
+        return two_lines(shapes, scratch, pair, triad, limit, n)
     slope_i, slope_j = plane_of(scratch.face_i, n_i), plane_of(scratch.face_j, n_j)
     is_first = n_j == 2 or (n_i > 2 and abs(slope_i[2]) >= abs(slope_j[2]))  # the reference is i
     slope = slope_i if is_first else slope_j
@@ -42,7 +44,7 @@ def overlay(shapes, scratch, i, j, triad, n_i, n_j, slack, limit, n):
     m = clip(scratch, n_i, n_j, is_first, slope[2], 0.0)
     if m == 0 and slack > 0.0:  # faces that only meet at their borders
         m = clip(scratch, n_i, n_j, is_first, slope[2], slack)
-    return note_corners_along(shapes, scratch, i, j, triad, is_first, slope, limit, m, n)
+    return note_corners_along(shapes, scratch, pair, triad, (is_first, slope), limit, m, n)
 
 
 @kernel
@@ -73,26 +75,28 @@ def clip(scratch, n_i, n_j, is_first, sense, slack):
         scratch.polygon.feature[k] += VERTEX_OF_J if is_first else 0
     m = n_inc
     for side in range(n_ref):
-        m = clip_to_side(scratch, ref, n_ref, side, m, n_inc == 2, is_first, sense, slack)
+        m = clip_to_side(scratch, ref, n_ref, side, m, n_inc == 2, is_first, (sense, slack))
     return m
 
 
 @rare_kernel
-def note_corners_along(shapes, scratch, i, j, triad, is_first, slope, limit, m, n):
-    """Note the m corners of what is left, with the heights of the plane of the reference, of this normal, below them;
-    the new n."""
+def note_corners_along(shapes, scratch, pair, triad, reference, limit, m, n):
+    """Note the m corners of what is left, with the heights of the plane of the reference below them, which is i or not
+    and has this normal; the new n."""
+    is_first, slope = reference
     ref, corner = scratch.face_i if is_first else scratch.face_j, scratch.polygon.corner
     for k in range(m):
         u, v, h = corner[k, 0], corner[k, 1], corner[k, 2]
         under = ref.corner[0, 2] - ((u - ref.corner[0, 0]) * slope[0] + (v - ref.corner[0, 1]) * slope[1]) / slope[2]
-        heights = (under, h) if is_first else (h, under)
-        n = note_corner(shapes, scratch, i, j, triad, (u, v), heights, scratch.polygon.feature[k], limit, n)
+        spot = (u, v, under, h) if is_first else (u, v, h, under)
+        n = note_corner(shapes, scratch, pair, triad, spot, scratch.polygon.feature[k], limit, n)
     return n
 
 
 @rare_kernel
-def clip_to_side(scratch, ref, n_ref, side, n, is_open, is_first, sense, slack):
-    """Clip the polygon of n corners to one side of the reference, wider by a slack; the new n."""
+def clip_to_side(scratch, ref, n_ref, side, n, is_open, is_first, within):
+    """Clip the polygon of n corners to one side of the reference, of this sense and wider by a slack; the new n."""
+    sense, slack = within
     polygon, clipped, m = scratch.polygon, scratch.clipped, 0
     following = side + 1 if side + 1 < n_ref else 0
     x, y = ref.corner[side, 0], ref.corner[side, 1]
@@ -113,7 +117,7 @@ def clip_to_side(scratch, ref, n_ref, side, n, is_open, is_first, sense, slack):
             for c in range(3):
                 clipped.corner[m, c] = polygon.corner[k, c] + part * (polygon.corner[ahead, c] - polygon.corner[k, c])
             clipped.feature[m] = cut_feature(ref, n_ref, side, polygon.side[k], is_first)
-            clipped.side[m] = polygon.side[k] if d > 0.0 else NO_EDGE + side
+            clipped.side[m] = polygon.side[k] if d > 0.0 else REFERENCE_SIDE + side
             m += 1
     for k in range(m):
         copy_corner(clipped, k, polygon, k)
@@ -121,43 +125,36 @@ def clip_to_side(scratch, ref, n_ref, side, n, is_open, is_first, sense, slack):
 
 
 @kernel
-def copy_corner(source, k, target, m):
-    """Corner k of one polygon as corner m of another."""
-    for a in range(3):
-        target.corner[m, a] = source.corner[k, a]
-    target.feature[m], target.side[m] = source.feature[k], source.side[k]
-
-
-@kernel
 def cut_feature(ref, n_ref, side, cut, is_first):
     """Where a side of the reference face cuts an edge of the incident one: the two edges. Where it cuts another side:
     the vertex of the reference face."""
-    if cut < NO_EDGE:
+    if cut < REFERENCE_SIDE:
         own = ref.side[side]
         return TWO_EDGES + (EDGES * own + cut if is_first else EDGES * cut + own)
-    other = cut - NO_EDGE
+    other = cut - REFERENCE_SIDE
     at = side if other == (side - 1 if side > 0 else n_ref - 1) else other
     return ref.feature[at] + (0 if is_first else VERTEX_OF_J)
 
 
 @rare_kernel
-def note_corner(shapes, scratch, i, j, triad, place, heights, feature, limit, n):
-    """Note a point at a place across the normal, between these heights of the cores, if its gap is below the limit; the
-    new n."""
-    u, v = place
+def note_corner(shapes, scratch, pair, triad, spot, feature, limit, n):
+    """Note a point at a place (u, v) across the normal, between the heights of the cores there, if its gap is below the
+    limit; the new n."""
+    i, j = pair
+    u, v, below, above = spot
     r_i, r_j = shapes.radius[i], shapes.radius[j]
-    gap = heights[1] - heights[0] - r_i - r_j
+    gap = above - below - r_i - r_j
     if gap >= limit:
         return n
     e, f, normal = triad
     note(scratch.manifold, n, gap, normal[0], normal[1], normal[2], feature)
     x, y, z = u * e[0] + v * f[0], u * e[1] + v * f[1], u * e[2] + v * f[2]
-    note_place(scratch, n, i, x, y, z, 0.5 * (heights[0] + r_i + heights[1] - r_j))
+    note_place(scratch, n, i, x, y, z, 0.5 * (below + r_i + above - r_j))
     return n + 1
 
 
 @rare_kernel
-def two_lines(shapes, scratch, i, j, triad, limit, n):
+def two_lines(shapes, scratch, pair, triad, limit, n):
     """Note where two lines cross, or the ends of what they have in common; the new n."""
     a, b = scratch.face_i.corner, scratch.face_j.corner
     a_u, a_v, b_u, b_v = a[1, 0] - a[0, 0], a[1, 1] - a[0, 1], b[1, 0] - b[0, 0], b[1, 1] - b[0, 1]
@@ -170,24 +167,26 @@ def two_lines(shapes, scratch, i, j, triad, limit, n):
         t, s = (w_u * b_v - w_v * b_u) / sine, (w_u * a_v - w_v * a_u) / sine
         if 0.0 <= t <= 1.0 and 0.0 <= s <= 1.0:
             feature = TWO_EDGES + EDGES * scratch.face_i.side[0] + scratch.face_j.side[0]
-            n = between_lines(shapes, scratch, i, j, triad, t, s, feature, limit, n)
+            n = between_lines(shapes, scratch, pair, triad, (t, s), feature, limit, n)
         return n
     for end in range(2):
         s = (a_u * (w_u + end * b_u) + a_v * (w_v + end * b_v)) / square_a
         if 0.0 <= s <= 1.0:
             feature = VERTEX_OF_J + scratch.face_j.feature[end]
-            n = between_lines(shapes, scratch, i, j, triad, s, float(end), feature, limit, n)
+            n = between_lines(shapes, scratch, pair, triad, (s, float(end)), feature, limit, n)
         t = (b_u * (end * a_u - w_u) + b_v * (end * a_v - w_v)) / square_b
         if 0.0 < t < 1.0:
-            n = between_lines(shapes, scratch, i, j, triad, float(end), t, scratch.face_i.feature[end], limit, n)
+            feature = scratch.face_i.feature[end]
+            n = between_lines(shapes, scratch, pair, triad, (float(end), t), feature, limit, n)
     return n
 
 
 @rare_kernel
-def between_lines(shapes, scratch, i, j, triad, t, s, feature, limit, n):
-    """Note the point between parts t and s of two lines; the new n."""
+def between_lines(shapes, scratch, pair, triad, parts, feature, limit, n):
+    """Note the point between these parts of two lines; the new n."""
+    t, s = parts
     a, b = scratch.face_i.corner, scratch.face_j.corner
     u = 0.5 * (a[0, 0] + t * (a[1, 0] - a[0, 0]) + b[0, 0] + s * (b[1, 0] - b[0, 0]))
     v = 0.5 * (a[0, 1] + t * (a[1, 1] - a[0, 1]) + b[0, 1] + s * (b[1, 1] - b[0, 1]))
-    heights = (a[0, 2] + t * (a[1, 2] - a[0, 2]), b[0, 2] + s * (b[1, 2] - b[0, 2]))
-    return note_corner(shapes, scratch, i, j, triad, (u, v), heights, feature, limit, n)
+    below, above = a[0, 2] + t * (a[1, 2] - a[0, 2]), b[0, 2] + s * (b[1, 2] - b[0, 2])
+    return note_corner(shapes, scratch, pair, triad, (u, v, below, above), feature, limit, n)

@@ -44,8 +44,8 @@ def separating_direction(shapes, scratch, i, j, most):
     s_j, n_j = best_face(shapes, scratch, i, j, j, -1.0)
     if s <= close:
         s, n = ascent(shapes, scratch, i, j, n if s > SAME_SEPARATION * scale else middle, close, scale)
-        s, n = better(s, n, shapes, scratch, i, j, s_i, n_i, close, scale)
-        s, n = better(s, n, shapes, scratch, i, j, s_j, n_j, close, scale)
+        s, n = better((s, n), (s_i, n_i), shapes, scratch, i, j, close, scale)
+        s, n = better((s, n), (s_j, n_j), shapes, scratch, i, j, close, scale)
     if s_i >= s - FACE_OVER_POINTS * scale and s_i >= s_j - SAME_SEPARATION * scale:
         return s_i, n_i
     if s_j >= s - FACE_OVER_POINTS * scale:
@@ -64,8 +64,10 @@ def towards(scratch, i, j):
 
 
 @kernel
-def better(s, n, shapes, scratch, i, j, s_face, n_face, close, scale):
-    """What ascends from a face, where it comes higher."""
+def better(found, face, shapes, scratch, i, j, close, scale):
+    """What ascends from a face, where it comes higher than what was found; s and its direction each."""
+    s, n = found
+    s_face, n_face = face
     if s_face > -math.inf:
         s_up, n_up = ascent(shapes, scratch, i, j, n_face, close, scale)
         if s_up > s + SAME_SEPARATION * scale:

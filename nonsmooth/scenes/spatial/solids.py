@@ -27,7 +27,7 @@ from nonsmooth.scenes.spatial.round_solids import solid_on_half_space, sphere_on
 from nonsmooth.scenes.spatial.separating_direction import CLOSE, FACE_OVER_POINTS, separating_direction
 from nonsmooth.scenes.spatial.turned_faces import contact_axes, turned_face
 
-AGAIN = 100.0  # chosen: of what two points have no direction below: nearer ones are one
+ONE_POINT = 100.0  # chosen: of what two points have no direction below: nearer ones are one
 NEAREST_POINTS = TWO_EDGES + EDGES * EDGES  # code: feature of the nearest points where no corner is
 
 
@@ -57,7 +57,7 @@ def further_points(shapes_at, scratch_at, i, j, limit):
     manifold = scratch.manifold
     normal = (manifold.normal[0, 0], manifold.normal[0, 1], manifold.normal[0, 2])
     n = with_faces(shapes, scratch, i, j, normal, 0.0, limit, 1)
-    m, near = 1, AGAIN * same_place(shapes, i, j)
+    m, near = 1, ONE_POINT * same_place(shapes, i, j)
     for k in range(1, n):
         if (
             manifold.feature[k] != manifold.feature[0] and apart(manifold, 0, k) > near
@@ -85,7 +85,7 @@ def with_faces(shapes, scratch, i, j, normal, slack, limit, n):
     triad = (e, f, normal)
     n_i = turned_face(shapes, scratch, i, i, triad, 1.0, scratch.face_i)
     n_j = turned_face(shapes, scratch, j, i, triad, -1.0, scratch.face_j)
-    return overlay(shapes, scratch, i, j, triad, n_i, n_j, slack, limit, n)
+    return overlay(shapes, scratch, (i, j), triad, (n_i, n_j), slack, limit, n)
 
 
 @rare_kernel

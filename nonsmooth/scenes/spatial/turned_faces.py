@@ -56,15 +56,15 @@ def turned_face(shapes, scratch, s, i, triad, sign, polygon):
         return cylinder_face(shapes, scratch, s, i, triad, (x, y, z), polygon)
     if kind == CAPSULE:
         for end in range(2):
-            put(scratch, s, i, triad, vertex_at(shapes, scratch, s, 4 * end), 4 * end, 8, polygon, end)
+            put(scratch, s, i, triad, vertex_at(shapes, scratch, s, 4 * end), (4 * end, 8), polygon, end)
         return 2
-    put(scratch, s, i, triad, support(shapes, scratch, s, x, y, z), 0, 0, polygon, 0)
+    put(scratch, s, i, triad, support(shapes, scratch, s, x, y, z), (0, 0), polygon, 0)
     return 1
 
 
 @kernel
-def put(scratch, s, i, triad, arm, feature, side, polygon, k):
-    """Corner k: a point from the centre of s, the vertex that it is, and the edge behind it."""
+def put(scratch, s, i, triad, arm, feature, polygon, k):
+    """Corner k: a point from the centre of s, and as its feature the vertex that it is and the edge behind it."""
     x, y, z = arm
     if s != i:
         c_x, c_y, c_z = between(scratch, i, s)
@@ -72,7 +72,7 @@ def put(scratch, s, i, triad, arm, feature, side, polygon, k):
     for a in range(3):
         e = triad[a]
         polygon.corner[k, a] = e[0] * x + e[1] * y + e[2] * z
-    polygon.feature[k], polygon.side[k] = feature, side
+    polygon.feature[k], polygon.side[k] = feature
 
 
 @kernel
@@ -96,7 +96,8 @@ def box_face(shapes, scratch, s, i, triad, n, polygon):
     for k in range(4):
         vertex = base | (one if k == 1 or k == 2 else 0) | (two if k >= 2 else 0)
         along = (axis + 1 + k % 2) % 3
-        put(scratch, s, i, triad, vertex_at(shapes, scratch, s, vertex), vertex, edge_number(along, vertex), polygon, k)
+        feature = (vertex, edge_number(along, vertex))
+        put(scratch, s, i, triad, vertex_at(shapes, scratch, s, vertex), feature, polygon, k)
     return 4
 
 
@@ -109,7 +110,7 @@ def polyhedron_face(shapes, scratch, s, i, triad, n, polygon):
         at = solids.first_corner[face] + k
         vertex = solids.corner[at]
         arm = vertex_in_world(shapes, scratch, s, vertex)
-        put(scratch, s, i, triad, arm, vertex, solids.edge[at], polygon, k)
+        put(scratch, s, i, triad, arm, (vertex, solids.edge[at]), polygon, k)
     return solids.corners[face]
 
 
@@ -120,13 +121,13 @@ def cylinder_face(shapes, scratch, s, i, triad, n, polygon):
     end = 1 if z > 0.0 else 0
     if abs(z) < math.sqrt(0.5):
         for k in range(2):
-            put(scratch, s, i, triad, rim_point(shapes, scratch, s, k, 0, x, y), RIM * k, SIDE_EDGE, polygon, k)
+            put(scratch, s, i, triad, rim_point(shapes, scratch, s, k, 0, x, y), (RIM * k, SIDE_EDGE), polygon, k)
         return 2
     for k in range(RIM):
         turn = k if end == 1 else (RIM - k) % RIM
         behind = k if end == 1 else (RIM - k - 1) % RIM
         arm = rim_point(shapes, scratch, s, end, turn, x, y)
-        put(scratch, s, i, triad, arm, RIM * end + turn, RIM * end + behind, polygon, k)
+        put(scratch, s, i, triad, arm, (RIM * end + turn, RIM * end + behind), polygon, k)
     return RIM
 
 
