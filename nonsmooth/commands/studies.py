@@ -15,7 +15,7 @@ from nonsmooth.commands.typed_input import (
     read_axis,
     whole_number,
 )
-from nonsmooth.commands.typed_model import MODEL, typed_model
+from nonsmooth.commands.typed_model import MODEL, is_scene, typed_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def limit_study(arguments: argparse.Namespace) -> Study:
 
 def start_of(model: Any, arguments: argparse.Namespace) -> tuple[Any, Any]:
     """q0 and u0; of a scene none."""
-    if hasattr(model, "system"):
+    if not is_scene(model):
         return initial_state(model, arguments)
     for option in ("state", "q0", "u0", "delay"):
         if getattr(arguments, option) not in (None, []):

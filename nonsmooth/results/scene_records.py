@@ -10,6 +10,7 @@ from nonsmooth.errors import InvalidInput, shown
 
 WORKS = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
 ENERGIES = ("kinetic", "potential")
+ELASTIC, DAMPING = "elastic", "damping"  # defined: columns of the ledger where contacts are compliant, beside WORKS
 BODIES, CONTACTS, LEDGER = "bodies", "contacts", "ledger"
 KINDS = (BODIES, CONTACTS, LEDGER)
 OF_BODIES = ("position", "turn", "velocity", "spin")

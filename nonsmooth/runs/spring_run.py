@@ -13,7 +13,7 @@ from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.integrators.springs.scene_springs import SceneSprings
 from nonsmooth.integrators.springs.steps import VANISHED
 from nonsmooth.jit.blocks import named_numbers
-from nonsmooth.results.scene_records import WORKS
+from nonsmooth.results.scene_records import DAMPING, ELASTIC, WORKS
 from nonsmooth.results.scene_solution import SceneStats, SpringStats
 from nonsmooth.runs.run import next_block
 from nonsmooth.runs.scene_recorder import SceneRecorder
@@ -43,7 +43,7 @@ class SpringRun(SceneRun):
         For bodies that move as a function says.
     """
 
-    works = (*WORKS, "elastic", "damping")
+    works = (*WORKS, ELASTIC, DAMPING)
     what_is_deep = SOFT
     is_resumed = False
     assembly: SceneSprings

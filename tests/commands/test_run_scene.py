@@ -48,7 +48,7 @@ def test_list_names_models_and_scenes(capsys):
         ("--projection", "--projection is no option for box-stack"),
         ("--dump-failure f.npz", "--dump-failure is no option for box-stack"),
         ("--view a.pdf", "must end in one of .html"),
-        ("--animate a.gif", "--animate is no option for box-stack"),
+        ("--animate a.pdf", "must end in one of .gif"),
         ("--set m=3", "there is no parameter 'm'"),
         ("--set n=0", "n must be a whole number of at least 1; got 0"),
     ],
