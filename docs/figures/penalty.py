@@ -10,8 +10,9 @@ import numpy as np
 
 import nonsmooth as ns
 from nonsmooth.catalogue import BouncingBall, BoxStack, MasonryArch, PainleveRod, SpragSlip
+from nonsmooth.drawing.colours import BLUE, RED
 from nonsmooth.drawing.paradox_plots import plot_map
-from nonsmooth.drawing.plots import BLUE, RED, new_figure, save_figure
+from nonsmooth.drawing.plots import new_figure, save_figure
 from nonsmooth.drawing.study_plots import draw_errors
 
 TH = math.pi / 3

@@ -5,14 +5,27 @@ Matplotlib is imported inside the functions. Every function returns the figure, 
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.drawing.plots import BLUE, RED, STRIPS, new_figure, save_figure
-from nonsmooth.drawing.stability_plots import COLOURS
+from nonsmooth.drawing.colours import BLUE, CYCLE, RED, STRIPS, STYLES
+from nonsmooth.drawing.labels import (
+    LETTER,
+    columns_for,
+    coordinate_label,
+    coordinates_of,
+    legend_above,
+    parameter_label,
+    velocity_label,
+    with_unit,
+)
+from nonsmooth.drawing.plots import WIDTH, new_figure, save_figure
+
+CHANGE_LETTERS = 62  # chosen: of a line that lists the changes of a branch
 
 if TYPE_CHECKING:
     from nonsmooth.cycles.cycle import CyclePhase, LimitCycle
@@ -21,28 +34,53 @@ if TYPE_CHECKING:
 
 
 def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:
-    """The phase plane of every coordinate, each phase in the colour of what its contact does."""
+    """The phase plane of every coordinate, each phase in the colour of its contacts' mode, jumps dotted."""
     n = cycle.system.n_q
-    figure = new_figure(5.5 * n + 0.5, 4.8)
-    planes = figure.subplots(1, n, squeeze=False)[0]
+    columns = min(n, 2)
+    rows = -(-n // columns)
+    figure = new_figure(WIDTH, 1.0 + rows * (3.6 if columns == 1 else 2.6))
+    planes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes in planes[n:]:
+        axes.remove()
+    labels = list(dict.fromkeys(phase.label for phase in cycle.phases))
     size = len(cycle.t) // len(cycle.phases)
-    for j, axes in enumerate(planes):
-        shown = set()
+    for j, (axes, named) in enumerate(zip(planes, coordinates_of(cycle.system), strict=False)):
         for k, phase in enumerate(cycle.phases):
             part = slice(k * size, (k + 1) * size)
-            label = phase.label
-            style = "--" if any(state.normal < 0 for state in phase.states) else "-"
-            axes.plot(cycle.q[part, j], cycle.u[part, j], style, color=colour(phase), lw=2.2,
-                      label=None if label in shown else label)  # fmt: skip
-            axes.plot(phase.q[j], phase.u[j], "o", color="black", ms=4, zorder=5)
-            shown.add(label)
-        axes.set_xlabel(cycle.system.described.label(j))
-        axes.set_ylabel(cycle.system.described.rate_label(j))
+            style = STYLES[:2][any(state.normal < 0 for state in phase.states)]
+            axes.plot(cycle.q[part, j], cycle.u[part, j], style, color=colour(phase), lw=2.2)
+            axes.plot(phase.q[j], phase.u[j], "o", color="black", ms=3.5, zorder=5)
+            if phase.jump is not None:
+                draw_jump(axes, cycle, part.stop - 1, j)
+        axes.set_xlabel(coordinate_label(*named))
+        axes.set_ylabel(velocity_label(*named))
+        axes.locator_params(axis="x", nbins=5)
         axes.grid(alpha=0.25)
-    planes[0].legend(frameon=False, fontsize=9, loc="center")
+    handles = phase_handles(cycle, labels)
+    columns = columns_for(handles)
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize=LETTER)
     largest = f"{np.abs(cycle.multipliers).max():.4g}" if cycle.multipliers.size else "none"
-    figure.suptitle(f"period {cycle.period:.9g} s, largest multiplier {largest}", fontsize=10)
+    name = getattr(cycle.system, "name", "")
+    of = f"{name}: " if name else ""
+    figure.suptitle(f"{of}period {cycle.period:.9g} s, largest multiplier {largest}", fontsize=9)
     return save_figure(figure, path)
+
+
+def draw_jump(axes: Any, cycle: LimitCycle, last: int, j: int) -> None:
+    """From the last state of a phase to the first of the next: an impact, with a collision or without."""
+    after = (last + 1) % len(cycle.t)
+    axes.plot([cycle.q[last, j]] * 2, [cycle.u[last, j], cycle.u[after, j]], color=RED, ls=":", lw=1.4, gid="jump")
+
+
+def phase_handles(cycle: LimitCycle, labels: list[str]) -> list[Any]:
+    """The legend of a cycle."""
+    from matplotlib.lines import Line2D
+
+    first = {phase.label: phase for phase in reversed(cycle.phases)}
+    handles = [Line2D([], [], color=colour(first[label]), lw=2.2, label=label) for label in labels]
+    if any(phase.jump is not None for phase in cycle.phases):
+        handles.append(Line2D([], [], color=RED, ls=":", lw=1.4, label="impact"))
+    return handles
 
 
 def colour(phase: CyclePhase) -> str:
@@ -56,36 +94,61 @@ def plot_branch(
     label: str = "",
     coordinate: int | str = 0,
 ) -> Any:
-    """Amplitude, period and stick duration along the parameter; unstable cycles dashed, changes as vertical lines."""
+    """Amplitude, period and stick duration along the parameter; unstable cycles dashed, changes as vertical lines.
+
+    Where sticking ends at a change of the phases, its duration goes to zero there.
+    """
     family = branches if isinstance(branches, Mapping) else {"": branches}
     first = next(iter(family.values()))
-    coordinate = first.cycles[0].system.described.coordinate(coordinate)
-    figure = new_figure(7.5, 7.5)
+    system = first.cycles[0].system
+    coordinate = system.described.coordinate(coordinate)
+    figure = new_figure(WIDTH, 6.4)
     rows = figure.subplots(3, 1, sharex=True)
     for k, (name, branch) in enumerate(family.items()):
         stable = np.array([cycle.is_stable for cycle in branch.cycles])
-        for axes, values in zip(
-            rows, (branch.amplitudes[:, coordinate], branch.periods, branch.stick_durations), strict=True
-        ):
+        curves = [(branch.values, branch.amplitudes[:, coordinate]), (branch.values, branch.periods)]
+        for axes, (x, y) in zip(rows, [*curves, stick_with_ends(branch)], strict=True):
             for kind, style in ((stable, "-"), (~stable, "--")):
                 if kind.any():
-                    axes.plot(branch.values, np.where(kind, values, np.nan), style, color=COLOURS[k % len(COLOURS)],
-                              lw=1.6, label=name if style == "-" and name else None)  # fmt: skip
-        for change in branch.changes:
-            for axes in rows:
-                axes.axvline(change.value, color=RED, ls=":", lw=1.1)
-            rows[0].annotate(change.kind, (change.value, 0.03), (3, 0), ("data", "axes fraction"), "offset points",
-                             rotation=90, fontsize=8, color=RED, va="bottom")  # fmt: skip
-    name, unit = first.cycles[0].system.described.coordinates[coordinate]
-    rows[0].set_ylabel(f"(max - min)/2 of {name}" + (f" [{unit}]" if unit else ""))
+                    is_shown = np.interp(x, branch.values, kind) > 0.5 * (len(branch.values) > 1)
+                    axes.plot(x, np.where(is_shown, y, np.nan), style, color=CYCLE[k % len(CYCLE)], lw=1.6,
+                              label=name if style == "-" and name else None)  # fmt: skip
+        draw_changes(rows, branch)
+    name, unit = coordinates_of(system)[coordinate]
+    rows[0].set_ylabel(with_unit(f"(max - min)/2\nof {name}", unit))
     rows[1].set_ylabel("period [s]")
     rows[2].set_ylabel("stick [s]")
-    rows[2].set_xlabel(label or first.parameter)
+    rows[2].set_ylim(bottom=0.0)
+    rows[2].set_xlabel(label or parameter_label(first.parameter, system.parameters))
     for axes in rows:
         axes.grid(alpha=0.25)
+        axes.yaxis.set_major_formatter("{x:.6g}")
+    figure.align_ylabels(rows)
     if len(family) > 1:
-        rows[0].legend(frameon=False, fontsize=9)
+        legend_above(rows[0])
     return save_figure(figure, path)
+
+
+def draw_changes(rows: Any, branch: CycleBranch) -> None:
+    """A line at each change, numbered above where there are several, with its kind in the legend of the period."""
+    for axes in rows:
+        for change in branch.changes:
+            axes.axvline(change.value, color=RED, ls=":", lw=1.1)
+    text = "; ".join(f"{change.kind} at {change.value:.5g}" for change in branch.changes)
+    if text:
+        said = [*rows[1].get_title("left").split("\n"), *textwrap.wrap(text, CHANGE_LETTERS)]
+        rows[1].set_title("\n".join(line for line in said if line), loc="left", fontsize=LETTER, color=RED)
+
+
+def stick_with_ends(branch: CycleBranch) -> tuple[np.ndarray, np.ndarray]:
+    """Values and durations of sticking, with a zero where it ends or begins: between two cycles none is known."""
+    values, stick = branch.values, branch.stick_durations
+    for change in branch.changes:
+        k = int(np.searchsorted(values, change.value))
+        beside = stick[max(k - 1, 0) : k + 1]
+        if change.kind.startswith("stick") and not beside.all():
+            values, stick = np.insert(values, k, change.value), np.insert(stick, k, 0.0)
+    return values, stick
 
 
 def plot_waterfall(
@@ -97,39 +160,42 @@ def plot_waterfall(
     from matplotlib.colors import Normalize
 
     coordinate = branch.cycles[0].system.described.coordinate(coordinate)
-    figure = new_figure(7, 5.2)
+    figure = new_figure(WIDTH, 3.9)
     axes = figure.subplots()
     scale = ScalarMappable(Normalize(branch.values.min(), branch.values.max()), colormaps["viridis"])
     for k in np.unique(np.linspace(0, len(branch.cycles) - 1, shown).astype(int)):
         cycle = branch.cycles[k]
         closed = [np.append(x[:, coordinate], x[0, coordinate]) for x in (cycle.q, cycle.u)]
         axes.plot(*closed, color=scale.to_rgba(branch.values[k]), lw=1.3)
-    names = branch.cycles[0].system.described
-    axes.set_xlabel(names.label(coordinate))
-    axes.set_ylabel(names.rate_label(coordinate))
+    system = branch.cycles[0].system
+    named = coordinates_of(system)[coordinate]
+    axes.set_xlabel(coordinate_label(*named))
+    axes.set_ylabel(velocity_label(*named))
     axes.grid(alpha=0.25)
-    figure.colorbar(scale, ax=axes, label=label or branch.parameter)
+    figure.colorbar(scale, ax=axes, label=label or parameter_label(branch.parameter, system.parameters))
     return save_figure(figure, path)
 
 
 def plot_bifurcations(diagram: BifurcationDiagram, path: str | Path | None = None, label: str = "") -> Any:
-    """Local maxima upwards and downwards; crosses where a contact opened."""
-    figure = new_figure(7.5, 4.8)
+    """Local maxima upwards as small dots, downwards as rings around them; a bar below where a contact opened.
+
+    Where both ways find the same motion a ring has its dot; a dot or a ring alone is one of several motions.
+    """
+    figure = new_figure(WIDTH, 3.9)
     axes = figure.subplots()
-    directions: Sequence[tuple[str, Any, str, str]] = (
-        ("upwards", diagram.upwards, "^", BLUE), ("downwards", diagram.downwards, "v", "#d95f02"),
-    )  # fmt: skip
-    for k, (name, maxima, marker, shade) in enumerate(directions):
+    directions: Sequence[tuple[str, Any, str, dict[str, Any]]] = (
+        ("upwards", diagram.upwards, CYCLE[0], {"ms": 2.2, "mew": 0.0, "zorder": 3}),
+        ("downwards", diagram.downwards, CYCLE[1], {"ms": 5.0, "mew": 0.8, "mfc": "none", "zorder": 2}),
+    )
+    for k, (name, maxima, shade, style) in enumerate(directions):
         x = np.concatenate([np.full(len(peaks), v) for v, peaks in zip(diagram.values, maxima, strict=True)])
-        y = np.concatenate(maxima)
-        axes.plot(x, y, marker, color=shade, mfc="none", ms=5, ls="", label=name)
-        if diagram.opens[k].any():
-            lost = [peaks[-1] for peaks, is_open in zip(maxima, diagram.opens[k], strict=True) if is_open]
-            axes.plot(
-                diagram.values[diagram.opens[k]], lost, "x", color=RED, label="a contact opens" if k == 0 else None
-            )
-    axes.set_xlabel(label or diagram.parameter)
+        axes.plot(x, np.concatenate(maxima), "o", color=shade, ls="", label=name, **style)
+        lost = diagram.values[diagram.opens[k]]
+        axes.plot(lost, np.full(len(lost), 0.015 + 0.025 * k), "|", color=shade, ms=5,
+                  transform=axes.get_xaxis_transform(), label=f"opens, {name}" if len(lost) else None)  # fmt: skip
+    axes.set_xlabel(label or parameter_label(diagram.parameter, getattr(diagram.system, "parameters", None)))
     axes.set_ylabel(f"local maxima of {diagram.coordinate_label or f'q[{diagram.coordinate}]'}")
+    axes.margins(y=0.1)
     axes.grid(alpha=0.25)
-    axes.legend(frameon=False, fontsize=9)
+    legend_above(axes)
     return save_figure(figure, path)

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_array, as_index, as_instance, as_listed
-from nonsmooth.drawing.plots import BELOW, BLUE, RED, REGIONS, is_geometric, new_figure, save_figure
+from nonsmooth.drawing.colours import BLUE, RED, REGIONS
+from nonsmooth.drawing.labels import LETTER, legend_above, parameter_label
+from nonsmooth.drawing.plots import BELOW, UNDER_LABELS, WIDTH, broken, is_geometric, new_figure, save_figure
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.paradox.classify import ParadoxKind
 
@@ -35,9 +37,9 @@ HATCHES = "#8f8f8f"
 SMALLEST_LABEL = 2e-3  # chosen: of the map's area: a smaller region gets no label
 # chosen: of the map's width: a label stands beside a region that is no wider, ``BESIDE_NARROW`` points away
 NARROW_REGION = 0.03
-BESIDE_NARROW = -45  # chosen: points, to the left
+BESIDE_NARROW = -30  # chosen: points, to the left
 OF_THE_SWEEP = {"cells", "cells_from_journal", "cells_failed", "interrupted"}  # attributes that are no quantities
-SYMBOLS = {"th": "\\theta", "thdot": "\\dot\\theta", "mu": "\\mu"}
+MAP_LETTERS = 64  # chosen: of a line of the title of a map
 
 
 def plot_map(
@@ -90,7 +92,7 @@ def plot_map(
     axes_names = [str(name) for name in chart.kind.dims]
     if len(axes_names) > 2:
         raise InvalidInput(f"a figure has two axes; this map has {', '.join(axes_names)}: take a slice with isel")
-    figure = new_figure(7.2, 6.2)
+    figure = new_figure(WIDTH, 4.9)
     axes = figure.subplots()
     if len(axes_names) == 1:
         draw_forces_along(axes, chart, axes_names[0])
@@ -98,12 +100,12 @@ def plot_map(
         handles = draw_regions(axes, chart, axes_names)
         label_regions(axes, chart, axes_names, regions)
         handles += draw_curves(axes, boundaries) + draw_motions(axes, moved)
-        axes.legend(handles=handles, bbox_to_anchor=(0.5, -0.1), ncols=2, **(BELOW | {"fontsize": 9}))
+        axes.legend(handles=handles, bbox_to_anchor=(0.5, 0.0), borderaxespad=UNDER_LABELS, ncols=2, **BELOW)
     for name, set_scale in zip(axes_names, (axes.set_xscale, axes.set_yscale), strict=False):
         if is_geometric(chart[name].values):
             set_scale("log")
     axes.set_xlabel(axis_label(chart, axes_names[0]))
-    axes.set_title(map_title(chart) if title is None else title, fontsize=10)
+    figure.suptitle(map_title(chart) if title is None else title, fontsize=9)
     return save_figure(figure, path)
 
 
@@ -144,8 +146,9 @@ def label_regions(axes: Any, chart: xarray.Dataset, names: list[str],
             depth = distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1]
             i, j = np.unravel_index(depth.argmax(), depth.shape)
             is_narrow = depth.max() < NARROW_REGION * min(depth.shape)
+            aside = BESIDE_NARROW if i > 0.5 * len(x) else -BESIDE_NARROW  # into the map
             axes.annotate(
-                name_of(int(code)), (x[i], y[j]), (BESIDE_NARROW if is_narrow else 0, 0), textcoords="offset points",
+                name_of(int(code)), (x[i], y[j]), (aside if is_narrow else 0, 0), textcoords="offset points",
                 ha="center", va="center", fontsize=10, zorder=7,
                 arrowprops={"arrowstyle": "-", "lw": 0.8} if is_narrow else None,
                 bbox={"boxstyle": "round,pad=0.2", "fc": "white", "ec": "none", "alpha": 0.85},
@@ -208,27 +211,24 @@ def draw_forces_along(axes: Any, chart: xarray.Dataset, name: str) -> None:
     if size > 0 and np.nanmax(np.abs(la_N)) > 4 * size:
         axes.set_ylim(-4 * size if np.nanmin(la_N) < 0 else -0.2 * size, 4 * size)
         axes.text(0.99, 0.985, f"up to {np.nanmax(np.abs(la_N)):.3g} N beyond the axis", transform=axes.transAxes,
-                  ha="right", va="top", fontsize=8)  # fmt: skip
+                  ha="right", va="top", fontsize=LETTER)  # fmt: skip
     axes.set_xlim(x.min(), x.max())
     axes.set_ylabel("$\\lambda_N$ of each solution [N]")
     axes.grid(alpha=0.25)
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=9, loc="upper left")
+    legend_above(axes)
 
 
 def axis_label(chart: xarray.Dataset, name: str) -> str:
     """Symbol and unit of an axis."""
-    unit = chart[name].attrs.get("units", "")
-    symbol = f"${SYMBOLS[name]}$" if name in SYMBOLS else name
-    return f"{symbol} [{unit}]" if unit else symbol
+    return parameter_label(name, unit=chart[name].attrs.get("units", ""))
 
 
 def map_title(chart: xarray.Dataset) -> str:
-    """The system and what was held fixed, eight values a line."""
+    """The system and what was held fixed, in lines that fit."""
     numbers = {name: value for name, value in chart.attrs.items() if isinstance(value, int | float)}
-    values = [f"{name} = {value:.4g}" for name, value in numbers.items() if name not in OF_THE_SWEEP]
-    rows = ["   ".join(values[first : first + 8]) for first in range(0, len(values), 8)]
-    return "\n".join([str(chart.attrs.get("system", "")), *rows])
+    values = [f"{name}\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{value:.4g}" for name, value in numbers.items()
+              if name not in OF_THE_SWEEP]  # fmt: skip
+    return "\n".join([str(chart.attrs.get("system", "")), *broken("  ".join(values), MAP_LETTERS)])
 
 
 def plot_graphical_problem(cases: Classification | Sequence[tuple[str, Classification]],
@@ -259,7 +259,7 @@ def plot_graphical_problem(cases: Classification | Sequence[tuple[str, Classific
     contact = min(as_index("contact", contact, len(c.mode)) for _, c in panels)
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
-    figure = new_figure(4.6 * columns, 3.7 * rows + 0.3)
+    figure = new_figure(WIDTH, (2.6 if columns == 2 else 3.4) * rows + 0.7)
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, (title, c) in zip(grid, panels, strict=False):
         draw_graphical_problem(axes, c, contact)
@@ -267,7 +267,7 @@ def plot_graphical_problem(cases: Classification | Sequence[tuple[str, Classific
     for axes in grid[len(panels) :]:
         axes.set_visible(False)
     keys = {label: handle for axes in grid for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    figure.legend(keys.values(), keys, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
+    figure.legend(keys.values(), keys, loc="outside lower center", ncols=2, fontsize=LETTER, frameon=False)
     return save_figure(figure, path)
 
 
@@ -313,7 +313,7 @@ def draw_graphical_problem(axes: Any, c: Classification, contact: int) -> None:
     rows = [f"$p = {slope:.3g}$ {compared(slope)} 0{place}" for slope, place in zip(slopes[::-1], places, strict=False)]
     rows += [f"$b = {b:.3g}$ {compared(b)} 0", f"{c.n_solutions} solution" + ("" if c.n_solutions == 1 else "s")]
     is_taken = 0.75 * slopes[1] * reach + b > 0.3 * height  # the upper corner, by the line
-    axes.text(0.97, 0.05 if is_taken else 0.95, "\n".join(rows), transform=axes.transAxes, ha="right", fontsize=9,
+    axes.text(0.97, 0.05 if is_taken else 0.95, "\n".join(rows), transform=axes.transAxes, ha="right", fontsize=LETTER,
               va="bottom" if is_taken else "top", bbox={"fc": "white", "ec": "none", "alpha": 0.8})  # fmt: skip
 
 

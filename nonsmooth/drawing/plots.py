@@ -6,12 +6,28 @@ Matplotlib is imported inside the functions. A model may give ``coordinates`` (n
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nonsmooth.checks.files import FIGURE_ENDINGS, as_place, whole_file
+from nonsmooth.drawing.colours import BLUE, ENERGIES, GREY, RED, REGIONS, STRIPS, cycled
+from nonsmooth.drawing.forces import CUT, PEAKLESS, draw_forces, draw_impulses, loads_of
+from nonsmooth.drawing.labels import (
+    FLAT,
+    LETTER,
+    columns_for,
+    coordinate_label,
+    coordinates_of,
+    legend_above,
+    show_no_rounding,
+    velocity_label,
+    with_unit,
+)
 from nonsmooth.errors import MissingExtra
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.solution import mode_name
@@ -19,27 +35,19 @@ from nonsmooth.results.solution import mode_name
 if TYPE_CHECKING:
     from nonsmooth.results.solution import Solution
 
-STRIPS = {  # (mode, sign of sliding): colour
-    (ContactMode.OPEN, 0): "#d9d9d9",
-    (ContactMode.STICK, 0): "#1b7837",
-    (ContactMode.SLIDE, 1): "#fdb863",
-    (ContactMode.SLIDE, 0): "#f1a340",
-    (ContactMode.SLIDE, -1): "#b35806",
-    (ContactMode.LOCKED, 0): "#542788",
-}
-REGIONS = (("no solution", "#f4a6a0", "//"), ("one solution", "#ffffff", ""), ("two solutions", "#d3e3f3", ".."))
-BLUE, RED = "#08306b", "#b2182b"
+WIDTH = 5.0  # chosen: of a figure [in]
 PHASE_PLANE_MARGIN = 0.2  # chosen: of the orbit's extent, around it in the phase plane
 GRID = 400  # chosen: points of the phase map along each axis
 MOST_DRAWN = 20_000  # chosen: drawn of one curve
 MAX_NAMES = 8  # chosen: coordinates drawn; a chain has hundreds
-FLAT = 1e-6  # chosen: of its size: a curve that varies less is drawn as the constant it is
 HAIR = 2e-3  # chosen: of the run: a mode that lasts less would be thinner than a dot
-LETTERS = 11.5  # chosen: of a title, per inch of the figure's width
+LETTERS = 14.0  # chosen: of a title, per inch of the figure's width
+TITLE_LETTERS = 72  # chosen: of a line of a title, monospace, in the width of a figure
 MAX_STRIPS = 4000  # chosen: rectangles of a mode strip: an accumulation of impacts has more than a screen can show
-BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5), "fontsize": 8, "frameon": False}
+PIXELS_OF_TIME = 600  # chosen: instants of a picture over space and time
 UNDER_LABELS = 4.5  # chosen: of a legend below an axis, in its letters: under the numbers and the label of the axis
-BELOW: dict[str, Any] = {"loc": "upper center", "fontsize": 8, "frameon": False}
+BELOW: dict[str, Any] = {"loc": "upper center", "fontsize": LETTER, "frameon": False}
+PHASE_PLANE, HISTORY, STRIP = 4.2, 1.3, 0.2  # chosen: heights [in]
 
 
 def new_figure(width: float, height: float) -> Any:
@@ -63,6 +71,10 @@ def save_figure(figure: Any, path: str | Path | None) -> Any:
 def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
     """Draw a run: states, energy, contact forces and modes against time, and the phase plane where the model has one.
 
+    Coordinates of one unit share an axis. Impulses of collisions and seizures stand apart from the forces: see
+    `nonsmooth.drawing.forces`. Of many contacts those that carry most have curves; many coordinates are a picture over
+    space and time.
+
     Parameters
     ----------
     solution : Solution
@@ -79,57 +91,129 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
         When Matplotlib is not installed.
     """
     model = solution.system.parameters if solution.system else None
+    panels = panels_of(solution)
+    heights = [height for _, height in panels]
     has_phase_plane = hasattr(model, "phase_map")
-    figure = new_figure(14 if has_phase_plane else 8.5, 8.5)
+    title = title_of(solution, TITLE_LETTERS)
+    over = 0.5 + 0.15 * title.count("\n") + 0.5
+    figure = new_figure(WIDTH, sum(heights) + over + PHASE_PLANE * has_phase_plane)
     histories = figure
     if has_phase_plane:
-        left, histories = figure.subfigures(1, 2, width_ratios=(1.1, 1))
-        draw_phase_plane(left.subplots(), solution, model)
-    n_c = solution.mode.shape[1]
-    strips = 0.4 + 0.2 * n_c if n_c <= 4 else 2.0
-    rows = histories.subplots(5 if n_c else 3, 1, sharex=True, height_ratios=(3, 3, 3, 3, strips) if n_c else None)
-    draw_states(rows[0], rows[1], solution)
-    draw_energy(rows[2], solution)
-    if n_c:
-        draw_forces(rows[3], solution)
-        draw_modes(rows[4], solution)
-    for axes in rows[:4]:
+        above, histories = figure.subfigures(2, 1, height_ratios=(PHASE_PLANE, sum(heights) + 0.5))
+        draw_phase_plane(above.subplots(), solution, model)
+    rows = histories.subplots(len(panels), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
+    for axes, (draw, _) in zip(rows, panels, strict=True):
+        draw(axes)
+    for axes in rows[: len(rows) - bool(solution.mode.shape[1])]:
         axes.grid(alpha=0.25)
-        show_no_rounding(axes)
+        axes.yaxis.set_major_formatter("{x:.6g}")
     rows[-1].set_xlabel("t [s]")
     if solution.t[-1] > solution.t[0]:
         rows[-1].set_xlim(solution.t[0], solution.t[-1])
-    letters = int(LETTERS * figure.get_figwidth())
-    figure.suptitle(title_of(solution, letters), fontsize=10, family="monospace")  # tells l from I
+    figure.align_ylabels(rows)
+    figure.suptitle(title, fontsize=LETTER, family="monospace")  # tells l from I
     return save_figure(figure, path)
+
+
+def panels_of(solution: Solution) -> list[tuple[Callable[[Any], None], float]]:
+    """What draws each history, and its height [in]: an axis that would be empty is left out."""
+    n_c = solution.mode.shape[1]
+    panels: list[tuple[Callable[[Any], None], float]] = [(draw, HISTORY) for draw in state_panels(solution)]
+    panels.append((partial(draw_energy, solution=solution), HISTORY))
+    if not n_c:
+        return panels
+    loads = loads_of(solution)
+    k = thinning(solution)[:-1]
+    if loads.has_forces and loads.is_alone:
+        panels.append((partial(draw_forces, loads=loads, k=k, kind="normal friction"), HISTORY))
+    elif loads.has_forces:
+        panels.append((partial(draw_forces, loads=loads, k=k, kind="normal"), HISTORY))
+        panels += [(partial(draw_forces, loads=loads, k=k, kind="friction"), HISTORY)] * loads.has_friction
+    if loads.has_impulses:
+        panels.append((partial(draw_impulses, loads=loads), HISTORY))
+    return [*panels, (partial(draw_modes, solution=solution), max(0.35, STRIP * n_c) if n_c <= 4 else HISTORY)]
 
 
 def title_of(solution: Solution, letters: int) -> str:
     """The system, its parameters in lines of so many letters, the integrator, and where an unfinished run stopped."""
-    about, lines = solution.about, [""]
-    for name, value in about.items():
-        if isinstance(value, int | float):
-            text = f"{name} = {value:.4g}"
-            if len(lines[-1]) + len(text) + 2 > letters:
-                lines.append("")
-            lines[-1] += f"  {text}" if lines[-1] else text
-    values = "\n".join(lines)
-    title = f"{about.get('system', '')}   {about.get('integrator', '')}\n{values}"
-    return title if solution.success else f"{title}\n{solution.status.name} at t = {solution.t[-1]:.6g} s"
+    about = solution.about
+    values = [f"{name}\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{value:.4g}" for name, value in about.items()
+              if isinstance(value, int | float)]  # fmt: skip
+    rows = [str(about.get("system", "")), *broken(str(about.get("integrator", "")), letters)]
+    rows += broken("  ".join(values), letters)
+    rows += [] if solution.success else [f"{solution.status.name} at t = {solution.t[-1]:.6g} s"]
+    return "\n".join(row for row in rows if row)
 
 
-def draw_states(above: Any, below: Any, solution: Solution) -> None:
-    """Coordinates and velocities, eight of them at most."""
-    n, names = solution.q.shape[1], solution.described
+def broken(text: str, letters: int) -> list[str]:
+    """The text in lines of so many letters; what a no-break space joins stays together."""
+    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in textwrap.wrap(text, letters)]
+
+
+def state_panels(solution: Solution) -> list[Callable[[Any], None]]:
+    """Coordinates and velocities, one axis for each unit; a picture over space and time of many with one unit."""
+    n = solution.q.shape[1]
+    names = coordinates_of(solution)
+    units = list(dict.fromkeys(unit for _, unit in names))
+    if n > MAX_NAMES and len(units) == 1:
+        return [
+            partial(draw_over_space, solution=solution, values=solution.q, label=with_unit("coordinate", units[0])),
+            partial(
+                draw_over_space,
+                solution=solution,
+                values=solution.u,
+                label=with_unit("velocity", f"{units[0]}/s" if units[0] else ""),
+            ),
+        ]
+    groups = [[i for i in range(n) if names[i][1] == unit] for unit in units]
+    return [
+        partial(draw_states, solution=solution, values=values, group=group, names=names, label=label)
+        for values, label in ((solution.q, coordinate_label), (solution.u, velocity_label))
+        for group in groups
+    ]
+
+
+def draw_states(
+    axes: Any, solution: Solution, values: np.ndarray, group: list[int], names: list[tuple[str, str]],
+    label: Callable[[str, str], str],
+) -> None:  # fmt: skip
+    """Coordinates or velocities of one unit, eight of them at most."""
     k = thinning(solution)
-    for i in some_of(n):
-        above.plot(solution.t[k], solution.q[k, i], label=names.label(i), lw=1.2)
-        below.plot(solution.t[k], solution.u[k, i], label=names.rate_label(i), lw=1.2)
-    more = f"\n({MAX_NAMES} of {n})" if n > MAX_NAMES else ""
-    above.set_ylabel(f"coordinates{more}")
-    below.set_ylabel(f"velocities{more}")
-    for axes in (above, below):
-        axes.legend(**BESIDE)
+    shown = [group[i] for i in some_of(len(group))]
+    for place, i in enumerate(shown):
+        colour, dashes, _ = cycled(place)
+        axes.plot(solution.t[k], values[k, i], color=colour, ls=dashes, label=label(names[i][0], ""), lw=1.2)
+    several = f"{len(shown)} of {len(group)}" if len(group) > len(shown) else ", ".join(
+        label(names[i][0], "") for i in shown
+    )  # fmt: skip
+    unit = label("", names[group[0]][1]).replace("'", "").strip()
+    axes.set_ylabel(f"{several}\n{unit}" if unit else several)
+    show_no_rounding(axes, scale_of(solution, values, group))
+    if len(shown) > 1:
+        legend_above(axes)
+
+
+def scale_of(solution: Solution, values: np.ndarray, group: list[int]) -> float:
+    """The size that changes of coordinates are measured by: how far their greatest speed would go in the run, of
+    velocities that speed."""
+    speed = float(np.abs(solution.u[:, [i for i in group if i < solution.u.shape[1]]]).max(initial=0.0))
+    return speed * float(solution.t[-1] - solution.t[0]) if values is solution.q else speed
+
+
+def draw_over_space(axes: Any, solution: Solution, values: np.ndarray, label: str) -> None:
+    """Time to the right, the number of the coordinate upwards, the value as a colour."""
+    t = solution.t
+    k = np.unique(nearest_records(t, PIXELS_OF_TIME))
+    shown = values[k].T
+    size = float(np.quantile(np.abs(shown), PEAKLESS))
+    is_cut = size > 0 and np.abs(shown).max() > CUT * size
+    limits = {"vmin": max(shown.min(), -CUT * size), "vmax": min(shown.max(), CUT * size)} if is_cut else {}
+    mesh = axes.pcolormesh(t[k], np.arange(len(shown)), shown, shading="nearest", cmap="cividis", rasterized=True,
+                           **limits)  # fmt: skip
+    ends = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}
+    low, high = bool(is_cut and shown.min() < -CUT * size), bool(is_cut and shown.max() > CUT * size)
+    axes.figure.colorbar(mesh, ax=axes, pad=0.01, extend=ends[low, high], label=label)
+    axes.set_ylabel("number of the\ncoordinate")
 
 
 def draw_energy(axes: Any, solution: Solution) -> None:
@@ -138,59 +222,22 @@ def draw_energy(axes: Any, solution: Solution) -> None:
     ledger = dict(solution.ledger)
     if "mass" in ledger:
         ledger["force, changing mass"] = ledger.pop("force") + ledger.pop("mass")
-    for name, column in sorted(ledger.items(), key=lambda item: item[0] not in ("kinetic", "potential")):
-        if np.ptp(column) > 0:
-            is_state = name in ("kinetic", "potential")
-            label = f"{name} energy" if is_state else f"work: {name}"
-            values = column[k] - column[0]
-            axes.plot(solution.t[k], values, label=label, lw=1.6 if is_state else 1.0, ls="-" if is_state else "--")
-    axes.set_ylabel("change [J]")
-    if axes.lines:
-        axes.legend(**BESIDE)
+    changing = [name for name in ENERGIES if name in ledger and np.ptp(ledger[name]) > 0]
+    for name in changing:
+        colour, dashes = ENERGIES[name]
+        label = f"{name} energy" if name in ("kinetic", "potential") else f"work: {name}"
+        axes.plot(solution.t[k], ledger[name][k] - ledger[name][0], label=label, color=colour, ls=dashes, lw=1.3)
+    axes.set_ylabel("change of\nenergy [J]")
+    if changing:
+        legend_above(axes)
     else:
-        axes.plot(solution.t[[0, -1]], [0.0, 0.0], color="grey", lw=1.0)
+        axes.plot(solution.t[[0, -1]], [0.0, 0.0], color=GREY, lw=1.0)
         axes.text(0.5, 0.6, "no energy changes and no work is done", transform=axes.transAxes, ha="center", fontsize=9)
-
-
-def index_of(solution: Solution, i: int) -> str:
-    """What tells the forces of a contact from those of others: its name, or its number."""
-    name = own_name(solution.described.contacts[i], i)
-    return f", {name}" if name else f"$_{{{i}}}$" if solution.mode.shape[1] > 1 else ""
 
 
 def own_name(name: str, i: int) -> str:
     """The name that the user gave a contact, or nothing."""
     return "" if name == f"contact {i}" else name
-
-
-def draw_forces(axes: Any, solution: Solution) -> None:
-    """Mean contact forces between records; where impacts would hide the rest, the axis is cut and says so.
-
-    The impulse of an impact between two records of one instant is no force: it is left out.
-    """
-    span = np.diff(solution.t)[:, None]
-    lasts = span > 0
-    normal, friction = (
-        np.divide(P[1:].reshape(len(span), P[0].size), span, out=np.zeros((len(span), P[0].size)), where=lasts)
-        for P in (solution.P_N, solution.P_F)
-    )
-    k = thinning(solution)[1:] - 1
-    k = k[lasts[k, 0]]
-    n_c = normal.shape[1]
-    for i in some_of(n_c):
-        which = index_of(solution, i)
-        axes.step(solution.t[1:][k], normal[k, i], where="pre", label=f"normal{which}", lw=1.0)
-        if friction.shape[1] == n_c and n_c <= 3 and friction[:, i].any():
-            axes.step(solution.t[1:][k], friction[k, i], where="pre", label=f"friction{which}", lw=1.0, ls="--")
-    force = np.concatenate((normal, friction), axis=1)
-    size = np.abs(force).max(axis=1)
-    limit = float(np.quantile(size, 0.99)) if len(size) else 0.0
-    if limit > 0 and size.max() > 4 * limit:
-        axes.set_ylim(-1.2 * limit if force.min() < 0 else -0.05 * limit, 1.2 * limit)
-        axes.set_title(f"impulsive peaks leave the axis: up to {size.max():.3g} N over a step", fontsize=8, loc="right")
-    more = f"\n({MAX_NAMES} of {n_c})" if n_c > MAX_NAMES else ""
-    axes.set_ylabel(f"force, $P/\\Delta t$ [N]{more}")
-    axes.legend(**BESIDE)
 
 
 def draw_modes(axes: Any, solution: Solution) -> None:
@@ -208,7 +255,7 @@ def draw_modes(axes: Any, solution: Solution) -> None:
     axes.set_yticks(
         range(n_c) if 1 < n_c <= 4 else [], [own_name(names[i], i) or str(i) for i in range(n_c)][: 4 * (1 < n_c <= 4)]
     )
-    axes.set_ylabel("mode" if n_c <= 4 else f"modes of\n{n_c} contacts")
+    axes.set_ylabel("mode" if n_c == 1 else "mode of\ncontact" if n_c <= 4 else f"modes of\n{n_c} contacts")
     handles: list[Any] = [
         Patch(color=colour, label=mode_name(mode, sign))
         for (mode, sign), colour in STRIPS.items()
@@ -220,7 +267,8 @@ def draw_modes(axes: Any, solution: Solution) -> None:
             style: dict[str, Any] = {"marker": marker, "color": RED, "ls": "", "ms": 6}
             axes.plot(times, np.full(len(times), n_c - 0.3), clip_on=False, zorder=5, **style)
             handles.append(Line2D([], [], label=label, **style))
-    axes.legend(handles=handles, bbox_to_anchor=(0.5, 0.0), borderaxespad=UNDER_LABELS, ncols=4, **BELOW)
+    axes.legend(handles=handles, bbox_to_anchor=(0.5, 0.0), borderaxespad=UNDER_LABELS,
+                ncols=columns_for(handles), **BELOW)  # fmt: skip
 
 
 def draw_strip(axes: Any, t: np.ndarray, code: np.ndarray, i: int, n_c: int) -> None:
@@ -247,7 +295,9 @@ def draw_phase_plane(axes: Any, solution: Solution, model: Any) -> None:
 
     i, j = model.phase_axes
     x, y = solution.q[:, i], solution.u[:, j]
-    grid_x, grid_y = (np.linspace(*extent(values), GRID) for values in (x, y))
+    speed = float(np.abs(solution.u[:, i]).max()) if i < solution.u.shape[1] else 0.0
+    floors = speed * float(solution.t[-1] - solution.t[0]), float(np.abs(y).max())
+    grid_x, grid_y = (np.linspace(*extent(v, floor), GRID) for v, floor in zip((x, y), floors, strict=True))
     counts, fields = model.phase_map(*np.meshgrid(grid_x, grid_y))
     handles: list[Any] = []
     for n, (label, colour, hatch) in enumerate(REGIONS):
@@ -267,9 +317,11 @@ def draw_phase_plane(axes: Any, solution: Solution, model: Any) -> None:
     if jumps:
         axes.plot(x[jumps], y[jumps], "v", color=RED, ms=7, mec="white", zorder=5)
         handles.append(Line2D([], [], color=RED, marker="v", ls="", ms=7, label="impact without collision from here"))
-    axes.set_xlabel(solution.described.label(i))
-    axes.set_ylabel(solution.described.rate_label(j))
-    axes.legend(handles=handles, bbox_to_anchor=(0.5, -0.08), ncols=3, **(BELOW | {"fontsize": 9}))
+    names = coordinates_of(solution)
+    axes.set_xlabel(coordinate_label(*names[i]))
+    axes.set_ylabel(velocity_label(*names[j]))
+    axes.locator_params(axis="x", nbins=6)
+    axes.legend(handles=handles, bbox_to_anchor=(0.5, 0.0), borderaxespad=UNDER_LABELS, ncols=2, **BELOW)
 
 
 def some_of(n: int) -> np.ndarray:
@@ -277,18 +329,11 @@ def some_of(n: int) -> np.ndarray:
     return np.unique(np.linspace(0, n - 1, min(n, MAX_NAMES)).astype(int))
 
 
-def show_no_rounding(axes: Any) -> None:
-    """Widen an axis whose curves are constant to rounding, which would fill it otherwise."""
-    low, high = axes.get_ylim()
-    size = max(abs(low), abs(high))
-    if high - low < FLAT * size:
-        axes.set_ylim(min(0.0, 1.2 * low), max(0.0, 1.2 * high))
-
-
-def extent(values: np.ndarray) -> tuple[float, float]:
-    """The range of the values with a margin on both sides."""
+def extent(values: np.ndarray, scale: float = 0.0) -> tuple[float, float]:
+    """The range of the values with a margin on both sides; what changes less than rounding does is given the scale."""
     low, high = float(values.min()), float(values.max())
-    margin = PHASE_PLANE_MARGIN * (high - low) or 1.0
+    is_flat = high - low < FLAT * max(scale, abs(low), abs(high))
+    margin = PHASE_PLANE_MARGIN * (scale if is_flat else high - low) or 1.0
     return low - margin, high + margin
 
 
@@ -296,6 +341,11 @@ def thinning(solution: Solution) -> np.ndarray:
     """Indices of the records that are drawn."""
     n = len(solution.t)
     return np.unique(np.linspace(0, n - 1, min(n, MOST_DRAWN)).astype(int))
+
+
+def nearest_records(t: np.ndarray, n: int) -> np.ndarray:
+    """Indices of the records nearest to n equally spaced instants."""
+    return np.searchsorted(0.5 * (t[1:] + t[:-1]), np.linspace(t[0], t[-1], n))
 
 
 def is_geometric(values: np.ndarray) -> bool:

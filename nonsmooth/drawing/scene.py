@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,17 +12,25 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_count, as_floats, as_positive
 from nonsmooth.drawing.animation import Animation, animation, as_animation
-from nonsmooth.drawing.plots import LETTERS, new_figure, save_figure
+from nonsmooth.drawing.colours import BLUE, RED, STRIPS
+from nonsmooth.drawing.forces import loads_of
+from nonsmooth.drawing.labels import LETTER
+from nonsmooth.drawing.plots import LETTERS, nearest_records, new_figure, save_figure
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.results.solution import mode_name
 
 if TYPE_CHECKING:
     from nonsmooth.results.solution import Solution
 
-MAX_FRAMES = 400  # chosen: a frame takes about 10 ms
+MAX_FRAMES = 1000  # chosen: a frame takes about 10 ms
+FRAMES_A_PERIOD = 25  # chosen: of the fastest coordinate; with two or fewer it would seem to stand or to run backwards
+REVERSAL = 0.05  # chosen: of its greatest speed: what a coordinate must reach both ways to have swung
+ARROW = 0.2  # chosen: of the picture: the length of a large force
+LARGE = 0.95  # chosen: quantile of the forces that has this length; larger ones are no longer
 MIN_FRAMES = 25  # chosen: of an animation, however short its motion is
 MAX_INSTANTS = 8  # chosen: named in the title of a picture
-FIGURE_WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 6.0, 2.5, 6.0  # chosen: of a figure [in]; its height follows the scene
-COLOUR = "#08306b"
+FIGURE_WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 5.0, 2.5, 6.0  # chosen: of a figure [in]; its height follows the scene
 MM_PER_INCH = 25.4  # defined
 COLUMN, COLUMN_LETTERS = 5.0, 8  # chosen: in: a narrower figure is one for a column, and its letters [points]
 LEAST_LINE = 24  # chosen: letters of a title's line
@@ -63,7 +72,7 @@ def picture(
     prepare(axes, solution, model)
     for k, shade in zip(records, np.linspace(0.2 if len(records) > 1 else 1.0, 1.0, len(records)), strict=True):
         for line in model.shape(solution.q[k]):
-            axes.plot(line[:, 0], line[:, 1], color=COLOUR, alpha=shade, lw=1.8)
+            axes.plot(line[:, 0], line[:, 1], color=BLUE, alpha=shade, lw=1.8)
     named = ", ".join(f"{t:.3g}" for t in solution.t[records[:MAX_INSTANTS]])
     named += f", ... {solution.t[records[-1]]:.3g}" if len(records) > MAX_INSTANTS else ""
     axes.set_title(wrapped(f"t = {named} s{', the later the darker' if len(records) > 1 else ''}", figure), fontsize=10)
@@ -108,7 +117,11 @@ def set_letters(figure: Any) -> None:
 
 
 def animate(solution: Solution, path: str | Path | None = None, fps: int = 25) -> Path | Animation:
-    """Animate the whole run in at most 400 frames; the title says how slow the motion is shown.
+    """Animate a run with at least 25 frames in each period of the fastest coordinate; the title says how much the time
+    is stretched, and where 1000 frames do not reach the end.
+
+    Closed contacts are dots in the colour of what they do, with an arrow for the force on the body and a ring where a
+    shock happened since the frame before, where the model has ``contact_frames(q)``.
 
     Parameters
     ----------
@@ -132,41 +145,101 @@ def animate(solution: Solution, path: str | Path | None = None, fps: int = 25) -
     path, fps = as_animation(path, fps)
     model = scene_model(solution)
     figure = new_figure(FIGURE_WIDTH, MOST_HEIGHT)
-    figure.set_layout_engine("none")  # the axes stay where they are; only the scene and the title are drawn again
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection
 
     axes = figure.subplots()
     prepare(axes, solution, model)
-    lines = axes.add_collection(LineCollection([], colors=COLOUR, linewidths=1.8))
-    title, canvas = axes.set_title(" "), FigureCanvasAgg(figure)
+    lines = axes.add_collection(LineCollection([], colors=BLUE, linewidths=1.8))
+    shown, slow = frames_of(solution, fps, periods=periods_of(solution))
+    marks = contact_marks(axes, solution, model, shown)
+    title, canvas = axes.set_title(" ", fontsize=10), FigureCanvasAgg(figure)
     canvas.draw()
+    figure.set_layout_engine("none")  # the axes stay where they are; only what moves is drawn again
     background = canvas.copy_from_bbox(figure.bbox)
-    shown, slow = frames_of(solution, fps)
 
     def frame(k: int) -> np.ndarray:
         canvas.restore_region(background)
         lines.set_segments(model.shape(solution.q[k]))
-        title.set_text(f"t = {solution.t[k]:.3f} s{slow}")
-        axes.draw_artist(lines)
-        axes.draw_artist(title)
+        title.set_text(f"t = {solution.t[k]:.4g} s{slow}")
+        for artist in (lines, *marks(k), title):
+            axes.draw_artist(artist)
         return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
     return animation(path, fps, shown, frame)
 
 
-def frames_of(solution: Any, fps: int, most: int = MAX_FRAMES) -> tuple[np.ndarray, str]:
-    """Indices of the records shown, equally spaced in time, and by how much the motion is slowed or hastened."""
+def frames_of(solution: Any, fps: int, most: int = MAX_FRAMES, periods: float = 0.0) -> tuple[np.ndarray, str]:
+    """Indices of the records shown, equally spaced in time, and by how much the motion is slowed or hastened; of more
+    periods than there are frames for, the first ones."""
     t = solution.t
     span = float(t[-1] - t[0])
-    n = int(np.clip(span * fps, MIN_FRAMES, most))
-    factor = n / fps / span if span > 0 else 1.0
-    return nearest_records(t, n), "" if 0.9 < factor < 1.1 else f"  (time x {1 / factor:.2g})"
+    least = FRAMES_A_PERIOD * periods
+    n = int(np.clip(np.ceil(max(span * fps, least)), MIN_FRAMES, most))
+    part = min(1.0, most / least) if least > 0 else 1.0
+    factor = n / fps / (part * span) if span > 0 else 1.0
+    slower = f", {factor:.3g} times slower" if factor > 1 else f", {1 / factor:.3g} times faster"
+    said = "" if 0.9 < factor < 1.1 else slower
+    said += "" if part == 1.0 else f", the first {part * span:.3g} s of {span:.3g} s"
+    end = max(int(np.searchsorted(t, t[0] + part * span, "right")), 1)
+    return nearest_records(t[:end], n), said
 
 
-def nearest_records(t: np.ndarray, n: int) -> np.ndarray:
-    """Indices of the records nearest to n equally spaced instants."""
-    return np.searchsorted(0.5 * (t[1:] + t[:-1]), np.linspace(t[0], t[-1], n))
+def periods_of(solution: Solution) -> float:
+    """How often the coordinate that reverses most swings to and fro."""
+    return max((reversals(column) for column in solution.u.T), default=0) / 2
+
+
+def reversals(speed: np.ndarray) -> int:
+    """How often a speed changes its sign, small ones left out: those of rounding, and of what has come to rest."""
+    sides = np.sign(speed[np.abs(speed) > REVERSAL * np.abs(speed).max(initial=0.0)])
+    return int(np.count_nonzero(np.diff(sides)))
+
+
+def contact_marks(axes: Any, solution: Solution, model: Any, shown: np.ndarray) -> Callable[[int], list[Any]]:
+    """What draws the contacts of a record: dots by mode, arrows of forces, rings of shocks since the frame before."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.lines import Line2D
+
+    n_c = solution.mode.shape[1]
+    if not n_c or model.contact_frames is None:
+        return lambda k: []
+    loads = loads_of(solution)
+    force = np.where(loads.is_impulse, 0.0, np.hypot(loads.normal, loads.friction))
+    large = float(np.quantile(force[force > 0], LARGE)) if (force > 0).any() else 1.0
+    length = ARROW * float(np.ptp(axes.get_ylim()))
+    arrows = axes.add_collection(LineCollection([], colors=RED, linewidths=1.6))
+    dots = axes.scatter(np.zeros(n_c), np.zeros(n_c), s=28, zorder=5, edgecolors="black", linewidths=0.5)
+    rings = axes.scatter([0.0], [0.0], s=140, zorder=4, facecolors="none", edgecolors=RED, linewidths=1.8)
+    code = np.unique(3 * solution.mode + np.sign(solution.slip))
+    handles = [
+        Line2D([], [], marker="o", ls="", color=colour, mec="black", mew=0.5, label=mode_name(mode, slip))
+        for (mode, slip), colour in STRIPS.items()
+        if 3 * mode + slip in code and mode != ContactMode.OPEN
+    ]
+    handles.append(Line2D([], [], color=RED, lw=1.6, label=f"force, full length {large:.3g} N"))
+    for artist in (arrows, dots, rings):
+        artist.set_animated(True)
+    axes.figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=LETTER, frameon=False)
+    before = dict(zip(shown[1:], shown[:-1], strict=True))
+
+    def marks(k: int) -> list[Any]:
+        point, normal, tangent = (np.asarray(part, float) for part in model.contact_frames(solution.q[k]))
+        is_closed = solution.mode[k] != ContactMode.OPEN
+        i = max(k - 1, 0)
+        acts = np.where(loads.is_impulse[i], 0.0, 1.0)[:, None] * is_closed[:, None]
+        F = acts * (loads.normal[i][:, None] * normal + loads.friction[i][:, None] * tangent) / large
+        F *= length / np.maximum(1.0, np.linalg.norm(F, axis=1))[:, None]
+        arrows.set_segments(np.stack([point, point + F], axis=1))
+        dots.set_offsets(point[is_closed])
+        dots.set_facecolors([STRIPS[ContactMode(int(m)), int(np.sign(s))] for m, s in
+                             zip(solution.mode[k][is_closed], solution.slip[k][is_closed], strict=True)])  # fmt: skip
+        first = before.get(k, k)
+        loaded = loads.is_impulse[first:k] & ((loads.normal[first:k] != 0) | (loads.friction[first:k] != 0))
+        rings.set_offsets(point[loaded.any(axis=0)])
+        return [arrows, rings, dots]
+
+    return marks
 
 
 def scene_model(solution: Solution) -> Any:

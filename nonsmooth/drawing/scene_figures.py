@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.drawing.animation import Animation, animation, as_animation
+from nonsmooth.drawing.colours import BLUE, RED
 from nonsmooth.drawing.facets import facets_of, has_facets
-from nonsmooth.drawing.plots import BLUE, RED, new_figure, save_figure
+from nonsmooth.drawing.plots import new_figure, save_figure
 from nonsmooth.drawing.scene import MAX_FRAMES, as_inches, frames_of, instants, set_letters
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, matrix_of, place_of, rotate
@@ -26,7 +27,7 @@ from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_PLANE, HALF_SPACE, PO
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution
 
-SCENE_WIDTH, LEAST_SCENE, MOST_SCENE = 6.0, 2.5, 7.0  # chosen: of a figure [in]; its height follows the scene
+SCENE_WIDTH, LEAST_SCENE, MOST_SCENE = 5.0, 2.5, 7.0  # chosen: of a figure [in]; its height follows the scene
 FILL = {Kind.DYNAMIC: "#9ecae1", Kind.FIXED: "#d9d9d9", Kind.KINEMATIC: "#fdd0a2"}
 EDGE, GROUND = "#08306b", "#efefef"
 GROUND_MARGIN = 0.15  # chosen: of the size of the motion, by which the ground reaches farther

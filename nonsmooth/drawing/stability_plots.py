@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.drawing.plots import BLUE, new_figure, save_figure
+from nonsmooth.drawing.colours import BLACK, BLUE, CYCLE, GREY, PALE, STYLES, cycled
+from nonsmooth.drawing.labels import LETTER, legend_above, parameter_label
+from nonsmooth.drawing.plots import WIDTH, new_figure, save_figure
 from nonsmooth.drawing.scene import scene_model
 
 if TYPE_CHECKING:
@@ -22,8 +24,8 @@ if TYPE_CHECKING:
     from nonsmooth.mechanics.system import System
     from nonsmooth.results.solution import Solution
 
-COLOURS = (BLUE, "#d95f02", "#1b9e77", "#7570b3", "#a6761d", "#e7298a", "#66a61e", "#666666")
-STYLES = ("-", "--", ":", "-.")
+NEARLY_REAL = 1e-6  # chosen: of a number's size: a smaller imaginary part is rounding
+SNAPSHOT_COLUMNS = 3  # chosen
 DRAWN_POINTS = 801  # chosen: of a curve; odd, so that v = 0 is one of them
 
 
@@ -45,7 +47,7 @@ def plot_friction_laws(
     from nonsmooth.mechanics.laws import friction_coefficient, static_coefficient
 
     mu, mu_static = interpreted(friction_coefficient), interpreted(static_coefficient)
-    figure = new_figure(7, 4.5)
+    figure = new_figure(WIDTH, 3.6)
     axes = figure.subplots()
     v = np.linspace(0, fastest, DRAWN_POINTS)[1:]
     for k, (label, system) in enumerate(systems.items()):
@@ -53,12 +55,12 @@ def plot_friction_laws(
         slides, sticks = np.array([mu(system.laws, i, x) for x in v]), mu_static(system.laws, i)
         x = np.concatenate([-v[::-1], [0.0, 0.0], v])
         y = np.concatenate([-slides[::-1], [-sticks, sticks], slides])
-        axes.plot(x, y, color=COLOURS[k % len(COLOURS)], ls=STYLES[k % len(STYLES)], lw=1.6, label=label)
+        axes.plot(x, y, color=CYCLE[k % len(CYCLE)], ls=STYLES[k % len(STYLES)], lw=1.6, label=label)
     axes.axhline(0, color="0.6", lw=0.6)
     axes.set_xlabel("sliding velocity $v = -\\gamma_F$ [m/s]")
-    axes.set_ylabel("friction force / normal force, $\\mu(|v|)\\,\\mathrm{sgn}\\,v$")
+    axes.set_ylabel("friction / normal force\n$\\mu(|v|)\\,\\mathrm{sgn}\\,v$ [-]")
     axes.grid(alpha=0.25)
-    axes.legend(frameon=False, fontsize=9)
+    legend_above(axes)
     return save_figure(figure, path)
 
 
@@ -79,13 +81,13 @@ def plot_averaged(
     unit : str
         Of the coordinate.
     """
-    figure = new_figure(7, 4.5)
+    figure = new_figure(WIDTH, 3.6)
     axes = figure.subplots()
     top = max(float(motion.amplitudes.max()) for _, motion in motions)
     touching = [a for a in (touching_amplitude(motion) for _, motion in motions) if a > 0]
     top = 1.35 * (top if top > 0 else max(touching, default=1.0))
     for k, (label, motion) in enumerate(motions):
-        colour = COLOURS[k % len(COLOURS)]
+        colour = CYCLE[k % len(CYCLE)]
         a = np.linspace(0, top, DRAWN_POINTS // 4)
         axes.plot(a, [motion.rate(x) for x in a], color=colour, lw=1.6, label=label)
         for x, is_stable in zip(motion.amplitudes, motion.is_stable, strict=True):
@@ -95,10 +97,10 @@ def plot_averaged(
     axes.set_xlim(0, top)
     axes.set_xlabel(f"amplitude $a$ [{unit}]")
     axes.set_ylabel(f"averaged rate $\\dot a$ [{unit}/s]")
-    axes.set_title("filled: stable, open: unstable", fontsize=9, loc="right")
+    axes.text(0.98, 0.03, "filled: stable, open: unstable", transform=axes.transAxes, fontsize=LETTER, ha="right")
     axes.grid(alpha=0.25)
     if any(label for label, _ in motions):
-        axes.legend(frameon=False, fontsize=9)
+        legend_above(axes)
     return save_figure(figure, path)
 
 
@@ -119,63 +121,79 @@ def plot_eigen_path(paths: EigenPath | Mapping[str, EigenPath], path: str | Path
     unit : str
         Of the parameter.
     """
-    from matplotlib.lines import Line2D
-
     family = paths if isinstance(paths, Mapping) else {"": paths}
-    figure = new_figure(11, 5.5)
-    grid = figure.add_gridspec(2, 2)
-    above = figure.add_subplot(grid[0, 0])
-    below = figure.add_subplot(grid[1, 0], sharex=above)
-    locus = figure.add_subplot(grid[:, 1])
+    figure = new_figure(WIDTH, 7.4)
+    above, below, locus = figure.subplots(3, 1, height_ratios=(1.0, 1.0, 1.7))
+    below.sharex(above)
+    said = []
     for k, (label, curve) in enumerate(family.items()):
-        style, colour = STYLES[k % len(STYLES)], COLOURS[k % len(COLOURS)]
-        for mode, s in enumerate(curve.eigenvalues.T):
+        style, colour = STYLES[k % len(STYLES)], CYCLE[k % len(CYCLE)]
+        values, eigenvalues = with_meetings(curve)
+        for mode, s in enumerate(eigenvalues.T):
             line: dict[str, Any] = {"color": colour, "ls": style, "lw": 1.4}
-            above.plot(curve.values, s.real, label=label if mode == 0 else None, **line)
-            shown = s.imag >= 0
-            upper = np.where(joined(shown), np.abs(s.imag), np.nan)
-            below.plot(curve.values, upper, **line)
+            above.plot(values, s.real, label=label if mode == 0 and label else None, **line)
+            shown = s.imag >= -NEARLY_REAL * np.abs(s)
+            upper = np.where(shown, np.abs(s.imag), np.nan)
+            below.plot(values, upper, **line)
             locus.plot(s.real, upper, **line)
             for end, marker, fill in ((0, "o", "white"), (-1, "s", colour)):
                 if shown[end]:
                     locus.plot(s.real[end], s.imag[end], marker, color=colour, mfc=fill, ms=5)
         for before, after, _, verdict in curve.changes:
-            x = where_growth_vanishes(curve, before, after)
+            met = values[(values > before) & (values < after)]
+            x = float(met[0]) if len(met) else where_growth_vanishes(curve, before, after)
             for axes in (above, below):
                 axes.axvline(x, color=colour, ls=":", lw=1)
             text = verdict.name.lower().replace("_", " ")
-            place = x, 0.04 + 0.2 * k
-            below.annotate(text, place, (3, 0), ("data", "axes fraction"), "offset points", rotation=90, fontsize=8,
-                           va="bottom", ha="left", color=colour)  # fmt: skip
+            said.append(f"{label + ': ' if label else ''}{text} from {curve.parameter} = {x:.5g}")
     first = next(iter(family.values()))
-    name = {"mu": "$\\mu$", "vb": "$v_b$"}.get(first.parameter, first.parameter)
-    axis_label = f"{name} [{unit}]" if unit else name
-    above.set_ylabel("growth Re $s$ [1/s]")
-    below.set_ylabel("frequency Im $s$ [rad/s]")
-    below.set_xlabel(axis_label)
+    above.set_ylabel("growth Re $s$\n[1/s]")
+    below.set_ylabel("frequency Im $s$\n[rad/s]")
+    below.set_xlabel(parameter_label(first.parameter, first.points[0].equilibrium.mode.system.parameters, unit))
+    below.set_title("\n".join(said), fontsize=LETTER, loc="left")
     locus.set_xlabel("Re $s$ [1/s]")
-    locus.set_ylabel("Im $s$ [rad/s]")
-    locus.set_title("upper half of the plane", fontsize=9, loc="right")
-    above.axhline(0, color="0.5", lw=0.8)
-    locus.axvline(0, color="0.5", lw=0.8)
-    ends = f"{first.parameter} = {first.values[0]:g}", f"{first.parameter} = {first.values[-1]:g}"
-    handles: list[Any] = [
-        Line2D([], [], color="0.3", marker="o", mfc="white", ls="", label=ends[0]),
-        Line2D([], [], color="0.3", marker="s", ls="", label=ends[1]),
-    ]
-    locus.legend(handles=handles, frameon=False, fontsize=9)
-    if len(family) > 1:
-        above.legend(frameon=False, fontsize=9)
+    locus.set_ylabel("Im $s$, upper half\n[rad/s]")
+    above.axhline(0, color=GREY, lw=0.8)
+    locus.axvline(0, color=GREY, lw=0.8)
+    for end, marker, fill in ((0, "o", "white"), (-1, "s", BLACK)):
+        label = f"{first.parameter} = {first.values[end]:g}"
+        locus.plot([], [], color=BLACK, marker=marker, mfc=fill, ls="", label=label)
+    legend_above(locus)
+    legend_above(above)
     for axes in (above, below, locus):
         axes.grid(alpha=0.25)
+        axes.yaxis.set_major_formatter("{x:.6g}")
+    figure.align_ylabels([above, below, locus])
     return save_figure(figure, path)
 
 
-def joined(shown: np.ndarray) -> np.ndarray:
-    """The points that are shown, and those before and after them: of a pair that becomes real both curves go on from
-    it, the lower one's from its conjugate."""
-    padded = np.pad(shown, 1)
-    return shown | padded[:-2] | padded[2:]
+def with_meetings(curve: EigenPath) -> tuple[np.ndarray, np.ndarray]:
+    """Values (m,) and eigenvalues (m, 2 n_r) with a row more wherever two of them meet and part at a right angle.
+
+    Near a double eigenvalue the square of the difference, d = (s_i - s_j)^2, is linear in the parameter while s itself
+    is a square root: where a real d changes its sign between two values, both are their mean where d vanishes.
+    """
+    values, rows = [curve.values[0]], [curve.eigenvalues[0]]
+    for k in range(1, len(curve.values)):
+        before, after = curve.eigenvalues[k - 1], curve.eigenvalues[k]
+        met = [(meeting(before[[i, j]], after[[i, j]]), i, j) for i in range(len(after)) for j in range(i)]
+        for part in sorted({part for part, _, _ in met if 0 < part < 1}):
+            row = before + part * (after - before)
+            for at, i, j in met:
+                if at == part:
+                    row[[i, j]] = row[[i, j]].mean()
+            values.append(curve.values[k - 1] + part * (curve.values[k] - curve.values[k - 1]))
+            rows.append(row)
+        values.append(curve.values[k])
+        rows.append(after)
+    return np.array(values), np.array(rows)
+
+
+def meeting(before: np.ndarray, after: np.ndarray) -> float:
+    """Where between two values (0 to 1) two eigenvalues meet; NaN where they do not."""
+    d_0, d_1 = (before[0] - before[1]) ** 2, (after[0] - after[1]) ** 2
+    is_real = all(abs(d.imag) < NEARLY_REAL * abs(d) for d in (d_0, d_1))
+    return round(float(d_0.real / (d_0 - d_1).real), 9) if is_real and d_0.real * d_1.real < 0 else np.nan
 
 
 def where_growth_vanishes(curve: EigenPath, before: float, after: float) -> float:
@@ -201,20 +219,21 @@ def plot_amplitudes(
         Amplitudes from elsewhere, as of simulated motions.
     xlabel, unit : str
     """
-    figure = new_figure(7, 4.8)
+    figure = new_figure(WIDTH, 3.8)
     axes = figure.subplots()
     for k, (label, (values, motions)) in enumerate(curves.items()):
-        colour = COLOURS[k % len(COLOURS)]
+        colour = CYCLE[k % len(CYCLE)]
         for is_stable, style in ((True, "-"), (False, "--")):
             a = [largest(motion, is_stable) for motion in motions]
             axes.plot(values, a, color=colour, ls=style, lw=1.6, label=label if is_stable else None)
     for k, (label, (values, amplitudes)) in enumerate((points or {}).items()):
-        axes.plot(values, amplitudes, "os^D"[k % 4], color=COLOURS[k % len(COLOURS)], ms=5, mfc="white", label=label)
+        colour, _, marker = cycled(k)
+        axes.plot(values, amplitudes, marker, color=colour, ms=5, mfc="white", label=label)
     axes.set_ylim(bottom=0)
     axes.set_xlabel(xlabel)
     axes.set_ylabel(f"amplitude [{unit}]")
     axes.grid(alpha=0.25)
-    axes.legend(frameon=False, fontsize=9)
+    legend_above(axes)
     return save_figure(figure, path)
 
 
@@ -225,7 +244,7 @@ def largest(motion: AveragedMotion, is_stable: bool) -> float:
 
 
 def plot_snapshots(solution: Solution, times: Sequence[float], path: str | Path | None = None) -> Any:
-    """The moving bodies at some times, the first pale and the last dark.
+    """The moving bodies at some times, a panel each, those before pale behind them.
 
     Parameters
     ----------
@@ -235,27 +254,32 @@ def plot_snapshots(solution: Solution, times: Sequence[float], path: str | Path 
         The records nearest to these times are drawn [s].
     path : path-like, optional
     """
-    from matplotlib import colormaps
-
     model = scene_model(solution)
     fixed = model.outline() if model.outline else []
     records = [int(np.abs(solution.t - t).argmin()) for t in times]
     bodies = [model.shape(solution.q[i]) for i in records]
     extent = np.ptp(np.concatenate([*fixed, *(line for lines in bodies for line in lines)]), axis=0)
-    figure = new_figure(7.5, float(np.clip(5.2 * extent[1] / extent[0] + 1.2, 3.0, 9.0)))
-    axes = figure.subplots()
-    for line in fixed:
-        axes.plot(*line.T, color="0.4", lw=2.5)
-    for k, (i, lines) in enumerate(zip(records, bodies, strict=True)):
-        colour = colormaps["viridis_r"](0.1 + 0.9 * k / max(len(times) - 1, 1))
-        for j, line in enumerate(lines):
-            label = f"{solution.t[i]:.3g} s" if j == 0 else None
-            axes.plot(*line.T, "-o", color=colour, lw=1.8, ms=4, label=label)
-    axes.set_aspect("equal")
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
-    axes.grid(alpha=0.25)
-    axes.legend(title="t", frameon=False, fontsize=9, loc="center left", bbox_to_anchor=(1.01, 0.5))
+    columns = min(SNAPSHOT_COLUMNS, len(records))
+    rows = -(-len(records) // columns)
+    tall = rows * (WIDTH / columns * extent[1] / extent[0] + 0.25) + 0.6
+    figure = new_figure(WIDTH, float(np.clip(tall, 2.5, 9.0)))
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    for axes, k in zip(panels.flat, range(len(records)), strict=False):
+        for line in fixed:
+            axes.plot(*line.T, color=GREY, lw=2.0)
+        for line in bodies[k - 1] if k else []:
+            axes.plot(*line.T, "-", color=PALE, lw=1.2)
+        for line in bodies[k]:
+            axes.plot(*line.T, "-o", color=BLUE, lw=1.6, ms=3)
+        axes.set_title(f"t = {solution.t[records[k]]:.4g} s", fontsize=LETTER)
+        axes.set_aspect("equal")
+        axes.tick_params(labelsize=LETTER)
+        axes.locator_params(nbins=4)
+        axes.grid(alpha=0.25)
+    for axes in panels.flat[len(records) :]:
+        axes.remove()
+    figure.supxlabel("x [m]", fontsize=9)
+    figure.supylabel("y [m]", fontsize=9)
     return save_figure(figure, path)
 
 
@@ -270,8 +294,10 @@ def plot_stability_map(chart: xarray.Dataset, path: str | Path | None = None, un
     units : (str, str)
         Of the two parameters.
     """
+    from matplotlib.patches import Patch
+
     (y_name, y_unit), (x_name, x_unit) = zip(chart.growth.dims, units, strict=True)
-    figure = new_figure(7, 5)
+    figure = new_figure(WIDTH, 3.8)
     axes = figure.subplots()
     x, y = chart[x_name].values, chart[y_name].values
     size = float(np.nanmax(np.abs(chart.growth.values)))
@@ -281,7 +307,12 @@ def plot_stability_map(chart: xarray.Dataset, path: str | Path | None = None, un
     unstable = np.where(np.isnan(chart.verdict.values), 0.0, chart.verdict.values > 1)
     if unstable.min() < unstable.max():
         axes.contour(x, y, chart.growth.values, levels=[0.0], colors="black", linewidths=1.4)
+        area = axes.contourf(x, y, chart.growth.values, levels=[0.0, 2 * size], colors="none", hatches=["//"])
+        area.set_edgecolor(GREY)
+        area.set_linewidth(0)
+        axes.legend(handles=[Patch(facecolor="none", hatch="//", edgecolor=GREY, label="unstable")], fontsize=LETTER,
+                    loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, borderaxespad=0.1)  # fmt: skip
     figure.colorbar(colours, label="growth max Re $s$ [1/s]")
-    axes.set_xlabel(f"{x_name} [{x_unit}]" if x_unit else str(x_name))
-    axes.set_ylabel(f"{y_name} [{y_unit}]" if y_unit else str(y_name))
+    axes.set_xlabel(parameter_label(str(x_name), unit=x_unit or chart[x_name].attrs.get("units", "")))
+    axes.set_ylabel(parameter_label(str(y_name), unit=y_unit or chart[y_name].attrs.get("units", "")))
     return save_figure(figure, path)

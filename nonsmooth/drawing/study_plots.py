@@ -11,35 +11,34 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.drawing.plots import BLUE, RED, new_figure, save_figure
+from nonsmooth.drawing.colours import CYCLE, GREY, MARKERS, WASHED
+from nonsmooth.drawing.labels import legend_above
+from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, broken, new_figure, save_figure
 
 if TYPE_CHECKING:
     from nonsmooth.studies.study import Study
 
-GREEN = "#1b7837"
 NAMES = {  # label, colour
-    "error_q": ("coordinates", BLUE),
-    "error_u": ("velocities", RED),
-    "error_gamma_N": ("$\\gamma_N$ after the impact", GREEN),
+    "error_q": ("coordinates", CYCLE[0]),
+    "error_u": ("velocities", CYCLE[1]),
+    "error_gamma_N": ("$\\gamma_N$ after the impact", CYCLE[2]),
 }
 EVENT_NAMES = {
-    "error_event_t": ("time of the event [s]", GREEN),
-    "error_after_q": ("coordinates", BLUE),
-    "error_after_u": ("velocities", RED),
+    "error_event_t": ("time of the event [s]", CYCLE[2]),
+    "error_after_q": ("coordinates", CYCLE[0]),
+    "error_after_u": ("velocities", CYCLE[1]),
 }
 SYMBOLS = {"stiffness": "k", "dt": "\\Delta t", "rtol": "\\mathrm{rtol}"}
 SLOPES = {  # and places of the triangles
     "stiffness": ((-0.5, 0.06), (-1.0, 0.32)), "dt": ((1.0, 0.45), (2.0, 0.73)), "rtol": ((1.0, 0.45),),
 }  # fmt: skip
-EXPECTED = {"stiffness": (0.5, 1.0), "dt": (1.0, 2.0), "rtol": (1.0, 1.25)}  # orders
-MARKERS = "osD^v<>"
-X_LABELS = {"stiffness": "stiffness $k$ [N/m]", "dt": "step $\\Delta t$ [s]", "rtol": "relative tolerance"}
-GREY = "#7f7f7f"
-LEGEND: dict[str, Any] = {"fontsize": 8, "frameon": False}
+X_LABELS = {"stiffness": "stiffness $k$ [N/m]", "dt": "step $\\Delta t$ [s]", "rtol": "relative tolerance [-]"}
+MOST_TICKS = 6  # chosen: numbers under an axis of values that were run
 
 
 def plot_study(study: Study, path: str | Path | None = None) -> Any:
-    """Draw a study: errors, cost, observed orders, and for a stiffness the force history of the contact.
+    """Draw a study: errors with the slopes of the orders, what the contact did over its stiffness, errors after events,
+    and the cost beside that of rigid contact.
 
     Parameters
     ----------
@@ -51,27 +50,30 @@ def plot_study(study: Study, path: str | Path | None = None) -> Any:
     -------
     matplotlib.figure.Figure
     """
-    panels = [draw_errors, draw_cost, draw_orders]
-    panels += [draw_contact] if study.of == "stiffness" else []
+    panels = [draw_errors]
+    panels += [draw_contact] if has_contact(study) else []
     panels += [draw_after] if "event_mode" in study.data.coords else []
-    rows, columns = (1, 3) if len(panels) == 3 else (2, 2) if len(panels) == 4 else (2, 3)
-    figure = new_figure(*{(1, 3): (14.0, 4.4), (2, 2): (10.5, 7.6), (2, 3): (14.0, 7.6)}[rows, columns])
-    axes = figure.subplots(rows, columns).ravel()
-    figure.suptitle(study.title, fontsize=11)
-    for panel, place in zip(panels, axes, strict=False):
+    panels += [draw_cost] if "beside_wall_time" in study.data else []
+    figure = new_figure(WIDTH, 0.4 + 3.0 * len(panels))
+    figure.suptitle("\n".join(broken(study.title, TITLE_LETTERS)), fontsize=9)
+    for panel, place in zip(panels, figure.subplots(len(panels), 1, squeeze=False)[:, 0], strict=True):
         panel(place, study)
-    for place in axes[len(panels) :]:  # a free place takes the longest legend
-        place.set_axis_off()
-        place.legend(*axes[len(panels) - 1].get_legend_handles_labels(), **{**LEGEND, "loc": "center left"})
-        axes[len(panels) - 1].get_legend().remove()
+        if panel is not draw_cost:
+            show_values(place, study.x)
     return save_figure(figure, path)
 
 
+def has_contact(study: Study) -> bool:
+    """Whether it is known what the contact did, over the stiffness."""
+    known = [name for name in ("restitution", "peak_force", "penetration") if name in study.data]
+    return study.of == "stiffness" and any(np.isfinite(study.data[name].values).any() for name in known)
+
+
 def draw_errors(axes: Any, study: Study) -> None:
-    """Errors at every time."""
-    times = [f", $t={t:.3g}$ s" for t in study.data.time.values]
-    draw_kinds(axes, study, NAMES, dict(enumerate(times)))
-    axes.set(xlabel=X_LABELS[study.of], ylabel="distance to the reference [m, rad; m/s, rad/s]")
+    """Errors at the first and the last time."""
+    t = study.data.time.values
+    draw_kinds(axes, study, NAMES, {j: f", $t={t[j]:.3g}$ s" for j in sorted({0, len(t) - 1})})
+    axes.set(xlabel=X_LABELS[study.of], ylabel="distance to the reference\n[m, rad; m/s, rad/s]")
 
 
 def draw_after(axes: Any, study: Study) -> None:
@@ -80,7 +82,7 @@ def draw_after(axes: Any, study: Study) -> None:
     chosen = sorted({0, len(events) - 1})
     labels = {j: f', "{events[j]}" at {float(study.data.event_time[j]):.3g} s' for j in chosen}
     draw_kinds(axes, study, EVENT_NAMES, labels)
-    axes.set(xlabel=X_LABELS[study.of], ylabel="after matched events [s; m, rad; m/s, rad/s]")
+    axes.set(xlabel=X_LABELS[study.of], ylabel="after matched events\n[s; m, rad; m/s, rad/s]")
 
 
 def draw_kinds(axes: Any, study: Study, names: dict[str, tuple[str, str]], rows: dict[int, str]) -> None:
@@ -102,11 +104,21 @@ def draw_kinds(axes: Any, study: Study, names: dict[str, tuple[str, str]], rows:
                 is_hidden |= bool(np.isfinite(hidden).any())
                 axes.loglog(study.x, hidden, "x", color=colour, ms=5, alpha=0.5)
     if is_hidden:
-        axes.plot([], [], "x", color=GREY, label="below the floor")
+        axes.plot([], [], "x", color=GREY, label="below the floor of the reference")
     for slope, place in SLOPES[study.of]:
         slope_triangle(axes, study.x, np.concatenate(known), slope, place)
-    axes.legend(**LEGEND)
-    axes.grid(True, which="major", color="#e6e6e6")
+    legend_above(axes)
+    axes.grid(True, which="major", color=WASHED)
+
+
+def show_values(axes: Any, x: np.ndarray) -> None:
+    """Ticks at some of the values that were run: of less than a decade Matplotlib's stand on one another."""
+    from matplotlib.ticker import NullFormatter, NullLocator
+
+    shown = x[np.unique(np.linspace(0, len(x) - 1, min(len(x), MOST_TICKS)).round().astype(int))]
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xticks(shown, [f"{value:.3g}" for value in shown])
 
 
 def slope_triangle(axes: Any, x: np.ndarray, values: np.ndarray, slope: float, place: float) -> None:
@@ -156,49 +168,30 @@ def draw_cost(axes: Any, study: Study) -> None:
                     fontsize=8,
                 )
     axes.margins(x=0.14, y=0.1)
-    axes.set(xlabel="wall time [ms]", ylabel=f"distance at $t={study.data.time.values[-1]:.3g}$ s")
-    axes.legend(**LEGEND)
-    axes.grid(True, which="major", color="#e6e6e6")
-
-
-def draw_orders(axes: Any, study: Study) -> None:
-    """Observed orders between neighbours, at the geometric mean of both."""
-    middle = np.sqrt(study.x[1:] * study.x[:-1])
-    for name, (label, colour) in kinds(study, NAMES).items():
-        axes.semilogx(middle, study.orders(name), "o-", color=colour, ms=4.5, lw=1, label=label)
-    for order in EXPECTED[study.of]:
-        axes.axhline(order, color=GREY, lw=0.8, ls=":")
-    axes.set(
-        xlabel=X_LABELS[study.of],
-        ylabel="observed order",
-        xlim=(study.x.min(), study.x.max()),
-        ylim=(-0.2, 2.6 if study.of == "dt" else 1.8),
-    )
-    axes.legend(**LEGEND)
+    at = study.data.time.values[-1]
+    axes.set(xlabel="wall time [ms]", ylabel=f"distance at $t={at:.3g}$ s\n[m, rad; m/s, rad/s]")
+    legend_above(axes)
+    axes.grid(True, which="major", color=WASHED)
 
 
 def draw_contact(axes: Any, study: Study) -> None:
     """Effective restitution where the contact opens, else peak force and time to the end of slip."""
     data = study.data
     if "restitution" in data and np.isfinite(data.restitution.values).any():
-        axes.semilogx(study.x, data.restitution.values, "o-", color=BLUE, ms=4.5, lw=1)
-        axes.set(xlabel=X_LABELS["stiffness"], ylabel="effective energetic restitution $e$", ylim=(-0.05, 1.1))
+        axes.semilogx(study.x, data.restitution.values, "o-", color=CYCLE[0], ms=4.5, lw=1)
+        axes.set(xlabel=X_LABELS["stiffness"], ylabel="effective energetic\nrestitution $e$ [-]", ylim=(-0.05, 1.1))
         return
     if "penetration" in data:
-        draw_positive(axes, study.x, data.penetration.values, "o-", BLUE)
+        draw_positive(axes, study.x, data.penetration.values, "o-", CYCLE[0])
         axes.set(xlabel=X_LABELS["stiffness"], ylabel="deepest penetration [m]", xscale="log")
         return
-    if "peak_force" not in data or not np.isfinite(data.peak_force.values).any():
-        axes.set_axis_off()
-        axes.text(0.5, 0.5, "no episode of contact", ha="center", va="center", fontsize=9, color=GREY)
-        return
-    draw_positive(axes, study.x, np.abs(data.peak_force.values), "o-", BLUE)
+    draw_positive(axes, study.x, np.abs(data.peak_force.values), "o-", CYCLE[0])
     axes.set(xlabel=X_LABELS["stiffness"])
-    axes.set_ylabel("peak normal force [N]", color=BLUE)
+    axes.set_ylabel("peak normal force [N]", color=CYCLE[0])
     if np.isfinite(data.stop_time.values).any():
         right = axes.twinx()
-        draw_positive(right, study.x, data.stop_time.values, "s-", RED)
-        right.set_ylabel("time at which the slip ends [s]", color=RED)
+        draw_positive(right, study.x, data.stop_time.values, "s-", CYCLE[1])
+        right.set_ylabel("end of the slip [s]", color=CYCLE[1])
 
 
 def draw_positive(axes: Any, x: np.ndarray, y: np.ndarray, style: str, colour: str) -> None:

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_instance, as_name
-from nonsmooth.drawing.plots import is_geometric, new_figure, save_figure
+from nonsmooth.drawing.colours import BLUE, PALE
+from nonsmooth.drawing.labels import LETTER
+from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, broken, is_geometric, new_figure, save_figure
 from nonsmooth.errors import InvalidInput
 from nonsmooth.sweeps.task import OF_COORDINATE
 
 if TYPE_CHECKING:
     import xarray
 
+PANEL_HEIGHT = 2.6  # chosen [in]
 MAX_PANELS = 6  # chosen: of one figure
 MAX_LEVELS = 12  # chosen: whole numbers that are drawn as steps of colour
-GREY = "#bdbdbd"
 CODES = {"status", "message"}  # not results
 
 
@@ -50,18 +52,26 @@ def plot_sweep(found: xarray.Dataset, path: str | Path | None = None, name: str 
     axes = drawn_axes(found)
     name = drawable(found, name)
     panels = panels_of(found, name, axes)
-    figure = new_figure(1.5 + 4.8 * min(3, len(panels)), 4.0 * (1 + (len(panels) - 1) // 3))
-    grid = figure.subplots(1 + (len(panels) - 1) // 3, min(3, len(panels)), squeeze=False).reshape(-1)
-    for place in grid[len(panels) :]:
-        place.remove()
+    figure = new_figure(WIDTH, PANEL_HEIGHT * len(panels) + 1.0)
+    grid = figure.subplots(len(panels), 1, squeeze=False)[:, 0]
     for place, (label, values) in zip(grid, panels.items(), strict=False):
         draw = draw_map if len(axes) == 2 else draw_curve
         draw(figure, place, [found[axis] for axis in axes], values, label)
-        place.set_title(found[name].attrs.get("long_name", ""), fontsize=9)
-    missing = int(np.isnan(next(iter(panels.values()))).sum())
-    if missing:
-        figure.suptitle(f"no result in {missing} of {next(iter(panels.values())).size} cells (grey)", fontsize=9)
+        place.set_title(found[name].attrs.get("long_name", ""), fontsize=LETTER)
+    values = next(iter(panels.values()))
+    missing = int(np.isnan(values).sum())
+    rows = what_was_run(found, axes)
+    rows += [f"no result in {missing} of {values.size} cells (grey)"] if missing else []
+    figure.suptitle("\n".join(rows), fontsize=9)
     return save_figure(figure, path)
+
+
+def what_was_run(found: xarray.Dataset, axes: list[str]) -> list[str]:
+    """The system, and the parameters that were held fixed."""
+    about = found.attrs
+    values = str(about.get("parameters", "")).split("  ")
+    fixed = [value.replace(" ", "\N{NO-BREAK SPACE}") for value in values if value.split(" = ")[0] not in axes]
+    return [row for row in (str(about.get("system", "")), *broken("  ".join(fixed), TITLE_LETTERS)) if row]
 
 
 def drawn_axes(found: xarray.Dataset) -> list[str]:
@@ -111,9 +121,9 @@ def with_unit(axis: xarray.DataArray) -> str:
 def draw_curve(figure: Any, place: Any, axes: list[xarray.DataArray], values: np.ndarray, label: str) -> None:
     """Values over one axis; grey where there are none."""
     x = axes[0].values
-    place.plot(x, values, marker="." if len(x) <= 100 else None, color="#08306b", linewidth=1)
+    place.plot(x, values, marker="." if len(x) <= 100 else None, color=BLUE, linewidth=1)
     for missing in x[np.isnan(values)] if x.dtype.kind in "fi" else ():
-        place.axvline(missing, color=GREY, linewidth=1, zorder=0)
+        place.axvline(missing, color=PALE, linewidth=1, zorder=0)
     if is_geometric(x):
         place.set_xscale("log")
     place.set(xlabel=with_unit(axes[0]), ylabel=label)
@@ -133,7 +143,7 @@ def draw_map(figure: Any, place: Any, axes: list[xarray.DataArray], values: np.n
     if is_counted:
         whole = np.arange(levels[0], levels[-1] + 2)
         options["norm"] = BoundaryNorm(whole - 0.5, colours.N)
-    place.set_facecolor(GREY)
+    place.set_facecolor(PALE)
     mesh = place.pcolormesh(
         x, y, np.ma.masked_invalid(values.T), cmap=colours, shading="nearest", rasterized=True, **options
     )

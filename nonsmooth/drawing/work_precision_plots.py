@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.drawing.plots import new_figure
+from nonsmooth.drawing.colours import CYCLE, MARKERS
+from nonsmooth.drawing.labels import LETTER
+from nonsmooth.drawing.plots import WIDTH, new_figure, save_figure
 
 if TYPE_CHECKING:
     from nonsmooth.studies.work_precision_result import WorkPrecision
 
-COLOURS = ("#2166ac", "#b2182b", "#1b7837", "#7f7f7f", "#e08214", "#762a83", "#35978f")
-MARKERS = "osD^v<>"
-PANELS = {"wall_time": ("wall time [ms]", 1e3), "evaluations": ("force evaluations", 1.0)}
+PANELS = {"wall_time": ("wall time [ms]", 1e3), "evaluations": ("force evaluations [-]", 1.0)}
 LEAST = 1e-16  # chosen: smaller errors are drawn here: rounding
 
 
@@ -35,26 +35,20 @@ def plot_work_precision(study: WorkPrecision, path: str | Path | None = None) ->
     matplotlib.figure.Figure
     """
     n = len(study.scenes)
-    columns = 1 if n == 1 else 2  # scenes beside one another
-    rows = -(-n // columns)
-    figure = new_figure(8.6 * columns if columns > 1 else 9.5, 3.4 * rows + 0.8)
-    axes = figure.subplots(rows, 2 * columns, squeeze=False)
+    figure = new_figure(WIDTH, 2.5 * n + 1.0)
+    axes = figure.subplots(n, 2, squeeze=False, sharey=True)
     for k, scene in enumerate(study.scenes):
-        left = axes[k // columns][2 * (k % columns) :]
+        left = axes[k]
         for place, cost in zip(left, PANELS, strict=False):
             draw_scene(place, study, scene, cost)
         left[0].set_title(scene, loc="left", fontsize=10)
-        left[0].set_ylabel("error of the positions [-]")
-    for place in axes.ravel()[2 * n :]:
-        place.set_axis_off()
+        left[0].set_ylabel("error of the\npositions [-]")
     handles = {}
     for place in axes.ravel():
         handles.update({label: line for line, label in zip(*place.get_legend_handles_labels(), strict=True)})
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, fontsize=9, frameon=False)
-    figure.suptitle(study.title, fontsize=11)
-    if path is not None:
-        figure.savefig(path, dpi=150 if n == 1 else 110)
-    return figure
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=LETTER, frameon=False)
+    figure.suptitle(study.title, fontsize=9)
+    return save_figure(figure, path)
 
 
 def draw_scene(axes: Any, study: WorkPrecision, scene: str, cost: str) -> None:
@@ -67,7 +61,7 @@ def draw_scene(axes: Any, study: WorkPrecision, scene: str, cost: str) -> None:
             continue
         axes.loglog(
             factor * costs[known], np.maximum(errors[known], LEAST), MARKERS[j % len(MARKERS)] + "-",
-            color=COLOURS[j % len(COLOURS)], ms=4, lw=1, label=method,
+            color=CYCLE[j % len(CYCLE)], ms=4, lw=1, label=method,
         )  # fmt: skip
     floor = study.floor_of(scene)
     if floor > 0:

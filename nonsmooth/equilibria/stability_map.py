@@ -15,6 +15,7 @@ from nonsmooth.equilibria.linearise import linearise
 from nonsmooth.equilibria.sensitivity import eigenvalue_sensitivity
 from nonsmooth.errors import InvalidInput, MissingExtra, shown
 from nonsmooth.mechanics.system import as_system
+from nonsmooth.mechanics.units import unit_of_parameter
 from nonsmooth.signals.telling import tell
 
 
@@ -91,7 +92,12 @@ def stability_map(
             tell(reached / table["growth"].size)
     data = {name: ((first, second), values) for name, values in table.items()}
     attrs = {} if reached == table["growth"].size else {"points_reached": reached}
-    return xarray.Dataset(data, coords={first: x, second: y}, attrs=attrs)
+    model = at.mode.system.parameters
+    coords = {
+        name: (name, values, {"units": unit} if (unit := unit_of_parameter(model, name)) else {})
+        for name, values in ((first, x), (second, y))
+    }
+    return xarray.Dataset(data, coords=coords, attrs=attrs)
 
 
 def _point(at: Equilibrium, where: dict[str, float], parameters: list[str]) -> tuple[Equilibrium, list[float]]:

@@ -8,7 +8,7 @@ a streak.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit.blocks import WORD
 from nonsmooth.mechanics.start import answers_start, describing, forms_of, own_state, start_of
-from nonsmooth.mechanics.system import ContactMode, as_system
+from nonsmooth.mechanics.system import ContactMode, System, as_system
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell
 from nonsmooth.sweeps.sweep import require_whole, sweep
@@ -49,6 +49,8 @@ class BifurcationDiagram(Worded):
         Whether a contact opened in the late part, upwards and downwards.
     coordinate_label : str
         Name and unit of the coordinate.
+    system : System, optional
+        Whose motions they are; it names the axes of the figure.
     """
 
     parameter: str
@@ -58,6 +60,7 @@ class BifurcationDiagram(Worded):
     downwards: tuple[np.ndarray, ...]
     opens: np.ndarray
     coordinate_label: str = ""
+    system: System | None = field(default=None, repr=False)
 
     def plot(self, path: str | Path | None = None, label: str = "") -> Any:
         """The maxima against the parameter: see `plot_bifurcations`."""
@@ -140,6 +143,7 @@ def bifurcation_diagram(
     return BifurcationDiagram(
         parameter, coordinate, grid, tuple(peaks[:k]), tuple(peaks[:k - 1:-1]), np.array([opens[:k], opens[:k - 1:-1]]),
         as_system(system).described.label(coordinate),
+        as_system(system),
     )  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from nonsmooth.checks.parameters import numeric_fields
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
 from nonsmooth.mechanics.start import COMPONENT, state_function, variables_of
 from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.mechanics.units import unit_of_parameter
 
 Columns = Mapping[str, np.ndarray]
 END = "t_end"
@@ -99,5 +100,5 @@ def option_names(integrator: Any) -> tuple[str, ...]:
 
 
 def unit_of(system: System, name: str) -> str:
-    """Unit of a variable that is a coordinate of the model or its rate; empty where it is not known."""
-    return system.described.unit_of(name)
+    """Unit of a variable that is a coordinate of the model, its rate or a parameter; empty where it is not known."""
+    return system.described.unit_of(name) or unit_of_parameter(system.parameters, name)

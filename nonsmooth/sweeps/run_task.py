@@ -142,6 +142,13 @@ class RunTask:
         named = self.system.described.coordinates
         return {"coordinate": [name for name, _ in named], "coordinate_unit": [unit for _, unit in named]}
 
+    @property
+    def about(self) -> dict[str, str]:
+        """The system and its parameters in words; an axis takes the place of its own."""
+        values = self.system.parameter_values
+        words = [f"{name} = {value:.4g}" for name, value in values.items() if isinstance(value, int | float)]
+        return {"system": self.system.name or "a system", "parameters": "  ".join(words)}
+
     def unit(self, name: str) -> str:
         """Unit of an axis that is a coordinate, its rate, a time step or the end."""
         return "s" if name in ("dt", END) else unit_of(self.system, name)

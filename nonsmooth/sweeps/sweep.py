@@ -338,7 +338,7 @@ class Result:
         return xarray.Dataset(columns, coordinates, {
             "study": self.study, "cells": len(plan), "cells_from_journal": self.n_resumed,
             "cells_failed": int(((self.status != CellStatus.FINISHED) & (self.status != CellStatus.NOT_RUN)).sum()),
-            "interrupted": int(self.is_interrupted),
+            "interrupted": int(self.is_interrupted), **getattr(self.task, "about", {}),
         })  # fmt: skip
 
     def _variable(self, name: str, values: np.ndarray) -> tuple[Any, ...]:

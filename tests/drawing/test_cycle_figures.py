@@ -17,6 +17,7 @@ from nonsmooth.drawing.cycle_plots import plot_branch, plot_cycle, plot_waterfal
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.studies.bifurcation_diagram import maxima
 from nonsmooth.studies.cycle import study_cycle
+from tests.drawing.looks import faults
 
 SLIDE, STICK = ContactMode.SLIDE, ContactMode.STICK
 
@@ -29,7 +30,7 @@ def branch():
 
 def test_cycle_is_drawn_with_a_colour_for_every_mode(branch, tmp_path):
     figure = plot_cycle(branch.cycles[0], tmp_path / "cycle.png")
-    labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert sorted(labels) == ["slide -", "stick"]
     assert (tmp_path / "cycle.png").stat().st_size > 10_000
 
@@ -177,3 +178,27 @@ def test_derivative_of_a_flow_is_that_of_its_differences(model, states):
         (flow_map(flow, x + h * e, T, scale)[0] - flow_map(flow, x - h * e, T, scale)[0]) / (2 * h) for e in np.eye(4)
     ]
     np.testing.assert_allclose(Phi, np.column_stack(columns), atol=3e-7 * max(1.0, np.abs(Phi).max()))
+
+
+def test_no_letter_stands_over_another_in_figures_of_cycles(branch):
+    for figure in (plot_cycle(branch.cycles[0]), plot_branch(branch), plot_waterfall(branch)):
+        assert faults(figure) == []
+
+
+def test_the_jump_of_a_seizure_is_drawn_in_every_phase_plane():
+    rod = SpragSlip()
+    cycle = ns.limit_cycle(rod, rod.state(th=0.78, thdot=1.0), duration=6.0)
+    jumps = [phase for phase in cycle.phases if phase.jump is not None]
+    figure = plot_cycle(cycle)
+    for axes in figure.axes:
+        drawn = [line.get_ydata() for line in axes.lines if line.get_gid() == "jump"]
+        assert len(drawn) == len(jumps) > 0 and all(before != after for before, after in drawn)
+    assert faults(figure) == []
+
+
+def test_stick_time_is_zero_where_sticking_ends():
+    start = ns.limit_cycle(BeltOscillator(vb=0.36))
+    found = ns.continue_cycle(BeltOscillator(), "vb", [0.36, 0.38, 0.42], start)
+    (end,) = (change.value for change in found.changes if change.kind == "stick ends")
+    (line,) = plot_branch(found).axes[2].lines[:1]
+    assert np.interp(end, *line.get_data()) == 0.0 < np.interp(end - 1e-3, *line.get_data())

@@ -1,14 +1,28 @@
 """Figures and summaries say what the run did, with names and units."""
 
+import itertools
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import nonsmooth as ns
-from models import BeadChain, BeltOscillator, BouncingBall, InclinedBlock, SelfLockingRod, SpragSlip
+from models import (
+    BeadChain,
+    BeltOscillator,
+    BouncingBall,
+    InclinedBlock,
+    LeadScrew,
+    RockingBlock,
+    SelfLockingRod,
+    SpragSlip,
+)
+from nonsmooth.drawing.colours import CYCLE, STRIPS
+from nonsmooth.drawing.forces import is_lonely, loads_of
 from nonsmooth.drawing.plots import draw_strip, new_figure
-from nonsmooth.drawing.scene import frames_of
+from nonsmooth.drawing.scene import MAX_FRAMES, frames_of, periods_of
+from tests.drawing.looks import faults
 
 
 @pytest.fixture(scope="module")
@@ -31,13 +45,34 @@ def texts(figure):
 
 def test_phase_plane_names_its_curves_and_regions(seizing_rod):
     shown = texts(seizing_rod.plot())
-    assert {"$v_t = 0$", "$N = 0$", "$M = 0$", "th [rad]", "th' [rad/s]", "t [s]", "change [J]"} <= set(shown)
+    assert {"$v_t = 0$", "$N = 0$", "$M = 0$", "th [rad]", "th' [rad/s]", "t [s]", "change of\nenergy [J]"} <= set(
+        shown
+    )
     assert {"no solution while it slides", "two solutions while it slides"} <= set(shown)  # at rest the counts differ
 
 
-def test_a_cut_axis_says_how_far_the_impulses_reach(ball):
-    peak = (ball.P_N[1:, 0] / np.diff(ball.t)).max()
-    assert any(f"up to {peak:.3g} N" in text for text in texts(ball.plot()))
+def test_impulses_of_impacts_are_no_forces_of_the_step(ball):
+    """A ball of 1 kg that falls 1 m brings 6.6 N s: 6600 N over a step of 1 ms, 1000 times that over one of 1 us."""
+    figure = ball.plot()
+    (forces,), (impulses,) = (
+        [a for a in figure.axes if a.get_ylabel().startswith(name)] for name in ("force", "impulse")
+    )
+    largest = max(np.nanmax(patch.get_data().values) for patch in forces.patches)
+    assert largest < 2 * 9.81  # the weight, and what is left of the last bounces
+    (stems,) = (line.get_ydata() for line in impulses.lines if line.get_marker() == "o")
+    assert stems.max() == pytest.approx(1.5 * np.sqrt(2 * 9.81), abs=2.5 * 9.81e-3)  # (1 + e) m v, a step
+
+
+def test_force_and_impulse_together_are_all_that_the_contact_carried(ball):
+    loads = loads_of(ball)
+    span = np.where(loads.is_impulse[:, 0], 1.0, np.diff(ball.t))
+    np.testing.assert_allclose((loads.normal[:, 0] * span).sum(), ball.P_N.sum(), rtol=1e-12)
+
+
+def test_a_load_between_two_records_alone_is_an_impulse():
+    loaded = np.array([[1, 0, 1, 1, 0, 1]], bool).T
+    assert is_lonely(loaded)[:, 0].tolist() == [False] * 6  # the first and the last may go on
+    assert is_lonely(np.array([[0, 1, 0, 1, 1, 0]], bool).T)[:, 0].tolist() == [False, True, False, False, False, False]
 
 
 def test_a_loaded_solution_is_drawn_without_its_model(ball, tmp_path):
@@ -89,29 +124,90 @@ def test_a_mode_that_lasts_one_step_is_seen_in_its_strip():
 
 def test_a_force_that_is_constant_to_rounding_is_drawn_as_a_constant():
     rod = SelfLockingRod()
-    solution = ns.simulate(rod, (0, 1), *rod.state(), integrator=ns.MoreauJean(dt=1e-3))
-    forces = solution.plot().axes[3]
+    solution = ns.simulate(rod, (0, 1), *rod.state(th=rod.th0), integrator=ns.MoreauJean(dt=1e-3))
+    (forces,) = (axes for axes in solution.plot().axes if axes.get_ylabel().startswith("force"))
     assert np.ptp(solution.P_N[1:, 0] / np.diff(solution.t)) > 0  # the rounding that would fill the axis
-    assert forces.get_ylim()[0] == 0.0 < solution.P_N[-1, 0] / 1e-3 < forces.get_ylim()[1]
+    low, high = forces.get_ylim()
+    assert high - low > 0.1 * solution.P_N[-1, 0] / 1e-3
 
 
 def test_a_run_at_rest_says_that_nothing_changes():
     block = InclinedBlock()
-    solution = ns.simulate(block, (0, 0.1), *block.state(), integrator=ns.MoreauJean(dt=1e-3))
-    assert "no energy changes" in solution.plot().axes[2].texts[0].get_text()
+    solution = ns.simulate(block, (0, 0.1), *block.state(slip=0.0, distance=0.0), integrator=ns.MoreauJean(dt=1e-3))
+    assert any("no energy changes" in text.get_text() for axes in solution.plot().axes for text in axes.texts)
 
 
-def test_a_chain_is_drawn_from_its_first_bead_to_its_last():
+def test_a_chain_is_drawn_over_space_and_time_with_the_contacts_that_carry_most():
     chain = BeadChain(n=30)
     solution = ns.simulate(chain, (0, 0.01), *chain.state(), integrator=ns.MoreauJean(dt=1e-3))
-    shown = texts(solution.plot())
-    assert "x_0 [m]" in shown and "x_29 [m]" in shown and "coordinates\n(8 of 30)" in shown
+    figure = solution.plot()
+    shown = texts(figure)
+    assert "coordinate [m]" in shown and "velocity [m/s]" in shown and "number of the\ncoordinate" in shown
+    carried = solution.P_N.sum(axis=0)
+    assert set(loads_of(solution).contacts) == set(np.flatnonzero(carried))  # five or six of 30
+    assert faults(figure) == []
+
+
+def test_coordinates_of_metres_and_of_radians_have_axes_of_their_own(seizing_rod):
+    shown = texts(seizing_rod.plot())
+    assert {"y\n[m]", "th\n[rad]", "y'\n[m/s]", "th'\n[rad/s]"} <= set(shown)
+
+
+def test_a_seized_screw_stands_still_in_its_figure():
+    screw = LeadScrew()
+    solution = ns.simulate(screw, (0, 1e-3), *screw.state(), integrator=ns.MoreauJean(dt=1e-5))
+    assert 0 < np.ptp(solution.q[:, 1]) < 1e-15  # rounding, which would fill the axis
+    (angle,) = (axes for axes in solution.plot().axes if axes.get_ylabel() == "th\n[rad]")
+    assert np.ptp(angle.get_ylim()) > 1e-5 * np.abs(solution.u[:, 1]).max()
+
+
+def test_the_block_on_an_incline_slides_and_comes_to_rest_by_default():
+    model = InclinedBlock()
+    solution = ns.simulate(model, (0, model.t_end), *model.state(), integrator=ns.MoreauJean(dt=model.dt))
+    assert np.ptp(solution.q, axis=0).max() > 0.1 and len(np.unique(solution.mode[1:])) > 1
+
+
+@pytest.mark.parametrize("model", [SpragSlip(), LeadScrew(), RockingBlock(), BeltOscillator(), BouncingBall()],
+                         ids=lambda model: model.name)  # fmt: skip
+def test_no_letter_of_a_run_stands_outside_or_over_another_and_every_axis_has_a_unit(model):
+    t_end = min(model.t_end, 1.0)
+    solution = ns.simulate(model, (0, t_end), *model.state(), integrator=ns.MoreauJean(dt=max(model.dt, t_end / 1000)))
+    assert faults(solution.plot()) == []
+    assert faults(solution.picture(n=3)) == []
+
+
+def test_a_fast_motion_has_twenty_five_frames_a_period_and_its_title_says_how_slow():
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = -((2 * np.pi * 20) ** 2) * q[0]
+
+    system = ns.System(n_q=1, mass=mass, force=force)
+    solution = ns.simulate(system, (0, 1), [1.0], [0.0], integrator=ns.MoreauJean(dt=1e-3))
+    shown, slow = frames_of(solution, 25, periods=periods_of(solution))
+    assert len(shown) >= 25 * 19.5 and "times slower" in slow  # 20 periods, the last reversal at the end
+    np.testing.assert_allclose(np.diff(solution.t[shown]), 1 / (len(shown) - 1), atol=1.01e-3)
+
+
+def test_a_motion_of_too_many_periods_is_shown_in_part_and_says_so(ball):
+    t = np.linspace(0, 10, 20_001)
+    fast = replace(ball, t=t, u=np.cos(2 * np.pi * 100 * t)[:, None])
+    shown, slow = frames_of(fast, 25, periods=periods_of(fast))
+    assert len(shown) == MAX_FRAMES and "the first 0.4 s of 10 s" in slow
+    assert t[shown[-1]] == pytest.approx(0.4, rel=1e-2)
 
 
 def test_frames_are_equally_spaced_in_time_and_title_says_how_slow(ball):
     shown, slow = frames_of(ball, 25)
-    assert slow == "" and np.allclose(np.diff(ball.t[shown]), 2 / 49, atol=1.01e-3)
-    assert frames_of(ball, 300)[1] == "  (time x 1.5)"
+    n = len(shown)
+    assert n >= 50 and np.allclose(np.diff(ball.t[shown]), 2 / (n - 1), atol=1.01e-3)
+    assert slow == "" and frames_of(ball, 600)[1] == ", 1.2 times faster"  # 1000 frames at 600 a second for 2 s
+
+
+def test_the_one_instant_of_a_picture_is_the_last(ball):
+    (axes,) = ball.picture(n=1).axes
+    assert axes.get_title() == "t = 2 s"
 
 
 def test_a_picture_shows_the_scene_at_its_instants(ball, tmp_path):
@@ -133,7 +229,7 @@ def test_an_animation_has_a_frame_for_each_instant_and_a_white_ground(ball, tmp_
     from PIL import Image
 
     with Image.open(ball.animate(tmp_path / "ball.gif", fps=10)) as gif:
-        assert (gif.n_frames, gif.info["duration"]) == (25, 100)
+        assert gif.n_frames >= 25 and gif.info["duration"] == 100
         first = np.asarray(gif.convert("RGB"))
         gif.seek(12)
         assert (np.asarray(gif.convert("RGB")) != first).any()
@@ -182,5 +278,58 @@ def test_the_impulse_of_an_impact_is_no_force_of_the_figure():
     model = BouncingBall(e=0.5)
     solution = ns.simulate(model, (0, 1), *model.state(height=1.0), integrator=ns.EventDriven(1e-8))
     assert (np.diff(solution.t) == 0).any()
-    (forces,) = (axes for axes in solution.plot().axes if axes.get_ylabel().startswith("force"))
-    assert forces.lines and not any(line.get_ydata().any() for line in forces.lines)
+    labels = [axes.get_ylabel() for axes in solution.plot().axes]
+    assert not any("force" in label for label in labels) and any("impulse" in label for label in labels)
+
+
+def lightness(colour):
+    """CIE L* of a colour #rrggbb."""
+    channels = np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
+    Y = linear @ [0.2126, 0.7152, 0.0722]
+    return 116 * np.cbrt(Y) - 16 if Y > 0.008856 else 903.3 * Y
+
+
+def test_modes_are_told_apart_in_grey():
+    steps = np.diff(sorted(lightness(colour) for colour in STRIPS.values()))
+    assert steps.min() > 6  # some three times the least difference that is seen
+
+
+# Machado, Oliveira and Fernandes, A physiologically-based model for simulation of color vision deficiency (2009)
+BLINDNESS = {
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+}
+
+
+@pytest.mark.parametrize("blindness", BLINDNESS)
+@pytest.mark.parametrize("colours", [CYCLE, tuple(STRIPS.values())], ids=["cycle", "modes"])
+def test_colours_are_told_apart_without_one_kind_of_cones(blindness, colours):
+    seen = [lab_without(BLINDNESS[blindness], colour) for colour in colours]
+    differences = [np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)]
+    assert min(differences) > 8  # of CIE L*a*b*, where 2.3 is just noticeable
+
+
+def lab_without(matrix, colour):
+    """CIE L*a*b* of a colour as it is seen with a deficiency."""
+    channels = np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
+    linear = np.clip(np.array(matrix) @ linear, 0, 1)
+    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    f = np.cbrt(np.maximum(to_xyz @ linear / [0.9505, 1.0, 1.089], 1e-6))
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+def test_an_energy_has_its_colour_whatever_other_terms_there_are(ball, seizing_rod):
+    def colours(solution):
+        (axes,) = (axes for axes in axes_of(solution.plot()) if "energy" in axes.get_ylabel())
+        return {line.get_label(): (line.get_color(), line.get_linestyle()) for line in axes.lines}
+
+    one, other = colours(ball), colours(seizing_rod)
+    shared = one.keys() & other.keys()
+    assert len(shared) >= 3 and all(one[name] == other[name] for name in shared)
+
+
+def axes_of(figure):
+    return list(dict.fromkeys(axes for part in (figure, *figure.subfigs) for axes in part.axes))

@@ -10,6 +10,7 @@ import pytest
 import nonsmooth as ns
 from models import BeltOscillator, BilateralRod, FollowerForceArm, PainleveRod, SpragSlip, WallPendulum
 from nonsmooth.drawing.paradox_plots import plot_graphical_problem, plot_map
+from tests.drawing.looks import faults
 
 
 def texts(figure):
@@ -97,3 +98,13 @@ def test_states_without_a_graphical_problem_are_refused_with_the_reason():
     for model, words in ((FollowerForceArm(), "needs a contact"), (BeltOscillator(), "is given")):
         with pytest.raises(ns.InvalidInput, match=words):
             plot_graphical_problem(ns.classify(model, 0.0, *model.state()))
+
+
+def test_no_letter_stands_over_another_in_figures_of_paradoxes():
+    rod = SpragSlip()
+    axes = {"th": np.linspace(0.65, 1.25, 41), "thdot": np.linspace(-4.5, 4.5, 41)}
+    assert faults(plot_map(ns.paradox_map(rod, **axes), boundaries=ns.paradox_boundaries(rod, **axes))) == []
+    assert faults(plot_map(ns.paradox_map(PainleveRod(mu=2.0), th=np.linspace(0.0, 1.57, 50), thdot=5.0))) == []
+    rod = BilateralRod()
+    case = ns.classify(rod, 0.0, *rod.state())
+    assert faults(plot_graphical_problem(case)) == [] == faults(plot_graphical_problem([("", case)] * 3))

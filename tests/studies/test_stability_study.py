@@ -15,8 +15,10 @@ from nonsmooth.drawing.stability_plots import (
     plot_friction_laws,
     plot_snapshots,
     plot_stability_map,
+    with_meetings,
 )
 from nonsmooth.studies.stability import study_stability
+from tests.drawing.looks import faults
 
 
 def test_study_of_one_point_gives_the_equilibrium_its_forces_and_eigenvalues():
@@ -107,10 +109,28 @@ def test_amplitudes_are_drawn_against_the_speed_and_end_where_sliding_is_stable(
 def test_snapshots_show_the_arm_at_the_records_nearest_to_the_times():
     arm = FollowerForceArm(P=1000.0)
     run = ns.simulate(arm, (0, 0.1), *arm.state(), integrator=ns.MoreauJean(dt=1e-3))
-    axes = plot_snapshots(run, [0.0, 0.0504]).axes[0]
-    np.testing.assert_allclose(axes.lines[2].get_xydata(), arm.shape(run.q[50])[0])
+    axes = plot_snapshots(run, [0.0, 0.0504]).axes[1]
+    np.testing.assert_allclose(axes.lines[-1].get_xydata(), arm.shape(run.q[50])[-1])
+    assert axes.get_title() == "t = 0.05 s"
 
 
 def test_map_is_drawn_with_its_boundary():
     chart = ns.stability_map(ModeCoupling(), {"mu": [0.4, 0.6], "cz": [0.5, 1.0]}, sensitivities=False)
     assert plot_stability_map(chart, units=("", "N s/m")).axes[0].get_xlabel() == "cz [N s/m]"
+
+
+def test_no_letter_stands_over_another_in_figures_of_stability():
+    models = {"undamped": ModeCoupling(cx=0.0, cz=0.0), "damped": ModeCoupling()}
+    paths = {label: ns.eigen_path(model, "mu", np.linspace(0.0, 1.0, 21)) for label, model in models.items()}
+    chart = ns.stability_map(ModeCoupling(), {"mu": [0.4, 0.6], "cz": [0.5, 1.0]}, sensitivities=False)
+    for figure in (plot_eigen_path(paths), plot_stability_map(chart)):
+        assert faults(figure) == []
+
+
+def test_curves_of_two_eigenvalues_that_meet_go_through_the_point_where_they_do():
+    """x'' + K x = 0 of the coupled modes: undamped, both frequencies are equal where flutter begins."""
+    curve = ns.eigen_path(ModeCoupling(cx=0.0, cz=0.0), "mu", np.linspace(0.0, 1.0, 20))
+    values, eigenvalues = with_meetings(curve)
+    (met,) = np.flatnonzero(~np.isin(values, curve.values))
+    upper = np.sort_complex(eigenvalues[met])[-2:]
+    assert upper[0] == upper[1] and values[met] == pytest.approx(0.5, abs=5e-4)

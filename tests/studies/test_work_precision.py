@@ -108,7 +108,7 @@ def test_figure_has_a_curve_for_each_method_and_cost(tmp_path):
     figure = study.plot(tmp_path / "study.png")
     wall, evaluations = figure.axes
     assert [len(axes.get_lines()) for axes in (wall, evaluations)] == [2, 2]
-    assert wall.get_xlabel() == "wall time [ms]" and evaluations.get_xlabel() == "force evaluations"
+    assert wall.get_xlabel() == "wall time [ms]" and evaluations.get_xlabel() == "force evaluations [-]"
     assert (tmp_path / "study.png").stat().st_size > 0
 
 

@@ -23,7 +23,9 @@ def test_one_axis_is_a_curve(tmp_path):
     np.testing.assert_array_equal(x, found.vb)
     np.testing.assert_array_equal(y, found.amplitude[:, 0])
     assert (
-        axes.get_xlabel() == "vb" and axes.get_ylabel() == "amplitude [m]" and (tmp_path / "curve.png").stat().st_size
+        axes.get_xlabel() == "vb [m/s]"
+        and axes.get_ylabel() == "amplitude [m]"
+        and (tmp_path / "curve.png").stat().st_size
     )
     assert plot_sweep(found, name="period").axes[0].get_ylabel() == "period [s]"
 
@@ -37,7 +39,7 @@ def test_two_axes_are_a_map_with_missing_cells_left_out_and_counted():
     np.testing.assert_array_equal(drawn.filled(np.nan), found.paradoxes.values.T)
     assert drawn.mask[:, 0].all() and not drawn.mask[:, 1:].any()
     assert "no result in 7 of 42 cells" in figure.get_suptitle()
-    assert figure.axes[0].get_xlabel() == "mu" and figure.axes[0].get_ylabel() == "th [rad]"
+    assert figure.axes[0].get_xlabel() == "mu [-]" and figure.axes[0].get_ylabel() == "th [rad]"
 
 
 def test_each_coordinate_has_its_panel_and_its_unit():

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.files import PAGE_ENDINGS, as_place, whole_file
+from nonsmooth.drawing.colours import RED, STRIPS
 from nonsmooth.drawing.player.film import Body, Contacts, Film, MarkKind, Shape
 from nonsmooth.drawing.player.packing import LEVELS, packed, quantised, rounded
-from nonsmooth.drawing.plots import RED, STRIPS
 from nonsmooth.results.solution import mode_name
 from nonsmooth.views import view
 

@@ -12,7 +12,7 @@ import numpy as np
 from nonsmooth.drawing.facets import has_facets, triangles_of
 from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, ShapeKind
 from nonsmooth.drawing.player.solution_film import RECORDS_SHOWN, ledger_curves
-from nonsmooth.drawing.scene import nearest_records
+from nonsmooth.drawing.plots import nearest_records
 from nonsmooth.drawing.scene_figures import rounded
 from nonsmooth.results.scene_solution import SceneContacts
 from nonsmooth.scenes import scene as scenes

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nonsmooth.drawing.forces import record_after
 from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Mark, MarkKind, Shape, ShapeKind, no_contacts
 from nonsmooth.drawing.player.rigid_fit import is_closed, pose_of, seen_from
-from nonsmooth.drawing.plots import some_of
-from nonsmooth.drawing.scene import nearest_records, scene_model
+from nonsmooth.drawing.plots import nearest_records, some_of
+from nonsmooth.drawing.scene import scene_model
 from nonsmooth.integrators.records import EVENT_T
 from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.laws import static_coefficient
@@ -70,16 +71,6 @@ def records_shown(solution: Solution, t_events: np.ndarray) -> np.ndarray:
     after = record_after(solution.t, t_events)
     every = np.concatenate([nearest_records(solution.t, RECORDS_SHOWN), [0], after, np.maximum(after - 1, 0)])
     return np.unique(every)
-
-
-def record_after(t: np.ndarray, t_events: np.ndarray) -> np.ndarray:
-    """The first record that shows what came of an event; of two records of one instant the second.
-
-    An event of a method of fixed steps is found in the step that begins at its time.
-    """
-    last = np.maximum(np.searchsorted(t, t_events, "right") - 1, 0)
-    is_double = t[last] == t[np.maximum(last - 1, 0)]
-    return np.where(is_double & (last > 0), last, np.minimum(last + 1, len(t) - 1))
 
 
 def bodies_of(model: Any, q: np.ndarray) -> tuple[list[Body], Lines, Lines]:

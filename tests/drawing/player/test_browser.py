@@ -223,7 +223,7 @@ def test_a_click_picks_a_body_and_its_state_is_told(chromium, tmp_path):
 
 
 def test_contacts_have_the_colours_of_the_figures(chromium, rod):
-    from nonsmooth.drawing.plots import STRIPS
+    from nonsmooth.drawing.colours import STRIPS
     from nonsmooth.mechanics.system import ContactMode
 
     sol, path = rod
