@@ -68,6 +68,7 @@ _HOME = {
     "Compliance": "integrators.moreau_jean.compliance",
     "Penalty": "integrators.penalty.options",
     "Regularised": "integrators.penalty.law",
+    "TangentialSpring": "integrators.penalty.law",
     "penalty_study": "studies.penalty_study",
     "convergence_study": "studies.convergence_study",
     "work_precision": "studies.work_precision",

@@ -127,6 +127,7 @@ CALLS = {
         "method": "compiled", "rtol": 1e-8, "atol": 1e-10,
     }),
     "Regularised": (ns.Regularised, {"v_s": 0.1}),
+    "TangentialSpring": (ns.TangentialSpring, {"ratio": 0.8}),
     "classify": (ns.classify, {
         "system": ROD, "t": 0.0, "q": Q, "u": U, "restitution": None, "tolerance": 1e-9,
     }),
@@ -396,6 +397,7 @@ ROWS = [
     ("Penalty", {"law": "hunt-crosley"}, r"no contact law 'hunt-crosley'; did you mean 'hunt-crossley'"),
     ("Penalty", {"method": ["RK45"]}, r"no method \['RK45'\]; known: BDF, LSODA, Radau, compiled"),
     ("Penalty", {"friction": "viscous"}, r"friction must be 'coulomb' or Regularised\(v_s\); got 'viscous'"),
+    ("TangentialSpring", {"ratio": 0.0}, r"ratio must be positive; got 0"),
     ("Regularised", {"v_s": 0.0}, r"v_s must be positive \[m/s\]; got 0"),
     ("classify", {"q": [0.0, 1.0]}, r"q must have 3 entries; got 2"),
     ("classify", {"t": nan}, r"t must be finite; got nan"),

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numba
 import numpy as np
@@ -32,6 +33,7 @@ from models import (
 )
 from nonsmooth.commands.solve_files import load_problem
 from nonsmooth.contact.blocks.solve import SOLVERS as CONTACT_SOLVERS
+from nonsmooth.integrators.springs.steps import SpringPlaces
 from nonsmooth.jit import Kernel, blocks, interpreted
 from nonsmooth.lcp.solve import SOLVERS as LCP_SOLVERS
 
@@ -237,6 +239,47 @@ def test_what_an_integrator_can_do_has_the_same_bits_at_both_speeds(name):
 def test_two_blocks_under_different_laws_have_the_same_bits_at_both_speeds(law, integrator):
     system = replace(core_scenes.row_of_blocks(2), contacts=[ns.Contact(mu=law), ns.Contact(mu=0.2)])
     compare_runs(scene(system, [0.3, 0.0, -0.2, 0.0], 0.01), integrator)
+
+
+@contextmanager
+def blocks_in_place_of_addresses(places: type) -> Iterator[None]:
+    """A block of addresses holds the blocks themselves."""
+    held: dict[str, Any] = {}
+    with pytest.MonkeyPatch.context() as patch:
+        for name in places.__annotations__:
+            patch.setattr(places, name, property(
+                lambda _, name=name: held[name], lambda _, block, name=name: held.__setitem__(name, block)
+            ))  # fmt: skip
+        yield
+
+
+def on_the_ground(dim):
+    """A disc, or a ball, that slides into a box on the ground."""
+    bodies = ns.Scene(gravity=(0,) * (dim - 1) + (-9.81,), material=ns.Material(mu=0.3))
+    bodies.fixed(ns.HalfPlane((0, 1)) if dim == 2 else ns.HalfSpace((0, 0, 1)), name="ground")
+    up, along = np.eye(dim)[-1], np.eye(dim)[0]
+    round_one, box = (ns.Disc(0.1), ns.Box(0.2, 0.2)) if dim == 2 else (ns.Sphere(0.1), ns.Box(0.2, 0.2, 0.2))
+    bodies.body(round_one, mass=1.0, position=0.1 * up, velocity=along, name="ball")
+    bodies.body(box, mass=2.0, position=0.1 * up + 0.201 * along, name="box")
+    return bodies
+
+
+@pytest.mark.parametrize("law", [
+    ns.Penalty(1e4, damping_ratio=0.5, rtol=1e-3, atol=1e-4),
+    ns.Penalty(1e4, damping=10.0, rtol=1e-3, atol=1e-4, friction=ns.Regularised(0.1)),
+], ids=["springs", "regularised"])  # fmt: skip
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.filterwarnings("ignore::nonsmooth.PenetrationWarning")
+def test_springs_of_a_scene_have_the_same_bits_at_both_speeds(dim, law):
+    """Landing, sliding, pushing and sticking; room for contacts is made anew on the way."""
+    compiled = ns.simulate(on_the_ground(dim), (0, 0.015), integrator=law)
+    with interpreter(), blocks_in_place_of_addresses(SpringPlaces):
+        twin = ns.simulate(on_the_ground(dim), (0, 0.015), integrator=law)
+    assert compiled.stats.most_contacts > dim and compiled.stats.steps > 5
+    assert not differing(compiled, twin, ("t", "position", "turn", "velocity", "spin", "penetration"))
+    assert not [name for name in compiled.ledger if bits(compiled.ledger[name]) != bits(twin.ledger[name])]
+    pairs = zip(compiled.all_contacts, twin.all_contacts, strict=True)
+    assert all(bits(one) == bits(other) for one, other in pairs)
 
 
 def that_fails(function):

@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 
 import nonsmooth as ns
-from nonsmooth.catalogue import BouncingBall, PainleveRod, SpragSlip
+from nonsmooth.catalogue import BouncingBall, BoxStack, MasonryArch, PainleveRod, SpragSlip
 from nonsmooth.drawing.colours import BLUE, RED
 from nonsmooth.drawing.paradox_plots import plot_map
-from nonsmooth.drawing.plots import new_figure
+from nonsmooth.drawing.plots import new_figure, save_figure
+from nonsmooth.drawing.study_plots import draw_errors
 
 TH = math.pi / 3
 GREEN, GREY = "#1b7837", "#7f7f7f"
@@ -137,10 +138,22 @@ def over_the_regions(folder: Path) -> None:
     )  # fmt: skip
 
 
+def scenes(folder: Path) -> None:
+    """A stack and an arch on springs, against their rigid contacts."""
+    figure = new_figure(10.5, 4.2)
+    motions = (BoxStack(n=5, dim=2), 0.5), (MasonryArch(n=15, ratio=0.15), 0.2)
+    for axes, (model, t_end) in zip(figure.subplots(1, 2), motions, strict=True):
+        study = ns.penalty_study(model, (0, t_end), stiffness=np.logspace(7, 11, 5), beside=[])
+        print(study.table())
+        draw_errors(axes, study)
+        axes.set_title(model.name, fontsize=10)
+    save_figure(figure, folder / "penalty_scenes.png")
+
+
 def main(folder: Path) -> None:
     """Draw all of them."""
     folder.mkdir(parents=True, exist_ok=True)
-    for draw in (regular_contact, bounces, seizure, restitution, branches, over_the_regions):
+    for draw in (regular_contact, bounces, seizure, restitution, branches, over_the_regions, scenes):
         draw(folder)
 
 

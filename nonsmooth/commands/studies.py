@@ -15,7 +15,7 @@ from nonsmooth.commands.typed_input import (
     read_axis,
     whole_number,
 )
-from nonsmooth.commands.typed_model import MODEL, typed_model
+from nonsmooth.commands.typed_model import MODEL, is_scene, typed_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 
 if TYPE_CHECKING:
@@ -46,8 +46,9 @@ def add_limits(studies: Any) -> None:
     convergence.add_argument("--reference", choices=REFERENCES, help="exact states; the same integrator by default")
     makers = {"penalty": (penalty, study_penalty), "convergence": (convergence, study_convergence)}
     for name, (command, make) in makers.items():
+        more = "; a scene too" if name == "penalty" else ""
         command.set_defaults(act=act_limit, make=make, json=False, suffix=f"-{name}")
-        command.add_argument("model", metavar="MODEL", help=MODEL)
+        command.add_argument("model", metavar="MODEL", help=MODEL + more)
         for option, what in (("--set", "parameters, e.g. mu=2"), ("--state", "initial state, e.g. th=pi/4")):
             command.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
         command.add_argument("--q0", nargs="+", type=number, metavar="Q", help="initial coordinates (with --u0)")
@@ -127,14 +128,23 @@ def act_limit(arguments: argparse.Namespace) -> int:
 
 def limit_study(arguments: argparse.Namespace) -> Study:
     """The study that the arguments ask for."""
-
-    model = typed_model(arguments)
+    model = typed_model(arguments, takes_scenes=arguments.make is study_penalty)
     from nonsmooth.mechanics.start import describing
 
     t_end = getattr(describing(model), "t_end", None) if arguments.t_end is None else arguments.t_end
     if t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
-    return arguments.make(model, (0.0, t_end), *initial_state(model, arguments), arguments)
+    return arguments.make(model, (0.0, t_end), *start_of(model, arguments), arguments)
+
+
+def start_of(model: Any, arguments: argparse.Namespace) -> tuple[Any, Any]:
+    """q0 and u0; of a scene none."""
+    if not is_scene(model):
+        return initial_state(model, arguments)
+    for option in ("state", "q0", "u0", "delay"):
+        if getattr(arguments, option) not in (None, []):
+            raise InvalidInput(f"--{option} is no option for {arguments.model}, a scene of bodies; leave it out")
+    return None, None
 
 
 def study_penalty(model: Any, span: tuple[float, float], q0: Any, u0: Any, arguments: argparse.Namespace) -> Study:

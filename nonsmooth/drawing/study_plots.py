@@ -65,7 +65,7 @@ def plot_study(study: Study, path: str | Path | None = None) -> Any:
 
 def has_contact(study: Study) -> bool:
     """Whether it is known what the contact did, over the stiffness."""
-    known = [name for name in ("restitution", "peak_force") if name in study.data]
+    known = [name for name in ("restitution", "peak_force", "penetration") if name in study.data]
     return study.of == "stiffness" and any(np.isfinite(study.data[name].values).any() for name in known)
 
 
@@ -180,6 +180,10 @@ def draw_contact(axes: Any, study: Study) -> None:
     if "restitution" in data and np.isfinite(data.restitution.values).any():
         axes.semilogx(study.x, data.restitution.values, "o-", color=CYCLE[0], ms=4.5, lw=1)
         axes.set(xlabel=X_LABELS["stiffness"], ylabel="effective energetic\nrestitution $e$ [-]", ylim=(-0.05, 1.1))
+        return
+    if "penetration" in data:
+        draw_positive(axes, study.x, data.penetration.values, "o-", CYCLE[0])
+        axes.set(xlabel=X_LABELS["stiffness"], ylabel="deepest penetration [m]", xscale="log")
         return
     draw_positive(axes, study.x, np.abs(data.peak_force.values), "o-", CYCLE[0])
     axes.set(xlabel=X_LABELS["stiffness"])

@@ -20,7 +20,7 @@ from nonsmooth.integrators.records import EVENT_KIND
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.checkpoint import EVENT_NAMES
 from nonsmooth.results.scene_events import SceneEventKind
-from nonsmooth.results.scene_records import BODIES, CONTACTS, EVENTS, LEDGER
+from nonsmooth.results.scene_records import BODIES, CONTACTS, ELASTIC, ENERGIES, EVENTS, LEDGER
 from nonsmooth.results.scene_solution import modes_of, normal_and_friction
 from nonsmooth.results.seal import seal
 from nonsmooth.results.solution import EventKind
@@ -75,7 +75,7 @@ def about_of(solution: Solution | SceneSolution) -> dict[str, str]:
 
 def ledger_of(solution: Solution | SceneSolution) -> dict[str, Variable]:
     """Energies and works."""
-    energies = ("kinetic", "potential")
+    energies = (*ENERGIES, ELASTIC)
     return {
         name: column("t", values, "J", f"{name} energy" if name in energies else f"work since the start by {name}")
         for name, values in solution.ledger.items()
@@ -195,6 +195,9 @@ def contact_variables(solution: SceneSolution) -> dict[str, Variable]:
     """The contacts of all records, one behind the other."""
     found = solution.all_contacts
     P_N, P_F = normal_and_friction(found.P, found.normal)
+    pushes = ("N s", "impulse of the last step on body j")
+    if solution.stats.springs is not None:
+        pushes = ("N", "force on body j")
     return {
         "contact_offset": column("edge", found.offsets, "1", "first contact of each record, and their number"),
         "contact_record": column("contact", record_of(found.offsets), "1", "record of a contact"),
@@ -203,7 +206,7 @@ def contact_variables(solution: SceneSolution) -> dict[str, Variable]:
         "contact_point": column("contact axis", found.point, "m", "midway between the surfaces"),
         "contact_normal": column("contact axis", found.normal, "1", "out of body i"),
         "contact_gap": column("contact", found.gap, "m", "gap before the last step"),
-        "contact_P": column("contact axis", found.P, "N s", "impulse of the last step on body j"),
+        "contact_P": column("contact axis", found.P, *pushes),
         "contact_mu": column("contact", found.mu, "1", "friction coefficient"),
         "contact_mode": with_flags(column("contact", modes_of(P_N, P_F, found.mu), "1", "mode of the last step")),
     }

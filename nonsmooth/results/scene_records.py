@@ -10,6 +10,7 @@ from nonsmooth.errors import InvalidInput, shown
 
 WORKS = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
 ENERGIES = ("kinetic", "potential")
+ELASTIC, DAMPING = "elastic", "damping"  # defined: columns of the ledger where contacts are compliant, beside WORKS
 BODIES, CONTACTS, LEDGER, EVENTS = "bodies", "contacts", "ledger", "events"
 UNASKED = (BODIES, CONTACTS, LEDGER)  # what is recorded where nothing is said
 KINDS = (*UNASKED, EVENTS)
@@ -27,8 +28,8 @@ def as_kinds(record: Any) -> tuple[str, ...]:
     return tuple(kind for kind in KINDS if kind in listed)
 
 
-def record_row(n_b: int, dim: int, kinds: tuple[str, ...]) -> np.dtype:
-    """A record: a row of numbers."""
+def record_row(n_b: int, dim: int, kinds: tuple[str, ...], works: tuple[str, ...] = WORKS) -> np.dtype:
+    """A record: a row of numbers; ``works`` are those of the ledger, beside the energies of the bodies."""
     of_turn, of_spin = ((4,), (3,)) if dim == 3 else ((), ())
     columns: list[tuple[str, str, tuple[int, ...]]] = [(name, "<f8", ()) for name in SCALAR]
     if BODIES in kinds:
@@ -37,7 +38,7 @@ def record_row(n_b: int, dim: int, kinds: tuple[str, ...]) -> np.dtype:
     if CONTACTS in kinds:
         columns.append(("n_contacts", "<i8", ()))
     if LEDGER in kinds:
-        columns += [(name, "<f8", ()) for name in (*ENERGIES, *WORKS)]
+        columns += [(name, "<f8", ()) for name in (*ENERGIES, *works)]
     return np.dtype(columns)
 
 

@@ -53,6 +53,16 @@ class Recorded:
         vars(solution)[self.name] = value
 
 
+class SpringStats(NamedTuple):
+    """What the steps of a run with compliant contacts were."""
+
+    omega: float  # sqrt(k/m) of the lightest body [1/s]
+    longest_allowed: float  # step, 1/omega [s]
+    longest: float  # that was taken [s]
+    shortest: float  # [s]
+    rejected: int  # whose error was too large
+
+
 @dataclass(frozen=True)
 class SceneStats:
     """What a run of a scene cost, and its worst figures.
@@ -87,6 +97,8 @@ class SceneStats:
         Steps in which the contacts gained energy as they rebounded, as Newton's law of impact lets them.
     worst_energy_gain : float
         The most that they gained in one [J].
+    springs : SpringStats, optional
+        Of a run with compliant contacts.
     """
 
     steps: int
@@ -108,6 +120,7 @@ class SceneStats:
     compile_time: float
     energy_gains: int = 0
     worst_energy_gain: float = 0.0
+    springs: SpringStats | None = None
 
 
 class BodyState(NamedTuple):
@@ -148,7 +161,8 @@ class SceneContacts:
         Midway between the surfaces [m], and out of body i.
     gap : (m,) before the last step [m]
     P : (m, 2|3)
-        Impulses of the last step in the axes of the world, on body j [N s].
+        Impulses of the last step in the axes of the world, on body j [N s]; of a run with compliant contacts the forces
+        [N].
     P_N, P_F : (m,)
         Their normal part, and the size of their tangential part.
     mode : (m,) ContactMode
@@ -212,11 +226,13 @@ def modes_of(P_N: np.ndarray, P_F: np.ndarray, mu: np.ndarray) -> np.ndarray:
 Columns = Any  # arrays by name: a dictionary, or a structured array
 
 
-def columns_of(records: Columns, contacts: Columns, kinds: tuple[str, ...]) -> dict[str, Any]:
+def columns_of(
+    records: Columns, contacts: Columns, kinds: tuple[str, ...], works: tuple[str, ...] = WORKS
+) -> dict[str, Any]:
     """The arrays of a `SceneSolution` from columns, or rows, of records and contacts; None for what was not kept."""
     columns: dict[str, Any] = {name: records[name] for name in SCALAR}
     columns |= {name: records[name] if BODIES in kinds else None for name in OF_BODIES}
-    columns["ledger"] = {name: records[name] for name in (*ENERGIES, *WORKS)} if LEDGER in kinds else None
+    columns["ledger"] = {name: records[name] for name in (*ENERGIES, *works)} if LEDGER in kinds else None
     columns["all_contacts"] = columns["events"] = None
     if CONTACTS in kinds:
         offsets = np.concatenate(([0], np.cumsum(records["n_contacts"], dtype=np.int64)))
@@ -260,7 +276,8 @@ class SceneSolution:
     ledger : dict of (n_t,) arrays [J]
         "kinetic", "potential", and the works since the start by "force" (gravity), "friction", "normal", "surface"
         (what guided bodies and belts put in) and "projection" (of gravity, on what bodies are moved beside their
-        velocities).
+        velocities). With compliant contacts also the energy in the springs, "elastic", and the work of the dampers,
+        "damping", which is a part of that by "normal" and "friction".
     events : SceneEvents
         Landings, partings, slips and sticks of pairs of bodies, where ``record=`` asked for them.
     t_events : list of (k,)

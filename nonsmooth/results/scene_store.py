@@ -26,7 +26,7 @@ from nonsmooth.results.hdf5 import read_sealed, seal_of, write_hdf5
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.scene_checkpoint import load_scene_checkpoint
 from nonsmooth.results.scene_events import SceneEventKind, SceneEvents
-from nonsmooth.results.scene_solution import ContactColumns, SceneSolution, SceneStats
+from nonsmooth.results.scene_solution import ContactColumns, SceneSolution, SceneStats, SpringStats
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.store import ENDINGS, HDF5, LEDGER, NETCDF, fill_hdf5, require_no_netcdf
 from nonsmooth.views import view
@@ -132,6 +132,12 @@ def _check(forms: Mapping[str, Form]) -> None:
         require_forms(forms, {"turn": (REAL, at + of_turn[sizes["d"]]), "spin": (REAL, at + of_spin[sizes["d"]])})
 
 
+def stats_of(stored: dict[str, Any]) -> SceneStats:
+    """The figures of a stored run."""
+    springs = stored.get("springs")
+    return SceneStats(**stored | {"springs": None if springs is None else SpringStats(*springs)})
+
+
 def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneSolution:
     names = [str(name) for name in about["names"]]
     if len(names) != len(arrays["centres"]):
@@ -141,7 +147,7 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneSolu
     return SceneSolution(
         **columns, ledger=ledger or None, all_contacts=_contacts(arrays, len(names)), events=_events(arrays, names),
         t_events=_times_of_events(arrays),
-        stats=SceneStats(**about["stats"]), status=Status(about["status"]), message=about["message"], names=names,
+        stats=stats_of(about["stats"]), status=Status(about["status"]), message=about["message"], names=names,
         scene=None, about=about["about"],
     )  # fmt: skip
 

@@ -11,10 +11,14 @@ from nonsmooth.results.scene_records import CONTACTS, LEDGER
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution
 
+POWERS = ("force", "friction", "normal", "surface")  # defined: works that change the kinetic energy
+
 
 def summary(solution: SceneSolution) -> str:
     """How the run ended, its contacts, its worst figures, its energy and what it cost."""
     stats = solution.stats
+    if stats.springs is not None:
+        return compliant_summary(solution)
     by = ", ".join(f"{count} {name}" for name, count in stats.methods.items()) or "none"
     per_step = f" ({stats.wall_time / stats.steps * 1e3:.3g} ms a step)" if stats.steps else ""
     missed = f"; {stats.missed} steps above tol = {stats.tol:g}" if stats.missed else f" (tol = {stats.tol:g})"
@@ -33,6 +37,25 @@ def summary(solution: SceneSolution) -> str:
     )
 
 
+def compliant_summary(solution: SceneSolution) -> str:
+    """The same of a run with compliant contacts: its steps, and how its energy closes."""
+    stats, springs = solution.stats, solution.stats.springs
+    assert springs is not None
+    return "\n".join(
+        [
+            f"{solution.about['scene']}: {solution.message} (t = {solution.t[-1]:.9g} s)",
+            f"{solution.about['integrator']}",
+            f"closed contacts at the end: {stats.contacts}{modes(solution)}; most {stats.most_contacts}",
+            f"deepest {stats.worst_penetration:.3g} m, at the end {stats.last_penetration:.3g} m",
+            *(compliant_energy(solution) if LEDGER in solution.recorded else []),
+            f"{stats.steps} steps of {springs.shortest:.2g} to {springs.longest:.2g} s, {springs.rejected} in vain; "
+            f"longest step allowed {springs.longest_allowed:.2g} s, 1/omega of the lightest body, omega = "
+            f"{springs.omega:.4g} 1/s",
+            f"wall time {stats.wall_time:.3g} s, compiling or loading {stats.compile_time:.3g} s",
+        ]
+    )
+
+
 def modes(solution: SceneSolution) -> str:
     """How many contacts of the last record stick, slide and are open, where they were recorded."""
     if CONTACTS not in solution.recorded:
@@ -41,13 +64,32 @@ def modes(solution: SceneSolution) -> str:
     return f" ({', '.join(f'{int((found == mode).sum())} {mode.name.lower()}' for mode in named)})"
 
 
+def changes(solution: SceneSolution) -> dict[str, float]:
+    """Of energies and works, from the start to the end [J]."""
+    return {name: float(values[-1] - values[0]) for name, values in solution.ledger.items()}
+
+
+def balance(change: dict[str, float], is_rest: str) -> str:
+    """The kinetic energy as the sum of the works, and what the rest is."""
+    works = ", ".join(f"{name} {change[name]:.6g}" for name in POWERS)
+    rest = change["kinetic"] - sum(change[name] for name in POWERS)
+    return f"energy: kinetic {change['kinetic']:+.6g} J = work of {works} J (the rest, {rest:+.1g} J, is {is_rest})"
+
+
+def compliant_energy(solution: SceneSolution) -> list[str]:
+    """What became of the energy, where springs hold some."""
+    change = changes(solution)
+    return [
+        balance(change, "error"),
+        f"  springs hold {change['elastic']:+.6g} J more, dampers took {-change['damping']:.6g} J",
+    ]
+
+
 def energy(solution: SceneSolution) -> list[str]:
     """What became of the energy."""
-    change = {name: float(values[-1] - values[0]) for name, values in solution.ledger.items()}
-    works = ", ".join(f"{name} {change[name]:.6g}" for name in ("force", "friction", "normal", "surface"))
-    rest = change["kinetic"] - sum(change[name] for name in ("force", "friction", "normal", "surface"))
+    change = changes(solution)
     return [
-        f"energy: kinetic {change['kinetic']:+.6g} J = work of {works} J (the rest, {rest:+.1g} J, is rounding)",
+        balance(change, "rounding"),
         f"  bodies moved beside their velocities: {change['projection']:+.3g} J of gravity",
     ]
 

@@ -12,14 +12,14 @@ import numpy as np
 
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput, Status
-from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
-from nonsmooth.results.scene_records import BODIES, CONTACTS, LEDGER, UNASKED, WORKS, contact_row, record_row
+from nonsmooth.results.scene_records import BODIES, CONTACTS, LEDGER, UNASKED, contact_row, record_row
 from nonsmooth.results.scene_solution import SceneSolution, SceneStats, columns_of
 from nonsmooth.runs.times import RecordTimes
 from nonsmooth.runs.user_events import Stop
 from nonsmooth.scenes.scene import Scene
 
+GROWTH = 2  # chosen: of the room for records, where their number is that of the steps
 SCENE_WINDOW = 2**22  # chosen: bytes of records in the window
 Rows = dict[str, np.ndarray]  # columns by name
 
@@ -29,10 +29,12 @@ class RunOfScene(Protocol):
 
     scene: Scene
     world: World
-    assembly: Assembly
+    assembly: Any  # bodies in motion: an `Assembly`, or `SceneSprings`
     table: RecordTimes
     names: list[str]
     centres: np.ndarray
+    works: tuple[str, ...]  # columns of the ledger, beside the energies of the bodies
+    is_counted: bool  # whether its records are those of the table, or one every so many steps that it chooses
     n_touching: int  # contacts at the start
     status: Status
     wall_time: float
@@ -86,15 +88,14 @@ class Window:
     run : RunOfScene
     kinds : tuple of str
         What is kept of a record.
-    most : int
-        Records of the run.
     """
 
-    def __init__(self, run: RunOfScene, kinds: tuple[str, ...], most: int) -> None:
+    def __init__(self, run: RunOfScene, kinds: tuple[str, ...]) -> None:
         motion = run.world.bodies.motion
-        self.kinds, self.world, self.count = kinds, run.world, 0
-        rows = min(most, max(2, SCENE_WINDOW // (8 * (motion.x.size + motion.v.size))))
-        self.t, self.worst, self.works = np.empty(rows), np.empty((rows, 2)), np.empty((rows, len(WORKS)))
+        self.kinds, self.world, self.works_of, self.count = kinds, run.world, run.works, 0
+        rows = max(2, SCENE_WINDOW // (8 * (motion.x.size + motion.v.size)))
+        rows = min(run.table.count, rows) if run.is_counted else rows
+        self.t, self.worst, self.works = np.empty(rows), np.empty((rows, 2)), np.empty((rows, len(run.works)))
         self.x, self.v = np.empty((rows, *motion.x.shape)), np.empty((rows, *motion.v.shape))
         self.contacts: list[Rows] = []
 
@@ -124,7 +125,7 @@ class Window:
             turn, spin = (x[:, :, 2], v[:, :, 2]) if dim == 2 else (self.world.turns(x[:, :, 3:]), v[:, :, 3:])
             columns |= {"position": x[:, :, :dim], "turn": turn, "velocity": v[:, :, :dim], "spin": spin}
         if LEDGER in self.kinds:
-            columns |= self.world.energies(x, v) | {name: self.works[:n, w] for w, name in enumerate(WORKS)}
+            columns |= self.world.energies(x, v) | {name: self.works[:n, w] for w, name in enumerate(self.works_of)}
         contacts: Rows = {}
         if CONTACTS in self.kinds:
             columns["n_contacts"] = np.array([len(found["i"]) for found in self.contacts], np.int64)
@@ -164,15 +165,15 @@ class SceneRecorder:
 
     def require_room(self, run: RunOfScene) -> None:
         """Raise `InvalidInput` for more records than there is memory for."""
-        row = record_row(len(run.scene.bodies), run.scene.dim, self.kinds)
+        row = record_row(len(run.scene.bodies), run.scene.dim, self.kinds, run.works)
         needed = float(row.itemsize) * run.table.count
         require_memory(needed, f"{run.table.count} records", "take a larger every or dt, or checkpoint=")
 
     def begin(self, run: RunOfScene) -> None:
         """Get ready before the first record; contacts are reckoned to stay as many as there are at the start."""
         count, dim = run.table.count, run.scene.dim
-        self.window = Window(run, self.kinds, count)
-        row = record_row(len(run.scene.bodies), dim, self.kinds)
+        self.window = Window(run, self.kinds)
+        row = record_row(len(run.scene.bodies), dim, self.kinds, run.works)
         self.records = {name: np.zeros((count + 1, *row[name].shape), row[name].base) for name in row.names or ()}
         self.rows, self.contacts, self.held, self.looked = 0, list[Rows](), 0, 0
         if CONTACTS in self.kinds:
@@ -190,6 +191,7 @@ class SceneRecorder:
         """Empty the window."""
         columns, contacts = self.window.take()
         n = len(columns["t"])
+        self._require_rows(run, self.rows + n)
         for name, column in columns.items():
             self.records[name][self.rows : self.rows + n] = column
         self.rows += n
@@ -198,12 +200,29 @@ class SceneRecorder:
             self.held += len(contacts["i"])
             self._require_room_for_contacts(run)
 
+    def _require_rows(self, run: RunOfScene, rows: int) -> None:
+        """Room for so many records, of a run whose number of records is that of its steps."""
+        if rows <= len(self.records["t"]):
+            return
+        room = rows + 1
+        if run.status == Status.RUNNING:
+            room = GROWTH * rows
+            try:
+                require_memory(room / self.rows * sum(column.nbytes for column in self.records.values()), "records", "")
+            except InvalidInput:
+                run.stop("the free memory, which records of all steps would exceed,")
+                room = rows + 1
+        for name, column in self.records.items():
+            grown = np.zeros((room, *column.shape[1:]), column.dtype)
+            grown[: self.rows] = column[: self.rows]
+            self.records[name] = grown
+
     def _require_room_for_contacts(self, run: RunOfScene) -> None:
         """Stop a run whose contacts, each time they have doubled, would not fit at the rate so far."""
         if self.held < 2 * self.looked or run.status != Status.RUNNING:
             return
         self.looked = self.held
-        left = self.held / self.rows * (run.table.count - self.rows)
+        left = self.held / self.rows * (run.table.count - self.rows if run.is_counted else self.rows)
         try:
             require_memory(contact_row(run.scene.dim).itemsize * left, "contacts", "")
         except InvalidInput:
@@ -224,7 +243,7 @@ class SceneRecorder:
     def solution(self, run: RunOfScene) -> SceneSolution:
         """What was computed."""
         records = {name: column[: self.rows] for name, column in self.records.items()}
-        columns = columns_of(records, joined(self.contacts, run.scene.dim), self.kinds) | run.watched()
+        columns = columns_of(records, joined(self.contacts, run.scene.dim), self.kinds, run.works) | run.watched()
         return SceneSolution(
             **columns, stats=run.stats(), status=run.status, message=run.message(), names=run.names, scene=run.scene,
             centres=run.world.frames[:, : run.scene.dim], about=run.about(),

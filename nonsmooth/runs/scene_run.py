@@ -28,7 +28,7 @@ from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, EventFunctionError, ModelFunctionError, ProgressError, StepFailure
 from nonsmooth.results.scene_problem import SceneProblem
-from nonsmooth.results.scene_records import EVENTS, as_kinds
+from nonsmooth.results.scene_records import EVENTS, WORKS, as_kinds
 from nonsmooth.results.scene_solution import SceneSolution, SceneStats
 from nonsmooth.runs.identity import facts_of_scene_run
 from nonsmooth.runs.pair_events import PairEvents
@@ -37,12 +37,13 @@ from nonsmooth.runs.scene_recorder import SceneRecorder
 from nonsmooth.runs.scene_streaming import StreamingSceneRecorder
 from nonsmooth.runs.scene_user_events import SceneWatch
 from nonsmooth.runs.streaming import as_place
-from nonsmooth.runs.times import grid_times
+from nonsmooth.runs.times import RecordTimes, grid_times
 from nonsmooth.runs.user_events import Stop
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.signals.bar import heard
 from nonsmooth.signals.interruption import interrupts_held_back
 
+SOFT = "the springs are soft for this motion, or what is thin passed through; a larger stiffness ends this"
 TIMES_AT_ONCE = 512  # chosen: record times that are held
 DEEP = 0.01  # chosen: of the smallest shape: a penetration that is told
 ENDS = {LOST: Status.NOT_FINITE, UNSOLVED: Status.NOT_SOLVED}
@@ -56,7 +57,7 @@ FAILURES: dict[Status, type[StepFailure]] = {
 
 
 class SceneRun:
-    """One run.
+    """One run with steps of a given length; with compliant contacts: `SpringRun`.
 
     Parameters
     ----------
@@ -70,13 +71,25 @@ class SceneRun:
         Events of the user.
     """
 
+    works: tuple[str, ...] = WORKS  # columns of the ledger, beside the energies of the bodies
+    is_counted = True  # whether its records are those of the table
+    is_resumed = True  # whether a checkpoint can be kept of it
+    what_is_deep = "what is thin and fast may have passed through what it met; a smaller dt ends this"
+
     def __init__(
         self, scene: Scene, t_span: tuple[float, float], integrator: MoreauJean, every: int, t_eval: Any,
         recorder: SceneRecorder | None = None, project: bool = False, functions: Sequence[Callable] = (),
     ) -> None:  # fmt: skip
         require_moreau_jean(integrator)
-        self.scene, self.integrator = scene, integrator
-        self.table = grid_times(integrator, t_span, every, t_eval)
+        table = grid_times(integrator, t_span, every, t_eval)
+        self._begin(scene, integrator, table, recorder, project, functions)
+
+    def _begin(
+        self, scene: Scene, integrator: Any, table: RecordTimes, recorder: SceneRecorder | None, project: bool,
+        functions: Sequence[Callable],
+    ) -> None:  # fmt: skip
+        """The scene in motion, and where its records go."""
+        self.scene, self.integrator, self.table = scene, integrator, table
         if len(scene.bodies) == 0:
             raise InvalidInput("the scene has no bodies; add them by scene.body(...), scene.fixed(...)")
         self.recorder = SceneRecorder() if recorder is None else recorder
@@ -85,11 +98,7 @@ class SceneRun:
         self.world = World(scene, self.table.span[0])
         if project:
             part_bodies(self.world)
-        options = integrator.contacts
-        self.assembly = Assembly(
-            self.world.bodies, self.world.shapes, self.world.surfaces, options.tol, options.sweeps,
-            options.on_residual == "raise", options.may_sleep, integrator.theta,
-        )  # fmt: skip
+        self.assembly = self._assemble()
         self.compile_time = time.perf_counter() - started
         self.n_touching = self.assembly.find_contacts()
         self.world.require_apart(self.n_touching, self.assembly.found)
@@ -104,6 +113,21 @@ class SceneRun:
         self.wall_time = 0.0
         self.cause: BaseException | None = None
         self.spent = ""
+
+    def _assemble(self) -> Any:
+        """The scene in motion: its steps, contacts, works and figures."""
+        options, world, compliance = self.integrator.contacts, self.world, self.integrator.compliance
+        if compliance is not None:
+            world.surfaces.is_compliant, world.surfaces.e[:] = 1, 0.0
+            world.surfaces.stiffness, world.surfaces.damping = compliance.stiffness, compliance.damping
+            self.what_is_deep = SOFT
+        assembly = Assembly(
+            world.bodies, world.shapes, world.surfaces, options.tol, options.sweeps, options.on_residual == "raise",
+            options.may_sleep, self.integrator.theta,
+        )  # fmt: skip
+        if compliance is not None:
+            assembly.progress.tight = math.inf  # what springs give way to is not taken back
+        return assembly
 
     def advance(
         self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None = None
@@ -129,13 +153,13 @@ class SceneRun:
                 self.watch.look(self, self.now, self.now)
             for t, dt, count, t_next in self._intervals() if self.status == Status.RUNNING else ():
                 self.began, self.dt = t, dt
-                while (done := self.steps - self.steps_before) < count:
+                while (left := self.left(count, t_next)) > 0:
                     self._look(deadline, progress, max_wall_time)
                     if self.status == Status.RUNNING and self.steps >= budget:
                         self.stop(f"max_steps = {max_steps}")
                     if self.status != Status.RUNNING:
                         return
-                    self._take_steps(min(count - done, budget - self.steps))
+                    self._take_steps(min(left, budget - self.steps))
                     if self.status != Status.RUNNING:
                         return
                 self.go_on_from(self.interval + 1, self.steps, False)
@@ -160,6 +184,10 @@ class SceneRun:
             dts, counts = self.integrator.steps_between(t)
             yield from zip(t[:-1].tolist(), dts.tolist(), counts.tolist(), t[1:].tolist(), strict=True)
 
+    def left(self, count: int, t_next: float) -> int:
+        """Steps to the next record: of ``count``, those that were not taken yet."""
+        return count - (self.steps - self.steps_before)
+
     @property
     def place(self) -> tuple[int, int, bool]:
         """Where the run is: the interval, the steps before it, whether its first record was written."""
@@ -177,7 +205,7 @@ class SceneRun:
 
     def write_record(self) -> None:
         """Write the state as the next record."""
-        self.recorder.write(self, self.began)
+        self.recorder.write(self, self.now)
         figures = self.assembly.progress.figures
         figures.since_residual = figures.since_penetration = 0.0
         self.has_record = True
@@ -310,29 +338,31 @@ def require_moreau_jean(integrator: Any) -> None:
     """Raise `InvalidInput` for what does not step scenes."""
     if not isinstance(integrator, MoreauJean):
         raise InvalidInput(
-            f"a scene is integrated by MoreauJean(dt=...); got {type(integrator).__name__}: it takes a small "
-            "planar one as scene.system(), from *scene.state()"
+            f"a scene is integrated by MoreauJean(dt=...); got {type(integrator).__name__}: Penalty(k) takes one "
+            "too, others a small planar one as scene.system(), from *scene.state()"
         )
-    if integrator.compliance is not None:
-        raise InvalidInput("contacts of a scene are rigid; leave out compliance= of MoreauJean")
     if integrator.projection:
         raise InvalidInput("bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean")
 
 
 def simulate_scene(
-    scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any, project: bool,
-    functions: Sequence[Callable], on_failure: str, max_steps: int | None, max_wall_time: float | None,
+    kind: type[SceneRun], scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any,
+    project: bool, functions: Sequence[Callable], on_failure: str, max_steps: int | None, max_wall_time: float | None,
     progress: Callable[[float], None] | bool | None, record: Any, checkpoint: Any, resume: Any, checkpoint_every: float,
 ) -> SceneSolution:  # fmt: skip
-    """`simulate` for a scene, its arguments checked but for those of times."""
-    require_moreau_jean(integrator)
+    """`simulate` for a scene by a kind of run, its arguments checked but for those of times."""
     kinds = as_kinds(record)
     recorder = SceneRecorder(kinds)
     if checkpoint is not None or resume is not None:
+        if not kind.is_resumed:
+            raise InvalidInput(
+                f"a run of a scene by {type(integrator).__name__} keeps no checkpoint; leave out checkpoint= and "
+                "resume=, or take MoreauJean(dt, compliance=...)"
+            )
         require_no_events(kinds, functions)
         facts = functools.partial(facts_of, t_span, every, t_eval, kinds, project)
         recorder = StreamingSceneRecorder(kinds, facts, as_place(checkpoint, resume, checkpoint_every))
-    run = SceneRun(scene, t_span, integrator, every, t_eval, recorder, project, functions)  # type: ignore[arg-type]
+    run = kind(scene, t_span, integrator, every, t_eval, recorder, project, functions)  # type: ignore[arg-type]
     with heard(progress) as hear:
         run.advance(max_wall_time, hear, max_steps)
     solution = run.solution()
@@ -341,7 +371,7 @@ def simulate_scene(
     if solution.stats.energy_gains:
         warn_caller(rebound_gain(solution.stats), EnergyGainWarning)
     if solution.stats.worst_penetration > DEEP * run.assembly.smallest:
-        warn_caller(deep_penetration(solution.stats, run.assembly.smallest), PenetrationWarning)
+        warn_caller(deep_penetration(solution.stats, run.assembly.smallest, run.what_is_deep), PenetrationWarning)
     counts = run.assembly.progress.counts
     if counts.spun:
         name = scene.bodies[int(counts.spinner)].name
@@ -379,11 +409,11 @@ def rebound_gain(stats: SceneStats) -> str:
     )
 
 
-def deep_penetration(stats: SceneStats, smallest: float) -> str:
-    """What is to be said of a run whose bodies were deep in one another: thin and fast ones may have passed through."""
+def deep_penetration(stats: SceneStats, smallest: float, why: str) -> str:
+    """What is to be said of a run whose bodies were deep in one another."""
     return (
         f"bodies were up to {stats.worst_penetration:.2g} m in one another, and the smallest reaches {smallest:.2g} m: "
-        "what is thin and fast may have passed through what it met; a smaller dt ends this"
+        + why
     )
 
 

@@ -47,7 +47,7 @@ class StreamingSceneRecorder(SceneRecorder):
 
     def begin(self, run: RunOfScene) -> None:
         """Take the state that was kept, or keep that of the start."""
-        self.window = Window(run, self.kinds, run.table.count)
+        self.window = Window(run, self.kinds)
         layout = scene_layout(len(run.scene.bodies), run.scene.dim, self.kinds)
         place = self.place
         self.store = Checkpoint(place.path, self.facts(run), layout, place.may_begin, place.may_resume)

@@ -167,8 +167,8 @@ def simulate(
         from nonsmooth.runs.scene_run import simulate_scene
 
         of_scene = simulate_scene(
-            scene, t_span, method, every, t_eval, project, functions, on_failure, max_steps, max_wall_time, progress,
-            record, checkpoint, resume, checkpoint_every,
+            kind_of_run(method), scene, t_span, method, every, t_eval, project, functions, on_failure, max_steps,
+            max_wall_time, progress, record, checkpoint, resume, checkpoint_every,
         )  # fmt: skip
         if of_scene.status == Status.INTERRUPTED and _is_whole.get():
             raise KeyboardInterrupt
@@ -200,6 +200,19 @@ def simulate(
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
+
+
+def kind_of_run(integrator: Any) -> Any:
+    """The class of the run of a scene."""
+    from nonsmooth.integrators.penalty.options import Penalty
+
+    if isinstance(integrator, Penalty):
+        from nonsmooth.runs.spring_run import SpringRun
+
+        return SpringRun
+    from nonsmooth.runs.scene_run import SceneRun
+
+    return SceneRun
 
 
 def require_plain(q0: Any, u0: Any, state: Any, selection: Any) -> None:

@@ -1,6 +1,6 @@
 """Which values of what is varied a study takes where none are given: as many as some seconds are enough for.
 
-    work = sum_i runs_i steps_i w,    w = 1 + (N/N_0)^2,    N = n_q + n_u + 2 n_c
+    work = sum_i runs_i steps_i w,    w = 1 + (N/N_0)^2,    N = n_q + n_u + 2 n_c;    of n_b bodies w = 1 + n_b/2
 
 The steps of each run are foreseen from its first PROBED ones. They are counted, not timed, so that a study takes the
 same values on every machine and in every run, and a journal fits.
@@ -12,13 +12,11 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.system import System
 from nonsmooth.studies.reference import Problem
 
 PROBED = 2000  # chosen: steps
 MOST_WORK = 2e6  # measured: steps that choose their length, of a system of few variables: some 2 to 5 us each
 FIXED = 0.2  # measured: of such a step: one of fixed length
-FEW_VARIABLES = 12.0  # chosen: N_0
 REFERENCE = 0.25  # chosen: of that work, for one run of the reference: it makes two
 AT_LEAST = 1  # chosen: values
 
@@ -58,7 +56,7 @@ def choose_affordable(
 
 def require_affordable(problem: Problem, reference: Any) -> None:
     """Refuse a motion whose reference alone would take long: one with very many events."""
-    most = int(REFERENCE * MOST_WORK / weight(problem.system))
+    most = int(REFERENCE * MOST_WORK / problem.step_cost)
     foreseen = problem.foreseen(reference, max_steps=most)
     if not foreseen.has_ended:
         t, t_end = problem.span[0] + foreseen.part * (problem.span[1] - problem.span[0]), problem.span[1]
@@ -68,15 +66,10 @@ def require_affordable(problem: Problem, reference: Any) -> None:
         )
 
 
-def weight(system: System) -> float:
-    """Of a step, from the number of variables."""
-    return 1.0 + ((system.n_q + system.n_u + 2 * system.n_c) / FEW_VARIABLES) ** 2
-
-
 def work_of(problem: Problem, integrator: Any) -> float:
     """Of one run; none where it is refused, with a reason that its cell will tell."""
     try:
         steps = problem.foreseen(integrator, max_steps=PROBED).steps
     except InvalidInput:
         return 0.0
-    return steps * weight(problem.system) * (1.0 if integrator.chooses_steps else FIXED)
+    return steps * problem.step_cost * (1.0 if integrator.chooses_steps else FIXED)

@@ -16,14 +16,16 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_vector
 from nonsmooth.errors import InvalidInput
+from nonsmooth.mechanics.start import the_start
 from nonsmooth.mechanics.system import as_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.times import as_span
+from nonsmooth.scenes.scene import as_scene
 from nonsmooth.signals.telling import tell_in_parts
-from nonsmooth.studies.reference import Observed, Problem, Reference
+from nonsmooth.studies.reference import Observed, Problem, Reference, SceneProblem
 from nonsmooth.sweeps.progress import ANNOUNCED_TIME
 from nonsmooth.sweeps.sweep import sweep
-from nonsmooth.sweeps.task import CellStatus, FunctionTask, Variable, identity_of_model
+from nonsmooth.sweeps.task import CellStatus, FunctionTask, Variable
 
 if TYPE_CHECKING:
     import xarray
@@ -40,15 +42,31 @@ OF = {
 
 
 def as_problem(
-    model: Any, t_span: tuple[float, float], q0: ArrayLike, u0: ArrayLike, times: ArrayLike | None
+    model: Any, t_span: tuple[float, float], q0: ArrayLike | None, u0: ArrayLike | None, times: ArrayLike | None
 ) -> Problem:
     """The motion that a study looks at, checked; without ``times`` it is looked at in the end."""
-    system = as_system(model)
     t_0, t_1 = as_span(t_span)
     t = as_vector("times", [t_1] if times is None else times)
     if t.size == 0 or t[0] <= t_0 or t[-1] > t_1 or (np.diff(t) <= 0).any():
         raise InvalidInput(f"times must increase within ({t_0:g}, {t_1:g}] s; got {t.tolist()}")
+    if as_scene(model) is not None:
+        if q0 is not None or u0 is not None:
+            raise InvalidInput("the bodies of a scene have their start; leave out q0 and u0")
+        return SceneProblem(model, (t_0, np.zeros(0), np.zeros(0)), t)
+    system = as_system(model)
     return Problem(model, (t_0, as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)), t)
+
+
+def as_motion(
+    model: Any, t_span: tuple[float, float], q0: ArrayLike | None, u0: ArrayLike | None, state: Any,
+    times: ArrayLike | None,
+) -> Problem:  # fmt: skip
+    """The same with the start of a system in any form (mechanics/start.py); a scene has its own."""
+    if as_scene(model) is None:
+        return as_problem(model, t_span, *the_start(model, q0, u0, state), times)
+    if state is not None:
+        raise InvalidInput("the bodies of a scene have their start; leave out state")
+    return as_problem(model, t_span, q0, u0, times)
 
 
 class ComparisonTask(FunctionTask):
@@ -125,11 +143,10 @@ class ComparisonTask(FunctionTask):
 
     def identity(self) -> str:
         """The motion, the reference and the integrators."""
-        t_0, q0, u0 = self.problem.start
         observed = {name: values.tolist() for name, values in self.reference.observed.items()}
         delay = None if self.reference.delay is None else self.reference.delay.tolist()
-        parts = (t_0, q0.tolist(), u0.tolist(), self.problem.times.tolist(), observed, delay, self.integrators)
-        return "\n".join([identity_of_model(self.problem.model), *map(repr, parts)])
+        parts = (self.problem.times.tolist(), observed, delay, self.integrators)
+        return "\n".join([self.problem.identity(), *map(repr, parts)])
 
 
 def run_comparison(

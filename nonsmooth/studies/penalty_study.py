@@ -11,24 +11,33 @@ from __future__ import annotations
 import functools
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_instance, as_positive, as_vector, result_of
+from nonsmooth.checks.arrays import as_instance, as_positive, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.mechanics.laws import LAW_E_N
-from nonsmooth.mechanics.start import answers_start, the_start
+from nonsmooth.mechanics.start import answers_start
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.solution import Solution, mode_name
 from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
-from nonsmooth.studies.comparison import ComparisonTask, as_problem, run_comparison
+from nonsmooth.studies.comparison import ComparisonTask, as_motion, run_comparison
 from nonsmooth.studies.force_history import force_episode
-from nonsmooth.studies.reference import EXACT, Observed, Problem, Reference, as_reference, coarser, largest_differences
+from nonsmooth.studies.reference import (
+    EXACT,
+    Observed,
+    Problem,
+    Reference,
+    SceneProblem,
+    as_reference,
+    coarser,
+    largest_differences,
+)
+from nonsmooth.studies.stiffnesses import STIFFNESSES, beside_columns, penalty_at
 from nonsmooth.studies.study import Study, require_xarray
 from nonsmooth.sweeps.progress import part_shown
 from nonsmooth.sweeps.task import Variable
@@ -36,7 +45,6 @@ from nonsmooth.sweeps.task import Variable
 BESIDE_STEPS = (1_000, 10_000, 100_000)  # chosen: of the rigid runs whose cost stands beside
 BRANCH = 5  # chosen: modes named
 TAIL = 0.1  # chosen: of an episode, that is run beyond its end
-STIFFNESSES = tuple(10.0**n for n in range(4, 13))  # chosen: N/m
 
 
 @answers_start
@@ -66,18 +74,21 @@ def penalty_study(
     Parameters
     ----------
     system, t_span, q0, u0, state
-        As of `simulate`.
+        As of `simulate`; a scene too, from its own start.
     stiffness : array_like (n,), optional
         k [N/m], increasing; when left out 1e4, 1e5, ... as far as 1e12 or as the runs, whose steps grow with k, take
-        some seconds together.
+        some seconds together. Of a scene from the power of ten on at which the weight of all bodies presses one contact
+        in by less than a hundredth of half the thinnest body.
     damping : float or callable, optional
         c [N s/m], or c(k): ``lambda k: k`` keeps the relaxation time c/k at 1 s.
     damping_ratio : float, optional
-        zeta, c = 2 zeta sqrt(k m), instead.
+        zeta, c = 2 zeta sqrt(k m), instead. Where neither is given the springs of a system have no damper, those of a
+        scene zeta = 1: undamped, a pile would never come to rest.
     penalty : Penalty, optional
         The other options (law, friction, mass, tolerances); its stiffness and damping are replaced.
     reference : (q, u) or integrator, optional
-        States at the times, or what computes them; ``EventDriven(rtol=1e-12, atol=1e-14)`` when left out.
+        States at the times, or what computes them; ``EventDriven(rtol=1e-12, atol=1e-14)`` when left out, of
+        a scene Moreau-Jean with 4000 steps.
     times : array_like, optional
         When the distance is measured [s]; at the end when left out.
     contact : int or str
@@ -85,7 +96,8 @@ def penalty_study(
     limit : float, optional
         Where the normal velocity after the episode should tend to [m/s]: gives "error_gamma_N".
     beside : sequence of integrators, optional
-        Rigid runs whose errors and costs stand beside; Moreau–Jean with 1e3, 1e4 and 1e5 steps when left out.
+        Rigid runs whose errors and costs stand beside; Moreau–Jean with 1e3, 1e4 and 1e5 steps when left out, of a
+        scene with 250 and 1000.
     delay : float, optional
         Time after each matched event at which the distance is measured too [s]; half the time to the next event of the
         reference when left out. A reference that does not locate its events has none.
@@ -102,6 +114,7 @@ def penalty_study(
         ``data`` holds also, over "stiffness": "branch" (the first modes of the contact), "stop_time" (end of slip) [s],
         "peak_force" [N], "P_N" [N s] and "gamma_N" [m/s] of the first episode, its effective "restitution";
         "own_q", "own_u" and so on: errors of the integration, beside each "error_q", "error_u";
+        Of a scene there is "penetration" [m] in their place, the deepest of the run;
         over "beside": "beside_error_q", "beside_error_u" (at the last time), "beside_wall_time", "beside_steps".
         After Ctrl-C it holds the runs that were finished.
 
@@ -136,7 +149,15 @@ def penalty_study(
         raise InvalidInput("stiffness must increase from value to value")
     if damping is not None and damping_ratio is not None:
         raise InvalidInput("give either damping or damping_ratio; got both")
-    problem = as_problem(system, t_span, *the_start(system, q0, u0, state), times)
+    problem = as_motion(system, t_span, q0, u0, state, times)
+    if isinstance(problem, SceneProblem):
+        from nonsmooth.studies.penalty_of_scenes import study_of_scene
+
+        taken = {"contact": contact or None, "limit": limit, "delay": delay}
+        return study_of_scene(
+            problem, None if stiffness is None else k, damping, damping_ratio, penalty, reference, beside, workers,
+            journal, progress, taken,
+        )  # fmt: skip
     if problem.system.n_c == 0:
         raise InvalidInput("a penalty study needs a system with contacts; this one has none")
     contact = problem.system.described.contact(contact)
@@ -161,16 +182,6 @@ def penalty_study(
         except KeyboardInterrupt:  # the runs that the study is of are finished
             data.attrs["interrupted"] = 1
     return Study("stiffness", data, f"{problem.system.name or 'a system'}: the penalty limit")
-
-
-def penalty_at(
-    penalty: Penalty | None, k: float, damping: float | Callable[[float], float] | None, damping_ratio: float | None
-) -> Penalty:
-    """The integrator at one stiffness."""
-    c = result_of("damping", damping, k) if callable(damping) else damping
-    if penalty is None:
-        return Penalty(k, damping=c, damping_ratio=damping_ratio)
-    return replace(penalty, stiffness=k, damping=c, damping_ratio=damping_ratio)
 
 
 class PenaltyTask(ComparisonTask):
@@ -231,13 +242,3 @@ def branch(run: Solution, contact: int) -> str:
     names = [mode_name(int(run.mode[0, contact]), int(run.slip[0, contact]))]
     names += [mode_name(e.mode_after, e.slip_after) for e in run.events if e.contact == contact]
     return ", ".join(names[:BRANCH]) + (", ..." if len(names) > BRANCH else "")
-
-
-def beside_columns(task: ComparisonTask, progress: Any) -> dict[str, Any]:
-    """Errors at the last time and costs of the rigid runs."""
-    runs = run_comparison(task, "", progress=progress)
-    if runs.attrs["interrupted"]:
-        raise KeyboardInterrupt
-    names = [name for name in ("error_q", "error_u", "wall_time", "steps") if name in runs]
-    columns = {name: runs[name].isel(time=-1) if "time" in runs[name].dims else runs[name] for name in names}
-    return {f"beside_{name}": ("beside", column.values) for name, column in columns.items()}

@@ -20,11 +20,15 @@ from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.simulate import simulate_whole
+from nonsmooth.scenes.scene import Scene, as_scene
 from nonsmooth.studies.matched_events import Entrances
+from nonsmooth.sweeps.task import identity_of_model
 
 EXACT = EventDriven(rtol=1e-12, atol=1e-14)  # rigid contact, as good as rounding allows
 # chosen: of the reference: how much coarser the second run is that says how far the first may be off
 COARSER_DT, COARSER_RTOL = 2.0, 10.0
+BODIES_OF_A_STEP = 2.0  # measured: whose step with compliant contacts takes 5 us more than that of none
+FEW_VARIABLES = 12.0  # chosen: of a system: N_0 of studies/affordable.py
 Observed = dict[str, np.ndarray]  # "q", "u" (n_t, n); with events "event_t" (m, 1), "after_q", "after_u" (m, n)
 
 
@@ -63,10 +67,25 @@ class Problem:
         """Start and end [s]."""
         return self.start[0], float(self.times[-1])
 
+    @property
+    def step_cost(self) -> float:
+        """Of a step, of that of a system of few variables."""
+        system = self.system
+        return 1.0 + ((system.n_q + system.n_u + 2 * system.n_c) / FEW_VARIABLES) ** 2
+
+    def identity(self) -> str:
+        """A text that is equal for equal motions."""
+        t_0, q0, u0 = self.start
+        return "\n".join([identity_of_model(self.model), *map(repr, (t_0, q0.tolist(), u0.tolist()))])
+
     def run(self, integrator: Any, at: np.ndarray | None = None) -> Solution:
         """The run of an integrator, recorded at some times, or at the start and every step."""
-        _, q0, u0 = self.start
-        return simulate_whole(self.system, self.span, q0, u0, integrator=integrator, t_eval=at)
+        return simulate_whole(*self.motion, integrator=integrator, t_eval=at)
+
+    @property
+    def motion(self) -> tuple[Any, ...]:
+        """The first arguments of `simulate`."""
+        return self.system, self.span, *self.start[1:]
 
     def until(self, t: float) -> Problem:
         """The same motion up to an earlier end [s]."""
@@ -74,14 +93,42 @@ class Problem:
 
     def foreseen(self, integrator: Any, **budget: Any) -> Foreseen:
         """What the run of an integrator will cost, from as much of it as a budget of `simulate` allows."""
-        parts, (_, q0, u0) = [0.0], self.start
+        parts = [0.0]
         run = simulate_whole(
-            self.system, self.span, q0, u0, integrator=integrator, t_eval=self.times[-1:], on_failure="return",
-            progress=parts.append, **budget,
+            *self.motion, integrator=integrator, t_eval=self.times[-1:], on_failure="return", progress=parts.append,
+            **budget,
         )  # fmt: skip
         part = parts[-1] if run.status == Status.BUDGET_SPENT else 1.0
         scale = 1.0 / part if part > 0 else np.inf
         return Foreseen(run.stats.wall_time * scale, run.stats.steps * scale, part == 1.0, part)
+
+
+@dataclass(frozen=True)
+class SceneProblem(Problem):
+    """The same of a scene; its bodies have their start."""
+
+    @property
+    def motion(self) -> tuple[Any, ...]:
+        """The first arguments of `simulate`."""
+        return self.model, self.span
+
+    @property
+    def step_cost(self) -> float:
+        """Of a step: in proportion to the bodies."""
+        return 1.0 + len(self.scene.bodies) / BODIES_OF_A_STEP
+
+    @property
+    def scene(self) -> Scene:
+        """The scene; made of the model where it is needed."""
+        scene = as_scene(self.model)
+        assert scene is not None
+        return scene
+
+    def identity(self) -> str:
+        """A text that is equal for equal motions."""
+        scene, t_0 = self.scene, self.start[0]
+        pairs = sorted(repr((sorted(names), given)) for names, given in scene.pairs.items())
+        return "\n".join(map(repr, (t_0, scene.gravity, pairs, *scene.bodies)))
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray
 
 KINDS = ("error_q", "error_u", "error_event_t", "error_after_q", "error_after_u", "error_gamma_N")
+OF_CONTACTS = ("restitution", "peak_force", "stop_time", "branch", "penetration")  # columns beside the errors
 FINISHED, NOT_RUN = int(CellStatus.FINISHED), int(CellStatus.NOT_RUN)  # code: of a cell
 NO_LAW = "no law: every one misses some of the errors by more than half of them"
 # chosen: difference of two restitutions: a hundred stiffnesses off their limit still differ by less
@@ -91,7 +92,7 @@ class Study:
     def table(self) -> str:
         """The study as text: a line for each value, when the errors were measured, and the laws."""
         kinds = self.kinds
-        extra = [name for name in ("restitution", "peak_force", "stop_time", "branch") if self._is_known(name)]
+        extra = [name for name in OF_CONTACTS if self._is_known(name)]
         cells = [[self.of, *(f"{name} (order)" for name in kinds), *extra, "steps", "wall [ms]"]]
         for i, value in enumerate(self.x):
             row = [f"{value:.4g}"]
@@ -117,7 +118,7 @@ class Study:
         if self.is_interrupted:
             n = int((self.data.status.values == FINISHED).sum())
             notes.append(f"interrupted: {n} of {len(self.x)} runs are finished")
-        notes += [self.data.attrs["left_out"]] if self.data.attrs.get("left_out") else []
+        notes += [self.data.attrs[name] for name in ("left_out", "soft") if self.data.attrs.get(name)]
         return notes + ([other_limit(self)] if self.of == "stiffness" and other_limit(self) else [])
 
     @property

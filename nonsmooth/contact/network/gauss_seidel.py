@@ -14,7 +14,7 @@ from __future__ import annotations
 from nonsmooth.contact.blocks.natural_map import cone_project
 from nonsmooth.contact.blocks.nsgs import local_planar
 from nonsmooth.contact.blocks.single_spatial import local_spatial
-from nonsmooth.contact.network.problem import Network, impulse, island_velocities, relative_velocity, strike, write
+from nonsmooth.contact.network.problem import Network, impulse, island_velocities, laws_velocity, strike, write
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 
@@ -24,7 +24,7 @@ def relax(network, c, omega, d, n):
     """Solve contact c with the others held, and let it strike; |change of P_c|^2 and |P_c|^2."""
     W = network.W
     P_N, P_1, P_2 = impulse(network.P, c, d)
-    b_N, b_1, b_2 = relative_velocity(network, c, d, n)
+    b_N, b_1, b_2 = laws_velocity(network, c, d, n)
     b_N -= W[c, 0, 0] * P_N + W[c, 0, 1] * P_1
     b_1 -= W[c, 1, 0] * P_N + W[c, 1, 1] * P_1
     if d == 3:

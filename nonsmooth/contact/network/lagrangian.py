@@ -6,8 +6,9 @@
 
     open K = 0,   stick K = I,   slide K_NN = 1, K_TN = mu t, K_TT = mu z_N / |z_T| (I - t t^T),  t = z_T / |z_T|
 
-P is held. A is unsymmetric where a contact with friction slides. Source: Alart and Curnier, Comput. Methods Appl. Mech.
-Eng. 92 (1991) 353-375.
+P is held. Of a compliant contact, with R on the diagonal of G, p_N = z_N - rho R p_N: z_N and dp/dz_N are times
+1/(1 + rho R). A is unsymmetric where a contact with friction slides. Source: Alart and Curnier, Comput. Methods Appl.
+Mech. Eng. 92 (1991) 353-375.
 """
 
 from __future__ import annotations
@@ -80,6 +81,8 @@ def imbalance(network, direct, k, d, n):
         P_N, P_1, P_2 = impulse(direct.P, c, d)
         rho = direct.rho[c]
         z_N, z_1, z_2 = P_N - rho * gamma_N, P_1 - rho * gamma_1, P_2 - rho * gamma_2
+        if network.soft[c] > 0.0:
+            z_N *= share_of_soft(network, direct, c)
         p_N, p_1, p_2, mode = project(network.mu[c], z_N, z_1, z_2, d)
         write(direct.z, c, z_N, z_1, z_2, d)
         write(direct.p, c, p_N, p_1, p_2, d)
@@ -183,6 +186,27 @@ def derive_rows(network, direct, c, d, n):
     K_1N, K_2N, K_11, K_12, K_22 = derivative(network.mu[c], z_N, z_1, z_2, direct.mode[c])
     derive(network.J_i, c, direct.rho[c], (K_1N, K_2N, K_11, K_12, K_22), direct.KJ, 0, d, n)
     derive(network.J_j, c, direct.rho[c], (K_1N, K_2N, K_11, K_12, K_22), direct.KJ, d, d, n)
+    if network.soft[c] > 0.0:
+        soften_rows(network, direct, c, (K_1N, K_2N), d, n)
+
+
+@kernel
+def share_of_soft(network, direct, c):
+    """1 / (1 + rho R)."""
+    return 1.0 / (1.0 + direct.rho[c] * network.soft[c])
+
+
+@kernel
+def soften_rows(network, direct, c, K, d, n):
+    """The normal parts of the rows of a compliant contact, times 1 / (1 + rho R)."""
+    less = direct.rho[c] * (share_of_soft(network, direct, c) - 1.0)
+    for x in range(n):
+        for part in range(2):
+            J_N = network.J_i[c, 0, x] if part == 0 else network.J_j[c, 0, x]
+            direct.KJ[part * d, x] += less * J_N
+            direct.KJ[part * d + 1, x] += less * K[0] * J_N
+            if d == 3:
+                direct.KJ[part * d + 2, x] += less * K[1] * J_N
 
 
 @kernel

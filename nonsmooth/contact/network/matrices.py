@@ -1,6 +1,8 @@
 """The contact problem of some contacts of a network as sparse matrices, for other programs.
 
-gamma = G P + c,     G = J M^-1 J^T,     c = J v_free + b
+gamma = G P + c,     G = J M^-1 J^T + R,     c = J v_free + b
+
+R, on the diagonal of the normal rows, is that of compliant contacts.
 """
 
 from __future__ import annotations
@@ -43,4 +45,7 @@ def matrices_of(network: Network, contacts: np.ndarray) -> Matrices:
     J = sparse.bsr_matrix((parts, bodies, first), shape=(m * d, n_b * n)).tocsr()
     M_inv = sparse.bsr_matrix((network.M_inv, np.arange(n_b), np.arange(n_b + 1)), shape=(n_b * n, n_b * n))
     c = J @ network.v_free.ravel() + network.b[contacts].ravel()
-    return Matrices((J @ M_inv @ J.T).tocsr(), c, network.mu[contacts].copy(), network.P[contacts].ravel(), d)
+    R = np.zeros((m, d))
+    R[:, 0] = network.soft[contacts]
+    G = (J @ M_inv @ J.T + sparse.diags(R.ravel())).tocsr()
+    return Matrices(G, c, network.mu[contacts].copy(), network.P[contacts].ravel(), d)

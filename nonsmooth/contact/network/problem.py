@@ -11,6 +11,9 @@ The residual is that of the natural map, in impulses:
 
     F_c = P_c - proj_K(P_c - rho_c (gamma_c + mu_c |gamma_c,T| e_N)),   rho_c = d / tr W_c,   residual = |F| / |P|
 
+A compliant contact has R on the diagonal of G, gamma_c,N + R_c P_N in the place of gamma_c,N (its law is in
+integrators/moreau_jean/compliance.py): R stands in W, and in what the laws ask of.
+
 Bodies that nothing moves (fixed ones, and those whose motion is given) have M^-1 = 0; their velocities are those of
 v_free. A contact of two of them is in no island: it has no impulse.
 
@@ -42,6 +45,7 @@ class Network(Block):
     J_j: Array[Floats, "m", "d", "n"]
     b: Array[Floats, "m", "d"]  # [m/s]
     mu: Array[Floats, "m"]
+    soft: Array[Floats, "m"]  # R of a compliant contact [1/kg]; 0 of a rigid one
     P: Array[Floats, "m", "d"]  # [N s], also the start of every solver
     gamma: Array[Floats, "m", "d"]  # [m/s]
     v: Array[Floats, "n_b", "n"]
@@ -70,6 +74,8 @@ def prepare(network, d, n):
                 for x in range(n):
                     total += network.J_i[c, a, x] * network.Y_i[c, e, x] + network.J_j[c, a, x] * network.Y_j[c, e, x]
                 network.W[c, a, e] = total
+            if a == 0:
+                network.W[c, 0, 0] += network.soft[c]
             trace += network.W[c, a, a]
         network.rho[c] = d / trace if trace > 0.0 else 0.0
 
@@ -98,6 +104,13 @@ def relative_velocity(network, c, d, n):
         for x in range(n):
             gamma_2 += J_i[c, 2, x] * v[i, x] + J_j[c, 2, x] * v[j, x]
     return gamma_N, gamma_1, gamma_2
+
+
+@kernel
+def laws_velocity(network, c, d, n):
+    """What the laws of contact ask of: gamma_c, and R P_N of a compliant one."""
+    gamma_N, gamma_1, gamma_2 = relative_velocity(network, c, d, n)
+    return gamma_N + network.soft[c] * network.P[c, 0], gamma_1, gamma_2
 
 
 @kernel
@@ -164,7 +177,7 @@ def island_velocities(network, k, d, n):
 @kernel
 def natural_map(network, c, d, n):
     """|F_c|^2 and |P_c|^2."""
-    gamma_N, gamma_1, gamma_2 = relative_velocity(network, c, d, n)
+    gamma_N, gamma_1, gamma_2 = laws_velocity(network, c, d, n)
     P_N, P_1, P_2 = impulse(network.P, c, d)
     mu, rho = network.mu[c], network.rho[c]
     shifted = gamma_N + mu * math.sqrt(gamma_1 * gamma_1 + gamma_2 * gamma_2)
@@ -219,7 +232,7 @@ def rounding_of_residual(network, k, d, n):
         c = islands.contacts[at]
         i, j = network.i[c], network.j[c]
         for a in range(d):
-            size = abs(network.b[c, a])
+            size = abs(network.b[c, a]) + (network.soft[c] * network.P[c, 0] if a == 0 else 0.0)
             for x in range(n):
                 size += abs(network.J_i[c, a, x] * network.v[i, x]) + abs(network.J_j[c, a, x] * network.v[j, x])
             total += (network.rho[c] * size) * (network.rho[c] * size)

@@ -45,4 +45,6 @@ def dense_problem(network: Network, contacts: np.ndarray) -> tuple[np.ndarray, n
     J[rows, :, np.searchsorted(bodies, network.j[contacts])] += network.J_j[contacts]
     flat = J.reshape(-1, len(bodies) * n)
     image = np.einsum("cabx,bxy->caby", J, network.M_inv[bodies]).reshape(flat.shape)
-    return image @ flat.T, flat @ network.v_free[bodies].ravel() + network.b[contacts].ravel()
+    G = image @ flat.T
+    G[np.diag_indices(len(G))] += np.pad(network.soft[contacts, None], ((0, 0), (0, J.shape[1] - 1))).ravel()
+    return G, flat @ network.v_free[bodies].ravel() + network.b[contacts].ravel()

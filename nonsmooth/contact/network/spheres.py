@@ -54,7 +54,7 @@ def are_spheres(network, spheres, k):
         c = islands.contacts[at]
         if not (is_round_body(network.M_inv, network.i[c]) and is_round_body(network.M_inv, network.j[c])):
             return False
-        if not is_frame(network.J_j, c):
+        if network.soft[c] > 0.0 or not is_frame(network.J_j, c):
             return False
         if not write_contact(network, spheres, c):
             return False

@@ -55,9 +55,9 @@ def film_of_scene(solution: SceneSolution) -> Film:
         bodies=bodies,
         position=solution.position[records],
         turn=solution.turn[records],
-        contacts=contacts_of(found, start, number),
+        contacts=contacts_of(found, start, number, spans_of(solution, records)),
         contact_names=names,
-        is_of_last_step=True,
+        is_of_last_step=solution.stats.springs is None,
         curves=tuple(curves_of(solution, records, found, start)),
         about={"outcome": solution.message, **{k: str(v) for k, v in solution.about.items() if k != "scene"}},
         detail=detail_of(solution, records),
@@ -74,6 +74,8 @@ def detail_of(solution: SceneSolution, records: np.ndarray) -> str:
     """What is left out."""
     n = len(solution.t)
     said = "every record is a frame" if len(records) == n else f"{len(records)} of {n} records are frames"
+    if solution.stats.springs is not None:
+        return f"{said}; forces are those at each frame"
     return f"{said}; impulses are those of the last step before each frame"
 
 
@@ -161,8 +163,17 @@ def ranks(found: SceneContacts, start: np.ndarray) -> np.ndarray:
     return rank
 
 
-def contacts_of(found: SceneContacts, start: np.ndarray, number: np.ndarray) -> Contacts:
+def spans_of(solution: SceneSolution, records: np.ndarray) -> np.ndarray:
+    """By what the columns P of each frame are multiplied to be impulses: 1, or of forces the time since the frame
+    before, of which the player makes the forces again."""
+    if solution.stats.springs is None:
+        return np.ones(len(records))
+    return np.diff(solution.t[records], prepend=solution.t[0])
+
+
+def contacts_of(found: SceneContacts, start: np.ndarray, number: np.ndarray, spans: np.ndarray) -> Contacts:
     """The contacts of all frames, open ones too."""
+    span = np.repeat(spans, np.diff(start))
     return Contacts(
         start=start,
         number=number,
@@ -170,8 +181,8 @@ def contacts_of(found: SceneContacts, start: np.ndarray, number: np.ndarray) -> 
         normal=found.normal,
         mode=found.mode,
         slip=np.zeros(len(found)),
-        P_N=found.P_N,
-        P_F=found.P - found.P_N[:, None] * found.normal,
+        P_N=span * found.P_N,
+        P_F=span[:, None] * (found.P - found.P_N[:, None] * found.normal),
         mu=found.mu,
     )
 

@@ -19,6 +19,7 @@ from nonsmooth.drawing.scene import scene_model
 from nonsmooth.integrators.records import EVENT_T
 from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.laws import static_coefficient
+from nonsmooth.results.scene_records import ELASTIC, ENERGIES
 from nonsmooth.results.solution import ParadoxEvent, event_of
 from nonsmooth.results.summary import change_in_words, paradox_in_words
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 RECORDS_SHOWN = 1200  # chosen: frames equally spaced in time: 20 s at 60 a second
 EVENTS_SHOWN = 400  # chosen: marked on the time line, the record before and the one after among the frames
+HELD = (*ENERGIES, ELASTIC)  # defined: columns of a ledger that are energies
 Lines = list[np.ndarray]
 
 
@@ -180,8 +182,8 @@ def energy_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
 
 def ledger_curves(ledger: Mapping[str, np.ndarray]) -> list[Curve]:
     """Changes of energies, and works, since the first frame."""
-    works = {("" if name in ("kinetic", "potential") else "work: ") + name: ledger[name] for name in ledger}
-    order = sorted(works, key=lambda name: name not in ("kinetic", "potential"))
+    works = {("" if name in HELD else "work: ") + name: ledger[name] for name in ledger}
+    order = sorted(works, key=lambda name: name not in HELD)
     return [Curve("energies", name, "J", works[name] - works[name][0]) for name in order if np.ptp(works[name]) > 0]
 
 

@@ -37,6 +37,9 @@ class Surfaces(Block):
     material: Array[Ints, "n_s"]
     mu: Array[Floats, "n_m", "n_m"]
     e: Array[Floats, "n_m", "n_m"]
+    is_compliant: int  # then every contact has a spring and a damper in place of e
+    stiffness: float  # [N/m]
+    damping: float  # [N s/m]
 
 
 class Contacts(Block):
@@ -86,6 +89,14 @@ def write_gap(bodies, found, c, dt, n, network):
     network.b[c, 0] = found.gap[c] / dt if found.gap[c] > 0.0 else 0.0
 
 
+@kernel
+def write_compliance(surfaces, found, c, dt, network):
+    """R of a compliant contact, and what its gap asks of the normal velocity (moreau_jean/compliance.py)."""
+    k, damping = surfaces.stiffness, surfaces.damping
+    network.soft[c] = 1.0 / (k * dt * dt + damping * dt)
+    network.b[c, 0] = found.gap[c] / (dt + damping / k)
+
+
 @kernel("void(int64, int64, int64, int64, int64, int64, float64)")
 def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_at, network_at, dt):
     """The rows of a planar step, and where their solution starts; network.n_c contacts were found."""
@@ -97,6 +108,8 @@ def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         write_rows_planar(bodies, found, c, network)
         write_gap(bodies, found, c, dt, 3, network)
+        if surfaces.is_compliant == 1:
+            write_compliance(surfaces, found, c, dt, network)
         at = contacts.source[c]
         network.P[c, 0], network.P[c, 1] = 0.0, 0.0
         if at >= 0:
@@ -116,6 +129,8 @@ def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts
         contacts.e[c] = write_law(shapes, surfaces, found, c, network)
         write_rows_spatial(bodies, found, c, network)
         write_gap(bodies, found, c, dt, 6, network)
+        if surfaces.is_compliant == 1:
+            write_compliance(surfaces, found, c, dt, network)
         at = contacts.source[c]
         for row in range(3):
             total = 0.0

@@ -64,6 +64,37 @@ class Regularised:
         object.__setattr__(self, "v_s", as_positive("v_s", self.v_s, "m/s"))
 
 
+@dataclass(frozen=True)
+class TangentialSpring:
+    """Friction of a scene: a spring along the contact that slides where it would pull with more than mu |la_N|.
+
+    A contact that sticks gives way by |la_T|/k_T, and its spring has the damper of the same part of critical damping.
+    A `System` sticks rigidly and takes none.
+
+    Parameters
+    ----------
+    ratio : float
+        k_T/k. Two elastic spheres have 2 (1 - nu)/(2 - nu), 0.8 for Poisson's ratio 1/3, the default (Mindlin,
+        *J. Appl. Mech.* 16 (1949) 259).
+
+    Raises
+    ------
+    InvalidInput
+        Unless ratio > 0.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> ns.Penalty(stiffness=1e6, damping_ratio=0.3, friction=ns.TangentialSpring(ratio=0.5)).friction
+    TangentialSpring(ratio=0.5)
+    """
+
+    ratio: float = 0.8
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ratio", as_positive("ratio", self.ratio))
+
+
 @kernel
 def normal_force(law, k, c, d, d_rate):
     """la_N of a closed contact, continued smoothly beyond the end of contact: the clipping is an event."""

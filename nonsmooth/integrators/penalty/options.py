@@ -16,7 +16,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_name, as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.integrators.penalty.law import EXPONENTS, LAWS, NormalLaw, Regularised
+from nonsmooth.integrators.penalty.law import EXPONENTS, LAWS, NormalLaw, Regularised, TangentialSpring
 from nonsmooth.integrators.penalty.loop import Scratch, accept_step, change_modes, evaluate_contacts, fill_header
 from nonsmooth.integrators.penalty.rates import OMEGA, contact_rates
 from nonsmooth.integrators.penalty.switching import begin_contacts, contact_events
@@ -53,8 +53,9 @@ class Penalty(LocatesEvents):
         m in that formula [kg]; 1/G_NN where the contact closes when left out.
     law : {"clipped", "kelvin-voigt", "hunt-crossley"}
         Of unilateral contacts; bilateral ones are Kelvin-Voigt.
-    friction : "coulomb" or Regularised
-        Coulomb's law with true sticking, or a smooth function of the sliding velocity.
+    friction : "coulomb", Regularised or TangentialSpring
+        Coulomb's law with true sticking, or a smooth function of the sliding velocity. In a scene what sticks hangs on
+        a spring: "coulomb" is ``TangentialSpring()`` there, and a system takes no other spring.
     method : {"compiled", "Radau", "BDF", "LSODA"}
         The compiled Radau IIA of order 5, or one of SciPy's solvers on the same equations: a cross-check, some hundred
         times slower. What SciPy leaves unfinished, not finite or beyond an event is refused, whatever it reports.
@@ -105,8 +106,11 @@ class Penalty(LocatesEvents):
         if self.law == "hunt-crossley" and self.damping_ratio is not None:
             raise InvalidInput("hunt-crossley has no damping ratio: its damping grows with the depth; give damping")
         is_coulomb = isinstance(self.friction, str) and self.friction == "coulomb"
-        if not is_coulomb and not isinstance(self.friction, Regularised):
-            raise InvalidInput(f"friction must be 'coulomb' or Regularised(v_s); got {shown(self.friction)}")
+        if not is_coulomb and not isinstance(self.friction, Regularised | TangentialSpring):
+            raise InvalidInput(
+                f"friction must be 'coulomb' or Regularised(v_s); got {shown(self.friction)}; of a scene it may be "
+                "TangentialSpring(ratio) too"
+            )
         as_name("method", self.method, METHODS)
         as_positive("atol", self.atol)
         if not SMALLEST_RTOL <= as_number("rtol", self.rtol) < 1.0:
@@ -128,6 +132,8 @@ class Penalty(LocatesEvents):
 
     def memory(self, system: System, selection: int) -> Scratch:
         """The arrays of a run, with the laws and tolerances."""
+        if isinstance(self.friction, TangentialSpring):
+            raise InvalidInput("a System sticks without a spring; leave out friction=TangentialSpring(...)")
         arrays = new(Scratch, n=system.n_u, n_c=system.n_c, d=system.d)
         facts, numbers = arrays.contacts.facts, arrays.contacts.numbers
         is_regularised = isinstance(self.friction, Regularised)

@@ -1,0 +1,236 @@
+"""A scene with compliant contacts in motion: the blocks of its steps, and the room that they need.
+
+What a run asks of it is what it asks of `Assembly`: steps, contacts, works, figures.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from nonsmooth.contact.network.problem import Network
+from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.contacts import Surfaces
+from nonsmooth.integrators.assembly.progress import MORE_CONTACTS, MORE_PAIRS
+from nonsmooth.integrators.assembly.spatial import turn_inertia
+from nonsmooth.integrators.assembly.step import ROOM, contacts_of, write_masses
+from nonsmooth.integrators.assembly.step import Stages as Kernels
+from nonsmooth.integrators.penalty.law import LAWS, Regularised, TangentialSpring
+from nonsmooth.integrators.penalty.options import TIME_RESOLUTION, Penalty
+from nonsmooth.integrators.springs.law import Law, Springs
+from nonsmooth.integrators.springs.rates import Books, Stages
+from nonsmooth.integrators.springs.steps import Course, Scales, take_spring_steps_planar, take_spring_steps_spatial
+from nonsmooth.integrators.springs.table import STAGES
+from nonsmooth.jit.blocks import new
+from nonsmooth.numerics.rounding import EPS
+from nonsmooth.scenes.detection import Found
+from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
+from nonsmooth.scenes.planar.placement import planar_scratch
+from nonsmooth.scenes.shape_rows import POLYHEDRON, Shapes
+from nonsmooth.scenes.spatial.find_contacts import find_contacts as find_contacts_spatial
+from nonsmooth.scenes.spatial.placement import spatial_scratch
+
+LONGEST = 1.0  # derived: in 1/omega: a third of the time that a contact lasts, and as far as the method is stable
+FIRST = 1e-2  # chosen: of that, the first step
+# defined: blocks whose addresses the steps are handed, beside that of the motion of the bodies
+SPRING_PLACES = (
+    "bodies",
+    "shapes",
+    "surfaces",
+    "scratch",
+    "found",
+    "network",
+    "law",
+    "springs",
+    "stages",
+    "books",
+    "scales",
+)
+
+
+class SceneSprings:
+    """A scene in motion.
+
+    Parameters
+    ----------
+    bodies, shapes, surfaces : Bodies, Shapes, Surfaces
+    options : Penalty
+    t_0, t_1 : float
+        Start and end [s].
+
+    Raises
+    ------
+    InvalidInput
+        For options that a scene does not take, and a stiffness that rounding does not resolve.
+    """
+
+    def __init__(
+        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, options: Penalty, t_0: float, t_1: float
+    ) -> None:
+        require_for_scenes(options)
+        self.bodies, self.shapes, self.surfaces, self.tol = bodies, shapes, surfaces, options.rtol
+        self.dim, n_b, n_s = len(bodies.gravity), len(bodies.mass), len(shapes.body)
+        sizes = {"n_b": n_b, "n": 3 * (self.dim - 1), "n_x": 4 * self.dim - 5}
+        self.law, self.stages, self.books = law_of(options), new(Stages, **sizes), new(Books)
+        self.smallest = half_thickness(shapes)
+        self.scales = scales_of(bodies, shapes, options, self.smallest)
+        self.omega = float(self.scales.omega.max(initial=0.0))
+        require_resolved(options, self.omega, float(np.abs(bodies.motion.x[:, : self.dim]).max(initial=0.0)))
+        if self.dim == 2:
+            self.kernels = Kernels(take_spring_steps_planar, find_contacts_planar, planar_scratch, ())
+        else:
+            others = turn_inertia, *contacts_of(shapes, self.dim)
+            self.kernels = Kernels(take_spring_steps_spatial, find_contacts_spatial, spatial_scratch, others)
+        self.kernels.load()
+        self.progress: Course = new(Course)
+        self.progress.t = self.progress.target = t_0
+        self.progress.h = FIRST * self.scales.longest
+        if not math.isfinite(self.scales.longest):  # nothing that moves
+            self.scales.longest = self.progress.h = max(t_1 - t_0, 1.0)
+        self.scratch = self.kernels.scratch(shapes, 4 * n_s + 64)
+        self.springs: Springs = new(Springs, m=0, d=self.dim, stages=STAGES)
+        self._make_room(2 * n_s + 16)
+
+    @property
+    def ledger(self) -> Books:
+        """Its works."""
+        return self.books
+
+    @property
+    def contacts(self) -> Network:
+        """Who has the forces of the contacts, as P."""
+        return self.network
+
+    def go_to(self, target: float, most: int) -> int:
+        """Take so many steps, at most to a time [s]; returns DONE, LOST or VANISHED."""
+        self.progress.target = target
+        first = int(self.progress.counts.steps)
+        while True:
+            end = int(self.kernels.take(self.progress.address, most - (int(self.progress.counts.steps) - first)))
+            if end == MORE_CONTACTS:
+                self._make_room(int(ROOM * max(int(self.progress.wanted), len(self.found.gap))))
+            elif end == MORE_PAIRS:
+                self.scratch = self.kernels.scratch(self.shapes, int(ROOM * int(self.progress.wanted)))
+                self._write_places()
+            else:
+                return end
+
+    def end_step(self) -> None:
+        """A step that Ctrl-C cut short has ended: the compiled steps come back whole."""
+
+    def find_contacts(self) -> int:
+        """The contacts at the present places, to ``found``; returns their number."""
+        places = self.progress.places
+        while True:
+            n = int(self.kernels.find(places.shapes, places.motion, 0.0, 0.0, places.found, places.scratch))
+            if 0 <= n <= len(self.found.gap):
+                return n
+            if n > 0:
+                self._make_room(int(ROOM * n))
+            elif n > -(2**60):
+                self.scratch = self.kernels.scratch(self.shapes, int(ROOM * -n))
+                self._write_places()
+            else:
+                return 0
+
+    def _make_room(self, m: int) -> None:
+        """Blocks for m contacts; the springs are carried over, and rates are computed anew."""
+        n_b, n, before = len(self.bodies.mass), 3 * (self.dim - 1), self.springs
+        self.found: Found = new(Found, m=m, d=self.dim)
+        self.network: Network = new(Network, m=m, n_b=n_b, d=self.dim, n=n)
+        write_masses(self.bodies, self.network)
+        self.springs = new(Springs, m=m, d=self.dim, stages=STAGES)
+        k = int(before.n_before)
+        self.springs.n_before = k
+        for name in ("key_before", "point_before", "normal_before", "xi"):
+            getattr(self.springs, name)[:k] = getattr(before, name)[:k]
+        self.progress.is_warm = 0
+        self._write_places()
+
+    def _write_places(self) -> None:
+        """Where the blocks are now."""
+        places = self.progress.places
+        places.motion = self.bodies.motion.address
+        for name in SPRING_PLACES:
+            setattr(places, name, getattr(self, name).address)
+
+
+def require_for_scenes(options: Penalty) -> None:
+    """Raise `InvalidInput` for options that a scene does not take."""
+    if not options.is_compiled:
+        raise InvalidInput(f"a scene is integrated by compiled steps; leave out method={options.method!r} of Penalty")
+    if options.law == "hunt-crossley" and not isinstance(options.friction, Regularised):
+        raise InvalidInput(
+            "hunt-crossley has no stiffness [N/m] that a tangential spring could have a part of; give "
+            "friction=ns.Regularised(v_s), or another law"
+        )
+
+
+def require_resolved(options: Penalty, omega: float, size: float) -> None:
+    """Refuse a stiffness at which the rounding of a gap is more than the tolerance."""
+    noise = omega * EPS * size
+    if noise > TIME_RESOLUTION * options.rtol:
+        raise InvalidInput(
+            f"stiffness = {options.stiffness:g} N/m makes of the rounding of a gap, {EPS * size:.1e} m, a velocity of "
+            f"{noise:.1e} m/s, and rtol = {options.rtol:g} cannot be met: take a smaller stiffness, or a larger rtol"
+        )
+
+
+def law_of(options: Penalty) -> Law:
+    """The coefficients of all contacts."""
+    law: Law = new(Law)
+    law.law, law.k, law.c, law.mass = LAWS[options.law], options.stiffness, options.damping or 0.0, options.mass or 0.0
+    law.zeta = -1.0 if options.damping_ratio is None else options.damping_ratio
+    if isinstance(options.friction, Regularised):
+        law.is_regularised, law.v_s = 1, options.friction.v_s
+    else:
+        spring = options.friction if isinstance(options.friction, TangentialSpring) else TangentialSpring()
+        law.ratio = spring.ratio
+    return law
+
+
+def scales_of(bodies: Bodies, shapes: Shapes, options: Penalty, half: float) -> Scales:
+    """Reach and frequency of each body, and the longest step."""
+    scales: Scales = new(Scales, n_b=len(bodies.mass))
+    scales.rtol, scales.atol, scales.thinnest = options.rtol, options.atol, 2.0 * half
+    out = np.linalg.norm(shapes.place[:, : len(bodies.gravity)], axis=1) + shapes.reach + shapes.radius
+    is_bounded = np.isfinite(out)
+    np.maximum.at(scales.reach, shapes.body[is_bounded], out[is_bounded])
+    moves = bodies.motion.moves == 1
+    # Hunt and Crossley's spring is k sqrt(d) stiff; a metre is deeper than any contact
+    scales.omega[moves] = np.sqrt(options.stiffness / bodies.mass[moves])
+    with np.errstate(divide="ignore"):
+        scales.longest = float(LONGEST / scales.omega.max(initial=0.0))
+    return scales
+
+
+def half_thickness(shapes: Shapes) -> float:
+    """Of the thinnest shape [m]: deeper than that a contact is on the other side. A wall without thickness has none."""
+    bounded = np.flatnonzero(np.isfinite(shapes.reach)).tolist()
+    halves = [half_width(shapes, s) + float(shapes.radius[s]) for s in bounded]
+    return min((half for half in halves if half > 0.0), default=math.inf)
+
+
+def half_width(shapes: Shapes, s: int) -> float:
+    """Of the core of a bounded shape [m], the least; of polygons and polyhedra the least across an edge or a face."""
+    if shapes.kind[s] == POLYHEDRON:
+        solids = shapes.solids
+        vertices = rows_of(solids.vertices, solids.first[s], solids.count[s])
+        return half_across(vertices, rows_of(solids.normal, solids.first_face[s], solids.faces[s]))
+    if shapes.count[s] > 2:
+        place = shapes.first[s], shapes.count[s]
+        return half_across(rows_of(shapes.vertices, *place), rows_of(shapes.normals, *place))
+    return float(shapes.size[s].min())
+
+
+def rows_of(column: np.ndarray, first: int, count: int) -> np.ndarray:
+    """Some rows of a column."""
+    return column[int(first) : int(first) + int(count)]
+
+
+def half_across(vertices: np.ndarray, normals: np.ndarray) -> float:
+    """Half the least width of a convex core along a normal of it [m]."""
+    along = vertices @ normals.T  # [vertex, normal]
+    return float(0.5 * (along.max(axis=0) - along.min(axis=0)).min())

@@ -1,0 +1,131 @@
+"""One run of a scene with compliant contacts: steps as long as their error allows, between the times of the records."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.integrators.assembly.progress import DONE, LOST
+from nonsmooth.integrators.penalty.options import Penalty
+from nonsmooth.integrators.springs.scene_springs import SceneSprings
+from nonsmooth.integrators.springs.steps import VANISHED
+from nonsmooth.jit.blocks import named_numbers
+from nonsmooth.results.scene_records import DAMPING, ELASTIC, EVENTS, WORKS
+from nonsmooth.results.scene_solution import SceneStats, SpringStats
+from nonsmooth.runs.run import next_block
+from nonsmooth.runs.scene_recorder import SceneRecorder
+from nonsmooth.runs.scene_run import SOFT, SceneRun
+from nonsmooth.runs.times import listed, record_times
+from nonsmooth.scenes.scene import Scene
+from nonsmooth.signals.interruption import interrupts_held_back
+
+SPRING_ENDS = {LOST: Status.NOT_FINITE, VANISHED: Status.STEP_VANISHED}
+
+
+class SpringRun(SceneRun):
+    """One run.
+
+    Parameters
+    ----------
+    scene : Scene
+    t_span : (float, float)
+        [s]
+    integrator : Penalty
+    every, t_eval
+        As of `simulate`.
+
+    Raises
+    ------
+    InvalidInput
+        For bodies that move as a function says.
+    """
+
+    works = (*WORKS, ELASTIC, DAMPING)
+    what_is_deep = SOFT
+    is_resumed = False
+    assembly: SceneSprings
+
+    def __init__(
+        self, scene: Scene, t_span: tuple[float, float], integrator: Penalty, every: int, t_eval: Any,
+        recorder: SceneRecorder | None = None, project: bool = False, functions: Sequence[Callable] = (),
+    ) -> None:  # fmt: skip
+        if functions or (recorder is not None and EVENTS in recorder.kinds):
+            raise InvalidInput('Penalty looks for no events in a scene; leave out events= and "events" of record=')
+        times, self.every = record_times(t_span, every, t_eval)
+        self.is_counted = self.every == 0
+        guided = [body.name for body in scene.bodies if body.motion is not None]
+        if guided:
+            raise InvalidInput(
+                f"{guided[0]} moves as a function says, which Penalty does not follow within its steps; give it an "
+                "even velocity, or take MoreauJean(dt)"
+            )
+        self._begin(scene, integrator, listed(times), recorder, project, ())
+
+    def _assemble(self) -> SceneSprings:
+        """The scene in motion."""
+        world, (t_0, t_1) = self.world, self.table.span
+        return SceneSprings(world.bodies, world.shapes, world.surfaces, self.integrator, t_0, t_1)
+
+    def _intervals(self) -> Iterator[tuple[float, float, int, float]]:
+        """From time to time of the records, or so many steps at a time to the end; no step is given."""
+        times = self.table.part(0, self.table.count).tolist()
+        for self.target in times[1:]:
+            while self.now < self.target:
+                yield self.now, 0.0, self.every or sys.maxsize, self.target
+
+    def left(self, count: int, t_next: float) -> int:
+        """Steps to the next record, at most; none at its time."""
+        return super().left(count, t_next) if self.now < t_next else 0
+
+    def go_on_from(self, interval: int, steps_before: int, has_record: int) -> None:
+        """Count from here."""
+        self.interval, self.steps_before, self.has_record = interval, steps_before, bool(has_record)
+
+    def _take_steps(self, most: int) -> None:
+        """Some steps, as many as end before the next look at the clock."""
+        before, began = self.steps, time.perf_counter()
+        with interrupts_held_back():  # a step is whole, or it is not begun
+            end = self.assembly.go_to(self.target, min(most, self._block))
+        if end != DONE:
+            self.status = SPRING_ENDS[end]
+            self.assembly.network.n_c = 0  # those of a step that was tried in vain
+        self._block = next_block(self.steps - before, time.perf_counter() - began)
+
+    @property
+    def now(self) -> float:
+        """The time that the run has come to [s]."""
+        return float(self.assembly.progress.t)
+
+    def stats(self) -> SceneStats:
+        """What the run cost."""
+        course, scales = self.assembly.progress, self.assembly.scales
+        counts, figures = named_numbers(course.counts), named_numbers(course.figures)
+        longest = float(scales.longest)
+        springs = SpringStats(
+            self.assembly.omega, longest, float(course.longest_h), float(course.shortest_h), int(course.rejected)
+        )
+        return SceneStats(
+            counts["steps"], int(self.assembly.network.n_c), counts["most_contacts"], 0, {}, 0, 0, 0, 0,
+            self.assembly.tol, 0.0, 0.0, 0, figures["penetration"], figures["last_penetration"], self.wall_time,
+            self.compile_time, springs=springs,
+        )  # fmt: skip
+
+    def message(self) -> str:
+        """How the run ended, in a sentence."""
+        if self.status != Status.STEP_VANISHED:
+            return super().message()
+        return (
+            f"the step became too short for the tolerance rtol = {self.integrator.rtol:g}; stopped at t = "
+            f"{self.now:.9g} s: a smaller stiffness or damping, or a larger rtol, ends this"
+        )
+
+    def about(self) -> dict[str, str]:
+        """What was run."""
+        return {
+            "scene": repr(self.scene),
+            "integrator": repr(self.integrator),
+            "contacts": "forces [N] at the times of the records",
+        }
