@@ -2,7 +2,7 @@
 
     nonsmooth: compiling 12 functions of moreau_jean (first use on this machine), about 20 s; kept in ~/.cache/nonsmooth
 
-One line on stderr for what is compiled together, after PATIENCE seconds of it; what is read from disk, or is compiled
+One line on stderr for what is compiled together, after SILENT_TIME seconds of it; what is read from disk, or is compiled
 sooner, says nothing, nor does anything under ``NONSMOOTH_QUIET=1``.
 """
 
@@ -15,18 +15,18 @@ import threading
 from collections.abc import Callable, Iterator
 from contextvars import ContextVar
 
-PATIENCE = 1.0  # chosen: s
+SILENT_TIME = 1.0  # chosen: s
 _is_said: ContextVar[bool] = ContextVar("is_said", default=False)
 
 
 @contextlib.contextmanager
 def waiting(words: Callable[[], str]) -> Iterator[None]:
-    """Say ``words()`` once on stderr where the block takes longer than PATIENCE; blocks within it say nothing."""
+    """Say ``words()`` once on stderr where the block takes longer than SILENT_TIME; blocks within it say nothing."""
     if _is_said.get() or os.environ.get("NONSMOOTH_QUIET", "") not in ("", "0"):
         yield
         return
     token = _is_said.set(True)
-    timer = threading.Timer(PATIENCE, lambda: print(words(), file=sys.stderr, flush=True))
+    timer = threading.Timer(SILENT_TIME, lambda: print(words(), file=sys.stderr, flush=True))
     timer.daemon = True
     timer.start()
     try:

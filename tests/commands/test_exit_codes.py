@@ -105,7 +105,7 @@ def test_what_takes_long_says_so_before_it_has_taken_it(capsys):
 def test_the_first_use_on_a_machine_says_that_it_compiles(monkeypatch, tmp_path, capsys):
     monkeypatch.setenv("NONSMOOTH_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setenv("NONSMOOTH_QUIET", "0")
-    monkeypatch.setattr("nonsmooth.jit.waiting.PATIENCE", 0.01)
+    monkeypatch.setattr("nonsmooth.jit.waiting.SILENT_TIME", 0.01)
     with waiting(lambda: words_of(["solve", "loop"], 12.3, " of moreau_jean")):
         time.sleep(0.3)
     said = capsys.readouterr().err.rstrip("\n")

@@ -14,7 +14,7 @@ from nonsmooth.jit.waiting import waiting
 @pytest.fixture
 def impatient(monkeypatch):
     monkeypatch.setenv("NONSMOOTH_QUIET", "0")
-    monkeypatch.setattr("nonsmooth.jit.waiting.PATIENCE", 0.01)
+    monkeypatch.setattr("nonsmooth.jit.waiting.SILENT_TIME", 0.01)
 
 
 def long_wait(words):
@@ -32,9 +32,9 @@ def test_a_wait_within_a_wait_is_said_once(impatient, capsys):
 
 
 def test_a_short_wait_and_a_quiet_one_say_nothing(impatient, monkeypatch, capsys):
-    monkeypatch.setattr("nonsmooth.jit.waiting.PATIENCE", 10.0)
+    monkeypatch.setattr("nonsmooth.jit.waiting.SILENT_TIME", 10.0)
     long_wait("short")
-    monkeypatch.setattr("nonsmooth.jit.waiting.PATIENCE", 0.01)
+    monkeypatch.setattr("nonsmooth.jit.waiting.SILENT_TIME", 0.01)
     monkeypatch.setenv("NONSMOOTH_QUIET", "1")
     long_wait("quiet")
     assert capsys.readouterr().err == ""

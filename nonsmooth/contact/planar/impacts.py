@@ -8,7 +8,7 @@ ones that with the lowest number,
     P_i += -(1 + e_i) gamma_i/G_ii,    gamma += G_(. i) P_i
 
 which is Newton's, Poisson's and the energetic law of a single contact without friction. A blow changes the kinetic
-energy by -(1 - e_i^2) gamma_i^2/(2 G_ii). Blows that have become slower than SLOWEST of the fastest one, or the
+energy by -(1 - e_i^2) gamma_i^2/(2 G_ii). Blows that have become slower than SLOWEST_BLOW of the fastest one, or the
 BLOWS-th for each contact, leave the rest to an impact without rebound: equal beads with e = 1 need one blow for each
 pair that passes, those with e < 1 may strike without end.
 
@@ -33,7 +33,7 @@ from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address
 from nonsmooth.mechanics.laws import LAW_E_N, LAW_IMPACT, ImpactLaw
 
-SLOWEST = 1e-10  # chosen: of the fastest approach: what strikes slower is rounding of what struck before
+SLOWEST_BLOW = 1e-10  # chosen: of the fastest approach: what strikes slower is rounding of what struck before
 BLOWS = 1000  # chosen: for each contact; a series of them converges like a geometric one
 
 
@@ -54,7 +54,7 @@ def strike(sys, n_k, slow, work, planar):
         fastest = max(fastest, -gamma_0[k])
     if fastest > slow:
         if int(sys.laws[work.closed[0], LAW_IMPACT]) == ImpactLaw.SEQUENTIAL:
-            strike_in_turn(sys, n_k, max(slow, SLOWEST * fastest), work)
+            strike_in_turn(sys, n_k, max(slow, SLOWEST_BLOW * fastest), work)
         elif not compress_and_expand(sys, n_k, slow, work, planar):
             return False
     for k in range(n_k):
