@@ -2,7 +2,7 @@
 
     nonsmooth: compiling 12 functions of moreau_jean (first use on this machine), about 20 s; kept in ~/.cache/nonsmooth
 
-One line on stderr for what is compiled together, after SILENT_TIME seconds of it; what is read from disk, or is compiled
+One line on stderr for what is compiled together, after SILENT_TIME seconds of it; what is read from disk, or compiled
 sooner, says nothing, nor does anything under ``NONSMOOTH_QUIET=1``.
 """
 
