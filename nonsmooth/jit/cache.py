@@ -19,9 +19,11 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.jit.code_files import CodeFile, usable
+from nonsmooth.jit.code_files import ENDING, CodeFile, usable
+from nonsmooth.jit.waiting import sentence, waiting
 
 PACKAGE = Path(__file__).parent
+ONE_TIME = 3.0  # measured: s that an entry point compiles, of some 20 kB of code with what it calls
 GENERATORS = sorted(PACKAGE.glob("*.py"))  # sources that generate code themselves
 
 
@@ -75,11 +77,24 @@ def compile_cached(function: Callable, signature: Any, name: str, key: str, **op
 
     dispatcher = numba.njit(**options)(function)
     if not numba.config.DISABLE_JIT:
-        keep_results(dispatcher, code_file(name, key))
-        with no_collection():
+        file = code_file(name, key)
+        keep_results(dispatcher, file)
+        with contextlib.nullcontext() if file.exists else waiting(lambda: words_of([name], ONE_TIME)), no_collection():
             dispatcher.compile(signature)
         dispatcher.disable_compile()
     return dispatcher
+
+
+def words_of(names: list[str], seconds: float, of: str = "") -> str:
+    """What is said while these entry points are compiled."""
+    what = names[0] if len(names) == 1 else f"{len(names)} functions{of}"
+    return sentence(what, reason_for(names), seconds, cache_directory() if is_usable() else None)
+
+
+def reason_for(names: list[str]) -> str:
+    """Why functions are compiled of which nothing that fits is on disk."""
+    is_known = is_usable() and any(any(cache_directory().glob(f"{name}-*{ENDING}")) for name in names)
+    return "changed since, or another version of something beneath" if is_known else "first use on this machine"
 
 
 @contextlib.contextmanager

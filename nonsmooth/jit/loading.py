@@ -6,6 +6,7 @@ code, that of the kernels in it counted once.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -13,12 +14,14 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from nonsmooth.jit.bytecode import reading
-from nonsmooth.jit.cache import is_usable
+from nonsmooth.jit.cache import is_usable, words_of
 from nonsmooth.jit.kernels import Kernel
+from nonsmooth.jit.waiting import waiting
 
 ROOT = Path(__file__).parents[2]  # where the package is imported from
 COMPILE = "import sys; from nonsmooth.jit.loading import compile_named; compile_named(sys.argv[1:])"
 STARTUP_CODE = 12_000  # measured: bytes of code that compile while the other process starts, some 2 s
+PACE = 6_000  # measured: bytes of code that compile in a second, as STARTUP_CODE says
 WAIT = 300.0  # chosen: s for the other process; what it has not compiled by then is compiled here
 
 
@@ -26,6 +29,19 @@ def load_all(entry_points: Iterable[Kernel]) -> None:
     """Load entry points."""
     entry_points = list(entry_points)
     missing = [kernel for kernel in entry_points if not kernel.is_loaded and not kernel.is_on_disk]
+    with waiting(lambda: words_for(missing)) if missing else contextlib.nullcontext():
+        _load(entry_points, missing)
+
+
+def words_for(missing: list[Kernel]) -> str:
+    """What is said while these are compiled: their part of the package, and the time that goes with their code."""
+    seconds = sum(map(size_of, missing)) / PACE
+    *_, part, _ = missing[0].function.__module__.split(".")
+    return words_of([kernel.function.__name__ for kernel in missing], seconds, f" of {part}")
+
+
+def _load(entry_points: list[Kernel], missing: list[Kernel]) -> None:
+    """Compile what is missing, in two processes where that helps, and load all."""
     is_shared = len(missing) > 1 and may_start_process() and is_usable()
     here, there = shares(missing) if is_shared else ([], [])
     other = start_process(there) if there else None

@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 import functools
+import linecache
 import math
+import os
+import re
 import types
 from collections.abc import Callable
 from typing import Any
 
-from nonsmooth.jit.cache import compile_cached, key_of
+from nonsmooth.jit.cache import cache_directory, compile_cached, is_cached, is_usable, key_of
 from nonsmooth.jit.fingerprint import LooseSurvey, Survey, Unidentified, python_function
 from nonsmooth.jit.kernels import OPTIONS, Kernel
 from nonsmooth.jit.parameters import Unpack
 from nonsmooth.jit.twins import Twins
+from nonsmooth.jit.waiting import sentence, waiting
+
+START_TIME, FUNCTION_TIME = 1.0, 0.3  # measured: s that the first model of a process compiles, and each function of it
 
 
 class CannotCompile(Exception):
     """A model function cannot be compiled; ``str`` is a clause that says which and why."""
 
-    cure = "Write the function with numbers, math and loops only."
+    cure = (
+        "Write the function with numbers, math and loops only; sympy.lambdify does, of lists in the place of matrices "
+        'and with modules="math".'
+    )
 
 
 class CannotIdentify(CannotCompile):
@@ -115,10 +124,26 @@ def compile_model(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p:
     CannotCompile
         When numba refuses one of the functions; the message names it.
     """
-    from nonsmooth.jit.internals import OurCompiler
-
     survey = survey or survey_of(functions, n_q, n_u, unpack, n_p)
     key = key_of(survey.digest())
+    if is_cached("model", key):
+        return _compile(functions, n_q, n_u, unpack, n_p, key)
+    with waiting(lambda: words_about(functions)):
+        return _compile(functions, n_q, n_u, unpack, n_p, key)
+
+
+def words_about(functions: Functions) -> str:
+    """What is said while the functions of a model are compiled."""
+    names = [getattr(function, "__name__", type(function).__name__) for function, _, _ in functions.values()]
+    seconds = START_TIME + FUNCTION_TIME * len(names)
+    folder = cache_directory() if is_usable() else None
+    return sentence(f"the model functions {', '.join(names)}", "new, or changed", seconds, folder)
+
+
+def _compile(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int, key: str) -> CompiledModel:
+    """The machine code, from disk if it is there."""
+    from nonsmooth.jit.internals import OurCompiler
+
     for inline in ("always", "never"):  # inlining halves the compile time; numba refuses it for a few constructs
         try:
             adapter = _adapter(functions, n_q, n_u, unpack, n_p, inline, key)
@@ -131,7 +156,9 @@ def compile_model(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p:
             compile_model({which: entry}, n_q, n_u, unpack, n_p)
     (function, _, _), *_ = functions.values()
     name = getattr(function, "__name__", "")
-    raise CannotCompile(f"numba cannot compile the model function {name}: {_first_line(reason)}") from reason
+    raise CannotCompile(
+        f"numba cannot compile the model function {name}: {_first_line(reason)}{_place_in(reason)}"
+    ) from reason
 
 
 def _adapter(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int, inline: str, key: str) -> Callable:
@@ -165,6 +192,16 @@ def _first_line(error: Exception) -> str:
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     useful = [line for line in lines if not line.startswith(("Failed in", "[1m", "During:"))]
     return (useful or lines or [type(error).__name__])[0]
+
+
+def _place_in(error: Exception) -> str:
+    """The line of a source that numba refuses, as ", at line 7 of my.py, ``return select(...)``"; "" if it has none."""
+    found = re.search(r'File "(.+?)", line (\d+)', str(error))
+    if found is None:
+        return ""
+    line = linecache.getline(os.path.abspath(found[1]), int(found[2])) or linecache.getline(found[1], int(found[2]))
+    said = f", ``{line.strip()}``" if line.strip() else ""
+    return f", at line {found[2]} of {os.path.basename(found[1])}{said}"
 
 
 def _frozen_view(shape: tuple[int, ...], at: int) -> Any:

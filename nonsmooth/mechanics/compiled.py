@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import os
-import sys
 import weakref
 from collections.abc import Callable
 from typing import Any
@@ -16,7 +15,6 @@ from nonsmooth.jit import (
     CannotCompile,
     CompiledModel,
     Unpack,
-    cache_directory,
     call_model,
     compile_model,
     interpreted,
@@ -138,7 +136,6 @@ class Shelf:
         survey = survey_of(*self._arguments)  # imports numba, and refuses one that does not fit before a word is said
         made_from = survey.digest()
         if made_from != self._made_from:
-            announce_first_compile()
             try:
                 self._made = compile_model(*self._arguments, survey)
             except CannotCompile as reason:
@@ -184,11 +181,3 @@ def _interpreted_model(system: System) -> Model:
             functions[which](t, q, unpack(*p), out)
 
     return Model(model, None, False, Watch())
-
-
-@functools.cache
-def announce_first_compile() -> None:
-    """Say once, on stderr, that the first use on this machine compiles."""
-    directory = cache_directory()
-    if not os.path.exists(directory):
-        print(f"nonsmooth: first use, compiling (kept in {directory})", file=sys.stderr)

@@ -105,6 +105,8 @@ class Work(Problem, r="max(1, n_c * (1 + d))"):
     gamma_0: Array[Floats, "r"]  # velocities before the step
     gamma_1: Array[Floats, "r"]  # G P + c without restitution and feedback: the velocities after the step
     u_1: Array[Floats, "n"]  # velocities after the step
+    shock: Array[Floats, "r"]  # impulses of a law of impact of several contacts, beside those of the problem
+    c_kept: Array[Floats, "r"]  # c without them
 
 
 _known_facts: weakref.WeakKeyDictionary[System, tuple[list[Any], int]] = weakref.WeakKeyDictionary()

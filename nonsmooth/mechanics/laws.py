@@ -42,6 +42,7 @@ class ImpactLaw(IntEnum):
     NEWTON = 0  # velocities
     POISSON = 1  # impulses
     ENERGETIC = 2  # works, e^2
+    SEQUENTIAL = 3  # velocities, of several contacts one after the other (contact/planar/impacts.py)
 
 
 IMPACT_LAWS = {law.name.lower(): law for law in ImpactLaw}

@@ -32,6 +32,7 @@ from nonsmooth.mechanics.derived_rows import derived, watch_on
 from nonsmooth.mechanics.description import Description, as_coordinates, described, require_drawn
 from nonsmooth.mechanics.laws import (
     IMPACT_LAWS,
+    LAW_E_N,
     LAW_IMPACT,
     LAW_WIDTH,
     Coefficient,
@@ -40,6 +41,7 @@ from nonsmooth.mechanics.laws import (
     as_law,
     law_row,
 )
+from nonsmooth.mechanics.returned import returns_values, takes, writing
 
 # The model functions, in the order of the ``which`` argument of the compiled model.
 MASS, FORCE, GAP, NORMAL, TANGENT, SURFACE_VELOCITY, GAP_RATE, ROW_RATES = range(8)
@@ -60,6 +62,7 @@ FUNCTION_NAMES = {
     "potential": POTENTIAL,
     "normal_force": NORMAL_FORCE,
 }
+NAMES = {which: name for name, which in FUNCTION_NAMES.items()}
 
 UNILATERAL, BILATERAL, GIVEN_FORCE = 0, 1, 2  # code: kinds of contact
 
@@ -87,8 +90,11 @@ class Contact:
         Keeps g_N = 0: the normal force may have either sign, and |P_F| <= mu |P_N|.
     normal_force : bool
         Friction only, under the force ``normal_force(t, q, u, p, N)``: |P_F| <= mu dt max(N, 0); no gap, no W_N.
-    impact : {"newton", "poisson", "energetic"}
-        What e_N is a ratio of: velocities, impulses, or works (e_N^2); the last two for the only contact of a system.
+    impact : {"newton", "poisson", "energetic", "sequential"}
+        What e_N is a ratio of: velocities, impulses, or works (e_N^2). Several contacts hit at once are decided
+        together by the first two, the second without friction and with one e_N; by "sequential" one after the other,
+        the fastest approach first, of equal ones the lowest number, without friction. "energetic" is for the only
+        contact of a system; there "sequential" with friction is the same.
     name : str
         For summaries, figures and messages, as "tip"; its number when left out.
     """
@@ -134,6 +140,8 @@ class Contact:
 @dataclass(frozen=True, eq=False)
 class System:
     """A mechanical system with contacts, from plain Python functions that write into their last argument.
+
+    A function without that argument returns its values, as ``mass(t, q, p)`` and what ``sympy.lambdify`` makes do.
 
     Parameters
     ----------
@@ -279,17 +287,30 @@ class System:
         given = {which: getattr(self, name) for name, which in FUNCTION_NAMES.items()} | derived_rows
         sources = {which: getattr(function, "py_func", function) for which, function in given.items()}  # of numba's
         found = {which: function for which, function in sources.items() if callable(function)}
-        return found, watch_on(found[GAP]) if derived_rows else Watch()
+        watch = watch_on(found[GAP]) if derived_rows else Watch()
+        for which, function in found.items():
+            if self._returns(which, function):
+                found[which] = writing(NAMES[which], function, which in TAKES_U, self.shape_of(which))
+                if hasattr(function, "__code__"):
+                    watch.function(function)
+        return found, watch
+
+    def _returns(self, which: int, function: Callable) -> bool:
+        """Whether a function returns its values: it has no place for an array to write into."""
+        return not takes(function, arguments_of(which))
 
     def _derived_rows(self) -> dict[int, Callable]:
         """The rows that were left out."""
         if self.gap is None:
             return {}
+        gap = getattr(self.gap, "py_func", self.gap)
+        if self._returns(GAP, gap):
+            gap = writing("gap", gap, False, self.shape_of(GAP))
         size, found = (self.n_q, self.n_c), {}
         if self.normal is None:
-            found[NORMAL] = derived("normal", self.gap, size)
+            found[NORMAL] = derived("normal", gap, size)
         if self.gap_rate is None and _reads(getattr(self.gap, "__code__", None), 0):
-            found[GAP_RATE] = derived("gap_rate", self.gap, size)
+            found[GAP_RATE] = derived("gap_rate", gap, size)
         return found
 
     @functools.cached_property
@@ -382,7 +403,8 @@ class System:
             return False
         position = ("t", "q", "u").index(argument)
         function = self.functions[which]
-        return _reads(getattr(getattr(function, "derived_from", function), "__code__", None), position)
+        function = getattr(function, "derived_from", function)
+        return _reads(getattr(getattr(function, "returned_from", function), "__code__", None), position)
 
     def with_parameters(self, **changes: float) -> System:
         """The same system with some parameters changed.
@@ -407,12 +429,26 @@ def _check_parameters(system: System) -> None:
 
 
 def _check_laws(system: System) -> None:
-    """Coefficients are in range, which ``laws`` sees to; several impacts at once follow Newton's law alone."""
+    """Coefficients are in range, which ``laws`` sees to; several contacts have one law of impact that can be theirs."""
     others = np.flatnonzero(system.laws[:, LAW_IMPACT] != ImpactLaw.NEWTON)
-    if len(others) and system.n_c > 1:
+    if not len(others) or system.n_c == 1:
+        return
+    law = system.contacts[others[0]].impact
+    if law == "energetic":
         raise InvalidInput(
-            f"impact = {system.contacts[others[0]].impact!r} needs a system with one contact, several at once follow "
-            f"Newton's law; got {system.n_c} contacts"
+            f"impact = {law!r} needs a system with one contact; several take 'newton', 'poisson' or 'sequential'; got "
+            f"{system.n_c} contacts"
+        )
+    for contact in system.contacts:
+        if contact.impact != law or contact.has_friction or contact.kind != UNILATERAL:
+            raise InvalidInput(
+                f"impact = {law!r} needs a system with one contact, or several that are all unilateral, without "
+                f"friction and of the same law; got {contact}"
+            )
+    if law == "poisson" and np.ptp(system.laws[:, LAW_E_N]) > 0.0:
+        raise InvalidInput(
+            f"impact = 'poisson' of several contacts needs one e_N, with several they may gain energy; got "
+            f"{', '.join(f'{e:g}' for e in system.laws[:, LAW_E_N])}; impact='sequential' takes several"
         )
 
 
@@ -506,8 +542,14 @@ def _check_functions(system: System) -> None:
             continue
         if not callable(function) or not _is_hashable(function):  # it is a key of what was compiled
             raise InvalidInput(f"{name} must be a function; got {type(function).__name__}")
-        expected = ("t", "q", "u", "p", "out") if which in TAKES_U else ("t", "q", "p", "out")
-        require_arguments(name, function, expected)
+        expected = arguments_of(which)
+        if takes(function, expected) or not takes(function, expected[:-1]) or not returns_values(function):
+            require_arguments(name, function, expected)
+
+
+def arguments_of(which: int) -> tuple[str, ...]:
+    """What a model function takes that writes."""
+    return ("t", "q", "u", "p", "out") if which in TAKES_U else ("t", "q", "p", "out")
 
 
 def _is_hashable(value: Any) -> bool:

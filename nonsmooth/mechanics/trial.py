@@ -19,7 +19,8 @@ from nonsmooth.jit import cache_directory
 from nonsmooth.jit.fingerprint import calls_compiled
 from nonsmooth.mechanics.agreement import DIFFERENCE_STEPS, generic_direction
 from nonsmooth.mechanics.compiled import Model, call_once
-from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, TANGENT, System
+from nonsmooth.mechanics.returned import shape_fault
+from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, TAKES_U, TANGENT, System
 
 # chosen: numbers on either side of the array: an index out of range is mostly out by one, or by a row
 GUARD_NUMBERS = 8
@@ -46,7 +47,10 @@ def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray, model:
     with np.errstate(all="ignore"):
         for which in system.functions:
             try:
+                require_returned_shape(system, which, t, q, u)
                 system.call(which, t, q, u, np.zeros(system.shape_of(which)))
+            except InvalidInput:
+                raise
             except ArithmeticError:  # 1/0 is inf in compiled code
                 continue
             except Exception as error:
@@ -55,6 +59,15 @@ def try_functions(system: System, t: float, q: np.ndarray, u: np.ndarray, model:
                     f"writes an array of shape {system.shape_of(which)}"
                 ) from error
     _tried[system] = model
+
+
+def require_returned_shape(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Raise `InvalidInput` for a function that returns an array of another shape than is needed."""
+    function = getattr(system.functions[which], "returned_from", None)
+    if function is not None:
+        values = function(t, q, u, system.unpacked) if which in TAKES_U else function(t, q, system.unpacked)
+        if fault := shape_fault(values, system.shape_of(which)):
+            raise InvalidInput(f"the model function {system.name_of(which)} {fault}")
 
 
 def require_manners(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:
@@ -166,7 +179,10 @@ def nothing_written(system: System, which: int, t: float, q: np.ndarray, u: np.n
     if (out != GUARD).any():
         return ""
     if has_answer:
-        return f"returns its values; it must write them into its last argument, an array of shape {shape}"
+        return (
+            f"returns its values; it must write them into its last argument, an array of shape {shape}, or be defined "
+            f"without that argument"
+        )
     return (
         f"assigns {name} anew, which leaves the array as it was; write into it, as {name}[:] = ... does: it has the "
         f"shape {shape}"

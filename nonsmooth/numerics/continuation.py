@@ -9,11 +9,13 @@ something that is not known here, the function is not continued: a rewriting tha
 """
 
 from __future__ import annotations
+import __future__
 
 import ast
 import builtins
 import functools
 import inspect
+import operator
 import textwrap
 import types
 from collections.abc import Callable, Iterator
@@ -24,6 +26,10 @@ from nonsmooth.numerics import dual
 KEPT = (range, len, enumerate, zip)  # as they are: they count
 OPERATORS: dict[type, Callable] = {ast.Div: dual.dual_quotient, ast.Pow: dual.dual_power}
 REFUSED = (ast.FloorDiv, ast.Mod, ast.MatMult)  # of operators: piecewise, or of arrays
+# derived: the bits of a code that say under which ``from __future__`` it was compiled
+FUTURE_FLAGS = functools.reduce(
+    operator.or_, (getattr(__future__, name).compiler_flag for name in __future__.all_feature_names)
+)
 COMPARED = (ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq)
 
 
@@ -66,7 +72,8 @@ def source_tree(function: types.FunctionType) -> ast.FunctionDef:
     try:
         lines, _ = inspect.findsource(function)
         tree = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
-        is_own = function.__code__ in codes_of(compile("".join(lines), "", "exec", dont_inherit=True))
+        flags = function.__code__.co_flags & FUTURE_FLAGS  # of whoever compiled it, as SymPy does
+        is_own = function.__code__ in codes_of(compile("".join(lines), "", "exec", flags, dont_inherit=True))
     except (OSError, TypeError, SyntaxError) as error:
         raise CannotContinue(f"the source of {function.__name__} is not at hand: {error}") from None
     if not isinstance(tree, ast.FunctionDef):

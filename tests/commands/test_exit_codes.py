@@ -3,6 +3,7 @@
 import math
 import re
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.commands.cli import main
-from nonsmooth.mechanics.compiled import announce_first_compile
+from nonsmooth.jit.cache import words_of
+from nonsmooth.jit.waiting import waiting
 from nonsmooth.sweeps.progress import Pace, say_estimate
 
 PAGE = Path(__file__).parents[2] / "docs" / "command_line.md"
@@ -102,8 +104,13 @@ def test_what_takes_long_says_so_before_it_has_taken_it(capsys):
 
 def test_the_first_use_on_a_machine_says_that_it_compiles(monkeypatch, tmp_path, capsys):
     monkeypatch.setenv("NONSMOOTH_CACHE_DIR", str(tmp_path / "cache"))
-    announce_first_compile.__wrapped__()
-    assert re.fullmatch(lines_of_the_page()["first use"], capsys.readouterr().err.rstrip("\n"))
+    monkeypatch.setenv("NONSMOOTH_QUIET", "0")
+    monkeypatch.setattr("nonsmooth.jit.waiting.SILENT_TIME", 0.01)
+    with waiting(lambda: words_of(["solve", "loop"], 12.3, " of moreau_jean")):
+        time.sleep(0.3)
+    said = capsys.readouterr().err.rstrip("\n")
+    assert re.fullmatch(lines_of_the_page()["compiling"], said)
+    assert "2 functions of moreau_jean (first use on this machine), about 12 s" in said
 
 
 def interrupt(*_, **__):

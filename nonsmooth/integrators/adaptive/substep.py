@@ -17,6 +17,7 @@ It is the step of moreau_jean/step.py with theta = 1/2 and six changes:
 
 from __future__ import annotations
 
+from nonsmooth.contact.planar.impacts import has_shock
 from nonsmooth.contact.planar.single import Selection
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.scales import is_parting
@@ -186,6 +187,7 @@ def leave_out_parting(sys, n_k, run, work):
 @kernel
 def choose_restitution(sys, dt, n_k, run, work):
     """e_N of this step, in ``run.system.laws``: none for a contact that parts, or whose bounce its tolerance hides."""
+    strikes = False
     for k in range(n_k):
         i = work.closed[k]
         if sys.kinds[i, 0] != UNILATERAL:
@@ -200,3 +202,8 @@ def choose_restitution(sys, dt, n_k, run, work):
         inward = (gamma_N - work.c[row]) / dt
         if -gamma_N > run.tol_gamma[i] and e * gamma_N * (e * gamma_N) > 2.0 * inward * DROPPED * run.tol_g[i]:
             run.system.laws[i, LAW_E_N] = e
+            strikes = True
+    if strikes and has_shock(n_k, sys, work):  # which goes on to contacts that do not approach yet
+        for k in range(n_k):
+            i = work.closed[k]
+            run.system.laws[i, LAW_E_N] = sys.laws[i, LAW_E_N]

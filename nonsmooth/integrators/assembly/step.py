@@ -6,8 +6,6 @@ then made larger, with all that is in it.
 
 from __future__ import annotations
 
-import functools
-import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -34,7 +32,7 @@ from nonsmooth.integrators.assembly.progress import (
 from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
-from nonsmooth.jit import Kernel, cache_directory, load_all
+from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import Block, new
 from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
@@ -68,19 +66,7 @@ class Stages(NamedTuple):
 
     def load(self) -> None:
         """Compile them, or read them from disk."""
-        kernels = [self.take, self.find, *self.others]
-        if not all(kernel.is_loaded or kernel.is_on_disk for kernel in kernels):
-            announce_first_scene()
-        load_all(kernels)
-
-
-@functools.cache
-def announce_first_scene() -> None:
-    """Say once, on stderr, that the first scene of its kind on this machine compiles."""
-    print(
-        f"nonsmooth: first scene of its kind, compiling for half a minute (kept in {cache_directory()})",
-        file=sys.stderr,
-    )
+        load_all([self.take, self.find, *self.others])
 
 
 def stages_of(dim: int, has_restitution: bool, contacts_of_shapes: tuple[Kernel, ...] = ()) -> Stages:

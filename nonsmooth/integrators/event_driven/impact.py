@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 
 from nonsmooth.contact.islands import find_islands, spread_strike
+from nonsmooth.contact.planar.impacts import add_shock, has_shock, strike
 from nonsmooth.contact.planar.ladder import Route, solve_planar, solve_uncoupled
 from nonsmooth.contact.planar.single import Selection, count, stick
 from nonsmooth.errors import Status
@@ -123,7 +124,12 @@ def find_impulses(sys, n_k, contacts, touch):
         work.normal_impulse[k], planar.found[k], planar.bits[k] = 0.0, 1, 0
     if n_k > 1:
         recall_impulses(touch.none, work)
+        is_struck = touch.impact != WITHOUT_COLLISION and touch.impact != END_OF_SERIES and has_shock(n_k, sys, work)
+        if is_struck and not strike(sys, n_k, contacts.numbers.atol, work, planar):
+            return False
         route, _, _, _ = solve_planar(address(work), address(planar))
+        if is_struck:
+            add_shock(n_k, work)
         return route > Route.NO_SOLUTION
     i = work.closed[0]
     follows_law = follows_own_law(i, kinds, laws)

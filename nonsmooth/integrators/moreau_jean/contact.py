@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated as Array
 
+from nonsmooth.contact.planar.impacts import add_shock, has_shock, strike
 from nonsmooth.contact.planar.ladder import Route, solve_planar
 from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.contact.planar.single import (
@@ -80,7 +81,13 @@ def solve(sys_at, selection, dt, n_k, state_at, scratch_at):
         state.counters.solutions = found
         return Status.RUNNING
     recall_impulses(state.P, work)
+    is_struck = scratch.options.stiffness == 0.0 and has_shock(n_k, sys, work)
+    if is_struck and not strike(sys, n_k, 0.0, work, scratch.planar):
+        state.counters.failed_contact = -1
+        return Status.NOT_SOLVED
     route, found, pivots, residual = solve_planar(address(work), address(scratch.planar))
+    if is_struck:
+        add_shock(n_k, work)
     state.counters.found = 0
     state.counters.pivots += pivots
     if route <= Route.NO_SOLUTION:

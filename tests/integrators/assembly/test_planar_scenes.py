@@ -11,8 +11,7 @@ from models import BouncingBall
 from nonsmooth.commands.solve_files import solve_files
 from nonsmooth.contact.blocks.natural_map import cone_project
 from nonsmooth.integrators.assembly.progress import REBOUND, SOLVE, note_residual
-from nonsmooth.integrators.assembly.step import announce_first_scene, stages_of
-from nonsmooth.jit import Kernel, interpreted
+from nonsmooth.jit import interpreted
 from nonsmooth.runs.scene_run import SceneRun
 from nonsmooth.scenes.places import rotate, turn_onto
 
@@ -316,16 +315,6 @@ def test_energy_that_newtons_law_makes_with_friction_is_told():
         solution.stats.worst_energy_gain == pytest.approx(kinetic[-1] - kinetic[0], rel=1e-6)
         and kinetic[-1] > kinetic[0]
     )
-
-
-def test_first_scene_on_a_machine_says_that_it_compiles(capsys, monkeypatch):
-    announce_first_scene.cache_clear()
-    monkeypatch.setattr(Kernel, "is_loaded", False)
-    monkeypatch.setattr(Kernel, "is_on_disk", False)
-    monkeypatch.setattr("nonsmooth.integrators.assembly.step.load_all", lambda kernels: None)
-    stages_of(2, has_restitution=False).load()
-    stages_of(3, has_restitution=True).load()
-    assert capsys.readouterr().err.count("compiling") == 1  # once a process
 
 
 def test_planar_scene_loads_nothing_of_space():

@@ -1,0 +1,95 @@
+"""What compiles says so: once for all that is compiled together, and nothing where nobody waits."""
+
+import time
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from nonsmooth.integrators.assembly import step
+from nonsmooth.jit import Kernel, cache, loading
+from nonsmooth.jit.waiting import waiting
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    monkeypatch.setenv("NONSMOOTH_QUIET", "0")
+    monkeypatch.setattr("nonsmooth.jit.waiting.SILENT_TIME", 0.01)
+
+
+def long_wait(words):
+    with waiting(lambda: words):
+        time.sleep(0.2)
+
+
+def test_a_wait_within_a_wait_is_said_once(impatient, capsys):
+    with waiting(lambda: "outer"):
+        long_wait("inner")
+        long_wait("inner")
+    assert capsys.readouterr().err == "outer\n"
+    long_wait("another")
+    assert capsys.readouterr().err == "another\n"
+
+
+def test_a_short_wait_and_a_quiet_one_say_nothing(impatient, monkeypatch, capsys):
+    monkeypatch.setattr("nonsmooth.jit.waiting.SILENT_TIME", 10.0)
+    long_wait("short")
+    monkeypatch.setattr("nonsmooth.jit.waiting.SILENT_TIME", 0.01)
+    monkeypatch.setenv("NONSMOOTH_QUIET", "1")
+    long_wait("quiet")
+    assert capsys.readouterr().err == ""
+
+
+def test_a_wait_that_fails_is_over(impatient, capsys):
+    with pytest.raises(ZeroDivisionError), waiting(lambda: "late"):
+        raise ZeroDivisionError
+    time.sleep(0.1)
+    assert capsys.readouterr().err == ""
+    long_wait("next")
+    assert capsys.readouterr().err == "next\n"
+
+
+def test_a_new_model_says_which_functions_compile_and_one_that_is_known_nothing(impatient, capsys):
+    def mass(t, q, p, M):
+        M[0, 0] = 1.25
+
+    def force(t, q, u, p, h):
+        h[0] = -9.75 + 0.015625 * NUMBER
+
+    def run():
+        ns.simulate(ns.System(n_q=1, mass=mass, force=force), (0, 0.1), [1], [0], integrator=ns.MoreauJean(dt=0.1))
+
+    NUMBER = float(time.time_ns() % 2**40)  # no earlier run compiled this one
+    ns.simulate(ns.System(n_q=1, mass=mass, force=lambda t, q, u, p, h: None), (0, 0.1), [1], [0],
+                integrator=ns.MoreauJean(dt=0.1))  # fmt: skip
+    capsys.readouterr()
+    run()
+    said = capsys.readouterr().err
+    assert said.startswith("nonsmooth: compiling the model functions mass, force (new, or changed), about 2 s; kept in")
+    assert said.count("\n") == 1
+    run()
+    assert capsys.readouterr().err == ""
+
+
+def test_a_scene_that_compiles_says_it_once_with_the_reason(impatient, monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(Kernel, "is_loaded", False)
+    monkeypatch.setattr(Kernel, "is_on_disk", False)
+    monkeypatch.setattr(loading, "_load", lambda entry_points, missing: time.sleep(0.2))
+    monkeypatch.setattr(cache, "cache_directory", lambda: tmp_path)
+    step.stages_of(2, has_restitution=False).load()
+    said = capsys.readouterr().err
+    assert said.count("compiling") == 1
+    assert "functions of assembly (first use on this machine)" in said
+    (tmp_path / "take_steps_planar-0123.code").write_bytes(b"")
+    step.stages_of(2, has_restitution=False).load()
+    assert "(changed since, or another version of something beneath)" in capsys.readouterr().err
+
+
+def test_the_time_that_is_said_grows_with_the_code():
+    few, many = step.stages_of(2, has_restitution=False), step.stages_of(3, has_restitution=True)
+    seconds = [
+        float(loading.words_for([stages.take, stages.find, *stages.others]).split("about ")[1].split(" s")[0])
+        for stages in (few, many)
+    ]
+    assert 5 < seconds[0] < seconds[1] < 300
+    assert np.isfinite(seconds).all()
