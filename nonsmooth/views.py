@@ -29,6 +29,7 @@ VIEWS: dict[str, dict[str, str]] = {
         "save": "results.scene_store.save", "load": "results.scene_store.load",
         "summary": "results.scene_summary.summary", "html": "results.scene_summary.as_html",
     },
+    "Ongoing": {"live": "drawing.live.view.live_model"}, "SceneRun": {"live": "drawing.live.view.live_scene"},
     "Scene": {"system": "scenes.as_system.system_of", "state": "scenes.as_system.state_of"},
     "FailedProblem": {"exchange": "results.fclib_form.write_fclib_form"},
     "Classification": {"text": "paradox.text.as_text", "dictionary": "paradox.text.as_dictionary",

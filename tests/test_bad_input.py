@@ -114,7 +114,7 @@ CALLS = {
     "simulate": (ns.simulate, SIMULATE | {
         "every": 1, "t_eval": None, "selection": "lift-off", "project": False, "on_failure": "raise",
         "events": (), "max_steps": None, "max_wall_time": None, "progress": None,
-        "record": None,
+        "record": None, "view": False,
     }),
     "MoreauJean": (ns.MoreauJean, {"dt": 1e-3, "theta": 0.5, "projection": False, "compliance": None,
                                   "contacts": ns.ContactSolver()}),  # fmt: skip
@@ -366,6 +366,7 @@ ROWS = [
         r"record must be some of 'bodies', 'contacts', 'ledger', 'events'",
     ),
     ("simulate", {"record": ["bodies"]}, r"record= is for a scene of bodies; a System records all its columns"),
+    ("simulate", {"view": "page.html"}, r"view must be True or False; got 'page.html'"),
     ("simulate", {"progress": 1}, r"progress must be a function of the fraction done, or True for a bar; got 1"),
     ("simulate", {"integrator": ns.MoreauJean}, r"integrator must be an integrator, as ns.MoreauJean\(dt=1e-3\) is"),
     ("simulate", {"integrator": ns.MoreauJean(5e-324)}, r"dt = 4.94066e-324 s is too small for the span"),

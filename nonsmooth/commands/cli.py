@@ -1,4 +1,4 @@
-"""The command line: ``nonsmooth list | run | classify | map | solve | study | sweep``.
+"""The command line: ``nonsmooth list | run | scene | classify | map | solve | study | sweep``.
 
 Arguments in, library calls, text and files out.
 
@@ -19,6 +19,7 @@ from nonsmooth import __version__
 from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.paradoxes import add_classify, add_map
 from nonsmooth.commands.run import add_run
+from nonsmooth.commands.scene import add_scene
 from nonsmooth.commands.studies import add_studies
 from nonsmooth.commands.sweep import add_sweep
 from nonsmooth.commands.terminal import FAILED, NOT_WRITTEN, complain, show_warning
@@ -110,6 +111,7 @@ def build_parser() -> argparse.ArgumentParser:
 
     add_run(commands.add_parser("run", help="simulate a model", epilog="Numbers may be typed as 1e-3, pi/4, -2*pi."))
 
+    add_scene(commands.add_parser("scene", help="simulate a scene of bodies, or show a saved run of one"))
     add_classify(commands.add_parser("classify", help="find every set of contact forces that fits a state"))
     add_map(commands.add_parser("map", help="map the numbers of solutions over states and parameters"))
 

@@ -26,6 +26,7 @@ from nonsmooth.results.failures import StepFailure
 
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
 PROBLEM_ENDINGS = (".npz", ".hdf5", ".h5")
+UNNAMED = Path(".html")  # code: of a player whose file was not named
 PICTURED = 5  # chosen: of the picture of a scene, as of a model
 
 
@@ -63,18 +64,29 @@ def add_run(run: argparse.ArgumentParser) -> None:
     run.add_argument("--no-plot", action="store_true", help="draw nothing")
     run.add_argument("--picture", type=Path, metavar="FILE", help="draw the scene at five instants")
     run.add_argument("--animate", type=Path, metavar="FILE", help="write an animation (.gif, .webp or .mp4)")
-    run.add_argument("--view", type=Path, metavar="FILE.html", help="write a player that any browser opens")
+    run.add_argument(
+        "--view", type=Path, nargs="?", const=UNNAMED, metavar="FILE.html",
+        help="write a player that any browser opens; MODEL.html by default",
+    )  # fmt: skip
+    run.add_argument("--live", action="store_true", help="show the run in a browser while it goes on")
     run.add_argument("--json", action="store_true", help="print one JSON object, and draw only what was asked for")
     run.add_argument("--quiet", action="store_true", help="print neither progress nor summary")
 
 
 def act_run(arguments: argparse.Namespace) -> int:
     """``nonsmooth run``."""
-
     model = typed_model(arguments, takes_scenes=True)
     is_scene = is_scene_model(model)
+    figure = require_outputs(model, is_scene, arguments)
+    return act_on(simulate_runnable(model, is_scene, arguments), is_scene, arguments, figure)
+
+
+def require_outputs(model: Any, is_scene: bool, arguments: argparse.Namespace) -> Path | None:
+    """Raise before the run for options that do not fit and files that could not be written; the path of the figure."""
     if is_scene:
         require_scene_options(arguments)
+    if arguments.view == UNNAMED:
+        arguments.view = Path(f"{arguments.model}.html")
     require_writable(arguments.out, SOLUTION_ENDINGS)
     if arguments.out and arguments.out.suffix != ".npz":
         require_module("h5py", "io", ".h5 files")
@@ -87,18 +99,35 @@ def act_run(arguments: argparse.Namespace) -> int:
     if arguments.picture or arguments.animate:
         require_module("matplotlib", "plot", "pictures")
         require_module("PIL", "plot", "animations")
-    if (arguments.picture or arguments.animate or arguments.view) and not is_scene and not has_shape(model):
+    if arguments.live:
+        require_module("viser", "live", "live views")
+    is_drawn = arguments.picture or arguments.animate or arguments.view or arguments.live
+    if is_drawn and not is_scene and not has_shape(model):
         raise InvalidInput(
-            f"the model {arguments.model} has no shape(q) to draw; leave --picture, --animate, --view out"
+            f"the model {arguments.model} has no shape(q) to draw; leave --picture, --animate, --view, --live out"
         )
-    figure = figure_path(arguments)
-    solution = simulate_runnable(model, is_scene, arguments)
+    return figure_path(arguments)
+
+
+def act_on(solution: Any, is_scene: bool, arguments: argparse.Namespace, figure: Path | None) -> int:
+    """Save, draw and tell a run; the exit code."""
     if arguments.out:
         solution.save(arguments.out)
     if solution.status.name == "INTERRUPTED":  # who ends a run waits for no drawing; what is saved can be drawn later
-        report(solution, is_scene, arguments, None)
+        report(solution, is_scene, arguments, {})
         complain(f"{solution.message}; nothing is drawn")
         return INTERRUPTED
+    report(solution, is_scene, arguments, draw(solution, is_scene, arguments, figure))
+    if solution.success:
+        return 0
+    complain(solution.message)
+    return FAILED
+
+
+def draw(
+    solution: Any, is_scene: bool, arguments: argparse.Namespace, figure: Path | None
+) -> dict[str, Path | None]:  # fmt: skip
+    """Draw what was asked for; the files by what they are."""
     if figure:
         solution.plot(figure)
     if arguments.picture and is_scene:
@@ -109,11 +138,9 @@ def act_run(arguments: argparse.Namespace) -> int:
         solution.animate(arguments.animate)
     if arguments.view:
         solution.view(arguments.view)
-    report(solution, is_scene, arguments, figure)
-    if solution.success:
-        return 0
-    complain(solution.message)
-    return FAILED
+    return {
+        "figure": figure, "picture": arguments.picture, "animation": arguments.animate, "player": arguments.view,
+    }  # fmt: skip
 
 
 def has_shape(model: Any) -> bool:
@@ -150,6 +177,7 @@ def simulate_model(
             selection=arguments.selection, project=arguments.project, max_steps=arguments.max_steps,
             max_wall_time=arguments.max_wall_time, progress=progress,
             checkpoint=arguments.checkpoint, resume=arguments.resume, checkpoint_every=arguments.checkpoint_every,
+            view=arguments.live,
         )  # fmt: skip
     except StepFailure as failure:
         if arguments.dump_failure:
@@ -168,22 +196,18 @@ def dump(failure: StepFailure, path: Path) -> None:
         complain(f"{path} is not written: {reason}")
 
 
-def report(solution: Any, is_scene: bool, arguments: argparse.Namespace, figure: Path | None) -> None:
+def report(
+    solution: Any, is_scene: bool, arguments: argparse.Namespace, drawn: dict[str, Path | None]
+) -> None:  # fmt: skip
     """The outcome on stdout."""
     if arguments.json:
         told = scene_as_json(solution) if is_scene else as_json(solution)
         print(json.dumps(without_nan(told), allow_nan=False))
     elif not arguments.quiet:
         print(solution.summary())
-        is_drawn = solution.status.name != "INTERRUPTED"
         written = {
-            "solution": arguments.out,
-            "figure": figure,
-            "picture": arguments.picture if is_drawn else None,
-            "animation": arguments.animate if is_drawn else None,
-            "player": arguments.view if is_drawn else None,
-            "checkpoint": arguments.checkpoint or arguments.resume,
-        }
+            "solution": arguments.out, **drawn, "checkpoint": arguments.checkpoint or arguments.resume,
+        }  # fmt: skip
         for what, path in written.items():
             if path:
                 print(f"{what}: {path}")

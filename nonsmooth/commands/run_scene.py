@@ -41,7 +41,7 @@ def simulate_scene(
             model, (0.0, t_end), integrator=integrator, every=arguments.every, t_eval=arguments.t_eval,
             project=arguments.project, max_steps=arguments.max_steps, max_wall_time=arguments.max_wall_time,
             progress=progress, checkpoint=arguments.checkpoint, resume=arguments.resume,
-            checkpoint_every=arguments.checkpoint_every,
+            checkpoint_every=arguments.checkpoint_every, view=arguments.live,
         )  # type: ignore[return-value]  # fmt: skip
     except StepFailure as failure:
         return failure.solution  # type: ignore[return-value]

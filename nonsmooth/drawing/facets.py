@@ -55,6 +55,21 @@ def ellipsoid_facets(size: tuple[float, float, float]) -> list[np.ndarray]:
 
 
 def triangles_of(part: Part) -> np.ndarray:
-    """The facets as triangles (n, 3, 3)."""
-    found = [[facet[0], facet[k], facet[k + 1]] for facet in facets_of(part) for k in range(1, len(facet) - 1)]
-    return np.array(found)
+    """The facets as triangles (n, 3, 3); those of a circle about its middle."""
+    return np.array([triangle for facet in facets_of(part) for triangle in fan_of(facet)])
+
+
+def fan_of(facet: np.ndarray) -> list[list[np.ndarray]]:
+    """The triangles of a convex facet (k, 3)."""
+    if len(facet) == ROUND_PIECES:
+        middle = facet.mean(axis=0)
+        return [[middle, facet[k - 1], facet[k]] for k in range(ROUND_PIECES)]
+    return [[facet[0], facet[k], facet[k + 1]] for k in range(1, len(facet) - 1)]
+
+
+def quarters_of(part: Part, triangles: np.ndarray) -> np.ndarray | None:
+    """Of a round part the sign of the quarter about its z-axis that each triangle (n, 3, 3) lies in."""
+    if part.kind == POLYHEDRON:
+        return None
+    x, y, _ = triangles.mean(axis=1).T
+    return np.where(x * y > 0, 1, -1)

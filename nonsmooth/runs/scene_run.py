@@ -36,11 +36,11 @@ from nonsmooth.runs.run import LOOK_EVERY, Run, next_block
 from nonsmooth.runs.scene_recorder import SceneRecorder
 from nonsmooth.runs.scene_streaming import StreamingSceneRecorder
 from nonsmooth.runs.scene_user_events import SceneWatch
+from nonsmooth.runs.seen import looked_at
 from nonsmooth.runs.streaming import as_place
 from nonsmooth.runs.times import RecordTimes, grid_times
 from nonsmooth.runs.user_events import Stop
 from nonsmooth.scenes.scene import Scene
-from nonsmooth.signals.bar import heard
 from nonsmooth.signals.interruption import interrupts_held_back
 
 SOFT = "the springs are soft for this motion, or what is thin passed through; a larger stiffness ends this"
@@ -349,6 +349,7 @@ def simulate_scene(
     kind: type[SceneRun], scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any,
     project: bool, functions: Sequence[Callable], on_failure: str, max_steps: int | None, max_wall_time: float | None,
     progress: Callable[[float], None] | bool | None, record: Any, checkpoint: Any, resume: Any, checkpoint_every: float,
+    view: bool,
 ) -> SceneSolution:  # fmt: skip
     """`simulate` for a scene by a kind of run, its arguments checked but for those of times."""
     kinds = as_kinds(record)
@@ -363,7 +364,7 @@ def simulate_scene(
         facts = functools.partial(facts_of, t_span, every, t_eval, kinds, project)
         recorder = StreamingSceneRecorder(kinds, facts, as_place(checkpoint, resume, checkpoint_every))
     run = kind(scene, t_span, integrator, every, t_eval, recorder, project, functions)  # type: ignore[arg-type]
-    with heard(progress) as hear:
+    with looked_at(run, progress, view) as hear:
         run.advance(max_wall_time, hear, max_steps)
     solution = run.solution()
     if solution.stats.missed and solution.success:

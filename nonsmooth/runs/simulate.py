@@ -19,12 +19,12 @@ from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.results.solution import Solution, energy_gain
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.run import Run
+from nonsmooth.runs.seen import looked_at, require_live
 from nonsmooth.runs.times import make_timetable
 from nonsmooth.runs.user_events import OF_SCENE, OF_SYSTEM, as_functions
 from nonsmooth.runs.watched import watch_of
 from nonsmooth.runs.workspace import give_back
 from nonsmooth.scenes.scene import as_scene
-from nonsmooth.signals.bar import heard
 from nonsmooth.signals.telling import listener
 
 _is_whole: ContextVar[bool] = ContextVar("is_whole", default=False)  # whether a part of a motion is of no use
@@ -57,6 +57,7 @@ def simulate(
     resume: Any = None,
     checkpoint_every: float = 10.0,
     record: Sequence[str] | None = None,
+    view: bool = False,
 ) -> Solution:
     """Integrate a system from t_span[0] to t_span[1].
 
@@ -110,6 +111,9 @@ def simulate(
     record : sequence of str, optional
         Of a scene: what is recorded beside times, residuals and penetrations, of "bodies", "contacts" and "ledger",
         all of these if left out, and "events": landings, partings, slips and sticks of every pair of bodies.
+    view : bool
+        Show the run in a browser while it goes on; the address is printed on stderr. Needs the extra [live]
+        (docs/viewer.md).
 
     Returns
     -------
@@ -129,6 +133,8 @@ def simulate(
         When the progress function raises, unless ``on_failure="return"``.
     CheckpointFailure
         When a checkpoint cannot be written on, as on a full disk.
+    MissingExtra
+        When viser is not installed, with ``view=True``.
 
     Examples
     --------
@@ -163,12 +169,14 @@ def simulate(
         raise InvalidInput(
             f"progress must be a function of the fraction done, or True for a bar; got {shown(progress)}"
         )
+    if as_flag("view", view):
+        require_live()
     if scene is not None:
         from nonsmooth.runs.scene_run import simulate_scene
 
         of_scene = simulate_scene(
             kind_of_run(method), scene, t_span, method, every, t_eval, project, functions, on_failure, max_steps,
-            max_wall_time, progress, record, checkpoint, resume, checkpoint_every,
+            max_wall_time, progress, record, checkpoint, resume, checkpoint_every, view,
         )  # fmt: skip
         if of_scene.status == Status.INTERRUPTED and _is_whole.get():
             raise KeyboardInterrupt
@@ -184,7 +192,7 @@ def simulate(
         run = checkpointed_run(*task, checkpoint, resume, checkpoint_every)
     if functions:
         run.watch = watch_of(run, functions)
-    with heard(progress) as hear:
+    with looked_at(run, progress, view) as hear:
         run.advance(max_wall_time, hear, max_steps)
     if run.status == Status.INTERRUPTED and _is_whole.get():
         raise KeyboardInterrupt

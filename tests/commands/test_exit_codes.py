@@ -160,9 +160,17 @@ def test_no_figure_where_none_can_be_written_is_told_in_one_line(tmp_path, capsy
     assert re.fullmatch(lines_of_the_page()["no figure"], said_by(capsys))
 
 
+def test_the_address_of_a_live_view_is_told_in_one_line(capsys):
+    pytest.importorskip("viser", reason='a live view needs viser: pip install "nonsmooth[live]"')
+    from nonsmooth.drawing.live import window
+
+    window.new_server()
+    assert re.fullmatch(lines_of_the_page()["live"], said_by(capsys))
+
+
 def test_the_page_names_no_code_and_no_line_that_is_not_tested():
     tested = {kind for _, _, kind in ROWS if kind} | {
-        "interruption", "memory", "first use", "write", "no problem", "no form", "no figure", "estimate",
+        "interruption", "memory", "first use", "write", "no problem", "no form", "no figure", "estimate", "live",
     }  # fmt: skip
     assert set(lines_of_the_page()) == tested
     assert codes_of_the_page() == {code for _, code, _ in ROWS} | {4, 130}

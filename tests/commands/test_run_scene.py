@@ -5,6 +5,7 @@ import json
 import pytest
 
 import nonsmooth as ns
+from models.scenes import BoxStack
 from nonsmooth.commands.cli import main
 
 
@@ -88,3 +89,59 @@ def test_commands_that_need_a_model_say_what_a_scene_is(capsys):
     assert "box-stack is a scene of bodies, which `nonsmooth run` sets in motion" in capsys.readouterr().err
     assert main(["run", "box-stak"]) == 2
     assert "there is no model 'box-stak'; did you mean 'box-stack'?" in capsys.readouterr().err
+
+
+SCENE_FILE = """
+import nonsmooth as ns
+
+def discs():
+    scene = ns.Scene(gravity=(0, -9.81))
+    scene.fixed(ns.HalfPlane((0, 1)), name="ground")
+    scene.body(ns.Disc(0.1), density=1000, position=(0, 0.1), name="disc")
+    return scene
+
+rod = ns.System(n_q=1, mass=lambda t, q, p, M: None, force=lambda t, q, u, p, h: None)
+"""
+
+
+@pytest.fixture
+def scene_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my_discs.py").write_text(SCENE_FILE)
+    return tmp_path
+
+
+def test_a_scene_of_a_file_is_run_shown_and_shown_again_from_what_was_saved(scene_file, capsys):
+    words = "scene my_discs.py:discs --t-end 0.02 --dt 1e-3 --no-plot"
+    assert main([*words.split(), "--out", "run.npz", "--view"]) == 0
+    assert "player: discs.html" in capsys.readouterr().out
+    first = (scene_file / "discs.html").read_text()
+    assert main("scene my_discs.py:discs --saved run.npz --no-plot --view again.html --json".split()) == 0
+    assert json.loads(capsys.readouterr().out)["t"] == pytest.approx(0.02)
+    assert "disc" in first and len((scene_file / "again.html").read_text()) == pytest.approx(len(first), rel=0.01)
+
+
+def test_an_interrupted_run_that_was_saved_is_shown(scene_file, capsys):
+    ready = ns.simulate(BoxStack(n=2, dim=2), (0, 0.02), integrator=ns.MoreauJean(dt=1e-3))
+    object.__setattr__(ready, "status", ns.Status.INTERRUPTED)
+    ready.save("cut.npz")
+    words = "scene box-stack --set n=2 dim=2 --saved cut.npz --no-plot --view cut.html"
+    assert main(words.split()) == 0 and (scene_file / "cut.html").exists()
+    assert "player: cut.html" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "words, message",
+    [
+        ("my_discs.py:rod", "rod is a model with a system, which `nonsmooth run` sets in motion"),
+        ("my_discs.py:discs --saved no.npz --t-end 1", "--saved runs nothing, and takes no --t-end; leave it out"),
+        ("my_discs.py:discs --saved no.npz --live", "--saved runs nothing, and takes no --live; leave it out"),
+        ("my_discs.py:discs --saved no.npz", "no.npz"),
+        ("my_discs.py:discs --dt 1e-3", "the model discs has no t_end of its own; give --t-end"),
+        ("bouncing-ball", "bouncing-ball is a model with a system"),
+    ],
+)
+def test_what_is_no_scene_to_show_is_refused_in_a_sentence(words, message, scene_file, capsys):
+    assert main(["scene", *words.split(), "--no-plot"]) == 2
+    said = capsys.readouterr().err
+    assert message in said and said.count("\n") == 1

@@ -11,6 +11,7 @@ class Chart {
     this.canvas = box.querySelector("canvas"); this.cursor = box.querySelector(".cursor");
     this.pen = this.canvas.getContext("2d");
     this.t0 = film.times[0]; this.t1 = film.times[film.n - 1];
+    this.top = TOP;
   }
 
   resize(ratio) {
@@ -29,7 +30,7 @@ class Chart {
     Object.assign(pen, { fillStyle: theme.faint, strokeStyle: theme.line, lineWidth: 1, font: "11px system-ui, sans-serif", textAlign: "center", textBaseline: "top" });
     for (let m = Math.ceil(this.t0 / step - 1e-9); m * step <= this.t1 + 1e-9 * step; m++) {
       const x = this.x(m * step);
-      pen.beginPath(); pen.moveTo(x, TOP); pen.lineTo(x, this.height - BOTTOM); pen.stroke();
+      pen.beginPath(); pen.moveTo(x, this.top); pen.lineTo(x, this.height - BOTTOM); pen.stroke();
       pen.fillText(tick(m * step), x, this.height - BOTTOM + 3);
     }
     pen.textAlign = "right";
@@ -148,9 +149,13 @@ class Curves extends Chart {
     const { pen } = this, curves = this.curves(), [low, high, isCut] = range(curves);
     pen.clearRect(0, 0, this.width, this.height);
     if (!curves.length) return;
+    this.note = isCut ? "peaks leave the axis" : "";
+    this.tell(this.film.n - 1, theme);
+    const { top, bottom } = this.keyLine.getBoundingClientRect(), box = this.box.getBoundingClientRect();
+    this.top = top < box.bottom - 1 ? Math.max(TOP, bottom - box.top + 2) : TOP; // below the words, where these are not below the chart
     this.drawTimes(theme);
-    const y = (value) => TOP + ((this.height - TOP - BOTTOM) * (high - value)) / (high - low);
-    const step = roundUp(((high - low) * 16) / (this.height - TOP - BOTTOM));
+    const y = (value) => this.top + ((this.height - this.top - BOTTOM) * (high - value)) / (high - low);
+    const step = roundUp(((high - low) * 16) / (this.height - this.top - BOTTOM));
     Object.assign(pen, { textAlign: "right", textBaseline: "middle" });
     for (let m = Math.ceil(low / step); m * step <= high; m++) {
       pen.beginPath(); pen.moveTo(LEFT, y(m * step)); pen.lineTo(this.width - RIGHT, y(m * step)); pen.stroke();
@@ -158,10 +163,9 @@ class Curves extends Chart {
     }
     pen.fillText(`[${curves[0].unit || "–"}]`, LEFT - 6, 9);
     pen.save();
-    pen.beginPath(); pen.rect(LEFT, TOP - 2, this.width - LEFT - RIGHT, this.height - TOP - BOTTOM + 4); pen.clip();
+    pen.beginPath(); pen.rect(LEFT, this.top - 2, this.width - LEFT - RIGHT, this.height - this.top - BOTTOM + 4); pen.clip();
     curves.forEach((curve, i) => this.trace(curve.values, y, theme.curves[i % theme.curves.length], Math.floor(i / theme.curves.length)));
     pen.restore();
-    this.note = isCut ? "peaks leave the axis" : "";
   }
 
   trace(values, y, strokeStyle, dash) {

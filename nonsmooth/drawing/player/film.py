@@ -52,6 +52,7 @@ class Shape:
     points: np.ndarray
     radius: float = 0.0
     place: np.ndarray | None = None  # of its frame in that of the body: (x, y, angle) or (x, y, z, q_0 ... q_3)
+    shade: np.ndarray | None = None  # (n,) of facets: 1 is drawn light, -1 dark
 
 
 @dataclass(frozen=True)

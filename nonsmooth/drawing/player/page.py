@@ -152,7 +152,9 @@ def body_as_json(body: Body) -> dict[str, Any]:
 def shape_as_json(shape: Shape) -> dict[str, Any]:
     """A shape with its place in its body, if it has one."""
     place = None if shape.place is None else shape.place.tolist()
-    return {"kind": shape.kind, "points": packed(shape.points), "radius": float(shape.radius), "place": place}
+    shade = None if shape.shade is None else shape.shade.tolist()
+    return {"kind": shape.kind, "points": packed(shape.points), "radius": float(shape.radius), "place": place,
+            "shade": shade}  # fmt: skip
 
 
 def accuracy(film: Film, is_exact: bool) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nonsmooth.drawing.facets import has_facets, triangles_of
+from nonsmooth.drawing.facets import has_facets, quarters_of, triangles_of
 from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, ShapeKind
 from nonsmooth.drawing.player.solution_film import RECORDS_SHOWN, ledger_curves
 from nonsmooth.drawing.plots import nearest_records
@@ -107,7 +107,9 @@ def spatial_shape(part: Part) -> Shape:
     """A sphere, a capsule, a box, a half-space, or what is drawn by its facets."""
     at = part.place
     if has_facets(part):
-        return Shape(ShapeKind.FACETS, at[:3] + rotate(at[3:], triangles_of(part).reshape(-1, 3)))
+        triangles = triangles_of(part)
+        points = at[:3] + rotate(at[3:], triangles.reshape(-1, 3))
+        return Shape(ShapeKind.FACETS, points, shade=quarters_of(part, triangles))
     if part.kind == SPHERE:
         return Shape(ShapeKind.SPHERE, at[None, :3], part.radius)
     if part.kind == CAPSULE:

@@ -3,7 +3,7 @@
 const SHADES = ["#3f78b5", "#6d9fd0", "#2c5a8f"]; // chosen: of neighbouring bodies
 const VIEW = 40; // chosen: degrees of the camera's angle
 const FINE = 200; // chosen: shapes with corners: of more, spheres and capsules are coarse, edges are not smoothed
-const SHADE = [0.77, 0.23]; // chosen: of a sphere's light and dark eighths, their mean and how far they are from it
+const SHADE = [0.77, 0.23]; // chosen: of light and dark parts of a round body, their mean and how far they are from it
 const ROOM = 0.88; // chosen: of the picture, what the box of the motion may fill
 const SUN = [0.31, -0.54, 0.78]; // chosen: direction of the light
 const LAND = 6; // chosen: of the size of the motion: the edge of the part of a half-space that is drawn
@@ -85,13 +85,14 @@ class Space {
     return mesh;
   }
 
-  geometry({ kind, points, radius }) {
+  geometry({ kind, points, radius, shade }) {
     const { three } = this;
     if (kind === "box") return new three.BoxGeometry(2, 2, 2);
     if (kind === "facets") {
       const form = new three.BufferGeometry().setAttribute("position", new three.BufferAttribute(points, 3));
       form.setIndex([...Array(points.length / 3).keys()]);
       form.computeVertexNormals();
+      if (shade) form.setAttribute("shade", new three.BufferAttribute(Float32Array.from({ length: points.length / 3 }, (_, i) => SHADE[0] + SHADE[1] * shade[Math.floor(i / 3)]), 1));
       return form;
     }
     if (kind === "capsule") {
@@ -102,8 +103,8 @@ class Space {
     }
     const ball = this.isCoarse ? new three.SphereGeometry(1, 8, 4) : new three.SphereGeometry(1, 24, 16), where = ball.getAttribute("position");
     const sign = (x) => (x < -1e-6 ? -1 : 1); // eighths, light and dark, by which rolling is seen
-    const shade = Float32Array.from({ length: where.count }, (_, i) => SHADE[0] + SHADE[1] * sign(where.getX(i)) * sign(where.getY(i)) * sign(where.getZ(i)));
-    return ball.setAttribute("shade", new three.BufferAttribute(shade, 1));
+    const eighths = Float32Array.from({ length: where.count }, (_, i) => SHADE[0] + SHADE[1] * sign(where.getX(i)) * sign(where.getY(i)) * sign(where.getZ(i)));
+    return ball.setAttribute("shade", new three.BufferAttribute(eighths, 1));
   }
 
   addLand(body, shape) {

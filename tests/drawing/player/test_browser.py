@@ -463,3 +463,32 @@ def rotation(quaternion):
 
     w, x, y, z = quaternion
     return Rotation.from_quat([x, y, z, w]).as_matrix()
+
+
+def test_round_and_polyhedral_bodies_of_a_saved_scene_are_drawn_where_they_are(chromium, tmp_path):
+    scene = ns.Scene(gravity=(0, 0, 0))
+    corners = [(x, y, z) for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)]
+    for k, shape in enumerate((ns.Polyhedron(corners), ns.Cylinder(0.1, 0.2), ns.Ellipsoid(0.1, 0.15, 0.12))):
+        scene.body(shape, density=1000.0, position=(0.5 * k, 0, 0), velocity=(0, 0, 0.1), spin=(0, 0, 3.0))
+    sol = ns.simulate(scene, (0, 0.5), integrator=ns.MoreauJean(dt=0.05))
+    loaded = ns.SceneSolution.load(sol.save(tmp_path / "run.npz"), scene)
+    page = Opened(chromium, loaded.view(tmp_path / "run.html"))
+    page.do("player.goTo(6)")
+    shot = page.screenshot()
+    for b in range(3):
+        assert page.ask(f"player.body({b})")["position"] == pytest.approx(sol.position[6, b], abs=1e-6)
+        x, y = np.round(page.pixel_of(sol.position[6, b])).astype(int)
+        assert is_blue(shot[y, x]), shot[y, x]
+    assert page.complaints() == []
+
+
+def test_a_narrow_page_is_not_scrolled_sideways(chromium, tmp_path):
+    sol = ns.simulate(BoxStack(n=2, dim=2), (0, 0.02), integrator=ns.MoreauJean(dt=1e-3))
+    path = sol.view(tmp_path / "run.html")
+    size = chromium.get_window_size()
+    try:
+        chromium.set_window_size(400, 800)
+        page = Opened(chromium, path)
+        assert page.ask("document.documentElement.scrollWidth") <= page.ask("window.innerWidth")
+    finally:
+        chromium.set_window_size(size["width"], size["height"])
