@@ -45,6 +45,7 @@ from nonsmooth.integrators.moreau_jean.compliance import Compliance as Complianc
 from nonsmooth.integrators.moreau_jean.contact_solver import ContactSolver as ContactSolver
 from nonsmooth.integrators.moreau_jean.options import MoreauJean as MoreauJean
 from nonsmooth.integrators.penalty.law import Regularised as Regularised
+from nonsmooth.integrators.penalty.law import TangentialSpring as TangentialSpring
 from nonsmooth.integrators.penalty.options import Penalty as Penalty
 from nonsmooth.lcp.enumerate import lcp_solutions as lcp_solutions
 from nonsmooth.lcp.mixed import solve_mlcp as solve_mlcp
@@ -100,10 +101,13 @@ from nonsmooth.scenes.scene import Scene as Scene
 from nonsmooth.scenes.shapes import Box as Box
 from nonsmooth.scenes.shapes import Capsule as Capsule
 from nonsmooth.scenes.shapes import Compound as Compound
+from nonsmooth.scenes.shapes import Cylinder as Cylinder
 from nonsmooth.scenes.shapes import Disc as Disc
+from nonsmooth.scenes.shapes import Ellipsoid as Ellipsoid
 from nonsmooth.scenes.shapes import HalfPlane as HalfPlane
 from nonsmooth.scenes.shapes import HalfSpace as HalfSpace
 from nonsmooth.scenes.shapes import Polygon as Polygon
+from nonsmooth.scenes.shapes import Polyhedron as Polyhedron
 from nonsmooth.scenes.shapes import Segment as Segment
 from nonsmooth.scenes.shapes import Sphere as Sphere
 from nonsmooth.studies.bifurcation_diagram import BifurcationDiagram as BifurcationDiagram
@@ -122,6 +126,7 @@ from nonsmooth.sweeps.axes import Axis as Axis
 from nonsmooth.sweeps.map_task import MapTask as MapTask
 from nonsmooth.sweeps.pool import LocalPool as LocalPool
 from nonsmooth.sweeps.run_task import RunTask as RunTask
+from nonsmooth.sweeps.scene_task import SceneTask as SceneTask
 from nonsmooth.sweeps.sweep import sweep as sweep
 from nonsmooth.sweeps.sweep_files import load_sweep as load_sweep
 from nonsmooth.sweeps.sweep_files import save_sweep as save_sweep

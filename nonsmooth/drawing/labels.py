@@ -48,7 +48,7 @@ def legend_above(axes: Any) -> None:
 
 def columns_for(handles: list[Any]) -> int:
     """How many entries of a legend fit in a row."""
-    widest = max(len(handle.get_label()) for handle in handles)
+    widest = max((len(handle.get_label()) for handle in handles), default=0)
     return max(1, min(len(handles), int(LEGEND_WIDTH / (LETTER_WIDTH * widest + HANDLE_WIDTH))))
 
 

@@ -95,7 +95,9 @@ def numbered(n_q: int, n_c: int) -> Description:
 def described(system: Any) -> Description:
     """The names and pictures of a system."""
     model = system.parameters
-    own = as_coordinates(system.coordinates or getattr(model, "coordinates", None) or (), system.n_q)
+    of_model = as_coordinates(getattr(model, "coordinates", None) or (), None)
+    fits = len(of_model) == system.n_q  # parameters may be those of another system
+    own = as_coordinates(system.coordinates, system.n_q) if system.coordinates else of_model if fits else ()
     names = tuple(contact.name or f"contact {i}" for i, contact in enumerate(system.contacts))
     return Description(
         own or tuple((f"q[{k}]", "") for k in range(system.n_q)), bool(own), names,

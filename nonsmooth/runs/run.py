@@ -256,8 +256,8 @@ class Run(Ongoing):
             return f"{what}; {self._where()}; at {where}"
         if reason := self.integrator.reason(self.status, self.state, self.memory):
             return f"{reason}; {self._where()}"
-        contact = int(self.state.counters.failed_contact)
-        name = self.system.described.contacts[contact] if contact >= 0 else "the closed contacts"
+        contact, names = int(self.state.counters.failed_contact), self.system.described.contacts
+        name = names[contact] if 0 <= contact < len(names) else "the closed contacts"
         return f"{MESSAGES[self.status].format(contact=name)}; stopped at {where}, {self._where()}"
 
     def _where(self) -> str:

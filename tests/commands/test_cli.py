@@ -122,7 +122,7 @@ def test_saved_runs_are_read_back(tmp_path, name, capsys):
         (["run", "sprag-slip", "--plot", "run.png", "--no-plot"], "either --plot or --no-plot"),
         (["run", "sprag-slip", "--out", "run.csv"], "must end in one of .npz"),
         (["run", "sprag-slip", "--plot", "run.txt"], "must end in one of .png"),
-        (["run", "sprag-slip", "--animate", "run.mp4"], "must end in one of .gif"),
+        (["run", "sprag-slip", "--animate", "run.avi"], "must end in one of .gif"),
         (["run", "sprag-slip", "--view", "run.pdf"], "must end in one of .html"),
         (["run", "sprag-slip", "--view", "nowhere/run.html"], "there is no folder 'nowhere'"),
         (["run", "sprag-slip", "--animate", "nowhere/run.gif"], "there is no folder 'nowhere'"),

@@ -99,7 +99,7 @@ MUTATIONS = {
         "tests/lcp/test_lcp_lemke.py::test_lemke_solves_random_frictional_problems",
     ),
     "the natural map has the other sign": Mutation(
-        "contact/blocks/natural_map.py", "cone_project(mu[i], P_N - gamma_N,", "cone_project(mu[i], P_N + gamma_N,",
+        "contact/blocks/natural_map.py", "cone_project(mu, P_N - gamma_N,", "cone_project(mu, P_N + gamma_N,",
         "tests/contact/blocks/test_contact_local.py::test_single_contact_satisfies_the_inclusion_of_one_of_its_modes",
     ),
     "a kink in a model counts as a wrong derivative": Mutation(
