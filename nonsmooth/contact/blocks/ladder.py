@@ -4,8 +4,8 @@ Each rung starts from the best iterate so far, until the error is within the tol
 
     one contact             single (closed form in the plane, a bracketed root in space)
     no friction anywhere    the linear complementarity problem of the normals first
-    otherwise               nsgs (100 sweeps); newton, or admm where factors cost more; interior and newton from three
-                            distances
+    otherwise               nsgs (100 sweeps); newton, also from no impulses, or admm where factors cost more; interior
+                            and newton from three distances
     few contacts            then pivoting: in the plane (up to 150) the complementarity problem and newton, in space
                             (up to 50) that of the cone with four facets, from it interior and newton
     at last                 nsgs (10 000 sweeps), and where factors are cheap proximal
@@ -73,6 +73,16 @@ class Single(NamedTuple):
         return NSGS(max_sweeps=1).run(problem, np.zeros(problem.n), tol, until)
 
 
+class FromNothing(NamedTuple):
+    """Newton's method from no impulses: where contacts outnumber velocities, sweeps may end where it goes nowhere."""
+
+    name: str = "newton from zero"
+
+    def run(self, problem: Problem, P: np.ndarray, tol: float, until: float = math.inf) -> tuple[np.ndarray, int]:
+        """The best iterate found; P is not used."""
+        return Newton(patience=NEWTON_TRIAL_STEPS).run(problem, np.zeros(problem.n), tol, until)
+
+
 class FromFacets(NamedTuple):
     """Spatial contacts afresh: the complementarity problem of the coarsest faceted cone, then inside the round one."""
 
@@ -110,11 +120,13 @@ def ladder_of(problem: Problem) -> list[Solver]:
 
 @functools.cache
 def _rungs(dim: int, is_few: bool, is_cheap: bool) -> list[Solver]:
-    second = Newton(patience=NEWTON_TRIAL_STEPS) if is_cheap else ADMM(max_iterations=BRIEF_ITERATIONS)
+    second: list[Solver] = [Newton(patience=NEWTON_TRIAL_STEPS), FromNothing()]
+    if not is_cheap:
+        second = [ADMM(max_iterations=BRIEF_ITERATIONS)]
     pivoting: list[Solver] = [FacetedLCP(), Newton()] if dim == 2 else [FromFacets()]
     last: list[Solver] = [Proximal(max_solves=LAST_SOLVES)] if is_cheap else []
     return [
-        NSGS(max_sweeps=FIRST_SWEEPS), second, *from_inside(INSIDE, NEAR, FAR), *(pivoting if is_few else []),
+        NSGS(max_sweeps=FIRST_SWEEPS), *second, *from_inside(INSIDE, NEAR, FAR), *(pivoting if is_few else []),
         NSGS(max_sweeps=LAST_SWEEPS), *last,
     ]  # fmt: skip
 
