@@ -255,7 +255,8 @@ def draw_modes(axes: Any, solution: Solution) -> None:
     axes.set_yticks(
         range(n_c) if 1 < n_c <= 4 else [], [own_name(names[i], i) or str(i) for i in range(n_c)][: 4 * (1 < n_c <= 4)]
     )
-    axes.set_ylabel("mode" if n_c == 1 else "mode of\ncontact" if n_c <= 4 else f"modes of\n{n_c} contacts")
+    one = f"mode of\n{names[0]}" if own_name(names[0], 0) else "mode"
+    axes.set_ylabel(one if n_c == 1 else "mode of\ncontact" if n_c <= 4 else f"modes of\n{n_c} contacts")
     handles: list[Any] = [
         Patch(color=colour, label=mode_name(mode, sign))
         for (mode, sign), colour in STRIPS.items()

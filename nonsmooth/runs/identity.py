@@ -62,6 +62,8 @@ def facts_of_scene_run(
     return {
         "version": __version__,
         "scene": repr(world.scene),
+        "integrator": repr(integrator),
+        "contacts": repr(integrator.contacts),
         "code of": {
             "the integrator": _hash(b"".join(kernel.call_identity() for kernel in kernels)),
             "the motions of guided bodies": _hash(motions),
@@ -72,8 +74,6 @@ def facts_of_scene_run(
         "geometry": HASHED + _hash(world.shapes.words.tobytes()),
         "table of materials": HASHED + _hash(world.surfaces.words.tobytes()),
         "mass or surface of a body": HASHED + _hash(inert),
-        "integrator": repr(integrator),
-        "contacts": repr(integrator.contacts),
         "t_span": [float(t) for t in t_span],
         "every": int(every),
         "t_eval": None if t_eval is None else _hash(np.asarray(t_eval, dtype=np.float64).tobytes()),

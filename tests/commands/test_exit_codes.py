@@ -68,7 +68,7 @@ ROWS = [  # arguments, exit code, the kind of line it says on stderr
 def said_by(capsys):
     """What was written to stderr, but for the word on compiling that the first run on a machine has."""
     lines = capsys.readouterr().err.splitlines()
-    return "\n".join(line for line in lines if not re.fullmatch(lines_of_the_page()["first use"], line))
+    return "\n".join(line for line in lines if not re.fullmatch(lines_of_the_page()["compiling"], line))
 
 
 @pytest.fixture(autouse=True)
@@ -170,7 +170,7 @@ def test_the_address_of_a_live_view_is_told_in_one_line(capsys):
 
 def test_the_page_names_no_code_and_no_line_that_is_not_tested():
     tested = {kind for _, _, kind in ROWS if kind} | {
-        "interruption", "memory", "first use", "write", "no problem", "no form", "no figure", "estimate", "live",
+        "interruption", "memory", "compiling", "write", "no problem", "no form", "no figure", "estimate", "live",
     }  # fmt: skip
     assert set(lines_of_the_page()) == tested
     assert codes_of_the_page() == {code for _, code, _ in ROWS} | {4, 130}

@@ -193,7 +193,9 @@ OTHERS = {
         falling, {"integrator": ns.MoreauJean(dt=DT, contacts=ns.ContactSolver(tol=1e-3))}, "its contacts is ContactSo"
     ),
     "records": (falling, {"record": ["bodies"]}, "its record is"),
-    "softness": (falling, {"integrator": ns.MoreauJean(DT, theta=1.0, compliance=ns.Compliance(1e7))}, "its table of"),
+    "softness": (
+        falling, {"integrator": ns.MoreauJean(DT, theta=1.0, compliance=ns.Compliance(1e7))}, "its integrator is .*None"
+    ),
 }  # fmt: skip
 
 
