@@ -46,6 +46,7 @@ class ImpactLaw(IntEnum):
 
 
 IMPACT_LAWS = {law.name.lower(): law for law in ImpactLaw}
+LAWS_OF_ONE = (ImpactLaw.NEWTON, ImpactLaw.POISSON, ImpactLaw.ENERGETIC)  # that say how the impact of one contact ends
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.impact import impulse_map
-from nonsmooth.mechanics.laws import ImpactLaw
+from nonsmooth.mechanics.laws import LAWS_OF_ONE, ImpactLaw
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE
 from nonsmooth.paradox.state_problem import Problem
 
@@ -85,7 +85,7 @@ def impacts_of_one(part: Problem, e: float) -> tuple[Impact, ...]:
     if not G_NN - s * mu * G_NF < 0.0:
         return ()
     found = []
-    for law in ImpactLaw:
+    for law in LAWS_OF_ONE:
         P_N, P_F, _, _ = interpreted(impulse_map)(law, e, mu, G_NN, G_NF, G_FF, 0.0, gamma_F)
         if np.isfinite(P_N):
             found.append(Impact(law, e, np.array([P_N, P_F])))

@@ -161,12 +161,6 @@ def test_a_seized_screw_stands_still_in_its_figure():
     assert np.ptp(angle.get_ylim()) > 1e-5 * np.abs(solution.u[:, 1]).max()
 
 
-def test_the_block_on_an_incline_slides_and_comes_to_rest_by_default():
-    model = InclinedBlock()
-    solution = ns.simulate(model, (0, model.t_end), *model.state(), integrator=ns.MoreauJean(dt=model.dt))
-    assert np.ptp(solution.q, axis=0).max() > 0.1 and len(np.unique(solution.mode[1:])) > 1
-
-
 @pytest.mark.parametrize("model", [SpragSlip(), LeadScrew(), RockingBlock(), BeltOscillator(), BouncingBall()],
                          ids=lambda model: model.name)  # fmt: skip
 def test_no_letter_of_a_run_stands_outside_or_over_another_and_every_axis_has_a_unit(model):
