@@ -224,6 +224,7 @@ def contact_marks(axes: Any, solution: Solution, model: Any, shown: np.ndarray) 
     before = dict(zip(shown[1:], shown[:-1], strict=True))
 
     def marks(k: int) -> list[Any]:
+        """Move the marks to a record."""
         point, normal, tangent = (np.asarray(part, float) for part in model.contact_frames(solution.q[k]))
         is_closed = solution.mode[k] != ContactMode.OPEN
         i = max(k - 1, 0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
+from importlib.util import find_spec
 from typing import Any
 
 from nonsmooth.errors import MissingExtra
@@ -33,7 +34,5 @@ def tell_both(window: Any, hear: Hear | None, part: float) -> None:
 
 def require_live() -> None:
     """Raise `MissingExtra` where the library of the live view is not installed, before anything is compiled."""
-    try:
-        import viser  # noqa: F401
-    except ImportError:
-        raise MissingExtra('a live view needs viser; install it with pip install "nonsmooth[live]"') from None
+    if find_spec("viser") is None:
+        raise MissingExtra('a live view needs viser; install it with pip install "nonsmooth[live]"')

@@ -77,12 +77,13 @@ _idle: weakref.WeakKeyDictionary[System, dict[Any, list[Workspace]]] = weakref.W
 def take_workspace(system: System, integrator: Integrator, selection: int, model: Model) -> Workspace:
     """An idle workspace of the system's present machine code, or a new one."""
     idle = _idle.setdefault(system, {}).get((integrator, selection), [])
-    while idle:
-        workspace = idle.pop()
-        if workspace.model is model:
-            workspace.renew(system)
-            return workspace
-    return Workspace(system, integrator, selection, model)
+    try:
+        while (workspace := idle.pop()).model is not model:
+            pass
+    except IndexError:  # none is left, or another thread took the last one
+        return Workspace(system, integrator, selection, model)
+    workspace.renew(system)
+    return workspace
 
 
 def give_back(system: System, workspace: Workspace) -> None:

@@ -87,6 +87,7 @@ class LiveModel(LiveView):
     run: Run
 
     def open(self) -> None:
+        """Open a window on the lines of the model."""
         self.model = self.run.system.described
         if self.model.shape is None:
             raise InvalidInput("this system has nothing to show: its model has no shape(q); leave view=True out")
@@ -118,6 +119,7 @@ class LiveScene(LiveView):
     run: SceneRun
 
     def open(self) -> None:
+        """Open a window on the bodies."""
         run = self.run
         bodies = [body_of(body, run.centres[body.index], run.scene.dim) for body in run.scene.bodies]
         position, _ = self.poses()
