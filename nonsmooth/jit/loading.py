@@ -6,7 +6,6 @@ code, that of the kernels in it counted once.
 
 from __future__ import annotations
 
-import contextlib
 import os
 import subprocess
 import sys
@@ -29,7 +28,10 @@ def load_all(entry_points: Iterable[Kernel]) -> None:
     """Load entry points."""
     entry_points = list(entry_points)
     missing = [kernel for kernel in entry_points if not kernel.is_loaded and not kernel.is_on_disk]
-    with waiting(lambda: words_for(missing)) if missing else contextlib.nullcontext():
+    if not missing:
+        return _load(entry_points, missing)
+    words = words_for(missing)  # before the first of them is on disk, which would look like a change of the others
+    with waiting(lambda: words):
         _load(entry_points, missing)
 
 

@@ -74,13 +74,17 @@ def test_a_new_model_says_which_functions_compile_and_one_that_is_known_nothing(
 def test_a_scene_that_compiles_says_it_once_with_the_reason(impatient, monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(Kernel, "is_loaded", False)
     monkeypatch.setattr(Kernel, "is_on_disk", False)
-    monkeypatch.setattr(loading, "_load", lambda entry_points, missing: time.sleep(0.2))
     monkeypatch.setattr(cache, "cache_directory", lambda: tmp_path)
+
+    def compile_one(entry_points, missing):
+        (tmp_path / "take_steps_planar-0123.code").write_bytes(b"")
+        time.sleep(0.2)
+
+    monkeypatch.setattr(loading, "_load", compile_one)
     step.stages_of(2, has_restitution=False).load()
     said = capsys.readouterr().err
     assert said.count("compiling") == 1
     assert "functions of assembly (first use on this machine)" in said
-    (tmp_path / "take_steps_planar-0123.code").write_bytes(b"")
     step.stages_of(2, has_restitution=False).load()
     assert "(changed since, or another version of something beneath)" in capsys.readouterr().err
 
