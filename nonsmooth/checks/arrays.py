@@ -1,4 +1,4 @@
-"""Border checks: inputs are checked once, where they enter, and trusted afterwards."""
+"""Checks of inputs: once, where they enter; they are trusted afterwards."""
 
 from __future__ import annotations
 

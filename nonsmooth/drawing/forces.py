@@ -1,6 +1,8 @@
-"""Contact forces and impulses of a run, told apart: what acts for a time is a force [N], what acts at an instant, or in
-a step in which bodies collide or a slide jams, is an impulse [N s], which has no force: half the step would double it.
-So is what a contact carries between two records only, and neither before nor after.
+"""Contact forces and impulses of a run, told apart.
+
+What acts for a time is a force [N]. What acts at an instant, or in a step in which bodies collide or a slide jams, is
+an impulse [N s], which has no force: half the step would double it. So is what a contact carries between two records
+only, and neither before nor after.
 """
 
 from __future__ import annotations

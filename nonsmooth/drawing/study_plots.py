@@ -1,5 +1,4 @@
-"""Figures of convergence studies: errors with slope triangles, at times and after events, errors over cost, orders, and
-what the contact did.
+"""Figures of convergence studies: errors with slope triangles, errors over cost, orders, and what the contact did.
 
 Matplotlib is imported inside the functions.
 """

@@ -1,5 +1,6 @@
-"""How far a study is: a bar on a terminal or in a notebook, nothing in a pipe, or one line of JSON a second; and an
-estimate before what will take more than a minute, wherever it is shown.
+"""How far a study is: a bar on a terminal or in a notebook, nothing in a pipe, or one line of JSON a second.
+
+What will take more than a minute is told before, wherever it is shown:
 
     remaining = elapsed (work left)/(work done),    work: expected seconds of the cells, or their number
 

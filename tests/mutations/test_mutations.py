@@ -28,6 +28,9 @@ class Mutation(NamedTuple):
 
 STEPPING = "tests/integrators/moreau_jean/test_moreau_jean.py::"
 COMPLIANT = "tests/integrators/penalty/test_penalty_contact.py::"
+PLANAR = "tests/integrators/assembly/test_planar_scenes.py::"
+FOUND = "tests/scenes/planar/test_find_contacts.py::"
+SPATIAL = "tests/integrators/assembly/test_spatial_scenes.py::"
 MUTATIONS = {
     "friction pushes the way it slides": Mutation(
         "contact/planar/single.py", "P_F = -s * mu * sigma * P_N", "P_F = s * mu * sigma * P_N",
@@ -127,6 +130,74 @@ MUTATIONS = {
     "a compliant contact is driven by its damper": Mutation(
         "integrators/penalty/law.py", "return k * d + c * d_rate", "return k * d - c * d_rate",
         COMPLIANT + "test_clipped_contact_bounces_with_the_restitution_of_its_damping_ratio",
+    ),
+    "bodies of a scene rebound elastically": Mutation(
+        "integrators/assembly/impact.py", "network.b[c, 0] = contacts.e[c] * contacts.gamma_minus[c]",
+        "network.b[c, 0] = contacts.gamma_minus[c]",
+        PLANAR + "test_ball_rebounds_with_its_coefficient_and_never_goes_into_the_ground",
+    ),
+    "a contact closes before its bodies meet": Mutation(
+        "integrators/assembly/contacts.py", "found.gap[c] / dt if found.gap[c] > 0.0 else 0.0", "0.0",
+        "tests/scenes/test_as_system.py::test_rocking_block_as_a_scene_moves_as_the_one_written_by_hand",
+    ),
+    "bodies in flight move with the velocity at the end": Mutation(
+        "integrators/assembly/project.py", "weight = 2.0 if k >= 0 and moves.lands[k] == 1 else 2.0 * theta",
+        "weight = 2.0", PLANAR + "test_free_flight_is_the_parabola_to_rounding",
+    ),
+    "the arm of a force turns its body the other way": Mutation(
+        "integrators/assembly/planar.py", "sign * (arm_x * n_x + arm_y * n_y)", "-sign * (arm_x * n_x + arm_y * n_y)",
+        PLANAR + "test_rolling_disc_has_two_thirds_of_its_sliding_speed",
+    ),
+    "a free body turns back in its own axes": Mutation(
+        "integrators/assembly/spatial.py", "-0.5 * dt * o_0, -0.5 * dt * o_1, -0.5 * dt * o_2, P_0",
+        "0.5 * dt * o_0, 0.5 * dt * o_1, 0.5 * dt * o_2, P_0",
+        SPATIAL + "test_tumbling_about_the_middle_axis_is_of_second_order",
+    ),
+    "gravity works on the velocity at the end": Mutation(
+        "integrators/assembly/book.py", "mean = 0.5 * (bodies.v_0[b, k] + network.v[b, k])", "mean = network.v[b, k]",
+        PLANAR + "test_energy_ledger_closes_to_rounding_through_impacts",
+    ),
+    "a belt takes what it gives": Mutation(
+        "integrators/assembly/book.py", "        surface -= P * given", "        surface += P * given",
+        PLANAR + "test_work_of_a_belt_under_a_body_that_stands_is_booked_at_every_step",
+    ),
+    "what stands on one floor is one island": Mutation(
+        "contact/network/islands.py", "if can_move(network.M_inv, body, n) else -1", "",
+        "tests/contact/network/test_network.py::test_islands_are_the_components_of_the_bodies_that_can_move",
+    ),
+    "a sweep forgets what the contact itself does": Mutation(
+        "contact/network/gauss_seidel.py", "b_N -= W[c, 0, 0] * P_N + W[c, 0, 1] * P_1",
+        "b_N += W[c, 0, 0] * P_N + W[c, 0, 1] * P_1",
+        "tests/contact/network/test_network.py::test_sweeps_find_the_motion_that_block_solvers_find",
+    ),
+    "a body is told of the impulse of the other side": Mutation(
+        "contact/network/lagrangian.py", "        g[row, x] -= total", "        g[row, x] += total",
+        "tests/contact/network/test_direct.py::test_stack_carries_the_weight_that_stands_on_each_of_its_boxes",
+    ),
+    "a sphere slides with the friction of a smaller weight": Mutation(
+        "contact/network/spheres.py", "x_2 * x_2, mu * x_N", "x_2 * x_2, 0.9 * mu * x_N",
+        "tests/contact/network/test_spheres.py::test_sweeps_are_those_of_the_rows_of_the_network",
+    ),
+    "a factor keeps what was to be eliminated": Mutation(
+        "contact/network/block_factor.py", "subtract_product(factor.D, columns.row[at], L, at, U, at, n)", "pass",
+        "tests/contact/network/test_factor.py::test_factors_solve",
+    ),
+    "hulls part along the face that is nearest": Mutation(
+        "scenes/planar/hulls.py", "        if s > best:", "        if s < best or face < 0:",
+        "tests/scenes/planar/test_hulls.py::test_gap_normal_and_point_are_those_of_the_hull_of_differences",
+    ),
+    "what approaches is looked at where it is": Mutation(
+        "scenes/planar/find_contacts.py", "gap + dt * min(nx * rate_x + ny * rate_y, 0.0) < margin", "gap < margin",
+        FOUND + "test_a_gap_that_closes_within_the_step_is_kept_and_one_that_does_not_is_not",
+    ),
+    "parts of a body weigh nothing away from its centre": Mutation(
+        "scenes/mass_properties.py", "part.inertia + carried(part, centroid)", "part.inertia",
+        "tests/scenes/test_mass_properties.py::test_a_box_cut_in_two_and_put_together_is_that_box",
+    ),
+    "the spring of a scene is driven by its damper": Mutation(
+        "integrators/springs/law.py", "la = normal_force(law.law, law.k, c, d, d_rate)",
+        "la = normal_force(law.law, law.k, -c, d, d_rate)",
+        "tests/integrators/springs/test_spring_scenes.py::test_damped_ball_rebounds_with_the_closed_form_restitution",
     ),
 }  # fmt: skip
 

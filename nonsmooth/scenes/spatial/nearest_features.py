@@ -1,5 +1,7 @@
-"""The distance of two cores that are apart, from all their features: every vertex of the one against the other, and
-every pair of edges. One of these holds the two nearest points; it is asked where neither a face nor two edges did.
+"""The distance of two cores that are apart, from all their features.
+
+Every vertex of the one is set against the other, and every pair of edges: one of these has the two nearest points. It
+is asked where neither a face nor two edges did.
 
 Source: Ericson, *Real-Time Collision Detection*, section 5.1 (polyhedra: vertex against face, edge against edge).
 """

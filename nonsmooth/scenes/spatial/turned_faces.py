@@ -1,5 +1,6 @@
-"""What a core turns to a direction: a face, an edge or a point, corner by corner, from the centre of i in the axes
-(e_1, e_2, n) of a contact with the normal n.
+"""What a core turns to a direction: a face, an edge or a point, corner by corner.
+
+Places are from the centre of i, in the axes (e_1, e_2, n) of a contact with the normal n.
 
     sphere, ellipsoid   the farthest point          capsule     its segment
     box, polyhedron     the face whose normal is nearest to the direction
