@@ -137,6 +137,7 @@ _HOME = {
     "InterpretedWarning": "errors",
     "InitialStateWarning": "errors",
     "EnergyGainWarning": "errors",
+    "SimultaneousImpactWarning": "errors",
     "PenetrationWarning": "errors",
     "ResidualWarning": "errors",
     "UnsettledWarning": "errors",

@@ -35,6 +35,7 @@ from nonsmooth.errors import NonsmoothError as NonsmoothError
 from nonsmooth.errors import NonsmoothWarning as NonsmoothWarning
 from nonsmooth.errors import PenetrationWarning as PenetrationWarning
 from nonsmooth.errors import ResidualWarning as ResidualWarning
+from nonsmooth.errors import SimultaneousImpactWarning as SimultaneousImpactWarning
 from nonsmooth.errors import Status as Status
 from nonsmooth.errors import UnknownName as UnknownName
 from nonsmooth.errors import UnsettledWarning as UnsettledWarning

@@ -63,6 +63,10 @@ class EnergyGainWarning(NonsmoothWarning):
     """Impacts gained energy, as Newton's law of impact with friction lets them."""
 
 
+class SimultaneousImpactWarning(NonsmoothWarning):
+    """Newton's law of impact rebounded several coupled contacts at once: one answer of many."""
+
+
 class ResidualWarning(NonsmoothWarning):
     """Contact problems of a scene were solved to less than the residual that was asked for."""
 

@@ -88,6 +88,15 @@ class Counters(Block):
     factorisations: int
 
 
+class Together(Block):
+    """Impacts of several coupled contacts at once under Newton's law (moreau_jean/struck_together.py)."""
+
+    count: int
+    t: float  # [s] of the first
+    struck: Array[Ints, "n_c"]  # 1 for the contacts that it struck
+    reached: Array[Ints, "n_c"]  # scratch
+
+
 class State(Block):
     """What a step changes, and all that is known of a run from outside: the header that every integrator has.
 
@@ -106,6 +115,7 @@ class State(Block):
     la: Array[Floats, "n_c", 2]  # forces, of an integrator that has them
     ledger: Array[Floats, N_LEDGER]
     worst: Worst
+    together: Together
     counters: Counters
     event: Event  # that is being written
     events: Array[Floats, "capacity", EVENT_WIDTH]
@@ -210,6 +220,17 @@ def append_event(t, kind, i, mode_0, slip_0, mode_1, slip_1, state):
         counters.events_lost += 1
     for column in range(EVENT_WIDTH):
         row[column] = 0.0
+
+
+@kernel
+def take_together(trial, state):
+    """Take over what was noted in a trial that is accepted."""
+    found, together = trial.together, state.together
+    if found.count > 0 and together.count == 0:
+        together.t = found.t
+        for i in range(found.struck.shape[0]):
+            together.struck[i] = found.struck[i]
+    together.count += found.count
 
 
 @kernel

@@ -97,6 +97,10 @@ class SceneStats:
         Steps in which the contacts gained energy as they rebounded, as Newton's law of impact lets them.
     worst_energy_gain : float
         The most that they gained in one [J].
+    struck_together : int
+        Steps in which a body was struck by several others, and Newton's law with e > 0 rebounded them at once.
+    first_together : str
+        When the first of them was, and the body.
     springs : SpringStats, optional
         Of a run with compliant contacts.
     """
@@ -120,6 +124,8 @@ class SceneStats:
     compile_time: float
     energy_gains: int = 0
     worst_energy_gain: float = 0.0
+    struck_together: int = 0
+    first_together: str = ""
     springs: SpringStats | None = None
 
 

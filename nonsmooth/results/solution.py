@@ -36,6 +36,7 @@ WHOLE_COLUMNS = (  # code: of an event; its impulses and velocities are no whole
     records.EVENT_KIND, records.EVENT_CONTACT, records.EVENT_MODE_0, records.EVENT_SLIP_0, records.EVENT_MODE_1,
     records.EVENT_SLIP_1, records.EVENT_SOLUTIONS, records.EVENT_FOUND,
 )  # fmt: skip
+MOST_NAMED = 5  # chosen: contacts by name in a message
 MAX_EVENTS = 200_000  # chosen: kept in a solution; the rest are counted
 CANDIDATE_NAMES = ("free", "stick", "slide +", "slide -", "slide + (P_N < 0)", "slide - (P_N < 0)")
 
@@ -120,6 +121,10 @@ class Stats:
         (docs/theory/moreau_jean.md); of rigid contacts.
     worst_energy_gain : float
         The most that one of them gained [J].
+    struck_together : int
+        Impacts, or steps with an impact, in which Newton's law with e_N > 0 rebounded several coupled contacts at once.
+    first_together : str
+        When the first of them was, and which contacts it struck.
     uncounted : int
         Contact problems of several contacts whose solutions were not counted: neither certified to be one, nor
         enumerated, nor near enough to a problem that was (docs/theory/selection.md).
@@ -154,18 +159,21 @@ class Stats:
     evaluations: int = 0
     jacobians: int = 0
     factorisations: int = 0
+    struck_together: int = 0
+    first_together: str = ""
 
     @classmethod
     def from_run(
-        cls, state: records.State, wall_time: float, compile_time: float, dropped: int, is_compiled: bool
-    ) -> Stats:
+        cls, system: System, state: records.State, wall_time: float, compile_time: float, dropped: int,
+        is_compiled: bool,
+    ) -> Stats:  # fmt: skip
         """From the counters and the worst figures that a run left in its state."""
         c, worst = named_numbers(state.counters), named_numbers(state.worst)
         return cls(
             c["steps"], c["solved"], c["skipped"], c["kept"], c["pivots"], c["several"], dropped + c["events_lost"],
             worst["residual"], worst["penetration"], worst["ledger_error"], wall_time, compile_time, is_compiled,
             c["gains"], worst["gain"], c["uncounted"], c["shared"], c["rejected"], c["evaluations"], c["jacobians"],
-            c["factorisations"],
+            c["factorisations"], int(state.together.count), first_together(system, state.together),
         )  # fmt: skip
 
 
@@ -435,6 +443,26 @@ def mode_name(mode: int, slip: int) -> str:
     """A mode as a person would write it; a closed contact without friction is not locked: it slides freely."""
     name = "closed" if mode == ContactMode.LOCKED else ContactMode(mode).name.lower()
     return name + {1: " +", -1: " -", 0: ""}[int(slip)]
+
+
+def first_together(system: System, together: records.Together) -> str:
+    """When contacts were first struck together, and which; nothing where they never were."""
+    if not together.count:
+        return ""
+    names = [system.described.contacts[i] for i in np.flatnonzero(together.struck)]
+    more = [f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED + 1 else []
+    names = (names[:MOST_NAMED] if more else names) + more
+    return f"at t = {float(together.t):.6g} s {', '.join(names[:-1])} and {names[-1]}"
+
+
+def rebound_together(stats: Stats) -> str:
+    """What is to be said of a run in which Newton's law decided several contacts at once."""
+    times = "" if stats.struck_together == 1 else f" ({stats.struck_together} times in all)"
+    return (
+        f"{stats.first_together} were hit at once{times}, and Newton's law of impact with e_N > 0 rebounds them "
+        "together, one answer of many: impact='sequential' strikes one after the other, as a smaller dt does where "
+        "they are apart, impact='poisson' gives back what was compressed, and e_N = 0 has no rebound"
+    )
 
 
 def energy_gain(stats: Stats) -> str:

@@ -21,7 +21,7 @@ from nonsmooth.integrators.records import (
     INCONSISTENT,
     MODE_CHANGE,
 )
-from nonsmooth.results.solution import energy_gain, event_of, mode_name
+from nonsmooth.results.solution import energy_gain, event_of, mode_name, rebound_together
 
 if TYPE_CHECKING:
     from nonsmooth.results.solution import Event, ParadoxEvent, Solution
@@ -140,6 +140,8 @@ def _energy(solution: Solution) -> list[str]:
     lines = [f"energy: kinetic {change:+.6g} J = work of {works} J ({rest})"]
     if solution.stats.energy_gains:
         lines.append(f"  {energy_gain(solution.stats)}")
+    if solution.stats.struck_together:
+        lines.append(f"  {rebound_together(solution.stats)}")
     if ledger["projection"].any():
         lines.append(f"  moving positions back to the surfaces: {ledger['projection'][-1]:+.6g} J")
     if "potential" in ledger:

@@ -231,7 +231,12 @@ class Run(Ongoing):
     def stats(self) -> Stats:
         """What the run cost."""
         return Stats.from_run(
-            self.state, self.wall_time, self.compile_time, self.recorder.events_dropped, self.model.is_compiled
+            self.system,
+            self.state,
+            self.wall_time,
+            self.compile_time,
+            self.recorder.events_dropped,
+            self.model.is_compiled,
         )
 
     def message(self) -> str:

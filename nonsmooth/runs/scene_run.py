@@ -15,6 +15,7 @@ from nonsmooth.errors import (
     InvalidInput,
     PenetrationWarning,
     ResidualWarning,
+    SimultaneousImpactWarning,
     Status,
     said_by,
     warn_caller,
@@ -287,8 +288,16 @@ class SceneRun:
             methods, counts["sweeps"], counts["factors"], counts["impacts"], counts["asleep"], assembly.tol,
             figures["residual"], figures["last_residual"], counts["missed"], figures["penetration"],
             figures["last_penetration"], self.wall_time, self.compile_time,
-            counts["gains"], figures["gain"],
+            counts["gains"], figures["gain"], struck_together=counts["together"], first_together=self._first_together(),
         )  # fmt: skip
+
+    def _first_together(self) -> str:
+        """When a body was first struck by several others together, and which; nothing where none was."""
+        counts = self.assembly.progress.counts
+        if not counts.together:
+            return ""
+        t = self.table.span[0] + counts.first_together * self.integrator.dt
+        return f"at t = {t:.4g} s {self.world.scene.bodies[int(counts.struck)].name}"
 
     def message(self) -> str:
         """How the run ended, in a sentence."""
@@ -371,6 +380,8 @@ def simulate_scene(
         warn_caller(missed_residual(solution.stats), ResidualWarning)
     if solution.stats.energy_gains:
         warn_caller(rebound_gain(solution.stats), EnergyGainWarning)
+    if solution.stats.struck_together:
+        warn_caller(struck_by_several(solution.stats), SimultaneousImpactWarning)
     if solution.stats.worst_penetration > DEEP * run.assembly.smallest:
         warn_caller(deep_penetration(solution.stats, run.assembly.smallest, run.what_is_deep), PenetrationWarning)
     counts = run.assembly.progress.counts
@@ -407,6 +418,16 @@ def rebound_gain(stats: SceneStats) -> str:
         f"the contacts gained energy in {stats.energy_gains} impacts, up to {stats.worst_energy_gain:.3g} J: "
         "Newton's law of impact lets them where e > 0 and friction acts, or several contacts are hit at once; "
         "e = 0 gains nothing"
+    )
+
+
+def struck_by_several(stats: SceneStats) -> str:
+    """What is to be said of a run in which Newton's law decided impacts of several pairs at once."""
+    times = "" if stats.struck_together == 1 else f" (as bodies were in {stats.struck_together} steps)"
+    return (
+        f"{stats.first_together} was struck by several bodies at once{times}, and Newton's law of impact with e > 0 "
+        "rebounds them together, one answer of many: a smaller dt, or spaces wider than the way in a step, let blows "
+        "follow one another, and e = 0 has no rebound"
     )
 
 

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_count, as_flag, as_name, as_positive
 from nonsmooth.contact.planar.single import Selection
-from nonsmooth.errors import EnergyGainWarning, InvalidInput, Status, shown, warn_caller
+from nonsmooth.errors import EnergyGainWarning, InvalidInput, SimultaneousImpactWarning, Status, shown, warn_caller
 from nonsmooth.integrators.contract import Choice, Integrator
 from nonsmooth.mechanics.start import answers_start, the_start
 from nonsmooth.mechanics.system import System, as_system
-from nonsmooth.results.solution import Solution, energy_gain
+from nonsmooth.results.solution import Solution, energy_gain, rebound_together
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.seen import looked_at, require_live
@@ -201,6 +201,8 @@ def simulate(
         solution = solution.without_start()
     if solution.stats.energy_gains:
         warn_caller(energy_gain(solution.stats), EnergyGainWarning)
+    if solution.stats.struck_together:
+        warn_caller(rebound_together(solution.stats), SimultaneousImpactWarning)
     if reason is not None:
         solution.about["chosen"] = reason
     if solution.success and not functions:

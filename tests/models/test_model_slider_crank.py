@@ -100,6 +100,7 @@ def test_without_restitution_time_steps_converge_to_the_event_driven_motion_with
     assert np.all(np.abs(orders - 1.0) < 0.3) and errors[-1] < 2e-4
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 def test_bouncing_corners_of_a_plate_end_alike_by_time_steps_and_by_events():
     crank = SliderCrank(J3=8e-5)  # of a uniform plate
     exact = end(crank, 0.012, ns.EventDriven(rtol=1e-10, atol=1e-12)).q[-1]
@@ -107,6 +108,7 @@ def test_bouncing_corners_of_a_plate_end_alike_by_time_steps_and_by_events():
     assert fine < 1e-6 and fine < 0.3 * coarse
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9])
 def test_event_driven_error_of_the_published_mechanism_follows_the_tolerance(rtol):
     crank = SliderCrank()

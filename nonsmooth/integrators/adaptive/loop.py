@@ -31,7 +31,16 @@ from nonsmooth.integrators.adaptive.table import FASTEST
 from nonsmooth.integrators.adaptive.through import step_through
 from nonsmooth.integrators.contract import LOOP, Schedule
 from nonsmooth.integrators.radau.method import SMALLEST_STEP
-from nonsmooth.integrators.records import EVENT_WIDTH, N_FUNCTIONS, N_LEDGER, Record, State, is_full, write_row
+from nonsmooth.integrators.records import (
+    EVENT_WIDTH,
+    N_FUNCTIONS,
+    N_LEDGER,
+    Record,
+    State,
+    is_full,
+    take_together,
+    write_row,
+)
 from nonsmooth.integrators.rigid.census import count_step, enters_region, note_several
 from nonsmooth.integrators.rigid.modes import UNIQUE, note_side
 from nonsmooth.jit import kernel
@@ -283,6 +292,7 @@ def end_stretch(sys, t_1, H, state, run):
     keep_events(state, run)
     state.counters.gains += run.trial.counters.gains
     state.worst.gain = max(state.worst.gain, run.trial.worst.gain)
+    take_together(run.trial, state)
     return status
 
 

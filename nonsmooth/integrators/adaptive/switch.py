@@ -51,6 +51,7 @@ from nonsmooth.integrators.records import (
     N_LEDGER,
     State,
     append_event,
+    take_together,
 )
 from nonsmooth.integrators.rigid.census import note_several, slides_alone
 from nonsmooth.jit import kernel
@@ -180,6 +181,7 @@ def take_jump(sys, state, run):
         state.ledger[k] += trial.ledger[k]
     state.counters.gains += trial.counters.gains
     state.worst.gain = max(state.worst.gain, trial.worst.gain)
+    take_together(trial, state)
     for e in range(trial.counters.n_events):
         kind = trial.events[e, EVENT_KIND]
         if kind == IMPACT or kind == INCONSISTENT:

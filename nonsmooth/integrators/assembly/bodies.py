@@ -30,5 +30,6 @@ class Bodies(Block, n="3 * (dim - 1)", n_x="4 * dim - 5", moments="2 * dim - 3")
     surface: Array[Floats, "n_b", "dim"]  # velocity of its surface, in its own axes [m/s]
     gravity: Array[Floats, "dim"]  # [m/s^2]
     v_move: Array[Floats, "n_b", "n"]  # by which they moved in the step
+    partner: Array[Ints, "n_b"]  # which other body gives it impulses, or that several do
     keeps: Array[Ints, "n_b"]  # whether it was pressed in the step before, in an island without an impact
     ahead: Array[Floats, "n_b"]  # time from x_0 to the place at which its contacts are looked for [s]

@@ -43,6 +43,9 @@ class Counts(Block):
     steps: int
     impacts: int  # steps in which contacts rebounded
     gains: int  # of these, steps in which the contacts gained energy
+    together: int  # and steps in which several bodies struck one together (together.py)
+    first_together: int  # the first of these
+    struck: int  # the body that was struck in it
     missed: int  # whose residual stayed above the tolerance
     most_contacts: int
     kept: int  # islands, of steps, that the impulses of the step before solved

@@ -45,6 +45,7 @@ from nonsmooth.integrators.assembly.progress import (
 )
 from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
+from nonsmooth.integrators.assembly.together import note_together
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.detection import NOT_FINITE, Found
@@ -106,6 +107,7 @@ def take_step(progress, d):
             return end
         gain = book_impact(places.bodies, places.contacts, places.network, places.ledger)
         note_gain(gain, view(places.ledger, Ledger), progress)
+        note_together(places, progress.counts)
         progress.stage = PREDICT
     if progress.is_missed == 1:
         progress.is_missed = 0

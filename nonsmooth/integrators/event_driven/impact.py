@@ -24,6 +24,7 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.event_driven.touch import END_OF_SERIES, WITHOUT_COLLISION, Touch
 from nonsmooth.integrators.moreau_jean.energy_gain import note_gain
 from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
+from nonsmooth.integrators.moreau_jean.struck_together import note_together
 from nonsmooth.integrators.records import State, book_contact_energy
 from nonsmooth.integrators.rigid.modes import NEARLY_SINGULAR, RigidContacts
 from nonsmooth.jit import kernel
@@ -106,6 +107,8 @@ def solve_impact_of(sys, island, t, x, n_touching, state, contacts, touch):
     gain, size = apply_impulses(sys, n_k, r, x, contacts, touch)
     if gain > rounded_sum(VELOCITY_ROUNDINGS, size):
         note_gain(sys, gain, True, n_k, state, work)
+    if n_k > 1 and touch.impact != WITHOUT_COLLISION and touch.impact != END_OF_SERIES:
+        note_together(sys, t, contacts.numbers.atol, n_k, state, work)
     return Status.RUNNING.value
 
 

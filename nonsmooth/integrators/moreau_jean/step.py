@@ -13,6 +13,7 @@ from nonsmooth.integrators.moreau_jean.contact import Scratch, mode_of, solve
 from nonsmooth.integrators.moreau_jean.energy_gain import note_gain
 from nonsmooth.integrators.moreau_jean.paradox import note_paradoxes
 from nonsmooth.integrators.moreau_jean.projection import project
+from nonsmooth.integrators.moreau_jean.struck_together import BY_FORCES, note_together
 from nonsmooth.integrators.records import (
     State,
     book_energy,
@@ -168,6 +169,8 @@ def accept_step(sys, t, dt, theta, n_k, state, scratch):
     gain, size = book_energy(sys, dt, theta, is_implicit(sys), n_k, state, work)
     if scratch.options.stiffness == 0.0 and gain > rounded_sum(VELOCITY_ROUNDINGS, size):
         note_gain(sys, gain, False, n_k, state, work)
+    if n_k > 1 and scratch.options.stiffness == 0.0:
+        note_together(sys, t, BY_FORCES, n_k, state, work)
     k = 0
     for i in range(n_c):
         if k == n_k or work.closed[k] != i:  # not closed: it was open already

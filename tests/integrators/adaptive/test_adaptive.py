@@ -319,6 +319,7 @@ def test_body_that_is_pushed_off_its_surface_strikes_it_first(push, rtol):
     assert sol.q[-1, 0] == pytest.approx(0.1 + 0.5 * push, rel=10 * rtol)
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 def test_many_impacts_at_one_instant_have_room_wherever_the_last_ones_were_emptied(monkeypatch):
     """Twelve beads come to rest on one another: hundreds of impacts at one time."""
     chain = BeadChain(n=12, e=0.46)

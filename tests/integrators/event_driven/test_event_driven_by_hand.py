@@ -27,6 +27,7 @@ SPANS = {  # s; events in it
 }
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 @pytest.mark.parametrize("name", SPANS)
 def test_events_end_where_the_pieces_by_hand_end(name):
     """To the tolerance, relative to the largest position: the largest measured is 4e-12, of the belt."""

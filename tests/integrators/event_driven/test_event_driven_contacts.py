@@ -43,6 +43,7 @@ def test_beads_pass_their_impacts_on(n, e, t):
     assert np.abs(sol.q[-1] - q).max() < 1e-12 and np.abs(sol.u[-1] - u).max() < 1e-12
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 def test_beads_that_collapse_inelastically_move_on_together():
     """e = 0.5: infinitely many impacts in a finite time. The momentum that is lost went to the wall."""
     chain = BeadChain(n=12, e=0.5)
@@ -53,6 +54,7 @@ def test_beads_that_collapse_inelastically_move_on_together():
     assert sol.g_N.min() > -1e-13 and np.ptp(sol.u[-1]) < 1e-12
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 @pytest.mark.parametrize("balls, after", [(3, [-1 / 3, 2 / 3, 2 / 3]), (4, [-1 / 2, 1 / 2, 1 / 2, 1 / 2])])
 def test_balls_that_touch_are_struck_at_once(balls, after):
     """NUMERICS section 7: simultaneous impacts under Newton's law with e = 1."""
@@ -65,6 +67,7 @@ def test_balls_that_touch_are_struck_at_once(balls, after):
 @pytest.mark.parametrize("mu, e, tilt, push", [
     (0.5, 0.4, 0.2, (0.5, 0.3, -1.0)), (0.3, 0.0, -0.3, (1.0, 0.0, 2.0)),
 ])  # fmt: skip
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 def test_tumbling_block_moves_as_moreau_jean_in_the_limit(mu, e, tilt, push):
     """The distance falls by ten with dt, down from 5 velocities times 2e-4 s."""
     block = RockingBlock(width=0.5, height=0.5, mu=mu, e=e)

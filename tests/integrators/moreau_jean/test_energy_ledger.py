@@ -17,6 +17,7 @@ def run(model, t_end=0.5, **options):
     return ns.simulate(model, (0, t_end), *model.state(), integrator=ns.MoreauJean(dt=1e-3, **options))
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 @pytest.mark.parametrize("theta", [0.5, 0.7, 1.0])
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 def test_kinetic_energy_changes_by_the_works_in_every_record(model, theta):

@@ -67,6 +67,7 @@ def test_tumbling_box_follows_jacobi_to_second_order(w_1, w_3, simulate):
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05) and errors[1] < 5e-3
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 @pytest.mark.parametrize("e", [1.0, 0.8])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_cradle_with_spaces_passes_the_impact_on_and_without_is_hit_at_once(e, dim, simulate):
@@ -77,6 +78,7 @@ def test_cradle_with_spaces_passes_the_impact_on_and_without_is_hit_at_once(e, d
         np.testing.assert_allclose(balls, model.velocities(), atol=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 def test_cradle_is_hit_at_once_where_a_step_does_not_resolve_its_spaces(simulate):
     narrow = simulate(NewtonsCradle(gap=1e-9), 0.5).velocity[-1, 1:, 0]
     np.testing.assert_allclose(narrow, NewtonsCradle(gap=0.0).velocities(), atol=1e-9)
@@ -133,6 +135,7 @@ def test_parcels_take_the_speed_of_the_belt_where_they_should(simulate):
         assert abs(way - exact) <= model.mu * model.g * model.dt**2 / 8 * 1.01
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 def test_break_gains_no_energy_and_mirrors_itself(simulate):
     model = BilliardBreak(rows=3, mu_b=0.0)
     straight = simulate(model, 0.2, dt=2e-5, every=100)
