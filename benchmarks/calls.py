@@ -17,7 +17,7 @@ import numpy as np
 import nonsmooth as ns
 from benchmarks.problems import FAMILIES, frictionless_lcp
 from benchmarks.solvers import table
-from models import PainleveRod
+from models import BeltOscillator, PainleveRod, RockingBlock, SpragSlip
 
 CALLS, ROUNDS = 50, 41
 SEED = 0  # of the random problems
@@ -47,6 +47,13 @@ def named_calls() -> dict[str, Callable[[], object]]:
     rng, rod = np.random.default_rng(SEED), PainleveRod(mu=2.0)
     lcps = {n: frictionless_lcp(rng, n) for n in (3, 24)}
     mu, system, state = np.array([0.5]), rod.system(), rod.state(thdot=6.0)
+    sprag, belt, block = SpragSlip(), BeltOscillator(), RockingBlock()
+    states = {
+        "the sprag-slip rod": (sprag.system(), sprag.state()),
+        "the belt oscillator": (belt.system(), belt.state()),
+        "a block on its two edges": (block.system(), block.state(tilt=0.0)),
+    }
+    step, short = ns.MoreauJean(dt=1e-3), (0.0, 1e-3)
     plane, space = (np.eye(2), np.array([-1.0, 2.0])), (np.eye(3), np.array([-1.0, 0.2, 0.3]))
     few = {dim: FAMILIES["assembly"](np.random.default_rng([SEED, 5, dim]), 5, dim) for dim in (2, 3)}
     return {
@@ -57,7 +64,15 @@ def named_calls() -> dict[str, Callable[[], object]]:
         "`solve_contact`, five contacts in the plane, sparse": lambda: ns.solve_contact(*few[2]),
         "`solve_contact`, five contacts in space, sparse": lambda: ns.solve_contact(*few[3]),
         "`classify`, a rod with two solutions": lambda: ns.classify(system, 0.0, *state),
+        **{f"`classify`, {name}": classification_of(*given) for name, given in states.items()},
+        "`classify` of that rod, and all it says": lambda: ns.classify(system, 0.0, *state).to_dict(),
+        "`simulate`, one step of a rod": lambda: ns.simulate(system, short, *state, integrator=step),
     }
+
+
+def classification_of(system: ns.System, state: tuple[np.ndarray, np.ndarray]) -> Callable[[], object]:
+    """The call that classifies a state."""
+    return lambda: ns.classify(system, 0.0, *state)
 
 
 def time_of(call: Callable[[], object]) -> float:

@@ -65,11 +65,11 @@ from nonsmooth.mechanics.system import ContactMode as ContactMode
 from nonsmooth.mechanics.system import System as System
 from nonsmooth.paradox.boundaries import paradox_boundaries as paradox_boundaries
 from nonsmooth.paradox.classify import Classification as Classification
-from nonsmooth.paradox.classify import ParadoxFlag as ParadoxFlag
-from nonsmooth.paradox.classify import ParadoxKind as ParadoxKind
 from nonsmooth.paradox.classify import classify as classify
 from nonsmooth.paradox.friction import critical_friction as critical_friction
 from nonsmooth.paradox.friction import least_critical_friction as least_critical_friction
+from nonsmooth.paradox.kinds import ParadoxFlag as ParadoxFlag
+from nonsmooth.paradox.kinds import ParadoxKind as ParadoxKind
 from nonsmooth.results.failures import BudgetSpent as BudgetSpent
 from nonsmooth.results.failures import EventFunctionError as EventFunctionError
 from nonsmooth.results.failures import ModelFunctionError as ModelFunctionError

@@ -144,7 +144,7 @@ def summary(chart: Any) -> str:
     """How many states there are of each kind."""
     import numpy as np
 
-    from nonsmooth.paradox.classify import ParadoxKind
+    from nonsmooth.paradox.kinds import ParadoxKind
 
     kinds, counts = np.unique(chart.kind.values, return_counts=True)
     shape = " x ".join(f"{name} ({length})" for name, length in zip(chart.kind.dims, chart.kind.shape, strict=True))

@@ -16,7 +16,7 @@ from nonsmooth.drawing.colours import BLUE, RED, REGIONS
 from nonsmooth.drawing.labels import LETTER, legend_above, parameter_label
 from nonsmooth.drawing.plots import BELOW, UNDER_LABELS, WIDTH, broken, is_geometric, new_figure, save_figure
 from nonsmooth.errors import InvalidInput, shown
-from nonsmooth.paradox.classify import ParadoxKind
+from nonsmooth.paradox.kinds import ParadoxKind
 
 if TYPE_CHECKING:
     import xarray

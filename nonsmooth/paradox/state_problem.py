@@ -5,18 +5,21 @@ gamma' = G la + c,    u' = du + X^T la,    X = W M^-1,    du = M^-1 h
 
 from __future__ import annotations
 
+import os
 import threading
+import weakref
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from nonsmooth.contact.planar.enumerate import enumerate_modes
-from nonsmooth.contact.planar.forces import Forces, Outcome, forces_at_state
+from nonsmooth.contact.planar.forces import FORCES_KEPT, Forces, Outcome, forces_at_state
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import interpreted, load_all
 from nonsmooth.jit.blocks import new
-from nonsmooth.mechanics.compiled import model_of
+from nonsmooth.mechanics.compiled import Model, model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.inspection import inspect_instant
 from nonsmooth.mechanics.situation import CONTRADICTIONS, Situation
@@ -128,7 +131,74 @@ class Problem:
         return mu
 
 
-def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Problem:
+class Found(NamedTuple):
+    """What a search left behind, copied from the memory that it used: as little as says the number of solutions at once
+    and all else when it is asked for. n = closed contacts, r = rows."""
+
+    system: System
+    q: np.ndarray
+    u: np.ndarray
+    outcome: int  # of the island that was least complete
+    total: int  # solutions of all islands
+    n: int
+    r: int
+    of_islands: tuple[np.ndarray, ...]  # outcome, number
+    of_contacts: tuple[np.ndarray, ...]  # island, closed, slip, mu, mu_static, normal; start (n + 1,)
+    of_all: tuple[np.ndarray, ...]  # situation, gamma
+    equations: tuple[np.ndarray, ...]  # G, c, gamma_0, W, X, du
+    solutions: tuple[np.ndarray, ...]  # candidate, la
+
+    @property
+    def is_listed(self) -> bool:
+        """Whether every solution is among those kept."""
+        return self.outcome == Outcome.COMPLETE and self.total <= FORCES_KEPT
+
+    def problem(self) -> Problem:
+        """The problem as plain arrays of their own sizes."""
+        n, r, n_c = self.n, self.r, self.system.n_c
+        island, closed, slip, mu, mu_static, normal = (column[:n] for column in self.of_contacts[:-1])
+        G, c, gamma_0, W, X, du = self.equations
+        c_scale = np.abs(W[:r]) @ np.abs(du) + np.abs(gamma_0[:r])
+        candidate, la = self.solutions
+        return Problem(
+            self.system, self.q, self.u, self.of_all[0][:n_c], self.of_all[1][:n_c], closed,
+            self.of_contacts[-1][: n + 1], slip, mu, mu_static, normal, G[:r, :r].copy(), c[:r].copy(), c_scale,
+            X[:r].copy(), du, candidate[:, :n], la[:, :r], island, *self.of_islands,
+        )  # fmt: skip
+
+
+class Desk:
+    """What a thread searches with for forces of one system, again and again: making it anew takes longer."""
+
+    def __init__(self, system: System, model: Model) -> None:
+        has = model_facts(system)
+        self.model, self.arrays = model, kept_block(has, system.n_u, system.n_c, system.d)
+        self.sys = new_sys(system, model.handle, has)
+        if model.is_compiled:
+            load_all(ENTRY_POINTS)
+        self._search = forces_at_state.dispatcher if model.is_compiled else interpreted(forces_at_state)
+        blocks = self.sys, self.arrays
+        self._sys, self._arrays = [block.address if model.is_compiled else block for block in blocks]
+
+    def search(self, t: float, q: np.ndarray, u: np.ndarray) -> tuple[int, int, int, int]:
+        """All forces at a state into the arrays: (Outcome, solutions, closed contacts, rows)."""
+        outcome, total, n, r = self._search(self._sys, t, q, u, self._arrays)
+        return int(outcome), int(total), int(n), int(r)  # the interpreter has NumPy's
+
+
+def desk_of(system: System) -> Desk:
+    """The desk of a system in this thread; a new one where its machine code is another."""
+    desks = _memory.__dict__.setdefault("desks", weakref.WeakKeyDictionary())
+    desk = desks.get(system)
+    if desk is None or not desk.model.is_current or os.environ.get("NONSMOOTH_INTERPRET") == "1":
+        model = model_of(system)
+        desk = Desk(system, model)
+        if model.is_compiled:
+            desks[system] = desk
+    return desk  # type: ignore[no-any-return]
+
+
+def forces_found(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Found:
     """Assemble the problem of a state and enumerate its solutions.
 
     Raises
@@ -136,36 +206,28 @@ def problem_at(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Proble
     InvalidInput
         Where a contact lands, penetrates or is violated, and where a model function wrote NaN.
     """
-    model = model_of(system)
-    inspect_instant(system, t, q, u, model)
-    has = model_facts(system)
-    arrays = kept_block(has, system.n_u, system.n_c, system.d)
-    sys = new_sys(system, model.handle, has)
-    search = forces_at_state if model.is_compiled else interpreted(forces_at_state)
-    if model.is_compiled:
-        load_all(ENTRY_POINTS)
-    handles = (sys.address, arrays.address) if model.is_compiled else (sys, arrays)
-    outcome, _, n, r = search(handles[0], t, q, u, handles[1])
-    islands = int(arrays.island[:n].max(initial=-1)) + 1
-    if (arrays.outcome[:islands] == Outcome.SINGULAR).any():
-        decide_redundant(arrays, model.is_compiled)
-        outcome, _, n, r = search(handles[0], t, q, u, handles[1])
+    desk = desk_of(system)
+    inspect_instant(system, t, q, u, desk.model)
+    arrays, work = desk.arrays, desk.arrays.work
+    outcome, total, n, r = desk.search(t, q, u)
+    islands = max(arrays.island[:n].tolist(), default=-1) + 1
+    if outcome != Outcome.COMPLETE and (arrays.outcome[:islands] == Outcome.SINGULAR).any():
+        decide_redundant(arrays, desk.model.is_compiled)
+        outcome, total, n, r = desk.search(t, q, u)
     if outcome == Outcome.INADMISSIBLE:
         raise InvalidInput(f"the state has no acceleration-level problem: {'; '.join(_reasons(arrays))}")
     if outcome == Outcome.NOT_FINITE:
         raise InvalidInput(f"a model function raised, or the mass matrix is not positive definite, at t = {t:g}")
-    work = arrays.work
-    kept = int(arrays.number[:islands].max(initial=0))
-    c, W, du = work.c[:r].copy(), work.W[:r], work.du if n else free_motion(system, t, q, u)
-    if not (np.isfinite(c).all() and np.isfinite(work.G[:r, :r]).all() and np.isfinite(du).all()):
-        raise InvalidInput(f"a model function wrote a number that is not finite at t = {t:g}, q = {q}, u = {u}")
-    return Problem(
-        system, q, u, arrays.situation[: system.n_c].copy(),
-        arrays.gamma[: system.n_c].copy(), work.closed[:n].copy(), work.start[: n + 1].copy(),
-        arrays.slip[:n].copy(), arrays.mu[:n].copy(), arrays.mu_static[:n].copy(), arrays.normal[:n].copy(),
-        work.G[:r, :r].copy(), c, np.abs(W) @ np.abs(du) + np.abs(work.gamma_0[:r]), work.X[:r].copy(), du.copy(),
-        arrays.candidate[:kept, :n].copy(), arrays.la[:kept, :r].copy(),
-        arrays.island[:n].copy(), arrays.outcome[:islands].copy(), arrays.number[:islands].copy(),
+    du = work.du.copy() if n else free_motion(system, t, q, u)
+    number = arrays.number[:islands].copy()
+    kept = max(number.tolist(), default=0)
+    return Found(
+        system, q.copy(), u.copy(), outcome, total, n, r, (arrays.outcome[:islands].copy(), number),
+        tuple([column.copy() for column in (
+            arrays.island, work.closed, arrays.slip, arrays.mu, arrays.mu_static, arrays.normal, work.start)]),
+        (arrays.situation.copy(), arrays.gamma.copy()),
+        tuple([part.copy() for part in (work.G, work.c, work.gamma_0, work.W, work.X)]) + (du,),
+        (arrays.candidate[:kept].copy(), arrays.la[:kept].copy()),
     )  # fmt: skip
 
 
@@ -189,7 +251,10 @@ def decide_redundant(arrays: Forces, is_compiled: bool) -> None:
 
 def free_motion(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """M^-1 h, where no contact is closed."""
-    return np.linalg.solve(system.evaluate(MASS, t, q, u), system.evaluate(FORCE, t, q, u))
+    du = np.linalg.solve(system.evaluate(MASS, t, q, u), system.evaluate(FORCE, t, q, u))
+    if not np.isfinite(du).all():
+        raise InvalidInput(f"a model function wrote a number that is not finite at t = {t:g}, q = {q}, u = {u}")
+    return du
 
 
 def _reasons(arrays: Forces) -> list[str]:

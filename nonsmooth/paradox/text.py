@@ -11,7 +11,8 @@ from nonsmooth.paradox.stability import Stability
 
 if TYPE_CHECKING:
     from nonsmooth.paradox.alternatives import ImpactAlternative
-    from nonsmooth.paradox.classify import Classification, ContactIsland, ForceSolution
+    from nonsmooth.paradox.classify import Classification
+    from nonsmooth.paradox.kinds import ContactIsland, ForceSolution
 
 MEANING = {
     "INCONSISTENT": "no contact force fits this state",

@@ -15,7 +15,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_count
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.start import answers_start
-from nonsmooth.paradox.classify import ParadoxKind
+from nonsmooth.paradox.kinds import ParadoxKind
 from nonsmooth.paradox.points import Points, split_axes
 from nonsmooth.sweeps.map_task import MapTask
 from nonsmooth.sweeps.sweep import sweep

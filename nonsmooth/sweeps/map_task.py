@@ -16,7 +16,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.start import describing, own_state
 from nonsmooth.mechanics.system import as_system
-from nonsmooth.paradox.classify import ParadoxKind
+from nonsmooth.paradox.kinds import ParadoxKind
 from nonsmooth.paradox.points import Found, Points, as_state_function, held_fixed, load_search
 from nonsmooth.signals.interruption import Pieces
 from nonsmooth.signals.telling import tell
