@@ -149,7 +149,7 @@ CALLS = {
     }),
     "penalty_study": (ns.penalty_study, STUDY | {
         "stiffness": [1e4, 1e5], "damping": None, "damping_ratio": None, "penalty": None, "reference": None,
-        "times": None,
+        "times": None, "restitution": "equal",
     }),
     "convergence_study": (ns.convergence_study, STUDY | {
         "dt": [1e-2, 5e-3], "integrator": ns.MoreauJean, "reference": None, "times": None,
@@ -420,6 +420,7 @@ ROWS = [
     ("least_critical_friction", {"coordinate": 3}, r"coordinate must be a whole number from 0 to 2; got 3"),
     ("penalty_study", {"stiffness": [1e5, 1e4]}, r"stiffness must increase from value to value"),
     ("penalty_study", {"stiffness": []}, r"stiffness must hold at least one value; got none"),
+    ("penalty_study", {"restitution": "same"}, r"same.*equal"),
     ("penalty_study", {"penalty": STEP}, r"penalty must be a Penalty, whose stiffness is varied; got MoreauJean"),
     ("convergence_study", {"dt": []}, r"dt must have at least one value; it is empty"),
     ("convergence_study", {"times": [5.0]}, r"times must increase within \(0, 0.1\] s; got \[5.0\]"),

@@ -146,7 +146,7 @@ def scenes(folder: Path) -> None:
         study = ns.penalty_study(model, (0, t_end), stiffness=np.logspace(7, 11, 5), beside=[])
         print(study.table())
         draw_errors(axes, study)
-        axes.set_title(model.name, fontsize=10)
+        axes.set_title(model.name, fontsize=10, loc="right")
     save_figure(figure, folder / "penalty_scenes.png")
 
 

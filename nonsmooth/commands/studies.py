@@ -41,6 +41,8 @@ def add_limits(studies: Any) -> None:
     penalty.add_argument("--damping-ratio", type=number, metavar="ZETA", help="c = 2 zeta sqrt(k m)")
     penalty.add_argument("--damping", type=number, metavar="C", help="[N s/m]")
     penalty.add_argument("--damping-time", type=number, metavar="T", help="c = k T [s]")
+    equal = "equal (the default): chosen so that springs and rigid contact give back the same; own: each its own"
+    penalty.add_argument("--restitution", choices=("equal", "own"), default="equal", help=equal)
     convergence = studies.add_parser("convergence", help="errors of an integrator over its step or its tolerance")
     add_integrator(convergence, many=("dt", "rtol"))
     convergence.add_argument("--reference", choices=REFERENCES, help="exact states; the same integrator by default")
@@ -156,6 +158,7 @@ def study_penalty(model: Any, span: tuple[float, float], q0: Any, u0: Any, argum
         raise InvalidInput("give either --damping or --damping-time; got both")
     return penalty_study(
         model, span, q0, u0, stiffness=arguments.stiffness, damping_ratio=arguments.damping_ratio,
+        restitution=arguments.restitution,
         damping=arguments.damping if time is None else lambda k: k * time, times=arguments.times,
         delay=arguments.delay, workers=arguments.workers, journal=arguments.journal,
     )  # fmt: skip

@@ -54,7 +54,8 @@ def plot_study(study: Study, path: str | Path | None = None) -> Any:
     panels += [draw_after] if "event_mode" in study.data.coords else []
     panels += [draw_cost] if "beside_wall_time" in study.data else []
     figure = new_figure(WIDTH, 0.4 + 3.0 * len(panels))
-    figure.suptitle("\n".join(broken(study.title, TITLE_LETTERS)), fontsize=9)
+    lines = [study.title, *filter(None, [study.data.attrs.get("restitution")])]
+    figure.suptitle("\n".join(part for line in lines for part in broken(line, TITLE_LETTERS)), fontsize=9)
     for panel, place in zip(panels, figure.subplots(len(panels), 1, squeeze=False)[:, 0], strict=True):
         panel(place, study)
         if panel is not draw_cost:
@@ -93,10 +94,11 @@ def draw_kinds(axes: Any, study: Study, names: dict[str, tuple[str, str]], rows:
         for style, (j, at) in enumerate(rows.items() if has_rows else [(-1, "")]):
             errors = study.errors(name, j)
             known.append(errors)
-            axes.loglog(
-                study.x, errors, MARKERS[style % len(MARKERS)] + "-", color=colour, ms=4.5, lw=1, label=label + at,
-                mfc="white" if style else colour,
-            )  # fmt: skip
+            if np.isfinite(errors).any():
+                axes.loglog(
+                    study.x, errors, MARKERS[style % len(MARKERS)] + "-", color=colour, ms=4.5, lw=1, label=label + at,
+                    mfc="white" if style else colour,
+                )  # fmt: skip
             if has_rows:
                 hidden = np.where(np.isfinite(errors), np.nan, study.data[name].values[:, j])
                 hidden[hidden <= 0] = np.nan  # no error at all has no place on the axis
@@ -114,10 +116,19 @@ def show_values(axes: Any, x: np.ndarray) -> None:
     """Ticks at some of the values that were run: of less than a decade Matplotlib's stand on one another."""
     from matplotlib.ticker import NullFormatter, NullLocator
 
-    shown = x[np.unique(np.linspace(0, len(x) - 1, min(len(x), MOST_TICKS)).round().astype(int))]
+    shown = x[:: -(-len(x) // MOST_TICKS)]
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set_xticks(shown, [f"{value:.3g}" for value in shown])
+    axes.set_xticks(shown, [tick_of(value) for value in shown])
+
+
+def tick_of(value: float) -> str:
+    """A number under an axis: a power of ten as such, a large or a small one with its power."""
+    if 1e-4 < value < 1e4:
+        return f"{value:.3g}"
+    power = int(np.floor(np.log10(value) + 1e-12))
+    lead = f"{value / 10.0**power:.3g}"
+    return f"$10^{{{power}}}$" if lead == "1" else f"${lead}\\cdot10^{{{power}}}$"
 
 
 def slope_triangle(axes: Any, x: np.ndarray, values: np.ndarray, slope: float, place: float) -> None:
@@ -151,21 +162,19 @@ def draw_cost(axes: Any, study: Study) -> None:
         axes.loglog(wall, errors, "o-", color=colour, ms=4.5, lw=1, label=label)
         if f"beside_{name}" in study.data:
             rigid = 1e3 * study.data.beside_wall_time.values
+            beside = study.data[f"beside_{name}"].values
             axes.loglog(
-                rigid, study.data[f"beside_{name}"].values, "s--", color=colour, mfc="white", ms=4.5, lw=1,
+                rigid, np.where(beside > 0, beside, np.nan), "s--", color=colour, mfc="white", ms=4.5, lw=1,
                 label=f"{label}, rigid contact",
             )  # fmt: skip
         known = np.flatnonzero(np.isfinite(errors))
         if name == "error_u" and len(known):
             for i in {int(known[0]), int(known[-1])}:
-                text = f"${SYMBOLS[study.of]}=10^{{{np.log10(study.x[i]):.3g}}}$"
+                value = tick_of(study.x[i]).strip("$")
                 axes.annotate(
-                    text,
-                    (wall[i], errors[i]),
-                    xytext=(6, 5 if i == known[0] else -10),
-                    textcoords="offset points",
-                    fontsize=8,
-                )
+                    f"${SYMBOLS[study.of]}={value}$", (wall[i], errors[i]), xytext=(6, 5 if i == known[0] else -10),
+                    textcoords="offset points", fontsize=8,
+                )  # fmt: skip
     axes.margins(x=0.14, y=0.1)
     at = study.data.time.values[-1]
     axes.set(xlabel="wall time [ms]", ylabel=f"distance at $t={at:.3g}$ s\n[m, rad; m/s, rad/s]")
@@ -177,8 +186,7 @@ def draw_contact(axes: Any, study: Study) -> None:
     """Effective restitution where the contact opens, else peak force and time to the end of slip."""
     data = study.data
     if "restitution" in data and np.isfinite(data.restitution.values).any():
-        axes.semilogx(study.x, data.restitution.values, "o-", color=CYCLE[0], ms=4.5, lw=1)
-        axes.set(xlabel=X_LABELS["stiffness"], ylabel="effective energetic\nrestitution $e$ [-]", ylim=(-0.05, 1.1))
+        draw_restitution(axes, study)
         return
     if "penetration" in data:
         draw_positive(axes, study.x, data.penetration.values, "o-", CYCLE[0])
@@ -191,6 +199,17 @@ def draw_contact(axes: Any, study: Study) -> None:
         right = axes.twinx()
         draw_positive(right, study.x, data.stop_time.values, "s-", CYCLE[1])
         right.set_ylabel("end of the slip [s]", color=CYCLE[1])
+
+
+def draw_restitution(axes: Any, study: Study) -> None:
+    """What the springs give back, as it was and by the closed form, and what the rigid contact does."""
+    data = study.data
+    axes.semilogx(study.x, data.restitution.values, "o", color=CYCLE[0], ms=4.5, label="springs, energetic")
+    if "e_springs" in data:
+        axes.semilogx(study.x, data.e_springs.values, "-", color=CYCLE[0], lw=1, label="springs, closed form")
+        axes.axhline(data.attrs["e_N"], color=CYCLE[1], ls="--", lw=1, label="rigid contact, $e_N$")
+    axes.set(xlabel=X_LABELS["stiffness"], ylabel="restitution $e$ [-]", ylim=(-0.05, 1.1))
+    legend_above(axes)
 
 
 def draw_positive(axes: Any, x: np.ndarray, y: np.ndarray, style: str, colour: str) -> None:

@@ -9,6 +9,7 @@ Source: Stronge, *Impact Mechanics* (2000), chapter 3 (energetic restitution).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +19,10 @@ from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.solution import Solution
 from nonsmooth.views import Worded
 
+if TYPE_CHECKING:
+    from nonsmooth.studies.reference import Problem
+
+TAIL = 0.1  # chosen: of an episode, that is run beyond its end
 FADED = 0.01  # chosen: of the peak force: the episode of a contact that stays closed ends there
 
 
@@ -106,6 +111,25 @@ def force_episode(solution: Solution, contact: int | str = 0) -> Episode:
         float(P_N[last] - P_N[first]), float(P_F[last] - P_F[first]), opening.gamma_N if opening else np.nan,
         float(np.sqrt(max(0.0, 1 - work[-1] / work.min()))) if is_known else np.nan,
     )  # fmt: skip
+
+
+def first_episode(problem: Problem, integrator: Any, run: Solution, contact: int) -> Episode | None:
+    """The first episode of a contact in a motion whose run, recorded at some times, is known: its part is run again
+    with every step. None of a contact that never closes."""
+    try:
+        return force_episode(problem.until(end_of_episode(run, contact)).run(integrator), contact)
+    except InvalidInput:
+        return None
+
+
+def end_of_episode(run: Solution, contact: int) -> float:
+    """When the run of the first episode of a contact may end [s]: a tenth of it after the contact opens, or with the
+    run. Only this much is recorded at every step."""
+    closings = [e.t for e in run.events if e.contact == contact and e.mode_before == ContactMode.OPEN]
+    start = float(run.t[0]) if run.mode[0, contact] != ContactMode.OPEN else min(closings, default=np.inf)
+    openings = [e.t for e in run.events if e.contact == contact and e.mode_after == ContactMode.OPEN and e.t > start]
+    end = float(run.t[-1])
+    return min(end, openings[0] + TAIL * (openings[0] - start)) if openings else end
 
 
 def _row(solution: Solution, t: float) -> int:

@@ -25,6 +25,7 @@ from nonsmooth.integrators.springs.scene_springs import half_thickness
 from nonsmooth.runs.scene_run import DEEP
 from nonsmooth.studies.affordable import Choice, choose_affordable
 from nonsmooth.studies.comparison import ComparisonTask, run_comparison
+from nonsmooth.studies.equal_restitution import chosen_damping, compared
 from nonsmooth.studies.reference import Observed, SceneProblem, as_reference, coarser, largest_differences
 from nonsmooth.studies.stiffnesses import STIFFNESSES, beside_columns, penalty_at
 from nonsmooth.studies.study import Study
@@ -39,34 +40,38 @@ STUDY_ATOL = 1e-8  # chosen: as far below it as Penalty's own [m/s]
 
 def study_of_scene(
     problem: SceneProblem, stiffness: np.ndarray | None, damping: float | Callable[[float], float] | None,
-    damping_ratio: float | None, penalty: Penalty | None, reference: Any, beside: Sequence[Any] | None, workers: int,
-    journal: str | os.PathLike[str] | None, progress: Any, of_systems: dict[str, Any],
+    damping_ratio: float | None, restitution: str, penalty: Penalty | None, reference: Any,
+    beside: Sequence[Any] | None, workers: int, journal: str | os.PathLike[str] | None, progress: Any,
+    of_systems: dict[str, Any],
 ) -> Study:  # fmt: skip
     """`penalty_study` of a scene, its arguments checked."""
     for name, value in of_systems.items():
         if value is not None:
             raise InvalidInput(f"{name}= of a penalty study looks at a contact of a system; leave it out for a scene")
     span = problem.span[1] - problem.span[0]
-    if reference is None:
-        reference = MoreauJean(span / REFERENCE_STEPS)
-    with part_shown("the reference", progress):
-        exact = as_reference(reference, problem)
     options = Penalty(1.0, rtol=STUDY_RTOL, atol=STUDY_ATOL) if penalty is None else penalty
+    is_equal, chosen_ratio = restitution == "equal", None
     if damping is None and damping_ratio is None:
-        damping_ratio = 1.0
+        chosen_ratio = chosen_damping(problem, 0, options.law) if is_equal else None
+        damping_ratio = 1.0 if chosen_ratio is None else chosen_ratio
     make = functools.partial(penalty_at, options, damping=damping, damping_ratio=damping_ratio)
     if stiffness is None:
         with no_word_of_depth():
             chosen = choose_affordable(problem, stiffnesses_of(problem), make, ScenePenaltyTask.runs)
     else:
         chosen = Choice(stiffness.tolist())
-    task = ScenePenaltyTask(problem, exact, "stiffness", {k: make(k) for k in chosen.values})
+    compliant = {k: make(k) for k in chosen.values}
+    found, rigid = compared(problem, list(compliant.values()), 0, chosen_ratio, is_equal)
+    with part_shown("the reference", progress):
+        exact = as_reference(MoreauJean(span / REFERENCE_STEPS) if reference is None else reference, rigid)
+    task = ScenePenaltyTask(problem, exact, "stiffness", compliant)
     data = run_comparison(task, "N/m", workers, journal, progress)
     data.attrs |= {"left_out": chosen.left_out, "soft": soft_ones(problem, data)}
-    rigid = [MoreauJean(span / n) for n in SCENE_BESIDE_STEPS] if beside is None else beside
-    if len(rigid) and not data.attrs["interrupted"]:
+    data = data if found is None else found.columns(data)
+    steppers = [MoreauJean(span / n) for n in SCENE_BESIDE_STEPS] if beside is None else beside
+    if len(steppers) and not data.attrs["interrupted"]:
         try:
-            runs = ComparisonTask(problem, exact, "beside", dict(enumerate(rigid)))
+            runs = ComparisonTask(rigid, exact, "beside", dict(enumerate(steppers)))
             data = data.assign(beside_columns(runs, progress))
         except KeyboardInterrupt:  # the runs that the study is of are finished
             data.attrs["interrupted"] = 1

@@ -16,17 +16,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_instance, as_positive, as_vector
+from nonsmooth.checks.arrays import as_instance, as_name, as_positive, as_vector
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.penalty.options import Penalty
-from nonsmooth.mechanics.laws import LAW_E_N
 from nonsmooth.mechanics.start import answers_start
-from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.solution import Solution, mode_name
 from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
 from nonsmooth.studies.comparison import ComparisonTask, as_motion, run_comparison
-from nonsmooth.studies.force_history import force_episode
+from nonsmooth.studies.equal_restitution import RESTITUTIONS, chosen_damping, compared
+from nonsmooth.studies.force_history import first_episode
 from nonsmooth.studies.reference import (
     EXACT,
     Observed,
@@ -44,7 +43,6 @@ from nonsmooth.sweeps.task import Variable
 
 BESIDE_STEPS = (1_000, 10_000, 100_000)  # chosen: of the rigid runs whose cost stands beside
 BRANCH = 5  # chosen: modes named
-TAIL = 0.1  # chosen: of an episode, that is run beyond its end
 
 
 @answers_start
@@ -58,6 +56,7 @@ def penalty_study(
     stiffness: ArrayLike | None = None,
     damping: float | Callable[[float], float] | None = None,
     damping_ratio: float | None = None,
+    restitution: str = "equal",
     penalty: Penalty | None = None,
     reference: Any = None,
     times: ArrayLike | None = None,
@@ -82,8 +81,13 @@ def penalty_study(
     damping : float or callable, optional
         c [N s/m], or c(k): ``lambda k: k`` keeps the relaxation time c/k at 1 s.
     damping_ratio : float, optional
-        zeta, c = 2 zeta sqrt(k m), instead. Where neither is given the springs of a system have no damper, those of a
-        scene zeta = 1: undamped, a pile would never come to rest.
+        zeta, c = 2 zeta sqrt(k m), instead.
+    restitution : {"equal", "own"}
+        "equal": springs and rigid contact give back the same part of a frictionless collision. Where no damping is
+        given zeta is chosen for the e_N of the contact, of a scene for the largest (where it is 0 for 0.01: no damper
+        of a clipped contact gives back nothing); where it is given, the rigid contacts take the e of the stiffest
+        springs in place of the model's. "own": each keeps its own; then springs without damping give back all, those of
+        a scene have zeta = 1. A bilateral contact has none, and no damper where none is given.
     penalty : Penalty, optional
         The other options (law, friction, mass, tolerances); its stiffness and damping are replaced.
     reference : (q, u) or integrator, optional
@@ -113,6 +117,8 @@ def penalty_study(
     Study
         ``data`` holds also, over "stiffness": "branch" (the first modes of the contact), "stop_time" (end of slip) [s],
         "peak_force" [N], "P_N" [N s] and "gamma_N" [m/s] of the first episode, its effective "restitution";
+        "e_springs", by the closed form of their damping ratio at the start (measured at the stiffest where there is no
+        such form), beside ``data.attrs["e_N"]`` of the rigid contact and ``["e_N_of_model"]``;
         "own_q", "own_u" and so on: errors of the integration, beside each "error_q", "error_u";
         Of a scene there is "penetration" [m] in their place, the deepest of the run;
         over "beside": "beside_error_q", "beside_error_u" (at the last time), "beside_wall_time", "beside_steps".
@@ -133,7 +139,8 @@ def penalty_study(
     >>> from nonsmooth.catalogue import PainleveRod
     >>> rod = PainleveRod(mu=2.0)
     >>> limit = rod.impact_without_collision(e=1.0, law="energetic").gamma_N
-    >>> study = ns.penalty_study(rod, (0, 0.01), *rod.state(slip=-1.0), stiffness=np.logspace(8, 12, 3), limit=limit)
+    >>> study = ns.penalty_study(rod, (0, 0.01), *rod.state(slip=-1.0), stiffness=np.logspace(8, 12, 3), limit=limit,
+    ...                          restitution="own")
     >>> study.fits("error_gamma_N")[0].law
     'k^-1/2 ln k'
     """
@@ -149,34 +156,45 @@ def penalty_study(
         raise InvalidInput("stiffness must increase from value to value")
     if damping is not None and damping_ratio is not None:
         raise InvalidInput("give either damping or damping_ratio; got both")
+    as_name("restitution", restitution, RESTITUTIONS)
     problem = as_motion(system, t_span, q0, u0, state, times)
     if isinstance(problem, SceneProblem):
         from nonsmooth.studies.penalty_of_scenes import study_of_scene
 
         taken = {"contact": contact or None, "limit": limit, "delay": delay}
         return study_of_scene(
-            problem, None if stiffness is None else k, damping, damping_ratio, penalty, reference, beside, workers,
-            journal, progress, taken,
+            problem, None if stiffness is None else k, damping, damping_ratio, restitution, penalty, reference, beside,
+            workers, journal, progress, taken,
         )  # fmt: skip
     if problem.system.n_c == 0:
         raise InvalidInput("a penalty study needs a system with contacts; this one has none")
     contact = problem.system.described.contact(contact)
-    if stiffness is None and reference is None:
+    is_free = stiffness is None and reference is None
+    if is_free:
         require_affordable(problem, EXACT)
-    with part_shown("the reference", progress):
-        exact = as_reference(EXACT if reference is None else reference, problem, delay)
+    is_equal = restitution == "equal"
+    chosen_ratio = None
+    if is_equal and damping is None and damping_ratio is None:
+        chosen_ratio = damping_ratio = chosen_damping(problem, contact, "clipped" if penalty is None else penalty.law)
     make = functools.partial(penalty_at, penalty, damping=damping, damping_ratio=damping_ratio)
     chosen = (
         Choice(k.tolist()) if stiffness is not None else choose_affordable(problem, k.tolist(), make, PenaltyTask.runs)
     )
     compliant = {x: make(x) for x in chosen.values}
+    may_change = is_equal and not isinstance(reference, tuple | list)  # states that are known have their own
+    found, rigid = compared(problem, list(compliant.values()), contact, chosen_ratio, may_change)
+    if is_free and rigid is not problem:
+        require_affordable(rigid, EXACT)
+    with part_shown("the reference", progress):
+        exact = as_reference(EXACT if reference is None else reference, rigid, delay)
     task = PenaltyTask(problem, exact, "stiffness", compliant, contact, limit)
     data = run_comparison(task, "N/m", workers, journal, progress)
-    data.attrs |= {"left_out": chosen.left_out, "e_N": float(problem.system.laws[contact, LAW_E_N])}
+    data.attrs["left_out"] = chosen.left_out
+    data = data if found is None else found.columns(data)
     span = problem.span[1] - problem.span[0]
-    rigid = [MoreauJean(span / n) for n in BESIDE_STEPS] if beside is None else beside
-    if len(rigid) and not data.attrs["interrupted"]:
-        runs = ComparisonTask(problem, exact, "beside", dict(enumerate(rigid)))
+    steppers = [MoreauJean(span / n) for n in BESIDE_STEPS] if beside is None else beside
+    if len(steppers) and not data.attrs["interrupted"]:
+        runs = ComparisonTask(rigid, exact, "beside", dict(enumerate(steppers)))
         try:
             data = data.assign(beside_columns(runs, progress))
         except KeyboardInterrupt:  # the runs that the study is of are finished
@@ -210,9 +228,8 @@ class PenaltyTask(ComparisonTask):
     def contact_row(self, integrator: Penalty, run: Solution) -> dict[str, Any]:
         """What the contact did: branch, force history, restitution; of one that never closes the branch alone."""
         row: dict[str, Any] = {"branch": branch(run, self.contact)}
-        try:
-            episode = force_episode(self.problem.until(end_of_episode(run, self.contact)).run(integrator), self.contact)
-        except InvalidInput:
+        episode = first_episode(self.problem, integrator, run, self.contact)
+        if episode is None:
             return row
         row |= {
             "stop_time": episode.stop, "peak_force": episode.peak_force,
@@ -225,16 +242,6 @@ class PenaltyTask(ComparisonTask):
         """Also what the contact did."""
         units = {"stop_time": "s", "peak_force": "N", "P_N": "N s", "gamma_N": "m/s", "error_gamma_N": "m/s"}
         return super().variables | {name: Variable((), unit) for name, unit in units.items()}
-
-
-def end_of_episode(run: Solution, contact: int) -> float:
-    """When the run of the first episode of a contact may end [s]: a tenth of it after the contact opens, or with the
-    run. Only this much is recorded at every step."""
-    closings = [e.t for e in run.events if e.contact == contact and e.mode_before == ContactMode.OPEN]
-    start = float(run.t[0]) if run.mode[0, contact] != ContactMode.OPEN else min(closings, default=np.inf)
-    openings = [e.t for e in run.events if e.contact == contact and e.mode_after == ContactMode.OPEN and e.t > start]
-    end = float(run.t[-1])
-    return min(end, openings[0] + TAIL * (openings[0] - start)) if openings else end
 
 
 def branch(run: Solution, contact: int) -> str:

@@ -110,7 +110,11 @@ class Study:
             else f"{row[0].rjust(widths[0])}  {row[1]}" for row in cells
         ]  # fmt: skip
         laws = [f"{name}: {self._laws(name)}" for name in kinds if self._laws(name)]
-        return "\n".join([self.title, *lines, self._when(), *laws, *self.notes()])
+        return "\n".join([self.title, *lines, self._when(), *self._restitution(), *laws, *self.notes()])
+
+    def _restitution(self) -> list[str]:
+        """What springs and rigid contact give back, where that is known."""
+        return [self.data.attrs["restitution"]] if "restitution" in self.data.attrs else []
 
     def notes(self) -> list[str]:
         """What must be known of the study beside its numbers, a sentence each."""
@@ -176,9 +180,15 @@ def other_limit(study: Study) -> str:
     known = data.restitution.values[np.isfinite(data.restitution.values)] if "restitution" in data else np.zeros(0)
     e_N = data.attrs.get("e_N", np.nan)
     if len(known) and abs(known[-1] - e_N) > OTHER_RESTITUTION:
+        is_meant = abs(data.e_springs.values[-1] - e_N) < OTHER_RESTITUTION if "e_springs" in data else False
+        why = (
+            "with friction the same damper gives back another part"
+            if is_meant
+            else "restitution='equal' makes them one"
+        )
         return (
             f"the limits differ: the springs give back e = {known[-1]:.3g} at the stiffest, the rigid contact e_N = "
-            f"{e_N:.3g}; choose damping_ratio for the restitution that is meant, or the model's own"
+            f"{e_N:.3g}; {why}"
         )
     for name in [kind for kind in ("error_q", "error_u") if kind in study.kinds]:
         last = study.orders(name)[-2:]

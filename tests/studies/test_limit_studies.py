@@ -8,6 +8,7 @@ import pytest
 import nonsmooth as ns
 from models import BeadChain, BouncingBall, PainleveRod, SpragSlip, WallPendulum
 from nonsmooth.studies.laws_of_convergence import fit_laws, observed_orders
+from tests.drawing.looks import faults
 
 pytest.importorskip("xarray")
 
@@ -51,6 +52,7 @@ def test_impact_without_collision_converges_to_another_solution_than_the_plastic
         *rod.state(slip=-1.0),
         stiffness=np.logspace(8, 12, 5),
         limit=limit,
+        restitution="own",
         beside=[ns.MoreauJean(1e-5)],
     )
     assert study.fits("error_gamma_N")[0].law == "k^-1/2 ln k"
@@ -111,11 +113,10 @@ def test_rigid_solution_is_matched_at_its_seizure_and_its_slip():
 def test_event_that_a_run_does_not_have_is_unknown():
     """An overdamped contact does not bounce; the elastic rigid ball does."""
     ball = BouncingBall(e=1.0)
-    study = ns.penalty_study(
-        ball, (0, 1.5), *ball.state(height=1.0), stiffness=[1e6], damping_ratio=20.0, times=[0.4], beside=[]
-    )
+    options = {"stiffness": [1e6], "damping_ratio": 20.0, "restitution": "own", "beside": []}
+    study = ns.penalty_study(ball, (0, 1.5), *ball.state(height=1.0), times=[0.4], **options)
     assert "event" not in study.data.dims  # nothing happens before 0.4 s
-    study = ns.penalty_study(ball, (0, 1.5), *ball.state(height=1.0), stiffness=[1e6], damping_ratio=20.0, beside=[])
+    study = ns.penalty_study(ball, (0, 1.5), *ball.state(height=1.0), **options)
     assert study.data.event_mode.values.tolist() == ["open", "open"]
     assert np.isnan(study.data.error_event_t).all() and np.isnan(study.data.error_after_q).all()
     assert "-" in study.table().splitlines()[2].split()
@@ -282,9 +283,11 @@ def test_figures_are_drawn(tmp_path):
     tolerance = ns.convergence_study(
         ball, (0, 0.6), *ball.state(height=1.0), integrator=ns.EventDriven, rtol=[1e-4, 1e-6]
     )
-    for study, panels in ((limit, 3), (step, 1), (tolerance, 2)):
+    decades = ns.penalty_study(ball, (0, 0.6), *ball.state(height=1.0), stiffness=np.logspace(4, 12, 9))
+    for study, panels in ((limit, 3), (decades, 4), (step, 1), (tolerance, 2)):
         figure = study.plot(tmp_path / f"{study.of}.png")
-        assert len(figure.axes) == panels
+        assert len(figure.axes) == panels and faults(figure) == []
+        assert all(axes.lines for axes in figure.axes)
         assert (tmp_path / f"{study.of}.png").stat().st_size > 10_000
 
 
@@ -299,13 +302,73 @@ def test_errors_that_follow_no_power_have_no_law():
 def test_springs_that_give_back_more_than_the_rigid_contact_are_told():
     """A ball with e = 0 stays on the ground, an undamped spring throws it back; damped for the e that is meant, the
     limits are the same."""
-    options = {"stiffness": [1e5, 1e6, 1e7], "beside": [], "progress": False}
+    options = {"stiffness": [1e5, 1e6, 1e7], "beside": [], "progress": False, "restitution": "own"}
     span = (0, 0.6)
     ball = BouncingBall(e=0.0)
-    notes = ns.penalty_study(ball, span, *ball.state(height=1.0), **options).notes()
-    assert any("the limits differ: the springs give back e = 1" in note and "e_N = 0" in note for note in notes)
+    study = ns.penalty_study(ball, span, *ball.state(height=1.0), **options)
+    assert any("the limits differ: the springs give back e = 1" in note and "e_N = 0" in note for note in study.notes())
+    assert "springs e = 1 (closed form); rigid contact e_N = 0\n" in study.table()
     ball = BouncingBall(e=1.0)
     assert ns.penalty_study(ball, span, *ball.state(height=1.0), **options).notes() == []
+
+
+@pytest.mark.parametrize("law", ["clipped", "kelvin-voigt"])
+@pytest.mark.parametrize("e", [0.9, 0.5, 0.3])
+def test_springs_are_damped_for_the_restitution_of_the_rigid_contact(law, e):
+    """The zeta of the closed form gives back e of a run as stiff as can be: gravity adds g pi/omega over the contact of
+    velocity v, some 1e-4 of it at k = 1e10."""
+    ball = BouncingBall(e=e)
+    study = ns.penalty_study(
+        ball, (0, 0.6), *ball.state(height=1.0), stiffness=[1e8, 1e10], penalty=ns.Penalty(1.0, law=law), beside=[]
+    )
+    assert np.allclose(study.data.e_springs, e, rtol=1e-9) and study.data.attrs["e_N"] == e
+    assert abs(float(study.data.restitution[-1]) - e) < 1e-3
+    assert study.orders("error_u")[-1] > 0.45 and study.notes() == []
+
+
+def test_the_rigid_contact_takes_the_restitution_of_springs_whose_damping_is_given():
+    """e = exp(-2 zeta arccos zeta/sqrt(1 - zeta^2)) in place of the model's 0.5; each keeps its own if asked to."""
+    ball, zeta = BouncingBall(e=0.5), 0.3
+    e = math.exp(-2 * zeta * math.acos(zeta) / math.sqrt(1 - zeta**2))
+    options = {"stiffness": [1e8, 1e9, 1e10], "damping_ratio": zeta, "progress": False}
+    equal = ns.penalty_study(ball, (0, 0.8), *ball.state(height=1.0), **options)
+    assert abs(equal.data.attrs["e_N"] - e) < 1e-12 and equal.data.attrs["e_N_of_model"] == 0.5
+    assert np.allclose(equal.orders("error_u"), 0.5, atol=0.02)
+    assert (equal.data.beside_error_u[-1] < 1e-3).all()  # the rigid runs beside are those of the same contact
+    assert (
+        f"springs e = {e:.3g} (closed form); rigid contact e_N = {e:.3g}, in place of the model's 0.5" in equal.table()
+    )
+    own = ns.penalty_study(ball, (0, 0.8), *ball.state(height=1.0), restitution="own", beside=[], **options)
+    v = math.sqrt(2 * 9.81)
+    assert np.allclose(own.errors("error_u")[-1], abs(e - 0.5) * v, rtol=0.01) and len(own.notes()) == 1
+
+
+def test_a_restitution_without_closed_form_is_measured():
+    """Hunt-Crossley springs keep r v - ln(1 + r v) over the contact, r = c/k: the rigid ball takes the e that they
+    have at the velocity of the first impact."""
+    from scipy.optimize import brentq
+
+    ball, k, r, v = BouncingBall(e=0.5), 1e10, 0.1, math.sqrt(2 * 9.81)
+    integral = lambda w: r * w - math.log1p(r * w)
+    e = brentq(lambda e: integral(-e * v) - integral(v), 0.0, 1.0)
+    study = ns.penalty_study(
+        ball, (0, 0.6), *ball.state(height=1.0), stiffness=[k], damping=r * k, beside=[],
+        penalty=ns.Penalty(1.0, law="hunt-crossley"),
+    )  # fmt: skip
+    assert abs(study.data.attrs["e_N"] - e) < 1e-3 and "measured at the stiffest" in study.table()
+
+
+def test_a_contact_that_gives_back_nothing_is_met_by_the_least_that_a_damper_gives():
+    ball = BouncingBall(e=0.0)
+    study = ns.penalty_study(ball, (0, 1.0), *ball.state(height=1.0), stiffness=[1e6, 1e8], beside=[])
+    assert np.allclose(study.data.e_springs, 0.01) and study.data.attrs["e_N"] == 0.0
+    assert "springs e = 0.01" in study.table() and study.orders("error_q")[0] > 0.9  # at rest: g/k
+
+
+def test_a_bilateral_contact_has_no_restitution():
+    rod = SpragSlip()
+    study = ns.penalty_study(rod, (0, 0.05), *rod.state(th=0.78, thdot=1.0), stiffness=[1e6], beside=[])
+    assert "restitution" not in study.data.attrs and "e_springs" not in study.data
 
 
 def test_a_motion_of_too_many_events_for_its_reference_is_refused_where_nothing_was_chosen():
