@@ -1,6 +1,7 @@
 """Images in a row as a gif, webp or mp4, in a file or inline in a notebook.
 
-Gif and webp are written by Pillow, of the extra [plot]; mp4 by the program ffmpeg, where it is installed.
+Gif and webp are written by Pillow, of the extra [plot]; mp4 by the program ffmpeg, where it is installed or the package
+imageio-ffmpeg brings it.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import io
 import shutil
 import subprocess
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -59,9 +61,17 @@ def as_animation(path: str | Path | None, fps: int) -> tuple[Path | None, int]:
 def find_ffmpeg() -> str:
     """The program, or `MissingExtra`."""
     program = shutil.which("ffmpeg")
-    if program is None:
-        raise MissingExtra("an .mp4 is written by ffmpeg, which is not installed; install it, or write a .gif or .webp")
-    return program
+    if program is not None:
+        return program
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe
+
+        return str(get_ffmpeg_exe())
+    except (ImportError, RuntimeError):
+        raise MissingExtra(
+            "an .mp4 is written by ffmpeg, which is not installed; install it (Debian's package ffmpeg, or "
+            "pip install imageio-ffmpeg), or write a .gif or .webp"
+        ) from None
 
 
 def animation(path: Path | None, fps: int, shown: np.ndarray, frame: Frame) -> Path | Animation:
@@ -96,14 +106,13 @@ def write_mp4(target: Path, fps: int, shown: np.ndarray, frame: Frame) -> None:
     height, width = frame(shown[0]).shape[:2]
     images = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(fps), "-i", "-")
     command = [find_ffmpeg(), "-y", "-loglevel", "error", *images, "-vf", EVEN, *MP4, str(target)]
-    try:
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as ffmpeg:
-            assert ffmpeg.stdin is not None and ffmpeg.stderr is not None
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as ffmpeg:
+        assert ffmpeg.stdin is not None and ffmpeg.stderr is not None
+        with suppress(BrokenPipeError):  # it ended, and says why
             for k in shown:
                 ffmpeg.stdin.write(np.ascontiguousarray(frame(k)).tobytes())
+        with suppress(BrokenPipeError):
             ffmpeg.stdin.close()
-            said = ffmpeg.stderr.read().decode(errors="replace").strip()
-    except BrokenPipeError:
-        said = "it ended before the last image"
+        said = ffmpeg.stderr.read().decode(errors="replace").strip()
     if said or ffmpeg.returncode:
         raise FileFailure(f"ffmpeg could not write the animation: {said.splitlines()[-1] if said else 'no reason'}")

@@ -1,12 +1,17 @@
 """Pictures and animations of scenes: bodies where they are, at the instants asked for, as wide as a column."""
 
 import shutil
+import subprocess
+import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import nonsmooth as ns
 from models.scenes import BoxStack
+from nonsmooth.commands.cli import main
+from nonsmooth.drawing.animation import find_ffmpeg
 from nonsmooth.drawing.scene_figures import AZIMUTH, FORESHORTENED, camera
 
 
@@ -41,15 +46,18 @@ def test_the_three_axes_are_equally_long_in_a_spatial_picture():
     assert AZIMUTH < 0
 
 
+def thrown_disc():
+    scene = ns.Scene(gravity=(0, -9.81))
+    scene.fixed(ns.HalfPlane((0, 1)))
+    scene.body(ns.Disc(0.1), density=1000, position=(0, 1), velocity=(1, 0))
+    return ns.simulate(scene, (0, 0.4), integrator=ns.MoreauJean(dt=2e-3))
+
+
 @pytest.mark.parametrize("ending", [".gif", ".webp"])
 def test_an_animation_of_a_scene_moves(ending, tmp_path):
     from PIL import Image
 
-    scene = ns.Scene(gravity=(0, -9.81))
-    scene.fixed(ns.HalfPlane((0, 1)))
-    scene.body(ns.Disc(0.1), density=1000, position=(0, 1), velocity=(1, 0))
-    sol = ns.simulate(scene, (0, 0.4), integrator=ns.MoreauJean(dt=2e-3))
-    with Image.open(sol.animate(tmp_path / f"disc{ending}", fps=50)) as animation:
+    with Image.open(thrown_disc().animate(tmp_path / f"disc{ending}", fps=50)) as animation:
         assert animation.n_frames == 25
         places = []
         for k in (0, 24):
@@ -62,11 +70,54 @@ def test_an_animation_of_a_scene_moves(ending, tmp_path):
 
 def test_an_mp4_needs_ffmpeg_and_says_so(stack, tmp_path, monkeypatch):
     monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(ns.MissingExtra, match=r"written by ffmpeg, which is not installed; .* \.gif or \.webp"):
         stack.animate(tmp_path / "stack.mp4")
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
-def test_an_mp4_is_written_where_ffmpeg_is_there(stack, tmp_path):
-    assert b"ftyp" in stack.animate(tmp_path / "stack.mp4").read_bytes()[:16]
+def test_ffmpeg_of_a_python_package_is_taken_where_there_is_no_other(monkeypatch):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", SimpleNamespace(get_ffmpeg_exe=lambda: "/there/ffmpeg"))
+    assert find_ffmpeg() == "/there/ffmpeg"
+
+
+def test_why_ffmpeg_ended_is_told_and_no_file_is_left(stack, tmp_path, monkeypatch):
+    program = tmp_path / "ffmpeg"
+    program.write_text("#!/bin/sh\necho 'Unknown encoder' >&2\nexit 1\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(shutil, "which", lambda name: str(program))
+    with pytest.raises(ns.FileFailure, match="ffmpeg could not write the animation: Unknown encoder"):
+        stack.animate(tmp_path / "stack.mp4")
+    assert list(tmp_path.iterdir()) == [program]
+
+
+with_ffmpeg = pytest.mark.skipif(
+    shutil.which("ffmpeg") is None, reason="an .mp4 is written by ffmpeg: install Debian's package ffmpeg"
+)
+
+
+def images_of(path):
+    """The frames a second and the images (n, height, width, 3) of a film, as ffmpeg reads them."""
+    ask = ["ffprobe", "-v", "error", "-show_entries", "stream=width,height,r_frame_rate", "-of", "csv=p=0", str(path)]
+    width, height, rate = subprocess.run(ask, capture_output=True, text=True, check=True).stdout.strip().split(",")
+    read = ["ffmpeg", "-v", "error", "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    raw = subprocess.run(read, capture_output=True, check=True).stdout
+    return rate, np.frombuffer(raw, np.uint8).reshape(-1, int(height), int(width), 3).astype(int)
+
+
+@with_ffmpeg
+def test_an_mp4_shows_the_motion_at_its_frames_a_second(tmp_path):
+    rate, images = images_of(thrown_disc().animate(tmp_path / "disc.mp4", fps=50))
+    assert rate == "50/1" and len(images) == 25
+    places = [np.argwhere(image[..., 2] - image[..., 0] > 40).mean(axis=0) for image in (images[0], images[-1])]
+    assert (places[1] - places[0] > [20, 50]).all()  # down, and to the right
+
+
+@with_ffmpeg
+def test_the_command_line_writes_an_mp4_of_a_model(tmp_path, capsys):
+    path = tmp_path / "rod.mp4"
+    words = ["run", "wall-pendulum", "--t-end", "0.3", "--dt", "1e-3", "--no-plot", "--animate", str(path)]
+    assert main(words) == 0 and str(path) in capsys.readouterr().out
+    _, images = images_of(path)
+    assert len(images) >= 25 and (images[0] != images[-1]).any()

@@ -57,7 +57,7 @@ class ContactLayer {
     }
   }
 
-  vector(values, c) { const d = this.film.dimension; return Array.from(values.subarray(d * c, d * c + d)); }
+  vector(values, c) { return this.film.dimension === 2 ? [values[2 * c], values[2 * c + 1]] : [values[3 * c], values[3 * c + 1], values[3 * c + 2]]; }
   at(c) { return this.vector(this.film.contacts.point, c); }
 
   // Pixels of the point so many pixels away from the contact.

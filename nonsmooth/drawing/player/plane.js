@@ -25,6 +25,10 @@ class Plane {
     this.isFitted = true;
   }
 
+  begin() {} // a planar film has the same pixels whether it plays or not
+  hurry() {}
+  stand() {}
+
   // Pixels of a point, and back.
   project([x, y]) { return [this.width / 2 + this.scale * (x - this.x), this.height / 2 - this.scale * (y - this.y)]; }
   get unit() { return 1 / this.scale; } // of length, per pixel

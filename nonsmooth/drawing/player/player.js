@@ -3,6 +3,8 @@
 const USUAL = [3, 25]; // chosen: seconds: a motion that lasts as long is played at its own speed
 const SHOWN = 10; // chosen: seconds that another one is played in
 const TOLD = 12; // chosen: contacts in the table
+const FLUENT = 30; // chosen: pictures a second; where there are fewer, the stage is asked to hurry
+const WATCHED = 10; // chosen: pictures between two looks at their rate
 const SHARE = [1, 2, 5]; // chosen: steps of the speed within a power of ten
 
 const $ = (id) => document.getElementById(id);
@@ -39,7 +41,8 @@ class Player {
     if (this.frame === this.film.n - 1) this.seek(this.film.times[0]);
     this.isPlaying = true;
     this.drawn = [];
-    let last = performance.now();
+    this.stage.begin();
+    let last = performance.now(), counted = 0;
     const tick = (now) => {
       if (!this.isPlaying) return;
       this.time += ((now - last) / 1000) * this.speed;
@@ -47,13 +50,21 @@ class Player {
       if (this.time >= this.film.times[this.film.n - 1]) this.pause();
       this.show(frameAt(this.film.times, this.time));
       this.drawn.push(now);
+      if (this.drawn.length - counted > WATCHED) {
+        if (now - this.drawn[counted] > (1000 * WATCHED) / FLUENT) this.stage.hurry();
+        counted = this.drawn.length;
+      }
       if (this.isPlaying) requestAnimationFrame(tick);
     };
     requestAnimationFrame(tick);
     this.tellPlay();
   }
 
-  pause() { this.isPlaying = false; this.tellPlay(); }
+  pause() {
+    if (this.isPlaying) this.stage.stand();
+    this.isPlaying = false;
+    this.tellPlay();
+  }
 
   seek(t) {
     this.time = Math.min(Math.max(t, this.film.times[0]), this.film.times[this.film.n - 1]);
@@ -203,25 +214,27 @@ class Player {
   }
 
   contactTable() {
-    const { film } = this, contacts = this.contacts(), closed = contacts.filter((contact) => contact.mode !== "open"), unit = this.film.forces.kind(this.frame) === "force" ? "N" : "N s";
-    if (!contacts.length) return [element("p", { textContent: "none", style: "margin:0;color:var(--faint)" })];
+    const { film } = this, all = this.contactsNow(), closed = all.filter((c) => film.contacts.mode[c] !== 0), unit = film.forces.kind(this.frame) === "force" ? "N" : "N s";
+    if (!all.length) return [element("p", { textContent: "none", style: "margin:0;color:var(--faint)" })];
     const head = element("tr", {}, ...["", "mode", `normal [${unit}]`, `friction`].map((textContent) => element("th", { textContent })));
-    const told = (closed.length > TOLD || contacts.length > TOLD ? closed : contacts).slice(0, TOLD);
+    const told = (all.length > TOLD ? closed : all).slice(0, TOLD).map((c) => this.contact(c));
     const rows = told.map((c) => element("tr", {}, ...[`${c.number} ${c.name}`, c.mode, ...[c.normal, c.friction].map((value) => (c.mode === "open" && !c.P_N ? "" : figure(value)))].map((textContent) => element("td", { textContent }))));
-    const rest = closed.length > TOLD ? `${TOLD} of ${closed.length} closed contacts` : contacts.length > TOLD ? `${closed.length} of ${contacts.length} closed` : "";
+    const rest = closed.length > TOLD ? `${TOLD} of ${closed.length} closed contacts` : all.length > TOLD ? `${closed.length} of ${all.length} closed` : "";
     return [element("table", {}, head, ...rows), element("p", { textContent: rest, style: "margin:0;color:var(--faint)" })];
   }
 
-  // The contacts of this frame: mean forces since the frame before, of an instant impulses.
-  contacts() {
-    const { film, frame } = this, { contacts: all, forces, dimension: d } = film, told = [];
-    for (let c = all.start[frame]; c < all.start[frame + 1]; c++) {
-      const normalOf = Array.from(all.normal.subarray(d * c, d * c + d)), vector = Array.from(forces.vector.subarray(d * c, d * c + d));
-      const normal = vector.reduce((sum, value, j) => sum + value * normalOf[j], 0);
-      told.push({ number: all.number[c], name: film.contactNames[all.number[c]] ?? "", mode: film.modeOf(c)[2], point: Array.from(all.point.subarray(d * c, d * c + d)), normal,
-        friction: Math.hypot(...vector.map((value, j) => value - normal * normalOf[j])), P_N: all.P_N[c], mu: all.mu[c] });
-    }
-    return told;
+  // The contacts of this frame, where they stand in the film.
+  contactsNow() {
+    const { start } = this.film.contacts, first = start[this.frame];
+    return Array.from({ length: start[this.frame + 1] - first }, (_, i) => first + i);
+  }
+
+  // A contact: its mean force since the frame before, of an instant its impulse.
+  contact(c) {
+    const { contacts: all, forces, contactNames, modeOf } = this.film, [n, point, F] = [all.normal, all.point, forces.vector].map((values) => this.layer.vector(values, c));
+    const normal = F.reduce((sum, value, j) => sum + value * n[j], 0);
+    return { number: all.number[c], name: contactNames[all.number[c]] ?? "", mode: modeOf(c)[2], point, normal,
+      friction: Math.hypot(...F.map((value, j) => value - normal * n[j])), P_N: all.P_N[c], mu: all.mu[c] };
   }
 
   // --- hands
@@ -340,7 +353,7 @@ async function start() {
     get speed() { return player.speed; }, set speed(speed) { player.speed = speed; player.tellPlay(); }, get rate() { return player.rate(); },
     play: () => player.play(), pause: () => player.pause(), seek: (t) => { player.pause(); player.seek(t); }, goTo: (frame) => player.goTo(frame),
     nextEvent: () => player.nextEvent(), previousEvent: () => player.previousEvent(), pick: (body) => player.pick(body === null || film.bodies[body] ? body : refuse(body)), get picked() { return player.picked; },
-    body: (i) => ({ name: film.bodies[i].name, position: player.positionOf(i), turn: player.turnOf(i) }), contacts: () => player.contacts(),
+    body: (i) => ({ name: film.bodies[i].name, position: player.positionOf(i), turn: player.turnOf(i) }), contacts: () => player.contactsNow().map((c) => player.contact(c)),
     curves: () => film.curves.map(({ group, name, unit, values }) => ({ group, name, unit, value: values[player.frame] })),
     project: (point) => stage.project(point), setDark: (isDark) => player.setDark(isDark),
   };

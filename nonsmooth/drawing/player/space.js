@@ -3,6 +3,7 @@
 const SHADES = ["#3f78b5", "#6d9fd0", "#2c5a8f"]; // chosen: of neighbouring bodies
 const VIEW = 40; // chosen: degrees of the camera's angle
 const FINE = 200; // chosen: shapes with corners: of more, spheres and capsules are coarse, edges are not smoothed
+const FEWEST = 0.5; // chosen: share of the pixels along each side that a film is drawn with, where it would be too slow
 const SHADE = [0.77, 0.23]; // chosen: of light and dark parts of a round body, their mean and how far they are from it
 const ROOM = 0.88; // chosen: of the picture, what the box of the motion may fill
 const SUN = [0.31, -0.54, 0.78]; // chosen: direction of the light
@@ -27,7 +28,9 @@ class Space {
     this.scene = new three.Scene();
     this.camera = new three.PerspectiveCamera(VIEW, 1);
     this.camera.up.set(0, 0, 1);
-    this.detail = this.isCoarse ? `of more than ${FINE} shapes a sphere has 48 faces, a capsule 50` : "a sphere has 720 faces";
+    this.share = null;
+    const faces = this.isCoarse ? `of more than ${FINE} shapes a sphere has 48 faces, a capsule 50` : "a sphere has 720 faces";
+    this.detail = `${faces}; while it plays at fewer than ${FLUENT} pictures a second, fewer pixels, down to ${100 * FEWEST} % along each side`;
     this.measure();
     this.build();
     this.fit();
@@ -75,12 +78,11 @@ class Space {
 
   addMesh(form, copies) {
     const { three } = this, [corners, normals] = ["position", "normal"].map((name) => form.getAttribute(name).array), m = corners.length;
-    const geometry = new three.BufferGeometry(), faces = form.index.array, all = new Uint32Array(copies.length * faces.length);
-    copies.forEach((_, i) => faces.forEach((corner, j) => { all[i * faces.length + j] = (i * m) / 3 + corner; }));
-    geometry.setIndex(new three.BufferAttribute(all, 1));
+    const geometry = new three.BufferGeometry(), faces = form.index.array;
+    geometry.setIndex(new three.BufferAttribute(new Uint32Array(copies.length * faces.length), 1));
     for (const name of ["position", "color"]) geometry.setAttribute(name, new three.BufferAttribute(new Float32Array(copies.length * m), 3));
     const mesh = new three.Mesh(geometry, new three.MeshBasicMaterial({ vertexColors: true }));
-    Object.assign(mesh, { copies, corners, normals, shade: form.getAttribute("shade")?.array ?? new Float32Array(m / 3).fill(1), colours: new Float32Array(3 * copies.length), facesOfOne: faces.length / 3, frustumCulled: false });
+    Object.assign(mesh, { copies, corners, normals, faces, planes: planesOf(corners, faces), shade: form.getAttribute("shade")?.array ?? new Float32Array(m / 3).fill(1), colours: new Float32Array(3 * copies.length), frustumCulled: false });
     this.scene.add(mesh);
     return mesh;
   }
@@ -152,11 +154,23 @@ class Space {
 
   resize(width, height, ratio) {
     [this.width, this.height_px] = [width, height];
-    this.renderer.setPixelRatio(this.isCoarse ? 1 : Math.min(ratio, 2));
-    this.renderer.setSize(width, height, false);
+    this.ratio = ratio;
+    this.setPixels(this.share);
     this.camera.aspect = width / height;
     if (this.isFitted) this.fit();
   }
+
+  // While it plays, a share of the picture's pixels along each side; where it stands all of them, of many shapes two for one.
+  setPixels(share = null) {
+    const full = Math.min(this.ratio, 2);
+    this.renderer.setPixelRatio(this.isCoarse ? share ?? Math.max(full, 2) : (share ?? 1) * full);
+    this.renderer.setSize(this.width, this.height_px, false);
+    this.share = share;
+  }
+
+  begin() { this.setPixels(1); }
+  hurry() { if (this.share > FEWEST) this.setPixels(Math.max(FEWEST, this.share / Math.SQRT2)); }
+  stand() { this.setPixels(); }
 
   aim() {
     const { camera, distance } = this, out = this.outwards();
@@ -165,13 +179,16 @@ class Space {
     camera.near = distance / 100; camera.far = 100 * distance + 20 * this.radius;
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
+    this.view = new this.three.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements; // by columns
   }
 
   get unit() { return (2 * this.distance * Math.tan((VIEW * Math.PI) / 360)) / this.height_px; } // of length, per pixel at the target
 
-  project(point) {
-    const { x, y, z } = new this.three.Vector3(...point).project(this.camera);
-    return z > 1 ? [NaN, NaN] : [(this.width * (1 + x)) / 2, (this.height_px * (1 - y)) / 2];
+  project([x, y, z]) {
+    const e = this.view, w = e[3] * x + e[7] * y + e[11] * z + e[15];
+    if (!(w > 0)) return [NaN, NaN]; // behind the camera
+    const across = (e[0] * x + e[4] * y + e[8] * z + e[12]) / w, up = (e[1] * x + e[5] * y + e[9] * z + e[13]) / w;
+    return [(this.width * (1 + across)) / 2, (this.height_px * (1 - up)) / 2];
   }
 
   drag(dx, dy, isMove) {
@@ -192,6 +209,7 @@ class Space {
 
   draw(k, picked, theme) {
     if (this.painted !== theme || this.pickedLast !== picked) this.paint(picked, theme);
+    this.aim();
     for (const mesh of this.meshes) this.place(mesh, k);
     const lands = [];
     for (const { body, object, land, bending } of this.lines) {
@@ -204,31 +222,61 @@ class Space {
       where.array.set(bending.subarray(k * size, (k + 1) * size));
       where.needsUpdate = true;
     }
-    this.aim();
     for (const land of lands) land.visible = land.worldToLocal(this.camera.position.clone()).z > 0; // from within nothing is seen of it
     this.renderer.render(this.scene, this.camera);
   }
 
-  // The corners of all copies of a form: rotation times size, and the place of the centre; lighter towards the sun.
+  // The corners of all copies of a form, and those of its faces that are seen.
   place(mesh, k) {
-    const { position, turn, bodies } = this.film, { corners, normals, shade, colours, copies } = mesh, m = corners.length;
-    const moved = mesh.geometry.getAttribute("position"), lit = mesh.geometry.getAttribute("color"), X = moved.array, C = lit.array;
-    copies.forEach(({ body, centre, turn: own, size: [a, b, c] }, i) => {
-      const at = k * bodies.length + body, [ox, oy, oz] = turned(turn.subarray(4 * at, 4 * at + 4), centre);
-      const [w, x, y, z] = own ? times(turn.subarray(4 * at, 4 * at + 4), own) : turn.subarray(4 * at, 4 * at + 4);
-      const xx = 1 - 2 * (y * y + z * z), xy = 2 * (x * y - w * z), xz = 2 * (x * z + w * y);
-      const yx = 2 * (x * y + w * z), yy = 1 - 2 * (x * x + z * z), yz = 2 * (y * z - w * x);
-      const zx = 2 * (x * z - w * y), zy = 2 * (y * z + w * x), zz = 1 - 2 * (x * x + y * y);
-      const lx = xx * SUN[0] + yx * SUN[1] + zx * SUN[2], ly = xy * SUN[0] + yy * SUN[1] + zy * SUN[2], lz = xz * SUN[0] + yz * SUN[1] + zz * SUN[2];
-      const px = position[3 * at] + ox, py = position[3 * at + 1] + oy, pz = position[3 * at + 2] + oz;
-      for (let j = 0, o = i * m; j < m; j += 3, o += 3) {
-        const u = a * corners[j], v = b * corners[j + 1], s = c * corners[j + 2];
-        X[o] = px + xx * u + xy * v + xz * s; X[o + 1] = py + yx * u + yy * v + yz * s; X[o + 2] = pz + zx * u + zy * v + zz * s;
-        const light = shade[j / 3] * (0.85 + 0.35 * (normals[j] * lx + normals[j + 1] * ly + normals[j + 2] * lz));
-        C[o] = light * colours[3 * i]; C[o + 1] = light * colours[3 * i + 1]; C[o + 2] = light * colours[3 * i + 2];
-      }
+    const index = mesh.geometry.index, attributes = ["position", "color"].map((name) => mesh.geometry.getAttribute(name));
+    let n = 0;
+    mesh.copies.forEach((copy, i) => {
+      const pose = this.poseOf(copy, k);
+      this.move(mesh, i, pose);
+      n = this.takeFaces(mesh, i, pose, n);
     });
-    moved.needsUpdate = lit.needsUpdate = true;
+    mesh.geometry.setDrawRange(0, n);
+    index.clearUpdateRanges();
+    index.addUpdateRange(0, n);
+    for (const attribute of [index, ...attributes]) attribute.needsUpdate = true;
+  }
+
+  // Place of the centre, and rotation by rows.
+  poseOf({ body, centre, turn: own }, k) {
+    const { position, turn, bodies } = this.film, at = k * bodies.length + body, whole = turn.subarray(4 * at, 4 * at + 4);
+    const [ox, oy, oz] = turned(whole, centre), [w, x, y, z] = own ? times(whole, own) : whole;
+    return [
+      position[3 * at] + ox, position[3 * at + 1] + oy, position[3 * at + 2] + oz,
+      1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+      2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+      2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
+    ];
+  }
+
+  // Rotation times size, and the place of the centre; lighter towards the sun.
+  move({ corners, normals, shade, colours, copies, geometry }, i, [px, py, pz, xx, xy, xz, yx, yy, yz, zx, zy, zz]) {
+    const X = geometry.getAttribute("position").array, C = geometry.getAttribute("color").array, m = corners.length, [a, b, c] = copies[i].size;
+    const lx = xx * SUN[0] + yx * SUN[1] + zx * SUN[2], ly = xy * SUN[0] + yy * SUN[1] + zy * SUN[2], lz = xz * SUN[0] + yz * SUN[1] + zz * SUN[2];
+    for (let j = 0, o = i * m; j < m; j += 3, o += 3) {
+      const u = a * corners[j], v = b * corners[j + 1], s = c * corners[j + 2];
+      X[o] = px + xx * u + xy * v + xz * s; X[o + 1] = py + yx * u + yy * v + yz * s; X[o + 2] = pz + zx * u + zy * v + zz * s;
+      const light = shade[j / 3] * (0.85 + 0.35 * (normals[j] * lx + normals[j + 1] * ly + normals[j + 2] * lz));
+      C[o] = light * colours[3 * i]; C[o + 1] = light * colours[3 * i + 1]; C[o + 2] = light * colours[3 * i + 2];
+    }
+  }
+
+  // Appends the faces whose plane has the eye in front of it: the others are never seen, and without a graphics card a
+  // face costs half a microsecond. The eye is taken to the form, where the planes stay as they are.
+  takeFaces({ corners, faces, planes, copies, geometry }, i, [px, py, pz, xx, xy, xz, yx, yy, yz, zx, zy, zz], n) {
+    const all = geometry.index.array, first = (i * corners.length) / 3, [a, b, c] = copies[i].size, eye = this.camera.position;
+    const x = eye.x - px, y = eye.y - py, z = eye.z - pz;
+    const u = (xx * x + yx * y + zx * z) / a, v = (xy * x + yy * y + zy * z) / b, s = (xz * x + yz * y + zz * z) / c;
+    for (let f = 0, o = 0; f < planes.length; f += 4, o += 3) {
+      if (!(planes[f] * u + planes[f + 1] * v + planes[f + 2] * s > planes[f + 3])) continue;
+      all[n] = first + faces[o]; all[n + 1] = first + faces[o + 1]; all[n + 2] = first + faces[o + 2];
+      n += 3;
+    }
+    return n;
   }
 
   paint(picked, theme) {
@@ -258,11 +306,22 @@ class Space {
     const ray = new this.three.Raycaster();
     ray.setFromCamera(new this.three.Vector2((2 * px) / this.width - 1, 1 - (2 * py) / this.height_px), this.camera);
     for (const mesh of this.meshes) mesh.geometry.boundingSphere = null; // of another frame
-    const found = ray.intersectObjects(this.meshes).map(({ object, faceIndex }) => object.copies[Math.floor(faceIndex / object.facesOfOne)].body);
+    const found = ray.intersectObjects(this.meshes).map(({ object, face }) => object.copies[Math.floor((3 * face.a) / object.corners.length)].body);
     return found.find((body) => !this.film.bodies[body].fixed) ?? null;
   }
 
   scaleText() { return this.gridStep ? `grid ${short(this.gridStep)} m` : ""; }
+}
+
+// Of each face its normal and how far its plane is from the origin, times twice its area: all 0 where it has none.
+function planesOf(corners, faces) {
+  const planes = new Float64Array((4 * faces.length) / 3);
+  for (let f = 0; f < faces.length; f += 3) {
+    const [A, B, C] = [0, 1, 2].map((j) => corners.subarray(3 * faces[f + j], 3 * faces[f + j] + 3)), [p, q] = [B, C].map((X) => X.map((x, j) => x - A[j]));
+    const n = [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
+    planes.set([...n, n[0] * A[0] + n[1] * A[1] + n[2] * A[2]], (4 * f) / 3);
+  }
+  return planes;
 }
 
 // Quaternions, the real part first: first the turn b, then a; and a vector turned by one.

@@ -350,6 +350,36 @@ def test_in_space_a_ball_is_drawn_where_the_film_has_it(space):
     assert space.complaints() == []
 
 
+def test_in_space_faces_that_are_turned_away_are_left_out_and_no_other(chromium, tmp_path):
+    scene = scene_in_space()[0]
+    scene.body(ns.Cylinder(0.1, 0.2), density=500, position=(0.3, -0.5, 0.6), spin=(2, 1, 0), name="cylinder")
+    text = ns.simulate(scene, (0, 0.1), integrator=ns.MoreauJean(dt=5e-3)).view().text
+    choice, path = "> planes[f + 3])) continue;", tmp_path / "scene.html"
+    assert choice in text
+    shots = []
+    for rule in (choice, "> -Infinity)) continue;", ">= Infinity)) continue;"):  # ours; all, left to WebGL; none
+        path.write_text(text.replace(choice, rule))
+        page = Opened(chromium, path)
+        page.do("player.goTo(15); document.getElementById('forces').click()")
+        shots.append(page.scene())
+    ours, all_faces, none = shots
+    assert (ours == all_faces).all() and (ours != none).any(axis=2).sum() > 5000
+
+
+def test_in_space_a_film_that_plays_too_slowly_has_fewer_pixels_and_all_of_them_where_it_stands(chromium, tmp_path):
+    path, wish = tmp_path / "space.html", "const FLUENT = 30;"
+    text = page_of(spatial_film())
+    assert wish in text
+    path.write_text(text.replace(wish, "const FLUENT = 1e6;"))
+    page = Opened(chromium, path)
+    width = "document.getElementById('stage').width"
+    full = page.ask(width)
+    page.do("player.speed = 0.05; player.play()")
+    page.wait_for(f"{width} <= {0.5 * full + 1}")
+    page.do("player.pause()")
+    assert page.ask(width) == full and page.complaints() == []
+
+
 def test_in_space_up_is_up_and_a_drag_turns_the_view(space, chromium):
     from selenium.webdriver import ActionChains
 
