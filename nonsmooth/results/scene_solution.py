@@ -99,6 +99,8 @@ class SceneStats:
         The most that they gained in one [J].
     springs : SpringStats, optional
         Of a run with compliant contacts.
+    islands_asleep : int
+        Islands that were left out of steps, counted step by step: nothing of them is looked for, written or solved.
     """
 
     steps: int
@@ -121,6 +123,7 @@ class SceneStats:
     energy_gains: int = 0
     worst_energy_gain: float = 0.0
     springs: SpringStats | None = None
+    islands_asleep: int = 0
 
 
 class BodyState(NamedTuple):
