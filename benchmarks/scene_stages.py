@@ -57,8 +57,8 @@ class Stepper:
         self.timed("prepare", prepare_spatial, at.network)
         self.solve()
         self.timed("judge", judge_spatial, at.network)
-        pushed = int(assembly.found.gap[:n].min(initial=0.0) < -progress.tight)
-        self.timed("move", move_bodies_spatial, at.bodies, at.found, at.network, at.moves, dt, progress.theta, pushed)
+        moved = at.bodies, at.found, at.network, at.moves
+        pushed = self.timed("move", move_bodies_spatial, *moved, dt, progress.theta, progress.tight)
         booked = at.bodies, at.found, at.contacts, at.network, at.moves, at.ledger
         self.timed("book", book_step, *booked, dt, pushed)
 

@@ -103,6 +103,8 @@ class SceneStats:
         When the first of them was, and the body.
     springs : SpringStats, optional
         Of a run with compliant contacts.
+    islands_asleep : int
+        Islands that were left out of steps, counted step by step: nothing of them is looked for, written or solved.
     """
 
     steps: int
@@ -127,6 +129,7 @@ class SceneStats:
     struck_together: int = 0
     first_together: str = ""
     springs: SpringStats | None = None
+    islands_asleep: int = 0
 
 
 class BodyState(NamedTuple):

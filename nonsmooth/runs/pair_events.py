@@ -64,13 +64,13 @@ class PairEvents:
 
     def _loaded(self, run: RunOfScene) -> tuple[np.ndarray, ...]:
         """The pairs with impulses, in order: their modes, normal impulses and impulses on the second body."""
-        network, contacts, d = run.assembly.network, run.assembly.contacts, run.scene.dim
-        rows = np.flatnonzero(contacts.P[: network.n_c, 0] > 0.0)
-        P = contacts.P[rows]
-        slides = modes_of(P[:, 0], np.linalg.norm(P[:, 1:], axis=1), network.mu[rows]) == ContactMode.SLIDE
-        pairs, at = np.unique(network.i[rows] * self.n_b + network.j[rows], return_inverse=True)
+        every = run.assembly.contact_rows()
+        rows = type(every)(*(column[every.own[:, 0] > 0.0] for column in every))
+        P = rows.own
+        slides = modes_of(P[:, 0], np.linalg.norm(P[:, 1:], axis=1), rows.mu) == ContactMode.SLIDE
+        pairs, at = np.unique(rows.i * self.n_b + rows.j, return_inverse=True)
         sticking = np.bincount(at, weights=~slides, minlength=len(pairs)) > 0
-        in_world = np.einsum("crk,cr->ck", network.J_j[rows, :, :d], P)
+        in_world = rows.in_world()
         P_sum = np.stack([np.bincount(at, weights=part, minlength=len(pairs)) for part in in_world.T], axis=1)
         P_N = np.bincount(at, weights=P[:, 0], minlength=len(pairs))
         return pairs, np.where(sticking, ContactMode.STICK, ContactMode.SLIDE), P_N, P_sum

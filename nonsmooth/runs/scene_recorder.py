@@ -136,12 +136,10 @@ class Window:
 
 def contacts_of(run: RunOfScene) -> Rows:
     """The contacts of the last step: bodies, points, normals, gaps, impulses in the axes of the world, friction."""
-    assembly = run.assembly
-    n = assembly.network.n_c if run.steps else 0
-    found, network = assembly.found, assembly.network
-    P = np.einsum("crk,cr->ck", network.J_j[:n, :, : run.scene.dim], assembly.contacts.P[:n])
-    columns = {"i": network.i, "j": network.j, "point": found.point, "normal": found.normal, "gap": found.gap}
-    return {name: column[:n].copy() for name, column in columns.items()} | {"P": P, "mu": network.mu[:n].copy()}
+    rows = run.assembly.contact_rows()
+    n = None if run.steps else 0
+    columns = {name: getattr(rows, name)[:n].copy() for name in ("i", "j", "point", "normal", "gap", "mu")}
+    return columns | {"P": rows.in_world()[:n]}
 
 
 def joined(parts: list[Rows], dim: int) -> Rows:

@@ -284,11 +284,12 @@ class SceneRun:
         counts, figures = (named_numbers(block) for block in (assembly.progress.counts, assembly.progress.figures))
         methods = {name: counts[field] for name, field in METHODS.items() if counts[field]}
         return SceneStats(
-            counts["steps"], int(assembly.network.n_c), counts["most_contacts"], int(assembly.network.islands.count),
+            counts["steps"], assembly.n_contacts, counts["most_contacts"], assembly.n_islands,
             methods, counts["sweeps"], counts["factors"], counts["impacts"], counts["asleep"], assembly.tol,
             figures["residual"], figures["last_residual"], counts["missed"], figures["penetration"],
             figures["last_penetration"], self.wall_time, self.compile_time,
-            counts["gains"], figures["gain"], struck_together=counts["together"], first_together=self._first_together(),
+            counts["gains"], figures["gain"], islands_asleep=counts["left_islands"],
+            struck_together=counts["together"], first_together=self._first_together(),
         )  # fmt: skip
 
     def _first_together(self) -> str:

@@ -5,9 +5,11 @@ A shape of width w (the longest side of its box) is entered by the centre of its
     cell_l = w_max 2^-l,    w <= cell_l < 2 w,
 
 so that two shapes overlap only where their cells on the coarser one of their levels are neighbours. A shape asks the
-3^d cells about its own on every coarser level that is in use, and half of them on its own. Cells share a table of at
-least 2 n buckets; entries are sorted by bucket, and a row of cells along x is a row of buckets. Pairs come out in the
-order of (i, j) by two counting sorts, whatever the order in the grid. All is linear in shapes + pairs.
+3^d cells about its own on every coarser level that is in use, and half of them on its own. A shape of a body that is
+still asks only where one that is not still is coarser; those look for still ones in the other half of the cells too.
+Cells share a table of at least 2 n buckets; entries are sorted by bucket, and a row of cells along x is a row of
+buckets. Pairs come out in the order of (i, j) by two counting sorts, whatever the order in the grid. All is linear in
+shapes + pairs.
 
 Source: Ericson, *Real-Time Collision Detection*, section 7.2.2 (hierarchical hash grids); Eitz and Lixu, "Hierarchical
 spatial hashing for real-time collision detection", SMI 2007.
@@ -49,6 +51,8 @@ class Grid(Block, n_t="1 << (2 * n_s + 2).bit_length()"):
     hi_at: Array[Floats, "n_s", "d"]
     near: Array[Ints, "n_s + 1"]  # those whose boxes overlap that of one shape
     population: Array[Ints, GRID_LEVELS]  # of the levels
+    active: Array[Ints, GRID_LEVELS]  # of these, shapes that are not still
+    n_still: int  # bounded shapes that are
     widest: float  # [m] the longest side of a box
     n_pairs: int  # found, which may be more than there is room for
     i: Array[Ints, "n_p"]  # i < j, in this order
@@ -61,7 +65,7 @@ class Grid(Block, n_t="1 << (2 * n_s + 2).bit_length()"):
 @kernel
 def find_pairs(shapes, motion, grid):
     """List the pairs whose boxes overlap; returns how many, or NOT_FINITE."""
-    n = enter(grid)
+    n = enter(shapes, motion, grid)
     if n < 0:
         return NOT_FINITE
     grid.n_pairs = 0
@@ -76,7 +80,7 @@ def find_pairs(shapes, motion, grid):
 
 
 @kernel
-def enter(grid):
+def enter(shapes, motion, grid):
     """Sort the bounded shapes by the bucket of their cell; returns how many, or NOT_FINITE."""
     n_s, depth = grid.lo.shape
     start, population, widest = grid.start, grid.population, 0.0
@@ -87,8 +91,8 @@ def enter(grid):
     for b in range(start.shape[0]):
         start[b] = 0
     for k in range(GRID_LEVELS):
-        population[k] = 0
-    n = 0
+        population[k] = grid.active[k] = 0
+    n = n_still = 0
     for s in range(n_s):
         if grid.level[s] < 0:
             continue
@@ -103,6 +107,11 @@ def enter(grid):
         population[level] += 1
         start[b] += 1
         n += 1
+        if motion.still[shapes.body[s]] == 1:
+            n_still += 1
+        else:
+            grid.active[level] += 1
+    grid.n_still = n_still
     fill_buckets(grid)
     return n
 
@@ -173,11 +182,13 @@ def fill_buckets(grid):
 
 @kernel
 def neighbours(shapes, motion, grid, p):
-    """The pairs of shape order[p] with those behind it on its own level, and with all on coarser ones."""
+    """The pairs of shape order[p] with those behind it on its own level, and with all on coarser ones; of a shape that
+    is still, with those alone that are not."""
     s, n = grid.order[p], 0
     own, top = grid.level[s], 1 if grid.lo.shape[1] == 3 else 0
-    for level in range(own + 1):
-        if grid.population[level] == 0:
+    is_still = motion.still[shapes.body[s]] == 1
+    for level in range(own if is_still else own + 1):
+        if grid.population[level] == 0 or (is_still and grid.active[level] == 0):
             continue
         cx, cy, cz = cells_of(grid, s, cell_of(level, grid.widest))
         if level == own:
@@ -191,6 +202,26 @@ def neighbours(shapes, motion, grid, p):
                 n = compare_row(grid, p, level, cx, cy + y, cz + z, n)
     for k in range(n):
         add_pair(shapes, motion, grid, s, grid.near[k])
+    if grid.n_still > 0 and not is_still:
+        still_neighbours(shapes, motion, grid, p)
+
+
+@kernel
+def still_neighbours(shapes, motion, grid, p):
+    """The pairs of shape order[p] with those before it on its own level that are still: these did not ask."""
+    s, n = grid.order[p], 0
+    level, top = grid.level[s], 1 if grid.lo.shape[1] == 3 else 0
+    cx, cy, cz = cells_of(grid, s, cell_of(level, grid.widest))
+    row = row_code(level, cy, cz)
+    n = compare(grid, p, row, grid.start[bucket_of(grid, level, cx, cy, cz)], p, n)
+    b = bucket_of(grid, level, cx - 1, cy, cz)
+    n = compare(grid, p, row, grid.start[b], grid.start[b + 1], n)
+    for z in range(-top, 1):
+        for y in range(-1, 0 if z == 0 else 2):
+            n = compare_row(grid, p, level, cx, cy + y, cz + z, n)
+    for k in range(n):
+        if motion.still[shapes.body[grid.near[k]]] == 1:
+            add_pair(shapes, motion, grid, s, grid.near[k])
 
 
 @kernel
@@ -223,8 +254,11 @@ def compare(grid, p, row, begin, end, n):
 @kernel
 def against_all(shapes, motion, grid, s):
     """The pairs of an unbounded shape with the bounded ones whose boxes reach over its border."""
+    is_still = motion.still[shapes.body[s]] == 1
     for t in range(grid.level.shape[0]):
-        if grid.level[t] >= 0 and lowest(grid, s, t) <= grid.border[s]:
+        if grid.level[t] < 0 or (is_still and motion.still[shapes.body[t]] == 1):
+            continue
+        if lowest(grid, s, t) <= grid.border[s]:
             add_pair(shapes, motion, grid, s, t)
 
 
@@ -239,9 +273,11 @@ def lowest(grid, s, t):
 
 @kernel
 def add_pair(shapes, motion, grid, s, t):
-    """Write a pair down, unless its bodies are one, or cannot move, or do not collide."""
+    """Write a pair down, unless its bodies are one, or cannot move, or are still, or do not collide."""
     a, b = shapes.body[s], shapes.body[t]
-    if a == b or motion.moves[a] + motion.moves[b] == 0 or is_apart(shapes.apart, a, b):
+    if a == b or motion.moves[a] + motion.moves[b] == 0 or motion.still[a] + motion.still[b] == 2:
+        return
+    if is_apart(shapes.apart, a, b):
         return
     n = grid.n_pairs
     if n < grid.i.shape[0]:

@@ -34,6 +34,7 @@ class Motion(Block):
     x: Array[Floats, "n_b", "n_x"]  # [m], [rad]
     v: Array[Floats, "n_b", "n"]  # [m/s], [rad/s]
     moves: Array[Ints, "n_b"]  # 1 where the inverse mass is not zero
+    still: Array[Ints, "n_b"]  # 1 where it stays as it is: contacts of two such bodies are not looked for
 
 
 class Found(Block):

@@ -15,18 +15,20 @@ def pairs_of(shapes_at, motion_at, grid_at):
     return find_pairs(view(shapes_at, Shapes), view(motion_at, Motion), view(grid_at, Grid))
 
 
-def found_and_all(lo, hi, unbounded=()):
+def found_and_all(lo, hi, unbounded=(), still=()):
     """The pairs found, in their order, and those of n^2 comparisons."""
     n, d = lo.shape
     shapes, motion = new(Shapes, n_s=n, n_x=3, n_w=0, n_e=0, n_v=0, n_f=0, n_k=0), new(Motion, n_b=n, n_x=3, n=3)
     grid = new(Grid, n_s=n, d=d, n_p=n * n)
     shapes.body[:], motion.moves[:], grid.lo[:], grid.hi[:] = np.arange(n), 1, lo, hi
     grid.level[list(unbounded)] = -1
+    motion.still[list(still)] = 1
     m = pairs_of(shapes.address, motion.address, grid.address)
     overlap = ((lo[:, None] <= hi[None]) & (lo[None] <= hi[:, None])).all(-1)
     overlap[list(unbounded)] = overlap[:, list(unbounded)] = True
     for s in unbounded:
         overlap[s, list(unbounded)] = False
+    overlap[np.ix_(list(still), list(still))] = False
     return list(zip(grid.i[:m].tolist(), grid.j[:m].tolist(), strict=True)), [
         (i, j) for i, j in np.argwhere(overlap).tolist() if i < j]  # fmt: skip
 
@@ -43,6 +45,20 @@ def test_the_pairs_found_are_those_of_all_comparisons(d, sizes, at):
         centre[::5] = at + (centre[::5] - at) * 1e-2  # a crowd
         found, every = found_and_all(centre - half, centre + half, unbounded=(3, 99))
         assert found == every and len(every) > 2 * n - 10
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("sizes", [(1.0, 1.0), (0.5, 2.0), (1e-3, 1e3)])
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 1.0])
+def test_of_bodies_that_are_still_only_the_pairs_with_others_are_found(d, sizes, share):
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        n = 300
+        half = np.exp(rng.uniform(*np.log(sizes), (n, d)))
+        centre = rng.uniform(-1, 1, (n, d)) * sizes[1] * n ** (1 / d) / 2
+        still = np.flatnonzero(rng.random(n) < share)
+        found, every = found_and_all(centre - half, centre + half, unbounded=(3, 99), still=still)
+        assert found == every and (share == 1.0) == (len(every) == 0)
 
 
 def test_boxes_that_only_touch_and_points_are_pairs():

@@ -106,6 +106,15 @@ def solve_island(network, solver, k, d, n):
 
 
 @kernel
+def lasting_residual(network, solver, k):
+    """The residual up to which the ladder leaves island k as it is, whatever else there is, however long it waits."""
+    bodies = bodies_of(network, k)
+    if solver.tol > FINE or bodies > MANY_BODIES:
+        return solver.tol
+    return min(solver.tol, ROUNDED if bodies <= FEW_BODIES else ROUNDED_OF_MANY)
+
+
+@kernel
 def bodies_of(network, k):
     """How many bodies island k has."""
     return network.islands.body_start[k + 1] - network.islands.body_start[k]

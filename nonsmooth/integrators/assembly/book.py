@@ -114,7 +114,7 @@ def book(bodies, found, contacts, network, moves, ledger, dt, is_pushed):
     book_contacts(bodies, network, bodies.v_0, d, n, ledger.work)
     book_gravity(bodies, network, moves, dt, is_pushed, ledger.work)
     add_impulses(contacts, network, d, True)
-    keep_impulses(found, network, d, contacts)
+    keep_impulses(bodies, found, network, d, contacts)
     finish(bodies, network, n)
 
 

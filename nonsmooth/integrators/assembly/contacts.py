@@ -7,10 +7,10 @@ Gaps fed back to the velocities of closed contacts, with impulses kept from step
 part only, are an unstable loop: a part a of the error solved in a step, and the mode grows for every a < 1 (beta 1:
 by 1.154 a step at a = 0.1). Without that feedback it decays as sqrt(1 - a).
 
-The impulses of the step before are the start of the next solution, kept in the axes of the world. A contact goes on
-with that of its key; what is left of a pair of shapes goes on with the nearest one, since roundings may turn a vertex
-that lies on an edge into a crossing of edges: a stack whose boxes are alike would otherwise begin anew every other
-step.
+The impulses of the step before are the start of the next solution, kept in the axes of the world, and, for contacts
+whose normal has not turned, along their own: what rests has the same bits for ever. A contact goes on with that of its
+key; what is left of a pair of shapes goes on with the nearest one, since roundings may turn a vertex that lies on an
+edge into a crossing of edges: a stack whose boxes are alike would otherwise begin anew every other step.
 """
 
 from __future__ import annotations
@@ -52,6 +52,8 @@ class Contacts(Block):
     n_before: int  # contacts of the step before that had impulses
     key_before: Array[Ints, "m"]
     P_before: Array[Floats, "m", "d"]  # in the axes of the world
+    own_before: Array[Floats, "m", "d"]  # along normal and tangents
+    normal_before: Array[Floats, "m", "d"]
     point_before: Array[Floats, "m", "d"]
     is_taken: Array[Ints, "m"]  # whether a contact of this step goes on with it
     source: Array[Ints, "m"]  # of a contact of this step: which one of those it goes on with; -1: none
@@ -112,7 +114,9 @@ def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_
             write_compliance(surfaces, found, c, dt, network)
         at = contacts.source[c]
         network.P[c, 0], network.P[c, 1] = 0.0, 0.0
-        if at >= 0:
+        if at >= 0 and has_same_normal(found, contacts, c, at):
+            network.P[c, 0], network.P[c, 1] = contacts.own_before[at, 0], contacts.own_before[at, 1]
+        elif at >= 0:
             n_x, n_y = found.normal[c, 0], found.normal[c, 1]
             p_x, p_y = contacts.P_before[at, 0], contacts.P_before[at, 1]
             network.P[c, 0], network.P[c, 1] = n_x * p_x + n_y * p_y, n_x * p_y - n_y * p_x
@@ -132,12 +136,22 @@ def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts
         if surfaces.is_compliant == 1:
             write_compliance(surfaces, found, c, dt, network)
         at = contacts.source[c]
+        is_kept = at >= 0 and has_same_normal(found, contacts, c, at)
         for row in range(3):
-            total = 0.0
-            if at >= 0:
+            total = contacts.own_before[at, row] if is_kept else 0.0
+            if at >= 0 and not is_kept:
                 for k in range(3):
                     total += network.J_j[c, row, k] * contacts.P_before[at, k]
             network.P[c, row] = total
+
+
+@kernel
+def has_same_normal(found, contacts, c, at):
+    """Whether contact c has the normal, to the last bit, of the one that it goes on with."""
+    for k in range(found.normal.shape[1]):
+        if found.normal[c, k] != contacts.normal_before[at, k]:
+            return False
+    return True
 
 
 @kernel
@@ -203,15 +217,27 @@ def keep_contact(found, network, c, d, contacts):
         total = 0.0
         for row in range(d):
             total += network.J_j[c, row, k] * network.P[c, row]
-        contacts.P_before[at, k] = total
-        contacts.point_before[at, k] = found.point[c, k]
+        contacts.P_before[at, k], contacts.own_before[at, k] = total, network.P[c, k]
+        contacts.point_before[at, k], contacts.normal_before[at, k] = found.point[c, k], found.normal[c, k]
     contacts.n_before = at + 1
 
 
 @kernel
-def keep_impulses(found, network, d, contacts):
-    """Keep all impulses that are not zero."""
+def keep_impulses(bodies, found, network, d, contacts):
+    """Keep all impulses that are not zero, but those of bodies that fell asleep (sleep.py)."""
+    still, moves = bodies.motion.still, bodies.motion.moves
     contacts.n_before = 0
     for c in range(network.n_c):
-        if network.P[c, 0] > 0.0:
+        i, j = network.i[c], network.j[c]
+        if network.P[c, 0] > 0.0 and still[i] * moves[i] + still[j] * moves[j] == 0:
             keep_contact(found, network, c, d, contacts)
+
+
+@kernel
+def impulse_before(contacts, at, to):
+    """Put one of the impulses of the step before in the place of another."""
+    contacts.key_before[to] = contacts.key_before[at]
+    for k in range(contacts.P_before.shape[1]):
+        contacts.P_before[to, k], contacts.own_before[to, k] = contacts.P_before[at, k], contacts.own_before[at, k]
+        contacts.point_before[to, k] = contacts.point_before[at, k]
+        contacts.normal_before[to, k] = contacts.normal_before[at, k]

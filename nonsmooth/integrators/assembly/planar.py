@@ -16,17 +16,24 @@ from nonsmooth.jit.blocks import view
 def predict_planar(bodies_at, dt):
     """The free motion of a step; bodies are put where their contacts are looked for."""
     bodies = view(bodies_at, Bodies)
-    v, v_0, v_free, v_mid, g = bodies.motion.v, bodies.v_0, bodies.v_free, bodies.v_mid, bodies.gravity
     for b in range(bodies.mass.shape[0]):
-        for k in range(3):
-            bodies.x_0[b, k] = bodies.motion.x[b, k]
-        for k in range(3):
-            v_0[b, k] = v[b, k]
-            gain = dt * g[k] if k < 2 and bodies.motion.moves[b] == 1 else 0.0
-            v_free[b, k] = v[b, k] + gain
-            v_mid[b, k] = v[b, k] + 0.5 * gain
-        bodies.ahead[b] = 0.5 * dt if bodies.keeps[b] == 1 or bodies.motion.moves[b] == 0 else 0.0
-        move_planar(bodies, b, bodies.ahead[b], v_0)
+        predict_planar_body(bodies, b, dt)
+
+
+@kernel
+def predict_planar_body(bodies, b, dt):
+    """The same of one body; one that is still stays where it is, whatever pulls."""
+    v, v_0, v_free, v_mid, g = bodies.motion.v, bodies.v_0, bodies.v_free, bodies.v_mid, bodies.gravity
+    is_free = bodies.motion.moves[b] == 1 and bodies.motion.still[b] == 0
+    for k in range(3):
+        bodies.x_0[b, k] = bodies.motion.x[b, k]
+    for k in range(3):
+        v_0[b, k] = v[b, k]
+        gain = dt * g[k] if k < 2 and is_free else 0.0
+        v_free[b, k] = v[b, k] + gain
+        v_mid[b, k] = v[b, k] + 0.5 * gain
+    bodies.ahead[b] = 0.5 * dt if bodies.keeps[b] == 1 or bodies.motion.moves[b] == 0 else 0.0
+    move_planar(bodies, b, bodies.ahead[b], v_0)
 
 
 @kernel

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
+from nonsmooth.contact.network.problem import relative
 from nonsmooth.contact.network.solve import BY_FACTORS, BY_START, BY_SWEEPS, Solver
 from nonsmooth.integrators.assembly.book import Ledger
 from nonsmooth.integrators.records import FRICTION_WORK, N_LEDGER, NORMAL_WORK
@@ -35,6 +36,7 @@ class Places(Block):
     moves: int
     ledger: int
     solver: int
+    asleep: int
 
 
 class Counts(Block):
@@ -56,6 +58,7 @@ class Counts(Block):
     spun: int  # steps in which a body that is not round turned far while it touched
     spinner: int  # the last body that did
     asleep: int  # steps that were not taken, since the one before changed nothing and they would have repeated it
+    left_islands: int  # islands, of steps, that were asleep
 
 
 class Figures(Block):
@@ -93,9 +96,10 @@ class Progress(Block):
 
 
 @kernel
-def note_islands(network, counts):
-    """Count how the islands of a problem were solved."""
+def note_islands(network, asleep, counts):
+    """Count how the islands of a problem were solved; those that sleep are as the step before left them."""
     islands = network.islands
+    counts.kept += asleep.count
     for k in range(islands.count):
         counts.kept += 1 if islands.rung[k] == BY_START else 0
         counts.swept += 1 if islands.rung[k] == BY_SWEEPS else 0
@@ -126,11 +130,24 @@ def note_residual(residual, network, progress):
 
 
 @kernel
-def note_step(network, deepest, progress):
-    """The figures of a step; whether it may go on."""
+def with_asleep(residual, network, asleep, progress):
+    """The residual of the step's contacts with those that sleep; an impact has none of these."""
+    if asleep.count == 0 or progress.stage != SOLVE:
+        return residual
+    islands, F, P = network.islands, asleep.F, asleep.P
+    for k in range(islands.count):
+        F += islands.F[k]
+        P += islands.P[k]
+    return relative(F, P)
+
+
+@kernel
+def note_step(network, asleep, deepest, progress):
+    """The figures of a step, before more islands fall asleep."""
     counts, figures = progress.counts, progress.figures
     counts.steps += 1
-    counts.most_contacts = max(counts.most_contacts, network.n_c)
+    counts.left_islands += asleep.count
+    counts.most_contacts = max(counts.most_contacts, network.n_c + asleep.n_c)
     figures.last_penetration = max(0.0, -deepest)
     figures.penetration = max(figures.penetration, figures.last_penetration)
     figures.since_penetration = max(figures.since_penetration, figures.last_penetration)
@@ -219,12 +236,13 @@ def is_asleep(bodies, progress):
 
 
 @kernel
-def leave_out(network, steps, progress):
+def leave_out(network, asleep, steps, progress):
     """Count so many steps as if they had been taken, with the figures of the last one."""
     counts, figures = progress.counts, progress.figures
     counts.steps += steps
     counts.asleep += steps
-    counts.kept += steps * network.islands.count
+    counts.kept += steps * (network.islands.count + asleep.count - asleep.new_islands)
+    counts.left_islands += steps * asleep.count
     figures.since_residual = max(figures.since_residual, figures.last_residual)
     figures.since_penetration = max(figures.since_penetration, figures.last_penetration)
 

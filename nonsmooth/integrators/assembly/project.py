@@ -40,6 +40,7 @@ class Moves(Block):
     size: Array[Floats, "n_b", "n"]  # sum of the sizes of what a velocity is made of
 
     lands: Array[Ints, "n_b"]  # whether an island has an impact in this step
+    deep: Array[Ints, "n_b"]  # whether bodies of an island are pushed apart in it
     push: Array[Floats, "n_b", "n"]  # by which penetrations are taken back [m/s]
     la: Array[Floats, "m"]  # and what it takes
 
@@ -113,7 +114,8 @@ def find_move(bodies, network, theta, n, moves):
 def mark_kept(bodies, network, moves):
     """Mark the bodies that are pressed, in islands without an impact."""
     for b in range(bodies.mass.shape[0]):
-        bodies.keeps[b] = 0
+        if bodies.motion.moves[b] == 0 or bodies.motion.still[b] == 0:
+            bodies.keeps[b] = 0
     for c in range(network.n_c):
         if network.P[c, 0] > 0.0:
             for b in (network.i[c], network.j[c]):
@@ -132,17 +134,41 @@ def put_back(bodies):
 
 
 @kernel
-def find_push(found, network, dt, d, n, moves):
-    """The push of every body, by projected Gauss-Seidel on the normals of closed contacts."""
-    push = moves.push
+def find_deep(found, network, tight, moves):
+    """Mark the islands in which bodies are deeper in one another than roundings are; whether there is one."""
+    islands, is_any = network.islands, False
+    for k in range(islands.count):
+        moves.deep[k] = 0
+        for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
+            if found.gap[islands.contacts[at]] < -tight:
+                moves.deep[k] = 1
+                is_any = True
+    return is_any
+
+
+@kernel
+def find_push(found, network, dt, n, moves):
+    """The push of every body: that of the bodies of deep islands, island by island."""
+    islands, push = network.islands, moves.push
     for b in range(push.shape[0]):
         for x in range(n):
             push[b, x] = 0.0
-    for c in range(network.n_c):
-        moves.la[c] = 0.0
+    for k in range(islands.count):
+        if moves.deep[k] == 1:
+            push_island(found, network, k, dt, n, moves)
+
+
+@kernel
+def push_island(found, network, k, dt, n, moves):
+    """The push of island k, by projected Gauss-Seidel on the normals of closed contacts."""
+    islands, push = network.islands, moves.push
+    begin, end = islands.contact_start[k], islands.contact_start[k + 1]
+    for at in range(begin, end):
+        moves.la[islands.contacts[at]] = 0.0
     for _ in range(SWEEPS):
-        for c in range(network.n_c):
-            if found.gap[c] >= 0.0 or network.W[c, 0, 0] <= 0.0:
+        for at in range(begin, end):
+            c = islands.contacts[at]
+            if found.gap[c] >= 0.0:
                 continue
             i, j = network.i[c], network.j[c]
             speed, _ = normal_velocity(network, c, push, n)
@@ -155,9 +181,9 @@ def find_push(found, network, dt, d, n, moves):
                     push[j, x] += network.Y_j[c, 0, x] * change
 
 
-@kernel("void(int64, int64, int64, int64, float64, float64, int64)")
-def move_bodies_planar(bodies_at, found_at, network_at, moves_at, dt, theta, is_pushed):
-    """Move planar bodies, and push them apart if that is wanted."""
+@kernel("int64(int64, int64, int64, int64, float64, float64, float64)")
+def move_bodies_planar(bodies_at, found_at, network_at, moves_at, dt, theta, tight):
+    """Move planar bodies, and push apart those that are deep in one another; whether some are."""
     bodies, found, network, moves = (
         view(bodies_at, Bodies), view(found_at, Found), view(network_at, Network), view(moves_at, Moves)
     )  # fmt: skip
@@ -166,17 +192,19 @@ def move_bodies_planar(bodies_at, found_at, network_at, moves_at, dt, theta, is_
     find_move(bodies, network, theta, 3, moves)
     mark_kept(bodies, network, moves)
     put_back(bodies)
-    if is_pushed == 1:
-        find_push(found, network, dt, 2, 3, moves)
+    is_pushed = find_deep(found, network, tight, moves)
+    if is_pushed:
+        find_push(found, network, dt, 3, moves)
     for b in range(bodies.mass.shape[0]):
         move_planar(bodies, b, dt, bodies.v_move)
-        if is_pushed == 1:
+        if is_pushed:
             move_planar(bodies, b, dt, moves.push)
+    return 1 if is_pushed else 0
 
 
-@kernel("void(int64, int64, int64, int64, float64, float64, int64)")
-def move_bodies_spatial(bodies_at, found_at, network_at, moves_at, dt, theta, is_pushed):
-    """Move spatial bodies, and push them apart if that is wanted."""
+@kernel("int64(int64, int64, int64, int64, float64, float64, float64)")
+def move_bodies_spatial(bodies_at, found_at, network_at, moves_at, dt, theta, tight):
+    """Move spatial bodies, and push apart those that are deep in one another; whether some are."""
     bodies, found, network, moves = (
         view(bodies_at, Bodies), view(found_at, Found), view(network_at, Network), view(moves_at, Moves)
     )  # fmt: skip
@@ -185,9 +213,11 @@ def move_bodies_spatial(bodies_at, found_at, network_at, moves_at, dt, theta, is
     find_move(bodies, network, theta, 6, moves)
     mark_kept(bodies, network, moves)
     put_back(bodies)
-    if is_pushed == 1:
-        find_push(found, network, dt, 3, 6, moves)
+    is_pushed = find_deep(found, network, tight, moves)
+    if is_pushed:
+        find_push(found, network, dt, 6, moves)
     for b in range(bodies.mass.shape[0]):
         move_spatial(bodies, b, dt, bodies.v_move)
-        if is_pushed == 1:
+        if is_pushed:
             move_spatial(bodies, b, dt, moves.push)
+    return 1 if is_pushed else 0

@@ -85,22 +85,29 @@ def rotate_freely(bodies, b, dt):
 def predict_spatial(bodies_at, dt):
     """The free motion of a step; bodies are put where their contacts are looked for."""
     bodies = view(bodies_at, Bodies)
-    v, v_0, v_free, v_mid, g = bodies.motion.v, bodies.v_0, bodies.v_free, bodies.v_mid, bodies.gravity
     for b in range(bodies.mass.shape[0]):
-        for k in range(7):
-            bodies.x_0[b, k] = bodies.motion.x[b, k]
-        for k in range(6):
-            v_0[b, k] = v[b, k]
-            gain = dt * g[k] if k < 3 and bodies.motion.moves[b] == 1 else 0.0
-            v_free[b, k] = v[b, k] + gain
-            v_mid[b, k] = v[b, k] + 0.5 * gain
-        if bodies.motion.moves[b] == 1:
-            m_0, m_1, m_2, e_0, e_1, e_2 = rotate_freely(bodies, b, dt)
-            v_mid[b, 3], v_mid[b, 4], v_mid[b, 5] = m_0, m_1, m_2
-            v_free[b, 3], v_free[b, 4], v_free[b, 5] = e_0, e_1, e_2
-            v_0[b, 3], v_0[b, 4], v_0[b, 5] = e_0, e_1, e_2  # of the same energy: impulses are booked from here
-        bodies.ahead[b] = 0.5 * dt if bodies.keeps[b] == 1 or bodies.motion.moves[b] == 0 else 0.0
-        move_spatial(bodies, b, bodies.ahead[b], v_0)
+        predict_spatial_body(bodies, b, dt)
+
+
+@kernel
+def predict_spatial_body(bodies, b, dt):
+    """The same of one body; one that is still stays where it is, whatever pulls."""
+    v, v_0, v_free, v_mid, g = bodies.motion.v, bodies.v_0, bodies.v_free, bodies.v_mid, bodies.gravity
+    is_free = bodies.motion.moves[b] == 1 and bodies.motion.still[b] == 0
+    for k in range(7):
+        bodies.x_0[b, k] = bodies.motion.x[b, k]
+    for k in range(6):
+        v_0[b, k] = v[b, k]
+        gain = dt * g[k] if k < 3 and is_free else 0.0
+        v_free[b, k] = v[b, k] + gain
+        v_mid[b, k] = v[b, k] + 0.5 * gain
+    if is_free:
+        m_0, m_1, m_2, e_0, e_1, e_2 = rotate_freely(bodies, b, dt)
+        v_mid[b, 3], v_mid[b, 4], v_mid[b, 5] = m_0, m_1, m_2
+        v_free[b, 3], v_free[b, 4], v_free[b, 5] = e_0, e_1, e_2
+        v_0[b, 3], v_0[b, 4], v_0[b, 5] = e_0, e_1, e_2  # of the same energy: impulses are booked from here
+    bodies.ahead[b] = 0.5 * dt if bodies.keeps[b] == 1 or bodies.motion.moves[b] == 0 else 0.0
+    move_spatial(bodies, b, bodies.ahead[b], v_0)
 
 
 @kernel
@@ -123,7 +130,8 @@ def turn_inertia(bodies_at, network_at):
     bodies, network = view(bodies_at, Bodies), view(network_at, Network)
     for b in range(bodies.mass.shape[0]):
         I_0, I_1, I_2 = bodies.moments[b, 0], bodies.moments[b, 1], bodies.moments[b, 2]
-        if bodies.motion.moves[b] == 1 and not (I_0 == I_1 and I_1 == I_2):
+        is_free = bodies.motion.moves[b] == 1 and bodies.motion.still[b] == 0
+        if is_free and not (I_0 == I_1 and I_1 == I_2):
             write_inertia(bodies, b, network)
 
 

@@ -15,7 +15,7 @@ from nonsmooth.contact.network.problem import Network, judge_planar, judge_spati
 from nonsmooth.contact.network.solve import solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
-from nonsmooth.integrators.assembly.contacts import write_contacts_planar, write_contacts_spatial
+from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_planar, write_contacts_spatial
 from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
@@ -42,8 +42,10 @@ from nonsmooth.integrators.assembly.progress import (
     note_rest,
     note_step,
     note_turns,
+    with_asleep,
 )
 from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
+from nonsmooth.integrators.assembly.sleep import Asleep, let_sleep, mark_guides, wake_all, wake_touched
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.together import note_together
 from nonsmooth.jit import kernel
@@ -72,7 +74,7 @@ def take_steps(progress, most, d):
     bodies, network = view(progress.places.bodies, Bodies), view(progress.places.network, Network)
     for step in range(most):
         if is_asleep(bodies, progress):
-            leave_out(network, most - step, progress)
+            leave_out(network, view(progress.places.asleep, Asleep), most - step, progress)
             return DONE
         progress.is_resting = 0
         end = take_step(progress, d)
@@ -88,6 +90,7 @@ def take_step(progress, d):
     places = progress.places
     network = view(places.network, Network)
     if progress.stage == PREDICT:
+        begin(progress, places, d)
         predict(places, progress.dt, d)
         progress.stage = FIND
     if progress.stage == FIND:
@@ -118,6 +121,15 @@ def take_step(progress, d):
 
 
 @kernel
+def begin(progress, places, d):
+    """Wake what sleeps through steps of another length; say what is still."""
+    bodies, asleep = view(places.bodies, Bodies), view(places.asleep, Asleep)
+    if asleep.count > 0 and progress.dt != asleep.dt:
+        wake_all(bodies, view(places.contacts, Contacts), asleep, (progress.dt, d))
+    mark_guides(bodies, asleep.count > 0)
+
+
+@kernel
 def predict(places, dt, d):
     """The free motion of the step."""
     if d == 2:
@@ -129,21 +141,10 @@ def predict(places, dt, d):
 @kernel
 def find(progress, places, network, d):
     """The contacts of the step, and the rows of their problem."""
-    found, dt = view(places.found, Found), progress.dt
-    margin = margin_of(progress, view(places.bodies, Bodies))
-    if d == 2:
-        n = find_contacts_planar(places.shapes, places.motion, dt, margin, places.found, places.scratch)
-    else:
-        n = find_contacts_spatial(places.shapes, places.motion, dt, margin, places.found, places.scratch)
-    if n == NOT_FINITE:
-        return LOST
-    if n < 0:
-        progress.wanted = -n
-        return MORE_PAIRS
-    if n > found.gap.shape[0]:
-        progress.wanted = n
-        return MORE_CONTACTS
-    network.n_c = n
+    dt = progress.dt
+    end = find_among_awake(progress, places, network, d)
+    if end != DONE:
+        return end
     if d == 2:
         write_contacts_planar(
             places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt
@@ -153,6 +154,30 @@ def find(progress, places, network, d):
             places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt
         )
     prepare(places, d)
+    return DONE
+
+
+@kernel
+def find_among_awake(progress, places, network, d):
+    """The contacts of what is awake, and of what they wake."""
+    bodies, shapes, found = view(places.bodies, Bodies), view(places.shapes, Shapes), view(places.found, Found)
+    contacts, asleep = view(places.contacts, Contacts), view(places.asleep, Asleep)
+    dt, margin, is_woken = progress.dt, margin_of(progress, bodies), True
+    while is_woken:
+        if d == 2:
+            n = find_contacts_planar(places.shapes, places.motion, dt, margin, places.found, places.scratch)
+        else:
+            n = find_contacts_spatial(places.shapes, places.motion, dt, margin, places.found, places.scratch)
+        if n == NOT_FINITE:
+            return LOST
+        if n < 0:
+            progress.wanted = -n
+            return MORE_PAIRS
+        if n + asleep.n_c > found.gap.shape[0]:
+            progress.wanted = n + asleep.n_c
+            return MORE_CONTACTS
+        network.n_c = n
+        is_woken = asleep.count > 0 and wake_touched(bodies, shapes, found, n, contacts, asleep, (dt, d)) > 0
     return DONE
 
 
@@ -180,23 +205,27 @@ def solve(progress, places, network, d):
             progress.is_tried = 1
             return NOT_MET
     progress.is_tried = 0
-    note_islands(network, progress.counts)
-    note_residual(judge_planar(places.network) if d == 2 else judge_spatial(places.network), network, progress)
+    asleep = view(places.asleep, Asleep)
+    note_islands(network, asleep, progress.counts)
+    residual = judge_planar(places.network) if d == 2 else judge_spatial(places.network)
+    note_residual(with_asleep(residual, network, asleep, progress), network, progress)
     return DONE
 
 
 @kernel
 def move(progress, places, network, d):
     """The places after the step, its energy and its figures."""
-    deepest, dt = deepest_gap(view(places.found, Found), network.n_c), progress.dt
-    is_pushed = 1 if deepest < -progress.tight else 0
+    asleep = view(places.asleep, Asleep)
+    deepest, dt = min(deepest_gap(view(places.found, Found), network.n_c), asleep.deepest), progress.dt
     bodies, found, theta = places.bodies, places.found, progress.theta
     if d == 2:
-        move_bodies_planar(bodies, found, places.network, places.moves, dt, theta, is_pushed)
+        is_pushed = move_bodies_planar(bodies, found, places.network, places.moves, dt, theta, progress.tight)
     else:
-        move_bodies_spatial(bodies, found, places.network, places.moves, dt, theta, is_pushed)
+        is_pushed = move_bodies_spatial(bodies, found, places.network, places.moves, dt, theta, progress.tight)
+    note_step(network, asleep, deepest, progress)
+    if progress.may_sleep == 1:
+        let_sleep(bodies, found, places.network, places.moves, places.solver, places.asleep, dt)
     book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, is_pushed)
-    note_step(network, deepest, progress)
     note_turns(view(bodies, Bodies), view(places.shapes, Shapes), network, dt, progress)
 
 

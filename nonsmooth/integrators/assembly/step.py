@@ -30,6 +30,7 @@ from nonsmooth.integrators.assembly.progress import (
     Progress,
 )
 from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, move_bodies_spatial
+from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, keep_asleep, let_sleep, rows_at_rest, rows_of_step
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
 from nonsmooth.jit import Kernel, load_all
@@ -50,10 +51,22 @@ MOST_FACTORS = 400  # measured: of an island in a step: heaps that take more do 
 ROOM = 1.5  # chosen: by which a block is larger than what it was too small for
 
 # defined: blocks whose addresses the steps are handed, beside that of the motion of the bodies
-PLACES = ("bodies", "shapes", "surfaces", "scratch", "found", "contacts", "network", "moves", "ledger", "solver")
+PLACES = (
+    "bodies",
+    "shapes",
+    "surfaces",
+    "scratch",
+    "found",
+    "contacts",
+    "network",
+    "moves",
+    "ledger",
+    "solver",
+    "asleep",
+)
 
 # defined: blocks that a step takes something from that the step before left
-CARRIED = ("bodies", "found", "contacts", "network", "moves", "ledger", "solver", "progress")
+CARRIED = ("bodies", "found", "contacts", "network", "moves", "ledger", "solver", "asleep", "progress")
 
 
 class Stages(NamedTuple):
@@ -75,11 +88,12 @@ def stages_of(dim: int, has_restitution: bool, contacts_of_shapes: tuple[Kernel,
     if dim == 2:
         others = [predict_planar, write_contacts_planar, prepare_planar, solve_planar, judge_planar, move_bodies_planar]
         others += [begin_impact_planar, book_landing, book_impact] if has_restitution else []
-        return Stages(take_steps_planar, find_contacts_planar, planar_scratch, (*others, book_step))
+        return Stages(take_steps_planar, find_contacts_planar, planar_scratch, (*others, let_sleep, book_step))
     others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
     others += [begin_impact_spatial, book_landing, book_impact] if has_restitution else []
     others += contacts_of_shapes
-    return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, (*others, move_bodies_spatial, book_step))
+    others += [move_bodies_spatial, let_sleep, book_step]
+    return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, tuple(others))
 
 
 def contacts_of(shapes: Shapes, dim: int) -> tuple[Kernel, ...]:
@@ -131,6 +145,7 @@ class Assembly:
         self.scratch = self.stages.scratch(shapes, 4 * n_s + 64)
         self.fill = 10 * min(len(bodies.mass), 200) + 100
         self.contacts: Contacts = new(Contacts, m=0, d=self.dim)
+        self.asleep: Asleep = new(Asleep, m=0, n_b=len(bodies.mass), d=self.dim)
         self.network: Network = new(Network, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
         self.unsolved: Matrices | None = None  # what ends a run that is strict
         self.has_room = False
@@ -198,6 +213,28 @@ class Assembly:
             self.fill = int(ROOM * wanted)
             self._make_solver()
 
+    def contact_rows(self) -> ContactRows:
+        """The contacts of the last step, those that sleep among them, in the order of their keys."""
+        rows, n = rows_of_step(self.found, self.network, self.contacts.P), int(self.network.n_c)
+        if self.asleep.count == 0:
+            return rows
+        is_awake = (self.asleep.island[rows.i] == 0) & (self.asleep.island[rows.j] == 0)
+        resting = rows_at_rest(self.asleep)
+        keys = np.concatenate((self.found.key[:n][is_awake], self.asleep.key[: int(self.asleep.n_c)]))
+        order = np.argsort(keys)
+        joined = (np.concatenate((column[is_awake], others)) for column, others in zip(rows, resting, strict=True))
+        return ContactRows(*(column[order] for column in joined))
+
+    @property
+    def n_contacts(self) -> int:
+        """Candidates of the last step."""
+        return int(self.network.n_c + self.asleep.n_c - self.asleep.new_contacts)
+
+    @property
+    def n_islands(self) -> int:
+        """Groups of bodies that touch, of the last step."""
+        return int(self.network.islands.count + self.asleep.count - self.asleep.new_islands)
+
     @property
     def carried(self) -> dict[str, Block]:
         """All that the next step depends on, factors and the waits of the solvers among it."""
@@ -223,18 +260,19 @@ class Assembly:
         self.found = new(Found, m=m, d=d)
         self.contacts = new(Contacts, m=m, d=d)
         self.moves = new(Moves, m=m, n_b=n_b, n=n)
-        network = new(Network, m=m, n_b=n_b, d=d, n=n)
+        network, asleep = new(Network, m=m, n_b=n_b, d=d, n=n), new(Asleep, m=m, n_b=n_b, d=d)
         if not self.has_room:
             write_masses(self.bodies, network)
             self.has_room = True
         else:
             k = int(before.n_before)
             self.contacts.n_before = k
-            for name in ("key_before", "P_before", "point_before"):
+            for name in ("key_before", "P_before", "own_before", "normal_before", "point_before"):
                 getattr(self.contacts, name)[:k] = getattr(before, name)[:k]
+            keep_asleep(self.asleep, asleep)
             network.M[:], network.M_inv[:] = self.network.M, self.network.M_inv
             network.v[:], network.v_free[:] = self.network.v, self.network.v_free
-        self.network = network
+        self.network, self.asleep = network, asleep
         self._make_solver()
 
     def _make_solver(self) -> None:

@@ -14,6 +14,7 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
 from nonsmooth.integrators.assembly.progress import MORE_CONTACTS, MORE_PAIRS
+from nonsmooth.integrators.assembly.sleep import ContactRows, rows_of_step
 from nonsmooth.integrators.assembly.spatial import turn_inertia
 from nonsmooth.integrators.assembly.step import ROOM, contacts_of, write_masses
 from nonsmooth.integrators.assembly.step import Stages as Kernels
@@ -116,6 +117,10 @@ class SceneSprings:
                 self._write_places()
             else:
                 return end
+
+    def contact_rows(self) -> ContactRows:
+        """The contacts of the last step, with their forces."""
+        return rows_of_step(self.found, self.network, self.network.P)
 
     def end_step(self) -> None:
         """A step that Ctrl-C cut short has ended: the compiled steps come back whole."""

@@ -1,0 +1,280 @@
+"""Islands that sleep: what a step did not change, and the next one cannot, is left out of it.
+
+An island falls asleep after a step that began and ended at rest, from the impulses that it ends with, whose solver did
+nothing and would do nothing again, and whose contacts do no work: the step is a fixed point, and so are all that
+follow, until something else comes near. Its contacts go from the rows of the step to rows of their own; its bodies are
+``still``, so none of their pairs is looked for but those with bodies that move.
+
+An island wakes when a contact is found between one of its bodies and a body that is not still (a margin before they
+touch), which is where its own contacts would begin to be solved together with others, and when the step has another
+length. Its impulses are then those it fell asleep with. No bit of it differs from that of an island that is kept awake.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated as Array
+from typing import NamedTuple
+
+import numpy as np
+
+from nonsmooth.contact.network.problem import Network
+from nonsmooth.contact.network.solve import BY_START, Solver, lasting_residual
+from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.contacts import impulse_before
+from nonsmooth.integrators.assembly.planar import predict_planar_body
+from nonsmooth.integrators.assembly.project import Moves
+from nonsmooth.integrators.assembly.spatial import predict_spatial_body
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.scenes.detection import Found
+
+
+class Asleep(Block):
+    """The islands that sleep, of n_b bodies, and their contacts, up to m."""
+
+    n_c: int  # contacts
+    count: int  # islands
+    new_contacts: int  # of these, what fell asleep in the last step: it stands among the rows of that too
+    new_islands: int
+    dt: float  # [s] the length of the steps that they sleep through
+    deepest: float  # their least gap, or 0 [m]
+    F: float  # |natural map|^2 of all [N^2 s^2]
+    P: float  # |impulses|^2
+    island: Array[Ints, "n_b"]  # of a body: 1 + the first body of its island; 0 of one that is awake
+    F_of: Array[Floats, "n_b"]  # of the island with this first body
+    P_of: Array[Floats, "n_b"]
+    owner: Array[Ints, "m"]  # island of a contact; those of one island are in the order of their keys
+    key: Array[Ints, "m"]
+    i: Array[Ints, "m"]
+    j: Array[Ints, "m"]
+    mu: Array[Floats, "m"]
+    gap: Array[Floats, "m"]
+    normal: Array[Floats, "m", "d"]
+    point: Array[Floats, "m", "d"]
+    frame: Array[Floats, "m", "d", "d"]  # axes of normal and tangents
+    own: Array[Floats, "m", "d"]  # impulses along these
+
+
+class ContactRows(NamedTuple):
+    """Contacts of a step as users are shown them, one row each."""
+
+    i: np.ndarray
+    j: np.ndarray
+    mu: np.ndarray
+    gap: np.ndarray
+    normal: np.ndarray
+    point: np.ndarray
+    frame: np.ndarray  # (m, d, d) axes of normal and tangents
+    own: np.ndarray  # impulses along these
+
+    def in_world(self) -> np.ndarray:
+        """The impulses in the axes of the world."""
+        return np.einsum("crk,cr->ck", self.frame, self.own)
+
+
+def rows_of_step(found: Found, network: Network, P: np.ndarray) -> ContactRows:
+    """Those that stand among the rows of the step."""
+    n, d = int(network.n_c), P.shape[1]
+    columns = network.i, network.j, network.mu, found.gap, found.normal, found.point, network.J_j[:, :, :d], P
+    return ContactRows(*(column[:n] for column in columns))
+
+
+def rows_at_rest(asleep: Asleep) -> ContactRows:
+    """Those that sleep, island by island."""
+    return ContactRows(*(getattr(asleep, name)[: int(asleep.n_c)] for name in ContactRows._fields))
+
+
+def keep_asleep(before: Asleep, asleep: Asleep) -> None:
+    """What sleeps, in a block with more room."""
+    for name in Asleep._fields():
+        value = getattr(before, name)
+        if isinstance(value, np.ndarray):
+            getattr(asleep, name)[: len(value)] = value
+        else:
+            setattr(asleep, name, value)
+
+
+@kernel("void(int64, int64, int64, int64, int64, int64, float64)")
+def let_sleep(bodies_at, found_at, network_at, moves_at, solver_at, asleep_at, dt):
+    """Let the islands fall asleep that the step just solved left as they were, in the plane or in space."""
+    bodies, found, network = view(bodies_at, Bodies), view(found_at, Found), view(network_at, Network)
+    moves, solver, asleep = view(moves_at, Moves), view(solver_at, Solver), view(asleep_at, Asleep)
+    contacts, islands = asleep.n_c, asleep.count
+    for k in range(network.islands.count):
+        if network.islands.rung[k] == BY_START and is_fixed_point(bodies, network, moves, solver, k):
+            put_to_sleep(bodies, found, network, asleep, k)
+    asleep.new_contacts, asleep.new_islands = asleep.n_c - contacts, asleep.count - islands
+    if asleep.new_islands > 0:
+        asleep.dt = dt
+        sum_up(asleep)
+
+
+@kernel
+def is_fixed_point(bodies, network, moves, solver, k):
+    """Whether the step that was solved for island k left all as it was, and the next one would."""
+    islands = network.islands
+    if moves.deep[k] == 1 or islands.is_met[k] == 0 or not islands.residual[k] <= lasting_residual(network, solver, k):
+        return False
+    for at in range(islands.body_start[k], islands.body_start[k + 1]):
+        body = islands.bodies[at]
+        for x in range(network.v.shape[1]):
+            if network.v[body, x] != 0.0 or bodies.v_0[body, x] != 0.0 or bodies.v_move[body, x] != 0.0:
+                return False
+    for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
+        if is_driven(bodies, network, islands.contacts[at]):
+            return False
+    return True
+
+
+@kernel
+def is_driven(bodies, network, c):
+    """Whether contact c is with a body that is guided along, or is pressed where a surface runs."""
+    for b in (network.i[c], network.j[c]):
+        if bodies.motion.moves[b] == 0 and not stands(bodies.motion, b):
+            return True
+    if network.P[c, 0] > 0.0:
+        for row in range(1, network.b.shape[1]):
+            if network.b[c, row] != 0.0:
+                return True
+    return False
+
+
+@kernel
+def put_to_sleep(bodies, found, network, asleep, k):
+    """Let island k sleep."""
+    islands = network.islands
+    first = islands.bodies[islands.body_start[k]]
+    for at in range(islands.body_start[k], islands.body_start[k + 1]):
+        body = islands.bodies[at]
+        asleep.island[body] = 1 + first
+        bodies.motion.still[body] = 1
+    asleep.F_of[first], asleep.P_of[first] = islands.F[k], islands.P[k]
+    for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
+        c, row, d = islands.contacts[at], asleep.n_c, network.b.shape[1]
+        asleep.owner[row], asleep.key[row] = 1 + first, found.key[c]
+        asleep.i[row], asleep.j[row] = network.i[c], network.j[c]
+        asleep.mu[row], asleep.gap[row] = network.mu[c], found.gap[c]
+        for a in range(d):
+            asleep.normal[row, a], asleep.point[row, a] = found.normal[c, a], found.point[c, a]
+            asleep.own[row, a] = network.P[c, a]
+            for e in range(d):
+                asleep.frame[row, a, e] = network.J_j[c, a, e]
+        asleep.n_c = row + 1
+    asleep.count += 1
+
+
+@kernel
+def sum_up(asleep):
+    """The sums over all islands that sleep."""
+    asleep.F = asleep.P = asleep.deepest = 0.0
+    for b in range(asleep.island.shape[0]):
+        if asleep.island[b] == 1 + b:
+            asleep.F += asleep.F_of[b]
+            asleep.P += asleep.P_of[b]
+    for row in range(asleep.n_c):
+        asleep.deepest = min(asleep.deepest, asleep.gap[row])
+
+
+@kernel
+def mark_guides(bodies, is_any_asleep):
+    """What impulses do not move is still while it stands, where something sleeps beside it."""
+    motion = bodies.motion
+    for b in range(motion.moves.shape[0]):
+        if motion.moves[b] == 0:
+            motion.still[b] = 1 if is_any_asleep and stands(motion, b) else 0
+
+
+@kernel
+def stands(motion, b):
+    """Whether body b has no velocity."""
+    for x in range(motion.v.shape[1]):
+        if motion.v[b, x] != 0.0:
+            return False
+    return True
+
+
+@kernel
+def wake_touched(bodies, shapes, found, n, contacts, asleep, step):
+    """Wake the islands of which a contact was found, among the first n, for a step (dt, d); returns how many."""
+    before = asleep.count
+    for c in range(n):
+        for s in (found.shape_i[c], found.shape_j[c]):
+            owner = asleep.island[shapes.body[s]]
+            if owner > 0:
+                wake(bodies, contacts, asleep, owner, step)
+    if asleep.count < before:
+        sum_up(asleep)
+    return before - asleep.count
+
+
+@kernel
+def wake_all(bodies, contacts, asleep, step):
+    """Wake what sleeps, for a step (dt, d)."""
+    for b in range(asleep.island.shape[0]):
+        if asleep.island[b] > 0:
+            wake(bodies, contacts, asleep, asleep.island[b], step)
+    sum_up(asleep)
+
+
+@kernel
+def wake(bodies, contacts, asleep, owner, step):
+    """Wake one island for a step (dt, d): its impulses are those of the step before, its free motion is predicted."""
+    dt, d = step
+    for b in range(asleep.island.shape[0]):
+        if asleep.island[b] == owner:
+            asleep.island[b] = bodies.motion.still[b] = 0
+            if d == 2:
+                predict_planar_body(bodies, b, dt)
+            else:
+                predict_spatial_body(bodies, b, dt)
+    give_back_impulses(contacts, asleep, owner)
+    left = 0
+    for row in range(asleep.n_c):
+        if asleep.owner[row] != owner:
+            move_row(asleep, row, left)
+            left += 1
+    asleep.n_c = left
+    asleep.count -= 1
+
+
+@kernel
+def give_back_impulses(contacts, asleep, owner):
+    """Merge the impulses of an island into those of the step before, from the last key down."""
+    last, to = contacts.n_before - 1, contacts.n_before - 1
+    for row in range(asleep.n_c):
+        to += 1 if asleep.owner[row] == owner and asleep.own[row, 0] > 0.0 else 0
+    contacts.n_before = to + 1
+    for row in range(asleep.n_c - 1, -1, -1):
+        if asleep.owner[row] != owner or not asleep.own[row, 0] > 0.0:
+            continue
+        while last >= 0 and contacts.key_before[last] > asleep.key[row]:
+            impulse_before(contacts, last, to)
+            last, to = last - 1, to - 1
+        take_impulse(contacts, asleep, row, to)
+        to -= 1
+
+
+@kernel
+def take_impulse(contacts, asleep, row, to):
+    """The impulse of a contact that slept as one of the step before."""
+    d = asleep.own.shape[1]
+    contacts.key_before[to] = asleep.key[row]
+    for k in range(d):
+        total = 0.0
+        for a in range(d):
+            total += asleep.frame[row, a, k] * asleep.own[row, a]
+        contacts.P_before[to, k], contacts.own_before[to, k] = total, asleep.own[row, k]
+        contacts.point_before[to, k], contacts.normal_before[to, k] = asleep.point[row, k], asleep.normal[row, k]
+
+
+@kernel
+def move_row(asleep, row, to):
+    """Put a row of the contacts in the place of another."""
+    asleep.owner[to], asleep.key[to] = asleep.owner[row], asleep.key[row]
+    asleep.i[to], asleep.j[to] = asleep.i[row], asleep.j[row]
+    asleep.mu[to], asleep.gap[to] = asleep.mu[row], asleep.gap[row]
+    for a in range(asleep.own.shape[1]):
+        asleep.normal[to, a], asleep.point[to, a] = asleep.normal[row, a], asleep.point[row, a]
+        asleep.own[to, a] = asleep.own[row, a]
+        for e in range(asleep.own.shape[1]):
+            asleep.frame[to, a, e] = asleep.frame[row, a, e]
