@@ -182,6 +182,7 @@ def tumbling(material):
     return on_ground(material, *bodies)
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")
 def test_energy_ledger_closes_to_rounding_through_impacts():
     solution = simulate(tumbling(ns.Material(mu=0.4, e=0.3)), 1.5)
     ledger = solution.ledger
@@ -200,6 +201,7 @@ def test_contacts_without_restitution_lose_energy_but_for_what_gravity_adds_with
     assert (np.diff(loss) <= 0.5 * DT * G * P_N[1:] + 1e-12).all() and loss[-1] < -1.0
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")
 def test_mirrored_scene_moves_as_its_mirror_image():
     def tumble(sign):
         scene = on_ground(ns.Material(mu=0.4, e=0.2))

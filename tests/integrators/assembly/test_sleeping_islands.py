@@ -91,6 +91,7 @@ def test_a_wall_asleep_that_a_ball_hits_later_falls_as_if_it_had_been_awake():
     require_same_bits(asleep, awake)
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")
 def test_a_wall_asleep_is_hit_by_a_ball_in_free_flight_beside_a_ball_that_bounces():
     """Impacts elsewhere are a second problem in their steps, which no island asleep has a part in."""
 
