@@ -31,6 +31,7 @@ from nonsmooth.errors import InitialStateWarning as InitialStateWarning
 from nonsmooth.errors import InterpretedWarning as InterpretedWarning
 from nonsmooth.errors import InvalidInput as InvalidInput
 from nonsmooth.errors import MissingExtra as MissingExtra
+from nonsmooth.errors import ModelNotFoundWarning as ModelNotFoundWarning
 from nonsmooth.errors import NonsmoothError as NonsmoothError
 from nonsmooth.errors import NonsmoothWarning as NonsmoothWarning
 from nonsmooth.errors import PenetrationWarning as PenetrationWarning
@@ -55,6 +56,7 @@ from nonsmooth.lcp.result import LCPResult as LCPResult
 from nonsmooth.lcp.result import LCPStatus as LCPStatus
 from nonsmooth.lcp.solve import solve_lcp as solve_lcp
 from nonsmooth.mechanics.laws import Coulomb as Coulomb
+from nonsmooth.mechanics.laws import Friction as Friction
 from nonsmooth.mechanics.laws import ImpactLaw as ImpactLaw
 from nonsmooth.mechanics.laws import Polynomial as Polynomial
 from nonsmooth.mechanics.laws import Smoothed as Smoothed

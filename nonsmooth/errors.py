@@ -67,6 +67,10 @@ class SimultaneousImpactWarning(NonsmoothWarning):
     """Newton's law of impact rebounded several coupled contacts at once: one answer of many."""
 
 
+class ModelNotFoundWarning(NonsmoothWarning):
+    """A run was read from a file, and the model that it names was not found; its numbers and names are there."""
+
+
 class ResidualWarning(NonsmoothWarning):
     """Contact problems of a scene were solved to less than the residual that was asked for."""
 
@@ -88,7 +92,7 @@ class Status(IntEnum):
     NOT_SOLVED = 3  # no solver reached an acceptable residual
     NOT_FINITE = 4  # a model function raised or wrote NaN or inf
     MASS_NOT_POSITIVE = 5  # the mass matrix (or M + theta dt C + theta^2 dt^2 K) is not positive definite
-    NEGATIVE_FRICTION = 6  # a law mu(v) became negative
+    NEGATIVE_FRICTION = 6  # a law mu(v) became negative, or no number
     INTERRUPTED = 7  # Ctrl-C
     STEP_VANISHED = 8  # an adaptive step fell below the resolution of time
     CHATTERING = 9  # one contact after the other changed its mode without time passing

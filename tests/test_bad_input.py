@@ -109,6 +109,7 @@ CALLS = {
     "Coulomb": (ns.Coulomb, {"mu": 0.3}),
     "StaticKinetic": (ns.StaticKinetic, {"mu_s": 0.3, "mu_k": 0.2}),
     "Polynomial": (ns.Polynomial, {"m0": 0.3, "m1": 0.1, "m3": 0.1}),
+    "Friction": (ns.Friction, {"function": lambda v, p: 0.3}),
     "Stribeck": (ns.Stribeck, {"mu_s": 0.3, "mu_k": 0.2, "v_s": 0.1, "delta": 1.0, "m_v": 0.0}),
     "Smoothed": (ns.Smoothed, {"m0": 0.3, "r": 50.0, "m1": 0.1, "m3": 0.1}),
     "simulate": (ns.simulate, SIMULATE | {
@@ -322,6 +323,7 @@ ROWS = [
     ("StaticKinetic", {"mu_k": 0.4}, r"mu_s - mu_k must not be negative; got -0.1"),
     ("Polynomial", {"m0": -0.1}, r"m0 must not be negative"),
     ("Polynomial", {"m3": nan}, r"m3 must be finite; got nan"),
+    ("Friction", {"function": 0.3}, r"a friction law must be a function mu\(v, p\); got 0.3"),
     ("Stribeck", {"v_s": 0.0}, r"v_s must be positive \[m/s\]; got 0"),
     ("Stribeck", {"delta": -1.0}, r"delta must be positive; got -1"),
     ("Smoothed", {"r": 0.0}, r"r must be positive \[s/m\]; got 0"),

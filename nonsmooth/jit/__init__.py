@@ -19,7 +19,7 @@ about 2 ns more than a C function pointer; handing dispatchers to the loop inste
 model (2 s each) and never reach the disk cache.
 
 ``kernels`` marks them, ``models`` binds a user's functions, whose helpers ``twins`` compiles with them and whose ``p``
-``parameters`` makes; ``internals``
+``parameters`` makes; ``own_law`` is a friction law of the user's; ``internals``
 has what is used of numba beside its public interface. ``fingerprint`` says what code is made from, by what ``bytecode``
 finds that it reads and ``libraries`` know by name (where a module moved, by that of ``former_names``); ``watch``
 whether that is still so; ``cache`` under which key it is kept, ``code_files`` in which form; ``loading`` shares the
@@ -31,10 +31,11 @@ from nonsmooth.jit.fingerprint import identity
 from nonsmooth.jit.kernels import Callback, Kernel, handle_of, interpreted, kernel, rare_kernel
 from nonsmooth.jit.loading import load_all
 from nonsmooth.jit.models import CannotCompile, CompiledModel, call_model, compile_model, survey_of
+from nonsmooth.jit.own_law import call_law
 from nonsmooth.jit.parameters import Unpack, unpack_of
 
 __all__ = [
-    "Callback", "CannotCompile", "CompiledModel", "Kernel", "Unpack", "cache_directory", "call_model", "compile_model",
-    "handle_of", "identity", "interpreted", "kernel", "load_all", "rare_kernel", "survey_of",
+    "Callback", "CannotCompile", "CompiledModel", "Kernel", "Unpack", "cache_directory", "call_law", "call_model",
+    "compile_model", "handle_of", "identity", "interpreted", "kernel", "load_all", "rare_kernel", "survey_of",
     "unpack_of",
 ]  # fmt: skip

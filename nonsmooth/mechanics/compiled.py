@@ -11,17 +11,10 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import InterpretedWarning, warn_caller
-from nonsmooth.jit import (
-    CannotCompile,
-    CompiledModel,
-    Unpack,
-    call_model,
-    compile_model,
-    interpreted,
-    kernel,
-    survey_of,
-)
-from nonsmooth.jit.watch import CHANGED, Watch
+from nonsmooth.jit import CannotCompile, Unpack, call_model, kernel
+from nonsmooth.jit.watch import Watch
+from nonsmooth.mechanics.own_law import require_compiled_laws
+from nonsmooth.mechanics.shelf import Model, Same, Shelf
 from nonsmooth.mechanics.system import TAKES_U, System
 
 
@@ -29,35 +22,6 @@ from nonsmooth.mechanics.system import TAKES_U, System
 def call_once(model, which, t, q, u, p, out):
     """Call one function of a model from Python; False if it raised."""
     return call_model(model, which, t, q, u, p, out)
-
-
-class Model:
-    """A system's functions, ready to be called from a loop.
-
-    Attributes
-    ----------
-    handle : int or callable
-        The ``model`` argument of the loops: an address, or a Python function in the interpreted case.
-    is_compiled : bool
-    """
-
-    def __init__(self, handle: Any, keep: Any, is_compiled: bool, watch: Watch) -> None:
-        self.handle = handle
-        self._keep = keep
-        self.is_compiled = is_compiled
-        self._watch = watch
-
-    @property
-    def is_current(self) -> bool:
-        """Whether it does what the functions do now: nothing that they read has changed since it was compiled."""
-        return self._watch.holds()
-
-    def loop(self, integrator: Any, system: System) -> Callable:
-        """The integrator's loop that fits this model: compiled, or its source."""
-        if not self.is_compiled:
-            return interpreted(integrator.loop)
-        integrator.load(system)
-        return integrator.loop.dispatcher
 
 
 _loops: weakref.WeakKeyDictionary[System, dict[Any, tuple[Model, Callable]]] = weakref.WeakKeyDictionary()
@@ -85,6 +49,7 @@ def model_of(system: System) -> Model:
     if os.environ.get("NONSMOOTH_INTERPRET") == "1":
         return _interpreted_model(system)
     try:
+        require_compiled_laws(system)
         return _compiled_or_by_differences(system)
     except CannotCompile as reason:
         warn_caller(
@@ -106,61 +71,9 @@ def _compiled_or_by_differences(system: System) -> Model:
         return _shelf_of(system, rough).model()
 
 
-class Shelf:
-    """The machine code of some functions, compiled when it is asked for and again where what they read has changed.
-
-    Parameters are those of `compile_model`.
-    """
-
-    def __init__(self, functions: dict[int, Any], n_q: int, n_u: int, unpack: Unpack, n_p: int) -> None:
-        self._arguments = functions, n_q, n_u, unpack, n_p
-        self._made_from, self._watch = b"", CHANGED
-        self._made: CompiledModel | CannotCompile | None = None
-        self._model: Model | None = None
-
-    def model(self) -> Model:
-        """The machine code.
-
-        Raises
-        ------
-        CannotCompile
-        """
-        if not self._watch.holds():
-            self._update()
-        if self._model is None:
-            assert isinstance(self._made, CannotCompile)
-            raise self._made.with_traceback(None)
-        return self._model
-
-    def _update(self) -> None:
-        survey = survey_of(*self._arguments)  # imports numba, and refuses one that does not fit before a word is said
-        made_from = survey.digest()
-        if made_from != self._made_from:
-            try:
-                self._made = compile_model(*self._arguments, survey)
-            except CannotCompile as reason:
-                self._made = reason
-        made = self._made
-        self._model = Model(made.address, made, True, survey.watch) if isinstance(made, CompiledModel) else None
-        self._made_from, self._watch = made_from, survey.watch
-
-
 def _shelf_of(system: System, functions: dict[int, Callable]) -> Shelf:
     key = tuple((which, Same(function), system.shape_of(which)) for which, function in functions.items())
     return _shelf(key, system.n_q, system.n_u, len(system.p), system.unpack)
-
-
-class Same:
-    """A key that is equal for the same object only: not every callable can be a key itself."""
-
-    def __init__(self, function: Callable) -> None:
-        self.function = function
-
-    def __hash__(self) -> int:
-        return id(self.function)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Same) and other.function is self.function
 
 
 @functools.lru_cache(maxsize=128)

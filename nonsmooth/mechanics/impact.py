@@ -97,7 +97,7 @@ def compression_work(gamma_N, p_1, P_1, P_c):
 
 @kernel
 def follows_own_law(i, kinds, laws):
-    """Whether impacts of contact i, the only one of its system, follow another law than Newton's."""
+    """Whether impacts of contact i, the only one that is closed, follow another law than Newton's."""
     return laws[i, LAW_IMPACT] != 0.0 and laws[i, LAW_E_N] > 0.0 and kinds[i, 0] == UNILATERAL and kinds[i, 1] > 0
 
 

@@ -8,6 +8,7 @@ coefficient never recompiles. A coefficient given as a string is the name of a p
     POLYNOMIAL      mu(v) = m0 - m1 v + m3 v^3
     STRIBECK        mu(v) = mu_k + (mu_s - mu_k) exp(-(v / v_s)^delta) + m_v v
     SMOOTHED        mu(v) = m0 (1 - exp(-r v)) - m1 v + m3 v^3,   mu(0) = 0: no sticking
+    OWN             mu(v, p), a function of the user's (own_law.py)
 
 Sources: the polynomial and the smoothed law are those of the mass on a conveyor (negative damping); Stribeck's curve as
 in Armstrong-Hélouvry, Dupont, Canudas de Wit, *Automatica* 30 (1994) 1083, eq. (4).
@@ -16,18 +17,20 @@ in Armstrong-Hélouvry, Dupont, Canudas de Wit, *Automatica* 30 (1994) 1083, eq.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from enum import IntEnum
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from nonsmooth.checks.arrays import as_fraction, as_non_negative, as_number, as_positive
-from nonsmooth.errors import UnknownName, nearest
-from nonsmooth.jit import kernel
+from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
+from nonsmooth.jit import call_law, kernel, rare_kernel
+from nonsmooth.mechanics.returned import takes
 
 CONSTANT, STATIC_KINETIC, POLYNOMIAL, STRIBECK, SMOOTHED = 0, 1, 2, 3, 4  # code: laws of friction
+OWN = 99  # code: a law of the user's, whose row has addresses and is never read from a file
 
 LAW_E_N, LAW_E_F, LAW_CODE, LAW_C = 0, 1, 2, 3  # code: columns of a contact's row of laws
 LAW_IMPACT = 8  # code: column of the law of impact
@@ -151,6 +154,54 @@ class Smoothed(FrictionLaw):
 LAST_CODE = max(law.code for law in FrictionLaw.__subclasses__())  # derived: the largest code of a law
 
 
+@dataclass(frozen=True)
+class Friction(FrictionLaw):
+    """A law of one's own: mu(v, p) of the sliding speed v = |gamma_F| >= 0 [m/s] and the parameters of the system.
+
+    It is taken at the same speed as every law that varies with it: implicitly, in the middle of a step. It must be a
+    finite number >= 0 and continuous for v >= 0, smooth but for a few corners; what it has at v = 0 is the limit of
+    sticking, and with mu(0) = 0 there is no sticking.
+
+    Parameters
+    ----------
+    function : callable
+        ``mu(v, p)``, or ``mu(v)``, a plain Python function of numbers and ``math``; it is compiled when first used.
+
+    Raises
+    ------
+    InvalidInput
+        For what cannot be called so, and, by the system, where mu(0) is negative or no number.
+
+    Examples
+    --------
+    >>> import nonsmooth as ns
+    >>> def leine(v, p):
+    ...     return p.mu / (1.0 + 3.0 * v)
+    >>> ns.Contact(mu=ns.Friction(leine))
+    Contact(mu=Friction(leine), e_N=0.0, e_F=0.0, bilateral=False, normal_force=False, impact='newton', name='')
+    """
+
+    function: Callable
+    code = OWN
+
+    def __post_init__(self) -> None:
+        function: Any = getattr(self.function, "py_func", self.function)
+        if not callable(function):
+            raise InvalidInput(f"a friction law must be a function mu(v, p); got {shown(self.function)}")
+        if not takes(function, ("v", "p")) and not takes(function, ("v",)):
+            raise InvalidInput(f"a friction law must take (v, p) or (v); got {shown(self.function)}")
+
+    def coefficients(self, parameters: Mapping[str, float]) -> list[float]:
+        """None that are numbers: the system writes where function and parameters are."""
+        return []
+
+    def check(self, values: list[float]) -> None:
+        """Nothing here: its values are checked by the system, which has the parameters."""
+
+    def __repr__(self) -> str:
+        return f"Friction({getattr(self.function, '__name__', type(self.function).__name__)})"
+
+
 def resolve(name: str, value: Coefficient, parameters: Mapping[str, float]) -> float:
     """A coefficient's number: itself, or the parameter it names."""
     if isinstance(value, str):
@@ -194,9 +245,17 @@ def friction_coefficient(laws, i, v):
     c = laws[i, LAW_C + 2]
     if code == POLYNOMIAL:
         return a + v * (c * v * v - b)
+    if code == OWN:
+        return own_coefficient(laws, i, v)
     if code == STRIBECK:
         return b + (a - b) * math.exp(-((v / c) ** laws[i, LAW_C + 3])) + laws[i, LAW_C + 4] * v
     return a * (1.0 - math.exp(-b * v)) + v * (laws[i, LAW_C + 3] * v * v - c)
+
+
+@rare_kernel
+def own_coefficient(laws, i, v):
+    """mu(v) of a law of the user's: its machine code and the parameters by their addresses."""
+    return call_law(int(laws[i, LAW_C]), int(laws[i, LAW_C + 1]), v)
 
 
 @kernel
@@ -205,6 +264,12 @@ def copy_friction(laws, i, out, k):
     a, b, c, d, e = LAW_C, LAW_C + 1, LAW_C + 2, LAW_C + 3, LAW_C + 4
     out[k, LAW_CODE] = laws[i, LAW_CODE]
     out[k, a], out[k, b], out[k, c], out[k, d], out[k, e] = laws[i, a], laws[i, b], laws[i, c], laws[i, d], laws[i, e]
+
+
+@kernel
+def is_no_friction(mu):
+    """Whether a coefficient is none: negative, or not a number."""
+    return not 0.0 <= mu < math.inf
 
 
 @kernel
@@ -218,6 +283,8 @@ def static_coefficient(laws, i):
 @kernel
 def can_stick(laws, i):
     """Whether contact i has a jump of friction at v = 0, which holds it."""
+    if laws[i, LAW_CODE] == OWN:
+        return own_coefficient(laws, i, 0.0) > 0.0
     return laws[i, LAW_CODE] != SMOOTHED
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from nonsmooth.jit import call_model, kernel
 from nonsmooth.jit.blocks import Block, Floats, Handle, Ints, new
 from nonsmooth.mechanics.laws import LAW_WIDTH
+from nonsmooth.mechanics.own_law import point_to
 from nonsmooth.mechanics.system import System
 
 
@@ -46,7 +47,14 @@ def new_sys(system: System, model: Any, has: int) -> Sys:
 def fill_sys(sys: Sys, system: System, model: Any, has: int) -> None:
     """Write a system into a block of its sizes."""
     sys.model, sys.has, sys.n, sys.n_c = model, has, system.n_u, system.n_c
+    fill_numbers(sys, system)
+
+
+def fill_numbers(sys: Sys, system: System) -> None:
+    """Write parameters, kinds of contact and laws of a system; laws of the user's find the parameters here."""
     sys.p[:], sys.kinds[:], sys.laws[:] = system.p, system.kinds, system.laws
+    if system.own_laws:
+        point_to(sys.laws, sys.p)
 
 
 @kernel

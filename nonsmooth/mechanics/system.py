@@ -36,11 +36,13 @@ from nonsmooth.mechanics.laws import (
     LAW_IMPACT,
     LAW_WIDTH,
     Coefficient,
+    Friction,
     FrictionLaw,
     ImpactLaw,
     as_law,
     law_row,
 )
+from nonsmooth.mechanics.own_law import own_laws, require_values, write_handles
 from nonsmooth.mechanics.returned import returns_values, takes, writing
 
 # The model functions, in the order of the ``which`` argument of the compiled model.
@@ -83,7 +85,8 @@ class Contact:
     Parameters
     ----------
     mu : float, str or FrictionLaw
-        Friction coefficient, or law mu(|gamma_F|); a string names a parameter. Zero: frictionless, no tangential rows.
+        Friction coefficient, or law mu(|gamma_F|), ``Friction(mu)`` for one of your own; a string names a parameter.
+        Zero: frictionless, no tangential rows.
     e_N, e_F : float or str
         Restitution coefficients in [0, 1]; Newton's gamma_plus = -e gamma_minus unless ``impact`` says otherwise.
     bilateral : bool
@@ -92,9 +95,9 @@ class Contact:
         Friction only, under the force ``normal_force(t, q, u, p, N)``: |P_F| <= mu dt max(N, 0); no gap, no W_N.
     impact : {"newton", "poisson", "energetic", "sequential"}
         What e_N is a ratio of: velocities, impulses, or works (e_N^2). Several contacts hit at once are decided
-        together by the first two, the second without friction and with one e_N; by "sequential" one after the other,
-        the fastest approach first, of equal ones the lowest number, without friction. "energetic" is for the only
-        contact of a system; there "sequential" with friction is the same.
+        together by the first two, the second with one e_N; by "sequential" one after the other, the fastest approach
+        first, of equal ones the lowest number, each by the energetic law. "energetic" is for the only contact of a
+        system; there "sequential" is the same.
     name : str
         For summaries, figures and messages, as "tip"; its number when left out.
     """
@@ -323,9 +326,23 @@ class System:
         """The numeric parameters as the vector that the compiled model unpacks."""
         return np.array(list(self.parameter_values.values()), dtype=np.float64)
 
-    @functools.cached_property
+    @property
     def laws(self) -> np.ndarray:
-        """(n_c, LAW_WIDTH) restitution and friction coefficients."""
+        """(n_c, LAW_WIDTH) restitution and friction coefficients; of laws of the user's the code as it is now."""
+        if not self.own_laws:
+            return self.law_numbers
+        rows = self.law_numbers.copy()
+        write_handles(rows, self.own_laws, self.unpack, self.p)
+        return rows
+
+    @functools.cached_property
+    def own_laws(self) -> dict[int, Friction]:
+        """The laws of the user's, by the number of their contact."""
+        return own_laws(self.contacts)
+
+    @functools.cached_property
+    def law_numbers(self) -> np.ndarray:
+        """(n_c, LAW_WIDTH) what of the laws is numbers, the same in every process."""
         rows = [
             law_row(contact.law, contact.e_N, contact.e_F, contact.impact, self.parameter_values)
             for contact in self.contacts
@@ -430,7 +447,8 @@ def _check_parameters(system: System) -> None:
 
 def _check_laws(system: System) -> None:
     """Coefficients are in range, which ``laws`` sees to; several contacts have one law of impact that can be theirs."""
-    others = np.flatnonzero(system.laws[:, LAW_IMPACT] != ImpactLaw.NEWTON)
+    require_values(system)
+    others = np.flatnonzero(system.law_numbers[:, LAW_IMPACT] != ImpactLaw.NEWTON)
     if not len(others) or system.n_c == 1:
         return
     law = system.contacts[others[0]].impact
@@ -440,15 +458,15 @@ def _check_laws(system: System) -> None:
             f"{system.n_c} contacts"
         )
     for contact in system.contacts:
-        if contact.impact != law or contact.has_friction or contact.kind != UNILATERAL:
+        if contact.impact != law or contact.kind != UNILATERAL:
             raise InvalidInput(
-                f"impact = {law!r} needs a system with one contact, or several that are all unilateral, without "
-                f"friction and of the same law; got {contact}"
+                f"impact = {law!r} needs a system with one contact, or several that are all unilateral and of the same "
+                f"law; got {contact}"
             )
-    if law == "poisson" and np.ptp(system.laws[:, LAW_E_N]) > 0.0:
+    if law == "poisson" and np.ptp(system.law_numbers[:, LAW_E_N]) > 0.0:
         raise InvalidInput(
             f"impact = 'poisson' of several contacts needs one e_N, with several they may gain energy; got "
-            f"{', '.join(f'{e:g}' for e in system.laws[:, LAW_E_N])}; impact='sequential' takes several"
+            f"{', '.join(f'{e:g}' for e in system.law_numbers[:, LAW_E_N])}; impact='sequential' takes several"
         )
 
 

@@ -20,7 +20,8 @@ from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import Columns
 from nonsmooth.mechanics.inspection import END, found_contradiction, is_due
-from nonsmooth.mechanics.system import System
+from nonsmooth.mechanics.own_law import find_fault
+from nonsmooth.mechanics.system import SURFACE_VELOCITY, TANGENT, System, evaluate
 from nonsmooth.results.failures import (
     BudgetSpent,
     EventFunctionError,
@@ -50,7 +51,8 @@ MESSAGES = {
     "(a larger rtol, or a smaller stiffness, can)",
     Status.CHATTERING: "one contact after the other changes its mode and no time passes; time stepping goes on through "
     "that: Adaptive or MoreauJean(dt), or EventDriven(hand_over=Adaptive()) for this stretch alone",
-    Status.NEGATIVE_FRICTION: "the friction law of {contact} became negative; check its coefficients at this speed",
+    Status.NEGATIVE_FRICTION: "the friction law of {contact} became negative, or no number; check its coefficients at "
+    "this speed",
 }
 
 
@@ -115,6 +117,7 @@ class Run(Ongoing):
     deadline = math.inf  # [s] of the clock
     spent = ""  # which budget was used up
     cause: BaseException | None = None  # of a failure, an exception of the user's
+    bad_law = ""  # which friction law of the user's is none, and where
     contradiction = ""  # which functions of the model do not agree
 
     def keep_steps(self) -> None:
@@ -162,8 +165,18 @@ class Run(Ongoing):
         self.wall_time = time.perf_counter() - started
         if self.status not in WITHOUT_CULPRIT and self._culprit():
             self.status = Status.NOT_FINITE  # whatever NaN looked like to the step: no mode admissible, M indefinite
+        if self.status not in WITHOUT_CULPRIT and self.system.own_laws:
+            self.bad_law = find_fault(self.system, self._fastest_slip())
+            if self.bad_law:
+                self.status = Status.NEGATIVE_FRICTION
         if self.status not in WITHOUT_DOUBT and (self.status != Status.FINISHED or is_due(self.system, END)):
             self._inspect()
+
+    def _fastest_slip(self) -> float:
+        """Twice the largest sliding speed at the state that the run has come to: that of its last step is below."""
+        t, q, u = self.time(), self.state.q, self.state.u
+        sliding = evaluate(self.system, TANGENT, t, q, u) @ u + evaluate(self.system, SURFACE_VELOCITY, t, q, u)
+        return 2.0 * float(np.abs(sliding).max())
 
     def _show(self, progress: Callable[[float], None]) -> None:
         """Call the user's function of the fraction done; whatever it raises ends the run, with its name."""
@@ -259,6 +272,8 @@ class Run(Ongoing):
         if self.status == Status.NOT_FINITE:
             what = self._culprit() or "the velocities are not finite: the step is too large, or h or M is"
             return f"{what}; {self._where()}; at {where}"
+        if self.bad_law:
+            return f"{self.bad_law}; stopped at {where}, {self._where()}"
         if reason := self.integrator.reason(self.status, self.state, self.memory):
             return f"{reason}; {self._where()}"
         contact, names = int(self.state.counters.failed_contact), self.system.described.contacts
@@ -293,7 +308,11 @@ class Run(Ongoing):
     def _failed_problem(self, message: str) -> FailedProblem | None:
         """The contact problem of the step that failed: the step is taken again, in fresh arrays."""
         memory = self.integrator.step_problem(self.system, self.selection)
-        if memory is None or self.status not in (Status.NO_SOLUTION, Status.NOT_SOLVED, Status.NEGATIVE_FRICTION):
+        if (
+            self.system.own_laws
+            or memory is None
+            or self.status not in (Status.NO_SOLUTION, Status.NOT_SOLVED, Status.NEGATIVE_FRICTION)
+        ):
             return None
         from nonsmooth.results.failed_problem import FailedProblem
 

@@ -16,7 +16,7 @@ from nonsmooth.integrators.records import Record, State
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.compiled import Model
 from nonsmooth.mechanics.contact_problem import model_facts
-from nonsmooth.mechanics.sys import new_sys
+from nonsmooth.mechanics.sys import fill_numbers, new_sys
 from nonsmooth.mechanics.system import System
 from nonsmooth.runs.times import RecordTimes, Timetable
 
@@ -45,7 +45,7 @@ class Workspace:
 
     def renew(self, system: System) -> None:
         """Put back the numbers with which the blocks began."""
-        self.sys.p[:], self.sys.kinds[:], self.sys.laws[:] = system.p, system.kinds, system.laws
+        fill_numbers(self.sys, system)
         self.state.words[:], self.memory.words[:] = self.fresh
 
     def schedule_of(self, table: Timetable, stop: int) -> Schedule:

@@ -112,7 +112,7 @@ class RowBuilder:
                     system.parameter_values != expected
                     or system.functions != base.functions
                     or system.contacts != base.contacts
-                    or not np.array_equal(system.laws, laws_of(base, expected))
+                    or not np.array_equal(system.law_numbers, laws_of(base, expected))
                 ):
                     return False
         return True
@@ -188,7 +188,7 @@ class RowBuilder:
         for name, values in fields.items():
             p[:, names.index(name)] = values[cells]
         rows, place = combinations({name: fields[name] for name in law_names(system) & fields.keys()}, cells)
-        laws = np.zeros((len(rows), *system.laws.shape))
+        laws = np.zeros((len(rows), *system.law_numbers.shape))
         is_good = np.ones(len(rows), dtype=bool)
         for k, row in enumerate(rows):
             try:
@@ -209,7 +209,7 @@ class RowBuilder:
             except InvalidInput as error:
                 fail(these, error)
                 continue
-            yield system, these, np.tile(system.p, (len(these), 1)), np.tile(system.laws, (len(these), 1, 1))
+            yield system, these, np.tile(system.p, (len(these), 1)), np.tile(system.law_numbers, (len(these), 1, 1))
 
 
 class Rules:
@@ -268,7 +268,7 @@ def check_of(model: Any, names: set[str]) -> Callable[[Mapping[str, Any]], Any]:
 def laws_of(system: System, values: Mapping[str, float]) -> np.ndarray:
     """(n_c, LAW_WIDTH) laws of the contacts for other parameters."""
     rows = [law_row(contact.law, contact.e_N, contact.e_F, contact.impact, values) for contact in system.contacts]
-    return np.array(rows).reshape(system.laws.shape)
+    return np.array(rows).reshape(system.law_numbers.shape)
 
 
 def law_names(system: System) -> set[str]:

@@ -19,6 +19,7 @@ from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.initial_modes import INADMISSIBLE
 from nonsmooth.mechanics.inspection import inspect_start
+from nonsmooth.mechanics.own_law import write_handles
 from nonsmooth.mechanics.start import answers_start, forms_of, own_state, split_state, start_of
 from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.results.solution import Solution
@@ -250,6 +251,7 @@ class RunTask:
         engine = self._engine(rows.system, integrator, t_end)
         cells = engine.new_cells(len(rows.cells))
         cells.p[:], cells.laws[:], cells.q_0[:], cells.u_0[:] = rows.p, rows.laws, rows.q, rows.u
+        write_handles(cells.laws, rows.system.own_laws, rows.system.unpack, cells.p)
         refused = engine.run(cells)
         result.status[rows.cells] = cells.status
         result.inadmissible += int((cells.start == INADMISSIBLE).sum())

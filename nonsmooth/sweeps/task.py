@@ -206,6 +206,8 @@ def identity_of_model(model: Any, *functions: Any) -> str:
         digest.update(repr(which).encode() + identity_of(function))
     for function in functions:
         digest.update(identity_of(function) if inspect.isfunction(function) else b"")
+    for i, law in system.own_laws.items():
+        digest.update(repr(i).encode() + identity_of(getattr(law.function, "py_func", law.function)))
     parts = (type(model).__qualname__, system.name, system.parameter_values, system.contacts)
     return "\n".join([*map(repr, parts), digest.hexdigest()])
 

@@ -40,6 +40,7 @@ from nonsmooth.integrators.rigid.redundant import share_load
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.contact_problem import model_facts
+from nonsmooth.mechanics.laws import LAW_C, LAW_IMPACT
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GIVEN_FORCE, System
 
@@ -120,6 +121,7 @@ class Adaptive(Integrator):
     def set_handles(self, sys: Sys, handles: Handles, memory: Extrapolation) -> None:
         """The model, for the system with the laws of a substep."""
         memory.system.model = sys.model
+        memory.system.laws[:, LAW_C:LAW_IMPACT] = sys.laws[:, LAW_C:LAW_IMPACT]  # addresses of a law of the user's
 
     def suspects(self, schedule: Schedule, state: State, memory: Extrapolation) -> list[Suspect]:
         """Beginning, middle and end of the step, and the end of the shortest one."""

@@ -195,7 +195,7 @@ def choose_restitution(sys, dt, n_k, run, work):
         row = work.start[k]
         e, gamma_N = sys.laws[i, LAW_E_N], work.gamma_0[row]
         was_closed = run.trial.mode[i] != ContactMode.OPEN
-        has_own_law = was_closed and follows_own_law(i, sys.kinds, sys.laws)
+        has_own_law = was_closed and n_k == 1 and follows_own_law(i, sys.kinds, sys.laws)
         run.system.laws[i, LAW_E_N] = e if has_own_law else 0.0  # which an impact without collision follows too
         if e == 0.0 or gamma_N >= 0.0 or run.counters.ends_series == 1:
             continue

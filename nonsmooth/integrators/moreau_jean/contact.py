@@ -28,7 +28,7 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
 from nonsmooth.mechanics.contact_problem import Work, fill_problem, recall_impulses
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
-from nonsmooth.mechanics.laws import LAW_E_F, depends_on_speed, friction_coefficient
+from nonsmooth.mechanics.laws import LAW_E_F, depends_on_speed, friction_coefficient, is_no_friction
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import ContactMode
 
@@ -66,7 +66,9 @@ def solve(sys_at, selection, dt, n_k, state_at, scratch_at):
         if sys.kinds[i, 1] > 0:
             a = work.start[k + 1] - 1
             work.offset[a] = (1.0 - sys.laws[i, LAW_E_F]) * work.gamma_0[a]
-            if depends_on_speed(sys.laws, i) and friction_coefficient(sys.laws, i, abs(work.gamma_0[a])) < 0.0:
+            if depends_on_speed(sys.laws, i) and is_no_friction(
+                friction_coefficient(sys.laws, i, abs(work.gamma_0[a]))
+            ):
                 state.counters.failed_contact = i
                 return Status.NEGATIVE_FRICTION
     state.counters.solved += 1

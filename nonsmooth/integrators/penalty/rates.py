@@ -30,7 +30,7 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, free_acceleration, row_shift
 from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, stack_rows
-from nonsmooth.mechanics.laws import friction_coefficient
+from nonsmooth.mechanics.laws import friction_coefficient, is_no_friction
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ROW_RATES, ContactMode
 from nonsmooth.numerics.dense import bandwidth, cholesky, cholesky_solve
@@ -170,7 +170,7 @@ def find_forces(sys, t, x, contacts):
 
 @kernel
 def given_forces(sys, x, contacts):
-    """The forces that the state gives: all but the friction of sticking contacts; False where mu(v) < 0."""
+    """The forces that the state gives: all but the friction of sticking contacts; False where mu(v) is none."""
     n = sys.n
     work, la, gamma, law = contacts.work, contacts.la, contacts.gamma, contacts.facts.law
     for i in range(sys.n_c):
@@ -198,7 +198,7 @@ def given_forces(sys, x, contacts):
         else:
             mu = friction_coefficient(sys.laws, i, max(0.0, contacts.slip[i] * v))
             la[i, 1] = -contacts.slip[i] * mu * limit
-        if mu < 0.0:
+        if is_no_friction(mu):
             return False
     return True
 

@@ -36,7 +36,7 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem, constraint_problem, free_acceleration
 from nonsmooth.mechanics.contact_problem import Work, row_velocities
-from nonsmooth.mechanics.laws import friction_coefficient
+from nonsmooth.mechanics.laws import friction_coefficient, is_no_friction
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
 from nonsmooth.numerics.dense import lu, lu_solve
 from nonsmooth.numerics.rounding import rounded_sum
@@ -209,7 +209,7 @@ def note_side(sys, i, contacts):
 
 @kernel
 def find_ratios(sys, n_k, contacts):
-    """la_F/la_N of the contacts that slide, and la_F where the normal force is given; False where mu(v) < 0."""
+    """la_F/la_N of the contacts that slide, and la_F where the normal force is given; False where mu(v) is none."""
     work, la = contacts.work, contacts.la
     for k in range(n_k):
         i = work.closed[k]
@@ -223,7 +223,7 @@ def find_ratios(sys, n_k, contacts):
         contacts.ratio[i] = -s * mu * contacts.sign[i]
         if is_given:
             la[i, 1] = -s * mu * la[i, 0]
-        if mu < 0.0:
+        if is_no_friction(mu):
             return False
     return True
 
