@@ -115,8 +115,17 @@ def print_map() -> None:
     task = MapTask(load_model("painleve-rod")(), kept=1, slip=-1.0)
     timed(task, {name: values[:2] for name, values in axes.items()})  # compile, or load
     for workers in (1, 2):
-        cpu, wall = timed(task, axes, workers=workers)
-        print(f"{f'map of {MAP_SIDE**2} states, {workers} workers':30s} {cpu:9.2f} s {'':6s} {wall:9.2f} s")
+        print_map_time(f"map of {MAP_SIDE**2} states, {workers} workers", timed(task, axes, workers=workers))
+    with tempfile.TemporaryDirectory() as folder:
+        book = Path(folder) / "journal.jsonl"
+        print_map_time("map, 1 worker, journal", timed(task, axes, journal=book, resume=False))
+        print_map_time("that journal read", timed(task, axes, journal=book))
+        print(f"{'journal of the map':30s} {book.stat().st_size / MAP_SIDE**2:9.0f} bytes a cell")
+
+
+def print_map_time(what: str, seconds: np.ndarray) -> None:
+    """A line of the table of maps: processor and clock."""
+    print(f"{what:30s} {seconds[0]:9.2f} s {'':6s} {seconds[1]:9.2f} s")
 
 
 def bare_run() -> np.ndarray:

@@ -8,14 +8,16 @@ Source: Moreau (1988), section 5; Boyd, Vandenberghe, *Convex Optimization* (200
 
 from __future__ import annotations
 
+import itertools
+import math
 import weakref
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import interpreted
-from nonsmooth.mechanics.compiled import Model
+from nonsmooth.mechanics.compiled import Model, call_once
 from nonsmooth.mechanics.situation import (
     CONTRADICTIONS,
     Situation,
@@ -43,14 +45,14 @@ from nonsmooth.numerics.rounding import rounding_of_sum
 judge_contact, name_mode, tolerate = (
     interpreted(rule) for rule in (find_situation, mode_of_situation, tolerances_of_state)
 )
+OF_CONTACTS = {GAP, NORMAL, GAP_RATE, TANGENT, SURFACE_VELOCITY}
 GAP_LEFT_ROUNDINGS = 90  # chosen: of the largest coordinate: what is left of a gap that was moved to zero
 PROJECTIONS = 20  # chosen: linearisations of the gap
 
 _sound: weakref.WeakSet[System] = weakref.WeakSet()  # systems whose constant mass matrix has been checked
 
 
-@dataclass(frozen=True)
-class InitialState:
+class InitialState(NamedTuple):
     """What is known of a state: modes of the contacts, and what is wrong with it."""
 
     mode: np.ndarray  # (n_c,) ContactMode
@@ -65,14 +67,13 @@ class InitialState:
 
 def examine_state(system: System, model: Model, has: int, t: float, q: np.ndarray, u: np.ndarray) -> InitialState:
     """Modes at the start, and a sentence on penetration and inconsistent velocities if there is any."""
-    n_c = system.n_c
-    mode, slip = np.zeros(n_c, np.int64), np.zeros(n_c, np.int64)
     check_mass(system, t, q, u)
-    if n_c == 0:
-        return InitialState(mode, slip, "")
-    g_N, gamma_N, gamma_F = (values.tolist() for values in contact_state(system, t, q, u))
+    if system.n_c == 0:
+        return InitialState(np.zeros(0, np.int64), np.zeros(0, np.int64), "")
+    known = _by_code(system, model, t, q, u) if model.is_compiled else None
+    g_N, gamma_N, gamma_F = known or [values.tolist() for values in contact_state(system, t, q, u)]
     allowed = tolerate(_largest(q.tolist()), _largest(u.tolist()), _largest(gamma_F))
-    wrong = []
+    mode, slip, wrong = [], [], []
     for i, (kind, d) in enumerate(system.kinds.tolist()):
         at = (gamma_N[i], gamma_F[i], *allowed)
         situation = judge_contact(kind, g_N[i], *at, False)
@@ -82,11 +83,11 @@ def examine_state(system: System, model: Model, has: int, t: float, q: np.ndarra
                     words = CONTRADICTIONS[Situation(contradiction)]
                     wrong.append(words.format(i=i, g_N=g_N[i], depth=-g_N[i], gamma_N=gamma_N[i]))
             situation = judge_contact(kind, g_N[i], *at, True)
-        mode[i] = name_mode(situation, d)
-        if mode[i] == ContactMode.SLIDE:
-            slip[i] = 1 if gamma_F[i] > 0.0 else -1
+        mode.append(name_mode(situation, d))
+        slides = mode[i] == ContactMode.SLIDE
+        slip.append((1 if gamma_F[i] > 0.0 else -1) if slides else 0)
     message = f"the initial state is not admissible: {'; '.join(wrong)}. project=True moves it." if wrong else ""
-    return InitialState(mode, slip, message)
+    return InitialState(np.array(mode), np.array(slip), message)
 
 
 def _largest(values: list[float]) -> float:
@@ -95,12 +96,36 @@ def _largest(values: list[float]) -> float:
 
 def contact_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """g_N (n_c,), gamma_N (n_c,) and gamma_F (n_c,) at a state; zero where a contact has no such row."""
-    gaps = evaluate(system, GAP, t, q, u)
-    gamma_N = evaluate(system, NORMAL, t, q, u) @ u + evaluate(system, GAP_RATE, t, q, u)
-    if system.d == 0:
-        return gaps, gamma_N, np.zeros(system.n_c)
-    gamma_F = evaluate(system, TANGENT, t, q, u)[:, 0, :] @ u + evaluate(system, SURFACE_VELOCITY, t, q, u)[:, 0]
-    return gaps, gamma_N, gamma_F
+    return _combined(
+        system, u, {which: evaluate(system, which, t, q, u) for which in OF_CONTACTS & system.functions.keys()}
+    )
+
+
+def _by_code(system: System, model: Model, t: float, q: np.ndarray, u: np.ndarray) -> list[list[float]] | None:
+    """The same by the machine code of the functions; None where one raises, or a number is not finite: their source
+    says which."""
+    functions, written = system.functions, {}
+    for which in OF_CONTACTS:
+        if which in functions:
+            out = written[which] = np.zeros(system.shape_of(which))
+            if not call_once.dispatcher(model.handle, which, t, q, u, system.p, out.ravel()):
+                return None
+    values = [column.tolist() for column in _combined(system, u, written)]
+    return values if all(map(math.isfinite, itertools.chain(*values))) else None
+
+
+def _combined(
+    system: System, u: np.ndarray, written: dict[int, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Gaps and velocities of the contacts from what the functions wrote."""
+    zero = np.zeros(system.n_c)
+    gamma_N = written[NORMAL] @ u if NORMAL in written else zero
+    gamma_F = written[TANGENT][:, 0] @ u if TANGENT in written else zero
+    if GAP_RATE in written:
+        gamma_N = gamma_N + written[GAP_RATE]
+    if SURFACE_VELOCITY in written and system.d > 0:
+        gamma_F = gamma_F + written[SURFACE_VELOCITY][:, 0]
+    return written.get(GAP, zero), gamma_N, gamma_F
 
 
 def check_mass(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_name
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators import records
-from nonsmooth.jit.blocks import named_numbers
+from nonsmooth.jit.blocks import fields_of, numbers
 from nonsmooth.mechanics.description import Description, numbered
 from nonsmooth.mechanics.system import MASS, POTENTIAL, ContactMode, System
 from nonsmooth.results.forms import REAL, WHOLE, Rule
@@ -37,6 +37,7 @@ WHOLE_COLUMNS = (  # code: of an event; its impulses and velocities are no whole
     records.EVENT_SLIP_1, records.EVENT_SOLUTIONS, records.EVENT_FOUND,
 )  # fmt: skip
 MOST_NAMED = 5  # chosen: contacts by name in a message
+NONE_TOGETHER = 0, ""  # of a run in which no contacts were hit at once
 MAX_EVENTS = 200_000  # chosen: kept in a solution; the rest are counted
 CANDIDATE_NAMES = ("free", "stick", "slide +", "slide -", "slide + (P_N < 0)", "slide - (P_N < 0)")
 
@@ -163,17 +164,24 @@ class Stats:
     first_together: str = ""
 
     @classmethod
-    def from_run(
-        cls, system: System, state: records.State, wall_time: float, compile_time: float, dropped: int,
-        is_compiled: bool,
+    def from_run(cls, state: records.State, system: System, *about: Any) -> Stats:
+        """From the counters and the worst figures that a run left in its state; ``about``: see ``of_numbers``."""
+        struck = int(state.together.count), first_together(system, state.together)
+        return cls.of_numbers(numbers(state.counters).tolist(), numbers(state.worst).tolist(), struck, *about)
+
+    @classmethod
+    def of_numbers(
+        cls, counters: list[int], worst_figures: list[float], struck: tuple[int, str], wall_time: float,
+        compile_time: float, dropped: int, is_compiled: bool,
     ) -> Stats:  # fmt: skip
-        """From the counters and the worst figures that a run left in its state."""
-        c, worst = named_numbers(state.counters), named_numbers(state.worst)
+        """From the numbers of a run's counters and worst figures, and its impacts at several contacts at once."""
+        c = dict(zip(fields_of(records.Counters), counters, strict=True))
+        worst = dict(zip(fields_of(records.Worst), worst_figures, strict=True))
         return cls(
             c["steps"], c["solved"], c["skipped"], c["kept"], c["pivots"], c["several"], dropped + c["events_lost"],
             worst["residual"], worst["penetration"], worst["ledger_error"], wall_time, compile_time, is_compiled,
             c["gains"], worst["gain"], c["uncounted"], c["shared"], c["rejected"], c["evaluations"], c["jacobians"],
-            c["factorisations"], int(state.together.count), first_together(system, state.together),
+            c["factorisations"], *struck,
         )  # fmt: skip
 
 
@@ -239,20 +247,26 @@ class Solution:
 
     @classmethod
     def from_run(
-        cls, system: System, integrator: Any, record: records.Columns, event_rows: np.ndarray, status: Status,
-        message: str, stats: Stats, find_motion: Callable[[], Motion] | None = None,
-        user_events: tuple[list[np.ndarray], ...] = ([], [], []),
+        cls, system: System, rest: dict[str, Any] | Callable[[], dict[str, Any]], event_rows: np.ndarray,
+        status: Status, message: str, user_events: tuple[list[np.ndarray], ...] = ([], [], []),
     ) -> Solution:  # fmt: skip
-        """Assemble from the rows of the loop."""
-        la = record.la if integrator.has_forces else None
-        find_ledger = functools.partial(ledger_of, system, record.t, record.q, record.u, record.ledger)
-        about = about_run(system, integrator)
-        columns: dict[str, Any] = per_record(record) | {"event_rows": event_rows, "find_ledger": find_ledger}
-        columns |= zip(("t_events", "q_events", "u_events"), user_events, strict=True)
-        return cls(
-            **columns, stats=stats, status=status, message=message, about=about, system=system, la=la,
-            find_motion=find_motion,
+        """What a run came to; ``rest``: the other fields (``rest_of_run``), or what finds them once one is asked."""
+        solution = object.__new__(cls)
+        t_events, q_events, u_events = user_events
+        vars(solution).update(
+            system=system, event_rows=event_rows, status=status, message=message, t_events=t_events, q_events=q_events,
+            u_events=u_events, **({"_find_rest": rest} if callable(rest) else rest),
         )  # fmt: skip
+        return solution
+
+    @property
+    def is_found(self) -> bool:
+        """Whether all that is known of the run was asked for; nothing is to be said of one of which it was not."""
+        return "stats" in vars(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All that is known: another process, or a copy, need not have what it is found from."""
+        return {part.name: getattr(self, part.name) for part in fields(self)}
 
     def without_start(self) -> Solution:
         """The same without its first record; impulses and works remain those since the start."""
@@ -437,6 +451,40 @@ class Solution:
 
     def _repr_html_(self) -> str:
         return view(self, "html")(self)
+
+
+class FoundLater:
+    """A field of a `Solution` that is found, with the others of its kind, when one of them is first asked for."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, solution: Solution | None, owner: type) -> Any:
+        if solution is None:
+            return self
+        own = vars(solution)
+        if self.name not in own:
+            own.update({**own["_find_rest"](), **own})  # what was set stays
+        return own[self.name]
+
+    def __set__(self, solution: Solution, value: Any) -> None:
+        vars(solution)[self.name] = value
+
+
+FOUND_LATER = (*PER_RECORD, "find_ledger", "find_motion", "stats", "about", "la")
+for _name in FOUND_LATER:
+    setattr(Solution, _name, FoundLater(_name))
+
+
+def rest_of_run(
+    system: System, integrator: Any, record: records.Columns, stats: Stats, find_motion: Callable[[], Motion] | None
+) -> dict[str, Any]:  # fmt: skip
+    """The fields of a solution that are found later, from the rows of the loop."""
+    find_ledger = functools.partial(ledger_of, system, record.t, record.q, record.u, record.ledger)
+    return per_record(record) | {
+        "find_ledger": find_ledger, "find_motion": find_motion, "stats": stats, "about": about_run(system, integrator),
+        "la": record.la if integrator.has_forces else None,
+    }  # fmt: skip
 
 
 def mode_name(mode: int, slip: int) -> str:

@@ -84,13 +84,16 @@ class Ongoing:
 
     def step_loop(self, max_steps: int) -> int:
         """Take at most so many steps; returns a Status."""
-        set_handles(self.integrator, self.model.is_compiled, self.sys, self.schedule, self.memory)
-        sys, schedule, *blocks = self.handed(self.sys, self.schedule, self.state, self.record, self.memory)
+        blocks = self.sys, self.schedule, self.state, self.record, self.memory
+        if blocks != self.workspace.handed[0]:
+            set_handles(self.integrator, self.model.is_compiled, self.sys, self.schedule, self.memory)
+            self.workspace.handed = blocks, self.handed(*blocks)
+        sys, schedule, *others = self.workspace.handed[1]
         if self.integrator.chooses_steps:
             max_steps = min(max_steps, STEPS_PER_VISIT)
         # what is not finite is found by the loop itself; the interpreter would warn of it
         with nullcontext() if self.model.is_compiled else np.errstate(all="ignore"):
-            return int(self.loop(sys, schedule, max_steps, *blocks))
+            return int(self.loop(sys, schedule, max_steps, *others))
 
     def handed(self, *blocks: Block) -> tuple[Any, ...]:
         """Blocks as the loop takes them: by their addresses, or themselves in the interpreter."""

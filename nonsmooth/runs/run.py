@@ -11,14 +11,15 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import closing
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
 from nonsmooth.errors import Status, said_by
-from nonsmooth.integrators.contract import Integrator
+from nonsmooth.integrators.contract import Integrator, Schedule
 from nonsmooth.integrators.fixed_step import FixedStep
-from nonsmooth.integrators.records import Columns
+from nonsmooth.integrators.records import Columns, Record
+from nonsmooth.jit.blocks import numbers
 from nonsmooth.mechanics.inspection import END, found_contradiction, is_due
 from nonsmooth.mechanics.own_law import find_fault
 from nonsmooth.mechanics.system import SURFACE_VELOCITY, TANGENT, System, evaluate
@@ -30,8 +31,8 @@ from nonsmooth.results.failures import (
     StepFailure,
 )
 from nonsmooth.results.motion import Motion, join_motions
-from nonsmooth.results.solution import Solution, Stats
-from nonsmooth.runs.ongoing import Ongoing, motion_between
+from nonsmooth.results.solution import NONE_TOGETHER, Solution, Stats, rest_of_run
+from nonsmooth.runs.ongoing import Ongoing, columns_of, motion_between
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.times import Timetable
 from nonsmooth.runs.user_events import EventWatch
@@ -153,7 +154,8 @@ class Run(Ongoing):
                     self._inspect()
                 now = time.perf_counter()
                 self.wall_time = now - started
-                block = next_block(int(self.state.counters.steps) - before, now - began)
+                if self.status == Status.RUNNING:
+                    block = next_block(int(self.state.counters.steps) - before, now - began)
                 if progress is not None:
                     self._show(progress)
                 if max_wall_time is not None and self.wall_time > max_wall_time and self.status == Status.RUNNING:
@@ -220,11 +222,27 @@ class Run(Ongoing):
         stored = self.recorder.stored(self)
         if stored is not None:
             return stored
-        record, events = self.recorder.records(self), self.recorder.event_rows()
-        return Solution.from_run(
-            self.system, self.integrator, record, events, self.status, self.message(), self.stats(),
-            self.motion_of(record, events), self.user_events(),
-        )  # fmt: skip
+        events = self.recorder.event_rows()
+        rest = self._rest_of_short(events) if self._is_short() else self._rest(events)
+        return Solution.from_run(self.system, rest, events, self.status, self.message(), self.user_events())
+
+    def _rest(self, events: np.ndarray) -> dict[str, Any]:
+        """The rows of the run, its figures and its motion."""
+        record = self.recorder.records(self)
+        return rest_of_run(self.system, self.integrator, record, self.stats(), self.motion_of(record, events))
+
+    def _is_short(self) -> bool:
+        """Whether the run came to a good end of which there is nothing to say, and its rows are lent."""
+        is_done = self.status == Status.FINISHED and isinstance(self.integrator, FixedStep)
+        is_told = self.state.counters.gains or self.state.together.count
+        return is_done and self.workspace.lends(self.record) and not (self.recorder.rows or is_told)
+
+    def _rest_of_short(self, events: np.ndarray) -> Callable[[], dict[str, Any]]:
+        """The same from a copy of the blocks: they are lent to the next run, and most of it is never asked for."""
+        figures = numbers(self.state.counters).tolist(), numbers(self.state.worst).tolist()
+        about = self.wall_time, self.compile_time, self.recorder.events_dropped, self.model.is_compiled
+        words, facts = self.record.words.copy(), (self.system, self.integrator, self.schedule)
+        return functools.partial(rest_of_words, *facts, words, events, figures, about)
 
     def user_events(self) -> tuple[list[np.ndarray], ...]:
         """Times and states of the user's events."""
@@ -233,9 +251,7 @@ class Run(Ongoing):
     def motion_of(self, record: Columns, events: np.ndarray) -> Callable[[], Motion] | None:
         """What joins the steps to the motion, or interpolates the records, if each step is one."""
         if isinstance(self.integrator, FixedStep):
-            if (self.schedule.steps > 1).any():
-                return None
-            return functools.partial(motion_between, self.integrator, record, events)
+            return motion_of_records(self.integrator, self.schedule, record, events)
         if not self.recorder.has_all_steps(self):
             return None
         t, q, u = record.t, record.q, record.u
@@ -243,20 +259,14 @@ class Run(Ongoing):
 
     def stats(self) -> Stats:
         """What the run cost."""
-        return Stats.from_run(
-            self.system,
-            self.state,
-            self.wall_time,
-            self.compile_time,
-            self.recorder.events_dropped,
-            self.model.is_compiled,
-        )
+        about = self.wall_time, self.compile_time, self.recorder.events_dropped, self.model.is_compiled
+        return Stats.from_run(self.state, self.system, *about)
 
     def message(self) -> str:
         """How the run ended, in a sentence."""
-        where = f"t = {self.time():.9g} s"
         if self.status == Status.FINISHED:
             return "the end was reached"
+        where = f"t = {self.time():.9g} s"
         if self.status == Status.INTERRUPTED:
             return f"interrupted at {where}"
         if self.status == Status.BUDGET_SPENT:
@@ -322,6 +332,26 @@ class Run(Ongoing):
         return FailedProblem.of_step(
             memory, self.state, self.system.kinds, self.system.laws, dt, self.selection, message
         )  # fmt: skip
+
+
+def motion_of_records(
+    integrator: Integrator, schedule: Schedule, record: Columns, events: np.ndarray
+) -> Callable[[], Motion] | None:
+    """What interpolates the records of a fixed step, if each step is one."""
+    if (schedule.steps > 1).any():
+        return None
+    return functools.partial(motion_between, integrator, record, events)
+
+
+def rest_of_words(
+    system: System, integrator: Integrator, schedule: Schedule, words: np.ndarray, events: np.ndarray,
+    figures: tuple[list[int], list[float]], about: tuple[Any, ...],
+) -> dict[str, Any]:  # fmt: skip
+    """What `Run.solution` leaves for later, from the words of a record."""
+    block = Record(words)
+    record = Columns(*(column[: block.counts.rows] for column in columns_of(block)))
+    motion = motion_of_records(integrator, schedule, record, events)
+    return rest_of_run(system, integrator, record, Stats.of_numbers(*figures, NONE_TOGETHER, *about), motion)
 
 
 def next_block(steps: int, elapsed: float) -> int:

@@ -192,16 +192,19 @@ def simulate(
         run = checkpointed_run(*task, checkpoint, resume, checkpoint_every)
     if functions:
         run.watch = watch_of(run, functions)
-    with looked_at(run, progress, view) as hear:
-        run.advance(max_wall_time, hear, max_steps)
+    if progress is None and not view:
+        run.advance(max_wall_time, None, max_steps)
+    else:
+        with looked_at(run, progress, view) as hear:
+            run.advance(max_wall_time, hear, max_steps)
     if run.status == Status.INTERRUPTED and _is_whole.get():
         raise KeyboardInterrupt
     solution = run.solution()
     if t_eval is not None and len(solution.t) > 1 and solution.t[0] < np.ravel(t_eval)[0]:
         solution = solution.without_start()
-    if solution.stats.energy_gains:
+    if solution.is_found and solution.stats.energy_gains:
         warn_caller(energy_gain(solution.stats), EnergyGainWarning)
-    if solution.stats.struck_together:
+    if solution.is_found and solution.stats.struck_together:
         warn_caller(rebound_together(solution.stats), SimultaneousImpactWarning)
     if reason is not None:
         solution.about["chosen"] = reason

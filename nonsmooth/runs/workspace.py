@@ -13,7 +13,7 @@ import numpy as np
 
 from nonsmooth.integrators.contract import Integrator, Schedule
 from nonsmooth.integrators.records import Record, State
-from nonsmooth.jit.blocks import new
+from nonsmooth.jit.blocks import Block, new
 from nonsmooth.mechanics.compiled import Model
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.sys import fill_numbers, new_sys
@@ -37,6 +37,10 @@ class Workspace:
         self.state = new(State, n=system.n_u, n_c=system.n_c, d=system.d, capacity=capacity)
         self.memory: Any = integrator.memory(system, selection)
         self.fresh = self.state.words.copy(), self.memory.words.copy()
+        self.handed: tuple[tuple[Block, ...], tuple[Any, ...]] = (
+            (),
+            (),
+        )  # blocks with handles, and as the loop takes them
         self._schedule: Schedule | None = None
         self._times: RecordTimes | None = None  # of the schedule
         self._record: Record | None = None
@@ -46,7 +50,8 @@ class Workspace:
     def renew(self, system: System) -> None:
         """Put back the numbers with which the blocks began."""
         fill_numbers(self.sys, system)
-        self.state.words[:], self.memory.words[:] = self.fresh
+        self.state.words[:] = self.fresh[0]
+        self.memory.restore(self.fresh[1].view(np.int64))
 
     def schedule_of(self, table: Timetable, stop: int) -> Schedule:
         """The block of the first records of a timetable, found anew where the times are others than before."""

@@ -22,7 +22,7 @@ from models.rocking_block import RockingBlock
 from models.sprag_slip import SpragSlip
 from nonsmooth.integrators.records import State, Worst
 from nonsmooth.jit import interpreted
-from nonsmooth.jit.blocks import fields_of, new, numbers
+from nonsmooth.jit.blocks import fields_of, new
 from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.contact_problem import Work, model_facts
 from nonsmooth.mechanics.initial_modes import ADMISSIBLE, initial_modes
@@ -384,18 +384,19 @@ def test_inadmissible_starts_are_counted_once():
 def test_every_worst_figure_of_a_cell_is_that_of_its_run(monkeypatch):
     """A rod that falls on its tip gains energy by Newton's law: all five figures are other numbers than zero."""
     cells, runs = [], []
-    run, from_run = BlockEngine.run, Stats.from_run
+    run, of_numbers = BlockEngine.run, Stats.of_numbers
     monkeypatch.setattr(BlockEngine, "run", lambda engine, block: (cells.append(block), run(engine, block))[1])
-    monkeypatch.setattr(Stats, "from_run", lambda state, *more, **named: (
-        runs.append(numbers(state.worst).copy()), from_run(state, *more, **named))[1])  # fmt: skip
+    monkeypatch.setattr(Stats, "of_numbers", lambda counters, worst, *more: (
+        runs.append(worst), of_numbers(counters, worst, *more))[1])  # fmt: skip
     rod, integrator = PainleveRod(m=1.0, l=2.0, I=1 / 3, mu=1.0), ns.MoreauJean(1e-3)
     q0, _ = rod.state(th=math.pi / 4)
     start, restitutions = {"q0": q0, "u0": [0.6, -1.0, 0.0]}, [0.7, 0.9]
     ns.sweep(ns.RunTask(rod, t_span=(0, 0.05), integrator=integrator, state=start), {"e": restitutions}, progress=False)
     with pytest.warns(ns.EnergyGainWarning):
         for e in restitutions:
-            ns.simulate(replace(rod, e=e), (0, 0.05), **start, integrator=integrator)
-    assert len(runs[0]) == len(list(fields_of(Worst))) and (np.array(runs) != 0.0).any(axis=0).all(), runs
+            assert ns.simulate(replace(rod, e=e), (0, 0.05), **start, integrator=integrator).stats
+    assert [len(figures) for figures in runs] == 2 * [len(fields_of(Worst))]
+    assert (np.array(runs) != 0.0).any(axis=0).all(), runs
     assert (np.concatenate([block.worst for block in cells]) == np.array(runs)).all()
 
 

@@ -16,6 +16,9 @@ import xarray as xr
 
 import nonsmooth as ns
 from models.belt_oscillator import BeltOscillator
+from nonsmooth.sweeps.axes import as_plan
+from nonsmooth.sweeps.journal import Journal, block_lines, with_checksum
+from nonsmooth.sweeps.task import Batch
 
 AXES = {"x": [1.0, 2.0, 3.0], "y": [10.0, 20.0]}
 
@@ -165,6 +168,102 @@ def test_a_head_without_an_end_is_damage_and_what_follows_it_is_not_written_over
     with pytest.raises(ns.InvalidInput, match="is no journal of a sweep"):
         ns.sweep(tasks.product, AXES, journal=journal, progress=False)
     assert journal.read_text() == text
+
+
+MANY = {"x": np.arange(10_000.0)}  # cells of three blocks, in one batch
+
+
+def batch_of_many(n, seed=0):
+    """Cells in any order with numbers of every kind, texts and failures."""
+    rng = np.random.default_rng(seed)
+    numbers = rng.normal(size=(n, 2, 3)) * 10.0 ** rng.integers(-300, 300, (n, 2, 3))
+    numbers[::7, 0, 0], numbers[::11, 1, 2], numbers[::13, 1, 1] = np.nan, -np.inf, -0.0
+    texts = np.array([f"cell {k}, \u03bc" for k in range(n)], dtype=object)
+    values = {"numbers": numbers, "one": rng.normal(size=n), "text": texts}
+    messages = {int(k): f"cell {k} failed" for k in range(0, n, 999)}
+    return rng.permutation(n), Batch(values, rng.integers(-3, 9, n), messages)
+
+
+def written_and_read(path, cells, batch):
+    plan = as_plan({"x": np.arange(float(len(cells)))})
+    with Journal(path, "study", plan, False) as journal:
+        journal.write(cells, batch)
+    with Journal(path, "study", plan, True) as journal:
+        return list(journal.read())
+
+
+@pytest.mark.parametrize("n", [63, 64, 4096, 4097, 10_000])
+def test_blocks_and_lines_come_back_to_the_bit(tmp_path, n):
+    cells, batch = batch_of_many(n)
+    parts = written_and_read(tmp_path / "j.jsonl", cells, batch)
+    assert np.concatenate([found for found, _ in parts]).tolist() == cells.tolist()
+    assert np.concatenate([found.status for _, found in parts]).tolist() == batch.status.tolist()
+    for name, values in batch.values.items():
+        found = np.concatenate([part.values[name] for _, part in parts])
+        same = found.tolist() == values.tolist() if values.dtype == object else found.tobytes() == values.tobytes()
+        assert same and found.shape == values.shape, name
+    starts = np.cumsum([0] + [len(found) for found, _ in parts])
+    found = {
+        k + start: text for start, (_, part) in zip(starts, parts, strict=False) for k, text in part.messages.items()
+    }
+    assert found == batch.messages
+    lines = (tmp_path / "j.jsonl").read_text().splitlines()
+    for line in lines:
+        json.loads(line, parse_constant=pytest.fail)  # strict JSON: no NaN
+    assert len(lines) == 1 + (n if n < 64 else -(-n // 4096))
+
+
+@pytest.mark.parametrize("cut", [1, 40, 30_000])
+def test_a_torn_last_block_is_computed_again_and_no_other(tasks, tmp_path, cut):
+    journal = tmp_path / "j.jsonl"
+    whole = ns.sweep(tasks.product, MANY | {"y": [2.0]}, journal=journal, batch=10_000, progress=False)
+    lines = journal.read_bytes().splitlines(keepends=True)
+    assert [line.startswith(b'{"cells": [') for line in lines] == [False, True, True, True]
+    journal.write_bytes(b"".join(lines)[:-cut])
+    again = ns.sweep(tasks.product, MANY | {"y": [2.0]}, journal=journal, progress=False)
+    assert again.attrs["cells_from_journal"] == 2 * 4096
+    xr.testing.assert_equal(whole, again)
+
+
+def test_an_edited_block_is_named_and_its_cells_are_computed_again_where_it_is_deleted(tasks, tmp_path):
+    journal, axes = tmp_path / "j.jsonl", MANY | {"y": [2.0]}
+    whole = ns.sweep(tasks.product, axes, journal=journal, batch=10_000, progress=False)
+    lines = journal.read_bytes().splitlines(keepends=True)
+    edited = lines[2].replace(b'"cells": [4096, ', b'"cells": [4095, ')
+    assert edited != lines[2]
+    journal.write_bytes(b"".join([*lines[:2], edited, *lines[3:]]))
+    with pytest.raises(ns.InvalidInput, match="line 3 of the journal .* is damaged; delete that line"):
+        ns.sweep(tasks.product, axes, journal=journal, progress=False)
+    journal.write_bytes(b"".join([*lines[:2], *lines[3:]]))
+    again = ns.sweep(tasks.product, axes, journal=journal, progress=False)
+    assert again.attrs["cells_from_journal"] == 10_000 - 4096
+    xr.testing.assert_equal(whole, again)
+
+
+def test_a_block_with_fewer_numbers_than_cells_is_damage_also_with_a_checksum_of_its_own(tmp_path):
+    cells, batch = batch_of_many(100)
+    plan = as_plan({"x": np.arange(100.0)})
+    with Journal(tmp_path / "j.jsonl", "study", plan, False) as journal:
+        journal.write(cells, batch)
+        (tmp_path / "j.jsonl").write_bytes(journal._head)
+        line = next(block_lines(cells, batch)).replace('"cells": [', '"cells": [0, ')
+        journal._file.write(with_checksum(line, journal._start))
+    with Journal(tmp_path / "j.jsonl", "study", plan, True) as journal:
+        with pytest.raises(ns.InvalidInput, match="line 2 of the journal .* is damaged"):
+            list(journal.read())
+
+
+def test_lines_of_single_cells_and_blocks_stand_in_one_journal(tasks, tmp_path):
+    """As where an earlier program wrote a line for each cell."""
+    journal, axes = tmp_path / "j.jsonl", MANY | {"y": [2.0]}
+    whole = ns.sweep(tasks.product, axes, journal=journal, batch=50, progress=False)
+    lines = journal.read_bytes().splitlines(keepends=True)
+    assert len(lines) == 10_001
+    journal.write_bytes(b"".join(lines[:301]))
+    ns.sweep(tasks.product, axes, journal=journal, batch=5000, progress=False)
+    again = ns.sweep(tasks.product, axes, journal=journal, progress=False)
+    assert again.attrs["cells_from_journal"] == 10_000 and len(journal.read_bytes().splitlines()) < 310
+    xr.testing.assert_equal(whole, again)
 
 
 def studies():
