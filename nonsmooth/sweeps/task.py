@@ -176,6 +176,8 @@ class FunctionTask:
             function = function.func
         if inspect.isfunction(function):
             parts.append(hashlib.sha256(identity_of(function)).hexdigest())
+        elif hasattr(function, "identity"):
+            parts.append(function.identity())
         elif not inspect.isbuiltin(function):
             parts.append(hashlib.sha256(pickle.dumps(function)).hexdigest())
         return "\n".join(parts)
