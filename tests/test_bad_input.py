@@ -184,7 +184,7 @@ CALLS = {
     }),
     "RunTask": (ns.RunTask, {
         "model": BALL, "measures": "final_state", "t_span": (0, 0.01), "integrator": STEP, "state": None,
-        "selection": "compliant-limit", "window": 0.5, "every": 1,
+        "selection": "compliant-limit", "window": 0.5, "every": 1, "settle": 0.01, "settle_by": None,
     }),
     "SceneTask": (ns.SceneTask, {
         "make_scene": lambda mu: None, "measures": len, "t_span": (0, 0.01), "integrator": STEP, "every": 1,
@@ -465,6 +465,9 @@ ROWS = [
     ("RunTask", {"measures": 1}, r"measures must be names of results or functions of the solution; got 1"),
     ("RunTask", {"measures": "amplitud"}, r"no measure 'amplitud'; did you mean 'amplitude'"),
     ("RunTask", {"t_span": (1.0, 0.0)}, r"t_span must not run backwards"),
+    ("RunTask", {"settle": 0.0}, r"settle must be positive"),
+    ("RunTask", {"settle_by": 1.0}, r"settle_by= needs a measure that settles: 'amplitude' or 'period'"),
+    ("RunTask", {"settle_by": 1e-9, "measures": "period"}, r"settle_by must not lie before the end, 0.01 s; got 1e-09"),
     ("RunTask", {"window": 2.0}, r"window must lie in \[0, 1\]; got 2"),
     ("MapTask", {"state": 3}, r"state must be .*, or a function of the variables that returns \(q, u\); got 3"),
     ("Axis", {"values": []}, r"the axis e must have at least one value; it is empty"),
