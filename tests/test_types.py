@@ -49,22 +49,54 @@ number: int = found.n_solutions
 scene = ns.Scene(gravity=(0, -9.81))
 scene.body(ns.Disc(0.1), density=1000, position=(0, 0.5), name="disc")
 """
+SCENE_SCRIPT = """
+import numpy as np
+
+import nonsmooth as ns
+
+
+class Tower:
+    def scene(self) -> ns.Scene:
+        made = ns.Scene(gravity=(0, -9.81))
+        made.fixed(ns.HalfPlane((0, 1)))
+        made.body(ns.Box(0.2, 0.2), density=1000, position=(0, 0.1), name="box")
+        return made
+
+
+scene = Tower().scene()
+sol = ns.simulate(scene, (0, 1), integrator=ns.MoreauJean(dt=1e-3), record=["bodies"])
+low: np.ndarray = sol["box"].position[:, 1]
+names: list[str] = sol.names
+between = sol.contacts().of("box")
+table = sol.to_dataframe("contacts")
+sol.save("run.npz")
+later = ns.SceneSolution.load("run.npz", scene)
+built = ns.simulate(Tower(), (0, 1), integrator="auto", t_eval=np.linspace(0, 1, 5))
+deep: float = built.stats.worst_penetration
+print(len(built.contacts()), later.names, [event for event in sol.events])
+"""
+WRONG_OF_SCENES = {
+    "sol.g_N": "attr-defined",
+    "built.contact()": "attr-defined",
+    'sol["box"].positions': "attr-defined",
+}
 WRONG = {
-    'ns.simulate(ball, (0, 1), [1.0], [0.0], integrator="autoo")': "arg-type",
+    'ns.simulate(ball, (0, 1), [1.0], [0.0], integrator="autoo")': "call-overload",
     "sol.plott()": "attr-defined",
     "ns.simulat(ball)": "attr-defined",
     "ns.Contact(e_n=0.5)": "call-arg",
-    "ns.simulate(ball, (0, 1), integrator=ns.MoreauJean(dt=1e-3), ever=2)": "call-arg",
+    "ns.simulate(ball, (0, 1), integrator=ns.MoreauJean(dt=1e-3), ever=2)": "call-overload",
     "sol.stats.step": "attr-defined",
 }
 
 
 def checked(script, folder):
-    """The complaints of mypy --strict, (line, code)."""
+    """The complaints of mypy --strict, (line, code), each once."""
     (folder / "script.py").write_text(script)
     words = [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports", "--config-file", "", "script.py"]
     ended = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=500)
-    return [(int(line), code) for line, code in re.findall(r"^script.py:(\d+): error: .*\[(.*)\]$", ended.stdout, re.M)]
+    found = re.findall(r"^script.py:(\d+): error: .*\[(.*)\]$", ended.stdout, re.M)
+    return [(int(line), code) for line, code in dict.fromkeys(found)]
 
 
 def test_the_stub_has_every_public_name_from_where_it_is_loaded():
@@ -75,6 +107,13 @@ def test_the_stub_has_every_public_name_from_where_it_is_loaded():
 
 def test_types_come_with_the_package():
     assert STUB.with_name("py.typed").is_file()
+
+
+def test_a_script_of_scenes_passes_and_its_mistakes_do_not(tmp_path):
+    pytest.importorskip("mypy")
+    lines = len(SCENE_SCRIPT.splitlines())
+    found = checked(SCENE_SCRIPT + "\n".join(WRONG_OF_SCENES) + "\n", tmp_path)
+    assert found == [(lines + 1 + k, code) for k, code in enumerate(WRONG_OF_SCENES.values())]
 
 
 def test_a_users_script_passes_and_its_mistakes_do_not(tmp_path):

@@ -47,6 +47,10 @@ def add_sweep(sweep: argparse.ArgumentParser) -> None:
     sweep.add_argument("--selection", default="compliant-limit", metavar="RULE", help="as for run")
     sweep.add_argument("--window", type=number, default=0.5, metavar="PART",
                        help="amplitude and period from this part of the run on; 0.5 by default")  # fmt: skip
+    sweep.add_argument("--settle", type=number, default=0.01, metavar="PART",
+                       help="what amplitude and period may change by within the window; 0.01 by default")  # fmt: skip
+    sweep.add_argument("--settle-by", type=number, metavar="T",
+                       help="make runs that have not settled twice as long, and again, until this end [s]")  # fmt: skip
     sweep.add_argument("--workers", type=whole_number, default=1, metavar="N", help="threads; 1 by default")
     sweep.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, e.g. tcp://host:8786")
     sweep.add_argument("--journal", type=Path, metavar="FILE", help="write cells as they are finished, and resume")
@@ -109,6 +113,7 @@ def make_task(arguments: argparse.Namespace) -> Any:
     return RunTask(
         model, arguments.measure or ["final_state"], t_span=(0.0, t_end), integrator=MoreauJean(dt, arguments.theta),
         state=assignments("--state", arguments.state), selection=arguments.selection, window=arguments.window,
+        settle=arguments.settle, settle_by=arguments.settle_by,
     )  # fmt: skip
 
 
@@ -131,15 +136,35 @@ def summary(found: Any, arguments: argparse.Namespace) -> str:
     lines.append(f"{attrs['cells']} cells ({shape}){resumed}")
     for name, column in found.data_vars.items():
         values = column.values
-        if name not in ("status", "message") and values.dtype.kind == "f" and np.isfinite(values).any():
+        if name not in ("status", "message", "settled") and values.dtype.kind == "f" and np.isfinite(values).any():
             unit = column.attrs.get("units", "")
             lines.append(f"{name:14} {np.nanmin(values):.6g} to {np.nanmax(values):.6g} {unit}".rstrip())
         elif name == "modes":
             lines.append(f"{name:14} {len(np.unique(values.astype(str)))} different sequences")
-    lines += failures(found)
+    lines += unsettled(found, arguments) + failures(found)
     figure = None if attrs["interrupted"] else arguments.plot
     lines += [f"{what}: {path}" for what, path in (("result", arguments.out), ("figure", figure)) if path]
     return "\n".join(lines)
+
+
+def unsettled(found: Any, arguments: argparse.Namespace) -> list[str]:
+    """How many motions have settled, and the first of those that have not with their axis values."""
+    import numpy as np
+
+    if "settled" not in found:
+        return []
+    column = found.settled.values
+    cells = np.argwhere(column == 0.0)
+    lines = [f"{'settled':14} {int((column == 1.0).sum())} of {column.size} cells, to {arguments.settle:g}"]
+    for cell in cells[:SHOWN_FAILURES]:
+        lines.append(f"  not settled: {axis_values(found, cell.tolist())}")
+    return lines + ([f"  and {len(cells) - SHOWN_FAILURES} more"] if len(cells) > SHOWN_FAILURES else [])
+
+
+def axis_values(found: Any, cell: list[int]) -> str:
+    """Where a cell lies on the axes, or in the rows of a table."""
+    place = found.isel(dict(zip(found.status.dims, cell, strict=True)))
+    return ", ".join(f"{dim} = {place[dim].item():.6g}" for dim in found.status.dims)
 
 
 def failures(found: Any) -> list[str]:
@@ -155,8 +180,9 @@ def failures(found: Any) -> list[str]:
     lines = [f"{len(cells)} cells failed:"]
     for cell in cells[:SHOWN_FAILURES]:
         place = found.isel(dict(zip(found.status.dims, cell.tolist(), strict=True)))
-        values = ", ".join(f"{dim} = {place[dim].item():.6g}" for dim in found.status.dims)
-        lines.append(f"  {values}: {CellStatus(place.status.item()).name}, {place.message.item()}")
+        lines.append(
+            f"  {axis_values(found, cell.tolist())}: {CellStatus(place.status.item()).name}, {place.message.item()}"
+        )
     return lines + ([f"  and {len(cells) - SHOWN_FAILURES} more"] if len(cells) > SHOWN_FAILURES else [])
 
 

@@ -177,7 +177,8 @@ def plot_waterfall(
 
 
 def plot_bifurcations(diagram: BifurcationDiagram, path: str | Path | None = None, label: str = "") -> Any:
-    """Local maxima upwards as small dots, downwards as rings around them; a bar below where a contact opened.
+    """Local maxima, or the points of a section, upwards as small dots, downwards as rings around them; a bar below
+    where a contact opened.
 
     Where both ways find the same motion a ring has its dot; a dot or a ring alone is one of several motions.
     """
@@ -194,7 +195,8 @@ def plot_bifurcations(diagram: BifurcationDiagram, path: str | Path | None = Non
         axes.plot(lost, np.full(len(lost), 0.015 + 0.025 * k), "|", color=shade, ms=5,
                   transform=axes.get_xaxis_transform(), label=f"opens, {name}" if len(lost) else None)  # fmt: skip
     axes.set_xlabel(label or parameter_label(diagram.parameter, getattr(diagram.system, "parameters", None)))
-    axes.set_ylabel(f"local maxima of {diagram.coordinate_label or f'q[{diagram.coordinate}]'}")
+    what = "local maxima of" if diagram.periods is None else "once a period of the forcing:"
+    axes.set_ylabel(f"{what} {diagram.coordinate_label or f'q[{diagram.coordinate}]'}")
     axes.margins(y=0.1)
     axes.grid(alpha=0.25)
     legend_above(axes)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_instance, as_name
-from nonsmooth.drawing.colours import BLUE, PALE
+from nonsmooth.drawing.colours import BLUE, PALE, RED
 from nonsmooth.drawing.labels import LETTER
 from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, broken, is_geometric, new_figure, save_figure
 from nonsmooth.errors import InvalidInput
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 PANEL_HEIGHT = 2.6  # chosen [in]
 MAX_PANELS = 6  # chosen: of one figure
 MAX_LEVELS = 12  # chosen: whole numbers that are drawn as steps of colour
-CODES = {"status", "message"}  # not results
+CODES = {"status", "message", "settled"}  # not results
+OF_WINDOW = {"amplitude", "period", "amplitude_change", "period_change"}  # results that ask for a settled motion
 
 
 def plot_sweep(found: xarray.Dataset, path: str | Path | None = None, name: str | None = None) -> Any:
@@ -54,16 +55,45 @@ def plot_sweep(found: xarray.Dataset, path: str | Path | None = None, name: str 
     panels = panels_of(found, name, axes)
     figure = new_figure(WIDTH, PANEL_HEIGHT * len(panels) + 1.0)
     grid = figure.subplots(len(panels), 1, squeeze=False)[:, 0]
+    open_ = unsettled(found, name, axes)
     for place, (label, values) in zip(grid, panels.items(), strict=False):
         draw = draw_map if len(axes) == 2 else draw_curve
         draw(figure, place, [found[axis] for axis in axes], values, label)
+        if open_.any():
+            mark = mark_map if len(axes) == 2 else mark_curve
+            mark(place, [found[axis].values for axis in axes], values, open_)
         place.set_title(found[name].attrs.get("long_name", ""), fontsize=LETTER)
     values = next(iter(panels.values()))
     missing = int(np.isnan(values).sum())
     rows = what_was_run(found, axes)
     rows += [f"no result in {missing} of {values.size} cells (grey)"] if missing else []
+    how = "hatched" if len(axes) == 2 else "rings"
+    rows += [f"not settled in {int(open_.sum())} of {open_.size} cells ({how})"] if open_.any() else []
     figure.suptitle("\n".join(rows), fontsize=9)
     return save_figure(figure, path)
+
+
+def unsettled(found: xarray.Dataset, name: str, axes: list[str]) -> np.ndarray:
+    """Which cells over the axes hold a result of a motion that has not settled: none of a result that does not ask."""
+    whole = found.status.squeeze([dim for dim in found.status.dims if dim not in axes]).transpose(*axes)
+    if "settled" not in found or name not in OF_WINDOW:
+        return np.zeros(whole.shape, dtype=bool)
+    column = found.settled.squeeze([dim for dim in found.settled.dims if dim not in axes])
+    return np.asarray(column.transpose(*axes).values == 0.0)
+
+
+def mark_curve(place: Any, axes: list[np.ndarray], values: np.ndarray, where: np.ndarray) -> None:
+    """Rings around values of motions that have not settled."""
+    place.plot(axes[0][where], values[where], "o", mfc="none", mec=RED, ms=7, mew=1)
+
+
+def mark_map(place: Any, axes: list[np.ndarray], values: np.ndarray, where: np.ndarray) -> None:
+    """Hatching over cells of motions that have not settled."""
+    from matplotlib.colors import ListedColormap
+
+    cells = np.ma.masked_where(~where.T, np.zeros(where.T.shape))
+    place.pcolor(*axes, cells, shading="nearest", cmap=ListedColormap(["none"]), hatch="////", edgecolor=RED,
+                 linewidth=0.0, zorder=2, gid="unsettled")  # fmt: skip
 
 
 def what_was_run(found: xarray.Dataset, axes: list[str]) -> list[str]:

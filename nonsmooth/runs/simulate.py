@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from contextvars import ContextVar
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,12 +27,71 @@ from nonsmooth.runs.workspace import give_back
 from nonsmooth.scenes.scene import as_scene
 from nonsmooth.signals.telling import listener
 
+if TYPE_CHECKING:
+    from nonsmooth.results.scene_solution import SceneSolution
+    from nonsmooth.scenes.scene import Scene
+
 _is_whole: ContextVar[bool] = ContextVar("is_whole", default=False)  # whether a part of a motion is of no use
 SELECTIONS = {
     "compliant-limit": Selection.COMPLIANT_LIMIT,
     "lift-off": Selection.LIFT_OFF,
     "impact": Selection.IMPACT,
 }
+
+
+class MakesScene(Protocol):
+    """What builds a scene."""
+
+    def scene(self) -> Scene:
+        """The scene."""
+
+
+@overload
+def simulate(
+    system: Scene | MakesScene,
+    t_span: tuple[float, float],
+    *,
+    integrator: Integrator | Choice | Literal["auto"],
+    every: int = 1,
+    t_eval: ArrayLike | None = None,
+    project: bool = False,
+    on_failure: str = "raise",
+    events: Callable | Sequence[Callable] = (),
+    max_steps: int | None = None,
+    max_wall_time: float | None = None,
+    progress: Callable[[float], None] | bool | None = None,
+    checkpoint: Any = None,
+    resume: Any = None,
+    checkpoint_every: float = 10.0,
+    record: Sequence[str] | None = None,
+    view: bool = False,
+) -> SceneSolution: ...
+
+
+@overload
+def simulate(
+    system: Any,
+    t_span: tuple[float, float],
+    q0: ArrayLike | None = None,
+    u0: ArrayLike | None = None,
+    *,
+    integrator: Integrator | Choice | Literal["auto"],
+    state: Any = None,
+    every: int = 1,
+    t_eval: ArrayLike | None = None,
+    selection: str = "compliant-limit",
+    project: bool = False,
+    on_failure: str = "raise",
+    events: Callable | Sequence[Callable] = (),
+    max_steps: int | None = None,
+    max_wall_time: float | None = None,
+    progress: Callable[[float], None] | bool | None = None,
+    checkpoint: Any = None,
+    resume: Any = None,
+    checkpoint_every: float = 10.0,
+    record: Sequence[str] | None = None,
+    view: bool = False,
+) -> Solution: ...
 
 
 @answers_start
@@ -58,7 +117,7 @@ def simulate(
     checkpoint_every: float = 10.0,
     record: Sequence[str] | None = None,
     view: bool = False,
-) -> Solution:
+) -> Any:
     """Integrate a system from t_span[0] to t_span[1].
 
     Parameters

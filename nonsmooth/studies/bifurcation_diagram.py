@@ -4,39 +4,57 @@ Each value starts from the state in which the motion of the value before ended, 
 as different diagrams upwards and downwards: a chain, which is one cell of a sweep over the starts. Nothing is assumed
 of the motion: it may be at rest, periodic or not; where it has not settled within the given duration its maxima show as
 a streak.
+
+Of a forced system the coordinate is looked at once a period of the forcing instead,
+
+    x(n T),    n T in the late part, the duration a whole number of periods:
+
+a motion that repeats after m periods has m points, in general distinct, whatever its maxima (the stroboscopic section;
+Guckenheimer, Holmes, *Nonlinear Oscillations* (1983), section 1.5).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nonsmooth.checks.arrays import as_name, as_positive, as_vector
+from nonsmooth.checks.arrays import as_instance, as_name, as_positive, as_vector, result_of
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput
+from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit.blocks import WORD
 from nonsmooth.mechanics.start import answers_start, describing, forms_of, own_state, start_of
 from nonsmooth.mechanics.system import ContactMode, System, as_system
+from nonsmooth.mechanics.units import unit_of_parameter
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell
 from nonsmooth.sweeps.sweep import require_whole, sweep
+from nonsmooth.sweeps.task import identity_of_model
 from nonsmooth.views import Worded, view
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from nonsmooth.results.solution import Solution
+
 LATE = 0.2  # chosen: last part of each simulation, which is looked at
 DISTINCT_MAXIMA = 1e-4  # chosen: of the coordinate's extent over the diagram: maxima nearer than that count as one
+LEAST_SECTIONS = 8  # chosen: points of a section: a motion of as many periods is told from one that has not settled
+PERIODS: dict[str, Callable[[float], float]] = {  # of a forcing, by the unit of the parameter that says it
+    "s": lambda period: period, "Hz": lambda frequency: 1.0 / frequency, "rad/s": lambda omega: 2.0 * math.pi / omega,
+}  # fmt: skip
 STILL_MOTION = 1e-9  # chosen: of the coordinate's size: smaller motions are the end of a decay, or rounding
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BifurcationDiagram(Worded):
-    """Local maxima of a coordinate along a parameter, upwards and downwards.
+    """Local maxima of a coordinate along a parameter, or its values once a period of the forcing, up- and downwards.
 
     Attributes
     ----------
@@ -45,12 +63,15 @@ class BifurcationDiagram(Worded):
     values : ndarray (k,)
     upwards, downwards : tuple of k arrays
         The distinct local maxima of the coordinate in the late part of each motion; for a motion at rest, its position.
+        Of a section its distinct values at whole periods of the forcing.
     opens : ndarray (2, k) of bool
         Whether a contact opened in the late part, upwards and downwards.
     coordinate_label : str
         Name and unit of the coordinate.
     system : System, optional
         Whose motions they are; it names the axes of the figure.
+    periods : ndarray (k,), optional
+        Of the forcing at each value [s], where the diagram is a section.
     """
 
     parameter: str
@@ -61,9 +82,10 @@ class BifurcationDiagram(Worded):
     opens: np.ndarray
     coordinate_label: str = ""
     system: System | None = field(default=None, repr=False)
+    periods: np.ndarray | None = None
 
     def plot(self, path: str | Path | None = None, label: str = "") -> Any:
-        """The maxima against the parameter: see `plot_bifurcations`."""
+        """The maxima or the section against the parameter: see `plot_bifurcations`."""
         return view(self, "plot")(self, path, label)
 
 
@@ -79,6 +101,8 @@ def bifurcation_diagram(
     workers: int = 1,
     progress: Any = True,
     state: Any = None,
+    forcing: float | str | Callable[[Any], float] | None = None,
+    integrator: Integrator | None = None,
 ) -> BifurcationDiagram:
     """Simulate along a parameter in both directions.
 
@@ -95,11 +119,19 @@ def bifurcation_diagram(
         goes, and the diagram holds the maxima of all: more attractors are found.
     duration, dt : float, optional
         Of the simulation at each value [s]; five times the model's ``t_end``, and its ``dt``, when left out. The last
-        fifth is looked at.
+        fifth is looked at. A section takes the next whole number of periods, and steps of which a whole number make
+        one.
     workers : int
         Processes for several starts.
     progress : bool, "json" or callable
         As of `sweep`; a cell is a chain of all the values.
+    forcing : float, str or callable, optional
+        Period of the forcing [s]: the diagram is the stroboscopic section then. Also the name of a parameter whose unit
+        in the docstring of its class is [s], [Hz] or [rad/s], or the period as a function of the parameters,
+        ``lambda p: 2 * math.pi / p.Omega``; both follow the parameter that is varied.
+    integrator : integrator, optional
+        In place of ``MoreauJean(dt)``; of one without a step ``dt`` is the time between two samples of the maxima.
+        Points of a section differ by the errors of the steps: ``EventDriven()`` tells those nearer than that.
 
     Returns
     -------
@@ -108,9 +140,28 @@ def bifurcation_diagram(
     Raises
     ------
     InvalidInput
-        When the values do not increase, or a default is missing.
+        When the values do not increase, a default is missing, or the last fifth of the duration holds fewer than eight
+        periods.
     CellFailure
         When a simulation cannot go on.
+
+    Examples
+    --------
+    A mass against a wall under a force cos(Omega t): it hits once a period at 1.5 rad/s, once in two at 3.8 rad/s.
+
+    >>> import math
+    >>> from typing import NamedTuple
+    >>> import nonsmooth as ns
+    >>> class P(NamedTuple): Omega: float = 2.0
+    >>> def mass(t, q, p, M): M[0, 0] = 1.0
+    >>> def force(t, q, u, p, h): h[0] = math.cos(p.Omega * t) - q[0]
+    >>> def gap(t, q, p, g_N): g_N[0] = q[0]
+    >>> hammer = ns.System(coordinates=[("x", "m")], mass=mass, force=force, gap=gap, contacts=[ns.Contact(e_N=0.5)],
+    ...                    parameters=P(), name="hammer")
+    >>> diagram = ns.bifurcation_diagram(hammer, "Omega", [1.5, 3.8], state=dict(x=0.5), duration=200.0,
+    ...                                  forcing=lambda p: 2 * math.pi / p.Omega, integrator=ns.EventDriven())
+    >>> [points.round(3).tolist() for points in diagram.upwards]
+    [[0.649], [0.238, 0.432]]
     """
     grid = as_vector("values", values)
     if grid.size == 0 or not (np.diff(grid) > 0).all():
@@ -122,29 +173,85 @@ def bifurcation_diagram(
         raise InvalidInput(f"this system has no default state; give state={forms_of(system)}")
     if duration is None and hasattr(source, "t_end"):
         duration = 5 * source.t_end
-    dt = getattr(source, "dt", None) if dt is None else dt
-    if duration is None or dt is None:
+    if integrator is not None:
+        as_instance("integrator", integrator, Integrator, "an integrator, as MoreauJean(dt=1e-3) or EventDriven()")
+    dt = getattr(integrator, "dt", getattr(source, "dt", None) if dt is None else dt)
+    needs_dt = integrator is None or forcing is None
+    if duration is None or needs_dt and dt is None:
         raise InvalidInput("this system has no t_end and dt of its own; give duration= and dt=")
     coordinate = as_system(system).described.coordinate(coordinate)
     as_name("parameter", parameter, as_system(system).parameter_values)
-    span, integrator = as_positive("duration", duration, "s"), MoreauJean(dt=dt)
-    require_memory(
-        WORD * LATE * span / integrator.dt, "the records of each value", "take a larger dt or a shorter duration"
-    )
+    span = as_positive("duration", duration, "s")
+    step = as_positive("dt", dt, "s") if needs_dt else math.inf
+    periods = None if forcing is None else periods_along(as_system(system), parameter, grid, forcing, span)
+    if periods is None:
+        require_memory(WORD * LATE * span / step, "the records of each value", "take a larger dt or a shorter duration")
     starts = as_starts(own() if start is None and own else start, system)
-    there_and_back = np.concatenate([grid, grid[::-1]])
-    chain = Chain(system, parameter, there_and_back, coordinate, starts, span, integrator)
+    looks = [late_part(span, step)] * grid.size if periods is None else [section(span, T) for T in periods.tolist()]
+    steps = MoreauJean(step) if integrator is None else integrator
+    chain = Chain(
+        system, parameter, np.concatenate([grid, grid[::-1]]), coordinate, starts, looks + looks[::-1],
+        [steps] * (2 * grid.size) if periods is None else [whole_steps(steps, T) for T in [*periods, *periods[::-1]]],
+    )  # fmt: skip
     starting = {"start": range(len(starts))}
     found = require_whole(sweep(chain, starting, workers=workers, fail_fast=True, progress=progress))
     late, opens = found.late.values, (found.opens.values > 0).any(axis=0)
-    distinct = DISTINCT_MAXIMA * np.ptp(late) + STILL_MOTION * np.abs(late).max()
-    peaks = [maxima(late[:, i], distinct) for i in range(late.shape[1])]
+    extent = np.nanmax(late) - np.nanmin(late)
+    distinct = DISTINCT_MAXIMA * extent + STILL_MOTION * np.nanmax(np.abs(late))
+    points_of = maxima if periods is None else apart
+    peaks = [points_of(late[:, i], distinct) for i in range(late.shape[1])]
     k = grid.size
     return BifurcationDiagram(
         parameter, coordinate, grid, tuple(peaks[:k]), tuple(peaks[:k - 1:-1]), np.array([opens[:k], opens[:k - 1:-1]]),
         as_system(system).described.label(coordinate),
-        as_system(system),
+        as_system(system), periods,
     )  # fmt: skip
+
+
+def periods_along(system: System, parameter: str, grid: np.ndarray, forcing: Any, duration: float) -> np.ndarray:
+    """The period of the forcing at each value (k,) [s], of which the late part holds enough."""
+    periods = [period_of(system.with_parameters(**{parameter: value}), forcing) for value in grid.tolist()]
+    longest = max(periods)
+    if LATE * duration < (LEAST_SECTIONS - 0.5) * longest:
+        raise InvalidInput(
+            f"the last fifth of duration = {duration:g} s must hold {LEAST_SECTIONS} periods of the forcing, the "
+            f"longest of which is {longest:g} s; give duration={LEAST_SECTIONS * longest / LATE:.3g} or more"
+        )
+    return np.array(periods)
+
+
+def period_of(system: System, forcing: Any) -> float:
+    """The period of the forcing of a system [s], from a number, the name of a parameter, or a function of them all."""
+    if callable(forcing):
+        return as_positive("forcing(p)", result_of("forcing", forcing, system.parameters), "s")
+    if not isinstance(forcing, str):
+        return as_positive("forcing", forcing, "s")
+    as_name("forcing", forcing, system.parameter_values)
+    unit, value = unit_of_parameter(system.parameters, forcing), system.parameter_values[forcing]
+    if unit not in PERIODS:
+        raise InvalidInput(
+            f"forcing = {forcing!r} must be a parameter whose unit in the docstring of its class is [s], [Hz] or "
+            f"[rad/s]; got {f'[{unit}]' if unit else 'none'}; give the period itself, "
+            f"forcing=lambda p: 2 * math.pi / p.{forcing}"
+        )
+    return as_positive(f"the period of {forcing}", PERIODS[unit](as_positive(forcing, value, unit)), "s")
+
+
+def late_part(duration: float, dt: float) -> np.ndarray:
+    """When a motion is looked at for its maxima [s]."""
+    return np.linspace((1 - LATE) * duration, duration, max(int(LATE * duration / dt), 2))
+
+
+def section(duration: float, period: float) -> np.ndarray:
+    """The same for a section: whole periods; the last ends the motion, so that the next begins in the same phase."""
+    n = math.ceil(duration / period * (1.0 - DISTINCT_MAXIMA))
+    return period * np.arange(n - round(LATE * n) + 1, n + 1)
+
+
+def whole_steps(integrator: Integrator, period: float) -> Integrator:
+    """The integrator with a step, no longer, of which a whole number make a period."""
+    dt = getattr(integrator, "dt", None)
+    return integrator if dt is None else replace(integrator, dt=period / math.ceil(period / dt))  # type: ignore[type-var]
 
 
 def as_starts(given: Any, system: Any) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -164,33 +271,51 @@ class Chain:
     values: np.ndarray
     coordinate: int
     starts: list[tuple[np.ndarray, np.ndarray]]
-    span: float
-    integrator: MoreauJean
+    looks: list[np.ndarray]
+    integrators: list[Integrator]
+
+    def identity(self) -> str:
+        """A text that is equal for equal chains."""
+        starts = [(q.tolist(), u.tolist()) for q, u in self.starts]
+        looks = [times[[0, -1]].tolist() for times in self.looks]
+        parts = (self.parameter, self.values.tolist(), self.coordinate, starts, looks, self.integrators)
+        return "\n".join([identity_of_model(self.model), *map(repr, parts)])
 
     def __call__(self, start: int) -> dict[str, np.ndarray]:
-        """For each value the coordinate in the late part (k, m), and whether a contact opened there (k,)."""
-        system, span = as_system(self.model), self.span
-        times = np.linspace((1 - LATE) * span, span, max(int(LATE * span / self.integrator.dt), 2))
+        """For each value the coordinate in the late part (k, m), NaN beyond the points of a section that has fewer, and
+        whether a contact was open there (k,)."""
+        system, most = as_system(self.model), max(map(len, self.looks))
         state = self.starts[start]
         late: list[np.ndarray] = []
         opens: list[bool] = []
-        for value in self.values.tolist():
+        for value, times, integrator in zip(self.values.tolist(), self.looks, self.integrators, strict=True):
             moved = system.with_parameters(**{self.parameter: value})
             run = simulate_whole(
-                moved, (0.0, span), *state, integrator=self.integrator, t_eval=times, project=True, progress=None
+                moved, (0.0, times[-1]), *state, integrator=integrator, t_eval=times, project=True, progress=None
             )
             tell(len(late) / len(self.values))
             state = run.q[-1], run.u[-1]
-            late.append(run.q[:, self.coordinate])
-            opens.append(bool((run.mode == ContactMode.OPEN).any()))
+            late.append(np.pad(run.q[:, self.coordinate], (0, most - len(run.q)), constant_values=np.nan))
+            opens.append(was_open(run, times[0]))
         return {"late": np.array(late), "opens": np.array(opens)}
+
+
+def was_open(run: Solution, t: float) -> bool:
+    """Whether a contact was open at a record, or opened between two from the time t on."""
+    between = any(event.mode_after == ContactMode.OPEN and event.t >= t for event in run.events)
+    return between or bool((run.mode == ContactMode.OPEN).any())
+
+
+def apart(x: np.ndarray, distinct: float) -> np.ndarray:
+    """The distinct values of several motions (s, m), increasing, but for NaN."""
+    points = np.sort(x[np.isfinite(x)])
+    return points[np.concatenate([[True], np.diff(points) > distinct])]
 
 
 def maxima(x: np.ndarray, distinct: float) -> np.ndarray:
     """The distinct local maxima of samples (m,), or of several motions (s, m), increasing; of a motion without one its
     last sample."""
-    peaks = np.sort(np.concatenate([peaks_of(motion, distinct) for motion in np.atleast_2d(x)]))
-    return peaks[np.concatenate([[True], np.diff(peaks) > distinct])]
+    return apart(np.concatenate([peaks_of(motion, distinct) for motion in np.atleast_2d(x)]), distinct)
 
 
 def peaks_of(x: np.ndarray, distinct: float) -> np.ndarray:

@@ -95,6 +95,7 @@ class Cells(Block):
     high: Array[Floats, "N", "n"]  # largest
     change: Array[Floats, "N", "n"]  # part of that range by which a half of the window has a smaller one
     period: Array[Floats, "N", "n"]  # mean time between upward crossings of the middle; NaN: fewer than two
+    period_change: Array[Floats, "N", "n"]  # part of it by which those of the earlier crossings and the later differ
 
 
 @kernel("void(int64, int64, int64, float64[:, ::1], float64[:, ::1], int64, int64, int64)", short_loops=True)
@@ -215,7 +216,8 @@ def store(i, n, n_c, status, state, cells):
     cells.status[i], cells.t[i] = status, state.now
     for j in range(n):
         cells.q[i, j], cells.u[i, j] = state.q[j], state.u[j]
-        cells.low[i, j] = cells.high[i, j] = cells.change[i, j] = cells.period[i, j] = np.nan
+        cells.low[i, j] = cells.high[i, j] = cells.change[i, j] = np.nan
+        cells.period[i, j] = cells.period_change[i, j] = np.nan
     for k in range(n_c):
         cells.mode[i, k], cells.slip[i, k] = state.mode[k], state.slip[k]
     for k in range(N_LEDGER):
@@ -238,22 +240,39 @@ def reduce_motion(i, n, window, record, cells):
         low, high = q[first, j], q[first, j]
         for k in range(first + 1, m):
             low, high = min(low, q[k, j]), max(high, q[k, j])
-        cells.low[i, j], cells.high[i, j], cells.change[i, j] = low, high, 0.0
+        cells.low[i, j], cells.high[i, j], cells.change[i, j], cells.period_change[i, j] = low, high, 0.0, 0.0
         if high - low <= STILL_COORDINATE * max(abs(low), abs(high)):
             continue
         least = min(range_of(j, first, half, q), range_of(j, half, m, q))
         cells.change[i, j] = 1.0 - least / (high - low)
-        middle = 0.5 * (low + high)
-        crossings, t_first, t_last = 0, 0.0, 0.0
-        for k in range(first + 1, m):
-            below, above = q[k - 1, j] - middle, q[k, j] - middle
-            if below < 0.0 <= above:
-                t_last = t_record[k - 1] + (t_record[k] - t_record[k - 1]) * below / (below - above)
-                if crossings == 0:
-                    t_first = t_last
-                crossings += 1
-        if crossings > 1:
-            cells.period[i, j] = (t_last - t_first) / (crossings - 1)
+        time_crossings(i, j, 0.5 * (low + high), first, record, cells)
+
+
+@kernel
+def time_crossings(i, j, middle, first, record, cells):
+    """The mean time between upward crossings of the middle; that of the earlier half of them and that of the later are
+    compared where there are three or more, and differ by all of it where there are fewer."""
+    q, t_record, m = record.q, record.t, record.counts.rows
+    total = 0
+    for k in range(first + 1, m):
+        if q[k - 1, j] - middle < 0.0 <= q[k, j] - middle:
+            total += 1
+    n, central, t_first, t_central, t_last = 0, (total - 1) // 2, 0.0, 0.0, 0.0
+    for k in range(first + 1, m):
+        below, above = q[k - 1, j] - middle, q[k, j] - middle
+        if below < 0.0 <= above:
+            t_last = t_record[k - 1] + (t_record[k] - t_record[k - 1]) * below / (below - above)
+            if n == 0:
+                t_first = t_last
+            if n == central:
+                t_central = t_last
+            n += 1
+    cells.period_change[i, j] = 1.0
+    if total > 1:
+        cells.period[i, j] = (t_last - t_first) / (total - 1)
+    if total > 2:
+        early, late = (t_central - t_first) / central, (t_last - t_central) / (total - 1 - central)
+        cells.period_change[i, j] = abs(late - early) / cells.period[i, j]
 
 
 @kernel

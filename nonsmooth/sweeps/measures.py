@@ -2,7 +2,8 @@
 
     amplitude   a_j = (max q_j - min q_j) / 2 over the window, the last part of the run; and by which part of it the
                 range over a half of the window is smaller: of a settled motion, whose period fits into a half, by none
-    period      mean time between two upward crossings of (max q_j + min q_j) / 2 in the window
+    period      mean time between two upward crossings of (max q_j + min q_j) / 2 in the window; and by which part of
+                it those of the earlier and of the later crossings differ
     modes       the modes of the contacts in the order of their beginning
 
 Each is read from the arrays of the compiled block, and from a Solution where the run is not made in blocks.
@@ -90,15 +91,21 @@ def period_of(solution: Solution, first: int) -> dict[str, Any]:
     low, high = q.min(axis=0), q.max(axis=0)
     middle = 0.5 * (low + high)
     period = np.full(q.shape[1], np.nan)
+    change = np.full(q.shape[1], 0.0 if solution.success else np.nan)
     for j in (
         np.flatnonzero(high - low > STILL_COORDINATE * np.maximum(abs(low), abs(high))) if solution.success else ()
     ):
         below, above = q[:-1, j] - middle[j], q[1:, j] - middle[j]
         k = np.flatnonzero((below < 0) & (above >= 0))
         times = t[k] + (t[k + 1] - t[k]) * below[k] / (below[k] - above[k])
+        change[j] = 1.0
         if len(k) > 1:
             period[j] = (times[-1] - times[0]) / (len(k) - 1)
-    return {"period": period}
+        if len(k) > 2:
+            central = (len(k) - 1) // 2
+            early, late = (times[central] - times[0]) / central, (times[-1] - times[central]) / (len(k) - 1 - central)
+            change[j] = abs(late - early) / period[j]
+    return {"period": period, "period_change": change}
 
 
 def modes_of_cells(cells: Cells) -> Values:
@@ -144,8 +151,10 @@ MEASURES = {
         amplitude_of, needs_motion=True,
     ),
     "period": Measure(
-        {"period": Variable(("coordinate",), "s", "mean time between upward crossings of the middle of the range")},
-        lambda cells: {"period": cells.period}, period_of, needs_motion=True,
+        {"period": Variable(("coordinate",), "s", "mean time between upward crossings of the middle of the range"),
+         "period_change": Variable(("coordinate",), "", "part of it by which earlier and later crossings differ")},
+        lambda cells: {"period": cells.period, "period_change": cells.period_change.copy()},
+        period_of, needs_motion=True,
     ),
     "modes": Measure(
         {"modes": Variable(meaning="modes of the contacts in the order of their beginning", is_text=True)},
@@ -173,16 +182,33 @@ MEASURES = {
 }  # fmt: skip
 
 
-def doubt_of(values: Values) -> str:
-    """What is to be said of amplitudes of motions that have not settled; nothing where all have."""
-    change = values.get("amplitude_change")
-    if change is None or not (change > SETTLED_AMPLITUDE).any():
+CHANGES = {"amplitude_change": "amplitude", "period_change": "period"}  # and what they are of
+
+
+def settled(values: Values, tolerance: float) -> np.ndarray | None:
+    """(N,) 1 where every amplitude and period agrees within the window, 0 where one does not, NaN where a run did not
+    reach its end; None where nothing of that kind is measured."""
+    changes = [values[name] for name in CHANGES if name in values]
+    if not changes:
+        return None
+    change = np.concatenate(changes, axis=1)
+    return np.where(np.isnan(change).any(axis=1), np.nan, (change <= tolerance).all(axis=1))
+
+
+def doubt_of(values: Values, tolerance: float) -> str:
+    """What is to be said of motions that have not settled; nothing where all have."""
+    found = settled(values, tolerance)
+    if found is None or not (found == 0.0).any():
         return ""
-    cells, worst = int((change > SETTLED_AMPLITUDE).any(axis=1).sum()), np.nanmax(change)
+    worst = {what: values[name] for name, what in CHANGES.items() if name in values}
+    parts = [
+        f"the {what} still changes in {int((change > tolerance).any(axis=1).sum())} of {len(change)} cells, by up to "
+        f"{np.nanmax(change):.0%} from one half of the window to the other ({what}_change)"
+        for what, change in worst.items() if (change > tolerance).any()
+    ]  # fmt: skip
     return (
-        f"the amplitude still changes in {cells} of {len(change)} cells, by up to {worst:.0%} from one half of the "
-        "window to the other (amplitude_change): these motions have not settled, drift, or repeat more slowly; take a "
-        "later end, or a later window"
+        f"{'; '.join(parts)}: these motions have not settled to {tolerance:g}, drift, or repeat more slowly "
+        "(settled = 0); take a later end, a later window, or settle_by=, until which such runs are made longer"
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_count, as_fraction, as_name
+from nonsmooth.checks.arrays import as_count, as_fraction, as_name, as_positive
 from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
@@ -28,11 +28,12 @@ from nonsmooth.runs.simulate import SELECTIONS, require_integrator, simulate_who
 from nonsmooth.runs.times import Timetable, as_span, make_timetable
 from nonsmooth.sweeps.axis_names import END, AxisNames, Columns, unit_of
 from nonsmooth.sweeps.block_engine import BlockEngine
-from nonsmooth.sweeps.measures import Measure, doubt_of, measure_named
+from nonsmooth.sweeps.measures import SETTLED_AMPLITUDE, Measure, doubt_of, measure_named, settled
 from nonsmooth.sweeps.run_rows import RowBuilder, Rows, combinations
 from nonsmooth.sweeps.task import Batch, CellStatus, Variable, as_values, identity_of_model, name_of, words_of
 
 ONE_RECORD = 2**62  # derived: steps between two records: only the start and the end are kept
+SETTLED = Variable(meaning="whether amplitude and period agree within the window: 1 or 0")
 WINDOW_START = 0.5  # chosen: the window is the second half of a run
 
 
@@ -69,6 +70,13 @@ class RunTask:
         Amplitude and period are those of the last part of the run, from this fraction of its span on.
     every : int
         Steps between the records that amplitude and period are taken from.
+    settle : float
+        A motion has settled where its amplitude in both halves of the window, and the periods of its earlier and of its
+        later crossings, agree to this part of them; "settled" says it of each cell (1 or 0), and the sweep warns.
+    settle_by : float, optional
+        Runs that have not settled are made again twice as long, and so on, with the window twice as long too, until
+        they have or the end is this late [s]; "end_time" has the end of each. When left out all end where they are
+        said to.
 
     Raises
     ------
@@ -97,6 +105,8 @@ class RunTask:
         selection: str = "compliant-limit",
         window: float = WINDOW_START,
         every: int = 1,
+        settle: float = SETTLED_AMPLITUDE,
+        settle_by: float | None = None,
     ) -> None:
         self.model, self.system = model, as_system(model)
         chosen = as_measures(measures)
@@ -107,6 +117,14 @@ class RunTask:
         self.integrator = MoreauJean(_own("dt", model)) if integrator is None else integrator
         require_integrator(self.integrator)
         self.t_span = (0.0, _own("t_end", model)) if t_span is None else as_span(t_span)
+        self.settle, self.settle_by = as_positive("settle", settle), None
+        if settle_by is not None:
+            if not self._may_settle:
+                raise InvalidInput("settle_by= needs a measure that settles: 'amplitude' or 'period'")
+            self.settle_by = as_positive("settle_by", settle_by, "s")
+            if self.settle_by < self.t_span[1]:
+                raise InvalidInput(f"settle_by must not lie before the end, {self.t_span[1]:g} s; got {settle_by:g}")
+            self.measures |= {"end_time": measure_named("end_time")}
         self.state = checked_state(model, state)
         self.names = AxisNames(model, self.integrator)
         self._prepare()
@@ -135,7 +153,12 @@ class RunTask:
     @property
     def variables(self) -> dict[str, Variable]:
         """The results that are known by name."""
-        return {name: variable for measure in self.measures.values() for name, variable in measure.variables.items()}
+        known = {name: variable for measure in self.measures.values() for name, variable in measure.variables.items()}
+        return known | ({"settled": SETTLED} if self._may_settle else {})
+
+    @property
+    def _may_settle(self) -> bool:
+        return any(measure.needs_motion for measure in self.measures.values())
 
     @property
     def coordinates(self) -> dict[str, list[str]]:
@@ -170,13 +193,14 @@ class RunTask:
         state = {name: np.asarray(value).tolist() for name, value in sorted(self.state.items())}
         parts = (
             self.integrator, self.t_span, state, self.selection, self.window, self.every, list(self.measures),
+            self.settle, self.settle_by,
             [name_of(function) for function in self.functions],
         )  # fmt: skip
         return "\n".join([identity_of_model(self.model, *self.functions), *map(repr, parts)])
 
     def doubt(self, values: dict[str, np.ndarray]) -> str:
         """What is to be said of the results."""
-        return doubt_of(values)
+        return doubt_of(values, self.settle)
 
     def load(self) -> None:
         """Compile the loop for the model as it is."""
@@ -185,7 +209,29 @@ class RunTask:
             self._engine(self.system, self.integrator, self.t_span[1]).load()
 
     def __call__(self, columns: Columns) -> Batch:
-        """Run a batch of cells."""
+        """Run a batch of cells; those that have not settled again twice as long, as far as they may."""
+        result, stretch = self._run(columns, 1.0), 1.0
+        open_ = self._unsettled(result)
+        while self.settle_by is not None and len(open_) and not self._is_last(columns, open_, stretch):
+            stretch *= 2.0
+            longer = self._run({name: values[open_] for name, values in columns.items()}, stretch)
+            result.take(open_, longer)
+            open_ = open_[self._unsettled(longer)]
+        return result
+
+    def _unsettled(self, result: Batch) -> np.ndarray:
+        """Numbers of the cells that have not settled."""
+        return np.flatnonzero(result.values["settled"] == 0.0) if "settled" in result.values else np.zeros(0, int)
+
+    def _is_last(self, columns: Columns, cells: np.ndarray, stretch: float) -> bool:
+        """Whether runs so many times as long reach the time by which they are to have settled."""
+        ends = self.names.split(columns).options.get(END, np.full(1, self.t_span[1]))
+        t_0 = self.t_span[0]
+        shortest = float(np.min(ends[cells] if len(ends) > 1 else ends)) - t_0
+        return t_0 + stretch * shortest >= (self.settle_by or 0.0)
+
+    def _run(self, columns: Columns, stretch: float) -> Batch:
+        """Run cells whose spans are so many times those that were given."""
         parts = self.names.split(columns)
         result = Batch({}, np.full(parts.length, int(CellStatus.NOT_RUN)))
 
@@ -193,7 +239,7 @@ class RunTask:
             result.status[cells] = CellStatus.FAILED
             result.messages.update(dict.fromkeys(cells.tolist(), words_of(error)))
 
-        for integrator, t_end, cells in self._integrators(parts.options, parts.length, fail):
+        for integrator, t_end, cells in self._integrators(parts.options, parts.length, fail, stretch):
             for rows in self.rows.rows(parts, cells, fail):
                 if rows.system.n_q != self.system.n_q and self._has_coordinates:
                     words = f"{rows.system.n_q} coordinates where the other cells have {self.system.n_q}"
@@ -208,14 +254,19 @@ class RunTask:
                     self._run_block(rows, integrator, t_end, result, fail)
                 else:
                     self._run_singly(rows, integrator, t_end, result, fail)
+        is_settled = settled(result.values, self.settle)
+        if is_settled is not None:
+            result.values["settled"] = np.where(result.status == CellStatus.FINISHED, is_settled, np.nan)
         return result
 
-    def _integrators(self, options: Columns, N: int, fail: Callable) -> Iterator[tuple[Any, float, np.ndarray]]:
+    def _integrators(
+        self, options: Columns, N: int, fail: Callable, stretch: float
+    ) -> Iterator[tuple[Any, float, np.ndarray]]:
         """The different integrators and ends, and the cells of each."""
         rows, place = combinations(options, np.arange(N))
         for k, row in enumerate(rows):
             cells = np.flatnonzero(place == k)
-            t_end = row.pop(END, self.t_span[1])
+            t_end = self._end(row.pop(END, self.t_span[1]), stretch)
             try:
                 integrator = replace(self.integrator, **row) if row else self.integrator
                 self._table(integrator, t_end)
@@ -223,6 +274,12 @@ class RunTask:
                 fail(cells, error)
                 continue
             yield integrator, t_end, cells
+
+    def _end(self, t_end: float, stretch: float) -> float:
+        """The end of a run so many times as long, at most the time by which it is to have settled."""
+        if stretch == 1.0 or self.settle_by is None:
+            return t_end
+        return max(t_end, min(self.t_span[0] + stretch * (t_end - self.t_span[0]), self.settle_by))
 
     def _table(self, integrator: Integrator, t_end: float) -> Timetable:
         every = 1 if integrator.chooses_steps else self._every

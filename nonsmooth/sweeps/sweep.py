@@ -338,6 +338,7 @@ class Result:
         return xarray.Dataset(columns, coordinates, {
             "study": self.study, "cells": len(plan), "cells_from_journal": self.n_resumed,
             "cells_failed": int(((self.status != CellStatus.FINISHED) & (self.status != CellStatus.NOT_RUN)).sum()),
+            **({"cells_unsettled": int((self.values["settled"] == 0.0).sum())} if "settled" in self.values else {}),
             "interrupted": int(self.is_interrupted), **getattr(self.task, "about", {}),
         })  # fmt: skip
 

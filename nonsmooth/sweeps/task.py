@@ -76,6 +76,17 @@ class Batch:
     inadmissible: int = 0
     elapsed: float = 0.0
 
+    def take(self, cells: np.ndarray, other: Batch) -> None:
+        """Put the results of some cells, run again, in place of theirs."""
+        self.status[cells] = other.status
+        self.elapsed += other.elapsed
+        for k, cell in enumerate(cells.tolist()):
+            self.messages.pop(cell, None)
+            if k in other.messages:
+                self.messages[cell] = other.messages[k]
+        for name, values in other.values.items():
+            self.put(name, cells, values)
+
     def put(self, name: str, cells: np.ndarray | slice, values: np.ndarray) -> None:
         """Write the results (k, ...) of k cells."""
         put(self.values, name, cells, values, len(self.status))
@@ -176,6 +187,8 @@ class FunctionTask:
             function = function.func
         if inspect.isfunction(function):
             parts.append(hashlib.sha256(identity_of(function)).hexdigest())
+        elif hasattr(function, "identity"):
+            parts.append(function.identity())
         elif not inspect.isbuiltin(function):
             parts.append(hashlib.sha256(pickle.dumps(function)).hexdigest())
         return "\n".join(parts)

@@ -304,6 +304,55 @@ def test_a_window_shorter_than_the_period_shows_no_amplitude():
         ns.sweep(task, {"c": [0.0]}, progress=False)
 
 
+class Driven(NamedTuple):
+    c: float = 0.5  # damping of a unit mass [N s/m]
+    F: float = 1.0  # of cos 2 t [N]
+
+
+def driven_oscillator():
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = p.F * math.cos(2.0 * t) - q[0] - p.c * u[0]
+
+    return System(n_q=1, mass=mass, force=force, parameters=Driven())
+
+
+@pytest.mark.parametrize("measures", [["amplitude", "period"], ["amplitude", "period", lambda sol: sol.t[-1]]],
+                         ids=["blocks", "one by one"])  # fmt: skip
+def test_runs_are_made_longer_until_they_have_settled(measures):
+    """x = F cos(2 t - phi)/sqrt(9 + 4 c^2) + exp(-c t/2) ...: the amplitude to about the part that was asked for;
+    damping of 0.01 1/s has not done its work by 200 s, and the cell says so."""
+    task = ns.RunTask(driven_oscillator(), measures, t_span=(0, 25), integrator=ns.MoreauJean(1e-2), settle=0.01,
+                      settle_by=200.0, state={"q0": [3.0], "u0": [0.0]})  # fmt: skip
+    c = np.array([1.0, 0.3, 0.2, 0.01])
+    with pytest.warns(ns.UnsettledWarning, match=r"these motions have not settled to 0.01"):
+        found = ns.sweep(task, {"c": c}, progress=False)
+    assert found.settled.values.tolist() == [1, 1, 1, 0] and found.attrs["cells_unsettled"] == 1
+    exact = 1 / np.sqrt(9 + 4 * c**2)
+    ends = found.end_time.values
+    assert ends[-1] == 200.0 and ends[0] < 200.0 and (np.diff(ends) >= 0).all()
+    np.testing.assert_allclose(found.amplitude.values[:3, 0], exact[:3], rtol=0.02)
+    np.testing.assert_allclose(found.period.values[:3, 0], math.pi, rtol=0.01)
+    if len(measures) == 2:  # the last of them alone, that long: the same bits
+        alone = ns.RunTask(driven_oscillator(), measures, t_span=(0, ends[2]), integrator=ns.MoreauJean(1e-2),
+                           state={"q0": [3.0], "u0": [0.0]})  # fmt: skip
+        np.testing.assert_array_equal(ns.sweep(alone, {"c": c[2:3]}, progress=False).amplitude, found.amplitude[2:3])
+
+
+def test_a_period_that_grows_has_not_settled():
+    """A damped oscillator of constant period but growing amplitude settles in its period alone; one crossing in the
+    window tells no period."""
+    task = ns.RunTask(damped_oscillator(), "period", t_span=(0, 4), integrator=ns.MoreauJean(1e-3), state=STARTED)
+    found = ns.sweep(task, {"c": [0.0]}, progress=False)
+    assert found.settled.values.tolist() == [1] and found.period_change.values.max() < 1e-3
+    short = ns.RunTask(damped_oscillator(), "period", t_span=(0, 0.7), integrator=ns.MoreauJean(1e-3), state=STARTED)
+    with pytest.warns(ns.UnsettledWarning, match="the period still changes in 1 of 1 cells"):
+        found = ns.sweep(short, {"c": [0.0]}, progress=False)
+    assert found.settled.values.tolist() == [0]
+
+
 def test_a_mass_at_rest_has_no_period():
     task = ns.RunTask(BeltOscillator(vb=0.0), ["amplitude", "period"], t_span=(0, 1), integrator=ns.MoreauJean(1e-2))
     found = ns.sweep(task, {"x": [0.0]}, progress=False)

@@ -9,6 +9,7 @@ import nonsmooth as ns
 from models.belt_oscillator import BeltOscillator
 from models.painleve_rod import PainleveRod
 from nonsmooth.drawing.sweep_plot import is_geometric, plot_sweep
+from tests.drawing.looks import faults
 
 pytest.importorskip("matplotlib")
 
@@ -40,6 +41,22 @@ def test_two_axes_are_a_map_with_missing_cells_left_out_and_counted():
     assert drawn.mask[:, 0].all() and not drawn.mask[:, 1:].any()
     assert "no result in 7 of 42 cells" in figure.get_suptitle()
     assert figure.axes[0].get_xlabel() == "mu [-]" and figure.axes[0].get_ylabel() == "th [rad]"
+
+
+@pytest.mark.filterwarnings("ignore::nonsmooth.UnsettledWarning")
+def test_cells_that_have_not_settled_are_hatched_in_a_map_and_ringed_on_a_curve(tmp_path):
+    task = ns.RunTask(BeltOscillator(), "amplitude", t_span=(0, 40), integrator=ns.MoreauJean(1e-2))
+    found = ns.sweep(task, {"vb": np.linspace(0.05, 0.5, 10), "k": np.linspace(0.5, 2.0, 5)}, progress=False)
+    n = int((found.settled == 0).sum())
+    assert 0 < n < found.settled.size
+    figure = plot_sweep(found, tmp_path / "map.png")
+    assert f"not settled in {n} of 50 cells (hatched)" in figure.get_suptitle() and faults(figure) == []
+    (hatched,) = [one for one in figure.axes[0].collections if one.get_gid() == "unsettled"]
+    assert len(hatched.get_paths()) == n
+    one = found.isel(k=2)
+    curve = plot_sweep(one)
+    rings = curve.axes[0].lines[1].get_xdata()
+    np.testing.assert_array_equal(rings, one.vb.values[one.settled.values == 0])
 
 
 def test_each_coordinate_has_its_panel_and_its_unit():
