@@ -92,6 +92,7 @@ def main(argv: list[str] | None = None) -> int:
     if options.out:
         figure = options.out.with_suffix(".png")
         study.plot(figure)
+        study.plot(figure.with_stem(f"{figure.stem}_evaluations"), cost="evaluations")
         options.out.write_text(page(study, machine(), figure.name, options.repeats))
         print(f"page: {options.out}")
     return 0

@@ -34,7 +34,8 @@ def page(study: WorkPrecision, machine: str, figure: str, repeats: int) -> str:
         "# Run time against error",
         f"Made by `python -m benchmarks accuracy --peers --out docs/benchmarks/accuracy.md` on {machine}; "
         f"medians of {repeats} {METHOD}",
-        f"![error against wall time and against force evaluations]({figure})",
+        f"![error against wall time]({figure})",
+        f"![error against force evaluations]({figure.replace('.png', '_evaluations.png')})",
     ]
     for target in TARGETS:
         parts += [f"## Milliseconds at an error of {target:g}", comparison(study, target)]

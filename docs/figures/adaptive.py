@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 import sys
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import nonsmooth as ns
@@ -29,7 +29,12 @@ from nonsmooth.catalogue import (
     WallPendulum,
     Woodpecker,
 )
+from nonsmooth.drawing.colours import BLACK, CYCLE, GREY, WASHED
+from nonsmooth.drawing.labels import LETTER
+from nonsmooth.drawing.plots import WIDTH, new_figure, save_figure
 
+LEAST = 1e-13  # smaller errors are drawn here
+TITLE = 16  # letters in a line of a title
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-9, 1e-10)
 N_TIMES = 200
 BELT = BeltOscillator(vb=0.2)
@@ -119,25 +124,26 @@ def between_the_steps() -> str:
     return "\n".join(lines)
 
 
-def draw(found: list[Row], path: Path) -> None:
-    """Error against tolerance, and error against work."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.8), layout="constrained", sharey=True)
-    colours = plt.get_cmap("tab20")(np.arange(len(SCENES)))
-    for colour, name in zip(colours, SCENES, strict=True):
-        own = [row for row in found if row.scene == name and row.status == "FINISHED"]
-        errors = [max(row.error, 1e-13) for row in own]
-        left.loglog([row.rtol for row in own], errors, "o-", color=colour, ms=3.5, lw=1.2, label=name)
-        right.loglog([row.plain_steps for row in own], errors, "o-", color=colour, ms=3.5, lw=1.2)
+def draw(found: list[Row], path: Path | None = None) -> Any:
+    """Error against tolerance, a panel a scene."""
+    figure = new_figure(WIDTH, 6.4)
+    panels = figure.subplots(4, 3, sharex=True, sharey=True)
     ends = np.array([min(TOLERANCES), max(TOLERANCES)])
-    left.loglog(ends, ends, "k--", lw=1.0, label="error = rtol")
-    left.loglog(ends, 10 * ends, "k:", lw=1.0, label="error = 10 rtol")
-    left.set(xlabel="rtol [-]  (atol = rtol/100)", ylabel="largest error of a coordinate over the run [of its largest]")
-    right.set(xlabel="plain steps of Moreau–Jean [-]")
-    for axes in (left, right):
-        axes.grid(True, which="major", lw=0.4, alpha=0.6)
-    figure.legend(*left.get_legend_handles_labels(), loc="outside right upper", fontsize=8, frameon=False)
-    figure.savefig(path, dpi=130)
-    plt.close(figure)
+    for axes, name in zip(panels.ravel(), SCENES, strict=True):
+        own = [row for row in found if row.scene == name and row.status == "FINISHED"]
+        axes.loglog(ends, ends, color=BLACK, lw=0.8, ls="--", label="error = rtol")
+        axes.loglog(ends, 10 * ends, color=GREY, lw=0.8, ls=":", label="error = 10 rtol")
+        rtol, error = [row.rtol for row in own], [max(row.error, LEAST) for row in own]
+        axes.loglog(rtol, error, "o-", color=CYCLE[0], ms=3, lw=1.2, label="measured")
+        axes.set_title("\n".join(textwrap.wrap(name, TITLE)), fontsize=LETTER)
+        axes.set(xticks=[1e-10, 1e-7, 1e-4], yticks=[LEAST, 1e-10, 1e-7, 1e-4], xlim=(3e-11, 3e-4))
+        axes.grid(True, which="major", color=WASHED)
+    panels[-1, 1].set_xlabel("rtol [-], atol = rtol/100", fontsize=9)
+    figure.supylabel("largest error of a coordinate over the run [of its largest]", fontsize=9)
+    figure.legend(
+        *axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=LETTER, frameon=False
+    )
+    return save_figure(figure, path)
 
 
 if __name__ == "__main__":

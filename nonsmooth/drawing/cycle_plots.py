@@ -47,8 +47,7 @@ def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:
     for j, (axes, named) in enumerate(zip(planes, coordinates_of(cycle.system), strict=False)):
         for k, phase in enumerate(cycle.phases):
             part = slice(k * size, (k + 1) * size)
-            style = STYLES[:2][any(state.normal < 0 for state in phase.states)]
-            axes.plot(cycle.q[part, j], cycle.u[part, j], style, color=colour(phase), lw=2.2)
+            axes.plot(cycle.q[part, j], cycle.u[part, j], dashes(phase), color=colour(phase), lw=2.2)
             axes.plot(phase.q[j], phase.u[j], "o", color="black", ms=3.5, zorder=5)
             if phase.jump is not None:
                 draw_jump(axes, cycle, part.stop - 1, j)
@@ -58,7 +57,9 @@ def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:
         axes.grid(alpha=0.25)
     handles = phase_handles(cycle, labels)
     columns = columns_for(handles)
-    figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize=LETTER)
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize=LETTER, handlelength=3
+    )
     largest = f"{np.abs(cycle.multipliers).max():.4g}" if cycle.multipliers.size else "none"
     name = getattr(cycle.system, "name", "")
     of = f"{name}: " if name else ""
@@ -77,10 +78,17 @@ def phase_handles(cycle: LimitCycle, labels: list[str]) -> list[Any]:
     from matplotlib.lines import Line2D
 
     first = {phase.label: phase for phase in reversed(cycle.phases)}
-    handles = [Line2D([], [], color=colour(first[label]), lw=2.2, label=label) for label in labels]
+    handles = [
+        Line2D([], [], color=colour(first[label]), ls=dashes(first[label]), lw=2.2, label=label) for label in labels
+    ]
     if any(phase.jump is not None for phase in cycle.phases):
         handles.append(Line2D([], [], color=RED, ls=":", lw=1.4, label="impact"))
     return handles
+
+
+def dashes(phase: CyclePhase) -> str:
+    """Dashed where a guided contact is pulled."""
+    return STYLES[any(state.normal < 0 for state in phase.states)]
 
 
 def colour(phase: CyclePhase) -> str:

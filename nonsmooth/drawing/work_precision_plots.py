@@ -1,4 +1,4 @@
-"""Work-precision diagrams: error over wall time and over force evaluations, one row of axes for each scene.
+"""Work-precision diagrams: error over wall time or over force evaluations, a panel a scene.
 
 Matplotlib is imported inside the functions.
 """
@@ -13,38 +13,53 @@ import numpy as np
 from nonsmooth.drawing.colours import CYCLE, MARKERS
 from nonsmooth.drawing.labels import LETTER
 from nonsmooth.drawing.plots import WIDTH, new_figure, save_figure
+from nonsmooth.errors import InvalidInput, shown
 
 if TYPE_CHECKING:
     from nonsmooth.studies.work_precision_result import WorkPrecision
 
 PANELS = {"wall_time": ("wall time [ms]", 1e3), "evaluations": ("force evaluations [-]", 1.0)}
+COLUMNS = 2  # chosen: panels in a row
+ROW = 1.9  # chosen: height of a row of panels [in]
 LEAST = 1e-16  # chosen: smaller errors are drawn here: rounding
 
 
-def plot_work_precision(study: WorkPrecision, path: str | Path | None = None) -> Any:
-    """Draw a work-precision study.
+def plot_work_precision(study: WorkPrecision, path: str | Path | None = None, cost: str | None = None) -> Any:
+    """Draw a work-precision study, a panel a scene.
 
     Parameters
     ----------
     study : WorkPrecision
     path : path-like, optional
         Where to save; the ending names the format.
+    cost : str, optional
+        ``"wall_time"`` or ``"evaluations"`` of the forces; without it both of one scene, wall times of several.
 
     Returns
     -------
     matplotlib.figure.Figure
+
+    Raises
+    ------
+    InvalidInput
+        When the cost is none of the two.
     """
-    n = len(study.scenes)
-    figure = new_figure(WIDTH, 2.5 * n + 1.0)
-    axes = figure.subplots(n, 2, squeeze=False, sharey=True)
-    for k, scene in enumerate(study.scenes):
-        left = axes[k]
-        for place, cost in zip(left, PANELS, strict=False):
-            draw_scene(place, study, scene, cost)
-        left[0].set_title(scene, loc="left", fontsize=10)
-        left[0].set_ylabel("error of the\npositions [-]")
+    if cost is not None and cost not in PANELS:
+        raise InvalidInput(f"cost must be one of {', '.join(map(repr, PANELS))}; got {shown(cost)}")
+    scenes, costs = study.scenes, [cost] if cost else list(PANELS) if len(study.scenes) == 1 else ["wall_time"]
+    panels = [(scene, cost) for scene in scenes for cost in costs]
+    rows = -(-len(panels) // COLUMNS)
+    figure = new_figure(WIDTH, ROW * rows + 1.2)
+    places = figure.subplots(rows, COLUMNS, squeeze=False, sharey=True).ravel()
+    for place, (scene, kind) in zip(places, panels, strict=False):
+        draw_scene(place, study, scene, kind)
+        place.set_title(scene, loc="left", fontsize=9)
+    for place in places[::COLUMNS]:
+        place.set_ylabel("error of the\npositions [-]")
+    for place in places[len(panels) :]:
+        place.remove()
     handles = {}
-    for place in axes.ravel():
+    for place in places[: len(panels)]:
         handles.update({label: line for line, label in zip(*place.get_legend_handles_labels(), strict=True)})
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=LETTER, frameon=False)
     figure.suptitle(study.title, fontsize=9)

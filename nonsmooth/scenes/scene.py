@@ -124,6 +124,7 @@ class Scene:
         self.gravity = gravity
         self.dim = len(gravity)
         as_instance("material", self.material, Material, "a Material(mu=..., e=...)")
+        self.name = ""  # of a ready scene, where one was asked for
         self.bodies: list[Body] = []
         self.pairs: dict[frozenset[str], tuple[float | None, float | None]] = {}
         self._names: dict[str, int] = {}
@@ -293,7 +294,8 @@ class Scene:
     def __repr__(self) -> str:
         dynamic = sum(body.kind is Kind.DYNAMIC for body in self.bodies)
         where = "planar" if self.dim == PLANAR else "spatial"
-        return f"Scene({where}, {len(self.bodies)} bodies, {dynamic} of them dynamic)"
+        bodies = f"{len(self.bodies)} {'body' if len(self.bodies) == 1 else 'bodies'}"
+        return f"Scene({self.name + ': ' if self.name else ''}{where}, {bodies}, {dynamic} of them dynamic)"
 
     def _add(
         self, name: str, kind: Kind, shape: Shape, material: Material | None, position: Any, turn: Any, velocity: Any,
@@ -345,7 +347,10 @@ def as_scene(candidate: Any) -> Scene | None:
         return candidate
     if isinstance(candidate, type) or not callable(getattr(candidate, "scene", None)):
         return None
-    return as_instance(f"what scene() of {type(candidate).__name__} returns", candidate.scene(), Scene, "an ns.Scene")
+    name = type(candidate).__name__
+    scene = as_instance(f"what scene() of {name} returns", candidate.scene(), Scene, "an ns.Scene")
+    scene.name = scene.name or str(getattr(candidate, "name", name))
+    return scene
 
 
 def coefficients_of(scene: Scene, a: Material, b: Material) -> tuple[float, float]:

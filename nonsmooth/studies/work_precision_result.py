@@ -127,9 +127,10 @@ class WorkPrecision(Study):
         told = f"{best:.1e}" if best > floor else f"< {floor:.0e}"
         return [method, told, *map(number, times), *map(number, counts)]
 
-    def plot(self, path: str | Path | None = None) -> Any:
-        """Draw error over wall time and over evaluations (needs the extra [plot]); saved to ``path`` if given."""
-        return view(self, "plot")(self, path)
+    def plot(self, path: str | Path | None = None, cost: str | None = None) -> Any:
+        """Draw error over ``"wall_time"`` or ``"evaluations"`` of the forces, a panel a scene (needs the extra [plot]);
+        saved to ``path`` if given. Without a ``cost`` both of one scene, wall times of several."""
+        return view(self, "plot")(self, path, cost)
 
     def __repr__(self) -> str:
         return f"WorkPrecision({len(self.scenes)} scenes, {', '.join(self.methods)})"

@@ -35,6 +35,14 @@ def test_cycle_is_drawn_with_a_colour_for_every_mode(branch, tmp_path):
     assert (tmp_path / "cycle.png").stat().st_size > 10_000
 
 
+def test_the_legend_of_a_cycle_has_the_colours_and_dashes_of_its_phases():
+    cycle = ns.limit_cycle(SpragSlip.set_1(cth=0.5))
+    figure = plot_cycle(cycle)
+    drawn = {(line.get_color(), line.get_linestyle()) for line in figure.axes[0].lines if line.get_marker() == "None"}
+    legend = [(line.get_color(), line.get_linestyle()) for line in figure.legends[0].get_lines()]
+    assert len(set(legend)) == len(legend) == 3 and set(legend) == drawn
+
+
 def test_branch_and_waterfall_show_the_cycles_that_were_computed(branch):
     axes = plot_branch(branch).axes
     np.testing.assert_allclose(axes[1].lines[0].get_ydata(), branch.periods)

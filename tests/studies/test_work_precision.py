@@ -11,6 +11,7 @@ from nonsmooth.errors import InvalidInput, UnknownName
 from nonsmooth.results.failures import StepFailure
 from nonsmooth.studies.work_precision import Trial, distance
 from nonsmooth.studies.work_precision_result import WorkPrecision, joined
+from tests.drawing.looks import faults
 
 xarray = pytest.importorskip("xarray")
 
@@ -110,6 +111,17 @@ def test_figure_has_a_curve_for_each_method_and_cost(tmp_path):
     assert [len(axes.get_lines()) for axes in (wall, evaluations)] == [2, 2]
     assert wall.get_xlabel() == "wall time [ms]" and evaluations.get_xlabel() == "force evaluations [-]"
     assert (tmp_path / "study.png").stat().st_size > 0
+
+
+def test_several_scenes_have_a_panel_each_of_the_cost_that_is_asked_for():
+    pytest.importorskip("matplotlib")
+    study = ns.work_precision({name: MOTION for name in ("one", "two", "three")}, {"clock": Clock()}, repeats=1)
+    for cost, label in ((None, "wall time [ms]"), ("evaluations", "force evaluations [-]")):
+        figure = study.plot(cost=cost)
+        assert [axes.get_title(loc="left") for axes in figure.axes] == ["one", "two", "three"]
+        assert {axes.get_xlabel() for axes in figure.axes} == {label} and faults(figure) == []
+    with pytest.raises(ns.InvalidInput, match="cost must be one of 'wall_time', 'evaluations'; got 'steps'"):
+        study.plot(cost="steps")
 
 
 @pytest.mark.parametrize(

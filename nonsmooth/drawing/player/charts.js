@@ -1,8 +1,10 @@
 // The time line with modes and events, and curves, over one axis of time. A chart is drawn once; its cursor moves.
 
 const LEFT = 62, RIGHT = 14, TOP = 18, BOTTOM = 17; // chosen: pixels around the axes; the same for all, so that times stand below each other
+const FLOAT32 = 2 ** -23; // defined: relative
 const STRIPS = 6; // chosen: contacts with a strip of their own; of more, the share of each mode
 const STRIP = 17; // chosen: pixels of its height
+const FLAT = 1e-6; // chosen: of its scale: a curve that varies less is drawn as the constant it is
 const NEAR = 7; // chosen: pixels between the pointer and an event that it names
 
 class Chart {
@@ -146,7 +148,7 @@ class Curves extends Chart {
   curves() { return [...this.film.curves, ...this.own].filter((curve) => curve.group === this.group); }
 
   draw(theme) {
-    const { pen } = this, curves = this.curves(), [low, high, isCut] = range(curves);
+    const { pen } = this, curves = this.curves(), [low, high, isCut] = range(curves, this.lengthOf(curves[0]));
     pen.clearRect(0, 0, this.width, this.height);
     if (!curves.length) return;
     this.note = isCut ? "peaks leave the axis" : "";
@@ -164,11 +166,14 @@ class Curves extends Chart {
     pen.fillText(`[${curves[0].unit || "–"}]`, LEFT - 6, 9);
     pen.save();
     pen.beginPath(); pen.rect(LEFT, this.top - 2, this.width - LEFT - RIGHT, this.height - this.top - BOTTOM + 4); pen.clip();
-    curves.forEach((curve, i) => this.trace(curve.values, y, theme.curves[i % theme.curves.length], Math.floor(i / theme.curves.length)));
+    curves.forEach((curve, i) => this.trace(curve, y, theme.colourOf(curve, i), i < theme.curves.length ? [] : [5, 3]));
     pen.restore();
   }
 
-  trace(values, y, strokeStyle, dash) {
+  // The length that gaps and places are measured by: that of the motion.
+  lengthOf(curve) { return curve?.unit === "m" && curve.group !== "penetration" ? this.film.length ?? 0 : 0; }
+
+  trace({ values, dashes = [] }, y, strokeStyle, others) {
     const { pen, film } = this;
     pen.beginPath();
     let isDown = false;
@@ -178,15 +183,15 @@ class Curves extends Chart {
       isDown = true;
     }
     Object.assign(pen, { strokeStyle, lineWidth: 1.6 });
-    pen.setLineDash(dash ? [5, 3] : []); pen.stroke(); pen.setLineDash([]);
+    pen.setLineDash(dashes.length ? dashes.map((length) => 1.6 * length) : others); pen.stroke(); pen.setLineDash([]);
   }
 
   // Names and values at a frame.
   tell(k, theme) {
     const items = this.curves().map((curve, i) => {
       const item = document.createElement("span");
-      item.style.color = theme.curves[i % theme.curves.length];
-      item.textContent = `${curve.name} ${Number.isNaN(curve.values[k]) ? "–" : Number.isInteger(curve.values[k]) ? curve.values[k] : figure(curve.values[k])}`;
+      item.style.color = theme.colourOf(curve, i);
+      item.textContent = `${curve.name} ${Number.isNaN(curve.values[k]) ? "–" : Number.isInteger(curve.values[k]) ? curve.values[k] : figure(curve.values[k], Math.max(curve.scale ?? 0, this.lengthOf(curve)))}`;
       return item;
     });
     if (this.note) items.push(Object.assign(document.createElement("span"), { textContent: this.note }));
@@ -194,8 +199,8 @@ class Curves extends Chart {
   }
 }
 
-// [low, high, whether peaks are cut] of curves; a constant is shown as one.
-function range(curves) {
+// [low, high, whether peaks are cut] of curves; a constant, to a millionth of its scale, is shown as one.
+function range(curves, length) {
   const values = curves.flatMap((curve) => Array.from(curve.values)).filter((value) => Number.isFinite(value));
   if (!values.length) return [-1, 1, false];
   values.sort((a, b) => a - b);
@@ -203,8 +208,8 @@ function range(curves) {
   const [q0, q1] = [quantile(values, 0.01), quantile(values, 0.99)], usual = Math.max(Math.abs(q0), Math.abs(q1));
   const isForce = curves[0].group === "forces", isCut = isForce && Math.max(-low, high) > 4 * usual && usual > 0;
   if (isCut) [low, high] = [Math.max(low, -1.3 * usual), Math.min(high, 1.3 * usual)];
-  const size = Math.max(Math.abs(low), Math.abs(high)) || 1;
-  if (high - low < 1e-6 * size) [low, high] = [Math.min(0, 1.2 * low), Math.max(0, 1.2 * high) || 1];
+  const scale = Math.max(length, ...curves.map((curve) => curve.scale ?? 0)), size = Math.max(Math.abs(low), Math.abs(high), scale) || 1;
+  if (high - low < FLAT * size) [low, high] = scale ? [Math.min(-0.1 * size, 1.2 * low), Math.max(0.1 * size, 1.2 * high)] : [Math.min(0, 1.2 * low), Math.max(0, 1.2 * high) || 1];
   const margin = 0.06 * (high - low);
   return [low - margin, high + margin, isCut];
 }
@@ -214,7 +219,9 @@ function tick(x) {
   return text.length > 7 ? Number(text).toExponential() : text;
 }
 
-function figure(x) {
+// Four figures; 0 where float32, in which a film is kept, has no more of a quantity of that scale.
+function figure(x, scale = 0) {
   const size = Math.abs(x);
+  if (size < FLOAT32 * scale) return "0";
   return size && (size < 1e-3 || size >= 1e5) ? x.toExponential(3) : x.toPrecision(4);
 }

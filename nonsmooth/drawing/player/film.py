@@ -109,6 +109,9 @@ class Curve:
     name: str
     unit: str
     values: np.ndarray  # (n_t,)
+    scale: float = 0.0  # of the quantity: what varies by less than a millionth of it is drawn as constant
+    colour: str = ""  # that of the quantity in every figure; else the next of the cycle
+    dashes: tuple[float, ...] = ()  # and gaps, in widths of the line
 
 
 @dataclass(frozen=True)

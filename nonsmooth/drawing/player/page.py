@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.files import PAGE_ENDINGS, as_place, whole_file
-from nonsmooth.drawing.colours import RED, STRIPS
+from nonsmooth.drawing.colours import CYCLE, RED, STRIPS
 from nonsmooth.drawing.player.film import Body, Contacts, Film, MarkKind, Shape
 from nonsmooth.drawing.player.packing import LEVELS, packed, quantised, rounded
 from nonsmooth.results.solution import mode_name
@@ -118,7 +118,10 @@ def as_json(film: Film) -> dict[str, Any]:
         },
         "contactNames": film.contact_names, "isOfLastStep": film.is_of_last_step,
         "marks": [[mark.t, mark.frame, mark.kind, mark.text, mark.choice] for mark in film.marks],
-        "curves": [[c.group, c.name, c.unit, packed(c.values)] for c in film.curves],
+        "curves": [
+            [c.group, c.name, c.unit, packed(c.values), c.scale, c.colour, list(c.dashes)] for c in film.curves
+        ],
+        "cycle": list(CYCLE),
         "modes": [[int(mode), slip, mode_name(mode, slip), colour] for (mode, slip), colour in STRIPS.items()],
         "paradox": {"colour": RED, "kinds": [MarkKind.INCONSISTENT, MarkKind.INDETERMINATE]},
     }  # fmt: skip

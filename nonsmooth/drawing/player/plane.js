@@ -7,6 +7,7 @@ class Plane {
     this.canvas = canvas; this.film = film; this.pen = canvas.getContext("2d");
     this.detail = `a body smaller than ${TOO_SMALL} px is a dot`;
     this.bounds = motionBounds(film);
+    this.length = Math.max(this.bounds[2] - this.bounds[0], this.bounds[3] - this.bounds[1]);
     this.fit();
   }
 

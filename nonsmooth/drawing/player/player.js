@@ -5,6 +5,7 @@ const SHOWN = 10; // chosen: seconds that another one is played in
 const TOLD = 12; // chosen: contacts in the table
 const FLUENT = 30; // chosen: pictures a second; where there are fewer, the stage is asked to hurry
 const WATCHED = 10; // chosen: pictures between two looks at their rate
+const CONTRAST = 4; // chosen: of a mode or a curve with a dark ground; WCAG 2.1 asks 3 of graphics
 const SHARE = [1, 2, 5]; // chosen: steps of the speed within a power of ten
 
 const $ = (id) => document.getElementById(id);
@@ -17,6 +18,7 @@ const element = (name, properties = {}, ...children) => {
 class Player {
   constructor(film, stage) {
     this.layer = new ContactLayer($("overlay"), film, stage);
+    film.length = stage.length;
     Object.assign(this, { film, stage, frame: 0, time: film.times[0], isPlaying: false, picked: null, isFollowing: false, drawn: [] });
     const span = film.times[film.n - 1] - film.times[0];
     this.speed = span >= USUAL[0] && span <= USUAL[1] ? 1 : roundUp((span || 1) / SHOWN);
@@ -124,7 +126,11 @@ class Player {
     document.documentElement.classList.toggle("dark", isDark);
     const style = getComputedStyle(document.documentElement), colour = (name) => style.getPropertyValue(`--${name}`).trim();
     this.theme = Object.fromEntries(["ground", "panel", "ink", "faint", "line", "still", "body", "guided", "picked", "halo", "paradox"].map((name) => [name, colour(name)]));
-    this.theme.curves = [...Array(8).keys()].map((k) => colour(`c${k}`));
+    const seen = (printed) => (isDark ? seenOn(printed, this.theme.ground) : printed);
+    this.theme.curves = this.film.cycle.map(seen);
+    this.theme.colourOf = (curve, i) => (curve.colour ? seen(curve.colour) : this.theme.curves[i % this.theme.curves.length]);
+    for (const mode of this.film.modes) mode[3] = mode[0] || !isDark ? seen(mode[4]) : this.theme.line;
+    $("legend").replaceChildren(...legendOf(this.film));
     this.isDark = isDark;
     this.resize();
   }
@@ -132,6 +138,17 @@ class Player {
   positionOf(body) {
     const d = this.film.dimension, at = d * (this.frame * this.film.bodies.length + body);
     return Array.from(this.film.position.subarray(at, at + d));
+  }
+
+  // Mean velocity since the frame before, in as many figures as float32 leaves of the way; none at an instant.
+  velocityOf(body) {
+    const { film, frame } = this, span = frame ? film.times[frame] - film.times[frame - 1] : 0, d = film.dimension, at = d * (frame * film.bodies.length + body);
+    if (!(span > 0)) return [];
+    const least = (FLOAT32 * film.length) / span;
+    return Array.from({ length: d }, (_, j) => {
+      const v = (film.position[at + j] - film.position[at + j - d * film.bodies.length]) / span, figures = Math.floor(Math.log10(Math.abs(v) / least));
+      return figures < 1 ? "0" : Number(v.toPrecision(Math.min(4, figures))).toString();
+    });
   }
 
   turnOf(body) {
@@ -208,19 +225,29 @@ class Player {
   bodyTable() {
     if (this.picked === null) return element("p", { textContent: "none: click one, or press b", style: "margin:0;color:var(--faint)" });
     const d = this.film.dimension, position = this.positionOf(this.picked), turn = this.turnOf(this.picked);
-    const rows = [...position.map((value, j) => ["xyz"[j], value, "m"]), ...turn.map((value, j) => [d === 3 ? `q_${j}` : "turned by", value, d === 3 ? "" : "rad"])];
-    return element("table", {}, element("caption", { textContent: this.film.bodies[this.picked].name, style: "text-align:left;font-weight:600" }),
-      ...rows.map(([name, value, unit]) => element("tr", {}, element("td", { textContent: name }), element("td", { textContent: `${figure(value)} ${unit}` }))));
+    const rows = [
+      ...position.map((value, j) => ["xyz"[j], figure(value, this.film.length), "m"]), ...turn.map((value, j) => [d === 3 ? `q_${j}` : "turned by", figure(value, 1), d === 3 ? "" : "rad"]),
+      ...this.velocityOf(this.picked).map((value, j) => [`v_${"xyz"[j]}`, value, "m/s"]),
+    ];
+    const note = rows.length > d + turn.length ? "v: the mean since the frame before" : "";
+    return element("div", {}, element("table", {}, element("caption", { textContent: this.film.bodies[this.picked].name, style: "text-align:left;font-weight:600" }),
+      ...rows.map(([name, value, unit]) => element("tr", {}, element("td", { textContent: name }), element("td", { textContent: `${value} ${unit}` })))), element("small", { textContent: note }));
   }
 
   contactTable() {
     const { film } = this, all = this.contactsNow(), closed = all.filter((c) => film.contacts.mode[c] !== 0), unit = film.forces.kind(this.frame) === "force" ? "N" : "N s";
     if (!all.length) return [element("p", { textContent: "none", style: "margin:0;color:var(--faint)" })];
-    const head = element("tr", {}, ...["", "mode", `normal [${unit}]`, `friction`].map((textContent) => element("th", { textContent })));
-    const told = (all.length > TOLD ? closed : all).slice(0, TOLD).map((c) => this.contact(c));
-    const rows = told.map((c) => element("tr", {}, ...[`${c.number} ${c.name}`, c.mode, ...[c.normal, c.friction].map((value) => (c.mode === "open" && !c.P_N ? "" : figure(value)))].map((textContent) => element("td", { textContent }))));
-    const rest = closed.length > TOLD ? `${TOLD} of ${closed.length} closed contacts` : all.length > TOLD ? `${closed.length} of ${all.length} closed` : "";
+    const head = element("tr", {}, ...["", "mode", `normal [${unit.replace(" ", "\u00a0")}]`, `friction`].map((textContent) => element("th", { textContent })));
+    const told = (all.length > TOLD ? this.strongest(closed) : all).map((c) => this.contact(c));
+    const rows = told.map((c) => element("tr", {}, ...[`${c.number} ${c.name}`, c.mode, ...[c.normal, c.friction].map((value) => (c.mode === "open" && !c.P_N ? "" : figure(value, Math.abs(c.normal))))].map((textContent) => element("td", { textContent }))));
+    const rest = closed.length > TOLD ? `the ${TOLD} strongest of ${closed.length} closed contacts` : all.length > TOLD ? `${closed.length} of ${all.length} closed` : "";
     return [element("table", {}, head, ...rows), element("p", { textContent: rest, style: "margin:0;color:var(--faint)" })];
+  }
+
+  // Those with the largest forces, as they are numbered.
+  strongest(which) {
+    const size = (c) => Math.hypot(...this.layer.vector(this.film.forces.vector, c));
+    return which.map((c) => [size(c), c]).sort(([a], [b]) => b - a).slice(0, TOLD).map(([, c]) => c).sort((a, b) => a - b);
   }
 
   // The contacts of this frame, where they stand in the film.
@@ -292,6 +319,23 @@ class Player {
 function timeText(film, t) {
   const span = film.times[film.n - 1] - film.times[0] || 1;
   return t.toFixed(Math.min(9, Math.max(2, 4 - Math.floor(Math.log10(span)))));
+}
+
+// The colour, so much mixed with white that it is told from a dark ground.
+function seenOn(colour, ground) {
+  const [own, dark] = [colour, ground].map((text) => [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16)));
+  for (let share = 0; share < 1; share += 0.05) {
+    const mixed = own.map((value) => Math.round(value + share * (255 - value)));
+    if (contrast(mixed, dark) >= CONTRAST) return `#${mixed.map((value) => value.toString(16).padStart(2, "0")).join("")}`;
+  }
+  return "#ffffff";
+}
+
+// Of two colours, as WCAG 2 defines it: (L_1 + 0.05)/(L_0 + 0.05) with the relative luminances L.
+function contrast(a, b) {
+  const [L0, L1] = [a, b].map((colour) => colour.map((value) => (value / 255 <= 0.04045 ? value / 255 / 12.92 : ((value / 255 + 0.055) / 1.055) ** 2.4)))
+    .map(([r, g, s]) => 0.2126 * r + 0.7152 * g + 0.0722 * s).sort((x, y) => x - y);
+  return (L1 + 0.05) / (L0 + 0.05);
 }
 
 function legendOf(film) {

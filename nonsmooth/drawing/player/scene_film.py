@@ -50,7 +50,7 @@ def film_of_scene(solution: SceneSolution) -> Film:
     start = starts(solution, records)
     number, names = numbered(found, start)
     return Film(
-        title=str(solution.about.get("scene", "")),
+        title=title_of(solution),
         times=solution.t[records],
         bodies=bodies,
         position=solution.position[records],
@@ -62,6 +62,11 @@ def film_of_scene(solution: SceneSolution) -> Film:
         about={"outcome": solution.message, **{k: str(v) for k, v in solution.about.items() if k != "scene"}},
         detail=detail_of(solution, records),
     )
+
+
+def title_of(solution: SceneSolution) -> str:
+    """The name of the scene and its bodies."""
+    return str(solution.about.get("scene", "")).removeprefix("Scene(").removesuffix(")")
 
 
 def records_shown(solution: SceneSolution) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nonsmooth.drawing import colours
 from nonsmooth.drawing.forces import record_after
 from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Mark, MarkKind, Shape, ShapeKind, no_contacts
 from nonsmooth.drawing.player.rigid_fit import is_closed, pose_of, seen_from
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 RECORDS_SHOWN = 1200  # chosen: frames equally spaced in time: 20 s at 60 a second
 EVENTS_SHOWN = 400  # chosen: marked on the time line, the record before and the one after among the frames
+OTHER_WORK = (colours.CYCLE[5], colours.WORK)  # chosen: of a work without a colour of its own: that of no other
+DOTS = (1.0, 2.0)  # chosen: dashes and gaps of a dotted line, in its widths
 HELD = (*ENERGIES, ELASTIC)  # defined: columns of a ledger that are energies
 Lines = list[np.ndarray]
 
@@ -155,7 +158,8 @@ def mark_of(event: Event, frame: int, names: Sequence[str]) -> Mark:
     kind = MarkKind(event.kind.name.lower().replace("_", " "))
     if isinstance(event, ParadoxEvent):
         return Mark(event.t, frame, kind, f"{names[event.contact]}: {paradox_in_words(event)}", event.choice)
-    return Mark(event.t, frame, kind, f"{names[event.contact]}: {' '.join(change_in_words(event).split())}")
+    change = " ".join(change_in_words(event).replace("->", "→").split())
+    return Mark(event.t, frame, kind, f"{names[event.contact]}: {change}")
 
 
 def curves_of(solution: Solution, records: np.ndarray) -> list[Curve]:
@@ -184,7 +188,20 @@ def ledger_curves(ledger: Mapping[str, np.ndarray]) -> list[Curve]:
     """Changes of energies, and works, since the first frame."""
     works = {("" if name in HELD else "work: ") + name: ledger[name] for name in ledger}
     order = sorted(works, key=lambda name: name not in HELD)
-    return [Curve("energies", name, "J", works[name] - works[name][0]) for name in order if np.ptp(works[name]) > 0]
+    scale = max((float(np.abs(ledger[name]).max(initial=0.0)) for name in HELD if name in ledger), default=0.0)
+    return [
+        Curve("energies", name, "J", works[name] - works[name][0], scale, *energy_look(name))
+        for name in order
+        if np.ptp(works[name]) > 0
+    ]
+
+
+def energy_look(name: str) -> tuple[str, tuple[float, ...]]:
+    """Colour and dashes of an energy or a work, those of the figures."""
+    colour, dashes = colours.ENERGIES.get(name.removeprefix("work: "), OTHER_WORK)
+    if not name.startswith("work: "):
+        return colour, ()
+    return colour, DOTS if dashes == colours.BALANCE else colours.WORK[1]
 
 
 def state_curves(solution: Solution, records: np.ndarray) -> list[Curve]:

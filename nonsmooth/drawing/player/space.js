@@ -54,6 +54,7 @@ class Space {
     this.middle = low.map((x, j) => (x + high[j]) / 2);
     this.corners = [...Array(8).keys()].map((i) => low.map((x, j) => (((i >> j) & 1) - 0.5) * (high[j] - x)));
     this.radius = Math.hypot(...low.map((x, j) => high[j] - x)) / 2 || 1;
+    this.length = 2 * this.radius;
   }
 
   // Bodies of one form are one mesh, whose corners are moved and lit here: without a graphics card an instance costs as

@@ -36,7 +36,8 @@ async function readFilm(json) {
       shape.points = await unpack(shape.points);
     }
   }
-  film.curves = await Promise.all(json.curves.map(async ([group, name, unit, values]) => ({ group, name, unit, values: await unpack(values) })));
+  film.curves = await Promise.all(json.curves.map(async ([group, name, unit, values, scale, colour, dashes]) => ({ group, name, unit, values: await unpack(values), scale, colour, dashes })));
+  for (const mode of film.modes) mode.push(mode[3]); // its colour on white: on black it is lighter
   film.marks = json.marks.map(([t, frame, kind, text, choice]) => ({ t, frame, kind, text, choice, isParadox: json.paradox.kinds.includes(kind) }));
   film.modeOf = modeTable(film);
   film.forces = contactForces(film);

@@ -512,6 +512,114 @@ def test_round_and_polyhedral_bodies_of_a_saved_scene_are_drawn_where_they_are(c
     assert page.complaints() == []
 
 
+def luminance(colour):
+    """Relative, of WCAG 2; colour (3,) from 0 to 255."""
+    c = np.asarray(colour) / 255
+    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4) @ [0.2126, 0.7152, 0.0722]
+
+
+def contrast_of(page, css, what):
+    """Of the colour of an element with the ground of the page, at least, over all such elements."""
+    read = f"""Array.from(document.querySelectorAll('{css}'), (one) => getComputedStyle(one).{what})
+        .concat(getComputedStyle(document.body).backgroundColor)"""
+    found = [[int(c) for c in text[text.index("(") + 1 : -1].split(",")[:3]] for text in page.ask(read) if "(" in text]
+    *colours, ground = map(luminance, found)
+    return min((max(c, ground) + 0.05) / (min(c, ground) + 0.05) for c in colours)
+
+
+def test_in_the_dark_ground_words_modes_and_curves_are_told_apart_from_it(chromium, rod):
+    page = Opened(chromium, rod[1])
+    shots = []
+    for is_dark in (False, True):
+        page.do(f"player.setDark({str(is_dark).lower()}); player.goTo(300)")
+        shots.append(page.screenshot())
+        assert contrast_of(page, "header *, aside *", "color") > 4.5  # WCAG 2.1, words
+    assert np.median(shots[0]) > 200 and np.median(shots[1]) < 60
+    assert contrast_of(page, "#legend circle", "fill") > 3 and contrast_of(page, ".key span", "color") > 3  # graphics
+    words = page.ask("getComputedStyle(document.querySelector('.key span')).color")
+    page.do("player.setDark(false)")
+    assert words != page.ask("getComputedStyle(document.querySelector('.key span')).color")
+
+
+@pytest.mark.parametrize(
+    "build", [SpragSlip, RockingBlock, lambda: BoxStack(n=2, dim=3)], ids=["rod", "block", "boxes"]
+)
+def test_on_a_phone_all_is_within_the_width_and_no_part_on_another(chromium, tmp_path, build):
+    model = build()
+    start = model.state() if hasattr(model, "state") else ()
+    path = ns.simulate(model, (0, 0.05), *start, integrator=ns.MoreauJean(dt=1e-3)).view(tmp_path / "run.html")
+    phone = {"width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": True}
+    chromium.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", phone)
+    try:
+        page = Opened(chromium, path)
+        page.do("player.goTo(player.frames - 1); player.pick(player.bodies.length - 1)")
+        page.wait_for("document.documentElement.scrollWidth <= 390")
+        chart = "#charts .chart:nth-child(2)"
+        parts = ["#scene", "#timeline", chart, f"{chart} .key", "aside"]
+        boxes = page.ask(f"""{parts}.map((css) => document.querySelector(css).getBoundingClientRect())
+            .map((b) => [b.left, b.top, b.right, b.bottom])""")
+        for left, top, right, bottom in boxes:
+            assert 0 <= left < right <= 390.5 and bottom > top
+        for above, below in zip(boxes, boxes[1:], strict=False):
+            assert above[3] <= below[1] + 1
+        scene = page.scene()
+        assert scene.shape[1] == 780
+        low = page.ask("Math.min(...Array.from(document.querySelectorAll('nav button'), (b) => b.offsetHeight))")
+        assert low >= 32  # pixels that a finger hits
+    finally:
+        chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_energies_have_the_colours_of_the_figures(chromium, rod):
+    from nonsmooth.drawing.colours import ENERGIES
+
+    page = Opened(chromium, rod[1])
+    told = page.ask(
+        "Array.from(document.querySelectorAll('.key span'), (s) => [s.textContent, getComputedStyle(s).color])"
+    )
+    colours = {text.rsplit(" ", 1)[0].removeprefix("work: "): colour for text, colour in told}
+    for name in ("kinetic", "potential", "friction", "surface"):
+        expected = ", ".join(str(int(ENERGIES[name][0][i : i + 2], 16)) for i in (1, 3, 5))
+        assert colours[name] == f"rgb({expected})"
+
+
+def test_rounding_is_not_drawn_as_motion(chromium, tmp_path):
+    """Gaps of a guided rod of 5 m are 1e-11 m, energies of balls at rest 1e-17 J: the axis is that of the motion."""
+    n = 40
+    t = np.linspace(0, 1, n)
+    rng = np.random.default_rng(0)
+    base = spatial_film(n_t=n)
+    curves = (Curve("energies", "kinetic", "J", 1e-17 * rng.normal(size=n), scale=2.0),
+              Curve("gaps", "g_0", "m", 1e-11 * rng.normal(size=n)))  # fmt: skip
+    path = tmp_path / "still.html"
+    path.write_text(page_of(Film("still", t, base.bodies, base.position, base.turn, base.contacts, curves=curves)))
+    page = Opened(chromium, path)
+    for chart in (1, 2):
+        rows, n_columns = page.ask(f"""(() => {{
+            const canvas = document.querySelectorAll('#charts canvas')[{chart}], pen = canvas.getContext('2d');
+            const {{data, width, height}} = pen.getImageData(0, 0, canvas.width, canvas.height), rows = new Set();
+            let columns = 0;
+            for (let x = 70; x < width - 20; x += 5) for (let y = 20; y < height - 20; y++) {{
+                const i = 4 * (y * width + x);
+                if (data[i + 2] - data[i] > 60 && data[i + 3] > 200) {{ rows.add(y); columns++; }}
+            }}
+            return [rows.size, columns];
+        }})()""")
+        assert rows <= 3 and n_columns > 50
+
+
+def test_the_picked_body_says_how_fast_it_goes_in_the_figures_that_are_known(chromium, tmp_path):
+    ball = BouncingBall()
+    sol = ns.simulate(ball, (0, 0.3), *ball.state(), integrator=ns.MoreauJean(dt=1e-3))
+    page = Opened(chromium, sol.view(tmp_path / "ball.html"))
+    page.do("player.goTo(200); player.pick(1)")
+    told = chromium.find_element("id", "body").text.splitlines()
+    speed = {line[:3]: float(line.split()[-2]) for line in told if line.startswith("v_")}
+    mean = (sol.q[200, 0] - sol.q[199, 0]) / (sol.t[200] - sol.t[199])
+    assert speed["v_y"] == pytest.approx(mean, rel=2e-3) and speed["v_x"] == 0.0
+    assert "x 0 m" in told  # not 1e-18
+
+
 def test_a_narrow_page_is_not_scrolled_sideways(chromium, tmp_path):
     sol = ns.simulate(BoxStack(n=2, dim=2), (0, 0.02), integrator=ns.MoreauJean(dt=1e-3))
     path = sol.view(tmp_path / "run.html")

@@ -182,3 +182,11 @@ def test_a_run_that_was_loaded_needs_its_scene_to_be_shown(stack, tmp_path):
 
 def test_without_a_path_a_notebook_shows_the_scene(stack):
     assert stack.view()._repr_html_().startswith("<iframe")
+
+
+def test_the_title_names_the_ready_scene_and_its_bodies():
+    sol = ns.simulate(BoxStack(n=2, dim=2), (0, 0.002), integrator=ns.MoreauJean(dt=1e-3))
+    assert film_of_scene(sol).title == "box-stack: planar, 3 bodies, 2 of them dynamic"
+    scene = ns.Scene(gravity=(0, 0))
+    scene.body(ns.Disc(0.1), density=1.0, position=(0, 0))
+    assert repr(scene) == "Scene(planar, 1 body, 1 of them dynamic)"
