@@ -30,7 +30,9 @@ def summary(solution: SceneSolution) -> str:
             f"worst residual {stats.worst_residual:.1e}, of the last step {stats.last_residual:.1e}{missed}",
             f"worst penetration {stats.worst_penetration:.3g} m, of the last step {stats.last_penetration:.3g} m",
             *(energy(solution) if LEDGER in solution.recorded else []),
-            f"{stats.steps} steps, {stats.impacts} with rebounds, {stats.asleep} left out at rest"
+            f"{stats.steps} steps, {stats.impacts} with rebounds"
+            + (f" ({stats.struck_together} of them of several bodies at once)" if stats.struck_together else "")
+            + f", {stats.asleep} left out at rest"
             + (f"; islands left out of steps: {stats.islands_asleep}" if stats.islands_asleep else ""),
             f"contact problems of islands solved by {by}; {stats.sweeps} sweeps, {stats.factorisations} factorisations",
             f"wall time {stats.wall_time:.3g} s{per_step}, compiling or loading {stats.compile_time:.3g} s",

@@ -15,6 +15,8 @@ from nonsmooth.commands.cli import main
 from nonsmooth.results import checkpoint as store
 from nonsmooth.runs import scene_recorder
 
+pytestmark = pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # of small heaps
+
 DT = 2e-3
 STEP = dict(integrator=ns.MoreauJean(dt=DT), every=3)
 OF_TIME = ("wall_time", "compile_time", "asleep")  # a step is left out within a block of steps, whose length is of time

@@ -17,6 +17,8 @@ from nonsmooth.contact.planar.single import FREE, STICK, slip_of
 from nonsmooth.integrators.moreau_jean import contact as moreau_jean_contact
 from nonsmooth.jit import interpreted
 
+pytestmark = pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # of several feet
+
 SCENES = {
     "sliding": (Block(), np.zeros(3), [0.3, 0.0, 0.0]),
     "shaken": (Block(v=0.5), np.zeros(3), np.zeros(3)),
