@@ -99,7 +99,7 @@ class InclinedBlock:
     source = "Coulomb (1785)"
     coordinates = (("x", "m"), ("y", "m"))
     parts = ("block",)
-    t_end = 10.0  # s
+    t_end = 1.0  # s
     dt = 2e-3  # s
 
     def __post_init__(self) -> None:
@@ -118,8 +118,11 @@ class InclinedBlock:
             potential=potential, contacts=[Contact(mu="mu", e_N="e")], parameters=self, name=self.name,
         )  # fmt: skip
 
-    def state(self, slip: float = 0.0, distance: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """q0 (2,) and u0 (2,): on the plane at a distance [m] uphill from the origin, slipping uphill at slip [m/s]."""
+    def state(self, slip: float = 2.0, distance: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """q0 (2,) and u0 (2,): on the plane at a distance [m] uphill from the origin, slipping uphill at slip [m/s].
+
+        Left out, the block was pushed uphill: it slides, and comes to rest.
+        """
         t = np.array([math.cos(self.alpha), math.sin(self.alpha)])
         return as_number("distance", distance, "m") * t, as_number("slip", slip, "m/s") * t
 

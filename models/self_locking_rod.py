@@ -24,6 +24,8 @@ from nonsmooth.checks.arrays import as_fraction, as_non_negative, as_number, as_
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.system import Contact, System
 
+FLICK = -0.5  # chosen: rad/s: of the default rod a flight of 1.1 s
+
 
 def mass(t, q, p, M):
     M[0, 0] = p.I
@@ -107,7 +109,7 @@ class SelfLockingRod:
     source = "textbook chapter on friction-induced instability: self-locking (the inertia is added here)"
     coordinates = (("th", "rad"),)
     parts = ("rod",)
-    t_end = 1.0  # s
+    t_end = 2.0  # s
     dt = 1e-3  # s
 
     def __post_init__(self) -> None:
@@ -128,8 +130,14 @@ class SelfLockingRod:
             name=self.name,
         )  # fmt: skip
 
-    def state(self, th: float | None = None, thdot: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """q0 (1,) and u0 (1,) at an angle [rad] (th0, in contact, when left out) and an angular velocity [rad/s]."""
+    def state(self, th: float | None = None, thdot: float | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """q0 (1,) and u0 (1,) at an angle [rad] (th0, in contact, when left out) and an angular velocity [rad/s].
+
+        Both left out, the rod was flicked off the plane at FLICK: it falls back, and slides or jams. With an angle
+        alone it is at rest there.
+        """
+        if thdot is None:
+            thdot = FLICK if th is None else 0.0
         th = self.th0 if th is None else as_number("th", th, "rad")
         return np.array([th]), np.array([as_number("thdot", thdot, "rad/s")])
 

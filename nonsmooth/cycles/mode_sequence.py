@@ -240,8 +240,8 @@ def _require_contact(solution: Solution, when: np.ndarray) -> None:
         lost = when & (solution.la[:, i, 0] <= 0)
         if solution.la[:, i, 0].any() and lost.any():
             raise ContactLost(
-                f"contact {i} loses its normal force at t = {solution.t[lost][0]:.6g} s, where it lifts off; cycles "
-                "with a lift-off from a given normal force are not computed"
+                f"{solution.described.contacts[i]} loses its normal force at t = {solution.t[lost][0]:.6g} s, where it "
+                "lifts off; cycles with a lift-off from a given normal force are not computed"
             )
 
 

@@ -94,7 +94,11 @@ class Shooting:
         following = [*self.guess[1:], self.guess[0]]
         is_smooth = len(self.guess) == 1 and self.guess[0].jump is None
         self.links = [
-            Link(mode_flow(system, a.states), None if is_smooth else ending(a.states, b.states, a.jump), a.jump)
+            Link(
+                mode_flow(system, a.states),
+                None if is_smooth else ending(a.states, b.states, a.jump, system.described.contacts),
+                a.jump,
+            )
             for a, b in zip(self.guess, following, strict=True)
         ]
         self.x = np.array([phase.x for phase in self.guess])
@@ -302,7 +306,8 @@ class Shooting:
                     "slip": "would reverse its sliding", "normal": "would lose its normal force", "gap": "would strike",
                 }  # fmt: skip
                 raise (ContactLost if is_lost else OtherSequence)(
-                    f"the cycle does not close: {s[low]:.6g} s after the beginning of phase {i} contact {contact} "
+                    f"the cycle does not close: {s[low]:.6g} s after the beginning of phase {i} "
+                    f"{link.flow.system.described.contacts[contact]} "
                     f"{what.get(kind, 'would begin to slide')}; its sequence of modes is another one here"
                 )
 
@@ -350,8 +355,13 @@ def from_zero(guess: Sequence[PhaseGuess], drift: Drift | None, n: int) -> list[
     return [phase._replace(x=phase.x - whole) for phase in guess]
 
 
-def ending(states: tuple[ContactState, ...], following: tuple[ContactState, ...], jump: Jump | None = None) -> Margin:
-    """Which margin vanishes between two phases.
+def ending(
+    states: tuple[ContactState, ...],
+    following: tuple[ContactState, ...],
+    jump: Jump | None = None,
+    names: Sequence[str] | None = None,
+) -> Margin:
+    """Which margin vanishes between two phases; ``names`` are those of the contacts, numbers when left out.
 
     Raises
     ------
@@ -359,18 +369,23 @@ def ending(states: tuple[ContactState, ...], following: tuple[ContactState, ...]
         When several contacts change at once, or one closes without an impact.
     """
     changed = [i for i, (a, b) in enumerate(zip(states, following, strict=True)) if a != b]
+    names = names or [f"contact {i}" for i in range(len(states))]
     if jump is not None:
         causes = jump.closing or tuple(blow.contact for blow in jump.blows)
         if len(causes) != 1:
-            raise InvalidInput(f"contacts {list(causes)} strike at once; a cycle needs its events one by one")
+            raise InvalidInput(
+                f"{', '.join(names[i] for i in causes)} strike at once; a cycle needs its events one by one"
+            )
         return causes[0], "gap" if jump.closing else "normal"
     if len(changed) != 1:
-        raise InvalidInput(f"contacts {changed} change their modes at once; a smaller time step may part them")
+        raise InvalidInput(
+            f"{', '.join(names[i] for i in changed)} change their modes at once; a smaller time step may part them"
+        )
     (i,) = changed
     a, b = states[i], following[i]
     if a.mode == ContactMode.OPEN:
         raise InvalidInput(
-            f"contact {i} opens or closes on the way without an impact: its given normal force vanishes, or fixed time "
+            f"{names[i]} opens or closes on the way without an impact: its given normal force vanishes, or fixed time "
             "steps have blurred the event; simulate with ns.EventDriven"
         )
     if b.mode == ContactMode.OPEN:

@@ -78,10 +78,11 @@ def examine_state(system: System, model: Model, has: int, t: float, q: np.ndarra
         at = (gamma_N[i], gamma_F[i], *allowed)
         situation = judge_contact(kind, g_N[i], *at, False)
         if situation in CONTRADICTIONS:
+            name = system.described.contacts[i]
             for contradiction in dict.fromkeys((situation, judge_contact(kind, 0.0, *at, False))):
                 if contradiction in CONTRADICTIONS:
                     words = CONTRADICTIONS[Situation(contradiction)]
-                    wrong.append(words.format(i=i, g_N=g_N[i], depth=-g_N[i], gamma_N=gamma_N[i]))
+                    wrong.append(words.format(name=name, g_N=g_N[i], depth=-g_N[i], gamma_N=gamma_N[i]))
             situation = judge_contact(kind, g_N[i], *at, True)
         mode.append(name_mode(situation, d))
         slides = mode[i] == ContactMode.SLIDE

@@ -40,9 +40,9 @@ class Situation(IntEnum):
 
 
 CONTRADICTIONS = {
-    Situation.PENETRATING: "contact {i} penetrates by {depth:g} m",
-    Situation.VIOLATED: "the bilateral contact {i} has the gap {g_N:g} m, which must be 0",
-    Situation.MOVING_APART: "the bilateral contact {i} has the normal velocity {gamma_N:g} m/s, which must be 0",
+    Situation.PENETRATING: "{name} penetrates by {depth:g} m",
+    Situation.VIOLATED: "the bilateral {name} has the gap {g_N:g} m, which must be 0",
+    Situation.MOVING_APART: "the bilateral {name} has the normal velocity {gamma_N:g} m/s, which must be 0",
 }
 
 

@@ -37,7 +37,7 @@ from nonsmooth.views import view
 STATED = ("t", "q", "u", "kind", "n_solutions", "is_complete")
 FOUND_WHEN_ASKED = (
     "solutions", "flags", "mode", "gamma_N", "gamma_F", "mu", "a", "b", "p", "k", "is_always_regular", "impacts",
-    "chatter_ratio", "is_bilateral", "islands",
+    "chatter_ratio", "is_bilateral", "islands", "contacts",
 )  # fmt: skip
 
 
@@ -84,6 +84,8 @@ class Classification:
         Whether the normal force may have either sign.
     islands : tuple of ContactIsland
         The groups of closed contacts that are decided apart.
+    contacts : tuple of str
+        What the contacts are called.
     """
 
     t: float
@@ -154,6 +156,10 @@ class Classification:
     @functools.cached_property
     def islands(self) -> tuple[ContactIsland, ...]:
         return self._judged.islands
+
+    @functools.cached_property
+    def contacts(self) -> tuple[str, ...]:
+        return self._judged.found.system.described.contacts
 
     def __getstate__(self) -> dict[str, Any]:
         """All that can be asked for: another process, or a copy, need not have the system."""

@@ -31,7 +31,7 @@ STATE_ROUNDINGS = 900  # chosen: of the terms of a sum: a smaller sum is zero
 _memory = threading.local()
 ENTRY_POINTS = (enumerate_modes, forces_at_state)  # what a search may reach, but for redundant contacts
 WHY = CONTRADICTIONS | {
-    Situation.LANDING: "contact {i} approaches with gamma_N = {gamma_N:g} m/s: an impact comes first; classify the "
+    Situation.LANDING: "{name} approaches with gamma_N = {gamma_N:g} m/s: an impact comes first; classify the "
     "state after it",
 }
 
@@ -215,7 +215,7 @@ def forces_found(system: System, t: float, q: np.ndarray, u: np.ndarray) -> Foun
         decide_redundant(arrays, desk.model.is_compiled)
         outcome, total, n, r = desk.search(t, q, u)
     if outcome == Outcome.INADMISSIBLE:
-        raise InvalidInput(f"the state has no acceleration-level problem: {'; '.join(_reasons(arrays))}")
+        raise InvalidInput(f"the state has no acceleration-level problem: {'; '.join(_reasons(arrays, system))}")
     if outcome == Outcome.NOT_FINITE:
         raise InvalidInput(f"a model function raised, or the mass matrix is not positive definite, at t = {t:g}")
     du = work.du.copy() if n else free_motion(system, t, q, u)
@@ -257,10 +257,11 @@ def free_motion(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.nd
     return du
 
 
-def _reasons(arrays: Forces) -> list[str]:
+def _reasons(arrays: Forces, system: System) -> list[str]:
+    names = system.described.contacts
     return [
         WHY[Situation(situation)].format(
-            i=i, g_N=arrays.work.g_N[i], depth=-arrays.work.g_N[i], gamma_N=arrays.gamma[i, 0]
+            name=names[i], g_N=arrays.work.g_N[i], depth=-arrays.work.g_N[i], gamma_N=arrays.gamma[i, 0]
         )
         for i, situation in enumerate(arrays.situation)
         if situation in WHY

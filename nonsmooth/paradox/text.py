@@ -43,7 +43,7 @@ def as_text(c: Classification) -> str:
         lines.append("  (some solutions may be missing)")
     lines += [_contact_line(c, i) for i in range(len(c.mode))]
     if len(c.islands) > 1:
-        lines += [_island_line(island) for island in c.islands]
+        lines += [_island_line(c, island) for island in c.islands]
     lines += [f"  ! {FLAGS[flag.name]}" for flag in type(c.flags) if flag & c.flags and flag.name]
     if c.solutions:
         lines += ["", "solutions (forces in N, accelerations in m/s^2)"]
@@ -56,15 +56,17 @@ def as_text(c: Classification) -> str:
     return "\n".join(lines)
 
 
-def _island_line(island: ContactIsland) -> str:
-    one = len(island.contacts) == 1
-    names = f"contact {island.contacts[0]}" if one else "contacts " + ", ".join(map(str, island.contacts))
+def _island_line(c: Classification, island: ContactIsland) -> str:
+    own = [c.contacts[i] for i in island.contacts]
+    is_numbered = all(name == f"contact {i}" for i, name in zip(island.contacts, own, strict=True))
+    many = is_numbered and len(own) > 1
+    names = "contacts " + ", ".join(map(str, island.contacts)) if many else ", ".join(own)
     meaning = MEANING[island.kind.name].format(n=island.n_solutions)
     return f"  {names}, decided apart: {island.kind.name}, {meaning}"
 
 
 def _contact_line(c: Classification, i: int) -> str:
-    line = f"  contact {i}: {c.mode[i]}"
+    line = f"  {c.contacts[i]}: {c.mode[i]}"
     if c.mode[i] == "open":
         return line
     line += f", gamma_F = {c.gamma_F[i]:.6g} m/s, mu = {c.mu[i]:.6g}"

@@ -184,7 +184,7 @@ def test_a_state_beyond_all_bounds_ends_as_a_failed_run(capsys):
 
 def test_a_run_that_fails_is_saved_and_ends_with_code_3(tmp_path, capsys):
     out = tmp_path / "part.npz"
-    arguments = ["run", "self-locking-rod", "--set", "th0=0.9", "mu=1", "--out", str(out), *QUICK]
+    arguments = ["run", "self-locking-rod", "--set", "th0=0.9", "mu=1", "--state", "th=0.9", "--out", str(out), *QUICK]
     assert main(arguments) == 3
     assert "no solution" in capsys.readouterr().out
     assert ns.Solution.load(out).status == ns.Status.NO_SOLUTION
@@ -264,7 +264,7 @@ def test_a_folder_and_a_place_that_takes_no_files_are_refused(tmp_path, capsys):
 
 
 def test_a_failed_run_says_why_on_stderr(capsys):
-    assert main(["run", "self-locking-rod", "--set", "th0=0.9", "mu=1", "--json", *QUICK]) == 3
+    assert main(["run", "self-locking-rod", "--set", "th0=0.9", "mu=1", "--state", "th=0.9", "--json", *QUICK]) == 3
     printed = capsys.readouterr()
     assert json.loads(printed.out)["status"] == "NO_SOLUTION"
     assert "no solution" in printed.err

@@ -63,6 +63,7 @@ def test_derived_rows_have_the_same_bits_compiled_and_interpreted(model):
     assert (compiled_rows(system, NORMAL, 0.0, q) == system.evaluate(NORMAL, 0.0, q, q)).all()
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 @pytest.mark.parametrize(
     ("model", "state", "t_end"),
     [(PainleveRod(mu=0.3), {"th": 1.1, "thdot": 3.0, "slip": -0.7}, 0.5),

@@ -121,3 +121,16 @@ def test_descriptions_that_cannot_be_are_refused(options, words):
     } | options
     with pytest.raises(ns.InvalidInput, match=words):
         ns.System(**given)
+
+
+def test_names_of_contacts_stand_in_what_classify_says_and_refuses():
+    from tests.systems import block
+
+    named = block(ns.Contact(mu=0.3, name="tip"))
+    said = str(ns.classify(named, 0.0, [0.0, 0.0], [1.0, 0.0]))
+    assert "  tip: sliding +" in said and "contact 0" not in said
+    with pytest.raises(ns.InvalidInput, match="tip approaches with gamma_N = -1 m/s"):
+        ns.classify(named, 0.0, [0.0, 0.0], [0.0, -1.0])
+    with pytest.raises(ns.InvalidInput, match="tip penetrates by 0.1 m"):
+        ns.classify(named, 0.0, [0.0, -0.1], [0.0, 0.0])
+    assert "  contact 0: sliding +" in str(ns.classify(block(), 0.0, [0.0, 0.0], [1.0, 0.0]))

@@ -65,7 +65,7 @@ def test_sticking_loads_are_those_at_which_the_force_leaves_the_friction_cone(al
             middle = 9.81 * math.tan(alpha)
             block = InclinedBlock(alpha=alpha, F=middle + factor * (load - middle))
             assert block.sticks() == sticks
-            _, G, b = contact_problem(block, *block.state())
+            _, G, b = contact_problem(block, *block.state(slip=0.0))
             la_N, la_F = -np.linalg.solve(G, b)
             assert la_N == pytest.approx(block.normal_force(), rel=1e-12)
             assert la_F == pytest.approx(block.downhill_load(), rel=1e-9, abs=1e-12)

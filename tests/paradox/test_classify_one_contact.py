@@ -93,13 +93,13 @@ def test_impact_without_collision_ends_as_its_law_says():
 def test_self_locked_rod_is_jammed():
     # beyond arctan(1/mu) = 45 deg neither forces nor an impact exist: G has rank one
     rod = SelfLockingRod(mu=1.0, th0=math.radians(50))
-    c = ns.classify(rod, 0.0, *rod.state())
+    c = ns.classify(rod, 0.0, *rod.state(th=rod.th0))
     assert c.kind == ns.ParadoxKind.INCONSISTENT and c.flags & ns.ParadoxFlag.JAMMED and not c.impacts
     rod = SelfLockingRod(mu=1.0, th0=math.radians(44))
-    c = ns.classify(rod, 0.0, *rod.state())
+    c = ns.classify(rod, 0.0, *rod.state(th=rod.th0))
     assert c.solutions[0].la_N[0] == pytest.approx(29.144981, abs=5e-7)
     rod = SelfLockingRod(mu=1.0, th0=math.radians(50), vb=0.0)  # at rest the redundant friction holds it
-    c = ns.classify(rod, 0.0, *rod.state())
+    c = ns.classify(rod, 0.0, *rod.state(th=rod.th0))
     assert c.kind == ns.ParadoxKind.REGULAR and c.solutions[0].modes == ("stick",)
     assert not c.solutions[0].is_unique_force and np.abs(c.solutions[0].du).max() <= 1e-12
 

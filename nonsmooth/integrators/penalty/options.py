@@ -177,7 +177,9 @@ class Penalty(LocatesEvents):
                 continue
             G_NN = float(W_N[i] @ np.linalg.solve(M, W_N[i]))
             if not G_NN > 0.0:
-                raise InvalidInput(f"the normal row of contact {i} is zero at the start; check normal(t, q, p, W_N)")
+                raise InvalidInput(
+                    f"the normal row of {system.described.contacts[i]} is zero at the start; check normal(t, q, p, W_N)"
+                )
             n = 1.0 if system.kinds[i, 0] == BILATERAL else exponent
             omega = (k * G_NN) ** (1 / (n + 1)) * fastest ** ((n - 1) / (n + 1))
             c = self.damping or 0.0
@@ -222,8 +224,8 @@ class Penalty(LocatesEvents):
             deepest = max(DEEPEST * length, STATIC_DEPTHS * abs(W_N[i] @ free) / omega**2)
             if depth > deepest:
                 raise InvalidInput(
-                    f"contact {i} is indented by {depth:g} m at the start; at most {deepest:g} m is allowed "
-                    f"({DEEPEST:g} of the largest coordinate, or {STATIC_DEPTHS:g} times the depth at rest); "
+                    f"{system.described.contacts[i]} is indented by {depth:g} m at the start; at most {deepest:g} m is "
+                    f"allowed ({DEEPEST:g} of the largest coordinate, or {STATIC_DEPTHS:g} times the depth at rest); "
                     "move the start, or use simulate(..., project=True)"
                 )
         gaps[np.abs(gaps) <= rounding_of_sum(GAP_ROUNDINGS, length)] = 0.0

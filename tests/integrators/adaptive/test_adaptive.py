@@ -49,7 +49,7 @@ def test_block_stops_where_its_kinetic_energy_is_spent_and_stays():
 
 def test_block_that_sticks_on_an_incline_does_not_creep():
     block = InclinedBlock()
-    q0, u0 = block.state()
+    q0, u0 = block.state(slip=0.0)
     sol = run(block, 100.0, (q0, u0), 1e-6)
     assert block.sticks and (sol.q == q0).all() and (sol.u == 0.0).all()
 

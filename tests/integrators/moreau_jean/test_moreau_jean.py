@@ -57,7 +57,7 @@ def test_block_that_has_stopped_never_creeps_on_a_level_plane_in_a_million_steps
 @pytest.mark.parametrize(("mu", "alpha"), [(1.0, 0.1), (1.0, 0.2), (1.0, 0.7), (0.3, math.atan(0.3 * 0.999))])
 def test_block_stuck_on_an_oblique_plane_keeps_its_place_over_a_million_steps(mu, alpha):
     block = InclinedBlock(mu=mu, alpha=alpha)
-    q0, u0 = block.state(distance=0.3)
+    q0, u0 = block.state(slip=0.0, distance=0.3)
     solution = ns.simulate(block, (0, 1000.0), q0, u0, integrator=ns.MoreauJean(dt=1e-3), every=100_000)
     assert np.abs(solution.q - q0).max() <= np.spacing(1.0)  # one unit in the last place of the length scale
 
@@ -66,7 +66,7 @@ def test_block_stuck_on_an_oblique_plane_keeps_its_place_over_a_million_steps(mu
 def test_block_holds_just_below_the_friction_limit_and_slides_just_above(share, moves):
     alpha = math.atan(0.3 * share)
     block = InclinedBlock(mu=0.3, alpha=alpha)
-    solution = run(block, 1.0, 1e-3, block.state())
+    solution = run(block, 1.0, 1e-3, block.state(slip=0.0))
     assert (np.abs(solution.q[-1] - solution.q[0]).max() > 0.0) == moves
 
 

@@ -79,14 +79,15 @@ def test_block_stops_where_its_kinetic_energy_is_spent_and_never_moves_again():
 @pytest.mark.parametrize(("share", "sticks"), [(0.999, True), (1.001, False)])
 def test_block_holds_just_below_the_friction_limit_and_slides_just_above(share, sticks):
     block = InclinedBlock(mu=0.3, alpha=math.atan(0.3 * share))
-    solution = run(block, 1.0, stiffness=1e6, damping_ratio=1.0)
+    solution = run(block, 1.0, block.state(slip=0.0), stiffness=1e6, damping_ratio=1.0)
     assert (solution.mode[-1, 0] == ContactMode.STICK) == sticks
 
 
 def test_regularised_friction_creeps_at_the_speed_at_which_it_carries_the_load():
     alpha, mu, v_s = 0.2, 0.3, 1e-3
     block = InclinedBlock(mu=mu, alpha=alpha)
-    solution = run(block, 5.0, stiffness=1e6, damping_ratio=1.0, friction=ns.Regularised(v_s))
+    solution = run(block, 5.0, block.state(slip=0.0), stiffness=1e6, damping_ratio=1.0,
+                   friction=ns.Regularised(v_s))  # fmt: skip
     creep = v_s * math.atanh(math.tan(alpha) / mu)
     assert abs(np.linalg.norm(solution.u[-1]) - creep) < 1e-6 * creep
 
