@@ -18,6 +18,7 @@ VIEWS: dict[str, dict[str, str]] = {
         "film": "drawing.player.solution_film.film_of_solution", "view": "drawing.player.page.show",
         "dataset": "results.labelled.system_dataset", "table": "results.labelled.system_table",
         "netcdf": "results.labelled.write_netcdf", "save": "results.store.save", "load": "results.store.load",
+        "name model": "catalogue.named.name_model", "find model": "catalogue.named.find_model",
         "summary": "results.summary.summary", "html": "results.summary.as_html",
     },
     "SceneSolution": {

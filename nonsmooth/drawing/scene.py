@@ -246,7 +246,10 @@ def contact_marks(axes: Any, solution: Solution, model: Any, shown: np.ndarray) 
 def scene_model(solution: Solution) -> Any:
     """What is known of a system with a shape, or `InvalidInput`."""
     if solution.described.shape is None:
-        raise InvalidInput("this solution has no picture: its model has no shape(q), or it was loaded from a file")
+        raise InvalidInput(
+            "this solution has no picture: its model has no shape(q), or it was loaded from a file without its model, "
+            "which Solution.load(path, model=...) takes"
+        )
     return solution.described
 
 

@@ -8,6 +8,7 @@ direction and event.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from nonsmooth.errors import MissingExtra
 from nonsmooth.integrators.records import EVENT_KIND
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.checkpoint import EVENT_NAMES
+from nonsmooth.results.netcdf import NETCDF_KIND
 from nonsmooth.results.scene_events import SceneEventKind
 from nonsmooth.results.scene_records import BODIES, CONTACTS, ELASTIC, ENERGIES, EVENTS, LEDGER
 from nonsmooth.results.scene_solution import modes_of, normal_and_friction
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
     from nonsmooth.results.solution import Solution
 
 SYSTEM_TABLES, SCENE_TABLES = ("records", "events"), ("bodies", "contacts", "records", "events")
-NETCDF_KIND = "netcdf"
 AXES = ("x", "y", "z")
 Variable = tuple[tuple[str, ...], Any, dict[str, str]]
 
@@ -115,10 +116,9 @@ def system_dataset(solution: Solution) -> xarray.Dataset:
 
 def names_of_coordinates(solution: Solution) -> dict[str, Any]:
     """Names and units of the coordinates, where the model has them."""
-    listed = getattr(getattr(solution.system, "parameters", None), "coordinates", None)
-    if not listed or len(listed) != solution.q.shape[1]:
+    if not solution.described.has_names:
         return {}
-    names, units = (np.array(column, dtype=object) for column in zip(*listed, strict=True))
+    names, units = (np.array(column, dtype=object) for column in zip(*solution.described.coordinates, strict=True))
     return {
         "coordinate": ("coordinate", names),
         "coordinate_units": ("coordinate", units),
@@ -284,8 +284,10 @@ def contact_columns(solution: SceneSolution) -> dict[str, np.ndarray]:
     return columns
 
 
-def write_netcdf(solution: Solution | SceneSolution, path: str | Path) -> Path:
-    """Write a run to netCDF 4, which any reader of it and ``xarray.open_dataset`` opens; sealed.
+def write_netcdf(
+    solution: Solution | SceneSolution, path: str | Path, add: Callable[[Path], object] = lambda part: None
+) -> Path:
+    """Write a run to netCDF 4, which any reader of it and ``xarray.open_dataset`` opens, and what ``add`` adds; sealed.
 
     Raises
     ------
@@ -298,6 +300,7 @@ def write_netcdf(solution: Solution | SceneSolution, path: str | Path) -> Path:
             dataset.to_netcdf(str(part), engine="netcdf4")
         except RuntimeError as error:  # so says the library of netCDF when the disk is full
             raise OSError(str(error)) from error
+        add(part)
         with part.open("r+b") as file:
             seal(file, NETCDF_KIND)
     return path

@@ -19,6 +19,8 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_floats
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, INCONSISTENT
+from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.views import Worded, view
 
 RECORDS_DEGREE = 2  # chosen: of the velocities between the records of a time stepping
@@ -120,6 +122,16 @@ def join_motions(blocks: Sequence[tuple[np.ndarray, ...]], start: tuple, end: tu
     padded = [np.pad(B, ((0, 0), (0, degree - B.shape[1]), (0, 0))) for B in polynomials]
     t, h, q, u, B = (np.concatenate(column) for column in (t, h, q, u, padded))
     return Motion(t, h, q, u, B, start, end)
+
+
+def of_records(
+    theta: float, t: np.ndarray, q: np.ndarray, u: np.ndarray, mode: np.ndarray, events: np.ndarray
+) -> Motion:
+    """The motion between the records of a time stepping, whose events are the rows ``events``: a step in which a
+    contact lands, or sliding had no force, has a jump."""
+    lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)
+    seizes = np.isin(t[:-1], events[events[:, EVENT_KIND] == INCONSISTENT, EVENT_T])
+    return between_records(t, q, u, lands & ~seizes, seizes, theta)
 
 
 def between_records(

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from nonsmooth.checks.arrays import as_name
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators import records
+from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.jit.blocks import fields_of, numbers
 from nonsmooth.mechanics.description import Description, numbered
 from nonsmooth.mechanics.system import MASS, POTENTIAL, ContactMode, System
@@ -222,6 +223,12 @@ class Solution:
     status : Status, message : str, success : bool
     t_events, q_events, u_events : list of (k,), (k, n_q), (k, n_u)
         Of each function in ``simulate(events=...)``: when it reached zero, and the state there.
+    theta : float or None
+        Of a time stepping all of whose steps are records: what the motion between them is found with.
+    names : Description or None
+        Of a run read from a file: the names that the file has.
+    named_model : dict or None
+        Of a run read from a file: what the model is called, and its parameters.
     """
 
     t: np.ndarray
@@ -244,6 +251,9 @@ class Solution:
     t_events: list[np.ndarray] = field(default_factory=list)
     q_events: list[np.ndarray] = field(default_factory=list)
     u_events: list[np.ndarray] = field(default_factory=list)
+    theta: float | None = None
+    names: Description | None = None
+    named_model: dict[str, Any] | None = None
 
     @classmethod
     def from_run(
@@ -273,13 +283,13 @@ class Solution:
         rows = {name: getattr(self, name)[1:] for name in PER_RECORD}
         la = None if self.la is None else self.la[1:]
         find_ledger = functools.partial(_ledger_behind_start, self.find_ledger, len(self.t))
-        return replace(self, **rows, la=la, find_ledger=find_ledger)
+        return replace(self, **rows, la=la, find_ledger=find_ledger, theta=None)  # a step less than the motion has
 
     @property
     def described(self) -> Description:
         """Names and units of the coordinates, names of the contacts; numbers where they are not known."""
         if self.system is None:
-            return numbered(self.q.shape[1], self.mode.shape[1])
+            return self.names or numbered(self.q.shape[1], self.mode.shape[1])
         return self.system.described
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -341,8 +351,8 @@ class Solution:
         """The motion as a function of time; found when first asked for."""
         if self.find_motion is None:
             raise InvalidInput(
-                "this solution knows its records only: it was read from a file, or its integrator keeps no steps, or "
-                "not every step was recorded; run without every= and t_eval= to ask for other times"
+                "this solution knows its records only: its integrator keeps no steps, it was read from a checkpoint, "
+                "or not every step was recorded; run without every= and t_eval= to ask for other times"
             )
         return self.find_motion()
 
@@ -442,9 +452,33 @@ class Solution:
         return view(self, "save")(self, path)
 
     @staticmethod
-    def load(path: str | Path) -> Solution:
-        """Read what `save` wrote."""
-        return view(Solution, "load")(path)
+    def load(path: str | Path, model: Any = None) -> Solution:
+        """Read what `save` wrote: the numbers, the motion between the records, names and units, and the model.
+
+        Parameters
+        ----------
+        path : path-like
+            .npz, .h5, or .nc; or a checkpoint.
+        model : System, model, its class, or str, optional
+            Where the model is; a text is a name as in `nonsmooth list`, or ``FILE.py:NAME``, whose file is run. When
+            left out, the one that the file names: a registered one, or one of a module that was imported. A class and
+            a text get the parameters that the file has.
+
+        Returns
+        -------
+        Solution
+
+        Raises
+        ------
+        InvalidInput
+            For a file that is none, or damaged, and for a model that does not fit.
+
+        Warns
+        -----
+        ModelNotFoundWarning
+            Where the model that the file names is not found: pictures are left out.
+        """
+        return view(Solution, "load")(path, model)
 
     def __repr__(self) -> str:
         return f"Solution({self.status.name}, t = {self.t[-1]:.6g} s, {self.stats.steps} steps)"
@@ -471,7 +505,7 @@ class FoundLater:
         vars(solution)[self.name] = value
 
 
-FOUND_LATER = (*PER_RECORD, "find_ledger", "find_motion", "stats", "about", "la")
+FOUND_LATER = (*PER_RECORD, "find_ledger", "find_motion", "stats", "about", "la", "theta")
 for _name in FOUND_LATER:
     setattr(Solution, _name, FoundLater(_name))
 
@@ -484,6 +518,7 @@ def rest_of_run(
     return per_record(record) | {
         "find_ledger": find_ledger, "find_motion": find_motion, "stats": stats, "about": about_run(system, integrator),
         "la": record.la if integrator.has_forces else None,
+        "theta": theta_of(integrator) if find_motion is not None else None,
     }  # fmt: skip
 
 
@@ -511,6 +546,11 @@ def rebound_together(stats: Stats) -> str:
         "together, one answer of many: impact='sequential' strikes one after the other, as a smaller dt does where "
         "they are apart, impact='poisson' gives back what was compressed, and e_N = 0 has no rebound"
     )
+
+
+def theta_of(integrator: Any) -> float | None:
+    """Where a time stepping takes its forces; None of a method that keeps its steps."""
+    return float(integrator.theta) if isinstance(integrator, FixedStep) else None
 
 
 def energy_gain(stats: Stats) -> str:

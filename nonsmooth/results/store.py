@@ -1,4 +1,5 @@
-"""Solutions on disk: .npz always, .h5 with the extra [io]. No pickle; sealed, written beside and moved into place.
+"""Solutions on disk: .npz always, .h5 with the extra [io], .nc with [data]. No pickle; sealed, written beside and moved
+into place.
 
 The arrays stand under their attribute names, the ledger under ``ledger/<column>``, the user's events under
 ``t_events/<k>`` and so on, k the number of the function; the rest is one JSON text ``about``. docs/files.md
@@ -9,18 +10,22 @@ from __future__ import annotations
 import functools
 import json
 import os
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nonsmooth.checks.files import as_path, as_place, refusals
-from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.errors import InvalidInput, ModelNotFoundWarning, Status, warn_caller
 from nonsmooth.integrators.records import EVENT_WIDTH
+from nonsmooth.mechanics.description import Description
+from nonsmooth.mechanics.system import System
 from nonsmooth.results.forms import REAL, Form, Rule, require_forms
 from nonsmooth.results.hdf5 import put_array, read_sealed, seal_of, write_hdf5
+from nonsmooth.results.motion import Motion, of_records
+from nonsmooth.results.netcdf import put_run, read_run_within
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.solution import PER_RECORD, Solution, Stats
@@ -33,23 +38,50 @@ ARRAYS = PER_RECORD | {"event_rows": (REAL, ("n_events", EVENT_WIDTH))}
 FORCES: dict[str, Rule] = {"la": (REAL, ("n_t", "n_c", 2))}
 LEDGER = "ledger/"
 OF_EVENTS = ("t_events", "q_events", "u_events")
+MOTION, STEPS = "motion/", ("t", "h", "q", "u", "B")
+OF_MOTION: dict[str, Rule] = {
+    "motion/t": (REAL, ("m",)), "motion/h": (REAL, ("m",)), "motion/q": (REAL, ("m", "n_q")),
+    "motion/u": (REAL, ("m", "n_u")), "motion/B": (REAL, ("m", "degree", "n_u")), "motion/start": (REAL, ("ends",)),
+    "motion/end": (REAL, ("ends",)),
+}  # fmt: skip
 
 
 def save(solution: Solution, path: str | Path) -> Path:
     """Write a solution; the ending of the path, .npz or .h5, names the format."""
     path = as_place("path", path, (*ENDINGS, NETCDF))
+    text, arrays = content_of(solution)
     if path.suffix == NETCDF:
-        return view(solution, "netcdf")(solution, path)  # type: ignore[no-any-return]
-    arrays = _arrays_of(solution)
-    text = json.dumps({
-        "schema": SOLUTION_SCHEMA, "status": int(solution.status), "message": solution.message,
-        "stats": asdict(solution.stats), "about": solution.about,
-    })  # fmt: skip
+        add = functools.partial(put_run, KIND, {"about": np.array(text), **arrays})
+        return view(solution, "netcdf")(solution, path, add)  # type: ignore[no-any-return]
     if path.suffix in HDF5:
         write_hdf5(path, KIND, functools.partial(fill_hdf5, text, arrays))
     else:
         write_npz(path, KIND, {"about": np.array(text), **arrays}, is_compressed=True)
     return path
+
+
+def content_of(solution: Solution) -> tuple[str, dict[str, np.ndarray]]:
+    """The text and the arrays of a file."""
+    text = json.dumps({
+        "schema": SOLUTION_SCHEMA, "status": int(solution.status), "message": solution.message,
+        "stats": asdict(solution.stats), "about": solution.about, "names": _names_of(solution.described),
+        "model": solution.named_model if solution.system is None else view(solution, "name model")(solution.system),
+        "theta": solution.theta,
+    })  # fmt: skip
+    return text, _arrays_of(solution)
+
+
+def _names_of(described: Description) -> dict[str, Any]:
+    return {"coordinates": described.coordinates, "has_names": described.has_names, "contacts": described.contacts}
+
+
+def _description(names: dict[str, Any] | None) -> Description | None:
+    """What a file says of names; a file of before says nothing."""
+    if names is None:
+        return None
+    coordinates = tuple((str(name), str(unit)) for name, unit in names["coordinates"])
+    contacts = tuple(str(name) for name in names["contacts"])
+    return Description(coordinates, bool(names["has_names"]), contacts, None, None, None, None)
 
 
 def require_no_netcdf(path: Path) -> None:
@@ -65,7 +97,24 @@ def _arrays_of(solution: Solution) -> dict[str, np.ndarray]:
         arrays["la"] = solution.la
     for name in OF_EVENTS:
         arrays |= {f"{name}/{k}": found for k, found in enumerate(getattr(solution, name))}
+    if solution.find_motion is not None and solution.theta is None:
+        arrays |= _arrays_of_motion(solution.motion)
     return arrays
+
+
+def _arrays_of_motion(motion: Motion) -> dict[str, np.ndarray]:
+    """The steps of a motion, and its two ends as (t, q, u)."""
+    columns = dict(zip(STEPS, motion.steps, strict=True))
+    columns |= {"start": np.concatenate([[motion.start[0]], *motion.start[1:]]),
+                "end": np.concatenate([[motion.end[0]], *motion.end[1:]])}  # fmt: skip
+    return {MOTION + name: column for name, column in columns.items()}
+
+
+def _motion(arrays: Mapping[str, np.ndarray]) -> Motion:
+    n = arrays[MOTION + "q"].shape[1]
+    ends = [(float(row[0]), row[1 : n + 1], row[n + 1 :]) for row in (arrays[MOTION + "start"], arrays[MOTION + "end"])]
+    t, h, q, u, B = (arrays[MOTION + name] for name in STEPS)
+    return Motion(t, h, q, u, B, ends[0], ends[1])
 
 
 def fill_hdf5(about: str, arrays: dict[str, np.ndarray], file: Any) -> None:
@@ -75,21 +124,27 @@ def fill_hdf5(about: str, arrays: dict[str, np.ndarray], file: Any) -> None:
         put_array(file, name, array)
 
 
-def load(path: str | Path) -> Solution:
-    """Read what ``save`` wrote, or a checkpoint; the system itself is not stored."""
+def load(path: str | Path, model: Any = None) -> Solution:
+    """Read what ``save`` wrote, or a checkpoint, and find the model that it names."""
     path = as_path("path", path)
-    require_no_netcdf(path)
     if os.path.isdir(path):
         from nonsmooth.results.checkpoint import load_checkpoint
 
-        return load_checkpoint(path)
+        return _with_model(load_checkpoint(path), path, model)
     with refusals(path, "is not a saved solution"):
-        found = _read_hdf5(path) if path.suffix in HDF5 else read_npz(path, _check)
+        found = _read(path)
         about = found.about()
         if about["schema"] != SOLUTION_SCHEMA:
             raise InvalidInput(f"{path.name} has schema {about['schema']}; this version reads {SOLUTION_SCHEMA}")
         require_kind(found.kind, KIND)
-        return _solution(about, found.arrays)
+        solution = _solution(about, found.arrays)
+    return _with_model(solution, path, model)
+
+
+def _read(path: Path) -> Archive:
+    if path.suffix == NETCDF:
+        return Archive(KIND, read_run_within(path, _check))
+    return _read_hdf5(path) if path.suffix in HDF5 else read_npz(path, _check)
 
 
 def _read_hdf5(path: Path) -> Archive:
@@ -102,7 +157,10 @@ def _check(forms: Mapping[str, Form]) -> None:
     """Raise unless these are the arrays of a solution."""
     rules = ARRAYS | {name: rule for name, rule in FORCES.items() if name in forms}
     rules |= {name: (REAL, ("n_t",)) for name in forms if name.startswith(LEDGER)}
-    require_forms(forms, rules)
+    rules |= OF_MOTION if OF_MOTION.keys() & forms.keys() else {}
+    sizes = require_forms(forms, rules)
+    if sizes.get("ends", 0) not in (0, 1 + sizes["n_q"] + sizes["n_u"]):
+        raise ValueError(f"motion/start must have {1 + sizes['n_q'] + sizes['n_u']} entries; it has {sizes['ends']}")
 
 
 def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
@@ -112,7 +170,42 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
     return Solution(
         **columns, **events, find_ledger=functools.partial(_rows_of, ledger), la=arrays.get("la"),
         stats=Stats(**about["stats"]), status=Status(about["status"]), message=about["message"], about=about["about"],
+        names=_description(about.get("names")), named_model=about.get("model"), theta=about.get("theta"),
+        find_motion=_find_motion(about.get("theta"), arrays),
     )  # fmt: skip
+
+
+def _find_motion(theta: float | None, arrays: Mapping[str, np.ndarray]) -> Callable[[], Motion] | None:
+    """What finds the motion between the records, where the file tells it."""
+    if theta is not None:
+        return functools.partial(of_records, theta, *(arrays[name] for name in ("t", "q", "u", "mode", "event_rows")))
+    return functools.partial(_motion, arrays) if MOTION + "t" in arrays else None
+
+
+def _with_model(solution: Solution, path: Path, given: Any) -> Solution:
+    """The solution with its system, where that is found."""
+    named = solution.named_model
+    if named is None and given is None:
+        return solution
+    try:
+        system = view(solution, "find model")(named or {"place": ""}, given)
+        _require_sizes(system, solution)
+    except InvalidInput as reason:
+        if given is not None:
+            raise
+        warn_caller(f"{path.name} was read without its model: {reason}", ModelNotFoundWarning)
+        return solution
+    return replace(solution, system=system)
+
+
+def _require_sizes(system: System, solution: Solution) -> None:
+    """Raise `InvalidInput` for a system that cannot have made these numbers."""
+    found, wanted = (system.n_q, system.n_c), (solution.q.shape[1], solution.mode.shape[1])
+    if found != wanted:
+        raise InvalidInput(
+            f"{system.name or 'the model'} has {found[0]} coordinates and {found[1]} contacts, the run in the file "
+            f"has {wanted[0]} and {wanted[1]}"
+        )
 
 
 def _numbered(arrays: dict[str, np.ndarray], name: str) -> list[np.ndarray]:

@@ -11,15 +11,15 @@ import numpy as np
 from nonsmooth.errors import InitialStateWarning, Status, warn_caller
 from nonsmooth.integrators.contract import Handles, Integrator, Schedule
 from nonsmooth.integrators.fixed_step import FixedStep
-from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, INCONSISTENT, Columns, Record
+from nonsmooth.integrators.records import Columns, Record
 from nonsmooth.jit import handle_of
 from nonsmooth.jit.blocks import Block
 from nonsmooth.mechanics.compiled import loop_of
 from nonsmooth.mechanics.initial_state import check_mass, examine_state, project_state
 from nonsmooth.mechanics.inspection import inspect_start
 from nonsmooth.mechanics.sys import Sys
-from nonsmooth.mechanics.system import GAP, ContactMode, System
-from nonsmooth.results.motion import Motion, between_records
+from nonsmooth.mechanics.system import GAP, System
+from nonsmooth.results.motion import Motion, of_records
 from nonsmooth.results.solution import Stats
 from nonsmooth.runs.times import Timetable
 from nonsmooth.runs.user_events import Stop
@@ -139,13 +139,9 @@ class Ongoing:
 
 
 def motion_between(integrator: Integrator, record: Columns, events: np.ndarray) -> Motion:
-    """The motion between the records of a fixed step; one in which a contact lands, or sliding had no force, has a
-    jump."""
-    mode, t = record.mode, record.t
-    lands = ((mode[:-1] == ContactMode.OPEN) & (mode[1:] != ContactMode.OPEN)).any(axis=1)
-    seizes = np.isin(t[:-1], events[events[:, EVENT_KIND] == INCONSISTENT, EVENT_T])
+    """The motion between the records of a fixed step."""
     assert isinstance(integrator, FixedStep)
-    return between_records(t, record.q, record.u, lands & ~seizes, seizes, integrator.theta)
+    return of_records(integrator.theta, record.t, record.q, record.u, record.mode, events)
 
 
 def columns_of(record: Record) -> Columns:

@@ -215,11 +215,13 @@ def test_motion_whose_steps_were_not_recorded_is_refused(integrator, options):
         sol(0.3)
 
 
-def test_motion_of_a_saved_solution_is_refused(tmp_path):
+def test_motion_of_a_saved_solution_is_that_of_the_run_and_of_a_checkpoint_refused(tmp_path):
     ball = BouncingBall()
     sol = run(ball, 0.3, ball.state(height=1.0), ns.EventDriven())
-    with pytest.raises(ns.InvalidInput, match="it was read from a file"):
-        ns.Solution.load(sol.save(tmp_path / "ball.npz"))(0.1)
+    assert ns.Solution.load(sol.save(tmp_path / "ball.npz"))(0.1).q == sol(0.1).q
+    streamed = run(ball, 0.3, ball.state(height=1.0), ns.EventDriven(), checkpoint=tmp_path / "ball")
+    with pytest.raises(ns.InvalidInput, match="it was read from a checkpoint"):
+        streamed(0.1)
 
 
 def test_run_that_failed_knows_its_motion_until_then():
