@@ -25,7 +25,7 @@ WORDS = {
     "study bifurcation": EVERYWHERE | {"--progress", "--workers", "--axis"},
 }
 SHARED = {word for words in WORDS.values() for word in words}
-WITHOUT = {"list", "solve"}  # that run no model
+WITHOUT = {"list", "solve", "completion"}  # that run no model
 FOLDER = {"run", "scene"}  # whose --resume is the folder of a checkpoint
 
 
