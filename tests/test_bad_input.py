@@ -134,6 +134,7 @@ CALLS = {
     }),
     "paradox_map": (ns.paradox_map, {
         "system": ROD, "t": 0.0, "state": None, "workers": 1, "kept": None, "th": [0.5, 1.0], "mu": [0.5, 2.0],
+        "journal": None,
     }),
     "paradox_boundaries": (ns.paradox_boundaries, {
         "system": ROD, "contact": 0, "t": 0.0, "state": None, "th": [0.2, 0.7, 1.2], "mu": [0.5, 1.0, 2.0],

@@ -1,4 +1,4 @@
-"""The command line: ``nonsmooth list | run | scene | classify | map | solve | study | sweep``.
+"""The command line: ``nonsmooth list | run | scene | classify | map | solve | study | sweep | completion``.
 
 Arguments in, library calls, text and files out.
 
@@ -17,6 +17,7 @@ from typing import Any
 
 from nonsmooth import __version__
 from nonsmooth.checks.files import FIGURE_ENDINGS
+from nonsmooth.commands.completion import add_completion
 from nonsmooth.commands.paradoxes import add_classify, add_map
 from nonsmooth.commands.run import add_run
 from nonsmooth.commands.scene import add_scene
@@ -125,6 +126,7 @@ def build_parser() -> argparse.ArgumentParser:
 
     add_studies(commands.add_parser("study", help="study a model").add_subparsers(required=True, metavar="STUDY"))
     add_sweep(commands.add_parser("sweep", help="run a model at every combination of some axes"))
+    add_completion(commands.add_parser("completion", help="print what a shell needs to complete words by Tab"), parser)
     return parser
 
 

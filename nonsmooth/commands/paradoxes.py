@@ -3,12 +3,26 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nonsmooth.checks.files import FIGURE_ENDINGS
-from nonsmooth.commands.terminal import complain
+from nonsmooth.commands.outputs import (
+    add_drawn,
+    add_printed,
+    add_progress,
+    add_resumed,
+    add_saved,
+    add_workers,
+    attrs_as_json,
+    dataset_as_json,
+    progress_of,
+    save_json,
+    tell,
+    tell_file,
+    units_of_state,
+)
+from nonsmooth.commands.terminal import complain, require_one
 from nonsmooth.commands.typed_input import (
     assignments,
     initial_state,
@@ -16,8 +30,6 @@ from nonsmooth.commands.typed_input import (
     read_axis,
     require_module,
     require_writable,
-    whole_number,
-    without_nan,
 )
 from nonsmooth.commands.typed_model import MODEL, typed_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
@@ -25,6 +37,11 @@ from nonsmooth.errors import INTERRUPTED, InvalidInput
 if TYPE_CHECKING:
     from nonsmooth.sweeps.axes import Axis
 
+JSON_ENDINGS = (".json",)
+UNITS = {  # of what `classify --json` prints, beside those of coordinates; a and k are per contact, b of the one slide
+    "gamma_N": "m/s", "gamma_F": "m/s", "la_N": "N", "la_F": "N", "dgamma_N": "m/s^2", "dgamma_F": "m/s^2",
+    "p": "1/kg", "b": "m/s^2",
+}  # fmt: skip
 MAP_AXIS = "NAME=LOW:HIGH[:COUNT][:log][:UNIT] or NAME=V,V,...[:UNIT]"
 MAP_POINTS = 400  # chosen: along each axis of a map that was given by its ends
 CURVE_POINTS = 80  # chosen: of the coarser grid that boundary curves are sought on
@@ -40,22 +57,26 @@ def add_classify(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--restitution", type=number, metavar="E", help="of the impacts listed; the model's by default"
     )
-    command.add_argument("--plot", type=Path, metavar="FILE", help="draw gamma_N' against la_N of the closed contact")
-    command.add_argument("--json", action="store_true", help="print one JSON object")
+    add_drawn(command, "draw gamma_N' against la_N of the closed contact; nothing by default")
+    add_saved(command, "save what --json prints (.json)")
+    add_printed(command)
 
 
 def add_map(command: argparse.ArgumentParser) -> None:
     """The options of ``nonsmooth map``."""
-    command.set_defaults(act=act_map)
+    command.set_defaults(act=act_map, suffix="-map")
     add_model(command)
     command.add_argument(
         "--axis", nargs="+", action="extend", default=[], metavar="AXIS",
         help=f"{MAP_AXIS}: {MAP_POINTS} values of a variable of the state or a parameter by default; at most two axes "
         "are drawn; the model's own axes by default",
     )  # fmt: skip
-    command.add_argument("--out", type=Path, metavar="FILE", help="where to save, .nc or .npz; MODEL-map.nc by default")
-    command.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL-map.png by default")
-    command.add_argument("--workers", type=whole_number, metavar="N", help="threads; one a processor by default")
+    add_saved(command, "where to save, .nc or .npz; MODEL-map.nc by default")
+    add_drawn(command, "where to draw; MODEL-map.png by default")
+    add_workers(command, "threads; one a processor by default", None)
+    add_resumed(command)
+    add_progress(command)
+    add_printed(command)
 
 
 def add_model(command: argparse.ArgumentParser) -> None:
@@ -67,8 +88,9 @@ def add_model(command: argparse.ArgumentParser) -> None:
 
 def act_classify(arguments: argparse.Namespace) -> int:
     """``nonsmooth classify``."""
-
     model = typed_model(arguments)
+    require_one(arguments)
+    require_writable(arguments.out, JSON_ENDINGS)
     require_writable(arguments.plot, FIGURE_ENDINGS)
     if arguments.plot:
         require_module("matplotlib", "plot", "figures")
@@ -76,14 +98,19 @@ def act_classify(arguments: argparse.Namespace) -> int:
     from nonsmooth.paradox.classify import classify
 
     classification = classify(model, arguments.t, q, u, restitution=arguments.restitution)
-    print(json.dumps(without_nan(classification.to_dict()), allow_nan=False) if arguments.json else classification)
+
+    def results() -> dict[str, Any]:
+        return classification.to_dict() | {"units": units_of_state(model) | UNITS}
+
+    save_json(arguments.out, results)
+    tell(arguments, lambda: classification, results)
+    tell_file(arguments, "result", arguments.out)
     if arguments.plot:
         from nonsmooth.drawing.paradox_plots import plot_graphical_problem
 
         closed = [i for i, mode in enumerate(classification.mode) if mode != "open"]
         plot_graphical_problem(classification, arguments.plot, closed[0] if closed else 0)
-        if not arguments.json:
-            print(f"figure: {arguments.plot}")
+        tell_file(arguments, "figure", arguments.plot)
     return 0
 
 
@@ -92,12 +119,15 @@ def act_map(arguments: argparse.Namespace) -> int:
     from nonsmooth.sweeps.maps import MAP_ENDINGS, save_map
 
     model = typed_model(arguments)
-    out = arguments.out or Path(f"{arguments.model}-map.nc")
-    figure = arguments.plot or Path(f"{arguments.model}-map.png")
+    require_one(arguments)
+    unasked = None if arguments.json else Path(f"{arguments.model}-map.nc")
+    out = arguments.out or unasked
+    figure = None if arguments.no_plot else arguments.plot or (unasked and unasked.with_suffix(".png"))
     require_writable(out, MAP_ENDINGS)
     require_writable(figure, FIGURE_ENDINGS)
     require_module("xarray", "map", "maps")
-    require_module("matplotlib", "map", "maps")
+    if figure:
+        require_module("matplotlib", "map", "maps")
     typed = [typed_axis(text) for text in arguments.axis]
     axes = {axis.name: axis.values for axis in typed} or own_axes(model, arguments.model)
     if len(axes) < len(arguments.axis):
@@ -107,18 +137,39 @@ def act_map(arguments: argparse.Namespace) -> int:
         raise InvalidInput(f"{name} is an axis of the map and fixed by --state; give it once")
     from nonsmooth.studies.paradox_map import paradox_map
 
-    chart = paradox_map(model, workers=arguments.workers, **axes, **fixed)
+    chart = paradox_map(
+        model, workers=arguments.workers, progress=progress_of(arguments), journal=arguments.journal, **axes, **fixed
+    )
     for axis in typed:
         chart[axis.name].attrs |= {"units": axis.unit} if axis.unit else {}
-    save_map(chart, out)
-    print(summary(chart))
-    print(f"map: {out}")
+    if out:
+        save_map(chart, out)
+    tell(arguments, lambda: summary(chart), lambda: map_as_json(chart))
+    tell_file(arguments, "map", out)
     if chart.attrs["interrupted"]:
-        complain(f"interrupted: the states that were not reached are marked in {out}; nothing is drawn")
+        complain(f"interrupted: the states that were not reached are marked{f' in {out}' if out else ''}; nothing is "
+                 "drawn")  # fmt: skip
         return INTERRUPTED
-    if draw(model, chart, axes, fixed, figure):
-        print(f"figure: {figure}")
+    if figure and draw(model, chart, axes, fixed, figure):
+        tell_file(arguments, "figure", figure)
     return 0
+
+
+def map_as_json(chart: Any) -> dict[str, Any]:
+    """Every result over the axes, what codes mean, and what was held fixed."""
+    import numpy as np
+
+    from nonsmooth.paradox.classify import ParadoxKind
+
+    kinds, counts = np.unique(chart.kind.values, return_counts=True)
+    named = {ParadoxKind(int(kind)).name: int(n) for kind, n in zip(kinds, counts, strict=True)}
+    codes = {name: codes_of(column.attrs) for name, column in chart.data_vars.items() if "flag_values" in column.attrs}
+    return {"about": attrs_as_json(chart.attrs), "kinds": named, "codes": codes, **dataset_as_json(chart)}
+
+
+def codes_of(attrs: Any) -> dict[str, int]:
+    """What the codes of a result mean."""
+    return dict(zip(attrs["flag_meanings"].split(), attrs["flag_values"].tolist(), strict=True))
 
 
 def draw(model: Any, chart: Any, axes: dict[str, Any], fixed: dict[str, Any], figure: Path) -> bool:

@@ -9,7 +9,14 @@ from typing import Any
 
 from nonsmooth.checks.files import ANIMATION_ENDINGS, FIGURE_ENDINGS, PAGE_ENDINGS
 from nonsmooth.commands.integrators import add_integrator, new_integrator
-from nonsmooth.commands.run_scene import require_scene_options, scene_as_json, simulate_scene
+from nonsmooth.commands.outputs import add_drawn, add_printed, add_progress, add_saved, progress_of_run
+from nonsmooth.commands.run_scene import (
+    require_kinds,
+    require_scene_options,
+    scene_as_json,
+    scene_records,
+    simulate_scene,
+)
 from nonsmooth.commands.terminal import FAILED, complain, figure_path
 from nonsmooth.commands.typed_input import (
     initial_state,
@@ -24,7 +31,7 @@ from nonsmooth.commands.typed_model import is_scene as is_scene_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 from nonsmooth.results.failures import StepFailure
 
-SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5")
+SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5", ".nc")
 PROBLEM_ENDINGS = (".npz", ".hdf5", ".h5")
 UNNAMED = Path(".html")  # code: of a player whose file was not named
 PICTURED = 5  # chosen: of the picture of a scene, as of a model
@@ -55,13 +62,14 @@ def add_run(run: argparse.ArgumentParser) -> None:
         "--checkpoint-every", type=number, default=10.0, metavar="S",
         help="seconds between two states that are kept; 10 by default",
     )  # fmt: skip
-    run.add_argument("--out", type=Path, metavar="FILE", help="save the solution (.npz or .h5)")
+    run.add_argument("--record", nargs="+", metavar="KIND",
+                     help="of a scene: bodies, contacts, ledger, events; all but events by default")  # fmt: skip
+    add_saved(run, "save the solution (.npz, .h5 or .nc)")
     run.add_argument(
         "--dump-failure", type=Path, metavar="FILE",
         help="if a step fails, save its contact problem for `nonsmooth solve` (.npz, or FCLIB's .hdf5)",
     )  # fmt: skip
-    run.add_argument("--plot", type=Path, metavar="FILE", help="where to draw; MODEL.png by default")
-    run.add_argument("--no-plot", action="store_true", help="draw nothing")
+    add_drawn(run, "where to draw; MODEL.png by default")
     run.add_argument("--picture", type=Path, metavar="FILE", help="draw the scene at five instants")
     run.add_argument("--animate", type=Path, metavar="FILE", help="write an animation (.gif, .webp or .mp4)")
     run.add_argument(
@@ -69,8 +77,8 @@ def add_run(run: argparse.ArgumentParser) -> None:
         help="write a player that any browser opens; MODEL.html by default",
     )  # fmt: skip
     run.add_argument("--live", action="store_true", help="show the run in a browser while it goes on")
-    run.add_argument("--json", action="store_true", help="print one JSON object, and draw only what was asked for")
-    run.add_argument("--quiet", action="store_true", help="print neither progress nor summary")
+    add_progress(run)
+    add_printed(run)
 
 
 def act_run(arguments: argparse.Namespace) -> int:
@@ -85,10 +93,16 @@ def require_outputs(model: Any, is_scene: bool, arguments: argparse.Namespace) -
     """Raise before the run for options that do not fit and files that could not be written; the path of the figure."""
     if is_scene:
         require_scene_options(arguments)
+        require_kinds(arguments)
+    elif arguments.record is not None:
+        raise InvalidInput(f"--record is for scenes of bodies; {arguments.model} records all its columns: leave it out")
     if arguments.view == UNNAMED:
         arguments.view = Path(f"{arguments.model}.html")
     require_writable(arguments.out, SOLUTION_ENDINGS)
-    if arguments.out and arguments.out.suffix != ".npz":
+    if arguments.out and arguments.out.suffix == ".nc":
+        require_module("xarray", "data", ".nc files")
+        require_module("netCDF4", "data", ".nc files")
+    elif arguments.out and arguments.out.suffix != ".npz":
         require_module("h5py", "io", ".h5 files")
     require_writable(arguments.dump_failure, PROBLEM_ENDINGS)
     if arguments.dump_failure and arguments.dump_failure.suffix != ".npz":
@@ -159,7 +173,7 @@ def simulate_runnable(model: Any, is_scene: bool, arguments: argparse.Namespace)
     t_end = getattr(describing(model), "t_end", None) if arguments.t_end is None else arguments.t_end
     if t_end is None:
         raise InvalidInput(f"the model {arguments.model} has no t_end of its own; give --t-end")
-    progress = not arguments.quiet
+    progress = progress_of_run(arguments)
     if start is None:
         return simulate_scene(model, integrator, t_end, arguments, progress)
     return simulate_model(model, start, integrator, t_end, arguments, progress)
@@ -202,6 +216,8 @@ def report(
     """The outcome on stdout."""
     if arguments.json:
         told = scene_as_json(solution) if is_scene else as_json(solution)
+        if arguments.t_eval is not None:
+            told["records"] = scene_records(solution) if is_scene else records(solution)
         print(json.dumps(without_nan(told), allow_nan=False))
     elif not arguments.quiet:
         print(solution.summary())
@@ -217,18 +233,40 @@ def as_json(solution: Any) -> dict[str, Any]:
     """What a script wants to know of a run."""
     from dataclasses import asdict
 
+    from nonsmooth.mechanics.system import ContactMode
+
     return {
         "status": solution.status.name,
         "message": solution.message,
         "t": float(solution.t[-1]),
         "q": solution.q[-1].tolist(),
         "u": solution.u[-1].tolist(),
+        "g_N": solution.g_N[-1].tolist(),
+        "mode": [ContactMode(int(mode)).name for mode in solution.mode[-1]],
+        "coordinates": [name for name, _ in solution.described.coordinates],
+        "contacts": list(solution.described.contacts),
+        "units": units_of(solution),
         "stats": asdict(solution.stats),
         "events": [event_as_json(event) for event in solution.events],
         "paradoxes": [event_as_json(event) for event in solution.paradoxes],
         "ledger": {name: float(column[-1]) for name, column in solution.find_ledger([-1]).items()},
         "about": solution.about,
     }
+
+
+def units_of(solution: Any) -> dict[str, Any]:
+    """Units of what stands beside them."""
+    units = [unit for _, unit in solution.described.coordinates]
+    return {"t": "s", "q": units, "u": [f"{unit}/s" if unit else "" for unit in units], "g_N": "m", "P_N": "N s",
+            "P_F": "N s", "ledger": "J"}  # fmt: skip
+
+
+def records(solution: Any) -> dict[str, Any]:
+    """Every record, of a run that is recorded at times that were asked for."""
+    from nonsmooth.mechanics.system import ContactMode
+
+    columns = {name: getattr(solution, name).tolist() for name in ("t", "q", "u", "g_N", "P_N", "P_F")}
+    return columns | {"mode": [[ContactMode(code).name for code in row] for row in solution.mode.tolist()]}
 
 
 def event_as_json(event: Any) -> dict[str, Any]:

@@ -3,24 +3,43 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
+import functools
 from typing import TYPE_CHECKING, Any
 
 from nonsmooth.commands.integrators import add_integrator, given_options, integrator_class
+from nonsmooth.commands.outputs import (
+    add_drawn,
+    add_printed,
+    add_progress,
+    add_resumed,
+    add_saved,
+    add_workers,
+    attrs_as_json,
+    dataset_as_json,
+    part_told,
+    progress_of,
+    save_json,
+    tell,
+    tell_file,
+)
 from nonsmooth.commands.terminal import complain, figure_path
 from nonsmooth.commands.typed_input import (
     AXIS,
+    assignments,
     initial_state,
+    is_number,
     number,
     read_axis,
-    whole_number,
+    require_writable,
 )
 from nonsmooth.commands.typed_model import MODEL, is_scene, typed_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 
 if TYPE_CHECKING:
+    from nonsmooth.studies.stability import StabilityStudy
     from nonsmooth.studies.study import Study
 
+JSON_ENDINGS = (".json",)
 REFERENCES = ("event-driven",)
 
 
@@ -31,7 +50,23 @@ def add_studies(studies: Any) -> None:
         ("cycle", "the periodic motion: phases, Floquet multipliers, and their change with a parameter", act_cycle),
     ):
         add_vibration(studies.add_parser(name, help=what), act, name)
+    add_bifurcation(studies)
     add_limits(studies)
+
+
+def add_bifurcation(studies: Any) -> None:
+    """The options of the study of what motions settle into."""
+    study = studies.add_parser("bifurcation", help="what the motion settles into along a parameter, up and down")
+    add_vibration(study, act_bifurcation, "bifurcation")
+    study.add_argument("--state", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
+                       help="initial state of the first motion, e.g. th=pi/4")  # fmt: skip
+    study.add_argument("--coordinate", metavar="NAME", help="whose maxima are kept; the first by default")
+    study.add_argument("--duration", type=number, metavar="T",
+                       help="of the motion at each value [s], the last fifth of which is looked at")  # fmt: skip
+    study.add_argument("--dt", type=number, help="step [s]; the model's own by default")
+    study.add_argument("--forcing", metavar="T", help="period of the forcing [s], or the parameter that says it: a "
+                       "section once a period")  # fmt: skip
+    add_workers(study, "processes for several starts; 1 by default")
 
 
 def add_limits(studies: Any) -> None:
@@ -49,7 +84,7 @@ def add_limits(studies: Any) -> None:
     makers = {"penalty": (penalty, study_penalty), "convergence": (convergence, study_convergence)}
     for name, (command, make) in makers.items():
         more = "; a scene too" if name == "penalty" else ""
-        command.set_defaults(act=act_limit, make=make, json=False, suffix=f"-{name}")
+        command.set_defaults(act=act_limit, make=make, suffix=f"-{name}")
         command.add_argument("model", metavar="MODEL", help=MODEL + more)
         for option, what in (("--set", "parameters, e.g. mu=2"), ("--state", "initial state, e.g. th=pi/4")):
             command.add_argument(option, nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=what)
@@ -59,22 +94,26 @@ def add_limits(studies: Any) -> None:
         command.add_argument("--times", nargs="+", type=number, metavar="T", help="when errors are measured [s]")
         after = "time after each matched event [s]; half that to the next one by default"
         command.add_argument("--delay", type=number, metavar="T", help=after)
-        command.add_argument("--workers", type=whole_number, default=1, metavar="N", help="processes; 1 by default")
-        command.add_argument(
-            "--journal", type=Path, metavar="FILE", help="where finished runs are written as they come"
-        )
-        command.add_argument("--plot", type=Path, metavar="FILE", help=f"where to draw; MODEL-{name}.png by default")
-        command.add_argument("--no-plot", action="store_true", help="draw nothing")
+        add_workers(command, "processes; 1 by default")
+        add_resumed(command)
+        add_outputs_of_study(command, name)
 
 
 def add_vibration(study: argparse.ArgumentParser, act: Any, name: str) -> None:
     """The options of the studies of equilibria and cycles."""
-    study.set_defaults(act=act, json=False, suffix=f"-{name}")
+    study.set_defaults(act=act, suffix=f"-{name}")
     study.add_argument("model", metavar="MODEL", help=MODEL)
     study.add_argument("--set", nargs="+", action="extend", default=[], metavar="NAME=VALUE", help="parameters")
     study.add_argument("--axis", nargs="+", action="extend", default=[], metavar="AXIS", help=AXIS)
-    study.add_argument("--plot", type=Path, metavar="FILE", help=f"where to draw; MODEL-{name}.png by default")
-    study.add_argument("--no-plot", action="store_true", help="draw nothing")
+    add_outputs_of_study(study, name)
+
+
+def add_outputs_of_study(study: argparse.ArgumentParser, name: str) -> None:
+    """What every study prints, draws, saves and shows on the way."""
+    add_drawn(study, f"where to draw; MODEL-{name}.png by default")
+    add_saved(study, "save what --json prints (.json)")
+    add_progress(study)
+    add_printed(study)
 
 
 def act_stability(arguments: argparse.Namespace) -> int:
@@ -91,41 +130,76 @@ def act_cycle(arguments: argparse.Namespace) -> int:
     return act_vibration(arguments, study_cycle)
 
 
+def act_bifurcation(arguments: argparse.Namespace) -> int:
+    """``nonsmooth study bifurcation``."""
+    from nonsmooth.studies.bifurcation import study_bifurcation
+
+    typed = arguments.forcing
+    options = {
+        "coordinate": arguments.coordinate or 0, "duration": arguments.duration, "dt": arguments.dt,
+        "forcing": number(typed) if typed and is_number(typed) else typed, "workers": arguments.workers,
+        "progress": False, "state": assignments("--state", arguments.state) or None,
+    }  # fmt: skip
+    return act_vibration(arguments, functools.partial(study_bifurcation, **options))
+
+
 def act_vibration(arguments: argparse.Namespace, study: Any) -> int:
     """A study of a model along the given axes: its table, then its figure."""
-    from nonsmooth.sweeps.progress import part_shown
-
     model = typed_model(arguments)
     typed = [read_axis(text) for text in arguments.axis]
     axes, units = {axis.name: axis.values for axis in typed}, {axis.name: axis.unit for axis in typed}
     if len(axes) < len(arguments.axis):
         raise InvalidInput("--axis gives a parameter twice; give it once")
     figure = figure_path(arguments)
-    with part_shown(f"the study of {arguments.model}", True):
+    require_writable(arguments.out, JSON_ENDINGS)
+    with part_told(f"the study of {arguments.model}", arguments):
         found = study(model, axes, units)
-    print(found.text)
+    results = functools.partial(study_as_json, arguments.model, found)
+    save_json(arguments.out, results)
+    tell(arguments, lambda: found.text, results)
+    tell_file(arguments, "result", arguments.out)
     if found.is_interrupted:
         complain("interrupted: what stands above is finished; nothing is drawn")
         return INTERRUPTED
     if figure and found.draw:
         found.draw(figure)
-        print(f"figure: {figure}")
+        tell_file(arguments, "figure", figure)
     return 0
+
+
+def study_as_json(model: str, found: StabilityStudy) -> dict[str, Any]:
+    """What a script wants to know of the study of an equilibrium, of a cycle or of what a motion settles into."""
+    from nonsmooth.commands.results_of_studies import as_json
+
+    return {"model": model, "interrupted": found.is_interrupted, **as_json(found.results)}
 
 
 def act_limit(arguments: argparse.Namespace) -> int:
     """``nonsmooth study penalty`` and ``nonsmooth study convergence``."""
     figure = figure_path(arguments)
+    require_writable(arguments.out, JSON_ENDINGS)
     study = limit_study(arguments)
-    print(study.table())
+    results = functools.partial(limit_as_json, study)
+    save_json(arguments.out, results)
+    tell(arguments, study.table, results)
+    tell_file(arguments, "result", arguments.out)
     if study.is_interrupted:
         more = "; the same command goes on with the rest" if arguments.journal else ""
         complain(f"interrupted: what stands above is finished{more}; nothing is drawn")
         return INTERRUPTED
     if figure:
         study.plot(figure)
-        print(f"figure: {figure}")
+        tell_file(arguments, "figure", figure)
     return 0
+
+
+def limit_as_json(study: Study) -> dict[str, Any]:
+    """Every error and cost over what was varied, observed orders, fitted laws, and the notes of the table."""
+    laws = {name: [{"law": fit.law, "constant": fit.constant, "spread": fit.spread} for fit in study.fits(name)]
+            for name in study.kinds}  # fmt: skip
+    orders = {name: study.orders(name).tolist() for name in study.kinds}
+    return {"title": study.title, "of": study.of, "about": attrs_as_json(study.data.attrs), "orders": orders,
+            "laws": laws, "notes": study.notes(), **dataset_as_json(study.data)}  # fmt: skip
 
 
 def limit_study(arguments: argparse.Namespace) -> Study:
@@ -160,7 +234,7 @@ def study_penalty(model: Any, span: tuple[float, float], q0: Any, u0: Any, argum
         model, span, q0, u0, stiffness=arguments.stiffness, damping_ratio=arguments.damping_ratio,
         restitution=arguments.restitution,
         damping=arguments.damping if time is None else lambda k: k * time, times=arguments.times,
-        delay=arguments.delay, workers=arguments.workers, journal=arguments.journal,
+        delay=arguments.delay, workers=arguments.workers, journal=arguments.journal, progress=progress_of(arguments),
     )  # fmt: skip
 
 
@@ -177,4 +251,5 @@ def study_convergence(model: Any, span: tuple[float, float], q0: Any, u0: Any, a
     return convergence_study(
         model, span, q0, u0, dt=dt, rtol=rtol, integrator=integrator_class(name)(**options), times=arguments.times,
         delay=arguments.delay, workers=arguments.workers, journal=arguments.journal, reference=reference,
+        progress=progress_of(arguments),
     )  # fmt: skip

@@ -7,12 +7,21 @@
 from __future__ import annotations
 
 import argparse
-import json
-from pathlib import Path
 from typing import Any
 
 from nonsmooth.checks.files import FIGURE_ENDINGS
-from nonsmooth.commands.terminal import FAILED, complain
+from nonsmooth.commands.outputs import (
+    add_drawn,
+    add_printed,
+    add_progress,
+    add_resumed,
+    add_saved,
+    add_workers,
+    dataset_as_json,
+    progress_of,
+    tell,
+)
+from nonsmooth.commands.terminal import FAILED, complain, require_one
 from nonsmooth.commands.typed_input import (
     AXIS,
     assignments,
@@ -20,8 +29,6 @@ from nonsmooth.commands.typed_input import (
     read_axis,
     require_module,
     require_writable,
-    whole_number,
-    without_nan,
 )
 from nonsmooth.commands.typed_model import MODEL, typed_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
@@ -51,18 +58,15 @@ def add_sweep(sweep: argparse.ArgumentParser) -> None:
                        help="what amplitude and period may change by within the window; 0.01 by default")  # fmt: skip
     sweep.add_argument("--settle-by", type=number, metavar="T",
                        help="make runs that have not settled twice as long, and again, until this end [s]")  # fmt: skip
-    sweep.add_argument("--workers", type=whole_number, default=1, metavar="N", help="threads; 1 by default")
+    add_workers(sweep, "threads; 1 by default")
     sweep.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, e.g. tcp://host:8786")
-    sweep.add_argument("--journal", type=Path, metavar="FILE", help="write cells as they are finished, and resume")
+    add_resumed(sweep)
     sweep.add_argument("--anew", action="store_true", help="begin the journal anew instead of resuming")
     sweep.add_argument("--fail-fast", action="store_true", help="stop at the first cell that fails")
-    sweep.add_argument("--progress", choices=["line", "json", "none"], default="line",
-                       help="on stderr: a line on a terminal (default), or a line of JSON each second")  # fmt: skip
-    sweep.add_argument("--out", type=Path, metavar="FILE", help="save the result (.npz or .nc)")
-    sweep.add_argument(
-        "--plot", type=Path, metavar="FILE", help="draw the first measure that is a number, over one or two axes"
-    )
-    sweep.add_argument("--json", action="store_true", help="print one JSON object")
+    add_progress(sweep)
+    add_saved(sweep, "save the result (.npz or .nc)")
+    add_drawn(sweep, "draw the first measure that is a number, over one or two axes; nothing by default")
+    add_printed(sweep)
 
 
 def act_sweep(arguments: argparse.Namespace) -> int:
@@ -72,6 +76,7 @@ def act_sweep(arguments: argparse.Namespace) -> int:
     from nonsmooth.sweeps.sweep_files import ENDINGS
 
     axes = [read_axis(text) for text in arguments.axes]
+    require_one(arguments)
     require_writable(arguments.out, ENDINGS)
     require_writable(arguments.plot, FIGURE_ENDINGS)
     if arguments.plot:
@@ -84,15 +89,14 @@ def act_sweep(arguments: argparse.Namespace) -> int:
         raise InvalidInput(
             f"--plot needs a measure that is a number; {', '.join(task.variables)} is a text: add another"
         )
-    progress = {"line": True, "json": "json", "none": False}[arguments.progress]
     found = sweep(
         task, axes, workers=arguments.workers, scheduler=arguments.scheduler, journal=arguments.journal,
-        resume=not arguments.anew, out=arguments.out, progress=progress, fail_fast=arguments.fail_fast,
+        resume=not arguments.anew, out=arguments.out, progress=progress_of(arguments), fail_fast=arguments.fail_fast,
     )  # fmt: skip
     is_cut = bool(found.attrs["interrupted"])
     if arguments.plot and not is_cut:
         plot_sweep(found, arguments.plot, drawn)
-    print(json.dumps(without_nan(as_json(found)), allow_nan=False) if arguments.json else summary(found, arguments))
+    tell(arguments, lambda: summary(found, arguments), lambda: as_json(found))
     if is_cut:
         complain(interruption(found, arguments))
         return INTERRUPTED
@@ -194,10 +198,5 @@ def as_json(found: Any) -> dict[str, Any]:
     counts = {member.name: int((status == member).sum()) for member in CellStatus if (status == member).any()}
     return {
         **found.attrs, "status": counts, "axes": {str(dim): found.sizes[dim] for dim in found.status.dims},
-        "coordinates": {str(name): column.values.tolist() for name, column in found.coords.items()},
-        "results": {
-            str(name): {"dims": [str(dim) for dim in column.dims], "units": column.attrs.get("units", ""),
-                        "values": column.values.tolist()}
-            for name, column in found.data_vars.items()
-        },
+        **dataset_as_json(found),
     }  # fmt: skip

@@ -14,11 +14,16 @@ from nonsmooth.errors import InvalidInput, MissingExtra, NonsmoothWarning
 FAILED, NOT_WRITTEN = 3, 4  # code: exit codes, beside 0, typed_input.BAD_INPUT and errors.INTERRUPTED
 
 
+def require_one(arguments: argparse.Namespace) -> None:
+    """Raise for a figure that is asked for and refused."""
+    if arguments.plot and arguments.no_plot:
+        raise InvalidInput("give either --plot or --no-plot; got both")
+
+
 def figure_path(arguments: argparse.Namespace) -> Path | None:
     """Where to draw: what was asked for, else MODEL.png, or MODEL-STUDY.png, where it can be drawn."""
+    require_one(arguments)
     if arguments.no_plot:
-        if arguments.plot:
-            raise InvalidInput("give either --plot or --no-plot; got both")
         return None
     if arguments.plot:
         require_writable(arguments.plot, FIGURE_ENDINGS)

@@ -36,12 +36,50 @@ NAMES = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 NEGATIVE = re.compile(r"-(\d|\.\d|pi\b|inf\b|nan\b|\()")  # -1e-3 and -pi/4 are numbers, not options
 
 
+NEAR_WORD = 0.5  # chosen: as of the names in errors.py: half of the letters fit
+
+
 class Parser(argparse.ArgumentParser):
-    """A parser that refuses in one line instead of ten."""
+    """A parser that refuses in one line instead of ten, and suggests what was meant."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As of argparse; a command that has options of its own answers itself for words that it does not know."""
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown and not self.commands():
+            options = [option for option in unknown if option.startswith("-")]
+            known = [option for option in self._option_string_actions if option.startswith("--")]
+            meant = suggestion(options[0].partition("=")[0], known) if options else ""
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{meant}")
+        return found, unknown
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """As of argparse; with the nearest of the choices, or the command of another command."""
+        if action.choices is None or value in action.choices:
+            return
+        what = action.metavar or (action.option_strings or [action.dest])[-1]
+        known = {str(choice): str(choice) for choice in action.choices}
+        if isinstance(action, argparse._SubParsersAction):
+            known |= {word: f"{name} {word}" for name, command in action.choices.items() for word in command.commands()}
+        meant = suggestion(str(value), list(known), known)
+        choices = ", ".join(map(str, action.choices))
+        raise argparse.ArgumentError(None, f"there is no {what} {value!r}{meant or f'; known: {choices}'}")
+
+    def commands(self) -> list[str]:
+        """The words of its commands, if it has any."""
+        return [word for action in self._actions if isinstance(action, argparse._SubParsersAction)
+                for word in action.choices]  # fmt: skip
 
     def error(self, message: str) -> NoReturn:
         """One line that names the help, in place of the whole usage."""
         self.exit(BAD_INPUT, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def suggestion(word: str, known: list[str], meant: dict[str, str] | None = None) -> str:
+    """`; did you mean 'x'?` for the known word that is nearest, or nothing; ``meant`` is what is then typed."""
+    import difflib
+
+    close = difflib.get_close_matches(word, known, n=1, cutoff=NEAR_WORD)
+    return f"; did you mean {(meant or {}).get(close[0], close[0])!r}?" if close else ""
 
 
 def require_writable(path: Path | None, endings: tuple[str, ...]) -> None:

@@ -44,13 +44,14 @@ def study_cycle(model: Any, axes: Mapping[str, ArrayLike], units: Mapping[str, s
         raise InvalidInput(f"a cycle is followed along one parameter; got {', '.join(axes)}")
     if not axes:
         cycle = limit_cycle(model)
-        return StabilityStudy(describe(cycle), partial(_draw_cycle, cycle))
+        return StabilityStudy(describe(cycle), partial(_draw_cycle, cycle), results={"cycle": cycle})
     ((parameter, values),) = axes.items()
     branch = continue_cycle(model, parameter, values)
     is_interrupted = any(change.kind == "interrupted" for change in branch.changes)
     unit = (units or {}).get(parameter, "")
     label = f"{parameter} [{unit}]" if unit else ""
-    return StabilityStudy(table(branch, not is_interrupted), partial(_draw_branch, branch, label), is_interrupted)
+    draw = partial(_draw_branch, branch, label)
+    return StabilityStudy(table(branch, not is_interrupted), draw, is_interrupted, {"branch": branch})
 
 
 def describe(cycle: LimitCycle) -> str:

@@ -36,7 +36,8 @@ WHOLE_NUMBERS = {  # the results in order, and what those are that a sweep holds
 
 @answers_start
 def paradox_map(system: Any, *, t: float = 0.0, state: Any = None, workers: int | None = None,
-                kept: int | None = None, progress: Any = True, **axes: Any) -> xarray.Dataset:  # fmt: skip
+                kept: int | None = None, progress: Any = True, journal: str | os.PathLike[str] | None = None,
+                **axes: Any) -> xarray.Dataset:  # fmt: skip
     """Classify every state of a grid.
 
     Parameters
@@ -53,6 +54,8 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Any = None, workers: int 
         Solutions written out at each point (3 for one contact, else 8); all of them are counted.
     progress : bool, "json" or callable
         As of `sweep`.
+    journal : path-like, optional
+        As of `sweep`: what is finished is written there, and not made again.
     **axes : float or array-like
         Variables of ``state(...)`` and parameters by name: an array is an axis of the map, a number is held fixed.
         The others keep their defaults.
@@ -100,7 +103,7 @@ def paradox_map(system: Any, *, t: float = 0.0, state: Any = None, workers: int 
     points = task.points(tuple(grid))
     points.check(list(grid.values()))
     threads = os.cpu_count() or 1 if workers is None else min(as_count("workers", workers), os.cpu_count() or 1)
-    found = sweep(task, grid, workers=threads, progress=progress)
+    found = sweep(task, grid, workers=threads, progress=progress, journal=journal)
     if found.attrs["interrupted"]:
         found = begun(found)
     refused = np.argwhere(found.status.values == CellStatus.FAILED)

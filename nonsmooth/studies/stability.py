@@ -4,7 +4,7 @@ over two."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,11 +24,13 @@ from nonsmooth.views import view
 
 @dataclass(frozen=True)
 class StabilityStudy:
-    """A table as text, the function that draws the figure (None at a single point), whether Ctrl-C ended it."""
+    """A table as text, the function that draws the figure (None at a single point), whether Ctrl-C ended it, and what
+    was found, by name."""
 
     text: str
     draw: Callable[[Path], Any] | None
     is_interrupted: bool = False
+    results: dict[str, Any] = field(default_factory=dict)
 
 
 def study_stability(
@@ -57,23 +59,27 @@ def study_stability(
     if len(axes) > 2:
         raise InvalidInput(f"one or two parameters can be varied; got {', '.join(axes)}")
     at = equilibrium(system)
-    text = describe(linearise(system, at))
+    small = linearise(system, at)
+    text = describe(small)
+    results: dict[str, Any] = {"sliding": small}
     if not axes:
-        return StabilityStudy(text, None)
+        return StabilityStudy(text, None, results=results)
     if len(axes) == 2:
         chart = stability_map(system, axes, at, sensitivities=False)
         reached = chart.attrs.get("points_reached", chart.verdict.size)
         found = count(chart.verdict.values, chart.verdict.size - reached)
         draw = partial(_draw_map, chart, units or {})
-        return StabilityStudy(f"{text}\n\n{found}", draw, reached < chart.verdict.size)
+        results |= {"map": chart}
+        return StabilityStudy(f"{text}\n\n{found}", draw, reached < chart.verdict.size, results)
     (parameter, values), = axes.items()  # fmt: skip
     try:
         path = eigen_path(system, parameter, values, at)
     except KeyboardInterrupt:
-        return StabilityStudy(text, None, True)
+        return StabilityStudy(text, None, True, results)
     is_cut = path.values.size < np.size(values)
     draw_path = partial(path.plot, unit=(units or {}).get(parameter, ""))
-    return StabilityStudy(f"{text}\n\n{changes(system, path, not is_cut)}", draw_path, is_cut)
+    results |= {"path": path}
+    return StabilityStudy(f"{text}\n\n{changes(system, path, not is_cut)}", draw_path, is_cut, results)
 
 
 def describe(small: Linearisation) -> str:
