@@ -14,7 +14,7 @@ import numpy as np
 from nonsmooth.contact.network.matrices import Matrices, unsolved_problem
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
 from nonsmooth.contact.network.rescue import rescue
-from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
+from nonsmooth.contact.network.solve import OVER_RELAXATION, Solver, solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
@@ -280,6 +280,7 @@ class Assembly:
         sizes = {"m": len(self.found.gap), "n_b": len(self.bodies.mass), "d": self.dim, "n": 3 * (self.dim - 1)}
         self.solver = new(Solver, fill=self.fill, **sizes)
         self.solver.tol, self.solver.most_sweeps, self.solver.most_factors = self.tol, self.sweeps, MOST_FACTORS
+        self.solver.over_relaxation = OVER_RELAXATION
         self._write_places()
 
     def _write_places(self) -> None:

@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
-from nonsmooth.contact.network.problem import prepare_spatial
-from nonsmooth.contact.network.solve import solve_spatial
-from nonsmooth.jit import interpreted
+from nonsmooth.contact.network.conjugate import conjugate_sweeps
+from nonsmooth.contact.network.problem import Network, island_velocities, prepare_spatial
+from nonsmooth.contact.network.solve import Solver, solve_spatial
+from nonsmooth.contact.network.spheres import are_spheres, sphere_sweeps
+from nonsmooth.jit import interpreted, kernel
+from nonsmooth.jit.blocks import view
 from tests.contact.network.problems import copy_of, heap, judge, stack
 from tests.contact.network.test_solve import prepare, solve, solver_of
 
@@ -37,18 +40,63 @@ def has_rows_of_spheres(solver):
     return bool(np.any(solver.spheres.contact))
 
 
+@kernel("int64(int64, int64, int64, float64)")
+def sweep_spheres(network_at, solver_at, most, omega):
+    """Sweep all islands by rows of spheres; how many islands had no such rows."""
+    network, solver, refused = view(network_at, Network), view(solver_at, Solver), 0
+    for k in range(network.islands.count):
+        island_velocities(network, k, 3, 6)
+        if are_spheres(network, solver.spheres, k):
+            sphere_sweeps(network, solver.spheres, solver.conjugate, k, most, 0.0, omega)
+        else:
+            refused += 1
+    return refused
+
+
+@kernel("void(int64, int64, int64)")
+def sweep_rows(network_at, solver_at, most):
+    """Conjugate sweeps of all islands by the rows of the network."""
+    network, solver = view(network_at, Network), view(solver_at, Solver)
+    for k in range(network.islands.count):
+        island_velocities(network, k, 3, 6)
+        conjugate_sweeps(network, solver.conjugate, k, most, 0.0, 3, 6)
+
+
 @pytest.mark.parametrize("sweeps", [1, 9, 40])
 @pytest.mark.parametrize("scene", [lambda: heap(40, 3, seed=5), unlike_spheres])
-def test_sweeps_are_those_of_the_rows_of_the_network(scene, sweeps):
+def test_conjugate_sweeps_are_those_of_the_rows_of_the_network(scene, sweeps):
     network = scene()
-    twin = mirrored(network)
-    solver, other = (solver_of(network, tol=1e-15, most_sweeps=sweeps, most_factors=0) for _ in range(2))
-    solve(network, solver), solve(twin, other)
-    assert has_rows_of_spheres(solver) and not has_rows_of_spheres(other)
-    twin.P[:, 2] *= -1.0
+    twin = copy_of(network)
+    prepare_spatial(twin.address)
+    solver, other = solver_of(network), solver_of(twin)
+    assert sweep_spheres(network.address, solver.address, sweeps, 1.0) == 0
+    sweep_rows(twin.address, other.address, sweeps)
+    judge(network), judge(twin)
     # a sweep adds some ten roundings to each impulse, and later ones do not enlarge them: they converge
     assert np.abs(network.P - twin.P).max() <= 1e-13 * np.abs(twin.P).max() and np.abs(twin.P).max() > 0.0
     assert np.abs(network.v - twin.v).max() <= 1e-13 * np.abs(twin.v).max()
+
+
+def test_over_relaxed_sweeps_come_to_the_solution_in_fewer():
+    shares = []
+    for seed in range(7):  # in some heaps one contact changes its mode so late that both are as far
+        residuals = []
+        for omega in (1.0 + 1e-9, 1.4):  # 1 is that of conjugate sweeps
+            network = heap(60, 3, seed=seed)
+            solver = solver_of(network)
+            assert sweep_spheres(network.address, solver.address, 60, omega) == 0
+            residuals.append(judge(network))
+        shares.append(residuals[1] / residuals[0])
+    assert np.median(shares) < 0.3 and max(shares) < 1.0
+
+
+def test_frames_that_turn_the_other_way_are_swept_by_their_own_rows_to_the_same_solution():
+    network = unlike_spheres()
+    twin = mirrored(network)
+    solver, other = (solver_of(network, tol=1e-12, most_sweeps=5000, most_factors=0) for _ in range(2))
+    solve(network, solver), solve(twin, other)
+    assert has_rows_of_spheres(solver) and not has_rows_of_spheres(other)
+    assert np.abs(network.v - twin.v).max() <= 1e-10 * np.abs(twin.v).max()
 
 
 def test_spheres_are_solved_to_rounding():
