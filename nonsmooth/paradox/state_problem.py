@@ -23,7 +23,7 @@ from nonsmooth.mechanics.compiled import Model, model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.inspection import inspect_instant
 from nonsmooth.mechanics.situation import CONTRADICTIONS, Situation
-from nonsmooth.mechanics.sys import new_sys
+from nonsmooth.mechanics.sys import fill_numbers, new_sys
 from nonsmooth.mechanics.system import FORCE, GIVEN_FORCE, MASS, System
 from nonsmooth.numerics.rounding import rounding_of_sum
 
@@ -195,6 +195,8 @@ def desk_of(system: System) -> Desk:
         desk = Desk(system, model)
         if model.is_compiled:
             desks[system] = desk
+    else:
+        fill_numbers(desk.sys, system)  # laws of the user's, as they are now
     return desk  # type: ignore[no-any-return]
 
 
