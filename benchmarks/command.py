@@ -14,8 +14,8 @@ from nonsmooth.commands.typed_input import Parser
 from nonsmooth.errors import InvalidInput
 
 NAMES = (
-    "accuracy", "bits", "bodies", "calls", "contacts", "core", "ladder", "paradox", "penalty", "player", "scenes",
-    "solvers", "stability", "stress", "sweep", "symbolic",
+    "accuracy", "bits", "bodies", "calls", "contacts", "core", "ladder", "limit", "paradox", "penalty", "player",
+    "scenes", "solvers", "stability", "stress", "sweep", "symbolic",
 )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from nonsmooth.errors import EnergyGainWarning, InvalidInput, SimultaneousImpact
 from nonsmooth.integrators.contract import Choice, Integrator
 from nonsmooth.mechanics.start import answers_start, the_start
 from nonsmooth.mechanics.system import System, as_system
-from nonsmooth.results.solution import Solution, energy_gain, rebound_together
+from nonsmooth.results.solution import Solution, Stats, energy_gain, rebound_together
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.seen import looked_at, require_live
@@ -261,10 +261,8 @@ def simulate(
     solution = run.solution()
     if t_eval is not None and len(solution.t) > 1 and solution.t[0] < np.ravel(t_eval)[0]:
         solution = solution.without_start()
-    if solution.is_found and solution.stats.energy_gains:
-        warn_caller(energy_gain(solution.stats), EnergyGainWarning)
-    if solution.is_found and solution.stats.struck_together:
-        warn_caller(rebound_together(solution.stats), SimultaneousImpactWarning)
+    if solution.is_found:
+        tell_of_impacts(solution.stats)
     if reason is not None:
         solution.about["chosen"] = reason
     if solution.success and not functions:
@@ -272,6 +270,14 @@ def simulate(
     if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
         raise run.failure(solution)
     return solution
+
+
+def tell_of_impacts(stats: Stats) -> None:
+    """Warn of impacts that gained energy, and of those that struck several contacts together."""
+    if stats.energy_gains:
+        warn_caller(energy_gain(stats), EnergyGainWarning)
+    if stats.struck_together:
+        warn_caller(rebound_together(stats), SimultaneousImpactWarning)
 
 
 def kind_of_run(integrator: Any) -> Any:

@@ -7,13 +7,13 @@ end and its solution, which has arrays of its own, is made.
 from __future__ import annotations
 
 import weakref
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from nonsmooth.integrators.contract import Integrator, Schedule
 from nonsmooth.integrators.records import Record, State
-from nonsmooth.jit.blocks import Block, new
+from nonsmooth.jit.blocks import Block, handles_of, new
 from nonsmooth.mechanics.compiled import Model
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.sys import fill_numbers, new_sys
@@ -36,11 +36,12 @@ class Workspace:
         capacity = EVENT_CAPACITY + integrator.events_at_once * system.n_c
         self.state = new(State, n=system.n_u, n_c=system.n_c, d=system.d, capacity=capacity)
         self.memory: Any = integrator.memory(system, selection)
-        self.fresh = self.state.words.copy(), self.memory.words.copy()
-        self.handed: tuple[tuple[Block, ...], tuple[Any, ...]] = (
-            (),
-            (),
-        )  # blocks with handles, and as the loop takes them
+        # rows of events, the last of the words of a header, are read as far as they were written
+        self._header = self.state.words[: -self.state.events.size or None]
+        self.fresh = self._header.copy(), self.memory.words.copy()
+        self._has_handles = bool(handles_of(cast(Any, type(self.memory))))
+        # blocks whose handles are set, and as loops take them
+        self.handed: tuple[tuple[Block, ...], tuple[Any, ...]] = (), ()
         self._schedule: Schedule | None = None
         self._times: RecordTimes | None = None  # of the schedule
         self._record: Record | None = None
@@ -50,8 +51,11 @@ class Workspace:
     def renew(self, system: System) -> None:
         """Put back the numbers with which the blocks began."""
         fill_numbers(self.sys, system)
-        self.state.words[:] = self.fresh[0]
-        self.memory.restore(self.fresh[1].view(np.int64))
+        self._header[:], words = self.fresh
+        if self._has_handles:
+            self.memory.restore(words.view(np.int64))
+        else:
+            self.memory.words[:] = words
 
     def schedule_of(self, table: Timetable, stop: int) -> Schedule:
         """The block of the first records of a timetable, found anew where the times are others than before."""

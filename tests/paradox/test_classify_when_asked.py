@@ -13,6 +13,7 @@ import pytest
 
 import nonsmooth as ns
 from models import BilateralRod, PainleveRod, RockingBlock, SpragSlip
+from tests.systems import block
 
 ROD = PainleveRod(mu=2.0)
 STATES = [ROD.state(thdot=thdot, slip=slip) for thdot in (0.0, 3.0, 6.0) for slip in (-1.0, 0.0, 1.0)]
@@ -75,3 +76,20 @@ def test_number_that_is_known_at_once_is_that_of_the_islands_and_of_the_solution
         counts.add(c.n_solutions)
         assert c.is_complete and c.n_solutions == math.prod(i.n_solutions for i in c.islands) == len(c.solutions)
     assert counts == {0, 1, 2}
+
+
+LEVEL = 0.5  # of the friction law below
+
+
+def speed_law(v, p):
+    return LEVEL + 0.0 * v
+
+
+def test_a_law_of_the_users_is_followed_as_it_is_now(monkeypatch):
+    """The search keeps what it needs of a system; a law that reads a number that was changed since is another law."""
+    system = block(contact=ns.Contact(mu=ns.Friction(speed_law)))
+    found = [ns.classify(system, 0.0, [0.0, 0.0], [1.0, 0.0]).mu[0] for _ in range(3)]
+    monkeypatch.setitem(globals(), "LEVEL", 0.25)
+    after = ns.classify(system, 0.0, [0.0, 0.0], [1.0, 0.0])
+    assert found == [0.5] * 3 and after.mu[0] == 0.25
+    assert after.solutions[0].la_F[0] == -0.25 * after.solutions[0].la_N[0]
