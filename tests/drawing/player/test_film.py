@@ -125,6 +125,7 @@ def test_events_of_the_user_are_marked(ball):
     assert mark.t == sol.t_events[0][0]
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # what is asked holds for it too
 def test_more_events_than_are_marked_are_counted():
     chain = BeadChain(n=20)
     sol = ns.simulate(chain, (0, 0.5), *chain.state(), integrator=ns.MoreauJean(dt=1e-3))
