@@ -84,7 +84,8 @@ class MoreauJean(FixedStep):
         if not 0.5 <= theta <= 1.0:
             raise InvalidInput(f"theta must lie in [0.5, 1]; got {theta:g}")
         as_flag("projection", self.projection)
-        if self.specialise not in (True, False, "auto") or not isinstance(self.specialise, bool | str):
+        is_auto = isinstance(self.specialise, str) and self.specialise == "auto"
+        if not is_auto and not isinstance(self.specialise, bool):
             raise InvalidInput(f'specialise must be True, False or "auto"; got {shown(self.specialise)}')
         as_instance("contacts", self.contacts, ContactSolver, "a ContactSolver(tol=..., sweeps=...)")
         if self.compliance is not None:
