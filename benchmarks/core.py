@@ -28,6 +28,7 @@ from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.runs.simulate import simulate_whole
 
 REPEATS = 7
+OWN_ROD = "rod, own loop"  # compiled for it alone
 ROD_STEPS, STEPS = 300_000, 20_000
 SPAN = 0.3  # s
 C_PROGRAMS = {"hard-coded in C": "rod.c", "C through function pointers": "rod_pointers.c"}
@@ -46,7 +47,10 @@ def main(argv: list[str] | None = None) -> int:
 
 def print_steps() -> None:
     """Nanoseconds a step."""
-    runs: dict[str, Callable[[], float]] = {"rod": lambda: run_rod(ROD_STEPS)[0], "belt": run_belt}
+    runs: dict[str, Callable[[], float]] = {"rod": lambda: run_rod(ROD_STEPS)[0], OWN_ROD: run_own_rod}
+    for model in ("belt-oscillator", "bouncing-ball"):
+        runs[model] = lambda model=model: run_model(model, False)  # type: ignore[misc]
+        runs[f"{model}, own loop"] = lambda model=model: run_model(model, True)  # type: ignore[misc]
     for n in (2, 6, 12):
         runs[f"row of {n} blocks"] = lambda n=n: run_row(n)  # type: ignore[misc]
     with tempfile.TemporaryDirectory() as folder:
@@ -63,8 +67,8 @@ def print_steps() -> None:
     for name, values in times.items():
         ratio = ""
         if name in C_PROGRAMS:
-            ratio = f"; the rod takes {statistics.median(a / b for a, b in zip(times['rod'], values, strict=True)):.2f}"
-            ratio += " times this"
+            rod, own = (median_ratio(times[which], values) for which in ("rod", OWN_ROD))
+            ratio = f"; the rod takes {rod:.2f} times this, with its own loop {own:.2f}"
         print(f"{name:30s} {statistics.median(values):9.0f} ns a step{ratio}")
     if not set(C_PROGRAMS) & set(times):
         print("no C compiler (cc or gcc) was found: nothing to compare with")
@@ -82,10 +86,20 @@ def print_calls() -> None:
     print(f"{'a new model':30s} {another:9.2f} s of compiling, once")
 
 
-def run_rod(steps: int) -> tuple[float, float]:
+def median_ratio(above: list[float], below: list[float]) -> float:
+    """Of figures measured in turn."""
+    return statistics.median(a / b for a, b in zip(above, below, strict=True))
+
+
+def run_own_rod() -> float:
+    """Nanoseconds a step of the rod with the loop that is compiled for it alone."""
+    return run_rod(ROD_STEPS, specialise=True)[0]
+
+
+def run_rod(steps: int, specialise: bool = False) -> tuple[float, float]:
     """Nanoseconds a step of the sliding rod, and its final angle."""
     th = math.pi / 3
-    integrator = MoreauJean(dt=SPAN / steps)
+    integrator = MoreauJean(dt=SPAN / steps, specialise=specialise)
     solution = simulate_whole(
         sliding_rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=integrator, every=steps
     )
@@ -105,10 +119,10 @@ def run_recorded(checkpoint: Path | None) -> float:
     return elapsed / ROD_STEPS * 1e9
 
 
-def run_belt() -> float:
-    """Nanoseconds a step of the belt oscillator in its stick-slip cycle."""
-    belt = load_model("belt-oscillator")()
-    solution = simulate_whole(belt, (0, STEPS * 1e-4), *belt.state(), integrator=MoreauJean(dt=1e-4), every=STEPS)
+def run_model(name: str, specialise: bool) -> float:
+    """Nanoseconds a step of a model from its own start: the belt oscillator in its cycle, the ball that bounces."""
+    model, integrator = load_model(name)(), MoreauJean(dt=1e-4, specialise=specialise)
+    solution = simulate_whole(model, (0, STEPS * 1e-4), *model.state(), integrator=integrator, every=STEPS)
     return float(solution.stats.wall_time / STEPS * 1e9)
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.core import ROD_STEPS, STEPS, run_belt, run_rod, run_row
+from benchmarks.core import ROD_STEPS, STEPS, run_model, run_rod, run_row
 
 
 def test_sliding_rod(benchmark):
@@ -12,7 +12,7 @@ def test_sliding_rod(benchmark):
 
 def test_belt_oscillator_in_its_stick_slip_cycle(benchmark):
     benchmark.extra_info["steps"] = STEPS
-    benchmark(run_belt)
+    benchmark(run_model, "belt-oscillator", False)
 
 
 @pytest.mark.parametrize("n", [2, 6, 12])

@@ -118,7 +118,7 @@ CALLS = {
         "record": None, "view": False,
     }),
     "MoreauJean": (ns.MoreauJean, {"dt": 1e-3, "theta": 0.5, "projection": False, "compliance": None,
-                                  "contacts": ns.ContactSolver()}),  # fmt: skip
+                                  "contacts": ns.ContactSolver(), "specialise": "auto"}),  # fmt: skip
     "EventDriven": (ns.EventDriven, {"rtol": 1e-8, "atol": 1e-10, "hand_over": None}),
     "Auto": (ns.Auto, {"rtol": 1e-6}),
     "Adaptive": (ns.Adaptive, {"rtol": 1e-6, "atol": 1e-8}),
@@ -376,6 +376,7 @@ ROWS = [
     ("simulate", {"integrator": ns.MoreauJean(1e-13)}, r"GiB are free; take a larger every or dt"),
     ("simulate", {"system": BouncingBall}, r"got the class BouncingBall: call it first"),
     ("simulate", {"system": 3}, r"a system or a model is needed; got int"),
+    ("MoreauJean", {"specialise": "always"}, r'specialise must be True, False or "auto"; got .always.'),
     ("MoreauJean", {"dt": 0}, r"dt must be positive \[s\]; got 0"),
     ("MoreauJean", {"dt": -1e-3}, r"dt must be positive \[s\]; got -0.001"),
     ("MoreauJean", {"dt": nan}, r"dt must be finite; got nan"),

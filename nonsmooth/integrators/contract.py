@@ -92,6 +92,7 @@ class Integrator:
     budget: ClassVar[str] = ""  # what is used up where the loop returns BUDGET_SPENT
     hand_over: Integrator | None = None  # who takes over where this one gives up
     callbacks: tuple[Kernel, ...] = ()  # what the memory calls by its address: rates, event functions
+    specialise: bool | str = False  # whether its loop may be compiled for one system alone; "auto": where that pays
 
     @property
     def is_compiled(self) -> bool:

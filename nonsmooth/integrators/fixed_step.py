@@ -5,6 +5,8 @@ interval j:   t_j,  t_j + dt_j,  ...,  t_j + steps_j dt_j = t_(j+1),  record j +
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from nonsmooth.errors import Status
@@ -70,9 +72,15 @@ class FixedStep(Integrator):
         Weight of the new velocity in the positions: q_1 = q_0 + dt ((1 - theta) u_0 + theta u_1).
     step : Kernel
         An entry point of the signature `STEP`.
+    inlined : tuple of Kernel
+        Entry points of its step that become a part of a loop which is compiled for one system alone.
+    constants : tuple of block classes
+        Those in its memory whose numbers are constant in a run: its options.
     """
 
     chooses_steps = False
+    inlined: ClassVar[tuple[Kernel, ...]] = ()
+    constants: ClassVar[tuple[type, ...]] = ()
     dt: float
     theta: float
 

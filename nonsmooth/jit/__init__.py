@@ -18,6 +18,9 @@ and returns its machine address, an integer that the compiled loops receive as a
 about 2 ns more than a C function pointer; handing dispatchers to the loop instead would compile the loop anew for every
 model (2 s each) and never reach the disk cache.
 
+A loop that takes very many steps of one system is compiled once more for it alone, with all that it calls inlined and
+sizes and options built in (``specialised``).
+
 ``kernels`` marks them, ``models`` binds a user's functions, whose helpers ``twins`` compiles with them and whose ``p``
 ``parameters`` makes; ``own_law`` is a friction law of the user's; ``internals``
 has what is used of numba beside its public interface. ``fingerprint`` says what code is made from, by what ``bytecode``
@@ -26,7 +29,7 @@ whether that is still so; ``cache`` under which key it is kept, ``code_files`` i
 work between processes.
 """
 
-from nonsmooth.jit.cache import cache_directory
+from nonsmooth.jit.cache import cache_directory, key_of
 from nonsmooth.jit.fingerprint import identity
 from nonsmooth.jit.kernels import Callback, Kernel, handle_of, interpreted, kernel, rare_kernel
 from nonsmooth.jit.loading import load_all
@@ -36,6 +39,6 @@ from nonsmooth.jit.parameters import Unpack, unpack_of
 
 __all__ = [
     "Callback", "CannotCompile", "CompiledModel", "Kernel", "Unpack", "cache_directory", "call_law", "call_model",
-    "compile_model", "handle_of", "identity", "interpreted", "kernel", "load_all", "rare_kernel", "survey_of",
+    "compile_model", "handle_of", "identity", "interpreted", "kernel", "key_of", "load_all", "rare_kernel", "survey_of",
     "unpack_of",
 ]  # fmt: skip

@@ -21,10 +21,11 @@ tuples of arrays down by value instead made the step loop compile for 110 s and 
 from __future__ import annotations
 
 import functools
+import hashlib
 import math
 import types
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
@@ -278,25 +279,30 @@ class _View(Kernel):
     @functools.cached_property
     def inlined(self) -> Any:
         """What kernels call: the integer as a pointer of the block's type."""
-        from numba.extending import intrinsic
-
-        _numba_block_class()  # known to numba before it types the first kernel that views a block
-
-        @intrinsic
-        def view(typing_context, address, cls):  # type: ignore[no-untyped-def]
-            """The typing of ``view``: the class, a constant, decides the block."""
-            block = _block_type(cls.instance_class)
-
-            def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-                """The machine code: no instruction, a change of type."""
-                return builder.inttoptr(args[0], context.get_value_type(block))
-
-            return block(address, cls), generate
-
-        return view
+        return view_with({})
 
 
 view = _View(_view_interpreted)
+
+
+def view_with(known: dict[type, Known]) -> Any:
+    """``view`` in code that is made for one run: what is constant in the blocks of each class."""
+    from numba.extending import intrinsic
+
+    _numba_block_class()  # known to numba before it types the first kernel that views a block
+
+    @intrinsic
+    def view(typing_context, address, cls):  # type: ignore[no-untyped-def]
+        """The typing of ``view``: the class, a constant, decides the block."""
+        block = block_type(cls.instance_class, known.get(cls.instance_class))
+
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            """The machine code: no instruction, a change of type."""
+            return builder.inttoptr(args[0], context.get_value_type(block))
+
+        return block(address, cls), generate
+
+    return view
 
 
 def _numbers_interpreted(block: Any) -> np.ndarray:
@@ -378,10 +384,45 @@ class _Address(Kernel):
 address = _Address(_address_interpreted)
 
 
+class Known(NamedTuple):
+    """What is constant in the blocks of a class, for code that is made for one run (specialised.py)."""
+
+    head: tuple[int, ...]  # of the outermost block, as bits: places and lengths of its arrays
+    at: int  # where the block's own head begins in it
+    numbers: tuple[str, ...]  # names of the classes whose numbers are constant
+    arrays: tuple[tuple[tuple[str, str], bytes], ...]  # constant arrays, by class and field, and their content
+    model: Any  # numba's type of the functions of the system, or None
+
+    @property
+    def name(self) -> str:
+        """The same for equal facts only, in every process."""
+        return hashlib.sha256(repr(self).encode()).hexdigest()[:32]
+
+
+def known_of(block: Block, numbers: Iterable[type], arrays: Iterable[str] = (), model: Any = None) -> Known:
+    """Places and lengths in a block; the numbers of some classes in it, and some arrays of its own."""
+    cls, names = type(block), tuple(sorted(each.__name__ for each in numbers))
+    head = block._bits[: head_words(cls)].copy()
+    head[changing_words(cls, names)] = 0
+    kept = tuple(((cls.__name__, name), getattr(block, name).tobytes()) for name in arrays)
+    return Known(tuple(head.tolist()), 0, names, kept, model)
+
+
+def changing_words(cls: Any, constant: tuple[str, ...]) -> list[int]:
+    """The words of a head that are handles, or numbers of other classes than the constant ones."""
+    places: list[int] = []
+    for field in fields_of(cls).values():
+        if field.block is not None:
+            places += [field.at + place for place in changing_words(field.block, constant)]
+        elif field.axes == 0 and (field.is_handle or cls.__name__ not in constant):
+            places.append(field.at)
+    return places
+
+
 @functools.cache
-def _block_type(cls: Any) -> Any:
+def block_type(cls: Any, known: Known | None = None) -> Any:
     """The numba type of a block's address."""
-    return _numba_block_class()(cls)
+    return _numba_block_class()(cls, known)
 
 
 @functools.cache
@@ -410,14 +451,17 @@ def _numba_block_class() -> type:
     class BlockType(nb.Type):
         """The numba type of the blocks of one class."""
 
-        def __init__(self, cls: type) -> None:
-            self.cls = cls
-            super().__init__(name=f"Block({cls.__module__}.{cls.__qualname__})")
+        def __init__(self, cls: type, known: Known | None) -> None:
+            self.cls, self.known = cls, known
+            facts = f", {known.name}" if known else ""
+            super().__init__(name=f"Block({cls.__module__}.{cls.__qualname__}{facts})")
 
         def type_of(self, field: Field) -> Any:
             """The numba type of a field: a number, an array, or the type of a block."""
             if field.block is not None:
-                return _block_type(field.block)
+                return block_type(field.block, self.known and self.known._replace(at=self.known.at + field.at))
+            if field.is_handle and self.known and self.known.model is not None:
+                return self.known.model
             dtype = getattr(nb, field.dtype)
             return nb.Array(dtype, field.axes, "C") if field.axes > 0 else dtype
 
@@ -457,6 +501,8 @@ def _numba_block_class() -> type:
         field = fields_of(block.cls)[name]
         if field.block is not None:
             return word(context, builder, head, field.at)
+        if block.known is not None:
+            return known_field(context, builder, block, head, name)
         if field.axes == 0:
             return builder.load(number(context, builder, head, field))
         words = [builder.load(word(context, builder, head, field.at + k)) for k in range(1 + field.axes)]
@@ -473,6 +519,34 @@ def _numba_block_class() -> type:
             shape=cgutils.pack_array(builder, words[1:]),
             strides=cgutils.pack_array(builder, strides),
             itemsize=size,
+            meminfo=None,
+        )
+        return array._getvalue()
+
+    def known_field(context: Any, builder: Any, block: Any, head: Any, name: str) -> Any:
+        """The machine code of ``block.field`` where places and lengths, and some values, are constants."""
+        known, field, kind = block.known, fields_of(block.cls)[name], block.type_of(fields_of(block.cls)[name])
+        place, *shape = known.head[known.at + field.at : known.at + field.at + 1 + field.axes]
+        if field.is_handle and known.model is not None:
+            return context.get_dummy_value()
+        if field.axes == 0:
+            if block.cls.__name__ not in known.numbers or field.is_handle:
+                return builder.load(number(context, builder, head, field))
+            return context.get_constant(kind, place if field.is_whole else float(np.int64(place).view(np.float64)))
+        content = dict(known.arrays).get((block.cls.__name__, name))
+        if content is not None:
+            return context.make_constant_array(builder, kind, np.frombuffer(content, field.dtype).reshape(shape))
+        strides = [WORD]
+        for length in reversed(shape[1:]):
+            strides.insert(0, strides[0] * length)
+        sizes, steps = ([context.get_constant(nb.intp, n) for n in some] for some in (shape, strides))
+        array = make_array(kind)(context, builder)
+        populate_array(
+            array,
+            data=builder.bitcast(word(context, builder, head, place // WORD), array.data.type),
+            shape=cgutils.pack_array(builder, sizes),
+            strides=cgutils.pack_array(builder, steps),
+            itemsize=context.get_constant(nb.intp, WORD),
             meminfo=None,
         )
         return array._getvalue()

@@ -49,6 +49,8 @@ from numba.core import sigutils as sigutils
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
 from numba.core.compiler_machinery import PassManager
+from numba.core.datamodel.models import OpaqueModel
+from numba.core.datamodel.registry import register_default
 from numba.core.imputils import lower_setattr_generic as lower_setattr_generic
 from numba.core.registry import cpu_target
 from numba.core.typed_passes import (
@@ -207,6 +209,23 @@ class KernelCompiler(OurCompiler):
 def compiler_of(library: type) -> type:
     """The compiler class of kernels that makes this kind of library."""
     return type("KernelCompiler", (KernelCompiler,), {"library": library})
+
+
+class InlinedCompiler(OurCompiler):
+    """The compiler of model functions that become a part of the entry point that calls them."""
+
+    library = InnerLibrary
+
+
+class ModelType(numba.types.Dummy):  # type: ignore[misc]
+    """Numba's type of the functions of a model that are inlined; a value of it has no content."""
+
+    def __init__(self, name: str, result: Any) -> None:
+        self.result = result  # of their compilation
+        super().__init__(name=f"Model({name})")
+
+
+register_default(ModelType)(OpaqueModel)
 
 
 def is_shared(function: Any) -> bool:

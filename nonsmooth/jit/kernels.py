@@ -60,12 +60,7 @@ class Kernel:
     @functools.cached_property
     def inlined(self) -> Any:
         """The dispatcher that other kernels call."""
-        from nonsmooth.jit.internals import InnerLibrary, RareLibrary, compiler_of, numba
-
-        bound = rebind(self.function, lambda kernel: kernel.callee)
-        wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        pipeline = compiler_of(RareLibrary if self.is_rare else InnerLibrary)
-        return numba.njit(**KERNEL_OPTIONS, **wrappers, pipeline_class=pipeline)(bound)
+        return inner_dispatcher(rebind(self.function, lambda kernel: kernel.callee), self.is_rare)
 
     @property
     def callee(self) -> Any:
@@ -117,6 +112,15 @@ class Kernel:
 
     def __call__(self, *args: Any) -> Any:
         return self.dispatcher(*args)
+
+
+def inner_dispatcher(function: Callable, is_rare: bool = False) -> Any:
+    """The dispatcher of a function that becomes a part of the entry points that call it."""
+    from nonsmooth.jit.internals import InnerLibrary, RareLibrary, compiler_of, numba
+
+    wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    pipeline = compiler_of(RareLibrary if is_rare else InnerLibrary)
+    return numba.njit(**KERNEL_OPTIONS, **wrappers, pipeline_class=pipeline)(function)
 
 
 @functools.cache

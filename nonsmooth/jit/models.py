@@ -9,7 +9,7 @@ import os
 import re
 import types
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 from nonsmooth.jit.cache import cache_directory, compile_cached, is_cached, is_usable, key_of
 from nonsmooth.jit.fingerprint import LooseSurvey, Survey, Unidentified, python_function
@@ -55,7 +55,9 @@ class CompiledModel:
 MODEL_SIGNATURE = "void(int64, float64, CPointer(float64), CPointer(float64), CPointer(float64), CPointer(float64))"
 
 
+Made = TypeVar("Made")
 Functions = dict[int, tuple[Callable, bool, tuple[int, ...]]]  # which -> (function, takes_u, shape of out)
+Source = tuple[Functions, int, int, Unpack, int]  # arguments of ``compile_model``
 
 
 def survey_of(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int) -> Survey:
@@ -144,13 +146,15 @@ def _compile(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int,
     """The machine code, from disk if it is there."""
     from nonsmooth.jit.internals import OurCompiler
 
-    for inline in ("always", "never"):  # inlining halves the compile time; numba refuses it for a few constructs
-        try:
-            adapter = _adapter(functions, n_q, n_u, unpack, n_p, inline, key)
-            options = {**OPTIONS, "pipeline_class": OurCompiler}
-            return CompiledModel(compile_cached(adapter, MODEL_SIGNATURE, "model", key, **options))
-        except Exception as error:  # numba raises many unrelated types
-            reason = error
+    def compiled(adapter: Callable) -> CompiledModel:
+        return CompiledModel(
+            compile_cached(adapter, MODEL_SIGNATURE, "model", key, **OPTIONS, pipeline_class=OurCompiler)
+        )
+
+    try:
+        return _first_compiled((functions, n_q, n_u, unpack, n_p), key, compiled)
+    except Exception as error:  # numba raises many unrelated types
+        reason = error
     if len(functions) > 1:
         for which, entry in functions.items():
             compile_model({which: entry}, n_q, n_u, unpack, n_p)
@@ -159,6 +163,34 @@ def _compile(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int,
     raise CannotCompile(
         f"numba cannot compile the model function {name}: {_first_line(reason)}{_place_in(reason)}"
     ) from reason
+
+
+def _first_compiled(source: Source, key: str, compiled: Callable[[Callable], Made]) -> Made:
+    """What is made of the adapter: functions inlined halve the compile time; numba refuses it for a few constructs."""
+    try:
+        return compiled(_adapter(*source, "always", key))
+    except Exception:  # numba raises many unrelated types
+        return compiled(_adapter(*source, "never", key))
+
+
+def inlined_model(source: Source, survey: str) -> Any:
+    """Numba's type of a model whose functions become a part of what calls them.
+
+    Parameters
+    ----------
+    source : tuple
+        Arguments of `compile_model`.
+    survey : str
+        What tells these functions from others.
+    """
+    from nonsmooth.jit.internals import InlinedCompiler, ModelType, numba
+
+    def compiled(adapter: Callable) -> Any:
+        dispatcher = numba.njit(**OPTIONS, pipeline_class=InlinedCompiler)(adapter)
+        dispatcher.compile(MODEL_SIGNATURE)
+        return ModelType(survey, next(iter(dispatcher.overloads.values())))
+
+    return _first_compiled(source, survey, compiled)
 
 
 def _adapter(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int, inline: str, key: str) -> Callable:
@@ -268,27 +300,42 @@ class _CallModel(Kernel):
         from numba import types as nb
         from numba.extending import intrinsic
 
-        from nonsmooth.jit.internals import cgutils
+        from nonsmooth.jit.internals import ModelType, cgutils
 
         pointer = nb.CPointer(nb.float64)
         argument_types = [nb.int64, nb.float64, pointer, pointer, pointer, pointer]
 
-        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            """The machine code: the data of each array by its address, and whether the function raised."""
-            address, which, t, *arrays = args
-            data = [
+        def data_of(context: Any, builder: Any, signature: Any, arrays: Any) -> list[Any]:
+            """The address of the data of each array."""
+            return [
                 cgutils.create_struct_proxy(kind)(context, builder, value=array).data
                 for kind, array in zip(signature.args[3:], arrays, strict=True)
             ]
+
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            """The machine code: a call of the address, and whether the function raised."""
+            address, which, t, *arrays = args
+            given = [which, t, *data_of(context, builder, signature, arrays)]
             convention = context.call_conv
             function_type = convention.get_function_type(nb.none, argument_types)
             function = builder.inttoptr(address, function_type.as_pointer())
-            status, _ = convention.call_function(builder, function, nb.none, argument_types, [which, t, *data])
+            status, _ = convention.call_function(builder, function, nb.none, argument_types, given)
+            return status.is_ok
+
+        def generate_inlined(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            """The machine code of the functions themselves, and whether one raised."""
+            _, which, t, *arrays = args
+            given = [which, t, *data_of(context, builder, signature, arrays)]
+            made = signature.args[0].result
+            context.active_code_library.add_linking_library(made.library)
+            status, _ = context.call_internal_no_propagate(builder, made.fndesc, made.signature, given)
             return status.is_ok
 
         @intrinsic
         def call_model(typing_context, model, which, t, q, u, p, out):  # type: ignore[no-untyped-def]
             """The typing of the call."""
+            if isinstance(model, ModelType):
+                return nb.boolean(model, nb.int64, nb.float64, q, u, p, out), generate_inlined
             return nb.boolean(nb.int64, nb.int64, nb.float64, q, u, p, out), generate
 
         return call_model

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from nonsmooth.jit import CannotCompile, CompiledModel, Unpack, compile_model, interpreted, survey_of
+from nonsmooth.jit import CannotCompile, CompiledModel, Unpack, compile_model, interpreted, key_of, survey_of
 from nonsmooth.jit.watch import CHANGED, Watch
 
 
@@ -17,13 +17,16 @@ class Model:
     handle : int or callable
         The ``model`` argument of the loops: an address, or a Python function in the interpreted case.
     is_compiled : bool
+    source : (str, tuple)
+        Of a compiled one: what tells its functions from others, and the arguments of `compile_model`.
     """
 
-    def __init__(self, handle: Any, keep: Any, is_compiled: bool, watch: Watch) -> None:
+    def __init__(self, handle: Any, keep: Any, is_compiled: bool, watch: Watch, source: Any = None) -> None:
         self.handle = handle
         self._keep = keep
         self.is_compiled = is_compiled
         self._watch = watch
+        self.source = source
 
     @property
     def is_current(self) -> bool:
@@ -73,7 +76,10 @@ class Shelf:
             except CannotCompile as reason:
                 self._made = reason
         made = self._made
-        self._model = Model(made.address, made, True, survey.watch) if isinstance(made, CompiledModel) else None
+        if isinstance(made, CompiledModel):
+            self._model = Model(made.address, made, True, survey.watch, (key_of(made_from), self._arguments))
+        else:
+            self._model = None
         self._made_from, self._watch = made_from, survey.watch
 
 

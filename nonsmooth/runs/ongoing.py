@@ -21,6 +21,7 @@ from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GAP, System
 from nonsmooth.results.motion import Motion, of_records
 from nonsmooth.results.solution import Stats
+from nonsmooth.runs.specialise import loop_of_system
 from nonsmooth.runs.times import Timetable
 from nonsmooth.runs.user_events import Stop
 from nonsmooth.runs.workspace import take_workspace
@@ -58,6 +59,10 @@ class Ongoing:
         self.workspace = take_workspace(system, integrator, selection, self.model)
         self.sys, self.state, self.memory = self.workspace.sys, self.workspace.state, self.workspace.memory
         t_0, t_end = table.span
+        if isinstance(integrator, FixedStep):
+            steps = (t_end - t_0) / integrator.dt
+            own = loop_of_system(integrator, self.model, self.sys, self.state, self.memory, steps)
+            self.loop = self.loop if own is None else own.dispatcher
         self.state.now = t_0
         inspect_start(system, t_0, q0, u0, self.model)
         if integrator.chooses_steps:

@@ -18,6 +18,7 @@ import numpy as np
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.contract import Integrator, Schedule, loop_at
+from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import (
     EVENT_CONTACT,
     EVENT_KIND,
@@ -33,6 +34,7 @@ from nonsmooth.integrators.records import (
 )
 from nonsmooth.jit import handle_of, interpreted, kernel
 from nonsmooth.jit.blocks import WORD, B, Block, Floats, Handle, Ints, count_words, head_words, new, numbers, view
+from nonsmooth.jit.specialised import Specialised
 from nonsmooth.mechanics.compiled import Model, model_of
 from nonsmooth.mechanics.contact_problem import Work, model_facts
 from nonsmooth.mechanics.initial_modes import ADMISSIBLE, RAISED, initial_modes
@@ -42,6 +44,7 @@ from nonsmooth.mechanics.system import System
 from nonsmooth.runs.ongoing import columns_of, set_handles
 from nonsmooth.runs.recorder import ROW_CAPACITY
 from nonsmooth.runs.run import FIRST_BLOCK, next_block
+from nonsmooth.runs.specialise import loop_of_system
 from nonsmooth.runs.times import Timetable
 from nonsmooth.signals.interruption import end_if_asked
 from nonsmooth.signals.telling import tell
@@ -343,6 +346,7 @@ class BlockEngine:
         require_memory(needed, f"the {rows} records of a run", "record less (every=), or stop earlier")
         self.n_codes = N_CODES if has_sequence else 0
         self.max_steps = FIRST_BLOCK  # of the next call, for some 0.02 s
+        self.steps = 0.0  # of the cells until now
         self.load()
 
     def load(self) -> None:
@@ -355,6 +359,14 @@ class BlockEngine:
         """Room for N cells."""
         system = self.system
         return new(Cells, N=N, n_p=len(system.p), n=system.n_u, n_c=system.n_c, d=system.d, n_codes=self.n_codes)
+
+    def loop_of_system(self, sys: Sys, state: State, memory: Any, N: int) -> Specialised | None:
+        """The loop compiled for the system alone, where the steps of all cells until now, and of N more, pay for it."""
+        if not isinstance(self.integrator, FixedStep):
+            return None
+        t_0, t_end = self.table.span
+        self.steps += N * (t_end - t_0) / self.integrator.dt
+        return loop_of_system(self.integrator, self.model, sys, state, memory, self.steps)
 
     def run(self, cells: Cells) -> dict[int, InvalidInput]:
         """Run every cell of a block whose p, laws, q_0 and u_0 are set; the rest of its arrays is the result.
@@ -391,8 +403,9 @@ class BlockRun:
         self.record = new(Record, **sizes)
         set_handles(self.integrator, self.is_compiled, self.sys, self.schedule, self.memory)
         self.memory_words[1] = self.memory_words[0]
-        loop, here = self.integrator.loop, cells.call
-        here.loop = handle_of(loop, self.is_compiled)
+        here = cells.call
+        own = engine.loop_of_system(self.sys, self.state, self.memory, len(cells.p))
+        here.loop = handle_of(self.integrator.loop, self.is_compiled) if own is None else Handle(own.address)
         here.window, here.is_rigid, here.is_prepared = engine.window, self.integrator.is_rigid, 0
 
     def run(self, first: int, last: int) -> None:
