@@ -1,8 +1,10 @@
 """What a type checker sees: every public name, a user's script that passes, and mistakes that do not."""
 
+import inspect
 import re
 import subprocess
 import sys
+import typing
 from pathlib import Path
 
 import pytest
@@ -107,6 +109,15 @@ def test_the_stub_has_every_public_name_from_where_it_is_loaded():
 
 def test_types_come_with_the_package():
     assert STUB.with_name("py.typed").is_file()
+
+
+def test_what_a_checker_sees_of_simulate_is_what_it_takes():
+    """Its arguments of a scene are those of a system without the ones that a scene refuses."""
+    own = inspect.signature(ns.simulate).parameters
+    of_scene, of_system = (inspect.signature(form).parameters for form in typing.get_overloads(ns.simulate))
+    assert list(of_system) == list(own) and {**of_scene}.keys() == own.keys() - {"q0", "u0", "state", "selection"}
+    for seen in (of_scene, of_system):
+        assert all(seen[name].default == own[name].default and seen[name].kind == own[name].kind for name in seen)
 
 
 def test_a_script_of_scenes_passes_and_its_mistakes_do_not(tmp_path):
