@@ -28,7 +28,7 @@ def build_parser() -> argparse.ArgumentParser:
     """The benchmarks with their options."""
     parser = Parser(prog="python -m benchmarks", description="measure run times and errors")
     parser.set_defaults(act=act)
-    parser.add_argument("what", choices=NAMES)
+    parser.add_argument("what", choices=NAMES, metavar="benchmark", help=", ".join(NAMES))
     parser.add_argument(
         "files", nargs="*",
         help="solvers: more problems to time; accuracy: words that the scenes' names hold; stress: the page to write, "

@@ -36,6 +36,8 @@ def load_file(path: str) -> ModuleType:
     place = Path(path).resolve()
     if not place.is_file():
         raise InvalidInput(f"there is no file {path}")
+    if place.suffix != ".py":
+        raise InvalidInput(f"{path} is no Python file; its name must end with .py")
     name = _name_of(place)
     if name in sys.modules:
         return sys.modules[name]

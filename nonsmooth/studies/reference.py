@@ -8,13 +8,14 @@ the step, or ten times the tolerance. Events are matched where that integrator l
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from nonsmooth.checks.arrays import as_array, as_positive
-from nonsmooth.errors import InvalidInput, Status, shown
+from nonsmooth.errors import InvalidInput, SimultaneousImpactWarning, Status, shown
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.mechanics.system import System, as_system
@@ -79,8 +80,13 @@ class Problem:
         return "\n".join([identity_of_model(self.model), *map(repr, (t_0, q0.tolist(), u0.tolist()))])
 
     def run(self, integrator: Any, at: np.ndarray | None = None) -> Solution:
-        """The run of an integrator, recorded at some times, or at the start and every step."""
-        return simulate_whole(*self.motion, integrator=integrator, t_eval=at)
+        """The run of an integrator, recorded at some times, or at the start and every step.
+
+        What it tells of Newton's law of impact holds for what it is compared with too.
+        """
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SimultaneousImpactWarning)
+            return simulate_whole(*self.motion, integrator=integrator, t_eval=at)
 
     @property
     def motion(self) -> tuple[Any, ...]:

@@ -26,11 +26,12 @@ def test_the_words_and_options_reach_the_benchmark(monkeypatch):
     assert given == [["ball", "--peers", "--out", "page.md"]]
 
 
-def test_a_misspelt_benchmark_is_refused_with_the_names_of_all(capsys):
+@pytest.mark.parametrize(("word", "named"), [("cor", ["'core'"]), ("nothing like it", NAMES)])
+def test_a_misspelt_benchmark_is_refused_with_the_nearest_or_the_names_of_all(word, named, capsys):
     with pytest.raises(SystemExit) as stop:
-        main(["cor"])
+        main([word])
     said = capsys.readouterr().err
-    assert stop.value.code == 2 and all(name in said for name in NAMES)
+    assert stop.value.code == 2 and "there is no benchmark" in said and all(name in said for name in named)
 
 
 @pytest.mark.parametrize("words", [["bench"], ["bench", "core"], ["bench", "--peers", "accuracy"], ["bench", "--help"]])

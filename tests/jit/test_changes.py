@@ -12,7 +12,7 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.jit import models
-from nonsmooth.mechanics import compiled
+from nonsmooth.mechanics import shelf
 from nonsmooth.mechanics.system import as_system
 from nonsmooth.numerics.complex_step import complexified, jacobian
 
@@ -50,7 +50,7 @@ def compilings(monkeypatch):
         counted.append(arguments)
         return models.compile_model(*arguments)
 
-    monkeypatch.setattr(compiled, "compile_model", count)
+    monkeypatch.setattr(shelf, "compile_model", count)
     return counted
 
 

@@ -176,7 +176,7 @@ MUTATIONS = {
     ),
     "a sphere slides with the friction of a smaller weight": Mutation(
         "contact/network/spheres.py", "x_2 * x_2, mu * x_N", "x_2 * x_2, 0.9 * mu * x_N",
-        "tests/contact/network/test_spheres.py::test_sweeps_are_those_of_the_rows_of_the_network",
+        "tests/contact/network/test_spheres.py::test_conjugate_sweeps_are_those_of_the_rows_of_the_network",
     ),
     "a factor keeps what was to be eliminated": Mutation(
         "contact/network/block_factor.py", "subtract_product(factor.D, columns.row[at], L, at, U, at, n)", "pass",

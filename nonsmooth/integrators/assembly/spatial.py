@@ -22,7 +22,7 @@ from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.numerics.rounding import rounded_sum
 
-MOST_NEWTON_STEPS = 40  # measured: of the mid-point of a free rotation: two to four, up to 23 in steps of many turns
+MOST_ROTATION_STEPS = 40  # measured: of the mid-point of a free rotation: two to four, up to 23 in steps of many turns
 STEP_HALVINGS = 12  # chosen: of one of these
 ROTATION_ROUNDINGS = 64  # chosen: of the terms of its equation: what it leaves less of is solved
 
@@ -89,7 +89,7 @@ def middle_of_rotation(I, start, h):
     P, o = (I[0] * start[0], I[1] * start[1], I[2] * start[2]), start
     size_P = abs(P[0]) + abs(P[1]) + abs(P[2])
     f, size = imbalance_of_rotation(I, P, o, h)
-    for _ in range(MOST_NEWTON_STEPS):
+    for _ in range(MOST_ROTATION_STEPS):
         s, length, is_less = newton_step_of_rotation(I, o, f, h), 1.0, False
         wide = size_P * (1.0 + h * (abs(o[0]) + abs(o[1]) + abs(o[2])))
         is_solved = abs(f[0]) + abs(f[1]) + abs(f[2]) <= rounded_sum(ROTATION_ROUNDINGS, wide)

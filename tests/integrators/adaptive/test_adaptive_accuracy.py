@@ -10,6 +10,8 @@ import nonsmooth as ns
 from benchmarks.motions import bilateral_motions, motions, random_motion
 from models import SliderCrank, SpragSlip
 
+pytestmark = pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # of the slider-crank
+
 SCENES = motions() | bilateral_motions()
 SPANS = {"bead chain": 0.5, "woodpecker": 0.3}  # s; impacts crowd: small steps
 MOST = 100.0  # tolerances; a step is held to one, and what an event leaves grows on the way: 54 is the largest measured

@@ -19,6 +19,8 @@ from scipy.optimize import brentq
 import nonsmooth as ns
 from benchmarks import peers
 
+pytestmark = pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # of both ends of a piston
+
 MOST = 30.0  # tolerances
 ALIKE = 3e-10  # of two references, over 1e-2 + max |q|: rows that move fast have their rates by differences
 
