@@ -136,7 +136,7 @@ def draw(found: list[Row], path: Path | None = None) -> Any:
         rtol, error = [row.rtol for row in own], [max(row.error, LEAST) for row in own]
         axes.loglog(rtol, error, "o-", color=CYCLE[0], ms=3, lw=1.2, label="measured")
         axes.set_title("\n".join(textwrap.wrap(name, TITLE)), fontsize=LETTER)
-        axes.set(xticks=[1e-10, 1e-7, 1e-4], yticks=[LEAST, 1e-9, 1e-5], xlim=(3e-11, 3e-4))
+        axes.set(xticks=[1e-10, 1e-7, 1e-4], yticks=[LEAST, 1e-9, 1e-5], xlim=(3e-11, 3e-4), ylim=(0.2 * LEAST, 5e-3))
         axes.grid(True, which="major", color=WASHED)
     panels[-1, 1].set_xlabel("rtol [-], atol = rtol/100", fontsize=9)
     figure.supylabel("largest error of a coordinate over the run [of its largest]", fontsize=9)

@@ -138,7 +138,7 @@ MUTATIONS = {
     ),
     "a contact closes before its bodies meet": Mutation(
         "integrators/assembly/contacts.py", "found.gap[c] / dt if found.gap[c] > 0.0 else 0.0", "0.0",
-        "tests/scenes/test_as_system.py::test_rocking_block_as_a_scene_moves_as_the_one_written_by_hand",
+        PLANAR + "test_ball_rebounds_with_its_coefficient_and_never_goes_into_the_ground",
     ),
     "bodies in flight move with the velocity at the end": Mutation(
         "integrators/assembly/project.py", "weight = 2.0 if k >= 0 and moves.lands[k] == 1 else 2.0 * theta",
