@@ -115,12 +115,14 @@ def warn_caller(message: str, category: type[Warning]) -> None:
 
 
 def nearest(name: Any, known: Any) -> str:
-    """`` Did you mean 'x'?`` for the known name closest to a misspelt one, or the list of all."""
+    """`` Did you mean 'x'?`` for the known names of which a wrong one is a part, as a rod, or the closest to a misspelt
+    one, or the list of all."""
     import difflib
 
-    names = sorted(known)
-    close = difflib.get_close_matches(name if isinstance(name, str) else shown(name), names, n=1, cutoff=0.5)
-    return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(names)}"
+    names, typed = sorted(known), name if isinstance(name, str) else shown(name)
+    close = [one for one in names if typed in one.replace("_", "-").split("-")]
+    close = close or difflib.get_close_matches(typed, names, n=1, cutoff=0.5)
+    return f"did you mean {' or '.join(map(repr, close))}?" if close else f"known: {', '.join(names)}"
 
 
 def said_by(error: BaseException) -> str:
