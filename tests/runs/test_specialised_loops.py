@@ -149,6 +149,7 @@ def test_what_cannot_be_compiled_is_told_where_it_was_asked_for(monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # of the slider-crank
 @pytest.mark.parametrize("name", names())
 def test_every_model_keeps_its_bits(name):
     model = load_model(name)()
