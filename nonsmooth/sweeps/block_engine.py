@@ -404,7 +404,7 @@ class BlockRun:
         set_handles(self.integrator, self.is_compiled, self.sys, self.schedule, self.memory)
         self.memory_words[1] = self.memory_words[0]
         here = cells.call
-        own = engine.loop_of_system(self.sys, self.state, self.memory, len(cells.p))
+        self.own_loop = own = engine.loop_of_system(self.sys, self.state, self.memory, len(cells.p))  # held: it is code
         here.loop = handle_of(self.integrator.loop, self.is_compiled) if own is None else Handle(own.address)
         here.window, here.is_rigid, here.is_prepared = engine.window, self.integrator.is_rigid, 0
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from nonsmooth.catalogue import BeltOscillator, RockingBlock, names
+from nonsmooth.catalogue import BeltOscillator, RockingBlock
 from nonsmooth.catalogue import load as load_model
+from nonsmooth.catalogue.entries import model_entries
 from nonsmooth.runs import specialise
 from tests.systems import ball
 
@@ -150,11 +151,9 @@ def test_what_cannot_be_compiled_is_told_where_it_was_asked_for(monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # of the slider-crank
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", model_entries())
 def test_every_model_keeps_its_bits(name):
     model = load_model(name)()
-    if not hasattr(model, "system"):
-        pytest.skip("a scene of bodies has one loop for all")
     both = [ns.MoreauJean(dt=model.dt, specialise=wish) for wish in (True, False)]
     assert_same(*(ns.simulate(model, (0.0, 500 * model.dt), *model.state(), integrator=one, on_failure="return")
                   for one in both))  # fmt: skip
