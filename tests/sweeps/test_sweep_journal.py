@@ -358,7 +358,7 @@ module, folder, workers = sys.argv[1:]
 task = functools.partial(__import__(module).slow_product, seconds=0.2)
 
 if __name__ == "__main__":
-    found = ns.sweep(task, {"x": range(100), "y": [1]}, journal=folder + "/j.jsonl", workers=int(workers), batch=1)
+    found = ns.sweep(task, {"x": range(1000), "y": [1]}, journal=folder + "/j.jsonl", workers=int(workers), batch=1)
     print(found.attrs["interrupted"], int((found.status == ns.CellStatus.FINISHED).sum()), flush=True)
 """
 
@@ -376,7 +376,7 @@ def test_control_c_returns_what_is_finished(tasks, tmp_path, entries, workers):
     os.killpg(program.pid, signal.SIGINT)  # a terminal sends it to the workers too
     printed, _ = program.communicate(timeout=60)
     interrupted, finished = map(int, printed.split())
-    assert interrupted == 1 and 3 <= finished < 100 and finished == len(entries(journal))
+    assert interrupted == 1 and 3 <= finished < 1000 and finished == len(entries(journal))
 
 
 def test_a_refused_task_leaves_the_journal_alone(tasks, tmp_path):
