@@ -272,7 +272,8 @@ def print_first_use() -> None:
     print_table("", rows)
     print(
         "\nEach entry point in a process of its own: what numba and LLVM do once in a process is in each of them.\n"
-        "Two processes share the work of a first use. The last line is the clock of a start.\n"
+        "Processes share the work of a first use: as many as there are cores, four at most. The last\n"
+        "line is the clock of a start.\n"
     )
 
 

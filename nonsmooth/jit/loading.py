@@ -1,4 +1,4 @@
-"""Loading of several entry points: what is not on disk yet is compiled by two processes at once, each about half of it.
+"""Loading of several entry points: what is not on disk yet is compiled by some processes at once, a share each.
 
 Numba compiles under one lock, so threads would not help. The time that an entry point takes goes with the length of its
 code, that of the kernels in it counted once.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -19,9 +20,10 @@ from nonsmooth.jit.waiting import waiting
 
 ROOT = Path(__file__).parents[2]  # where the package is imported from
 COMPILE = "import sys; from nonsmooth.jit.loading import compile_named; compile_named(sys.argv[1:])"
-STARTUP_CODE = 12_000  # measured: bytes of code that compile while the other process starts, some 2 s
-PACE = 6_000  # measured: bytes of code that compile in a second, as STARTUP_CODE says
-WAIT = 300.0  # chosen: s for the other process; what it has not compiled by then is compiled here
+MOST_PROCESSES = 4  # chosen: 250 MB each, and the largest entry point of a scene takes a third of all
+STARTUP_CODE = 12_000  # measured: bytes of code that compile while another process starts, some 2 s
+PACE = 3_000  # measured: bytes of code that a process compiles in a second beside others
+WAIT = 300.0  # chosen: s for the other processes; what they have not compiled by then is compiled here
 
 
 def load_all(entry_points: Iterable[Kernel]) -> None:
@@ -29,52 +31,53 @@ def load_all(entry_points: Iterable[Kernel]) -> None:
     entry_points = list(entry_points)
     missing = [kernel for kernel in entry_points if not kernel.is_loaded and not kernel.is_on_disk]
     if not missing:
-        return _load(entry_points, missing)
-    words = words_for(missing)  # before the first of them is on disk, which would look like a change of the others
+        return _load(entry_points, [[]])
+    is_shared = len(missing) > 1 and may_start_process() and is_usable()
+    parts = shares(missing, min(os.cpu_count() or 1, MOST_PROCESSES) if is_shared else 1)
+    words = words_for(missing, parts)  # before one of them is on disk, which would look like a change of the others
     with waiting(lambda: words):
-        _load(entry_points, missing)
+        _load(entry_points, parts)
 
 
-def words_for(missing: list[Kernel]) -> str:
-    """What is said while these are compiled: their part of the package, and the time that goes with their code."""
-    seconds = sum(map(size_of, missing)) / PACE
+def words_for(missing: list[Kernel], parts: list[list[Kernel]]) -> str:
+    """What is said while these are compiled: their part of the package, and the time of the longest share."""
+    seconds = max(sum(map(size_of, part)) for part in parts) / PACE
     *_, part, _ = missing[0].function.__module__.split(".")
     return words_of([kernel.function.__name__ for kernel in missing], seconds, f" of {part}")
 
 
-def _load(entry_points: list[Kernel], missing: list[Kernel]) -> None:
-    """Compile what is missing, in two processes where that helps, and load all."""
-    is_shared = len(missing) > 1 and may_start_process() and is_usable()
-    here, there = shares(missing) if is_shared else ([], [])
-    other = start_process(there) if there else None
+def _load(entry_points: list[Kernel], parts: list[list[Kernel]]) -> None:
+    """Compile the first share here and the others in processes of their own, and load all."""
+    here, *elsewhere = parts
+    others = [process for part in elsewhere if (process := start_process(part)) is not None]
+    until = time.monotonic() + WAIT
     try:
-        if other is not None:
-            for kernel in here:
-                kernel.load()
-            other.wait(WAIT)
+        for kernel in here:
+            kernel.load()
+        for other in others:
+            other.wait(max(0.0, until - time.monotonic()))
     except subprocess.TimeoutExpired:
         pass
     finally:
-        if other is not None and other.poll() is None:
-            other.kill()
-            other.wait()
+        for other in others:
+            if other.poll() is None:
+                other.kill()
+                other.wait()
     for kernel in entry_points:
         kernel.load()
 
 
-def shares(kernels: list[Kernel]) -> tuple[list[Kernel], list[Kernel]]:
-    """Two parts that take about as long to compile: for this process, with the first one, and for one to be started."""
+def shares(kernels: list[Kernel], processes: int) -> list[list[Kernel]]:
+    """Parts that take about as long to compile: for this process, with the first one, and for some to be started."""
     first, *others = kernels
-    here, there, time_here = [first], [], size_of(first)
-    time_there = min(STARTUP_CODE, time_here)
+    parts: list[list[Kernel]] = [[first], *([] for _ in range(1, processes))]
+    size = size_of(first)
+    sizes = [size] + [min(STARTUP_CODE, size)] * (processes - 1)
     for kernel in sorted(others, key=size_of, reverse=True):
-        if time_here < time_there:
-            here.append(kernel)
-            time_here += size_of(kernel)
-        else:
-            there.append(kernel)
-            time_there += size_of(kernel)
-    return here, there
+        k = min(range(processes), key=lambda k: (sizes[k], k == 0))
+        parts[k].append(kernel)
+        sizes[k] += size_of(kernel)
+    return [part for part in parts if part]
 
 
 def size_of(kernel: Kernel) -> int:

@@ -1,4 +1,4 @@
-"""Entry points that no process has compiled yet: two processes share them, and one does where two cannot."""
+"""Entry points that no process has compiled yet: processes share them, and one does where others cannot."""
 
 import os
 import subprocess
@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from nonsmooth.contact.blocks.interior import direction, longest_step
 from nonsmooth.integrators.assembly.step import stages_of
 from nonsmooth.jit.loading import STARTUP_CODE, shares, size_of
 
@@ -36,11 +37,19 @@ def test_what_the_other_process_compiled_is_read_from_disk(tmp_path, case, read_
     assert [int(hits) for hits in done.stdout.split()] == read_from_disk
 
 
+@pytest.mark.parametrize("processes", [2, 3, 4])
 @pytest.mark.parametrize("dim", [2, 3])
-def test_both_processes_have_about_as_much_to_compile(dim):
+def test_processes_have_about_as_much_to_compile(dim, processes):
     stages = stages_of(dim, has_restitution=True)
     kernels = [stages.take, stages.find, *stages.others]
-    here, there = shares(kernels)
-    assert sorted(map(id, here + there)) == sorted(map(id, kernels))
-    left, right = sum(map(size_of, here)), STARTUP_CODE + sum(map(size_of, there))
-    assert abs(left - right) <= 0.2 * (left + right)
+    here, *elsewhere = shares(kernels, processes)
+    assert here[0] is stages.take and len(elsewhere) == processes - 1
+    assert sorted(map(id, kernels)) == sorted(id(kernel) for part in (here, *elsewhere) for kernel in part)
+    sizes = [sum(map(size_of, here)), *(STARTUP_CODE + sum(map(size_of, part)) for part in elsewhere)]
+    even = sum(sizes) / processes
+    assert max(sizes) <= max(1.2 * even, STARTUP_CODE + max(map(size_of, kernels)))
+
+
+def test_one_process_has_all():
+    kernels = [direction, longest_step]
+    assert shares(kernels, 1) == [kernels]
