@@ -187,6 +187,7 @@ CALLS = {
     "RunTask": (ns.RunTask, {
         "model": BALL, "measures": "final_state", "t_span": (0, 0.01), "integrator": STEP, "state": None,
         "selection": "compliant-limit", "window": 0.5, "every": 1, "settle": 0.01, "settle_by": None,
+        "record": None,
     }),
     "SceneTask": (ns.SceneTask, {
         "make_scene": lambda mu: None, "measures": len, "t_span": (0, 0.01), "integrator": STEP, "every": 1,
@@ -368,7 +369,8 @@ ROWS = [
         IN_A_SCENE | {"record": ("event",)},
         r"record must be some of 'bodies', 'contacts', 'ledger', 'events'",
     ),
-    ("simulate", {"record": ["bodies"]}, r"record= is for a scene of bodies; a System records all its columns"),
+    ("simulate", {"record": ["bodies"]}, r"record must be some of 'coordinates', 'velocities', 'gaps', 'impulses'"),
+    ("RunTask", {"record": "ledgers"}, r"record must be some of .*'ledger', 'events', 'motion'; got 'ledgers'"),
     ("simulate", {"view": "page.html"}, r"view must be True or False; got 'page.html'"),
     ("simulate", {"progress": 1}, r"progress must be a function of the fraction done, or True for a bar; got 1"),
     ("simulate", {"integrator": ns.MoreauJean}, r"integrator must be an integrator, as ns.MoreauJean\(dt=1e-3\) is"),

@@ -34,6 +34,7 @@ from nonsmooth.results.failures import StepFailure
 SOLUTION_ENDINGS = (".npz", ".h5", ".hdf5", ".nc")
 PROBLEM_ENDINGS = (".npz", ".hdf5", ".h5")
 UNNAMED = Path(".html")  # code: of a player whose file was not named
+AT_THE_END = ("t", "q", "u", "g_N", "mode")  # chosen: columns whose last row is told
 PICTURED = 5  # chosen: of the picture of a scene, as of a model
 
 
@@ -62,8 +63,11 @@ def add_run(run: argparse.ArgumentParser) -> None:
         "--checkpoint-every", type=number, default=10.0, metavar="S",
         help="seconds between two states that are kept; 10 by default",
     )  # fmt: skip
-    run.add_argument("--record", nargs="+", metavar="KIND",
-                     help="of a scene: bodies, contacts, ledger, events; all but events by default")  # fmt: skip
+    run.add_argument(
+        "--record", nargs="+", metavar="KIND",
+        help="what is recorded: coordinates, velocities, gaps, impulses, modes, ledger, events; of a scene bodies, "
+        "contacts, ledger, events; or motion",
+    )  # fmt: skip
     add_saved(run, "save the solution (.npz, .h5 or .nc)")
     run.add_argument(
         "--dump-failure", type=Path, metavar="FILE",
@@ -94,8 +98,8 @@ def require_outputs(model: Any, is_scene: bool, arguments: argparse.Namespace) -
     if is_scene:
         require_scene_options(arguments)
         require_kinds(arguments)
-    elif arguments.record is not None:
-        raise InvalidInput(f"--record is for scenes of bodies; {arguments.model} records all its columns: leave it out")
+    else:
+        require_kinds_of_system(arguments)
     if arguments.view == UNNAMED:
         arguments.view = Path(f"{arguments.model}.html")
     require_writable(arguments.out, SOLUTION_ENDINGS)
@@ -121,6 +125,20 @@ def require_outputs(model: Any, is_scene: bool, arguments: argparse.Namespace) -
             f"the model {arguments.model} has no shape(q) to draw; leave --picture, --animate, --view, --live out"
         )
     return figure_path(arguments)
+
+
+def require_kinds_of_system(arguments: argparse.Namespace) -> None:
+    """Raise `InvalidInput` for a --record of what no system records; where a figure would be empty, none is drawn."""
+    from nonsmooth.results.recorded import COORDINATES, LEDGER, VELOCITIES, kinds_of_system
+
+    kinds = kinds_of_system(arguments.record)
+    drawn = [name for name in ("picture", "animate", "view") if getattr(arguments, name)]
+    if COORDINATES not in kinds and drawn:
+        raise InvalidInput(
+            f"--{drawn[0]} draws bodies, which need coordinates of --record; add them, or leave --{drawn[0]} out"
+        )
+    if not {COORDINATES, VELOCITIES, LEDGER} & set(kinds) and not arguments.plot:
+        arguments.no_plot = True
 
 
 def act_on(solution: Any, is_scene: bool, arguments: argparse.Namespace, figure: Path | None) -> int:
@@ -191,7 +209,7 @@ def simulate_model(
             selection=arguments.selection, project=arguments.project, max_steps=arguments.max_steps,
             max_wall_time=arguments.max_wall_time, progress=progress,
             checkpoint=arguments.checkpoint, resume=arguments.resume, checkpoint_every=arguments.checkpoint_every,
-            view=arguments.live,
+            view=arguments.live, record=arguments.record,
         )  # fmt: skip
     except StepFailure as failure:
         if arguments.dump_failure:
@@ -230,28 +248,24 @@ def report(
 
 
 def as_json(solution: Any) -> dict[str, Any]:
-    """What a script wants to know of a run."""
-    from dataclasses import asdict
+    """What a script wants to know of a run, as far as it was recorded."""
+    from nonsmooth.results.recorded import EVENTS, LEDGER
 
-    from nonsmooth.mechanics.system import ContactMode
-
-    return {
+    told = {
         "status": solution.status.name,
         "message": solution.message,
-        "t": float(solution.t[-1]),
-        "q": solution.q[-1].tolist(),
-        "u": solution.u[-1].tolist(),
-        "g_N": solution.g_N[-1].tolist(),
-        "mode": [ContactMode(int(mode)).name for mode in solution.mode[-1]],
+        **{name: last for name, (last,) in records(solution, AT_THE_END, slice(-1, None)).items()},
         "coordinates": [name for name, _ in solution.described.coordinates],
         "contacts": list(solution.described.contacts),
         "units": units_of(solution),
-        "stats": asdict(solution.stats),
-        "events": [event_as_json(event) for event in solution.events],
-        "paradoxes": [event_as_json(event) for event in solution.paradoxes],
-        "ledger": {name: float(column[-1]) for name, column in solution.find_ledger([-1]).items()},
-        "about": solution.about,
+        "stats": solution.stats.as_dict(),
     }
+    if EVENTS in solution.recorded:
+        told["events"] = [event_as_json(event) for event in solution.events]
+        told["paradoxes"] = [event_as_json(event) for event in solution.paradoxes]
+    if LEDGER in solution.recorded:
+        told["ledger"] = {name: float(column[-1]) for name, column in solution.find_ledger([-1]).items()}
+    return told | {"about": solution.about}
 
 
 def units_of(solution: Any) -> dict[str, Any]:
@@ -261,12 +275,17 @@ def units_of(solution: Any) -> dict[str, Any]:
             "P_F": "N s", "ledger": "J"}  # fmt: skip
 
 
-def records(solution: Any) -> dict[str, Any]:
-    """Every record, of a run that is recorded at times that were asked for."""
+def records(
+    solution: Any, names: tuple[str, ...] = (*AT_THE_END, "P_N", "P_F"), rows: slice = slice(None)
+) -> dict[str, Any]:  # fmt: skip
+    """Every record, of a run that is recorded at times that were asked for; what was not recorded is left out."""
     from nonsmooth.mechanics.system import ContactMode
 
-    columns = {name: getattr(solution, name).tolist() for name in ("t", "q", "u", "g_N", "P_N", "P_F")}
-    return columns | {"mode": [[ContactMode(code).name for code in row] for row in solution.mode.tolist()]}
+    own = solution.__getstate__()
+    columns = {name: own[name][rows].tolist() for name in names if own[name] is not None}
+    if "mode" in columns:
+        columns["mode"] = [[ContactMode(code).name for code in row] for row in columns["mode"]]
+    return columns
 
 
 def event_as_json(event: Any) -> dict[str, Any]:

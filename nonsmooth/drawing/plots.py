@@ -30,6 +30,7 @@ from nonsmooth.drawing.labels import (
 )
 from nonsmooth.errors import MissingExtra
 from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.results.recorded import COORDINATES, EVENTS, IMPULSES, LEDGER, MODES, VELOCITIES, not_recorded
 from nonsmooth.results.solution import mode_name
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
     model = solution.system.parameters if solution.system else None
     panels = panels_of(solution)
     heights = [height for _, height in panels]
-    has_phase_plane = hasattr(model, "phase_map")
+    has_phase_plane = hasattr(model, "phase_map") and {COORDINATES, VELOCITIES, EVENTS} <= set(solution.recorded)
     title = title_of(solution, TITLE_LETTERS)
     over = 0.5 + 0.15 * title.count("\n") + 0.5
     figure = new_figure(WIDTH, sum(heights) + over + PHASE_PLANE * has_phase_plane)
@@ -104,7 +105,7 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
     rows = histories.subplots(len(panels), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
     for axes, (draw, _) in zip(rows, panels, strict=True):
         draw(axes)
-    for axes in rows[: len(rows) - bool(solution.mode.shape[1])]:
+    for axes in rows[: len(rows) - (panels[-1][0].func is draw_modes)]:
         axes.grid(alpha=0.25)
         axes.yaxis.set_major_formatter("{x:.6g}")
     rows[-1].set_xlabel("t [s]")
@@ -115,13 +116,29 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
     return save_figure(figure, path)
 
 
-def panels_of(solution: Solution) -> list[tuple[Callable[[Any], None], float]]:
-    """What draws each history, and its height [in]: an axis that would be empty is left out."""
-    n_c = solution.mode.shape[1]
-    panels: list[tuple[Callable[[Any], None], float]] = [(draw, HISTORY) for draw in state_panels(solution)]
-    panels.append((partial(draw_energy, solution=solution), HISTORY))
-    if not n_c:
-        return panels
+def panels_of(solution: Solution) -> list[tuple[partial[None], float]]:
+    """What draws each history, and its height [in]: an axis that would be empty is left out.
+
+    Raises
+    ------
+    InvalidInput
+        Where nothing that is drawn was recorded.
+    """
+    recorded, n_c = solution.recorded, len(solution.described.contacts)
+    panels: list[tuple[partial[None], float]] = [(draw, HISTORY) for draw in state_panels(solution)]
+    panels += [(partial(draw_energy, solution=solution), HISTORY)] if LEDGER in recorded else []
+    if n_c and {IMPULSES, EVENTS} <= set(recorded):
+        panels += load_panels(solution)
+    if n_c and {MODES, EVENTS} <= set(recorded):
+        panels.append((partial(draw_modes, solution=solution), max(0.35, STRIP * n_c) if n_c <= 4 else HISTORY))
+    if not panels:
+        raise not_recorded("what a figure of the run shows", COORDINATES)
+    return panels
+
+
+def load_panels(solution: Solution) -> list[tuple[partial[None], float]]:
+    """Those of the contact forces and impulses."""
+    panels: list[tuple[partial[None], float]] = []
     loads = loads_of(solution)
     k = thinning(solution)[:-1]
     if loads.has_forces and loads.is_alone:
@@ -131,7 +148,7 @@ def panels_of(solution: Solution) -> list[tuple[Callable[[Any], None], float]]:
         panels += [(partial(draw_forces, loads=loads, k=k, kind="friction"), HISTORY)] * loads.has_friction
     if loads.has_impulses:
         panels.append((partial(draw_impulses, loads=loads), HISTORY))
-    return [*panels, (partial(draw_modes, solution=solution), max(0.35, STRIP * n_c) if n_c <= 4 else HISTORY)]
+    return panels
 
 
 def title_of(solution: Solution, letters: int) -> str:
@@ -150,27 +167,33 @@ def broken(text: str, letters: int) -> list[str]:
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in textwrap.wrap(text, letters)]
 
 
-def state_panels(solution: Solution) -> list[Callable[[Any], None]]:
+def state_panels(solution: Solution) -> list[partial[None]]:
     """Coordinates and velocities, one axis for each unit; a picture over space and time of many with one unit."""
-    n = solution.q.shape[1]
     names = coordinates_of(solution)
     units = list(dict.fromkeys(unit for _, unit in names))
-    if n > MAX_NAMES and len(units) == 1:
+    if len(names) > MAX_NAMES and len(units) == 1:
+        rate = f"{units[0]}/s" if units[0] else ""
+        labels = {COORDINATES: with_unit("coordinate", units[0]), VELOCITIES: with_unit("velocity", rate)}
         return [
-            partial(draw_over_space, solution=solution, values=solution.q, label=with_unit("coordinate", units[0])),
-            partial(
-                draw_over_space,
-                solution=solution,
-                values=solution.u,
-                label=with_unit("velocity", f"{units[0]}/s" if units[0] else ""),
-            ),
+            partial(draw_over_space, solution=solution, values=values, label=labels[kind])
+            for kind, values, _ in states_of(solution)
         ]
-    groups = [[i for i in range(n) if names[i][1] == unit] for unit in units]
+    groups = [[i for i, (_, own) in enumerate(names) if own == unit] for unit in units]
     return [
         partial(draw_states, solution=solution, values=values, group=group, names=names, label=label)
-        for values, label in ((solution.q, coordinate_label), (solution.u, velocity_label))
+        for _, values, label in states_of(solution)
         for group in groups
     ]
+
+
+def states_of(solution: Solution) -> list[tuple[str, np.ndarray, Callable[[str, str], str]]]:
+    """Coordinates and velocities, as far as they were recorded, and how their axes are named."""
+    states: list[tuple[str, np.ndarray, Callable[[str, str], str]]] = []
+    if COORDINATES in solution.recorded:
+        states.append((COORDINATES, solution.q, coordinate_label))
+    if VELOCITIES in solution.recorded:
+        states.append((VELOCITIES, solution.u, velocity_label))
+    return states
 
 
 def draw_states(
@@ -196,8 +219,10 @@ def draw_states(
 def scale_of(solution: Solution, values: np.ndarray, group: list[int]) -> float:
     """The size that changes of coordinates are measured by: how far their greatest speed would go in the run, of
     velocities that speed."""
+    if VELOCITIES not in solution.recorded:
+        return float(np.abs(values[:, group]).max(initial=0.0))
     speed = float(np.abs(solution.u[:, [i for i in group if i < solution.u.shape[1]]]).max(initial=0.0))
-    return speed * float(solution.t[-1] - solution.t[0]) if values is solution.q else speed
+    return speed if values is solution.u else speed * float(solution.t[-1] - solution.t[0])
 
 
 def draw_over_space(axes: Any, solution: Solution, values: np.ndarray, label: str) -> None:

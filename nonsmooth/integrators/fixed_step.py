@@ -54,8 +54,8 @@ def run(sys_at, schedule_at, max_steps, state_at, record_at, memory_at):
 
 @kernel
 def write_record(sys, t, state, record):
-    """The state, with the gaps there; False if the gap function raised."""
-    if sys.has & (1 << GAP) and not evaluate(sys, GAP, t, state.q, state.u, state.g_N):
+    """The state, with the gaps there where they are kept; False if the gap function raised."""
+    if sys.has & (1 << GAP) and record.g_N.shape[0] > 0 and not evaluate(sys, GAP, t, state.q, state.u, state.g_N):
         return False
     write_row(t, state, record)
     return True

@@ -97,6 +97,14 @@ class Together(Block):
     reached: Array[Ints, "n_c"]  # scratch
 
 
+class Skips(Block):
+    """1 for what nobody will ask of a run, so that its steps leave it out; the motion has the same bits."""
+
+    ledger: int
+    impulses: int
+    events: int
+
+
 class State(Block):
     """What a step changes, and all that is known of a run from outside: the header that every integrator has.
 
@@ -117,6 +125,7 @@ class State(Block):
     worst: Worst
     together: Together
     counters: Counters
+    skips: Skips
     event: Event  # that is being written
     events: Array[Floats, "capacity", EVENT_WIDTH]
 
@@ -154,30 +163,37 @@ class Steps(Block):
     B: Array[Floats, "steps", "degree", "n"]
 
 
-class Record(Block, forces=0, steps=0, degree=0):
+class Record(
+    Block, forces=0, steps=0, degree=0, m_q="m", m_u="m", m_g_N="m", m_P="m", m_mode="m", m_slip="m", m_ledger="m"
+):
     """What a run writes down, m rows, and the motion within its steps; the caller empties them.
 
-    ``forces`` is m of an integrator that has forces, else 0.
+    ``forces`` is m of an integrator that has forces, else 0; ``m_q`` is 0 where q is not kept, and so on.
     """
 
     counts: RecordCounts
     steps: Steps
     t: Array[Floats, "m"]
-    q: Array[Floats, "m", "n"]
-    u: Array[Floats, "m", "n"]
-    g_N: Array[Floats, "m", "n_c"]
-    P: Array[Floats, "m", "n_c", "1 + d"]  # impulses since the row before
-    mode: Array[Ints, "m", "n_c"]
-    slip: Array[Ints, "m", "n_c"]
-    ledger: Array[Floats, "m", N_LEDGER]
+    q: Array[Floats, "m_q", "n"]
+    u: Array[Floats, "m_u", "n"]
+    g_N: Array[Floats, "m_g_N", "n_c"]
+    P: Array[Floats, "m_P", "n_c", "1 + d"]  # impulses since the row before
+    mode: Array[Ints, "m_mode", "n_c"]
+    slip: Array[Ints, "m_slip", "n_c"]
+    ledger: Array[Floats, "m_ledger", N_LEDGER]
     la: Array[Floats, "forces", "n_c", 2]
 
 
 @functools.lru_cache(maxsize=64)
-def bytes_of_record(n: int, n_c: int, d: int) -> int:
-    """Size of one record with its steps."""
-    columns = Columns(*list(new(Record, m=1, n=n, n_c=n_c, d=d))[2:])
+def bytes_of_record(n: int, n_c: int, d: int, left_out: tuple[str, ...] = ()) -> int:
+    """Size of one record with its steps, without the columns that are left out."""
+    columns = Columns(*list(new(Record, m=1, n=n, n_c=n_c, d=d, **no_rows(left_out)))[2:])
     return WORD * (2 + sum(column.size for column in columns))
+
+
+def no_rows(left_out: tuple[str, ...]) -> dict[str, int]:
+    """Sizes of a `Record` without some columns."""
+    return {f"m_{name}": 0 for name in left_out}
 
 
 @kernel
@@ -187,8 +203,9 @@ def set_mode(sys, t, i, mode, slip, k, state, work):
         return
     is_landing = state.mode[i] == ContactMode.OPEN and sys.kinds[i, 0] == UNILATERAL
     kind = IMPACT if is_landing and work.gamma_0[work.start[k]] < 0.0 else MODE_CHANGE
-    describe_closed(sys, k, 1, state, work)
-    append_event(t, kind, i, state.mode[i], state.slip[i], mode, slip, state)
+    if state.skips.events == 0:
+        describe_closed(sys, k, 1, state, work)
+        append_event(t, kind, i, state.mode[i], state.slip[i], mode, slip, state)
     state.mode[i] = mode
     state.slip[i] = slip
 
@@ -210,6 +227,8 @@ def append_event(t, kind, i, mode_0, slip_0, mode_1, slip_1, state):
     """Append ``state.event``, as one of contact i that changes from a mode to another, and clear it."""
     event, counters = state.event, state.counters
     row, m = numbers(event), counters.n_events
+    if state.skips.events != 0:
+        return
     if m < state.events.shape[0]:
         event.t, event.kind, event.contact = t, kind, i
         event.mode_0, event.slip_0, event.mode_1, event.slip_1 = mode_0, slip_0, mode_1, slip_1
@@ -304,23 +323,31 @@ def implicit_impulse(i, dt, theta, n, u_0, u_1, work):
 
 @kernel
 def write_row(t, state, record):
-    """Append a row, of the header as it is; impulses are counted anew from here."""
-    m = record.counts.rows
+    """Append a row of the header as it is, in the columns that are kept; impulses are counted anew from here."""
+    m, n, n_c = record.counts.rows, state.q.shape[0], state.mode.shape[0]
     record.t[m] = t
-    for i in range(state.q.shape[0]):
-        record.q[m, i] = state.q[i]
-        record.u[m, i] = state.u[i]
-    for i in range(N_LEDGER):
-        record.ledger[m, i] = state.ledger[i]
-    has_forces = record.la.shape[0] > 0
-    for i in range(state.mode.shape[0]):
-        record.g_N[m, i] = state.g_N[i]
-        record.mode[m, i] = state.mode[i]
-        record.slip[m, i] = state.slip[i]
-        for k in range(state.P_sum.shape[1]):
-            record.P[m, i, k] = state.P_sum[i, k]
-            state.P_sum[i, k] = 0.0
-        if has_forces:
+    if record.q.shape[0] > 0:
+        for i in range(n):
+            record.q[m, i] = state.q[i]
+    if record.u.shape[0] > 0:
+        for i in range(n):
+            record.u[m, i] = state.u[i]
+    if record.g_N.shape[0] > 0:
+        for i in range(n_c):
+            record.g_N[m, i] = state.g_N[i]
+    if record.mode.shape[0] > 0:
+        for i in range(n_c):
+            record.mode[m, i], record.slip[m, i] = state.mode[i], state.slip[i]
+    if record.P.shape[0] > 0:
+        for i in range(n_c):
+            for k in range(state.P_sum.shape[1]):
+                record.P[m, i, k] = state.P_sum[i, k]
+                state.P_sum[i, k] = 0.0
+    if record.ledger.shape[0] > 0:
+        for i in range(N_LEDGER):
+            record.ledger[m, i] = state.ledger[i]
+    if record.la.shape[0] > 0:
+        for i in range(n_c):
             record.la[m, i, 0], record.la[m, i, 1] = state.la[i, 0], state.la[i, 1]
     record.counts.rows = m + 1
 

@@ -1,7 +1,7 @@
 """Checkpoints: the folder into which a run writes as it goes, and from which it goes on.
 
-    records.npy   one row a record: t, q, u, g_N, P_N, P_F, mode, slip, ledger (and la)
-    events.npy    one row an event
+    records.npy   one row a record: t, and what is recorded of q, u, g_N, P_N, P_F, mode, slip, ledger (and la)
+    events.npy    one row an event, where they are recorded
     *.crc.npy     the checksums of both, block by block
     state.npz     all that the next step depends on, with the numbers of records and events that belong to it; sealed
 
@@ -14,12 +14,11 @@ left away. Why no HDF5, and what is lost when: docs/checkpoints.md. No pickle.
 
 from __future__ import annotations
 
-import functools
 import json
 import os
+import types
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,12 +27,14 @@ import numpy as np
 from nonsmooth.checks.files import refusals
 from nonsmooth.errors import CheckpointFailure, InvalidInput, Status
 from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, N_LEDGER
+from nonsmooth.mechanics.description import numbered
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.checked_array import CheckedArray, checksums_of, verified_rows
 from nonsmooth.results.growing_array import map_rows
 from nonsmooth.results.npz import fill_npz, read_npz
+from nonsmooth.results.recorded import IMPULSES, KINDS, LEDGER
 from nonsmooth.results.seal import require_kind
-from nonsmooth.results.solution import MAX_EVENTS, PER_RECORD, Solution, Stats, ledger_of, works_by_name
+from nonsmooth.results.solution import KIND_OF, MAX_EVENTS, PER_RECORD, Solution, Stats, finder_of_ledger
 
 CHECKPOINT_SCHEMA, KIND, SCENE_KIND = 1, "checkpoint", "scenecheckpoint"  # code: of the form of the file
 READERS = {KIND: ("System", "ns.Solution.load"), SCENE_KIND: ("scene", "ns.SceneSolution.load")}
@@ -47,23 +48,26 @@ EVENT_ROW = np.dtype([(name, "<f8") for name in EVENT_NAMES])
 
 
 class Shape(NamedTuple):
-    """What a record holds: coordinates, contacts, directions of friction, and whether the forces."""
+    """What a record holds: coordinates, contacts, directions of friction, whether the forces, and what is recorded."""
 
     n: int
     n_c: int
     d: int
     has_forces: bool
+    recorded: tuple[str, ...] = KINDS
 
 
-def row_type(n: int, n_c: int, d: int, has_forces: bool) -> np.dtype:
+def row_type(n: int, n_c: int, d: int, has_forces: bool, recorded: tuple[str, ...] = KINDS) -> np.dtype:
     """A row of ``records.npy``."""
     sizes = {"n_q": n, "n_u": n, "n_c": n_c, "d": d}
     columns = [
         (name, dtypes[-1], tuple(size if isinstance(size, int) else sizes[size] for size in shape[1:]))
         for name, (dtypes, shape) in PER_RECORD.items()
+        if KIND_OF.get(name) in (None, *recorded)
     ]
-    forces = [("la", "<f8", (n_c, 2))] if has_forces else []
-    return np.dtype([*columns, ("ledger", "<f8", (N_LEDGER,)), *forces])
+    works = [("ledger", "<f8", (N_LEDGER,))] if LEDGER in recorded else []
+    forces = [("la", "<f8", (n_c, 2))] if has_forces and IMPULSES in recorded else []
+    return np.dtype([*columns, *works, *forces])
 
 
 class Layout(NamedTuple):
@@ -76,7 +80,8 @@ class Layout(NamedTuple):
 
 def layout_of(shape: Shape) -> Layout:
     """That of a run of a `System`."""
-    return Layout(KIND, shape, {"records": row_type(*shape), "events": EVENT_ROW})
+    events = {"events": EVENT_ROW} if "events" in shape.recorded else {}
+    return Layout(KIND, shape, {"records": row_type(*shape)} | events)
 
 
 class Checkpoint:
@@ -183,7 +188,7 @@ class Checkpoint:
             "checkpoint": "nonsmooth", "schema": CHECKPOINT_SCHEMA, "facts": self.facts, "shape": self.layout.shape,
             **{name: array.rows for name, array in self._arrays.items()},
             **{shown_of(name): count for name, count in self.shown.items()},
-            "status": int(status), "message": message, "stats": asdict(stats), "about": about,
+            "status": int(status), "message": message, "stats": vars(stats), "about": about,
         }  # fmt: skip
         with self._refusals():
             for array in self._arrays.values():
@@ -232,25 +237,25 @@ def load_checkpoint(path: Path, system: System | None = None, is_verified: bool 
         For a folder that is no checkpoint, or a damaged one.
     """
     about, _ = read_state(path, KIND)
-    arrays = rows_of(path, about, layout_of(Shape(*about["shape"])).rows, is_verified)
-    rows, event_rows = arrays["records"], arrays["events"]
-    events = np.array(event_rows[:MAX_EVENTS]).view("<f8").reshape(-1, EVENT_WIDTH)
-    events = events[np.argsort(events[:, EVENT_T], kind="stable")]
-    status, message = end_of(about)
-    find_ledger = functools.partial(_works_at, rows["ledger"])
-    if system is not None:
-        find_ledger = functools.partial(ledger_of, system, *(rows[name] for name in ("t", "q", "u", "ledger")))
-    columns: dict[str, Any] = {name: rows[name] for name in PER_RECORD}
+    shape = Shape(*about["shape"])
+    arrays = rows_of(path, about, layout_of(shape).rows, is_verified)
+    rows, status_and_message = arrays["records"], end_of(about)
+    kept: dict[str, Any] = {name: rows[name] for name in rows.dtype.names or ()}
+    columns = {name: kept.get(name) for name in (*PER_RECORD, "la")}
+    record = types.SimpleNamespace(**kept)
     solution = Solution(
-        **columns, event_rows=events, find_ledger=find_ledger, stats=Stats(**about["stats"]), status=status,
-        message=message, about=about["about"], system=system,
-        la=rows["la"] if "la" in (rows.dtype.names or ()) else None,
+        **columns, event_rows=_in_time(arrays["events"]) if "events" in arrays else None,  # type: ignore[arg-type]
+        find_ledger=finder_of_ledger(system, record, shape.recorded),  # type: ignore[arg-type]
+        stats=Stats(**about["stats"]), status=status_and_message[0], message=status_and_message[1],
+        about=about["about"], system=system, names=numbered(shape.n, shape.n_c) if system is None else None,
     )  # fmt: skip
     return solution if about["facts"].get("records_start", True) or len(rows) < 2 else solution.without_start()
 
 
-def _works_at(works: np.ndarray, rows: Any) -> dict[str, np.ndarray]:
-    return works_by_name(works[rows])
+def _in_time(rows: np.ndarray) -> np.ndarray:
+    """Events as rows of numbers, in the order of time."""
+    events = np.array(rows[:MAX_EVENTS]).view("<f8").reshape(-1, EVENT_WIDTH)
+    return events[np.argsort(events[:, EVENT_T], kind="stable")]
 
 
 def end_of(about: dict[str, Any]) -> tuple[Status, str]:

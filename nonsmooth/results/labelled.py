@@ -21,8 +21,9 @@ from nonsmooth.integrators.records import EVENT_KIND
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.checkpoint import EVENT_NAMES
 from nonsmooth.results.netcdf import NETCDF_KIND
+from nonsmooth.results.recorded import EVENTS, IMPULSES, LEDGER, MODES
 from nonsmooth.results.scene_events import SceneEventKind
-from nonsmooth.results.scene_records import BODIES, CONTACTS, ELASTIC, ENERGIES, EVENTS, LEDGER
+from nonsmooth.results.scene_records import BODIES, CONTACTS, ELASTIC, ENERGIES
 from nonsmooth.results.scene_solution import modes_of, normal_and_friction
 from nonsmooth.results.seal import seal
 from nonsmooth.results.solution import EventKind
@@ -83,33 +84,38 @@ def ledger_of(solution: Solution | SceneSolution) -> dict[str, Variable]:
     }
 
 
+# the columns of a System: dimensions, units, meaning
+OF_SYSTEM = {
+    "q": ("t coordinate", "", "coordinates"),
+    "u": ("t velocity", "", "velocities"),
+    "g_N": ("t contact", "m", "gaps"),
+    "P_N": ("t contact", "N s", "normal impulses since the record before"),
+    "P_F": ("t contact direction", "N s", "friction impulses since the record before"),
+    "mode": ("t contact", "1", "mode of the last step"),
+    "slip": ("t contact", "1", "sign of sliding"),
+}
+
+
 def system_dataset(solution: Solution) -> xarray.Dataset:
     """A run of a `System` as an ``xarray.Dataset``."""
     xarray = require_data("xarray")
-    data = {
-        "q": column("t coordinate", solution.q, "", "coordinates"),
-        "u": column("t velocity", solution.u, "", "velocities"),
-        "g_N": column("t contact", solution.g_N, "m", "gaps"),
-        "P_N": column("t contact", solution.P_N, "N s", "normal impulses since the record before"),
-        "P_F": column("t contact direction", solution.P_F, "N s", "friction impulses since the record before"),
-        "mode": with_flags(column("t contact", solution.mode, "1", "mode of the last step")),
-        "slip": column("t contact", solution.slip, "1", "sign of sliding"),
-    } | ledger_of(solution)
-    if solution.la is not None:
-        data["la_N"] = column("t contact", solution.la[:, :, 0], "N", "normal forces")
-        data["la_F"] = column("t contact", solution.la[:, :, 1], "N", "friction forces")
-    data |= {
-        f"event_{name}": column("event", solution.event_rows[:, k], "s" if name == "t" else "", f"{name} of events")
-        for k, name in enumerate(EVENT_NAMES)
-    }
+    own, recorded = solution.__getstate__(), solution.recorded
+    data = {name: column(dims, own[name], *told) for name, (dims, *told) in OF_SYSTEM.items() if own[name] is not None}
+    data |= {"mode": with_flags(data["mode"])} if MODES in recorded else {}
+    data |= ledger_of(solution) if LEDGER in recorded else {}
+    if own["la"] is not None:
+        data["la_N"] = column("t contact", solution.la[:, :, 0], "N", "normal forces")  # type: ignore[index]
+        data["la_F"] = column("t contact", solution.la[:, :, 1], "N", "friction forces")  # type: ignore[index]
+    if EVENTS in recorded:
+        data |= {
+            f"event_{name}": column("event", solution.event_rows[:, k], "s" if name == "t" else "", f"{name} of events")
+            for k, name in enumerate(EVENT_NAMES)
+        }
+    n_q = len(solution.described.coordinates)
     for k, (t, q, u) in enumerate(zip(solution.t_events, solution.q_events, solution.u_events, strict=True)):
         data[f"t_events_{k}"] = column(f"found_{k}", t, "s", f"when function {k} of the user reached zero")
-        data[f"q_events_{k}"] = column(
-            f"found_{k} coordinate", q.reshape(len(t), -1) if len(t) else solution.q[:0], "", "coordinates there"
-        )
-        data[f"u_events_{k}"] = column(
-            f"found_{k} velocity", u.reshape(len(t), -1) if len(t) else solution.u[:0], "", "velocities there"
-        )
+        data[f"q_events_{k}"] = column(f"found_{k} coordinate", q.reshape(len(t), n_q), "", "coordinates there")
+        data[f"u_events_{k}"] = column(f"found_{k} velocity", u.reshape(len(t), n_q), "", "velocities there")
     coordinates: dict[str, Any] = {"t": column("t", solution.t, "s", "time")} | names_of_coordinates(solution)
     return xarray.Dataset(data, coordinates, about_of(solution))
 
@@ -135,14 +141,19 @@ def system_table(solution: Solution, what: str = "records") -> pandas.DataFrame:
         whole = {name: np.int64 for name in EVENT_NAMES if name in WHOLE_OF_EVENTS}
         kinds = [EventKind(int(kind)).name for kind in solution.event_rows[:, EVENT_KIND]]
         return table.astype(whole).assign(kind=np.array(kinds, dtype=object))
+    own, recorded = solution.__getstate__(), solution.recorded
     columns = {"t": solution.t}
     for name in ("q", "u", "g_N", "P_N"):
-        values = getattr(solution, name)
-        columns |= {f"{name}[{k}]": values[:, k] for k in range(values.shape[1])}
-    n_c, d = solution.P_F.shape[1:]
-    columns |= {f"P_F[{k},{a}]" if d > 1 else f"P_F[{k}]": solution.P_F[:, k, a] for k in range(n_c) for a in range(d)}
-    columns |= {f"mode[{k}]": named_modes(solution.mode[:, k]) for k in range(n_c)}
-    return pandas.DataFrame(columns | {f"{name} [J]": values for name, values in solution.ledger.items()})
+        if own[name] is not None:
+            columns |= {f"{name}[{k}]": values for k, values in enumerate(own[name].T)}
+    if IMPULSES in recorded:
+        n_c, d = solution.P_F.shape[1:]
+        places = [(k, a) for k in range(n_c) for a in range(d)]
+        columns |= {f"P_F[{k},{a}]" if d > 1 else f"P_F[{k}]": solution.P_F[:, k, a] for k, a in places}
+    if MODES in recorded:
+        columns |= {f"mode[{k}]": named_modes(values) for k, values in enumerate(solution.mode.T)}
+    works = solution.ledger if LEDGER in recorded else {}
+    return pandas.DataFrame(columns | {f"{name} [J]": values for name, values in works.items()})
 
 
 WHOLE_OF_EVENTS = ("contact", "mode_before", "slip_before", "mode_after", "slip_after", "n_solutions", "found")

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.results.recorded import EVENTS, LEDGER, chosen_kinds
 
 WORKS = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
 ENERGIES = ("kinetic", "potential")
 ELASTIC, DAMPING = "elastic", "damping"  # defined: columns of the ledger where contacts are compliant, beside WORKS
-BODIES, CONTACTS, LEDGER, EVENTS = "bodies", "contacts", "ledger", "events"
+BODIES, CONTACTS = "bodies", "contacts"
 UNASKED = (BODIES, CONTACTS, LEDGER)  # what is recorded where nothing is said
 KINDS = (*UNASKED, EVENTS)
 OF_BODIES = ("position", "turn", "velocity", "spin")
@@ -20,12 +20,7 @@ SCALAR = ("t", "residual", "penetration")  # that are always recorded
 
 def as_kinds(record: Any) -> tuple[str, ...]:
     """What is recorded, in the order of ``KINDS``; all but events where nothing is said."""
-    if record is None:
-        return UNASKED
-    listed = (record,) if isinstance(record, str) else record
-    if not isinstance(listed, tuple | list) or not all(isinstance(kind, str) and kind in KINDS for kind in listed):
-        raise InvalidInput(f"record must be some of {', '.join(map(repr, KINDS))}; got {shown(record)}")
-    return tuple(kind for kind in KINDS if kind in listed)
+    return chosen_kinds(record, KINDS, UNASKED, motion=(BODIES,))
 
 
 def record_row(n_b: int, dim: int, kinds: tuple[str, ...], works: tuple[str, ...] = WORKS) -> np.dtype:

@@ -11,6 +11,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_number
 from nonsmooth.errors import InvalidInput, Status, nearest, shown
 from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.results.recorded import Recorded
 from nonsmooth.results.scene_records import (
     BODIES,
     CONTACTS,
@@ -28,29 +29,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from nonsmooth.scenes.scene import Body, Scene
-
-
-class Recorded:
-    """A column of a `SceneSolution` that is there if its kind was recorded."""
-
-    def __init__(self, kind: str) -> None:
-        self.kind = kind
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
-
-    def __get__(self, solution: SceneSolution | None, owner: type) -> Any:
-        if solution is None:
-            raise AttributeError(self.name)  # of a dataclass: it has no default
-        value = vars(solution)[self.name]
-        if value is None:
-            raise InvalidInput(
-                f'{self.name} was not recorded; simulate(..., record=("{self.kind}", ...)) keeps the {self.kind}'
-            )
-        return value
-
-    def __set__(self, solution: SceneSolution, value: Any) -> None:
-        vars(solution)[self.name] = value
 
 
 class SpringStats(NamedTuple):

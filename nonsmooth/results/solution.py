@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,19 @@ from nonsmooth.mechanics.description import Description, numbered
 from nonsmooth.mechanics.system import MASS, POTENTIAL, ContactMode, System
 from nonsmooth.results.forms import REAL, WHOLE, Rule
 from nonsmooth.results.motion import Motion, Side, StateAt
+from nonsmooth.results.recorded import (
+    COORDINATES,
+    EVENTS,
+    GAPS,
+    IMPULSES,
+    KINDS,
+    KINDS_BETWEEN,
+    LEDGER,
+    MODES,
+    VELOCITIES,
+    Recorded,
+    not_recorded,
+)
 from nonsmooth.views import view
 
 
@@ -98,7 +111,7 @@ class ParadoxEvent(Event):
         return mode_name(self.mode_after, self.slip_after)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Stats:
     """What a run cost, and its worst figures.
 
@@ -117,7 +130,7 @@ class Stats:
         Deepest gap at a mid-point [m].
     ledger_error : float
         Largest error of the energy balance of one step, relative to the sum of the sizes of the terms of a step,
-        the largest so far.
+        the largest so far; of a run whose ledger was recorded.
     energy_gains : int
         Impacts, or steps with an impact, in which the contacts gained energy, as Newton's law with friction lets them
         (docs/theory/moreau_jean.md); of rigid contacts.
@@ -164,6 +177,19 @@ class Stats:
     struck_together: int = 0
     first_together: str = ""
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Stats) and vars(self) == vars(other)
+
+    def __hash__(self) -> int:
+        return hash(tuple(vars(self).values()))
+
+    def __repr__(self) -> str:
+        return f"Stats({', '.join(f'{name}={value!r}' for name, value in self.as_dict().items())})"
+
+    def as_dict(self) -> dict[str, Any]:
+        """The figures by name, as far as they are known."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
     @classmethod
     def from_run(cls, state: records.State, system: System, *about: Any) -> Stats:
         """From the counters and the worst figures that a run left in its state; ``about``: see ``of_numbers``."""
@@ -173,18 +199,21 @@ class Stats:
     @classmethod
     def of_numbers(
         cls, counters: list[int], worst_figures: list[float], struck: tuple[int, str], wall_time: float,
-        compile_time: float, dropped: int, is_compiled: bool,
+        compile_time: float, dropped: int, is_compiled: bool, recorded: tuple[str, ...],
     ) -> Stats:  # fmt: skip
         """From the numbers of a run's counters and worst figures, and its impacts at several contacts at once."""
         c = dict(zip(fields_of(records.Counters), counters, strict=True))
         worst = dict(zip(fields_of(records.Worst), worst_figures, strict=True))
+        known_error: Any = worst["ledger_error"] if LEDGER in recorded else None
         return cls(
             c["steps"], c["solved"], c["skipped"], c["kept"], c["pivots"], c["several"], dropped + c["events_lost"],
-            worst["residual"], worst["penetration"], worst["ledger_error"], wall_time, compile_time, is_compiled,
-            c["gains"], worst["gain"], c["uncounted"], c["shared"], c["rejected"], c["evaluations"], c["jacobians"],
-            c["factorisations"], *struck,
+            worst["residual"], worst["penetration"], known_error, wall_time,
+            compile_time, is_compiled, c["gains"], worst["gain"], c["uncounted"], c["shared"], c["rejected"],
+            c["evaluations"], c["jacobians"], c["factorisations"], *struck,
         )  # fmt: skip
 
+
+setattr(Stats, "ledger_error", Recorded(LEDGER, "ledger_error"))  # noqa: B010  # to a type checker it stays a number
 
 # the columns of the records, in memory and in every file: dtype and shape
 PER_RECORD: dict[str, Rule] = {
@@ -194,15 +223,24 @@ PER_RECORD: dict[str, Rule] = {
 }  # fmt: skip
 
 
-def per_record(record: records.Columns) -> dict[str, np.ndarray]:
-    """Those columns of the rows that a run wrote."""
-    of_contacts = {"P_N": record.P[:, :, 0], "P_F": record.P[:, :, 1:]}
-    return {name: of_contacts[name] if name in of_contacts else getattr(record, name) for name in PER_RECORD}
+# the kind of each field that is there if its kind was recorded
+KIND_OF = {
+    "q": COORDINATES, "u": VELOCITIES, "g_N": GAPS, "P_N": IMPULSES, "P_F": IMPULSES, "la": IMPULSES, "mode": MODES,
+    "slip": MODES, "find_ledger": LEDGER, "event_rows": EVENTS,
+}  # fmt: skip
+
+
+def per_record(record: records.Columns, recorded: tuple[str, ...]) -> dict[str, Any]:
+    """Those columns of the rows that a run wrote; None for what was not recorded."""
+    columns = record._asdict() | {"P_N": record.P[:, :, 0], "P_F": record.P[:, :, 1:]}
+    return {name: columns[name] if KIND_OF.get(name) in (None, *recorded) else None for name in PER_RECORD}
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
     """The result of `simulate`.
+
+    What was not recorded (``record=``) is no field with a value: asked for, it raises `InvalidInput`.
 
     Attributes
     ----------
@@ -257,7 +295,7 @@ class Solution:
 
     @classmethod
     def from_run(
-        cls, system: System, rest: dict[str, Any] | Callable[[], dict[str, Any]], event_rows: np.ndarray,
+        cls, system: System, rest: dict[str, Any] | Callable[[], dict[str, Any]], event_rows: np.ndarray | None,
         status: Status, message: str, user_events: tuple[list[np.ndarray], ...] = ([], [], []),
     ) -> Solution:  # fmt: skip
         """What a run came to; ``rest``: the other fields (``rest_of_run``), or what finds them once one is asked."""
@@ -276,14 +314,27 @@ class Solution:
 
     def __getstate__(self) -> dict[str, Any]:
         """All that is known: another process, or a copy, need not have what it is found from."""
-        return {part.name: getattr(self, part.name) for part in fields(self)}
+        own = vars(self) if self.stats else {}  # which finds the others too
+        return {part.name: own[part.name] if part.name in own else getattr(self, part.name) for part in fields(self)}
+
+    @property
+    def recorded(self) -> tuple[str, ...]:
+        """What was recorded: "coordinates", "velocities", "gaps", "impulses", "modes", "ledger", "events"."""
+        own = self.__getstate__()
+        held = {kind for name, kind in KIND_OF.items() if own[name] is not None}
+        return tuple(kind for kind in KINDS if kind in held)
+
+    def changed(self, **changes: Any) -> Solution:
+        """The same with other values of some fields."""
+        return Solution(**(self.__getstate__() | changes))
 
     def without_start(self) -> Solution:
         """The same without its first record; impulses and works remain those since the start."""
-        rows = {name: getattr(self, name)[1:] for name in PER_RECORD}
-        la = None if self.la is None else self.la[1:]
-        find_ledger = functools.partial(_ledger_behind_start, self.find_ledger, len(self.t))
-        return replace(self, **rows, la=la, find_ledger=find_ledger, theta=None)  # a step less than the motion has
+        own = self.__getstate__()
+        changes = {name: own[name][1:] for name in (*PER_RECORD, "la") if own[name] is not None}
+        if own["find_ledger"] is not None:
+            changes["find_ledger"] = functools.partial(_ledger_behind_start, own["find_ledger"], len(self.t))
+        return self.changed(**changes, theta=None)  # a step less than the motion has
 
     @property
     def described(self) -> Description:
@@ -350,6 +401,9 @@ class Solution:
     def motion(self) -> Motion:
         """The motion as a function of time; found when first asked for."""
         if self.find_motion is None:
+            for kind in KINDS_BETWEEN:
+                if kind not in self.recorded:
+                    raise not_recorded(f"the motion between the records (it needs the {kind})", kind)
             raise InvalidInput(
                 "this solution knows its records only: its integrator keeps no steps, it was read from a checkpoint, "
                 "or not every step was recorded; run without every= and t_eval= to ask for other times"
@@ -488,10 +542,12 @@ class Solution:
 
 
 class FoundLater:
-    """A field of a `Solution` that is found, with the others of its kind, when one of them is first asked for."""
+    """A field of a `Solution` that is found, with the others of its kind, when one of them is first asked for; there if
+    its kind was recorded."""
 
     def __init__(self, name: str) -> None:
         self.name = name
+        self.kind = KIND_OF.get(name)
 
     def __get__(self, solution: Solution | None, owner: type) -> Any:
         if solution is None:
@@ -499,25 +555,29 @@ class FoundLater:
         own = vars(solution)
         if self.name not in own:
             own.update({**own["_find_rest"](), **own})  # what was set stays
-        return own[self.name]
+        value = own[self.name]
+        if value is None and self.kind is not None and self.kind not in solution.recorded:
+            raise not_recorded(self.name.removeprefix("find_"), self.kind)
+        return value
 
     def __set__(self, solution: Solution, value: Any) -> None:
         vars(solution)[self.name] = value
 
 
 FOUND_LATER = (*PER_RECORD, "find_ledger", "find_motion", "stats", "about", "la", "theta")
-for _name in FOUND_LATER:
+for _name in (*FOUND_LATER, "event_rows"):
     setattr(Solution, _name, FoundLater(_name))
 
 
 def rest_of_run(
-    system: System, integrator: Any, record: records.Columns, stats: Stats, find_motion: Callable[[], Motion] | None
+    system: System, integrator: Any, record: records.Columns, stats: Stats, find_motion: Callable[[], Motion] | None,
+    recorded: tuple[str, ...],
 ) -> dict[str, Any]:  # fmt: skip
     """The fields of a solution that are found later, from the rows of the loop."""
-    find_ledger = functools.partial(ledger_of, system, record.t, record.q, record.u, record.ledger)
-    return per_record(record) | {
-        "find_ledger": find_ledger, "find_motion": find_motion, "stats": stats, "about": about_run(system, integrator),
-        "la": record.la if integrator.has_forces else None,
+    return per_record(record, recorded) | {
+        "find_ledger": finder_of_ledger(system, record, recorded), "find_motion": find_motion, "stats": stats,
+        "about": about_run(system, integrator),
+        "la": record.la if integrator.has_forces and IMPULSES in recorded else None,
         "theta": theta_of(integrator) if find_motion is not None else None,
     }  # fmt: skip
 
@@ -582,6 +642,21 @@ def works_by_name(columns: np.ndarray) -> dict[str, np.ndarray]:
     """The works since the start (m, 5) as the ledger's columns."""
     names = ("force", "friction", "normal", "surface", "projection")
     return {name: columns[:, k] for k, name in enumerate(names)}
+
+
+def finder_of_ledger(
+    system: System | None, record: Any, recorded: tuple[str, ...]
+) -> Callable[[Any], dict[str, np.ndarray]] | None:
+    """What finds the ledger at some rows of a record: without the system, or its motion, the works alone."""
+    if LEDGER not in recorded:
+        return None
+    if system is None or COORDINATES not in recorded or VELOCITIES not in recorded:
+        return functools.partial(_works_at, record.ledger)
+    return functools.partial(ledger_of, system, record.t, record.q, record.u, record.ledger)
+
+
+def _works_at(works: np.ndarray, rows: Any) -> dict[str, np.ndarray]:
+    return works_by_name(works[rows])
 
 
 def ledger_of(

@@ -11,7 +11,6 @@ import functools
 import json
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +27,7 @@ from nonsmooth.results.motion import Motion, of_records
 from nonsmooth.results.netcdf import put_run, read_run_within
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
-from nonsmooth.results.solution import PER_RECORD, Solution, Stats
+from nonsmooth.results.solution import KIND_OF, PER_RECORD, Solution, Stats
 from nonsmooth.views import view
 
 SOLUTION_SCHEMA, KIND = 1, "solution"  # code: of the form of the file
@@ -64,7 +63,7 @@ def content_of(solution: Solution) -> tuple[str, dict[str, np.ndarray]]:
     """The text and the arrays of a file."""
     text = json.dumps({
         "schema": SOLUTION_SCHEMA, "status": int(solution.status), "message": solution.message,
-        "stats": asdict(solution.stats), "about": solution.about, "names": _names_of(solution.described),
+        "stats": vars(solution.stats), "about": solution.about, "names": _names_of(solution.described),
         "model": solution.named_model if solution.system is None else view(solution, "name model")(solution.system),
         "theta": solution.theta,
     })  # fmt: skip
@@ -91,10 +90,10 @@ def require_no_netcdf(path: Path) -> None:
 
 
 def _arrays_of(solution: Solution) -> dict[str, np.ndarray]:
-    arrays = {name: getattr(solution, name) for name in ARRAYS}
-    arrays |= {LEDGER + name: column for name, column in solution.ledger.items()}
-    if solution.la is not None:
-        arrays["la"] = solution.la
+    own = solution.__getstate__()
+    arrays = {name: own[name] for name in (*ARRAYS, "la") if own[name] is not None}
+    if own["find_ledger"] is not None:
+        arrays |= {LEDGER + name: column for name, column in solution.ledger.items()}
     for name in OF_EVENTS:
         arrays |= {f"{name}/{k}": found for k, found in enumerate(getattr(solution, name))}
     if solution.find_motion is not None and solution.theta is None:
@@ -154,21 +153,24 @@ def _read_hdf5(path: Path) -> Archive:
 
 
 def _check(forms: Mapping[str, Form]) -> None:
-    """Raise unless these are the arrays of a solution."""
-    rules = ARRAYS | {name: rule for name, rule in FORCES.items() if name in forms}
+    """Raise unless these are the arrays of a solution: of what it recorded, all."""
+    left_out = {kind for name, kind in KIND_OF.items() if name in ARRAYS and name not in forms}
+    rules = {name: rule for name, rule in ARRAYS.items() if KIND_OF.get(name) not in left_out}
+    rules |= {name: rule for name, rule in FORCES.items() if name in forms}
     rules |= {name: (REAL, ("n_t",)) for name in forms if name.startswith(LEDGER)}
     rules |= OF_MOTION if OF_MOTION.keys() & forms.keys() else {}
     sizes = require_forms(forms, rules)
-    if sizes.get("ends", 0) not in (0, 1 + sizes["n_q"] + sizes["n_u"]):
+    if sizes.get("ends", 0) not in (0, 1 + sizes.get("n_q", 0) + sizes.get("n_u", 0)):
         raise ValueError(f"motion/start must have {1 + sizes['n_q'] + sizes['n_u']} entries; it has {sizes['ends']}")
 
 
 def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
     ledger = {name.removeprefix(LEDGER): column for name, column in arrays.items() if name.startswith(LEDGER)}
-    columns: dict[str, Any] = {name: arrays[name] for name in ARRAYS}
+    columns: dict[str, Any] = {name: arrays.get(name) for name in ARRAYS}
+    find_ledger: Any = functools.partial(_rows_of, ledger) if ledger else None
     events: dict[str, Any] = {name: _numbered(arrays, name) for name in OF_EVENTS}
     return Solution(
-        **columns, **events, find_ledger=functools.partial(_rows_of, ledger), la=arrays.get("la"),
+        **columns, **events, find_ledger=find_ledger, la=arrays.get("la"),
         stats=Stats(**about["stats"]), status=Status(about["status"]), message=about["message"], about=about["about"],
         names=_description(about.get("names")), named_model=about.get("model"), theta=about.get("theta"),
         find_motion=_find_motion(about.get("theta"), arrays),
@@ -195,12 +197,17 @@ def _with_model(solution: Solution, path: Path, given: Any) -> Solution:
             raise
         warn_caller(f"{path.name} was read without its model: {reason}", ModelNotFoundWarning)
         return solution
-    return replace(solution, system=system)
+    return solution.changed(system=system)
 
 
 def _require_sizes(system: System, solution: Solution) -> None:
     """Raise `InvalidInput` for a system that cannot have made these numbers."""
-    found, wanted = (system.n_q, system.n_c), (solution.q.shape[1], solution.mode.shape[1])
+    own, named = solution.__getstate__(), solution.described
+    n_q, n_c = (
+        next((own[name].shape[1] for name in columns if own[name] is not None), len(names))
+        for columns, names in ((("q", "u"), named.coordinates), (("mode", "g_N", "P_N"), named.contacts))
+    )
+    found, wanted = (system.n_q, system.n_c), (n_q, n_c)
     if found != wanted:
         raise InvalidInput(
             f"{system.name or 'the model'} has {found[0]} coordinates and {found[1]} contacts, the run in the file "

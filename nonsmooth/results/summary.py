@@ -21,6 +21,7 @@ from nonsmooth.integrators.records import (
     INCONSISTENT,
     MODE_CHANGE,
 )
+from nonsmooth.results.recorded import EVENTS, KINDS, LEDGER, MODES
 from nonsmooth.results.solution import energy_gain, event_of, mode_name, rebound_together
 
 if TYPE_CHECKING:
@@ -33,8 +34,11 @@ ENTRIES_SHOWN = 12  # chosen: entries of a sequence before the rest is counted
 def summary(solution: Solution) -> str:
     """Modes with times, paradoxes and how they were resolved, energy, worst figures and cost."""
     lines = [f"{solution.about.get('system', 'system')}: {solution.message} (t = {solution.t[-1]:.9g} s)"]
-    lines += _chosen(solution) + _modes(solution) + _paradoxes(solution) + _energy(solution) + _figures(solution)
-    return "\n".join(lines)
+    recorded = solution.recorded
+    lines += _chosen(solution) + (_modes(solution) if {MODES, EVENTS} <= set(recorded) else [])
+    lines += (_paradoxes(solution) if EVENTS in recorded else []) + _energy(solution, recorded) + _figures(solution)
+    left_out = [kind for kind in KINDS if kind not in recorded]
+    return "\n".join(lines + ([f"not recorded: {', '.join(left_out)}"] if left_out else []))
 
 
 def _chosen(solution: Solution) -> list[str]:
@@ -127,25 +131,18 @@ def paradox_in_words(event: ParadoxEvent) -> str:
     return f"{event.n_solutions} solutions{among}: took {event.choice}"
 
 
-def _energy(solution: Solution) -> list[str]:
-    ledger = solution.find_ledger([0, -1])
-    change = ledger["kinetic"][-1] - ledger["kinetic"][0]
+def _energy(solution: Solution, recorded: tuple[str, ...]) -> list[str]:
+    stats = solution.stats
+    ledger = solution.find_ledger([0, -1]) if LEDGER in recorded else {}
     done = {name: float(work[-1] - work[0]) for name, work in ledger.items()}
-    contact_work = sum(done[name] for name in ("friction", "normal", "surface"))
-    works = ", ".join(f"{name} {done[name]:.6g}" for name in ("force", "friction", "normal", "surface"))
-    if "mass" in ledger:
-        rest = f"the rest, {done['mass']:+.6g} J, goes with the changing mass"
-    else:
-        rest = f"to {abs(change - done['force'] - contact_work):.1g} J"
-    lines = [f"energy: kinetic {change:+.6g} J = work of {works} J ({rest})"]
-    if solution.stats.energy_gains:
-        lines.append(f"  {energy_gain(solution.stats)}")
-    if solution.stats.struck_together:
-        lines.append(f"  {rebound_together(solution.stats)}")
-    if ledger["projection"].any():
+    contact_work = sum(done[name] for name in ("friction", "normal", "surface")) if done else 0.0
+    lines = [_balance(done, contact_work)] if done else []
+    lines += [f"  {energy_gain(stats)}"] if stats.energy_gains else []
+    lines += [f"  {rebound_together(stats)}"] if stats.struck_together else []
+    if done and ledger["projection"].any():
         lines.append(f"  moving positions back to the surfaces: {ledger['projection'][-1]:+.6g} J")
-    if "potential" in ledger:
-        potential = ledger["potential"][-1] - ledger["potential"][0]
+    if "potential" in done:
+        change, potential = done["kinetic"], done["potential"]
         lines.append(
             f"  kinetic + potential {change + potential:+.6g} J, of which contacts {contact_work:+.6g} J; the rest, "
             f"{change + potential - contact_work:+.6g} J, is forces outside the potential and drift"
@@ -153,13 +150,24 @@ def _energy(solution: Solution) -> list[str]:
     return lines
 
 
+def _balance(done: dict[str, float], contact_work: float) -> str:
+    """The change of kinetic energy, where that is known, and the works."""
+    works = ", ".join(f"{name} {done[name]:.6g}" for name in ("force", "friction", "normal", "surface"))
+    if "kinetic" not in done:
+        return f"energy: work of {works} J"
+    rest = f"to {abs(done['kinetic'] - done['force'] - contact_work):.1g} J"
+    if "mass" in done:
+        rest = f"the rest, {done['mass']:+.6g} J, goes with the changing mass"
+    return f"energy: kinetic {done['kinetic']:+.6g} J = work of {works} J ({rest})"
+
+
 def _figures(solution: Solution) -> list[str]:
     stats = solution.stats
     shared = f"; in {stats.shared} the impulses are one share of many" if stats.shared else ""
     per_step = f" ({stats.wall_time / stats.steps * 1e9:.0f} ns a step)" if stats.steps else ""
+    balance = f", energy balance of a step {stats.ledger_error:.1e}" if LEDGER in solution.recorded else ""
     return [
-        f"worst residual {stats.worst_residual:.1e}, penetration {stats.worst_penetration:.3g} m, "
-        f"energy balance of a step {stats.ledger_error:.1e}",
+        f"worst residual {stats.worst_residual:.1e}, penetration {stats.worst_penetration:.3g} m{balance}",
         f"{stats.steps} steps; contact problems: {stats.lcp_solved} solved ({stats.lcp_kept} kept), "
         f"{stats.lcp_skipped} steps without any{shared}",
         f"wall time {stats.wall_time:.3g} s{per_step}, compiling or loading {stats.compile_time:.3g} s",

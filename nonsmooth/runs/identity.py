@@ -19,7 +19,7 @@ from nonsmooth.results.checkpoint import HASHED
 
 def facts_of_run(
     system: System, integrator: Any, t_span: tuple[float, float], every: int, t_eval: Any, q0: np.ndarray,
-    u0: np.ndarray, selection: int, project: bool, is_compiled: bool,
+    u0: np.ndarray, selection: int, project: bool, recorded: tuple[str, ...], is_compiled: bool,
 ) -> dict[str, Any]:  # fmt: skip
     """The facts by name, as JSON can hold them.
 
@@ -48,6 +48,7 @@ def facts_of_run(
         "u0": u0.tolist(),
         "selection": int(selection),
         "project": bool(project),
+        "record": list(recorded),
         "is_compiled": is_compiled,
     }
 

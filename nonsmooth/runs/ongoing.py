@@ -11,7 +11,7 @@ import numpy as np
 from nonsmooth.errors import InitialStateWarning, Status, warn_caller
 from nonsmooth.integrators.contract import Handles, Integrator, Schedule
 from nonsmooth.integrators.fixed_step import FixedStep
-from nonsmooth.integrators.records import Columns, Record
+from nonsmooth.integrators.records import Columns, Record, Skips
 from nonsmooth.jit import handle_of
 from nonsmooth.jit.blocks import Block
 from nonsmooth.mechanics.compiled import loop_of
@@ -20,6 +20,7 @@ from nonsmooth.mechanics.inspection import inspect_start
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GAP, System
 from nonsmooth.results.motion import Motion, of_records
+from nonsmooth.results.recorded import COLUMNS_OF, EVENTS, IMPULSES, KINDS, LEDGER
 from nonsmooth.results.solution import Stats
 from nonsmooth.runs.specialise import loop_of_system
 from nonsmooth.runs.times import Timetable
@@ -42,6 +43,8 @@ class Ongoing:
     selection : int
         The rule where there are several solutions.
     project : bool
+    kept : tuple of str
+        The kinds of records that its loop has to keep.
     """
 
     schedule: Schedule
@@ -50,14 +53,16 @@ class Ongoing:
 
     def __init__(
         self, system: System, integrator: Integrator, table: Timetable, q0: np.ndarray, u0: np.ndarray, selection: int,
-        project: bool,
+        project: bool, kept: tuple[str, ...] = KINDS,
     ) -> None:  # fmt: skip
         self.system, self.integrator, self.table, self.selection = system, integrator, table, selection
+        self.kept = kept
         started = time.perf_counter()
         self.model, self.loop = loop_of(system, integrator)
         self.compile_time = time.perf_counter() - started
         self.workspace = take_workspace(system, integrator, selection, self.model)
         self.sys, self.state, self.memory = self.workspace.sys, self.workspace.state, self.workspace.memory
+        skip(self.state.skips, kept)
         t_0, t_end = table.span
         if isinstance(integrator, FixedStep):
             steps = (t_end - t_0) / integrator.dt
@@ -118,8 +123,8 @@ class Ongoing:
     def present_row(self) -> Columns:
         """The state between two records, as a row."""
         state, row = self.state, self.bare_row()
-        row.ledger[0], row.P[0] = state.ledger, state.P_sum
-        if GAP in self.system.functions:
+        row.ledger[:], row.P[:] = state.ledger, state.P_sum
+        if GAP in self.system.functions and len(row.g_N):
             try:
                 row.g_N[0] = self.system.evaluate(GAP, float(row.t[0]), state.q, state.u)
             except Exception:  # the gap function is what failed: the gap there is not known
@@ -130,8 +135,8 @@ class Ongoing:
         """The state of a run that failed before it wrote a row, as the only one."""
         shapes = columns_of(self.record)
         row = Columns(*(np.zeros((min(1, len(column)), *column.shape[1:]), column.dtype) for column in shapes))
-        row.t[0], row.q[0], row.u[0] = self.time(), self.state.q, self.state.u
-        row.mode[0], row.slip[0] = self.state.mode, self.state.slip
+        row.t[:], row.q[:], row.u[:] = self.time(), self.state.q, self.state.u
+        row.mode[:], row.slip[:] = self.state.mode, self.state.slip
         return row
 
     def stats(self) -> Stats:
@@ -147,6 +152,16 @@ def motion_between(integrator: Integrator, record: Columns, events: np.ndarray) 
     """The motion between the records of a fixed step."""
     assert isinstance(integrator, FixedStep)
     return of_records(integrator.theta, record.t, record.q, record.u, record.mode, events)
+
+
+def skip(skips: Skips, kept: tuple[str, ...]) -> None:
+    """Have a loop leave out what is not kept."""
+    skips.ledger, skips.impulses, skips.events = (kind not in kept for kind in (LEDGER, IMPULSES, EVENTS))
+
+
+def left_out(kept: tuple[str, ...]) -> tuple[str, ...]:
+    """The columns of a record that are not kept."""
+    return tuple(name for kind, columns in COLUMNS_OF.items() if kind not in kept for name in columns)
 
 
 def columns_of(record: Record) -> Columns:

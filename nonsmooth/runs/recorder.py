@@ -10,9 +10,12 @@ import numpy as np
 
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import Status
-from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, Columns, Record, bytes_of_record
+from nonsmooth.integrators.contract import Integrator
+from nonsmooth.integrators.fixed_step import FixedStep
+from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, Columns, Record, bytes_of_record, no_rows
+from nonsmooth.results.recorded import KINDS
 from nonsmooth.results.solution import MAX_EVENTS, Solution
-from nonsmooth.runs.ongoing import STEPS_PER_VISIT, Ongoing, columns_of
+from nonsmooth.runs.ongoing import STEPS_PER_VISIT, Ongoing, columns_of, left_out
 
 ROW_CAPACITY = 4096  # chosen: rows between two visits of Python
 
@@ -20,19 +23,33 @@ Steps = tuple[np.ndarray, ...]  # t, h, q, u, B of results/motion.py
 
 
 class Recorder:
-    """The rows, steps and events of a run in memory."""
+    """The rows, steps and events of a run in memory.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    recorded : tuple of str
+        The kinds that are recorded.
+    is_watched : bool
+        Whether somebody looks at all rows while the run goes on.
+    """
+
+    def __init__(self, recorded: tuple[str, ...] = KINDS, is_watched: bool = False) -> None:
+        self.recorded, self.is_watched = recorded, is_watched
         self.rows: list[Columns] = []
         self.steps: list[Steps] = []
         self.events: list[np.ndarray] = []
         self.events_dropped = 0
 
+    def kept(self, integrator: Integrator) -> tuple[str, ...]:
+        """The kinds that the loop has to keep: a method that chooses its steps needs all itself."""
+        return self.recorded if isinstance(integrator, FixedStep) and not self.is_watched else KINDS
+
     def window(self, run: Ongoing) -> int:
         """How many record times the run is given at once."""
         if not run.integrator.chooses_steps:
             sizes = run.system.n_u, run.system.n_c, run.system.d
-            needed, count = bytes_of_record(*sizes) * float(run.table.count), run.table.count
+            needed = bytes_of_record(*sizes, left_out(run.kept)) * float(run.table.count)
+            count = run.table.count
             require_memory(needed, f"{count} records", "take a larger every or dt")
         return run.table.count
 
@@ -41,9 +58,9 @@ class Recorder:
         integrator, system = run.integrator, run.system
         rows = ROW_CAPACITY if run.schedule.every > 0 else len(run.schedule.t)
         steps = 0 if not integrator.chooses_steps else integrator.pieces * STEPS_PER_VISIT if keeps_steps else 1
-        forces = rows if integrator.has_forces else 0
-        record = run.workspace.record_of(m=rows, n=system.n_u, n_c=system.n_c, d=system.d, forces=forces,
-                                         steps=steps, degree=integrator.degree)  # fmt: skip
+        lengths = {"forces": rows if integrator.has_forces else 0, "steps": steps, **no_rows(left_out(run.kept))}
+        record = run.workspace.record_of(m=rows, n=system.n_u, n_c=system.n_c, d=system.d, degree=integrator.degree,
+                                         **lengths)  # fmt: skip
         record.steps.is_kept = keeps_steps and integrator.chooses_steps
         return record
 
@@ -53,7 +70,7 @@ class Recorder:
     def take(self, run: Ongoing, status: int) -> int:
         """Take what a block of steps left behind; returns the status with which the run goes on."""
         if run.integrator.chooses_steps:
-            self.rows.append(new_rows(run.record))
+            self.rows.append(without(left_out(self.recorded), new_rows(run.record)))
             if run.record.steps.is_kept:
                 self.steps.append(new_steps(run.record))
         return status
@@ -90,8 +107,9 @@ class Recorder:
             parts.append(run.present_row())
         elif not any(len(part.t) for part in parts):
             parts.append(run.bare_row())
+        parts = [without(left_out(self.recorded), part) for part in parts]
         if len(parts) == 1:
-            return written
+            return parts[0]
         return Columns(*map(np.concatenate, zip(*parts, strict=True)))
 
     def event_rows(self) -> np.ndarray:
@@ -104,6 +122,11 @@ class Recorder:
     def stored(self, run: Ongoing) -> Solution | None:
         """The solution, where the recorder holds it."""
         return None
+
+
+def without(names: tuple[str, ...], rows: Columns) -> Columns:
+    """Rows without some columns, which are empty."""
+    return rows._replace(**{name: getattr(rows, name)[:0] for name in names}) if names else rows
 
 
 def new_rows(record: Record) -> Columns:

@@ -31,6 +31,7 @@ from nonsmooth.results.failures import (
     StepFailure,
 )
 from nonsmooth.results.motion import Motion, join_motions
+from nonsmooth.results.recorded import EVENTS, KINDS_BETWEEN, KINDS_OF_MOTION
 from nonsmooth.results.solution import NONE_TOGETHER, Solution, Stats, rest_of_run
 from nonsmooth.runs.ongoing import Ongoing, columns_of, motion_between
 from nonsmooth.runs.recorder import Recorder
@@ -106,8 +107,9 @@ class Run(Ongoing):
         self, system: System, integrator: Integrator, table: Timetable, q0: np.ndarray, u0: np.ndarray, selection: int,
         project: bool, recorder: Recorder | None = None,
     ) -> None:  # fmt: skip
-        super().__init__(system, integrator, table, q0, u0, selection, project)
         self.recorder = Recorder() if recorder is None else recorder
+        kept = self.recorder.kept(integrator)
+        super().__init__(system, integrator, table, q0, u0, selection, project, kept)
         self.schedule = self.workspace.schedule_of(table, self.recorder.window(self))
         self.record = self.recorder.room(self, keeps_steps=integrator.chooses_steps and table.every == 1)
         self.recorder.begin(self)
@@ -224,12 +226,14 @@ class Run(Ongoing):
             return stored
         events = self.recorder.event_rows()
         rest = self._rest_of_short(events) if self._is_short() else self._rest(events)
-        return Solution.from_run(self.system, rest, events, self.status, self.message(), self.user_events())
+        known = events if EVENTS in self.recorder.recorded else None
+        return Solution.from_run(self.system, rest, known, self.status, self.message(), self.user_events())
 
     def _rest(self, events: np.ndarray) -> dict[str, Any]:
         """The rows of the run, its figures and its motion."""
         record = self.recorder.records(self)
-        return rest_of_run(self.system, self.integrator, record, self.stats(), self.motion_of(record, events))
+        motion, recorded = self.motion_of(record, events), self.recorder.recorded
+        return rest_of_run(self.system, self.integrator, record, self.stats(), motion, recorded)
 
     def _is_short(self) -> bool:
         """Whether the run came to a good end of which there is nothing to say, and its rows are lent."""
@@ -240,7 +244,7 @@ class Run(Ongoing):
     def _rest_of_short(self, events: np.ndarray) -> Callable[[], dict[str, Any]]:
         """The same from a copy of the blocks: they are lent to the next run, and most of it is never asked for."""
         figures = numbers(self.state.counters).tolist(), numbers(self.state.worst).tolist()
-        about = self.wall_time, self.compile_time, self.recorder.events_dropped, self.model.is_compiled
+        about = self._about()
         words, facts = self.record.words.copy(), (self.system, self.integrator, self.schedule)
         return functools.partial(rest_of_words, *facts, words, events, figures, about)
 
@@ -251,16 +255,20 @@ class Run(Ongoing):
     def motion_of(self, record: Columns, events: np.ndarray) -> Callable[[], Motion] | None:
         """What joins the steps to the motion, or interpolates the records, if each step is one."""
         if isinstance(self.integrator, FixedStep):
-            return motion_of_records(self.integrator, self.schedule, record, events)
-        if not self.recorder.has_all_steps(self):
+            return motion_of_records(self.integrator, self.schedule, record, events, self.recorder.recorded)
+        if not self.recorder.has_all_steps(self) or not set(KINDS_OF_MOTION) <= set(self.recorder.recorded):
             return None
         t, q, u = record.t, record.q, record.u
         return functools.partial(join_motions, self.recorder.steps, (t[0], q[0], u[0]), (t[-1], q[-1], u[-1]))
 
     def stats(self) -> Stats:
         """What the run cost."""
-        about = self.wall_time, self.compile_time, self.recorder.events_dropped, self.model.is_compiled
-        return Stats.from_run(self.state, self.system, *about)
+        return Stats.from_run(self.state, self.system, *self._about())
+
+    def _about(self) -> tuple[Any, ...]:
+        """What `Stats` has of a run beside its counters and worst figures."""
+        recorder = self.recorder
+        return self.wall_time, self.compile_time, recorder.events_dropped, self.model.is_compiled, recorder.recorded
 
     def message(self) -> str:
         """How the run ended, in a sentence."""
@@ -335,10 +343,10 @@ class Run(Ongoing):
 
 
 def motion_of_records(
-    integrator: Integrator, schedule: Schedule, record: Columns, events: np.ndarray
+    integrator: Integrator, schedule: Schedule, record: Columns, events: np.ndarray, recorded: tuple[str, ...]
 ) -> Callable[[], Motion] | None:
-    """What interpolates the records of a fixed step, if each step is one."""
-    if (schedule.steps > 1).any():
+    """What interpolates the records of a fixed step, if each step is one and has what it takes."""
+    if (schedule.steps > 1).any() or not set(KINDS_BETWEEN) <= set(recorded):
         return None
     return functools.partial(motion_between, integrator, record, events)
 
@@ -350,8 +358,9 @@ def rest_of_words(
     """What `Run.solution` leaves for later, from the words of a record."""
     block = Record(words)
     record = Columns(*(column[: block.counts.rows] for column in columns_of(block)))
-    motion = motion_of_records(integrator, schedule, record, events)
-    return rest_of_run(system, integrator, record, Stats.of_numbers(*figures, NONE_TOGETHER, *about), motion)
+    recorded = about[-1]
+    motion = motion_of_records(integrator, schedule, record, events, recorded)
+    return rest_of_run(system, integrator, record, Stats.of_numbers(*figures, NONE_TOGETHER, *about), motion, recorded)
 
 
 def next_block(steps: int, elapsed: float) -> int:

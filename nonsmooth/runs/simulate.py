@@ -16,6 +16,7 @@ from nonsmooth.errors import EnergyGainWarning, InvalidInput, SimultaneousImpact
 from nonsmooth.integrators.contract import Choice, Integrator
 from nonsmooth.mechanics.start import answers_start, the_start
 from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.results.recorded import kinds_of_system
 from nonsmooth.results.solution import Solution, Stats, energy_gain, rebound_together
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.run import Run
@@ -63,7 +64,7 @@ def simulate(
     checkpoint: Any = None,
     resume: Any = None,
     checkpoint_every: float = 10.0,
-    record: Sequence[str] | None = None,
+    record: str | Sequence[str] | None = None,
     view: bool = False,
 ) -> SceneSolution: ...
 
@@ -89,7 +90,7 @@ def simulate(
     checkpoint: Any = None,
     resume: Any = None,
     checkpoint_every: float = 10.0,
-    record: Sequence[str] | None = None,
+    record: str | Sequence[str] | None = None,
     view: bool = False,
 ) -> Solution: ...
 
@@ -115,7 +116,7 @@ def simulate(
     checkpoint: Any = None,
     resume: Any = None,
     checkpoint_every: float = 10.0,
-    record: Sequence[str] | None = None,
+    record: str | Sequence[str] | None = None,
     view: bool = False,
 ) -> Any:
     """Integrate a system from t_span[0] to t_span[1].
@@ -167,9 +168,12 @@ def simulate(
         ``checkpoint``: go on if it is there, else begin it.
     checkpoint_every : float
         Seconds between two states that are kept, the most that a kill costs.
-    record : sequence of str, optional
-        Of a scene: what is recorded beside times, residuals and penetrations, of "bodies", "contacts" and "ledger",
-        all of these if left out, and "events": landings, partings, slips and sticks of every pair of bodies.
+    record : str or sequence of str, optional
+        What is recorded beside the times, of "coordinates", "velocities", "gaps", "impulses", "modes", "ledger" and
+        "events", all of these if left out; "motion" is short for the first two. What is left out is not computed where
+        the motion does not need it, and takes no memory; asked for, it raises `InvalidInput` (docs/recording.md). Of a
+        scene: beside times, residuals and penetrations, of "bodies", "contacts" and "ledger", all of these if left
+        out, and "events": landings, partings, slips and sticks of every pair of bodies; "motion" is "bodies".
     view : bool
         Show the run in a browser while it goes on; the address is printed on stderr. Needs the extra [live]
         (docs/viewer.md).
@@ -209,8 +213,7 @@ def simulate(
     if scene is not None:
         require_plain(q0, u0, state, selection)
     else:
-        if record is not None:
-            raise InvalidInput("record= is for a scene of bodies; a System records all its columns: leave it out")
+        recorded = kinds_of_system(record)
         model, system = system, as_system(system)
     every = as_count("every", every)
     if every != 1 and t_eval is not None:
@@ -244,11 +247,11 @@ def simulate(
     method, reason = choose(method, model, system, t_span, q_0, u_0)
     task = (system, method, t_span, every, t_eval, q_0, u_0, rule, project)
     if checkpoint is None and resume is None:
-        run = new_run(*task)
+        run = new_run(*task, Recorder(recorded, is_watched=bool(functions)))
     elif functions:
         raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
     else:
-        run = checkpointed_run(*task, checkpoint, resume, checkpoint_every)
+        run = checkpointed_run(*task, recorded, checkpoint, resume, checkpoint_every)
     if functions:
         run.watch = watch_of(run, functions)
     if progress is None and not view:
@@ -352,7 +355,8 @@ def new_run(
 
 def checkpointed_run(
     system: System, integrator: Integrator, t_span: tuple[float, float], every: int, t_eval: ArrayLike | None,
-    q0: np.ndarray, u0: np.ndarray, selection: int, project: bool, checkpoint: Any, resume: Any, seconds: float,
+    q0: np.ndarray, u0: np.ndarray, selection: int, project: bool, recorded: tuple[str, ...], checkpoint: Any,
+    resume: Any, seconds: float,
 ) -> Run:  # fmt: skip
     """The run of an integrator, with its checkpoint.
 
@@ -366,5 +370,5 @@ def checkpointed_run(
 
     require_checkpointable(integrator)
     task = system, integrator, t_span, every, t_eval, q0, u0, selection, project
-    facts = functools.partial(facts_of_run, *task)
-    return new_run(*task, StreamingRecorder(facts, as_place(checkpoint, resume, seconds)))
+    facts = functools.partial(facts_of_run, *task, recorded)
+    return new_run(*task, StreamingRecorder(facts, as_place(checkpoint, resume, seconds), recorded))

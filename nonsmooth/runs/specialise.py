@@ -10,7 +10,7 @@ from typing import Any
 from nonsmooth.errors import InterpretedWarning, warn_caller
 from nonsmooth.integrators.contract import Integrator, step_at
 from nonsmooth.integrators.fixed_step import FixedStep
-from nonsmooth.integrators.records import State
+from nonsmooth.integrators.records import Skips, State
 from nonsmooth.jit.blocks import known_of
 from nonsmooth.jit.specialised import Parts, Specialised
 from nonsmooth.mechanics.compiled import Model
@@ -55,7 +55,7 @@ def loop_of_system(
 
 def parts_of(integrator: FixedStep, model: Model, sys: Sys, state: State, memory: Any) -> Parts:
     """What is constant in a run, from its blocks before the first step."""
-    constant = (Sys, *integrator.constants)
+    constant = (Sys, Skips, *integrator.constants)
     known = (
         (Sys, known_of(sys, constant, ("kinds",))),
         (State, known_of(state, constant)),

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,8 +21,9 @@ from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.records import Columns, Record, bytes_of_record
 from nonsmooth.jit.blocks import numbers
 from nonsmooth.results.checkpoint import EVENT_ROW, Checkpoint, Shape, layout_of, load_checkpoint
-from nonsmooth.results.solution import MAX_EVENTS, Solution, about_run, per_record
-from nonsmooth.runs.ongoing import Ongoing
+from nonsmooth.results.recorded import EVENTS, KINDS
+from nonsmooth.results.solution import MAX_EVENTS, Solution, Stats, about_run, per_record
+from nonsmooth.runs.ongoing import Ongoing, left_out
 from nonsmooth.runs.recorder import Recorder, new_rows
 from nonsmooth.signals.interruption import interrupts_held_back
 
@@ -75,19 +76,21 @@ class StreamingRecorder(Recorder):
     facts : callable
         ``facts(is_compiled)``: all that the bits of the run depend on.
     place : Place
+    recorded : tuple of str
     """
 
     store: Checkpoint
 
-    def __init__(self, facts: Any, place: Place) -> None:
-        super().__init__()
+    def __init__(self, facts: Any, place: Place, recorded: tuple[str, ...] = KINDS) -> None:
+        super().__init__(recorded)
         self.facts, self.place = facts, place
         self.first = 0  # the record time at which the window begins
 
     def window(self, run: Ongoing) -> int:
         if run.integrator.chooses_steps:
             return run.table.count
-        self.size = max(2, WINDOW // bytes_of_record(run.system.n_u, run.system.n_c, run.system.d))
+        sizes = run.system.n_u, run.system.n_c, run.system.d
+        self.size = max(2, WINDOW // bytes_of_record(*sizes, left_out(run.kept)))
         return min(self.size, run.table.count)
 
     def room(self, run: Ongoing, keeps_steps: bool) -> Record:
@@ -96,7 +99,8 @@ class StreamingRecorder(Recorder):
 
     def begin(self, run: Ongoing) -> None:
         """Take the state that was kept, or keep that of the start."""
-        layout = layout_of(Shape(run.system.n_u, run.system.n_c, run.system.d, run.integrator.has_forces))
+        system = run.system
+        layout = layout_of(Shape(system.n_u, system.n_c, system.d, run.integrator.has_forces, self.recorded))
         facts = self.facts(run.model.is_compiled)
         self.store = Checkpoint(self.place.path, facts, layout, self.place.may_begin, self.place.may_resume)
         with ExitStack() as refused:
@@ -169,22 +173,21 @@ class StreamingRecorder(Recorder):
         events = np.ascontiguousarray(run.state.events[: counters.n_events]).view(EVENT_ROW)[:, 0]
         self.store.write({"records": self._as_rows(new_rows(run.record)), "events": events})
         counters.n_events = 0
-        self.events_dropped = max(0, self.store.count("events") - MAX_EVENTS)
+        if EVENTS in self.recorded:
+            self.events_dropped = max(0, self.store.count("events") - MAX_EVENTS)
 
     def _keep(self, run: Ongoing) -> None:
         ended = "" if run.status == Status.RUNNING else run.message()
-        stats = replace(run.stats(), wall_time=self.store.wall_time + run.wall_time)
+        stats = Stats(**vars(run.stats()) | {"wall_time": self.store.wall_time + run.wall_time})
         self.store.keep(self._memory(run), about_run(run.system, run.integrator), run.status, ended, stats)
 
     def _as_rows(self, record: Columns) -> np.ndarray:
         """Records as rows of the file."""
         row = self.store.layout.rows["records"]
         rows = np.empty(len(record.t), row)
-        for name, column in per_record(record).items():
-            rows[name] = column
-        rows["ledger"] = record.ledger
-        if "la" in (row.names or ()):
-            rows["la"] = record.la
+        columns = per_record(record, self.recorded) | {"ledger": record.ledger, "la": record.la}
+        for name in row.names or ():
+            rows[name] = columns[name]
         return rows
 
     def stored(self, run: Ongoing) -> Solution:

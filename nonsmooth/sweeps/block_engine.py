@@ -26,11 +26,11 @@ from nonsmooth.integrators.records import (
     EVENT_SLIP_1,
     IMPACT,
     MODE_CHANGE,
-    N_LEDGER,
     Counters,
     Record,
     State,
     Worst,
+    no_rows,
 )
 from nonsmooth.jit import handle_of, interpreted, kernel
 from nonsmooth.jit.blocks import WORD, B, Block, Floats, Handle, Ints, count_words, head_words, new, numbers, view
@@ -41,7 +41,8 @@ from nonsmooth.mechanics.initial_modes import ADMISSIBLE, RAISED, initial_modes
 from nonsmooth.mechanics.laws import LAW_WIDTH
 from nonsmooth.mechanics.sys import Sys, new_sys
 from nonsmooth.mechanics.system import System
-from nonsmooth.runs.ongoing import columns_of, set_handles
+from nonsmooth.results.recorded import COORDINATES, EVENTS, KINDS, MODES
+from nonsmooth.runs.ongoing import columns_of, left_out, set_handles, skip
 from nonsmooth.runs.recorder import ROW_CAPACITY
 from nonsmooth.runs.run import FIRST_BLOCK, next_block
 from nonsmooth.runs.specialise import loop_of_system
@@ -88,7 +89,6 @@ class Cells(Block):
     start: Array[Ints, "N"]  # RAISED, INADMISSIBLE, ADMISSIBLE
     mode: Array[Ints, "N", "n_c"]  # at the end
     slip: Array[Ints, "N", "n_c"]
-    ledger: Array[Floats, "N", N_LEDGER]
     worst: Array[Floats, "N", head_words(Worst)]
     counters: Array[Ints, "N", head_words(Counters)]
     events: Array[Ints, "N", N_KINDS]  # number of events of each kind
@@ -223,8 +223,6 @@ def store(i, n, n_c, status, state, cells):
         cells.period[i, j] = cells.period_change[i, j] = np.nan
     for k in range(n_c):
         cells.mode[i, k], cells.slip[i, k] = state.mode[k], state.slip[k]
-    for k in range(N_LEDGER):
-        cells.ledger[i, k] = state.ledger[k]
     figures, counted = numbers(state.worst), numbers(state.counters)
     for k in range(figures.shape[0]):
         cells.worst[i, k] = figures[k]
@@ -330,18 +328,24 @@ class BlockEngine:
         The fraction of the span from which on records are reduced to ranges and periods; -1: none.
     has_sequence : bool
         Whether the sequence of modes is kept.
+    has_events : bool
+        Whether events are.
     """
 
     def __init__(
         self, system: System, integrator: Integrator, table: Timetable, selection: int, window: float,
-        has_sequence: bool,
+        has_sequence: bool, has_events: bool = True,
     ) -> None:  # fmt: skip
         self.system, self.integrator, self.table, self.window = system, integrator, table, window
         self.model: Model = model_of(system)
         self.selection = selection
+        self.kept = KINDS
+        if isinstance(integrator, FixedStep):  # what the numbers of a cell are not found from is not computed
+            self.kept = (COORDINATES, MODES, *((EVENTS,) if has_events else ()))
         rows = ROW_CAPACITY if table.every > 0 else table.count
         self.sizes = {"m": rows, "n": system.n_u, "n_c": system.n_c, "d": system.d,
-                      "steps": int(integrator.chooses_steps), "degree": integrator.degree}  # fmt: skip
+                      "steps": int(integrator.chooses_steps), "degree": integrator.degree,
+                      **no_rows(left_out(self.kept))}  # fmt: skip
         needed = WORD * count_words(Record, **self.sizes)
         require_memory(needed, f"the {rows} records of a run", "record less (every=), or stop earlier")
         self.n_codes = N_CODES if has_sequence else 0
@@ -398,7 +402,9 @@ class BlockRun:
         self.schedule = engine.table.schedule()
         header = {name: sizes[name] for name in ("n", "n_c", "d")}
         capacity = BLOCK_EVENT_CAPACITY + self.integrator.events_at_once * system.n_c
-        self.state, self.state_words = renewable(new(State, **header, capacity=capacity))
+        state = new(State, **header, capacity=capacity)
+        skip(state.skips, engine.kept)
+        self.state, self.state_words = renewable(state)
         self.memory, self.memory_words = renewable(self.integrator.memory(system, engine.selection))
         self.record = new(Record, **sizes)
         set_handles(self.integrator, self.is_compiled, self.sys, self.schedule, self.memory)

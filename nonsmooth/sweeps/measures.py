@@ -52,7 +52,7 @@ class Measure:
         (Cells) -> values (N, ...).
     of_solution : callable
         (Solution, first record of the window) -> values of one cell.
-    needs_motion, needs_sequence : bool
+    needs_motion, needs_sequence, needs_events : bool
         What the compiled block has to keep for it.
     """
 
@@ -61,6 +61,7 @@ class Measure:
     of_solution: Callable[[Solution, int], dict[str, Any]]
     needs_motion: bool = False
     needs_sequence: bool = False
+    needs_events: bool = False
 
 
 def count_events(name: str, meaning: str, *kinds: int) -> Measure:
@@ -69,6 +70,7 @@ def count_events(name: str, meaning: str, *kinds: int) -> Measure:
         {name: Variable(meaning=meaning)},
         lambda cells: {name: cells.events[:, list(kinds)].sum(axis=1).astype(float)},
         lambda solution, _: {name: np.isin(solution.event_rows[:, EVENT_KIND], kinds).sum()},
+        needs_events=True,
     )
 
 
@@ -158,7 +160,7 @@ MEASURES = {
     ),
     "modes": Measure(
         {"modes": Variable(meaning="modes of the contacts in the order of their beginning", is_text=True)},
-        modes_of_cells, modes_of, needs_sequence=True,
+        modes_of_cells, modes_of, needs_sequence=True, needs_events=True,
     ),
     "paradoxes": count_events("paradoxes", "events without a solution, or with several", INCONSISTENT, INDETERMINATE),
     "inconsistent": count_events("inconsistent", "impacts without collision", INCONSISTENT),

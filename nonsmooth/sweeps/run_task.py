@@ -22,6 +22,7 @@ from nonsmooth.mechanics.inspection import inspect_start
 from nonsmooth.mechanics.own_law import write_handles
 from nonsmooth.mechanics.start import answers_start, forms_of, own_state, split_state, start_of
 from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.results.recorded import KINDS, kinds_of_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.run import MESSAGES
 from nonsmooth.runs.simulate import SELECTIONS, require_integrator, simulate_whole
@@ -77,6 +78,8 @@ class RunTask:
         Runs that have not settled are made again twice as long, and so on, with the window twice as long too, until
         they have or the end is this late [s]; "end_time" has the end of each. When left out all end where they are
         said to.
+    record : str or sequence of str, optional
+        What the runs that functions measure record, as of `simulate`; a name decides by itself what is kept.
 
     Raises
     ------
@@ -107,12 +110,14 @@ class RunTask:
         every: int = 1,
         settle: float = SETTLED_AMPLITUDE,
         settle_by: float | None = None,
+        record: str | Sequence[str] | None = None,
     ) -> None:
         self.model, self.system = model, as_system(model)
         chosen = as_measures(measures)
         self.measures: dict[str, Measure] = {name: measure_named(name) for name in chosen if isinstance(name, str)}
         self.functions = [function for function in chosen if not isinstance(function, str)]
         as_name("selection rule", selection, SELECTIONS)
+        self.record = kinds_of_system(record)
         self.selection, self.every, self.window = selection, as_count("every", every), as_fraction("window", window)
         self.integrator = MoreauJean(_own("dt", model)) if integrator is None else integrator
         require_integrator(self.integrator)
@@ -193,7 +198,7 @@ class RunTask:
         state = {name: np.asarray(value).tolist() for name, value in sorted(self.state.items())}
         parts = (
             self.integrator, self.t_span, state, self.selection, self.window, self.every, list(self.measures),
-            self.settle, self.settle_by,
+            self.settle, self.settle_by, *([] if self.record == KINDS else [self.record]),
             [name_of(function) for function in self.functions],
         )  # fmt: skip
         return "\n".join([identity_of_model(self.model, *self.functions), *map(repr, parts)])
@@ -301,7 +306,8 @@ class RunTask:
             has_sequence = any(measure.needs_sequence for measure in self.measures.values())
             table = self._table(integrator, t_end)
             rule = SELECTIONS[self.selection]
-            self._engines[key] = BlockEngine(system, integrator, table, rule, window, has_sequence)
+            has_events = any(measure.needs_events for measure in self.measures.values())
+            self._engines[key] = BlockEngine(system, integrator, table, rule, window, has_sequence, has_events)
         return self._engines[key]
 
     def _run_block(self, rows: Rows, integrator: Integrator, t_end: float, result: Batch, fail: Callable) -> None:
@@ -334,7 +340,7 @@ class RunTask:
                 solution = simulate_whole(
                     system, (self.t_span[0], t_end), rows.q[k], rows.u[k], integrator=integrator,
                     selection=self.selection, on_failure="return",
-                    every=1 if integrator.chooses_steps else self._every,
+                    every=1 if integrator.chooses_steps else self._every, record=self.record,
                 )  # fmt: skip
                 values = self._measure(solution)
             except Exception as error:

@@ -431,7 +431,8 @@ def test_inadmissible_starts_are_counted_once():
 
 
 def test_every_worst_figure_of_a_cell_is_that_of_its_run(monkeypatch):
-    """A rod that falls on its tip gains energy by Newton's law: all five figures are other numbers than zero."""
+    """A rod that falls on its tip gains energy by Newton's law: all five figures are other numbers than zero. Those of
+    the ledger, which a sweep has no name for, are not looked for in cells."""
     cells, runs = [], []
     run, of_numbers = BlockEngine.run, Stats.of_numbers
     monkeypatch.setattr(BlockEngine, "run", lambda engine, block: (cells.append(block), run(engine, block))[1])
@@ -446,7 +447,8 @@ def test_every_worst_figure_of_a_cell_is_that_of_its_run(monkeypatch):
             assert ns.simulate(replace(rod, e=e), (0, 0.05), **start, integrator=integrator).stats
     assert [len(figures) for figures in runs] == 2 * [len(fields_of(Worst))]
     assert (np.array(runs) != 0.0).any(axis=0).all(), runs
-    assert (np.concatenate([block.worst for block in cells]) == np.array(runs)).all()
+    of_ledger = np.array([name.startswith("ledger") for name in fields_of(Worst)])
+    assert (np.concatenate([block.worst for block in cells]) == np.array(runs))[:, ~of_ledger].all()
 
 
 def test_every_end_of_a_run_is_an_end_of_a_cell():

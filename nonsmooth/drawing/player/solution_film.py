@@ -17,9 +17,10 @@ from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Mark, Mar
 from nonsmooth.drawing.player.rigid_fit import is_closed, pose_of, seen_from
 from nonsmooth.drawing.plots import nearest_records, some_of
 from nonsmooth.drawing.scene import scene_model
-from nonsmooth.integrators.records import EVENT_T
+from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH
 from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.laws import static_coefficient
+from nonsmooth.results.recorded import COORDINATES, EVENTS, GAPS, IMPULSES, LEDGER, MODES, VELOCITIES
 from nonsmooth.results.scene_records import ELASTIC, ENERGIES
 from nonsmooth.results.solution import ParadoxEvent, event_of
 from nonsmooth.results.summary import change_in_words, paradox_in_words
@@ -52,7 +53,7 @@ def film_of_solution(solution: Solution) -> Film:
         When the model has no ``shape(q)``, or the solution was read from a file.
     """
     model = scene_model(solution)
-    rows = solution.event_rows[:EVENTS_SHOWN]
+    rows = solution.event_rows[:EVENTS_SHOWN] if EVENTS in solution.recorded else np.zeros((0, EVENT_WIDTH))
     records = records_shown(solution, rows[:, EVENT_T])
     bodies, centres, angles = bodies_of(model, solution.q[records])
     return Film(
@@ -107,8 +108,8 @@ def still_shape(line: np.ndarray) -> Shape:
 
 def contacts_of(solution: Solution, model: Any, records: np.ndarray) -> Contacts:
     """All contacts of each frame, open ones too; their impulses since the frame before."""
-    n_t, n_c = len(records), solution.mode.shape[1]
-    if not n_c or model.contact_frames is None:
+    n_t, n_c = len(records), len(solution.described.contacts)
+    if not n_c or model.contact_frames is None or not {MODES, IMPULSES} <= set(solution.recorded):
         return no_contacts(n_t, 2)
     frames = [model.contact_frames(q) for q in solution.q[records]]
     point, normal, tangent = (np.concatenate([np.asarray(frame[k], float) for frame in frames]) for k in range(3))
@@ -163,13 +164,12 @@ def mark_of(event: Event, frame: int, names: Sequence[str]) -> Mark:
 
 
 def curves_of(solution: Solution, records: np.ndarray) -> list[Curve]:
-    """Energies and works, gaps, coordinates, velocities and mean contact forces at the frames."""
-    return [
-        *energy_curves(solution, records),
-        *gap_curves(solution, records),
-        *state_curves(solution, records),
-        *force_curves(solution, records),
-    ]
+    """Energies and works, gaps, coordinates, velocities and mean contact forces at the frames, as far as recorded."""
+    of_kinds = {
+        LEDGER: energy_curves, GAPS: gap_curves, COORDINATES: coordinate_curves, VELOCITIES: velocity_curves,
+        IMPULSES: force_curves,
+    }  # fmt: skip
+    return [curve for kind, find in of_kinds.items() if kind in solution.recorded for curve in find(solution, records)]
 
 
 def gap_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
@@ -204,13 +204,23 @@ def energy_look(name: str) -> tuple[str, tuple[float, ...]]:
     return colour, DOTS if dashes == colours.BALANCE else colours.WORK[1]
 
 
-def state_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
-    """Some coordinates and velocities."""
-    shown = [(*solution.described.coordinates[i], i) for i in some_of(solution.q.shape[1])]
-    positions = [Curve("coordinates", name, unit, solution.q[records, i]) for name, unit, i in shown]
-    return positions + [
-        Curve("velocities", f"{name}'", f"{unit}/s" if unit else "", solution.u[records, i]) for name, unit, i in shown
+def coordinate_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
+    """Some coordinates."""
+    return [Curve("coordinates", name, unit, solution.q[records, i]) for i, name, unit in shown_of(solution)]
+
+
+def velocity_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
+    """Some velocities."""
+    return [
+        Curve("velocities", f"{name}'", f"{unit}/s" if unit else "", solution.u[records, i])
+        for i, name, unit in shown_of(solution)
     ]
+
+
+def shown_of(solution: Solution) -> list[tuple[int, str, str]]:
+    """The coordinates that have curves: number, name and unit."""
+    named = solution.described.coordinates
+    return [(int(i), *named[i]) for i in some_of(len(named))]
 
 
 def force_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
@@ -234,7 +244,7 @@ def detail_of(solution: Solution, records: np.ndarray) -> str:
     """What is left out."""
     n = len(solution.t)
     said = "every record is a frame" if len(records) == n else f"{len(records)} of {n} records are frames"
-    more = len(solution.event_rows) - EVENTS_SHOWN
+    more = len(solution.event_rows) - EVENTS_SHOWN if EVENTS in solution.recorded else 0
     kept = f"; {more} more events than the first {EVENTS_SHOWN} are not marked" if more > 0 else ""
     lost = solution.stats.events_dropped
     return said + kept + (f"; {lost} events were not kept by the run" if lost else "")

@@ -118,9 +118,11 @@ def jump(sys, t, i, state, there):
     u, u_1, X, P = state.u, there.u_1, there.X, there.P
     for j in range(n):
         u_1[j] = u[j] + X[0, j] * P[0] + X[1, j] * P[1]
-    book_energy(sys, 0.0, 0.5, False, 1, state, there)
+    if state.skips.ledger == 0:
+        book_energy(sys, 0.0, 0.5, False, 1, state, there)
     set_mode(sys, t, i, ContactMode.STICK.value, 0, 0, state, there)
-    for m in range(2):
-        state.P_sum[i, m] += P[m]
+    if state.skips.impulses == 0:
+        for m in range(2):
+            state.P_sum[i, m] += P[m]
     for j in range(n):
         u[j] = u_1[j]

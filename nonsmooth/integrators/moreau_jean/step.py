@@ -35,6 +35,7 @@ from nonsmooth.mechanics.contact_problem import (
     stack_rows,
     straighten_gaps,
 )
+from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, UNILATERAL
 from nonsmooth.numerics.rounding import rounded_sum
@@ -162,13 +163,25 @@ def all_finite(n, n_c, work):
 
 
 @kernel
+def may_gain(sys, n_k, work):
+    """Whether a coefficient of restitution has a say in the step: no other step gains energy (energy_gain.py), and of
+    those that do is told whether the ledger is kept or not."""
+    for k in range(n_k):
+        i = work.closed[k]
+        if sys.laws[i, LAW_E_F] != 0.0 or (sys.laws[i, LAW_E_N] != 0.0 and work.gamma_0[work.start[k]] != 0.0):
+            return True
+    return False
+
+
+@kernel
 def accept_step(sys, t, dt, theta, n_k, state, scratch):
     """Move to the end of the step; book energy, impulses, modes, events and the worst penetration."""
     n, n_c = sys.n, sys.n_c
     work = scratch.work
-    gain, size = book_energy(sys, dt, theta, is_implicit(sys), n_k, state, work)
-    if scratch.options.stiffness == 0.0 and gain > rounded_sum(VELOCITY_ROUNDINGS, size):
-        note_gain(sys, gain, False, n_k, state, work)
+    if state.skips.ledger == 0 or may_gain(sys, n_k, work):
+        gain, size = book_energy(sys, dt, theta, is_implicit(sys), n_k, state, work)
+        if scratch.options.stiffness == 0.0 and gain > rounded_sum(VELOCITY_ROUNDINGS, size):
+            note_gain(sys, gain, False, n_k, state, work)
     if n_k > 1 and scratch.options.stiffness == 0.0:
         note_together(sys, t, BY_FORCES, n_k, state, work)
     k = 0
@@ -187,8 +200,9 @@ def accept_step(sys, t, dt, theta, n_k, state, scratch):
             state.worst.penetration = max(state.worst.penetration, -work.g_N[i])
         for m in range(work.start[k], work.start[k + 1]):
             state.P[i, m - work.start[k] + shift] = work.P[m]
-        for m in range(state.P.shape[1]):
-            state.P_sum[i, m] += state.P[i, m]
+        if state.skips.impulses == 0:
+            for m in range(state.P.shape[1]):
+                state.P_sum[i, m] += state.P[i, m]
         k += 1
     q, u, u_1 = state.q, state.u, work.u_1
     for i in range(n):

@@ -1,0 +1,77 @@
+"""What a run records, kind by kind: what may be asked for, and what is said of what was not.
+
+    simulate(..., record=("coordinates", "events"))    some kinds, or one
+    simulate(..., record="motion")                     short for those of the motion alone
+
+Of a system these are the kinds below, all of them where nothing is said; of a scene those of scene_records.py.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nonsmooth.errors import InvalidInput, shown
+
+MOTION = "motion"  # code: short for the kinds of the motion alone
+COORDINATES, VELOCITIES, GAPS, IMPULSES = "coordinates", "velocities", "gaps", "impulses"
+MODES, LEDGER, EVENTS = "modes", "ledger", "events"
+# the kinds of a system, and the columns that a loop writes of each
+COLUMNS_OF = {
+    COORDINATES: ("q",), VELOCITIES: ("u",), GAPS: ("g_N",), IMPULSES: ("P",), MODES: ("mode", "slip"),
+    LEDGER: ("ledger",), EVENTS: (),
+}  # fmt: skip
+KINDS = tuple(COLUMNS_OF)
+KINDS_OF_MOTION = (COORDINATES, VELOCITIES)
+KINDS_BETWEEN = (COORDINATES, VELOCITIES, MODES, EVENTS)  # what the motion within fixed steps is found with
+
+
+def kinds_of_system(record: Any) -> tuple[str, ...]:
+    """What a run of a system records: all where nothing is said."""
+    return chosen_kinds(record, KINDS, KINDS, KINDS_OF_MOTION)
+
+
+def chosen_kinds(
+    record: Any, kinds: tuple[str, ...], unasked: tuple[str, ...], motion: tuple[str, ...]
+) -> tuple[str, ...]:
+    """What is recorded, in the order of ``kinds``; ``unasked`` where nothing is said.
+
+    Raises
+    ------
+    InvalidInput
+        For what is no kind.
+    """
+    if record is None:
+        return unasked
+    listed = (record,) if isinstance(record, str) else record
+    if not isinstance(listed, tuple | list) or not all(
+        isinstance(one, str) and one in (*kinds, MOTION) for one in listed
+    ):
+        raise InvalidInput(f"record must be some of {', '.join(map(repr, (*kinds, MOTION)))}; got {shown(record)}")
+    wanted = {*listed, *(motion if MOTION in listed else ())}
+    return tuple(kind for kind in kinds if kind in wanted)
+
+
+def not_recorded(name: str, kind: str) -> InvalidInput:
+    """What is said of a column that was left out."""
+    return InvalidInput(f'{name} was not recorded; simulate(..., record=("{kind}", ...)) keeps the {kind}')
+
+
+class Recorded:
+    """A field of a result that is there if its kind was recorded."""
+
+    def __init__(self, kind: str, name: str = "") -> None:
+        self.kind, self.name = kind, name
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, result: Any, owner: type) -> Any:
+        if result is None:
+            raise AttributeError(self.name)  # of a dataclass: it has no default
+        value = vars(result)[self.name]
+        if value is None:
+            raise not_recorded(self.name, self.kind)
+        return value
+
+    def __set__(self, result: Any, value: Any) -> None:
+        vars(result)[self.name] = value
