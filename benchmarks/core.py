@@ -2,8 +2,9 @@
 
 The rod is also stepped by two C programs compiled on the spot (where there is no C compiler, they are left out): one
 with all known to the compiler, one generic through function pointers. They take the same step, mid-point, rows at the
-mid-point and at the end, Delassus matrix, closed form of the contact, and end at the same angle; but they book no
-energy, keep no modes and ask for no second solution. Medians of interleaved repeats.
+mid-point and at the end, Delassus matrix, closed form of the contact, and end at the same angle. Each is compiled
+twice: with the motion alone, to compare with ``record="motion"``, and with all that the library books of a step
+(rod_books.h), to compare with a run that keeps everything. Medians of interleaved repeats.
 """
 
 from __future__ import annotations
@@ -28,10 +29,26 @@ from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.runs.simulate import simulate_whole
 
 REPEATS = 7
-OWN_ROD = "rod, own loop"  # compiled for it alone
+MOTION = "motion"
+# loops of the rod: whether compiled for it alone, and what is recorded
+RODS: dict[str, tuple[bool, str | None]] = {
+    "rod": (False, None), "rod, motion alone": (False, MOTION),
+    "rod, own loop": (True, None), "rod, own loop, motion alone": (True, MOTION),
+}  # fmt: skip
 ROD_STEPS, STEPS = 300_000, 20_000
 SPAN = 0.3  # s
-C_PROGRAMS = {"hard-coded in C": "rod.c", "C through function pointers": "rod_pointers.c"}
+C_PROGRAMS = {
+    "hard-coded in C": ("rod.c",),
+    "hard-coded in C, books as much": ("rod.c", "-DBOOKS"),
+    "C through function pointers": ("rod_pointers.c",),
+    "C through function pointers, books as much": ("rod_pointers.c", "-DBOOKS"),
+}
+AIMS = {  # chosen: how many times as long as a C program a loop may take
+    ("rod, motion alone", "C through function pointers"): 1.3,
+    ("rod", "C through function pointers, books as much"): 1.7,
+    ("rod, own loop, motion alone", "hard-coded in C"): 1.5,
+    ("rod, own loop", "hard-coded in C, books as much"): 1.5,
+}
 IMPORT = "import time; t = time.perf_counter(); import nonsmooth; print(time.perf_counter() - t)"
 ROOT = Path(__file__).parents[1]  # where this package is found
 FIRST_USE = "from benchmarks.core import run_rod; run_rod(100)"
@@ -47,7 +64,10 @@ def main(argv: list[str] | None = None) -> int:
 
 def print_steps() -> None:
     """Nanoseconds a step."""
-    runs: dict[str, Callable[[], float]] = {"rod": lambda: run_rod(ROD_STEPS)[0], OWN_ROD: run_own_rod}
+    runs: dict[str, Callable[[], float]] = {
+        name: lambda options=options: run_rod(ROD_STEPS, *options)[0]  # type: ignore[misc]
+        for name, options in RODS.items()
+    }
     for model in ("belt-oscillator", "bouncing-ball"):
         runs[model] = lambda model=model: run_model(model, False)  # type: ignore[misc]
         runs[f"{model}, own loop"] = lambda model=model: run_model(model, True)  # type: ignore[misc]
@@ -65,11 +85,10 @@ def print_steps() -> None:
             for name in runs:
                 times[name].append(runs[name]())
     for name, values in times.items():
-        ratio = ""
-        if name in C_PROGRAMS:
-            rod, own = (median_ratio(times[which], values) for which in ("rod", OWN_ROD))
-            ratio = f"; the rod takes {rod:.2f} times this, with its own loop {own:.2f}"
-        print(f"{name:30s} {statistics.median(values):9.0f} ns a step{ratio}")
+        print(f"{name:42s} {statistics.median(values):9.0f} ns a step")
+    for (loop, floor), aim in AIMS.items():
+        if floor in times:
+            print(f"{loop}: {median_ratio(times[loop], times[floor]):.2f} of {floor} (aim {aim})")
     if not set(C_PROGRAMS) & set(times):
         print("no C compiler (cc or gcc) was found: nothing to compare with")
 
@@ -91,18 +110,14 @@ def median_ratio(above: list[float], below: list[float]) -> float:
     return statistics.median(a / b for a, b in zip(above, below, strict=True))
 
 
-def run_own_rod() -> float:
-    """Nanoseconds a step of the rod with the loop that is compiled for it alone."""
-    return run_rod(ROD_STEPS, specialise=True)[0]
-
-
-def run_rod(steps: int, specialise: bool = False) -> tuple[float, float]:
+def run_rod(steps: int, specialise: bool = False, record: str | None = None) -> tuple[float, float]:
     """Nanoseconds a step of the sliding rod, and its final angle."""
     th = math.pi / 3
     integrator = MoreauJean(dt=SPAN / steps, specialise=specialise)
     solution = simulate_whole(
-        sliding_rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=integrator, every=steps
-    )
+        sliding_rod(), (0, SPAN), [0, math.sin(th), th], [1, 0, 0], integrator=integrator, every=steps,
+        record=record,
+    )  # fmt: skip
     return solution.stats.wall_time / steps * 1e9, float(solution.q[-1, 2])
 
 
@@ -140,18 +155,18 @@ def compile_c(folder: Path) -> dict[str, Path]:
     """The C programs, if the system has a compiler."""
     compiler = shutil.which("cc") or shutil.which("gcc")
     programs = {}
-    for name, file in C_PROGRAMS.items() if compiler else ():
-        programs[name] = folder / Path(file).stem
+    for name, (file, *flags) in C_PROGRAMS.items() if compiler else ():
+        programs[name] = folder / "-".join([Path(file).stem, *flags])
         source = Path(__file__).with_name(file)
-        subprocess.run([str(compiler), "-O2", str(source), "-o", str(programs[name]), "-lm"], check=True)
+        subprocess.run([str(compiler), "-O2", *flags, str(source), "-o", str(programs[name]), "-lm"], check=True)
     return programs
 
 
-def run_c(program: Path, steps: int) -> tuple[float, float]:
-    """Nanoseconds a step of a C program, and the final angle."""
+def run_c(program: Path, steps: int) -> tuple[float, float, float]:
+    """Nanoseconds a step of a C program, the final angle, and the work of friction [J], where it is booked."""
     printed = subprocess.run([str(program), str(steps)], capture_output=True, text=True, check=True).stdout
-    nanoseconds, th = map(float, printed.split())
-    return nanoseconds, th
+    nanoseconds, th, friction = map(float, printed.split())
+    return nanoseconds, th, friction
 
 
 def call_overhead() -> float:

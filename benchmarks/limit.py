@@ -150,12 +150,13 @@ def variant(parts: tuple[str, ...]) -> Kernel:
     return without(name for part in parts for name in PART_NAMES[part])
 
 
-def run_rod(parts: tuple[str, ...]) -> tuple[float, float]:
+def run_rod(parts: tuple[str, ...], record: str | None = None) -> tuple[float, float]:
     """Nanoseconds of processor time a step of the sliding rod, and its final angle."""
     th, integrator = math.pi / 3, Without(dt=SPAN / ROD_STEPS, parts=parts)
     start = [0, math.sin(th), th], [1, 0, 0]
     started = time.process_time()
-    solution = simulate_whole(sliding_rod(), (0, SPAN), *start, integrator=integrator, every=ROD_STEPS)
+    solution = simulate_whole(sliding_rod(), (0, SPAN), *start, integrator=integrator, every=ROD_STEPS,
+                              record=record)  # fmt: skip
     return (time.process_time() - started) / ROD_STEPS * 1e9, float(solution.q[-1, 2])
 
 
@@ -180,6 +181,7 @@ def print_step() -> None:
         runs: dict[str, Callable[[], tuple[float, float]]] = {
             name: functools.partial(run_rod, parts) for name, parts in cuts.items()
         }
+        runs['`record="motion"`'] = functools.partial(run_rod, (), "motion")
         runs |= {name: functools.partial(run_program, program) for name, program in programs.items()}
         for name, run in runs.items():
             _, angle = run()  # compiled, or loaded
