@@ -103,9 +103,11 @@ def change_modes(sys_at, every, state_at, record_at, scratch_at):
             return Status.STEP_VANISHED.value
         event = events.armed.shape[0] - 1
     contacts.facts.event = event
-    t, u_0 = ode.clock.now, scratch.touch.u_0
+    t, u_0, held = ode.clock.now, scratch.touch.u_0, scratch.touch.held
     for j in range(n):
         u_0[j] = ode.x[n + j]
+    for i in range(sys.n_c):
+        held[i, 0], held[i, 1], held[i, 2] = contacts.mode[i], contacts.slip[i], contacts.sign[i]
     status, enters = Status.RUNNING.value, enters_region(sys, event, contacts)
     if not enters and sys.n_c > 0:
         status = switch_modes(
@@ -123,7 +125,7 @@ def change_modes(sys_at, every, state_at, record_at, scratch_at):
         events.is_gap[N_FUNCTIONS * i + CLOSURE] = 1 if contacts.mode[i] == ContactMode.OPEN else 0
     events.found.check_start = 1
     events.found.handled = event if event >= 0 else NO_EVENT
-    radau_restart(ode)
+    radau_restart(not is_start and has_same_modes(held, contacts), ode)
     has_jumped = False
     for j in range(n):
         has_jumped = has_jumped or u_0[j] != ode.x[n + j]
@@ -142,6 +144,15 @@ def change_modes(sys_at, every, state_at, record_at, scratch_at):
     if every > 0 and has_jumped:
         write_state(sys, t, ode.x, False, state, record, scratch)
     return status
+
+
+@kernel
+def has_same_modes(held, contacts):
+    """Whether all modes are those before the event, as those of an impact between flights are."""
+    for i in range(held.shape[0]):
+        if held[i, 0] != contacts.mode[i] or held[i, 1] != contacts.slip[i] or held[i, 2] != contacts.sign[i]:
+            return False
+    return True
 
 
 @kernel

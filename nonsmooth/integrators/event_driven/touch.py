@@ -30,6 +30,7 @@ class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"
     ahead: float  # [s] how far from the instant modes are decided, on the motion that the old ones would go on with
     is_touching: Array[Ints, "n_c"]  # closed, and gamma_N = 0 once impacts are over
     is_resting: Array[Ints, "n_c"]  # gamma_F = 0
+    held: Array[Ints, "n_c", 3]  # modes before the event: mode, sign of sliding, sign of la_N
     gamma: Array[Floats, "n_c", 2]  # contact velocities
     before: Array[Floats, "n_c", 2]  # those before the impacts
     P: Array[Floats, "n_c", 2]  # impulses of the event

@@ -83,7 +83,7 @@ def change_modes(sys_at, every, state_at, record_at, scratch_at):
             note_event(sys, ode.clock.now, i, state, scratch)
             state.mode[i], state.slip[i] = contacts.mode[i], contacts.slip[i]
     events.found.check_start, events.found.handled = 1, which
-    radau_restart(ode)
+    radau_restart(False, ode)
     return Status.RUNNING.value
 
 

@@ -1,8 +1,8 @@
 """Events of an ordinary differential equation: where a function of the state falls through zero.
 
 An event function is positive while its mode lasts. It is watched at the stages of each step, and between them
-(radau/resolution.py): what falls and rises again within one step is found too. The first zero is enclosed by bisection
-of the collocation polynomial, and the step is then taken anew to that time and corrected by Newton's method, so that
+(radau/resolution.py): what falls and rises again within one step is found too. The first zero is enclosed on the
+collocation polynomial, and the step is then taken anew to that time and corrected by Newton's method, so that
 the state at the event has the order of the method, not that of the polynomial. The step that is left is watched in the
 same way: what dips before the event may lie between the stages of the longer one.
 
@@ -22,7 +22,7 @@ import math
 from typing import Annotated as Array
 
 from nonsmooth.errors import Status
-from nonsmooth.integrators.radau.method import STEP_SAFETY, radau_interpolate, radau_shorten
+from nonsmooth.integrators.radau.method import STEP_SAFETY, move_end, radau_interpolate, radau_shorten
 from nonsmooth.integrators.radau.resolution import (
     AT_BEGIN,
     EXTRA,
@@ -39,9 +39,14 @@ from nonsmooth.jit.blocks import Block, Floats, Handle, Ints, address, view
 from nonsmooth.numerics.rounding import EPS, spacing
 
 MAX_STALLS = 8  # chosen: events at one instant, per event function
-BISECTIONS = 50  # chosen: to 1e-15 of a step
+MOST_PLACES_TRIED = 150  # chosen: evaluations that enclose an event; some 8 do to 1e-15 of a step
+AT_SECANT, BEYOND_SECANT, AT_MIDDLE = range(3)  # code: where an event is looked for within what encloses it
+LOW_END, HIGH_END = 1, 2  # code: its ends
 EVENT_CORRECTIONS = 6  # chosen: of the time of an event, by steps of the method itself
 LARGEST_CORRECTION = 0.1  # derived: of the length of the step: a larger correction means that the polynomial was wrong
+# derived: the same that is made on the polynomial of the shortened step, whose end moves with the rates there: it errs
+# by the square of that, times what the polynomial errs by within a step
+POLYNOMIAL_CORRECTION = 1e-3
 SLOPE_STEP = 1e-3  # chosen: of the distance to the event: the difference that gives the slope of the event function
 NO_EVENT, TOO_LONG = -1, -2  # code: in place of the number of an event function
 EVENT_ROUNDINGS = 2000  # chosen: roundings that the tolerance of an event function stands for
@@ -75,6 +80,8 @@ class Events(Block):
     armed_before: Array[Ints, "n_events"]  # the same at the beginning of the step
     floor_before: Array[Floats, "n_events"]
     value: Array[Floats, "2 * n_events"]  # values and tolerances
+    above: Array[Floats, "n_events"]  # distances from a fall at the ends of what encloses it
+    below: Array[Floats, "n_events"]
     sample: Array[Floats, 6, "n_events"]  # at the beginning of the step, its stages, and two places between
     largest: Array[Floats, "n_events"]  # absolute values since the last event
     longest: float  # step [s] by which the event functions are followed
@@ -138,16 +145,14 @@ def look_at_start(sys, ode, events):
 def look_along(sys, ending, ode, events):
     """Look for the first fall within the step, at its stages and between them; at its end only where it is not known
     to end with an event. A Status, and found.which as above."""
-    low = 0.0
     for sample in range(3):
         status = values_at_stage(sys, sample, ode, events)
         if status != Status.RUNNING:
             return status
         which, _ = first_fallen(events)
         if which != NO_EVENT and (sample < 2 or ending == NO_EVENT):
-            return shorten_to_event(sys, low, C[sample], ode, events)
+            return shorten_to_event(sys, sample, C[sample], ode, events)
         arm_functions(events)
-        low = C[sample]
         note_values(1 + sample, events.value, events)
     was_armed = 0
     if ending != NO_EVENT:  # which leaves no doubt: it falls there
@@ -209,7 +214,7 @@ def look_between(sys, ode, events):
             return status
         which, _ = first_fallen(events)
         if which != NO_EVENT:
-            return shorten_to_event(sys, 0.0, theta, ode, events)
+            return shorten_to_event(sys, AT_BEGIN, theta, ode, events)
         room = 0.0
     factor = STEP_SAFETY * room**0.25
     if (
@@ -284,23 +289,14 @@ def restore_armed(events):
 
 
 @kernel
-def shorten_to_event(sys, low, high, ode, events):
-    """Enclose the first zero in (low, high) of the step, take the step to it and correct it; returns a Status."""
+def shorten_to_event(sys, before, high, ode, events):
+    """Take the step to the first fall between a place where nothing has fallen, one of NODES, and one where something
+    has, whose values are in events.value, and correct it; returns a Status."""
     clock, x, value = ode.clock, events.x, events.value
     t, h = clock.now, clock.done
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        if (high - low) * h <= spacing(t) or high - low <= spacing(high):
-            break
-        radau_interpolate(middle, ode, x)
-        status = event_values(events.functions, sys, ode.context, t + middle * h, x, value)
-        if status != Status.RUNNING:
-            return status
-        which, _ = first_fallen(events)
-        if which != NO_EVENT:
-            high = middle
-        else:
-            low = middle
+    status, high = enclose_fall(sys, before, high, ode, events)
+    if status != Status.RUNNING:
+        return status
     radau_interpolate(high, ode, x)
     status = event_values(events.functions, sys, ode.context, t + high * h, x, value)
     if status != Status.RUNNING:
@@ -327,15 +323,74 @@ def shorten_to_event(sys, low, high, ode, events):
 
 
 @kernel
-def correct_length(sys, length, slope, which, level, ode, events):
-    """Newton's method on the length of the step, until the event function has fallen to the level; each of its values
-    is from a step taken anew. Returns (Status, whether it falls there)."""
-    t = ode.clock.now
-    is_met = False
-    for _ in range(EVENT_CORRECTIONS):
-        status = radau_shorten(sys, length, address(ode))
+def enclose_fall(sys, before, high, ode, events):
+    """(Status, place) of that fall on the polynomial of the step, by regula falsi, every function with a secant of its
+    own: at the secant, then as far again beyond it, so that both ends come near; where that is not beyond the fall,
+    in the middle."""
+    low, way, last = NODES[before], AT_SECANT, 0
+    note_distances(events.below, events)
+    for e in range(events.armed.shape[0]):
+        events.above[e] = distance(events.sample[before, e], e, events)
+    for _ in range(MOST_PLACES_TRIED):
+        least = max(spacing(high), spacing(ode.clock.now) / ode.clock.done)
+        if high - low <= least:
+            break
+        room = min(least, 0.5 * (high - low))
+        middle = min(high - room, max(low + room, low + part_of(way, last, events) * (high - low)))
+        status = values_at(sys, middle, ode, events)
         if status != Status.RUNNING:
-            return status, False
+            return status, high
+        which, _ = first_fallen(events)
+        side = HIGH_END if which != NO_EVENT else LOW_END
+        if side == HIGH_END:
+            high = middle
+        else:
+            low = middle
+        note_distances(events.below if side == HIGH_END else events.above, events)
+        way = BEYOND_SECANT if way == AT_SECANT else AT_MIDDLE if way == BEYOND_SECANT and side == last else AT_SECANT
+        last = side
+    return Status.RUNNING.value, high
+
+
+@kernel
+def part_of(way, last, events):
+    """Where between the two ends the functions are looked at next, seen from the low one."""
+    if way == AT_MIDDLE:
+        return 0.5
+    part = 1.0  # of the first of the functions that have fallen
+    for e in range(events.armed.shape[0]):
+        if events.below[e] < 0.0 <= events.above[e]:
+            part = min(part, events.above[e] / (events.above[e] - events.below[e]))
+    if way == BEYOND_SECANT:
+        part = min(0.5, 2.0 * part) if last == LOW_END else max(0.5, 2.0 * part - 1.0)
+    return part
+
+
+@kernel
+def distance(value, e, events):
+    """How far a function is above where it counts as fallen."""
+    return value if events.armed[e] == 1 else value + events.value[events.armed.shape[0] + e] + events.floor[e]
+
+
+@kernel
+def note_distances(end, events):
+    """Take the distances at a new end."""
+    for e in range(events.armed.shape[0]):
+        end[e] = distance(events.value[e], e, events)
+
+
+@kernel
+def correct_length(sys, length, slope, which, level, ode, events):
+    """Newton's method on the length of the step, which is taken anew, until the event function has fallen to the
+    level; small corrections are made on its polynomial. Returns (Status, whether it falls there)."""
+    t, is_met, change = ode.clock.now, False, math.inf
+    for _ in range(EVENT_CORRECTIONS):
+        if abs(change) < POLYNOMIAL_CORRECTION * length:
+            move_end(length, ode)
+        else:
+            status = radau_shorten(sys, length, address(ode))
+            if status != Status.RUNNING:
+                return status, False
         status = event_values(events.functions, sys, ode.context, t + length, ode.x_1, events.value)
         if status != Status.RUNNING:
             return status, False

@@ -112,7 +112,6 @@ def begin(sys, h_max, ode):
         size += x[i] / scale[i] * (x[i] / scale[i])
         speed += f_0[i] / scale[i] * (f_0[i] / scale[i])
     ode.flags.has_rates = 1
-    ode.flags.has_jacobian = 0
     ode.flags.has_dense = 0
     clock.factored = 0.0
     clock.error_old = 0.0
@@ -138,32 +137,37 @@ def step_factor(h, error, clock):
 def radau_shorten(sys, h, ode_at):
     """Take the step of ``radau_step`` anew with a smaller h: to an event that was found within it."""
     ode = view(ode_at, Radau)
-    if ode.flags.is_current == 0:
-        status = jacobian(sys, ode)
-        if status != Status.RUNNING:
-            return status
-    if not factorise(h, ode):
-        return Status.STEP_VANISHED.value
-    ratio = h / ode.clock.done
-    for i in range(ode.x.shape[0]):  # the polynomial of the longer step is the first guess
-        ode.trial[i] = ode.Z[0, i]
-        ode.f[i] = ode.Z[1, i]
-        ode.x_1[i] = ode.Z[2, i]
-    for s in range(3):
-        for i in range(ode.W.shape[1]):
-            ode.Z[s, i] = dense_value(C[s] * ratio, ode.trial[i], ode.f[i], ode.x_1[i])
+    move_end(h, ode)  # the polynomial of the longer step is the first guess
     for s in range(3):
         for i in range(ode.W.shape[1]):
             total = 0.0
             for r in range(3):
                 total += T_INVERSE[s][r] * ode.Z[r, i]
             ode.W[s, i] = total
-    converged, _, _ = newton(sys, h, ode)
-    if not converged:
-        return Status.STEP_VANISHED.value
+    while True:
+        if factorise(h, ode):
+            converged, _, _ = newton(sys, h, ode)
+            if converged:
+                break
+        if ode.flags.is_current != 0:
+            return Status.STEP_VANISHED.value
+        status = jacobian(sys, ode)
+        if status != Status.RUNNING:
+            return status
     finish_stages(h, ode)
-    ode.clock.done = h
     return Status.RUNNING.value
+
+
+@kernel
+def move_end(h, ode):
+    """Let the step that was tried end after the time h, on its polynomial."""
+    ratio = h / ode.clock.done
+    for i in range(ode.x.shape[0]):
+        Z_1, Z_2, Z_3 = ode.Z[0, i], ode.Z[1, i], ode.Z[2, i]
+        for s in range(3):
+            ode.Z[s, i] = dense_value(C[s] * ratio, Z_1, Z_2, Z_3)
+        ode.x_1[i] = ode.x[i] + ode.Z[2, i]
+    ode.clock.done = h
 
 
 @kernel
@@ -196,8 +200,10 @@ def radau_accept(sys, ode):
 
 
 @kernel
-def radau_restart(ode):
-    """Forget what belongs to the rates before a change of them."""
+def radau_restart(keeps_rates, ode):
+    """Forget what belongs to the rates before a change of them, or of the state alone: its Jacobian is an old one then,
+    which is taken anew where Newton's method asks for it."""
     flags = ode.flags
-    flags.has_rates, flags.has_jacobian, flags.is_current, flags.is_worn, flags.has_dense = 0, 0, 0, 0, 0
-    flags.refusal = 0
+    flags.has_rates, flags.is_current, flags.has_dense, flags.refusal = 0, 0, 0, 0
+    if not keeps_rates or flags.is_worn != 0:
+        flags.has_jacobian, flags.is_worn = 0, 0

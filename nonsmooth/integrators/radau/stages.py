@@ -297,10 +297,12 @@ def solve_real(h, ode):
     m = n - k
     J, a, v, w = ode.J, ode.a, ode.v, ode.w
     e = GAMMA / h
+    for j in range(m):
+        w[j] = a[j] / e
     for i in range(k):
         total = a[m + i]
         for j in range(m):
-            total += J[m + i, j] * a[j] / e
+            total += J[m + i, j] * w[j]
         v[i] = total
     lu_solve(k, ode.real, ode.order, v, w)
     for i in range(m):
@@ -317,11 +319,13 @@ def solve_complex(h, ode):
     J, b, c, v, w, y, z = ode.J, ode.b, ode.c, ode.v, ode.w, ode.y, ode.z
     alpha, beta = ALPHA / h, BETA / h
     size = alpha * alpha + beta * beta
+    for j in range(m):
+        y[j], z[j] = (b[j] * alpha + c[j] * beta) / size, (c[j] * alpha - b[j] * beta) / size
     for i in range(k):
         re, im = b[m + i], c[m + i]
         for j in range(m):
-            re += J[m + i, j] * (b[j] * alpha + c[j] * beta) / size
-            im += J[m + i, j] * (c[j] * alpha - b[j] * beta) / size
+            re += J[m + i, j] * y[j]
+            im += J[m + i, j] * z[j]
         v[i], w[i] = re, im
     complex_lu_solve(k, ode.re, ode.im, ode.order_c, v, w, y, z)
     for i in range(m):
