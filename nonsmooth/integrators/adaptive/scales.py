@@ -9,6 +9,7 @@ does within its bands is below the resolution.
 
 from __future__ import annotations
 
+from nonsmooth.integrators.radau.events import EVENT_ROUNDINGS
 from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.modes import RigidContacts
 from nonsmooth.jit import kernel
@@ -16,11 +17,14 @@ from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.situation import Situation, find_situation, mode_of_situation
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, GAP_RATE, NORMAL, TANGENT
+from nonsmooth.numerics.rounding import rounded_sum
 
 # chosen: of a tolerance: what an event may be off by. It is one of many in a step, and most events amplify it
 BAND = 1e-2
 EVENT_TIME = 1e-3  # chosen: of a step
-MOVED_IN_INSTANT = 1e-2  # chosen: of the tolerances: what may move in the time of an event
+# chosen: of a tolerance, above rounding: what the place of an impact may be off by, and what may move in the time of an
+# event. Of impacts that follow one another the order counts: which is first changes the motion by more than they move.
+IMPACT_BAND = 1e-4
 
 
 @kernel
@@ -66,13 +70,19 @@ def set_tolerances(sys, run):
 @kernel
 def closed_gap(i, run):
     """The gap below which contact i counts as closed: above what it moves in the shortest step."""
-    return BAND * run.tol_g[i] + run.clock.least * abs(run.gamma_0[i])
+    return impact_band(run) * run.tol_g[i] + run.clock.least * abs(run.gamma_0[i])
+
+
+@kernel
+def impact_band(run):
+    """What the place of an impact may be off by, and its instant move, in tolerances: not what rounding hides."""
+    return max(IMPACT_BAND, min(BAND, rounded_sum(EVENT_ROUNDINGS, 1.0) / run.clock.rtol))
 
 
 @kernel
 def is_parting(sys, i, gamma_N, run):
-    """Whether contact i leaves with this velocity, by more than its tolerance: the situation of one without a gap."""
-    slow, still = run.tol_gamma[i], run.tol_slip[i]
+    """Whether contact i leaves with this velocity, by more than its band: the situation of one without a gap."""
+    slow, still = BAND * run.tol_gamma[i], run.tol_slip[i]
     return find_situation(sys.kinds[i, 0], 0.0, gamma_N, 0.0, 0.0, slow, still, True) == Situation.OPEN
 
 
@@ -85,16 +95,16 @@ def mode_when_closed(sys, i, gamma_F, run):
 
 @kernel
 def length_of_instant(run):
-    """A time in which smooth motion moves nothing by more than MOVED_IN_INSTANT of its tolerance, and no more than
-    EVENT_TIME of a step: what is at rest may be about to break away."""
-    n = run.a_0.shape[0]
+    """A time in which smooth motion moves nothing by more than a part of its tolerance, no more than EVENT_TIME of a
+    step: what is at rest may be about to break away."""
+    n, part = run.a_0.shape[0], impact_band(run)
     shortest = EVENT_TIME * run.clock.step
     for i in range(n):
         speed, acceleration = run.largest[n + i], max(abs(run.a_0[i]), abs(run.a_1[i]))
         if speed > 0.0:
-            shortest = min(shortest, MOVED_IN_INSTANT * run.tol[i] / speed)
+            shortest = min(shortest, part * run.tol[i] / speed)
         if acceleration > 0.0:
-            shortest = min(shortest, MOVED_IN_INSTANT * run.tol[n + i] / acceleration)
+            shortest = min(shortest, part * run.tol[n + i] / acceleration)
     return max(shortest, run.clock.least)
 
 

@@ -8,9 +8,9 @@ It is the step of moreau_jean/step.py with theta = 1/2 and six changes:
    rounding of a gap does to the velocities depends on the step, and would enter every difference of two step sizes;
 3. the velocities are carried through the step by the rates of the rows, which lose nothing in short steps;
 4. a contact that was open when the adaptive step began, and parts, takes no part;
-5. a bounce that would stay within the tolerance of the gap does not take place, nor one that is slower than the
-   tolerance of the velocity: (e gamma_N)^2 / (2 a) <= tol_g, with a the free acceleration towards the surface, or
-   |gamma_N| <= tol_gamma;
+5. a bounce that would stay within the tolerance of the gap does not take place, nor one that is slower than the band
+   of the velocity: (e gamma_N)^2 / (2 a) <= tol_g, with a the free acceleration towards the surface, or
+   |gamma_N| within its band: slower ones, of which nothing comes back, would be off by their velocity from then on;
 6. ``selection="impact"`` is asked where a contact decides on its mode: at the start, where it lands and where it stops
    sticking. What slides goes on sliding: stopped anew in every step, it would follow neither mode in the limit.
 """
@@ -20,7 +20,7 @@ from __future__ import annotations
 from nonsmooth.contact.planar.impacts import has_shock
 from nonsmooth.contact.planar.single import Selection
 from nonsmooth.errors import Status
-from nonsmooth.integrators.adaptive.scales import is_parting
+from nonsmooth.integrators.adaptive.scales import BAND, is_parting
 from nonsmooth.integrators.adaptive.state import THETA, Extrapolation
 from nonsmooth.integrators.moreau_jean.contact import solve
 from nonsmooth.integrators.moreau_jean.paradox import note_paradoxes
@@ -200,7 +200,7 @@ def choose_restitution(sys, dt, n_k, run, work):
         if e == 0.0 or gamma_N >= 0.0 or run.counters.ends_series == 1:
             continue
         inward = (gamma_N - work.c[row]) / dt
-        if -gamma_N > run.tol_gamma[i] and e * gamma_N * (e * gamma_N) > 2.0 * inward * DROPPED * run.tol_g[i]:
+        if -gamma_N > BAND * run.tol_gamma[i] and e * gamma_N * (e * gamma_N) > 2.0 * inward * DROPPED * run.tol_g[i]:
             run.system.laws[i, LAW_E_N] = e
             strikes = True
     if strikes and has_shock(n_k, sys, work):  # which goes on to contacts that do not approach yet
