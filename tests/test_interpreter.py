@@ -36,6 +36,7 @@ from nonsmooth.contact.blocks.solve import SOLVERS as CONTACT_SOLVERS
 from nonsmooth.integrators.springs.steps import SpringPlaces
 from nonsmooth.jit import Kernel, blocks, interpreted
 from nonsmooth.lcp.solve import SOLVERS as LCP_SOLVERS
+from tests.integrators.test_several_impacts_with_friction import feet
 
 DATA = Path(__file__).parent / "data"
 
@@ -195,6 +196,11 @@ def falling_rod(impact):
 @pytest.mark.parametrize("impact", ["poisson", "energetic"])
 def test_other_laws_of_impact_have_the_same_bits_at_both_speeds(impact, integrator):
     compare_runs(falling_rod(impact), integrator)
+
+
+@pytest.mark.parametrize("u", [[3.0, -1.0, 0.4], [0.1, -1.0, 0.0]], ids=["slides", "sticks"])
+def test_contacts_struck_together_by_the_energetic_law_have_the_same_bits_at_both_speeds(u):
+    compare_runs((feet(0.5, 0.6, "energetic"), np.zeros(3), np.array(u), 2e-3, "compliant-limit"), ns.MoreauJean(1e-3))
 
 
 PARADOX = of_model(PainleveRod(mu=2.0), 0.02, th=1.0, thdot=4.0, slip=-1.0)  # three solutions

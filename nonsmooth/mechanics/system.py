@@ -95,9 +95,9 @@ class Contact:
         Friction only, under the force ``normal_force(t, q, u, p, N)``: |P_F| <= mu dt max(N, 0); no gap, no W_N.
     impact : {"newton", "poisson", "energetic", "sequential"}
         What e_N is a ratio of: velocities, impulses, or works (e_N^2). Several contacts hit at once are decided
-        together by the first two, the second with one e_N; by "sequential" one after the other, the fastest approach
-        first, of equal ones the lowest number, each by the energetic law. "energetic" is for the only contact of a
-        system; there "sequential" is the same.
+        together by the first three: "poisson" with one e_N, "energetic" as springs of equal stiffness, compressed and
+        given back each in its own time, with e_N > 0 at all or at none. By "sequential" they are struck one after the
+        other, the fastest approach first, of equal ones the lowest number, each by the energetic law.
     name : str
         For summaries, figures and messages, as "tip"; its number when left out.
     """
@@ -451,22 +451,23 @@ def _check_laws(system: System) -> None:
     others = np.flatnonzero(system.law_numbers[:, LAW_IMPACT] != ImpactLaw.NEWTON)
     if not len(others) or system.n_c == 1:
         return
-    law = system.contacts[others[0]].impact
-    if law == "energetic":
-        raise InvalidInput(
-            f"impact = {law!r} needs a system with one contact; several take 'newton', 'poisson' or 'sequential'; got "
-            f"{system.n_c} contacts"
-        )
+    law, e = system.contacts[others[0]].impact, system.law_numbers[:, LAW_E_N]
     for contact in system.contacts:
         if contact.impact != law or contact.kind != UNILATERAL:
             raise InvalidInput(
                 f"impact = {law!r} needs a system with one contact, or several that are all unilateral and of the same "
                 f"law; got {contact}"
             )
-    if law == "poisson" and np.ptp(system.law_numbers[:, LAW_E_N]) > 0.0:
+    said = ", ".join(f"{value:g}" for value in e)
+    if law == "poisson" and np.ptp(e) > 0.0:
         raise InvalidInput(
-            f"impact = 'poisson' of several contacts needs one e_N, with several they may gain energy; got "
-            f"{', '.join(f'{e:g}' for e in system.law_numbers[:, LAW_E_N])}; impact='sequential' takes several"
+            f"impact = 'poisson' of several contacts needs one e_N, with several they may gain energy; got {said}; "
+            "impact='sequential' or 'energetic' takes several"
+        )
+    if law == "energetic" and not e.all() and e.any():
+        raise InvalidInput(
+            "impact = 'energetic' of several contacts needs e_N > 0 at all of them, or e_N = 0 at all, which gives "
+            f"nothing back; got {said}; impact='sequential' takes any"
         )
 
 

@@ -143,7 +143,6 @@ def test_laws_of_several_contacts_that_cannot_be_are_refused():
                       tangent=mass)  # fmt: skip
 
     one = ns.Contact(e_N=0.5, impact="sequential")
-    refused("needs a system with one contact; several take", *[ns.Contact(impact="energetic")] * 2)
     refused("or several that are all unilateral and of the same law", one, ns.Contact())
     refused("all unilateral", one, ns.Contact(bilateral=True, impact="sequential"))
     poisson = [ns.Contact(e_N=e, impact="poisson") for e in (0.5, 0.6)]
@@ -172,7 +171,7 @@ def test_gravity_presses_a_struck_row_to_rest():
     def height(t, q, p, V):
         V[0] = p.g * (q[0] + q[1] + q[2])
 
-    for impact in ("sequential", "poisson"):
+    for impact in ("sequential", "poisson", "energetic"):
         made = ns.System(n_q=3, mass=unit, force=weight, gap=heights, potential=height, parameters=P(),
                          contacts=[ns.Contact(e_N=0.5, impact=impact)] * 3)  # fmt: skip
         sol = ns.simulate(made, (0, 2), [0, 0, 0.1], [0, 0, 0], integrator=ns.MoreauJean(dt=1e-3))

@@ -21,8 +21,11 @@ T_- - T_C = P_C.G P_C/2: nothing is gained. With several e it could be, and with
 have spent on what expansion gives back: there e is lowered, for all contacts alike, to the largest with T_E <= T_-.
 A contact that no other is coupled to has Poisson's law of a single contact.
 
-In both P_rest is the solution of the problem of a step from there without restitution, 0 <= gamma_+ _|_ P_rest >= 0
-with friction within mu P_rest. No part of it gains energy.
+ENERGETIC: all at once, each compressed and given back in its own time (energetic.py). With e = 0 at all there is no
+shock.
+
+In all of them P_rest is the solution of the problem of a step from there without restitution, 0 <= gamma_+ _|_ P_rest
+>= 0 with friction within mu P_rest. No part of it gains energy.
 Source: Ivanov, *J. Appl. Math. Mech.* 59 (1995) 887; Han, Gilmore, *J. Mech. Design* 115 (1993) 412; Glocker, Pfeiffer,
 *Nonlinear Dynamics* 7 (1995) 471.
 """
@@ -31,18 +34,26 @@ from __future__ import annotations
 
 import math
 
+from nonsmooth.contact.planar.energetic import spring_back
 from nonsmooth.contact.planar.ladder import Route, solve_planar
 from nonsmooth.contact.planar.single import BORDER_WIDTH, FREE, SLIDE_MINUS, SLIDE_PLUS, STICK
-from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.jit import Kernel, kernel, rare_kernel
 from nonsmooth.jit.blocks import address
 from nonsmooth.mechanics.impact import impulse_map
 from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N, LAW_IMPACT, ImpactLaw, friction_coefficient
+from nonsmooth.mechanics.system import System
 
 SLOWEST_BLOW = 1e-10  # chosen: of the fastest approach: what strikes slower is rounding of what struck before
 BLOWS = 1000  # chosen: for each contact; a series of them converges like a geometric one
 EXPANSION_SWEEPS = 10_000  # chosen: of Gauss-Seidel on the friction of an expansion
 SETTLED_FRICTION = 1e-15  # chosen: of the largest limit: what a last sweep may change
 HALVINGS = 50  # derived: of the restitution, to the last place but three
+
+
+def kernels_of_shock(system: System) -> list[Kernel]:
+    """Entry points that an impact of several contacts of the system needs."""
+    is_energetic = system.n_c > 1 and (system.law_numbers[:, LAW_IMPACT] == ImpactLaw.ENERGETIC).any()
+    return [spring_back] if is_energetic else []
 
 
 @kernel
@@ -63,13 +74,25 @@ def strike(sys, n_k, slow, work, planar):
         fastest = max(fastest, -gamma_0[start[k]])
     if fastest <= slow:
         return True
-    if int(sys.laws[work.closed[0], LAW_IMPACT]) == ImpactLaw.SEQUENTIAL:
+    law = int(sys.laws[work.closed[0], LAW_IMPACT])
+    if law == ImpactLaw.SEQUENTIAL:
         if not strike_in_turn(sys, n_k, max(slow, SLOWEST_BLOW * fastest), work):
+            return False
+    elif law == ImpactLaw.ENERGETIC:
+        if not give_back_energy(sys, n_k, slow, work, planar):
             return False
     elif not compress_and_expand(sys, n_k, slow, work, planar):
         return False
     go_on_from_shock(sys, n_k, work)
     return True
+
+
+@kernel
+def give_back_energy(sys, n_k, slow, work, planar):
+    """The impulses of the energetic law; none where nothing is given back. False where they have no end."""
+    if sys.laws[work.closed[0], LAW_E_N] == 0.0:
+        return True
+    return spring_back(address(sys), n_k, slow, address(work), address(planar.springs)) == 1
 
 
 @kernel

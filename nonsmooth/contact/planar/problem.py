@@ -27,6 +27,7 @@ from typing import Annotated as Array
 
 import numpy as np
 
+from nonsmooth.contact.planar.energetic import Springs
 from nonsmooth.contact.planar.enumerate import MAX_SOLUTIONS, Tree
 from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_MINUS, SLIDE_PLUS, STICK
 from nonsmooth.jit import kernel
@@ -125,6 +126,7 @@ class Planar(
     memory: Memory
     tree: Array[Tree, "n = levels", "r = min(r, 2 * levels)", "kept = kept"]
     family: Array[Family, "n = levels", "r = min(r, 2 * levels)"]
+    springs: Springs  # of an impact of several
 
 
 def problem_of(kinds: Ints, G: Floats, c: Floats, mu: Floats, mu_static: Floats) -> Problem:

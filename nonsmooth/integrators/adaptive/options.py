@@ -15,6 +15,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_number, as_positive
 from nonsmooth.contact.planar.enumerate import enumerate_modes
+from nonsmooth.contact.planar.impacts import kernels_of_shock
 from nonsmooth.contact.planar.ladder import pivot, solve_planar
 from nonsmooth.contact.planar.newton import solve_by_newton
 from nonsmooth.contact.planar.redundant import enumerate_redundant
@@ -95,7 +96,14 @@ class Adaptive(Integrator):
         entry_points = [try_step, held_step, hold_modes, find_event, decide_modes, step_through, substep]
         entry_points += [solve, rigid_events]
         if system.n_c > 1:
-            entry_points += [share_load, solve_planar, enumerate_modes, enumerate_redundant, pivot]
+            entry_points += [
+                share_load,
+                solve_planar,
+                enumerate_modes,
+                enumerate_redundant,
+                pivot,
+                *kernels_of_shock(system),
+            ]
         if needs_newton(system):
             entry_points.append(solve_by_newton)
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():

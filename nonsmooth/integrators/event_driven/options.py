@@ -16,6 +16,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_number, as_positive
 from nonsmooth.contact.planar.enumerate import enumerate_modes
 from nonsmooth.contact.planar.forces import MAX_MODES
+from nonsmooth.contact.planar.impacts import kernels_of_shock
 from nonsmooth.contact.planar.ladder import pivot, solve_planar
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, Status, shown
@@ -90,7 +91,7 @@ class EventDriven(LocatesEvents):
         if system.n_c > 0:
             entry_points += [find_modes, solve_impact, switch_modes, enumerate_modes, share_load]
         if system.n_c > 1:
-            entry_points += [enumerate_redundant, solve_planar, pivot]
+            entry_points += [enumerate_redundant, solve_planar, pivot, *kernels_of_shock(system)]
         load_all(entry_points)
 
     def memory(self, system: System, selection: int) -> Scratch:

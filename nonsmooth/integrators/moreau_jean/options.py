@@ -17,6 +17,7 @@ from typing import ClassVar
 
 from nonsmooth.checks.arrays import as_flag, as_instance, as_number, as_positive
 from nonsmooth.contact.planar.enumerate import enumerate_modes
+from nonsmooth.contact.planar.impacts import kernels_of_shock
 from nonsmooth.contact.planar.ladder import exceeds_enumeration, pivot, solve_planar
 from nonsmooth.contact.planar.newton import solve_by_newton
 from nonsmooth.contact.planar.redundant import enumerate_redundant
@@ -121,7 +122,7 @@ class MoreauJean(FixedStep):
         """Compile what the loop may reach for this system."""
         entry_points = [self.loop, step, solve]
         if system.n_c > 1:
-            entry_points += [solve_planar, enumerate_modes, pivot]
+            entry_points += [solve_planar, enumerate_modes, pivot, *kernels_of_shock(system)]
         if needs_newton(system):
             entry_points.append(solve_by_newton)
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
