@@ -262,6 +262,11 @@ ROWS = [
     ("Scene", {"gravity": 9.81}, r"gravity must be.* one-dimensional|gravity must"),
     ("Scene", {"gravity": (0, 0, 0, 1)}, r"gravity must have 2 entries \(planar\) or 3 \(spatial\) \[m/s\^2\]; got 4"),
     ("Scene", {"material": 0.5}, r"material must be a Material\(mu=..., e=...\); got 0.5"),
+    (
+        "Material",
+        {"mu": ns.Friction(lambda v: 0.3)},
+        r"mu of a material must be a number, .* Friction\(<lambda>\); a law",
+    ),
     ("Material", {"mu": -0.1}, r"mu must not be negative; got -0.1"),
     ("Material", {"e": 1.5}, r"e must lie in \[0, 1\]; got 1.5"),
     ("Material", {"name": 3}, r"the name of a material must be a text; got 3"),

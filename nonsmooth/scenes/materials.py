@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from nonsmooth.checks.arrays import as_fraction, as_non_negative
 from nonsmooth.errors import InvalidInput, shown
+from nonsmooth.mechanics.laws import FrictionLaw
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Material:
     Raises
     ------
     InvalidInput
-        For mu < 0, or e outside [0, 1].
+        For mu < 0 or a friction law, or e outside [0, 1].
 
     Examples
     --------
@@ -45,6 +46,11 @@ class Material:
     name: str = ""
 
     def __post_init__(self) -> None:
+        if isinstance(self.mu, FrictionLaw):
+            raise InvalidInput(
+                f"mu of a material must be a number, bodies rub by Coulomb's law; got {shown(self.mu)}; a law of the "
+                "sliding speed stands at a contact of a System, Contact(mu=...)"
+            )
         object.__setattr__(self, "mu", as_non_negative("mu", self.mu))
         object.__setattr__(self, "e", as_fraction("e", self.e))
         if not isinstance(self.name, str):

@@ -10,9 +10,10 @@ import sympy as sp
 
 from nonsmooth.checks.arrays import as_flag, as_fraction, as_instance, as_listed, as_name, as_number, as_positive
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
-from nonsmooth.mechanics.laws import IMPACT_LAWS, Coulomb, Polynomial, Smoothed, StaticKinetic, Stribeck
+from nonsmooth.mechanics.laws import IMPACT_LAWS, Coulomb, Friction, Polynomial, Smoothed, StaticKinetic, Stribeck
 from nonsmooth.symbolic.contact import TypedContact, declared_contact
 from nonsmooth.symbolic.expressions import Expressions
+from nonsmooth.symbolic.law_source import source_of_law
 from nonsmooth.symbolic.parts import Declared, Force, Parameter, Turning, Weighted
 from nonsmooth.symbolic.rotation import Rotation
 from nonsmooth.symbolic.units import dimension
@@ -21,7 +22,7 @@ TAKEN = {  # time, and the names of what a model has
     "t", "system", "state", "shape", "outline", "source", "save", "name", "coordinates", "t_end", "dt",
     "natural_state", "map_axes", "critical_friction", "self", "np", "math", "as_number",
 }  # fmt: skip
-LEFT_OUT = ("0.0", "False", "'newton'")  # values that the arguments of `Contact` have by themselves
+LEFT_OUT = ("0.0", "False", "'newton'", "''")  # values that the arguments of `Contact` have by themselves
 LAWS = (Coulomb, Polynomial, Smoothed, StaticKinetic, Stribeck)
 
 
@@ -45,6 +46,7 @@ class Lagrangian:
         self.declared = Declared(t=self.t)
         self.parameter_fields: dict[Any, Parameter] = {}
         self.coordinate_units: dict[Any, str] = {}
+        self.laws: list[str] = []  # functions of friction laws
         self.starts: dict[str, float] = {}
         self._gravity: tuple[Any, tuple[Any, ...]] | None = None  # g, and its direction or nothing: downward
         self._masses: list[tuple[Any, tuple[Any, ...]]] = []
@@ -226,7 +228,7 @@ class Lagrangian:
     def contact(
         self, point: Any = None, normal: Any = None, offset: Any = 0, *, gap: Any = None, tangent: Any = None,
         surface: Any = None, slip: Any = None, normal_force: Any = None, bilateral: bool = False,
-        mu: Any = 0, e: Any = 0, e_F: Any = 0, impact: str = "newton",
+        mu: Any = 0, e: Any = 0, e_F: Any = 0, impact: str = "newton", name: str = "",
     ) -> None:  # fmt: skip
         """A contact: a point at a plane, or a gap and a sliding velocity of its own.
 
@@ -246,10 +248,15 @@ class Lagrangian:
             Friction only, under this force [N], where it is positive.
         bilateral : bool
             Keeps g_N = 0; a holonomic constraint is a bilateral contact without friction.
-        mu, e, e_F, impact
-            As in `nonsmooth.Contact`: numbers, parameters, or for mu a friction law.
+        mu, e, e_F, impact, name
+            As in `nonsmooth.Contact`: numbers, parameters, or for mu a friction law. The function of a `Friction` is
+            written into the source of the model; what it reads are v, the parameters p, and ``math``.
         """
-        arguments = self._contact_arguments(bilateral, normal_force is not None, mu, e, e_F, impact)
+        arguments = self._contact_arguments(bilateral, normal_force is not None, mu, e, e_F)
+        as_name("impact law", impact, IMPACT_LAWS)
+        as_instance("the name of a contact", name, str, "a text")
+        words = {"impact": repr(impact), "name": repr(name)}
+        arguments = ", ".join(filter(None, [arguments, *listed_arguments(words)]))
         typed = TypedContact(point, normal, offset, gap, tangent, surface, slip, normal_force)
         number = len(self.declared.contacts)
         self.declared.contacts.append(declared_contact(self.expressions, typed, arguments, number))
@@ -258,21 +265,27 @@ class Lagrangian:
         """A holonomic constraint, of = 0: a bilateral contact without friction."""
         self.contact(gap=of, bilateral=True)
 
-    def _contact_arguments(self, bilateral: bool, is_given: bool, mu: Any, e: Any, e_F: Any, impact: str) -> str:
+    def _contact_arguments(self, bilateral: bool, is_given: bool, mu: Any, e: Any, e_F: Any) -> str:
         """The arguments of `Contact` as Python."""
         as_flag("bilateral", bilateral)
-        as_name("impact law", impact, IMPACT_LAWS)
         if bilateral and is_given:
             raise InvalidInput("a contact is either bilateral or has a given normal force; both were asked for")
         words = {
-            "mu": repr(mu) if type(mu) in LAWS else self._coefficient("mu", mu),
+            "mu": self._friction(mu),
             "e_N": self._coefficient("e", e),
             "e_F": self._coefficient("e_F", e_F),
             "bilateral": repr(bool(bilateral)),
             "normal_force": repr(is_given),
-            "impact": repr(impact),
         }
-        return ", ".join(f"{key}={word}" for key, word in words.items() if word not in LEFT_OUT)
+        return ", ".join(listed_arguments(words))
+
+    def _friction(self, mu: Any) -> str:
+        """A coefficient or a law as Python; the function of a law of the user's is kept for the source."""
+        if not isinstance(mu, Friction):
+            return repr(mu) if type(mu) in LAWS else self._coefficient("mu", mu)
+        name = f"friction_law_{len(self.laws)}"
+        self.laws.append(source_of_law(mu, name))
+        return f"Friction({name})"
 
     def _coefficient(self, name: str, value: Any) -> str:
         if isinstance(value, sp.Symbol) and value in self.parameter_fields:
@@ -344,3 +357,8 @@ class Lagrangian:
         return derived_model(
             self, as_flag("jacobians", jacobians), as_positive("t_end", t_end, "s"), as_positive("dt", dt, "s")
         )
+
+
+def listed_arguments(words: dict[str, str]) -> list[str]:
+    """Arguments of `Contact` that differ from what it has by itself."""
+    return [f"{key}={word}" for key, word in words.items() if word not in LEFT_OUT]

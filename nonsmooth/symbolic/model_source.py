@@ -67,6 +67,7 @@ class Writer:
             self._header(),
             self._imports(),
             *map(self._function, self.written),
+            *self.declaration.laws,
             self._natural_state(),
             self._class(),
         ]

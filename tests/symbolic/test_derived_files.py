@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 import os
 import pickle
 import subprocess
@@ -215,3 +216,47 @@ def test_without_sympy_energies_say_which_extra_they_need():
         "try: ns.lagrangian('a')\nexcept ns.MissingExtra as error: assert 'nonsmooth[symbolic]' in str(error)\n"
         "else: raise AssertionError"
     )
+
+
+def leine(v, p):
+    """Leine's law, with numbers that are parameters of the model."""
+    return p.mu / (1.0 + p.slope * v)
+
+
+def slider(law, **contact):
+    l = ns.lagrangian("slider")
+    x, y = l.coordinates("x y", unit="m")
+    m, g, *_ = l.parameters(m=(2.0, "kg"), g=(10.0, "m/s^2"), mu=0.3, slope=(3.0, "s/m"))
+    l.point_mass(m, at=(x, y))
+    l.gravity(g)
+    l.contact(point=(x, y), normal=(0, 1), mu=law, **contact)
+    return l.model()
+
+
+LAWS = {
+    "def": ns.Friction(leine),
+    "lambda": ns.Friction(lambda v, p: p.mu / (1.0 + p.slope * v)),
+    "speed alone": ns.Friction(lambda v: 0.3 * math.exp(-math.log(1.0 + 3.0 * v))),
+}
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_a_friction_law_of_the_users_is_a_part_of_the_source(law, tmp_path):
+    """v' = -g mu/(1 + 3 v): v + 3/2 v^2 falls by g mu t."""
+    model = slider(law, name="sole")
+    model.save(tmp_path / "saved_slider.py")
+    for made in (model, imported(tmp_path / "saved_slider.py").Slider()):
+        sol = ns.simulate(made, (0, 0.2), state={"xdot": 1.0}, integrator=ns.Adaptive(rtol=1e-9, atol=1e-9))
+        v = sol.u[-1, 0]
+        assert v + 1.5 * v * v == pytest.approx(2.5 - 10.0 * 0.3 * 0.2, rel=1e-8)
+        assert sol.described.contacts == ("sole",)
+
+
+def test_a_law_that_reads_what_the_source_has_not_is_refused():
+    outside = 0.4
+    with pytest.raises(ns.InvalidInput, match=r"law Friction\(<lambda>\) reads outside, .* make it a parameter"):
+        slider(ns.Friction(lambda v: outside / (1 + v)))
+    scope: dict = {}
+    exec("def mute(v):\n    return 0.3", scope)
+    with pytest.raises(ns.InvalidInput, match=r"source of the friction law Friction\(mute\) cannot be read; write it"):
+        slider(ns.Friction(scope["mute"]))

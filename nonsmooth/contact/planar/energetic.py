@@ -12,11 +12,11 @@ It ends where no force is left and nothing approaches. With the work V = sum e^2
 T + V never grows, and V is none before and after: T_+ <= T_-. One contact alone has f_N dt = dP, so the law of
 mechanics/impact.py; so has each of several that nothing couples. Equal contacts of a symmetric body are equal in time.
 
-In a mode all this is linear, so f and gamma are power series, of ORDER terms over a part of the least period; a step
-ends where a mode does, found by bisection of the series. At given f_N the friction of contacts that do not slide is the
-least of a convex quadratic function on the cones, which always exists: sweeps decide which of them hold. Sources: Liu,
-Zhao, Brogliato, *Proc. R. Soc. A* 464 (2008) 3193 and 465 (2009) 1; Stronge, *Impact Mechanics* (2000), section 3.4;
-Nguyen, Brogliato, *Multiple Impacts in Dissipative Granular Chains* (2014), chapter 4.
+In a mode all this is linear, so f and gamma are power series over a part of the least period; a step ends where a mode
+does, found by bisection of the series. At given f_N the friction of contacts that do not slide is the least of a convex
+quadratic function on the cones, which always exists: sweeps decide which of them hold. Sources: Liu, Zhao, Brogliato,
+*Proc. R. Soc. A* 464 (2008) 3193 and 465 (2009) 1; Stronge, *Impact Mechanics* (2000), section 3.4; Nguyen, Brogliato,
+*Multiple Impacts in Dissipative Granular Chains* (2014), chapter 4.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from nonsmooth.mechanics.laws import LAW_E_N, friction_coefficient
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.numerics.dense import SINGULAR
 
-ORDER = 20  # chosen: terms of a series: 1/20! is below rounding
+SHOCK_TERMS = 20  # chosen: terms of a series: 1/20! is below rounding
 LOOKS = 4  # chosen: times in a step at which a mode may be seen to have ended; a step is a sixth of a period at most
 SERIES_ROUNDING = 1e-17  # chosen: of a force: what the last term of its series may be
-BISECTIONS = 60  # derived: of a step, to its last bit
+SHOCK_HALVINGS = 60  # derived: of a step, to its last bit
 STILL_IN_A_SHOCK = 1e-13  # chosen: of the largest velocity before: a velocity below this is none
 JUST_AFTER = 1e-8  # chosen: of a step: the forces then decide what holds
 HOLDING_SWEEPS = 10_000  # chosen: of Gauss-Seidel on the friction that holds
@@ -48,8 +48,8 @@ HOLDS, NO_RUBBING = 0, 2  # code: friction beside the slides +1, -1: what holds,
 class Springs(Block, r="n * (1 + d)"):
     """Arrays of a shock. n = contacts, r = rows."""
 
-    f: Array[Floats, ORDER + 1, "r"]  # series of the forces
-    gamma: Array[Floats, ORDER + 2, "r"]  # and of the velocities
+    f: Array[Floats, SHOCK_TERMS + 1, "r"]  # series of the forces
+    gamma: Array[Floats, SHOCK_TERMS + 2, "r"]  # and of the velocities
     ahead: Array[Floats, "r"]  # forces just after the beginning of a step
     mode: Array[Ints, "n"]
     slide: Array[Ints, "n"]  # sign of the sliding that friction opposes, or HOLDS, NO_RUBBING
@@ -207,7 +207,7 @@ def let_go(n_k, work, springs):
 def expand_in_time(n_k, work, springs):
     """The series of forces and velocities; returns how long they hold."""
     start, f, gamma = work.start, springs.f, springs.gamma
-    for order in range(ORDER + 1):
+    for order in range(SHOCK_TERMS + 1):
         if order > 0:
             for k in range(n_k):
                 a = start[k]
@@ -224,8 +224,8 @@ def expand_in_time(n_k, work, springs):
     dt = time_unit(n_k, work, springs)
     size, last = 0.0, 0.0
     for a in range(start[n_k]):
-        size, last = max(size, abs(f[0, a]) + dt * abs(f[1, a])), max(last, abs(f[ORDER, a]))
-    while last * dt**ORDER > SERIES_ROUNDING * size:
+        size, last = max(size, abs(f[0, a]) + dt * abs(f[1, a])), max(last, abs(f[SHOCK_TERMS, a]))
+    while last * dt**SHOCK_TERMS > SERIES_ROUNDING * size:
         dt *= 0.5
     return dt
 
@@ -268,20 +268,20 @@ def has_changed(n_k, t, work, springs):
     """Whether a contact has left its mode by time t."""
     for k in range(n_k):
         a = work.start[k]
-        normal = value(springs.gamma, ORDER + 1, a, t)
+        normal = value(springs.gamma, SHOCK_TERMS + 1, a, t)
         if springs.mode[k] == COMPRESSED and normal > springs.still:
             return True
         if springs.mode[k] != COMPRESSED and normal < -springs.still:
             return True
-        if springs.mode[k] == EXPANDING and value(springs.f, ORDER, a, t) < 0.0:
+        if springs.mode[k] == EXPANDING and value(springs.f, SHOCK_TERMS, a, t) < 0.0:
             return True
         if springs.slide[k] == NO_RUBBING:
             continue
         if springs.slide[k] == HOLDS:
-            limit = springs.mu[k] * value(springs.f, ORDER, a, t)
-            if abs(value(springs.f, ORDER, a + 1, t)) > limit * (1.0 + STILL_IN_A_SHOCK):
+            limit = springs.mu[k] * value(springs.f, SHOCK_TERMS, a, t)
+            if abs(value(springs.f, SHOCK_TERMS, a + 1, t)) > limit * (1.0 + STILL_IN_A_SHOCK):
                 return True
-        elif springs.slide[k] * value(springs.gamma, ORDER + 1, a + 1, t) < -springs.still:
+        elif springs.slide[k] * value(springs.gamma, SHOCK_TERMS + 1, a + 1, t) < -springs.still:
             return True
     return False
 
@@ -297,7 +297,7 @@ def first_change(n_k, dt, work, springs):
         before = after
     if before == after:
         return dt
-    for _ in range(BISECTIONS):
+    for _ in range(SHOCK_HALVINGS):
         middle = 0.5 * (before + after)
         if has_changed(n_k, middle, work, springs):
             after = middle
@@ -312,14 +312,14 @@ def move_on(n_k, dt, work, springs):
     f, gamma, mode = springs.f, springs.gamma, springs.mode
     for a in range(work.start[n_k]):
         total = 0.0
-        for order in range(ORDER, -1, -1):
+        for order in range(SHOCK_TERMS, -1, -1):
             total = total * dt + f[order, a] / (order + 1)
         work.shock[a] += total * dt
     for k in range(n_k):
         a = work.start[k]
-        force = value(f, ORDER, a, dt)
+        force = value(f, SHOCK_TERMS, a, dt)
         for b in range(a, work.start[k + 1]):
-            gamma[0, b] = value(gamma, ORDER + 1, b, dt)
+            gamma[0, b] = value(gamma, SHOCK_TERMS + 1, b, dt)
         if mode[k] == COMPRESSED and gamma[0, a] > springs.still:
             mode[k] = EXPANDING
         elif mode[k] != COMPRESSED and gamma[0, a] < -springs.still:
