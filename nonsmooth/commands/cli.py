@@ -13,11 +13,12 @@ import os
 import sys
 import warnings
 from pathlib import Path
-from typing import Any
 
 from nonsmooth import __version__
 from nonsmooth.checks.files import FIGURE_ENDINGS
 from nonsmooth.commands.completion import add_completion
+from nonsmooth.commands.listing import add_list
+from nonsmooth.commands.outputs import add_printed, tell, tell_file
 from nonsmooth.commands.paradoxes import add_classify, add_map
 from nonsmooth.commands.run import add_run
 from nonsmooth.commands.scene import add_scene
@@ -106,10 +107,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"nonsmooth {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    listing = commands.add_parser("list", help="the models, with their parameters and states")
-    listing.set_defaults(act=act_list)
-    listing.add_argument("files", nargs="*", metavar="FILE.py", type=Path, help="the models of these files instead")
-
+    add_list(commands.add_parser("list", help="the models, with their parameters and states"))
     add_run(commands.add_parser("run", help="simulate a model", epilog="Numbers may be typed as 1e-3, pi/4, -2*pi."))
 
     add_scene(commands.add_parser("scene", help="simulate a scene of bodies, or show a saved run of one"))
@@ -123,53 +121,12 @@ def build_parser() -> argparse.ArgumentParser:
     solve.add_argument("--tol", type=number, default=1e-8, help="largest accepted error; 1e-8 by default")
     solve.add_argument("--max-time", type=number, metavar="T", help="wall time for a friction problem [s]")
     solve.add_argument("--plot", type=Path, metavar="FILE", help="draw a performance profile")
+    add_printed(solve)
 
     add_studies(commands.add_parser("study", help="study a model").add_subparsers(required=True, metavar="STUDY"))
     add_sweep(commands.add_parser("sweep", help="run a model at every combination of some axes"))
     add_completion(commands.add_parser("completion", help="print what a shell needs to complete words by Tab"), parser)
     return parser
-
-
-def act_list(arguments: argparse.Namespace) -> int:
-    """``nonsmooth list``."""
-    from nonsmooth.catalogue.entries import load_entry, model_entries, scene_entries
-    from nonsmooth.catalogue.files import found_in, load_file
-
-    refused: dict[str, list[str]] = {}
-    for file in arguments.files:
-        for name, model in found_in(load_file(str(file))).items():
-            describe(f"{file}:{name}", model)
-    for entry in [] if arguments.files else [*model_entries().values(), *scene_entries().values()]:
-        try:
-            describe(entry.name, load_entry(entry))
-        except InvalidInput as error:
-            refused.setdefault(entry.module.split(".")[0], []).append(str(error))
-    for package, errors in refused.items():
-        more = f" (and {len(errors) - 1} more of the package {package})" if len(errors) > 1 else ""
-        complain(f"{errors[0]}{more}")
-    return 0
-
-
-def describe(name: str, model: Any) -> None:
-    """A model or a scene with its parameters and the variables of its state."""
-    import inspect
-
-    from nonsmooth.checks.parameters import numeric_fields
-    from nonsmooth.commands.typed_model import made
-    from nonsmooth.mechanics.start import describing, state_function, variables_of
-    from nonsmooth.mechanics.system import System
-    from nonsmooth.scenes.scene import Scene
-
-    instance = made(model) if isinstance(model, type) else model
-    is_bare = isinstance(instance, System | Scene)
-    said = repr(instance) if is_bare else inspect.getdoc(model) or "no description"
-    print(f"{name:18} {said.splitlines()[0]}")
-    if isinstance(instance, Scene):
-        return
-    values = numeric_fields(describing(instance))
-    print(f"{'':18} --set   ", "  ".join(f"{key}={value:.6g}" for key, value in values.items()))
-    if is_bare or hasattr(instance, "state"):
-        print(f"{'':18} --state ", "  ".join(variables_of(state_function(instance))))
 
 
 def act_solve(arguments: argparse.Namespace) -> int:
@@ -184,16 +141,19 @@ def act_solve(arguments: argparse.Namespace) -> int:
     def tables() -> str:
         return "\n\n".join(format_table(rows) for rows in results.values() if rows)
 
+    def problems() -> dict:
+        return {"problems": [row for rows in results.values() for row in rows]}
+
     try:
-        with last_words(tables):
+        with last_words(lambda: "" if arguments.json or arguments.quiet else tables()):
             for name, rows in results.items():
                 for file in arguments.files:
                     rows += solve_files([file], name, arguments.tol, arguments.max_time)
     except KeyboardInterrupt:
-        print(tables())
+        tell(arguments, tables, problems)
         raise
-    print(tables())
+    tell(arguments, tables, problems)
     if arguments.plot:
         performance_profile(results, arguments.plot)
-        print(f"figure: {arguments.plot}")
+        tell_file(arguments, "figure", arguments.plot)
     return 0 if all(row["status"] == "SOLVED" for rows in results.values() for row in rows) else FAILED

@@ -171,8 +171,9 @@ def draw_impulses(axes: Any, loads: Loads) -> None:
             colour = own if loads.is_alone else CYCLE[curve(loads, i)]
             label = kind if loads.is_alone else f"{kind}, {loads.names[i]}"
             axes.vlines(loads.t[k[shown] + 1], 0.0, values[shown], color=colour, lw=1.0)
-            axes.plot(loads.t[k[shown] + 1], values[shown], marker, color=colour, ms=3.5, label=label,
-                      mfc=colour if kind == "normal" else "white")  # fmt: skip
+            size, inside = (3.0, colour) if kind == "normal" else (5.5, "none")  # both are seen where they are equal
+            axes.plot(loads.t[k[shown] + 1], values[shown], marker, color=colour, ms=size, mfc=inside, label=label,
+                      clip_on=False, zorder=3)  # fmt: skip
     axes.set_ylabel("impulse of\nshocks [N s]")
     legend_above(axes)
 

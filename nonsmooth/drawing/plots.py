@@ -48,7 +48,7 @@ MAX_STRIPS = 4000  # chosen: rectangles of a mode strip: an accumulation of impa
 PIXELS_OF_TIME = 600  # chosen: instants of a picture over space and time
 UNDER_LABELS = 4.5  # chosen: of a legend below an axis, in its letters: under the numbers and the label of the axis
 BELOW: dict[str, Any] = {"loc": "upper center", "fontsize": LETTER, "frameon": False}
-PHASE_PLANE, HISTORY, STRIP = 4.2, 1.3, 0.2  # chosen: heights [in]
+PHASE_PLANE, HISTORY, STRIP = 4.2, 1.3, 0.28  # chosen: heights [in]
 
 
 def new_figure(width: float, height: float) -> Any:
@@ -281,7 +281,11 @@ def draw_modes(axes: Any, solution: Solution) -> None:
         range(n_c) if 1 < n_c <= 4 else [], [own_name(names[i], i) or str(i) for i in range(n_c)][: 4 * (1 < n_c <= 4)]
     )
     one = f"mode of\n{names[0]}" if own_name(names[0], 0) else "mode"
-    axes.set_ylabel(one if n_c == 1 else "mode of\ncontact" if n_c <= 4 else f"modes of\n{n_c} contacts")
+    label = one if n_c == 1 else "mode of\ncontact" if n_c <= 4 else f"modes of\n{n_c} contacts"
+    if n_c <= 4:
+        axes.set_ylabel(label, rotation=0, ha="right", va="center")  # upright it is longer than strips are high
+    else:
+        axes.set_ylabel(label)
     handles: list[Any] = [
         Patch(color=colour, label=mode_name(mode, sign))
         for (mode, sign), colour in STRIPS.items()

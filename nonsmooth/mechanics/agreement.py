@@ -189,8 +189,9 @@ def _gap(at: Place) -> str:
         wrong = at.wrong(gaps(e, 0.0), W[:, j], np.abs(W[:, j]))
         if wrong is not None:
             i = wrong.entry
+            name = at.system.described.contacts[i]
             return (
-                f"normal must be the gradient of gap: of contact {i} it writes W_N[{i}, {j}] = {wrong.written:.9g}, "
+                f"normal must be the gradient of gap: of {name} it writes W_N[{i}, {j}] = {wrong.written:.9g}, "
                 f"where g_N[{i}] changes by {wrong.found:.9g} for each unit of q[{j}]{_sign(wrong)}; correct one of "
                 "the two, or leave normal out: it is then derived from gap"
             )
@@ -198,8 +199,9 @@ def _gap(at: Place) -> str:
     if wrong is None:
         return ""
     i = wrong.entry
+    name = at.system.described.contacts[i]
     return (
-        f"gap_rate must be the rate of gap with time: of contact {i} it writes w_N[{i}] = {wrong.written:.9g} m/s, "
+        f"gap_rate must be the rate of gap with time: of {name} it writes w_N[{i}] = {wrong.written:.9g} m/s, "
         f"where g_N[{i}] changes by {wrong.found:.9g} m/s at fixed q{_sign(wrong)}; correct one of the two, or leave "
         "gap_rate out: it is then derived from gap"
     )
@@ -229,9 +231,10 @@ def _row_rates(at: Place) -> str:
     if wrong is None:
         return ""
     i, part = np.argwhere(used)[wrong.entry]
+    name = system.described.contacts[i]
     rows = ("W_N' u + w_N'", "normal and gap_rate") if part == 0 else ("W_F' u + w_F'", "tangent and surface_velocity")
     return (
-        f"row_rates must be {rows[0]}: of contact {i} it writes r[{i}, {part}] = {wrong.written:.9g} m/s^2 at the "
+        f"row_rates must be {rows[0]}: of {name} it writes r[{i}, {part}] = {wrong.written:.9g} m/s^2 at the "
         f"velocities {_listed(v)}, where the rows of {rows[1]} change by {wrong.found:.9g} m/s^2 along the motion"
         f"{_sign(wrong)}; correct one of them, or leave row_rates out: they are then found by differences"
     )

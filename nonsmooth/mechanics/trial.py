@@ -104,9 +104,10 @@ def _require_all_contacts(system: System, t: float, q: np.ndarray, u: np.ndarray
         is_needed = has_gap if which == GAP else (system.kinds[:, 1] > 0) & ~(has_gap & (gaps > 0))
         idle = is_needed & (out.reshape(system.n_c, -1) == GUARD).all(axis=1)
         if idle.any():
+            name = system.described.contacts[int(idle.argmax())]
             raise InvalidInput(
-                f"the model function {system.name_of(which)} writes nothing for contact {int(idle.argmax())}; the "
-                f"system has {system.n_c} contacts: write its entry, also where it is zero, or list fewer contacts"
+                f"the model function {system.name_of(which)} writes nothing for {name}; the system has "
+                f"{system.n_c} contacts: write its entry, also where it is zero, or list fewer contacts"
             )
 
 

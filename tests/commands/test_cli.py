@@ -312,6 +312,20 @@ def test_solve_prints_a_table_and_tells_failure_by_its_code(tmp_path, capsys):
     assert main(["solve", str(tmp_path / "missing.npz")]) == 3
 
 
+def test_solve_and_list_print_one_json_object_or_nothing(tmp_path, capsys):
+    np.savez(tmp_path / "small.npz", M=np.array([[2.0, 1.0], [1.0, 2.0]]), q=np.array([-1.0, -1.0]))
+    words = [str(tmp_path / "small.npz"), str(tmp_path / "missing.npz")]
+    assert main(["solve", *words, "--json"]) == 3
+    solved, missing = json.loads(capsys.readouterr().out)["problems"]
+    assert (solved["status"], solved["n"], missing["status"]) == ("SOLVED", 2, "ERROR") and missing["message"]
+    assert main(["list", "--json"]) == 0
+    found = {model["name"]: model for model in json.loads(capsys.readouterr().out)["models"]}
+    assert found["painleve-rod"]["parameters"]["mu"] > 0 and "th" in found["painleve-rod"]["state"]
+    assert found["box-stack"]["is"] == "scene"
+    assert main(["solve", words[0], "--quiet"]) == main(["list", "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+
+
 @pytest.mark.parametrize(
     ("options", "ending"),
     [(["event-driven", "--rtol", "1e-6"], "EventDriven(rtol=1e-06"), (["penalty", "--stiffness", "1e6"], "Penalty(")],

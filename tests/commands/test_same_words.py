@@ -25,7 +25,7 @@ WORDS = {
     "study bifurcation": EVERYWHERE | {"--progress", "--workers", "--axis"},
 }
 SHARED = {word for words in WORDS.values() for word in words}
-WITHOUT = {"list", "solve", "completion"}  # that run no model
+WITHOUT = {"list", "solve", "completion"}  # that run no model; the first two have PRINTED
 FOLDER = {"run", "scene"}  # whose --resume is the folder of a checkpoint
 
 
@@ -49,6 +49,11 @@ def test_every_command_is_in_the_table():
 @pytest.mark.parametrize("name", WORDS)
 def test_a_command_has_the_shared_options_that_mean_something_for_it(name):
     assert set(COMMANDS[name]._option_string_actions) & SHARED == WORDS[name]
+
+
+@pytest.mark.parametrize("name", ["list", "solve"])
+def test_what_runs_no_model_prints_alike(name):
+    assert PRINTED <= set(COMMANDS[name]._option_string_actions)
 
 
 @pytest.mark.parametrize("word", sorted(SHARED))

@@ -1,7 +1,11 @@
 """Words that were mistyped are answered by the nearest right one; shells complete the rest."""
 
+import os
+import pty
+import select
 import shutil
 import subprocess
+import time
 
 import pytest
 
@@ -75,3 +79,50 @@ def test_bash_completes_commands_models_and_options(line, expected, tmp_path, ca
     )
     ended = subprocess.run([bash, "-c", ask], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert sorted({word.strip() for word in ended.stdout.split()}) == expected
+
+
+INTERACTIVE = {  # how a shell is begun, and what it needs before its completions
+    "bash": (["bash", "--norc", "-i"], ""),
+    "zsh": (["zsh", "-f", "-i"], "autoload -Uz compinit; compinit -u -D; "),
+}
+
+
+def shown_in_terminal(words, setup, typed, until, cwd):
+    """What a shell shows in a terminal of its own after these keys, until a text is there or half a minute is over."""
+    process, terminal = pty.fork()
+    if process == 0:  # the shell
+        os.chdir(cwd)
+        os.execvpe(words[0], words, {**os.environ, "TERM": "dumb", "PS1": "> ", "HISTFILE": "/dev/null"})
+
+    def read(text):
+        seen, end = "", time.monotonic() + 30
+        while text not in seen and time.monotonic() < end:
+            if select.select([terminal], [], [], 0.1)[0]:
+                seen += os.read(terminal, 65536).decode(errors="replace")
+        return seen
+
+    try:
+        os.write(terminal, f"{setup}; echo rea''dy\n".encode())
+        read("\nready")
+        os.write(terminal, typed.encode())
+        return read(until)
+    finally:
+        os.close(terminal)  # ends the shell
+        os.waitpid(process, 0)
+
+
+@pytest.mark.parametrize(("typed", "until"), [
+    ("nonsmooth cla\t", "classify "),
+    ("nonsmooth run sprag\t", "sprag-slip "),
+    ("nonsmooth study bif\t", "bifurcation "),
+    ("nonsmooth map painleve-rod --no-p\t", "--no-plot "),
+])  # fmt: skip
+@pytest.mark.parametrize("shell", SHELLS)
+def test_a_press_of_tab_in_a_shell_completes_the_word(shell, typed, until, tmp_path, capsys):
+    pytest.importorskip("shtab")
+    if shutil.which(shell) is None:
+        pytest.skip(f"{shell} is not installed")
+    assert main(["completion", shell]) == 0
+    (tmp_path / "completions").write_text(capsys.readouterr().out)
+    words, before = INTERACTIVE[shell]
+    assert until in shown_in_terminal(words, f'{before}eval "$(cat completions)"', typed, until, tmp_path)

@@ -7,6 +7,7 @@ import re
 from unittest import mock
 
 PRINTED = 80.0 / 25.4  # in: the width of a figure in a column
+LEAST_SPACE = 2.0  # points between the labels of axes that stand over one another
 LEAST_LETTER = 5.0  # points in print: what publishers ask for
 NO_QUANTITY = re.compile(r"^$|number of|mode|solutions?$|contacts$")
 
@@ -42,7 +43,17 @@ def faults(figure):
     for (one, a), (other, b) in itertools.combinations(boxes, 2):
         if min(a.x1, b.x1) - max(a.x0, b.x0) > 1 and min(a.y1, b.y1) - max(a.y0, b.y0) > 1:
             found.append(f"over one another: {one.get_text()!r} and {other.get_text()!r}")
+    found += touching(figure, boxes)
     return found + [f"no unit: {label!r}" for label in labels(figure) if not has_unit(label)]
+
+
+def touching(figure, boxes):
+    """Labels of two vertical axes, one over the other, without a space between them."""
+    shown = {id(a.yaxis.label) for part in (figure, *figure.subfigs) for a in part.axes}
+    space = LEAST_SPACE * figure.dpi / 72.0
+    for (one, a), (other, b) in itertools.combinations([pair for pair in boxes if id(pair[0]) in shown], 2):
+        if min(a.x1, b.x1) > max(a.x0, b.x0) and max(a.y0, b.y0) - min(a.y1, b.y1) < space:
+            yield f"touching: {one.get_text()!r} and {other.get_text()!r}"
 
 
 def labels(figure):

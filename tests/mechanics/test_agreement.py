@@ -99,7 +99,7 @@ START = [0.4, 1.0], [0.3, -0.2]
 def block(**changes):
     """A mass above a shaken, curved floor, in every function different from zero."""
     given = {"parameters": P()} | FUNCTIONS | changes
-    return ns.System(n_q=2, contacts=[ns.Contact(mu=0.2)], **given)
+    return ns.System(n_q=2, contacts=[ns.Contact(mu=0.2, name="tip")], **given)
 
 
 def scaled(name, factor, entry=None):
@@ -128,13 +128,13 @@ def lopsided(t, q, p, M):
 
 
 CONTRADICTIONS = [
-    (scaled("normal", -1.0), r"normal must be the gradient of gap: of contact 0 it writes W_N\[0, 0\] = -0.1168.*"
+    (scaled("normal", -1.0), r"normal must be the gradient of gap: of tip it writes W_N\[0, 0\] = -0.1168.*"
      r"g_N\[0\] changes by 0.1168.* for each unit of q\[0\]: its sign is turned.*leave normal out"),
     (scaled("normal", 1.001, (0, 1)), r"W_N\[0, 1\] = 1.001, where g_N\[0\] changes by 1 for each unit of q\[1\];"),
     (scaled("normal", 0.0, (0, 0)), r"W_N\[0, 0\] = 0, where"),
-    (scaled("gap_rate", -1.0), r"gap_rate must be the rate of gap with time: of contact 0 it writes w_N\[0\] = 6 m/s.*"
+    (scaled("gap_rate", -1.0), r"gap_rate must be the rate of gap with time: of tip it writes w_N\[0\] = 6 m/s.*"
      r"-6 m/s at fixed q: its sign is turned.*leave gap_rate out"),
-    (scaled("row_rates", -1.0, (0, 0)), r"row_rates must be W_N' u \+ w_N': of contact 0 it writes r\[0, 0\]"),
+    (scaled("row_rates", -1.0, (0, 0)), r"row_rates must be W_N' u \+ w_N': of tip it writes r\[0, 0\]"),
     (scaled("row_rates", 2.0, (0, 1)), r"row_rates must be W_F' u \+ w_F'.*tangent and surface_velocity"),
     (scaled("stiffness", -1.0), r"stiffness must be K = -dh/dq: it writes K\[0, 0\] = -30, where h\[0\] changes by -30 "
      r"for each unit of q\[0\]: its sign is turned"),

@@ -119,8 +119,9 @@ def test_a_contact_that_no_function_writes_for_is_refused():
     state = np.array([0.3, 0.0]), np.array([0.1, 0.0])
     with pytest.raises(ns.InvalidInput, match="gap writes nothing for contact 1; the system has 2 contacts"):
         inspect_start(ns.System(gap=gap, contacts=[ns.Contact()] * 2, **two), 0.0, *state)
-    with pytest.raises(ns.InvalidInput, match="tangent writes nothing for contact 1; the system has 2 contacts"):
-        inspect_start(ns.System(gap=both, tangent=tangent, contacts=[ns.Contact(mu=0.3)] * 2, **two), 0.0, *state)
+    with pytest.raises(ns.InvalidInput, match="tangent writes nothing for tip; the system has 2 contacts"):
+        contacts = [ns.Contact(mu=0.3), ns.Contact(mu=0.3, name="tip")]
+        inspect_start(ns.System(gap=both, tangent=tangent, contacts=contacts, **two), 0.0, *state)
     inspect_start(ns.System(gap=both, tangent=tangent, contacts=[ns.Contact(mu=0.3), ns.Contact()], **two), 0.0, *state)
 
 
