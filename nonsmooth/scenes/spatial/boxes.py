@@ -17,7 +17,7 @@ import math
 from nonsmooth.jit import rare_kernel
 from nonsmooth.scenes.detection import FACE_PREFERENCE, same_place
 from nonsmooth.scenes.spatial.edges import edge_contact
-from nonsmooth.scenes.spatial.face_manifold import clip_to_face, lowest_corner, note_corners
+from nonsmooth.scenes.spatial.face_manifold import clip_to_face, is_on_a_side, lowest_corner, note_corners
 from nonsmooth.scenes.spatial.nearest_features import nearest_features
 from nonsmooth.scenes.spatial.separating_axes import separate
 
@@ -41,7 +41,7 @@ def core_on_core(shapes, scratch, i, j, limit):
     is_deep = apart < -slack
     if axes.s_face >= axes.s_edges - FACE_OVER_EDGES * scale:
         n = clip_to_face(shapes, scratch, ref, inc, axis, sign, is_first, 0.0)
-        if n == 0:  # faces, or edges, that only meet at their borders
+        if n == 0 or is_on_a_side(shapes, scratch, ref, axis, n, 2.0 * slack):  # that only meet at their borders
             n = clip_to_face(shapes, scratch, ref, inc, axis, sign, is_first, slack)
         highest = math.inf if is_deep else apart + 2.0 * FACE_PREFERENCE * scale
         if n > 0 and lowest_corner(scratch, shapes.size[ref, axis], axis, sign, n) <= highest:

@@ -126,6 +126,32 @@ def cut_feature(axis, sign, across, side, cut, is_first):
 
 
 @kernel
+def is_on_a_side(shapes, scratch, ref, axis, n, within):
+    """Whether all corners of the overlap are on one side of the reference face: which of them is then by rounding."""
+    for k in range(1, 3):
+        across, low, high = (axis + k) % 3, math.inf, -math.inf
+        for c in range(n):
+            low, high = min(low, scratch.polygon.corner[c, across]), max(high, scratch.polygon.corner[c, across])
+        if max(abs(low), abs(high)) + within >= shapes.size[ref, across] and high - low <= within:
+            return True
+    return False
+
+
+@kernel
+def on_face(shapes, polygon, ref, axis, k):
+    """Corner k, which is not beyond the border of the reference face by more than a slack, put back onto it."""
+    a, b, c = polygon.corner[k, 0], polygon.corner[k, 1], polygon.corner[k, 2]
+    size = shapes.size
+    if axis != 0:
+        a = min(max(a, -size[ref, 0]), size[ref, 0])
+    if axis != 1:
+        b = min(max(b, -size[ref, 1]), size[ref, 1])
+    if axis != 2:
+        c = min(max(c, -size[ref, 2]), size[ref, 2])
+    return a, b, c
+
+
+@kernel
 def lowest_corner(scratch, ref_half, axis, sign, n):
     """The least height of the corners above the face."""
     lowest = math.inf
@@ -147,7 +173,7 @@ def note_corners(shapes, scratch, ref, inc, face, n, limit):
             up = way * sign
             note(scratch.manifold, m, d - r_ref - r_inc, up * scratch.axis[ref, axis, 0],
                  up * scratch.axis[ref, axis, 1], up * scratch.axis[ref, axis, 2], polygon.feature[k])  # fmt: skip
-            x, y, z = in_world(scratch, ref, polygon.corner[k, 0], polygon.corner[k, 1], polygon.corner[k, 2])
+            x, y, z = in_world(scratch, ref, *on_face(shapes, polygon, ref, axis, k))
             note_place(scratch, m, ref, x, y, z, -0.5 * way * (d + r_inc - r_ref))
             m += 1
     return m

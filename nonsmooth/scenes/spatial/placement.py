@@ -18,6 +18,9 @@ from nonsmooth.scenes.shape_rows import HALF_SPACE, Shapes
 from nonsmooth.scenes.spatial.rotation import composed, turned
 
 FACE_CORNERS = 8  # derived: the most of a box, 4, and of the rim of a cylinder
+MOST_GROWN = 128  # measured: points of a polytope of two cores, which are at most 100 of two ellipsoids to 1e-3
+MOST_TRIANGLES = 2 * MOST_GROWN  # derived: of so many points, 2 n - 4
+MOST_BORDERS = 3 * MOST_TRIANGLES  # derived: of so many triangles, before any is crossed out
 
 
 class Manifold(Block):
@@ -59,6 +62,18 @@ class Simplex(Block):
     point: Array[Floats, "3"]  # [m] the nearest point of i, from its centre
 
 
+class Polytope(Block):
+    """Points of the differences of two cores, and the triangles of their hull."""
+
+    points: int
+    faces: int
+    point: Array[Floats, MOST_GROWN, "3"]  # [m]
+    corner: Array[Ints, MOST_TRIANGLES, "3"]  # counterclockwise from outside
+    normal: Array[Floats, MOST_TRIANGLES, "3"]
+    distance: Array[Floats, MOST_TRIANGLES]  # [m] from the origin along it; inf of what has no width
+    edge: Array[Ints, MOST_BORDERS, "2"]
+
+
 class SpatialScratch(Block, d=3):
     """What detection works with; n_p is the room for pairs, k for points of a pair and corners of a face."""
 
@@ -70,6 +85,7 @@ class SpatialScratch(Block, d=3):
     polygon: Polygon
     clipped: Polygon
     simplex: Simplex
+    polytope: Polytope
     face_i: Polygon
     face_j: Polygon
 

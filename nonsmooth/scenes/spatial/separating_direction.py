@@ -5,9 +5,10 @@ from several starts: with j moved away by t along n, far enough to be apart,
 
     n <- the direction of the nearest points,  which maximises s(m) + t m . n  over all unit vectors m
 
-so that s never falls, and a face whose normal maximises s is found in one step. Starts are the way between the centres
-and the best of the faces of either. Source of the step, the proximal point method: Rockafellar, *SIAM J. Control
-Optim.* 14 (1976) 877-898.
+so that s never falls, and a face whose normal maximises s is found in one step. Starts are the way between the centres,
+the best of the faces of either, and, where they overlap by more than a thousandth, the way out of the polytope of their
+differences (`expanding_polytope`), which leads to the largest s of all. Source of the step, the proximal point method:
+Rockafellar, *SIAM J. Control Optim.* 14 (1976) 877-898.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.shape_rows import BOX, CYLINDER, POLYHEDRON
 from nonsmooth.scenes.spatial.core import between, in_world
+from nonsmooth.scenes.spatial.expanding_polytope import deepest_direction
 from nonsmooth.scenes.spatial.nearest_points import nearest_points
 from nonsmooth.scenes.spatial.support import across, separation
 
@@ -46,6 +48,9 @@ def separating_direction(shapes, scratch, i, j, most):
         s, n = ascent(shapes, scratch, i, j, n if s > SAME_SEPARATION * scale else middle, close, scale)
         s, n = better((s, n), (s_i, n_i), shapes, scratch, i, j, close, scale)
         s, n = better((s, n), (s_j, n_j), shapes, scratch, i, j, close, scale)
+    if s <= -close:
+        n_deep = deepest_direction(shapes, scratch, i, j, scale)
+        s, n = better((s, n), (s, n_deep), shapes, scratch, i, j, close, scale)
     if s_i >= s - FACE_OVER_POINTS * scale and s_i >= s_j - SAME_SEPARATION * scale:
         return s_i, n_i
     if s_j >= s - FACE_OVER_POINTS * scale:

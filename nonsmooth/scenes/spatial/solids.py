@@ -17,9 +17,8 @@ import math
 
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import view
-from nonsmooth.scenes.detection import same_place
 from nonsmooth.scenes.shape_rows import CYLINDER, ELLIPSOID, HALF_SPACE, SPHERE, Shapes
-from nonsmooth.scenes.spatial.core import EDGES, TWO_EDGES, note, note_place, order_points, swap
+from nonsmooth.scenes.spatial.core import EDGES, TWO_EDGES, note, note_place, order_points
 from nonsmooth.scenes.spatial.nearest_points import nearest_points
 from nonsmooth.scenes.spatial.overlay import overlay
 from nonsmooth.scenes.spatial.placement import SpatialScratch
@@ -27,7 +26,6 @@ from nonsmooth.scenes.spatial.round_solids import solid_on_half_space, sphere_on
 from nonsmooth.scenes.spatial.separating_direction import CLOSE, FACE_OVER_POINTS, separating_direction
 from nonsmooth.scenes.spatial.turned_faces import contact_axes, turned_face
 
-ONE_POINT = 100.0  # chosen: of what two points have no direction below: nearer ones are one
 NEAREST_POINTS = TWO_EDGES + EDGES * EDGES  # code: feature of the nearest points where no corner is
 
 
@@ -56,36 +54,19 @@ def further_points(shapes_at, scratch_at, i, j, limit):
     shapes, scratch = view(shapes_at, Shapes), view(scratch_at, SpatialScratch)
     manifold = scratch.manifold
     normal = (manifold.normal[0, 0], manifold.normal[0, 1], manifold.normal[0, 2])
-    n = with_faces(shapes, scratch, i, j, normal, 0.0, limit, 1)
-    m, near = 1, ONE_POINT * same_place(shapes, i, j)
-    for k in range(1, n):
-        if (
-            manifold.feature[k] != manifold.feature[0] and apart(manifold, 0, k) > near
-        ):  # else it is the first one again
-            if k != m:
-                swap(manifold, k, m)
-            m += 1
-    order_points(manifold, m)
-    return m
-
-
-@kernel
-def apart(manifold, k, m):
-    """The distance of two points."""
-    x, y = manifold.point[m, 0] - manifold.point[k, 0], manifold.point[m, 1] - manifold.point[k, 1]
-    z = manifold.point[m, 2] - manifold.point[k, 2]
-    return math.sqrt(x * x + y * y + z * z)
+    n = with_faces(shapes, scratch, i, j, normal, limit, 1)
+    order_points(manifold, n)
+    return n
 
 
 @rare_kernel
-def with_faces(shapes, scratch, i, j, normal, slack, limit, n):
-    """Behind the first n points, the corners of what the cores turn to one another along a normal, wider by a slack if
-    they meet at borders only; the new n."""
+def with_faces(shapes, scratch, i, j, normal, limit, n):
+    """Behind the first n points, the corners of what the cores turn to one another along a normal; the new n."""
     e, f = contact_axes(scratch, i, normal)
     triad = (e, f, normal)
     n_i = turned_face(shapes, scratch, i, i, triad, 1.0, scratch.face_i)
     n_j = turned_face(shapes, scratch, j, i, triad, -1.0, scratch.face_j)
-    return overlay(shapes, scratch, (i, j), triad, (n_i, n_j), slack, limit, n)
+    return overlay(shapes, scratch, (i, j), triad, (n_i, n_j), limit, n)
 
 
 @rare_kernel
@@ -96,7 +77,7 @@ def convex_on_convex(shapes, scratch, i, j, limit):
     if s - r_i - r_j >= limit:
         return 0
     if has_corners(shapes.kind[i]) and has_corners(shapes.kind[j]):
-        n = with_faces(shapes, scratch, i, j, normal, same_place(shapes, i, j), limit, n)
+        n = with_faces(shapes, scratch, i, j, normal, limit, n)
     lowest = math.inf
     for k in range(n):
         lowest = min(lowest, scratch.manifold.gap[k])

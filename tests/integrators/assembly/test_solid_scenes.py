@@ -53,6 +53,19 @@ def test_solids_stand_on_one_another_at_rest():
     assert sol.contacts(1.0).of("ground").P_N.sum() == pytest.approx(weight, rel=1e-6)
 
 
+@pytest.mark.parametrize("log", [ns.Cylinder(0.3, 0.6), ns.Capsule(0.6, 0.3)], ids=repr)
+def test_a_log_lies_on_two_edges_along_it(log):
+    """On the ridges of two boxes: held at both ends of what it has in common with each, it has nowhere to creep."""
+    scene = ns.Scene(gravity=(0, 0, -G), material=ns.Material(mu=0.5))
+    for y in (-0.2, 0.2):
+        on_edge = turn(Rotation.from_rotvec([math.pi / 4, 0, 0]))
+        scene.fixed(ns.Box(2, 0.2, 0.2), position=(0.1, y, -0.1 * math.sqrt(2)), turn=on_edge)
+    scene.body(log, density=1000, position=(0, 0, math.sqrt(0.3**2 - 0.2**2)), name="log")
+    sol = ns.simulate(scene, (0, 1.0), integrator=ns.MoreauJean(dt=DT))
+    assert len(sol.contacts(1.0)) >= 4 and sol.penetration.max() < 1e-15
+    assert np.abs(sol.position - sol.position[0]).max() < 1e-14
+
+
 def test_a_coin_in_a_compound_is_where_it_is_put():
     scene = ground()
     pin = ns.Compound((ns.Cylinder(0.1, 0.02), (0, 0, 0)), (ns.Cylinder(0.1, 0.02), (0.4, 0, 0)))

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 
 from nonsmooth.numerics.rounding import EPS
@@ -82,14 +83,23 @@ PAIRS = list(itertools.combinations_with_replacement(
 
 @pytest.mark.parametrize("names", PAIRS, ids="-".join)
 def test_gap_normal_and_point_are_those_of_the_hull_of_differences(names, planar, shape):
-    """3000 random pairs of each two kinds, 10^5 in all; every tenth also against Qhull.
+    """3000 random pairs of each two kinds, 10^5 in all; every tenth also against Qhull."""
+    prove_each_other(names, planar, shape, 3000, PAIRS.index(names), 10)
 
-    The normal is its own proof: along it the cores are apart by the gap (their supports), and no direction does better
-    than the distance where they are apart, or than the nearest face of the hull of differences where they overlap.
-    """
-    rng = np.random.default_rng(PAIRS.index(names))
+
+@pytest.mark.stress
+@pytest.mark.parametrize("names", PAIRS, ids="-".join)
+def test_a_hundred_thousand_pairs_of_a_kind_prove_their_gaps(names, planar, shape):
+    prove_each_other(names, planar, shape, 100_000, 100 + PAIRS.index(names), 100)
+
+
+def prove_each_other(names, planar, shape, n_pairs, seed, every):
+    """The normal is its own proof: along it the cores are apart by the gap (their supports), and no direction does
+    better than the distance where they are apart, or than the nearest face of the hull of differences where they
+    overlap."""
+    rng = np.random.default_rng(seed)
     rows = [bank(shape)[name](b) for b, name in enumerate(names)]
-    scene, x = planar(rows, np.zeros((2, 3))), random_places(rng, 3000)
+    scene, x = planar(rows, np.zeros((2, 3))), random_places(rng, n_pairs)
     gap, normal, point = np.zeros(len(x)), np.zeros((len(x), 2)), np.zeros((len(x), 2))
     for k in range(len(x)):
         scene.motion.x[:] = x[k]
@@ -105,7 +115,7 @@ def test_gap_normal_and_point_are_those_of_the_hull_of_differences(names, planar
     apart = core > 0
     distance = np.minimum(vertex_edge(A, B), vertex_edge(B, A))
     assert np.abs(distance - core)[apart].max() < tol
-    some = slice(None, None, 10)
+    some = slice(None, None, every)
     exact = signed_distance(A[some], B[some])
     assert np.abs(exact - core[some]).max() < 1e-9  # Qhull merges and joggles
     for P, r, side in ((A, r_A, -0.5), (B, r_B, 0.5)):  # from the point to the surface, along the normal
@@ -247,3 +257,48 @@ def test_edges_that_are_nearly_parallel_and_flush_are_as_far_apart_as_they_are(n
     near = 3 * SAME_PLACE
     assert np.abs(distance - core)[core > near].max() < 1e-11 and (distance < 2 * near)[np.abs(core) <= near].all()
     assert np.abs(proved - core)[np.abs(core) > near].max() < 1e-11
+
+
+SMALL = 1e-4  # m and rad of a small motion; of its square is the error of rows that are those of the place before
+
+
+def held_apart(J, gap, w):
+    """The motion nearest to w with J x >= -gap (Lawson and Hanson's least distance)."""
+    h = -gap - J @ w
+    E, f = np.vstack([J.T, h]), np.eye(4)[3]
+    rest = E @ nnls(E, f)[0] - f
+    return w - rest[:3] / rest[3]
+
+
+def deepest_after_small_motions(planar, rows, n, seed):
+    """The least gap after motions of size 1 that part, or keep, all points found, in units of the motion."""
+    rng, worst = np.random.default_rng(seed), 0.0
+    scene = planar(rows, np.zeros((2, 3)))
+    for k, places in enumerate(random_places(rng, n)):
+        if k % 2:
+            places[:, 2] = places[0, 2] + np.pi / 2 * rng.integers(4, size=2)
+        for _ in range(3):  # brought together
+            scene.motion.x[:] = places
+            gap, normal, *_ = scene.contacts(margin=EVERYTHING)
+            places[1, :2] -= gap.min() * normal[np.argmin(gap)]
+        scene.motion.x[:] = places
+        gap, normal, point, _ = scene.contacts(margin=20 * SMALL, dt=0.0)
+        assert abs(gap.min()) < 1e-9
+        arm = point - places[1, :2]
+        J = np.column_stack([normal, arm[:, 0] * normal[:, 1] - arm[:, 1] * normal[:, 0]])
+        for _ in range(4):
+            w = rng.normal(size=3)
+            w = held_apart(J, np.maximum(gap, 0.0), SMALL * w / np.linalg.norm(w))
+            scene.motion.x[1] = places[1] + w
+            gap_then, normal_then, *_ = scene.contacts(margin=EVERYTHING)
+            deepest = np.argmin(gap_then)
+            if np.linalg.norm(normal - normal_then[deepest], axis=1).min() < 0.1:  # else it is another face
+                worst = min(worst, gap_then[deepest] / max(SMALL, np.linalg.norm(w)))
+    return worst
+
+
+@pytest.mark.parametrize("names", PAIRS, ids="-".join)
+def test_hulls_that_are_held_at_the_points_found_do_not_go_into_one_another(names, planar, shape):
+    """No point of a manifold is missing: edges that lie on one another, flush ones, vertices."""
+    rows = [bank(shape)[name](b) for b, name in enumerate(names)]
+    assert deepest_after_small_motions(planar, rows, 60, PAIRS.index(names)) > -40 * SMALL

@@ -142,25 +142,6 @@ def test_gap_normal_and_point_prove_each_other_on_many_pairs(names, spatial):
         prove(spatial, names, 1200 if k == 0 else 300, 100 + PAIRS.index(names) + k, scale)
 
 
-@pytest.mark.parametrize("names", [("cube", "gem"), ("gem", "wedge"), ("wedge", "box"), ("box", "cube")], ids="-".join)
-def test_cores_that_overlap_a_little_part_along_the_nearest_face_of_their_differences(names, spatial):
-    """Qhull has all faces of the differences; deep ones may part along another, which is never nearer."""
-    one, two = (shape_of(name) for name in names)
-    x = random_places(np.random.default_rng(3), 400, 1.4)
-    gap, *_ = nearest_contacts(pair_of(spatial, one, two), x)
-    wrong, seen, checked = 0, 0, np.flatnonzero(gap < 0)
-    for k in checked:
-        turns = [Rotation.from_quat(x[k, b, [4, 5, 6, 3]]) for b in (0, 1)]
-        A, B = (turns[b].apply(corners_of((one, two)[b])) + x[k, b, :3] for b in (0, 1))
-        D = (B[:, None] - A[None]).reshape(-1, 3)
-        true = ConvexHull(D, qhull_options="QJ").equations[:, 3].max()
-        assert gap[k] < true + 1e-8  # Qhull joggles
-        seen += true > -0.05
-        wrong += gap[k] < true - 1e-8
-        assert gap[k] > true - 1e-8 or true < -0.03
-    assert seen > 5 and wrong <= 0.05 * len(checked)
-
-
 def corners_of(shape):
     if isinstance(shape, ns.Box):
         return np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * shape.lengths
