@@ -18,7 +18,7 @@ import math
 
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.scenes.spatial.core import between
-from nonsmooth.scenes.spatial.placement import MOST_TRIANGLES, MOST_GROWN
+from nonsmooth.scenes.spatial.placement import MOST_GROWN, MOST_TRIANGLES
 from nonsmooth.scenes.spatial.rotation import cross
 from nonsmooth.scenes.spatial.support import difference
 
