@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 ADAPTER = Path(__file__).parent / "adapters" / "siconos_lcp.py"
+STEP_ADAPTER = ADAPTER.with_name("siconos_steps.py")
 SYSTEM_PATH = "/usr/bin:/usr/local/bin"  # packages of the system are not seen by a virtual environment
 
 
@@ -39,16 +40,33 @@ def solve_lcps(batches: list[tuple[np.ndarray, np.ndarray]]) -> dict[str, list[A
     python = interpreter()
     if python is None:
         return {}
-    with tempfile.TemporaryDirectory() as folder:
-        source, target = Path(folder, "problems.npz"), Path(folder, "answers.npz")
-        problems: dict[str, Any] = {}
-        for k, (A, b) in enumerate(batches):
-            problems |= {f"A_{k}": A, f"b_{k}": b}
-        np.savez(source, **problems)
-        subprocess.run([python, str(ADAPTER), str(source), str(target)], check=True, capture_output=True)
-        answers = dict(np.load(target))
+    problems: dict[str, Any] = {}
+    for k, (A, b) in enumerate(batches):
+        problems |= {f"A_{k}": A, f"b_{k}": b}
+    answers = answers_of(python, ADAPTER, problems)
     names = sorted({key.split("_")[0] for key in answers})
     return {
         name: [Answers(answers[f"{name}_z_{k}"], answers[f"{name}_time_{k}"]) for k in range(len(batches))]
         for name in names
     }
+
+
+def solve_steps(problems: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> list[tuple[np.ndarray, float]]:
+    """Impulses and processor time of each frictional contact problem (W, q, mu); empty without Siconos."""
+    python = interpreter()
+    if python is None:
+        return []
+    arrays: dict[str, Any] = {}
+    for k, (W, q, mu) in enumerate(problems):
+        arrays |= {f"W_{k}": W, f"q_{k}": q, f"mu_{k}": mu}
+    answers = answers_of(python, STEP_ADAPTER, arrays)
+    return [(answers[f"r_{k}"], float(answers[f"time_{k}"])) for k in range(len(problems))]
+
+
+def answers_of(python: str, script: Path, problems: dict[str, Any]) -> dict[str, np.ndarray]:
+    """What a script of Siconos's Python answers to some arrays."""
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = Path(folder, "problems.npz"), Path(folder, "answers.npz")
+        np.savez(source, **problems)
+        subprocess.run([python, str(script), str(source), str(target)], check=True, capture_output=True)
+        return dict(np.load(target))
