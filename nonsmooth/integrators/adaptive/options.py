@@ -95,15 +95,10 @@ class Adaptive(Integrator):
         """Compile what the loop may reach for this system."""
         entry_points = [try_step, held_step, hold_modes, find_event, decide_modes, step_through, substep]
         entry_points += [solve, rigid_events]
+        if system.n_c * (1 + system.d) > 1:  # two rows may be one
+            entry_points.append(share_load)
         if system.n_c > 1:
-            entry_points += [
-                share_load,
-                solve_planar,
-                enumerate_modes,
-                enumerate_redundant,
-                pivot,
-                *kernels_of_shock(system),
-            ]
+            entry_points += [solve_planar, enumerate_modes, enumerate_redundant, pivot, *kernels_of_shock(system)]
         if needs_newton(system):
             entry_points.append(solve_by_newton)
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():

@@ -89,7 +89,9 @@ class EventDriven(LocatesEvents):
         """Compile what the loop may reach for this system."""
         entry_points = [self.loop, *self.callbacks, radau_step, radau_shorten, locate_event]
         if system.n_c > 0:
-            entry_points += [find_modes, solve_impact, switch_modes, enumerate_modes, share_load]
+            entry_points += [find_modes, solve_impact, switch_modes, enumerate_modes]
+        if system.n_c * (1 + system.d) > 1:  # two rows may be one
+            entry_points.append(share_load)
         if system.n_c > 1:
             entry_points += [enumerate_redundant, solve_planar, pivot, *kernels_of_shock(system)]
         load_all(entry_points)

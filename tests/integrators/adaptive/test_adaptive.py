@@ -1,6 +1,8 @@
 """Adaptive Moreau–Jean: closed forms, order of the rows, several contacts, what ends a run, input."""
 
 import math
+import subprocess
+import sys
 from typing import NamedTuple
 
 import numpy as np
@@ -330,3 +332,34 @@ def test_many_impacts_at_one_instant_have_room_wherever_the_last_ones_were_empti
     assert all(one.stats.events_dropped == 0 for one in runs)
     assert np.array_equal(runs[0].event_rows, runs[1].event_rows) and len(runs[0].events) > 200
     assert np.array_equal(runs[0].event_rows, runs[2].event_rows)
+
+
+WEDGE = """
+import nonsmooth as ns
+
+def mass(t, q, p, M):
+    M[0, 0] = 2.0
+
+def force(t, q, u, p, h):
+    h[0] = -3.0
+
+def gap(t, q, p, g_N):
+    g_N[0] = q[0]
+
+def normal(t, q, p, W_N):
+    W_N[0, 0] = 1.0
+
+def tangent(t, q, p, W_F):
+    W_F[0, 0, 0] = 0.5
+
+wedge = ns.System(mass, force, n_q=1, gap=gap, normal=normal, tangent=tangent, contacts=[ns.Contact(mu=0.5)])
+sol = ns.simulate(wedge, (0.0, 1.0), [0.1], [0.0], integrator=ns.Adaptive(1e-6, 1e-8))
+assert abs(sol.events[0].t - (2.0 * 0.1 / 1.5) ** 0.5) < 1e-6 and abs(sol.q[-1, 0]) < 1e-7 and sol.u[-1, 0] == 0.0
+"""
+
+
+def test_wedge_rests_on_normal_and_tangent_that_are_one_row():
+    """One coordinate, so that both rows of its contact are parallel and share the load. In a process of its own: what
+    others have loaded does not count."""
+    done = subprocess.run([sys.executable, "-c", WEDGE], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
