@@ -4,8 +4,9 @@
 
 Counted by removing parts. Of a step: the kernels of a part are replaced by ones that do nothing, the loop is compiled
 anew, and the rod slides on to the same angle. Of a call: its stages are run up to each of them. Of a first use: its
-entry points are compiled one by one in fresh processes. Of a cell: sweeps of runs of one step and of many. Processor
-time, medians of interleaved repeats of one run of this program.
+entry points are compiled one by one in fresh processes. Of a cell: sweeps of runs of one step and of many. What cells
+side by side in vectors could gain: a prototype in C for one model (belt_lanes.c). Processor time, medians of
+interleaved repeats of one run of this program.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import functools
 import math
 import os
+import shutil
 import statistics
 import subprocess
 import sys
@@ -44,6 +46,9 @@ CELLS = 2000  # of a sweep that is timed
 SAME_ANGLE = 1e-8  # measured: rad: the step is of second order, and programs with a tenth of it differ by 1e-11
 LONG = 200  # steps of a long run of a cell
 DT = 1e-3  # s
+LANES = (2, 4, 8)  # belts side by side
+BELT_SPEEDS = [0.1 + 0.05 * lane for lane in range(max(LANES))]  # m/s, as in belt_lanes.c
+LANE_STEPS = 1_000_000  # of each
 PART_NAMES = {
     "energy ledger": ("book_energy",),
     "search for other solutions, seizures": ("note_paradoxes",),
@@ -78,6 +83,7 @@ def main(argv: list[str] | None = None) -> int:
     print_call()
     print_first_use()
     print_cell()
+    print_lanes()
     return 0
 
 
@@ -321,6 +327,53 @@ def print_cell() -> None:
         f"\nA further step takes {slope:.0f} ns; a cell of one step is its start, its checks, its rows, its place in\n"
         "the result, and what a sweep costs once, divided by its cells."
     )
+
+
+# -- cells side by side -----------------------------------------------------------------------------------------------
+
+
+def print_lanes() -> None:
+    """A table of belt oscillators side by side in vectors, in C, beside the loop that is compiled for the belt."""
+    print("\n## Cells side by side\n")
+    compiler = shutil.which("gcc")
+    if compiler is None:
+        print("No GCC was found, whose vectors the prototype is written in.")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        ways: dict[str, Callable[[], float]] = {"the loop compiled for the belt": run_belts}
+        for lanes in LANES:
+            program = Path(folder) / f"lanes{lanes}"
+            source = str(Path(__file__).with_name("belt_lanes.c"))
+            subprocess.run([compiler, "-O3", "-march=native", f"-DLANES={lanes}", source, "-o", str(program), "-lm"],
+                           check=True)  # fmt: skip
+            ways[f"{lanes} lanes in C"] = functools.partial(run_lanes, program, lanes)
+        for way in ways.values():
+            way()
+        times = interleaved(ways)
+    whole = times["the loop compiled for the belt"]
+    columns = {
+        "ns a step and cell": {name: f"{statistics.median(values):.0f}" for name, values in times.items()},
+        "of the loop": {name: f"{ratio(values, whole):.2f}" for name, values in times.items()},
+    }
+    print_table("", columns)
+    print("\nThe motion alone, a speed of the belt a lane, with stick and slip; all end at the same places.")
+
+
+def run_belts() -> float:
+    """Nanoseconds of processor time a step of belts at the speeds of the lanes, each in the loop of its own."""
+    belt, started = load_model("belt-oscillator"), time.process_time()
+    for speed in BELT_SPEEDS:
+        integrator = MoreauJean(DT, specialise=True)
+        simulate_whole(belt(vb=speed), (0, LANE_STEPS * DT), [0.0], [0.0], integrator=integrator, every=LANE_STEPS,
+                       record="motion")  # fmt: skip
+    return 1e9 * (time.process_time() - started) / LANE_STEPS / len(BELT_SPEEDS)
+
+
+def run_lanes(program: Path, lanes: int) -> float:
+    """The same of the prototype."""
+    started = os.times().children_user
+    subprocess.run([program, str(LANE_STEPS), str(DT)], capture_output=True, check=True)
+    return 1e9 * (os.times().children_user - started) / LANE_STEPS / lanes
 
 
 def interleaved(ways: dict[str, Callable[[], float]]) -> dict[str, list[float]]:

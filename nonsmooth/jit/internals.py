@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from nonsmooth.errors import UnsupportedVersion
+from nonsmooth.jit.beside import go_on
 
 # measured: versions of numba: the first that was tested, and the first that was not
 LOWEST, UNTESTED = (0, 61, 2), (0, 69)
@@ -133,7 +134,7 @@ class EntryLibrary(JITCodeLibrary):
     inlined 470).
     """
 
-    has_short_loops = False
+    has_short_loops, unrolls = False, False
 
     def _optimize_final_module(self) -> None:
         for function in self._final_module.functions:
@@ -142,7 +143,8 @@ class EntryLibrary(JITCodeLibrary):
         if not self.has_short_loops:
             return super()._optimize_final_module()
         tuning = llvm.create_pipeline_tuning_options(speed_level=3)
-        tuning.loop_vectorization = tuning.slp_vectorization = tuning.loop_unrolling = False
+        tuning.loop_vectorization = tuning.slp_vectorization = False
+        tuning.loop_unrolling = self.unrolls
         passes = llvm.create_pass_builder(self._codegen._tm, tuning)
         passes.getModulePassManager().run(self._final_module, passes)
 
@@ -151,6 +153,12 @@ class ShortLoopLibrary(EntryLibrary):
     """The same without LLVM's vectorizer and unroller of loops."""
 
     has_short_loops = True
+
+
+class OneSystemLibrary(ShortLoopLibrary):
+    """The same with the unroller: where sizes are known loops end as straight lines (measured: 4 to 9 % of a step)."""
+
+    unrolls = True
 
 
 class ModelLibrary(JITCodeLibrary):
@@ -200,7 +208,8 @@ class KernelCompiler(OurCompiler):
         return [passes]
 
     def compile_extra(self, function: Callable) -> Any:
-        """Compile with the shortcuts."""
+        """Compile with the shortcuts, unless nobody waits for it any more."""
+        go_on()
         with no_negative_indices(), known_calls():
             return super().compile_extra(function)
 

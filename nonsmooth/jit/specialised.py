@@ -14,11 +14,12 @@ from __future__ import annotations
 import contextlib
 from typing import Any, NamedTuple
 
+from nonsmooth.jit.beside import begin
 from nonsmooth.jit.blocks import Known, view, view_with
 from nonsmooth.jit.cache import cache_directory, compile_cached, is_cached, is_usable, key_of
 from nonsmooth.jit.kernels import KERNEL_OPTIONS, Callback, Kernel, inner_dispatcher, rebind
 from nonsmooth.jit.models import Source, inlined_model
-from nonsmooth.jit.waiting import sentence, waiting
+from nonsmooth.jit.waiting import sentence, silent, waiting
 
 COMPILE_TIME = 8.0  # measured: s
 
@@ -54,6 +55,8 @@ class Specialised:
 
     dispatcher: Any = None
     address = 0
+    is_begun = False  # whether a thread compiles it
+    refusal: BaseException | None = None  # why that could not
 
     def __init__(self, parts: Parts, source: Source) -> None:
         self.parts, self.source = parts, source
@@ -74,18 +77,35 @@ class Specialised:
 
     def load(self) -> None:
         """Compile it, or read it from disk, unless this process has it."""
-        from nonsmooth.jit.internals import EntryLibrary, ShortLoopLibrary, compiler_of, machine_code_of
+        from nonsmooth.jit.internals import EntryLibrary, OneSystemLibrary, compiler_of, machine_code_of
 
         if self.address:
             return
         loop = self.parts.loop
-        library = ShortLoopLibrary if loop.short_loops else EntryLibrary
+        library = OneSystemLibrary if loop.short_loops else EntryLibrary
         options = {**KERNEL_OPTIONS, "pipeline_class": compiler_of(library)}
         is_on_disk = self.is_on_disk
         with contextlib.nullcontext() if is_on_disk else waiting(words):
             function = loop.function if is_on_disk else self._bound()
             self.dispatcher = compile_cached(function, loop.signature, self.name, self.key, **options)
         self.address = machine_code_of(self.dispatcher)
+
+    def load_beside(self) -> None:
+        """Begin to compile it in a thread of its own; it can be called once ``address`` is known."""
+        if self.is_begun:
+            return
+        self.is_begun = True
+
+        def work() -> None:
+            try:
+                with silent():
+                    self.load()
+            except Exception as reason:
+                self.refusal = reason
+            finally:
+                self.is_begun = False
+
+        begin(work)
 
     def _bound(self) -> Any:
         """The source of the loop with what it calls in its place."""

@@ -36,6 +36,16 @@ def waiting(words: Callable[[], str]) -> Iterator[None]:
         _is_said.reset(token)
 
 
+@contextlib.contextmanager
+def silent() -> Iterator[None]:
+    """Say nothing of what is compiled in the block: nobody waits for it."""
+    token = _is_said.set(True)
+    try:
+        yield
+    finally:
+        _is_said.reset(token)
+
+
 def sentence(what: str, why: str, seconds: float, folder: object) -> str:
     """What is compiled, why, for about how long, and where it is kept; ``folder`` None where nothing can be kept."""
     kept = f"kept in {folder}" if folder is not None else "kept nowhere: the cache directory cannot be used"

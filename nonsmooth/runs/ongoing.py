@@ -14,6 +14,7 @@ from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import Columns, Record, Skips
 from nonsmooth.jit import handle_of
 from nonsmooth.jit.blocks import Block
+from nonsmooth.jit.specialised import Specialised
 from nonsmooth.mechanics.compiled import loop_of
 from nonsmooth.mechanics.initial_state import check_mass, examine_state, project_state
 from nonsmooth.mechanics.inspection import inspect_start
@@ -50,6 +51,7 @@ class Ongoing:
     schedule: Schedule
     record: Record
     stop: Stop | None = None  # at an event of the user
+    own_loop: Specialised | None = None  # for this system alone, which takes over once it is compiled
 
     def __init__(
         self, system: System, integrator: Integrator, table: Timetable, q0: np.ndarray, u0: np.ndarray, selection: int,
@@ -66,8 +68,7 @@ class Ongoing:
         t_0, t_end = table.span
         if isinstance(integrator, FixedStep):
             steps = (t_end - t_0) / integrator.dt
-            own = loop_of_system(integrator, self.model, self.sys, self.state, self.memory, steps)
-            self.loop = self.loop if own is None else own.dispatcher
+            self.own_loop = loop_of_system(integrator, self.model, self.sys, self.state, self.memory, steps)
         self.state.now = t_0
         inspect_start(system, t_0, q0, u0, self.model)
         if integrator.chooses_steps:
@@ -94,6 +95,8 @@ class Ongoing:
 
     def step_loop(self, max_steps: int) -> int:
         """Take at most so many steps; returns a Status."""
+        if self.own_loop is not None and self.own_loop.address:
+            self.loop, self.own_loop = self.own_loop.dispatcher, None
         blocks = self.sys, self.schedule, self.state, self.record, self.memory
         if blocks != self.workspace.handed[0]:
             set_handles(self.integrator, self.model.is_compiled, self.sys, self.schedule, self.memory)

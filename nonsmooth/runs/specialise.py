@@ -11,6 +11,7 @@ from nonsmooth.errors import InterpretedWarning, warn_caller
 from nonsmooth.integrators.contract import Integrator, step_at
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import Skips, State
+from nonsmooth.jit.beside import has_free_processor
 from nonsmooth.jit.blocks import known_of
 from nonsmooth.jit.specialised import Parts, Specialised
 from nonsmooth.mechanics.compiled import Model
@@ -26,7 +27,11 @@ _made: dict[Parts, Specialised | None] = {}  # None where numba cannot compile o
 def loop_of_system(
     integrator: Integrator, model: Model, sys: Sys, state: State, memory: Any, steps: float
 ) -> Specialised | None:
-    """The loop of one system for a run, or for runs, of so many steps; None where the generic one is to be taken."""
+    """The loop of one system for a run, or for runs, of so many steps; None where the generic one is to be taken.
+
+    With "auto" one that is not there yet is compiled beside the run, where a processor is free: until it is there its
+    address is 0, and the generic loop takes the same steps.
+    """
     wish = integrator.specialise
     if wish is False or not model.is_compiled or (wish == "auto" and steps * SAVED < READ_TIME):
         return None
@@ -39,6 +44,12 @@ def loop_of_system(
     found = _made[parts]
     if found is None or (wish == "auto" and steps * SAVED < found.time_to_load()):
         return None
+    if found.refusal is not None:
+        _made[parts] = None
+        return None
+    if wish == "auto" and found.time_to_load() > 0.0 and (found.is_begun or has_free_processor()):
+        found.load_beside()
+        return found
     try:
         found.load()
     except Exception as reason:  # numba raises many unrelated types

@@ -411,7 +411,8 @@ class BlockRun:
         self.memory_words[1] = self.memory_words[0]
         here = cells.call
         self.own_loop = own = engine.loop_of_system(self.sys, self.state, self.memory, len(cells.p))  # held: it is code
-        here.loop = handle_of(self.integrator.loop, self.is_compiled) if own is None else Handle(own.address)
+        address = 0 if own is None else own.address  # of one that is still being compiled 0
+        here.loop = Handle(address) if address else handle_of(self.integrator.loop, self.is_compiled)
         here.window, here.is_rigid, here.is_prepared = engine.window, self.integrator.is_rigid, 0
 
     def run(self, first: int, last: int) -> None:

@@ -1,7 +1,11 @@
 """A loop compiled for one system takes the steps of the generic one, to the last bit, and is never a stale one."""
 
+import os
 import subprocess
 import sys
+import threading
+import time
+import warnings
 
 import numpy as np
 import pytest
@@ -10,6 +14,8 @@ import nonsmooth as ns
 from nonsmooth.catalogue import BeltOscillator, RockingBlock
 from nonsmooth.catalogue import load as load_model
 from nonsmooth.catalogue.entries import model_entries
+from nonsmooth.jit import beside
+from nonsmooth.jit.specialised import Specialised
 from nonsmooth.runs import specialise
 from tests.systems import ball
 
@@ -132,8 +138,86 @@ def test_it_is_made_where_the_steps_pay_for_it(monkeypatch):
     run_of(system, ns.MoreauJean(dt=1e-3), ([1.0], [0.0]))
     assert not specialise._made
     monkeypatch.setattr(specialise, "SAVED", 1.0)
+    monkeypatch.setattr(specialise, "has_free_processor", lambda: False)  # which would compile it beside the run
     run_of(system, ns.MoreauJean(dt=1e-3), ([1.0], [0.0]))
     assert [found.address > 0 for found in specialise._made.values()] == [True]
+
+
+def pays_at_once(monkeypatch, load):
+    """Every run pays for a loop of its own, which ``load`` makes beside it."""
+    monkeypatch.setattr(specialise, "SAVED", 1.0)
+    monkeypatch.setattr(specialise, "has_free_processor", lambda: True)
+    monkeypatch.setattr(Specialised, "time_to_load", lambda self: 0.0 if self.address else 8.0)
+    monkeypatch.setattr(Specialised, "load", load)
+
+
+def test_a_run_changes_over_when_its_loop_is_ready_and_keeps_its_bits(monkeypatch, capfd):
+    """The loop is compiled, or read from disk, only after the first blocks of steps were taken by the generic one."""
+    may_load, is_loaded, load, taken = threading.Event(), threading.Event(), Specialised.load, []
+
+    def later(self):
+        may_load.wait(60)
+        load(self)
+        is_loaded.set()
+
+    def look(part):
+        (found,) = specialise._made.values()
+        taken.append(found.address > 0)
+        if part > 0.01 and not may_load.is_set():
+            may_load.set()
+            assert is_loaded.wait(120)
+
+    pays_at_once(monkeypatch, later)
+    auto, system = ns.MoreauJean(dt=1e-3), rebounding_ball()
+    own = ns.simulate(system, (0.0, 20.0), [1.0], [0.0], integrator=auto, progress=look)
+    assert_same(own, run_of(system, GENERIC, ([1.0], [0.0]), 20.0))
+    assert taken[0] is False and taken[-1] is True and "compiling a loop" not in capfd.readouterr().err
+
+
+def test_a_run_does_not_wait_for_a_loop_that_cannot_be_compiled_beside_it(monkeypatch):
+    def refuse(self):
+        raise TypeError("no such thing")
+
+    pays_at_once(monkeypatch, refuse)
+    auto, system = ns.MoreauJean(dt=1e-3), rebounding_ball()
+    for _ in range(3):
+        assert_same(*(run_of(system, integrator, ([1.0], [0.0])) for integrator in (auto, GENERIC)))
+        beside.finish()
+    assert list(specialise._made.values()) == [None]
+
+
+def test_a_compilation_beside_a_run_is_given_up_where_nobody_needs_it_any_more(monkeypatch):
+    """At the end of the process, and before it is forked: it would hold numba's lock for ever."""
+    steps = []
+
+    def long(self):
+        while True:
+            beside.go_on()
+            steps.append(time.sleep(0.01))
+
+    pays_at_once(monkeypatch, long)
+    run_of(rebounding_ball(), ns.MoreauJean(dt=1e-3), ([1.0], [0.0]))
+    (found,) = specialise._made.values()
+    assert found.is_begun
+    if hasattr(os, "fork"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # of a fork while threads run
+            child = os.fork()
+        if child == 0:
+            os._exit(0)
+        os.waitpid(child, 0)
+    beside.finish()
+    assert not found.is_begun and not found.address and steps
+    beside.go_on()  # the thread that asks is none of these
+
+
+@pytest.mark.parametrize(
+    ("count", "busy", "expected"), [(1, 0.0, False), (2, 0.5, True), (2, 1.5, False), (8, 3, True)]
+)
+def test_a_processor_is_free_where_fewer_are_busy_than_there_are(monkeypatch, count, busy, expected):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda pid: set(range(count)), raising=False)
+    monkeypatch.setattr(os, "getloadavg", lambda: (busy, 9.0, 9.0), raising=False)
+    assert beside.has_free_processor() is expected
 
 
 def test_what_cannot_be_compiled_is_told_where_it_was_asked_for(monkeypatch):

@@ -74,6 +74,7 @@ def step(sys_at, t, dt, state_at, scratch_at):
             work.u_1[i] = state.u[i] + work.du[i]
         state.counters.skipped += 1
     else:
+        n_k = n_k if n_c > 1 else 1  # which it is: a loop for one system knows it then
         if not evaluate_rows(sys, scratch.is_known[1] == 0, t_mid, state.u, work):
             return Status.NOT_FINITE
         scratch.is_known[1] = 1
