@@ -47,6 +47,6 @@ def read_run_within(path: Path, check: Check) -> dict[str, np.ndarray]:
     with require_netcdf4().Dataset(str(path)) as file:
         if GROUP not in file.groups:
             raise ValueError("it holds what other programs want and not the whole run: it was written by an earlier "
-                             "version, or of a scene; xarray.open_dataset reads it")  # fmt: skip
+                             "version; xarray.open_dataset reads it")  # fmt: skip
         content = np.asarray(file[GROUP][VARIABLE][:], np.uint8).tobytes()
     return read_arrays(io.BytesIO(content), len(content), check, is_trusted=True)

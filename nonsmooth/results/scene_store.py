@@ -23,12 +23,13 @@ from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.results import scene_records as records
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
 from nonsmooth.results.hdf5 import read_sealed, seal_of, write_hdf5
+from nonsmooth.results.netcdf import put_run, read_run_within
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.scene_checkpoint import load_scene_checkpoint
 from nonsmooth.results.scene_events import SceneEventKind, SceneEvents
 from nonsmooth.results.scene_solution import ContactColumns, SceneSolution, SceneStats, SpringStats
 from nonsmooth.results.seal import require_kind
-from nonsmooth.results.store import ENDINGS, HDF5, LEDGER, NETCDF, fill_hdf5, require_no_netcdf
+from nonsmooth.results.store import ENDINGS, HDF5, LEDGER, NETCDF, fill_hdf5
 from nonsmooth.views import view
 
 if TYPE_CHECKING:
@@ -54,13 +55,14 @@ EVENT_COLUMNS: dict[str, Rule] = {
 def save(solution: SceneSolution, path: str | Path) -> Path:
     """Write a run of a scene; the ending of the path, .npz or .h5, names the format."""
     path = as_place("path", path, (*ENDINGS, NETCDF))
-    if path.suffix == NETCDF:
-        return view(solution, "netcdf")(solution, path)  # type: ignore[no-any-return]
     arrays = {name: np.ascontiguousarray(array) for name, array in _arrays_of(solution).items()}
     text = json.dumps({
         "schema": SCENE_SCHEMA, "status": int(solution.status), "message": solution.message, "names": solution.names,
         "stats": asdict(solution.stats), "about": solution.about,
     })  # fmt: skip
+    if path.suffix == NETCDF:
+        add = functools.partial(put_run, SCENE_KIND, {"about": np.array(text), **arrays})
+        return view(solution, "netcdf")(solution, path, add)  # type: ignore[no-any-return]
     if path.suffix in HDF5:
         write_hdf5(path, SCENE_KIND, functools.partial(fill_hdf5, text, arrays))
     else:
@@ -84,12 +86,11 @@ def _arrays_of(solution: SceneSolution) -> dict[str, np.ndarray]:
 def load(path: str | Path, scene: Scene | None = None) -> SceneSolution:
     """Read what ``save`` wrote, or a checkpoint; with the scene, which is not stored, its pictures can be drawn."""
     path = as_path("path", path)
-    require_no_netcdf(path)
     if os.path.isdir(path):
         solution = load_scene_checkpoint(path)
         return solution if scene is None else with_scene(solution, scene)
     with refusals(path, "is not a saved run of a scene"):
-        found = _read_hdf5(path) if path.suffix in HDF5 else read_npz(path, _check)
+        found = _read(path)
         about = found.about()
         if about["schema"] != SCENE_SCHEMA:
             raise InvalidInput(f"{path.name} has schema {about['schema']}; this version reads {SCENE_SCHEMA}")
@@ -106,6 +107,12 @@ def with_scene(solution: SceneSolution, scene: Scene) -> SceneSolution:
     if [body.name for body in scene.bodies] != solution.names or scene.dim != solution.dim:
         raise InvalidInput("scene is not the one that was run: its bodies have other names, or another order")
     return SceneSolution(**{**vars(solution), "scene": scene})  # as it is: what was not recorded has no value
+
+
+def _read(path: Path) -> Archive:
+    if path.suffix == NETCDF:
+        return Archive(SCENE_KIND, read_run_within(path, _check))
+    return _read_hdf5(path) if path.suffix in HDF5 else read_npz(path, _check)
 
 
 def _read_hdf5(path: Path) -> Archive:

@@ -83,12 +83,6 @@ def _description(names: dict[str, Any] | None) -> Description | None:
     return Description(coordinates, bool(names["has_names"]), contacts, None, None, None, None)
 
 
-def require_no_netcdf(path: Path) -> None:
-    """Raise `InvalidInput` for a netCDF file, which holds what other programs want and not the whole run."""
-    if path.suffix == NETCDF:
-        raise InvalidInput(f"{path.name} is for other programs, xarray.open_dataset reads it; load reads .npz and .h5")
-
-
 def _arrays_of(solution: Solution) -> dict[str, np.ndarray]:
     own = solution.__getstate__()
     arrays = {name: own[name] for name in (*ARRAYS, "la") if own[name] is not None}
