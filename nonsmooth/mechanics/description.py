@@ -92,6 +92,22 @@ def numbered(n_q: int, n_c: int) -> Description:
     return Description(coordinates, False, tuple(f"contact {i}" for i in range(n_c)), None, None, None, None)
 
 
+def names_in_file(description: Description) -> dict[str, Any]:
+    """Its names, as a file holds them."""
+    return {
+        "coordinates": description.coordinates, "has_names": description.has_names, "contacts": description.contacts
+    }  # fmt: skip
+
+
+def of_names(names: dict[str, Any] | None) -> Description | None:
+    """What a file says of names; a file of before says nothing."""
+    if names is None:
+        return None
+    coordinates = tuple((str(name), str(unit)) for name, unit in names["coordinates"])
+    contacts = tuple(str(name) for name in names["contacts"])
+    return Description(coordinates, bool(names["has_names"]), contacts, None, None, None, None)
+
+
 def described(system: Any) -> Description:
     """The names and pictures of a system."""
     model = system.parameters

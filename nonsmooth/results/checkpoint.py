@@ -14,10 +14,11 @@ left away. Why no HDF5, and what is lost when: docs/checkpoints.md. No pickle.
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import types
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,10 +28,11 @@ import numpy as np
 from nonsmooth.checks.files import refusals
 from nonsmooth.errors import CheckpointFailure, InvalidInput, Status
 from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, N_LEDGER
-from nonsmooth.mechanics.description import numbered
+from nonsmooth.mechanics.description import numbered, of_names
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.checked_array import CheckedArray, checksums_of, verified_rows
 from nonsmooth.results.growing_array import map_rows
+from nonsmooth.results.motion import of_records
 from nonsmooth.results.npz import fill_npz, read_npz
 from nonsmooth.results.recorded import IMPULSES, KINDS, LEDGER
 from nonsmooth.results.seal import require_kind
@@ -99,6 +101,8 @@ class Checkpoint:
 
     Attributes
     ----------
+    said : dict
+        What no bit depends on: names, the model, how the motion between the records is found.
     kept : dict
         The arrays of the state that was found; empty where the run begins.
 
@@ -113,6 +117,7 @@ class Checkpoint:
         self.shown = dict.fromkeys(layout.rows, 0)
         self.status, self.wall_time = Status.RUNNING, 0.0
         self.kept: dict[str, np.ndarray] = {}
+        self.said: dict[str, Any] = {}
         is_there = (self.path / STATE).exists()
         if is_there and not may_resume:
             raise InvalidInput(f"there is a checkpoint {str(path)!r} already; resume= goes on with it, or remove it")
@@ -189,6 +194,7 @@ class Checkpoint:
             **{name: array.rows for name, array in self._arrays.items()},
             **{shown_of(name): count for name, count in self.shown.items()},
             "status": int(status), "message": message, "stats": vars(stats), "about": about,
+            "said": self.said,
         }  # fmt: skip
         with self._refusals():
             for array in self._arrays.values():
@@ -225,8 +231,12 @@ class Checkpoint:
             ) from error
 
 
-def load_checkpoint(path: Path, system: System | None = None, is_verified: bool = False) -> Solution:
+def load_checkpoint(
+    path: Path, system_of: Callable[[dict[str, Any] | None, int, int], System | None], is_verified: bool = False
+) -> Solution:
     """The records of a checkpoint as a Solution; its arrays are views of the file, read where they are looked at.
+
+    ``system_of`` finds the system from the model that is named, the number of coordinates and that of contacts.
 
     Without the system the ledger has no kinetic and potential energy. Every byte is read once to verify the checksums,
     but where this very program verified or wrote them.
@@ -240,14 +250,23 @@ def load_checkpoint(path: Path, system: System | None = None, is_verified: bool 
     shape = Shape(*about["shape"])
     arrays = rows_of(path, about, layout_of(shape).rows, is_verified)
     rows, status_and_message = arrays["records"], end_of(about)
+    said = about.get("said", {})
+    system = system_of(said.get("model"), shape.n, shape.n_c)
     kept: dict[str, Any] = {name: rows[name] for name in rows.dtype.names or ()}
     columns = {name: kept.get(name) for name in (*PER_RECORD, "la")}
     record = types.SimpleNamespace(**kept)
+    events = _in_time(arrays["events"]) if "events" in arrays else None
+    theta, find_motion = said.get("theta"), None
+    has_jumps = events is not None and len(arrays["events"]) <= MAX_EVENTS  # of which a motion must know all
+    if theta is not None and events is not None and has_jumps and {"q", "u", "mode"} <= kept.keys():
+        find_motion = functools.partial(of_records, theta, kept["t"], kept["q"], kept["u"], kept["mode"], events)
     solution = Solution(
-        **columns, event_rows=_in_time(arrays["events"]) if "events" in arrays else None,  # type: ignore[arg-type]
+        **columns, event_rows=events,  # type: ignore[arg-type]
         find_ledger=finder_of_ledger(system, record, shape.recorded),  # type: ignore[arg-type]
         stats=Stats(**about["stats"]), status=status_and_message[0], message=status_and_message[1],
-        about=about["about"], system=system, names=numbered(shape.n, shape.n_c) if system is None else None,
+        about=about["about"], system=system, theta=theta if find_motion is not None else None, find_motion=find_motion,
+        names=of_names(said.get("names")) or (numbered(shape.n, shape.n_c) if system is None else None),
+        named_model=said.get("model"),
     )  # fmt: skip
     return solution if about["facts"].get("records_start", True) or len(rows) < 2 else solution.without_start()
 

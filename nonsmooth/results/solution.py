@@ -405,8 +405,8 @@ class Solution:
                 if kind not in self.recorded:
                     raise not_recorded(f"the motion between the records (it needs the {kind})", kind)
             raise InvalidInput(
-                "this solution knows its records only: its integrator keeps no steps, it was read from a checkpoint, "
-                "or not every step was recorded; run without every= and t_eval= to ask for other times"
+                "this solution knows its records only: its integrator keeps no steps, or none in a checkpoint, or not "
+                "every step was recorded; run without every=, t_eval= and checkpoint= to ask for other times"
             )
         return self.find_motion()
 

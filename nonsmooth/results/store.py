@@ -19,7 +19,7 @@ import numpy as np
 from nonsmooth.checks.files import as_path, as_place, refusals
 from nonsmooth.errors import InvalidInput, ModelNotFoundWarning, Status, warn_caller
 from nonsmooth.integrators.records import EVENT_WIDTH
-from nonsmooth.mechanics.description import Description
+from nonsmooth.mechanics.description import names_in_file, of_names
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.forms import REAL, Form, Rule, require_forms
 from nonsmooth.results.hdf5 import put_array, read_sealed, seal_of, write_hdf5
@@ -63,24 +63,11 @@ def content_of(solution: Solution) -> tuple[str, dict[str, np.ndarray]]:
     """The text and the arrays of a file."""
     text = json.dumps({
         "schema": SOLUTION_SCHEMA, "status": int(solution.status), "message": solution.message,
-        "stats": vars(solution.stats), "about": solution.about, "names": _names_of(solution.described),
+        "stats": vars(solution.stats), "about": solution.about, "names": names_in_file(solution.described),
         "model": solution.named_model if solution.system is None else view(solution, "name model")(solution.system),
         "theta": solution.theta,
     })  # fmt: skip
     return text, _arrays_of(solution)
-
-
-def _names_of(described: Description) -> dict[str, Any]:
-    return {"coordinates": described.coordinates, "has_names": described.has_names, "contacts": described.contacts}
-
-
-def _description(names: dict[str, Any] | None) -> Description | None:
-    """What a file says of names; a file of before says nothing."""
-    if names is None:
-        return None
-    coordinates = tuple((str(name), str(unit)) for name, unit in names["coordinates"])
-    contacts = tuple(str(name) for name in names["contacts"])
-    return Description(coordinates, bool(names["has_names"]), contacts, None, None, None, None)
 
 
 def _arrays_of(solution: Solution) -> dict[str, np.ndarray]:
@@ -123,7 +110,7 @@ def load(path: str | Path, model: Any = None) -> Solution:
     if os.path.isdir(path):
         from nonsmooth.results.checkpoint import load_checkpoint
 
-        return _with_model(load_checkpoint(path), path, model)
+        return load_checkpoint(path, functools.partial(_system_of, path, model))
     with refusals(path, "is not a saved solution"):
         found = _read(path)
         about = found.about()
@@ -166,7 +153,7 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Solution:
     return Solution(
         **columns, **events, find_ledger=find_ledger, la=arrays.get("la"),
         stats=Stats(**about["stats"]), status=Status(about["status"]), message=about["message"], about=about["about"],
-        names=_description(about.get("names")), named_model=about.get("model"), theta=about.get("theta"),
+        names=of_names(about.get("names")), named_model=about.get("model"), theta=about.get("theta"),
         find_motion=_find_motion(about.get("theta"), arrays),
     )  # fmt: skip
 
@@ -180,32 +167,36 @@ def _find_motion(theta: float | None, arrays: Mapping[str, np.ndarray]) -> Calla
 
 def _with_model(solution: Solution, path: Path, given: Any) -> Solution:
     """The solution with its system, where that is found."""
-    named = solution.named_model
-    if named is None and given is None:
-        return solution
-    try:
-        system = view(solution, "find model")(named or {"place": ""}, given)
-        _require_sizes(system, solution)
-    except InvalidInput as reason:
-        if given is not None:
-            raise
-        warn_caller(f"{path.name} was read without its model: {reason}", ModelNotFoundWarning)
-        return solution
-    return solution.changed(system=system)
-
-
-def _require_sizes(system: System, solution: Solution) -> None:
-    """Raise `InvalidInput` for a system that cannot have made these numbers."""
     own, named = solution.__getstate__(), solution.described
     n_q, n_c = (
         next((own[name].shape[1] for name in columns if own[name] is not None), len(names))
         for columns, names in ((("q", "u"), named.coordinates), (("mode", "g_N", "P_N"), named.contacts))
     )
-    found, wanted = (system.n_q, system.n_c), (n_q, n_c)
-    if found != wanted:
+    system = _system_of(path, given, solution.named_model, n_q, n_c)
+    return solution if system is None else solution.changed(system=system)
+
+
+def _system_of(path: Path, given: Any, named: dict[str, Any] | None, n_q: int, n_c: int) -> System | None:
+    """The system of so many coordinates and contacts that was given, or that a file names, where that is found."""
+    if named is None and given is None:
+        return None
+    try:
+        system: System = view(Solution, "find model")(named or {"place": ""}, given)
+        _require_sizes(system, n_q, n_c)
+    except InvalidInput as reason:
+        if given is not None:
+            raise
+        warn_caller(f"{path.name} was read without its model: {reason}", ModelNotFoundWarning)
+        return None
+    return system
+
+
+def _require_sizes(system: System, n_q: int, n_c: int) -> None:
+    """Raise `InvalidInput` for a system that cannot have made these numbers."""
+    if (system.n_q, system.n_c) != (n_q, n_c):
         raise InvalidInput(
-            f"{system.name or 'the model'} has {found[0]} coordinates and {found[1]} contacts, the run in the file "
-            f"has {wanted[0]} and {wanted[1]}"
+            f"{system.name or 'the model'} has {system.n_q} coordinates and {system.n_c} contacts, the run in the file "
+            f"has {n_q} and {n_c}"
         )
 
 

@@ -18,14 +18,17 @@ import numpy as np
 from nonsmooth.checks.arrays import as_non_negative
 from nonsmooth.checks.files import as_path
 from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import Columns, Record, bytes_of_record
 from nonsmooth.jit.blocks import numbers
+from nonsmooth.mechanics.description import names_in_file
 from nonsmooth.results.checkpoint import EVENT_ROW, Checkpoint, Shape, layout_of, load_checkpoint
 from nonsmooth.results.recorded import EVENTS, KINDS
-from nonsmooth.results.solution import MAX_EVENTS, Solution, Stats, about_run, per_record
+from nonsmooth.results.solution import MAX_EVENTS, Solution, Stats, about_run, per_record, theta_of
 from nonsmooth.runs.ongoing import Ongoing, left_out
 from nonsmooth.runs.recorder import Recorder, new_rows
 from nonsmooth.signals.interruption import interrupts_held_back
+from nonsmooth.views import view
 
 WINDOW = 2**22  # chosen: bytes of records in memory
 
@@ -103,11 +106,18 @@ class StreamingRecorder(Recorder):
         layout = layout_of(Shape(system.n_u, system.n_c, system.d, run.integrator.has_forces, self.recorded))
         facts = self.facts(run.model.is_compiled)
         self.store = Checkpoint(self.place.path, facts, layout, self.place.may_begin, self.place.may_resume)
+        self.store.said = self._said(run)
         with ExitStack() as refused:
             refused.callback(self.store.close)
             self._take_kept(run) if self.store.kept else self._keep_start(run)
             refused.pop_all()
         self.kept_at = time.perf_counter()
+
+    def _said(self, run: Ongoing) -> dict[str, Any]:
+        """Names, the model by its name, and the theta of a run whose every step is a record."""
+        is_whole = isinstance(run.integrator, FixedStep) and run.table.has_each_step
+        return {"names": names_in_file(run.system.described), "model": view(Solution, "name model")(run.system),
+                "theta": theta_of(run.integrator) if is_whole else None}  # fmt: skip
 
     def _memory(self, run: Ongoing) -> dict[str, np.ndarray]:
         """All that the next step depends on, as bits."""
@@ -191,7 +201,7 @@ class StreamingRecorder(Recorder):
         return rows
 
     def stored(self, run: Ongoing) -> Solution:
-        return load_checkpoint(self.store.path, run.system, is_verified=True)
+        return load_checkpoint(self.store.path, lambda *_: run.system, is_verified=True)
 
 
 def require_sizes(store: Checkpoint, memory: dict[str, np.ndarray]) -> None:

@@ -16,6 +16,8 @@ from nonsmooth.integrators.contract import Integrator, Schedule
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.jit.blocks import new
 
+RECORD_TIMES_AT_ONCE = 2**12  # chosen: in memory: their arrays take 100 kB
+
 
 @dataclass(frozen=True)
 class RecordTimes:
@@ -53,6 +55,12 @@ class Timetable:
         t_0, t_1 = self.times.span
         t = self.times.part(first, self.count if stop is None else stop)
         return schedule_of(self.integrator, t, self.every, t_1 - t_0)
+
+    @property
+    def has_each_step(self) -> bool:
+        """Whether a fixed step records each of its steps; the times are looked at a part after the other."""
+        parts = range(0, self.count - 1, RECORD_TIMES_AT_ONCE)
+        return all((self.schedule(first, first + RECORD_TIMES_AT_ONCE + 1).steps <= 1).all() for first in parts)
 
     @property
     def count(self) -> int:

@@ -171,3 +171,25 @@ def test_ctrl_c_stops_at_a_whole_block_from_which_the_run_goes_on(small, tmp_pat
     assert bits(ns.simulate(*arguments, **options, resume=tmp_path / "run.ckpt")) == bits(
         ns.simulate(*arguments, **options)
     )
+
+
+def test_a_loaded_checkpoint_has_the_names_the_model_and_the_motion_of_a_fresh_run(tmp_path):
+    arguments, options = RUNS["rod"]
+    fresh = ns.simulate(*arguments, **options)
+    streamed = ns.simulate(*arguments, **options, checkpoint=tmp_path / "rod")
+    loaded = ns.Solution.load(tmp_path / "rod")
+    assert loaded.system.name == fresh.system.name and loaded.described.coordinates == fresh.described.coordinates
+    assert loaded.system.parameters == arguments[0]
+    for name in fresh.ledger:
+        np.testing.assert_array_equal(loaded.ledger[name], fresh.ledger[name])
+    for t in (0.0, 0.03337, 0.2):
+        for found in (streamed, loaded):
+            np.testing.assert_array_equal(found(t).q, fresh(t).q)
+            np.testing.assert_array_equal(found(t).u, fresh(t).u)
+
+
+def test_a_checkpoint_of_some_steps_has_no_motion_between_them(tmp_path):
+    arguments, options = RUNS["ball"]
+    sparse = ns.simulate(*arguments, **options, checkpoint=tmp_path / "ball")
+    with pytest.raises(ns.InvalidInput, match="knows its records only"):
+        sparse(0.5)
