@@ -146,6 +146,9 @@ def the_start(model: Any, q0: Any, u0: Any, state: Any, system: System | None = 
         return start_of(model, q0, "q0")
     if q0 is None and u0 is None:
         raise InvalidInput(f"the motion has no start; give q0 and u0, or state={forms_of(model)}")
+    if q0 is None or u0 is None:
+        given, missing = ("q0", "u0") if u0 is None else ("u0", "q0")
+        raise InvalidInput(f"the start has {given} and no {missing}; give both, or state={forms_of(model)}")
     return as_vector("q0", q0, system.n_q), as_vector("u0", u0, system.n_u)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from models import BouncingBall
 from tests.mechanics.wall_pendulum import system
 
 STEP = ns.MoreauJean(dt=1e-3)
@@ -79,3 +80,10 @@ def test_start_of_a_model_within_a_system_follows_the_swept_parameter():
     swept = ns.sweep(task, {"l": [4.0, 5.0]}, progress=False)
     asked = ns.simulate(SpragSlip(l=4.0), (0, 0.01), state={"th": 0.9}, integrator=ns.MoreauJean(1e-4))
     assert np.array_equal(swept.q.values[0], asked.q[-1])
+
+
+@pytest.mark.parametrize(("given", "missing"), [("q0", "u0"), ("u0", "q0")])
+def test_half_a_start_is_answered_by_the_whole_one(given, missing):
+    ball = BouncingBall()
+    with pytest.raises(ns.InvalidInput, match=f"the start has {given} and no {missing}; give both, or state="):
+        ns.simulate(ball, (0, 0.1), integrator=ns.MoreauJean(dt=1e-3), **{given: [0.5]})
