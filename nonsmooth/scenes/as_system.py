@@ -1,4 +1,4 @@
-"""A small planar scene as a system whose contacts are counted once and for all, for every method that takes a `System`.
+"""A small scene as a system whose contacts are counted once and for all, for every method that takes a `System`.
 
 Contact k is between two rounded points: a vertex of a body, an arm a_i from its centre of mass, and a vertex of
 another one or a point of a half-plane:
@@ -10,7 +10,8 @@ With t = (n_y, -n_x), d' the rate of d, and the body axes' belts s turned into t
     gamma_N = n . d',    gamma_F = t . d' + r_i th_i' + r_j th_j' + t . (s_i - s_j)
     n' = w t,  t' = -w n,  w = t . d'/|d| (half-plane: 0)
 
-Rows of shapes that touch along faces are not differentiable where the touching features change; they are refused.
+Rows of shapes that touch along faces are not differentiable where the touching features change; they are refused. Of
+scenes in space those of spheres without friction are a system (`spheres_as_system`).
 Source: Pfeiffer and Glocker, *Multibody Dynamics with Unilateral Contacts* (1996), ch. 4.
 """
 
@@ -34,8 +35,10 @@ from nonsmooth.scenes.places import compose, inverse, place_of, rotate
 from nonsmooth.scenes.scene import Body, Kind, Scene, coefficients_of, require_known_pairs
 from nonsmooth.scenes.shape_rows import HALF_PLANE
 from nonsmooth.scenes.shapes import PLANAR
+from nonsmooth.scenes.spheres_as_system import functions_of, near_of, require_spheres
 
 NO_COORDINATES = -1  # code: in place of the number of a body that moves
+PLANE, SPACE = (("x", "m"), ("y", "m"), ("angle", "rad")), (("x", "m"), ("y", "m"), ("z", "m"))  # of one body
 CURE = "simulate(scene, ..., integrator=ns.MoreauJean(dt)) takes it"
 
 
@@ -65,12 +68,19 @@ def system_of(scene: Scene, pairs: Any = None) -> System:
     touches: list[Touch] = []
     contacts: list[Contact] = []
     values: dict[str, float] = {}
-    for a, b in _pairs_of(scene, pairs):
+    met = _pairs_of(scene, pairs)
+    if scene.dim != PLANAR:
+        require_spheres(scene, met, CURE)
+        contacts = [_contact(scene, a, b, values) for a, b in met]
+        functions = functions_of(scene, moving, [near_of(a, b, numbers) for a, b in met])
+        parameters = _parameters(moving, values, SPACE)
+        return System(n_q=3 * len(moving), contacts=contacts, parameters=parameters, name="scene", **functions)
+    for a, b in met:
         found = _touches_of(a, b, numbers)
         touches += found
         contacts += [_contact(scene, a, b, values)] * len(found)
-    parameters = _parameters(moving, values)
-    functions: dict[str, Any] = _body_functions(scene, moving) | (_contact_functions(touches) if touches else {})
+    parameters = _parameters(moving, values, PLANE)
+    functions = _body_functions(scene, moving) | (_contact_functions(touches) if touches else {})
     return System(n_q=3 * len(moving), contacts=contacts, parameters=parameters, name="scene", **functions)
 
 
@@ -78,14 +88,15 @@ def state_of(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """The start of a scene as coordinates and velocities of its system, see `Scene.state`."""
     _require_plain(scene)
     moving = [body for body in scene.bodies if body.kind is Kind.DYNAMIC]
+    if scene.dim != PLANAR:
+        require_spheres(scene, [], CURE)
+        return np.concatenate([body.position for body in moving]), np.concatenate([body.velocity for body in moving])
     q = [compose(place_of(body.position, body.turn), place_of(inertia_of(body, PLANAR).centre, 0.0)) for body in moving]
     return np.concatenate(q), np.concatenate([[*body.velocity, body.spin] for body in moving])
 
 
 def _require_plain(scene: Scene) -> None:
     """Raise `InvalidInput` for scenes that are no system of this kind."""
-    if scene.dim != PLANAR:
-        raise InvalidInput(f"the scene lies in space, and only a planar one has a system; {CURE}")
     for body in scene.bodies:
         if body.kind is Kind.KINEMATIC:
             raise InvalidInput(f"{body.name} moves as it is told, which a system of a scene does not; {CURE}")
@@ -132,11 +143,9 @@ def _contact(scene: Scene, a: Body, b: Body, values: dict[str, float]) -> Contac
     return Contact(mu=names[0], e_N=names[1])
 
 
-def _parameters(moving: list[Body], values: dict[str, float]) -> Any:
+def _parameters(moving: list[Body], values: dict[str, float], axes: tuple[tuple[str, str], ...]) -> Any:
     """The coefficients as parameters that know the names of the coordinates."""
-    coordinates = tuple(
-        (f"{name} of {body.name}", unit) for body in moving for name, unit in (("x", "m"), ("y", "m"), ("angle", "rad"))
-    )
+    coordinates = tuple((f"{name} of {body.name}", unit) for body in moving for name, unit in axes)
     named = make_dataclass(
         "Coefficients", [(name, float) for name in values], namespace={"coordinates": coordinates}, frozen=True
     )

@@ -234,11 +234,12 @@ class Scene:
         )
 
     def system(self, pairs: Any = None) -> System:
-        """A planar scene as a `System`, for Adaptive, EventDriven, Penalty, `classify`, `limit_cycle` and their like.
+        """A small scene as a `System`, for Adaptive, EventDriven, Penalty, `classify`, `limit_cycle` and their like.
 
         The coordinates are (x, y, angle) of the centres of mass of the dynamic bodies, in order; ``state()`` is where
         they start. Each vertex of a body has a contact with each half-plane, and each disc with each disc, whether they
-        ever touch or not: it is for few bodies.
+        ever touch or not: it is for few bodies. In space it is for spheres without friction, on one another and on
+        half-spaces, with the coordinates (x, y, z).
 
         Parameters
         ----------
@@ -254,7 +255,8 @@ class Scene:
         Raises
         ------
         InvalidInput
-            For a scene in space, kinematic bodies, and pairs that touch along faces: hulls with one another, segments.
+            For kinematic bodies, and pairs that touch along faces: hulls with one another, segments. In space, for
+            friction, and for shapes that are no spheres.
 
         Examples
         --------
@@ -271,7 +273,7 @@ class Scene:
         return view(self, "system")(self, pairs)
 
     def state(self) -> tuple[np.ndarray, np.ndarray]:
-        """q0 and u0 of ``system()``: (x, y, angle) of the dynamic bodies' centres of mass, and their rates.
+        """q0 and u0 of ``system()``: coordinates of the dynamic bodies' centres of mass, and their rates.
 
         Raises
         ------

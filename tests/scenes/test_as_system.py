@@ -1,6 +1,8 @@
 """A planar scene as a System: its rows by differences, its motions by closed forms and by systems written by hand."""
 
 import math
+import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -242,7 +244,6 @@ def test_bad_pairs_are_named(pairs, message):
 
 
 def test_scenes_without_a_system_say_why():
-    assert "the scene lies in space" in refused(ns.Scene(gravity=(0, 0, -G)))
     scene = on_ground()
     assert "no body of the scene moves by forces" in refused(scene)
     with pytest.raises(ns.InvalidInput, match="no body of the scene moves by forces"):
@@ -254,3 +255,93 @@ def test_scenes_without_a_system_say_why():
     assert "scene.pair names a material 'felt'" in refused(scene)
     scene.kinematic(ns.Disc(0.1), velocity=(1, 0), name="piston")
     assert "piston moves as it is told" in refused(scene)
+
+
+def smooth(e=0.0, gravity=(0, 0, -G)):
+    return ns.Scene(gravity=gravity, material=ns.Material(mu=0.0, e=e))
+
+
+def spheres_of_all_kinds():
+    """On a slanted ground that is put and turned, a fixed sphere named first, and one another."""
+    scene = smooth(0.3)
+    tilt = (math.cos(0.1), 0, math.sin(0.1), 0)
+    scene.fixed(ns.Sphere(0.3), position=(0.5, -2, 1), name="knob")
+    scene.body(ns.Sphere(0.2), mass=1.5, position=(0, 0, 2), name="a")
+    scene.fixed(ns.HalfSpace((0.3, 0.2, 1), 0.1), position=(0.1, 0.2, -0.3), turn=tilt, name="slope")
+    scene.body(ns.Sphere(0.1), mass=0.7, position=(1, 0, 2), name="b")
+    return scene
+
+
+def test_rows_of_spheres_are_the_gradients_of_their_gaps_and_their_rates():
+    system = spheres_of_all_kinds().system()
+    assert (system.n_q, system.n_c) == (6, 5)
+    for q, u in states(system):
+        W_N = system.evaluate(NORMAL, 0.0, q, u)
+        slope = slope_of(lambda s, q=q, u=u: system.evaluate(GAP, 0.0, q + s * u, u))
+        np.testing.assert_allclose(W_N @ u, slope, atol=BY_DIFFERENCES * np.abs(slope).max())
+        slope = slope_of(lambda s, q=q, u=u: system.evaluate(NORMAL, 0.0, q + s * u, u) @ u)
+        rates = system.evaluate(ROW_RATES, 0.0, q, u)[:, 0]
+        np.testing.assert_allclose(rates, slope, atol=BY_DIFFERENCES * np.abs(slope).max())
+
+
+def test_gaps_of_spheres_are_known_to_a_rounding_of_their_places():
+    scene = smooth()
+    scene.fixed(ns.HalfSpace((0.3, 0.2, 1), 0.1), position=(0.1, 0.2, -0.3), name="slope")
+    normal = np.array([0.3, 0.2, 1]) / np.linalg.norm([0.3, 0.2, 1])
+    foot = np.array([0.1, 0.2, -0.3]) + 0.1 * normal
+    scene.body(ns.Sphere(0.2), mass=1, position=foot + (0.2 + 1e-9) * normal, name="a")
+    scene.body(ns.Sphere(0.1), mass=1, position=foot + (0.5 + 3e-9) * normal, name="b")
+    gaps = scene.system().evaluate(GAP, 0.0, *scene.state())
+    np.testing.assert_allclose(gaps, [1e-9, 0.4 + 3e-9, 2e-9], atol=1e-15)
+
+
+def test_sphere_rebounds_from_a_slope_at_the_time_of_its_parabola():
+    e, r, height = 0.5, 0.1, 1.0
+    scene = smooth(e)
+    n = np.array([0.6, 0.0, 0.8])
+    scene.fixed(ns.HalfSpace(n), name="slope")
+    scene.body(ns.Sphere(r), mass=2.0, position=(r + height) * n, name="ball")
+    t_1 = math.sqrt(2 * height / (0.8 * G))
+    solution = ns.simulate(scene.system(), (0, 1.2 * t_1), *scene.state(), integrator=ns.EventDriven(1e-11))
+    assert solution.events[0].t == pytest.approx(t_1, abs=1e-10)
+    v = np.array([0, 0, -G * t_1])
+    v -= (1 + e) * (v @ n) * n
+    np.testing.assert_allclose(solution.u[-1], v + [0, 0, -G * 0.2 * t_1], atol=1e-9)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_cradle_in_contact_is_told_apart_from_gaps_of_a_nanometre(dim):
+    """Apart by 1e-9 m the balls are struck one after the other, and the last one flies; in contact at once, by Newton's
+    law, which hands what it may to all, or by the law that strikes one after the other."""
+    last = {}
+    for gap, impact in ((1e-9, "newton"), (0.0, "newton"), (0.0, "sequential")):
+        scene = ns.Scene(gravity=(0,) * dim, material=ns.Material(mu=0.0, e=1.0))
+        for k in range(5):
+            place = np.eye(dim)[0] * (0.2 + gap) * k - (k == 0) * 0.1 * np.eye(dim)[0]
+            ball = ns.Disc(0.1) if dim == 2 else ns.Sphere(0.1)
+            scene.body(ball, mass=1.0, position=place, velocity=np.eye(dim)[0] * (k == 0), name=f"ball {k}")
+        system = scene.system([(f"ball {k}", f"ball {k + 1}") for k in range(4)])
+        if impact == "sequential":
+            system = replace(system, contacts=[replace(contact, impact=impact) for contact in system.contacts])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ns.SimultaneousImpactWarning)
+            solution = ns.simulate(system, (0, 0.5), *scene.state(), integrator=ns.EventDriven(1e-12))
+        v = solution.u[-1].reshape(5, 3)[:, 0]
+        assert v.sum() == pytest.approx(1.0, abs=1e-12) and (v**2).sum() == pytest.approx(1.0, abs=1e-11)
+        last[gap, impact] = v[-1]
+    assert last[1e-9, "newton"] == pytest.approx(1.0, abs=1e-7) and last[0.0, "newton"] < 0.9
+    assert last[0.0, "sequential"] == pytest.approx(1.0, abs=1e-12)
+
+
+def test_what_turns_or_rubs_in_space_is_refused_by_name_with_the_cure():
+    scene = ns.Scene(gravity=(0, 0, -G), material=ns.Material(mu=0.3))
+    scene.fixed(ns.HalfSpace((0, 0, 1)), name="ground")
+    scene.fixed(ns.Box(1, 1, 1), name="step")
+    scene.body(ns.Sphere(0.1), mass=1.0, position=(0, 0, 1), name="ball")
+    assert "ground and ball have mu = 0.3, and friction in space" in refused(scene, [("ground", "ball")])
+    assert "step is Box(1, 1, 1), and a system in space is of spheres" in refused(scene)
+    scene.pair("smooth", "smooth", mu=0.0)
+    scene.body(ns.Box(1, 1, 1), mass=1.0, position=(0, 0, 5), material=ns.Material(mu=0, name="smooth"), name="crate")
+    assert "crate is Box(1, 1, 1)" in refused(scene, []) and "MoreauJean(dt)) takes it" in refused(scene, [])
+    with pytest.raises(ns.InvalidInput, match="crate is Box"):
+        scene.state()

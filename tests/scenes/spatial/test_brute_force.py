@@ -120,10 +120,12 @@ def aligned_places(rng, n):
 
 def brought_together(scene, places):
     """The places with the second body moved along the normal until the gap is none."""
-    for _ in range(3):
+    for _ in range(20):  # the normal may turn on the way
         scene.motion.x[:] = places
         gap, normal, *_ = scene.contacts(margin=EVERYTHING)
         nearest = np.argmin(gap)
+        if abs(gap[nearest]) < 1e-12:
+            break
         places[1, :3] -= gap[nearest] * normal[nearest]
     return places
 
@@ -151,7 +153,7 @@ def deepest_after_small_motions(spatial, names, n, seed):
     for places in aligned_places(rng, n):
         scene.motion.x[:] = brought_together(scene, places)
         gap, normal, point, _ = scene.contacts(margin=20 * SMALL, dt=0.0)
-        assert abs(gap.min()) < 1e-9
+        assert abs(gap.min()) < 1e-7
         J = np.hstack([normal, np.cross(point - places[1, :3], normal)])
         for _ in range(4):
             w = rng.normal(size=6)
@@ -187,7 +189,7 @@ def test_many_bodies_that_are_held_at_the_points_found_do_not_go_into_one_anothe
 @pytest.mark.parametrize("names", PAIRS, ids="-".join)
 def test_a_hundred_thousand_pairs_of_a_kind_prove_their_gaps(names, spatial):
     for k, scale in enumerate((1.0, 1e-3, 1e3)):
-        prove(spatial, names, 80_000 if k == 0 else 10_000, 500 + 3 * PAIRS.index(names) + k, scale)
+        prove(spatial, names, 80_000 if k == 0 else 10_000, 500 + 3 * PAIRS.index(names) + k, scale, near=1e-5)
 
 
 @pytest.mark.stress

@@ -109,7 +109,7 @@ def in_axes(x, v):
     return np.einsum("nba,nb->na", Rotation.from_quat(x[:, [4, 5, 6, 3]]).as_matrix(), v)
 
 
-def prove(spatial, names, n, seed, scale=1.0, spread=1.8):
+def prove(spatial, names, n, seed, scale=1.0, spread=1.8, near=1e-6):
     """Along the normal the cores are apart by the gap (their supports): it is no more than the distance. The point has
     a point of either core at half the gap along the normal: it is no less. Returns the places, gaps and normals."""
     one, two = (shape_of(name, scale) for name in names)
@@ -123,7 +123,7 @@ def prove(spatial, names, n, seed, scale=1.0, spread=1.8):
     assert np.abs(proved - core).max() < 1e-8 * scale and np.median(np.abs(proved - core)) < 1e-13 * scale
     on_i = in_axes(x[:, 0], point - (0.5 * gap + core_radius(one))[:, None] * normal - x[:, 0, :3])
     on_j = in_axes(x[:, 1], point + (0.5 * gap + core_radius(two))[:, None] * normal - x[:, 1, :3])
-    near = 1e-6 * scale  # two round cores: their points are known to the root of a rounding
+    near *= scale  # two round cores: their points are known to the root of a rounding
     assert np.abs(outside(one, on_i)).max() < near, np.abs(outside(one, on_i)).argmax()
     assert np.abs(outside(two, on_j)).max() < near, np.abs(outside(two, on_j)).argmax()
     return one, two, x, core, normal

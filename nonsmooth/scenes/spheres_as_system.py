@@ -1,0 +1,145 @@
+"""Spheres without friction as a system: nothing turns them, so that their centres are all the coordinates there are.
+
+    d = x_i - x_j,    g_N = n . d - r_i - r_j,    n = d/|d|, or the normal of a half-space, whose r is 0
+    gamma_N = n . d',    its rate at u' = 0:  (d'^2 - gamma_N^2)/|d|, or 0
+
+Friction in space has two directions at a contact, and a body that turns has four coordinates and three velocities. A
+`System` has neither: q' = u, and one tangential row a contact. Such scenes are refused by name.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nonsmooth.errors import InvalidInput
+from nonsmooth.scenes.inertia import inertia_of
+from nonsmooth.scenes.parts import parts_of
+from nonsmooth.scenes.places import compose, place_of, rotate
+from nonsmooth.scenes.scene import Body, Kind, Scene, coefficients_of
+from nonsmooth.scenes.shapes import SPATIAL, HalfSpace, Sphere
+
+STANDS_STILL = -1  # code: in place of the number of a body that moves
+
+
+class Near(NamedTuple):
+    """A contact of two spheres, or of a sphere i and a half-space j."""
+
+    i: int  # its number among those that move, or STANDS_STILL
+    j: int
+    start: np.ndarray  # (3,) of what stands: x_i, or -x_j [m]; 0 of two that move
+    radius: float  # r_i + r_j [m]
+    normal: np.ndarray | None  # (3,) of a half-space
+
+
+def near_of(a: Body, b: Body, numbers: dict[str, int]) -> Near:
+    """The contact of two bodies."""
+    if isinstance(a.shape, HalfSpace):
+        a, b = b, a
+    i, j = (numbers.get(body.name, STANDS_STILL) for body in (a, b))
+    start = (i == STANDS_STILL) * np.asarray(a.position) - (j == STANDS_STILL) * _place_of(b)[:3]
+    radius = a.shape.radius + getattr(b.shape, "radius", 0.0)  # type: ignore[attr-defined]
+    is_flat = isinstance(b.shape, HalfSpace)
+    return Near(i, j, start, radius, rotate(_place_of(b)[3:], np.array([0.0, 0.0, 1.0])) if is_flat else None)
+
+
+def _place_of(body: Body) -> np.ndarray:
+    """Where the only part of a body is."""
+    return compose(place_of(body.position, body.turn), parts_of(body.shape, SPATIAL)[0].place)
+
+
+def require_spheres(scene: Scene, pairs: list[tuple[Body, Body]], cure: str) -> None:
+    """Raise `InvalidInput` for what turns, and for friction."""
+    moving = [body for body in scene.bodies if body.kind is Kind.DYNAMIC]
+    for body in [*moving, *(body for pair in pairs for body in pair)]:
+        if not isinstance(body.shape, Sphere if body.kind is Kind.DYNAMIC else (Sphere, HalfSpace)):
+            raise InvalidInput(
+                f"{body.name} is {body.shape!r}, and a system in space is of spheres that touch one another and "
+                f"half-spaces; {cure}"
+            )
+    for a, b in pairs:
+        mu, _ = coefficients_of(scene, a.material, b.material)
+        if mu > 0:
+            raise InvalidInput(
+                f"{a.name} and {b.name} have mu = {mu:g}, and friction in space has no direction of its own in a "
+                f"system; give their materials mu=0, leave the pair out by pairs=[...], or {cure}"
+            )
+
+
+def functions_of(scene: Scene, moving: list[Body], nears: list[Near]) -> dict[str, Any]:
+    """Mass, weight, potential, gaps, rows and their rates."""
+    m = np.repeat([inertia_of(body, SPATIAL).mass for body in moving], 3)
+    weight = m * np.tile(np.asarray(scene.gravity, dtype=float), len(moving))
+
+    def mass(t, q, p, M):
+        for k in range(m.shape[0]):
+            M[k, k] = m[k]
+
+    def force(t, q, u, p, h):
+        for k in range(weight.shape[0]):
+            h[k] = weight[k]
+
+    def potential(t, q, p, V):
+        for k in range(weight.shape[0]):
+            V[0] -= weight[k] * q[k]
+
+    functions: dict[str, Any] = {"mass": mass, "force": force, "potential": potential}
+    return functions | (_contact_functions(nears) if nears else {})
+
+
+def between(q, i, j, start):
+    """x_i - x_j; of velocities too, with start 0."""
+    d_x, d_y, d_z = start[0], start[1], start[2]
+    if i >= 0:
+        d_x, d_y, d_z = d_x + q[3 * i], d_y + q[3 * i + 1], d_z + q[3 * i + 2]
+    if j >= 0:
+        d_x, d_y, d_z = d_x - q[3 * j], d_y - q[3 * j + 1], d_z - q[3 * j + 2]
+    return d_x, d_y, d_z
+
+
+def _contact_functions(nears: list[Near]) -> dict[str, Any]:
+    """Gap, rows and their rates."""
+    body = np.array([(near.i, near.j) for near in nears])
+    start = np.array([near.start for near in nears])
+    radius = np.array([near.radius for near in nears])
+    is_flat = np.array([near.normal is not None for near in nears])
+    flat = np.array([np.zeros(3) if near.normal is None else near.normal for near in nears])
+    still = np.zeros(3)
+    n_c = len(nears)
+
+    def direction(q, c):
+        if is_flat[c]:
+            return flat[c, 0], flat[c, 1], flat[c, 2]
+        d_x, d_y, d_z = between(q, body[c, 0], body[c, 1], start[c])
+        length = math.sqrt(d_x * d_x + d_y * d_y + d_z * d_z)
+        return d_x / length, d_y / length, d_z / length
+
+    def gap(t, q, p, g_N):
+        for c in range(n_c):
+            n_x, n_y, n_z = direction(q, c)
+            d_x, d_y, d_z = between(q, body[c, 0], body[c, 1], start[c])
+            g_N[c] = n_x * d_x + n_y * d_y + n_z * d_z - radius[c]
+
+    def normal(t, q, p, W_N):
+        for c in range(n_c):
+            n_x, n_y, n_z = direction(q, c)
+            for side in range(2):
+                b, sign = body[c, side], 1.0 - 2.0 * side
+                if b >= 0:
+                    W_N[c, 3 * b] = sign * n_x
+                    W_N[c, 3 * b + 1] = sign * n_y
+                    W_N[c, 3 * b + 2] = sign * n_z
+
+    def row_rates(t, q, u, p, r):
+        for c in range(n_c):
+            if not is_flat[c]:
+                n_x, n_y, n_z = direction(q, c)
+                d_x, d_y, d_z = between(q, body[c, 0], body[c, 1], start[c])
+                v_x, v_y, v_z = between(u, body[c, 0], body[c, 1], still)
+                along = n_x * v_x + n_y * v_y + n_z * v_z
+                square = v_x * v_x + v_y * v_y + v_z * v_z
+                r[c, 0] = (square - along * along) / (n_x * d_x + n_y * d_y + n_z * d_z)
+
+    return {"gap": gap, "normal": normal, "row_rates": row_rates}
