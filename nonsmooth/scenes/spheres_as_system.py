@@ -21,13 +21,13 @@ from nonsmooth.scenes.places import compose, place_of, rotate
 from nonsmooth.scenes.scene import Body, Kind, Scene, coefficients_of
 from nonsmooth.scenes.shapes import SPATIAL, HalfSpace, Sphere
 
-STANDS_STILL = -1  # code: in place of the number of a body that moves
+IS_FIXED = -1  # code: in place of the number of a body that moves
 
 
 class Near(NamedTuple):
     """A contact of two spheres, or of a sphere i and a half-space j."""
 
-    i: int  # its number among those that move, or STANDS_STILL
+    i: int  # its number among those that move, or IS_FIXED
     j: int
     start: np.ndarray  # (3,) of what stands: x_i, or -x_j [m]; 0 of two that move
     radius: float  # r_i + r_j [m]
@@ -38,8 +38,8 @@ def near_of(a: Body, b: Body, numbers: dict[str, int]) -> Near:
     """The contact of two bodies."""
     if isinstance(a.shape, HalfSpace):
         a, b = b, a
-    i, j = (numbers.get(body.name, STANDS_STILL) for body in (a, b))
-    start = (i == STANDS_STILL) * np.asarray(a.position) - (j == STANDS_STILL) * _place_of(b)[:3]
+    i, j = (numbers.get(body.name, IS_FIXED) for body in (a, b))
+    start = (i == IS_FIXED) * np.asarray(a.position) - (j == IS_FIXED) * _place_of(b)[:3]
     radius = a.shape.radius + getattr(b.shape, "radius", 0.0)  # type: ignore[attr-defined]
     is_flat = isinstance(b.shape, HalfSpace)
     return Near(i, j, start, radius, rotate(_place_of(b)[3:], np.array([0.0, 0.0, 1.0])) if is_flat else None)

@@ -1,0 +1,113 @@
+"""Heaps, friction of box on box, sizes from 1e-3 to 1e3 m, masses of 1 to 1e6, orders of bodies, a million steps."""
+
+import math
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+
+G, DT = 9.81, 2e-3
+HEXAGON = ns.Polygon(0.05 * np.stack([np.cos(np.arange(6) * math.pi / 3), np.sin(np.arange(6) * math.pi / 3)], axis=1))
+COARSE = ns.ContactSolver(tol=1e-5)
+
+
+def collapsed(mu, seed):
+    """The slope [degrees] of what a column of 44 hexagons falls into, by the mean height and the mean distance from its
+    middle, of a triangle a third of its height and of half its base."""
+    rng, scene = np.random.default_rng(seed), ns.Scene(gravity=(0, -G), material=ns.Material(mu=mu))
+    scene.fixed(ns.HalfPlane((0, 1)), material=ns.Material(mu=0.8))
+    for k in range(44):
+        place = (0.11 * (k % 4 - 1.5) + rng.uniform(-0.003, 0.003), 0.06 + 0.11 * (k // 4))
+        scene.body(HEXAGON, density=1000, position=place, turn=rng.uniform(0, 1))
+    x = ns.simulate(scene, (0, 2.0), integrator=ns.MoreauJean(DT, contacts=COARSE), every=1000).position[-1, 1:]
+    return math.degrees(math.atan2(x[:, 1].mean(), np.abs(x[:, 0] - np.median(x[:, 0])).mean()))
+
+
+@pytest.mark.filterwarnings("ignore::nonsmooth.errors.ResidualWarning")
+@pytest.mark.filterwarnings("ignore::nonsmooth.errors.PenetrationWarning")
+def test_the_angle_of_repose_grows_with_friction():
+    angles = [np.mean([collapsed(mu, seed) for seed in range(2)]) for mu in (0.05, 0.2, 0.5)]
+    assert np.diff(angles).min() > 0.5 and angles[-1] - angles[0] > 4.0 and angles[-1] < 45.0, angles
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("mu", [0.3, 1.2])
+def test_a_box_on_a_box_slides_where_the_slope_is_beyond_its_coefficient(dim, mu):
+    """On a fixed box, with gravity aslant: at 0.999 of mu nothing moves, at 1.001 with what is left of the pull."""
+    for share in (0.999, 1.001):
+        tilt = math.atan(share * mu)
+        pull, press = G * math.sin(tilt), G * math.cos(tilt)
+        scene = ns.Scene(gravity=(pull, -press) if dim == 2 else (pull, 0, -press), material=ns.Material(mu=mu))
+        up = np.eye(dim)[-1]
+        for k, add in enumerate((scene.fixed, scene.body)):
+            sides = (4.0 - 3 * k, *(1.0,) * (dim - 2), 0.2)
+            add(ns.Box(*sides), **({"density": 1000} if k else {}), position=0.2 * k * up, name=f"box {k}")
+        box = ns.simulate(scene, (0, 0.5), integrator=ns.MoreauJean(DT))["box 1"]
+        wanted = max(0.0, (pull - mu * press) * 0.5)
+        assert box.velocity[-1, 0] == pytest.approx(wanted, rel=1e-9, abs=0.0)
+
+
+@pytest.mark.parametrize("shape_of", [lambda r: ns.Disc(r), lambda r: ns.Box(2 * r, 2 * r), lambda r: ns.Sphere(r)],
+                         ids=["discs", "boxes", "spheres"])  # fmt: skip
+def test_sizes_from_a_millimetre_to_a_kilometre_stand_in_one_scene(shape_of):
+    """Each on the ground by itself, the smallest on the largest: all at rest with their weights."""
+    dim = 3 if isinstance(shape_of(1.0), ns.Sphere) else 2
+    up, along = np.eye(dim)[-1], np.eye(dim)[0]
+    scene = ns.Scene(gravity=-G * up, material=ns.Material(mu=0.5))
+    scene.fixed((ns.HalfPlane if dim == 2 else ns.HalfSpace)(up), name="ground")
+    sizes = [1e-3, 1e-1, 10.0, 1e3]
+    for k, r in enumerate(sizes):
+        scene.body(shape_of(r), density=1000, position=r * up - 3 * r * along, name=f"size {k}")
+    scene.body(shape_of(1e-3), density=1000, position=(2e3 + 1e-3) * up - 3e3 * along, name="on top")
+    sol = ns.simulate(scene, (0, 1.0), integrator=ns.MoreauJean(DT))
+    assert np.abs(sol.position - sol.position[0]).max() < 1e-9
+    densities = {ns.Disc: math.pi, ns.Box: 4.0, ns.Sphere: 4 / 3 * math.pi}
+    mass = 1000 * densities[type(shape_of(1.0))] * np.array([*sizes, 1e-3]) ** dim
+    for k, name in enumerate([*(f"size {k}" for k in range(3)), "on top"]):
+        P = sol.contacts(1.0).of(name).P_N
+        assert P.sum() == pytest.approx(G * DT * mass[k if name != "on top" else 4], rel=1e-9)
+
+
+def test_a_stack_whose_top_is_a_million_times_heavier_stands():
+    """No setting touched; each step taken."""
+    scene = ns.Scene(gravity=(0, 0, -G), material=ns.Material(mu=0.5))
+    scene.fixed(ns.HalfSpace((0, 0, 1)), name="ground")
+    for k in range(10):
+        scene.body(ns.Box(0.2, 0.2, 0.2), density=1e9 if k == 9 else 1e3, position=(0, 0, 0.1 + 0.2 * k))
+    awake = ns.MoreauJean(DT, contacts=ns.ContactSolver(may_sleep=False))
+    sol = ns.simulate(scene, (0, 1.0), integrator=awake)
+    assert np.abs(sol.position - sol.position[0]).max() < 1e-10 and sol.stats.missed == 0
+    assert sol.contacts(1.0).of("ground").P_N.sum() == pytest.approx(8.0 * (9 + 1e6) * G * DT, rel=1e-9)
+
+
+def test_the_order_of_bodies_changes_a_rolling_heap_by_rounding_only():
+    """Solved to rounding, since it has no more than 32 bodies; what roundings grow by in 0.1 s is less than 1e4."""
+    rng = np.random.default_rng(0)
+    places = [(0.21 * (k % 4) + rng.uniform(-0.004, 0.004), 0.11 + 0.21 * (k // 4)) for k in range(12)]
+    runs = []
+    for order in (range(12), rng.permutation(12)):
+        scene = ns.Scene(gravity=(0, -G), material=ns.Material(mu=0.4))
+        scene.fixed(ns.HalfPlane((0, 1)))
+        for k in order:
+            scene.body(ns.Disc(0.1), density=1000, position=places[k], velocity=(0.3 * (k % 3), 0), name=f"disc {k}")
+        sol = ns.simulate(scene, (0, 0.1), integrator=ns.MoreauJean(DT))
+        runs.append(np.array([sol[f"disc {k}"].position for k in range(12)]))
+    assert np.abs(runs[0] - runs[1]).max() < 1e-12 and np.ptp(runs[0], axis=1).max() > 0.01
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_pile_at_rest_does_not_drift_in_a_million_steps(dim):
+    """Each of them taken: what rests has the same bits for ever, and its impulses too."""
+    up = np.eye(dim)[-1]
+    scene = ns.Scene(gravity=-G * up, material=ns.Material(mu=0.5))
+    scene.fixed((ns.HalfPlane if dim == 2 else ns.HalfSpace)(up))
+    for k in range(4):
+        scene.body(ns.Box(*(0.2,) * dim), density=1000, position=(0.1 + 0.2 * k) * up + 0.02 * k * np.eye(dim)[0])
+    ball = ns.Disc(0.1) if dim == 2 else ns.Sphere(0.1)
+    scene.body(ball, density=1000, position=0.1 * up - 0.2 * np.eye(dim)[0])
+    awake = ns.MoreauJean(DT, contacts=ns.ContactSolver(may_sleep=False))
+    sol = ns.simulate(scene, (0, DT * 1_000_000), integrator=awake, every=100_000)
+    assert sol.stats.steps == 1_000_000 and np.abs(sol.position - sol.position[0]).max() < 1e-12
+    assert sol.penetration.max() < 1e-12 and sol.position[1].tobytes() == sol.position[-1].tobytes()
