@@ -1,9 +1,9 @@
-"""``python -m benchmarks scenes [quick] [NAME ...]``: scenes of many bodies beside MuJoCo, PyBullet, pymunk and Box2D.
+"""``python -m benchmarks scenes [quick] [NAME ...]``: many bodies beside MuJoCo, PyBullet, pymunk, Box2D and Siconos.
 
-All programs are handed the same scene and take turns, some steps each, in one process: what else the machine does
-meets all alike. Processor time is that of the steps alone. After each turn the bodies of every program are put into
-our own shapes: penetration is that of our gaps for all, at the ends of turns. A residual only we have, |natural map| /
-|impulses|, the worst of a turn's steps. What is not installed is named in the table.
+All programs are handed the same scene and take turns, some steps each, in one process (Siconos in one of its own): what
+else the machine does meets all alike. Processor time is that of the steps alone. After each turn the bodies of every
+program are put into our own shapes: penetration is that of our gaps for all, at the ends of turns. A residual only we
+have, |natural map| / |impulses|, the worst of a turn's steps. What is not installed is named in the table.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import numpy as np
 from benchmarks.core import import_time, script
 from benchmarks.peers import adapter, imports
 from benchmarks.scene_stages import print_stages
+from benchmarks.siconos import interpreter
 from models.scenes import BlockOnIncline, BoxStack, Pyramid, SphereBox
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
@@ -65,7 +66,9 @@ NOSLIP = MUJOCO._replace(label="MuJoCo, noslip 10", options={"noslip": 10})
 PYBULLET = Program("PyBullet", "pybullet", "pybullet_scenes")
 PYMUNK = Program("pymunk", "pymunk", "pymunk_scenes")
 BOX2D = Program("Box2D 2.3", "Box2D", "box2d_scenes")
-STACKED, PILED = [OURS, AWAKE, MUJOCO, NOSLIP, PYBULLET], [OURS, *AT_SPEED, MUJOCO, PYBULLET]
+SICONOS = Program("Siconos", "siconos", "siconos_scenes")
+STACKED = [OURS, AWAKE, MUJOCO, NOSLIP, PYBULLET, SICONOS]
+PILED = [OURS, *AT_SPEED, MUJOCO, PYBULLET, SICONOS]
 LAID, POURED = [OURS, AWAKE, PYMUNK, BOX2D], [OURS, *AT_SPEED, PYMUNK, BOX2D]
 
 
@@ -131,8 +134,8 @@ class Course:
     def take(self, count: int, judge: Any) -> None:
         """A turn."""
         began = time.process_time()
-        self.motion.step(count)
-        self.seconds.append((time.process_time() - began) / count)
+        elsewhere = self.motion.step(count)  # of a program with a process of its own: its processor time
+        self.seconds.append((time.process_time() - began if elsewhere is None else elsewhere) / count)
         self.counts.append(count)
         self.places.append(self.motion.places()[0])
         self.depth.append(judge.penetration(*self.motion.places()))
@@ -144,16 +147,24 @@ def print_case(name: str, case: Case) -> None:
     """All programs side by side."""
     print(HEADER)
     judge = adapter("nonsmooth_scenes").Judge(case.scene(), DT)
-    courses = {p.label: started(p, case.scene) for p in case.programs if imports(p.package)}
+    courses = {p.label: started(p, case.scene) for p in case.programs if is_installed(p)}
     for count in turns(round(case.t_end / DT)):
         for course in courses.values():
             course.take(count, judge)
     for program in case.programs:
         figures = row(courses[program.label], case.stays) if program.label in courses else "not installed" + " |" * 7
         print(f"| {name} | {program.label} | {figures} |", flush=True)
+    for course in courses.values():
+        if hasattr(course.motion, "close"):
+            course.motion.close()
     for program in case.programs:
         if program.module == OURS.module:
             print(f"\n{program.label}: {every_step(courses[program.label])}", flush=True)
+
+
+def is_installed(program: Program) -> bool:
+    """Here, or in the Python that has Siconos."""
+    return interpreter() is not None if program is SICONOS else imports(program.package)
 
 
 def started(program: Program, scene: Callable[[], Scene]) -> Course:
