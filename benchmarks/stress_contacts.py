@@ -44,7 +44,7 @@ def cases(is_full: bool) -> Iterator[Case]:
             yield tower_at_rest(n, ratio)
             yield struck_tower(n, ratio)
     for n in heights:
-        for ratio in RATIOS if is_full or n < 10 else (1.0, 1e-6):
+        for ratio in RATIOS:
             yield stack_at_rest(n, ratio)
     for n in (2, 3, 4, 8) if is_full else (2, 3, 4):
         yield sliding_box(n)

@@ -211,7 +211,7 @@ def test_times_outside_the_run_are_refused(t, side, message):
 def test_motion_whose_steps_were_not_recorded_is_refused(integrator, options):
     ball = BouncingBall()
     sol = run(ball, 1.0, ball.state(height=1.0), integrator, **options)
-    with pytest.raises(ns.InvalidInput, match="run without every= and t_eval="):
+    with pytest.raises(ns.InvalidInput, match="run without every=, t_eval= and checkpoint="):
         sol(0.3)
 
 

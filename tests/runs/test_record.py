@@ -15,6 +15,7 @@ from nonsmooth.results.recorded import KINDS, kinds_of_system
 from nonsmooth.results.solution import KIND_OF
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.simulate import new_run
+from tests.systems import ball
 
 STEP = ns.MoreauJean(dt=1e-3)
 ARRAYS = ("q", "u", "g_N", "P_N", "P_F", "mode", "slip", "event_rows")
@@ -158,7 +159,7 @@ def test_a_checkpoint_holds_what_is_recorded_and_goes_on_to_the_same_bits(small,
 
 
 def test_a_checkpoint_read_without_its_model_tells_its_works(tmp_path):
-    run(*SCENES["ball"], checkpoint=tmp_path / "run.nsc")
+    run(ball(), ([0.05], [0.0]), 0.3, checkpoint=tmp_path / "run.nsc")
     assert "energy: work of force" in ns.Solution.load(tmp_path / "run.nsc").summary()
 
 

@@ -118,7 +118,7 @@ def test_two_bodies_of_one_name_are_refused_and_a_name_that_is_not_there_suggest
         ({"selection": "lift-off"}, "a scene takes no selection="),
         ({"checkpoint": 3}, "checkpoint must be the path of a file; got 3"),
         ({"checkpoint": "a", "resume": "b"}, "checkpoint and resume must be the same path"),
-        ({"record": "body"}, "record must be some of 'bodies', 'contacts', 'ledger', 'events'; got 'body'"),
+        ({"record": "body"}, "record must be some of 'bodies', 'contacts', 'ledger', 'events', 'motion'; got 'body'"),
         ({"record": 3}, "record must be some of"),
         ({"record": ["bodies", 1]}, "record must be some of"),
         ({"integrator": ns.EventDriven()}, r"a scene is integrated by MoreauJean\(dt=...\); got EventDriven"),

@@ -3,7 +3,8 @@
     T_j = T + c_2 (H/j)^2 + c_3 (H/j)^3 + ...
 
 The error is the distance of the extrapolated value to the one of an order less, of coordinates and velocities. The
-impulses are followed to a thousandth: they are all that moves where a contact sticks, and the friction may be used up.
+impulses are followed to a thousandth, of friction to a thousandth of mu P_N: they are all that moves where a contact
+sticks, and the friction may be used up. What is far below mu P_N is rounding in a stack whose top is much heavier.
 Order and step are those of least work for the length.
 Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I* (1993), section II.9.
 """
@@ -18,6 +19,7 @@ from nonsmooth.integrators.radau.method import STEP_SAFETY
 from nonsmooth.integrators.records import N_LEDGER
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address
+from nonsmooth.mechanics.laws import static_coefficient
 from nonsmooth.mechanics.system import GIVEN_FORCE
 
 FASTEST, SLOWEST = 4.0, 0.1  # chosen: bounds of the change of a step
@@ -123,8 +125,9 @@ def converges(j, run):
 
 @kernel
 def error_of_impulses(sys, n_k, state, run):
-    """The distances of the impulses, as velocities of their contacts, over their tolerances and a part of themselves:
-    that much of a load must be seen for its end to be found. Not where contacts share a load: any share will do."""
+    """The distances of the impulses, as velocities of their contacts, over their tolerances and a part of themselves,
+    of friction a part of its limit: that much of a load must be seen for its end to be found. Not where contacts share
+    a load: any share will do."""
     contacts, work = run.contacts, run.contacts.work
     error, width = 0.0, state.P.shape[1]
     for k in range(n_k):
@@ -137,7 +140,8 @@ def error_of_impulses(sys, n_k, state, run):
             error = max(error, G * abs(run.distance[first]) / tol)
         if sys.kinds[i, 1] > 0:
             G = work.G[work.start[k + 1] - 1, work.start[k + 1] - 1]
-            tol = run.tol_slip[i] + LOAD * G * abs(run.change[first + 1])
+            limit = max(static_coefficient(sys.laws, i) * abs(run.change[first]), abs(run.change[first + 1]))
+            tol = run.tol_slip[i] + LOAD * G * limit
             error = max(error, G * abs(run.distance[first + 1]) / tol)
     return error
 
