@@ -10,6 +10,7 @@ from nonsmooth.checks.arrays import as_positive, as_tolerance, as_vector
 from nonsmooth.contact.blocks.result import ContactResult, ContactStatus
 from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.contact.network.given import network_of
+from nonsmooth.contact.network.kicks import kick
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.rounds import solve_in_rounds
 
@@ -44,8 +45,10 @@ def network_of_problem(problem: Any) -> Network | None:
 
 
 def solve_in_the_network(network: Network, tol: float, until: float) -> ContactResult:
-    """What rounds of sweeps and factors lead to."""
-    end = solve_in_rounds(network, tol, until)
+    """What rounds of sweeps and factors lead to, and kicks where these come to nothing."""
+    rounds = solve_in_rounds(network, tol, until)
+    kick(rounds, tol, until)
+    end = rounds.end()
     if end.error <= tol:
         status = ContactStatus.SOLVED
     else:

@@ -82,13 +82,25 @@ class Rounds:
         self.network.P[:] = self.best
 
     def sweep(self, most: int, tol: float) -> None:
-        """Sweep each island ``most`` times, or until its residual is within tol."""
+        """Sweep each island ``most`` times, or until its residual is within tol; go on from the best impulses."""
+        self._sweep(most, tol)
+        self.keep_better()
+
+    def begin_at(self, most: int, tol: float, until: float) -> None:
+        """Sweep from the impulses at hand, and factorise from where that ends, better or not."""
+        self._sweep(most, tol)
+        swept = self.network.P.copy()
+        self.keep_better()
+        if not self.is_over(tol, until):
+            self.network.P[:] = swept
+            self.factorise()
+
+    def _sweep(self, most: int, tol: float) -> None:
         network, solver, islands = self.network, self.solver, self.network.islands
         (prepare_planar if self.d == 2 else prepare_spatial)(network.address)
         solver.tol, solver.most_sweeps, solver.most_factors = tol, most, 0
         (solve_planar if self.d == 2 else solve_spatial)(network.address, solver.address)
         self.sweeps += int(islands.sweeps[: islands.count].sum())
-        self.keep_better()
 
     def factorise(self) -> None:
         """The direct rung for each island, in more room if it is wanted and not too much."""
@@ -119,7 +131,7 @@ class Rounds:
         return RoundsEnd(P, gamma, error, error_rho_1, self.sweeps, self.factors)
 
 
-def solve_in_rounds(network: Network, tol: float, until: float = math.inf) -> RoundsEnd:
+def solve_in_rounds(network: Network, tol: float, until: float = math.inf) -> Rounds:
     """Solve a prepared network until its error is within tol, nothing is gained, or ``until`` (`time.monotonic`) [s].
 
     The clock is looked at between the parts of a round.
@@ -135,4 +147,4 @@ def solve_in_rounds(network: Network, tol: float, until: float = math.inf) -> Ro
         in_vain = 0 if rounds.least < ROUND_GAIN * before else in_vain + 1
         if rounds.is_over(tol, until) or in_vain == ROUNDS_IN_VAIN:
             break
-    return rounds.end()
+    return rounds

@@ -1,5 +1,7 @@
 """Problems given by masses and directions: solved on the graph of the bodies, judged by the assembled problem."""
 
+import time
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -8,9 +10,11 @@ import nonsmooth as ns
 from benchmarks.problems import FAMILIES
 from nonsmooth.contact.blocks.problem import check_problem
 from nonsmooth.contact.blocks.result import ContactStatus
+from nonsmooth.contact.network import kicks
 from nonsmooth.contact.network.given import network_of
+from nonsmooth.contact.network.kicks import contact_errors, kick, worst_contacts
 from nonsmooth.contact.network.problem import judge_spatial
-from nonsmooth.contact.network.rounds import Rounds
+from nonsmooth.contact.network.rounds import Rounds, solve_in_rounds
 
 
 def given(name, size, dim, **more):
@@ -94,8 +98,9 @@ def test_masses_that_are_not_positive_make_no_network(entry):
     assert network_of(M, *arguments(problem)[1:]) is None
 
 
-def test_what_rounds_leave_is_handed_on_to_the_solvers_of_dense_problems():
-    """A tower of masses over six decades is interior points' work."""
+def test_what_rounds_and_kicks_leave_is_handed_on_to_the_solvers_of_dense_problems(monkeypatch):
+    """A tower of masses over six decades is interior points' work, or that of kicks, which are left out here."""
+    monkeypatch.setattr(kicks, "MOST_KICKS", 0)
     case = given("tower", 200, 3)
     result = case.given.solve()
     assert result.success and result.solver != "network" and "network" in result.message
@@ -117,6 +122,53 @@ def test_a_round_never_leaves_worse_impulses_than_it_found():
         assert rounds.measured_error(rounds.rho) == rounds.least <= before
         rounds.factorise()
         assert rounds.measured_error(rounds.rho) == rounds.least <= before
+
+
+def packing(size, seed):
+    return FAMILIES["packing"](np.random.default_rng([seed, size, 3]), size, 3)
+
+
+def test_kicks_solve_packings_that_rounds_leave():
+    case = packing(300, 0)
+    network = network_of(*arguments(case.given))
+    rounds = solve_in_rounds(network, 1e-8)
+    assert rounds.least > 1e-5
+    kick(rounds, 1e-8, np.inf)
+    found = rounds.end()
+    assert found.error <= 1e-8 and check_problem(*case).error(found.P) <= 1e-8
+
+
+def test_the_same_problem_has_the_same_solution_to_the_last_bit():
+    first, second = (packing(300, 2).given.solve() for _ in range(2))
+    assert first.success and first.solver == "network" and first.P.tobytes() == second.P.tobytes()
+
+
+def test_a_kick_reaches_the_bodies_about_the_worst_contact_and_not_through_the_ground():
+    rounds = Rounds(network_of(*arguments(packing(300, 0).given)))
+    rounds.sweep(20, 1e-8)
+    network, ground = rounds.network, len(rounds.network.v) - 1
+    rounds.measured_error(rounds.rho)
+    errors = contact_errors(rounds)
+    norm = np.linalg.norm(errors) * rounds.weight[0]
+    assert norm == pytest.approx(rounds.measured_error(rounds.rho), rel=1e-12)
+    worst = int(errors.argmax())
+    near, count = {int(network.i[worst]), int(network.j[worst])} - {ground}, 1
+    for reach in (1, 2, 3):
+        expected = [{int(a), int(b)} & near != set() for a, b in zip(network.i, network.j, strict=True)]
+        found = worst_contacts(rounds, 1.0 - 1e-12, reach)
+        assert found.tolist() == expected and count < found.sum() < len(found)
+        near = {int(k) for pair in (network.i[found], network.j[found]) for k in pair} - {ground}
+        count = found.sum()
+
+
+def test_kicks_leave_no_worse_impulses_and_end_in_time():
+    rounds = Rounds(network_of(*arguments(packing(500, 1).given)))
+    rounds.sweep(100, 1e-8)
+    before = rounds.least
+    kick(rounds, 1e-8, 0.0)
+    assert rounds.least == before
+    kick(rounds, 1e-8, time.monotonic() + 0.2)
+    assert rounds.measured_error(rounds.rho) == rounds.least <= before
 
 
 def test_factors_that_want_more_room_get_it():
