@@ -36,6 +36,7 @@ from nonsmooth.scenes.scene import Body, Kind, Scene, coefficients_of, require_k
 from nonsmooth.scenes.shape_rows import HALF_PLANE
 from nonsmooth.scenes.shapes import PLANAR
 from nonsmooth.scenes.spheres_as_system import functions_of, near_of, require_spheres
+from nonsmooth.scenes.weights import functions_of_weights
 
 NO_COORDINATES = -1  # code: in place of the number of a body that moves
 PLANE, SPACE = (("x", "m"), ("y", "m"), ("angle", "rad")), (("x", "m"), ("y", "m"), ("z", "m"))  # of one body
@@ -205,20 +206,7 @@ def _body_functions(scene: Scene, moving: list[Body]) -> dict[str, Any]:
     inertias = [inertia_of(body, PLANAR) for body in moving]
     m = np.array([[inertia.mass, inertia.mass, inertia.moments[0]] for inertia in inertias]).reshape(-1)
     weight = np.array([place_of(inertia.mass * np.asarray(scene.gravity), 0.0) for inertia in inertias]).reshape(-1)
-
-    def mass(t, q, p, M):
-        for k in range(m.shape[0]):
-            M[k, k] = m[k]
-
-    def force(t, q, u, p, h):
-        for k in range(weight.shape[0]):
-            h[k] = weight[k]
-
-    def potential(t, q, p, V):
-        for k in range(weight.shape[0]):
-            V[0] -= weight[k] * q[k]
-
-    return {"mass": mass, "force": force, "potential": potential}
+    return functions_of_weights(m, weight)
 
 
 class Tables(NamedTuple):

@@ -20,6 +20,7 @@ from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import compose, place_of, rotate
 from nonsmooth.scenes.scene import Body, Kind, Scene, coefficients_of
 from nonsmooth.scenes.shapes import SPATIAL, HalfSpace, Sphere
+from nonsmooth.scenes.weights import functions_of_weights
 
 IS_FIXED = -1  # code: in place of the number of a body that moves
 
@@ -72,21 +73,7 @@ def functions_of(scene: Scene, moving: list[Body], nears: list[Near]) -> dict[st
     """Mass, weight, potential, gaps, rows and their rates."""
     m = np.repeat([inertia_of(body, SPATIAL).mass for body in moving], 3)
     weight = m * np.tile(np.asarray(scene.gravity, dtype=float), len(moving))
-
-    def mass(t, q, p, M):
-        for k in range(m.shape[0]):
-            M[k, k] = m[k]
-
-    def force(t, q, u, p, h):
-        for k in range(weight.shape[0]):
-            h[k] = weight[k]
-
-    def potential(t, q, p, V):
-        for k in range(weight.shape[0]):
-            V[0] -= weight[k] * q[k]
-
-    functions: dict[str, Any] = {"mass": mass, "force": force, "potential": potential}
-    return functions | (_contact_functions(nears) if nears else {})
+    return functions_of_weights(m, weight) | (_contact_functions(nears) if nears else {})
 
 
 def between(q, i, j, start):
