@@ -306,9 +306,9 @@ def decompose(m, with_friction, contacts):
 
 @kernel
 def decompose_alone(m, with_friction, contacts):
-    """LU factors of A; returns the smallest pivot over the largest entry, 0 if A is singular."""
+    """LU factors of A; returns the smallest pivot over the entries of G that stand for its row and its column, since
+    masses of different size make some rows small: 0 if A is singular."""
     work, A, factor, row = contacts.work, contacts.A, contacts.factor, contacts.row
-    largest = 0.0
     for f in range(m):
         i = contacts.contact[f]
         slides = with_friction and contacts.mode[i] == ContactMode.SLIDE
@@ -317,14 +317,14 @@ def decompose_alone(m, with_friction, contacts):
             if slides:
                 A[e, f] += contacts.ratio[i] * work.G[row[e], row[f] + 1]
             factor[e, f] = A[e, f]
-        largest = max(largest, work.G[row[f], row[f]])
     contacts.numbers.shift = 0.0
     if not lu(m, factor, contacts.order):
         return 0.0
     smallest = math.inf
     for e in range(m):
-        smallest = min(smallest, abs(factor[e, e]))
-    return smallest / largest if m > 0 else math.inf
+        a, b = row[contacts.order[e]], row[e]
+        smallest = min(smallest, abs(factor[e, e]) / math.sqrt(work.G[a, a] * work.G[b, b]))
+    return smallest
 
 
 @kernel
