@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from contextlib import nullcontext
 from typing import Any
@@ -162,6 +163,7 @@ def skip(skips: Skips, kept: tuple[str, ...]) -> None:
     skips.ledger, skips.impulses, skips.events = (kind not in kept for kind in (LEDGER, IMPULSES, EVENTS))
 
 
+@functools.cache
 def left_out(kept: tuple[str, ...]) -> tuple[str, ...]:
     """The columns of a record that are not kept."""
     return tuple(name for kind, columns in COLUMNS_OF.items() if kind not in kept for name in columns)
