@@ -323,7 +323,8 @@ def decompose_alone(m, with_friction, contacts):
     smallest = math.inf
     for e in range(m):
         a, b = row[contacts.order[e]], row[e]
-        smallest = min(smallest, abs(factor[e, e]) / math.sqrt(work.G[a, a] * work.G[b, b]))
+        scale = math.sqrt(abs(work.G[a, a])) * math.sqrt(abs(work.G[b, b]))  # of the product of two small ones 0
+        smallest = min(smallest, abs(factor[e, e]) / scale)
     return smallest
 
 
