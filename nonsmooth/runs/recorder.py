@@ -97,16 +97,17 @@ class Recorder:
         return bool(self.steps) and sum(len(block[0]) for block in self.steps) >= run.state.counters.steps
 
     def records(self, run: Ongoing) -> Columns:
-        """All rows; of an unfinished run with a fixed step, and of one that has no row yet, also the state it is in."""
+        """All rows; of an unfinished run also the state it is in, where no row shows it."""
         count = run.record.counts.rows
         written = Columns(*(column[:count] for column in columns_of(run.record)))
         if run.workspace.lends(run.record):
             written = Columns(*(column.copy() for column in written))
         parts = [*self.rows, written]
-        if run.status != Status.FINISHED and run.state.counters.step > 0:
-            parts.append(run.present_row())
-        elif not any(len(part.t) for part in parts):
+        ends = [part.t[-1] for part in parts if len(part.t)]
+        if not ends:
             parts.append(run.bare_row())
+        elif run.status != Status.FINISHED and stands_behind(run, ends[-1]):
+            parts.append(run.present_row())
         parts = [without(left_out(self.recorded), part) for part in parts]
         if len(parts) == 1:
             return parts[0]
@@ -122,6 +123,11 @@ class Recorder:
     def stored(self, run: Ongoing) -> Solution | None:
         """The solution, where the recorder holds it."""
         return None
+
+
+def stands_behind(run: Ongoing, t: float) -> bool:
+    """Whether a run has gone on since its last row, at the time t [s]."""
+    return bool(run.time() > t if run.integrator.chooses_steps else run.state.counters.step > 0)
 
 
 def without(names: tuple[str, ...], rows: Columns) -> Columns:

@@ -8,6 +8,7 @@ record times a window at a time, and the Solution maps the file.
 
 from __future__ import annotations
 
+import math
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -26,7 +27,7 @@ from nonsmooth.results.checkpoint import EVENT_ROW, Checkpoint, Shape, layout_of
 from nonsmooth.results.recorded import EVENTS, KINDS
 from nonsmooth.results.solution import MAX_EVENTS, Solution, Stats, about_run, per_record, theta_of
 from nonsmooth.runs.ongoing import Ongoing, left_out
-from nonsmooth.runs.recorder import Recorder, new_rows
+from nonsmooth.runs.recorder import Recorder, new_rows, stands_behind
 from nonsmooth.signals.interruption import interrupts_held_back
 from nonsmooth.views import view
 
@@ -88,6 +89,7 @@ class StreamingRecorder(Recorder):
         super().__init__(recorded)
         self.facts, self.place = facts, place
         self.first = 0  # the record time at which the window begins
+        self.last_t = math.inf  # [s] of the last row of this process; of those before it is not known
 
     def window(self, run: Ongoing) -> int:
         if run.integrator.chooses_steps:
@@ -173,15 +175,17 @@ class StreamingRecorder(Recorder):
 
     def _last_row(self, run: Ongoing) -> Columns | None:
         """The state at which the run stopped, where no record shows it."""
-        if run.state.counters.step > 0:
-            return run.present_row()
-        return None if self.store.count("records") else run.bare_row()
+        if not self.store.count("records"):
+            return run.bare_row()
+        return run.present_row() if stands_behind(run, self.last_t) else None
 
     def _write(self, run: Ongoing) -> None:
         """Append the records and events that are new."""
         counters = run.state.counters
         events = np.ascontiguousarray(run.state.events[: counters.n_events]).view(EVENT_ROW)[:, 0]
-        self.store.write({"records": self._as_rows(new_rows(run.record)), "events": events})
+        rows = new_rows(run.record)
+        self.store.write({"records": self._as_rows(rows), "events": events})
+        self.last_t = rows.t[-1] if len(rows.t) else self.last_t
         counters.n_events = 0
         if EVENTS in self.recorded:
             self.events_dropped = max(0, self.store.count("events") - MAX_EVENTS)

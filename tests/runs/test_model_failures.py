@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from tests.systems import BLOCK, block
+from tests.systems import BLOCK, PointMass, ball, block
 
 
 def nothing(t, q, p, out):
@@ -120,3 +120,26 @@ def test_mass_that_loses_definiteness_during_a_run_fails_with_time_state_and_pas
     solution = failure.value.solution
     assert solution.status == ns.Status.MASS_NOT_POSITIVE
     assert abs(solution.t[-1] - 0.05) < 1.5e-3 and len(solution.t) == solution.stats.steps + 1
+
+
+FALL = PointMass(m=2.0)  # from 0.4 m
+EVERY_METHOD = [ns.EventDriven(), ns.Adaptive(), ns.Penalty(stiffness=1e4), ns.MoreauJean(1e-3)]
+
+
+def shaken_until(t, q, u, p, h):
+    """Weight and 20 N cos(200 t), which keeps steps short, until 2.5 s."""
+    h[0] = math.nan if t > 2.5 else 20.0 * math.cos(200.0 * t) - p.m * p.g
+
+
+@pytest.mark.parametrize("rows", [{"t_eval": [0.0, 5.0]}, {"every": 1000}], ids=["at times", "of steps"])
+@pytest.mark.parametrize("integrator", EVERY_METHOD)
+def test_impulses_since_the_last_record_are_those_of_the_state_that_a_run_failed_at(integrator, rows):
+    """A ball bounces until its force is no number any more: m u = P - m g t + (20/200) sin(200 t)."""
+    falling = ball(ns.Contact(e_N=0.9), FALL, force=shaken_until)
+    with pytest.raises(ns.ModelFunctionError) as failure:
+        ns.simulate(falling, (0, 5.0), [0.4], [0.0], integrator=integrator, **rows)
+    sol, weight = failure.value.solution, FALL.m * FALL.g
+    t, bounces = sol.t[-1], sol.P_N.sum()
+    assert 2.4 < t < 2.5 + 1e-6 and bounces > weight
+    tolerance = 20.0 * 0.1**2 * 2.5 if isinstance(integrator, ns.MoreauJean) else 1e-5  # (h omega)^2 of 20 N in 2.5 s
+    assert abs(FALL.m * sol.u[-1, 0] - (bounces - weight * t + 0.1 * math.sin(200.0 * t))) < tolerance

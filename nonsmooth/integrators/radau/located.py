@@ -69,17 +69,14 @@ def run(sys_at, schedule_at, max_steps, state_at, record_at, memory_at):
         state.counters.is_begun = 1
         ode.clock.now, memory.first_step, memory.waiting = state.now, math.inf, AT_START
     status = advance(sys, schedule, max_steps, state, record, memory)
-    state.now = ode.clock.now
-    goes_on = status == Status.RUNNING or status == Status.FINISHED  # else the header stays where the step began
-    if goes_on and memory.waiting != AT_START:
-        fill_header_at(memory.fill_header, sys_at, state.now, ode.x, False, state_at, memory_at)
     take_counts(ode, state)
     return status
 
 
 @kernel
 def advance(sys, schedule, max_steps, state, record, memory):
-    """``run``, that leaves the header to be filled."""
+    """``run``, that leaves the counts of the method. The header is that of the last step or event that was accepted,
+    whatever the status says."""
     ode, events, every = memory.ode, memory.events, schedule.every
     clock, found, t_end = ode.clock, events.found, schedule.t[schedule.t.shape[0] - 1]
     for _ in range(max_steps):
@@ -123,6 +120,7 @@ def handle_event(sys, every, state, record, memory):
     status = change_modes_at(memory.change_modes, address(sys), every, address(state), address(record), address(memory))
     if status == Status.RUNNING:
         memory.waiting = NO_EVENT
+        fill_header(sys, memory.ode.clock.now, memory.ode.x, state, memory)
     return status
 
 
@@ -137,16 +135,20 @@ def take_step(sys, t_1, schedule, state, record, memory):
     ode.clock.now, memory.first_step = t_1, math.inf
     end_polynomial(sys.n, ode, record.steps)
     if every == 0:
-        return write_rows(sys, t, t_1, schedule, state, record, memory)
+        status = write_rows(sys, t, t_1, schedule, state, record, memory)
+        fill_header(sys, t_1, ode.x, state, memory)
+        return status
     is_end = t_1 == schedule.t[schedule.t.shape[0] - 1] or memory.waiting != NO_EVENT
     if state.counters.steps % every == 0 or is_end:
         return write_state(sys, t_1, ode.x, False, state, record, memory)
-    return Status.RUNNING.value
+    fill_header(sys, t_1, ode.x, state, memory)
+    return status
 
 
 @kernel
 def write_rows(sys, t, t_1, schedule, state, record, memory):
-    """Write the rows of the record times in (t, t_1], of the step that was taken; returns a Status."""
+    """Write the rows of the record times in (t, t_1], of the step that was taken; returns a Status. Forces are those
+    of its end then."""
     ode, x, t_record, status = memory.ode, memory.events.x, schedule.t, Status.RUNNING.value
     is_written = False
     while record.counts.next < t_record.shape[0] and t_record[record.counts.next] <= t_1:
@@ -159,10 +161,15 @@ def write_rows(sys, t, t_1, schedule, state, record, memory):
             return status
         record.counts.next += 1
         is_written = True
-    if is_written:  # the forces and the header of the end of the step
+    if is_written:
         status = rates_at(ode.rates, address(sys), ode.context, t_1, ode.x, ode.f)
-        fill_header_at(memory.fill_header, address(sys), t_1, ode.x, False, address(state), address(memory))
     return status
+
+
+@kernel
+def fill_header(sys, t, x, state, memory):
+    """The header of a state that was accepted."""
+    fill_header_at(memory.fill_header, address(sys), t, x, False, address(state), address(memory))
 
 
 @kernel
