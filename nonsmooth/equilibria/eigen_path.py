@@ -8,13 +8,16 @@ with y = (x, s x) the state vector of the mode. Where a match is not clear, c_ii
 between the two values is halved and each half is followed: frequencies that cross are told apart by their shapes, and
 eigenvalues that pass near one another by their places. At a branch point, where two meet and part, neither tells; there
 the names are a convention that does not depend on the values chosen: of a pair that becomes real the larger one keeps
-the column with Im s > 0, of two that become a pair the larger one gets it, and pairs stay pairs of columns. Sources:
+the column with Im s > 0, of two that become a pair the larger one gets it, pairs stay pairs of columns, and of two
+pairs that meet on the imaginary axis and leave it to both sides the growing one gets the column that stands first.
+Sources:
 Kuhn, *Naval Research Logistics* 2 (1955) 83 (assignment); Allemang and Brown, *Proc. 1st Int. Modal Analysis Conf.*
 (1982) 110 (MAC).
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -34,6 +37,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 CLEAR_MATCH = 0.3  # chosen: of the next best match: a better one is believed
+TIE = 1e-6  # chosen: difference of two costs, of order one, that rounding may have made at a branch point
 BRANCH_HALVINGS = 12  # derived: of the way between two values: a branch point is passed within 1/4000 of it
 SMALLEST_EIGENVALUE = 1e-300  # chosen: stands for zero where it divides
 
@@ -178,7 +182,7 @@ def carried(
         if between is not None:
             half = carried(columns, start, (middle, between), at, depth - 1)
             return carried(half, (middle, between), end, at, depth - 1)
-    return by_convention(s, new.eigenvalues, chosen)
+    return by_convention(s, new.eigenvalues, untied(s, new.eigenvalues, cost, chosen))
 
 
 def is_clear(cost: np.ndarray, chosen: np.ndarray) -> bool:
@@ -189,6 +193,18 @@ def is_clear(cost: np.ndarray, chosen: np.ndarray) -> bool:
     others = cost.copy()
     others[rows, chosen] = np.inf
     return bool((cost[rows, chosen] <= CLEAR_MATCH * others.min(axis=1)).all())
+
+
+def untied(s: np.ndarray, new: np.ndarray, cost: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """The match in which of two oscillations that could as well be exchanged the first one has the larger growth."""
+    chosen = chosen.copy()
+    least = TIE * np.abs(new).max()
+    for a, b in itertools.combinations(np.flatnonzero(s.imag > 0).tolist(), 2):
+        x, y = chosen[[a, b]]
+        gain = cost[a, x] + cost[b, y] - cost[a, y] - cost[b, x]
+        if abs(gain) < TIE and new[y].real - new[x].real > least:
+            chosen[[a, b]] = y, x
+    return chosen
 
 
 def by_convention(s: np.ndarray, new: np.ndarray, chosen: np.ndarray) -> np.ndarray:

@@ -223,7 +223,10 @@ def _solve(J: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def _damped(mode: SlidingMode, x: np.ndarray, dx: np.ndarray, J: np.ndarray) -> np.ndarray:
     """x after the longest of the steps dx, dx/2, dx/4 ... that leaves a smaller correction."""
-    part, size = 1.0, np.abs(dx) + np.finfo(float).tiny
+    part, size = 1.0, np.abs(dx)
+    for k in (slice(0, mode.system.n_q), slice(mode.system.n_q, None)):  # what is below rounding shrinks by chance
+        largest = np.maximum(np.abs(x[k]), size[k]).max(initial=0.0)
+        size[k] = np.maximum(size[k], max(CONVERGED * largest, np.finfo(float).tiny))
     while part > SHORTEST_CORRECTION:
         trial = x + part * dx
         following = np.linalg.solve(J, -balance(mode, trial))

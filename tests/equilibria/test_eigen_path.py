@@ -133,3 +133,14 @@ def test_names_of_modes_do_not_depend_on_the_values_chosen(model, name, low, hig
         every = (len(path.values) - 1) // 6
         scale = np.abs(path.eigenvalues).max()
         assert np.abs(path.eigenvalues[::every] - paths[0].eigenvalues).max() < 1e-6 * scale
+
+
+@pytest.mark.parametrize("n", [7, 25])
+def test_names_of_modes_behind_flutter_do_not_depend_on_rounding(n):
+    """What the two ways through the branch point of the arm cost differs by rounding alone."""
+    values = np.linspace(0.0, 1200.0, n)
+    for k in range(12):
+        path = ns.eigen_path(FollowerForceArm(k1=1000.0 * (1 + k * 2e-16)), "P", values)
+        behind = path.eigenvalues[values > 948.0]
+        assert (behind[:, 0].real > 1.0).all() and (np.diff(np.abs(path.eigenvalues[0])) >= -1e-9).all()
+        assert (behind[:, 1] == behind[:, 0].conj()).all() and (behind[:, 2:].real < -1.0).all()
