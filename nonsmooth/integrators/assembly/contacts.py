@@ -46,7 +46,8 @@ class Contacts(Block):
     """Up to m contacts of a step, beside the rows of their problem."""
 
     e: Array[Floats, "m"]
-    gamma_minus: Array[Floats, "m"]  # velocity of approach at the end of the step, were there no contact [m/s]
+    gamma_minus: Array[Floats, "m"]  # velocity of approach of a contact that rebounds [m/s]
+    taken: Array[Floats, "m"]  # twice the energy that a landing took along the normal [J]
     impact: Array[Ints, "m"]  # whether it rebounds
     P: Array[Floats, "m", "d"]  # impulses of the step, those of its impacts with them [N s]
     n_before: int  # contacts of the step before that had impulses

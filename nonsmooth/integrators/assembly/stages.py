@@ -235,11 +235,11 @@ def rebounds(progress, places, network, d):
     if progress.has_restitution == 0 or network.n_c == 0:
         return False
     book_landing(places.bodies, places.network, places.ledger)
-    bodies, found, contacts, dt = places.bodies, places.found, places.contacts, progress.dt
+    bodies, shapes, found, contacts = places.bodies, places.shapes, places.found, places.contacts
     if d == 2:
-        count = begin_impact_planar(bodies, found, contacts, places.network, dt)
+        count = begin_impact_planar(bodies, shapes, found, contacts, places.network, progress.dt)
     else:
-        count = begin_impact_spatial(bodies, found, contacts, places.network, dt)
+        count = begin_impact_spatial(bodies, shapes, found, contacts, places.network, progress.dt)
     if count == 0:
         return False
     prepare(places, d)
