@@ -27,7 +27,7 @@ from nonsmooth.scenes.spatial.core import (
     vertex_at,
 )
 from nonsmooth.scenes.spatial.edges import edge_point, feet, perpendicular
-from nonsmooth.scenes.spatial.separating_axes import PARALLEL_EDGES
+from nonsmooth.scenes.spatial.separating_axes import PARALLEL_EDGES, sine_squared
 from nonsmooth.scenes.spatial.spheres import point_on_box
 
 # chosen, of the reaches and radii of both: features are nearer only by more than this, so that of two ends, each
@@ -86,8 +86,8 @@ def is_edge(shapes, s, edge):
 @rare_kernel
 def edge_on_edge(shapes, scratch, i, j, edge_i, edge_j, n):
     """Note the common perpendicular of two edges, if it meets both and is shorter than what is noted; n, or 1 then."""
-    cosine, p, q = scratch.axes.cosine, edge_i // 4, edge_j // 4
-    if 1.0 - cosine[p, q] * cosine[p, q] <= PARALLEL_EDGES:
+    p, q = edge_i // 4, edge_j // 4
+    if sine_squared(scratch.axes.cosine, p, q) <= PARALLEL_EDGES:
         return n
     t, s = feet(shapes, scratch, i, j, edge_i, edge_j)
     if abs(t) > shapes.size[i, p] or abs(s) > shapes.size[j, q]:

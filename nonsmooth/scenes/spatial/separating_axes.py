@@ -47,6 +47,13 @@ def compare_axes(scratch, i, j):
 
 
 @kernel
+def sine_squared(cosine, p, q):
+    """sin^2 of the angle of axes p and q, to its own rounding: 1 - cos^2 may be 2e-16 where it is 0."""
+    p_1, p_2 = (p + 1) % 3, (p + 2) % 3
+    return cosine[p_1, q] * cosine[p_1, q] + cosine[p_2, q] * cosine[p_2, q]
+
+
+@kernel
 def separate_by_faces(shapes, scratch, i, j, most):
     """The face of largest separation, one of i where one of j is not clearly farther out."""
     axes, size, cosine = scratch.axes, shapes.size, scratch.axes.cosine
@@ -80,7 +87,7 @@ def separate_by_edges(shapes, scratch, i, j, most):
             for q in range(3):
                 if shapes.kind[j] == BOX or q == 2:
                     q_1, q_2 = (q + 1) % 3, (q + 2) % 3
-                    sine_2 = cosine[p_1, q] * cosine[p_1, q] + cosine[p_2, q] * cosine[p_2, q]
+                    sine_2 = sine_squared(cosine, p, q)
                     if sine_2 > PARALLEL_EDGES:
                         s = abs(axes.t_i[p_2] * cosine[p_1, q] - axes.t_i[p_1] * cosine[p_2, q])
                         s -= size[i, p_1] * abs(cosine[p_2, q]) + size[i, p_2] * abs(cosine[p_1, q])
