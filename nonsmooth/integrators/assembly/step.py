@@ -27,6 +27,7 @@ from nonsmooth.integrators.assembly.progress import (
     MORE_PAIRS,
     NOT_MET,
     PREDICT,
+    REBOUND,
     Progress,
 )
 from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, move_bodies_spatial
@@ -159,7 +160,9 @@ class Assembly:
         progress.widest = REACH_SHARE * self.largest
         first = int(progress.counts.steps)
         while True:
-            end = int(self.stages.take(progress.address, most - (int(progress.counts.steps) - first)))
+            left = most - (int(progress.counts.steps) - first)
+            left += 1 if progress.stage == REBOUND else 0  # a step that rebounds is counted, and not at its end
+            end = int(self.stages.take(progress.address, left))
             if end == MORE_CONTACTS:
                 self._make_room(int(ROOM * int(progress.wanted)))
             elif end == MORE_PAIRS:

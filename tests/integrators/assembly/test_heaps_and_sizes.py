@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from models.scenes import SphereBox
+from nonsmooth.integrators.assembly.progress import PREDICT
+from nonsmooth.runs.scene_run import SceneRun
 
 G, DT = 9.81, 2e-3
 HEXAGON = ns.Polygon(0.05 * np.stack([np.cos(np.arange(6) * math.pi / 3), np.sin(np.arange(6) * math.pi / 3)], axis=1))
@@ -111,3 +114,15 @@ def test_a_pile_at_rest_does_not_drift_in_a_million_steps(dim):
     sol = ns.simulate(scene, (0, DT * 1_000_000), integrator=awake, every=100_000)
     assert sol.stats.steps == 1_000_000 and np.abs(sol.position - sol.position[0]).max() < 1e-15
     assert sol.penetration.max() < 1e-15
+
+
+def test_a_step_whose_rebound_goes_to_other_solvers_is_whole_when_it_is_recorded():
+    # it was counted before it rebounded, and its record had the velocities before that
+    run = SceneRun(SphereBox(n=64, e=0.5).scene(), (0, 1), ns.MoreauJean(dt=2e-3), 1, None)
+    assembly = run.assembly
+    for _ in range(200):
+        before = assembly.bodies.motion.v.copy()
+        assembly.take_steps(2e-3, 1)
+        np.testing.assert_array_equal(assembly.bodies.v_0[:, :3], before[:, :3])
+        assert assembly.progress.stage == PREDICT
+    assert assembly.progress.counts.missed > 10 and assembly.progress.counts.impacts > 50
