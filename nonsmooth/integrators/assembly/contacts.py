@@ -47,6 +47,7 @@ class Contacts(Block):
 
     e: Array[Floats, "m"]
     gamma_minus: Array[Floats, "m"]  # velocity of approach of a contact that rebounds [m/s]
+    lost: Array[Floats, "m"]  # what it took from the motion in landing [J]
     taken: Array[Floats, "m"]  # twice the energy that a landing took along the normal [J]
     impact: Array[Ints, "m"]  # whether it rebounds
     P: Array[Floats, "m", "d"]  # impulses of the step, those of its impacts with them [N s]

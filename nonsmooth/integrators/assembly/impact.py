@@ -31,6 +31,7 @@ from math import sqrt
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
+from nonsmooth.integrators.assembly.energy_limit import power
 from nonsmooth.integrators.assembly.landed import go_on
 from nonsmooth.integrators.assembly.planar import write_rows_planar
 from nonsmooth.integrators.assembly.project import normal_velocity
@@ -74,6 +75,8 @@ def mark_impacts(bodies, found, contacts, network, dt, n):
     count = 0
     for c in range(network.n_c):
         contacts.impact[c] = 0
+        d = network.P.shape[1]
+        contacts.lost[c] = -0.5 * (power(network, c, bodies.v_free, d, n) + power(network, c, network.v, d, n))
         if contacts.e[c] > 0.0 and network.P[c, 0] > 0.0:
             gamma_0, _ = normal_velocity(network, c, bodies.v_0, n)
             gamma_free, _ = normal_velocity(network, c, bodies.v_free, n)

@@ -10,7 +10,9 @@ from nonsmooth.integrators.assembly.book import Ledger
 from nonsmooth.integrators.records import FRICTION_WORK, N_LEDGER, NORMAL_WORK
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, view
+from nonsmooth.numerics.rounding import rounded_sum
 
+GAIN_ROUNDINGS = 1000  # chosen: of the works booked so far, whose difference a gain is
 GAIN = 1e-4  # chosen: of what was lost in landing: contact problems are solved to a residual, not to rounding
 # chosen: [rad] of a turn in a step: normals and points are those of its beginning, and a turn of this angle misses them
 # by 0.5^2/2 of a reach
@@ -250,7 +252,9 @@ def leave_out(network, asleep, steps, progress):
 @kernel
 def note_gain(gain, ledger, progress):
     """Note what the contacts gained in a step in which they rebounded."""
-    if gain > GAIN * (abs(ledger.landing[NORMAL_WORK]) + abs(ledger.landing[FRICTION_WORK])):
+    booked = abs(ledger.work[NORMAL_WORK]) + abs(ledger.work[FRICTION_WORK])
+    taken = abs(ledger.landing[NORMAL_WORK]) + abs(ledger.landing[FRICTION_WORK])
+    if gain > GAIN * taken + rounded_sum(GAIN_ROUNDINGS, booked):
         progress.counts.gains += 1
         progress.figures.gain = max(progress.figures.gain, gain)
 

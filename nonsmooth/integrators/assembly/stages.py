@@ -16,6 +16,7 @@ from nonsmooth.contact.network.solve import solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_planar, write_contacts_spatial
+from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
@@ -108,6 +109,7 @@ def take_step(progress, d):
         end = solve(progress, places, network, d)
         if end != DONE:
             return end
+        limit_rebounds(places.contacts, places.network, d)
         gain = book_impact(places.bodies, places.contacts, places.network, places.ledger)
         note_gain(gain, view(places.ledger, Ledger), progress)
         note_together(places, progress.counts)

@@ -18,6 +18,7 @@ from nonsmooth.contact.network.solve import OVER_RELAXATION, Solver, solve_plana
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
+from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
@@ -88,10 +89,10 @@ def stages_of(dim: int, has_restitution: bool, contacts_of_shapes: tuple[Kernel,
     nothing rebounds."""
     if dim == 2:
         others = [predict_planar, write_contacts_planar, prepare_planar, solve_planar, judge_planar, move_bodies_planar]
-        others += [begin_impact_planar, book_landing, book_impact] if has_restitution else []
+        others += [begin_impact_planar, limit_rebounds, book_landing, book_impact] if has_restitution else []
         return Stages(take_steps_planar, find_contacts_planar, planar_scratch, (*others, let_sleep, book_step))
     others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
-    others += [begin_impact_spatial, book_landing, book_impact] if has_restitution else []
+    others += [begin_impact_spatial, limit_rebounds, book_landing, book_impact] if has_restitution else []
     others += contacts_of_shapes
     others += [move_bodies_spatial, let_sleep, book_step]
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, tuple(others))
