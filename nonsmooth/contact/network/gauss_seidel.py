@@ -14,8 +14,9 @@ from __future__ import annotations
 from nonsmooth.contact.blocks.natural_map import cone_project
 from nonsmooth.contact.blocks.nsgs import local_planar
 from nonsmooth.contact.blocks.single_spatial import local_spatial
+from nonsmooth.contact.network.joint import is_joint, solve_joint
 from nonsmooth.contact.network.problem import Network, impulse, island_velocities, laws_velocity, strike, write
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import view
 
 
@@ -25,6 +26,8 @@ def relax(network, c, omega, d, n):
     W = network.W
     P_N, P_1, P_2 = impulse(network.P, c, d)
     b_N, b_1, b_2 = laws_velocity(network, c, d, n)
+    if is_joint(network, c):
+        return relax_joint(network, c, b_N, b_1, b_2, d, n)
     b_N -= W[c, 0, 0] * P_N + W[c, 0, 1] * P_1
     b_1 -= W[c, 1, 0] * P_N + W[c, 1, 1] * P_1
     if d == 3:
@@ -44,6 +47,17 @@ def relax(network, c, omega, d, n):
         x_N, x_1, x_2 = cone_project(mu, x_N, x_1, x_2)
     write(network.P, c, x_N, x_1, x_2, d)
     d_N, d_1, d_2 = x_N - P_N, x_1 - P_1, x_2 - P_2
+    strike(network, c, d_N, d_1, d_2, d, n)
+    return d_N * d_N + d_1 * d_1 + d_2 * d_2, x_N * x_N + x_1 * x_1 + x_2 * x_2
+
+
+@rare_kernel
+def relax_joint(network, c, gamma_N, gamma_1, gamma_2, d, n):
+    """The same of a joint, from its relative velocity."""
+    P_N, P_1, P_2 = impulse(network.P, c, d)
+    d_N, d_1, d_2 = solve_joint(network.W, c, gamma_N, gamma_1, gamma_2, d)
+    x_N, x_1, x_2 = P_N + d_N, P_1 + d_1, P_2 + d_2
+    write(network.P, c, x_N, x_1, x_2, d)
     strike(network, c, d_N, d_1, d_2, d, n)
     return d_N * d_N + d_1 * d_1 + d_2 * d_2, x_N * x_N + x_1 * x_1 + x_2 * x_2
 

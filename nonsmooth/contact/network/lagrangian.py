@@ -1,7 +1,7 @@
 """The augmented Lagrangian of a network as equations for its velocities, and their derivative.
 
     g(v) = M (v - v_free) - J^T p(v),     p_c(v) = proj_D(z_c),   z_c = P_c - rho_c (J v + b)_c,
-    D = {|p_T| <= mu max(0, z_N)}:   open where z_N <= 0, stick where |z_T| <= mu z_N, slide else,
+    D = {|p_T| <= mu max(0, z_N)}:   open where z_N <= 0, stick where |z_T| <= mu z_N, slide else; a joint sticks,
     A = dg/dv = M + sum over c of J_c^T rho_c K_c J_c,   K = dp/dz:
 
     open K = 0,   stick K = I,   slide K_NN = 1, K_TN = mu t, K_TT = mu z_N / |z_T| (I - t t^T),  t = z_T / |z_T|
@@ -53,6 +53,8 @@ class Direct(Block):
 @kernel
 def project(mu, z_N, z_1, z_2, d):
     """The projection of z on the disc of radius mu max(0, z_N), and the mode; sliding has no sign in space."""
+    if mu < 0.0:  # a joint
+        return z_N, z_1, z_2, STICK
     if not z_N > 0.0:
         return 0.0, 0.0, 0.0, FREE
     z_T, radius = math.sqrt(z_1 * z_1 + z_2 * z_2), mu * z_N

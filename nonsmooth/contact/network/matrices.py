@@ -2,7 +2,7 @@
 
 gamma = G P + c,     G = J M^-1 J^T + R,     c = J v_free + b
 
-R, on the diagonal of the normal rows, is that of compliant contacts.
+R, on the diagonal of the normal rows, is that of compliant contacts. Joints are eliminated.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nonsmooth.contact.network.eliminated import without_joints
+from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.problem import Network
 
 
@@ -25,13 +27,15 @@ class Matrices(NamedTuple):
 
 
 def unsolved_problem(network: Network) -> Matrices | None:
-    """That of the islands which are not met, with the best impulses that were found; None where all are."""
+    """That of the islands which are not met, with the best impulses that were found; None where all are, or have joints
+    alone."""
     islands = network.islands
     missed = np.flatnonzero(islands.is_met[: islands.count] == 0)
     if len(missed) == 0:
         return None
     ranges = [islands.contacts[islands.contact_start[k] : islands.contact_start[k + 1]] for k in missed]
-    return matrices_of(network, np.concatenate(ranges))
+    contacts = np.concatenate(ranges)
+    return matrices_of(network, contacts) if (network.mu[contacts] != JOINED).any() else None
 
 
 def matrices_of(network: Network, contacts: np.ndarray) -> Matrices:
@@ -48,4 +52,8 @@ def matrices_of(network: Network, contacts: np.ndarray) -> Matrices:
     R = np.zeros((m, d))
     R[:, 0] = network.soft[contacts]
     G = (J @ M_inv @ J.T + sparse.diags(R.ravel())).tocsr()
-    return Matrices(G, c, network.mu[contacts].copy(), network.P[contacts].ravel(), d)
+    mu, P, is_joint = network.mu[contacts], network.P[contacts], network.mu[contacts] == JOINED
+    if is_joint.any():
+        left = without_joints(G.toarray(), c, np.repeat(is_joint, d))
+        G, c, mu, P = sparse.csr_matrix(left.G), left.c, mu[~is_joint], P[~is_joint]
+    return Matrices(G, c, mu, P.ravel(), d)

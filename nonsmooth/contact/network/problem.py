@@ -11,6 +11,8 @@ The residual is that of the natural map, in impulses:
 
     F_c = P_c - proj_K(P_c - rho_c (gamma_c + mu_c |gamma_c,T| e_N)),   rho_c = d / tr W_c,   residual = |F| / |P|
 
+A joint stands among the contacts, with the whole space in the place of K (joint.py).
+
 A compliant contact has R on the diagonal of G, gamma_c,N + R_c P_N in the place of gamma_c,N (its law is in
 integrators/moreau_jean/compliance.py): R stands in W, and in what the laws ask of.
 
@@ -29,6 +31,7 @@ from typing import Annotated as Array
 
 from nonsmooth.contact.blocks.natural_map import cone_project
 from nonsmooth.contact.network.islands import Islands, find_islands
+from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import EPS
@@ -44,7 +47,7 @@ class Network(Block):
     J_i: Array[Floats, "m", "d", "n"]  # its rows
     J_j: Array[Floats, "m", "d", "n"]
     b: Array[Floats, "m", "d"]  # [m/s]
-    mu: Array[Floats, "m"]
+    mu: Array[Floats, "m"]  # or JOINED, of a joint
     soft: Array[Floats, "m"]  # R of a compliant contact [1/kg]; 0 of a rigid one
     P: Array[Floats, "m", "d"]  # [N s], also the start of every solver
     gamma: Array[Floats, "m", "d"]  # [m/s]
@@ -180,6 +183,9 @@ def natural_map(network, c, d, n):
     gamma_N, gamma_1, gamma_2 = laws_velocity(network, c, d, n)
     P_N, P_1, P_2 = impulse(network.P, c, d)
     mu, rho = network.mu[c], network.rho[c]
+    if is_joint(network, c):
+        square = gamma_N * gamma_N + gamma_1 * gamma_1 + gamma_2 * gamma_2
+        return rho * rho * square, P_N * P_N + P_1 * P_1 + P_2 * P_2
     shifted = gamma_N + mu * math.sqrt(gamma_1 * gamma_1 + gamma_2 * gamma_2)
     x_N, x_1, x_2 = cone_project(mu, P_N - rho * shifted, P_1 - rho * gamma_1, P_2 - rho * gamma_2)
     F_N, F_1, F_2 = P_N - x_N, P_1 - x_1, P_2 - x_2

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from nonsmooth.contact.blocks.solve import solve_contact
+from nonsmooth.contact.network.eliminated import without_joints
+from nonsmooth.contact.network.joint import JOINED
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
 
 DENSE_CONTACTS = 40  # chosen: of an island: G has then 120 rows in space, and is solved in some milliseconds
@@ -25,14 +27,25 @@ def rescue(network: Network, tol: float) -> None:
         if len(contacts) > DENSE_CONTACTS:
             continue
         before, error = network.P[contacts].copy(), float(islands.residual[k])
-        G, c = dense_problem(network, contacts)
-        result = solve_contact(G, c, network.mu[contacts], d, tol=DENSE_TOL, guess=before.ravel())
-        network.P[contacts] = result.P.reshape(-1, d)
+        network.P[contacts] = dense_impulses(network, contacts, before)
         judge(network.address)
         if not islands.residual[k] < error:
             network.P[contacts] = before
             judge(network.address)
         islands.is_met[k] = islands.residual[k] <= tol
+
+
+def dense_impulses(network: Network, contacts: np.ndarray, guess: np.ndarray) -> np.ndarray:
+    """Impulses (m, d) of some contacts, of which joints are eliminated."""
+    (G, c), mu, P, d = dense_problem(network, contacts), network.mu[contacts], guess.copy(), guess.shape[1]
+    is_joint = mu == JOINED
+    if not is_joint.any():
+        return solve_contact(G, c, mu, d, tol=DENSE_TOL, guess=guess.ravel()).P.reshape(-1, d)
+    left, free = without_joints(G, c, np.repeat(is_joint, d)), ~is_joint
+    if free.any():
+        P[free] = solve_contact(left.G, left.c, mu[free], d, tol=DENSE_TOL, guess=P[free].ravel()).P.reshape(-1, d)
+    P[is_joint] = left.joints(P[free].ravel()).reshape(-1, d)
+    return P
 
 
 def dense_problem(network: Network, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

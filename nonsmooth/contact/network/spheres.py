@@ -22,6 +22,7 @@ import math
 from typing import Annotated as Array
 
 from nonsmooth.contact.network.conjugate import go_along, keep, share_of_direction
+from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import impulse
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats
@@ -60,7 +61,7 @@ def are_spheres(network, spheres, k):
         write_body(network, spheres, islands.bodies[at])
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
         c = islands.contacts[at]
-        if network.soft[c] > 0.0 or not is_frame(network.J_j, c):
+        if network.soft[c] > 0.0 or is_joint(network, c) or not is_frame(network.J_j, c):
             return False
         if not write_contact(network, spheres, c):
             return False
