@@ -88,6 +88,7 @@ from nonsmooth.results.scene_events import SceneEventKind as SceneEventKind
 from nonsmooth.results.scene_events import SceneEvents as SceneEvents
 from nonsmooth.results.scene_solution import BodyMotion as BodyMotion
 from nonsmooth.results.scene_solution import BodyState as BodyState
+from nonsmooth.results.scene_solution import JointImpulses as JointImpulses
 from nonsmooth.results.scene_solution import SceneContacts as SceneContacts
 from nonsmooth.results.scene_solution import SceneSolution as SceneSolution
 from nonsmooth.results.scene_solution import SceneStats as SceneStats
@@ -100,6 +101,7 @@ from nonsmooth.runs.choice import Auto as Auto
 from nonsmooth.runs.simulate import simulate as simulate
 from nonsmooth.scenes.materials import Material as Material
 from nonsmooth.scenes.scene import Body as Body
+from nonsmooth.scenes.scene import Joint as Joint
 from nonsmooth.scenes.scene import Scene as Scene
 from nonsmooth.scenes.shapes import Box as Box
 from nonsmooth.scenes.shapes import Capsule as Capsule

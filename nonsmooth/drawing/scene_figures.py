@@ -20,7 +20,7 @@ from nonsmooth.drawing.facets import facets_of, has_facets
 from nonsmooth.drawing.plots import new_figure, save_figure
 from nonsmooth.drawing.scene import MAX_FRAMES, as_inches, frames_of, instants, set_letters
 from nonsmooth.scenes.parts import Part, parts_of
-from nonsmooth.scenes.places import ORIGIN, compose, matrix_of, place_of, rotate
+from nonsmooth.scenes.places import ORIGIN, compose, inverse, matrix_of, place_of, rotate
 from nonsmooth.scenes.scene import Body, Kind
 from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_PLANE, HALF_SPACE, POLYHEDRON
 
@@ -38,6 +38,7 @@ AZIMUTH, ELEVATION = math.radians(-45.0), math.asin(1 / math.sqrt(3.0))
 FORESHORTENED = math.sqrt(2.0 / 3.0)  # derived: length in an isometric picture of what is 1 long along x, y or z
 SCALE_BAR = 0.25  # chosen: of the width of the picture, that the bar is not longer than
 BODIES_DRAWN, FEWEST_FRAMES = 60_000, 60  # chosen: of an animation: bodies in all frames, some 0.2 ms each, and frames
+JOINT_SIZE = 3.5  # chosen: of the circle of a joint [pt]
 Seen = tuple[float, np.ndarray, np.ndarray, bool]  # how near, outline in the picture, colour, whether it has an edge
 LIGHT = np.array([0.25, -0.45, 0.86])  # chosen: from where the light comes
 # chosen: discs of which a ball is drawn, the lighter the smaller: radius, shift towards the light, shade
@@ -190,6 +191,7 @@ def draw_bodies(
     before = set(axes.get_children())
     draw = draw_planar if solution.dim == 2 else draw_spatial
     draw(axes, solution, record, extent)
+    draw_joints(axes, solution, record)
     return sorted(set(axes.get_children()) - before, key=lambda artist: artist.get_zorder())
 
 
@@ -203,6 +205,22 @@ def places(solution: SceneSolution, record: int) -> list[np.ndarray]:
         offset = solution.centres[body.index]
         found.append(compose(place, place_of(-offset, ORIGIN[dim][dim:])))
     return found
+
+
+def draw_joints(axes: Any, solution: SceneSolution, record: int) -> None:
+    """Draw a small circle at each joint, where it is on the body that moves."""
+    joints = solution.scene.joints if solution.scene is not None else []
+    if not joints:
+        return
+    here, points = places(solution, record), []
+    for joint in joints:
+        body = joint.b if joint.b.kind is Kind.DYNAMIC else joint.a
+        arm = compose(
+            inverse(place_of(body.position, body.turn)), place_of(joint.at, ORIGIN[solution.dim][solution.dim :])
+        )
+        points.append(compose(here[body.index], arm)[: solution.dim])
+    seen = np.array(points) if solution.dim == 2 else np.array(points) @ camera()[:2].T
+    axes.plot(seen[:, 0], seen[:, 1], "o", mfc="white", mec=EDGE, ms=JOINT_SIZE, mew=0.8, zorder=3)
 
 
 def planar_extent(solution: SceneSolution) -> tuple[np.ndarray, np.ndarray]:

@@ -197,6 +197,8 @@ def scene_dataset(solution: SceneSolution) -> xarray.Dataset:
         "body": ("body", np.array(solution.names, dtype=object)),
         "axis": ("axis", list(AXES[: solution.dim])),
     }
+    if "joint_P" in data:
+        coordinates["joint"] = ("joint", np.array(solution.joint_names, dtype=object))
     if space:
         coordinates["component"] = ("component", ["w", *AXES])
     return xarray.Dataset(data, coordinates, about_of(solution))
@@ -220,7 +222,16 @@ def contact_variables(solution: SceneSolution) -> dict[str, Variable]:
         "contact_P": column("contact axis", found.P, *pushes),
         "contact_mu": column("contact", found.mu, "1", "friction coefficient"),
         "contact_mode": with_flags(column("contact", modes_of(P_N, P_F, found.mu), "1", "mode of the last step")),
+        **joint_variables(solution),
     }
+
+
+def joint_variables(solution: SceneSolution) -> dict[str, Variable]:
+    """What the joints of a scene took, where it has some."""
+    if not solution.joint_names:
+        return {}
+    said = "impulse of the last step on the second body of a joint"
+    return {"joint_P": column("t joint axis", solution.joint_impulses, "N s", said)}
 
 
 def event_variables(solution: SceneSolution) -> dict[str, Variable]:

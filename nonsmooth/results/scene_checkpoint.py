@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from nonsmooth.scenes.scene import Scene
 
 
-def scene_layout(n_b: int, dim: int, kinds: tuple[str, ...]) -> Layout:
-    """Of so many bodies in the plane or in space."""
-    rows = {"records": record_row(n_b, dim, kinds)}
+def scene_layout(n_b: int, dim: int, kinds: tuple[str, ...], n_j: int = 0) -> Layout:
+    """Of so many bodies in the plane or in space, and joints."""
+    rows = {"records": record_row(n_b, dim, kinds, n_j=n_j)}
     if CONTACTS in kinds:
         rows["contacts"] = contact_row(dim)
-    return Layout(SCENE_KIND, [n_b, dim, list(kinds)], rows)
+    return Layout(SCENE_KIND, [n_b, dim, list(kinds), *([n_j] if n_j else [])], rows)
 
 
 def load_scene_checkpoint(path: Path, scene: Scene | None = None, is_verified: bool = False) -> SceneSolution:
@@ -39,8 +39,8 @@ def load_scene_checkpoint(path: Path, scene: Scene | None = None, is_verified: b
         For a folder that is no checkpoint of a scene, or a damaged one.
     """
     about, kept = read_state(path, SCENE_KIND)
-    n_b, dim, kinds = about["shape"]
-    rows = rows_of(path, about, scene_layout(n_b, dim, tuple(kinds)).rows, is_verified)
+    n_b, dim, kinds, *n_j = about["shape"]
+    rows = rows_of(path, about, scene_layout(n_b, dim, tuple(kinds), *n_j).rows, is_verified)
     records, contacts = rows["records"], rows.get("contacts")
     if contacts is not None:
         records = records[: np.searchsorted(np.cumsum(records["n_contacts"]), len(contacts), side="right")]
@@ -50,6 +50,7 @@ def load_scene_checkpoint(path: Path, scene: Scene | None = None, is_verified: b
     return SceneSolution(
         **columns_of(records, contacts, tuple(kinds)), stats=SceneStats(**about["stats"]), status=status,
         message=message, names=names_of(kept), scene=scene, centres=kept["centres"], about=about["about"],
+        joint_names=[str(name) for name in kept.get("joint_names", ())],
     )  # fmt: skip
 
 

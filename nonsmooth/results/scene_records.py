@@ -15,6 +15,7 @@ BODIES, CONTACTS = "bodies", "contacts"
 UNASKED = (BODIES, CONTACTS, LEDGER)  # what is recorded where nothing is said
 KINDS = (*UNASKED, EVENTS)
 OF_BODIES = ("position", "turn", "velocity", "spin")
+JOINT_IMPULSES = "joint_impulses"  # of joints, kept with the contacts
 SCALAR = ("t", "residual", "penetration")  # that are always recorded
 
 
@@ -23,8 +24,8 @@ def as_kinds(record: Any) -> tuple[str, ...]:
     return chosen_kinds(record, KINDS, UNASKED, motion=(BODIES,))
 
 
-def record_row(n_b: int, dim: int, kinds: tuple[str, ...], works: tuple[str, ...] = WORKS) -> np.dtype:
-    """A record: a row of numbers; ``works`` are those of the ledger, beside the energies of the bodies."""
+def record_row(n_b: int, dim: int, kinds: tuple[str, ...], works: tuple[str, ...] = WORKS, n_j: int = 0) -> np.dtype:
+    """A record: a row of numbers; ``works`` are those of the ledger, beside the energies of the bodies; n_j joints."""
     of_turn, of_spin = ((4,), (3,)) if dim == 3 else ((), ())
     columns: list[tuple[str, str, tuple[int, ...]]] = [(name, "<f8", ()) for name in SCALAR]
     if BODIES in kinds:
@@ -32,6 +33,8 @@ def record_row(n_b: int, dim: int, kinds: tuple[str, ...], works: tuple[str, ...
         columns += [("velocity", "<f8", (n_b, dim)), ("spin", "<f8", (n_b, *of_spin))]
     if CONTACTS in kinds:
         columns.append(("n_contacts", "<i8", ()))
+        if n_j:
+            columns.append((JOINT_IMPULSES, "<f8", (n_j, dim)))
     if LEDGER in kinds:
         columns += [(name, "<f8", ()) for name in (*ENERGIES, *works)]
     return np.dtype(columns)

@@ -17,6 +17,7 @@ from nonsmooth.results.scene_records import (
     CONTACTS,
     ENERGIES,
     EVENTS,
+    JOINT_IMPULSES,
     KINDS,
     LEDGER,
     OF_BODIES,
@@ -83,6 +84,9 @@ class SceneStats:
         Of a run with compliant contacts.
     islands_asleep : int
         Islands that were left out of steps, counted step by step: nothing of them is looked for, written or solved.
+    worst_joint_drift, last_joint_drift : float
+        The farthest apart that the points of a joint were at the beginning of a step [m], over all steps and of the
+        last one.
     """
 
     steps: int
@@ -108,6 +112,8 @@ class SceneStats:
     first_together: str = ""
     springs: SpringStats | None = None
     islands_asleep: int = 0
+    worst_joint_drift: float = 0.0
+    last_joint_drift: float = 0.0
 
 
 class BodyState(NamedTuple):
@@ -127,6 +133,19 @@ class BodyMotion(NamedTuple):
     turn: np.ndarray  # (n_t,) angle [rad], or (n_t, 4) unit quaternion (w, x, y, z)
     velocity: np.ndarray  # (n_t, 2|3) [m/s]
     spin: np.ndarray  # (n_t,) or (n_t, 3), in the axes of the world [rad/s]
+
+    def __repr__(self) -> str:
+        return view(Worded, "repr")(self)
+
+    def _repr_html_(self) -> str:
+        return view(Worded, "html")(self)
+
+
+class JointImpulses(NamedTuple):
+    """The impulses that held two bodies together."""
+
+    t: np.ndarray  # (n_t,) [s]
+    P: np.ndarray  # (n_t, 2|3) of the last step before each record, on the second body, in the axes of the world [N s]
 
     def __repr__(self) -> str:
         return view(Worded, "repr")(self)
@@ -220,11 +239,14 @@ def columns_of(
     columns: dict[str, Any] = {name: records[name] for name in SCALAR}
     columns |= {name: records[name] if BODIES in kinds else None for name in OF_BODIES}
     columns["ledger"] = {name: records[name] for name in (*ENERGIES, *works)} if LEDGER in kinds else None
-    columns["all_contacts"] = columns["events"] = None
+    columns["all_contacts"] = columns["events"] = columns[JOINT_IMPULSES] = None
     if CONTACTS in kinds:
         offsets = np.concatenate(([0], np.cumsum(records["n_contacts"], dtype=np.int64)))
         of_contacts = (contacts[name][: offsets[-1]] for name in ContactColumns._fields[1:])
         columns["all_contacts"] = ContactColumns(offsets, *of_contacts)
+        known = records.dtype.names if isinstance(records, np.ndarray) else records
+        no_joints = np.zeros((len(records["t"]), 0, contacts["point"].shape[1]))
+        columns[JOINT_IMPULSES] = records[JOINT_IMPULSES] if JOINT_IMPULSES in known else no_joints
     return columns
 
 
@@ -267,6 +289,9 @@ class SceneSolution:
         "damping", which is a part of that by "normal" and "friction".
     events : SceneEvents
         Landings, partings, slips and sticks of pairs of bodies, where ``record=`` asked for them.
+    joint_impulses : (n_t, n_j, 2|3)
+        Of the last step before each record, on the second body of each joint, in the axes of the world [N s]; kept with
+        the contacts. ``joint(name)`` gives those of one.
     t_events : list of (k,)
         Times of the events of each function of the user [s].
     residual, penetration : (n_t,)
@@ -279,6 +304,8 @@ class SceneSolution:
         None for a run that was loaded without it.
     centres : (n_b, 2|3)
         Of mass, in the frames of the shapes [m].
+    joint_names : list of str
+        The joints, in the order of ``joint_impulses``.
     """
 
     t: np.ndarray
@@ -297,8 +324,10 @@ class SceneSolution:
     all_contacts: Recorded = Recorded(CONTACTS)
     ledger: Recorded = Recorded(LEDGER)
     events: Recorded = Recorded(EVENTS)
+    joint_impulses: Recorded = Recorded(CONTACTS)
     t_events: list[np.ndarray] = field(default_factory=list)
     about: dict[str, Any] = field(default_factory=dict)
+    joint_names: list[str] = field(default_factory=list)
 
     @property
     def success(self) -> bool:
@@ -367,6 +396,18 @@ class SceneSolution:
             float(self.t[k]), every.i[rows], every.j[rows], every.point[rows], every.normal[rows], every.gap[rows],
             every.P[rows], every.mu[rows], self.names,
         )  # fmt: skip
+
+    def joint(self, name: str) -> JointImpulses:
+        """The impulses of a joint, by name.
+
+        Raises
+        ------
+        InvalidInput
+            For a joint that is not there, and where contacts were not recorded.
+        """
+        if name not in self.joint_names:
+            raise InvalidInput(f"there is no joint {shown(name)}; {nearest(name, self.joint_names)}")
+        return JointImpulses(self.t, self.joint_impulses[:, self.joint_names.index(name)])
 
     def summary(self) -> str:
         """The run in a few lines: bodies, contacts, residual, penetration, energy, cost."""

@@ -58,7 +58,7 @@ def save(solution: SceneSolution, path: str | Path) -> Path:
     arrays = {name: np.ascontiguousarray(array) for name, array in _arrays_of(solution).items()}
     text = json.dumps({
         "schema": SCENE_SCHEMA, "status": int(solution.status), "message": solution.message, "names": solution.names,
-        "stats": asdict(solution.stats), "about": solution.about,
+        "stats": asdict(solution.stats), "about": solution.about, "joint_names": solution.joint_names,
     })  # fmt: skip
     if path.suffix == NETCDF:
         add = functools.partial(put_run, SCENE_KIND, {"about": np.array(text), **arrays})
@@ -80,6 +80,8 @@ def _arrays_of(solution: SceneSolution) -> dict[str, np.ndarray]:
         arrays |= {LEDGER + name: column for name, column in solution.ledger.items()}
     if records.EVENTS in solution.recorded:
         arrays |= {EVENTS + name: getattr(solution.events, name) for name in EVENT_COLUMNS}
+    if records.CONTACTS in solution.recorded and solution.joint_names:
+        arrays[records.JOINT_IMPULSES] = solution.joint_impulses
     return arrays | {f"{T_EVENTS}{k}": times for k, times in enumerate(solution.t_events)}
 
 
@@ -106,6 +108,8 @@ def with_scene(solution: SceneSolution, scene: Scene) -> SceneSolution:
     as_instance("scene", scene, Scene, "the ns.Scene that was run")
     if [body.name for body in scene.bodies] != solution.names or scene.dim != solution.dim:
         raise InvalidInput("scene is not the one that was run: its bodies have other names, or another order")
+    if [joint.name for joint in scene.joints] != solution.joint_names:
+        raise InvalidInput("scene is not the one that was run: its joints have other names, or another order")
     return SceneSolution(**{**vars(solution), "scene": scene})  # as it is: what was not recorded has no value
 
 
@@ -127,6 +131,7 @@ def _check(forms: Mapping[str, Form]) -> None:
     rules = ARRAYS | (PLACES if has_bodies else {})
     rules |= {CONTACTS + name: rule for name, rule in COLUMNS.items() if has_contacts}
     rules |= {name: (REAL, ("n_t",)) for name in forms if name.startswith(LEDGER)}
+    rules |= {records.JOINT_IMPULSES: (REAL, ("n_t", "n_j", "d"))} if records.JOINT_IMPULSES in forms else {}
     rules |= {EVENTS + name: rule for name, rule in EVENT_COLUMNS.items() if EVENTS + "t" in forms}
     rules |= {name: (REAL, (name,)) for name in forms if name.startswith(T_EVENTS)}
     sizes = require_forms(forms, rules)
@@ -151,12 +156,24 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneSolu
         raise ValueError("its arrays are not those of its bodies")
     ledger = {name.removeprefix(LEDGER): column for name, column in arrays.items() if name.startswith(LEDGER)}
     columns: dict[str, Any] = {name: arrays.get(name) for name in (*ARRAYS, *records.OF_BODIES)}
+    columns |= _joints(about, arrays)
     return SceneSolution(
         **columns, ledger=ledger or None, all_contacts=_contacts(arrays, len(names)), events=_events(arrays, names),
         t_events=_times_of_events(arrays),
         stats=stats_of(about["stats"]), status=Status(about["status"]), message=about["message"], names=names,
         scene=None, about=about["about"],
     )  # fmt: skip
+
+
+def _joints(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+    """The joints and, where contacts were kept, their impulses."""
+    names = [str(name) for name in about.get("joint_names", ())]
+    impulses = arrays.get(records.JOINT_IMPULSES)
+    if CONTACTS + "offsets" in arrays and impulses is None:
+        impulses = np.zeros((len(arrays["t"]), 0, arrays["centres"].shape[1]))
+    if impulses is not None and impulses.shape[1] != len(names):
+        raise ValueError("its impulses of joints are not those of its joints")
+    return {"joint_names": names, records.JOINT_IMPULSES: impulses}
 
 
 def _contacts(arrays: dict[str, np.ndarray], n_b: int) -> ContactColumns | None:

@@ -29,6 +29,7 @@ def summary(solution: SceneSolution) -> str:
             f"most {stats.most_contacts}",
             f"worst residual {stats.worst_residual:.1e}, of the last step {stats.last_residual:.1e}{missed}",
             f"worst penetration {stats.worst_penetration:.3g} m, of the last step {stats.last_penetration:.3g} m",
+            *joints(solution),
             *(energy(solution) if LEDGER in solution.recorded else []),
             f"{stats.steps} steps, {stats.impacts} with rebounds"
             + (f" ({stats.struck_together} of them of several bodies at once)" if stats.struck_together else "")
@@ -65,6 +66,15 @@ def modes(solution: SceneSolution) -> str:
         return ""
     found, named = solution.contacts().mode, (ContactMode.STICK, ContactMode.SLIDE, ContactMode.OPEN)
     return f" ({', '.join(f'{int((found == mode).sum())} {mode.name.lower()}' for mode in named)})"
+
+
+def joints(solution: SceneSolution) -> list[str]:
+    """How well the joints held, of a scene that has some."""
+    count, stats = len(solution.joint_names), solution.stats
+    if count == 0:
+        return []
+    apart = f"apart by up to {stats.worst_joint_drift:.3g} m, in the last step {stats.last_joint_drift:.3g} m"
+    return [f"{count} {'joint' if count == 1 else 'joints'}, {apart}"]
 
 
 def changes(solution: SceneSolution) -> dict[str, float]:

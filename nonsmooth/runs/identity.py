@@ -74,6 +74,7 @@ def facts_of_scene_run(
         "start": HASHED + _hash(bodies.motion.words.tobytes()),
         "gravity": bodies.gravity[:d].tolist(),
         "geometry": HASHED + _hash(world.shapes.words.tobytes()),
+        **({"joints": HASHED + _hash(world.joints.words.tobytes())} if world.scene.joints else {}),
         "table of materials": HASHED + _hash(world.surfaces.words.tobytes()),
         "mass or surface of a body": HASHED + _hash(inert),
         "t_span": [float(t) for t in t_span],

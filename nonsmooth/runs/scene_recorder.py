@@ -13,7 +13,7 @@ import numpy as np
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.assembly.world import World
-from nonsmooth.results.scene_records import BODIES, CONTACTS, LEDGER, UNASKED, contact_row, record_row
+from nonsmooth.results.scene_records import BODIES, CONTACTS, JOINT_IMPULSES, LEDGER, UNASKED, contact_row, record_row
 from nonsmooth.results.scene_solution import SceneSolution, SceneStats, columns_of
 from nonsmooth.runs.times import RecordTimes
 from nonsmooth.runs.user_events import Stop
@@ -98,6 +98,8 @@ class Window:
         self.t, self.worst, self.works = np.empty(rows), np.empty((rows, 2)), np.empty((rows, len(run.works)))
         self.x, self.v = np.empty((rows, *motion.x.shape)), np.empty((rows, *motion.v.shape))
         self.contacts: list[Rows] = []
+        joints = len(run.scene.joints) if CONTACTS in kinds else 0
+        self.pulls = np.empty((rows, joints, run.scene.dim))
 
     @property
     def is_full(self) -> bool:
@@ -114,6 +116,8 @@ class Window:
             self.works[k] = run.assembly.ledger.work
         if CONTACTS in self.kinds:
             self.contacts.append(contacts_of(run))
+        if self.pulls.size:
+            self.pulls[k] = run.assembly.joint_impulses() if run.steps else 0.0
         self.count = k + 1
 
     def take(self) -> tuple[Rows, Rows]:
@@ -130,6 +134,8 @@ class Window:
         if CONTACTS in self.kinds:
             columns["n_contacts"] = np.array([len(found["i"]) for found in self.contacts], np.int64)
             contacts = joined(self.contacts, dim)
+        if self.pulls.size:
+            columns[JOINT_IMPULSES] = self.pulls[:n]
         self.count, self.contacts = 0, []
         return columns, contacts
 
@@ -140,6 +146,12 @@ def contacts_of(run: RunOfScene) -> Rows:
     n = None if run.steps else 0
     columns = {name: getattr(rows, name)[:n].copy() for name in ("i", "j", "point", "normal", "gap", "mu")}
     return columns | {"P": rows.in_world()[:n]}
+
+
+def row_of(run: RunOfScene, kinds: tuple[str, ...]) -> np.dtype:
+    """A record of a run."""
+    scene = run.scene
+    return record_row(len(scene.bodies), scene.dim, kinds, run.works, len(scene.joints))
 
 
 def joined(parts: list[Rows], dim: int) -> Rows:
@@ -163,7 +175,7 @@ class SceneRecorder:
 
     def require_room(self, run: RunOfScene) -> None:
         """Raise `InvalidInput` for more records than there is memory for."""
-        row = record_row(len(run.scene.bodies), run.scene.dim, self.kinds, run.works)
+        row = row_of(run, self.kinds)
         needed = float(row.itemsize) * run.table.count
         require_memory(needed, f"{run.table.count} records", "take a larger every or dt, or checkpoint=")
 
@@ -171,7 +183,7 @@ class SceneRecorder:
         """Get ready before the first record; contacts are reckoned to stay as many as there are at the start."""
         count, dim = run.table.count, run.scene.dim
         self.window = Window(run, self.kinds)
-        row = record_row(len(run.scene.bodies), dim, self.kinds, run.works)
+        row = row_of(run, self.kinds)
         self.records = {name: np.zeros((count + 1, *row[name].shape), row[name].base) for name in row.names or ()}
         self.rows, self.contacts, self.held, self.looked = 0, list[Rows](), 0, 0
         if CONTACTS in self.kinds:
@@ -245,4 +257,5 @@ class SceneRecorder:
         return SceneSolution(
             **columns, stats=run.stats(), status=run.status, message=run.message(), names=run.names, scene=run.scene,
             centres=run.world.frames[:, : run.scene.dim], about=run.about(),
+            joint_names=[joint.name for joint in run.scene.joints],
         )  # fmt: skip

@@ -98,6 +98,11 @@ class SceneRun:
         self.recorder.require_room(self)
         started = time.perf_counter()
         self.world = World(scene, self.table.span[0])
+        if project and scene.joints:
+            raise InvalidInput(
+                f"project=True moves bodies apart that no joint holds, and the scene has {scene.joints[0].name}; move "
+                "them apart by hand"
+            )
         if project:
             part_bodies(self.world)
         self.assembly = self._assemble()
@@ -120,12 +125,13 @@ class SceneRun:
         """The scene in motion: its steps, contacts, works and figures."""
         options, world, compliance = self.integrator.contacts, self.world, self.integrator.compliance
         if compliance is not None:
+            require_no_joints(self.scene, "MoreauJean with compliance=")
             world.surfaces.is_compliant, world.surfaces.e[:] = 1, 0.0
             world.surfaces.stiffness, world.surfaces.damping = compliance.stiffness, compliance.damping
             self.what_is_deep = SOFT
         assembly = Assembly(
-            world.bodies, world.shapes, world.surfaces, options.tol, options.sweeps, options.on_residual == "raise",
-            options.may_sleep, self.integrator.theta,
+            world.bodies, world.shapes, world.surfaces, world.joints, options.tol, options.sweeps,
+            options.on_residual == "raise", options.may_sleep, self.integrator.theta,
         )  # fmt: skip
         if compliance is not None:
             assembly.progress.tight = math.inf  # what springs give way to is not taken back
@@ -285,12 +291,14 @@ class SceneRun:
         counts, figures = (named_numbers(block) for block in (assembly.progress.counts, assembly.progress.figures))
         methods = {name: counts[field] for name, field in METHODS.items() if counts[field]}
         return SceneStats(
-            counts["steps"], assembly.n_contacts, counts["most_contacts"], assembly.n_islands,
+            counts["steps"], assembly.n_contacts, max(0, counts["most_contacts"] - len(self.scene.joints)),
+            assembly.n_islands,
             methods, counts["sweeps"], counts["factors"], counts["impacts"], counts["asleep"], assembly.tol,
             figures["residual"], figures["last_residual"], counts["missed"], figures["penetration"],
             figures["last_penetration"], self.wall_time, self.compile_time,
             counts["gains"], figures["gain"], islands_asleep=counts["left_islands"],
             struck_together=counts["together"], first_together=self._first_together(),
+            worst_joint_drift=figures["drift"], last_joint_drift=figures["last_drift"],
         )  # fmt: skip
 
     def _first_together(self) -> str:
@@ -356,6 +364,14 @@ def require_moreau_jean(integrator: Any) -> None:
         raise InvalidInput("bodies of a scene are pushed apart in every step; leave out projection= of MoreauJean")
 
 
+def require_no_joints(scene: Scene, what: str) -> None:
+    """Raise `InvalidInput` for joints where they are not known."""
+    if scene.joints:
+        raise InvalidInput(
+            f"{what} does not hold joints, and the scene has {scene.joints[0].name}; take MoreauJean(dt), rigid"
+        )
+
+
 def simulate_scene(
     kind: type[SceneRun], scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any,
     project: bool, functions: Sequence[Callable], on_failure: str, max_steps: int | None, max_wall_time: float | None,
@@ -386,6 +402,8 @@ def simulate_scene(
         warn_caller(struck_by_several(solution.stats), SimultaneousImpactWarning)
     if solution.stats.worst_penetration > DEEP * run.assembly.smallest:
         warn_caller(deep_penetration(solution.stats, run.assembly.smallest, run.what_is_deep), PenetrationWarning)
+    if solution.stats.worst_joint_drift > DEEP * run.assembly.smallest:
+        warn_caller(far_drift(solution.stats, run.assembly), PenetrationWarning)
     counts = run.assembly.progress.counts
     if counts.spun:
         name = scene.bodies[int(counts.spinner)].name
@@ -438,6 +456,15 @@ def deep_penetration(stats: SceneStats, smallest: float, why: str) -> str:
     return (
         f"bodies were up to {stats.worst_penetration:.2g} m in one another, and the smallest reaches {smallest:.2g} m: "
         + why
+    )
+
+
+def far_drift(stats: SceneStats, assembly: Assembly) -> str:
+    """What is to be said of a run whose joints came apart."""
+    return (
+        f"the points of a joint were up to {stats.worst_joint_drift:.2g} m apart, and the smallest body reaches "
+        f"{assembly.smallest:.2g} m: velocities that a joint stops at the start, or bodies that turn far in a step or "
+        "swing faster than it under a pull; a smaller dt ends this"
     )
 
 

@@ -48,7 +48,7 @@ class StreamingSceneRecorder(SceneRecorder):
     def begin(self, run: RunOfScene) -> None:
         """Take the state that was kept, or keep that of the start."""
         self.window = Window(run, self.kinds)
-        layout = scene_layout(len(run.scene.bodies), run.scene.dim, self.kinds)
+        layout = scene_layout(len(run.scene.bodies), run.scene.dim, self.kinds, len(run.scene.joints))
         place = self.place
         self.store = Checkpoint(place.path, self.facts(run), layout, place.may_begin, place.may_resume)
         with ExitStack() as refused:
@@ -117,6 +117,8 @@ class StreamingSceneRecorder(SceneRecorder):
             "sizes": run.assembly.sizes, "place": np.array(run.place), "names": np.array(run.names),
             "centres": run.centres,
         }  # fmt: skip
+        if run.scene.joints:
+            arrays["joint_names"] = np.array([joint.name for joint in run.scene.joints])
         self.store.keep(arrays, run.about(), run.status, ended, stats)
 
     def solution(self, run: RunOfScene) -> SceneSolution:

@@ -17,7 +17,7 @@ from nonsmooth.results.scene_records import DAMPING, ELASTIC, EVENTS, WORKS
 from nonsmooth.results.scene_solution import SceneStats, SpringStats
 from nonsmooth.runs.run import next_block
 from nonsmooth.runs.scene_recorder import SceneRecorder
-from nonsmooth.runs.scene_run import SOFT, SceneRun
+from nonsmooth.runs.scene_run import SOFT, SceneRun, require_no_joints
 from nonsmooth.runs.times import listed, record_times
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.signals.interruption import interrupts_held_back
@@ -54,6 +54,7 @@ class SpringRun(SceneRun):
     ) -> None:  # fmt: skip
         if functions or (recorder is not None and EVENTS in recorder.kinds):
             raise InvalidInput('Penalty looks for no events in a scene; leave out events= and "events" of record=')
+        require_no_joints(scene, "Penalty")
         times, self.every = record_times(t_span, every, t_eval)
         self.is_counted = self.every == 0
         guided = [body.name for body in scene.bodies if body.motion is not None]

@@ -101,6 +101,8 @@ def _require_plain(scene: Scene) -> None:
     for body in scene.bodies:
         if body.kind is Kind.KINEMATIC:
             raise InvalidInput(f"{body.name} moves as it is told, which a system of a scene does not; {CURE}")
+    if scene.joints:
+        raise InvalidInput(f"{scene.joints[0].name} is a joint, which a system of a scene does not hold; {CURE}")
     if all(body.kind is not Kind.DYNAMIC for body in scene.bodies):
         raise InvalidInput("no body of the scene moves by forces; add one by scene.body")
 

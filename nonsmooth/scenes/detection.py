@@ -14,6 +14,8 @@ from nonsmooth.jit.blocks import Block, Floats, Ints
 
 SHAPE_BITS = 22  # chosen: of a key, for either shape: four million of them
 FEATURE_BITS = 19  # derived: of a key, what two shapes leave of 63
+NO_SHAPE = (1 << SHAPE_BITS) - 1  # derived: the last number of a shape: in keys, that of joints
+FIRST_JOINT = NO_SHAPE << (SHAPE_BITS + FEATURE_BITS)  # derived: above the keys of all contacts
 # chosen, of the reaches of both: the face of i is the reference unless one of j is farther out by more than this, which
 # is above the rounding of a separation. Keys do not depend on it: whichever of two parallel faces it is, the ends of
 # the overlap are the same features. It is a hundredth of SAME_PLACE, so that a corner is told by the farthest face.

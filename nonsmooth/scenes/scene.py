@@ -4,6 +4,7 @@
     scene.fixed(HalfSpace((0, 0, 1)))                stands still
     scene.body(Sphere(0.1), density=1000, ...)       moves by forces and impulses
     scene.kinematic(Box(1, 1, 0.1), velocity=...)    moves as it is told
+    scene.joint("a", "b", at=(0, 0, 1))              two bodies share a point
 
 A scene is a description: it is not changed by a run, and may be run again.
 """
@@ -91,6 +92,30 @@ class Body:
         return f"Body({self.name!r}, {self.kind.name.lower()}, {self.shape!r})"
 
 
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A point that two bodies share; `Scene.joint` makes it.
+
+    Attributes
+    ----------
+    name : str
+    index : int
+        Its place in the arrays of a solution.
+    a, b : Body
+    at : (2,) or (3,)
+        Where it is at the start [m].
+    """
+
+    name: str
+    index: int
+    a: Body
+    b: Body
+    at: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"Joint({self.name!r}, {self.a.name!r}, {self.b.name!r})"
+
+
 @dataclass(eq=False)
 class Scene:
     """Bodies that touch.
@@ -126,6 +151,7 @@ class Scene:
         as_instance("material", self.material, Material, "a Material(mu=..., e=...)")
         self.name = ""  # of a ready scene, where one was asked for
         self.bodies: list[Body] = []
+        self.joints: list[Joint] = []
         self.pairs: dict[frozenset[str], tuple[float | None, float | None]] = {}
         self._names: dict[str, int] = {}
 
@@ -212,6 +238,58 @@ class Scene:
         }
         return self._add(name, Kind.KINEMATIC, shape, material, position, turn, velocity, spin, given)
 
+    def joint(self, a: Body | str, b: Body | str, *, at: ArrayLike, name: str | None = None) -> Joint:
+        """Let two bodies share a point: in the plane a pin about which they turn, in space a ball joint.
+
+        The impulse that holds them together has any direction and does no work. Two ball joints of the same bodies make
+        a hinge. Contacts between the two bodies are left out.
+
+        Parameters
+        ----------
+        a, b : Body or str
+            Bodies of this scene, or their names; one of them may be fixed or kinematic.
+        at : (2,) or (3,)
+            The point at the start, in the axes of the world [m]; it may lie outside of both shapes.
+        name : str, optional
+            "joint 2" for the third if left out.
+
+        Returns
+        -------
+        Joint
+
+        Raises
+        ------
+        InvalidInput
+            For a body that is not there, a joint of a body with itself or of two that no impulse moves, a name that is
+            taken, and a point that is none.
+
+        Examples
+        --------
+        >>> import nonsmooth as ns
+        >>> scene = ns.Scene(gravity=(0, -9.81))
+        >>> hook = scene.fixed(ns.Disc(0.01), name="hook")
+        >>> rod = scene.body(ns.Box(0.02, 1.0), mass=1.0, position=(0, -0.5), name="rod")
+        >>> scene.joint("hook", "rod", at=(0, 0), name="pin")
+        Joint('pin', 'hook', 'rod')
+        """
+        if name is None:
+            name = f"joint {len(self.joints)}"
+        if not isinstance(name, str) or not name:
+            raise InvalidInput(f"the name of a joint must be a text; got {shown(name)}")
+        if any(joint.name == name for joint in self.joints):
+            raise InvalidInput(f"there is a joint {name!r} already; names of joints must differ")
+        first, second = (self._own(name, body) for body in (a, b))
+        if first is second:
+            raise InvalidInput(f"{name} joins {first.name} to itself; a joint is one of two bodies")
+        if Kind.DYNAMIC not in (first.kind, second.kind):
+            raise InvalidInput(
+                f"{name} joins {first.name} and {second.name}, and no impulse moves either; one of them must be "
+                "dynamic, as scene.body makes it"
+            )
+        joint = Joint(name, len(self.joints), first, second, as_vector(f"at of {name}", at, self.dim))
+        self.joints.append(joint)
+        return joint
+
     def pair(self, a: Material | str, b: Material | str, *, mu: float | None = None, e: float | None = None) -> None:
         """Give two materials coefficients of their own.
 
@@ -297,7 +375,8 @@ class Scene:
         dynamic = sum(body.kind is Kind.DYNAMIC for body in self.bodies)
         where = "planar" if self.dim == PLANAR else "spatial"
         bodies = f"{len(self.bodies)} {'body' if len(self.bodies) == 1 else 'bodies'}"
-        return f"Scene({self.name + ': ' if self.name else ''}{where}, {bodies}, {dynamic} of them dynamic)"
+        joints = f", {len(self.joints)} {'joint' if len(self.joints) == 1 else 'joints'}" if self.joints else ""
+        return f"Scene({self.name + ': ' if self.name else ''}{where}, {bodies}, {dynamic} of them dynamic{joints})"
 
     def _add(
         self, name: str, kind: Kind, shape: Shape, material: Material | None, position: Any, turn: Any, velocity: Any,
@@ -313,6 +392,18 @@ class Scene:
         self._names[name] = body.index
         self.bodies.append(body)
         return body
+
+    def _own(self, name: str, body: Any) -> Body:
+        """A body of this scene, from itself or its name."""
+        if isinstance(body, Body):
+            if body.index < len(self.bodies) and self.bodies[body.index] is body:
+                return body
+            raise InvalidInput(f"{name} joins {body.name}, a body of another scene")
+        if not isinstance(body, str) or body not in self._names:
+            raise InvalidInput(
+                f"{name} joins {shown(body)}, which is no body of the scene; {nearest(body, self._names)}"
+            )
+        return self.bodies[self._names[body]]
 
     def _vector(self, name: str, value: Any, default: float | None = 0.0) -> Any:
         if value is None:

@@ -11,6 +11,36 @@ STEP = ns.MoreauJean(dt=1e-3)
 RUNS = {2: Conveyor(n=2), 3: BoxStack(n=2)}
 
 
+def pendulum():
+    """A rod on a pin."""
+    scene = ns.Scene()
+    scene.fixed(ns.Disc(0.01), name="hook")
+    scene.body(ns.Box(1.0, 0.02), mass=1.0, position=(0.5, 0), name="rod")
+    scene.joint("hook", "rod", at=(0, 0), name="pin")
+    return scene
+
+
+@pytest.mark.parametrize("ending", ["npz", "h5", "nc"])
+def test_joints_and_their_impulses_are_read_back(tmp_path, ending):
+    pytest.importorskip({"npz": "numpy", "h5": "h5py", "nc": "xarray"}[ending])
+    swing = ns.simulate(pendulum(), (0, 0.02), integrator=STEP)
+    path = swing.save(tmp_path / f"run.{ending}")
+    read = ns.SceneSolution.load(path, pendulum())
+    np.testing.assert_array_equal(read.joint("pin").P, swing.joint("pin").P)
+    assert read.stats == swing.stats and read.stats.worst_joint_drift > 0.0
+    assert read.summary() == swing.summary() and "1 joint, apart by up to" in swing.summary()
+    bare = pendulum()
+    bare.joints.clear()
+    with pytest.raises(ns.InvalidInput, match="scene is not the one that was run: its joints have other names"):
+        ns.SceneSolution.load(path, bare)
+
+
+def test_impulses_of_joints_are_labelled():
+    pytest.importorskip("xarray")
+    swing = ns.simulate(pendulum(), (0, 0.02), integrator=STEP)
+    np.testing.assert_array_equal(swing.to_xarray().joint_P.sel(joint="pin"), swing.joint("pin").P)
+
+
 @pytest.fixture(scope="module", params=[2, 3])
 def model(request):
     return RUNS[request.param]

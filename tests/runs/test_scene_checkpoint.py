@@ -42,7 +42,20 @@ def stack_on_a_table_that_moves():
     return scene
 
 
-SCENES = {"heap": falling, "spatial heap": lambda: falling(3, n=4), "moved stack": stack_on_a_table_that_moves}
+def chain_in_a_heap():
+    """A heap on which a chain falls: rows of joints, drifts that are taken back, impulses of joints."""
+    scene = falling(n=4)
+    for k in range(4):
+        scene.body(ns.Box(0.16, 0.04), mass=0.5, position=(0.3 + 0.2 * k, 0.5), name=f"link {k}")
+    for k in range(3):
+        scene.joint(f"link {k}", f"link {k + 1}", at=(0.4 + 0.2 * k, 0.5))
+    return scene
+
+
+SCENES = {
+    "heap": falling, "spatial heap": lambda: falling(3, n=4), "moved stack": stack_on_a_table_that_moves,
+    "chain in a heap": chain_in_a_heap,
+}  # fmt: skip
 
 
 def bits(solution):
@@ -54,6 +67,7 @@ def bits(solution):
         columns |= solution.ledger
     if "contacts" in solution.recorded:
         columns |= {f"contacts {name}": column for name, column in solution.all_contacts._asdict().items()}
+        columns["joint_impulses"] = solution.joint_impulses
     stats = {name: value for name, value in asdict(solution.stats).items() if name not in OF_TIME}
     return {name: np.ascontiguousarray(column).tobytes() for name, column in columns.items()} | stats
 

@@ -25,6 +25,7 @@ SPATIAL = {
         "spin": (0, 0, 1), "motion": None, "material": ns.Material(), "surface_velocity": (1, 0, 0), "name": "crate",
     },
     "pair": {"a": "rubber", "b": "steel", "mu": 0.3, "e": 0.1},
+    "joint": {"a": "hook", "b": "rod", "at": (0, 0, 1), "name": "pin"},
 }  # fmt: skip
 
 
@@ -33,6 +34,10 @@ NOT_GIVEN = dict.fromkeys(("position", "turn", "velocity", "spin"))
 
 def call(method, **changes):
     scene = ns.Scene(gravity=(0, 0, -9.81))
+    if method == "joint":
+        for name in ("hook", "wall"):
+            scene.fixed(ns.Sphere(0.1), position=(0, 0, 1), name=name)
+        scene.body(ns.Box(0.1, 0.1, 1.0), mass=1.0, position=(0, 0, 0.5), name="rod")
     return getattr(scene, method)(**SPATIAL[method] | changes)
 
 
@@ -79,6 +84,14 @@ def test_the_table_has_every_argument(method):
         ("pair", {"b": ns.Material()}, r"a pair is one of materials with names"),
         ("pair", {"mu": -1.0}, r"mu must not be negative; got -1"),
         ("pair", {"e": 2.0}, r"e must lie in \[0, 1\]; got 2"),
+        ("joint", {"a": "hock"}, r"pin joins 'hock', which is no body of the scene; did you mean 'hook'"),
+        ("joint", {"b": 3}, r"pin joins 3, which is no body of the scene"),
+        ("joint", {"b": ns.Scene().body(ns.Disc(0.1), mass=1.0)}, r"pin joins body 0, a body of another scene"),
+        ("joint", {"a": "rod"}, r"pin joins rod to itself; a joint is one of two bodies"),
+        ("joint", {"b": "wall"}, r"pin joins hook and wall, and no impulse moves either; .* as scene.body makes it"),
+        ("joint", {"at": (0, 1)}, r"at of pin must have 3 entries; got 2"),
+        ("joint", {"at": (0, nan, 1)}, r"at of pin must be finite"),
+        ("joint", {"name": 3}, r"the name of a joint must be a text; got 3"),
     ],
 )
 def test_bad_input_is_named(method, changes, message):
@@ -109,6 +122,51 @@ def test_two_bodies_of_one_name_are_refused_and_a_name_that_is_not_there_suggest
         scene.fixed(ns.HalfSpace((0, 0, 1)), name="ground")
     with pytest.raises(ns.InvalidInput, match="there is no body 'grund'; did you mean 'ground'"):
         _ = scene["grund"]
+
+
+def test_two_joints_of_one_name_are_refused_and_a_name_that_is_not_there_suggests_the_nearest():
+    scene = hung()
+    with pytest.raises(ns.InvalidInput, match="there is a joint 'pin' already; names of joints must differ"):
+        scene.joint("hook", "rod", at=(0, 0), name="pin")
+    solution = ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3))
+    with pytest.raises(ns.InvalidInput, match="there is no joint 'pim'; did you mean 'pin'"):
+        solution.joint("pim")
+    motion = ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3), record="motion")
+    with pytest.raises(ns.InvalidInput, match="joint_impulses was not recorded"):
+        motion.joint("pin")
+
+
+def hung():
+    scene = ns.Scene()
+    scene.fixed(ns.Disc(0.01), name="hook")
+    scene.body(ns.Box(0.02, 1.0), mass=1.0, position=(0, -0.5), name="rod")
+    scene.joint("hook", "rod", at=(0, 0), name="pin")
+    return scene
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        (
+            {"integrator": ns.Penalty(1e5)},
+            r"Penalty does not hold joints, and the scene has pin; take MoreauJean\(dt\)",
+        ),
+        (
+            {"integrator": ns.MoreauJean(dt=1e-3, theta=1.0, compliance=ns.Compliance(1e5))},
+            r"MoreauJean with compliance= does not hold joints, and the scene has pin; take MoreauJean\(dt\), rigid",
+        ),
+        ({"project": True}, r"project=True moves bodies apart that no joint holds, and the scene has pin; move them"),
+    ],
+)
+def test_what_knows_no_joints_says_so(options, message):
+    with pytest.raises(ns.InvalidInput, match=message):
+        ns.simulate(hung(), (0, 0.01), **{"integrator": ns.MoreauJean(dt=1e-3)} | options)
+
+
+@pytest.mark.parametrize("ask", [lambda scene: scene.system(), lambda scene: scene.state()])
+def test_scene_with_a_joint_is_no_system(ask):
+    with pytest.raises(ns.InvalidInput, match=r"pin is a joint, which a system of a scene does not hold; simulate\("):
+        ask(hung())
 
 
 @pytest.mark.parametrize(

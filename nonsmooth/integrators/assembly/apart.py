@@ -43,7 +43,9 @@ def part_bodies(world: World) -> None:
     InvalidInput
         Where no way is found, with the pair that is deepest in one another.
     """
-    assembly = Assembly(world.bodies, world.shapes, world.surfaces, PART_TOL, PART_SWEEPS, False, False, 1.0)
+    assembly = Assembly(
+        world.bodies, world.shapes, world.surfaces, world.joints, PART_TOL, PART_SWEEPS, False, False, 1.0
+    )
     x = world.bodies.motion.x
     start, is_nearest = x.copy(), False
     for iteration in range(MOST):

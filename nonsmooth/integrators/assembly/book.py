@@ -4,13 +4,15 @@
 
 w is what fixed and guided bodies and running surfaces add to gamma. Free rotation keeps the energy, so a spatial body
 has its angular velocity after that in the place of omega_0. What the bodies are moved beside dt vbar, with theta = 1 or
-out of a penetration, is work of gravity that no velocity shows: it has a column of its own.
+out of a penetration, is work of gravity that no velocity shows: it has a column of its own. The work of joints, which
+is none but for what the method errs by, stands with that of normals.
 """
 
 from __future__ import annotations
 
 from typing import Annotated as Array
 
+from nonsmooth.contact.network.joint import acts, is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts, keep_impulses
@@ -45,7 +47,7 @@ def book_contact(bodies, network, c, v_before, d, n):
         P = network.P[c, row]
         if P == 0.0:
             continue
-        own, given = 0.0, network.b[c, row] if row > 0 else 0.0
+        own, given = 0.0, network.b[c, row] if row > 0 and not is_joint(network, c) else 0.0
         for x in range(n):
             part = 0.5 * network.J_i[c, row, x] * (v_before[i, x] + network.v[i, x])
             own += part if moves[i] == 1 else 0.0
@@ -53,7 +55,7 @@ def book_contact(bodies, network, c, v_before, d, n):
             part = 0.5 * network.J_j[c, row, x] * (v_before[j, x] + network.v[j, x])
             own += part if moves[j] == 1 else 0.0
             given += part if moves[j] == 0 else 0.0
-        if row == 0:
+        if row == 0 or is_joint(network, c):
             normal += P * (own + given)
         else:
             friction += P * (own + given)
@@ -65,7 +67,7 @@ def book_contact(bodies, network, c, v_before, d, n):
 def book_contacts(bodies, network, v_before, d, n, work):
     """What the impulses of a contact problem do, from the velocities before it to those after."""
     for c in range(network.n_c):
-        if network.P[c, 0] > 0.0:
+        if acts(network, c):
             normal, friction, surface = book_contact(bodies, network, c, v_before, d, n)
             work[NORMAL_WORK] += normal
             work[FRICTION_WORK] += friction

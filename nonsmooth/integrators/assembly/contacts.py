@@ -18,6 +18,7 @@ from __future__ import annotations
 from math import inf
 from typing import Annotated as Array
 
+from nonsmooth.contact.network.joint import acts
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.planar import write_rows_planar
@@ -50,6 +51,7 @@ class Contacts(Block):
     lost: Array[Floats, "m"]  # what it took from the motion in landing [J]
     taken: Array[Floats, "m"]  # twice the energy that a landing took along the normal [J]
     impact: Array[Ints, "m"]  # whether it rebounds
+    drift: Array[Floats, "m", "d"]  # of a joint: how far its points are apart [m]
     P: Array[Floats, "m", "d"]  # impulses of the step, those of its impacts with them [N s]
     n_before: int  # contacts of the step before that had impulses
     key_before: Array[Ints, "m"]
@@ -226,12 +228,12 @@ def keep_contact(found, network, c, d, contacts):
 
 @kernel
 def keep_impulses(bodies, found, network, d, contacts):
-    """Keep all impulses that are not zero, but those of bodies that fell asleep (sleep.py)."""
+    """Keep all impulses that are not zero, and those of joints, but those of bodies that fell asleep (sleep.py)."""
     still, moves = bodies.motion.still, bodies.motion.moves
     contacts.n_before = 0
     for c in range(network.n_c):
         i, j = network.i[c], network.j[c]
-        if network.P[c, 0] > 0.0 and still[i] * moves[i] + still[j] * moves[j] == 0:
+        if acts(network, c) and still[i] * moves[i] + still[j] * moves[j] == 0:
             keep_contact(found, network, c, d, contacts)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
+from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import relative
 from nonsmooth.contact.network.solve import BY_FACTORS, BY_START, BY_SWEEPS, Solver
 from nonsmooth.integrators.assembly.book import Ledger
@@ -39,6 +40,8 @@ class Places(Block):
     ledger: int
     solver: int
     asleep: int
+    joints: int
+    held: int
 
 
 class Counts(Block):
@@ -73,6 +76,8 @@ class Figures(Block):
     last_residual: float
     last_penetration: float
     gain: float  # [J] of a step, the largest
+    drift: float  # the farthest apart that the points of a joint were [m]
+    last_drift: float
 
 
 class Progress(Block):
@@ -170,9 +175,9 @@ def note_turns(bodies, shapes, network, dt, progress):
 
 @kernel
 def is_touched(network, b):
-    """Whether an impulse acts on a body."""
+    """Whether an impulse of a contact acts on a body."""
     for c in range(network.n_c):
-        if network.P[c, 0] > 0.0 and (network.i[c] == b or network.j[c] == b):
+        if network.P[c, 0] > 0.0 and not is_joint(network, c) and (network.i[c] == b or network.j[c] == b):
             return True
     return False
 
@@ -217,7 +222,8 @@ def is_repeated(ledger, solver):
 @kernel
 def note_rest(bodies, network, progress):
     """Note whether the step just taken would be repeated by the next one."""
-    is_tight = progress.figures.last_penetration <= progress.tight
+    figures = progress.figures
+    is_tight = figures.last_penetration <= progress.tight and figures.last_drift <= progress.tight
     progress.is_resting = 0
     if progress.may_sleep == 1 and is_tight and is_at_rest(bodies, network):
         if is_repeated(view(progress.places.ledger, Ledger), view(progress.places.solver, Solver)):

@@ -6,7 +6,8 @@ v_mid is the mean of v_0 and v_1, but for free rotation, where it is that of the
 contact closes, theta is 1: with less, the velocity before the impact would drive the bodies into one another. Motion
 without impacts is of second order, across impacts of first.
 
-Penetration: dt J_N w >= -share g_N, w the least motion in the mass metric, by a few sweeps of projected Gauss-Seidel.
+Penetration: dt J_N w >= -share g_N, w the least motion in the mass metric, by a few sweeps of projected Gauss-Seidel;
+islands with joints have theirs from draw_together.py.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import Annotated as Array
 
+from nonsmooth.contact.network.joint import acts, is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.planar import move_planar
@@ -65,7 +67,7 @@ def rest(network, d, n, moves):
         for x in range(n):
             size[b, x] = abs(network.v_free[b, x])
     for c in range(network.n_c):
-        if network.P[c, 0] > 0.0:
+        if acts(network, c):
             for row in range(d):
                 P = abs(network.P[c, row])
                 for x in range(n):
@@ -90,6 +92,8 @@ def find_landings(bodies, found, network, dt, n, moves):
     for k in range(islands.count):
         for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
             c = islands.contacts[at]
+            if is_joint(network, c):
+                continue
             before, size = normal_velocity(network, c, bodies.v_0, n)
             after, _ = normal_velocity(network, c, network.v, n)
             limit = still + EXACT_VELOCITY * size
@@ -112,12 +116,12 @@ def find_move(bodies, network, theta, n, moves):
 
 @kernel
 def mark_kept(bodies, network, moves):
-    """Mark the bodies that are pressed, in islands without an impact."""
+    """Mark the bodies that are pressed or joined, in islands without an impact."""
     for b in range(bodies.mass.shape[0]):
         if bodies.motion.moves[b] == 0 or bodies.motion.still[b] == 0:
             bodies.keeps[b] = 0
     for c in range(network.n_c):
-        if network.P[c, 0] > 0.0:
+        if acts(network, c):
             for b in (network.i[c], network.j[c]):
                 k = network.islands.of[b]
                 if k >= 0 and moves.lands[k] == 0:
@@ -134,10 +138,19 @@ def put_back(bodies):
 
 
 @kernel
+def has_joints(network, k):
+    """Whether island k has a joint: they stand behind its contacts."""
+    return is_joint(network, network.islands.contacts[network.islands.contact_start[k + 1] - 1])
+
+
+@kernel
 def find_deep(found, network, tight, moves):
     """Mark the islands in which bodies are deeper in one another than roundings are; whether there is one."""
     islands, is_any = network.islands, False
     for k in range(islands.count):
+        if has_joints(network, k):
+            is_any = is_any or moves.deep[k] == 1
+            continue
         moves.deep[k] = 0
         for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
             if found.gap[islands.contacts[at]] < -tight:
@@ -151,10 +164,11 @@ def find_push(found, network, dt, n, moves):
     """The push of every body: that of the bodies of deep islands, island by island."""
     islands, push = network.islands, moves.push
     for b in range(push.shape[0]):
-        for x in range(n):
-            push[b, x] = 0.0
+        if islands.of[b] < 0 or not has_joints(network, islands.of[b]):
+            for x in range(n):
+                push[b, x] = 0.0
     for k in range(islands.count):
-        if moves.deep[k] == 1:
+        if moves.deep[k] == 1 and not has_joints(network, k):
             push_island(found, network, k, dt, n, moves)
 
 

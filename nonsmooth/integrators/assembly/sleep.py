@@ -26,7 +26,7 @@ from nonsmooth.integrators.assembly.project import Moves
 from nonsmooth.integrators.assembly.spatial import predict_spatial_body
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
-from nonsmooth.scenes.detection import Found
+from nonsmooth.scenes.detection import FIRST_JOINT, Found
 
 
 class Asleep(Block):
@@ -73,15 +73,16 @@ class ContactRows(NamedTuple):
 
 
 def rows_of_step(found: Found, network: Network, P: np.ndarray) -> ContactRows:
-    """Those that stand among the rows of the step."""
-    n, d = int(network.n_c), P.shape[1]
+    """Those that stand among the rows of the step, before its joints."""
+    n, d = int(np.searchsorted(found.key[: int(network.n_c)], FIRST_JOINT)), P.shape[1]
     columns = network.i, network.j, network.mu, found.gap, found.normal, found.point, network.J_j[:, :, :d], P
     return ContactRows(*(column[:n] for column in columns))
 
 
 def rows_at_rest(asleep: Asleep) -> ContactRows:
     """Those that sleep, island by island."""
-    return ContactRows(*(getattr(asleep, name)[: int(asleep.n_c)] for name in ContactRows._fields))
+    is_contact = asleep.key[: int(asleep.n_c)] < FIRST_JOINT
+    return ContactRows(*(getattr(asleep, name)[: int(asleep.n_c)][is_contact] for name in ContactRows._fields))
 
 
 def keep_asleep(before: Asleep, asleep: Asleep) -> None:
@@ -242,16 +243,22 @@ def give_back_impulses(contacts, asleep, owner):
     """Merge the impulses of an island into those of the step before, from the last key down."""
     last, to = contacts.n_before - 1, contacts.n_before - 1
     for row in range(asleep.n_c):
-        to += 1 if asleep.owner[row] == owner and asleep.own[row, 0] > 0.0 else 0
+        to += 1 if asleep.owner[row] == owner and is_kept(asleep, row) else 0
     contacts.n_before = to + 1
     for row in range(asleep.n_c - 1, -1, -1):
-        if asleep.owner[row] != owner or not asleep.own[row, 0] > 0.0:
+        if asleep.owner[row] != owner or not is_kept(asleep, row):
             continue
         while last >= 0 and contacts.key_before[last] > asleep.key[row]:
             impulse_before(contacts, last, to)
             last, to = last - 1, to - 1
         take_impulse(contacts, asleep, row, to)
         to -= 1
+
+
+@kernel
+def is_kept(asleep, row):
+    """Whether a contact had an impulse, or is a joint."""
+    return asleep.own[row, 0] > 0.0 or asleep.mu[row] < 0.0
 
 
 @kernel

@@ -16,8 +16,17 @@ from nonsmooth.contact.network.solve import solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_planar, write_contacts_spatial
+from nonsmooth.integrators.assembly.draw_together import draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
+from nonsmooth.integrators.assembly.joints import (
+    Joints,
+    add_joints,
+    first_joint,
+    largest_drift,
+    leave_out_joined,
+    write_joints,
+)
 from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
     DONE,
@@ -155,15 +164,23 @@ def find(progress, places, network, d):
         write_contacts_spatial(
             places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt
         )
+    hold(places, 0)
     prepare(places, d)
     return DONE
+
+
+@kernel
+def hold(places, is_impact):
+    """The rows of the joints, of a step or of its impact."""
+    if view(places.joints, Joints).count > 0:
+        write_joints(places.joints, places.bodies, places.found, places.contacts, places.network, is_impact)
 
 
 @kernel
 def find_among_awake(progress, places, network, d):
     """The contacts of what is awake, and of what they wake."""
     bodies, shapes, found = view(places.bodies, Bodies), view(places.shapes, Shapes), view(places.found, Found)
-    contacts, asleep = view(places.contacts, Contacts), view(places.asleep, Asleep)
+    contacts, asleep, joints = view(places.contacts, Contacts), view(places.asleep, Asleep), view(places.joints, Joints)
     dt, margin, is_woken = progress.dt, margin_of(progress, bodies), True
     while is_woken:
         if d == 2:
@@ -175,9 +192,12 @@ def find_among_awake(progress, places, network, d):
         if n < 0:
             progress.wanted = -n
             return MORE_PAIRS
-        if n + asleep.n_c > found.gap.shape[0]:
-            progress.wanted = n + asleep.n_c
+        if n + joints.count + asleep.n_c > found.gap.shape[0]:
+            progress.wanted = n + joints.count + asleep.n_c
             return MORE_CONTACTS
+        if joints.count > 0:
+            left = leave_out_joined(places.joints, places.shapes, places.found, n)
+            n = add_joints(joints, bodies.motion, found, left)
         network.n_c = n
         is_woken = asleep.count > 0 and wake_touched(bodies, shapes, found, n, contacts, asleep, (dt, d)) > 0
     return DONE
@@ -220,6 +240,9 @@ def move(progress, places, network, d):
     asleep = view(places.asleep, Asleep)
     deepest, dt = min(deepest_gap(view(places.found, Found), network.n_c), asleep.deepest), progress.dt
     bodies, found, theta = places.bodies, places.found, progress.theta
+    if view(places.joints, Joints).count > 0:
+        note_drift(places, network, progress.figures)
+        draw_together(places, dt, progress.tight, d)
     if d == 2:
         is_pushed = move_bodies_planar(bodies, found, places.network, places.moves, dt, theta, progress.tight)
     else:
@@ -229,6 +252,14 @@ def move(progress, places, network, d):
         let_sleep(bodies, found, places.network, places.moves, places.solver, places.asleep, dt)
     book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, is_pushed)
     note_turns(view(bodies, Bodies), view(places.shapes, Shapes), network, dt, progress)
+
+
+@kernel
+def note_drift(places, network, figures):
+    """How far the points of a joint were apart at the beginning of the step."""
+    first = first_joint(view(places.found, Found), network)
+    figures.last_drift = largest_drift(view(places.contacts, Contacts), network, first)
+    figures.drift = max(figures.drift, figures.last_drift)
 
 
 @kernel
@@ -244,6 +275,7 @@ def rebounds(progress, places, network, d):
         count = begin_impact_spatial(bodies, shapes, found, contacts, places.network, progress.dt)
     if count == 0:
         return False
+    hold(places, 1)
     prepare(places, d)
     progress.counts.impacts += 1
     return True

@@ -18,8 +18,15 @@ from nonsmooth.contact.network.solve import OVER_RELAXATION, Solver, solve_plana
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
+from nonsmooth.integrators.assembly.draw_together import Held
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
+from nonsmooth.integrators.assembly.joints import (
+    Joints,
+    joint_of,
+    leave_out_joined,
+    write_joints,
+)
 from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
     FIND,
@@ -35,9 +42,9 @@ from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, mo
 from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, keep_asleep, let_sleep, rows_at_rest, rows_of_step
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
-from nonsmooth.jit import Kernel, load_all
+from nonsmooth.jit import Kernel, interpreted, load_all
 from nonsmooth.jit.blocks import Block, new
-from nonsmooth.scenes.detection import Found
+from nonsmooth.scenes.detection import FIRST_JOINT, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import BOX, HALF_SPACE, Shapes
@@ -65,6 +72,8 @@ PLACES = (
     "ledger",
     "solver",
     "asleep",
+    "joints",
+    "held",
 )
 
 # defined: blocks that a step takes something from that the step before left
@@ -84,15 +93,19 @@ class Stages(NamedTuple):
         load_all([self.take, self.find, *self.others])
 
 
-def stages_of(dim: int, has_restitution: bool, contacts_of_shapes: tuple[Kernel, ...] = ()) -> Stages:
-    """Those of the plane or of space, with those of shapes; nothing of the other is compiled, and no impact where
-    nothing rebounds."""
+def stages_of(
+    dim: int, has_restitution: bool, has_joints: bool = False, contacts_of_shapes: tuple[Kernel, ...] = ()
+) -> Stages:
+    """Those of the plane or of space, with those of shapes; nothing of the other is compiled, no impact where
+    nothing rebounds, and no joint where there is none."""
     if dim == 2:
         others = [predict_planar, write_contacts_planar, prepare_planar, solve_planar, judge_planar, move_bodies_planar]
         others += [begin_impact_planar, limit_rebounds, book_landing, book_impact] if has_restitution else []
+        others += [leave_out_joined, write_joints] if has_joints else []
         return Stages(take_steps_planar, find_contacts_planar, planar_scratch, (*others, let_sleep, book_step))
     others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
     others += [begin_impact_spatial, limit_rebounds, book_landing, book_impact] if has_restitution else []
+    others += [leave_out_joined, write_joints] if has_joints else []
     others += contacts_of_shapes
     others += [move_bodies_spatial, let_sleep, book_step]
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, tuple(others))
@@ -111,7 +124,7 @@ class Assembly:
 
     Parameters
     ----------
-    bodies, shapes, surfaces : Bodies, Shapes, Surfaces
+    bodies, shapes, surfaces, joints : Bodies, Shapes, Surfaces, Joints
     tol : float
         Residual asked of the contact problems.
     sweeps : int
@@ -125,13 +138,13 @@ class Assembly:
     """
 
     def __init__(
-        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, tol: float, sweeps: int, is_strict: bool,
-        may_sleep: bool, theta: float,
+        self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, tol: float, sweeps: int,
+        is_strict: bool, may_sleep: bool, theta: float,
     ) -> None:  # fmt: skip
-        self.bodies, self.shapes, self.surfaces = bodies, shapes, surfaces
+        self.bodies, self.shapes, self.surfaces, self.joints = bodies, shapes, surfaces, joints
         self.dim, n_s = len(bodies.gravity), len(shapes.body)
         has_restitution = bool((surfaces.e > 0).any())
-        self.stages = stages_of(self.dim, has_restitution, contacts_of(shapes, self.dim))
+        self.stages = stages_of(self.dim, has_restitution, joints.count > 0, contacts_of(shapes, self.dim))
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
         self.tol, self.sweeps = tol, sweeps
@@ -151,7 +164,7 @@ class Assembly:
         self.network: Network = new(Network, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
         self.unsolved: Matrices | None = None  # what ends a run that is strict
         self.has_room = False
-        self._make_room(2 * n_s + 16)
+        self._make_room(2 * n_s + 16 + int(joints.count))
 
     def take_steps(self, dt: float, most: int) -> int:
         """Take so many steps; returns DONE, LOST or UNSOLVED."""
@@ -193,7 +206,11 @@ class Assembly:
             places = self.progress.places
             n = int(self.stages.find(places.shapes, places.motion, 0.0, margin, places.found, places.scratch))
             if 0 <= n <= len(self.found.gap):
-                return n
+                return (
+                    n
+                    if self.joints.count == 0
+                    else int(leave_out_joined(places.joints, places.shapes, places.found, n))
+                )
             if n > 0:
                 self._make_room(int(ROOM * n))
             elif n > -(2**60):
@@ -219,20 +236,31 @@ class Assembly:
 
     def contact_rows(self) -> ContactRows:
         """The contacts of the last step, those that sleep among them, in the order of their keys."""
-        rows, n = rows_of_step(self.found, self.network, self.contacts.P), int(self.network.n_c)
+        rows = rows_of_step(self.found, self.network, self.contacts.P)
         if self.asleep.count == 0:
             return rows
+        n, is_contact = len(rows.i), self.asleep.key[: int(self.asleep.n_c)] < FIRST_JOINT
         is_awake = (self.asleep.island[rows.i] == 0) & (self.asleep.island[rows.j] == 0)
         resting = rows_at_rest(self.asleep)
-        keys = np.concatenate((self.found.key[:n][is_awake], self.asleep.key[: int(self.asleep.n_c)]))
+        keys = np.concatenate((self.found.key[:n][is_awake], self.asleep.key[: int(self.asleep.n_c)][is_contact]))
         order = np.argsort(keys)
         joined = (np.concatenate((column[is_awake], others)) for column, others in zip(rows, resting, strict=True))
         return ContactRows(*(column[order] for column in joined))
 
+    def joint_impulses(self) -> np.ndarray:
+        """Of the last step (n_j, d), on the second body of each joint, in the axes of the world."""
+        impulses = np.zeros((int(self.joints.count), self.dim))
+        awake, asleep = int(self.network.n_c), int(self.asleep.n_c)
+        for keys, P in ((self.asleep.key[:asleep], self.asleep.own), (self.found.key[:awake], self.contacts.P)):
+            rows = np.flatnonzero(keys >= FIRST_JOINT)
+            impulses[interpreted(joint_of)(keys[rows])] = P[rows]
+        return impulses
+
     @property
     def n_contacts(self) -> int:
         """Candidates of the last step."""
-        return int(self.network.n_c + self.asleep.n_c - self.asleep.new_contacts)
+        every = int(self.network.n_c + self.asleep.n_c - self.asleep.new_contacts)
+        return every - int(self.joints.count) if self.progress.counts.steps else every
 
     @property
     def n_islands(self) -> int:
@@ -264,6 +292,8 @@ class Assembly:
         self.found = new(Found, m=m, d=d)
         self.contacts = new(Contacts, m=m, d=d)
         self.moves = new(Moves, m=m, n_b=n_b, n=n)
+        held = {"m": m, "n_b": n_b} if self.joints.count else {"m": 0, "n_b": 0}
+        self.held = new(Held, d=d, n=n, **held)
         network, asleep = new(Network, m=m, n_b=n_b, d=d, n=n), new(Asleep, m=m, n_b=n_b, d=d)
         if not self.has_room:
             write_masses(self.bodies, network)

@@ -2,11 +2,12 @@
 
 The reason is that of integrators/moreau_jean/struck_together.py. The contacts of one pair of bodies, as the corners of
 a box on a floor, have one normal and one e: they are one impact of this pair. A body that takes impulses from two
-others in a rebound, one of which it rebounds from, is between several.
+others in a rebound, one of which it rebounds from, is between several; what a joint gives it is no blow.
 """
 
 from __future__ import annotations
 
+from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
@@ -26,9 +27,10 @@ def note_together(places, counts):
         bodies.partner[b] = NOBODY
     least = 0.0
     for c in range(network.n_c):
-        least = max(least, LOADED * network.P[c, 0])
+        if not is_joint(network, c):
+            least = max(least, LOADED * network.P[c, 0])
     for c in range(network.n_c):
-        if network.P[c, 0] > least:
+        if network.P[c, 0] > least and not is_joint(network, c):
             meet(network.i[c], network.j[c], bodies.partner)
             meet(network.j[c], network.i[c], bodies.partner)
     for c in range(network.n_c):

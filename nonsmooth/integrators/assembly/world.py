@@ -8,6 +8,7 @@ from nonsmooth.checks.arrays import as_listed, as_vector, result_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
+from nonsmooth.integrators.assembly.joints import Joints
 from nonsmooth.jit.blocks import new
 from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.inertia import inertia_of
@@ -52,6 +53,7 @@ class World:
             materials += [self._number_of(body)] * len(parts)
         self.shapes = shape_block(rows)
         self.surfaces = self._surfaces(materials)
+        self.joints = self._joints()
         self.guided = [body for body in scene.bodies if body.motion is not None]
 
     def _place(self, body: Body, t: float) -> None:
@@ -84,6 +86,24 @@ class World:
             for b, second in enumerate(listed):
                 surfaces.mu[a, b], surfaces.e[a, b] = coefficients_of(self.scene, first, second)
         return surfaces
+
+    def _joints(self) -> Joints:
+        """The points that bodies share, along their axes, and who is joined to whom."""
+        listed, x, d = self.scene.joints, self.bodies.motion.x, self.dim
+        joints = new(Joints, n_j=len(listed), n_b=len(x), d=d)
+        joints.count = len(listed)
+        others: list[list[int]] = [[] for _ in x]
+        for k, joint in enumerate(listed):
+            for side, mine, other in (("i", joint.a, joint.b), ("j", joint.b, joint.a)):
+                b = mine.index
+                getattr(joints, side)[k] = b
+                getattr(joints, f"shape_{side}")[k] = np.flatnonzero(self.shapes.body == b)[0]
+                getattr(joints, f"arm_{side}")[k] = compose(inverse(x[b]), place_of(joint.at, ORIGIN[d][d:]))[:d]
+                others[b].append(other.index)
+                self.bodies.keeps[b] = self.bodies.motion.moves[b]
+        joints.first[1:] = np.cumsum([len(row) for row in others])
+        joints.other[:] = np.concatenate([np.array(row, np.int64) for row in others]) if listed else []
+        return joints
 
     def guide(self, t: float, dt: float) -> None:
         """Let guided bodies move evenly from where they are to where they are told to be at t + dt."""

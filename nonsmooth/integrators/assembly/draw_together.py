@@ -1,0 +1,138 @@
+"""Places of joined bodies: what their joints have drifted apart, and what penetrates, is taken back by a motion w.
+
+    dt J w = -g  of joints,   0 <= gap-law of contacts:  dt J_N w + share g_N >= 0 _|_ P >= 0  of closed ones,
+    dt J_N w + g_N >= 0 _|_ P >= 0  of open ones,   w = M^-1 J^T P, the least motion in the mass metric
+
+That is the contact problem of a step without friction, whose free motion is none. It is solved as that of the
+velocities is, by the same ladder from the same factors: a few sweeps of Gauss-Seidel, which do for contacts, leave a
+chain of ten links with an end a thousand times heavier metres apart after two seconds. The problem of the velocities is
+put aside meanwhile.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated as Array
+
+from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.problem import Network
+from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
+from nonsmooth.integrators.assembly.contacts import Contacts
+from nonsmooth.integrators.assembly.project import SHARE, Moves, has_joints
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.scenes.detection import Found
+
+
+class HeldIslands(Block):
+    """What was found of islands."""
+
+    F: Array[Floats, "n_b"]
+    P: Array[Floats, "n_b"]
+    residual: Array[Floats, "n_b"]
+    rung: Array[Ints, "n_b"]
+    sweeps: Array[Ints, "n_b"]
+    factors: Array[Ints, "n_b"]
+    is_met: Array[Ints, "n_b"]
+
+
+class Held(Block):
+    """The problem of the velocities, while that of the places is solved."""
+
+    islands: HeldIslands
+    P: Array[Floats, "m", "d"]
+    b: Array[Floats, "m", "d"]
+    mu: Array[Floats, "m"]
+    v: Array[Floats, "n_b", "n"]
+    v_free: Array[Floats, "n_b", "n"]
+
+
+@kernel
+def draw_together(places, dt, tight, d):
+    """The push of all islands with joints, to ``moves``; d is 2 or 3."""
+    found, contacts, network = view(places.found, Found), view(places.contacts, Contacts), view(places.network, Network)
+    moves, solver, held = view(places.moves, Moves), view(places.solver, Solver), view(places.held, Held)
+    if not find_parted(found, contacts, network, moves, tight):
+        return
+    n_c, count, waits, wait = network.n_c, network.islands.count, solver.waits, solver.wait
+    copy_problem(network, held, n_c, count)
+    write_drifts(found, contacts, network, moves, dt)
+    if d == 2:
+        solve_planar(places.network, places.solver)
+    else:
+        solve_spatial(places.network, places.solver)
+    take_push(network, moves)
+    copy_problem(held, network, n_c, count)
+    solver.waits, solver.wait = waits, wait
+
+
+@kernel
+def find_parted(found, contacts, network, moves, tight):
+    """Mark the islands with joints whose points, or bodies that are in one another, are off by more than roundings."""
+    islands, is_any = network.islands, False
+    for k in range(islands.count):
+        moves.deep[k] = 0
+        if not has_joints(network, k):
+            continue
+        for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
+            c = islands.contacts[at]
+            if found.gap[c] < -tight or (is_joint(network, c) and is_drifted(contacts, c, tight)):
+                moves.deep[k] = 1
+                is_any = True
+    return is_any
+
+
+@kernel
+def is_drifted(contacts, c, tight):
+    """Whether the points of joint c are farther apart than roundings are."""
+    square = 0.0
+    for axis in range(contacts.drift.shape[1]):
+        square += contacts.drift[c, axis] * contacts.drift[c, axis]
+    return square > tight * tight
+
+
+@kernel
+def copy_problem(source, to, n_c, count):
+    """Copy n_c contacts, all bodies and what was found of so many islands."""
+    d, n = to.b.shape[1], to.v.shape[1]
+    for c in range(n_c):
+        to.mu[c] = source.mu[c]
+        for row in range(d):
+            to.P[c, row], to.b[c, row] = source.P[c, row], source.b[c, row]
+    for b in range(to.v.shape[0]):
+        for x in range(n):
+            to.v[b, x], to.v_free[b, x] = source.v[b, x], source.v_free[b, x]
+    found, into = source.islands, to.islands
+    for k in range(count):
+        into.F[k], into.P[k], into.residual[k] = found.F[k], found.P[k], found.residual[k]
+        into.rung[k], into.sweeps[k], into.factors[k] = found.rung[k], found.sweeps[k], found.factors[k]
+        into.is_met[k] = found.is_met[k]
+
+
+@kernel
+def write_drifts(found, contacts, network, moves, dt):
+    """The problem of the places; islands that are not parted are left out as if they were solved."""
+    islands = network.islands
+    for c in range(network.n_c):
+        gap = found.gap[c]
+        for row in range(network.b.shape[1]):
+            network.P[c, row] = 0.0
+            network.b[c, row] = contacts.drift[c, row] / dt if is_joint(network, c) else 0.0
+        if not is_joint(network, c):
+            network.mu[c], network.b[c, 0] = 0.0, (SHARE * gap if gap < 0.0 else gap) / dt
+    for b in range(network.v.shape[0]):
+        for x in range(network.v.shape[1]):
+            network.v[b, x] = network.v_free[b, x] = 0.0
+    for k in range(islands.count):
+        islands.is_met[k], islands.sweeps[k], islands.factors[k] = 1 - moves.deep[k], 0, 0
+
+
+@kernel
+def take_push(network, moves):
+    """w of the bodies of all islands with joints."""
+    islands = network.islands
+    for k in range(islands.count):
+        if has_joints(network, k):
+            for at in range(islands.body_start[k], islands.body_start[k + 1]):
+                b = islands.bodies[at]
+                for x in range(network.v.shape[1]):
+                    moves.push[b, x] = network.v[b, x] if moves.deep[k] == 1 else 0.0

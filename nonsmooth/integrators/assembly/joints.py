@@ -1,0 +1,197 @@
+"""Joints in a step: two bodies share a point, and the impulse that keeps them together does no work.
+
+    g = p_j - p_i = 0,  p = x + R s;    J_mid v_1 + b = 0,   b = (J_mid - J_0) v_0
+
+J has the axes of the world and one common point, midway between the two: the impulses of both sides act there, and
+angular momentum is kept. It is that of the places at which contacts are looked for, ahead = dt/2 but after impacts; b
+is what the arms turn until there, so that v_1 is free of the joint where the bodies are at the end of the step, and
+P.(v_0 + v_1)/2 is no work to second order: J_mid v_1 = 0 alone would brake a pendulum by dt omega^2/2 of its speed a
+second. What the points part in spite of that, dt^3 a step, is a drift that project.py takes back.
+
+Joints are rows behind the contacts of a step, with keys above all of theirs, so that they go on with their impulses
+(contacts.py), sleep and wake (sleep.py) as contacts do. Contacts of two bodies that a joint holds are left out.
+Source: for the rows, Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), sections 3.3 and 9.4.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin, sqrt
+from typing import Annotated as Array
+
+from nonsmooth.contact.network.joint import JOINED
+from nonsmooth.contact.network.problem import Network
+from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.contacts import Contacts
+from nonsmooth.integrators.assembly.planar import write_rows_planar
+from nonsmooth.integrators.assembly.spatial import turn_by, write_rows_spatial
+from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, view
+from nonsmooth.scenes.detection import FEATURE_BITS, FIRST_JOINT, NO_SHAPE, Found
+from nonsmooth.scenes.shape_rows import Shapes
+
+
+class Joints(Block):
+    """n_j points that two bodies share."""
+
+    count: int
+    shape_i: Array[Ints, "n_j"]  # a shape of either body
+    shape_j: Array[Ints, "n_j"]
+    i: Array[Ints, "n_j"]  # the bodies
+    j: Array[Ints, "n_j"]
+    arm_i: Array[Floats, "n_j", "d"]  # from their centres of mass, along their axes [m]
+    arm_j: Array[Floats, "n_j", "d"]
+    first: Array[Ints, "n_b + 1"]  # body b is joined to other[first[b] : first[b + 1]]
+    other: Array[Ints, "2 * n_j"]
+
+
+@kernel
+def key_of_joint(k):
+    """Above the keys of all contacts, and each a pair of its own."""
+    return FIRST_JOINT | (k << FEATURE_BITS)
+
+
+@kernel
+def joint_of(key):
+    """The joint of a key; of many keys too."""
+    return (key >> FEATURE_BITS) & NO_SHAPE
+
+
+@kernel
+def are_joined(joints, i, j):
+    """Whether a joint holds two bodies."""
+    for at in range(joints.first[i], joints.first[i + 1]):
+        if joints.other[at] == j:
+            return True
+    return False
+
+
+@kernel("int64(int64, int64, int64, int64)")
+def leave_out_joined(joints_at, shapes_at, found_at, n):
+    """Leave out the contacts of joined bodies, of the first n; how many are left."""
+    joints, shapes, found = view(joints_at, Joints), view(shapes_at, Shapes), view(found_at, Found)
+    left = 0
+    for c in range(n):
+        if not are_joined(joints, shapes.body[found.shape_i[c]], shapes.body[found.shape_j[c]]):
+            if left < c:
+                move_found(found, c, left)
+            left += 1
+    return left
+
+
+@kernel
+def move_found(found, c, to):
+    """Put a contact in the place of another."""
+    found.shape_i[to], found.shape_j[to] = found.shape_i[c], found.shape_j[c]
+    found.key[to], found.gap[to] = found.key[c], found.gap[c]
+    for k in range(found.normal.shape[1]):
+        found.normal[to, k], found.point[to, k] = found.normal[c, k], found.point[c, k]
+
+
+@kernel
+def arm_at(x, b, arm, k):
+    """An arm of joint k along the axes of the world, (x, y, z) with z = 0 in the plane, of body b at places x."""
+    if x.shape[1] == 3:
+        c, s = cos(x[b, 2]), sin(x[b, 2])
+        return c * arm[k, 0] - s * arm[k, 1], s * arm[k, 0] + c * arm[k, 1], 0.0
+    return turn_by(x, b, arm[k, 0], arm[k, 1], arm[k, 2])
+
+
+@kernel
+def add_joints(joints, motion, found, n):
+    """Write the joints of bodies that are not both still behind the first n contacts; the new n."""
+    d = found.normal.shape[1]
+    for k in range(joints.count):
+        i, j = joints.i[k], joints.j[k]
+        if motion.still[i] == 1 and motion.still[j] == 1:
+            continue
+        found.shape_i[n], found.shape_j[n] = joints.shape_i[k], joints.shape_j[k]
+        found.key[n], found.gap[n] = key_of_joint(k), 0.0
+        for a in range(d):
+            found.normal[n, a] = 1.0 if a == 0 else 0.0
+        place_joint(joints, motion, found, n)
+        n += 1
+    return n
+
+
+@kernel
+def place_joint(joints, motion, found, c):
+    """The point of row c, midway between those of its bodies."""
+    k, x = joint_of(found.key[c]), motion.x
+    i, j = joints.i[k], joints.j[k]
+    a, e = arm_at(x, i, joints.arm_i, k), arm_at(x, j, joints.arm_j, k)
+    for axis in range(found.point.shape[1]):
+        found.point[c, axis] = 0.5 * (x[i, axis] + a[axis] + x[j, axis] + e[axis])
+
+
+@kernel
+def turn_of_arm(bodies, b, arm, k, d):
+    """omega x (r - r_0): the velocity that an arm gains from the beginning of the step to where its rows are."""
+    before, now, v = arm_at(bodies.x_0, b, arm, k), arm_at(bodies.motion.x, b, arm, k), bodies.v_0
+    r_0, r_1, r_2 = now[0] - before[0], now[1] - before[1], now[2] - before[2]
+    if d == 2:
+        return -v[b, 2] * r_1, v[b, 2] * r_0, 0.0
+    o_0, o_1, o_2 = v[b, 3], v[b, 4], v[b, 5]
+    return o_1 * r_2 - o_2 * r_1, o_2 * r_0 - o_0 * r_2, o_0 * r_1 - o_1 * r_0
+
+
+@kernel
+def write_law_of_joint(joints, bodies, found, c, contacts, network, d):
+    """What makes row c a joint, b, and how far its points are apart at the beginning of the step."""
+    k = joint_of(found.key[c])
+    i, j, x = joints.i[k], joints.j[k], bodies.x_0
+    network.i[c], network.j[c], network.mu[c], contacts.e[c] = i, j, JOINED, 0.0
+    a, e = arm_at(x, i, joints.arm_i, k), arm_at(x, j, joints.arm_j, k)
+    of_i, of_j = turn_of_arm(bodies, i, joints.arm_i, k, d), turn_of_arm(bodies, j, joints.arm_j, k, d)
+    for axis in range(d):
+        contacts.drift[c, axis] = x[j, axis] + e[axis] - x[i, axis] - a[axis]
+        network.b[c, axis] = of_j[axis] - of_i[axis]
+
+
+@kernel
+def largest_drift(contacts, network, first):
+    """The farthest apart that the points of a joint are, of the rows from ``first`` on [m]."""
+    largest = 0.0
+    for c in range(first, network.n_c):
+        square = 0.0
+        for axis in range(contacts.drift.shape[1]):
+            square += contacts.drift[c, axis] * contacts.drift[c, axis]
+        largest = max(largest, square)
+    return sqrt(largest)
+
+
+@kernel
+def first_joint(found, network):
+    """The first row of a joint: they stand behind the contacts."""
+    c = network.n_c
+    while c > 0 and found.key[c - 1] >= FIRST_JOINT:
+        c -= 1
+    return c
+
+
+@kernel("void(int64, int64, int64, int64, int64, int64)")
+def write_joints(joints_at, bodies_at, found_at, contacts_at, network_at, is_impact):
+    """Make joints of the last rows of a problem, which were written as contacts, in the plane or in space.
+
+    Those of an impact are held where its bodies are, after the step.
+    """
+    joints, bodies, found = view(joints_at, Joints), view(bodies_at, Bodies), view(found_at, Found)
+    contacts, network = view(contacts_at, Contacts), view(network_at, Network)
+    for c in range(first_joint(found, network), network.n_c):
+        if is_impact == 0:
+            found.gap[c] = 0.0
+            write_law_of_joint(joints, bodies, found, c, contacts, network, network.b.shape[1])
+        else:
+            place_joint(joints, bodies.motion, found, c)
+            write_rows_after(bodies, found, c, network)
+
+
+@kernel
+def write_rows_after(bodies, found, c, network):
+    """The rows of a joint where its bodies are."""
+    d = network.b.shape[1]
+    if d == 2:
+        write_rows_planar(bodies, found, c, network)
+    else:
+        write_rows_spatial(bodies, found, c, network)
+    for axis in range(d):
+        network.b[c, axis] = 0.0
