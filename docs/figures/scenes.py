@@ -15,7 +15,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         exec("\n".join(PYTHON.findall((DOCS / "scenes.md").read_text())), {"__name__": "page"})
-        for name in ("tower.png", "arch.png", "dominoes.png"):
+        for name in ("tower.png", "arch.png", "dominoes.png", "wrecking.png"):
             shutil.copy(name, DOCS / "figures" / name)
         os.chdir(here)
 

@@ -31,6 +31,7 @@ SCENES = {
     "TumblingBox": "tumbling_box",
     "Turntable": "turntable",
     "Wall": "wall",
+    "WreckingBall": "wrecking_ball",
 }
 
 __all__ = [*SCENES]

@@ -38,7 +38,7 @@ AZIMUTH, ELEVATION = math.radians(-45.0), math.asin(1 / math.sqrt(3.0))
 FORESHORTENED = math.sqrt(2.0 / 3.0)  # derived: length in an isometric picture of what is 1 long along x, y or z
 SCALE_BAR = 0.25  # chosen: of the width of the picture, that the bar is not longer than
 BODIES_DRAWN, FEWEST_FRAMES = 60_000, 60  # chosen: of an animation: bodies in all frames, some 0.2 ms each, and frames
-JOINT_SIZE = 3.5  # chosen: of the circle of a joint [pt]
+JOINT_SIZE = 2.5  # chosen: of the circle of a joint [pt]
 Seen = tuple[float, np.ndarray, np.ndarray, bool]  # how near, outline in the picture, colour, whether it has an edge
 LIGHT = np.array([0.25, -0.45, 0.86])  # chosen: from where the light comes
 # chosen: discs of which a ball is drawn, the lighter the smaller: radius, shift towards the light, shade

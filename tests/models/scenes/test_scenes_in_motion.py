@@ -19,6 +19,7 @@ from models.scenes import (
     TippeTop,
     TumblingBox,
     Turntable,
+    WreckingBall,
 )
 from nonsmooth.integrators.assembly.world import turned_back
 
@@ -98,6 +99,23 @@ def test_wave_of_dominoes_has_the_speed_of_a_train_that_leans_without_friction(s
 def test_speed_of_dominoes_scales_as_the_root_of_their_height():
     one, four = DominoRow(), DominoRow(h=4 * 0.048, d=4 * 0.0075, s=4 * 0.0165)
     assert four.wave_speed() == pytest.approx(2 * one.wave_speed(), rel=1e-12)
+
+
+@pytest.mark.parametrize("r, l, n", [(0.35, 0.4, 8), (0.7, 0.8, 4)])
+def test_wrecking_ball_comes_as_a_pendulum_the_more_so_the_lighter_its_chain(r, l, n, simulate):
+    model = WreckingBall(r=r, l=l, n=n)
+    solution = simulate(model)
+    ball = solution["ball"]
+    hit = np.argmax(np.abs(ball.velocity[:, 0] - ball.velocity[:, 0].max()) < 1e-12)  # the wall slows it down
+    share = 1 - model.density * math.pi * r**2 * model.n * model.l / model.moments()[1]  # of the links in S
+    assert abs(ball.t[hit] / model.hit_time() - 1) < 0.1 * share and 0.01 < share < 0.14
+    assert abs(ball.velocity[hit, 0] / model.hit_speed() - 1) < 0.15 * share
+    bricks = [solution[f"brick {k}"].position[-1] for k in range(model.courses)]
+    assert sum(brick[0] > r + 0.5 for brick in bricks) >= model.courses - 2  # thrown off, all but the lowest
+    assert solution.stats.missed == 0 and solution.stats.worst_joint_drift < 1e-5
+    works = solution.ledger
+    rest = works["kinetic"] - sum(works[name] for name in ("force", "friction", "normal", "surface"))
+    assert np.ptp(rest) < 1e-12 * np.abs(works["force"]).max()  # some 4 roundings a step
 
 
 def test_tippe_top_turns_over_and_keeps_jellett_s_integral(simulate):
