@@ -59,7 +59,7 @@ class WreckingBall:
     >>> from nonsmooth.catalogue import WreckingBall
     >>> ball = WreckingBall()
     >>> round(ball.hit_time(), 4), round(ball.hit_speed(), 4)
-    (0.9382, 5.4781)
+    (0.9356, 5.493)
     """
 
     n: int = 8

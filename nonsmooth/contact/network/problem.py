@@ -32,7 +32,7 @@ from typing import Annotated as Array
 from nonsmooth.contact.blocks.natural_map import cone_project
 from nonsmooth.contact.network.islands import Islands, find_islands
 from nonsmooth.contact.network.joint import is_joint
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import EPS
 
@@ -184,12 +184,29 @@ def natural_map(network, c, d, n):
     P_N, P_1, P_2 = impulse(network.P, c, d)
     mu, rho = network.mu[c], network.rho[c]
     if is_joint(network, c):
-        square = gamma_N * gamma_N + gamma_1 * gamma_1 + gamma_2 * gamma_2
-        return rho * rho * square, P_N * P_N + P_1 * P_1 + P_2 * P_2
+        return rho * rho * square_of_joint(network, c, d, n), P_N * P_N + P_1 * P_1 + P_2 * P_2
     shifted = gamma_N + mu * math.sqrt(gamma_1 * gamma_1 + gamma_2 * gamma_2)
     x_N, x_1, x_2 = cone_project(mu, P_N - rho * shifted, P_1 - rho * gamma_1, P_2 - rho * gamma_2)
     F_N, F_1, F_2 = P_N - x_N, P_1 - x_1, P_2 - x_2
     return F_N * F_N + F_1 * F_1 + F_2 * F_2, P_N * P_N + P_1 * P_1 + P_2 * P_2
+
+
+@rare_kernel
+def square_of_joint(network, c, d, n):
+    """|gamma_c|^2 of a joint, without the rows that rounding of the velocities lets be no smaller.
+
+    Else joints of bodies that fly freely, whose impulses are none, would have roundings relative to roundings.
+    """
+    i, j, v, total = network.i[c], network.j[c], network.v, 0.0
+    for a in range(d):
+        gamma, size = network.b[c, a], abs(network.b[c, a])
+        for x in range(n):
+            of_i, of_j = network.J_i[c, a, x] * v[i, x], network.J_j[c, a, x] * v[j, x]
+            gamma += of_i + of_j
+            size += abs(of_i) + abs(of_j)
+        if abs(gamma) > (2 * n + 1) * EPS * size:
+            total += gamma * gamma
+    return total
 
 
 @kernel

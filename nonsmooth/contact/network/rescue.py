@@ -11,8 +11,10 @@ import numpy as np
 from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.contact.network.eliminated import without_joints
 from nonsmooth.contact.network.joint import JOINED
-from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial
+from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, rounding_of_residual
+from nonsmooth.jit import interpreted
 
+rounding = interpreted(rounding_of_residual)
 DENSE_CONTACTS = 40  # chosen: of an island: G has then 120 rows in space, and is solved in some milliseconds
 DENSE_TOL = 1e-13  # chosen: of `solve_contact`, relative to |c|: the residual that counts is measured afterwards
 
@@ -32,7 +34,7 @@ def rescue(network: Network, tol: float) -> None:
         if not islands.residual[k] < error:
             network.P[contacts] = before
             judge(network.address)
-        islands.is_met[k] = islands.residual[k] <= tol
+        islands.is_met[k] = islands.residual[k] <= max(tol, rounding(network, k, d, network.v.shape[1]))
 
 
 def dense_impulses(network: Network, contacts: np.ndarray, guess: np.ndarray) -> np.ndarray:

@@ -57,6 +57,7 @@ from nonsmooth.integrators.assembly.progress import (
 from nonsmooth.integrators.assembly.project import move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.sleep import Asleep, let_sleep, mark_guides, wake_all, wake_touched
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
+from nonsmooth.integrators.assembly.spins import keep_angular_momenta
 from nonsmooth.integrators.assembly.together import note_together
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
@@ -247,6 +248,8 @@ def move(progress, places, network, d):
         is_pushed = move_bodies_planar(bodies, found, places.network, places.moves, dt, theta, progress.tight)
     else:
         is_pushed = move_bodies_spatial(bodies, found, places.network, places.moves, dt, theta, progress.tight)
+    if d == 3 and view(places.joints, Joints).count > 0:
+        keep_angular_momenta(places.joints, bodies, places.network)
     note_step(network, asleep, deepest, progress)
     if progress.may_sleep == 1:
         let_sleep(bodies, found, places.network, places.moves, places.solver, places.asleep, dt)

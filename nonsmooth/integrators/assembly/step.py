@@ -41,6 +41,7 @@ from nonsmooth.integrators.assembly.progress import (
 from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, move_bodies_spatial
 from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, keep_asleep, let_sleep, rows_at_rest, rows_of_step
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
+from nonsmooth.integrators.assembly.spins import keep_angular_momenta
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
 from nonsmooth.jit import Kernel, interpreted, load_all
 from nonsmooth.jit.blocks import Block, new
@@ -105,7 +106,7 @@ def stages_of(
         return Stages(take_steps_planar, find_contacts_planar, planar_scratch, (*others, let_sleep, book_step))
     others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
     others += [begin_impact_spatial, limit_rebounds, book_landing, book_impact] if has_restitution else []
-    others += [leave_out_joined, write_joints] if has_joints else []
+    others += [leave_out_joined, write_joints, keep_angular_momenta] if has_joints else []
     others += contacts_of_shapes
     others += [move_bodies_spatial, let_sleep, book_step]
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, tuple(others))

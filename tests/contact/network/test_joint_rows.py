@@ -13,15 +13,15 @@ from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.spheres import are_spheres
 from nonsmooth.jit import interpreted
 from tests.contact.network.problems import STEP, assembled, box_mass, copy_of, falling, judge, network_of
-from tests.contact.network.test_solve import solve, solver_of
+from tests.contact.network.test_solve import said, solve, solver_of
 
 HALF, LINKS = 0.1, 6
 
 
-def hanging_bridge(dim, is_free=False):
+def hanging_bridge(dim, is_free=False, is_hooked=True):
     """Boxes in a row, each joined to the next, the ends to what is fixed; in the middle a floor just below.
 
-    The floor is touched, or not there; body 0 is what is fixed.
+    The floor is touched, or not there, and so are the joints at the ends; body 0 is what is fixed.
     """
     rng = np.random.default_rng(3)
     x = np.zeros((LINKS + 1, dim))
@@ -36,7 +36,8 @@ def hanging_bridge(dim, is_free=False):
         contacts.append((0, k, np.eye(dim)[-1], below + 0.3 * HALF * first, 0.0))
     contacts = [] if is_free else contacts
     n = len(contacts)
-    contacts += [(k, (k + 1) % (LINKS + 1), first, points[k], 0.0) for k in range(LINKS + 1)]
+    joined = range(LINKS + 1) if is_hooked else range(1, LINKS)
+    contacts += [(k, (k + 1) % (LINKS + 1), first, points[k], 0.0) for k in joined]
     M = [box_mass(HALF, dim)] * (LINKS + 1)
     v_free = falling(LINKS + 1, dim, (0,))
     v_free[1:] += rng.normal(size=v_free[1:].shape) * 0.1 * STEP
@@ -145,3 +146,13 @@ def test_a_joint_of_balls_is_not_swept_as_a_contact_of_spheres():
     assert not interpreted(are_spheres)(network, spheres, 0)
     assert solve(copy_of(network), tol=1e-12) == 0
     assert solve(network, tol=1e-12) == 0 and network.P[0, 0] < 0.0  # it pulls
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_joints_of_bodies_that_fly_freely_are_solved_by_no_impulse(dim):
+    network = hanging_bridge(dim, is_free=True, is_hooked=False)
+    network.v_free[1:] = np.concatenate((np.linspace(0.1, 3.3, dim), np.zeros(2 * dim - 3)))
+    (prepare_planar if dim == 2 else prepare_spatial)(network.address)
+    assert judge(network) == 0.0
+    assert solve(network, tol=1e-12) == 0 and set(said(network, "is_met")) == {1}
+    assert not network.P.any()
