@@ -17,6 +17,7 @@ from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.contacts import Contacts
+from nonsmooth.integrators.assembly.progress import Progress
 from nonsmooth.integrators.assembly.project import SHARE, Moves, has_joints
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
@@ -46,16 +47,18 @@ class Held(Block):
     v_free: Array[Floats, "n_b", "n"]
 
 
-@kernel
-def draw_together(places, dt, tight, d):
+@kernel("void(int64, int64)")
+def draw_together(progress_at, d):
     """The push of all islands with joints, to ``moves``; d is 2 or 3."""
+    progress = view(progress_at, Progress)
+    places, tight = progress.places, progress.tight
     found, contacts, network = view(places.found, Found), view(places.contacts, Contacts), view(places.network, Network)
     moves, solver, held = view(places.moves, Moves), view(places.solver, Solver), view(places.held, Held)
     if not find_parted(found, contacts, network, moves, tight):
         return
     n_c, count, waits, wait = network.n_c, network.islands.count, solver.waits, solver.wait
     copy_problem(network, held, n_c, count)
-    write_drifts(found, contacts, network, moves, dt)
+    write_drifts(found, contacts, network, moves, progress.dt)
     if d == 2:
         solve_planar(places.network, places.solver)
     else:

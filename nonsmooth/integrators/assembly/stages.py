@@ -60,7 +60,7 @@ from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.spins import keep_angular_momenta
 from nonsmooth.integrators.assembly.together import note_together
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import view
+from nonsmooth.jit.blocks import address, view
 from nonsmooth.scenes.detection import NOT_FINITE, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.shape_rows import Shapes
@@ -243,7 +243,7 @@ def move(progress, places, network, d):
     bodies, found, theta = places.bodies, places.found, progress.theta
     if view(places.joints, Joints).count > 0:
         note_drift(places, network, progress.figures)
-        draw_together(places, dt, progress.tight, d)
+        draw_together(address(progress), d)
     if d == 2:
         is_pushed = move_bodies_planar(bodies, found, places.network, places.moves, dt, theta, progress.tight)
     else:

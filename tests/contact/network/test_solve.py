@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from nonsmooth.contact.network.problem import prepare_planar, prepare_spatial
+from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import (
     BY_FACTORS,
     BY_START,
@@ -159,3 +160,14 @@ def test_kernels_have_the_same_bits_interpreted(scene):
     assert (network.words.view(np.int64) == twin.words.view(np.int64)).all()
     assert (solver.words.view(np.int64) == twin_solver.words.view(np.int64)).all()
     assert BY_FACTORS in said(network, "rung")
+
+
+def test_rescue_takes_for_met_what_rounding_holds_above_the_tolerance():
+    network = heap(6, 2)
+    network.v_free[:, :2] += 1e6  # all move alike, what is fixed too: relative velocities are known to 1e-10 m/s
+    prepare(network)
+    assert solve(network, tol=1e-13) == 0 and set(said(network, "is_met")) == {1}
+    assert judge(network) > 1e-12
+    network.islands.is_met[:] = 0
+    rescue(network, 1e-13)
+    assert set(said(network, "is_met")) == {1}
