@@ -65,7 +65,7 @@ class Stepper:
     def solve(self) -> None:
         """The contact problem, with as much room for factors as it wants; where it is not met, other solvers."""
         assembly, at = self.assembly, self.assembly.progress.places
-        while (wanted := self.timed("solve", solve_spatial, at.network, at.solver)) > 0:
+        while (wanted := self.timed("solve", solve_spatial, at.network, at.solver, at.desk)) > 0:
             assembly.fill = int(FACTOR_ROOM * wanted)
             assembly._make_solver()
         islands = assembly.network.islands

@@ -24,6 +24,7 @@ import numpy as np
 from benchmarks.core import import_time, script
 from benchmarks.peers import adapter, imports
 from benchmarks.scene_stages import print_stages
+from benchmarks.scene_threads import print_threads
 from benchmarks.siconos import interpreter
 from models.scenes import BlockOnIncline, BoxStack, Pyramid, SphereBox
 from nonsmooth.scenes.materials import Material
@@ -104,6 +105,7 @@ def main(words: list[str]) -> int:
     }
     known["growth"] = lambda: print_growth(GROWTH[:1] if is_quick else GROWTH, 20 if is_quick else 300)
     known["stages"] = lambda: print_stages(30 if is_quick else 1000, 4 if is_quick else 500, COARSE)
+    known["threads"] = lambda: print_threads(is_quick)
     known["first"] = print_first_use
     if unknown := [name for name in names if name not in known]:
         print(f"there is no scene {unknown[0]!r}; known: {', '.join(known)}", file=sys.stderr)

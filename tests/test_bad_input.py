@@ -115,7 +115,7 @@ CALLS = {
     "simulate": (ns.simulate, SIMULATE | {
         "every": 1, "t_eval": None, "selection": "lift-off", "project": False, "on_failure": "raise",
         "events": (), "max_steps": None, "max_wall_time": None, "progress": None,
-        "record": None, "view": False,
+        "record": None, "view": False, "threads": 1,
     }),
     "MoreauJean": (ns.MoreauJean, {"dt": 1e-3, "theta": 0.5, "projection": False, "compliance": None,
                                   "contacts": ns.ContactSolver(), "specialise": "auto"}),  # fmt: skip
@@ -354,6 +354,9 @@ ROWS = [
     ("simulate", {"selection": "liftoff"}, r"no selection rule 'liftoff'; did you mean 'lift-off'"),
     ("simulate", {"on_failure": "ignore"}, r"on_failure must be 'raise' or 'return'; got 'ignore'"),
     ("simulate", {"project": "yes"}, r"project must be True or False; got 'yes'"),
+    ("simulate", {"threads": 0}, r"threads must be a whole number of at least 1; got 0"),
+    ("simulate", {"threads": 65}, r"threads must be at most 64, and processors help no more; got 65"),
+    ("simulate", {"threads": 2}, r"threads share the islands of a scene, and a system has none; leave out threads="),
     ("simulate", {"max_steps": 0.5}, r"max_steps must be a whole number of at least 1"),
     ("simulate", {"events": 3}, r"events must be functions f\(t, q, u\) in a list; got 3"),
     ("simulate", {"events": [None]}, r"events must be functions f\(t, q, u\); events\[0\] is None"),
@@ -366,6 +369,11 @@ ROWS = [
     ("SceneTask", {"every": 0}, r"every must be a whole number"),
     ("SceneTask", {"record": "body"}, r"record must be some of"),
     ("simulate", IN_A_SCENE | {"project": "yes"}, r"project must be True or False; got 'yes'"),
+    (
+        "simulate",
+        IN_A_SCENE | {"threads": 2, "integrator": ns.Penalty(1e6)},
+        r"Penalty solves none; leave out threads=",
+    ),
     ("simulate", IN_A_SCENE | {"events": 3}, r"events must be functions f\(t, bodies\) in a list; got 3"),
     ("simulate", IN_A_SCENE | {"events": [None]}, r"events must be functions f\(t, bodies\); events\[0\] is None"),
     ("simulate", IN_A_SCENE | {"events": lambda t: t}, r"events\[0\].*bodies"),

@@ -57,6 +57,10 @@ def add_run(run: argparse.ArgumentParser) -> None:
     run.add_argument("--max-steps", type=whole_number, metavar="N", help="the most steps that the run may take")
     run.add_argument("--max-wall-time", type=number, metavar="S", help="the most seconds that it may take")
     run.add_argument("--project", action="store_true", help="move an inadmissible start to the nearest admissible one")
+    run.add_argument(
+        "--threads", type=whole_number, default=1, metavar="N",
+        help="of a scene: threads that solve its islands at once, to the same bits; 1 by default",
+    )  # fmt: skip
     run.add_argument("--checkpoint", type=Path, metavar="FOLDER", help="write records there as the run goes")
     run.add_argument("--resume", type=Path, metavar="FOLDER", help="go on with the checkpoint of this same run")
     run.add_argument(
@@ -209,7 +213,7 @@ def simulate_model(
             selection=arguments.selection, project=arguments.project, max_steps=arguments.max_steps,
             max_wall_time=arguments.max_wall_time, progress=progress,
             checkpoint=arguments.checkpoint, resume=arguments.resume, checkpoint_every=arguments.checkpoint_every,
-            view=arguments.live, record=arguments.record,
+            view=arguments.live, record=arguments.record, threads=arguments.threads,
         )  # fmt: skip
     except StepFailure as failure:
         if arguments.dump_failure:

@@ -60,6 +60,7 @@ def simulate_scene(
             project=arguments.project, max_steps=arguments.max_steps, max_wall_time=arguments.max_wall_time,
             progress=progress, checkpoint=arguments.checkpoint, resume=arguments.resume,
             checkpoint_every=arguments.checkpoint_every, view=arguments.live, record=arguments.record,
+            threads=arguments.threads,
         )  # type: ignore[return-value]  # fmt: skip
     except StepFailure as failure:
         return failure.solution  # type: ignore[return-value]

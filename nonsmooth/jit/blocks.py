@@ -269,6 +269,18 @@ def new(cls: type[B], **sizes: int) -> B:
     return cls(words)
 
 
+def keep_rows(before: Block, after: Block) -> None:
+    """Put all that a block has into one of its class that has more rows."""
+    for name in before._fields():
+        value = getattr(before, name)
+        if isinstance(value, Block):
+            keep_rows(value, getattr(after, name))
+        elif isinstance(value, np.ndarray):
+            getattr(after, name)[: len(value)] = value
+        else:
+            setattr(after, name, value)
+
+
 def _view_interpreted(block: Any, cls: type) -> Any:
     return block
 

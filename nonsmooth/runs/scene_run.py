@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from typing import Any
 
+from nonsmooth.contact.network.parallel import Desks
 from nonsmooth.errors import (
     EnergyGainWarning,
     InvalidInput,
@@ -75,6 +76,7 @@ class SceneRun:
 
     works: tuple[str, ...] = WORKS  # columns of the ledger, beside the energies of the bodies
     is_counted = True  # whether its records are those of the table
+    has_islands = True  # whether contact problems are solved, island by island
     is_resumed = True  # whether a checkpoint can be kept of it
     what_is_deep = "what is thin and fast may have passed through what it met; a smaller dt ends this"
 
@@ -376,7 +378,7 @@ def simulate_scene(
     kind: type[SceneRun], scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any,
     project: bool, functions: Sequence[Callable], on_failure: str, max_steps: int | None, max_wall_time: float | None,
     progress: Callable[[float], None] | bool | None, record: Any, checkpoint: Any, resume: Any, checkpoint_every: float,
-    view: bool,
+    view: bool, threads: int,
 ) -> SceneSolution:  # fmt: skip
     """`simulate` for a scene by a kind of run, its arguments checked but for those of times."""
     kinds = as_kinds(record)
@@ -390,7 +392,14 @@ def simulate_scene(
         require_no_events(kinds, functions)
         facts = functools.partial(facts_of, t_span, every, t_eval, kinds, project)
         recorder = StreamingSceneRecorder(kinds, facts, as_place(checkpoint, resume, checkpoint_every))
+    if threads > 1 and not kind.has_islands:
+        raise InvalidInput(
+            f"threads share the islands of a scene, and {type(integrator).__name__} solves none; leave out threads=, "
+            "or take MoreauJean(dt)"
+        )
     run = kind(scene, t_span, integrator, every, t_eval, recorder, project, functions)  # type: ignore[arg-type]
+    if threads > 1:
+        run.assembly.desks = Desks(threads)
     with looked_at(run, progress, view) as hear:
         run.advance(max_wall_time, hear, max_steps)
     solution = run.solution()

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution
     from nonsmooth.scenes.scene import Scene
 
+MOST_THREADS = 64  # chosen: each has a memory of its own, 80 bytes a body and 16 a contact
 _is_whole: ContextVar[bool] = ContextVar("is_whole", default=False)  # whether a part of a motion is of no use
 SELECTIONS = {
     "compliant-limit": Selection.COMPLIANT_LIMIT,
@@ -66,6 +67,7 @@ def simulate(
     checkpoint_every: float = 10.0,
     record: str | Sequence[str] | None = None,
     view: bool = False,
+    threads: int = 1,
 ) -> SceneSolution: ...
 
 
@@ -92,6 +94,7 @@ def simulate(
     checkpoint_every: float = 10.0,
     record: str | Sequence[str] | None = None,
     view: bool = False,
+    threads: int = 1,
 ) -> Solution: ...
 
 
@@ -118,6 +121,7 @@ def simulate(
     checkpoint_every: float = 10.0,
     record: str | Sequence[str] | None = None,
     view: bool = False,
+    threads: int = 1,
 ) -> Any:
     """Integrate a system from t_span[0] to t_span[1].
 
@@ -177,6 +181,9 @@ def simulate(
     view : bool
         Show the run in a browser while it goes on; the address is printed on stderr. Needs the extra [live]
         (docs/viewer.md).
+    threads : int
+        Of a scene: how many threads may solve its islands at once, to the same bits for any number of them
+        (docs/benchmarks/scenes.md says what it gains, and where nothing).
 
     Returns
     -------
@@ -233,12 +240,17 @@ def simulate(
         )
     if as_flag("view", view):
         require_live()
+    if as_count("threads", threads) > MOST_THREADS:
+        raise InvalidInput(f"threads must be at most {MOST_THREADS}, and processors help no more; got {threads}")
+    if threads > 1 and scene is None:
+        raise InvalidInput("threads share the islands of a scene, and a system has none; leave out threads=")
     if scene is not None:
         from nonsmooth.runs.scene_run import simulate_scene
 
         of_scene = simulate_scene(
             kind_of_run(method), scene, t_span, method, every, t_eval, project, functions, on_failure, max_steps,
             max_wall_time, progress, record, checkpoint, resume, checkpoint_every, view,
+            threads,
         )  # fmt: skip
         if of_scene.status == Status.INTERRUPTED and _is_whole.get():
             raise KeyboardInterrupt

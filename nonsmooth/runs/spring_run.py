@@ -45,6 +45,7 @@ class SpringRun(SceneRun):
 
     works = (*WORKS, ELASTIC, DAMPING)
     what_is_deep = SOFT
+    has_islands = False
     is_resumed = False
     assembly: SceneSprings
 

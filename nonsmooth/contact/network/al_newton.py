@@ -64,22 +64,23 @@ def recall_graph(network, direct):
         is_same = is_same and direct.i[c] == network.i[c] and direct.j[c] == network.j[c]
         direct.i[c], direct.j[c] = network.i[c], network.j[c]
     direct.n_c = network.n_c
+    direct.desk.graph.end = direct.factor.columns.row.shape[0]
     if not is_same:
-        columns = direct.factor.columns
-        columns.top = 0
-        for body in range(columns.place.shape[0]):
-            columns.place[body] = -1
+        direct.desk.graph.top = 0
+        place = direct.factor.columns.place
+        for body in range(place.shape[0]):
+            place[body] = -1
             direct.kappa[body] = 0.0
 
 
 @kernel
-def is_laid_out(network, direct, k):
+def is_laid_out(network, direct, desk, k):
     """Whether island k has columns, made now if need be; no where there is no room."""
     islands = network.islands
     begin, end, place = islands.body_start[k], islands.body_start[k + 1], direct.factor.columns.place
     if place[islands.bodies[begin]] >= 0:
         return True
-    if analyse_island(network, direct.factor.columns, direct.graph, k):
+    if analyse_island(network, direct.factor.columns, desk.graph, k):
         return True
     for at in range(begin, end):
         place[islands.bodies[at]] = -1
@@ -87,7 +88,7 @@ def is_laid_out(network, direct, k):
 
 
 @kernel
-def newton_step(network, direct, k, size, d, n):
+def newton_step(network, direct, desk, k, size, d, n):
     """One step with the factor at hand: (|g| after it, how many modes are not those of the factor)."""
     islands = network.islands
     begin, end = islands.body_start[k], islands.body_start[k + 1]
@@ -96,7 +97,7 @@ def newton_step(network, direct, k, size, d, n):
         for x in range(n):
             direct.step[row, x] = -direct.g[row, x]
             direct.base[body, x] = network.v[body, x]
-    back_substitute(direct.factor, begin, end, direct.step, n)
+    back_substitute(direct.factor, desk.square, begin, end, direct.step, n)
     length, after, changed = 1.0, size, 0
     for _ in range(SEARCH_HALVINGS):
         for row in range(begin, end):
@@ -112,26 +113,26 @@ def newton_step(network, direct, k, size, d, n):
 
 
 @kernel
-def refactorise(network, direct, k, d, n):
+def refactorise(network, direct, desk, k, d, n):
     """The factor of the modes at hand; False where it has no finite pivots."""
     islands = network.islands
-    is_symmetric = assemble(network, direct, k, d, n)
-    direct.factors += 1
-    return factorise(direct.factor, islands.body_start[k], islands.body_start[k + 1], is_symmetric, n)
+    is_symmetric = assemble(network, direct, desk, k, d, n)
+    desk.factors += 1
+    return factorise(direct.factor, desk.square, islands.body_start[k], islands.body_start[k + 1], is_symmetric, n)
 
 
 @kernel
-def solve_inner(network, direct, k, is_kept, d, n):
+def solve_inner(network, direct, desk, k, is_kept, d, n):
     """Newton's method with P held: the steps that it took, 0 where it did not come to an end."""
     changed = imbalance(network, direct, k, d, n)
     first = size = size_of_imbalance(network, direct, k, n)
     floor = 4.0 * EPS * size_of_change(network, k, n)
     for count in range(INNER_STEPS):
         if not is_kept or changed > 0:
-            if not refactorise(network, direct, k, d, n):
+            if not refactorise(network, direct, desk, k, d, n):
                 return 0
         before = size
-        size, changed = newton_step(network, direct, k, size, d, n)
+        size, changed = newton_step(network, direct, desk, k, size, d, n)
         if size <= INNER_REDUCTION * first or size <= floor:
             return count + 1
         if not size < math.inf or (count + 1 >= CYCLING and size > first):
@@ -214,13 +215,13 @@ def take_outer_step(network, direct, k, d, n):
 
 
 @kernel
-def al_newton(network, direct, k, tol, most, d, n):
+def al_newton(network, direct, desk, k, tol, most, d, n):
     """Solve island k from its impulses to a residual of tol, with ``most`` factors or few more; how it ended.
 
     The best impulses are left, with their velocities, and the residual in ``islands.residual``.
     """
     islands = network.islands
-    if not is_laid_out(network, direct, k):
+    if not is_laid_out(network, direct, desk, k):
         return NO_ROOM
     error = least = judge_island(network, k, d, n)
     copy_impulses(islands, k, network.P, direct.best, d)
@@ -228,16 +229,16 @@ def al_newton(network, direct, k, tol, most, d, n):
     kappa, is_climbing = max(FIRST_KAPPA, direct.kappa[k]), False  # at first it is that of the last solution
     if not least < math.inf:
         return UNMET
-    begun, mark, taken, work, marked = direct.factors, least, 0, 0, 0  # work: outer steps and factors
+    begun, mark, taken, work, marked = desk.factors, least, 0, 0, 0  # work: outer steps and factors
     is_done = least <= tol
-    while not is_done and direct.factors < begun + most and work < marked + PATIENCE:
+    while not is_done and desk.factors < begun + most and work < marked + PATIENCE:
         is_done = least <= tol  # one step more, with the factor at hand, comes close to rounding
         set_rho(network, direct, k, kappa)
         keep_velocities(direct.v, network, k, n)
-        steps = solve_inner(network, direct, k, kappa == direct.kappa[k], d, n)
+        steps = solve_inner(network, direct, desk, k, kappa == direct.kappa[k], d, n)
         direct.kappa[k] = kappa
         taken += 1
-        work = taken + direct.factors - begun
+        work = taken + desk.factors - begun
         if steps == 0:
             put_back_velocities(network, direct.v, k, n)
             kappa = kappa * KAPPA_FALL if is_climbing else FIRST_KAPPA
@@ -265,10 +266,12 @@ def begin_direct(network_at, direct_at):
 @kernel("int64(int64, int64, int64, float64, int64)")
 def al_newton_planar(network_at, direct_at, k, tol, most):
     """``al_newton`` in the plane."""
-    return al_newton(view(network_at, Network), view(direct_at, Direct), k, tol, most, 2, 3)
+    direct = view(direct_at, Direct)
+    return al_newton(view(network_at, Network), direct, direct.desk, k, tol, most, 2, 3)
 
 
 @kernel("int64(int64, int64, int64, float64, int64)")
 def al_newton_spatial(network_at, direct_at, k, tol, most):
     """``al_newton`` in space."""
-    return al_newton(view(network_at, Network), view(direct_at, Direct), k, tol, most, 3, 6)
+    direct = view(direct_at, Direct)
+    return al_newton(view(network_at, Network), direct, direct.desk, k, tol, most, 3, 6)

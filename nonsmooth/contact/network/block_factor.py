@@ -24,22 +24,24 @@ class Factor(Block):
     L: Array[Floats, "fill", "n * n"]
     U: Array[Floats, "fill", "n * n"]
     block_at: Array[Ints, "n_b"]  # of a row, its block in the column that is updated, and else -1
-    square: Array[Floats, "2", "n * n"]
 
 
 @rare_kernel
-def factorise(factor, begin, end, is_symmetric, n):
-    """Factorise the rows and columns begin <= k < end; False where a pivot vanishes or is not finite."""
+def factorise(factor, square, begin, end, is_symmetric, n):
+    """Factorise the rows and columns begin <= k < end; False where a pivot vanishes or is not finite.
+
+    ``square`` (2, n^2) is for two blocks meanwhile.
+    """
     columns, L, U = factor.columns, factor.L, factor.U
     for k in range(begin, end):
         factor.block_at[k] = -1
     for k in range(begin, end):
-        if not invert(factor, k, n):
+        if not invert(factor, square, k, n):
             return False
         for at in range(columns.first[k], columns.last[k]):
             if is_symmetric:
                 transpose(U, L, at, n)
-            scale_column(factor, at, k, n)
+            scale_column(factor, square, at, k, n)
         for at in range(columns.first[k], columns.last[k]):
             subtract_product(factor.D, columns.row[at], L, at, U, at, n)
             update_column(factor, at, columns.last[k], is_symmetric, n)
@@ -83,9 +85,9 @@ def subtract_product(T, t, A, a, B, b, n):
 
 
 @kernel
-def scale_column(factor, at, k, n):
+def scale_column(factor, square, at, k, n):
     """L_at <- L_at D_k^-1."""
-    D, L, square = factor.D, factor.L, factor.square
+    D, L = factor.D, factor.L
     for x in range(n):
         for y in range(n):
             total = 0.0
@@ -97,9 +99,9 @@ def scale_column(factor, at, k, n):
 
 
 @kernel
-def invert(factor, k, n):
+def invert(factor, square, k, n):
     """D_k <- D_k^-1 by Gauss and Jordan; False where a pivot is zero or not finite."""
-    A, Z, D = factor.square, factor.square, factor.D
+    A, Z, D = square, square, factor.D
     for x in range(n):
         for y in range(n):
             A[0, x * n + y] = D[k, x * n + y]
@@ -124,7 +126,7 @@ def invert(factor, k, n):
 
 
 @rare_kernel
-def back_substitute(factor, begin, end, x, n):
+def back_substitute(factor, square, begin, end, x, n):
     """x <- A^-1 x of the rows begin <= k < end."""
     columns, L, U, D, row = factor.columns, factor.L, factor.U, factor.D, factor.columns.row
     for k in range(begin, end):
@@ -137,9 +139,9 @@ def back_substitute(factor, begin, end, x, n):
             total = 0.0
             for e in range(n):
                 total += D[k, a * n + e] * x[k, e]
-            factor.square[0, a] = total
+            square[0, a] = total
         for a in range(n):
-            x[k, a] = factor.square[0, a]
+            x[k, a] = square[0, a]
 
 
 @kernel

@@ -32,6 +32,7 @@ class Islands(Block):
     rung: Array[Ints, "n_b"]  # how far up the ladder of ``solve`` an island was taken
     sweeps: Array[Ints, "n_b"]
     factors: Array[Ints, "n_b"]
+    owner: Array[Ints, "n_b"]  # which of several threads solves it (``parallel``)
     is_met: Array[Ints, "n_b"]  # whether the residual is within the tolerance, or within rounding
 
 
@@ -109,7 +110,7 @@ def number_islands(network):
 def forget_island(islands, k):
     """Nothing is known of island k."""
     islands.residual[k] = 1.0
-    islands.rung[k] = islands.sweeps[k] = islands.factors[k] = islands.is_met[k] = 0
+    islands.rung[k] = islands.sweeps[k] = islands.factors[k] = islands.is_met[k] = islands.owner[k] = 0
 
 
 @kernel

@@ -24,18 +24,31 @@ from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 
 
-class Direct(Block):
-    """The memory of the direct rung for a network of the same m, n_b, d and n; ``fill`` blocks in the factors."""
+class Desk(Block):
+    """What one island at a time is solved with: several threads have one each (``parallel``)."""
 
-    factor: Factor
+    part: int  # its islands are those with this ``owner``
+    going_on: int  # 0 where a problem begins, and else 1 + the island to go on with
+    factors: int  # made in all
     graph: Quotient
+    KJ: Array[Floats, "2 * d", "n"]
+    square: Array[Floats, "2", "n * n"]
+
+
+class Direct(Block):
+    """The memory of the direct rung for a network of the same m, n_b, d and n; ``fill`` blocks in the factors.
+
+    What is by contacts, bodies and islands belongs to one island alone.
+    """
+
+    desk: Desk
+    factor: Factor
     # of the factors made so far
     n_c: int  # contacts whose columns are laid out
     i: Array[Ints, "m"]
     j: Array[Ints, "m"]
-    factors: int  # made in all
     kappa: Array[Floats, "n_b"]  # of an island when it was solved last
-    # one island at a time
+    # of the solution
     P: Array[Floats, "m", "d"]  # held
     p: Array[Floats, "m", "d"]
     z: Array[Floats, "m", "d"]
@@ -43,7 +56,6 @@ class Direct(Block):
     rho: Array[Floats, "m"]
     mode: Array[Ints, "m"]
     factored: Array[Ints, "m"]  # the mode in the factor
-    KJ: Array[Floats, "2 * d", "n"]
     v: Array[Floats, "n_b", "n"]  # of the bodies, by their numbers
     base: Array[Floats, "n_b", "n"]
     g: Array[Floats, "n_b", "n"]  # by places in the elimination
@@ -142,7 +154,7 @@ def size_of_change(network, k, n):
 
 
 @rare_kernel
-def assemble(network, direct, k, d, n):
+def assemble(network, direct, desk, k, d, n):
     """A of the modes at hand to the blocks of the factor; whether it is symmetric."""
     islands, factor = network.islands, direct.factor
     columns = factor.columns
@@ -164,8 +176,8 @@ def assemble(network, direct, k, d, n):
         if mode != FREE:
             if mode != STICK and network.mu[c] > 0.0:
                 is_symmetric = False
-            derive_rows(network, direct, c, d, n)
-            add_contact(network, direct, c, d, n)
+            derive_rows(network, direct, desk, c, d, n)
+            add_contact(network, direct, desk.KJ, c, d, n)
     return is_symmetric
 
 
@@ -182,14 +194,14 @@ def derivative(mu, z_N, z_1, z_2, mode):
 
 
 @kernel
-def derive_rows(network, direct, c, d, n):
+def derive_rows(network, direct, desk, c, d, n):
     """rho K J of contact c, of i to the first d rows of KJ and of j to the others."""
     z_N, z_1, z_2 = impulse(direct.z, c, d)
     K_1N, K_2N, K_11, K_12, K_22 = derivative(network.mu[c], z_N, z_1, z_2, direct.mode[c])
-    derive(network.J_i, c, direct.rho[c], (K_1N, K_2N, K_11, K_12, K_22), direct.KJ, 0, d, n)
-    derive(network.J_j, c, direct.rho[c], (K_1N, K_2N, K_11, K_12, K_22), direct.KJ, d, d, n)
+    derive(network.J_i, c, direct.rho[c], (K_1N, K_2N, K_11, K_12, K_22), desk.KJ, 0, d, n)
+    derive(network.J_j, c, direct.rho[c], (K_1N, K_2N, K_11, K_12, K_22), desk.KJ, d, d, n)
     if network.soft[c] > 0.0:
-        soften_rows(network, direct, c, (K_1N, K_2N), d, n)
+        soften_rows(network, direct, desk.KJ, c, (K_1N, K_2N), d, n)
 
 
 @kernel
@@ -199,16 +211,16 @@ def share_of_soft(network, direct, c):
 
 
 @kernel
-def soften_rows(network, direct, c, K, d, n):
+def soften_rows(network, direct, KJ, c, K, d, n):
     """The normal parts of the rows of a compliant contact, times 1 / (1 + rho R)."""
     less = direct.rho[c] * (share_of_soft(network, direct, c) - 1.0)
     for x in range(n):
         for part in range(2):
             J_N = network.J_i[c, 0, x] if part == 0 else network.J_j[c, 0, x]
-            direct.KJ[part * d, x] += less * J_N
-            direct.KJ[part * d + 1, x] += less * K[0] * J_N
+            KJ[part * d, x] += less * J_N
+            KJ[part * d + 1, x] += less * K[0] * J_N
             if d == 3:
-                direct.KJ[part * d + 2, x] += less * K[1] * J_N
+                KJ[part * d + 2, x] += less * K[1] * J_N
 
 
 @kernel
@@ -227,9 +239,9 @@ def derive(J, c, rho, K, KJ, first, d, n):
 
 
 @kernel
-def add_contact(network, direct, c, d, n):
+def add_contact(network, direct, KJ, c, d, n):
     """J^T rho K J of contact c to the blocks of its bodies and of the pair."""
-    factor, KJ = direct.factor, direct.KJ
+    factor = direct.factor
     place_i, place_j = factor.columns.place[network.i[c]], factor.columns.place[network.j[c]]
     if place_i >= 0:
         add_product(factor.D, place_i, network.J_i, c, KJ, 0, d, n)

@@ -30,8 +30,6 @@ class Columns(Block):
     The places of an island are those of its bodies in ``Islands.bodies``.
     """
 
-    top: int  # blocks below the diagonal in use
-    wanted: int  # of these, where there was no room
     body: Array[Ints, "n_b"]  # at a place
     place: Array[Ints, "n_b"]  # of a body, -1 where it is in no factor
     first: Array[Ints, "n_b"]  # the column of a place has the rows row[first : last], ascending
@@ -41,8 +39,11 @@ class Columns(Block):
 
 
 class Quotient(Block):
-    """The graph that is left, by bodies."""
+    """The graph that is left, by bodies, and the room for columns."""
 
+    top: int  # blocks below the diagonal up to which columns are laid out
+    end: int  # and may be
+    wanted: int  # of these, where there was no room
     kind: Array[Ints, "n_b"]
     start: Array[
         Ints, "n_b"
@@ -60,12 +61,12 @@ class Quotient(Block):
 
 @rare_kernel
 def analyse_island(network, columns, graph, k):
-    """Order the bodies of island k and lay out its columns; False where ``columns.row`` has no room for them."""
+    """Order the bodies of island k and lay out its columns; False where there is no room for them."""
     islands = network.islands
     begin, end = islands.body_start[k], islands.body_start[k + 1]
     touch(network, graph, k)
     list_degrees(islands, graph, k)
-    top, stamp, least = columns.top, 1, 0
+    top, stamp, least = graph.top, 1, 0
     for place in range(begin, end):
         while graph.head[least] < 0:
             least += 1
@@ -83,7 +84,7 @@ def analyse_island(network, columns, graph, k):
         stamp += end - begin + 1
     number_rows(columns, begin, end)
     pair_contacts(network, columns, k)
-    columns.top = top
+    graph.top = top
     return True
 
 
@@ -188,8 +189,8 @@ def join_row(columns, graph, body, top, stamp):
     if graph.mark[body] == stamp:
         return top
     graph.mark[body] = stamp
-    if top == columns.row.shape[0]:
-        columns.wanted = 2 * top
+    if top == graph.end:
+        graph.wanted = 2 * top
         return -1
     columns.row[top] = body
     return top + 1

@@ -99,24 +99,24 @@ class Rounds:
         network, solver, islands = self.network, self.solver, self.network.islands
         (prepare_planar if self.d == 2 else prepare_spatial)(network.address)
         solver.tol, solver.most_sweeps, solver.most_factors = tol, most, 0
-        (solve_planar if self.d == 2 else solve_spatial)(network.address, solver.address)
+        (solve_planar if self.d == 2 else solve_spatial)(network.address, solver.address, solver.direct.desk.address)
         self.sweeps += int(islands.sweeps[: islands.count].sum())
 
     def factorise(self) -> None:
         """The direct rung for each island, in more room if it is wanted and not too much."""
-        network, before = self.network, self.solver.direct.factors
+        network, before = self.network, self.solver.direct.desk.factors
         begin_direct(network.address, self.solver.direct.address)
         rung = al_newton_planar if self.d == 2 else al_newton_spatial
         for k in range(network.islands.count):
             while rung(network.address, self.solver.direct.address, k, FACTORED_RESIDUAL, ROUND_FACTORS) == NO_ROOM:
-                wanted = self.solver.direct.factor.columns.wanted
+                wanted = self.solver.direct.desk.graph.wanted
                 if wanted > MOST_FILL[self.d]:
                     self.may_factorise = False
                     return
-                self.factors += int(self.solver.direct.factors - before)
+                self.factors += int(self.solver.direct.desk.factors - before)
                 self.solver, before = self._solver(wanted), 0
                 begin_direct(network.address, self.solver.direct.address)
-        self.factors += int(self.solver.direct.factors - before)
+        self.factors += int(self.solver.direct.desk.factors - before)
         self.keep_better()
 
     def _solver(self, fill: int) -> Solver:

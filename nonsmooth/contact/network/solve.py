@@ -20,7 +20,7 @@ import math
 
 from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton, copy_impulses, judge_island, recall_graph
 from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
-from nonsmooth.contact.network.lagrangian import Direct
+from nonsmooth.contact.network.lagrangian import Desk, Direct
 from nonsmooth.contact.network.problem import Network, relative_velocity, rounding_of_residual
 from nonsmooth.contact.network.spheres import Spheres, are_spheres, sphere_sweeps
 from nonsmooth.jit import kernel, rare_kernel
@@ -72,44 +72,61 @@ class Solver(Block):
 
 
 @kernel
-def solve(network, solver, d, n):
-    """Solve all islands; 0, or how many blocks of factors are wanted where there is no room for them.
+def solve(network, solver, desk, d, n):
+    """Solve all islands of a desk; 0, or how many blocks of factors are wanted where there is no room for them.
 
-    What is solved then is found so at once when it is called again with more room.
+    Called again with more room it goes on where it was, to the bits that it would have come to with that room at once.
     """
-    recall_graph(network, solver.direct)
-    solver.waits = max(0, solver.waits - 1)
-    for k in range(network.islands.count):
-        if network.islands.is_met[k] == 0 and not solve_island(network, solver, k, d, n):
-            return solver.direct.factor.columns.wanted
+    islands, first, waited = network.islands, 0, -1
+    if desk.going_on > 0:
+        first = waited = desk.going_on - 1
+        desk.going_on = 0
+    else:
+        begin_islands(network, solver)
+    for k in range(first, islands.count):
+        if islands.is_met[k] == 0 and islands.owner[k] == desk.part:
+            is_next = k == waited and islands.rung[k] == BY_FACTORS
+            if not solve_island(network, solver, desk, k, is_next, d, n):
+                desk.going_on = 1 + k
+                return desk.graph.wanted
     return 0
 
 
 @kernel
-def solve_island(network, solver, k, d, n):
-    """Take island k up the ladder; False where there is no room for its factors."""
+def begin_islands(network, solver):
+    """Before the islands of a problem are solved: what is kept of the one before."""
+    recall_graph(network, solver.direct)
+    solver.waits = max(0, solver.waits - 1)
+
+
+@kernel
+def solve_island(network, solver, desk, k, is_next, d, n):
+    """Take island k up the ladder; False where there is no room for its factors. ``is_next``: these are next."""
     islands, has_room, bodies = network.islands, True, bodies_of(network, k)
     islands.residual[k] = judge_island(network, k, d, n)
-    is_direct = may_factorise(network, solver, k, d, n)
+    is_direct = is_next or may_factorise(network, solver, k, d, n)
     goal = (
         min(solver.tol, SOLVED_TO_ROUNDING)
         if is_direct and bodies <= EXACT_BODIES and solver.tol <= FINE
         else solver.tol
     )
     if not islands.residual[k] <= goal:
-        islands.rung[k] = BY_SWEEPS
-        sweep_in_rounds(network, solver, k, goal, is_direct, d, n)
+        if not is_next:
+            islands.rung[k] = BY_SWEEPS
+            sweep_in_rounds(network, solver, k, goal, is_direct, d, n)
         if is_direct and not islands.residual[k] <= goal:
             most = solver.most_factors if bodies <= FEW_BODIES else min(solver.most_factors, LARGE_FACTORS)
-            has_room = solve_directly(network, solver, k, goal, most, d, n)
-            note_outcome(solver, bodies, islands.residual[k] <= goal)
+            has_room = solve_directly(network, solver, desk, k, goal, most, d, n)
             if has_room:  # where that did not come to the goal either, the rest of the budget is spent
+                note_outcome(solver, bodies, islands.residual[k] <= goal)
                 sweep_in_rounds(network, solver, k, goal, False, d, n)
     floor = ROUNDED if bodies <= FEW_BODIES else ROUNDED_OF_MANY
     if is_direct and has_room and solver.tol <= FINE and floor < islands.residual[k] <= goal:
-        has_room = solve_directly(network, solver, k, floor, POLISH_FACTORS, d, n)
-        note_outcome(solver, bodies, islands.residual[k] <= floor)
-    islands.is_met[k] = is_met(network, solver, k, d, n)
+        has_room = solve_directly(network, solver, desk, k, floor, POLISH_FACTORS, d, n)
+        if has_room:
+            note_outcome(solver, bodies, islands.residual[k] <= floor)
+    if has_room:
+        islands.is_met[k] = is_met(network, solver, k, d, n)
     return has_room
 
 
@@ -170,12 +187,12 @@ def is_met(network, solver, k, d, n):
 
 
 @kernel
-def solve_directly(network, solver, k, goal, most, d, n):
+def solve_directly(network, solver, desk, k, goal, most, d, n):
     """The direct rung; False where there is no room for the factors."""
-    islands, made = network.islands, solver.direct.factors
+    islands, made = network.islands, desk.factors
     islands.rung[k] = BY_FACTORS
-    end = al_newton(network, solver.direct, k, goal, most, d, n)
-    islands.factors[k] += solver.direct.factors - made
+    end = al_newton(network, solver.direct, desk, k, goal, most, d, n)
+    islands.factors[k] += desk.factors - made
     return end != NO_ROOM
 
 
@@ -236,13 +253,13 @@ def sweep_in_rounds(network, solver, k, goal, may_leave, d, n):
     islands.residual[k] = least
 
 
-@kernel("int64(int64, int64)")
-def solve_planar(network_at, solver_at):
-    """``solve`` in the plane."""
-    return solve(view(network_at, Network), view(solver_at, Solver), 2, 3)
+@kernel("int64(int64, int64, int64)")
+def solve_planar(network_at, solver_at, desk_at):
+    """``solve`` in the plane; the desk is that of the solver, or of a thread (``parallel``)."""
+    return solve(view(network_at, Network), view(solver_at, Solver), view(desk_at, Desk), 2, 3)
 
 
-@kernel("int64(int64, int64)")
-def solve_spatial(network_at, solver_at):
+@kernel("int64(int64, int64, int64)")
+def solve_spatial(network_at, solver_at, desk_at):
     """``solve`` in space."""
-    return solve(view(network_at, Network), view(solver_at, Solver), 3, 6)
+    return solve(view(network_at, Network), view(solver_at, Solver), view(desk_at, Desk), 3, 6)

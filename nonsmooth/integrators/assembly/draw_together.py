@@ -14,6 +14,7 @@ from __future__ import annotations
 from typing import Annotated as Array
 
 from nonsmooth.contact.network.joint import is_joint
+from nonsmooth.contact.network.lagrangian import Desk
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.contacts import Contacts
@@ -60,9 +61,10 @@ def draw_together(progress_at, d):
     copy_problem(network, held, n_c, count)
     write_drifts(found, contacts, network, moves, progress.dt)
     if d == 2:
-        solve_planar(places.network, places.solver)
+        solve_planar(places.network, places.solver, places.desk)
     else:
-        solve_spatial(places.network, places.solver)
+        solve_spatial(places.network, places.solver, places.desk)
+    view(places.desk, Desk).going_on = 0  # what has no room for its factors is left to the next step
     take_push(network, moves)
     copy_problem(held, network, n_c, count)
     solver.waits, solver.wait = waits, wait

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from math import sqrt
 
+from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.jit import kernel
@@ -41,7 +42,8 @@ def share_of_rebound(contacts, network, k, d, n):
         first += power(network, c, network.v_free, d, n)
         last += power(network, c, network.v, d, n)
         given_back += contacts.e[c] * contacts.e[c] * contacts.lost[c]
-        hits += 1 if network.P[c, 0] != 0.0 or contacts.lost[c] != 0.0 else 0
+        is_hit = network.P[c, 0] != 0.0 or contacts.lost[c] != 0.0
+        hits += 1 if is_hit and not is_joint(network, c) else 0
     given_back = max(0.0, given_back)
     if hits < 2 or 0.5 * (first + last) <= given_back:
         return 1.0

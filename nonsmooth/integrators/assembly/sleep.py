@@ -85,16 +85,6 @@ def rows_at_rest(asleep: Asleep) -> ContactRows:
     return ContactRows(*(getattr(asleep, name)[: int(asleep.n_c)][is_contact] for name in ContactRows._fields))
 
 
-def keep_asleep(before: Asleep, asleep: Asleep) -> None:
-    """What sleeps, in a block with more room."""
-    for name in Asleep._fields():
-        value = getattr(before, name)
-        if isinstance(value, np.ndarray):
-            getattr(asleep, name)[: len(value)] = value
-        else:
-            setattr(asleep, name, value)
-
-
 @kernel("void(int64, int64, int64, int64, int64, int64, float64)")
 def let_sleep(bodies_at, found_at, network_at, moves_at, solver_at, asleep_at, dt):
     """Let the islands fall asleep that the step just solved left as they were, in the plane or in space."""

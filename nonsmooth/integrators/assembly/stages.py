@@ -39,8 +39,10 @@ from nonsmooth.integrators.assembly.progress import (
     PREDICT,
     REBOUND,
     SOLVE,
+    TOGETHER,
     UNSOLVED,
     Progress,
+    are_worth_sharing,
     deepest_gap,
     is_asleep,
     is_met,
@@ -216,20 +218,25 @@ def prepare(places, d):
 
 @kernel
 def solve(progress, places, network, d):
-    """The contact problem at hand; a problem that is not solved goes to Python once, for other solvers."""
+    """The contact problem at hand; a problem that is not solved goes to Python once, for other solvers, and before that
+    one that several threads are to solve."""
     if progress.is_tried == 0:
-        if d == 2:
-            progress.wanted = solve_planar(places.network, places.solver)
-        else:
-            progress.wanted = solve_spatial(places.network, places.solver)
-        if progress.wanted > 0:
-            return MORE_FACTORS
+        if progress.is_shared == 0 and are_worth_sharing(network.islands, progress):
+            return TOGETHER
+        if progress.is_shared == 0:
+            if d == 2:
+                progress.wanted = solve_planar(places.network, places.solver, places.desk)
+            else:
+                progress.wanted = solve_spatial(places.network, places.solver, places.desk)
+            if progress.wanted > 0:
+                return MORE_FACTORS
+        progress.is_shared = 0
         if not is_met(network):
             progress.is_tried = 1
             return NOT_MET
     progress.is_tried = 0
     asleep = view(places.asleep, Asleep)
-    note_islands(network, asleep, progress.counts)
+    note_islands(network, asleep, progress)
     residual = judge_planar(places.network) if d == 2 else judge_spatial(places.network)
     note_residual(with_asleep(residual, network, asleep, progress), network, progress)
     return DONE

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nonsmooth.contact.network.matrices import Matrices, unsolved_problem
+from nonsmooth.contact.network.parallel import Desks
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
 from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import OVER_RELAXATION, Solver, solve_planar, solve_spatial
@@ -36,15 +37,16 @@ from nonsmooth.integrators.assembly.progress import (
     NOT_MET,
     PREDICT,
     REBOUND,
+    TOGETHER,
     Progress,
 )
 from nonsmooth.integrators.assembly.project import Moves, move_bodies_planar, move_bodies_spatial
-from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, keep_asleep, let_sleep, rows_at_rest, rows_of_step
+from nonsmooth.integrators.assembly.sleep import Asleep, ContactRows, let_sleep, rows_at_rest, rows_of_step
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
 from nonsmooth.integrators.assembly.spins import keep_angular_momenta
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
 from nonsmooth.jit import Kernel, interpreted, load_all
-from nonsmooth.jit.blocks import Block, new
+from nonsmooth.jit.blocks import Block, keep_rows, new
 from nonsmooth.scenes.detection import FIRST_JOINT, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
@@ -72,6 +74,7 @@ PLACES = (
     "moves",
     "ledger",
     "solver",
+    "desk",
     "asleep",
     "joints",
     "held",
@@ -163,14 +166,16 @@ class Assembly:
         self.contacts: Contacts = new(Contacts, m=0, d=self.dim)
         self.asleep: Asleep = new(Asleep, m=0, n_b=len(bodies.mass), d=self.dim)
         self.network: Network = new(Network, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
+        self.desks = Desks(1)
         self.unsolved: Matrices | None = None  # what ends a run that is strict
         self.has_room = False
+        self.solver: Solver = new(Solver, fill=0, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
         self._make_room(2 * n_s + 16 + int(joints.count))
 
     def take_steps(self, dt: float, most: int) -> int:
         """Take so many steps; returns DONE, LOST or UNSOLVED."""
         progress = self.progress
-        progress.dt = dt
+        progress.dt, progress.threads = dt, self.desks.threads
         progress.margin = max(MARGIN * self.gravity * dt * dt, WEIGHTLESS_MARGIN * self.largest)
         progress.widest = REACH_SHARE * self.largest
         first = int(progress.counts.steps)
@@ -187,11 +192,21 @@ class Assembly:
                 rescue(self.network, self.tol)
                 if progress.is_strict:
                     self.unsolved = unsolved_problem(self.network)
+            elif end == TOGETHER:
+                self._solve_together()
             elif end == MORE_FACTORS:
                 self.fill = int(ROOM * int(progress.wanted))
                 self._make_solver()
             else:
                 return end
+
+    def _solve_together(self) -> None:
+        """Let several threads solve the islands of the problem at hand, with as much room as they ask for."""
+        self.desks.begin(self.network, self.solver)
+        while wanted := self.desks.solve(self.network, self.solver):
+            self.fill = wanted
+            self._make_solver()
+        self.progress.is_shared = 1
 
     def end_step(self) -> None:
         """End a step that Ctrl-C or a lost body cut short: finish it, or go back to its beginning, without contacts."""
@@ -207,11 +222,9 @@ class Assembly:
             places = self.progress.places
             n = int(self.stages.find(places.shapes, places.motion, 0.0, margin, places.found, places.scratch))
             if 0 <= n <= len(self.found.gap):
-                return (
-                    n
-                    if self.joints.count == 0
-                    else int(leave_out_joined(places.joints, places.shapes, places.found, n))
-                )
+                if self.joints.count > 0:
+                    n = int(leave_out_joined(places.joints, places.shapes, places.found, n))
+                return n
             if n > 0:
                 self._make_room(int(ROOM * n))
             elif n > -(2**60):
@@ -231,7 +244,7 @@ class Assembly:
         if not is_planar:
             turn_inertia(at.bodies, at.network)
         (prepare_planar if is_planar else prepare_spatial)(at.network)
-        while wanted := int((solve_planar if is_planar else solve_spatial)(at.network, at.solver)):
+        while wanted := int((solve_planar if is_planar else solve_spatial)(at.network, at.solver, at.desk)):
             self.fill = int(ROOM * wanted)
             self._make_solver()
 
@@ -256,6 +269,11 @@ class Assembly:
             rows = np.flatnonzero(keys >= FIRST_JOINT)
             impulses[interpreted(joint_of)(keys[rows])] = P[rows]
         return impulses
+
+    @property
+    def desk(self) -> Block:
+        """Where islands are solved, but by other threads."""
+        return self.solver.direct.desk
 
     @property
     def n_contacts(self) -> int:
@@ -304,7 +322,7 @@ class Assembly:
             self.contacts.n_before = k
             for name in ("key_before", "P_before", "own_before", "normal_before", "point_before"):
                 getattr(self.contacts, name)[:k] = getattr(before, name)[:k]
-            keep_asleep(self.asleep, asleep)
+            keep_rows(self.asleep, asleep)
             network.M[:], network.M_inv[:] = self.network.M, self.network.M_inv
             network.v[:], network.v_free[:] = self.network.v, self.network.v_free
         self.network, self.asleep = network, asleep
@@ -313,7 +331,9 @@ class Assembly:
     def _make_solver(self) -> None:
         """The memory of the solvers, for the contacts and the factors that there is room for."""
         sizes = {"m": len(self.found.gap), "n_b": len(self.bodies.mass), "d": self.dim, "n": 3 * (self.dim - 1)}
-        self.solver = new(Solver, fill=self.fill, **sizes)
+        before, self.solver = self.solver, new(Solver, fill=self.fill, **sizes)
+        keep_rows(before, self.solver)
+        self.solver.direct.desk.graph.end = self.fill
         self.solver.tol, self.solver.most_sweeps, self.solver.most_factors = self.tol, self.sweeps, MOST_FACTORS
         self.solver.over_relaxation = OVER_RELAXATION
         self._write_places()

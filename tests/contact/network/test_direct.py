@@ -108,11 +108,11 @@ def test_a_second_solve_with_the_same_contacts_makes_no_factor():
     network = stack(6)
     direct = direct_of(network)
     solve(network, direct)
-    made, P = direct.factors, network.P.copy()
+    made, P = direct.desk.factors, network.P.copy()
     network.v_free[:] *= 1.0 + 1e-7
     assert solve(network, direct, sweeps=0) == [MET]
     assert judge(network) <= TIGHT and np.abs(network.P - P).max() <= 1e-5 * np.abs(P).max()
-    assert made > 0 and direct.factors == made
+    assert made > 0 and direct.desk.factors == made
 
 
 def test_columns_are_laid_out_anew_when_other_bodies_touch():
@@ -120,15 +120,15 @@ def test_columns_are_laid_out_anew_when_other_bodies_touch():
     other = joined([network], np.random.default_rng(4))
     alone, direct = copy_of(other), direct_of(network)
     solve(network, direct)
-    made = direct.factors
-    assert solve(other, direct) == solve(alone) == [MET] and direct.factors > made
+    made = direct.desk.factors
+    assert solve(other, direct) == solve(alone) == [MET] and direct.desk.factors > made
     assert (other.P == alone.P).all()
 
 
 def test_too_little_room_is_said_and_leaves_the_problem():
     network = pyramid(6)
     direct = direct_of(network, fill=30)
-    assert solve(network, direct) == [NO_ROOM] and direct.factor.columns.wanted > 30
+    assert solve(network, direct) == [NO_ROOM] and direct.desk.graph.wanted > 30
     assert solve(network, direct) == [NO_ROOM]
     assert judge(network) < 1e-1
     assert solve(network, direct_of(network, fill=300)) == [MET]
@@ -163,6 +163,6 @@ def test_kernels_have_the_same_bits_interpreted(scene):
     for k in range(network.islands.count):
         newton(network.address, direct.address, k, TIGHT, 30)
         interpreted(newton)(twin, twin_direct, k, TIGHT, 30)
-    assert direct.factors > 1
+    assert direct.desk.factors > 1
     assert (network.words.view(np.int64) == twin.words.view(np.int64)).all()
     assert (direct.words.view(np.int64) == twin_direct.words.view(np.int64)).all()

@@ -23,7 +23,9 @@ class Linearised:
         self.network, self.direct = network, direct_of(network, fill=20 * len(network.v))
         self.d, self.n = network.b.shape[1], network.v.shape[1]
         interpreted(al_newton.recall_graph)(network, self.direct)
-        assert network.islands.count == 1 and interpreted(al_newton.is_laid_out)(network, self.direct, 0)
+        assert network.islands.count == 1 and interpreted(al_newton.is_laid_out)(
+            network, self.direct, self.direct.desk, 0
+        )
         self.bodies = network.islands.bodies[: network.islands.body_start[1]]
         self.place = self.direct.factor.columns.place[self.bodies]
         self.direct.P[:] = 0.1 * rng.normal(size=network.P.shape)
@@ -31,7 +33,7 @@ class Linearised:
         self.direct.rho[:] = rng.uniform(1.0, 9.0, network.n_c)
         network.v[self.bodies] = 0.02 * rng.normal(size=(len(self.bodies), self.n))
         self.g()
-        self.is_symmetric = interpreted(lagrangian.assemble)(network, self.direct, 0, self.d, self.n)
+        self.is_symmetric = interpreted(lagrangian.assemble)(network, self.direct, self.direct.desk, 0, self.d, self.n)
 
     def g(self):
         interpreted(lagrangian.imbalance)(self.network, self.direct, 0, self.d, self.n)
@@ -76,8 +78,8 @@ def test_factors_solve(scene):
     A, direct, m = linearised.A(), linearised.direct, len(linearised.bodies)
     x = np.random.default_rng(2).normal(size=(m, linearised.n))
     direct.step[linearised.place] = (A @ x.ravel()).reshape(x.shape)
-    assert interpreted(factorise)(direct.factor, 0, m, linearised.is_symmetric, linearised.n)
-    interpreted(back_substitute)(direct.factor, 0, m, direct.step, linearised.n)
+    assert interpreted(factorise)(direct.factor, direct.desk.square, 0, m, linearised.is_symmetric, linearised.n)
+    interpreted(back_substitute)(direct.factor, direct.desk.square, 0, m, direct.step, linearised.n)
     assert np.abs(direct.step[linearised.place] - x).max() <= 1e-15 * np.linalg.cond(A) * np.abs(x).max()
 
 
@@ -107,7 +109,7 @@ def test_columns_are_those_of_the_elimination_and_few(scene):
     network = scene()
     direct = direct_of(network, fill=20 * len(network.v))
     interpreted(al_newton.recall_graph)(network, direct)
-    assert interpreted(al_newton.is_laid_out)(network, direct, 0)
+    assert interpreted(al_newton.is_laid_out)(network, direct, direct.desk, 0)
     columns, graph = direct.factor.columns, graph_of(network)
     bodies = network.islands.bodies[: len(graph)].tolist()
     order = [bodies.index(body) for body in columns.body[: len(graph)]]
@@ -116,4 +118,4 @@ def test_columns_are_those_of_the_elimination_and_few(scene):
     laid_out = [columns.row[columns.first[k] : columns.last[k]].tolist() for k in range(len(graph))]
     assert laid_out == expected
     banded = reverse_cuthill_mckee(csr_array(graph), symmetric_mode=True)
-    assert columns.top <= sum(map(len, eliminated(graph[np.ix_(banded, banded)])))
+    assert direct.desk.graph.top <= sum(map(len, eliminated(graph[np.ix_(banded, banded)])))

@@ -43,7 +43,9 @@ def prepare(network):
 def solve(network, solver=None, **options):
     """How many blocks of factors are wanted."""
     solver = solver or solver_of(network, **options)
-    return (solve_planar if network.b.shape[1] == 2 else solve_spatial)(network.address, solver.address)
+    return (solve_planar if network.b.shape[1] == 2 else solve_spatial)(
+        network.address, solver.address, solver.direct.desk.address
+    )
 
 
 def said(network, name):
@@ -156,7 +158,12 @@ def test_kernels_have_the_same_bits_interpreted(scene):
     twin, solver = copy_of(network), solver_of(network, tol=1e-13, most_sweeps=14)
     twin_solver = solver_of(network, tol=1e-13, most_sweeps=14)
     assert solve(network, solver) == 0
-    assert interpreted(solve_planar if network.b.shape[1] == 2 else solve_spatial)(twin, twin_solver) == 0
+    assert (
+        interpreted(solve_planar if network.b.shape[1] == 2 else solve_spatial)(
+            twin, twin_solver, twin_solver.direct.desk
+        )
+        == 0
+    )
     assert (network.words.view(np.int64) == twin.words.view(np.int64)).all()
     assert (solver.words.view(np.int64) == twin_solver.words.view(np.int64)).all()
     assert BY_FACTORS in said(network, "rung")

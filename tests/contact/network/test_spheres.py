@@ -146,6 +146,6 @@ def test_kernels_have_the_same_bits_interpreted():
     network = unlike_spheres(1)
     twin = copy_of(network)
     solver, other = (solver_of(network, tol=1e-15, most_sweeps=6, most_factors=0) for _ in range(2))
-    assert solve(network, solver) == interpreted(solve_spatial)(twin, other) == 0
+    assert solve(network, solver) == interpreted(solve_spatial)(twin, other, other.direct.desk) == 0
     assert has_rows_of_spheres(solver)
     assert (network.words.view(np.int64) == twin.words.view(np.int64)).all()
