@@ -30,7 +30,7 @@ print(np.abs(ours - theirs).max())
 
 
 def test_small_scenes_run_side_by_side():
-    words = ["scenes", "quick", "S2tilt", "S7", "pyramid", "discs", "growth", "stages"]
+    words = ["scenes", "quick", "S2tilt", "S7", "pyramid", "discs", "growth", "stages", "threads"]
     ended = subprocess.run(
         [sys.executable, "-m", "benchmarks", *words], cwd=ROOT, capture_output=True, text=True, timeout=300
     )

@@ -27,6 +27,8 @@ from nonsmooth.jit.blocks import new
 
 PARTS_A_THREAD = 8  # chosen: of a problem, a thread: each costs some 5 us, and the last ones are waited for
 AT_THE_BEGINNING, FROM_THE_FIRST = 0, 1  # defined: of ``going_on``: before the problem, and from its first island on
+# measured: factors of the problem before, by dimension, some 2 ms, of which a hand-over of 0.1 ms is little
+WORTH_SHARING = {2: 500, 3: 100}
 NO_PART = -1  # defined: of ``part``: no island has this owner
 
 
@@ -41,9 +43,10 @@ class Desks:
         self.threads = threads
         self.others: list[Desk] = []
         self.sizes: dict[str, int] = {}
+        self.is_shared = False
 
-    def begin(self, network: Network, solver: Solver) -> None:
-        """Begin a problem, and share its islands."""
+    def begin(self, network: Network, solver: Solver, factors: int) -> None:
+        """Begin a problem after one that took so many factors, and share its islands where that is worth it."""
         sizes = {"m": len(network.i), "n_b": len(network.v), "d": network.b.shape[1], "n": network.v.shape[1]}
         if sizes != self.sizes:
             self.sizes, self.others = sizes, [new(Desk, **sizes) for _ in range(self.threads - 1)]
@@ -52,14 +55,16 @@ class Desks:
         own = solver.direct.desk
         own.part, own.going_on = NO_PART, AT_THE_BEGINNING
         solver_of(network)(network.address, solver.address, own.address)
-        self.left = [(part, FROM_THE_FIRST) for part in range(PARTS_A_THREAD * self.threads)]
-        share_islands(network.islands, len(self.left))
+        self.is_shared = factors >= WORTH_SHARING[network.b.shape[1]]
+        self.left = [(part, FROM_THE_FIRST) for part in range(PARTS_A_THREAD * self.threads if self.is_shared else 1)]
+        if self.is_shared:
+            share_islands(network.islands, len(self.left))
 
     def solve(self, network: Network, solver: Solver) -> int:
         """Solve the islands; 0, or how many blocks of factors are wanted before it is called again."""
         own, fill = solver.direct.desk, len(solver.direct.factor.columns.row)
-        desks = [own, *self.others]
-        edges = np.linspace(max(int(desk.graph.top) for desk in desks), fill, self.threads + 1).astype(int).tolist()
+        desks = [own, *self.others] if self.is_shared else [own]
+        edges = np.linspace(max(int(desk.graph.top) for desk in desks), fill, len(desks) + 1).astype(int).tolist()
         queue, unfinished, solve = iter(self.left), [], solver_of(network)
 
         def work(desk: Desk) -> None:

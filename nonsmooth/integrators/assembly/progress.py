@@ -19,7 +19,7 @@ GAIN = 1e-4  # chosen: of what was lost in landing: contact problems are solved 
 # by 0.5^2/2 of a reach
 MOST_TURN = 0.5
 SPEED_SHARE = 1.0  # measured: of the way of the fastest body in a step, in the margin
-# measured: factors of a problem, some 0.4 ms in space: to hand islands to threads takes 0.05 ms
+# chosen: factors of a problem, some 0.4 ms in space: after less no thread is thought of (contact/network/parallel.py)
 SHARED_FACTORS = 16
 # where a step goes on when there is room for what it found
 PREDICT, FIND, SOLVE, REBOUND = range(4)

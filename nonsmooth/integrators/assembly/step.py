@@ -202,7 +202,7 @@ class Assembly:
 
     def _solve_together(self) -> None:
         """Let several threads solve the islands of the problem at hand, with as much room as they ask for."""
-        self.desks.begin(self.network, self.solver)
+        self.desks.begin(self.network, self.solver, int(self.progress.factors))
         while wanted := self.desks.solve(self.network, self.solver):
             self.fill = wanted
             self._make_solver()

@@ -10,6 +10,7 @@ import pytest
 
 import nonsmooth as ns
 from models.scenes import SphereBox
+from nonsmooth.contact.network import parallel
 from nonsmooth.contact.network.parallel import Desks, at_once, share_islands
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.solve import EXACT_BODIES, Solver
@@ -74,14 +75,20 @@ def simulate(name, t_end=0.3, threads=1, **options):
     return ns.simulate(SCENES[name](), (0, t_end), integrator=integrator, every=3, threads=threads, **options)
 
 
+@pytest.fixture(autouse=True)
+def shared_however_small(monkeypatch):
+    monkeypatch.setattr(parallel, "WORTH_SHARING", {2: 0, 3: 0})
+
+
 @pytest.fixture
 def shared(monkeypatch):
     """How many islands threads were handed, problem by problem."""
     counts, begin = [], Desks.begin
 
-    def noting(self, network, solver):
+    def noting(self, network, solver, factors):
         counts.append(int(network.islands.count))
-        begin(self, network, solver)
+        begin(self, network, solver, factors)
+        assert self.is_shared and len(self.left) == parallel.PARTS_A_THREAD * self.threads
 
     monkeypatch.setattr(Desks, "begin", noting)
     return counts
@@ -98,6 +105,13 @@ def test_any_number_of_threads_has_the_bits_of_one(shared, name):
         assert bits(several) == bits(one)
         for count in ("sweeps", "factorisations", "methods", "missed", "islands_asleep", "struck_together"):
             assert getattr(several.stats, count) == getattr(one.stats, count)
+
+
+def test_small_problems_are_not_handed_over(monkeypatch):
+    one = simulate("planar boxes", 0.1)
+    monkeypatch.setattr(parallel, "WORTH_SHARING", {2: 10**6, 3: 10**6})
+    monkeypatch.setattr(parallel, "_pool", None)
+    assert bits(simulate("planar boxes", 0.1, threads=2)) == bits(one)
 
 
 def run_with_room(fill, threads, t_end=0.2):
@@ -226,8 +240,11 @@ def test_islands_are_shared_evenly_and_large_ones_stay_with_the_first(parts):
 FORKED = """
 import os
 import nonsmooth as ns
+from nonsmooth.contact.network import parallel
 from tests.integrators.assembly.test_threads import simulate
+parallel.WORTH_SHARING = {2: 0, 3: 0}
 simulate("boxes", 0.1, threads=2)
+assert parallel._pool.cache_info().currsize == 1
 child = os.fork()
 if child == 0:
     os._exit(7 if simulate("boxes", 0.1, threads=2).success else 1)
