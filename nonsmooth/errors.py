@@ -7,6 +7,8 @@ from typing import Any
 
 INTERRUPTED = 130  # code: exit code after Ctrl-C, as of a shell: 128 + SIGINT
 LONGEST_VALUE = 80  # chosen: characters of a value in a message
+NEAR_WORD = 0.5  # chosen: part of the letters of two words that fit, of a word that may have been meant
+NEAR_PART = 0.9  # chosen: what a fit with a part of a word counts, beside one with the whole
 
 
 class NonsmoothError(Exception):
@@ -117,12 +119,29 @@ def warn_caller(message: str, category: type[Warning]) -> None:
 def nearest(name: Any, known: Any) -> str:
     """`` Did you mean 'x'?`` for the known names of which a wrong one is a part, as a rod, or the closest to a misspelt
     one, or the list of all."""
-    import difflib
-
     names, typed = sorted(known), name if isinstance(name, str) else shown(name)
-    close = [one for one in names if typed in one.replace("_", "-").split("-")]
-    close = close or difflib.get_close_matches(typed, names, n=1, cutoff=0.5)
+    close = [one for one in names if typed in parts_of(one)]
+    close = close or [one for one in [closest(typed, names)] if one]
     return f"did you mean {' or '.join(map(repr, close))}?" if close else f"known: {', '.join(names)}"
+
+
+def closest(typed: str, names: list[str]) -> str:
+    """The name that a misspelt word is closest to, or to a part of it, as `evnt` to event-driven; nothing where all are
+    far."""
+    from difflib import SequenceMatcher
+
+    def fit(name: str) -> float:
+        parts = [NEAR_PART * SequenceMatcher(None, part, typed).ratio() for part in parts_of(name) if len(part) > 2]
+        return max(SequenceMatcher(None, name, typed).ratio(), *parts, 0.0)
+
+    fits = {name: fit(name) for name in names}
+    best = max(fits, key=fits.__getitem__, default="")
+    return best if fits.get(best, 0.0) >= NEAR_WORD else ""
+
+
+def parts_of(name: str) -> list[str]:
+    """The words of a name."""
+    return name.replace("_", "-").split("-")
 
 
 def said_by(error: BaseException) -> str:

@@ -118,9 +118,10 @@ def from_file(text: str) -> tuple[str, Any]:
     if not is_runnable(value) and callable(value):
         value = _returned(text, value)
     if not is_runnable(value):
+        others = f"; {path} has the models {', '.join(found)}" if found else ""
         raise InvalidInput(
             f"{text} is no model: a System, a Scene, a class or an instance with system() or scene(), or a function "
-            "that returns one"
+            f"that returns one{others}"
         )
     return name, value
 

@@ -9,6 +9,7 @@ was not solved; 4 a result could not be written; 130 interrupted.
 from __future__ import annotations
 
 import argparse
+import functools
 import os
 import sys
 import warnings
@@ -24,7 +25,7 @@ from nonsmooth.commands.run import add_run
 from nonsmooth.commands.scene import add_scene
 from nonsmooth.commands.studies import add_studies
 from nonsmooth.commands.sweep import add_sweep
-from nonsmooth.commands.terminal import FAILED, NOT_WRITTEN, complain, show_warning
+from nonsmooth.commands.terminal import FAILED, NOT_WRITTEN, as_typed, complain, show_warning
 from nonsmooth.commands.typed_input import (
     BAD_INPUT,
     NEGATIVE,
@@ -73,9 +74,10 @@ def main(argv: list[str] | None = None) -> int:
 def perform(parser: argparse.ArgumentParser, words: list[str]) -> int:
     """Parse some words and do what they ask for; the exit code, with a line on stderr where it is not 0."""
     arguments = parser.parse_args([" " + word if NEGATIVE.match(word) else word for word in words])
+    options = arguments.options
     with warnings.catch_warnings():
         warnings.simplefilter("default", NonsmoothWarning)  # a line on stderr, also where Python is told otherwise
-        warnings.showwarning = show_warning  # type: ignore[assignment]
+        warnings.showwarning = functools.partial(show_warning, options)
         try:
             with ended_by_ctrl_c():
                 code = arguments.act(arguments)
@@ -85,16 +87,16 @@ def perform(parser: argparse.ArgumentParser, words: list[str]) -> int:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return 0
         except FileFailure as error:
-            complain(str(error))
+            complain(as_typed(str(error), options))
             return NOT_WRITTEN
         except (InvalidInput, MissingExtra, UnsupportedVersion, OSError) as error:
-            complain(str(error))
+            complain(as_typed(str(error), options))
             return BAD_INPUT
         except MemoryError:
             complain("there is not enough memory for this run; record less (--every), stop earlier, or make it smaller")
             return BAD_INPUT
         except NonsmoothError as error:
-            complain(str(error))
+            complain(as_typed(str(error), options))
             return FAILED
         except KeyboardInterrupt:
             complain("interrupted")

@@ -31,7 +31,7 @@ from nonsmooth.commands.typed_input import (
     require_module,
     require_writable,
 )
-from nonsmooth.commands.typed_model import MODEL, typed_model
+from nonsmooth.commands.typed_model import MODEL, require_units, typed_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 
 if TYPE_CHECKING:
@@ -132,6 +132,7 @@ def act_map(arguments: argparse.Namespace) -> int:
     axes = {axis.name: axis.values for axis in typed} or own_axes(model, arguments.model)
     if len(axes) < len(arguments.axis):
         raise InvalidInput("--axis gives a name twice; give it once")
+    require_units(model, typed)
     fixed: dict[str, Any] = dict(assignments("--state", arguments.state))
     for name in fixed.keys() & axes.keys():
         raise InvalidInput(f"{name} is an axis of the map and fixed by --state; give it once")

@@ -126,7 +126,8 @@ def require_outputs(model: Any, is_scene: bool, arguments: argparse.Namespace) -
     is_drawn = arguments.picture or arguments.animate or arguments.view or arguments.live
     if is_drawn and not is_scene and not has_shape(model):
         raise InvalidInput(
-            f"the model {arguments.model} has no shape(q) to draw; leave --picture, --animate, --view, --live out"
+            f"the model {arguments.model} has no shape(q) to draw: give it one, as System(shape=...), or leave "
+            "--picture, --animate, --view, --live out"
         )
     return figure_path(arguments)
 

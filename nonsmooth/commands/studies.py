@@ -32,7 +32,7 @@ from nonsmooth.commands.typed_input import (
     read_axis,
     require_writable,
 )
-from nonsmooth.commands.typed_model import MODEL, is_scene, typed_model
+from nonsmooth.commands.typed_model import MODEL, is_scene, require_units, typed_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 
 if TYPE_CHECKING:
@@ -50,6 +50,10 @@ def add_studies(studies: Any) -> None:
         ("cycle", "the periodic motion: phases, Floquet multipliers, and their change with a parameter", act_cycle),
     ):
         add_vibration(studies.add_parser(name, help=what), act, name)
+    cycle = studies.choices["cycle"]
+    add_start(cycle, "from which the motion is simulated", "that is simulated, twice as long where it has not settled")
+    cycle.add_argument("--dt", type=number, help="simulate with this step [s]; with located events by default")
+    cycle.add_argument("--forcing", type=number, metavar="T", help="period of the forcing [s]")
     add_bifurcation(studies)
     add_limits(studies)
 
@@ -58,15 +62,19 @@ def add_bifurcation(studies: Any) -> None:
     """The options of the study of what motions settle into."""
     study = studies.add_parser("bifurcation", help="what the motion settles into along a parameter, up and down")
     add_vibration(study, act_bifurcation, "bifurcation")
-    study.add_argument("--state", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
-                       help="initial state of the first motion, e.g. th=pi/4")  # fmt: skip
     study.add_argument("--coordinate", metavar="NAME", help="whose maxima are kept; the first by default")
-    study.add_argument("--duration", type=number, metavar="T",
-                       help="of the motion at each value [s], the last fifth of which is looked at")  # fmt: skip
+    add_start(study, "of the first motion", "at each value, the last fifth of which is looked at")
     study.add_argument("--dt", type=number, help="step [s]; the model's own by default")
     study.add_argument("--forcing", metavar="T", help="period of the forcing [s], or the parameter that says it: a "
                        "section once a period")  # fmt: skip
     add_workers(study, "processes for several starts; 1 by default")
+
+
+def add_start(study: argparse.ArgumentParser, start: str, motion: str) -> None:
+    """Where the motion of a study begins, and how long it is."""
+    study.add_argument("--state", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
+                       help=f"initial state, e.g. th=pi/4, {start}")  # fmt: skip
+    study.add_argument("--duration", type=number, metavar="T", help=f"of the motion {motion} [s]")
 
 
 def add_limits(studies: Any) -> None:
@@ -127,7 +135,9 @@ def act_cycle(arguments: argparse.Namespace) -> int:
     """``nonsmooth study cycle``."""
     from nonsmooth.studies.cycle import study_cycle
 
-    return act_vibration(arguments, study_cycle)
+    options = {name: getattr(arguments, name) for name in ("duration", "dt", "forcing")}
+    options["state"] = assignments("--state", arguments.state) or None
+    return act_vibration(arguments, functools.partial(study_cycle, **options))
 
 
 def act_bifurcation(arguments: argparse.Namespace) -> int:
@@ -150,6 +160,7 @@ def act_vibration(arguments: argparse.Namespace, study: Any) -> int:
     axes, units = {axis.name: axis.values for axis in typed}, {axis.name: axis.unit for axis in typed}
     if len(axes) < len(arguments.axis):
         raise InvalidInput("--axis gives a parameter twice; give it once")
+    require_units(model, typed)
     figure = figure_path(arguments)
     require_writable(arguments.out, JSON_ENDINGS)
     with part_told(f"the study of {arguments.model}", arguments):
@@ -176,9 +187,10 @@ def study_as_json(model: str, found: StabilityStudy) -> dict[str, Any]:
 
 def act_limit(arguments: argparse.Namespace) -> int:
     """``nonsmooth study penalty`` and ``nonsmooth study convergence``."""
+    model = typed_model(arguments, takes_scenes=arguments.make is study_penalty)
     figure = figure_path(arguments)
     require_writable(arguments.out, JSON_ENDINGS)
-    study = limit_study(arguments)
+    study = limit_study(model, arguments)
     results = functools.partial(limit_as_json, study)
     save_json(arguments.out, results)
     tell(arguments, study.table, results)
@@ -202,9 +214,8 @@ def limit_as_json(study: Study) -> dict[str, Any]:
             "laws": laws, "notes": study.notes(), **dataset_as_json(study.data)}  # fmt: skip
 
 
-def limit_study(arguments: argparse.Namespace) -> Study:
+def limit_study(model: Any, arguments: argparse.Namespace) -> Study:
     """The study that the arguments ask for."""
-    model = typed_model(arguments, takes_scenes=arguments.make is study_penalty)
     from nonsmooth.mechanics.start import describing
 
     t_end = getattr(describing(model), "t_end", None) if arguments.t_end is None else arguments.t_end

@@ -34,6 +34,7 @@ from nonsmooth.commands.typed_model import MODEL, typed_model
 from nonsmooth.errors import INTERRUPTED, InvalidInput
 
 SHOWN_FAILURES = 5  # chosen: failures that are written out
+SHOWN_COORDINATES = 6  # chosen: coordinates with a line each
 
 
 def add_sweep(sweep: argparse.ArgumentParser) -> None:
@@ -141,14 +142,34 @@ def summary(found: Any, arguments: argparse.Namespace) -> str:
     for name, column in found.data_vars.items():
         values = column.values
         if name not in ("status", "message", "settled") and values.dtype.kind == "f" and np.isfinite(values).any():
-            unit = column.attrs.get("units", "")
-            lines.append(f"{name:14} {np.nanmin(values):.6g} to {np.nanmax(values):.6g} {unit}".rstrip())
+            lines += [range_of(*part) for part in parts_of(column)]
         elif name == "modes":
-            lines.append(f"{name:14} {len(np.unique(values.astype(str)))} different sequences")
+            lines.append(f"{name:20} {len(np.unique(values.astype(str)))} different sequences")
     lines += unsettled(found, arguments) + failures(found)
     figure = None if attrs["interrupted"] else arguments.plot
     lines += [f"{what}: {path}" for what, path in (("result", arguments.out), ("figure", figure)) if path]
     return "\n".join(lines)
+
+
+def parts_of(column: Any) -> list[tuple[str, str, Any]]:
+    """Name, unit and values of a result; of each coordinate for itself, whose units differ, where there are a few."""
+    from nonsmooth.sweeps.task import OF_COORDINATE
+
+    name, unit = str(column.name), column.attrs.get("units", "")
+    if "coordinate" not in column.dims or not 1 < column.sizes["coordinate"] <= SHOWN_COORDINATES:
+        return [(name, unit.replace(OF_COORDINATE, ""), column.values)]
+    each = [column.isel(coordinate=k) for k in range(column.sizes["coordinate"])]
+    units = [unit.replace(OF_COORDINATE, str(part.coordinate_unit.item())) for part in each]
+    return [(f"{name}[{part.coordinate.item()}]", own, part.values) for part, own in zip(each, units, strict=True)]
+
+
+def range_of(name: str, unit: str, values: Any) -> str:
+    """The least and the greatest value in a line."""
+    import numpy as np
+
+    is_known = np.isfinite(values).any()
+    ends = f"{np.nanmin(values):.6g} to {np.nanmax(values):.6g} {unit}".rstrip() if is_known else "unknown"
+    return f"{name:20} {ends}"
 
 
 def unsettled(found: Any, arguments: argparse.Namespace) -> list[str]:
@@ -159,7 +180,7 @@ def unsettled(found: Any, arguments: argparse.Namespace) -> list[str]:
         return []
     column = found.settled.values
     cells = np.argwhere(column == 0.0)
-    lines = [f"{'settled':14} {int((column == 1.0).sum())} of {column.size} cells, to {arguments.settle:g}"]
+    lines = [f"{'settled':20} {int((column == 1.0).sum())} of {column.size} cells, to {arguments.settle:g}"]
     for cell in cells[:SHOWN_FAILURES]:
         lines.append(f"  not settled: {axis_values(found, cell.tolist())}")
     return lines + ([f"  and {len(cells) - SHOWN_FAILURES} more"] if len(cells) > SHOWN_FAILURES else [])
@@ -168,7 +189,8 @@ def unsettled(found: Any, arguments: argparse.Namespace) -> list[str]:
 def axis_values(found: Any, cell: list[int]) -> str:
     """Where a cell lies on the axes, or in the rows of a table."""
     place = found.isel(dict(zip(found.status.dims, cell, strict=True)))
-    return ", ".join(f"{dim} = {place[dim].item():.6g}" for dim in found.status.dims)
+    units = {dim: found[dim].attrs.get("units", "-") if dim in found.coords else "-" for dim in found.status.dims}
+    return ", ".join(f"{dim} = {place[dim].item():.6g} {units[dim].strip('-')}".rstrip() for dim in found.status.dims)
 
 
 def failures(found: Any) -> list[str]:

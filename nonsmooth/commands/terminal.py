@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -41,10 +43,25 @@ def figure_path(arguments: argparse.Namespace) -> Path | None:
     return figure
 
 
-def show_warning(message: Warning | str, category: type[Warning], *_: Any) -> None:
+def show_warning(options: Mapping[str, str], message: Warning | str, category: type[Warning], *_: Any) -> None:
     """A warning of ours as one line; those of other packages say nothing to a user of the command line."""
     if issubclass(category, NonsmoothWarning):
-        complain(f"warning: {message}")
+        complain(f"warning: {as_typed(str(message), options)}")
+
+
+def as_typed(text: str, options: Mapping[str, str]) -> str:
+    """A message of the library with its keywords as the options of the command: ``dt=`` is --dt, ``project=True`` is
+    --project, ``state=dict(th=0.8)`` is --state th=0.8; other keywords are left."""
+
+    def typed(found: re.Match) -> str:
+        word, value = options.get(found["name"]), found["value"] or ""
+        if word is None:
+            return found[0]
+        inner = re.fullmatch(r"dict\((.*)\)", value)
+        value = "" if value == "True" else inner[1].replace(",", "") if inner else value
+        return f"{word} {value}".rstrip()
+
+    return re.sub(r"(?<![\w.])(?P<name>[a-z]\w*)=(?P<value>True\b|dict\([^)]*\)|'[^']*'|[\d.eE+-]*\d)?", typed, text)
 
 
 def complain(text: str) -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from nonsmooth.checks.files import as_place
-from nonsmooth.errors import InvalidInput, MissingExtra
+from nonsmooth.errors import InvalidInput, MissingExtra, closest
 
 if TYPE_CHECKING:
     from nonsmooth.sweeps.axes import Axis
@@ -36,9 +36,6 @@ NAMES = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 NEGATIVE = re.compile(r"-(\d|\.\d|pi\b|inf\b|nan\b|\()")  # -1e-3 and -pi/4 are numbers, not options
 
 
-NEAR_WORD = 0.5  # chosen: as of the names in errors.py: half of the letters fit
-
-
 class Parser(argparse.ArgumentParser):
     """A parser that refuses in one line instead of ten, and suggests what was meant."""
 
@@ -50,6 +47,8 @@ class Parser(argparse.ArgumentParser):
             known = [option for option in self._option_string_actions if option.startswith("--")]
             meant = suggestion(options[0].partition("=")[0], known) if options else ""
             self.error(f"unrecognized arguments: {' '.join(unknown)}{meant}")
+        if not self.commands():
+            found.options = {action.dest: action.option_strings[0] for action in self._actions if action.option_strings}
         return found, unknown
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
@@ -76,10 +75,8 @@ class Parser(argparse.ArgumentParser):
 
 def suggestion(word: str, known: list[str], meant: dict[str, str] | None = None) -> str:
     """`; did you mean 'x'?` for the known word that is nearest, or nothing; ``meant`` is what is then typed."""
-    import difflib
-
-    close = difflib.get_close_matches(word, known, n=1, cutoff=NEAR_WORD)
-    return f"; did you mean {(meant or {}).get(close[0], close[0])!r}?" if close else ""
+    close = closest(word, known)
+    return f"; did you mean {(meant or {}).get(close, close)!r}?" if close else ""
 
 
 def require_writable(path: Path | None, endings: tuple[str, ...]) -> None:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nonsmooth.catalogue.entries import load, load_model
 from nonsmooth.catalogue.files import from_file, is_file
 from nonsmooth.commands.typed_input import assignments
 from nonsmooth.errors import InvalidInput, UnknownName
+
+if TYPE_CHECKING:
+    from nonsmooth.sweeps.axes import Axis
 
 MODEL = "a name of `nonsmooth list`, or FILE.py:NAME, a class, an instance, a System, a Scene or a function"
 
@@ -31,6 +34,16 @@ def typed_model(arguments: argparse.Namespace, takes_scenes: bool = False) -> An
         raise InvalidInput(f"{arguments.model} is a scene of bodies, which `nonsmooth run` sets in motion; a model is "
                            "needed here")  # fmt: skip
     return model
+
+
+def require_units(model: Any, axes: list[Axis]) -> None:
+    """Raise for an axis with another unit than the model's."""
+    from nonsmooth.mechanics.system import as_system
+    from nonsmooth.sweeps.axis_names import require_unit, unit_of
+
+    system = as_system(model)
+    for axis in axes:
+        require_unit(axis.name, axis.unit, unit_of(system, axis.name))
 
 
 def with_set(found: Any, changes: dict[str, float]) -> Any:

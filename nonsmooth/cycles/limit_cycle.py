@@ -81,7 +81,7 @@ def limit_cycle(
     model, system = system, as_system(system)
     if guess is not None and state is not None:
         raise InvalidInput("give either guess or state; got both")
-    guess = state if guess is None else guess
+    word, guess = ("guess", guess) if state is None else ("state", state)
     coordinates = as_coordinates(drift, system)
     if isinstance(guess, LimitCycle):
         _require_same_kind(system, guess)
@@ -89,7 +89,7 @@ def limit_cycle(
         coordinates = () if drift is None and not guess.drifts else coordinates
     if forcing is not None:
         as_positive("forcing", forcing, "s")
-    start = _start(model, system, guess)
+    start = _start(model, system, guess, word)
     directions = find_drift(system, [start], forcing is not None, coordinates)
     _require_forcing(system, forcing, directions)
     try:
@@ -114,7 +114,7 @@ def _closed(
     return Shooting(system, guess, scale, forcing=forcing, drifts=len(drift) > 0).solve()
 
 
-def _start(model: Any, system: System, guess: Any) -> tuple[float, np.ndarray, np.ndarray]:
+def _start(model: Any, system: System, guess: Any, word: str) -> tuple[float, np.ndarray, np.ndarray]:
     """t, q and u at which a simulation begins, or a state of the motion that was given."""
     if isinstance(guess, LimitCycle):
         first = guess.phases[0]
@@ -124,7 +124,7 @@ def _start(model: Any, system: System, guess: Any) -> tuple[float, np.ndarray, n
         return float(guess.t[-1]), guess.q[-1], guess.u[-1]
     state = own_state(model)
     if guess is not None:
-        return 0.0, *start_of(model, guess, "guess")
+        return 0.0, *start_of(model, guess, word)
     if state is None:
         raise InvalidInput(f"this system has no default state; give state={forms_of(model)}")
     return 0.0, *state()

@@ -161,17 +161,20 @@ def forms_of(model: Any) -> str:
 
 
 def answers_start(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """A function that answers other words for the start by the right one."""
+    """A function that answers other words for the start by the right one, also variables of the state beside it."""
     own = inspect.signature(function).parameters
+    is_open = any(parameter.kind == parameter.VAR_KEYWORD for parameter in own.values())
     wrong = {word for word in WRONG_WORDS if word not in own}
     method = "self" in own
 
     @functools.wraps(function)
     def answering(*given: Arguments.args, **options: Arguments.kwargs) -> Result:
-        for word in wrong & options.keys():
-            model = given[int(method) :] or (options.get("system", options.get("model")),)
-            name = function.__qualname__.removesuffix(".__init__")
-            raise InvalidInput(f"{name} takes no {word}=; its start is state={forms_of(model[0])}")
+        for word in sorted(options.keys() & wrong if is_open else options.keys() - own.keys()):
+            model = (given[int(method) :] or (options.get("system", options.get("model")),))[0]
+            if word in wrong or word in variables_of(state_function(model)):
+                name = function.__qualname__.removesuffix(".__init__")
+                form = forms_of(model) if word in wrong else f"dict({word}=...)"
+                raise InvalidInput(f"{name} takes no {word}=; its start is state={form}")
         return function(*given, **options)
 
     return answering

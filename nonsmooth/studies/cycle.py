@@ -14,14 +14,17 @@ from nonsmooth.cycles.cycle import CyclePhase, LimitCycle
 from nonsmooth.cycles.cycle_branch import CycleBranch, continue_cycle
 from nonsmooth.cycles.limit_cycle import limit_cycle
 from nonsmooth.errors import InvalidInput
+from nonsmooth.mechanics.system import as_system
 from nonsmooth.studies.stability import StabilityStudy
 from nonsmooth.views import view
 
 PRINTED_ROWS = 40  # chosen: of the printed table of a branch
 
 
-def study_cycle(model: Any, axes: Mapping[str, ArrayLike], units: Mapping[str, str] | None = None) -> StabilityStudy:
-    """The cycle that the model's default state tends to, and its branch along a parameter.
+def study_cycle(
+    model: Any, axes: Mapping[str, ArrayLike], units: Mapping[str, str] | None = None, **options: Any
+) -> StabilityStudy:
+    """The cycle that a start tends to, the model's default state if none is given, and its branch along a parameter.
 
     Parameters
     ----------
@@ -30,6 +33,8 @@ def study_cycle(model: Any, axes: Mapping[str, ArrayLike], units: Mapping[str, s
         At most one parameter and its values.
     units : mapping, optional
         Its unit, for the figure.
+    **options
+        As of `limit_cycle`.
 
     Returns
     -------
@@ -43,10 +48,11 @@ def study_cycle(model: Any, axes: Mapping[str, ArrayLike], units: Mapping[str, s
     if len(axes) > 1:
         raise InvalidInput(f"a cycle is followed along one parameter; got {', '.join(axes)}")
     if not axes:
-        cycle = limit_cycle(model)
+        cycle = limit_cycle(model, **options)
         return StabilityStudy(describe(cycle), partial(_draw_cycle, cycle), results={"cycle": cycle})
     ((parameter, values),) = axes.items()
-    branch = continue_cycle(model, parameter, values)
+    first = as_system(model).with_parameters(**{parameter: float(np.ravel(values)[0])})
+    branch = continue_cycle(model, parameter, values, limit_cycle(first, **options), forcing=options.get("forcing"))
     is_interrupted = any(change.kind == "interrupted" for change in branch.changes)
     unit = (units or {}).get(parameter, "")
     label = f"{parameter} [{unit}]" if unit else ""

@@ -99,6 +99,20 @@ def option_names(integrator: Any) -> tuple[str, ...]:
     )
 
 
+def require_unit(name: str, given: str, known: str) -> None:
+    """Raise where the unit of an axis is not that of the model: values are taken as they are, so they would be labelled
+    with another unit than they are used in."""
+    if given and known not in ("", "-", given) and spelled(given) != spelled(known):
+        raise InvalidInput(
+            f"the axis {name} is in {known}, and values are not converted; give them in {known}, without {given!r}"
+        )
+
+
+def spelled(unit: str) -> str:
+    """A unit in one spelling: "N*s/m", "N·s/m" and "N s/m" are one."""
+    return "".join(sign for sign in unit if sign not in " *·⋅")
+
+
 def unit_of(system: System, name: str) -> str:
     """Unit of a variable that is a coordinate of the model, its rate or a parameter; empty where it is not known."""
     return system.described.unit_of(name) or unit_of_parameter(system.parameters, name)

@@ -122,17 +122,18 @@ class Progress:
         """These cells are run now, in this thread."""
         self._begun, self._present = self._work(cells), 0.0
 
-    def finish(self, cells: np.ndarray, failed: int) -> None:
-        """These cells are done."""
+    def finish(self, cells: np.ndarray, failed: int, elapsed: float) -> None:
+        """These cells are done, and took so many seconds."""
         self._seconds += self._work(cells)
-        self.add(len(cells), failed)
+        self.add(len(cells), failed, elapsed)
 
-    def add(self, done: int, failed: int) -> None:
+    def add(self, done: int, failed: int, elapsed: float = math.inf) -> None:
         """Count some cells, and show it when the last time is long enough ago."""
         self.done += done
         self.failed += failed
         self._begun, self._present = 0.0, 0.0
-        self._is_known = True
+        if not self._is_known:
+            self._is_known, self._since = True, max(self._since, time.perf_counter() - elapsed)
         self._look()
 
     def hear(self, part: float) -> None:

@@ -7,12 +7,14 @@ batch of runs of a model is one compiled call (block_engine.py).
 from __future__ import annotations
 
 import contextlib
+import functools
+import inspect
 import os
 import pickle
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -31,6 +33,7 @@ from nonsmooth.errors import (
 from nonsmooth.mechanics.system import System
 from nonsmooth.signals.interruption import interrupts_held_back
 from nonsmooth.sweeps.axes import Plan, as_plan
+from nonsmooth.sweeps.axis_names import require_unit
 from nonsmooth.sweeps.batches import Driver, InThisProcess, Packed
 from nonsmooth.sweeps.journal import Journal, study_of
 from nonsmooth.sweeps.pool import LocalPool, as_workers
@@ -46,6 +49,29 @@ CELL_BYTES = 17  # derived: of a cell without results: status, message, its numb
 FIRST_BATCH = 1  # chosen: cells: what is in a batch at Ctrl-C is lost, and how long one takes is not known yet
 
 
+Arguments = ParamSpec("Arguments")
+Found = TypeVar("Found")
+
+
+def answers_options_of_runs(function: Callable[Arguments, Found]) -> Callable[Arguments, Found]:
+    """A sweep that answers the options of its runs, which a task has, by where they belong."""
+    own = inspect.signature(function).parameters
+
+    @functools.wraps(function)
+    def answering(*given: Arguments.args, **options: Arguments.kwargs) -> Found:
+        from nonsmooth.sweeps.run_task import RunTask
+
+        of_runs = [word for word in options if word not in own and word in inspect.signature(RunTask).parameters]
+        if of_runs:
+            typed = ", ".join(f"{word}=..." for word in of_runs)
+            raise InvalidInput(f"sweep takes no {of_runs[0]}=; the options of its runs are those of a task: "
+                               f"sweep(RunTask(model, measures, {typed}), axes)")  # fmt: skip
+        return function(*given, **options)
+
+    return answering
+
+
+@answers_options_of_runs
 def sweep(
     task: Any,
     axes: Any,
@@ -124,6 +150,8 @@ def sweep(
     plan = as_plan(axes)
     task = as_task(task)
     task.check(plan.names)
+    for axis in plan.axes:
+        require_unit(axis.name, axis.unit, task.unit(axis.name))
     resume, fail_fast = as_flag("resume", resume), as_flag("fail_fast", fail_fast)
     if executor is not None and scheduler is None:
         as_instance("executor", executor, Executor, "a concurrent.futures.Executor")
@@ -143,6 +171,8 @@ def sweep(
             book = None if journal is None else stack.enter_context(Journal(journal, result.study, plan, resume))
             if book is not None:
                 result.read(book)
+            if not isinstance(sent, Packed):
+                sent.load()  # before the clock of the progress begins; another process loads before its first call
             costs = costs_of(task, result)
             meter = stack.enter_context(Progress(progress, len(plan), result.n_resumed, costs=costs, at_once=threads))
             driver = Driver(sent, plan, engine, threads, timeout, retries, FIRST_BATCH, batch, stop, meter.begin)
@@ -176,7 +206,7 @@ def collect(driver: Driver, result: Result, book: Journal | None, meter: Progres
                 if book is not None:
                     book.write(cells, batch)
                 result.add(cells, batch)
-            meter.finish(cells, int((batch.status != CellStatus.FINISHED).sum()))
+            meter.finish(cells, int((batch.status != CellStatus.FINISHED).sum()), batch.elapsed)
             if fail_fast:
                 raise_failure(driver.plan, cells, batch)
     except BrokenExecutor as error:

@@ -1,5 +1,6 @@
 """Words that were mistyped are answered by the nearest right one; shells complete the rest."""
 
+import json
 import os
 import pty
 import select
@@ -7,10 +8,12 @@ import shutil
 import subprocess
 import time
 
+import numpy as np
 import pytest
 
 from nonsmooth.commands.cli import main
 from nonsmooth.commands.completion import SHELLS
+from nonsmooth.commands.terminal import as_typed
 
 
 @pytest.mark.parametrize(("words", "meant"), [
@@ -24,6 +27,8 @@ from nonsmooth.commands.completion import SHELLS
     ("stability belt-oscillator", "study stability"),
     ("study penalti bouncing-ball", "penalty"),
     ("run bouncing-ball --integrator eventdriven", "event-driven"),
+    ("run bouncing-ball --integrator evnt", "event-driven"),
+    ("run woodpeker", "woodpecker"),
     ("run bouncing-ball --progress jsn", "json"),
     ("run bouncing-bal", "bouncing-ball"),
     ("run box-stak", "box-stack"),
@@ -126,3 +131,95 @@ def test_a_press_of_tab_in_a_shell_completes_the_word(shell, typed, until, tmp_p
     (tmp_path / "completions").write_text(capsys.readouterr().out)
     words, before = INTERACTIVE[shell]
     assert until in shown_in_terminal(words, f'{before}eval "$(cat completions)"', typed, until, tmp_path)
+
+
+@pytest.mark.parametrize(("said", "typed"), [
+    ("it penetrates. project=True moves it.", "it penetrates. --project moves it."),
+    ("give duration= and dt=", "give --duration and --dt"),
+    ("or settle_by=, until which", "or --settle-by, until which"),
+    ("give state=dict(th=0.8, thdot=-1)", "give --state th=0.8 thdot=-1"),
+    ("selection='lift-off' or dt=1e-3", "--selection 'lift-off' or --dt 1e-3"),
+    ("sliding= and integrator.dt=1 are left, and e = 0.5", "sliding= and integrator.dt=1 are left, and e = 0.5"),
+])  # fmt: skip
+def test_keywords_of_the_library_are_said_as_options(said, typed):
+    options = {word.strip("-").replace("-", "_"): word
+               for word in ("--project", "--duration", "--dt", "--settle-by", "--state", "--selection")}  # fmt: skip
+    assert as_typed(said, options) == typed
+
+
+OWN_MODEL = """
+from typing import NamedTuple
+import nonsmooth as ns
+
+class P(NamedTuple):
+    m: float = 1.0
+
+def mass(t, q, p, M):
+    M[0, 0] = p.m
+
+def force(t, q, u, p, h):
+    h[0] = -9.81 * p.m
+
+def gap(t, q, p, g_N):
+    g_N[0] = q[0]
+
+ball = ns.System(
+    coordinates=[("y", "m")], mass=mass, force=force, gap=gap, contacts=[ns.Contact(e_N=0.5)], parameters=P()
+)
+"""
+
+
+@pytest.fixture
+def my_model(tmp_path, monkeypatch):
+    """A user's model, in a folder below the one where commands are typed; its path."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "falling.py").write_text(OWN_MODEL)
+    monkeypatch.chdir(tmp_path)
+    return "mine/falling.py:ball"
+
+
+@pytest.mark.parametrize(("words", "advice"), [
+    ("run MODEL --state y=-0.1 --t-end 0.01 --dt 1e-3 --no-plot", "--project moves it"),
+    ("study bifurcation MODEL --axis m=1:2:2 --state y=1", "give --duration and --dt"),
+    ("study cycle MODEL --state y=1", "give --duration"),
+    ("sweep MODEL --axis m=1:2:2 --state y=1 --measure amplitude --t-end 1 --dt 1e-2", "or --settle-by, until"),
+])  # fmt: skip
+def test_a_message_advises_what_can_be_typed(words, advice, my_model, capsys):
+    main(words.replace("MODEL", my_model).split())
+    said = capsys.readouterr().err
+    assert advice in said and "=, " not in said and "=True" not in said
+
+
+def test_files_are_named_after_the_model_and_lie_where_the_command_is_typed(my_model, tmp_path):
+    for words in (
+        "run MODEL --state y=1 --t-end 0.1 --dt 1e-3",
+        "map MODEL --state y=0 --axis m=1:2:3 ydot=-1:1:3",
+        "study convergence MODEL --state y=1 --t-end 0.1",
+        "study penalty MODEL --state y=0.1 --t-end 0.2 --stiffness 1e4 1e5",
+        "study bifurcation MODEL --axis m=1:2:2 --state y=1 --duration 0.5 --dt 1e-2",
+    ):
+        assert main([*words.replace("MODEL", my_model).split(), "--quiet"]) == 0
+    made = {path.name for path in tmp_path.iterdir()} - {"mine"}
+    assert made == {"ball.png", "ball-map.nc", "ball-map.png", "ball-convergence.png", "ball-penalty.png",
+                    "ball-bifurcation.png"}  # fmt: skip
+    assert [path.name for path in (tmp_path / "mine").glob("*.png")] == []
+
+
+def test_what_is_no_model_of_a_file_is_answered_by_its_models(my_model, capsys):
+    assert main(["run", f"{my_model.partition(':')[0]}:P"]) == 2
+    assert "P is no model: " in (said := capsys.readouterr().err) and "falling.py has the models ball" in said
+
+
+def test_the_start_and_the_period_of_a_cycle_are_typed(tmp_path, monkeypatch, capsys):
+    """The same cycle from another start, and along a parameter."""
+    monkeypatch.chdir(tmp_path)
+    belt = ["study", "cycle", "belt-oscillator", "--set", "vb=0.2", "--json"]
+    periods = []
+    for more in ([], ["--state", "x=0.05", "velocity=0.1", "--duration", "30"], ["--dt", "1e-3"]):
+        assert main([*belt, *more]) == 0
+        periods.append(json.loads(capsys.readouterr().out)["cycle"]["period"])
+    np.testing.assert_allclose(periods, periods[0], rtol=1e-8)
+    assert main([*belt, "--state", "x=0.05", "--axis", "k=10:11:2"]) == 0
+    assert json.loads(capsys.readouterr().out)["branch"]["period"][0] == pytest.approx(periods[0], rel=1e-8)
+    assert main([*belt, "--forcing", "-1"]) == 2
+    assert "forcing must be positive" in capsys.readouterr().err

@@ -100,3 +100,14 @@ def test_a_figure_of_a_text_is_refused_before_any_run(monkeypatch, capsys):
     monkeypatch.setattr("nonsmooth.sweeps.sweep.sweep", None)
     assert main(["sweep", "painleve-rod", "--axis", "mu=1:2:3", "--measure", "modes", "--plot", "x.png", *SHORT]) == 2
     assert "needs a measure that is a number; modes is a text" in capsys.readouterr().err
+
+
+def test_coordinates_of_different_units_have_a_line_each(capsys):
+    """q = (x, y, th): metres and radians have no common range."""
+    assert main(["sweep", "painleve-rod", "--axis", "mu=0.4,0.5", *SHORT]) == 0
+    printed = capsys.readouterr().out
+    lines = {line.split()[0]: line.split() for line in printed.splitlines()}
+    assert lines["q[y]"][-1] == "m" and lines["q[th]"][-1] == "rad" and lines["u[th]"][-1] == "rad/s"
+    assert "[q]" not in printed
+    low, high = (float(lines["q[th]"][k]) for k in (1, 3))
+    assert 0 < low <= high < 3.2

@@ -87,3 +87,17 @@ def test_half_a_start_is_answered_by_the_whole_one(given, missing):
     ball = BouncingBall()
     with pytest.raises(ns.InvalidInput, match=f"the start has {given} and no {missing}; give both, or state="):
         ns.simulate(ball, (0, 0.1), integrator=ns.MoreauJean(dt=1e-3), **{given: [0.5]})
+
+
+def test_a_variable_of_the_state_beside_it_is_answered_by_the_form():
+    with pytest.raises(ns.InvalidInput, match=r"simulate takes no th=; its start is state=dict\(th=...\)"):
+        ns.simulate(system(), (0, 1), integrator=STEP, th=0.1)
+    with pytest.raises(TypeError, match="unexpected keyword argument 'speed'"):
+        ns.simulate(system(), (0, 1), integrator=STEP, speed=0.1)
+
+
+def test_a_wrong_start_is_named_as_it_was_given():
+    with pytest.raises(ns.InvalidInput, match=r"state\[0\] must have 2 entries; got 1"):
+        ns.limit_cycle(system(), state=([0.1], [0.0]), duration=1.0)
+    with pytest.raises(ns.InvalidInput, match=r"guess\[0\] must have 2 entries; got 1"):
+        ns.limit_cycle(system(), ([0.1], [0.0]), duration=1.0)

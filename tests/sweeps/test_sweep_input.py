@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import time
 
 import numpy as np
 import pytest
@@ -188,3 +189,50 @@ def test_a_function_sees_each_snapshot():
     seen = []
     ns.sweep(two, {"x": np.arange(5.0)}, progress=seen.append)
     assert seen[-1].done == 5 and seen[-1].total == 5
+
+
+def test_what_a_worker_compiles_before_its_first_cells_is_no_part_of_the_rate(monkeypatch):
+    """10 s until the first of 100 cells is back, of which it took 0.1 s: 9.9 s are left, not 990."""
+    now = [100.0]
+    monkeypatch.setattr("nonsmooth.sweeps.progress.time.perf_counter", lambda: now[0])
+    stream = io.StringIO()
+    progress = Progress(True, 100, 0, stream)
+    now[0] = 110.0
+    progress.finish(np.arange(1), 0, 0.1)
+    assert progress.snapshot().remaining == pytest.approx(9.9) and stream.getvalue() == ""
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_model_that_compiles_for_long_is_not_announced_as_a_long_sweep(workers, monkeypatch, capsys):
+    """Also where threads run the cells: three seconds of compiling are no cell's."""
+    from nonsmooth.sweeps.map_task import MapTask
+
+    load, loaded = MapTask.load, []
+
+    def slow(task):
+        if not loaded:
+            time.sleep(1.5)
+        loaded.append(load(task))
+
+    monkeypatch.setattr(MapTask, "load", slow)
+    ns.paradox_map(BeltOscillator(), x=np.linspace(0, 1, 100), workers=workers)
+    assert loaded and "will take" not in capsys.readouterr().err
+
+
+def test_an_option_of_the_runs_is_answered_by_its_place():
+    with pytest.raises(ns.InvalidInput, match=r"sweep takes no t_span=; .*RunTask\(model, measures, t_span=..., state"):
+        ns.sweep(BeltOscillator(), {"vb": [0.1]}, t_span=(0, 1), state={"x": 0.1})
+    with pytest.raises(TypeError, match="unexpected keyword argument 'speed'"):
+        ns.sweep(BeltOscillator(), {"vb": [0.1]}, speed=1)
+
+
+@pytest.mark.parametrize(("name", "unit"), [("vb", "mm/s"), ("x", "mm"), ("c", "N/m"), ("dt", "ms")])
+def test_a_unit_that_is_not_the_models_is_refused(name, unit):
+    """Values are not converted, so another label would be a wrong number."""
+    with pytest.raises(ns.InvalidInput, match=rf"the axis {name} is in .*not converted; .*without '{unit}'"):
+        ns.sweep(BELT, {name: ([0.1, 0.2], unit)}, progress=False)
+
+
+def test_a_unit_is_the_same_in_another_spelling():
+    found = ns.sweep(BELT, {"c": ([0.1, 0.2], "N*s/m")}, progress=False)
+    assert found.c.attrs["units"] == "N*s/m"
