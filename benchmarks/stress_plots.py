@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.stress_figures import Outcome
-from benchmarks.stress_random import Verdict
+from benchmarks.stress_random import CONTROLLED, DT, STIFFNESS, Verdict
 from nonsmooth.drawing.colours import BLACK, WASHED, cycled
 from nonsmooth.drawing.labels import LETTER
 from nonsmooth.drawing.plots import WIDTH, new_figure, save_figure
@@ -44,6 +44,11 @@ def plot_margins(outcomes: list[Outcome], path: Path | None = None) -> Any:
     return save_figure(figure, path)
 
 
+RUN = {  # integrators of the random systems, and with what
+    "MoreauJean": f"dt = {DT:g} s", "Adaptive": f"rtol = {CONTROLLED.rtol:g}", "Penalty": f"k = {STIFFNESS:g} N/m",
+}  # fmt: skip
+
+
 def margins(outcomes: list[Outcome], method: str) -> tuple[np.ndarray, np.ndarray]:
     """Of all runs of an integrator the number of the figure, and the figure over its bound."""
     found = [
@@ -61,7 +66,7 @@ def plot_agreement(verdicts: list[Verdict], path: Path | None = None) -> Any:
     """Distance to located events against its bound, one point a random system and method."""
     figure = new_figure(WIDTH, 3.2)
     panels = figure.subplots(1, 3, sharex=True, sharey=True)
-    for axes, method in zip(panels, ("MoreauJean", "Adaptive", "Penalty"), strict=True):
+    for axes, (method, option) in zip(panels, RUN.items(), strict=True):
         mine = [v for v in verdicts if v.method == method and np.isfinite(v.error)]
         for k, label in enumerate(REASONS):
             chosen = [v for v in mine if (v.reason or REASONS[0]) == label]
@@ -69,7 +74,7 @@ def plot_agreement(verdicts: list[Verdict], path: Path | None = None) -> Any:
             axes.loglog([v.bound for v in chosen], [max(v.error, NEAREST) for v in chosen], marker, ms=2.5, mew=0.5,
                         mfc="none", color=colour, label=label)  # fmt: skip
         axes.plot([1e-9, 1e2], [1e-9, 1e2], color=BLACK, lw=1)
-        axes.set_title(method, fontsize=9)
+        axes.set_title(f"{method}\n{option}", fontsize=9)
         axes.set_xticks([1e-8, 1e-4, 1.0])
         axes.grid(True, which="major", color=WASHED)
     panels[1].set_xlabel("bound [m kg$^{1/2}$]; on the line the distance is the bound")

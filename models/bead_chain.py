@@ -3,7 +3,8 @@
     m x_i'' = la_(i-1) - la_i,    g_i = gap + x_(i+1) - x_i >= 0,    g_(n-1) = gap - x_(n-1) >= 0
 
 x_i are displacements from the evenly spaced positions; contact i lies to the right of bead i, the last one at the wall.
-Two equal beads meet with restitution e: their mean velocity stays, their difference is multiplied by -e.
+Two equal beads meet with restitution e: their mean velocity stays, their difference is multiplied by -e; what
+a step finds struck at once is struck one after the other.
 Source: Newton's cradle with gaps; e.g. Acary and Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems* (2008).
 """
 
@@ -110,7 +111,7 @@ class BeadChain:
         """The system with n frictionless unilateral contacts."""
         return System(
             n_q=self.n, mass=mass, force=force, gap=gap, normal=normal, row_rates=row_rates, potential=potential,
-            contacts=[Contact(e_N="e")] * self.n, parameters=self, name=self.name,
+            contacts=[Contact(e_N="e", impact="sequential")] * self.n, parameters=self, name=self.name,
         )  # fmt: skip
 
     def state(self, velocity: float = 1.0) -> tuple[np.ndarray, np.ndarray]:

@@ -151,6 +151,12 @@ class BeltOscillator:
         if self.law in ("two-coefficient", "stribeck"):
             as_non_negative("m0 - mu_k", self.m0 - self.mu_k)
 
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """The parameters of the other laws of friction, which this one does not read."""
+        named = {law: {value for value in vars(one).values() if isinstance(value, str)} for law, one in LAWS.items()}
+        return tuple(sorted(set().union(*named.values()) - named[self.law]))
+
     def system(self) -> System:
         """The system with one friction contact under the given normal force N."""
         return System(

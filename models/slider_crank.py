@@ -15,8 +15,9 @@ corners j = -1 the lower one: with y_k = l1 sin th1 + l2 sin th2 + i_k a sin th3
     B cos D th1'' + (J2 + l2^2 (m2/4 + m3)) th2''      =  B sin D th1'^2 - g l2 (m2/2 + m3) cos th2
     J3 th3'' = 0,    and the contacts on the right-hand sides
 
-with the masses of crank and rod at their middles. Lagrange's equations of these positions; the parameters are those of
-Flores, Leine, Glocker, *Multibody Syst. Dyn.* 23 (2010) 165.
+with the masses of crank and rod at their middles. Lagrange's equations of these positions; the parameters and the law
+of impact, Newton's also for two corners at once, are those of Flores, Leine, Glocker, *Multibody Syst. Dyn.* 23 (2010)
+165.
 """
 
 from __future__ import annotations
@@ -167,7 +168,8 @@ class SliderCrank:
         """The system with four unilateral contacts with friction."""
         return System(
             n_q=3, mass=mass, force=force, gap=gap, normal=normal, tangent=tangent, row_rates=row_rates,
-            potential=potential, contacts=[Contact(mu="mu", e_N="e")] * 4, parameters=self, name=self.name,
+            potential=potential, contacts=[Contact(mu="mu", e_N="e", impact="newton")] * 4, parameters=self,
+            name=self.name,
         )  # fmt: skip
 
     def state(

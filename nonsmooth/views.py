@@ -22,7 +22,7 @@ VIEWS: dict[str, dict[str, str]] = {
         "summary": "results.summary.summary", "html": "results.summary.as_html",
     },
     "SceneSolution": {
-        "plot": "drawing.scene_figures.plot_scene", "picture": "drawing.scene_figures.picture",
+        "plot": "drawing.scene_histories.plot_scene", "picture": "drawing.scene_figures.picture",
         "animate": "drawing.scene_figures.animate",
         "film": "drawing.player.scene_film.film_of_scene", "view": "drawing.player.page.show",
         "dataset": "results.labelled.scene_dataset", "table": "results.labelled.scene_table",

@@ -35,7 +35,10 @@ ENERGIES = {  # term of the ledger: colour, dashes
     "normal": ("#cc79a7", WORK),
     "surface": ("#e69f00", WORK),
     "projection": ("#7f7f7f", BALANCE),
+    "elastic": ("#56b4e9", STATE),
+    "damping": ("#56b4e9", WORK),
 }
+STORED = ("kinetic", "potential", "elastic")  # defined: terms that are energies; the others are works
 
 
 def cycled(k: int) -> tuple[str, str, str]:

@@ -7,7 +7,7 @@ Matplotlib is imported inside the functions. A model may give ``coordinates`` (n
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.checks.files import FIGURE_ENDINGS, as_place, whole_file
-from nonsmooth.drawing.colours import BLUE, ENERGIES, GREY, RED, REGIONS, STRIPS, cycled
+from nonsmooth.drawing.colours import BLUE, ENERGIES, GREY, RED, REGIONS, STORED, STRIPS, cycled
 from nonsmooth.drawing.forces import CUT, PEAKLESS, draw_forces, draw_impulses, loads_of
 from nonsmooth.drawing.labels import (
     FLAT,
@@ -29,15 +29,17 @@ from nonsmooth.drawing.labels import (
     with_unit,
 )
 from nonsmooth.errors import MissingExtra
-from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.mechanics.system import ContactMode, idle_parameters
 from nonsmooth.results.recorded import COORDINATES, EVENTS, IMPULSES, LEDGER, MODES, VELOCITIES, not_recorded
 from nonsmooth.results.solution import mode_name
 
 if TYPE_CHECKING:
+    from nonsmooth.results.scene_solution import SceneSolution
     from nonsmooth.results.solution import Solution
 
 WIDTH = 5.0  # chosen: of a figure [in]
 PHASE_PLANE_MARGIN = 0.2  # chosen: of the orbit's extent, around it in the phase plane
+LEDGER_ROUNDING = 1e-12  # chosen: of the largest energy: what changes less is the rounding of a sum of many steps
 GRID = 400  # chosen: points of the phase map along each axis
 MOST_DRAWN = 20_000  # chosen: drawn of one curve
 MAX_NAMES = 8  # chosen: coordinates drawn; a chain has hundreds
@@ -153,13 +155,18 @@ def load_panels(solution: Solution) -> list[tuple[partial[None], float]]:
 
 def title_of(solution: Solution, letters: int) -> str:
     """The system, its parameters in lines of so many letters, the integrator, and where an unfinished run stopped."""
-    about = solution.about
+    about, idle = solution.about, idle_parameters(solution.system)
     values = [f"{name}\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{value:.4g}" for name, value in about.items()
-              if isinstance(value, int | float)]  # fmt: skip
+              if isinstance(value, int | float) and name not in idle]  # fmt: skip
     rows = [str(about.get("system", "")), *broken(str(about.get("integrator", "")), letters)]
     rows += broken("  ".join(values), letters)
-    rows += [] if solution.success else [f"{solution.status.name} at t = {solution.t[-1]:.6g} s"]
+    rows += unfinished(solution)
     return "\n".join(row for row in rows if row)
+
+
+def unfinished(solution: Solution | SceneSolution) -> list[str]:
+    """Where a run stopped that did not reach its end."""
+    return [] if solution.success else [f"{solution.status.name} at t = {solution.t[-1]:.6g} s"]
 
 
 def broken(text: str, letters: int) -> list[str]:
@@ -243,20 +250,27 @@ def draw_over_space(axes: Any, solution: Solution, values: np.ndarray, label: st
 
 def draw_energy(axes: Any, solution: Solution) -> None:
     """Energies and works, all since the start; of a changing mass and its gyroscopic force, which cancel, the sum."""
-    k = thinning(solution)
     ledger = dict(solution.ledger)
     if "mass" in ledger:
         ledger["force, changing mass"] = ledger.pop("force") + ledger.pop("mass")
-    changing = [name for name in ENERGIES if name in ledger and np.ptp(ledger[name]) > 0]
+    draw_ledger(axes, solution.t, ledger, thinning(solution))
+
+
+def draw_ledger(axes: Any, t: np.ndarray, ledger: Mapping[str, np.ndarray], k: np.ndarray) -> None:
+    """The terms that change, at the records k; rounding of the energies, and of the largest change, is none."""
+    size = max(float(np.abs(values).max()) for values in ledger.values())
+    most = max(float(np.ptp(values)) for values in ledger.values())
+    least = max(FLAT * most, LEDGER_ROUNDING * size)
+    changing = [name for name in ENERGIES if name in ledger and np.ptp(ledger[name]) > least]
     for name in changing:
         colour, dashes = ENERGIES[name]
-        label = f"{name} energy" if name in ("kinetic", "potential") else f"work: {name}"
-        axes.plot(solution.t[k], ledger[name][k] - ledger[name][0], label=label, color=colour, ls=dashes, lw=1.3)
+        label = f"{name} energy" if name in STORED else f"work: {name}"
+        axes.plot(t[k], ledger[name][k] - ledger[name][0], label=label, color=colour, ls=dashes, lw=1.3)
     axes.set_ylabel("change of\nenergy [J]")
     if changing:
         legend_above(axes)
     else:
-        axes.plot(solution.t[[0, -1]], [0.0, 0.0], color=GREY, lw=1.0)
+        axes.plot(t[[0, -1]], [0.0, 0.0], color=GREY, lw=1.0)
         axes.text(0.5, 0.6, "no energy changes and no work is done", transform=axes.transAxes, ha="center", fontsize=9)
 
 
@@ -367,7 +381,7 @@ def extent(values: np.ndarray, scale: float = 0.0) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def thinning(solution: Solution) -> np.ndarray:
+def thinning(solution: Solution | SceneSolution) -> np.ndarray:
     """Indices of the records that are drawn."""
     n = len(solution.t)
     return np.unique(np.linspace(0, n - 1, min(n, MOST_DRAWN)).astype(int))

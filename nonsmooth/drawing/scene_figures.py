@@ -1,4 +1,4 @@
-"""Figures of scenes of bodies: pictures in the plane and in space, and the histories of a run.
+"""Pictures and animations of scenes of bodies, in the plane and in space.
 
 Needs the extra [plot]. A spatial picture looks along a slanted axis, without perspective; faces are drawn from the far
 ones to the near ones, a sphere as a disc, so that bodies that are in one another may hide wrongly.
@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nonsmooth.drawing.animation import Animation, animation, as_animation
-from nonsmooth.drawing.colours import BLUE, RED
 from nonsmooth.drawing.facets import facets_of, has_facets
 from nonsmooth.drawing.plots import new_figure, save_figure
 from nonsmooth.drawing.scene import MAX_FRAMES, as_inches, frames_of, instants, set_letters
@@ -76,21 +75,35 @@ def picture(
     """
     records = instants(solution.t, n, times)
     extent = extent_of(solution)
-    wide, tall = extent[1] - extent[0]
-    columns = 1 if wide > WIDE_SCENE * tall else min(len(records), 3)
-    rows = -(-len(records) // columns)
     across = as_inches(width)
     figure = new_figure(across, 1.0)
-    height = across / columns * tall / wide * rows + 0.9 * rows
+    *grid, height = arranged(extent, len(records), across)
     figure.set_size_inches(across, float(np.clip(height, LEAST_SCENE, MOST_SCENE)))
-    for k, (axes, record) in enumerate(zip(figure.subplots(rows, columns, squeeze=False).flat, records, strict=False)):
+    draw_instants(figure, solution, records, extent, *grid)
+    set_letters(figure)
+    return save_figure(figure, path)
+
+
+def arranged(extent: tuple[np.ndarray, np.ndarray], n: int, across: float) -> tuple[int, int, float]:
+    """Rows and columns of so many instants, and the height [in] that suits a width."""
+    wide, tall = extent[1] - extent[0]
+    columns = 1 if wide > WIDE_SCENE * tall else min(n, 3)
+    rows = -(-n // columns)
+    return rows, columns, float(across / columns * tall / wide * rows + 0.9 * rows)
+
+
+def draw_instants(
+    figure: Any, solution: SceneSolution, records: np.ndarray, extent: tuple[np.ndarray, np.ndarray], rows: int,
+    columns: int,
+) -> None:  # fmt: skip
+    """The scene at some records, in a figure or a part of one."""
+    places = figure.subplots(rows, columns, squeeze=False).ravel()
+    for k, (axes, record) in enumerate(zip(places, records, strict=False)):
         frame_scene(axes, solution, extent, has_label=k % columns == 0)
         draw_bodies(axes, solution, int(record), extent)
         axes.set_title(f"t = {solution.t[record]:.3g} s", fontsize=10)
-    for axes in figure.axes[len(records) :]:
+    for axes in places[len(records) :]:
         axes.set_axis_off()
-    set_letters(figure)
-    return save_figure(figure, path)
 
 
 def animate(solution: SceneSolution, path: str | Path | None = None, fps: int = 25) -> Path | Animation:
@@ -427,42 +440,3 @@ def _hull(points: np.ndarray) -> np.ndarray:
 
 def _rgb(colour: str) -> np.ndarray:
     return np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
-
-
-def plot_scene(solution: SceneSolution, path: str | Path | None = None) -> Any:
-    """Energies, contacts, residual and penetration over the time.
-
-    Parameters
-    ----------
-    solution : SceneSolution
-    path : path-like, optional
-        Where to save; the ending names the format.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    figure = new_figure(SCENE_WIDTH, 6.5)
-    top, middle, bottom = figure.subplots(3, 1, sharex=True)
-    t, ledger = solution.t, solution.ledger
-    energy = ledger["kinetic"] + ledger["potential"]
-    top.plot(t, ledger["kinetic"], color=BLUE, label="kinetic")
-    top.plot(t, energy - energy[0], color=RED, ls="--", label="change of kinetic + potential")
-    top.set_ylabel("energy [J]")
-    top.legend(fontsize=8, frameon=False)
-    counts = np.diff(solution.all_contacts.offsets)
-    middle.plot(t, counts, color=BLUE)
-    middle.set_ylabel("contacts")
-    middle.set_ylim(bottom=0)
-    tiny = np.finfo(float).tiny
-    for values, colour, label in (
-        (solution.residual, BLUE, "residual [-]"), (solution.penetration, RED, "penetration [m]"),
-    ):  # fmt: skip
-        shown = np.where(values > tiny, values, np.nan)
-        if np.isfinite(shown).any():
-            bottom.semilogy(t, shown, color=colour, label=label)
-    bottom.axhline(solution.stats.tol, color="grey", lw=0.8, ls=":", label="tol")
-    bottom.set_ylabel("worst since the\nrecord before")
-    bottom.legend(fontsize=8, frameon=False)
-    bottom.set_xlabel("t [s]")
-    return save_figure(figure, path)

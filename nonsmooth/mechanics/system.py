@@ -93,11 +93,13 @@ class Contact:
         Keeps g_N = 0: the normal force may have either sign, and |P_F| <= mu |P_N|.
     normal_force : bool
         Friction only, under the force ``normal_force(t, q, u, p, N)``: |P_F| <= mu dt max(N, 0); no gap, no W_N.
-    impact : {"newton", "poisson", "energetic", "sequential"}
-        What e_N is a ratio of: velocities, impulses, or works (e_N^2). Several contacts hit at once are decided
-        together by the first three: "poisson" with one e_N, "energetic" as springs of equal stiffness, compressed and
-        given back each in its own time, with e_N > 0 at all or at none. By "sequential" they are struck one after the
-        other, the fastest approach first, of equal ones the lowest number, each by the energetic law.
+    impact : {"newton", "poisson", "energetic", "sequential"}, optional
+        What e_N is a ratio of: velocities, impulses, or works (e_N^2). Newton's when left out, and a run in which it
+        rebounds several coupled contacts at once warns; "newton" is his law as a choice, without the warning. Several
+        contacts hit at once are decided together by the first three: "poisson" with one e_N, "energetic" as springs of
+        equal stiffness, compressed and given back each in its own time, with e_N > 0 at all or at none. By "sequential"
+        they are struck one after the other, the fastest approach first, of equal ones the lowest number, each by the
+        energetic law.
     name : str
         For summaries, figures and messages, as "tip"; its number when left out.
     """
@@ -107,12 +109,13 @@ class Contact:
     e_F: Coefficient = 0.0
     bilateral: bool = False
     normal_force: bool = False
-    impact: str = "newton"
+    impact: str | None = None
     name: str = ""
 
     def __post_init__(self) -> None:
         as_instance("the name of a contact", self.name, str, "a text")
-        as_name("impact law", self.impact, IMPACT_LAWS)
+        if self.impact is not None:
+            as_name("impact law", self.impact, IMPACT_LAWS)
         for name, value in (("e_N", self.e_N), ("e_F", self.e_F)):
             if not isinstance(value, str):  # a name is resolved by the system that has the parameters
                 as_fraction(name, value)
@@ -133,6 +136,11 @@ class Contact:
     def has_friction(self) -> bool:
         """Whether the contact has tangential rows."""
         return not (isinstance(self.mu, int | float) and self.mu == 0)
+
+    @property
+    def law_of_impact(self) -> str:
+        """The name of the law that was chosen, or Newton's."""
+        return "newton" if self.impact is None else self.impact
 
     @property
     def kind(self) -> int:
@@ -344,7 +352,7 @@ class System:
     def law_numbers(self) -> np.ndarray:
         """(n_c, LAW_WIDTH) what of the laws is numbers, the same in every process."""
         rows = [
-            law_row(contact.law, contact.e_N, contact.e_F, contact.impact, self.parameter_values)
+            law_row(contact.law, contact.e_N, contact.e_F, contact.law_of_impact, self.parameter_values)
             for contact in self.contacts
         ]
         return np.array(rows).reshape(self.n_c, LAW_WIDTH)
@@ -451,9 +459,9 @@ def _check_laws(system: System) -> None:
     others = np.flatnonzero(system.law_numbers[:, LAW_IMPACT] != ImpactLaw.NEWTON)
     if not len(others) or system.n_c == 1:
         return
-    law, e = system.contacts[others[0]].impact, system.law_numbers[:, LAW_E_N]
+    law, e = system.contacts[others[0]].law_of_impact, system.law_numbers[:, LAW_E_N]
     for contact in system.contacts:
-        if contact.impact != law or contact.kind != UNILATERAL:
+        if contact.law_of_impact != law or contact.kind != UNILATERAL:
             raise InvalidInput(
                 f"impact = {law!r} needs a system with one contact, or several that are all unilateral and of the same "
                 f"law; got {contact}"
@@ -599,3 +607,8 @@ def _require_arguments(name: str, function: Callable, expected: tuple[str, ...])
         signature.bind(*expected)
     except TypeError:
         raise InvalidInput(f"{name} must take ({', '.join(expected)}); got {name}{signature}") from None
+
+
+def idle_parameters(system: System | None) -> tuple[str, ...]:
+    """The parameters that a model does not read as it is chosen, its attribute ``idle``: titles leave them out."""
+    return tuple(getattr(system.parameters, "idle", ())) if system is not None else ()

@@ -106,9 +106,11 @@ def system_dataset(solution: Solution) -> xarray.Dataset:
     if own["la"] is not None:
         data["la_N"] = column("t contact", solution.la[:, :, 0], "N", "normal forces")  # type: ignore[index]
         data["la_F"] = column("t contact", solution.la[:, :, 1], "N", "friction forces")  # type: ignore[index]
+    for name in {"q", "u"} & data.keys():
+        data[name][2]["units"] = unit_of_all(solution, name)
     if EVENTS in recorded:
         data |= {
-            f"event_{name}": column("event", solution.event_rows[:, k], "s" if name == "t" else "", f"{name} of events")
+            f"event_{name}": column("event", solution.event_rows[:, k], OF_EVENTS.get(name, ""), f"{name} of events")
             for k, name in enumerate(EVENT_NAMES)
         }
     n_q = len(solution.described.coordinates)
@@ -121,41 +123,75 @@ def system_dataset(solution: Solution) -> xarray.Dataset:
 
 
 def names_of_coordinates(solution: Solution) -> dict[str, Any]:
-    """Names and units of the coordinates, where the model has them."""
+    """Names of the contacts, and names and units of the coordinates where the model has them."""
+    contacts = np.array(solution.described.contacts, dtype=object)
+    found: dict[str, Any] = {"contact": ("contact", contacts)} if len(contacts) else {}
     if not solution.described.has_names:
-        return {}
+        return found
     names, units = (np.array(column, dtype=object) for column in zip(*solution.described.coordinates, strict=True))
-    return {
+    rates = np.array([unit for _, unit in solution.described.rates], dtype=object)
+    return found | {
         "coordinate": ("coordinate", names),
         "coordinate_units": ("coordinate", units),
         "velocity": ("velocity", names.copy(), {"long_name": "coordinate whose rate it is"}),
+        "velocity_units": ("velocity", rates),
     }
 
 
+def unit_of_all(solution: Solution, name: str) -> str:
+    """The unit of every coordinate, or of every velocity; nothing where they differ."""
+    pairs = solution.described.coordinates if name == "q" else solution.described.rates
+    units = {unit for _, unit in pairs}
+    return units.pop() if len(units) == 1 else ""
+
+
 def system_table(solution: Solution, what: str = "records") -> pandas.DataFrame:
-    """A run of a `System` as a table: a row a record, or a row an event."""
+    """A run of a `System` as a table: a row a record, or a row an event; ``attrs["units"]`` has the unit of each column.
+
+    Columns have the names of coordinates, velocities and contacts where the model has them: x, xdot, g_N[tip]; where it
+    has none they are counted.
+    """
     as_name("table", what, SYSTEM_TABLES)
     pandas = require_data("pandas")
     if what == "events":
         table = pandas.DataFrame(dict(zip(EVENT_NAMES, solution.event_rows.T, strict=True)))
         whole = {name: np.int64 for name in EVENT_NAMES if name in WHOLE_OF_EVENTS}
         kinds = [EventKind(int(kind)).name for kind in solution.event_rows[:, EVENT_KIND]]
-        return table.astype(whole).assign(kind=np.array(kinds, dtype=object))
-    own, recorded = solution.__getstate__(), solution.recorded
+        names = [solution.described.contacts[k] if k >= 0 else "" for k in table.contact.astype(int)]
+        told = {"kind": np.array(kinds, dtype=object), "contact_name": np.array(names, dtype=object)}
+        return with_units(table.astype(whole).assign(**told), OF_EVENTS)
+    own, recorded, units = solution.__getstate__(), solution.recorded, {"t": "s"}
     columns = {"t": solution.t}
-    for name in ("q", "u", "g_N", "P_N"):
-        if own[name] is not None:
-            columns |= {f"{name}[{k}]": values for k, values in enumerate(own[name].T)}
+    for kind, pairs in (("q", solution.described.coordinates), ("u", solution.described.rates)):
+        if own[kind] is not None:
+            columns |= {name: values for (name, _), values in zip(pairs, own[kind].T, strict=True)}
+            units |= {name: unit for name, unit in pairs if unit}
+    places = [name if name != f"contact {k}" else str(k) for k, name in enumerate(solution.described.contacts)]
+    for kind in ("g_N", "P_N"):
+        if own[kind] is not None:
+            columns |= {f"{kind}[{place}]": values for place, values in zip(places, own[kind].T, strict=True)}
     if IMPULSES in recorded:
-        n_c, d = solution.P_F.shape[1:]
-        places = [(k, a) for k in range(n_c) for a in range(d)]
-        columns |= {f"P_F[{k},{a}]" if d > 1 else f"P_F[{k}]": solution.P_F[:, k, a] for k, a in places}
+        d = solution.P_F.shape[2]
+        columns |= {f"P_F[{place},{a}]" if d > 1 else f"P_F[{place}]": solution.P_F[:, k, a]
+                    for k, place in enumerate(places) for a in range(d)}  # fmt: skip
+    units |= {name: OF_SYSTEM[name.partition("[")[0]][1] for name in columns if name.partition("[")[0] in OF_SYSTEM
+              and name not in units}  # fmt: skip
     if MODES in recorded:
-        columns |= {f"mode[{k}]": named_modes(values) for k, values in enumerate(solution.mode.T)}
+        columns |= {
+            f"mode[{place}]": named_modes(values) for place, values in zip(places, solution.mode.T, strict=True)
+        }
     works = solution.ledger if LEDGER in recorded else {}
-    return pandas.DataFrame(columns | {f"{name} [J]": values for name, values in works.items()})
+    columns |= {f"{name} [J]": values for name, values in works.items()}
+    return with_units(pandas.DataFrame(columns), units | {f"{name} [J]": "J" for name in works})
 
 
+def with_units(table: pandas.DataFrame, units: dict[str, str]) -> pandas.DataFrame:
+    """A table that knows the units of its columns, where they have one."""
+    table.attrs["units"] = {name: unit for name, unit in units.items() if unit and name in table}
+    return table
+
+
+OF_EVENTS = {"t": "s", "P_N": "N s", "P_F": "N s", "gamma_N": "m/s", "gamma_F": "m/s"}  # units of an event's columns
 WHOLE_OF_EVENTS = ("contact", "mode_before", "slip_before", "mode_after", "slip_after", "n_solutions", "found")
 
 

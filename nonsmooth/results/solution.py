@@ -605,7 +605,7 @@ def rebound_together(stats: Stats) -> str:
         f"{stats.first_together} were hit at once{times}, and Newton's law of impact with e_N > 0 rebounds them "
         "together, one answer of many: impact='sequential' strikes one after the other, as a smaller dt does where "
         "they are apart, impact='poisson' gives back what was compressed, impact='energetic' gives it back as equal "
-        "springs do, and e_N = 0 has no rebound"
+        "springs do, e_N = 0 has no rebound, and impact='newton' chooses this answer"
     )
 
 

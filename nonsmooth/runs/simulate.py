@@ -15,7 +15,7 @@ from nonsmooth.contact.planar.single import Selection
 from nonsmooth.errors import EnergyGainWarning, InvalidInput, SimultaneousImpactWarning, Status, shown, warn_caller
 from nonsmooth.integrators.contract import Choice, Integrator
 from nonsmooth.mechanics.start import answers_start, the_start
-from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.mechanics.system import UNILATERAL, System, as_system
 from nonsmooth.results.recorded import kinds_of_system
 from nonsmooth.results.solution import Solution, Stats, energy_gain, rebound_together
 from nonsmooth.runs.recorder import Recorder
@@ -277,7 +277,7 @@ def simulate(
     if t_eval is not None and len(solution.t) > 1 and solution.t[0] < np.ravel(t_eval)[0]:
         solution = solution.without_start()
     if solution.is_found:
-        tell_of_impacts(solution.stats)
+        tell_of_impacts(solution.stats, system)
     if reason is not None:
         solution.about["chosen"] = reason
     if solution.success and not functions:
@@ -287,11 +287,14 @@ def simulate(
     return solution
 
 
-def tell_of_impacts(stats: Stats) -> None:
-    """Warn of impacts that gained energy, and of those that struck several contacts together."""
+def tell_of_impacts(stats: Stats, system: System) -> None:
+    """Warn of impacts that gained energy, and of those that struck several contacts together under a law that nobody
+    chose."""
     if stats.energy_gains:
         warn_caller(energy_gain(stats), EnergyGainWarning)
-    if stats.struck_together:
+    if stats.struck_together and any(
+        contact.impact is None and contact.kind == UNILATERAL for contact in system.contacts
+    ):
         warn_caller(rebound_together(stats), SimultaneousImpactWarning)
 
 

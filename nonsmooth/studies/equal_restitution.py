@@ -155,7 +155,7 @@ def made_equal(problem: Problem, found: Restitution, stiffest: Penalty, contact:
     if isinstance(problem, SceneProblem):
         return found, replace(problem, model=scene_giving_back(problem.scene, found.rigid))
     laws = problem.system.laws[:, LAW_E_N]
-    e = np.where(np.isfinite(e), e[contact] if problem.system.contacts[contact].impact == "poisson" else e, laws)
+    e = np.where(np.isfinite(e), e[contact] if problem.system.contacts[contact].law_of_impact == "poisson" else e, laws)
     if (np.abs(e - laws) <= SAME).all():
         return replace(found, rigid=found.own), problem
     contacts = [replace(old, e_N=e_N) for old, e_N in zip(problem.system.contacts, e.tolist(), strict=True)]

@@ -267,7 +267,9 @@ def check_of(model: Any, names: set[str]) -> Callable[[Mapping[str, Any]], Any]:
 
 def laws_of(system: System, values: Mapping[str, float]) -> np.ndarray:
     """(n_c, LAW_WIDTH) laws of the contacts for other parameters."""
-    rows = [law_row(contact.law, contact.e_N, contact.e_F, contact.impact, values) for contact in system.contacts]
+    rows = [
+        law_row(contact.law, contact.e_N, contact.e_F, contact.law_of_impact, values) for contact in system.contacts
+    ]
     return np.array(rows).reshape(system.law_numbers.shape)
 
 

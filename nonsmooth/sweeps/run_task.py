@@ -21,7 +21,7 @@ from nonsmooth.mechanics.initial_modes import INADMISSIBLE
 from nonsmooth.mechanics.inspection import inspect_start
 from nonsmooth.mechanics.own_law import write_handles
 from nonsmooth.mechanics.start import answers_start, forms_of, own_state, split_state, start_of
-from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.mechanics.system import System, as_system, idle_parameters
 from nonsmooth.results.recorded import KINDS, kinds_of_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.run import MESSAGES
@@ -174,8 +174,9 @@ class RunTask:
     @property
     def about(self) -> dict[str, str]:
         """The system and its parameters in words; an axis takes the place of its own."""
-        values = self.system.parameter_values
-        words = [f"{name} = {value:.4g}" for name, value in values.items() if isinstance(value, int | float)]
+        values, idle = self.system.parameter_values, idle_parameters(self.system)
+        words = [f"{name} = {value:.4g}" for name, value in values.items()
+                 if isinstance(value, int | float) and name not in idle]  # fmt: skip
         return {"system": self.system.name or "a system", "parameters": "  ".join(words)}
 
     def unit(self, name: str) -> str:

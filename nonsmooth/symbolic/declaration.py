@@ -22,7 +22,7 @@ TAKEN = {  # time, and the names of what a model has
     "t", "system", "state", "shape", "outline", "source", "save", "name", "coordinates", "t_end", "dt",
     "natural_state", "map_axes", "critical_friction", "self", "np", "math", "as_number",
 }  # fmt: skip
-LEFT_OUT = ("0.0", "False", "'newton'", "''")  # values that the arguments of `Contact` have by themselves
+LEFT_OUT = ("0.0", "False", "None", "''")  # values that the arguments of `Contact` have by themselves
 LAWS = (Coulomb, Polynomial, Smoothed, StaticKinetic, Stribeck)
 
 
@@ -228,7 +228,7 @@ class Lagrangian:
     def contact(
         self, point: Any = None, normal: Any = None, offset: Any = 0, *, gap: Any = None, tangent: Any = None,
         surface: Any = None, slip: Any = None, normal_force: Any = None, bilateral: bool = False,
-        mu: Any = 0, e: Any = 0, e_F: Any = 0, impact: str = "newton", name: str = "",
+        mu: Any = 0, e: Any = 0, e_F: Any = 0, impact: str | None = None, name: str = "",
     ) -> None:  # fmt: skip
         """A contact: a point at a plane, or a gap and a sliding velocity of its own.
 
@@ -253,7 +253,8 @@ class Lagrangian:
             written into the source of the model; what it reads are v, the parameters p, and ``math``.
         """
         arguments = self._contact_arguments(bilateral, normal_force is not None, mu, e, e_F)
-        as_name("impact law", impact, IMPACT_LAWS)
+        if impact is not None:
+            as_name("impact law", impact, IMPACT_LAWS)
         as_instance("the name of a contact", name, str, "a text")
         words = {"impact": repr(impact), "name": repr(name)}
         arguments = ", ".join(filter(None, [arguments, *listed_arguments(words)]))

@@ -44,6 +44,9 @@ def test_distances_to_located_events_are_told_apart_by_their_reasons(rng):
         drawn = [line for line in axes.lines if line.get_label() in REASONS]
         assert [len(line.get_xdata()) for line in drawn] == [12] * 5
         assert len({(line.get_marker(), line.get_color()) for line in drawn}) == 5
+    assert [axes.get_title() for axes in figure.axes] == [
+        "MoreauJean\ndt = 0.0001 s", "Adaptive\nrtol = 1e-07", "Penalty\nk = 1e+10 N/m",
+    ]  # fmt: skip
     assert faults(figure) == []
 
 

@@ -9,6 +9,7 @@ import pytest
 
 import nonsmooth as ns
 from models import WallPendulum
+from nonsmooth.catalogue.entries import load, model_entries
 from tests.integrators.test_several_impacts import INTEGRATORS, after, beads, of_all
 
 NEWTON = [ns.Contact(e_N=1.0, name=f"bead {k}") for k in range(4)]
@@ -159,3 +160,19 @@ def test_corners_of_one_box_on_a_floor_are_one_impact():
     scene.fixed(ns.HalfPlane((0, 1)))
     scene.body(ns.Box(0.2, 0.2), density=1000, position=(0.0, 0.15))
     assert silently(scene, (0, 0.5), integrator=ns.MoreauJean(dt=1e-3)).stats.struck_together == 0
+
+
+@of_all
+def test_newtons_law_that_was_chosen_is_no_surprise(integrator):
+    """The same answer without a warning; the summary counts it all the same."""
+    chosen = [ns.Contact(e_N=1.0, impact="newton")] * 4
+    sol = silently(beads([1.0] * 5, chosen), (0, 0.1), [-5e-3, 0, 0, 0, 0], [1.0, 0, 0, 0, 0], integrator=integrator)
+    np.testing.assert_allclose(sol.u[-1], [-0.6, 0.4, 0.4, 0.4, 0.4], rtol=0, atol=1e-12)
+    assert sol.stats.struck_together == 1 and "were hit at once" in sol.summary()
+
+
+@pytest.mark.parametrize("name", sorted(model_entries()))
+def test_no_run_of_a_ready_model_warns_by_default(name):
+    """Who chose nothing is warned of nothing: a model takes the law of impact that is right for it."""
+    model = load(name)()
+    silently(model, (0.0, model.t_end), *model.state(), integrator=ns.MoreauJean(model.dt))

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import nonsmooth as ns
 from models import BeltOscillator
 from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.laws import Polynomial, friction_coefficient, static_coefficient
@@ -153,3 +154,18 @@ def test_power_series_of_the_averaged_equation_has_the_corrected_coefficients():
     for a in (0.1, 0.5, 0.9):
         terms = [(belt.r * Lo * a / 2) ** (2 * n + 1) / (math.factorial(n) * math.factorial(n + 1)) for n in range(40)]
         assert belt.averaged_rate(a) - without.averaged_rate(a) == pytest.approx(-k_4 * sum(terms), rel=1e-13)
+
+
+@pytest.mark.parametrize("law", ["cubic", "smoothed", "two-coefficient", "stribeck"])
+def test_titles_name_the_parameters_that_change_the_motion_and_no_other(law):
+    """What is idle changes no bit, and what is not changes some."""
+    belt = BeltOscillator(law=law, m_v=0.1)
+    span, start, steps = (0, 10.0), ([0.0], [0.2]), ns.MoreauJean(1e-2)
+    sol = ns.simulate(belt, span, *start, integrator=steps)
+    title = sol.plot().get_suptitle()
+    for name, value in belt.system().parameter_values.items():
+        other = replace(belt, **{name: 0.99 * value})
+        is_read = not np.array_equal(ns.simulate(other, span, *start, integrator=steps).q, sol.q)
+        assert is_read == (f"{name} = " in title) == (name not in belt.idle), name
+    task = ns.RunTask(belt, t_span=(0, 0.1), integrator=steps)
+    assert not any(f"{name} = " in task.about["parameters"] for name in belt.idle)

@@ -1,5 +1,8 @@
 """Runs as datasets and tables: the same numbers under their names, and files that other programs open."""
 
+import dataclasses
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
@@ -79,7 +82,7 @@ def test_a_dataset_of_a_system_has_modes_events_and_what_the_user_looked_for(rod
     assert list(table.kind) == [event.kind.name for event in falls.events] and len(table) > 0
     np.testing.assert_array_equal(falls.to_xarray().event_t, table.t)
     records = rod_run.to_dataframe()
-    np.testing.assert_array_equal(records["q[0]"], rod_run.q[:, 0])
+    np.testing.assert_array_equal(records["x"], rod_run.q[:, 0])
     assert records["mode[0]"][0] == ns.ContactMode(rod_run.mode[0, 0]).name
 
 
@@ -115,3 +118,61 @@ def test_a_table_that_is_none_is_refused(scene_run, rod_run, what):
     for run in (scene_run, rod_run):
         with pytest.raises(ns.InvalidInput, match="there is no table"):
             run.to_dataframe(what)
+
+
+@pytest.fixture(scope="module")
+def cart_run():
+    """A cart, a turning wheel on it and two named contacts: metres, radians, names of everything."""
+
+    def mass(t, q, p, M):
+        M[0, 0] = M[1, 1] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = -9.81
+
+    def gap(t, q, p, g_N):
+        g_N[0], g_N[1] = q[0], 1.0 - q[1]
+
+    cart = ns.System(
+        coordinates=[("x", "m"), ("th", "rad")], mass=mass, force=force, gap=gap, name="cart", parameters=Nothing(),
+        contacts=[ns.Contact(e_N=0.5, name="floor"), ns.Contact(name="stop")],
+    )  # fmt: skip
+    return ns.simulate(cart, (0, 0.5), state={"x": 0.2, "thdot": 1.0}, integrator=STEP)
+
+
+class Nothing(NamedTuple):
+    m: float = 1.0
+
+
+def test_a_table_has_the_names_and_the_units_of_a_users_own_system(cart_run):
+    table = cart_run.to_dataframe()
+    named = ["t", "x", "th", "xdot", "thdot", "g_N[floor]", "g_N[stop]", "P_N[floor]", "P_N[stop]"]
+    assert list(table.columns[: len(named)]) == named
+    for name in ("x", "th", "xdot", "thdot"):
+        np.testing.assert_array_equal(table[name], cart_run[name])
+    units = table.attrs["units"]
+    assert [units[name] for name in named] == ["s", "m", "rad", "m/s", "rad/s", "m", "m", "N s", "N s"]
+    assert set(table["mode[stop]"]) <= {mode.name for mode in ns.ContactMode} and units["kinetic [J]"] == "J"
+    events = cart_run.to_dataframe("events")
+    assert set(events.contact_name) == {"floor"} and events.attrs["units"]["gamma_N"] == "m/s"
+
+
+def test_a_dataset_has_the_names_and_the_units_of_a_users_own_system(cart_run):
+    data = cart_run.to_xarray()
+    np.testing.assert_array_equal(data.g_N.sel(contact="stop"), cart_run.g_N[:, 1])
+    np.testing.assert_array_equal(data.u.sel(velocity="th"), cart_run["thdot"])
+    assert data.coordinate_units.values.tolist() == ["m", "rad"]
+    assert data.velocity_units.values.tolist() == ["m/s", "rad/s"]
+    assert data.q.units == "" and data.event_P_N.units == "N s" and data.event_t.units == "s"
+
+
+def test_coordinates_of_one_unit_have_it_as_their_variable():
+    ball = BouncingBall()
+    data = ns.simulate(ball, (0, 0.1), *ball.state(), integrator=STEP).to_xarray()
+    assert data.q.units == "m" and data.u.units == "m/s"
+
+
+def test_without_names_columns_are_counted(cart_run):
+    bare = dataclasses.replace(cart_run.system, coordinates=(), n_q=2, contacts=[ns.Contact()] * 2)
+    table = ns.simulate(bare, (0, 0.1), [0.2, 0.0], [0.0, 1.0], integrator=STEP).to_dataframe()
+    assert list(table.columns[:7]) == ["t", "q[0]", "q[1]", "u[0]", "u[1]", "g_N[0]", "g_N[1]"]
