@@ -146,7 +146,7 @@ def unit_of_all(solution: Solution, name: str) -> str:
 
 
 def system_table(solution: Solution, what: str = "records") -> pandas.DataFrame:
-    """A run of a `System` as a table: a row a record, or a row an event; ``attrs["units"]`` has the unit of each column.
+    """A run of a `System` as a table: a row a record, or a row an event; ``attrs["units"]`` has the units of columns.
 
     Columns have the names of coordinates, velocities and contacts where the model has them: x, xdot, g_N[tip]; where it
     has none they are counted.
@@ -177,9 +177,7 @@ def system_table(solution: Solution, what: str = "records") -> pandas.DataFrame:
     units |= {name: OF_SYSTEM[name.partition("[")[0]][1] for name in columns if name.partition("[")[0] in OF_SYSTEM
               and name not in units}  # fmt: skip
     if MODES in recorded:
-        columns |= {
-            f"mode[{place}]": named_modes(values) for place, values in zip(places, solution.mode.T, strict=True)
-        }
+        columns |= {f"mode[{place}]": named_modes(solution.mode[:, k]) for k, place in enumerate(places)}
     works = solution.ledger if LEDGER in recorded else {}
     columns |= {f"{name} [J]": values for name, values in works.items()}
     return with_units(pandas.DataFrame(columns), units | {f"{name} [J]": "J" for name in works})
@@ -191,7 +189,8 @@ def with_units(table: pandas.DataFrame, units: dict[str, str]) -> pandas.DataFra
     return table
 
 
-OF_EVENTS = {"t": "s", "P_N": "N s", "P_F": "N s", "gamma_N": "m/s", "gamma_F": "m/s"}  # units of an event's columns
+# units of the columns of events
+OF_EVENTS = {"t": "s", "P_N": "N s", "P_F": "N s", "gamma_N": "m/s", "gamma_F": "m/s"}
 WHOLE_OF_EVENTS = ("contact", "mode_before", "slip_before", "mode_after", "slip_after", "n_solutions", "found")
 
 
