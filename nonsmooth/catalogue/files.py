@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -58,9 +59,14 @@ def load_file(path: str) -> ModuleType:
 
 def _name_of(place: Path) -> str:
     """The name under which other processes find the module too; another one where that is taken."""
-    known = sys.modules.get(place.stem)
-    is_free = known is None or str(getattr(known, "__file__", "")) == str(place)
-    return place.stem if is_free and place.stem not in sys.stdlib_module_names else f"file_{place.stem}"
+    names = itertools.chain([place.stem], (f"file{k or ''}_{place.stem}" for k in itertools.count()))
+    return next(name for name in names if name not in sys.stdlib_module_names and _is_free(name, place))
+
+
+def _is_free(name: str, place: Path) -> bool:
+    """Whether no module has the name, or that of this file."""
+    known = sys.modules.get(name)
+    return known is None or str(getattr(known, "__file__", "")) == str(place)
 
 
 def _line_of(error: BaseException, place: Path) -> str:

@@ -27,7 +27,11 @@ def act_list(arguments: argparse.Namespace) -> int:
     found: list[dict[str, Any]] = []
     refused: dict[str, list[str]] = {}
     for file in arguments.files:
-        found += [facts(f"{file}:{name}", model) for name, model in found_in(load_file(str(file))).items()]
+        for name, model in found_in(load_file(str(file))).items():
+            try:
+                found.append(facts(f"{file}:{name}", model))
+            except InvalidInput as error:
+                complain(f"{file}:{name}: {error}")
     for entry in [] if arguments.files else [*model_entries().values(), *scene_entries().values()]:
         try:
             found.append(facts(entry.name, load_entry(entry)))

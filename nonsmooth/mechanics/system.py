@@ -606,7 +606,8 @@ def _require_arguments(name: str, function: Callable, expected: tuple[str, ...])
     try:
         signature.bind(*expected)
     except TypeError:
-        raise InvalidInput(f"{name} must take ({', '.join(expected)}); got {name}{signature}") from None
+        returns = ", which returns nothing in its place" if len(signature.parameters) == len(expected) - 1 else ""
+        raise InvalidInput(f"{name} must take ({', '.join(expected)}); got {name}{signature}{returns}") from None
 
 
 def idle_parameters(system: System | None) -> tuple[str, ...]:

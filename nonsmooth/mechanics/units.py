@@ -1,22 +1,46 @@
-"""Units of the parameters of a model, from the docstring of its class, where NumPy's style has them in brackets."""
+"""Units of the parameters of a model, as its class says them in brackets: in its docstring of NumPy's style, or in the
+comment beside a field, ``k: float = 40.0  # stiffness [N/m]``.
+"""
 
 from __future__ import annotations
 
+import functools
 import inspect
 import re
 from typing import Any
 
 DESCRIBED = re.compile(r"^(\w+(?:, \w+)*) :.*\n((?:    .*\n?)+)", re.MULTILINE)  # defined: numpydoc
 UNIT = re.compile(r"\[([^\]]+)\]")
+FIELD = re.compile(r"^\s+(\w+)\s*:[^#\n]*#(.*)$", re.MULTILINE)  # a field of a class, and the comment beside it
 
 
 def unit_of_parameter(model: Any, name: str) -> str:
-    """The unit in brackets of the parameter's description in the docstring of its class, as ``Mass [kg].``; "-" of one
-    that is described without, nothing where it is not described. Of several described together, each its own or one."""
-    text = inspect.getdoc(type(model)) if model is not None else None
-    for names, words in DESCRIBED.findall(text or ""):
+    """The unit in brackets of a parameter's description; "-" of one that is described without in a docstring, nothing
+    where it is not described. Of ``spring.k`` it is that of k in the class of the spring, of ``m[0]`` that of m.
+
+    Of several that are described together, each its own or one.
+    """
+    *path, last = name.partition("[")[0].split(".")
+    for part in path:
+        model = getattr(model, part, None)
+    cls: Any = type(model)
+    return "" if model is None else units_of_class(cls).get(last, "")
+
+
+@functools.lru_cache(maxsize=1000)
+def units_of_class(cls: Any) -> dict[str, str]:
+    """Of each field that the docstring or a comment describes; the docstring comes first."""
+    found = {name: UNIT.findall(words)[0] for name, words in FIELD.findall(source_of(cls)) if UNIT.search(words)}
+    for names, words in DESCRIBED.findall(inspect.getdoc(cls) or ""):
         listed = names.split(", ")
-        if name in listed:
-            units = UNIT.findall(words) or ["-"]
-            return units[listed.index(name)] if len(units) == len(listed) else units[0]
-    return ""
+        units = UNIT.findall(words) or ["-"]
+        found |= dict(zip(listed, units if len(units) == len(listed) else units[:1] * len(listed), strict=True))
+    return found
+
+
+def source_of(cls: type) -> str:
+    """The text of a class, or nothing where there is none, as of one typed into a shell."""
+    try:
+        return inspect.getsource(cls)
+    except (OSError, TypeError):
+        return ""

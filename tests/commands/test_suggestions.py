@@ -223,3 +223,23 @@ def test_the_start_and_the_period_of_a_cycle_are_typed(tmp_path, monkeypatch, ca
     assert json.loads(capsys.readouterr().out)["branch"]["period"][0] == pytest.approx(periods[0], rel=1e-8)
     assert main([*belt, "--forcing", "-1"]) == 2
     assert "forcing must be positive" in capsys.readouterr().err
+
+
+def test_a_class_that_cannot_be_made_hides_no_other_model_of_its_file(my_model, capsys):
+    path, needs_k = my_model.partition(":")[0], "\nclass Rod:\n    def __init__(self, k):\n        self.k = k\n"
+    with open(path, "a") as file:
+        file.write(needs_k + "\n    def system(self):\n        return ball\n")
+    assert main(["list", path]) == 0
+    printed = capsys.readouterr()
+    assert "falling.py:ball" in printed.out and printed.out.count("--state") == 1
+    assert "falling.py:Rod: Rod cannot be made without arguments" in printed.err and printed.err.count("\n") == 1
+
+
+def test_files_of_one_name_in_different_folders_are_told_apart(tmp_path, capsys):
+    """As three users' models.py in one process: each is run as it is."""
+    for k in range(3):
+        (tmp_path / str(k)).mkdir()
+        (tmp_path / str(k) / "samename.py").write_text(OWN_MODEL.replace("ball =", f"ball_{k} ="))
+    assert main(["list", *(str(tmp_path / str(k) / "samename.py") for k in (0, 1, 2, 1))]) == 0
+    listed = [line.split()[0].rpartition(":")[2] for line in capsys.readouterr().out.splitlines() if "samename" in line]
+    assert listed == ["ball_0", "ball_1", "ball_2", "ball_1"]
