@@ -53,7 +53,7 @@ def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:
                 draw_jump(axes, cycle, part.stop - 1, j)
         axes.set_xlabel(coordinate_label(*named))
         axes.set_ylabel(velocity_label(*named))
-        axes.locator_params(axis="x", nbins=5)
+        axes.locator_params(axis="x", nbins=5 if columns == 1 else 3)
         axes.grid(alpha=0.25)
     handles = phase_handles(cycle, labels)
     columns = columns_for(handles)

@@ -69,11 +69,17 @@ def has_contact(study: Study) -> bool:
     return study.of == "stiffness" and any(np.isfinite(study.data[name].values).any() for name in known)
 
 
+def units_of(study: Study) -> str:
+    """Those of the coordinates; of the velocities; where nobody named them they may be any."""
+    of_q, of_u = (study.data[name].attrs.get("units", "") for name in ("error_q", "error_u"))
+    return f"{of_q}; {of_u}" if of_q and of_u else "units of the coordinates; of their rates"
+
+
 def draw_errors(axes: Any, study: Study) -> None:
     """Errors at the first and the last time."""
     t = study.data.time.values
     draw_kinds(axes, study, NAMES, {j: f", $t={t[j]:.3g}$ s" for j in sorted({0, len(t) - 1})})
-    axes.set(xlabel=X_LABELS[study.of], ylabel="distance to the reference\n[m, rad; m/s, rad/s]")
+    axes.set(xlabel=X_LABELS[study.of], ylabel=f"distance to the reference\n[{units_of(study)}]")
 
 
 def draw_after(axes: Any, study: Study) -> None:
@@ -82,7 +88,7 @@ def draw_after(axes: Any, study: Study) -> None:
     chosen = sorted({0, len(events) - 1})
     labels = {j: f', "{events[j]}" at {float(study.data.event_time[j]):.3g} s' for j in chosen}
     draw_kinds(axes, study, EVENT_NAMES, labels)
-    axes.set(xlabel=X_LABELS[study.of], ylabel="after matched events\n[s; m, rad; m/s, rad/s]")
+    axes.set(xlabel=X_LABELS[study.of], ylabel=f"after matched events\n[s; {units_of(study)}]")
 
 
 def draw_kinds(axes: Any, study: Study, names: dict[str, tuple[str, str]], rows: dict[int, str]) -> None:
@@ -177,7 +183,7 @@ def draw_cost(axes: Any, study: Study) -> None:
                 )  # fmt: skip
     axes.margins(x=0.14, y=0.1)
     at = study.data.time.values[-1]
-    axes.set(xlabel="wall time [ms]", ylabel=f"distance at $t={at:.3g}$ s\n[m, rad; m/s, rad/s]")
+    axes.set(xlabel="wall time [ms]", ylabel=f"distance at $t={at:.3g}$ s\n[{units_of(study)}]")
     legend_above(axes)
     axes.grid(True, which="major", color=WASHED)
 

@@ -134,8 +134,12 @@ class ComparisonTask(FunctionTask):
     @property
     def variables(self) -> dict[str, Variable]:  # type: ignore[override]
         """Errors over the times and the events, and costs."""
+        of_q, of_u = (
+            ", ".join(dict.fromkeys(unit for unit in units if unit)) for units in self.problem.units_of_motion
+        )
+        units = {"q": of_q, "u": of_u, "event_t": "s", "after_q": of_q, "after_u": of_u}
         errors = {
-            f"{kind}_{name}": Variable((row,), "s" if name == "event_t" else "", f"{what} of {OF[name]}")
+            f"{kind}_{name}": Variable((row,), units[name], f"{what} of {OF[name]}")
             for kind, what in (("error", "distance to the reference"), ("own", "error of the integration"))
             for name, row in ROWS.items()
         }

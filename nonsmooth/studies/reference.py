@@ -64,6 +64,12 @@ class Problem:
         return as_system(self.model)
 
     @property
+    def units_of_motion(self) -> tuple[list[str], list[str]]:
+        """Of the coordinates and of the velocities, any of which the largest difference may be of."""
+        described = self.system.described
+        return [unit for _, unit in described.coordinates], [unit for _, unit in described.rates]
+
+    @property
     def span(self) -> tuple[float, float]:
         """Start and end [s]."""
         return self.start[0], float(self.times[-1])
@@ -112,6 +118,11 @@ class Problem:
 @dataclass(frozen=True)
 class SceneProblem(Problem):
     """The same of a scene; its bodies have their start."""
+
+    @property
+    def units_of_motion(self) -> tuple[list[str], list[str]]:
+        """Of centres and angles."""
+        return ["m", "rad"], ["m/s", "rad/s"]
 
     @property
     def motion(self) -> tuple[Any, ...]:

@@ -1,6 +1,8 @@
 """Studies of the penalty limit and of the step: laws found, branches told, errors hidden by the reference left out."""
 
+import dataclasses
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -376,3 +378,23 @@ def test_a_motion_of_too_many_events_for_its_reference_is_refused_where_nothing_
     beads = BeadChain(n=40)
     with pytest.raises(ns.InvalidInput, match="needs more than .* steps: it came to t = .* end the motion earlier"):
         ns.penalty_study(beads, (0, 2.0), *beads.state(), progress=False)
+
+
+def test_errors_have_the_units_of_the_coordinates_in_data_and_on_axes():
+    """Metres alone where there are no radians; both of a rod; where nobody named them, none."""
+    ball, rod = BouncingBall(), PainleveRod(mu=0.3)
+    for model, of_q, of_u in ((ball, "m", "m/s"), (rod, "m, rad", "m/s, rad/s")):
+        study = ns.convergence_study(model, (0, 0.05), *model.state(), dt=[1e-2, 5e-3], progress=False)
+        assert (study.data.error_q.units, study.data.error_u.units) == (of_q, of_u)
+        assert f"[{of_q}; {of_u}]" in study.plot().axes[0].get_ylabel()
+    bare = dataclasses.replace(ball.system(), parameters=ParametersAlone())
+    study = ns.convergence_study(bare, (0, 0.05), [1.0], [0.0], dt=[1e-2, 5e-3], progress=False)
+    assert "units" not in study.data.error_q.attrs and "[units of the coord" in study.plot().axes[0].get_ylabel()
+
+
+class ParametersAlone(NamedTuple):
+    """Of the ball, which name no coordinates."""
+
+    m: float = 1.0
+    g: float = 9.81
+    e: float = 0.5
