@@ -178,7 +178,7 @@ class Friction(FrictionLaw):
     >>> def leine(v, p):
     ...     return p.mu / (1.0 + 3.0 * v)
     >>> ns.Contact(mu=ns.Friction(leine))
-    Contact(mu=Friction(leine), e_N=0.0, e_F=0.0, bilateral=False, normal_force=False, impact='newton', name='')
+    Contact(mu=Friction(leine), e_N=0.0, e_F=0.0, bilateral=False, normal_force=False, impact=None, name='')
     """
 
     function: Callable

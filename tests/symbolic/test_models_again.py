@@ -213,7 +213,7 @@ def bead_chain(model):
     m, gap, e = of("m gap e")
     for i in range(model.n):
         l.point_mass(m, at=(x[i],))
-        l.contact(gap=gap + (x[i + 1] if i + 1 < model.n else 0) - x[i], e=e)
+        l.contact(gap=gap + (x[i + 1] if i + 1 < model.n else 0) - x[i], e=e, impact="sequential")
     return l
 
 
