@@ -19,6 +19,7 @@ from nonsmooth.contact.blocks.natural_map import natural_map_entry
 from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton_planar, al_newton_spatial, begin_direct
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
 from nonsmooth.contact.network.solve import Solver, solve_planar, solve_spatial
+from nonsmooth.contact.network.walk import are_all_spheres, walk_spatial
 from nonsmooth.jit.blocks import new
 
 # measured: a wall of 9500 contacts is solved by the first factors, a packing of 525 spherical ones after seven rounds
@@ -94,6 +95,28 @@ class Rounds:
         if not self.is_over(tol, until):
             self.network.P[:] = swept
             self.factorise()
+
+    def walk(self, most: int, tol: float, until: float) -> float:
+        """Let spheres walk from the impulses at hand, factorise from the best on the way, stand where the walk ended.
+
+        The error of the best on the way, before factors, comes back.
+        """
+        network, solver = self.network, self.solver
+        prepare_spatial(network.address)
+        walk_spatial(network.address, solver.address, most, tol)
+        self.sweeps += int(network.islands.sweeps[: network.islands.count].sum())
+        end, network.P[:] = network.P.copy(), solver.direct.best
+        nearest, error = network.P.copy(), self.measured_error(self.rho)
+        self.keep_better()
+        if not self.is_over(tol, until):
+            network.P[:] = nearest
+            self.factorise()
+        network.P[:] = end
+        return error
+
+    def are_spheres(self) -> bool:
+        """Whether all islands are of spheres."""
+        return self.d == 3 and are_all_spheres(self.network.address, self.solver.address) != 0
 
     def _sweep(self, most: int, tol: float) -> None:
         network, solver, islands = self.network, self.solver, self.network.islands
