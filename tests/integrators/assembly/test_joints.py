@@ -153,7 +153,7 @@ def test_pendulum_strikes_a_wall_as_its_closed_form_says():
         rest = balance["kinetic"] - sum(balance[name] for name in ("force", "friction", "normal", "surface"))
         assert np.ptp(rest) < 1e4 * EPS * np.abs(balance["force"]).max()  # some roundings a step
         assert solution.stats.energy_gains == solution.stats.struck_together == 0
-    assert errors[1] < 0.4 * errors[0] and errors[1] < 1e-3  # first order across impacts
+    assert max(errors) < 1e-5  # [rad]: the velocity of the landing is that where the gap closes
 
 
 @pytest.mark.parametrize("dim", [2, 3])
