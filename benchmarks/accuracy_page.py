@@ -17,7 +17,7 @@ slider-crank and woodpecker beside `EventDriven(rtol=1e-10)`, since time steps m
 slowly (see [the models](../models.md)). Below ten times their difference no error is told.
 
 Integrators of ours: steps of 1e-2 to 3e-6 of the span, or tolerances 1e-3 to 1e-12 (`Adaptive`: to 1e-10). Siconos
-4.5: `MoreauJeanOSI`, theta = 1/2, LCP by Lemke, its loop in C++ (`run`), gaps compiled, steps of 1e-2 to 3e-5. It has
+4.4: `MoreauJeanOSI`, theta = 1/2, LCP by Lemke, its loop in C++ (`run`), gaps compiled, steps of 1e-2 to 3e-5. It has
 no given normal force: on the belt a weight makes it, and the smooth part of the friction law is a force. It has no
 bilateral contact with friction: sprag-slip has two unilateral ones with a play of 1e-9 m (1e-6 and 1e-12 m give the
 same to 3 %); without play the tip wedges, since only the difference of the two normal forces is determined.
