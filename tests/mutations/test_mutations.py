@@ -31,6 +31,7 @@ COMPLIANT = "tests/integrators/penalty/test_penalty_contact.py::"
 PLANAR = "tests/integrators/assembly/test_planar_scenes.py::"
 FOUND = "tests/scenes/planar/test_find_contacts.py::"
 SPATIAL = "tests/integrators/assembly/test_spatial_scenes.py::"
+ELASTIC = "tests/integrators/assembly/test_elastic_impacts.py::"
 MUTATIONS = {
     "friction pushes the way it slides": Mutation(
         "contact/planar/single.py", "P_F = -s * mu * sigma * P_N", "P_F = s * mu * sigma * P_N",
@@ -132,9 +133,21 @@ MUTATIONS = {
         COMPLIANT + "test_clipped_contact_bounces_with_the_restitution_of_its_damping_ratio",
     ),
     "bodies of a scene rebound elastically": Mutation(
-        "integrators/assembly/impact.py", "network.b[c, 0] = contacts.e[c] * contacts.gamma_minus[c]",
-        "network.b[c, 0] = contacts.gamma_minus[c]",
+        "integrators/assembly/impact.py", "network.b[c, 0] = contacts.e[c] * gamma_minus",
+        "network.b[c, 0] = gamma_minus",
         PLANAR + "test_ball_rebounds_with_its_coefficient_and_never_goes_into_the_ground",
+    ),
+    "a body lands with the velocity of the end of the step": Mutation(
+        "integrators/assembly/impact.py", "approach(found.gap[c], gamma_0, gamma_free, dt)", "gamma_free",
+        ELASTIC + "test_a_ball_that_falls_keeps_its_energy_to_rounding_at_any_step",
+    ),
+    "a contact that is open is held when others rebound": Mutation(
+        "integrators/assembly/impact.py", "left + far if left > 0.0 and contacts.e[c] > 0.0 else max(0.0, left)",
+        "max(0.0, left)", ELASTIC + "test_a_gas_of_smooth_bodies_gains_no_energy_and_without_loss_keeps_it",
+    ),
+    "contacts that rebound together give back what they ask for": Mutation(
+        "integrators/assembly/energy_limit.py", "given_back = max(0.0, given_back)", "return 1.0",
+        ELASTIC + "test_a_gas_of_smooth_bodies_gains_no_energy_and_without_loss_keeps_it",
     ),
     "a contact closes before its bodies meet": Mutation(
         "integrators/assembly/contacts.py", "found.gap[c] / dt if found.gap[c] > 0.0 else 0.0", "0.0",

@@ -150,7 +150,7 @@ def test_the_command_line_begins_goes_on_and_refuses(tmp_path, capsys):
     assert main([*words, "--checkpoint", place]) == 0
     assert f"checkpoint: {place}" in capsys.readouterr().out
     assert main([*words, "--checkpoint", place]) == 2
-    assert "already; resume= goes on with it" in capsys.readouterr().err
+    assert "already; --resume goes on with it" in capsys.readouterr().err
     assert main([*words, "--resume", place, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["stats"]["steps"] == 500
     assert main([*words, "--set", "e=0.3", "--resume", place]) == 2
