@@ -5,7 +5,8 @@
 Sweeps of a dense packing do not settle: they come near to a solution, leave it along a mode that grows, and come near
 to another one. The nearest approach of n sweeps is some 1/n, for plain, over-relaxed, damped and conjugate ones alike:
 of 949 contacts of shaken spheres 3e-5, 9e-6, 3e-6 and 5e-7 in successive windows of 5000, 15,000, 30,000 and 50,000
-sweeps. Who goes back to the best ones each time sees the same again and again. From near enough the direct rung ends what a walk begins.
+sweeps. Who goes back to the best ones each time sees the same again and again. From near enough the direct rung ends
+what a walk begins.
 """
 
 from __future__ import annotations
