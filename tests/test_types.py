@@ -4,6 +4,7 @@ import inspect
 import re
 import subprocess
 import sys
+import tomllib
 import typing
 from pathlib import Path
 
@@ -12,12 +13,14 @@ import pytest
 import nonsmooth as ns
 
 STUB = Path(ns.__file__).with_name("__init__.pyi")
+ROOT = Path(__file__).parents[1]
 SCRIPT = """
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import nonsmooth as ns
+from nonsmooth.catalogue import PainleveRod, SpragSlip
 
 
 class P(NamedTuple):
@@ -50,6 +53,9 @@ found = ns.classify(ball, 0.0, [0.0], [0.0])
 number: int = found.n_solutions
 scene = ns.Scene(gravity=(0, -9.81))
 scene.body(ns.Disc(0.1), density=1000, position=(0, 0.5), name="disc")
+rod = SpragSlip(mu=0.5)
+falls = ns.simulate(rod, (0, 0.1), *rod.state(), integrator="auto")
+forces: tuple[float, ...] = PainleveRod().normal_forces(0.8, 0.0, 1.0)
 """
 SCENE_SCRIPT = """
 import numpy as np
@@ -89,6 +95,8 @@ WRONG = {
     "ns.Contact(e_n=0.5)": "call-arg",
     "ns.simulate(ball, (0, 1), integrator=ns.MoreauJean(dt=1e-3), ever=2)": "call-overload",
     "sol.stats.step": "attr-defined",
+    "SpragSlip(thh=1.0)": "call-arg",
+    "PainleveRod().staet()": "attr-defined",
 }
 
 
@@ -108,7 +116,16 @@ def test_the_stub_has_every_public_name_from_where_it_is_loaded():
 
 
 def test_types_come_with_the_package():
-    assert STUB.with_name("py.typed").is_file()
+    assert STUB.with_name("py.typed").is_file() and (ROOT / "models" / "py.typed").is_file()
+
+
+def test_the_stub_of_the_catalogue_has_every_class_of_ours():
+    stub = (STUB.parent / "catalogue" / "__init__.pyi").read_text()
+    rows = re.findall(r"^from (models\.\S+) import (\w+) as (\w+)$", stub, re.M)
+    groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]
+    ours = {*groups["nonsmooth.models"].values(), *groups["nonsmooth.scenes"].values()}
+    assert all(name == as_name for _, name, as_name in rows)
+    assert {f"{module}:{name}" for module, name, _ in rows} == ours
 
 
 def test_what_a_checker_sees_of_simulate_is_what_it_takes():
