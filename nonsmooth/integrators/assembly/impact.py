@@ -17,8 +17,8 @@ gamma_1. What is given back there is e^2 of what was taken, and of what is left,
     gamma_plus^2 = e^2 (gamma_1^2 + (G_1/G_0)(gamma_minus^2 - gamma_l^2))
 
 which is e^2 gamma_minus^2 for bodies that do not turn, and is taken to be that where the impulses of others made the
-contact land faster than it came. With the velocity alone an elastic ellipsoid that tumbles
-gains and loses up to 2 % of its energy at an impact, at a spin of 50/s and dt = 1 ms.
+contact land faster than it came. With the velocity alone an elastic ellipsoid that tumbles gains and loses up to 2 % of
+its energy at an impact, at a spin of 50/s and dt = 1 ms.
 
 The rows are those of the places after the step (landed.py): the impulses of both sides act at one point, and angular
 momentum is kept.
@@ -67,16 +67,15 @@ def mobility(network, c, n):
 
 @kernel
 def mark_impacts(bodies, found, contacts, network, dt, n):
-    """Mark the contacts that rebound, with e^2 of the square of what the landing took from their normal velocity, over
-    their mobility; returns how many do."""
-    slowest = 0.0
+    """Mark the contacts that rebound, with gamma_minus and what their landing took along the normal; returns how many
+    do."""
+    slowest, d = 0.0, network.P.shape[1]
     for k in range(bodies.gravity.shape[0]):
         slowest += bodies.gravity[k] * bodies.gravity[k]
     slowest = dt * sqrt(slowest)
     count = 0
     for c in range(network.n_c):
         contacts.impact[c] = 0
-        d = network.P.shape[1]
         contacts.lost[c] = -0.5 * (power(network, c, bodies.v_free, d, n) + power(network, c, network.v, d, n))
         if contacts.e[c] > 0.0 and network.P[c, 0] > 0.0:
             gamma_0, _ = normal_velocity(network, c, bodies.v_0, n)
