@@ -80,6 +80,9 @@ class SceneStats:
         Steps in which a body was struck by several others, and Newton's law with e > 0 rebounded them at once.
     first_together : str
         When the first of them was, and the body.
+    rebounds_limited : int
+        Steps in which several contacts rebounded, and their impulses were scaled: Newton's law asked for more energy
+        than the e^2 of what they had taken.
     springs : SpringStats, optional
         Of a run with compliant contacts.
     islands_asleep : int
@@ -112,6 +115,7 @@ class SceneStats:
     first_together: str = ""
     springs: SpringStats | None = None
     islands_asleep: int = 0
+    rebounds_limited: int = 0
     worst_joint_drift: float = 0.0
     last_joint_drift: float = 0.0
 

@@ -33,6 +33,7 @@ def summary(solution: SceneSolution) -> str:
             *(energy(solution) if LEDGER in solution.recorded else []),
             f"{stats.steps} steps, {stats.impacts} with rebounds"
             + (f" ({stats.struck_together} of them of several bodies at once)" if stats.struck_together else "")
+            + (f", {stats.rebounds_limited} limited to the energy there was" if stats.rebounds_limited else "")
             + f", {stats.asleep} left out at rest"
             + (f"; islands left out of steps: {stats.islands_asleep}" if stats.islands_asleep else ""),
             f"contact problems of islands solved by {by}; {stats.sweeps} sweeps, {stats.factorisations} factorisations",

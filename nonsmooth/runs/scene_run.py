@@ -300,6 +300,7 @@ class SceneRun:
             figures["last_penetration"], self.wall_time, self.compile_time,
             counts["gains"], figures["gain"], islands_asleep=counts["left_islands"],
             struck_together=counts["together"], first_together=self._first_together(),
+            rebounds_limited=counts["limited"],
             worst_joint_drift=figures["drift"], last_joint_drift=figures["last_drift"],
         )  # fmt: skip
 

@@ -16,49 +16,56 @@ from math import sqrt
 
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import Network
+from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.book import book_contact
 from nonsmooth.integrators.assembly.contacts import Contacts
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 
-
-@kernel
-def power(network, c, v, d, n):
-    """P.gamma of contact c at velocities v (n_b, n), gamma relative to running surfaces."""
-    i, j, total = network.i[c], network.j[c], 0.0
-    for row in range(d):
-        gamma = network.b[c, row] if row > 0 else 0.0
-        for x in range(n):
-            gamma += network.J_i[c, row, x] * v[i, x] + network.J_j[c, row, x] * v[j, x]
-        total += network.P[c, row] * gamma
-    return total
+SHARE_TOLD = 1.0 - 1e-6  # chosen: s of a rebound that is counted: what is nearer to 1 is what the solvers leave
 
 
 @kernel
-def share_of_rebound(contacts, network, k, d, n):
+def work_of(bodies, network, c, v_before, d, n):
+    """P.(gamma_before + gamma)/2 of contact c, relative to running surfaces."""
+    normal, friction, _ = book_contact(bodies, network, c, v_before, d, n)
+    return normal + friction
+
+
+@kernel
+def note_landing(bodies, contacts, network, d):
+    """What each contact takes from the free motion in landing, -W_-."""
+    for c in range(network.n_c):
+        contacts.lost[c] = -work_of(bodies, network, c, bodies.v_free, d, 3 * (d - 1))
+
+
+@kernel
+def share_of_rebound(bodies, contacts, network, k, d, n):
     """s of island k."""
-    islands, first, last, given_back, hits = network.islands, 0.0, 0.0, 0.0, 0
+    islands, work, last, given_back, hits = network.islands, 0.0, 0.0, 0.0, 0
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
         c = islands.contacts[at]
-        first += power(network, c, network.v_free, d, n)
-        last += power(network, c, network.v, d, n)
+        work += work_of(bodies, network, c, network.v_free, d, n)
+        last += work_of(bodies, network, c, network.v, d, n)
         given_back += contacts.e[c] * contacts.e[c] * contacts.lost[c]
         is_hit = network.P[c, 0] != 0.0 or contacts.lost[c] != 0.0
         hits += 1 if is_hit and not is_joint(network, c) else 0
-    given_back = max(0.0, given_back)
-    if hits < 2 or 0.5 * (first + last) <= given_back:
+    given_back, first = max(0.0, given_back), 2.0 * work - last
+    if hits < 2 or work <= given_back:
         return 1.0
     return (sqrt(first * first + 2.0 * (last - first) * given_back) - first) / (last - first)
 
 
-@kernel("void(int64, int64, int64)")
-def limit_rebounds(contacts_at, network_at, d):
-    """Scale the impulses of islands whose contacts would give back more than they took."""
-    contacts, network = view(contacts_at, Contacts), view(network_at, Network)
-    islands, n = network.islands, 3 * (d - 1)
+@kernel("int64(int64, int64, int64, int64)")
+def limit_rebounds(bodies_at, contacts_at, network_at, d):
+    """Scale the impulses of islands whose contacts would give back more than they took; returns 1 if there are such."""
+    bodies, contacts, network = view(bodies_at, Bodies), view(contacts_at, Contacts), view(network_at, Network)
+    islands, n, is_any = network.islands, 3 * (d - 1), 0
     for k in range(islands.count):
-        s = share_of_rebound(contacts, network, k, d, n)
+        s = share_of_rebound(bodies, contacts, network, k, d, n)
         if s == 1.0:
             continue
+        is_any = 1 if s < SHARE_TOLD else is_any
         for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
             for row in range(d):
                 network.P[islands.contacts[at], row] *= s
@@ -66,3 +73,4 @@ def limit_rebounds(contacts_at, network_at, d):
             b = islands.bodies[at]
             for x in range(n):
                 network.v[b, x] = network.v_free[b, x] + s * (network.v[b, x] - network.v_free[b, x])
+    return is_any

@@ -32,11 +32,11 @@ from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Contacts
-from nonsmooth.integrators.assembly.energy_limit import power
+from nonsmooth.integrators.assembly.energy_limit import note_landing
 from nonsmooth.integrators.assembly.landed import go_on
 from nonsmooth.integrators.assembly.planar import write_rows_planar
 from nonsmooth.integrators.assembly.project import normal_velocity
-from nonsmooth.integrators.assembly.spatial import turn_inertia, write_rows_spatial
+from nonsmooth.integrators.assembly.spatial import write_rows_spatial
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.detection import Found
@@ -55,51 +55,27 @@ def approach(gap, gamma_0, gamma_free, dt):
 
 
 @kernel
-def mobility(network, c, n):
-    """G = J M^-1 J^T of the normal row of contact c."""
-    i, j, total = network.i[c], network.j[c], 0.0
-    for x in range(n):
-        for y in range(n):
-            total += network.J_i[c, 0, x] * network.M_inv[i, x, y] * network.J_i[c, 0, y]
-            total += network.J_j[c, 0, x] * network.M_inv[j, x, y] * network.J_j[c, 0, y]
-    return total
-
-
-@kernel
 def mark_impacts(bodies, found, contacts, network, dt, n):
     """Mark the contacts that rebound, with gamma_minus and what their landing took along the normal; returns how many
     do."""
-    slowest, d = 0.0, network.P.shape[1]
+    slowest = 0.0
     for k in range(bodies.gravity.shape[0]):
         slowest += bodies.gravity[k] * bodies.gravity[k]
     slowest = dt * sqrt(slowest)
     count = 0
     for c in range(network.n_c):
         contacts.impact[c] = 0
-        contacts.lost[c] = -0.5 * (power(network, c, bodies.v_free, d, n) + power(network, c, network.v, d, n))
         if contacts.e[c] > 0.0 and network.P[c, 0] > 0.0:
             gamma_0, _ = normal_velocity(network, c, bodies.v_0, n)
             gamma_free, _ = normal_velocity(network, c, bodies.v_free, n)
             gamma_minus = approach(found.gap[c], gamma_0, gamma_free, dt)
             if -contacts.e[c] * gamma_minus > slowest:
                 gamma_l, _ = normal_velocity(network, c, network.v, n)
-                taken = (gamma_minus * gamma_minus - gamma_l * gamma_l) / mobility(network, c, n)
+                taken = (gamma_minus * gamma_minus - gamma_l * gamma_l) / (network.W[c, 0, 0] - network.soft[c])
                 contacts.gamma_minus[c], contacts.taken[c] = gamma_minus, taken
                 contacts.impact[c] = 1
                 count += 1
     return count
-
-
-@kernel
-def ask_rebounds(contacts, network, n):
-    """The normal velocities that the contacts that landed are to have, by their rows and M^-1 after the step."""
-    for c in range(network.n_c):
-        if contacts.impact[c] == 1:
-            gamma_minus = contacts.gamma_minus[c]
-            if contacts.taken[c] > 0.0:  # else others threw it at its contact
-                gamma_1, _ = normal_velocity(network, c, network.v, n)
-                gamma_minus = -sqrt(gamma_1 * gamma_1 + mobility(network, c, n) * contacts.taken[c])
-            network.b[c, 0] = contacts.e[c] * gamma_minus
 
 
 @kernel
@@ -133,10 +109,10 @@ def begin_impact_planar(bodies_at, shapes_at, found_at, contacts_at, network_at,
     contacts, network = view(contacts_at, Contacts), view(network_at, Network)
     count = mark_impacts(bodies, found, contacts, network, dt, 3)
     if count > 0:
+        note_landing(bodies, contacts, network, 2)
         write_impact(bodies, shapes, found, contacts, network, dt, 2)
         for c in range(network.n_c):
             write_rows_planar(bodies, found, c, network)
-        ask_rebounds(contacts, network, 3)
     return count
 
 
@@ -147,9 +123,22 @@ def begin_impact_spatial(bodies_at, shapes_at, found_at, contacts_at, network_at
     contacts, network = view(contacts_at, Contacts), view(network_at, Network)
     count = mark_impacts(bodies, found, contacts, network, dt, 6)
     if count > 0:
+        note_landing(bodies, contacts, network, 3)
         write_impact(bodies, shapes, found, contacts, network, dt, 3)
         for c in range(network.n_c):
             write_rows_spatial(bodies, found, c, network)
-        turn_inertia(bodies_at, network_at)
-        ask_rebounds(contacts, network, 6)
     return count
+
+
+@kernel("void(int64, int64)")
+def ask_rebounds(contacts_at, network_at):
+    """The normal velocities that the contacts that landed are to have, of the rows after the step, which are prepared;
+    in the plane or in space."""
+    contacts, network = view(contacts_at, Contacts), view(network_at, Network)
+    for c in range(network.n_c):
+        if contacts.impact[c] == 1:
+            gamma_minus = contacts.gamma_minus[c]
+            if contacts.taken[c] > 0.0:  # else others threw it at its contact
+                gamma_1, _ = normal_velocity(network, c, network.v_free, network.v.shape[1])
+                gamma_minus = -sqrt(gamma_1 * gamma_1 + network.W[c, 0, 0] * contacts.taken[c])
+            network.b[c, 0] = contacts.e[c] * gamma_minus

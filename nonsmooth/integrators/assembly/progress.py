@@ -55,6 +55,7 @@ class Counts(Block):
     gains: int  # of these, steps in which the contacts gained energy
     together: int  # and steps in which several bodies struck one together (together.py)
     first_together: int  # the first of these
+    limited: int  # steps whose rebounds would have given back more energy than there was (energy_limit.py)
     struck: int  # the body that was struck in it
     missed: int  # whose residual stayed above the tolerance
     most_contacts: int

@@ -18,7 +18,7 @@ from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landin
 from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_planar, write_contacts_spatial
 from nonsmooth.integrators.assembly.draw_together import draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
-from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
+from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.joints import (
     Joints,
     add_joints,
@@ -121,7 +121,7 @@ def take_step(progress, d):
         end = solve(progress, places, network, d)
         if end != DONE:
             return end
-        limit_rebounds(places.contacts, places.network, d)
+        progress.counts.limited += limit_rebounds(places.bodies, places.contacts, places.network, d)
         gain = book_impact(places.bodies, places.contacts, places.network, places.ledger)
         note_gain(gain, view(places.ledger, Ledger), progress)
         note_together(places, progress.counts)
@@ -287,5 +287,6 @@ def rebounds(progress, places, network, d):
         return False
     hold(places, 1)
     prepare(places, d)
+    ask_rebounds(places.contacts, places.network)
     progress.counts.impacts += 1
     return True

@@ -21,7 +21,7 @@ from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landin
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
-from nonsmooth.integrators.assembly.impact import begin_impact_planar, begin_impact_spatial
+from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.joints import (
     Joints,
     joint_of,
@@ -61,6 +61,8 @@ REACH_SHARE = 0.25  # chosen: of the largest bounded shape that the margin may b
 TIGHT = 1e-10  # chosen: of the smallest shape: a penetration below it is a rounding, and is not taken back
 MOST_FACTORS = 400  # measured: of an island in a step: heaps that take more do not end
 ROOM = 1.5  # chosen: by which a block is larger than what it was too small for
+
+OF_REBOUNDS = (ask_rebounds, limit_rebounds, book_landing, book_impact)  # defined: in the plane and in space
 
 # defined: blocks whose addresses the steps are handed, beside that of the motion of the bodies
 PLACES = (
@@ -104,11 +106,11 @@ def stages_of(
     nothing rebounds, and no joint where there is none."""
     if dim == 2:
         others = [predict_planar, write_contacts_planar, prepare_planar, solve_planar, judge_planar, move_bodies_planar]
-        others += [begin_impact_planar, limit_rebounds, book_landing, book_impact] if has_restitution else []
+        others += [begin_impact_planar, *OF_REBOUNDS] if has_restitution else []
         others += [leave_out_joined, write_joints, draw_together] if has_joints else []
         return Stages(take_steps_planar, find_contacts_planar, planar_scratch, (*others, let_sleep, book_step))
     others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
-    others += [begin_impact_spatial, limit_rebounds, book_landing, book_impact] if has_restitution else []
+    others += [begin_impact_spatial, *OF_REBOUNDS] if has_restitution else []
     others += [leave_out_joined, write_joints, draw_together, keep_angular_momenta] if has_joints else []
     others += contacts_of_shapes
     others += [move_bodies_spatial, let_sleep, book_step]
