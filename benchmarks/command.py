@@ -15,7 +15,7 @@ from nonsmooth.errors import InvalidInput
 
 NAMES = (
     "accuracy", "bits", "bodies", "calls", "contacts", "core", "ladder", "limit", "paradox", "penalty", "player",
-    "scenes", "solvers", "stability", "stress", "sweep", "symbolic", "work",
+    "published", "scenes", "solvers", "stability", "stress", "sweep", "symbolic", "work",
 )  # fmt: skip
 
 

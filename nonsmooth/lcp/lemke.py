@@ -63,7 +63,7 @@ def lemke(n, A, b, z, tableau, scales, basis, max_pivots):
     for attempt in range(COVERING_VECTORS + 1):
         _covering_vector(n, scales, max(0, attempt - 1))
         size = equilibrate(n, A, b, scales)
-        _load(n, A, b, size, tableau, scales, basis)
+        load(n, A, b, size, tableau, scales, basis)
         status, pivots = lemke_pivots(n, tableau, scales, basis, 1.0 if attempt == 0 else BLUNT, max_pivots - total)
         _read(n, z, size, tableau, scales, basis)
         total += pivots
@@ -96,8 +96,8 @@ def lemke_pivots(n, tableau, scales, basis, noise, max_pivots):
     status = MAX_ITERATIONS
     while pivots < max_pivots:
         leaving = basis[row]
-        _exchange(n, tableau, scales, row, column)
-        _swap(n, basis, row, column)
+        exchange(n, tableau, scales, row, column)
+        swap(n, basis, row, column)
         pivots += 1
         if leaving == 2 * n:
             status = SOLVED
@@ -141,7 +141,7 @@ def is_trivial(n, b):
 
 
 @kernel
-def _load(n, A, b, size, tableau, scales, basis):
+def load(n, A, b, size, tableau, scales, basis):
     for i in range(n):
         for j in range(n):
             tableau[i, j] = scales[0, i] * A[i, j] * scales[1, j]
@@ -167,7 +167,7 @@ def _first_row(n, tableau):
 
 
 @kernel
-def _exchange(n, tableau, scales, row, column):
+def exchange(n, tableau, scales, row, column):
     """Exchange the basic variable of the row with the nonbasic one of the column.
 
     The pivot row is copied to scales[2]: from another array the inner loop vectorises (three times faster).
@@ -187,7 +187,7 @@ def _exchange(n, tableau, scales, row, column):
 
 
 @kernel
-def _swap(n, basis, row, column):
+def swap(n, basis, row, column):
     leaving = basis[row]
     entering = basis[n + column]
     basis[row] = entering

@@ -25,11 +25,13 @@ from nonsmooth.checks.arrays import as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import ACTIVE_SETS_TRIED, LARGEST_N, enumerate_solutions
+from nonsmooth.lcp.mixed_few import FEW_MIXED, mixed_memory, solve_mixed
 from nonsmooth.lcp.newton import linear_solve, solve_by_semismooth_newton
 from nonsmooth.lcp.result import LCPResult, LCPStatus, natural_scales
 from nonsmooth.lcp.scaling import scaled_problem
-from nonsmooth.lcp.solve import MAX_NEWTON, Attempt, as_square, solve_lcp
+from nonsmooth.lcp.solve import MAX_NEWTON, PIVOTS_AT_LEAST, PIVOTS_PER_ROW, Attempt, as_square, solve_lcp
 
+ROUNDED_RESIDUAL = 1e-14  # chosen: some tens of roundings; what has more is solved again on its active set
 RANK = 1e-9  # chosen: singular values of the equilibrated A_FF below this, relative to the largest, count as 0
 
 
@@ -76,6 +78,10 @@ def solve_mlcp(A: Any, b: Any, free: Any, solver: str = "auto", tol: float = 1e-
     if not free.any():
         return solve_lcp(A, b, solver, tol, None if start is None else np.maximum(start, 0.0))
     dense = A if isinstance(A, np.ndarray) else A.toarray()
+    if solver == "auto" and start is None and len(b) <= FEW_MIXED:
+        result = _at_once(dense, b, free, tol)
+        if result is not None:
+            return result
     best: LCPResult | None = None
     notes: list[str] = []
     for attempt in (_by_elimination, _by_newton, _by_enumeration):
@@ -96,6 +102,19 @@ def solve_mlcp(A: Any, b: Any, free: Any, solver: str = "auto", tol: float = 1e-
         best.z, best.w, LCPStatus.INFEASIBLE if y is not None else best.status, best.residual, best.iterations,
         best.solver, "; ".join(notes), y,
     )  # fmt: skip
+
+
+def _at_once(A: np.ndarray, b: np.ndarray, free: np.ndarray, tol: float) -> LCPResult | None:
+    """The result where eliminating and pivoting end at rounding; None where the ways below have more to say."""
+    n = len(b)
+    z, w = np.empty(n), np.empty(n)
+    most = max(PIVOTS_AT_LEAST, PIVOTS_PER_ROW * n)
+    pivots, residual = solve_mixed(A, b, free, z, w, mixed_memory(n), most)
+    if not residual <= min(tol, ROUNDED_RESIDUAL):
+        return None
+    note = f"{int(free.sum())} free variables eliminated, {pivots} pivots"
+    message = f"lemke: SOLVED, {note}, residual {residual:.1e}"
+    return LCPResult(z, w, LCPStatus.SOLVED, residual, pivots, "lemke", message)
 
 
 def mlcp_residual(A: Any, b: np.ndarray, z: np.ndarray, free: np.ndarray) -> float:

@@ -15,7 +15,7 @@ from nonsmooth.contact.blocks.natural_map import cone_project, natural_map_of, v
 from nonsmooth.contact.blocks.nsgs import sweep
 from nonsmooth.jit import kernel
 
-TRIAL_SWEEPS = 8  # measured: after which the rate of convergence is seen
+TRIAL_SWEEPS = 4  # measured: after which the rate of convergence is seen
 # chosen: sizes of c and of the diagonal within which no square that is made of them overflows or vanishes
 LEAST_SIZE, LARGEST_SIZE = 1e-100, 1e100
 

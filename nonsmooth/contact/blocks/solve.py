@@ -5,6 +5,7 @@ Border checks, scaling, one solver by name or the ladder of "auto", and the natu
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from typing import Any
@@ -28,12 +29,14 @@ from nonsmooth.contact.blocks.ladder import (
     ladder_of,
 )
 from nonsmooth.contact.blocks.newton import Newton
+from nonsmooth.contact.blocks.newton_few import FEW_UNKNOWNS, SWEEPS_BEFORE, newton_memory, step_few
 from nonsmooth.contact.blocks.nsgs import NSGS
 from nonsmooth.contact.blocks.one_contact import solve_one
 from nonsmooth.contact.blocks.polish import POLISHED_ERROR
 from nonsmooth.contact.blocks.problem import Blocks, Problem, as_blocks, check_vectors, scale_problem, weighed_problem
 from nonsmooth.contact.blocks.proximal import Proximal
 from nonsmooth.contact.blocks.result import ContactResult, ContactStatus
+from nonsmooth.numerics.one_blas_thread import one_blas_thread
 
 SOLVERS: dict[str, Solver] = {
     "single": Single(),
@@ -123,7 +126,7 @@ def solve_contact(
         if result is not None:
             return result
     elif solver == "auto" and 0 < blocks.G.size <= CHEAP_ENTRIES:
-        result = _swept_at_once(blocks, c, mu, start, tol)
+        result = _at_once(blocks, c, mu, start, tol)
         if result is not None:
             return result
     given = weighed_problem(blocks, c, mu)
@@ -131,10 +134,9 @@ def solve_contact(
         return ContactResult(start, start.copy(), ContactStatus.SOLVED, 0.0, 0.0, 0, solver, "empty problem")
     problem, factor = scale_problem(given)
     until = math.inf if max_time is None else began + max_time
-    if solver == "auto":
-        end = climb(problem, start / factor, tol, ladder_of(problem), is_cheap(problem), until)
-    else:
-        end = climb(problem, start / factor, tol, [SOLVERS[solver]], until=until)
+    rungs = ladder_of(problem) if solver == "auto" else [SOLVERS[solver]]
+    with one_blas_thread() if problem.blocks.is_full else contextlib.nullcontext():
+        end = climb(problem, start / factor, tol, rungs, solver == "auto" and is_cheap(problem), until)
     return _judged(given, factor * end.P, tol, end, max_time if time.monotonic() >= until else None)
 
 
@@ -148,17 +150,23 @@ def _solved_at_once(blocks: Blocks, c: np.ndarray, mu: np.ndarray, tol: float) -
     return ContactResult(P, gamma, ContactStatus.SOLVED, error, error_rho_1, 1, "single", message)
 
 
-def _swept_at_once(
-    blocks: Blocks, c: np.ndarray, mu: np.ndarray, start: np.ndarray, tol: float
-) -> ContactResult | None:
-    """The result for few contacts, swept to rounding; None where that would take too many sweeps."""
-    P, gamma, rows = start.copy(), np.empty(len(c)), (blocks.G, blocks.indices, blocks.indptr)
-    goal = min(tol, POLISHED_ERROR)
-    sweeps, error, error_rho_1 = sweep_few(rows, c, mu, P, gamma, np.empty(len(mu)), goal, FIRST_SWEEPS)
+def _at_once(blocks: Blocks, c: np.ndarray, mu: np.ndarray, start: np.ndarray, tol: float) -> ContactResult | None:
+    """The result for few contacts, by sweeps or by Newton's method, to rounding; None where neither gets there soon."""
+    P, gamma, rho, rows = start.copy(), np.empty(len(c)), np.empty(len(mu)), (blocks.G, blocks.indices, blocks.indptr)
+    goal, is_few = min(tol, POLISHED_ERROR), len(c) <= FEW_UNKNOWNS
+    most = max(SWEEPS_BEFORE, len(c)) if is_few else FIRST_SWEEPS
+    sweeps, error, error_rho_1 = sweep_few(rows, c, mu, P, gamma, rho, goal, most)
+    if error <= goal:
+        message = f"solved; nsgs: error {error:.1e} after {sweeps}"
+        return ContactResult(P, gamma, ContactStatus.SOLVED, error, error_rho_1, sweeps, "nsgs", message)
+    if not is_few:
+        return None
+    memory = newton_memory(len(mu), blocks.G.shape[1])
+    steps, error, error_rho_1 = step_few(rows, c, mu, P, gamma, rho, memory, goal)
     if not error <= goal:
         return None
-    message = f"solved; nsgs: error {error:.1e} after {sweeps}"
-    return ContactResult(P, gamma, ContactStatus.SOLVED, error, error_rho_1, sweeps, "nsgs", message)
+    message = f"solved; nsgs and newton: error {error:.1e} after {sweeps} and {steps}"
+    return ContactResult(P, gamma, ContactStatus.SOLVED, error, error_rho_1, sweeps + steps, "newton", message)
 
 
 def _judged(given: Problem, P: np.ndarray, tol: float, end: Climb, spent: float | None) -> ContactResult:

@@ -8,9 +8,10 @@ import pytest
 from benchmarks.problems import FAMILIES
 from nonsmooth.contact.blocks.few_contacts import sweep_few
 from nonsmooth.contact.blocks.ladder import FIRST_SWEEPS, Single, climb
+from nonsmooth.contact.blocks.newton_few import FEW_UNKNOWNS, STEPS_AT_MOST, newton_memory, step_few
 from nonsmooth.contact.blocks.one_contact import solve_one
 from nonsmooth.contact.blocks.polish import POLISHED_ERROR
-from nonsmooth.contact.blocks.problem import check_problem, scale_problem
+from nonsmooth.contact.blocks.problem import as_matrix, check_problem, scale_problem
 from nonsmooth.contact.blocks.result import ContactStatus
 from nonsmooth.contact.blocks.solve import solve_contact
 from nonsmooth.jit import interpreted
@@ -74,7 +75,7 @@ def test_one_contact_without_a_solution_is_said_to_have_none():
 
 @pytest.mark.parametrize("name", ["assembly", "packing", "elastic", "one_body"])
 @pytest.mark.parametrize("dim", [2, 3])
-def test_few_contacts_are_swept_to_rounding_and_judged_as_given(name, dim):
+def test_few_contacts_are_solved_to_rounding_and_judged_as_given(name, dim):
     case = few_contacts(name, dim)
     result = solve_contact(*case)
     assert result.status is ContactStatus.SOLVED and result.error <= POLISHED_ERROR
@@ -86,13 +87,66 @@ def test_few_contacts_are_swept_to_rounding_and_judged_as_given(name, dim):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_sweeps_of_few_contacts_have_the_same_bits_interpreted(dim):
-    problem, ends = check_problem(*few_contacts("assembly", dim)), []
+    problem, ends = check_problem(*few_contacts("elastic", dim)), []
     rows = problem.blocks.G, problem.blocks.indices, problem.blocks.indptr
     for sweep in (sweep_few, interpreted(sweep_few)):
         P, gamma, rho = np.zeros(problem.n), np.zeros(problem.n), np.zeros(problem.n_c)
         end = sweep(rows, problem.c, problem.mu, P, gamma, rho, POLISHED_ERROR, FIRST_SWEEPS)
         ends.append((end, P.tolist(), gamma.tolist(), rho.tolist()))
     assert ends[0] == ends[1] and ends[0][0][1] <= POLISHED_ERROR
+
+
+def stepped(case, step=step_few):
+    """Newton's method alone, from no impulses: what it returns and writes."""
+    problem = check_problem(*case)
+    rows = problem.blocks.G, problem.blocks.indices, problem.blocks.indptr
+    P, gamma, rho = np.zeros(problem.n), np.zeros(problem.n), np.zeros(problem.n_c)
+    end = step(rows, problem.c, problem.mu, P, gamma, rho, newton_memory(problem.n_c, problem.dim), POLISHED_ERROR)
+    return end, P, gamma, rho
+
+
+@pytest.mark.parametrize(("name", "dim"), [("assembly", 2), ("assembly", 3), ("wall", 2), ("arch", 3)])
+def test_newton_steps_of_few_contacts_have_the_same_bits_interpreted(name, dim):
+    case = few_contacts(name, dim, size=2)
+    compiled, source = stepped(case), stepped(case, interpreted(step_few))
+    assert compiled[0] == source[0] and compiled[0][1] <= POLISHED_ERROR
+    assert [x.tolist() for x in compiled[1:]] == [x.tolist() for x in source[1:]]
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("name", ["wall", "arch"])
+def test_redundant_contacts_are_solved_to_rounding_at_once(name, dim):
+    """More rows than velocities: a shift of the Jacobian by 1e-11 would leave errors of 1e-12 and more in them."""
+    ends = 0
+    for seed in range(10):
+        case = few_contacts(name, dim, size=2, seed=seed)
+        problem = check_problem(*case)
+        result = solve_contact(*case)
+        assert np.linalg.matrix_rank(as_matrix(problem.blocks)) < problem.n <= FEW_UNKNOWNS
+        assert problem.error(result.P) <= 10 * POLISHED_ERROR
+        assert (problem.velocity(result.P) == result.gamma).all() and on_the_cones(case.mu, dim, result.P)
+        ends += result.message.startswith("solved; nsgs and newton")
+    assert ends >= 8  # who gives up is no failure: the ladder goes on
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("power", [-60, 80])
+def test_newton_steps_of_few_contacts_know_no_units(dim, power):
+    """G of one power of four and c of another: the same steps, impulses that scale bit for bit."""
+    case = few_contacts("assembly", dim)
+    G = as_matrix(check_problem(*case).blocks)
+    end = stepped((G, case.c, case.mu, dim))
+    scaled = stepped((np.ldexp(G, power), np.ldexp(case.c, power // 2), case.mu, dim))
+    assert scaled[0][0] == end[0][0] and end[0][1] <= POLISHED_ERROR
+    assert (scaled[1] == np.ldexp(end[1], power // 2 - power)).all()
+
+
+def test_newton_steps_that_go_nowhere_are_given_up_and_the_ladder_goes_on():
+    """A tower of masses over six decades, from no impulses."""
+    case = FAMILIES["tower"](np.random.default_rng([0, 20, 2]), 20, 2)
+    end = stepped(case)[0]
+    assert end[1] == np.inf and end[0] <= STEPS_AT_MOST
+    assert solve_contact(*case).status is ContactStatus.SOLVED
 
 
 def test_sweeps_that_would_not_end_are_given_up_and_the_ladder_ends_them():

@@ -99,9 +99,13 @@ def test_five_bodies_are_one_body_of_fifteen_coordinates():
     M = np.zeros((15, 15))
     for body in range(5):
         M[3 * body : 3 * body + 3, 3 * body : 3 * body + 3] = network.M[body]
-    result = solve_contact(J @ np.linalg.solve(M, J.T), dense.c, dense.mu, 2, tol=1e-15)
+    G = J @ np.linalg.solve(M, J.T)
+    result = solve_contact(G, dense.c, dense.mu, 2, tol=1e-15)
     assert np.abs(network.gamma.ravel() - result.gamma).max() <= 1e-14 * np.abs(dense.c).max()
-    assert np.abs(network.P.ravel() - result.P).max() <= 1e-14 * np.abs(result.P).max()
+    loaded = result.P != 0
+    amplified = 4 * np.linalg.cond(G[np.ix_(loaded, loaded)]) * np.finfo(float).eps  # some roundings of each of the two
+    assert amplified <= 4e-14
+    assert np.abs(network.P.ravel() - result.P).max() <= amplified * np.abs(result.P).max()
 
 
 def test_a_second_solve_with_the_same_contacts_makes_no_factor():
