@@ -146,16 +146,28 @@ def as_blocks(name: str, value: Any, dim: int, n_c: int) -> Blocks:
         cut = data.reshape(n_c, dim, n_c, dim).transpose(0, 2, 1, 3).reshape(n_c * n_c, dim, dim)
         columns = np.tile(np.arange(n_c, dtype=np.int32), n_c)
         return Blocks(np.ascontiguousarray(cut), columns, np.arange(n_c + 1, dtype=np.int32) * np.int32(n_c))
-    return _blocks_from_rows(data, matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32), dim)
+    columns, starts = matrix.indices.astype(np.int32, copy=False), matrix.indptr.astype(np.int32, copy=False)
+    return _blocks_from_rows(data, columns, starts, dim)
 
 
 def _blocks_from_rows(data: np.ndarray, indices: np.ndarray, indptr: np.ndarray, dim: int) -> Blocks:
     n_c = (indptr.shape[0] - 1) // dim
-    starts = np.zeros(n_c + 1, dtype=np.int32)
+    starts = np.empty(n_c + 1, dtype=np.int32)
     columns = np.empty(indices.shape[0] + n_c, dtype=np.int32)
-    cut = np.zeros((indices.shape[0] + n_c, dim, dim))
-    count = cut_rows(data, indices, indptr, cut, columns, starts, np.full(n_c, -1, dtype=np.int32))
-    return Blocks(cut[:count].copy(), columns[:count].copy(), starts)
+    cut = np.empty((indices.shape[0] + n_c, dim, dim))  # pages that are never written take no memory
+    count = cut_rows(data, indices, indptr, cut, columns, starts, np.empty(n_c, dtype=np.int32))
+    return Blocks(cut[:count], columns[:count], starts)
+
+
+@kernel
+def begin_block(G, columns, slot, j, count):
+    """A block of zeros in column j of the row at hand; returns how many there are."""
+    slot[j] = count
+    columns[count] = j
+    for a in range(G.shape[1]):
+        for b in range(G.shape[1]):
+            G[count, a, b] = 0.0
+    return count + 1
 
 
 @kernel(
@@ -164,23 +176,21 @@ def _blocks_from_rows(data: np.ndarray, indices: np.ndarray, indptr: np.ndarray,
 def cut_rows(data, indices, indptr, G, columns, starts, slot):
     """Cut scalar compressed rows into blocks, the diagonal ones always present; returns their number.
 
-    slot (n_c,), -1 at the start, is where the block of a column was put last.
+    slot (n_c,) is where the block of a column was put last.
     """
     dim = G.shape[1]
     n_c = starts.shape[0] - 1
     count = 0
+    for j in range(n_c):
+        slot[j] = -1
     for i in range(n_c):
         starts[i] = count
-        slot[i] = count
-        columns[count] = i
-        count += 1
+        count = begin_block(G, columns, slot, i, count)
         for a in range(dim):
             for k in range(indptr[i * dim + a], indptr[i * dim + a + 1]):
                 j = indices[k] // dim
                 if slot[j] < starts[i]:
-                    slot[j] = count
-                    columns[count] = j
-                    count += 1
+                    count = begin_block(G, columns, slot, j, count)
                 G[slot[j], a, indices[k] - j * dim] += data[k]
     starts[n_c] = count
     return count
