@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_square_matrix, as_tolerance, as_vector
+from nonsmooth.checks.arrays import FLOAT, as_square_matrix, as_tolerance, as_vector
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.lcp.certificate import infeasibility_certificate
 from nonsmooth.lcp.enumerate import ACTIVE_SETS_TRIED, LARGEST_N, enumerate_solutions
@@ -96,6 +96,10 @@ def solve_lcp(A: Any, b: Any, solver: str = "auto", tol: float = 1e-10, guess: A
     >>> solve_lcp([[-1.0]], [-1.0]).status.name
     'INFEASIBLE'
     """
+    if solver == "auto" and guess is None:
+        result = _at_once(A, b, tol)
+        if result is not None:
+            return result
     A = as_square(A)
     b = as_vector("b", b, A.shape[0])
     tol = as_tolerance("tol", tol)
@@ -112,6 +116,19 @@ def solve_lcp(A: Any, b: Any, solver: str = "auto", tol: float = 1e-10, guess: A
             return climb(A, b, _ladder(A, False), tol, None, first)
         return climb(A, b, _ladder(A, start is not None), tol, start)
     return climb(A, b, (solver,), tol, start, use_certificate=False)
+
+
+def _at_once(A: Any, b: Any, tol: Any) -> LCPResult | None:
+    """The result for arrays of floats that Lemke's method ends at once; None where there is more to check or to try.
+
+    Every entry goes into the residual, also those times 0: within the tolerance none is NaN or infinite.
+    """
+    if not (type(A) is type(b) is np.ndarray and A.dtype is b.dtype is FLOAT and type(tol) is float and tol > 0.0):
+        return None
+    if b.ndim != 1 or A.shape != (n := len(b), n) or not 0 < n <= SMALL_N:
+        return None
+    attempt = _lemke(np.ascontiguousarray(A), np.ascontiguousarray(b), None, tol)
+    return _solved(attempt, "lemke") if attempt.residual <= tol else None
 
 
 def climb(A: Any, b: np.ndarray, ladder: tuple[str, ...], tol: float, guess: np.ndarray | None,

@@ -219,3 +219,16 @@ def test_a_tolerance_must_be_positive():
 def test_an_unknown_solver_is_named_with_those_that_exist():
     with pytest.raises(UnknownName, match=r"auto, lemke.*newton.*got 'lemk'; did you mean 'lemke'"):
         solve_lcp(np.eye(2), np.ones(2), "lemk")
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("b", [[1.0, 2.0], [-1.0, 2.0]])
+def test_an_entry_that_no_impulse_meets_is_refused_too(bad, b):
+    """z_2 = 0: what is taken without a look is looked at by its residual, 0 times infinity included."""
+    for i in range(2):
+        A = np.array([[2.0, 0.0], [0.0, 1.0]])
+        A[i, 1] = bad
+        with pytest.raises(InvalidInput, match="A must be finite"):
+            solve_lcp(A, np.array(b))
+    with pytest.raises(InvalidInput, match="b must be finite"):
+        solve_lcp(np.eye(2), np.array([b[0], bad]))
