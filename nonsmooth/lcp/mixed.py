@@ -78,7 +78,7 @@ def solve_mlcp(A: Any, b: Any, free: Any, solver: str = "auto", tol: float = 1e-
     if not free.any():
         return solve_lcp(A, b, solver, tol, None if start is None else np.maximum(start, 0.0))
     dense = A if isinstance(A, np.ndarray) else A.toarray()
-    if solver == "auto" and start is None and len(b) <= FEW_MIXED:
+    if isinstance(solver, str) and solver == "auto" and start is None and len(b) <= FEW_MIXED:
         result = _at_once(dense, b, free, tol)
         if result is not None:
             return result

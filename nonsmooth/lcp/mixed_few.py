@@ -134,10 +134,12 @@ def mixed_residual(A, b, free, z, w):
         for j in range(n):
             w[i] += A[i, j] * z[j]
         dz = math.inf if free[i] else natural_scale(n, A, i) * z[i]
-        error = abs(w[i]) if w[i] < dz else abs(dz)
-        if not error <= worst:  # also where it is NaN
-            worst = error
+        if math.isnan(w[i]) or math.isnan(dz):
+            return math.nan
+        worst = max(worst, abs(w[i]) if w[i] < dz else abs(dz))
         scale = max(scale, abs(b[i]))
+    if math.isinf(scale):
+        return math.nan
     if worst == 0.0:
         return 0.0
     return worst / scale if scale > 0.0 else math.inf

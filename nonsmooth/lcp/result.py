@@ -91,7 +91,10 @@ def natural_scale(n, A, i):
 
 @kernel
 def lcp_residual(n, A, b, z):
-    """max |min(d z, A z + b)| / max |b|; where b = 0 it is 0 at a solution and inf elsewhere. NaN stays NaN."""
+    """max |min(d z, A z + b)| / max |b|; where b = 0 it is 0 at a solution and inf elsewhere.
+
+    Where anything is NaN, or b infinite, it is NaN.
+    """
     worst = 0.0
     scale = 0.0
     for i in range(n):
@@ -99,10 +102,12 @@ def lcp_residual(n, A, b, z):
         for j in range(n):
             w += A[i, j] * z[j]
         dz = natural_scale(n, A, i) * z[i]
-        error = abs(w) if w < dz else abs(dz)
-        if not error <= worst or math.isnan(w):  # the first is also true when the error is NaN
-            worst = error + 0.0 * w
+        if math.isnan(w) or math.isnan(dz):
+            return math.nan
+        worst = max(worst, abs(w) if w < dz else abs(dz))
         scale = max(scale, abs(b[i]))
+    if math.isinf(scale):
+        return math.nan
     if worst == 0.0:
         return 0.0
     return worst / scale if scale > 0.0 else math.inf * worst

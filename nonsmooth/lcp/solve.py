@@ -96,7 +96,7 @@ def solve_lcp(A: Any, b: Any, solver: str = "auto", tol: float = 1e-10, guess: A
     >>> solve_lcp([[-1.0]], [-1.0]).status.name
     'INFEASIBLE'
     """
-    if solver == "auto" and guess is None:
+    if isinstance(solver, str) and solver == "auto" and guess is None:
         result = _at_once(A, b, tol)
         if result is not None:
             return result
@@ -123,11 +123,11 @@ def _at_once(A: Any, b: Any, tol: Any) -> LCPResult | None:
 
     Every entry goes into the residual, also those times 0: within the tolerance none is NaN or infinite.
     """
-    if not (type(A) is type(b) is np.ndarray and A.dtype is b.dtype is FLOAT and type(tol) is float and tol > 0.0):
+    if not (type(A) is type(b) is np.ndarray and A.dtype is b.dtype is FLOAT and type(tol) is float and 0 < tol < 1):
         return None
     if b.ndim != 1 or A.shape != (n := len(b), n) or not 0 < n <= SMALL_N:
         return None
-    attempt = _lemke(np.ascontiguousarray(A), np.ascontiguousarray(b), None, tol)
+    attempt = _lemke(A.copy(), b.copy(), None, tol)  # in the order of C, and writeable
     return _solved(attempt, "lemke") if attempt.residual <= tol else None
 
 

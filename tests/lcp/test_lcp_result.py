@@ -1,6 +1,7 @@
 import math
 
 import numpy as np
+import pytest
 
 from nonsmooth.jit import interpreted
 from nonsmooth.lcp.result import judge_solution, judge_sparse, lcp_residual, natural_scale, natural_scales
@@ -60,3 +61,15 @@ def test_dense_and_sparse_measures_agree():
     expected = [interpreted(natural_scale)(7, A, i) for i in range(7)]
     for d in (natural_scales(A), natural_scales(sparse.csr_matrix(A))):
         np.testing.assert_allclose(d, expected, rtol=1e-15)
+
+
+@pytest.mark.parametrize("place", range(3))
+def test_a_residual_that_is_not_a_number_anywhere_is_none(place):
+    """Rows after the one that is NaN must not make it a number again; 0 times NaN counts."""
+    A, b, z = np.eye(3), np.ones(3), np.zeros(3)
+    A[place, 1] = np.nan
+    assert np.isnan(judge_solution(A, b, z, np.empty(3)))
+    b[place] = np.inf
+    assert np.isnan(judge_solution(np.eye(3), b, z, np.empty(3)))
+    z[place] = np.nan
+    assert np.isnan(judge_solution(np.eye(3), np.ones(3), z, np.empty(3)))
