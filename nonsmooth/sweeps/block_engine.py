@@ -5,13 +5,16 @@ its contacts, step to the end, reduce events and motion to the numbers of the ce
 call holds no lock of the interpreter, so that threads take a block each. It returns to Python some fifty times a
 second, where Ctrl-C is heard, and goes on in the cell and the step where it stopped.
 A run begins from cleared memory: its result depends on its cell alone, not on the block that it is in.
+
+A run that goes on until its motion has settled is judged at the records where it is T, 2 T, 4 T, ... long, and ends
+there or goes on as it is: no step is taken twice.
 """
 
 from __future__ import annotations
 
 import time
 from typing import Annotated as Array
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -53,6 +56,8 @@ from nonsmooth.signals.telling import tell
 BLOCK_EVENT_CAPACITY = 32  # chosen: rows, and those of a moment; the kernel empties them
 N_KINDS = 4  # chosen: kinds of event
 N_CODES = 64  # chosen: changes of mode kept for a mode sequence
+ASKS_AMPLITUDE, ASKS_PERIOD = 1, 2  # code: what is to have settled
+TIME_ROUNDING = 1e-9  # chosen: of a fixed step: what separates its record from the end of a run is rounding below it
 STILL_COORDINATE = 1e-12  # chosen: a coordinate whose range is below this part of its size does not move
 
 
@@ -63,6 +68,10 @@ class Call(Block):
     last: int  # the cell before which it ends
     max_steps: int  # a cell counts as one more
     window: float  # the fraction of the span from which on records are reduced; -1: none are
+    first_look: float  # length of a run after which it is judged whether its motion has settled; 0: it is not
+    look: float  # the next time of that in the present cell
+    settle: float  # of a settled motion: how much amplitudes and periods within the window differ at most
+    asks: int  # what is to have settled: ASKS_AMPLITUDE, ASKS_PERIOD, or both
     is_rigid: int  # whether contacts have modes at the start
     is_prepared: int  # whether the memory of the cell is filled already
     is_patient: int  # whether it returns where a contact problem is not solved
@@ -116,12 +125,12 @@ def run_cells(sys_at, schedule_at, cells_at, state_words, memory_words, state_at
             if call.is_prepared == 0:
                 renew(memory_words)
             status = set_start(i, schedule.t[0], sys, state, record, cells)
-            call.is_begun, call.cell = 1, i
+            call.is_begun, call.cell, call.look = 1, i, schedule.t[0] + call.first_look
         while status == Status.RUNNING:
             if call.steps_done >= call.max_steps:
                 return
             before, is_first = state.counters.steps, state.counters.is_begun == 0
-            max_steps = call.max_steps - call.steps_done
+            max_steps = min(call.max_steps - call.steps_done, steps_to_look(call, schedule, state))
             status = loop_at(call.loop, sys_at, schedule_at, max_steps, state_at, record_at, memory_at)
             call.steps_done += state.counters.steps - before
             if is_first:
@@ -130,6 +139,8 @@ def run_cells(sys_at, schedule_at, cells_at, state_words, memory_words, state_at
             if status == Status.NOT_SOLVED and call.is_patient != 0:
                 call.is_stuck = 1
                 return
+            if status == Status.RUNNING and call.first_look > 0.0:
+                status = judge(i, sys.n, schedule, state, record, cells)
             if status == Status.RUNNING and schedule.every > 0 and record.counts.rows + 2 > record.t.shape[0]:
                 if call.window >= 0.0:
                     call.is_full = 1
@@ -231,6 +242,46 @@ def store(i, n, n_c, status, state, cells):
 
 
 @kernel
+def steps_to_look(call, schedule, state):
+    """How many steps may be taken before the run is judged again; one of a method that chooses them."""
+    dt = schedule.dt[min(state.counters.interval, schedule.dt.shape[0] - 1)]
+    if call.first_look == 0.0:
+        return call.max_steps
+    return max(1, int((call.look - state.now) / dt)) if dt > 0.0 else 1
+
+
+@kernel
+def judge(i, n, schedule, state, record, cells):
+    """At the first record that is not before the next look: FINISHED where the motion has settled, else RUNNING, and
+    the run is looked at again when it is twice as long."""
+    call, m, rounding = cells.call, record.counts.rows, TIME_ROUNDING * schedule.dt[0]
+    if m == 0 or record.t[m - 1] < call.look - rounding:
+        return Status.RUNNING.value
+    t = record.t[m - 1]
+    if t <= call.look + rounding:
+        record.t[m - 1] = call.look  # not a rounding away, as the end of a run of that length
+    reduce_motion(i, n, call.window, record, cells)
+    if has_settled(i, n, cells):
+        state.now = record.t[m - 1]
+        return Status.FINISHED.value
+    record.t[m - 1], t_0 = t, schedule.t[0]
+    while call.look <= t + rounding:
+        call.look = t_0 + 2.0 * (call.look - t_0)
+    return Status.RUNNING.value
+
+
+@kernel
+def has_settled(i, n, cells):
+    """Whether what is asked for changes by no more than it may within the window, in every coordinate."""
+    for j in range(n):
+        if cells.call.asks & ASKS_AMPLITUDE and not cells.change[i, j] <= cells.call.settle:
+            return False
+        if cells.call.asks & ASKS_PERIOD and not cells.period_change[i, j] <= cells.call.settle:
+            return False
+    return True
+
+
+@kernel
 def reduce_motion(i, n, window, record, cells):
     """Range of each coordinate over the records of the window, how much smaller it is in a half of them, and the mean
     time between its upward crossings of the middle of that range (linear between two records)."""
@@ -311,6 +362,14 @@ def grown(record: Record, sizes: dict[str, int]) -> Record:
     return larger
 
 
+class Settling(NamedTuple):
+    """When a run may end: at T, 2 T, 4 T, ... after its start, where its motion has settled."""
+
+    T: float  # [s]
+    tolerance: float
+    asks: int  # ASKS_AMPLITUDE, ASKS_PERIOD, or both
+
+
 class BlockEngine:
     """Runs blocks of cells of one system shape with one integrator.
 
@@ -330,15 +389,17 @@ class BlockEngine:
         Whether the sequence of modes is kept.
     has_events : bool
         Whether events are.
+    until : Settling, optional
+        What a run that may end before the timetable does is to have come to; when left out all go to its end.
     """
 
     def __init__(
         self, system: System, integrator: Integrator, table: Timetable, selection: int, window: float,
-        has_sequence: bool, has_events: bool = True,
+        has_sequence: bool, has_events: bool = True, until: Settling | None = None,
     ) -> None:  # fmt: skip
         self.system, self.integrator, self.table, self.window = system, integrator, table, window
         self.model: Model = model_of(system)
-        self.selection = selection
+        self.selection, self.until = selection, until
         self.kept = KINDS
         if isinstance(integrator, FixedStep):  # what the numbers of a cell are not found from is not computed
             self.kept = (COORDINATES, MODES, *((EVENTS,) if has_events else ()))
@@ -414,6 +475,8 @@ class BlockRun:
         address = 0 if own is None else own.address  # of one that is still being compiled 0
         here.loop = Handle(address) if address else handle_of(self.integrator.loop, self.is_compiled)
         here.window, here.is_rigid, here.is_prepared = engine.window, self.integrator.is_rigid, 0
+        if engine.until is not None:
+            here.first_look, here.settle, here.asks = engine.until
 
     def run(self, first: int, last: int) -> None:
         """Run the cells from one to another."""

@@ -28,7 +28,7 @@ from nonsmooth.runs.run import MESSAGES
 from nonsmooth.runs.simulate import SELECTIONS, require_integrator, simulate_whole
 from nonsmooth.runs.times import Timetable, as_span, make_timetable
 from nonsmooth.sweeps.axis_names import END, AxisNames, Columns, unit_of
-from nonsmooth.sweeps.block_engine import BlockEngine
+from nonsmooth.sweeps.block_engine import ASKS_AMPLITUDE, ASKS_PERIOD, BlockEngine, Settling
 from nonsmooth.sweeps.measures import SETTLED_AMPLITUDE, Measure, doubt_of, measure_named, settled
 from nonsmooth.sweeps.run_rows import RowBuilder, Rows, combinations
 from nonsmooth.sweeps.task import Batch, CellStatus, Variable, as_values, identity_of_model, name_of, words_of
@@ -38,7 +38,7 @@ SETTLED = Variable(meaning="whether amplitude and period agree within the window
 WINDOW_START = 0.5  # chosen: the window is the second half of a run
 
 
-def as_measures(measures: Any) -> list[str | Callable]:
+def as_measures(measures: Any) -> list[str | Callable[..., Any]]:
     """Names and functions of results, or `InvalidInput`."""
     chosen = [measures] if isinstance(measures, str) or callable(measures) else measures
     if not isinstance(chosen, list | tuple) or not all(isinstance(one, str) or callable(one) for one in chosen):
@@ -75,9 +75,9 @@ class RunTask:
         A motion has settled where its amplitude in both halves of the window, and the periods of its earlier and of its
         later crossings, agree to this part of them; "settled" says it of each cell (1 or 0), and the sweep warns.
     settle_by : float, optional
-        Runs that have not settled are made again twice as long, and so on, with the window twice as long too, until
-        they have or the end is this late [s]; "end_time" has the end of each. When left out all end where they are
-        said to.
+        Runs that have not settled go on until they are twice as long, and so on, with the window twice as long too,
+        until they have or the end is this late [s]; "end_time" has the end of each, the first record that is not
+        before it. When left out all end where they are said to.
     record : str or sequence of str, optional
         What the runs that functions measure record, as of `simulate`; a name decides by itself what is kept.
 
@@ -100,7 +100,7 @@ class RunTask:
     def __init__(
         self,
         model: Any,
-        measures: str | Callable | Sequence[str | Callable] = "final_state",
+        measures: str | Callable[..., Any] | Sequence[str | Callable[..., Any]] = "final_state",
         *,
         t_span: tuple[float, float] | None = None,
         integrator: Any = None,
@@ -215,8 +215,11 @@ class RunTask:
             self._engine(self.system, self.integrator, self.t_span[1]).load()
 
     def __call__(self, columns: Columns) -> Batch:
-        """Run a batch of cells; those that have not settled again twice as long, as far as they may."""
+        """Run a batch of cells. Those that have not settled go on until they are twice as long, as far as they may;
+        where the block engine cannot do that they are made again."""
         result, stretch = self._run(columns, 1.0), 1.0
+        if self.is_block:
+            return result
         open_ = self._unsettled(result)
         while self.settle_by is not None and len(open_) and not self._is_last(columns, open_, stretch):
             stretch *= 2.0
@@ -305,11 +308,18 @@ class RunTask:
             has_motion = any(measure.needs_motion for measure in self.measures.values())
             window = self.window if has_motion else -1.0
             has_sequence = any(measure.needs_sequence for measure in self.measures.values())
-            table = self._table(integrator, t_end)
+            table, until = self._table(integrator, t_end), None
+            if self.settle_by is not None and self.settle_by > t_end:
+                table, until = self._table(integrator, self.settle_by), self._settling(t_end)
             rule = SELECTIONS[self.selection]
             has_events = any(measure.needs_events for measure in self.measures.values())
-            self._engines[key] = BlockEngine(system, integrator, table, rule, window, has_sequence, has_events)
+            self._engines[key] = BlockEngine(system, integrator, table, rule, window, has_sequence, has_events, until)
         return self._engines[key]
+
+    def _settling(self, t_end: float) -> Settling:
+        """When runs that are first looked at at t_end may end."""
+        asks = ASKS_AMPLITUDE * ("amplitude" in self.measures) + ASKS_PERIOD * ("period" in self.measures)
+        return Settling(t_end - self.t_span[0], self.settle, asks)
 
     def _run_block(self, rows: Rows, integrator: Integrator, t_end: float, result: Batch, fail: Callable) -> None:
         engine = self._engine(rows.system, integrator, t_end)

@@ -20,7 +20,7 @@ from models.painleve_rod import PainleveRod
 from models.pendulum import WallPendulum
 from models.rocking_block import RockingBlock
 from models.sprag_slip import SpragSlip
-from nonsmooth.integrators.records import State, Worst
+from nonsmooth.integrators.records import Counters, State, Worst
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import fields_of, new
 from nonsmooth.mechanics.compiled import model_of
@@ -339,6 +339,49 @@ def test_runs_are_made_longer_until_they_have_settled(measures):
         alone = ns.RunTask(driven_oscillator(), measures, t_span=(0, ends[2]), integrator=ns.MoreauJean(1e-2),
                            state={"q0": [3.0], "u0": [0.0]})  # fmt: skip
         np.testing.assert_array_equal(ns.sweep(alone, {"c": c[2:3]}, progress=False).amplitude, found.amplitude[2:3])
+
+
+@pytest.mark.parametrize("integrator", [ns.MoreauJean(1e-2), ns.Adaptive(1e-7), ns.EventDriven(1e-6)],
+                         ids=lambda one: type(one).__name__)  # fmt: skip
+def test_a_run_that_goes_on_takes_no_step_twice_and_has_the_bits_of_one_long_run(integrator, monkeypatch):
+    """The state is that of one run as long as the longest, in the record of the time where the motion has settled."""
+    counted, run = [], BlockEngine.run
+
+    def counting(engine, cells):
+        refused = run(engine, cells)
+        counted.append(cells.counters[:, list(fields_of(Counters)).index("steps")].copy())
+        return refused
+
+    monkeypatch.setattr(BlockEngine, "run", counting)
+    start, c = {"q0": [3.0], "u0": [0.0]}, [1.0, 0.3, 0.2]
+    measures = ["amplitude", "period", "final_state"]
+    task = ns.RunTask(
+        driven_oscillator(), measures, t_span=(0, 25), integrator=integrator, settle_by=200.0, state=start
+    )
+    found = ns.sweep(task, {"c": c}, progress=False)
+    ends = found.end_time.values
+    assert found.settled.values.tolist() == [1, 1, 1] and ends[0] < ends[-1]
+    steps = np.concatenate(counted)
+    for k, value in enumerate(c):
+        system = driven_oscillator().with_parameters(c=value)
+        alone = ns.simulate(system, (0, 200.0), state=start, integrator=integrator)
+        m = int(np.searchsorted(alone.t, ends[k] * (1 - 1e-12)))
+        assert steps[k] == m  # a record a step
+        np.testing.assert_array_equal(found.q.values[k], alone.q[m])
+        np.testing.assert_array_equal(found.u.values[k], alone.u[m])
+        assert ends[k] == pytest.approx(alone.t[m], rel=1e-12)
+
+
+def test_runs_that_go_on_are_those_made_again_longer_to_the_bit():
+    """In blocks and one by one, of a motion with sticking; the second of them starts each longer run anew."""
+    found = []
+    for more in ([], [lambda sol: sol.t[-1]]):
+        task = ns.RunTask(BeltOscillator(), ["amplitude", "period", "modes", "impacts", "final_state", *more],
+                          t_span=(0, 20), integrator=ns.MoreauJean(1e-2), settle_by=300.0)  # fmt: skip
+        found.append(ns.sweep(task, {"vb": [0.1, 0.2, 0.3]}, progress=False))
+    assert (found[0].settled == 1).all() and len(set(found[0].end_time.values.tolist())) > 1
+    for name in ("amplitude", "period", "q", "u", "modes", "impacts", "end_time"):
+        np.testing.assert_array_equal(found[0][name].values, found[1][name].values)
 
 
 def test_a_period_that_grows_has_not_settled():
