@@ -8,11 +8,15 @@ import tomllib
 import typing
 from pathlib import Path
 
+import jedi
 import pytest
 
 import nonsmooth as ns
+from nonsmooth.catalogue import SpragSlip
 
 STUB = Path(ns.__file__).with_name("__init__.pyi")
+OF_CATALOGUE = (STUB.parent / "catalogue" / "__init__.pyi").read_text()
+NAMES_OF_OURS = re.findall(r"^from (models\.\S+) import (\w+) as (\w+)$", OF_CATALOGUE, re.M)
 ROOT = Path(__file__).parents[1]
 SCRIPT = """
 from typing import Any, NamedTuple
@@ -120,8 +124,7 @@ def test_types_come_with_the_package():
 
 
 def test_the_stub_of_the_catalogue_has_every_class_of_ours():
-    stub = (STUB.parent / "catalogue" / "__init__.pyi").read_text()
-    rows = re.findall(r"^from (models\.\S+) import (\w+) as (\w+)$", stub, re.M)
+    rows = NAMES_OF_OURS
     groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]
     ours = {*groups["nonsmooth.models"].values(), *groups["nonsmooth.scenes"].values()}
     assert all(name == as_name for _, name, as_name in rows)
@@ -149,3 +152,33 @@ def test_a_users_script_passes_and_its_mistakes_do_not(tmp_path):
     lines = len(SCRIPT.splitlines())
     found = checked(SCRIPT + "\n".join(WRONG) + "\n", tmp_path)
     assert found == [(lines + 1 + k, code) for k, code in enumerate(WRONG.values())]
+
+
+ENDS = [
+    ("ns.", {*ns._HOME, "catalogue"}),
+    ("ns.MoreauJean(", {f"{option}=" for option in inspect.signature(ns.MoreauJean).parameters}),
+    ("ns.simulate(ball, (0, 1), ", {"integrator=", "t_eval=", "selection=", "record="}),
+    ("ns.simulate(ball, (0, 1), [1.0], [0.0], integrator=ns.MoreauJean(dt=1e-3)).", {"g_N", "mode", "to_xarray"}),
+    ("ns.simulate(scene, (0, 1), integrator=ns.MoreauJean(dt=1e-3)).", {"contacts", "to_dataframe"}),
+    ("ns.Solution.load('run.npz').stats.", {"steps", "worst_penetration"}),
+    ("scene.", {"body", "fixed", "joint", "kinematic", "pair"}),
+    ("catalogue.", {name for _, _, name in NAMES_OF_OURS} | {"load"}),
+    ("catalogue.SpragSlip().", {"critical_friction", "state", "mu", "cth"}),
+    ("catalogue.SpragSlip(", {f"{name}=" for name in inspect.signature(SpragSlip).parameters}),
+    ("ns.limit_cycle(catalogue.SpragSlip()).", {"period", "multipliers", "plot"}),
+    ("ns.classify(ball, 0.0, [0.0], [0.0]).", {"n_solutions", "kind", "solutions"}),
+]  # fmt: skip
+DECLARED = """
+import nonsmooth as ns
+from nonsmooth import catalogue
+
+ball: ns.System
+scene = ns.Scene(gravity=(0, -9.81))
+"""
+
+
+@pytest.mark.parametrize(("typed", "expected"), ENDS, ids=lambda one: one if isinstance(one, str) else "")
+def test_an_editor_completes_without_running_anything(typed, expected, tmp_path):
+    """Jedi, as in IPython, Jupyter and many editors, on a script that is not executed."""
+    script = jedi.Script(DECLARED + typed, path=tmp_path / "script.py", environment=jedi.InterpreterEnvironment())
+    assert not expected - {found.name for found in script.complete()}

@@ -38,10 +38,10 @@ class Description:
     coordinates: tuple[tuple[str, str], ...]
     has_names: bool
     contacts: tuple[str, ...]
-    shape: Callable | None
-    outline: Callable | None
+    shape: Callable[..., Any] | None
+    outline: Callable[..., Any] | None
     parts: Sequence[str] | None
-    contact_frames: Callable | None
+    contact_frames: Callable[..., Any] | None
 
     @property
     def names(self) -> list[str]:
@@ -124,7 +124,7 @@ def described(system: Any) -> Description:
     )  # fmt: skip
 
 
-def _drawn(system: Any, function: Callable | None, n: int) -> Callable | None:
+def _drawn(system: Any, function: Callable[..., Any] | None, n: int) -> Callable[..., Any] | None:
     """A function of the user's with the parameters as its last argument, where it takes them."""
     if function is None or len(inspect.signature(function).parameters) == n:
         return function

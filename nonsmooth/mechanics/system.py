@@ -229,26 +229,26 @@ class System:
     1.0
     """
 
-    mass: Callable
-    force: Callable
+    mass: Callable[..., Any]
+    force: Callable[..., Any]
     n_q: int = field(default=None, kw_only=True)  # type: ignore[assignment]
     n_u: int = None  # type: ignore[assignment]
-    gap: Callable | None = None
-    normal: Callable | None = None
-    tangent: Callable | None = None
-    surface_velocity: Callable | None = None
-    gap_rate: Callable | None = None
-    row_rates: Callable | None = None
-    stiffness: Callable | str | None = None
-    damping: Callable | None = None
-    potential: Callable | None = None
-    normal_force: Callable | None = None
+    gap: Callable[..., Any] | None = None
+    normal: Callable[..., Any] | None = None
+    tangent: Callable[..., Any] | None = None
+    surface_velocity: Callable[..., Any] | None = None
+    gap_rate: Callable[..., Any] | None = None
+    row_rates: Callable[..., Any] | None = None
+    stiffness: Callable[..., Any] | str | None = None
+    damping: Callable[..., Any] | None = None
+    potential: Callable[..., Any] | None = None
+    normal_force: Callable[..., Any] | None = None
     contacts: Sequence[Contact] = ()
     parameters: Any = ()
     name: str = ""
     coordinates: Sequence[tuple[str, str] | str] = ()
-    shape: Callable | None = None
-    outline: Callable | None = None
+    shape: Callable[..., Any] | None = None
+    outline: Callable[..., Any] | None = None
     d: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -283,17 +283,17 @@ class System:
         return len(self.contacts)
 
     @property
-    def functions(self) -> dict[int, Callable]:
+    def functions(self) -> dict[int, Callable[..., Any]]:
         """The functions, by their ``which`` number: those that were given, and the rows derived from the gap.
 
         Rows are derived anew where what the gap reads has changed.
         """
-        known: tuple[dict[int, Callable], Watch] | None = vars(self).get("_functions")
+        known: tuple[dict[int, Callable[..., Any]], Watch] | None = vars(self).get("_functions")
         if known is None or not known[1].holds():
             known = vars(self)["_functions"] = self._find_functions()
         return known[0]
 
-    def _find_functions(self) -> tuple[dict[int, Callable], Watch]:
+    def _find_functions(self) -> tuple[dict[int, Callable[..., Any]], Watch]:
         derived_rows = self._derived_rows()
         given = {which: getattr(self, name) for name, which in FUNCTION_NAMES.items()} | derived_rows
         sources = {which: getattr(function, "py_func", function) for which, function in given.items()}  # of numba's
@@ -306,11 +306,11 @@ class System:
                     watch.function(function)
         return found, watch
 
-    def _returns(self, which: int, function: Callable) -> bool:
+    def _returns(self, which: int, function: Callable[..., Any]) -> bool:
         """Whether a function returns its values: it has no place for an array to write into."""
         return not takes(function, arguments_of(which))
 
-    def _derived_rows(self) -> dict[int, Callable]:
+    def _derived_rows(self) -> dict[int, Callable[..., Any]]:
         """The rows that were left out."""
         if self.gap is None:
             return {}
@@ -587,7 +587,7 @@ def _is_hashable(value: Any) -> bool:
     return True
 
 
-def require_arguments(name: str, function: Callable, expected: tuple[str, ...]) -> None:
+def require_arguments(name: str, function: Callable[..., Any], expected: tuple[str, ...]) -> None:
     """Refuse a function that cannot be called with so many arguments."""
     if _is_hashable(function):
         _require_arguments(name, function, expected)
@@ -596,7 +596,7 @@ def require_arguments(name: str, function: Callable, expected: tuple[str, ...]) 
 
 
 @functools.lru_cache(maxsize=512)
-def _require_arguments(name: str, function: Callable, expected: tuple[str, ...]) -> None:
+def _require_arguments(name: str, function: Callable[..., Any], expected: tuple[str, ...]) -> None:
     try:
         signature = inspect.signature(function)
     except ValueError:  # a callable without a signature

@@ -50,8 +50,8 @@ class Boundaries(Worded):
     crossings: dict[tuple[str, str], np.ndarray]
 
 
-def paradox_boundaries(system: Any, *, contact: int | str = 0, t: float = 0.0, state: Callable | None = None,
-                       **axes: Any) -> Boundaries:  # fmt: skip
+def paradox_boundaries(system: Any, *, contact: int | str = 0, t: float = 0.0,
+                       state: Callable[..., Any] | None = None, **axes: Any) -> Boundaries:  # fmt: skip
     """The zero curves of p, b and gamma_F over two axes.
 
     Parameters

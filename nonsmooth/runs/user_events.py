@@ -44,7 +44,7 @@ class EventFailed(Exception):
 class UserEvent:
     """One function of the user, and what was found of it."""
 
-    def __init__(self, function: Callable, number: int, arguments: tuple[str, ...] = OF_SYSTEM) -> None:
+    def __init__(self, function: Callable[..., Any], number: int, arguments: tuple[str, ...] = OF_SYSTEM) -> None:
         if not callable(function):
             listed = ", ".join(arguments)
             raise InvalidInput(f"events must be functions f({listed}); events[{number}] is {shown(function)}")
@@ -77,7 +77,7 @@ class UserEvent:
         return self.direction == 0.0 or (before < 0.0) == (self.direction > 0.0)
 
 
-def as_functions(events: Any, arguments: tuple[str, ...]) -> list[Callable]:
+def as_functions(events: Any, arguments: tuple[str, ...]) -> list[Callable[..., Any]]:
     """The functions of ``events``, of which one may stand alone, or `InvalidInput`."""
     if callable(events):
         return [events]
@@ -99,7 +99,7 @@ class Look(NamedTuple):
 class EventWatch:
     """The events of a run, looked for block after block of its steps."""
 
-    def __init__(self, functions: Sequence[Callable], places: Sequence[float]) -> None:
+    def __init__(self, functions: Sequence[Callable[..., Any]], places: Sequence[float]) -> None:
         self.events = [UserEvent(function, k) for k, function in enumerate(functions)]
         self.places = np.array(places)
         self.last: Motion | None = None  # the step that was looked at last, but for its end

@@ -68,15 +68,17 @@ class LocalPool(Executor):
         processes = [worker.process for worker in self._workers]
         return [process.pid for process in processes if process and process.pid and process.is_alive()]
 
-    def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Call ``function(*args, **kwargs)`` in a worker."""
         return self.submit_within(None, function, *args, **kwargs)
 
-    def submit_within(self, seconds: float | None, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
+    def submit_within(
+        self, seconds: float | None, function: Callable[..., Any], /, *args: Any, **kwargs: Any
+    ) -> Future[Any]:
         """The same with an end: the worker is killed when the call takes longer than this, once its code is loaded."""
         if self._is_closed:
             raise RuntimeError("the pool is closed")
-        future: Future = Future()
+        future: Future[Any] = Future()
         self._calls.put((future, seconds, pickle.dumps((function, args, kwargs))))
         return future
 

@@ -55,8 +55,8 @@ class SceneTask(FunctionTask):
 
     def __init__(
         self,
-        make_scene: Callable,
-        measures: Callable | Sequence[Callable],
+        make_scene: Callable[..., Any],
+        measures: Callable[..., Any] | Sequence[Callable[..., Any]],
         *,
         t_span: tuple[float, float],
         integrator: Any,
