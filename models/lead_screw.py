@@ -130,7 +130,7 @@ class LeadScrew:
     parts = ("nut", "mark")
     natural_state = staticmethod(natural_state)
     map_axes = (("th", -0.2, 0.3), ("thdot", -50.0, 50.0))
-    t_end = 0.05  # s
+    t_end = 0.02  # s
     dt = 1e-5  # s
 
     def __post_init__(self) -> None:
@@ -159,8 +159,11 @@ class LeadScrew:
             parameters=self, name=self.name,
         )  # fmt: skip
 
-    def state(self, th: float = 0.0, thdot: float = -1.0) -> tuple[np.ndarray, np.ndarray]:
-        """q0 (2,) and u0 (2,) on the constraint x = r th tan(lam), from the angle [rad] and its rate [rad/s]."""
+    def state(self, th: float = -0.5, thdot: float = 10.0) -> tuple[np.ndarray, np.ndarray]:
+        """q0 (2,) and u0 (2,) on the constraint x = r th tan(lam), from the angle [rad] and its rate [rad/s].
+
+        From the default the nut slides, under one of two possible forces, until la_N vanishes; then it seizes.
+        """
         state = np.zeros(4)
         natural_state(0.0, (as_number("th", th, "rad"), as_number("thdot", thdot, "rad/s")), self, state)
         return state[:2], state[2:]

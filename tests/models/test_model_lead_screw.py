@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import nonsmooth as ns
 from models import LeadScrew
@@ -54,6 +55,29 @@ def test_two_forces_where_the_load_drives_the_screw_and_none_where_it_brakes():
     assert len(screw.normal_forces(0.0, 1.0)) == 2 and screw.normal_forces(0.0, -1.0) == ()
     numbers, fields = screw.phase_map(np.zeros(2), np.array([1.0, -1.0]))
     assert numbers.tolist() == [2, 0] and fields["$N = 0$"] == pytest.approx(screw.I * screw.R)
+
+
+def test_sliding_ends_in_a_seizure_where_the_force_of_the_thread_vanishes():
+    """Gamma th'' + c th' + k th + r xi R = 0 with mu_s = mu from the default start, until Lambda_0 = 0 while th' > 0:
+    no force is left, for Gamma(-mu) < 0."""
+    screw = LeadScrew()
+    q0, u0 = screw.state()
+    Gamma, middle = screw.Gamma(1), -screw.r * screw.xi(1) * screw.R / screw.k
+    delta = screw.c / (2 * Gamma)
+    omega = math.sqrt(screw.k / Gamma - delta**2)
+    a, b = q0[1] - middle, (u0[1] + delta * (q0[1] - middle)) / omega
+
+    def slid(t):
+        decay, c, s = math.exp(-delta * t), math.cos(omega * t), math.sin(omega * t)
+        th = middle + decay * (a * c + b * s)
+        return th, decay * (omega * (b * c - a * s) - delta * (a * c + b * s))
+
+    seizure = brentq(lambda t: screw.Lambda_0(*slid(t)), 0.0, 0.01, xtol=1e-15)
+    assert slid(seizure)[1] > 0
+    sol = ns.simulate(screw, (0, screw.t_end), q0, u0, integrator=ns.EventDriven(rtol=1e-10))
+    (event,) = (event for event in sol.events if event.kind is ns.EventKind.INCONSISTENT)
+    assert event.t == pytest.approx(seizure, rel=1e-8)
+    assert sol.q[-1, 1] == pytest.approx(slid(seizure)[0], rel=1e-7) and abs(sol.u[-1]).max() < 1e-12
 
 
 def test_steep_thread_and_standing_screw_are_refused():
