@@ -50,7 +50,11 @@ def add_studies(studies: Any) -> None:
         ("cycle", "the periodic motion: phases, Floquet multipliers, and their change with a parameter", act_cycle),
     ):
         add_vibration(studies.add_parser(name, help=what), act, name)
-    cycle = studies.choices["cycle"]
+    stability, cycle = studies.choices["stability"], studies.choices["cycle"]
+    add_state(stability, "near which steady sliding is looked for")
+    for option, what in (("sliding", "gamma_F; those of the surface velocities by default"),
+                         ("normal", "the normal forces of bilateral contacts; 1 by default")):  # fmt: skip
+        stability.add_argument(f"--{option}", nargs="+", type=number, metavar="SIGN", help=f"signs of {what}")
     add_start(cycle, "from which the motion is simulated", "that is simulated, twice as long where it has not settled")
     cycle.add_argument("--dt", type=number, help="simulate with this step [s]; with located events by default")
     cycle.add_argument("--forcing", type=number, metavar="T", help="period of the forcing [s]")
@@ -72,9 +76,14 @@ def add_bifurcation(studies: Any) -> None:
 
 def add_start(study: argparse.ArgumentParser, start: str, motion: str) -> None:
     """Where the motion of a study begins, and how long it is."""
+    add_state(study, start)
+    study.add_argument("--duration", type=number, metavar="T", help=f"of the motion {motion} [s]")
+
+
+def add_state(study: argparse.ArgumentParser, start: str) -> None:
+    """A state by the natural variables of the model."""
     study.add_argument("--state", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
                        help=f"initial state, e.g. th=pi/4, {start}")  # fmt: skip
-    study.add_argument("--duration", type=number, metavar="T", help=f"of the motion {motion} [s]")
 
 
 def add_limits(studies: Any) -> None:
@@ -128,7 +137,9 @@ def act_stability(arguments: argparse.Namespace) -> int:
     """``nonsmooth study stability``."""
     from nonsmooth.studies.stability import study_stability
 
-    return act_vibration(arguments, study_stability)
+    options = {name: getattr(arguments, name) for name in ("sliding", "normal")}
+    options["state"] = assignments("--state", arguments.state) or None
+    return act_vibration(arguments, functools.partial(study_stability, **options))
 
 
 def act_cycle(arguments: argparse.Namespace) -> int:

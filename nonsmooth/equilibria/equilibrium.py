@@ -159,7 +159,7 @@ def sliding_mode(
         if system.kinds[i, 1] and s[i] == 0:
             raise InvalidInput(
                 f"{system.described.contacts[i]} does not slide at rest (its surface does not move), so its equilibria "
-                "are not isolated; give sliding= for a contact that is about to move"
+                "are not isolated; give sliding=, the signs of gamma_F, for a contact that is about to move"
             )
         if n[i] < 0 and kinds[i] != BILATERAL:
             raise InvalidInput(f"{system.described.contacts[i]} can only push; normal = -1 is for bilateral contacts")
@@ -193,7 +193,7 @@ def _solved(mode: SlidingMode, q: np.ndarray, la_N: np.ndarray) -> Equilibrium:
         x = _damped(mode, x, dx, J)
     raise InvalidInput(
         f"no equilibrium was found from the guess: {EQUILIBRIUM_NEWTON_STEPS} Newton steps end at "
-        f"q = {np.array2string(x[:n])}; give another guess, or other signs of sliding"
+        f"q = {np.array2string(x[:n])}; start nearer to it, or give other signs of sliding"
     )
 
 

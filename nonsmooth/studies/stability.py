@@ -18,6 +18,7 @@ from nonsmooth.equilibria.flutter_boundary import flutter_boundary
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.equilibria.stability_map import stability_map
 from nonsmooth.errors import InvalidInput
+from nonsmooth.mechanics.start import start_of
 from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.views import view
 
@@ -34,7 +35,12 @@ class StabilityStudy:
 
 
 def study_stability(
-    model: Any, axes: Mapping[str, ArrayLike], units: Mapping[str, str] | None = None
+    model: Any,
+    axes: Mapping[str, ArrayLike],
+    units: Mapping[str, str] | None = None,
+    state: Any = None,
+    sliding: ArrayLike | None = None,
+    normal: ArrayLike | None = None,
 ) -> StabilityStudy:
     """Steady sliding of a model, and how its stability changes with up to two parameters.
 
@@ -45,6 +51,10 @@ def study_stability(
         Names of parameters and their values.
     units : mapping, optional
         Units of parameters, for the figure.
+    state : dict or (q0, u0), optional
+        Near whose coordinates steady sliding is looked for; the model's default state when left out.
+    sliding, normal : (n_c,), optional
+        Signs of sliding and of the normal forces, as of `equilibrium`.
 
     Returns
     -------
@@ -58,7 +68,8 @@ def study_stability(
     system = as_system(model)
     if len(axes) > 2:
         raise InvalidInput(f"one or two parameters can be varied; got {', '.join(axes)}")
-    at = equilibrium(system)
+    guess = None if state is None else start_of(model, state)[0]
+    at = equilibrium(system, guess, sliding=sliding, normal=normal)
     small = linearise(system, at)
     text = describe(small)
     results: dict[str, Any] = {"sliding": small}

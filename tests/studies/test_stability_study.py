@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -70,6 +72,28 @@ def test_command_refuses_in_one_line(capsys, arguments, message):
     assert main(["study", "stability", *arguments, "--no-plot"]) == 2
     error = capsys.readouterr().err
     assert message in error and error.count("\n") == 1
+
+
+def test_what_a_refusal_asks_for_the_command_has_a_word_for(capsys):
+    """The belt oscillator on a belt that stands still, about to be moved either way: rests at +-m0 N/k."""
+    words = ["study", "stability", "belt-oscillator", "--set", "vb=0", "--no-plot"]
+    assert main(words) == 2
+    assert "give --sliding, the signs of gamma_F" in capsys.readouterr().err
+    places = []
+    for sign in (-1, 1):
+        assert main([*words, "--json", "--sliding", str(sign)]) == 0
+        places.append(json.loads(capsys.readouterr().out)["sliding"]["q"][0])
+    belt = BeltOscillator()
+    assert places == pytest.approx([belt.m0 * belt.N / belt.k, -belt.m0 * belt.N / belt.k], rel=1e-12)
+
+
+def test_steady_sliding_is_looked_for_near_the_state_and_with_the_signs_that_are_typed(capsys):
+    assert main(["study", "stability", "sprag-slip", "--json", "--state", "th=0.57", "--normal", "-1"]) == 0
+    found = json.loads(capsys.readouterr().out)["sliding"]
+    rod = SpragSlip()
+    other = ns.equilibrium(rod, rod.state(th=0.57)[0], normal=[-1])
+    assert found["q"] == pytest.approx(other.q, rel=1e-12)
+    assert found["q"] != pytest.approx(ns.equilibrium(rod).q, rel=1e-3)
 
 
 def test_friction_laws_are_drawn_with_sticking_as_a_vertical_line(tmp_path):
