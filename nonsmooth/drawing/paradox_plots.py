@@ -14,7 +14,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_array, as_index, as_instance, as_listed
 from nonsmooth.drawing.colours import BLUE, RED, REGIONS
 from nonsmooth.drawing.labels import LETTER, legend_above, parameter_label
-from nonsmooth.drawing.plots import BELOW, UNDER_LABELS, WIDTH, broken, is_geometric, new_figure, save_figure
+from nonsmooth.drawing.plots import BELOW, UNDER_LABELS, WIDTH, broken, equations, is_geometric, new_figure, save_figure
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.paradox.kinds import ParadoxKind
 
@@ -225,10 +225,9 @@ def axis_label(chart: xarray.Dataset, name: str) -> str:
 
 def map_title(chart: xarray.Dataset) -> str:
     """The system and what was held fixed, in lines that fit."""
-    numbers = {name: value for name, value in chart.attrs.items() if isinstance(value, int | float)}
-    values = [f"{name}\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{value:.4g}" for name, value in numbers.items()
-              if name not in OF_THE_SWEEP]  # fmt: skip
-    return "\n".join([str(chart.attrs.get("system", "")), *broken("  ".join(values), MAP_LETTERS)])
+    held = {name: value for name, value in chart.attrs.items() if name not in OF_THE_SWEEP}
+    rows = [str(chart.attrs.get("system", "")), *broken(equations(held), MAP_LETTERS)]
+    return "\n".join(row for row in rows if row)
 
 
 def plot_graphical_problem(cases: Classification | Sequence[tuple[str, Classification]],

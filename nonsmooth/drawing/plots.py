@@ -6,6 +6,7 @@ Matplotlib is imported inside the functions. A model may give ``coordinates`` (n
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -46,6 +47,7 @@ MAX_NAMES = 8  # chosen: coordinates drawn; a chain has hundreds
 HAIR = 2e-3  # chosen: of the run: a mode that lasts less would be thinner than a dot
 LETTERS = 14.0  # chosen: of a title, per inch of the figure's width
 TITLE_LETTERS = 72  # chosen: of a line of a title, monospace, in the width of a figure
+TIMES_SHOWN = 6  # chosen: numbers along the time: short runs have long ones
 MAX_STRIPS = 4000  # chosen: rectangles of a mode strip: an accumulation of impacts has more than a screen can show
 PIXELS_OF_TIME = 600  # chosen: instants of a picture over space and time
 UNDER_LABELS = 4.5  # chosen: of a legend below an axis, in its letters: under the numbers and the label of the axis
@@ -110,9 +112,7 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
     for axes in rows[: len(rows) - (panels[-1][0].func is draw_modes)]:
         axes.grid(alpha=0.25)
         axes.yaxis.set_major_formatter("{x:.6g}")
-    rows[-1].set_xlabel("t [s]")
-    if solution.t[-1] > solution.t[0]:
-        rows[-1].set_xlim(solution.t[0], solution.t[-1])
+    name_times(rows[-1], solution.t)
     figure.align_ylabels(rows)
     figure.suptitle(title, fontsize=LETTER, family="monospace")  # tells l from I
     return save_figure(figure, path)
@@ -156,12 +156,30 @@ def load_panels(solution: Solution) -> list[tuple[partial[None], float]]:
 def title_of(solution: Solution, letters: int) -> str:
     """The system, its parameters in lines of so many letters, the integrator, and where an unfinished run stopped."""
     about, idle = solution.about, idle_parameters(solution.system)
-    values = [f"{name}\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{value:.4g}" for name, value in about.items()
-              if isinstance(value, int | float) and name not in idle]  # fmt: skip
-    rows = [str(about.get("system", "")), *broken(str(about.get("integrator", "")), letters)]
-    rows += broken("  ".join(values), letters)
+    rows = [str(about.get("system", "")), *broken(words_of(about.get("integrator", "")), letters)]
+    rows += broken(equations({name: value for name, value in about.items() if name not in idle}), letters)
     rows += unfinished(solution)
     return "\n".join(row for row in rows if row)
+
+
+def words_of(integrator: str) -> str:
+    """An integrator as it is typed, without the options that are left out."""
+    return re.sub(r", \w+=(None|False)(?=[,)])", "", str(integrator))
+
+
+def name_times(axes: Any, t: np.ndarray) -> None:
+    """The axis of the time, from the first to the last."""
+    axes.set_xlabel("t [s]")
+    axes.xaxis.set_major_formatter("{x:.6g}")
+    axes.locator_params(axis="x", nbins=TIMES_SHOWN)
+    if t[-1] > t[0]:
+        axes.set_xlim(t[0], t[-1])
+
+
+def equations(values: Mapping[str, Any]) -> str:
+    """The numbers among the values as "mu = 0.5", each in one piece where the line is broken."""
+    return "  ".join(f"{name}\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{value:.4g}" for name, value in values.items()
+                     if isinstance(value, int | float))  # fmt: skip
 
 
 def unfinished(solution: Solution | SceneSolution) -> list[str]:

@@ -22,10 +22,13 @@ from nonsmooth.drawing.plots import (
     WIDTH,
     broken,
     draw_ledger,
+    equations,
+    name_times,
     new_figure,
     save_figure,
     thinning,
     unfinished,
+    words_of,
 )
 from nonsmooth.drawing.scene_figures import arranged, draw_instants, extent_of
 from nonsmooth.results.recorded import LEDGER, not_recorded
@@ -38,7 +41,6 @@ if TYPE_CHECKING:
 MOST_PICTURED = 5000  # chosen: bodies that are drawn unasked: a picture takes a second
 PICTURE_HEIGHTS = 1.6, 3.6  # chosen: least and greatest height of the pictures [in]
 FEW = 4  # chosen: bodies with a curve each
-TIMES_SHOWN = 6  # chosen: numbers along the time: short runs have long ones
 NAME = 24  # chosen: letters of a body's name in a legend
 RANKED = (("fastest", 1.0), ("middle", 0.5))  # chosen: quantiles of the speeds of many bodies
 
@@ -86,23 +88,18 @@ def plot_scene(solution: SceneSolution, path: str | Path | None = None) -> Any:
         axes.grid(alpha=0.25)
         if axes.get_yscale() == "linear":
             axes.yaxis.set_major_formatter("{x:.6g}")
-    places[-1].set_xlabel("t [s]")
-    places[-1].xaxis.set_major_formatter("{x:.6g}")
-    places[-1].locator_params(axis="x", nbins=TIMES_SHOWN)
-    if solution.t[-1] > solution.t[0]:
-        places[-1].set_xlim(solution.t[0], solution.t[-1])
+    name_times(places[-1], solution.t)
     figure.align_ylabels(places)
     figure.suptitle(title_of(solution), fontsize=LETTER, family="monospace")
     return save_figure(figure, path)
 
 
 def title_of(solution: SceneSolution) -> str:
-    """The scene, the integrator, and where an unfinished run stopped."""
+    """The scene, the integrator, parameters, and where an unfinished run stopped."""
     scene = solution.about["scene"].removeprefix("Scene(").removesuffix(")")
-    integrator, _, typed = solution.about["integrator"].partition("(")
-    given = [part for part in typed.rstrip(")").split(", ") if not part.endswith(("=None", "=False"))]
-    options = broken(f"{integrator}({', '.join(given)})", TITLE_LETTERS)
-    return "\n".join([*broken(scene, TITLE_LETTERS), *options, *unfinished(solution)])
+    options = broken(words_of(solution.about["integrator"]), TITLE_LETTERS)
+    numbers = broken(equations(solution.about), TITLE_LETTERS)
+    return "\n".join([*broken(scene, TITLE_LETTERS), *options, *numbers, *unfinished(solution)])
 
 
 def draw_energies(axes: Any, solution: SceneSolution) -> None:

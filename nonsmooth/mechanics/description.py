@@ -1,11 +1,13 @@
 """What a system is called and how it looks: coordinates with units, names of contacts, polylines of its bodies.
 
-Each is what the system was given, else an attribute of its parameters (a model's class has them), else a number.
+Each is what the system was given, else an attribute of its parameters (a model's class has them), else a number. A
+system without a name is called as its class, or as its variable in the module that has its functions.
 """
 
 from __future__ import annotations
 
 import inspect
+import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -122,6 +124,23 @@ def described(system: Any) -> Description:
         getattr(model, "parts", None) if system.shape is None else None,
         getattr(model, "contact_frames", None) if system.shape is None else None,
     )  # fmt: skip
+
+
+def title_of(system: Any) -> str:
+    """What titles and summaries call a system; empty where it has no name, and none is found."""
+    if system.name:
+        return str(system.name)
+    if callable(getattr(type(system.parameters), "system", None)):
+        return type(system.parameters).__name__
+    module = sys.modules.get(getattr(system.mass, "__module__", None) or "")
+    named = [name for name, value in [*vars(module).items()] if not name.startswith("_") and _is_of(value, system)] \
+        if module else []  # fmt: skip
+    return named[0] if len(named) == 1 else ""
+
+
+def _is_of(value: Any, system: Any) -> bool:
+    """Whether it is the system, or one of the same functions with other parameters."""
+    return isinstance(value, type(system)) and value.mass is system.mass and value.force is system.force
 
 
 def _drawn(system: Any, function: Callable[..., Any] | None, n: int) -> Callable[..., Any] | None:

@@ -17,7 +17,7 @@ from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators import records
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.jit.blocks import fields_of, numbers
-from nonsmooth.mechanics.description import Description, numbered
+from nonsmooth.mechanics.description import Description, numbered, title_of
 from nonsmooth.mechanics.system import MASS, POTENTIAL, ContactMode, System
 from nonsmooth.results.forms import REAL, WHOLE, Rule
 from nonsmooth.results.motion import Motion, Side, StateAt
@@ -633,7 +633,7 @@ def words_of(integrator: Any) -> str:
 def about_run(system: System, integrator: Any) -> dict[str, Any]:
     """What was run, by name."""
     return {
-        "system": system.name or "a system without a name",
+        "system": title_of(system),
         "integrator": words_of(integrator),
         **system.parameter_values,
     }

@@ -33,7 +33,7 @@ ENTRIES_SHOWN = 12  # chosen: entries of a sequence before the rest is counted
 
 def summary(solution: Solution) -> str:
     """Modes with times, paradoxes and how they were resolved, energy, worst figures and cost."""
-    lines = [f"{solution.about.get('system', 'system')}: {solution.message} (t = {solution.t[-1]:.9g} s)"]
+    lines = [f"{solution.about.get('system') or 'system'}: {solution.message} (t = {solution.t[-1]:.9g} s)"]
     recorded = solution.recorded
     lines += _chosen(solution) + (_modes(solution) if {MODES, EVENTS} <= set(recorded) else [])
     lines += (_paradoxes(solution) if EVENTS in recorded else []) + _energy(solution, recorded) + _figures(solution)

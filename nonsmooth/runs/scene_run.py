@@ -334,9 +334,10 @@ class SceneRun:
             f"tol = {self.assembly.tol:g} was asked for; stopped at {where}"
         )
 
-    def about(self) -> dict[str, str]:
+    def about(self) -> dict[str, Any]:
         """What was run."""
         return {
+            **self.scene.parameter_values,
             "scene": repr(self.scene),
             "integrator": repr(self.integrator),
             "contacts": repr(self.integrator.contacts),

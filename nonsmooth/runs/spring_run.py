@@ -124,9 +124,10 @@ class SpringRun(SceneRun):
             f"{self.now:.9g} s: a smaller stiffness or damping, or a larger rtol, ends this"
         )
 
-    def about(self) -> dict[str, str]:
+    def about(self) -> dict[str, Any]:
         """What was run."""
         return {
+            **self.scene.parameter_values,
             "scene": repr(self.scene),
             "integrator": repr(self.integrator),
             "contacts": "forces [N] at the times of the records",

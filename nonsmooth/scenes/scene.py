@@ -12,7 +12,7 @@ A scene is a description: it is not changed by a run, and may be run again.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, is_dataclass
 from enum import IntEnum
 from typing import Any
 
@@ -28,6 +28,7 @@ from nonsmooth.checks.arrays import (
     as_positive,
     as_vector,
 )
+from nonsmooth.checks.parameters import numeric_fields
 from nonsmooth.errors import InvalidInput, nearest, shown
 from nonsmooth.mechanics.system import System
 from nonsmooth.scenes.materials import Material, of_pair
@@ -150,6 +151,7 @@ class Scene:
         self.dim = len(gravity)
         as_instance("material", self.material, Material, "a Material(mu=..., e=...)")
         self.name = ""  # of a ready scene, where one was asked for
+        self.built_from: dict[str, float] | None = None  # the numbers of what built it, by name
         self.bodies: list[Body] = []
         self.joints: list[Joint] = []
         self.pairs: dict[frozenset[str], tuple[float | None, float | None]] = {}
@@ -371,6 +373,17 @@ class Scene:
     def __iter__(self) -> Iterator[Body]:
         return iter(self.bodies)
 
+    @property
+    def parameter_values(self) -> dict[str, float]:
+        """The numbers of what built the scene, by name; of one that was built by hand its gravity [m/s^2] and, where
+        all its bodies have the same, mu and e of its material."""
+        if self.built_from is not None:
+            return self.built_from
+        materials = {body.material for body in self.bodies}
+        surface = materials.pop() if len(materials) == 1 and not self.pairs else None
+        of_surface = {} if surface is None else {"mu": surface.mu, "e": surface.e}
+        return {"g": float(np.linalg.norm(self.gravity)), **of_surface}
+
     def __repr__(self) -> str:
         dynamic = sum(body.kind is Kind.DYNAMIC for body in self.bodies)
         where = "planar" if self.dim == PLANAR else "spatial"
@@ -443,6 +456,8 @@ def as_scene(candidate: Any) -> Scene | None:
     name = type(candidate).__name__
     scene = as_instance(f"what scene() of {name} returns", candidate.scene(), Scene, "an ns.Scene")
     scene.name = scene.name or str(getattr(candidate, "name", name))
+    has_fields = is_dataclass(candidate) or hasattr(candidate, "_fields")
+    scene.built_from = numeric_fields(candidate) if has_fields else None
     return scene
 
 

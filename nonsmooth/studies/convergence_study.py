@@ -23,7 +23,7 @@ from nonsmooth.mechanics.start import answers_start, the_start
 from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
 from nonsmooth.studies.comparison import ComparisonTask, as_problem, run_comparison
 from nonsmooth.studies.reference import as_reference, with_step, with_tolerance
-from nonsmooth.studies.study import Study, require_xarray
+from nonsmooth.studies.study import Study, require_xarray, titled
 from nonsmooth.sweeps.progress import part_shown
 
 STUDY_STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)  # chosen: s
@@ -116,7 +116,7 @@ def convergence_study(
     task = ComparisonTask(problem, exact, over, {x: make(x) for x in chosen.values})
     data = run_comparison(task, UNITS[over], workers, journal, progress)
     data.attrs["left_out"] = chosen.left_out
-    return Study(over, data, f"{problem.system.name or 'a system'}: {TITLES[over]}")
+    return Study(over, data, titled(problem.system, TITLES[over]))
 
 
 def varied(integrator: Any, dt: ArrayLike | None, rtol: ArrayLike | None) -> tuple[str, np.ndarray]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_count
 from nonsmooth.errors import InvalidInput
+from nonsmooth.mechanics.description import title_of
 from nonsmooth.mechanics.start import answers_start
 from nonsmooth.paradox.kinds import ParadoxKind
 from nonsmooth.paradox.points import Points, split_axes
@@ -137,7 +138,7 @@ def as_map(found: xarray.Dataset, points: Points) -> xarray.Dataset:
             chart[name] = known.astype(dtype, keep_attrs=True)
     chart.kind.attrs.update(flags(kinds))
     chart.modes.attrs.update(flags(MODES))
-    attrs = {"system": points.system.name or "a system", "t": points.t}
+    attrs = {"system": title_of(points.system), "t": points.t}
     attrs |= {name: value for name, value in points.system.parameter_values.items() if name not in points.names}
     attrs |= {name: points.default(name) for name in points.variables
               if name not in points.names and points.default(name) is not None}  # fmt: skip

@@ -37,7 +37,7 @@ from nonsmooth.studies.reference import (
     largest_differences,
 )
 from nonsmooth.studies.stiffnesses import STIFFNESSES, beside_columns, penalty_at
-from nonsmooth.studies.study import Study, require_xarray
+from nonsmooth.studies.study import Study, require_xarray, titled
 from nonsmooth.sweeps.progress import part_shown
 from nonsmooth.sweeps.task import Variable
 
@@ -199,7 +199,7 @@ def penalty_study(
             data = data.assign(beside_columns(runs, progress))
         except KeyboardInterrupt:  # the runs that the study is of are finished
             data.attrs["interrupted"] = 1
-    return Study("stiffness", data, f"{problem.system.name or 'a system'}: the penalty limit")
+    return Study("stiffness", data, titled(problem.system, "the penalty limit"))
 
 
 class PenaltyTask(ComparisonTask):

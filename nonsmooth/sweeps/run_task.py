@@ -17,6 +17,7 @@ from nonsmooth.errors import InvalidInput, Status, shown
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.mechanics.compiled import model_of
+from nonsmooth.mechanics.description import title_of
 from nonsmooth.mechanics.initial_modes import INADMISSIBLE
 from nonsmooth.mechanics.inspection import inspect_start
 from nonsmooth.mechanics.own_law import write_handles
@@ -177,7 +178,7 @@ class RunTask:
         values, idle = self.system.parameter_values, idle_parameters(self.system)
         words = [f"{name} = {value:.4g}" for name, value in values.items()
                  if isinstance(value, int | float) and name not in idle]  # fmt: skip
-        return {"system": self.system.name or "a system", "parameters": "  ".join(words)}
+        return {"system": title_of(self.system), "parameters": "  ".join(words)}
 
     def unit(self, name: str) -> str:
         """Unit of an axis that is a coordinate, its rate, a time step or the end."""

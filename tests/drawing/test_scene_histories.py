@@ -5,6 +5,7 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.catalogue.entries import load, scene_entries
+from nonsmooth.checks.parameters import numeric_fields
 from nonsmooth.drawing.colours import ENERGIES
 from tests.drawing.looks import faults, labels
 
@@ -43,8 +44,24 @@ def test_no_letter_of_a_run_stands_outside_or_over_another_and_every_axis_has_a_
 
 def test_the_figure_names_the_scene_and_shows_its_start_and_its_end(thrown):
     figure = thrown.plot()
-    assert figure.get_suptitle() == "planar, 2 bodies, 1 of them dynamic\nMoreauJean(dt=0.001, theta=0.5)"
+    assert figure.get_suptitle() == "planar, 2 bodies, 1 of them dynamic\nMoreauJean(dt=0.001, theta=0.5)\ng = 9.81"
     assert [axes.get_title() for axes in figure.subfigs[0].axes] == ["t = 0 s", "t = 0.4 s"]
+
+
+def test_the_title_has_the_parameters_of_what_built_the_scene_and_so_has_its_file(tmp_path):
+    run = short_run("rolling-wheel")
+    held = numeric_fields(load("rolling-wheel")())
+    assert held
+    for solution in (run, ns.SceneSolution.load(run.save(tmp_path / "run.npz"))):
+        title = solution.plot().get_suptitle()
+        assert all(f"{name} = {value:.4g}" in title for name, value in held.items())
+
+
+def test_a_scene_of_one_material_says_its_friction_and_one_of_several_does_not(thrown):
+    floor = ns.Scene(gravity=(0, -9.81), material=ns.Material(mu=0.25, e=0.5))
+    floor.fixed(ns.HalfPlane((0, 1)))
+    assert floor.parameter_values == {"g": 9.81, "mu": 0.25, "e": 0.5}
+    assert thrown.scene.parameter_values == {"g": 9.81}
 
 
 def test_a_curve_is_the_speed_of_the_body_and_a_colour_means_what_it_means_of_models(thrown):

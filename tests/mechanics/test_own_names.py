@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from tests.mechanics import wall_pendulum
 from tests.mechanics.wall_pendulum import P, Spring, system
 
 STEP = ns.MoreauJean(dt=1e-3)
@@ -134,3 +135,24 @@ def test_names_of_contacts_stand_in_what_classify_says_and_refuses():
     with pytest.raises(ns.InvalidInput, match="tip penetrates by 0.1 m"):
         ns.classify(named, 0.0, [0.0, -0.1], [0.0, 0.0])
     assert "  contact 0: sliding +" in str(ns.classify(block(), 0.0, [0.0, 0.0], [1.0, 0.0]))
+
+
+def test_a_system_without_a_name_is_called_as_its_variable_or_not_at_all(monkeypatch):
+    """That of the module of its functions; where there is none, or several, nothing is said."""
+    unnamed = system(name="")
+    start = {"state": {"th": -0.8}, "integrator": STEP}
+    assert ns.simulate(unnamed, (0, 0.01), **start).plot().get_suptitle().startswith("MoreauJean(")
+    assert ns.simulate(unnamed, (0, 0.01), **start).summary().startswith("system: ")
+    monkeypatch.setattr(wall_pendulum, "swinging", unnamed, raising=False)
+    longer = ns.simulate(unnamed.with_parameters(l=0.7), (0, 0.01), **start)
+    assert longer.plot().get_suptitle().startswith("swinging\n") and longer.summary().startswith("swinging: ")
+    monkeypatch.setattr(wall_pendulum, "other", unnamed.with_parameters(l=0.7), raising=False)
+    assert ns.simulate(unnamed, (0, 0.01), **start).summary().startswith("system: ")
+
+
+def test_a_class_of_models_without_a_name_has_that_of_the_class():
+    class Whole(P):
+        def system(self):
+            return system(name="", parameters=self)
+
+    assert ns.simulate(Whole(), (0, 0.01), state={"th": -0.8}, integrator=STEP).summary().startswith("Whole: ")

@@ -45,6 +45,6 @@ def outline(p):
 def system(**options):
     options = {"coordinates": [("th", "rad"), ("x", "m")], "name": "pendulum and mass"} | options
     return ns.System(
-        mass=mass, force=force, gap=gap, contacts=[ns.Contact(e_N=0.5, name="wall")], parameters=P(), shape=shape,
-        outline=outline, **options,
+        mass=mass, force=force, gap=gap, contacts=[ns.Contact(e_N=0.5, name="wall")], shape=shape, outline=outline,
+        **{"parameters": P()} | options,
     )  # fmt: skip
