@@ -109,7 +109,8 @@ def act_classify(arguments: argparse.Namespace) -> int:
         from nonsmooth.drawing.paradox_plots import plot_graphical_problem
 
         closed = [i for i, mode in enumerate(classification.mode) if mode != "open"]
-        plot_graphical_problem(classification, arguments.plot, closed[0] if closed else 0)
+        title = f"{arguments.model}: {classification.kind.name.lower()}"
+        plot_graphical_problem([(title, classification)], arguments.plot, closed[0] if closed else 0)
         tell_file(arguments, "figure", arguments.plot)
     return 0
 

@@ -25,18 +25,21 @@ STRIPS = {  # (mode, sign of sliding): colour
 }
 REGIONS = (("no solution", "#f4a6a0", "//"), ("one solution", "#ffffff", ""), ("two solutions", "#d3e3f3", ".."))
 NORMAL, FRICTION = "#0072b2", "#d55e00"  # directions of a force or an impulse
-STATE, WORK, BALANCE = "-", (0, (4, 1.5)), ":"  # chosen: dashes and gaps, in widths of the line
-ENERGIES = {  # term of the ledger: colour, dashes
-    "kinetic": ("#0072b2", STATE),
-    "potential": ("#d55e00", STATE),
-    "force": ("#009e73", WORK),
-    "force, changing mass": ("#009e73", BALANCE),
-    "friction": ("#000000", WORK),
-    "normal": ("#cc79a7", WORK),
-    "surface": ("#e69f00", WORK),
-    "projection": ("#7f7f7f", BALANCE),
-    "elastic": ("#56b4e9", STATE),
-    "damping": ("#56b4e9", WORK),
+Dashes = str | tuple[int, tuple[float, ...]]
+# chosen: dashes and gaps, in widths of the line: terms of like lightness differ by them, for prints in grey
+SOLID, DOTS, SPARSE, SHORT, DASHES, LONG = "-", ":", (0, (1, 3)), (0, (2, 1.2)), (0, (4, 1.5)), (0, (9, 2))
+LINKED, BROKEN = (0, (7, 1.2, 1.2, 1.2)), (0, (3, 1.2, 1.2, 1.2, 1.2, 1.2))  # chosen: dashes with one dot, with two
+ENERGIES: dict[str, tuple[str, Dashes]] = {  # term of the ledger: colour, dashes
+    "kinetic": ("#0072b2", SOLID),
+    "potential": ("#d55e00", LINKED),
+    "force": ("#009e73", DASHES),
+    "force, changing mass": ("#009e73", DOTS),
+    "friction": ("#000000", DASHES),
+    "normal": ("#cc79a7", SHORT),
+    "surface": ("#e69f00", LONG),
+    "projection": ("#7f7f7f", SPARSE),
+    "elastic": ("#56b4e9", SOLID),
+    "damping": ("#56b4e9", BROKEN),
 }
 STORED = ("kinetic", "potential", "elastic")  # defined: terms that are energies; the others are works
 

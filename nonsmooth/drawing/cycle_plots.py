@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.drawing.colours import BLUE, CYCLE, RED, STRIPS, STYLES
+from nonsmooth.drawing.colours import BLUE, CYCLE, RED, STRIPS, STYLES, cycled
 from nonsmooth.drawing.labels import (
     LETTER,
     columns_for,
@@ -23,7 +23,7 @@ from nonsmooth.drawing.labels import (
     velocity_label,
     with_unit,
 )
-from nonsmooth.drawing.plots import WIDTH, new_figure, save_figure
+from nonsmooth.drawing.plots import WIDTH, heading, new_figure, save_figure, set_title
 
 CHANGE_LETTERS = 62  # chosen: of a line that lists the changes of a branch
 
@@ -47,7 +47,8 @@ def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:
     for j, (axes, named) in enumerate(zip(planes, coordinates_of(cycle.system), strict=False)):
         for k, phase in enumerate(cycle.phases):
             part = slice(k * size, (k + 1) * size)
-            axes.plot(cycle.q[part, j], cycle.u[part, j], dashes(phase), color=colour(phase), lw=2.2)
+            shade, style = look(phase, labels)
+            axes.plot(cycle.q[part, j], cycle.u[part, j], color=shade, ls=style, lw=2.2)
             axes.plot(phase.q[j], phase.u[j], "o", color="black", ms=3.5, zorder=5)
             if phase.jump is not None:
                 draw_jump(axes, cycle, part.stop - 1, j)
@@ -61,9 +62,8 @@ def plot_cycle(cycle: LimitCycle, path: str | Path | None = None) -> Any:
         handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize=LETTER, handlelength=3
     )
     largest = f"{np.abs(cycle.multipliers).max():.4g}" if cycle.multipliers.size else "none"
-    name = getattr(cycle.system, "name", "")
-    of = f"{name}: " if name else ""
-    figure.suptitle(f"{of}period {cycle.period:.9g} s, largest multiplier {largest}", fontsize=9)
+    found = f"period {cycle.period:.9g} s, largest multiplier {largest}"
+    set_title(figure, "\n".join(filter(None, [heading([cycle.system]), found])))
     return save_figure(figure, path)
 
 
@@ -78,22 +78,22 @@ def phase_handles(cycle: LimitCycle, labels: list[str]) -> list[Any]:
     from matplotlib.lines import Line2D
 
     first = {phase.label: phase for phase in reversed(cycle.phases)}
-    handles = [
-        Line2D([], [], color=colour(first[label]), ls=dashes(first[label]), lw=2.2, label=label) for label in labels
-    ]
+    looks = {label: look(first[label], labels) for label in labels}
+    handles = [Line2D([], [], color=shade, ls=style, lw=2.2, label=label) for label, (shade, style) in looks.items()]
     if any(phase.jump is not None for phase in cycle.phases):
         handles.append(Line2D([], [], color=RED, ls=":", lw=1.4, label="impact"))
     return handles
 
 
-def dashes(phase: CyclePhase) -> str:
-    """Dashed where a guided contact is pulled."""
-    return STYLES[any(state.normal < 0 for state in phase.states)]
-
-
-def colour(phase: CyclePhase) -> str:
-    """Of what the first contact does; black where there is none."""
-    return STRIPS[phase.states[0].mode, phase.states[0].slip] if phase.states else BLUE
+def look(phase: CyclePhase, labels: list[str]) -> tuple[str, str]:
+    """Colour and dashes: of the mode of the contact, dashed where it is guided and pulled; of several contacts those of
+    the phase's place in the legend."""
+    if len(phase.states) > 1:
+        return cycled(labels.index(phase.label))[:2]
+    if not phase.states:
+        return BLUE, STYLES[0]
+    (state,) = phase.states
+    return STRIPS[state.mode, state.slip], STYLES[state.normal < 0]
 
 
 def plot_branch(
@@ -134,6 +134,7 @@ def plot_branch(
     figure.align_ylabels(rows)
     if len(family) > 1:
         legend_above(rows[0])
+    set_title(figure, heading([one.cycles[0].system for one in family.values()], first.parameter))
     return save_figure(figure, path)
 
 
@@ -179,7 +180,9 @@ def plot_waterfall(
     named = coordinates_of(system)[coordinate]
     axes.set_xlabel(coordinate_label(*named))
     axes.set_ylabel(velocity_label(*named))
+    axes.locator_params(axis="x", nbins=6)
     axes.grid(alpha=0.25)
+    set_title(figure, heading([system], branch.parameter))
     figure.colorbar(scale, ax=axes, label=label or parameter_label(branch.parameter, system.parameters))
     return save_figure(figure, path)
 
@@ -208,4 +211,6 @@ def plot_bifurcations(diagram: BifurcationDiagram, path: str | Path | None = Non
     axes.margins(y=0.1)
     axes.grid(alpha=0.25)
     legend_above(axes)
+    if diagram.system is not None:
+        set_title(figure, heading([diagram.system], diagram.parameter))
     return save_figure(figure, path)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.drawing.colours import CYCLE, FRICTION, GREY, NORMAL, STYLES
+from nonsmooth.drawing.colours import FRICTION, GREY, NORMAL, cycled
 from nonsmooth.drawing.labels import legend_above, show_no_rounding
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT, INCONSISTENT
 
@@ -123,7 +123,7 @@ def draw_forces(axes: Any, loads: Loads, k: np.ndarray, kind: str) -> None:
             values = np.where(loads.is_impulse[:, i], np.nan, getattr(loads, force)[:, i])[k]
             if force not in kind or not np.isfinite(values).any() or not np.nan_to_num(values).any():
                 continue
-            colour, style = (own, dashes) if loads.is_alone else (CYCLE[curve(loads, i)], STYLES[curve(loads, i) // 4])
+            colour, style = (own, dashes) if loads.is_alone else cycled(curve(loads, i))[:2]
             label = force if loads.is_alone else loads.names[i]
             edges = np.append(loads.t[k], loads.t[k[-1] + 1])
             axes.stairs(values, edges, baseline=None, color=colour, lw=1.1, ls=style, label=label)
@@ -168,11 +168,12 @@ def draw_impulses(axes: Any, loads: Loads) -> None:
             shown = values != 0
             if not shown.any():
                 continue
-            colour = own if loads.is_alone else CYCLE[curve(loads, i)]
+            if not loads.is_alone:
+                own, _, marker = cycled(curve(loads, i))  # a marker is filled for the normal direction
             label = kind if loads.is_alone else f"{kind}, {loads.names[i]}"
-            axes.vlines(loads.t[k[shown] + 1], 0.0, values[shown], color=colour, lw=1.0)
-            size, inside = (3.0, colour) if kind == "normal" else (5.5, "none")  # both are seen where they are equal
-            axes.plot(loads.t[k[shown] + 1], values[shown], marker, color=colour, ms=size, mfc=inside, label=label,
+            axes.vlines(loads.t[k[shown] + 1], 0.0, values[shown], color=own, lw=1.0)
+            size, inside = (3.0, own) if kind == "normal" else (5.5, "none")  # both are seen where they are equal
+            axes.plot(loads.t[k[shown] + 1], values[shown], marker, color=own, ms=size, mfc=inside, label=label,
                       clip_on=False, zorder=3)  # fmt: skip
     axes.set_ylabel("impulse of\nshocks [N s]")
     legend_above(axes)

@@ -14,7 +14,16 @@ import numpy as np
 from nonsmooth.checks.arrays import as_array, as_index, as_instance, as_listed
 from nonsmooth.drawing.colours import BLUE, RED, REGIONS
 from nonsmooth.drawing.labels import LETTER, legend_above, parameter_label
-from nonsmooth.drawing.plots import BELOW, UNDER_LABELS, WIDTH, broken, equations, is_geometric, new_figure, save_figure
+from nonsmooth.drawing.plots import (
+    BELOW,
+    UNDER_LABELS,
+    WIDTH,
+    held_fixed,
+    is_geometric,
+    new_figure,
+    save_figure,
+    set_title,
+)
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.paradox.kinds import ParadoxKind
 
@@ -38,7 +47,6 @@ SMALLEST_LABEL = 2e-3  # chosen: of the map's area: a smaller region gets no lab
 # chosen: of the map's width: a label stands beside a region that is no wider, ``BESIDE_NARROW`` points away
 NARROW_REGION = 0.03
 BESIDE_NARROW = -30  # chosen: points, to the left
-OF_THE_SWEEP = {"cells", "cells_from_journal", "cells_failed", "interrupted"}  # attributes that are no quantities
 MAP_LETTERS = 64  # chosen: of a line of the title of a map
 
 
@@ -105,7 +113,7 @@ def plot_map(
         if is_geometric(chart[name].values):
             set_scale("log")
     axes.set_xlabel(axis_label(chart, axes_names[0]))
-    figure.suptitle(map_title(chart) if title is None else title, fontsize=9)
+    set_title(figure, held_fixed(chart, MAP_LETTERS) if title is None else title)
     return save_figure(figure, path)
 
 
@@ -221,13 +229,6 @@ def draw_forces_along(axes: Any, chart: xarray.Dataset, name: str) -> None:
 def axis_label(chart: xarray.Dataset, name: str) -> str:
     """Symbol and unit of an axis."""
     return parameter_label(name, unit=chart[name].attrs.get("units", ""))
-
-
-def map_title(chart: xarray.Dataset) -> str:
-    """The system and what was held fixed, in lines that fit."""
-    held = {name: value for name, value in chart.attrs.items() if name not in OF_THE_SWEEP}
-    rows = [str(chart.attrs.get("system", "")), *broken(equations(held), MAP_LETTERS)]
-    return "\n".join(row for row in rows if row)
 
 
 def plot_graphical_problem(cases: Classification | Sequence[tuple[str, Classification]],

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,11 +30,14 @@ from nonsmooth.drawing.labels import (
     with_unit,
 )
 from nonsmooth.errors import MissingExtra
+from nonsmooth.mechanics.description import title_of as title_of_system
 from nonsmooth.mechanics.system import ContactMode, idle_parameters
 from nonsmooth.results.recorded import COORDINATES, EVENTS, IMPULSES, LEDGER, MODES, VELOCITIES, not_recorded
 from nonsmooth.results.solution import mode_name
 
 if TYPE_CHECKING:
+    import xarray
+
     from nonsmooth.results.scene_solution import SceneSolution
     from nonsmooth.results.solution import Solution
 
@@ -46,6 +49,7 @@ MOST_DRAWN = 20_000  # chosen: drawn of one curve
 MAX_NAMES = 8  # chosen: coordinates drawn; a chain has hundreds
 HAIR = 2e-3  # chosen: of the run: a mode that lasts less would be thinner than a dot
 LETTERS = 14.0  # chosen: of a title, per inch of the figure's width
+OF_THE_SWEEP = {"cells", "cells_from_journal", "cells_failed", "interrupted", "points_reached"}  # chosen: no quantities
 TITLE_LETTERS = 72  # chosen: of a line of a title, monospace, in the width of a figure
 TIMES_SHOWN = 6  # chosen: numbers along the time: short runs have long ones
 MAX_STRIPS = 4000  # chosen: rectangles of a mode strip: an accumulation of impacts has more than a screen can show
@@ -114,7 +118,7 @@ def plot_solution(solution: Solution, path: str | Path | None = None) -> Any:
         axes.yaxis.set_major_formatter("{x:.6g}")
     name_times(rows[-1], solution.t)
     figure.align_ylabels(rows)
-    figure.suptitle(title, fontsize=LETTER, family="monospace")  # tells l from I
+    set_title(figure, title)
     return save_figure(figure, path)
 
 
@@ -180,6 +184,28 @@ def equations(values: Mapping[str, Any]) -> str:
     """The numbers among the values as "mu = 0.5", each in one piece where the line is broken."""
     return "  ".join(f"{name}\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{value:.4g}" for name, value in values.items()
                      if isinstance(value, int | float))  # fmt: skip
+
+
+def heading(systems: Sequence[Any], *varied: str) -> str:
+    """Name and parameters of the system of a figure, without those that vary; of several what they have in common."""
+    first, *others = systems
+    rows = [title_of_system(first)] if all(title_of_system(other) == title_of_system(first) for other in others) else []
+    idle = {*idle_parameters(first), *varied}
+    held = {name: value for name, value in first.parameter_values.items() if name not in idle
+            and all(other.parameter_values.get(name) == value for other in others)}  # fmt: skip
+    return "\n".join(row for row in [*rows, *broken(equations(held), TITLE_LETTERS)] if row)
+
+
+def set_title(figure: Any, text: str) -> None:
+    """What a figure is of, in letters that tell l from I."""
+    figure.suptitle(text, fontsize=LETTER, family="monospace")
+
+
+def held_fixed(chart: xarray.Dataset, letters: int) -> str:
+    """The title of a map: the system and what was held fixed, in lines of so many letters."""
+    held = {str(name): value for name, value in chart.attrs.items() if name not in OF_THE_SWEEP}
+    rows = [str(chart.attrs.get("system", "")), *broken(equations(held), letters)]
+    return "\n".join(row for row in rows if row)
 
 
 def unfinished(solution: Solution | SceneSolution) -> list[str]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nonsmooth.drawing.colours import BLACK, cycled
-from nonsmooth.drawing.labels import LETTER, legend_above, show_no_rounding
+from nonsmooth.drawing.labels import legend_above, show_no_rounding
 from nonsmooth.drawing.plots import (
     HISTORY,
     TITLE_LETTERS,
@@ -26,6 +26,7 @@ from nonsmooth.drawing.plots import (
     name_times,
     new_figure,
     save_figure,
+    set_title,
     thinning,
     unfinished,
     words_of,
@@ -90,7 +91,7 @@ def plot_scene(solution: SceneSolution, path: str | Path | None = None) -> Any:
             axes.yaxis.set_major_formatter("{x:.6g}")
     name_times(places[-1], solution.t)
     figure.align_ylabels(places)
-    figure.suptitle(title_of(solution), fontsize=LETTER, family="monospace")
+    set_title(figure, title_of(solution))
     return save_figure(figure, path)
 
 

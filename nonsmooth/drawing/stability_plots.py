@@ -13,8 +13,9 @@ import numpy as np
 
 from nonsmooth.drawing.colours import BLACK, BLUE, CYCLE, GREY, PALE, STYLES, cycled
 from nonsmooth.drawing.labels import LETTER, legend_above, parameter_label
-from nonsmooth.drawing.plots import WIDTH, new_figure, save_figure
+from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, heading, held_fixed, new_figure, save_figure, set_title
 from nonsmooth.drawing.scene import scene_model
+from nonsmooth.equilibria.linearise import Verdict
 
 if TYPE_CHECKING:
     import xarray
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from nonsmooth.results.solution import Solution
 
 NEARLY_REAL = 1e-6  # chosen: of a number's size: a smaller imaginary part is rounding
+SHOWN_GROWTH = 0.95  # chosen: part of a map whose growth rates the colours resolve: near a pole there is no largest one
 SNAPSHOT_COLUMNS = 3  # chosen
 DRAWN_POINTS = 801  # chosen: of a curve; odd, so that v = 0 is one of them
 
@@ -139,9 +141,12 @@ def plot_eigen_path(paths: EigenPath | Mapping[str, EigenPath], path: str | Path
             for end, marker, fill in ((0, "o", "white"), (-1, "s", colour)):
                 if shown[end]:
                     locus.plot(s.real[end], s.imag[end], marker, color=colour, mfc=fill, ms=5)
-        for before, after, _, verdict in curve.changes:
+        for before, after, was, verdict in curve.changes:
             met = values[(values > before) & (values < after)]
-            x = float(met[0]) if len(met) else where_growth_vanishes(curve, before, after)
+            if Verdict.NEGATIVE_INERTIA in (was, verdict):
+                x = where_inertia_vanishes(curve, before, after)
+            else:
+                x = float(met[0]) if len(met) else where_growth_vanishes(curve, before, after)
             for axes in (above, below):
                 axes.axvline(x, color=colour, ls=":", lw=1)
             text = verdict.name.lower().replace("_", " ")
@@ -164,6 +169,8 @@ def plot_eigen_path(paths: EigenPath | Mapping[str, EigenPath], path: str | Path
         axes.grid(alpha=0.25)
         axes.yaxis.set_major_formatter("{x:.6g}")
     figure.align_ylabels([above, below, locus])
+    systems = [curve.points[0].equilibrium.mode.system for curve in family.values()]
+    set_title(figure, heading(systems, first.parameter))
     return save_figure(figure, path)
 
 
@@ -171,11 +178,17 @@ def with_meetings(curve: EigenPath) -> tuple[np.ndarray, np.ndarray]:
     """Values (m,) and eigenvalues (m, 2 n_r) with a row more wherever two of them meet and part at a right angle.
 
     Near a double eigenvalue the square of the difference, d = (s_i - s_j)^2, is linear in the parameter while s itself
-    is a square root: where a real d changes its sign between two values, both are their mean where d vanishes.
+    is a square root: where a real d changes its sign between two values, both are their mean where d vanishes. Where
+    the inertia changes its sign the eigenvalues go through infinity, and no line joins what is before it and after it:
+    a row of NaN.
     """
     values, rows = [curve.values[0]], [curve.eigenvalues[0]]
     for k in range(1, len(curve.values)):
         before, after = curve.eigenvalues[k - 1], curve.eigenvalues[k]
+        if (curve.verdicts[k - 1] == Verdict.NEGATIVE_INERTIA) != (curve.verdicts[k] == Verdict.NEGATIVE_INERTIA):
+            values += [where_inertia_vanishes(curve, curve.values[k - 1], curve.values[k]), curve.values[k]]
+            rows += [np.full_like(before, np.nan), after]
+            continue
         met = [(meeting(before[[i, j]], after[[i, j]]), i, j) for i in range(len(after)) for j in range(i)]
         for part in sorted({part for part, _, _ in met if 0 < part < 1}):
             row = before + part * (after - before)
@@ -200,6 +213,12 @@ def where_growth_vanishes(curve: EigenPath, before: float, after: float) -> floa
     """Between two values of the parameter, linear; the middle where the growth keeps its sign."""
     g_0, g_1 = (float(curve.growth[np.abs(curve.values - value).argmin()]) for value in (before, after))
     return before + (after - before) * (g_0 / (g_0 - g_1) if g_0 * g_1 < 0 else 0.5)
+
+
+def where_inertia_vanishes(curve: EigenPath, before: float, after: float) -> float:
+    """Between two values of the parameter where it is of either sign: det M_r is linear there."""
+    d_0, d_1 = (float(np.linalg.det(curve.points[np.abs(curve.values - x).argmin()].M)) for x in (before, after))
+    return before + (after - before) * (d_0 / (d_0 - d_1) if d_0 * d_1 < 0 else 0.5)
 
 
 def plot_amplitudes(
@@ -300,19 +319,21 @@ def plot_stability_map(chart: xarray.Dataset, path: str | Path | None = None, un
     figure = new_figure(WIDTH, 3.8)
     axes = figure.subplots()
     x, y = chart[x_name].values, chart[y_name].values
-    size = float(np.nanmax(np.abs(chart.growth.values)))
+    sizes = np.abs(chart.growth.values)
+    most, size = float(np.nanmax(sizes)), float(np.nanquantile(sizes, SHOWN_GROWTH))
     colours = axes.pcolormesh(
         x, y, chart.growth.values, cmap="RdBu_r", vmin=-size, vmax=size, shading="nearest", rasterized=True
     )
     unstable = np.where(np.isnan(chart.verdict.values), 0.0, chart.verdict.values > 1)
     if unstable.min() < unstable.max():
         axes.contour(x, y, chart.growth.values, levels=[0.0], colors="black", linewidths=1.4)
-        area = axes.contourf(x, y, chart.growth.values, levels=[0.0, 2 * size], colors="none", hatches=["//"])
+        area = axes.contourf(x, y, chart.growth.values, levels=[0.0, 2 * most], colors="none", hatches=["//"])
         area.set_edgecolor(GREY)
         area.set_linewidth(0)
         axes.legend(handles=[Patch(facecolor="none", hatch="//", edgecolor=GREY, label="unstable")], fontsize=LETTER,
                     loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, borderaxespad=0.1)  # fmt: skip
-    figure.colorbar(colours, label="growth max Re $s$ [1/s]")
+    figure.colorbar(colours, label="growth max Re $s$ [1/s]", extend="both" if most > size else "neither")
+    set_title(figure, held_fixed(chart, TITLE_LETTERS))
     axes.set_xlabel(parameter_label(str(x_name), unit=x_unit or chart[x_name].attrs.get("units", "")))
     axes.set_ylabel(parameter_label(str(y_name), unit=y_unit or chart[y_name].attrs.get("units", "")))
     return save_figure(figure, path)

@@ -12,7 +12,7 @@ import numpy as np
 
 from nonsmooth.drawing.colours import CYCLE, GREY, MARKERS, WASHED
 from nonsmooth.drawing.labels import legend_above
-from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, broken, new_figure, save_figure
+from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, broken, new_figure, save_figure, set_title
 
 if TYPE_CHECKING:
     from nonsmooth.studies.study import Study
@@ -55,7 +55,7 @@ def plot_study(study: Study, path: str | Path | None = None) -> Any:
     panels += [draw_cost] if "beside_wall_time" in study.data else []
     figure = new_figure(WIDTH, 0.4 + 3.0 * len(panels))
     lines = [study.title, *filter(None, [study.data.attrs.get("restitution")])]
-    figure.suptitle("\n".join(part for line in lines for part in broken(line, TITLE_LETTERS)), fontsize=9)
+    set_title(figure, "\n".join(part for line in lines for part in broken(line, TITLE_LETTERS)))
     for panel, place in zip(panels, figure.subplots(len(panels), 1, squeeze=False)[:, 0], strict=True):
         panel(place, study)
         if panel is not draw_cost:

@@ -10,7 +10,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_instance, as_name
 from nonsmooth.drawing.colours import BLUE, PALE, RED
 from nonsmooth.drawing.labels import LETTER
-from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, broken, is_geometric, new_figure, save_figure
+from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, broken, is_geometric, new_figure, save_figure, set_title
 from nonsmooth.errors import InvalidInput
 from nonsmooth.sweeps.task import OF_COORDINATE
 
@@ -69,7 +69,7 @@ def plot_sweep(found: xarray.Dataset, path: str | Path | None = None, name: str 
     rows += [f"no result in {missing} of {values.size} cells (grey)"] if missing else []
     how = "hatched" if len(axes) == 2 else "rings"
     rows += [f"not settled in {int(open_.sum())} of {open_.size} cells ({how})"] if open_.any() else []
-    figure.suptitle("\n".join(rows), fontsize=9)
+    set_title(figure, "\n".join(rows))
     return save_figure(figure, path)
 
 

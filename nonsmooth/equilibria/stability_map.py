@@ -14,6 +14,7 @@ from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equili
 from nonsmooth.equilibria.linearise import linearise
 from nonsmooth.equilibria.sensitivity import eigenvalue_sensitivity
 from nonsmooth.errors import InvalidInput, MissingExtra, shown
+from nonsmooth.mechanics.description import title_of
 from nonsmooth.mechanics.system import as_system
 from nonsmooth.mechanics.units import unit_of_parameter
 from nonsmooth.signals.telling import tell
@@ -91,7 +92,9 @@ def stability_map(
             reached += 1
             tell(reached / table["growth"].size)
     data = {name: ((first, second), values) for name, values in table.items()}
-    attrs = {} if reached == table["growth"].size else {"points_reached": reached}
+    attrs: dict[str, Any] = {} if reached == table["growth"].size else {"points_reached": reached}
+    attrs |= {"system": title_of(system)}
+    attrs |= {name: value for name, value in system.parameter_values.items() if name not in (first, second)}
     model = at.mode.system.parameters
     coords = {
         name: (name, values, {"units": unit} if (unit := unit_of_parameter(model, name)) else {})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +15,7 @@ from nonsmooth.commands.cli import main
 from nonsmooth.cycles.cycle_branch import crossing
 from nonsmooth.cycles.flow_map import flow_map
 from nonsmooth.cycles.mode_flow import ContactState, mode_flow
-from nonsmooth.drawing.cycle_plots import plot_branch, plot_cycle, plot_waterfall
+from nonsmooth.drawing.cycle_plots import look, plot_branch, plot_cycle, plot_waterfall
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.studies.bifurcation_diagram import maxima
 from nonsmooth.studies.cycle import study_cycle
@@ -41,6 +43,24 @@ def test_the_legend_of_a_cycle_has_the_colours_and_dashes_of_its_phases():
     drawn = {(line.get_color(), line.get_linestyle()) for line in figure.axes[0].lines if line.get_marker() == "None"}
     legend = [(line.get_color(), line.get_linestyle()) for line in figure.legends[0].get_lines()]
     assert len(set(legend)) == len(legend) == 3 and set(legend) == drawn
+
+
+def test_phases_of_several_contacts_have_a_look_each():
+    """One colour of one contact's mode would stand for several phases."""
+    states = [tuple(ContactState(mode, slip, 1) for mode, slip in modes)
+              for modes in itertools.product(((SLIDE, 1), (SLIDE, -1), (STICK, 0)), repeat=2)][:8]  # fmt: skip
+    labels = [str(number) for number in range(len(states))]
+    looks = {look(SimpleNamespace(states=s, label=name), labels) for s, name in zip(states, labels, strict=True)}
+    assert len(looks) == len(states) == 8
+
+
+def test_titles_have_the_system_and_what_was_held_fixed(branch):
+    diagram = ns.bifurcation_diagram(BeltOscillator(), "vb", [0.2, 0.25], duration=20.0)
+    for figure in (plot_branch(branch), plot_waterfall(branch), diagram.plot()):
+        title = figure.get_suptitle()
+        assert title.startswith("belt-oscillator\n") and "m1 = 0.45" in title and "vb" not in title
+        assert faults(figure) == []
+    assert "vb = 0.2" in plot_cycle(branch.cycles[0]).get_suptitle()
 
 
 def test_branch_and_waterfall_show_the_cycles_that_were_computed(branch):

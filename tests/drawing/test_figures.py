@@ -14,12 +14,13 @@ from models import (
     BouncingBall,
     InclinedBlock,
     LeadScrew,
+    RockingBlock,
     SelfLockingRod,
     SpragSlip,
 )
 from nonsmooth.catalogue import load as load_model
 from nonsmooth.catalogue.entries import model_entries
-from nonsmooth.drawing.colours import CYCLE, STRIPS
+from nonsmooth.drawing.colours import CYCLE, ENERGIES, STRIPS
 from nonsmooth.drawing.forces import is_lonely, loads_of
 from nonsmooth.drawing.plots import draw_strip, new_figure
 from nonsmooth.drawing.scene import MAX_FRAMES, frames_of, periods_of
@@ -305,6 +306,24 @@ def lightness(colour):
 def test_modes_are_told_apart_in_grey():
     steps = np.diff(sorted(lightness(colour) for colour in STRIPS.values()))
     assert steps.min() > 6  # some three times the least difference that is seen
+
+
+def test_terms_of_the_energy_are_told_apart_in_grey():
+    for (one, a), (other, b) in itertools.combinations(ENERGIES.values(), 2):
+        assert a != b or abs(lightness(one) - lightness(other)) > 20  # of CIE L*: a third of what black on white has
+
+
+def test_curves_of_several_contacts_are_told_apart_in_grey():
+    block = RockingBlock()
+    solution = ns.simulate(block, (0, 1), *block.state(), integrator=ns.MoreauJean(block.dt))
+    panels = {axes.get_ylabel(): axes for axes in solution.plot().axes}
+    for kind in ("normal [N]", "friction [N]"):
+        curves = [patch for patch in panels[kind].patches if patch.get_label().startswith("contact")]
+        assert len(curves) == len({patch.get_linestyle() for patch in curves}) == 2
+    dots = [line for line in panels["impulse of\nshocks [N s]"].lines if "contact" in line.get_label()]
+    filled = {line.get_label(): line.get_markerfacecolor() != "none" for line in dots}
+    assert len(filled) == 4 and all(is_filled == name.startswith("normal") for name, is_filled in filled.items())
+    assert len({line.get_marker() for line in dots}) == 2
 
 
 # Machado, Oliveira and Fernandes, A physiologically-based model for simulation of color vision deficiency (2009)

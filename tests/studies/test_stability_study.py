@@ -151,6 +151,27 @@ def test_no_letter_stands_over_another_in_figures_of_stability():
         assert faults(figure) == []
 
 
+def test_no_line_joins_eigenvalues_that_go_through_infinity():
+    """Of the sprag-slip rod, where the inertia changes its sign: the boundary to the resolution of the path squared."""
+    rod, values = SpragSlip(), np.linspace(0.5, 2.0, 61)
+    path = ns.eigen_path(rod, "mu", values)
+    x, s = with_meetings(path)
+    (k,) = np.flatnonzero(np.isnan(s.real).all(axis=1))
+    edge = ns.flutter_boundary(rod, "mu", (x[k - 1], x[k + 1])).value
+    assert x[k - 1] < edge < x[k + 1] and abs(x[k] - edge) < 0.1 * (values[1] - values[0])
+    title = path.plot().get_suptitle()
+    assert title.startswith("sprag-slip\n") and "mu = " not in title and faults(path.plot()) == []
+
+
+def test_colours_of_a_stability_map_resolve_what_lies_beside_a_pole():
+    chart = ns.stability_map(SpragSlip(), {"mu": np.linspace(0.5, 2, 20), "kth": np.linspace(500, 2000, 20)})
+    figure = plot_stability_map(chart)
+    (mesh,) = figure.axes[0].collections[:1]
+    assert mesh.norm.vmax < 0.5 * np.abs(chart.growth.values).max()
+    title = figure.get_suptitle()
+    assert title.startswith("sprag-slip\n") and "R = 1" in title and "kth" not in title and faults(figure) == []
+
+
 def test_curves_of_two_eigenvalues_that_meet_go_through_the_point_where_they_do():
     """x'' + K x = 0 of the coupled modes: undamped, both frequencies are equal where flutter begins."""
     curve = ns.eigen_path(ModeCoupling(cx=0.0, cz=0.0), "mu", np.linspace(0.0, 1.0, 20))

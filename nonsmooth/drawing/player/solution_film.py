@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 RECORDS_SHOWN = 1200  # chosen: frames equally spaced in time: 20 s at 60 a second
 EVENTS_SHOWN = 400  # chosen: marked on the time line, the record before and the one after among the frames
-OTHER_WORK = (colours.CYCLE[5], colours.WORK)  # chosen: of a work without a colour of its own: that of no other
+OTHER_WORK = (colours.CYCLE[5], colours.DASHES)  # chosen: of a work without a colour of its own: that of no other
 DOTS = (1.0, 2.0)  # chosen: dashes and gaps of a dotted line, in its widths
 HELD = (*ENERGIES, ELASTIC)  # defined: columns of a ledger that are energies
 Lines = list[np.ndarray]
@@ -199,9 +199,9 @@ def ledger_curves(ledger: Mapping[str, np.ndarray]) -> list[Curve]:
 def energy_look(name: str) -> tuple[str, tuple[float, ...]]:
     """Colour and dashes of an energy or a work, those of the figures."""
     colour, dashes = colours.ENERGIES.get(name.removeprefix("work: "), OTHER_WORK)
-    if not name.startswith("work: "):
-        return colour, ()
-    return colour, DOTS if dashes == colours.BALANCE else colours.WORK[1]
+    if isinstance(dashes, tuple):
+        return colour, dashes[1]
+    return colour, DOTS if dashes == colours.DOTS else ()
 
 
 def coordinate_curves(solution: Solution, records: np.ndarray) -> list[Curve]:
