@@ -320,6 +320,7 @@ ROWS = [
     ("Contact", {"mu": -0.1}, r"mu must not be negative; got -0.1"),
     ("Contact", {"mu": nan}, r"mu must be finite; got nan"),
     ("Contact", {"mu": None}, r"mu must be a number; got None"),
+    ("Contact", {"mu": abs}, r"mu is a function, .*abs.*; give the law of it, mu=ns.Friction\(...\)"),
     ("Contact", {"e_N": 1.5}, r"e_N must lie in \[0, 1\]; got 1.5"),
     ("Contact", {"e_N": -0.1}, r"e_N must lie in \[0, 1\]; got -0.1"),
     ("Contact", {"e_F": inf}, r"e_F must be finite; got inf"),

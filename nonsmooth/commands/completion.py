@@ -45,7 +45,7 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
     names = " ".join(sorted({*model_entries(), *scene_entries()}))
     models = {"bash": "_nonsmooth_models", "zsh": f"({names})"}
     for action in actions_of(parser):
-        if action.dest == "model":
+        if action.dest in ("model", "models"):
             action.complete = models  # type: ignore[attr-defined]
         elif action.type is Path:
             action.complete = shtab.FILE  # type: ignore[attr-defined]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import inspect
-from pathlib import Path
 from typing import Any
 
 from nonsmooth.commands.outputs import add_printed, tell
@@ -15,24 +14,29 @@ from nonsmooth.errors import InvalidInput
 def add_list(command: argparse.ArgumentParser) -> None:
     """The options of ``nonsmooth list``."""
     command.set_defaults(act=act_list)
-    command.add_argument("files", nargs="*", metavar="FILE.py", type=Path, help="the models of these files instead")
+    command.add_argument("models", nargs="*", metavar="MODEL", help="these alone: names, FILE.py, or FILE.py:NAME")
     add_printed(command)
 
 
 def act_list(arguments: argparse.Namespace) -> int:
     """``nonsmooth list``."""
-    from nonsmooth.catalogue.entries import load_entry, model_entries, scene_entries
-    from nonsmooth.catalogue.files import found_in, load_file
+    from nonsmooth.catalogue.entries import load, load_entry, model_entries, scene_entries
+    from nonsmooth.catalogue.files import found_in, from_file, is_file, load_file, split
 
     found: list[dict[str, Any]] = []
     refused: dict[str, list[str]] = {}
-    for file in arguments.files:
-        for name, model in found_in(load_file(str(file))).items():
+    for typed in arguments.models:
+        if not is_file(typed):
+            found.append(facts(typed, load(typed)))
+            continue
+        file, chosen = split(typed)
+        models = dict([from_file(typed)]) if chosen else found_in(load_file(file))
+        for name, model in models.items():
             try:
                 found.append(facts(f"{file}:{name}", model))
             except InvalidInput as error:
                 complain(f"{file}:{name}: {error}")
-    for entry in [] if arguments.files else [*model_entries().values(), *scene_entries().values()]:
+    for entry in [] if arguments.models else [*model_entries().values(), *scene_entries().values()]:
         try:
             found.append(facts(entry.name, load_entry(entry)))
         except InvalidInput as error:

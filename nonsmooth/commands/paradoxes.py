@@ -201,11 +201,14 @@ def summary(chart: Any) -> str:
 
     kinds, counts = np.unique(chart.kind.values, return_counts=True)
     shape = " x ".join(f"{name} ({length})" for name, length in zip(chart.kind.dims, chart.kind.shape, strict=True))
-    lines = [f"{chart.attrs['system']}: {chart.kind.size} states, {shape}"]
+    lines = [f"{chart.attrs['system'] or 'map'}: {chart.kind.size} states, {shape}"]
     lines += [
         f"  {ParadoxKind(int(kind)).name.lower():14} {count:9d}  {count / chart.kind.size:7.2%}"
         for kind, count in zip(kinds, counts, strict=True)
     ]
+    if kinds.tolist() == [ParadoxKind.INADMISSIBLE]:
+        lines.append("  every state penetrates, or lands: give coordinates and rates of a contact by --state, or the "
+                     "model a state(...) that touches")  # fmt: skip
     return "\n".join(lines)
 
 

@@ -11,6 +11,7 @@ import importlib.util
 import math
 import operator
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -39,13 +40,18 @@ NEGATIVE = re.compile(r"-(\d|\.\d|pi\b|inf\b|nan\b|\()")  # -1e-3 and -pi/4 are 
 class Parser(argparse.ArgumentParser):
     """A parser that refuses in one line instead of ten, and suggests what was meant."""
 
+    root: Parser | None = None  # the parser of all commands, once it has them
+
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As of argparse; a command that has options of its own answers itself for words that it does not know."""
         found, unknown = super().parse_known_args(args, namespace)
         if unknown and not self.commands():
             options = [option for option in unknown if option.startswith("-")]
-            known = [option for option in self._option_string_actions if option.startswith("--")]
-            meant = suggestion(options[0].partition("=")[0], known) if options else ""
+            word = options[0].partition("=")[0] if options else ""
+            others = [name for name, other in self.root.leaves() if word in other.words()] if self.root else []
+            if others:
+                self.error(f"there is no {word} here; {', '.join(others)} {'have' if len(others) > 1 else 'has'} it")
+            meant = suggestion(word, self.words()) if options else ""
             self.error(f"unrecognized arguments: {' '.join(unknown)}{meant}")
         if not self.commands():
             found.options = {action.dest: action.option_strings[0] for action in self._actions if action.option_strings}
@@ -67,6 +73,19 @@ class Parser(argparse.ArgumentParser):
         """The words of its commands, if it has any."""
         return [word for action in self._actions if isinstance(action, argparse._SubParsersAction)
                 for word in action.choices]  # fmt: skip
+
+    def words(self) -> list[str]:
+        """Its options."""
+        return [option for option in self._option_string_actions if option.startswith("--")]
+
+    def leaves(self, name: str = "") -> Iterator[tuple[str, Parser]]:
+        """What does something, by what is typed after the program's name."""
+        if not self.commands():
+            yield name, self
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                for word, command in action.choices.items():
+                    yield from command.leaves(f"{name} {word}".strip())
 
     def error(self, message: str) -> NoReturn:
         """One line that names the help, in place of the whole usage."""

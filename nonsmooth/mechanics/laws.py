@@ -214,6 +214,8 @@ def resolve(name: str, value: Coefficient, parameters: Mapping[str, float]) -> f
 
 def as_law(mu: Coefficient | FrictionLaw) -> FrictionLaw:
     """The law itself, or that of a constant coefficient."""
+    if callable(mu) and not isinstance(mu, FrictionLaw):
+        raise InvalidInput(f"mu is a function, {shown(mu)}; give the law of it, mu=ns.Friction(...)")
     return mu if isinstance(mu, FrictionLaw) else Coulomb(mu)
 
 

@@ -49,6 +49,45 @@ def test_a_mistyped_word_is_answered_by_the_nearest_one(words, meant, capsys, tm
     assert f"did you mean {meant!r}?" in said and said.count("\n") == 1
 
 
+@pytest.mark.parametrize(("words", "have"), [
+    ("run bouncing-ball --workers 2", "map, study bifurcation, study penalty, study convergence, sweep have it"),
+    ("classify painleve-rod --axis mu=0:1:3", "map, study stability, study cycle, study bifurcation, sweep have it"),
+    ("classify painleve-rod --resume file", "run, scene, map, study penalty, study convergence, sweep have it"),
+    ("run bouncing-ball --measure=impacts", "sweep has it"),
+])  # fmt: skip
+def test_a_word_of_other_commands_is_answered_by_their_names(words, have, capsys):
+    command, _, word, *_ = words.replace("=", " ").split()
+    with pytest.raises(SystemExit) as ended:
+        main(words.split())
+    assert ended.value.code == 2
+    said = f"nonsmooth {command}: there is no {word} here; {have}; see nonsmooth {command} --help\n"
+    assert capsys.readouterr().err == said
+
+
+def test_an_array_that_is_taken_for_a_number_is_answered_by_its_entries(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    source = OWN_MODEL.replace("m: float = 1.0", "m: tuple = None")
+    source = source.replace("p.m\n", "p.m[1]\n").replace("parameters=P()", "parameters=P(np.array([1.0, 2.0]))")
+    (tmp_path / "two_masses.py").write_text("import numpy as np\n" + source)
+    words = "sweep two_masses.py:ball --axis m=1:2:2 --t-end 0.1 --dt 1e-2 --state y=1".split()
+    assert main(words) == 2
+    assert "there is no axis 'm'; did you mean 'm[0]' or 'm[1]'?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("words", "shown"), [
+    (["sprag-slip"], ["sprag-slip"]),
+    (["two.py"], ["two.py:ball", "two.py:other"]),
+    (["two.py:other", "box-stack"], ["two.py:other", "box-stack"]),
+])  # fmt: skip
+def test_list_shows_what_it_is_asked_for(words, shown, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "two.py").write_text(OWN_MODEL + "other = ball.with_parameters(m=2.0)\n")
+    assert main(["list", "--json", *words]) == 0
+    assert [model["name"] for model in json.loads(capsys.readouterr().out)["models"]] == shown
+    assert main(["list", "sprag-slp"]) == 2
+    assert "did you mean 'sprag-slip'?" in capsys.readouterr().err
+
+
 def test_what_is_near_nothing_lists_what_there_is(capsys):
     with pytest.raises(SystemExit):
         main(["qqqqqq"])
