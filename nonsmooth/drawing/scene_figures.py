@@ -18,6 +18,7 @@ from nonsmooth.drawing.animation import Animation, animation, as_animation
 from nonsmooth.drawing.facets import facets_of, has_facets
 from nonsmooth.drawing.plots import new_figure, save_figure
 from nonsmooth.drawing.scene import MAX_FRAMES, as_inches, frames_of, instants, set_letters
+from nonsmooth.drawing.scene_contacts import scene_contact_marks
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, inverse, matrix_of, place_of, rotate
 from nonsmooth.scenes.scene import Body, Kind
@@ -107,7 +108,10 @@ def draw_instants(
 
 
 def animate(solution: SceneSolution, path: str | Path | None = None, fps: int = 25) -> Path | Animation:
-    """Animate the whole run, in at most 400 frames; with more than 150 bodies in fewer, 60 at least.
+    """Animate the whole run, in at most 1000 frames; with more than 60 bodies in fewer, 60 at least.
+
+    Loaded contacts, where they were recorded, are dots in the colour of what they do, with a line for the impulse of a
+    step on a body that is free to move; of compliant contacts for the force.
 
     Parameters
     ----------
@@ -138,6 +142,7 @@ def animate(solution: SceneSolution, path: str | Path | None = None, fps: int = 
     axes, canvas = figure.subplots(), FigureCanvasAgg(figure)
     frame_scene(axes, solution, extent)
     title = axes.set_title(" ", fontsize=10)
+    marks = scene_contact_marks(axes, solution, np.eye(2) if solution.dim == 2 else camera()[:2])
     canvas.draw()
     figure.set_layout_engine("none")  # the axes stay where they are; only the bodies and the title are drawn again
     background = canvas.copy_from_bbox(figure.bbox)
@@ -148,7 +153,7 @@ def animate(solution: SceneSolution, path: str | Path | None = None, fps: int = 
         canvas.restore_region(background)
         title.set_text(f"t = {solution.t[k]:.3f} s{slow}")
         drawn = draw_bodies(axes, solution, int(k), extent)
-        for artist in (*drawn, *(axes.spines.values() if axes.axison else ()), title):
+        for artist in (*drawn, *marks(int(k)), *(axes.spines.values() if axes.axison else ()), title):
             axes.draw_artist(artist)
         for artist in drawn:
             artist.remove()

@@ -12,6 +12,9 @@ import nonsmooth as ns
 from models.scenes import BoxStack
 from nonsmooth.commands.cli import main
 from nonsmooth.drawing.animation import find_ffmpeg
+from nonsmooth.drawing.plots import new_figure
+from nonsmooth.drawing.scene import ARROW
+from nonsmooth.drawing.scene_contacts import scene_contact_marks
 from nonsmooth.drawing.scene_figures import AZIMUTH, FORESHORTENED, camera
 
 
@@ -66,6 +69,29 @@ def test_an_animation_of_a_scene_moves(ending, tmp_path):
             rows, columns = np.nonzero(shot[..., 2] - shot[..., 0] > 40)
             places.append((rows.mean(), columns.mean()))
     assert places[1][0] > places[0][0] + 50 and places[1][1] > places[0][1] + 20  # down, and to the right
+
+
+def test_an_animation_shows_loaded_contacts_and_what_they_exert_on_the_free_body(stack):
+    """Of two cubes at rest: the impulses of a step carry weight times step, upwards; those of the ground twice that."""
+    axes = new_figure(4.0, 4.0).subplots()
+    axes.set_ylim(0.0, 1.0)
+    lines, dots = scene_contact_marks(axes, stack, np.eye(2))(len(stack.t) - 1)
+    contacts = stack.contacts()
+    np.testing.assert_array_equal(dots.get_offsets(), contacts.point)
+    spans = np.array([end - start for start, end in lines.get_segments()])
+    weight = BoxStack(n=2, dim=2).density * 0.2**2 * 9.81
+    (label,) = (text.get_text() for text in axes.figure.legends[0].get_texts() if "impulse" in text.get_text())
+    full = float(label.split()[-3])
+    low = contacts.point[:, 1] < 0.1
+    carried = [spans[rows, 1].sum() / ARROW * full for rows in (low, ~low)]
+    assert carried == pytest.approx([2 * weight * 2e-3, weight * 2e-3], rel=5e-3)  # the label has three figures
+    assert (spans[:, 1] > 0).all() and "stick" in [text.get_text() for text in axes.figure.legends[0].get_texts()]
+
+
+def test_an_animation_without_recorded_contacts_shows_bodies_alone(tmp_path):
+    run = ns.simulate(BoxStack(n=2, dim=2), (0, 0.02), integrator=ns.MoreauJean(dt=2e-3), record=["bodies"])
+    assert scene_contact_marks(new_figure(4.0, 4.0).subplots(), run, np.eye(2))(1) == []
+    assert run.animate(tmp_path / "stack.gif").stat().st_size > 1000
 
 
 def test_an_mp4_needs_ffmpeg_and_says_so(stack, tmp_path, monkeypatch):
