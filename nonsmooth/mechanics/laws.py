@@ -181,7 +181,7 @@ class Friction(FrictionLaw):
     Contact(mu=Friction(leine), e_N=0.0, e_F=0.0, bilateral=False, normal_force=False, impact=None, name='')
     """
 
-    function: Callable
+    function: Callable[..., Any]
     code = OWN
 
     def __post_init__(self) -> None:

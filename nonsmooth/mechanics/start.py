@@ -22,6 +22,8 @@ from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.mechanics.system import System, as_system
 
 COMPONENT = re.compile(r"([qu])0\[(\d+)\]")
+# met: of new users
+OF_INTEGRATORS = {"dt": "ns.MoreauJean(dt=...)", "rtol": "ns.Adaptive(rtol=...)", "method": "'auto'"}
 WRONG_WORDS = ("q0", "u0", "start", "guess", "state0", "x0", "y0", "initial_state", "initial")  # met: of new users
 
 Arguments = ParamSpec("Arguments")
@@ -161,7 +163,8 @@ def forms_of(model: Any) -> str:
 
 
 def answers_start(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """A function that answers other words for the start by the right one, also variables of the state beside it."""
+    """A function that answers other words for the start by the right one, also variables of the state beside it, and
+    options of integrators by the integrator that has them."""
     own = inspect.signature(function).parameters
     is_open = any(parameter.kind == parameter.VAR_KEYWORD for parameter in own.values())
     wrong = {word for word in WRONG_WORDS if word not in own}
@@ -171,8 +174,10 @@ def answers_start(function: Callable[Arguments, Result]) -> Callable[Arguments, 
     def answering(*given: Arguments.args, **options: Arguments.kwargs) -> Result:
         for word in sorted(options.keys() & wrong if is_open else options.keys() - own.keys()):
             model = (given[int(method) :] or (options.get("system", options.get("model")),))[0]
+            name = function.__qualname__.removesuffix(".__init__")
+            if word in OF_INTEGRATORS and "integrator" in own:
+                raise InvalidInput(f"{name} takes no {word}=; give integrator={OF_INTEGRATORS[word]}")
             if word in wrong or word in variables_of(state_function(model)):
-                name = function.__qualname__.removesuffix(".__init__")
                 form = forms_of(model) if word in wrong else f"dict({word}=...)"
                 raise InvalidInput(f"{name} takes no {word}=; its start is state={form}")
         return function(*given, **options)

@@ -1,5 +1,7 @@
 """A start is said in one way everywhere: a pair, or a dictionary; other words are answered by the right form."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -101,3 +103,10 @@ def test_a_wrong_start_is_named_as_it_was_given():
         ns.limit_cycle(system(), state=([0.1], [0.0]), duration=1.0)
     with pytest.raises(ns.InvalidInput, match=r"guess\[0\] must have 2 entries; got 1"):
         ns.limit_cycle(system(), ([0.1], [0.0]), duration=1.0)
+
+
+@pytest.mark.parametrize(("word", "integrator"), [("dt", "ns.MoreauJean(dt=...)"), ("rtol", "ns.Adaptive(rtol=...)")])
+def test_an_option_of_an_integrator_is_answered_by_the_integrator_that_has_it(word, integrator):
+    for call in (ns.simulate, lambda model, _, **options: ns.RunTask(model, **options)):
+        with pytest.raises(ns.InvalidInput, match=re.escape(f"takes no {word}=; give integrator={integrator}")):
+            call(BouncingBall(), (0, 1), **{word: 1e-3})
