@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nonsmooth.drawing.colours import CYCLE, GREY, MARKERS, WASHED
+from nonsmooth.drawing.colours import CYCLE, GREY, MARKERS, STYLES, WASHED
 from nonsmooth.drawing.labels import legend_above
 from nonsmooth.drawing.plots import TITLE_LETTERS, WIDTH, broken, new_figure, save_figure, set_title
 
@@ -33,6 +33,7 @@ SLOPES = {  # and places of the triangles
 }  # fmt: skip
 X_LABELS = {"stiffness": "stiffness $k$ [N/m]", "dt": "step $\\Delta t$ [s]", "rtol": "relative tolerance [-]"}
 MOST_TICKS = 6  # chosen: numbers under an axis of values that were run
+FAR_BELOW = 1e-2  # chosen: of the least error that was measured: lower marks would take the space of the others
 
 
 def plot_study(study: Study, path: str | Path | None = None) -> Any:
@@ -54,7 +55,9 @@ def plot_study(study: Study, path: str | Path | None = None) -> Any:
     panels += [draw_after] if "event_mode" in study.data.coords else []
     panels += [draw_cost] if "beside_wall_time" in study.data else []
     figure = new_figure(WIDTH, 0.4 + 3.0 * len(panels))
-    lines = [study.title, *filter(None, [study.data.attrs.get("restitution")])]
+    about = study.data.attrs
+    held = str(about.get("parameters", "")).replace(" = ", "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}")
+    lines = [study.title, held, str(about.get("restitution", ""))]
     set_title(figure, "\n".join(part for line in lines for part in broken(line, TITLE_LETTERS)))
     for panel, place in zip(panels, figure.subplots(len(panels), 1, squeeze=False)[:, 0], strict=True):
         panel(place, study)
@@ -92,24 +95,27 @@ def draw_after(axes: Any, study: Study) -> None:
 
 
 def draw_kinds(axes: Any, study: Study, names: dict[str, tuple[str, str]], rows: dict[int, str]) -> None:
-    """Errors at some times or events, those below the floor as crosses, and triangles of the slopes that occur."""
+    """Errors at some times or events, and triangles of the slopes that occur. Those below the floor are crosses, which
+    say no more than that: none is drawn far below the others."""
     is_hidden = False
     known = [np.zeros(0)]
-    for name, (label, colour) in kinds(study, names).items():
+    measured = [study.errors(name, j) for name in kinds(study, names) for j in rows if study.data[name].ndim > 1]
+    least = FAR_BELOW * min((float(np.nanmin(x)) for x in measured if np.isfinite(x).any()), default=0.0)
+    for k, (name, (label, colour)) in enumerate(kinds(study, names).items()):
         has_rows = study.data[name].ndim > 1
         for style, (j, at) in enumerate(rows.items() if has_rows else [(-1, "")]):
             errors = study.errors(name, j)
             known.append(errors)
             if np.isfinite(errors).any():
                 axes.loglog(
-                    study.x, errors, MARKERS[style % len(MARKERS)] + "-", color=colour, ms=4.5, lw=1, label=label + at,
-                    mfc="white" if style else colour,
+                    study.x, errors, MARKERS[style % len(MARKERS)], color=colour, ls=STYLES[k], ms=4.5, lw=1,
+                    label=label + at, mfc="white" if style else colour,
                 )  # fmt: skip
             if has_rows:
                 hidden = np.where(np.isfinite(errors), np.nan, study.data[name].values[:, j])
                 hidden[hidden <= 0] = np.nan  # no error at all has no place on the axis
                 is_hidden |= bool(np.isfinite(hidden).any())
-                axes.loglog(study.x, hidden, "x", color=colour, ms=5, alpha=0.5)
+                axes.loglog(study.x, np.maximum(hidden, least), "x", color=colour, ms=5, alpha=0.5)
     if is_hidden:
         axes.plot([], [], "x", color=GREY, label="below the floor of the reference")
     for slope, place in SLOPES[study.of]:
@@ -161,16 +167,16 @@ def slope_triangle(axes: Any, x: np.ndarray, values: np.ndarray, slope: float, p
 def draw_cost(axes: Any, study: Study) -> None:
     """Errors at the last time that stand above the floor over the wall time, the rigid runs beside."""
     wall = 1e3 * study.data.wall_time.values
-    for name, (label, colour) in kinds(study, NAMES).items():
+    for k, (name, (label, colour)) in enumerate(kinds(study, NAMES).items()):
         if not has_times(study, name):
             continue
         errors = study.errors(name)
-        axes.loglog(wall, errors, "o-", color=colour, ms=4.5, lw=1, label=label)
+        axes.loglog(wall, errors, MARKERS[k] + "-", color=colour, ms=4.5, lw=1, label=label)
         if f"beside_{name}" in study.data:
             rigid = 1e3 * study.data.beside_wall_time.values
             beside = study.data[f"beside_{name}"].values
             axes.loglog(
-                rigid, np.where(beside > 0, beside, np.nan), "s--", color=colour, mfc="white", ms=4.5, lw=1,
+                rigid, np.where(beside > 0, beside, np.nan), MARKERS[k] + "--", color=colour, mfc="white", ms=4.5, lw=1,
                 label=f"{label}, rigid contact",
             )  # fmt: skip
         known = np.flatnonzero(np.isfinite(errors))
@@ -178,8 +184,10 @@ def draw_cost(axes: Any, study: Study) -> None:
             for i in {int(known[0]), int(known[-1])}:
                 value = tick_of(study.x[i]).strip("$")
                 axes.annotate(
-                    f"${SYMBOLS[study.of]}={value}$", (wall[i], errors[i]), xytext=(6, 5 if i == known[0] else -10),
-                    textcoords="offset points", fontsize=8,
+                    f"${SYMBOLS[study.of]}={value}$", (wall[i], errors[i]),
+                    xytext=(6, 5) if i == known[0] else (4, -13), textcoords="offset points", fontsize=8,
+                    ha="left" if i == known[0] else "right",
+                    bbox={"fc": "white", "ec": "none", "alpha": 0.85, "pad": 0.5},
                 )  # fmt: skip
     axes.margins(x=0.14, y=0.1)
     at = study.data.time.values[-1]

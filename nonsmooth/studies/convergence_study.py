@@ -25,6 +25,7 @@ from nonsmooth.studies.comparison import ComparisonTask, as_problem, run_compari
 from nonsmooth.studies.reference import as_reference, with_step, with_tolerance
 from nonsmooth.studies.study import Study, require_xarray, titled
 from nonsmooth.sweeps.progress import part_shown
+from nonsmooth.sweeps.run_task import in_words
 
 STUDY_STEPS = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)  # chosen: s
 STUDY_TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)  # chosen: relative
@@ -115,7 +116,7 @@ def convergence_study(
         exact = as_reference(finer(chosen.values[-1]), problem, delay)
     task = ComparisonTask(problem, exact, over, {x: make(x) for x in chosen.values})
     data = run_comparison(task, UNITS[over], workers, journal, progress)
-    data.attrs["left_out"] = chosen.left_out
+    data.attrs |= {"left_out": chosen.left_out, **in_words(problem.system)}
     return Study(over, data, titled(problem.system, TITLES[over]))
 
 

@@ -39,6 +39,7 @@ from nonsmooth.studies.reference import (
 from nonsmooth.studies.stiffnesses import STIFFNESSES, beside_columns, penalty_at
 from nonsmooth.studies.study import Study, require_xarray, titled
 from nonsmooth.sweeps.progress import part_shown
+from nonsmooth.sweeps.run_task import in_words
 from nonsmooth.sweeps.task import Variable
 
 BESIDE_STEPS = (1_000, 10_000, 100_000)  # chosen: of the rigid runs whose cost stands beside
@@ -189,7 +190,7 @@ def penalty_study(
         exact = as_reference(EXACT if reference is None else reference, rigid, delay)
     task = PenaltyTask(problem, exact, "stiffness", compliant, contact, limit)
     data = run_comparison(task, "N/m", workers, journal, progress)
-    data.attrs["left_out"] = chosen.left_out
+    data.attrs |= {"left_out": chosen.left_out, **in_words(problem.system)}
     data = data if found is None else found.columns(data)
     span = problem.span[1] - problem.span[0]
     steppers = [MoreauJean(span / n) for n in BESIDE_STEPS] if beside is None else beside

@@ -175,10 +175,7 @@ class RunTask:
     @property
     def about(self) -> dict[str, str]:
         """The system and its parameters in words; an axis takes the place of its own."""
-        values, idle = self.system.parameter_values, idle_parameters(self.system)
-        words = [f"{name} = {value:.4g}" for name, value in values.items()
-                 if isinstance(value, int | float) and name not in idle]  # fmt: skip
-        return {"system": title_of(self.system), "parameters": "  ".join(words)}
+        return in_words(self.system)
 
     def unit(self, name: str) -> str:
         """Unit of an axis that is a coordinate, its rate, a time step or the end."""
@@ -373,6 +370,13 @@ class RunTask:
             found = function(solution)
             values |= as_values(found if isinstance(found, Mapping) else {name_of(function).split(".")[-1]: found})
         return values
+
+
+def in_words(system: System) -> dict[str, str]:
+    """The name of a system and its parameters, those left out that its choices leave unread."""
+    values, idle = system.parameter_values, idle_parameters(system)
+    words = [f"{name} = {value:.4g}" for name, value in values.items() if name not in idle]
+    return {"system": title_of(system), "parameters": "  ".join(words)}
 
 
 def checked_state(model: Any, given: Any) -> dict[str, Any]:

@@ -398,3 +398,17 @@ class ParametersAlone(NamedTuple):
     m: float = 1.0
     g: float = 9.81
     e: float = 0.5
+
+
+def test_a_figure_tells_kinds_of_error_apart_in_grey_and_gives_no_space_to_what_is_below_the_floor():
+    """Velocities of a ball on springs of its own restitution are those of the rigid one: errors of rounding alone."""
+    ball = BouncingBall()
+    study = ns.penalty_study(ball, (0, 2.0), *ball.state(), stiffness=[1e4, 1e6, 1e8], progress=False)
+    hidden = study.data.error_u.values[:, -1][np.isnan(study.errors("error_u"))]
+    figure = study.plot()
+    assert figure.get_suptitle().startswith("bouncing-ball: the penalty limit\nm = 1  g = 9.81  e = 0.5\n")
+    axes = figure.axes[0]
+    kinds = {line.get_label().split(",")[0]: line.get_linestyle() for line in axes.lines if "t=2" in line.get_label()}
+    assert kinds["coordinates"] != kinds["velocities"] and faults(figure) == []
+    least = min(np.nanmin(study.errors(name)) for name in ("error_q", "error_u"))
+    assert 0 < hidden.min() < 1e-4 * least and axes.get_ylim()[0] > 1e-4 * least
