@@ -12,6 +12,7 @@ there or goes on as it is: no step is taken twice.
 
 from __future__ import annotations
 
+import functools
 import time
 from typing import Annotated as Array
 from typing import Any, NamedTuple
@@ -54,6 +55,7 @@ from nonsmooth.signals.interruption import end_if_asked
 from nonsmooth.signals.telling import tell
 
 BLOCK_EVENT_CAPACITY = 32  # chosen: rows, and those of a moment; the kernel empties them
+SCHEDULES = 4  # chosen: kept at a time: of a run of a million steps one takes 24 MB
 N_KINDS = 4  # chosen: kinds of event
 N_CODES = 64  # chosen: changes of mode kept for a mode sequence
 ASKS_AMPLITUDE, ASKS_PERIOD = 1, 2  # code: what is to have settled
@@ -452,6 +454,12 @@ class BlockEngine:
         return {}
 
 
+@functools.lru_cache(maxsize=SCHEDULES)
+def schedule_of(engine: BlockEngine) -> Schedule:
+    """The times of the runs of an engine, which all its blocks read; kept, for of long runs they take milliseconds."""
+    return engine.table.schedule()
+
+
 class BlockRun:
     """The blocks in which the cells of a block are run one after the other."""
 
@@ -460,7 +468,7 @@ class BlockRun:
         self.integrator, self.is_compiled = engine.integrator, engine.model.is_compiled
         system, sizes = engine.system, engine.sizes
         self.sys = new_sys(system, engine.model.handle, model_facts(system))
-        self.schedule = engine.table.schedule()
+        self.schedule = schedule_of(engine)
         header = {name: sizes[name] for name in ("n", "n_c", "d")}
         capacity = BLOCK_EVENT_CAPACITY + self.integrator.events_at_once * system.n_c
         state = new(State, **header, capacity=capacity)
