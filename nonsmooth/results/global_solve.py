@@ -45,7 +45,7 @@ def network_of_problem(problem: Any) -> Network | None:
 
 
 def solve_in_the_network(network: Network, tol: float, until: float) -> ContactResult:
-    """What rounds of sweeps and factors lead to, and kicks and walks where these come to nothing."""
+    """What rounds of sweeps and factors lead to, and kicks, walks and paths where these come to nothing."""
     rounds = solve_in_rounds(network, tol, until)
     kick_and_walk(rounds, tol, until)
     end = rounds.end()

@@ -153,11 +153,10 @@ def size_of_change(network, k, n):
     return math.sqrt(total)
 
 
-@rare_kernel
-def assemble(network, direct, desk, k, d, n):
-    """A of the modes at hand to the blocks of the factor; whether it is symmetric."""
-    islands, factor = network.islands, direct.factor
-    columns = factor.columns
+@kernel
+def clear_blocks(network, factor, k, n):
+    """M to the blocks of the factor of island k, and zeros to the others."""
+    islands, columns = network.islands, factor.columns
     for at in range(islands.body_start[k], islands.body_start[k + 1]):
         body = islands.bodies[at]
         row = columns.place[body]
@@ -168,6 +167,13 @@ def assemble(network, direct, desk, k, d, n):
             for x in range(n * n):
                 factor.L[entry, x] = 0.0
                 factor.U[entry, x] = 0.0
+
+
+@rare_kernel
+def assemble(network, direct, desk, k, d, n):
+    """A of the modes at hand to the blocks of the factor; whether it is symmetric."""
+    islands = network.islands
+    clear_blocks(network, direct.factor, k, n)
     is_symmetric = True
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
         c = islands.contacts[at]
