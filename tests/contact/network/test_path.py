@@ -219,7 +219,7 @@ def smooth(case):
 
 
 def test_nothing_is_followed_in_walls_without_friction_in_large_packings_nor_when_the_time_is_up():
-    large = case_of(2000, 0)
+    large = case_of(1000, 0)
     assert len(large.mu) > paths.MOST_PATH_CONTACTS
     walls, smooths, late = case_of(100, 0, "wall"), smooth(case_of(100, 1)), case_of(300, 1)
     for case, until in ((walls, math.inf), (smooths, math.inf), (large, math.inf), (late, 0.0)):
