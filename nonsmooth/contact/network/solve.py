@@ -1,13 +1,15 @@
 """How the islands of a network are solved, one after the other, each from the impulses that it has.
 
     BY_START    its residual is within the tolerance: nothing is done
-    BY_SWEEPS   conjugate sweeps, in rounds, as many as the budget allows; of spheres over-relaxed ones until they stall
+    BY_SWEEPS   conjugate sweeps, in rounds, as many as the budget allows; of discs and spheres over-relaxed ones until
+                they stall, and up to four times as many while the tolerance is in sight
     BY_FACTORS  the augmented Lagrangian, as soon as the sweeps would not come to the tolerance within their budget,
                 where factors are affordable: some bodies, or many in the plane or of unlike masses
 
 Islands of few bodies are solved to rounding, unless the tolerance is a coarse one: what rests is then a fixed point,
-to the last bit. Where the factors of a large island led nowhere, a loose heap in motion, they are left out for a
-while, and until it is calm: no contact lands, and the impulses of the step before nearly solve it.
+to the last bit. So are islands of some hundred bodies once they are at rest (``rest``). Where the factors of a large
+island led nowhere, a loose heap in motion, they are left out for a while, and until it is calm: no contact lands, and
+the impulses of the step before nearly solve it.
 
 Whatever was tried, the impulses of the least residual are left, with velocities of just these impulses and the residual
 recomputed from them. ``islands`` says of each one its rung, sweeps, factors, residual and whether the tolerance is met;
@@ -22,7 +24,9 @@ from nonsmooth.contact.network.al_newton import NO_ROOM, al_newton, copy_impulse
 from nonsmooth.contact.network.conjugate import Conjugate, conjugate_sweeps
 from nonsmooth.contact.network.lagrangian import Desk, Direct
 from nonsmooth.contact.network.problem import Network, relative_velocity, rounding_of_residual
-from nonsmooth.contact.network.spheres import Spheres, are_spheres, sphere_sweeps
+from nonsmooth.contact.network.rest import is_at_rest
+from nonsmooth.contact.network.round_rows import RoundRows
+from nonsmooth.contact.network.round_sweeps import are_round, round_sweeps
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, view
 from nonsmooth.numerics.rounding import EPS
@@ -35,6 +39,7 @@ FIRST_ROUND, ROUND = 10, 25  # chosen: sweeps between two residuals, each of whi
 OVER_RELAXATION = 1.4
 # measured: part of the residual that a round leaves after which sweeps are conjugate: some packings stall over-relaxed
 ROUND_STALLED = 0.9
+PAYING_SWEEPS = 4  # chosen: budgets of discs and spheres that may be spent while the tolerance is in sight
 SWEEPS_FOR_FACTORS = 4  # measured: of the budget, that an island of spheres is swept before it is factorised
 FEW_CONTACTS = 4  # chosen: which plain sweeps solve at once
 FEW_BODIES = 200  # measured: 150 spheres take 8 ms a factor, 1000 200 ms
@@ -50,6 +55,14 @@ EXACT_BODIES = 32  # chosen: a factor of so many takes some 50 us in space
 POLISH_FACTORS = 2  # chosen: more would be for modes that still change
 LARGE_FACTORS = 100  # measured: of a large island: a pyramid of 1035 boxes takes 56 from no impulses
 BARELY_MOVED = 1e-3  # chosen: residual of the impulses of the step before, above which many modes change
+# measured: of a large island where they led nowhere the last time: of 1000 discs at rest 6 to 15 lead somewhere, and
+# others 30 to 60 nowhere
+RETRY_FACTORS = 25
+FACTORS_TO_REST = 200  # measured: while the last penetrations are taken back 150 boxes take three a step, in 50 steps
+BODIES_A_WAIT = 2  # chosen: problems that such an island is left out for where that did not do, by bodies: factors cost
+MOST_RESTING = 500  # measured: 1000 discs, of which one rolls for ever, take 10 factors in each step, 15 ms
+# chosen: by which an absence grows: factors of more than FEW_BODIES are dear
+ABSENCE_GROWTH, DEAR_ABSENCE_GROWTH = 2, 4
 LONGEST_ABSENCE = 1023  # chosen: problems: two seconds at 2 ms; what comes to rest is solved by sweeps meanwhile
 UNLIKE_MASSES = 10.0  # measured: sweeps of a stack of ten do not reach 1e-3 in 200 where the top is 1000 times heavier
 
@@ -66,8 +79,10 @@ class Solver(Block):
     over_relaxation: float  # of spheres; up to 1 is conjugate sweeps
     waits: int  # problems for which the factors of large islands are left out
     wait: int  # how many these were the last time
+    rest_waits: int  # problems for which large islands at rest are not brought to rounding
+    rest_factors: int  # that were made for it since the last of these
     conjugate: Conjugate
-    spheres: Spheres
+    rows: RoundRows  # of discs and spheres
     direct: Direct
 
 
@@ -97,6 +112,7 @@ def begin_islands(network, solver):
     """Before the islands of a problem are solved: what is kept of the one before."""
     recall_graph(network, solver.direct)
     solver.waits = max(0, solver.waits - 1)
+    solver.rest_waits = max(0, solver.rest_waits - 1)
 
 
 @kernel
@@ -115,16 +131,14 @@ def solve_island(network, solver, desk, k, is_next, d, n):
             islands.rung[k] = BY_SWEEPS
             sweep_in_rounds(network, solver, k, goal, is_direct, d, n)
         if is_direct and not islands.residual[k] <= goal:
-            most = solver.most_factors if bodies <= FEW_BODIES else min(solver.most_factors, LARGE_FACTORS)
+            most = affordable_factors(solver, bodies)
             has_room = solve_directly(network, solver, desk, k, goal, most, d, n)
             if has_room:  # where that did not come to the goal either, the rest of the budget is spent
                 note_outcome(solver, bodies, islands.residual[k] <= goal)
                 sweep_in_rounds(network, solver, k, goal, False, d, n)
     floor = ROUNDED if bodies <= FEW_BODIES else ROUNDED_OF_MANY
-    if is_direct and has_room and solver.tol <= FINE and floor < islands.residual[k] <= goal:
-        has_room = solve_directly(network, solver, desk, k, floor, POLISH_FACTORS, d, n)
-        if has_room:
-            note_outcome(solver, bodies, islands.residual[k] <= floor)
+    if has_room and solver.tol <= FINE and floor < islands.residual[k] <= goal:
+        has_room = polish(network, solver, desk, k, floor, is_direct, d, n)
     if has_room:
         islands.is_met[k] = is_met(network, solver, k, d, n)
     return has_room
@@ -157,6 +171,40 @@ def may_factorise(network, solver, k, d, n):
 
 
 @kernel
+def polish(network, solver, desk, k, floor, is_direct, d, n):
+    """Bring island k, solved to the tolerance, to rounding: where factors are due, and a large one that is at rest."""
+    islands, bodies, made = network.islands, bodies_of(network, k), desk.factors
+    is_resting = solver.rest_waits == 0 and may_rest(network, solver, k, d) and is_at_rest(network, k, n)
+    if not is_direct and not is_resting:
+        return True
+    most = min(solver.most_factors, RETRY_FACTORS) if is_resting else POLISH_FACTORS
+    if not solve_directly(network, solver, desk, k, floor, most, d, n):
+        return False
+    if is_resting:
+        solver.rest_factors += desk.factors - made
+        if solver.rest_factors > FACTORS_TO_REST:
+            solver.rest_waits, solver.rest_factors = bodies // BODIES_A_WAIT, 0
+    else:
+        note_outcome(solver, bodies, islands.residual[k] <= floor)
+    return True
+
+
+@kernel
+def may_rest(network, solver, k, d):
+    """Whether island k is one that is brought to rounding at rest: too large to be solved to rounding in any case."""
+    is_large = EXACT_BODIES < bodies_of(network, k) <= MOST_RESTING and solver.tol <= FINE
+    return is_large and solver.most_factors > 0 and has_affordable_factors(network, k, d)
+
+
+@kernel
+def affordable_factors(solver, bodies):
+    """How many an island of so many bodies is given: few of a large one where they led nowhere the last time."""
+    if bodies <= FEW_BODIES:
+        return solver.most_factors
+    return min(solver.most_factors, RETRY_FACTORS if solver.wait > 0 else LARGE_FACTORS)
+
+
+@kernel
 def is_calm(network, k, d, n):
     """Whether island k begins, or goes on much as it did: no open contact without an impulse closes."""
     islands = network.islands
@@ -173,10 +221,14 @@ def is_calm(network, k, d, n):
 
 @kernel
 def note_outcome(solver, bodies, is_solved):
-    """After factors of a large island that led nowhere, leave them out for twice as many problems as the last time."""
+    """After factors of a large island that led nowhere, leave them out for some times as many problems as the last
+    time; where they are dear, one that led somewhere does not begin all that anew."""
     if bodies > EXACT_BODIES:
-        solver.wait = 0 if is_solved else min(2 * solver.wait + 1, LONGEST_ABSENCE)
-        solver.waits = solver.wait
+        growth, left = ABSENCE_GROWTH, 0
+        if bodies > FEW_BODIES:
+            growth, left = DEAR_ABSENCE_GROWTH, solver.wait // DEAR_ABSENCE_GROWTH
+        solver.waits = 0 if is_solved else min(growth * solver.wait + 1, LONGEST_ABSENCE)
+        solver.wait = left if is_solved else solver.waits
 
 
 @kernel
@@ -216,36 +268,47 @@ def ratio_of_masses(network, k):
 
 @kernel
 def sweep(network, solver, k, most, omega, d, n):
-    """A round of sweeps from the velocities of the impulses: how many. Those of spheres, omega > 0, leave v alone."""
-    if d == 3 and omega > 0.0:
-        return sphere_sweeps(network, solver.spheres, solver.conjugate, k, most, EPS, omega)
+    """A round of sweeps from the velocities of the impulses: how many. By rows, omega > 0, they leave v alone."""
+    if omega > 0.0:
+        return round_sweeps(network, solver.rows, solver.conjugate, k, most, EPS, omega, d)
     return conjugate_sweeps(network, solver.conjugate, k, most, EPS, d, n)
+
+
+@kernel
+def is_in_sight(error, before, count, left, goal):
+    """Whether the goal is reached within the sweeps that are left, if they go on as the last ``count`` did."""
+    return error * (error / before) ** (left / count) <= goal
 
 
 @rare_kernel
 def sweep_in_rounds(network, solver, k, goal, may_leave, d, n):
-    """Sweep island k until it is solved or the budget is spent, or is seen not to be enough where one may leave."""
+    """Sweep island k until it is solved or the budget is spent, or is seen not to be enough where one may leave.
+
+    Discs and spheres go on beyond it while the tolerance is in sight.
+    """
     islands, best = network.islands, solver.direct.best
     error = least = islands.residual[k]
     copy_impulses(islands, k, network.P, best, d)
     done, most_sweeps, is_hopeful = islands.sweeps[k], solver.most_sweeps, True
     omega = 0.0
-    if d == 3 and solver.most_sweeps > done and not least <= goal and are_spheres(network, solver.spheres, k):
+    if solver.most_sweeps > done and not least <= goal and are_round(network, solver.rows, k, d):
         is_many = islands.contact_start[k + 1] - islands.contact_start[k] > FEW_CONTACTS
         omega = solver.over_relaxation if is_many and solver.over_relaxation > 1.0 else 1.0
-        most_sweeps *= SWEEPS_FOR_FACTORS if may_leave and omega > 1.0 else 1
-    while done < most_sweeps and is_hopeful and not least <= goal:
-        most = min(FIRST_ROUND if done == 0 else ROUND, most_sweeps - done)
+        most_sweeps *= SWEEPS_FOR_FACTORS if may_leave and omega > 1.0 and d == 3 else 1
+    budget, longest = most_sweeps, max(most_sweeps, PAYING_SWEEPS * solver.most_sweeps)
+    while done < budget and is_hopeful and not least <= goal:
+        most = min(FIRST_ROUND if done == 0 else ROUND, budget - done)
         count = sweep(network, solver, k, most, omega, d, n)
         done += count
         before, error = error, judge_island(network, k, d, n)
+        if done == budget and omega > 1.0 and is_in_sight(error, before, count, longest - done, goal):
+            budget = min(budget + ROUND, longest)
         if omega > 1.0 and error > ROUND_STALLED * before:
             omega = 1.0
         if error < least:
             least = error
             copy_impulses(islands, k, network.P, best, d)
-        left = most_sweeps - done
-        is_hopeful = not may_leave or error * (error / before) ** (left / count) <= goal
+        is_hopeful = not may_leave or is_in_sight(error, before, count, budget - done, goal)
     islands.sweeps[k] = done
     if not error == least:
         copy_impulses(islands, k, best, network.P, d)

@@ -1,4 +1,4 @@
-"""Sweeps of islands of spheres: where every arm lies along its normal, normal and tangents do not couple.
+"""Rows of islands of spheres: where every arm lies along its normal, normal and tangents do not couple.
 
     W = diag(w_N, w_T, w_T),   w_N = 1/m_i + 1/m_j,   w_T = w_N + r_i^2 / I_i + r_j^2 / I_j,
     P_N <- max(0, P_N - omega gamma_N / w_N),
@@ -19,51 +19,40 @@ Source: Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235-257; Jourdan, Alar
 from __future__ import annotations
 
 import math
-from typing import Annotated as Array
 
-from nonsmooth.contact.network.conjugate import go_along, keep, share_of_direction
 from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.contact.network.problem import impulse
+from nonsmooth.contact.network.round_rows import (
+    AT_ARM_I,
+    AT_ARM_J,
+    AT_EASE,
+    AT_FRICTION,
+    AT_IMPULSE,
+    AT_LIGHTNESS,
+    AT_NORMAL,
+    AT_NORMAL_MASS,
+    AT_OFFSET,
+    AT_TANGENT_MASS,
+)
 from nonsmooth.jit import kernel, rare_kernel
-from nonsmooth.jit.blocks import Block, Floats
 from nonsmooth.numerics.rounding import EPS
 
 SAME_ROWS = 32.0 * EPS  # chosen: what is computed in two ways differs by some roundings
-ROW_WIDTH, BODY_WIDTH = 16, 8  # defined: numbers of a contact, of a body: lines of the cache
-# defined: where they stand in a row: normal, impulse and b in world axes, then numbers
-AT_NORMAL, AT_IMPULSE, AT_OFFSET, AT_FRICTION, AT_NORMAL_MASS, AT_TANGENT_MASS, AT_ARM_I, AT_ARM_J = (
-    0,
-    3,
-    6,
-    9,
-    10,
-    11,
-    12,
-    13,
-)
-AT_LIGHTNESS, AT_EASE = 6, 7  # defined: 1/m and 1/I in the row of a body, after its velocities
-
-
-class Spheres(Block, row=ROW_WIDTH, body=BODY_WIDTH):
-    """Contacts and bodies as rows."""
-
-    contact: Array[Floats, "m", "row"]
-    moving: Array[Floats, "n_b", "body"]
 
 
 @rare_kernel
-def are_spheres(network, spheres, k):
+def are_spheres(network, rows, k):
     """Whether all contacts of island k are such; then their rows and those of their bodies are written."""
     islands = network.islands
     for at in range(islands.body_start[k], islands.body_start[k + 1]):
         if not is_round_body(network.M_inv, islands.bodies[at]):
             return False
-        write_body(network, spheres, islands.bodies[at])
+        write_body(network, rows, islands.bodies[at])
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
         c = islands.contacts[at]
         if network.soft[c] > 0.0 or is_joint(network, c) or not is_frame(network.J_j, c):
             return False
-        if not write_contact(network, spheres, c):
+        if not write_contact(network, rows, c):
             return False
     return True
 
@@ -111,14 +100,14 @@ def arm_of(J, M_inv, c, body, frame, sign):
 
 
 @kernel
-def write_contact(network, spheres, c):
+def write_contact(network, rows, c):
     """The row of contact c, and those of its bodies that cannot move; False where it is none of spheres."""
     i, j, M_inv, J = network.i[c], network.j[c], network.M_inv, network.J_j
     arm_i, is_arm_i = arm_of(network.J_i, M_inv, c, i, J, -1.0)
     arm_j, is_arm_j = arm_of(J, M_inv, c, j, J, 1.0)
     if not (is_arm_i and is_arm_j):
         return False
-    row, P = spheres.contact, network.P
+    row, P = rows.contact, network.P
     b_N, b_1, b_2 = given_velocity(network, c)
     for x in range(3):
         row[c, AT_NORMAL + x] = J[c, 0, x]
@@ -131,7 +120,7 @@ def write_contact(network, spheres, c):
     row[c, AT_ARM_I], row[c, AT_ARM_J] = arm_i, arm_j
     for body in (i, j):
         if M_inv[body, 0, 0] == 0.0:
-            write_body(network, spheres, body)
+            write_body(network, rows, body)
     return True
 
 
@@ -153,12 +142,12 @@ def given_velocity(network, c):
 
 
 @kernel
-def write_body(network, spheres, body):
+def write_body(network, rows, body):
     """The row of a body; one that cannot move stands still, its velocity is in the offsets."""
     lightness = network.M_inv[body, 0, 0]
     for x in range(6):
-        spheres.moving[body, x] = network.v[body, x] if lightness > 0.0 else 0.0
-    spheres.moving[body, AT_LIGHTNESS], spheres.moving[body, AT_EASE] = lightness, network.M_inv[body, 3, 3]
+        rows.moving[body, x] = network.v[body, x] if lightness > 0.0 else 0.0
+    rows.moving[body, AT_LIGHTNESS], rows.moving[body, AT_EASE] = lightness, network.M_inv[body, 3, 3]
 
 
 @kernel
@@ -206,33 +195,6 @@ def strike_sphere(moving, body, sign, arm, normal, P):
     moving[body, 3] += e * (n_1 * P_2 - n_2 * P_1)
     moving[body, 4] += e * (n_2 * P_0 - n_0 * P_2)
     moving[body, 5] += e * (n_0 * P_1 - n_1 * P_0)
-
-
-@rare_kernel
-def sphere_sweeps(network, spheres, memory, k, most, tol, omega):
-    """Sweep island k, whose rows are written, ``most`` times at most, the last time with omega = 1; how often.
-
-    With omega = 1 they are those of ``conjugate``. Its impulses go to the network, not its velocities.
-    """
-    islands, row, moving, before, count = network.islands, spheres.contact, spheres.moving, 0.0, 0
-    is_done, is_conjugate = most == 0, omega == 1.0
-    if is_conjugate:
-        keep(islands, memory, k, row, AT_IMPULSE, 3, moving, 6)
-    while not is_done:
-        change, size, share = 0.0, 0.0, omega if count < most - 1 else 1.0
-        for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
-            c = islands.contacts[at]
-            moved, is_now = relax_spheres(row, moving, c, network.i[c], network.j[c], share)
-            change += moved
-            size += is_now
-        count += 1
-        is_done = change <= tol * tol * size or count == most
-        if is_conjugate and not is_done:
-            go_along(islands, memory, k, share_of_direction(change, before), row, moving, (AT_IMPULSE, 3, 6))
-            before = change
-    for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
-        give_back(network, row, islands.contacts[at])
-    return count
 
 
 @kernel

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from nonsmooth.contact.network.al_newton import copy_impulses, judge_island
 from nonsmooth.contact.network.problem import Network
+from nonsmooth.contact.network.round_sweeps import are_round, round_sweeps
 from nonsmooth.contact.network.solve import ROUND, Solver
-from nonsmooth.contact.network.spheres import are_spheres, sphere_sweeps
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.numerics.rounding import EPS
@@ -26,9 +26,9 @@ def walk_island(network, solver, k, most, tol):
     islands, best, done = network.islands, solver.direct.best, 0
     least = judge_island(network, k, 3, 6)
     copy_impulses(islands, k, network.P, best, 3)
-    is_walk = are_spheres(network, solver.spheres, k)  # their rows take the velocities just made
+    is_walk = are_round(network, solver.rows, k, 3)  # their rows take the velocities just made
     while is_walk and done < most and not least <= tol:
-        done += sphere_sweeps(network, solver.spheres, solver.conjugate, k, min(ROUND, most - done), EPS, 1.0)
+        done += round_sweeps(network, solver.rows, solver.conjugate, k, min(ROUND, most - done), EPS, 1.0, 3)
         error = judge_island(network, k, 3, 6)
         if error < least:
             least = error
@@ -49,6 +49,6 @@ def are_all_spheres(network_at, solver_at):
     """1 where all islands are of spheres, else 0."""
     network, solver = view(network_at, Network), view(solver_at, Solver)
     for k in range(network.islands.count):
-        if not are_spheres(network, solver.spheres, k):
+        if not are_round(network, solver.rows, k, 3):
             return 0
     return 1

@@ -58,6 +58,7 @@ def draw_together(progress_at, d):
     if not find_parted(found, contacts, network, moves, tight):
         return
     n_c, count, waits, wait = network.n_c, network.islands.count, solver.waits, solver.wait
+    rest_waits, rest_factors = solver.rest_waits, solver.rest_factors
     copy_problem(network, held, n_c, count)
     write_drifts(found, contacts, network, moves, progress.dt)
     if d == 2:
@@ -68,6 +69,7 @@ def draw_together(progress_at, d):
     take_push(network, moves)
     copy_problem(held, network, n_c, count)
     solver.waits, solver.wait = waits, wait
+    solver.rest_waits, solver.rest_factors = rest_waits, rest_factors
 
 
 @kernel

@@ -140,7 +140,7 @@ def test_a_joint_of_balls_is_not_swept_as_a_contact_of_spheres():
     M = [np.diag([1.0] * 3 + [0.004] * 3)] * 2
     v_free = np.array([[0.0, 0, 0, 0, 0, 0], [1.0, 0.5, 0, 0, 0, 0]])
     network = network_of(x, M, v_free, [(0, 1, first, (HALF, 0, 0), 0.0)], 0.5)
-    spheres = solver_of(network).spheres
+    spheres = solver_of(network).rows
     assert interpreted(are_spheres)(network, spheres, 0)
     network.mu[:] = JOINED
     assert not interpreted(are_spheres)(network, spheres, 0)

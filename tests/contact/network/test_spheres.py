@@ -5,8 +5,8 @@ import pytest
 
 from nonsmooth.contact.network.conjugate import conjugate_sweeps
 from nonsmooth.contact.network.problem import Network, island_velocities, prepare_spatial
+from nonsmooth.contact.network.round_sweeps import are_round, round_sweeps
 from nonsmooth.contact.network.solve import Solver, solve_spatial
-from nonsmooth.contact.network.spheres import are_spheres, sphere_sweeps
 from nonsmooth.jit import interpreted, kernel
 from nonsmooth.jit.blocks import view
 from tests.contact.network.problems import copy_of, heap, judge, stack
@@ -37,7 +37,7 @@ def mirrored(network):
 
 
 def has_rows_of_spheres(solver):
-    return bool(np.any(solver.spheres.contact))
+    return bool(np.any(solver.rows.contact))
 
 
 @kernel("int64(int64, int64, int64, float64)")
@@ -46,8 +46,8 @@ def sweep_spheres(network_at, solver_at, most, omega):
     network, solver, refused = view(network_at, Network), view(solver_at, Solver), 0
     for k in range(network.islands.count):
         island_velocities(network, k, 3, 6)
-        if are_spheres(network, solver.spheres, k):
-            sphere_sweeps(network, solver.spheres, solver.conjugate, k, most, 0.0, omega)
+        if are_round(network, solver.rows, k, 3):
+            round_sweeps(network, solver.rows, solver.conjugate, k, most, 0.0, omega, 3)
         else:
             refused += 1
     return refused
