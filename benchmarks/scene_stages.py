@@ -15,6 +15,7 @@ from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import solve_spatial
 from nonsmooth.integrators.assembly.book import book_step
 from nonsmooth.integrators.assembly.contacts import write_contacts_spatial
+from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.progress import margin_of
 from nonsmooth.integrators.assembly.project import move_bodies_spatial
 from nonsmooth.integrators.assembly.spatial import predict_spatial, turn_inertia
@@ -55,6 +56,8 @@ class Stepper:
         places = at.bodies, at.shapes, at.surfaces, at.found, at.contacts, at.network
         self.timed("write", write_contacts_spatial, *places, dt)
         self.timed("prepare", prepare_spatial, at.network)
+        held = at.bodies, at.found, at.network, at.solver
+        self.timed("prepare", hold_closed, *held, dt, progress.tight)
         self.solve()
         self.timed("judge", judge_spatial, at.network)
         moved = at.bodies, at.found, at.network, at.moves

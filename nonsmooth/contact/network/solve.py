@@ -40,6 +40,7 @@ OVER_RELAXATION = 1.4
 # measured: part of the residual that a round leaves after which sweeps are conjugate: some packings stall over-relaxed
 ROUND_STALLED = 0.9
 PAYING_SWEEPS = 4  # chosen: budgets of discs and spheres that may be spent while the tolerance is in sight
+LONGEST_VIEW = 31  # chosen: problems for which no large island is swept beyond the budget where that was in vain
 SWEEPS_FOR_FACTORS = 4  # measured: of the budget, that an island of spheres is swept before it is factorised
 FEW_CONTACTS = 4  # chosen: which plain sweeps solve at once
 FEW_BODIES = 200  # measured: 150 spheres take 8 ms a factor, 1000 200 ms
@@ -79,6 +80,8 @@ class Solver(Block):
     over_relaxation: float  # of spheres; up to 1 is conjugate sweeps
     waits: int  # problems for which the factors of large islands are left out
     wait: int  # how many these were the last time
+    sight_waits: int  # problems for which large islands are not swept beyond the budget
+    sight_wait: int  # how many these were the last time
     rest_waits: int  # problems for which large islands at rest are not brought to rounding
     rest_factors: int  # that were made for it since the last of these
     conjugate: Conjugate
@@ -113,6 +116,7 @@ def begin_islands(network, solver):
     recall_graph(network, solver.direct)
     solver.waits = max(0, solver.waits - 1)
     solver.rest_waits = max(0, solver.rest_waits - 1)
+    solver.sight_waits = max(0, solver.sight_waits - 1)
 
 
 @kernel
@@ -295,13 +299,15 @@ def sweep_in_rounds(network, solver, k, goal, may_leave, d, n):
         is_many = islands.contact_start[k + 1] - islands.contact_start[k] > FEW_CONTACTS
         omega = solver.over_relaxation if is_many and solver.over_relaxation > 1.0 else 1.0
         most_sweeps *= SWEEPS_FOR_FACTORS if may_leave and omega > 1.0 and d == 3 else 1
-    budget, longest = most_sweeps, max(most_sweeps, PAYING_SWEEPS * solver.most_sweeps)
+    budget = longest = most_sweeps
+    if omega > 1.0 and (solver.sight_waits == 0 or bodies_of(network, k) <= EXACT_BODIES):
+        longest = max(most_sweeps, PAYING_SWEEPS * solver.most_sweeps)
     while done < budget and is_hopeful and not least <= goal:
         most = min(FIRST_ROUND if done == 0 else ROUND, budget - done)
         count = sweep(network, solver, k, most, omega, d, n)
         done += count
         before, error = error, judge_island(network, k, d, n)
-        if done == budget and omega > 1.0 and is_in_sight(error, before, count, longest - done, goal):
+        if done == budget < longest and omega > 1.0 and is_in_sight(error, before, count, longest - done, goal):
             budget = min(budget + ROUND, longest)
         if omega > 1.0 and error > ROUND_STALLED * before:
             omega = 1.0
@@ -310,6 +316,9 @@ def sweep_in_rounds(network, solver, k, goal, may_leave, d, n):
             copy_impulses(islands, k, network.P, best, d)
         is_hopeful = not may_leave or is_in_sight(error, before, count, budget - done, goal)
     islands.sweeps[k] = done
+    if done > most_sweeps and bodies_of(network, k) > EXACT_BODIES:
+        solver.sight_wait = 0 if least <= goal else min(2 * solver.sight_wait + 1, LONGEST_VIEW)
+        solver.sight_waits = solver.sight_wait
     if not error == least:
         copy_impulses(islands, k, best, network.P, d)
         judge_island(network, k, d, n)

@@ -59,6 +59,7 @@ def draw_together(progress_at, d):
         return
     n_c, count, waits, wait = network.n_c, network.islands.count, solver.waits, solver.wait
     rest_waits, rest_factors = solver.rest_waits, solver.rest_factors
+    sight_waits, sight_wait = solver.sight_waits, solver.sight_wait
     copy_problem(network, held, n_c, count)
     write_drifts(found, contacts, network, moves, progress.dt)
     if d == 2:
@@ -70,6 +71,7 @@ def draw_together(progress_at, d):
     copy_problem(held, network, n_c, count)
     solver.waits, solver.wait = waits, wait
     solver.rest_waits, solver.rest_factors = rest_waits, rest_factors
+    solver.sight_waits, solver.sight_wait = sight_waits, sight_wait
 
 
 @kernel

@@ -18,6 +18,7 @@ from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landin
 from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_planar, write_contacts_spatial
 from nonsmooth.integrators.assembly.draw_together import draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
+from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.joints import (
     Joints,
@@ -169,6 +170,7 @@ def find(progress, places, network, d):
         )
     hold(places, 0)
     prepare(places, d)
+    hold_closed(places.bodies, places.found, places.network, places.solver, dt, progress.tight)
     return DONE
 
 

@@ -21,6 +21,7 @@ from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landin
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
+from nonsmooth.integrators.assembly.held_closed import hold_closed
 from nonsmooth.integrators.assembly.impact import ask_rebounds, begin_impact_planar, begin_impact_spatial
 from nonsmooth.integrators.assembly.joints import (
     Joints,
@@ -108,12 +109,14 @@ def stages_of(
         others = [predict_planar, write_contacts_planar, prepare_planar, solve_planar, judge_planar, move_bodies_planar]
         others += [begin_impact_planar, *OF_REBOUNDS] if has_restitution else []
         others += [leave_out_joined, write_joints, draw_together] if has_joints else []
-        return Stages(take_steps_planar, find_contacts_planar, planar_scratch, (*others, let_sleep, book_step))
+        return Stages(
+            take_steps_planar, find_contacts_planar, planar_scratch, (*others, hold_closed, let_sleep, book_step)
+        )
     others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
     others += [begin_impact_spatial, *OF_REBOUNDS] if has_restitution else []
     others += [leave_out_joined, write_joints, draw_together, keep_angular_momenta] if has_joints else []
     others += contacts_of_shapes
-    others += [move_bodies_spatial, let_sleep, book_step]
+    others += [move_bodies_spatial, hold_closed, let_sleep, book_step]
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, tuple(others))
 
 

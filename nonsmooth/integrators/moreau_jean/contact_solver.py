@@ -17,7 +17,8 @@ class ContactSolver:
     tol : float
         Residual of each step, |natural map| / |impulses| [-].
     sweeps : int
-        The most sweeps of block Gauss-Seidel over an island that is too large for a direct method.
+        The most sweeps of block Gauss-Seidel over an island that is too large for a direct method; of discs and spheres
+        four times as many while `tol` is in sight.
     on_residual : {"warn", "raise"}
         What happens where the residual of a step stays above ``tol``: one warning at the end, or a `StepFailure` there.
     may_sleep : bool

@@ -120,7 +120,7 @@ def test_a_step_whose_rebound_goes_to_other_solvers_is_whole_when_it_is_recorded
     # it was counted before it rebounded, and its record had the velocities before that
     run = SceneRun(SphereBox(n=64, e=0.5).scene(), (0, 1), ns.MoreauJean(dt=2e-3), 1, None)
     assembly = run.assembly
-    for _ in range(200):
+    for _ in range(300):
         before = assembly.bodies.motion.v.copy()
         assembly.take_steps(2e-3, 1)
         np.testing.assert_array_equal(assembly.bodies.v_0[:, :3], before[:, :3])
