@@ -23,7 +23,8 @@ sizes and options built in (``specialised``).
 
 ``kernels`` marks them, ``models`` binds a user's functions, whose helpers ``twins`` compiles with them and whose ``p``
 ``parameters`` makes; ``own_law`` is a friction law of the user's; ``internals``
-has what is used of numba beside its public interface. ``fingerprint`` says what code is made from, by what ``bytecode``
+has what is used of numba beside its public interface, of which ``kernel_compiler`` and ``kernel_lowering`` make what
+compiles kernels. ``fingerprint`` says what code is made from, by what ``bytecode``
 finds that it reads and ``libraries`` know by name (where a module moved, by that of ``former_names``); ``watch``
 whether that is still so; ``cache`` under which key it is kept, ``code_files`` in which form; ``loading`` shares the
 work between processes.

@@ -338,18 +338,13 @@ class _Numbers(Kernel):
         from numba import types as nb
         from numba.extending import intrinsic
 
-        from nonsmooth.jit.internals import cgutils, make_array, populate_array
+        from nonsmooth.jit.kernel_lowering import array_value
 
         def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
             """The machine code: no instruction, an array of known length."""
             fields = fields_of(signature.args[0].cls)
-            array = make_array(signature.return_type)(context, builder)
-            size, length = (context.get_constant(nb.intp, n) for n in (WORD, len(fields)))
-            populate_array(
-                array, data=builder.bitcast(args[0], array.data.type), shape=cgutils.pack_array(builder, [length]),
-                strides=cgutils.pack_array(builder, [size]), itemsize=size, meminfo=None,
-            )  # fmt: skip
-            return array._getvalue()
+            length = context.get_constant(nb.intp, len(fields))
+            return array_value(context, builder, signature.return_type, args[0], [length])
 
         @intrinsic
         def numbers(typing_context, block):  # type: ignore[no-untyped-def]
@@ -444,7 +439,8 @@ def _numba_block_class() -> type:
     from numba import types as nb
     from numba.extending import infer_getattr, lower_getattr_generic, models, register_model, typeof_impl
 
-    from nonsmooth.jit.internals import AttributeTemplate, cgutils, lower_setattr_generic, make_array, populate_array
+    from nonsmooth.jit.internals import AttributeTemplate, lower_setattr_generic
+    from nonsmooth.jit.kernel_lowering import array_value
 
     class ClassType(nb.Dummy):  # type: ignore[misc]
         """The numba type of a block class."""
@@ -520,20 +516,9 @@ def _numba_block_class() -> type:
         words = [builder.load(word(context, builder, head, field.at + k)) for k in range(1 + field.axes)]
         for loaded in words:
             loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
-        size = context.get_constant(nb.intp, WORD)
-        strides = [size]
-        for length in reversed(words[2:]):
-            strides.insert(0, builder.mul(strides[0], length))
-        array = make_array(block.type_of(field))(context, builder)
-        populate_array(
-            array,
-            data=builder.inttoptr(builder.add(builder.ptrtoint(head, words[0].type), words[0]), array.data.type),
-            shape=cgutils.pack_array(builder, words[1:]),
-            strides=cgutils.pack_array(builder, strides),
-            itemsize=size,
-            meminfo=None,
-        )
-        return array._getvalue()
+        place, *shape = words
+        data = builder.inttoptr(builder.add(builder.ptrtoint(head, place.type), place), head.type)
+        return array_value(context, builder, block.type_of(field), data, shape)
 
     def known_field(context: Any, builder: Any, block: Any, head: Any, name: str) -> Any:
         """The machine code of ``block.field`` where places and lengths, and some values, are constants."""
@@ -548,20 +533,8 @@ def _numba_block_class() -> type:
         content = dict(known.arrays).get((block.cls.__name__, name))
         if content is not None:
             return context.make_constant_array(builder, kind, np.frombuffer(content, field.dtype).reshape(shape))
-        strides = [WORD]
-        for length in reversed(shape[1:]):
-            strides.insert(0, strides[0] * length)
-        sizes, steps = ([context.get_constant(nb.intp, n) for n in some] for some in (shape, strides))
-        array = make_array(kind)(context, builder)
-        populate_array(
-            array,
-            data=builder.bitcast(word(context, builder, head, place // WORD), array.data.type),
-            shape=cgutils.pack_array(builder, sizes),
-            strides=cgutils.pack_array(builder, steps),
-            itemsize=context.get_constant(nb.intp, WORD),
-            meminfo=None,
-        )
-        return array._getvalue()
+        lengths = [context.get_constant(nb.intp, length) for length in shape]
+        return array_value(context, builder, kind, word(context, builder, head, place // WORD), lengths)
 
     @lower_setattr_generic(BlockType)
     def store_number(context: Any, builder: Any, signature: Any, args: Any, name: str) -> None:

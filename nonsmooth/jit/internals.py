@@ -6,16 +6,13 @@ tested versions is refused then, since a part that means something else there wo
 
 from __future__ import annotations
 
-import contextlib
-import functools
 import pickle
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 from nonsmooth.errors import UnsupportedVersion
-from nonsmooth.jit.beside import go_on
 
 # measured: versions of numba: the first that was tested, and the first that was not
 LOWEST, UNTESTED = (0, 61, 2), (0, 69)
@@ -44,37 +41,33 @@ require_tested(numba.__version__)
 
 import llvmlite
 import llvmlite.binding as llvm
+from numba import _helperlib
+from numba.core import base as base
 from numba.core import ccallback, config, dispatcher, entrypoints, extending, serialize
 from numba.core import cgutils as cgutils
+from numba.core import ir as ir
 from numba.core import sigutils as sigutils
-from numba.core.codegen import JITCodeLibrary
+from numba.core.codegen import JITCodeLibrary as JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
-from numba.core.compiler_machinery import PassManager
 from numba.core.datamodel.models import OpaqueModel
 from numba.core.datamodel.registry import register_default
 from numba.core.imputils import lower_setattr_generic as lower_setattr_generic
-from numba.core.registry import cpu_target
-from numba.core.typed_passes import (
-    IRLegalization,
-    NativeLowering,
-    NoPythonBackend,
-    NopythonTypeInference,
-    PreLowerStripPhis,
-)
-from numba.core.types import functions
+from numba.core.ir_utils import build_definitions as build_definitions
+from numba.core.lowering import Lower as Lower
+from numba.core.registry import cpu_target as cpu_target
+from numba.core.rewrites import rewrite_registry as rewrite_registry
+from numba.core.ssa import reconstruct_ssa as reconstruct_ssa
+from numba.core.typed_passes import NativeLowering as NativeLowering
+from numba.core.typed_passes import NoPythonBackend as NoPythonBackend
+from numba.core.typed_passes import NopythonTypeInference as NopythonTypeInference
+from numba.core.typed_passes import PreLowerStripPhis as PreLowerStripPhis
+from numba.core.types import functions as functions
 from numba.core.typing import templates
 from numba.core.typing.templates import AttributeTemplate as AttributeTemplate
-from numba.core.untyped_passes import (
-    FixupArgs,
-    GenericRewrites,
-    IRProcessing,
-    ReconstructSSA,
-    RewriteSemanticConstants,
-    TranslateByteCode,
-)
-from numba.np import arrayobj
-from numba.np.arrayobj import make_array as make_array
-from numba.np.arrayobj import populate_array as populate_array
+from numba.core.untyped_passes import FixupArgs as FixupArgs
+from numba.core.untyped_passes import RewriteSemanticConstants as RewriteSemanticConstants
+from numba.core.untyped_passes import TranslateByteCode as TranslateByteCode
+from numba.np import arrayobj as arrayobj
 from numba.np.ufunc import dufunc, gufunc
 
 Dispatcher: Any = dispatcher.Dispatcher
@@ -82,83 +75,6 @@ DUFunc: Any = dufunc.DUFunc
 GUFunc: Any = gufunc.GUFunc
 CFunc: Any = ccallback.CFunc
 Intrinsic: Any = extending._Intrinsic
-
-# Libraries: kernels are inlined in the entry points that call them.
-
-
-class NoEnvironment:
-    """In place of numba's environments, the globals of functions that run by themselves."""
-
-    def set_env(self, name: str, env: Any) -> None:
-        """Nothing to set: an inner kernel never runs by itself."""
-
-
-class InnerLibrary(JITCodeLibrary):
-    """Intermediate code only, to be inlined in the entry points that call it.
-
-    Machine code for each of the fifty functions of a step would be made and never run.
-    """
-
-    codegen = NoEnvironment()
-    inlining = "alwaysinline"
-
-    def add_ir_module(self, ir_module: Any) -> None:
-        """Mark the functions of a module, and take it in."""
-        for function in ir_module.functions:
-            if not function.is_declaration:
-                function.attributes.add(self.inlining)
-        super().add_ir_module(ir_module)
-
-    def _optimize_final_module(self) -> None:
-        """Left to the entry point."""
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        """There is no machine code to point to."""
-        return 0
-
-
-class RareLibrary(InnerLibrary):
-    """Intermediate code that is never inlined."""
-
-    inlining = "noinline"
-
-
-class EntryLibrary(JITCodeLibrary):
-    """Machine code in which all but the rare kernels are inlined.
-
-    A call would hand arrays over word by word, and LLVM's own judgement spares it too few (a step of the rod: 620 ns,
-    inlined 470).
-    """
-
-    has_short_loops, unrolls = False, False
-
-    def _optimize_final_module(self) -> None:
-        for function in self._final_module.functions:
-            if is_shared(function):
-                function.linkage = "internal"
-        if not self.has_short_loops:
-            return super()._optimize_final_module()
-        tuning = llvm.create_pipeline_tuning_options(speed_level=3)
-        tuning.loop_vectorization = tuning.slp_vectorization = False
-        tuning.loop_unrolling = self.unrolls
-        passes = llvm.create_pass_builder(self._codegen._tm, tuning)
-        passes.getModulePassManager().run(self._final_module, passes)
-
-
-class ShortLoopLibrary(EntryLibrary):
-    """The same without LLVM's vectorizer and unroller of loops."""
-
-    has_short_loops = True
-
-
-class OneSystemLibrary(ShortLoopLibrary):
-    """The same with the unroller: where sizes are known loops end as straight lines (measured: 4 to 9 % of a step)."""
-
-    unrolls = True
 
 
 class ModelLibrary(JITCodeLibrary):
@@ -187,45 +103,6 @@ class OurCompiler(Compiler):
         super().__init__(typingctx, targetctx, library, *rest)
 
 
-# defined: numba's passes, in its order. Left out are those that look for closures, generators of loops over tuples,
-# lists, contexts, functions to be inlined by numba, and sums of whole arrays: there are none in kernels, and to look
-# for them takes a fifth of the time that a kernel compiles. The machine code is the same.
-KERNEL_PASSES = (
-    TranslateByteCode, FixupArgs, IRProcessing, RewriteSemanticConstants, GenericRewrites, ReconstructSSA,
-    NopythonTypeInference, PreLowerStripPhis, IRLegalization, NativeLowering, NoPythonBackend,
-)  # fmt: skip
-
-
-class KernelCompiler(OurCompiler):
-    """The same with fewer passes, and with the two shortcuts below."""
-
-    def define_pipelines(self) -> list[Any]:
-        """The passes that kernels need."""
-        passes = PassManager("kernel")
-        for each in KERNEL_PASSES:
-            passes.add_pass(each, each.name())
-        passes.finalize()
-        return [passes]
-
-    def compile_extra(self, function: Callable) -> Any:
-        """Compile with the shortcuts, unless nobody waits for it any more."""
-        go_on()
-        with no_negative_indices(), known_calls():
-            return super().compile_extra(function)
-
-
-@functools.cache
-def compiler_of(library: type) -> type:
-    """The compiler class of kernels that makes this kind of library."""
-    return type("KernelCompiler", (KernelCompiler,), {"library": library})
-
-
-class InlinedCompiler(OurCompiler):
-    """The compiler of model functions that become a part of the entry point that calls them."""
-
-    library = InnerLibrary
-
-
 class ModelType(numba.types.Dummy):  # type: ignore[misc]
     """Numba's type of the functions of a model that are inlined; a value of it has no content."""
 
@@ -245,48 +122,6 @@ def is_shared(function: Any) -> bool:
 UNRESOLVED = ".numba.unresolved$"  # before the name of a function that is looked for as the code runs
 
 
-@contextlib.contextmanager
-def no_negative_indices() -> Iterator[None]:
-    """Compile without Python's negative indices: kernels use none, and the test for them costs as much as the sum it is
-    in (a step of the rod: 410 ns with it)."""
-    before = arrayobj.fix_integer_index
-
-    def index(context: Any, builder: Any, kind: Any, value: Any, size: Any) -> Any:
-        """The index as it is."""
-        return context.cast(builder, value, kind, numba.types.intp)
-
-    arrayobj.fix_integer_index = index
-    try:
-        yield
-    finally:
-        arrayobj.fix_integer_index = before
-
-
-@contextlib.contextmanager
-def known_calls() -> Iterator[None]:
-    """Keep what an operation on given types resolves to: numba asks each of its dozen overloads of ``a + b`` anew for
-    every ``+`` in the source (the first use of a scene: 13 s without)."""
-    operation: Any = functions.Function
-    before = operation.get_call_type
-
-    def resolve(self: Any, context: Any, args: Any, keywords: Any) -> Any:
-        """What is known, else numba's own answer."""
-        if keywords:
-            return before(self, context, args, keywords)
-        if (self, args) not in _resolved_calls:
-            _resolved_calls[self, args] = before(self, context, args, keywords)
-        return _resolved_calls[self, args]
-
-    operation.get_call_type = resolve
-    try:
-        yield
-    finally:
-        operation.get_call_type = before
-
-
-_resolved_calls: dict[Any, Any] = {}
-
-
 # What is kept on disk of a compiled function.
 
 
@@ -298,18 +133,38 @@ class KeptResults:
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """The compiled function as it was kept, or None."""
-        target.refresh()
-        return self._cache_file.load(lambda payload: CompileResult._rebuild(target, *pickle.loads(payload)))
+
+        def rebuild(payload: bytes) -> CompileResult:
+            """The function; what numba implements is made known to the linker where that is needed (0.2 s)."""
+            stands_alone, parts = pickle.loads(payload)
+            if not stands_alone:
+                target.refresh()
+            return CompileResult._rebuild(target, *parts)
+
+        return self._cache_file.load(rebuild)
 
     def save_overload(self, signature: Any, result: CompileResult) -> None:
         """Keep a compiled function, if it can run in another process."""
         if can_be_kept(result):
-            self._cache_file.save(serialize.dumps(result._reduce()))
+            self._cache_file.save(serialize.dumps((stands_alone(result), result._reduce())))
 
     @property
     def cache_path(self) -> str:
         """The file."""
         return str(self._cache_file.path)
+
+
+# defined: what the linker knows once numba is imported: LLVM's own operations, Python, our slots, the C library
+KNOWN_SYMBOLS = re.compile(r"llvm\.|Py|nonsmooth\.|(sin|cos|tan|exp|log|pow|sqrt|fmod|atan2?)$")
+HELPERS = {f"numba_{name}" for name in vars(_helperlib)["c_helpers"]}  # defined: numba's own, known as well
+
+
+def stands_alone(result: Any) -> bool:
+    """Whether compiled code calls nothing that numba makes known to the linker as it loads its registries (counted
+    memory, hashes), or as a function is initialised."""
+    module = result.library._final_module
+    symbols = (each.name for each in (*module.functions, *module.global_variables) if each.is_declaration)
+    return not result.reload_init and all(name in HELPERS or KNOWN_SYMBOLS.match(name) for name in symbols)
 
 
 def can_be_kept(result: Any) -> bool:

@@ -48,7 +48,8 @@ class Kernel:
     @functools.cached_property
     def dispatcher(self) -> Any:
         """The numba dispatcher of this kernel."""
-        from nonsmooth.jit.internals import EntryLibrary, ShortLoopLibrary, compiler_of, numba
+        from nonsmooth.jit.internals import numba
+        from nonsmooth.jit.kernel_compiler import EntryLibrary, ShortLoopLibrary, compiler_of
 
         bound = rebind(self.function, lambda kernel: kernel.callee)
         if self.signature is None:
@@ -116,7 +117,8 @@ class Kernel:
 
 def inner_dispatcher(function: Callable, is_rare: bool = False) -> Any:
     """The dispatcher of a function that becomes a part of the entry points that call it."""
-    from nonsmooth.jit.internals import InnerLibrary, RareLibrary, compiler_of, numba
+    from nonsmooth.jit.internals import numba
+    from nonsmooth.jit.kernel_compiler import InnerLibrary, RareLibrary, compiler_of
 
     wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     pipeline = compiler_of(RareLibrary if is_rare else InnerLibrary)

@@ -183,7 +183,8 @@ def inlined_model(source: Source, survey: str) -> Any:
     survey : str
         What tells these functions from others.
     """
-    from nonsmooth.jit.internals import InlinedCompiler, ModelType, numba
+    from nonsmooth.jit.internals import ModelType, numba
+    from nonsmooth.jit.kernel_compiler import InlinedCompiler
 
     def compiled(adapter: Callable) -> Any:
         dispatcher = numba.njit(**OPTIONS, pipeline_class=InlinedCompiler)(adapter)
@@ -250,28 +251,18 @@ def _view(shape: tuple[int, ...], cleared: bool = False, at: int = 0, frozen: bo
     from numba import types as nb
     from numba.extending import intrinsic
 
-    from nonsmooth.jit.internals import cgutils, make_array, populate_array
+    from nonsmooth.jit.internals import cgutils
+    from nonsmooth.jit.kernel_lowering import array_value
 
     array = nb.Array(nb.float64, len(shape), "C", readonly=frozen)
-    strides = [8] * len(shape)
-    for axis in range(len(shape) - 2, -1, -1):
-        strides[axis] = strides[axis + 1] * shape[axis + 1]
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         """The machine code: an array without an owner on the pointer's memory, which is cleared where it is written."""
-        view = make_array(array)(context, builder)
         if cleared:
             cgutils.memset(builder, args[0], context.get_constant(nb.intp, 8 * math.prod(shape)), 0)
         start = builder.gep(args[0], [context.get_constant(nb.intp, at)]) if at else args[0]
-        populate_array(
-            view,
-            data=builder.bitcast(start, view.data.type),
-            shape=cgutils.pack_array(builder, [context.get_constant(nb.intp, n) for n in shape]),
-            strides=cgutils.pack_array(builder, [context.get_constant(nb.intp, n) for n in strides]),
-            itemsize=context.get_constant(nb.intp, 8),
-            meminfo=None,
-        )
-        return view._getvalue()
+        lengths = [context.get_constant(nb.intp, length) for length in shape]
+        return array_value(context, builder, array, start, lengths)
 
     @intrinsic
     def view(typing_context, pointer):  # type: ignore[no-untyped-def]

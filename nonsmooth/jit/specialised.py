@@ -77,7 +77,8 @@ class Specialised:
 
     def load(self) -> None:
         """Compile it, or read it from disk, unless this process has it."""
-        from nonsmooth.jit.internals import EntryLibrary, OneSystemLibrary, compiler_of, machine_code_of
+        from nonsmooth.jit.internals import machine_code_of
+        from nonsmooth.jit.kernel_compiler import EntryLibrary, OneSystemLibrary, compiler_of
 
         if self.address:
             return

@@ -13,21 +13,18 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from nonsmooth.jit import cache, internals, kernel, rare_kernel
+from nonsmooth.jit import cache, internals, kernel
 from nonsmooth.jit.blocks import Block, Floats, Handle, head_words, new, view
 from nonsmooth.jit.fingerprint import COPIED
 from nonsmooth.jit.internals import (
-    EntryLibrary,
     KeptResults,
     OurCompiler,
-    ShortLoopLibrary,
     can_be_kept,
-    compiler_of,
     extensions,
     finish_twin,
-    no_negative_indices,
     require_tested,
     source_of,
+    stands_alone,
     surroundings,
     twin_of,
 )
@@ -80,122 +77,12 @@ def test_no_other_file_uses_what_is_not_public():
             )
 
 
-# libraries and compilers
-
-
-@kernel
-def doubled(x):
-    """Inlined."""
-    return 2.0 * x
-
-
-@rare_kernel
-def tripled(x):
-    """Called."""
-    return 3.0 * x
-
-
-def summed(x):
-    """Of the sixfold entries."""
-    total = 0.0
-    for i in range(x.shape[0]):
-        total += tripled(doubled(x[i]))
-    return total
-
-
-def scaled(x, y):
-    """A loop that LLVM turns into instructions for several numbers, if it may."""
-    for i in range(x.shape[0]):
-        y[i] = 3.0 * x[i]
-
-
-def compiled(function, signature, library):
-    options = {"nogil": True, "error_model": "numpy", "_nrt": False, "pipeline_class": compiler_of(library)}
-    dispatcher = numba.njit(signature, **options)(function)
-    (result,) = dispatcher.overloads.values()
-    return dispatcher, result
+# what is kept
 
 
 def text_of(dispatcher):
     (text,) = dispatcher.inspect_llvm().values()
     return text
-
-
-def test_inner_kernels_are_inlined_and_rare_ones_are_called():
-    scope = {"tripled": tripled.callee, "doubled": doubled.callee}
-    bound = type(summed)(summed.__code__, scope, "summed")
-    dispatcher, _ = compiled(bound, "float64(float64[::1])", EntryLibrary)
-    defined = re.findall(r"^define .*@(\S+?)\(", text_of(dispatcher), re.M)
-    assert any("tripled" in name for name in defined) and not any("doubled" in name for name in defined)
-    assert dispatcher(np.arange(4.0)) == 36.0
-
-
-def test_short_loops_are_not_vectorised():
-    wide = r"<\d+ x double>"
-    for library, is_wide in ((EntryLibrary, True), (ShortLoopLibrary, False)):
-        dispatcher, _ = compiled(scaled, "void(float64[::1], float64[::1])", library)
-        assert bool(re.search(wide, text_of(dispatcher))) == is_wide
-        y = np.zeros(9)
-        dispatcher(np.arange(9.0), y)
-        assert (y == 3.0 * np.arange(9.0)).all()
-
-
-def test_kernels_are_compiled_without_the_test_for_negative_indices():
-    def entry(x, i):
-        return x[i]
-
-    signature = "float64(float64[::1], int64)"
-    plain = text_of(numba.njit(signature, error_model="numpy")(entry))
-    before = internals.arrayobj.fix_integer_index
-    dispatcher, _ = compiled(entry, signature, EntryLibrary)
-    assert internals.arrayobj.fix_integer_index is before  # back in its place
-    # a negative index is told by its sign: moved over the word (ashr) or compared
-    sign = r"icmp slt i64 .*, 0|ashr i64 .*, 63"
-    assert re.search(sign, plain) and not re.search(sign, text_of(dispatcher))
-    with no_negative_indices():
-        assert internals.arrayobj.fix_integer_index is not before
-
-
-def test_what_an_operation_resolves_to_is_asked_once(monkeypatch):
-    monkeypatch.setattr(internals, "_resolved_calls", {})
-    operation, asked = internals.functions.Function, []
-    before = operation.get_call_type
-
-    def count(self, context, args, keywords):
-        asked.append(args)
-        return before(self, context, args, keywords)
-
-    monkeypatch.setattr(operation, "get_call_type", count)
-
-    def polynomial(x):
-        return x + x * (x + x * (x + x * (x + x * x)))
-
-    assert compiled(polynomial, "float64(float64)", EntryLibrary)[0](2.0) == 62.0
-    assert 0 < len(asked) <= 2 and operation.get_call_type is count
-
-
-def test_passes_that_are_left_out_change_no_machine_code(monkeypatch):
-    def entry(x, n):
-        total, pair, is_odd = 0.0, (1.0, 2), False
-        for k in range(n):
-            a, e = pair
-            is_odd = not is_odd
-            if is_odd and x[k, 0] > a:
-                total += x[k, e - 1] * max(a, x[k, 0])
-            while total > 10.0:
-                total *= 0.5
-        return total, n if is_odd else -1
-
-    texts = []
-    for pipeline in (internals.KernelCompiler.define_pipelines, internals.Compiler.define_pipelines):
-        monkeypatch.setattr(internals.KernelCompiler, "define_pipelines", pipeline)
-        dispatcher, _ = compiled(entry, "UniTuple(float64, 2)(float64[:, ::1], int64)", EntryLibrary)
-        (ours,) = re.findall(r"^define [^\n]*?@(_ZN[^\n(]*)\([^\n]*\n(.*?)^}", text_of(dispatcher), re.M | re.S)[:1]
-        texts.append(ours[1].replace(ours[0], "entry"))
-    assert len(texts[0]) > 1000 and texts[0] == texts[1]
-
-
-# what is kept
 
 
 class Memory:
@@ -222,6 +109,64 @@ def test_what_was_compiled_runs_from_its_bytes_alone():
         results.append((dispatcher(3.0), sum(dispatcher.stats.cache_hits.values())))
         assert internals.machine_code_of(dispatcher) > 0
     assert results == [(21.0, 0), (21.0, 1)]
+
+
+ALONE = {
+    "numbers": (lambda x: np.sin(x) * np.sqrt(x) + x % 3.0 + np.exp(-x), True),
+    "memory": (lambda x: np.zeros(3).sum() + x, False),
+    "hashes": (lambda x: float(len({"a": x, str(x): x})), False),
+}
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_code_that_needs_what_numba_makes_known_later_is_known(name):
+    function, is_alone = ALONE[name]
+    dispatcher = numba.njit("float64(float64)", pipeline_class=OurCompiler)(function)
+    (result,) = dispatcher.overloads.values()
+    assert stands_alone(result) == is_alone
+
+
+RUN = """
+import sys
+import numpy as np
+import nonsmooth as ns
+from nonsmooth.jit.internals import KeptResults
+from nonsmooth.catalogue.entries import load_model
+
+def mass(t, q, p, M):
+    M[0, 0] = 1.0
+
+def force(t, q, u, p, h):
+    a, numbers = np.ones(3), {1: 2.0, int(q[0]) + 7: 3.0}
+    h[0] = np.dot(a, a) + numbers[1] + hash((2.0, 3))
+
+def simple(t, q, u, p, h):
+    h[0] = -np.sin(q[0]) * 9.81
+
+saved = []
+save = KeptResults.save_overload
+KeptResults.save_overload = lambda *given: (saved.append(given), save(*given))
+for some in (simple, force):
+    system = ns.System(n_q=1, n_u=1, mass=mass, force=some)
+    run = ns.simulate(system, (0, 0.01), [1.0], [0.0], integrator=ns.MoreauJean(dt=1e-3))
+    print(run.u[-1, 0].hex(), "numba.np.arraymath" in sys.modules)
+print(len(saved) > 0)
+"""
+
+
+def test_a_later_process_loads_what_numba_implements_only_for_code_that_needs_it(tmp_path):
+    environment = {**os.environ, "NONSMOOTH_CACHE_DIR": str(tmp_path / "cache"), "PYTHONHASHSEED": "0"}
+    file = tmp_path / "run.py"
+    file.write_text(RUN)
+    command = [sys.executable, str(file)]
+    first, later = (
+        subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300) for _ in range(2)
+    )
+    (simple, _, force, _, was_compiled), (simple_later, early, force_later, late, is_compiled) = (
+        done.stdout.split() for done in (first, later)
+    )
+    assert (simple, force) == (simple_later, force_later) and (was_compiled, is_compiled) == ("True", "False")
+    assert (early, late) == ("False", "True")
 
 
 @pytest.mark.parametrize(("array", "is_copied"), [

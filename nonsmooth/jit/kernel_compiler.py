@@ -1,0 +1,297 @@
+"""How kernels are compiled: numba's compiler, without what it does over again and kernels do not need.
+
+A kernel that carries a signature, an entry point, becomes one module of LLVM's code with all the kernels that it calls.
+Each of these goes through numba once (source, types, code of LLVM), and through LLVM as a part of the entry point.
+Most of the time is numba's, in Python. Left out are, with their part of the time that the entry points of a step took:
+
+    passes that look for what no kernel has, and lists of the variables alive, made anew after each pass      7 %
+    `del` of a variable, since kernels count no references                                                    6 %
+    LLVM's passes on a function by itself, before it is inlined and goes through them again                  10 %
+    linking of each function into each that calls it                                                          5 %
+    imports and registries looked through for each operation, and who listens to LLVM's lock                  5 %
+    items of arrays and loops as numba writes them (`kernel_lowering`)                                       13 %
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import llvmlite.binding as llvm
+import numba
+
+from nonsmooth.jit.beside import go_on
+from nonsmooth.jit.internals import (
+    FixupArgs,
+    JITCodeLibrary,
+    NoPythonBackend,
+    NopythonTypeInference,
+    OurCompiler,
+    PreLowerStripPhis,
+    RewriteSemanticConstants,
+    TranslateByteCode,
+    arrayobj,
+    base,
+    build_definitions,
+    cpu_target,
+    functions,
+    is_shared,
+    reconstruct_ssa,
+    rewrite_registry,
+)
+from nonsmooth.jit.kernel_lowering import KernelLowering
+
+# Libraries: kernels are inlined in the entry points that call them.
+
+
+class NoEnvironment:
+    """In place of numba's environments, the globals of functions that run by themselves."""
+
+    def set_env(self, name: str, env: Any) -> None:
+        """Nothing to set: an inner kernel never runs by itself."""
+
+
+class InnerLibrary(JITCodeLibrary):
+    """Intermediate code only, to be inlined in the entry points that call it.
+
+    Machine code for each of the fifty functions of a step would be made and never run.
+    """
+
+    codegen = NoEnvironment()
+    inlining = "alwaysinline"
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Mark the functions of a module, and take it in; the entry point is verified as a whole."""
+        for function in ir_module.functions:
+            if not function.is_declaration:
+                function.attributes.add(self.inlining)
+        module = llvm.parse_assembly(str(ir_module))
+        module.name, module.data_layout = ir_module.name, self._codegen._data_layout
+        self._final_module.link_in(module)
+        for function in self._final_module.functions:
+            if not function.is_declaration:
+                function.linkage = "linkonce_odr"  # a part of each that calls it
+
+    def finalize(self) -> None:
+        """Left to the entry point: neither linked nor optimised."""
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """There is no machine code to point to."""
+        return 0
+
+    def _get_module_for_linking(self) -> Any:
+        """For libraries of numba's own, which link what they call and not what that calls."""
+        module = self._final_module.clone()
+        for part in parts_of(self)[1:]:
+            module.link_in(own_module(part), preserve=True)
+        return module
+
+
+class RareLibrary(InnerLibrary):
+    """Intermediate code that is never inlined."""
+
+    inlining = "noinline"
+
+
+def parts_of(library: Any) -> list[Any]:
+    """A library with those that it calls, and what inner ones call, each once and after one that calls it."""
+    found, open_ends = {library: None}, [library]
+    while open_ends:
+        each = open_ends.pop()
+        if each is library or isinstance(each, InnerLibrary):
+            new = [part for part in each._linking_libraries if part not in found]
+            found.update(dict.fromkeys(new))
+            open_ends += new
+    return list(found)
+
+
+def own_module(library: Any) -> Any:
+    """The code of a library; of an inner one without what it calls."""
+    is_inner = isinstance(library, InnerLibrary)
+    return library._final_module if is_inner else library._get_module_for_linking()
+
+
+class EntryLibrary(JITCodeLibrary):
+    """Machine code in which all but the rare kernels are inlined.
+
+    A call would hand arrays over word by word, and LLVM's own judgement spares it too few (a step of the rod: 620 ns,
+    inlined 470).
+    """
+
+    has_short_loops, unrolls = False, False
+
+    def finalize(self) -> None:
+        """Link all that is called, each part once, and make machine code."""
+        for part in parts_of(self)[1:]:
+            self._final_module.link_in(own_module(part), preserve=True)
+        self._linking_libraries.clear()
+        super().finalize()
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if is_shared(function):
+                function.linkage = "internal"
+        if not self.has_short_loops:
+            return super()._optimize_final_module()
+        tuning = llvm.create_pipeline_tuning_options(speed_level=3)
+        tuning.loop_vectorization = tuning.slp_vectorization = False
+        tuning.loop_unrolling = self.unrolls
+        passes = llvm.create_pass_builder(self._codegen._tm, tuning)
+        passes.getModulePassManager().run(self._final_module, passes)
+
+
+class ShortLoopLibrary(EntryLibrary):
+    """The same without LLVM's vectorizer and unroller of loops."""
+
+    has_short_loops = True
+
+
+class OneSystemLibrary(ShortLoopLibrary):
+    """The same with the unroller: where sizes are known loops end as straight lines (measured: 4 to 9 % of a step).
+
+    LLVM finds what is constant in a function before it inlines it (measured: half of a step of the ball without).
+    """
+
+    unrolls = True
+
+    def _optimize_final_module(self) -> None:
+        self._optimize_functions(self._final_module)
+        super()._optimize_final_module()
+
+
+# Compilers.
+
+
+class KernelPasses:
+    """Numba's passes, in its order.
+
+    Left out are those that look for closures, generators of loops over tuples, lists, contexts, functions to be inlined
+    by numba, and sums of whole arrays: there are none in kernels. Nor are variables listed that are alive, nor deleted
+    where they are not: kernels own no memory.
+    """
+
+    pipeline_name = "kernel"
+
+    def __init__(self) -> None:
+        self.exec_times: dict[str, Any] = {}  # which numba asks for
+
+    def run(self, state: Any) -> None:
+        """From the source to a library."""
+        TranslateByteCode().run_pass(state)
+        FixupArgs().run_pass(state)
+        RewriteSemanticConstants().run_pass(state)
+        rewrite(state)
+        state.func_ir = defined(reconstruct_ssa(state.func_ir))
+        NopythonTypeInference().run_pass(state)
+        state.func_ir = defined(PreLowerStripPhis()._strip_phi_nodes(state.func_ir))
+        KernelLowering().run_pass(state)
+        NoPythonBackend().run_pass(state)
+
+
+def rewrite(state: Any) -> None:
+    """Numba's rewriting before types are known, as of constant indices."""
+    blocks = state.func_ir.blocks
+    for rule in rewrite_registry.rewrites["before-inference"]:
+        each = rule(state)
+        for place in list(blocks):
+            while each.match(state.func_ir, blocks[place], state.typemap, state.calltypes):
+                blocks[place] = each.apply()
+
+
+def defined(source: Any) -> Any:
+    """Numba's form of a source, after variables were renamed, with the places where they are assigned."""
+    source._definitions = build_definitions(source.blocks)
+    return source
+
+
+class KernelCompiler(OurCompiler):
+    """Numba's compiler with these passes, and with the shortcuts below."""
+
+    def define_pipelines(self) -> list[Any]:
+        """The passes that kernels need."""
+        return [KernelPasses()]
+
+    def compile_extra(self, function: Callable) -> Any:
+        """Compile with the shortcuts, unless nobody waits for it any more."""
+        go_on()
+        with no_negative_indices(), known_calls(), known_registries():
+            return super().compile_extra(function)
+
+
+@functools.cache
+def compiler_of(library: type) -> type:
+    """The compiler class of kernels that makes this kind of library."""
+    return type("KernelCompiler", (KernelCompiler,), {"library": library})
+
+
+class InlinedCompiler(OurCompiler):
+    """The compiler of model functions that become a part of the entry point that calls them."""
+
+    library = InnerLibrary
+
+
+# Shortcuts, while a kernel is compiled.
+
+
+@contextlib.contextmanager
+def replaced(owner: Any, name: str, value: Any) -> Iterator[None]:
+    """Put another value in the place of an attribute for a while."""
+    before = getattr(owner, name)
+    setattr(owner, name, value)
+    try:
+        yield
+    finally:
+        setattr(owner, name, before)
+
+
+def no_negative_indices() -> Any:
+    """Compile without Python's negative indices: kernels use none, and the test for them costs as much as the sum it is
+    in (a step of the rod: 410 ns with it)."""
+
+    def index(context: Any, builder: Any, kind: Any, value: Any, size: Any) -> Any:
+        """The index as it is."""
+        return context.cast(builder, value, kind, numba.types.intp)
+
+    return replaced(arrayobj, "fix_integer_index", index)
+
+
+def known_calls() -> Any:
+    """Keep what an operation on given types resolves to: numba asks each of its dozen overloads of ``a + b`` anew for
+    every ``+`` in the source (the first use of a scene: 13 s without)."""
+    before = functions.Function.get_call_type
+
+    def resolve(self: Any, context: Any, args: Any, keywords: Any) -> Any:
+        """What is known, else numba's own answer."""
+        if keywords:
+            return before(self, context, args, keywords)
+        if (self, args) not in _resolved_calls:
+            _resolved_calls[self, args] = before(self, context, args, keywords)
+        return _resolved_calls[self, args]
+
+    return replaced(functions.Function, "get_call_type", resolve)
+
+
+_resolved_calls: dict[Any, Any] = {}
+
+
+@contextlib.contextmanager
+def known_registries() -> Iterator[None]:
+    """Look for new overloads in the registries that are known: numba goes through the imports of all its modules that
+    have some, for each operation that it does not find at once. And ask each implementation for its arguments once."""
+
+    def load(self: Any) -> None:
+        """What is new in those that were loaded as the compiler was made."""
+        for registry in list(self._registries):
+            self.install_registry(registry)
+
+    with (
+        replaced(type(cpu_target.target_context), "load_additional_registries", load),
+        replaced(base, "_has_loc", _has_loc),
+    ):
+        yield
+
+
+_has_loc = functools.cache(base._has_loc)
