@@ -23,7 +23,8 @@ from nonsmooth.jit.code_files import ENDING, CodeFile, usable
 from nonsmooth.jit.waiting import sentence, waiting
 
 PACKAGE = Path(__file__).parent
-ONE_TIME = 3.0  # measured: s that an entry point compiles, of some 20 kB of code with what it calls
+ONE_TIME = 2.0  # measured: s that an entry point compiles, of some 20 kB of code with what it calls
+MOST_ASIDE = 700_000  # measured: objects, of 250 MB
 GENERATORS = sorted(PACKAGE.glob("*.py"))  # sources that generate code themselves
 
 
@@ -100,11 +101,27 @@ def reason_for(names: list[str]) -> str:
 @contextlib.contextmanager
 def no_collection() -> Iterator[None]:
     """Compile without Python's garbage collector, which goes through all that numba keeps again and again: a fifth of
-    the time that kernels compile. What is garbage then takes 200 MB at most, and is collected afterwards."""
+    the time that kernels compile. What was made meanwhile is put to the objects that live long, without a look at them
+    (a tenth): it is collected with these, or here once it is much."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if was_enabled:
+            _put_aside()
             gc.enable()
+
+
+def _put_aside() -> None:
+    global _count_aside
+    _count_aside += gc.get_count()[0]
+    if _count_aside > MOST_ASIDE or gc.get_freeze_count() > 0:  # what somebody froze would be thawed
+        gc.collect()
+        _count_aside = 0
+    else:
+        gc.freeze()
+        gc.unfreeze()
+
+
+_count_aside = 0  # objects

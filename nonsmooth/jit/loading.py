@@ -1,11 +1,13 @@
 """Loading of several entry points: what is not on disk yet is compiled by some processes at once, a share each.
 
 Numba compiles under one lock, so threads would not help. The time that an entry point takes goes with the length of its
-code, that of the kernels in it counted once.
+code, that of the kernels in it counted once. Numba's part of it is spent once in a process on each kernel, LLVM's in
+each entry point that the kernel is a part of: those that share kernels go together where the shares stay even.
 """
 
 from __future__ import annotations
 
+import functools
 import os
 import subprocess
 import sys
@@ -19,10 +21,18 @@ from nonsmooth.jit.kernels import Kernel
 from nonsmooth.jit.waiting import waiting
 
 ROOT = Path(__file__).parents[2]  # where the package is imported from
-COMPILE = "import sys; from nonsmooth.jit.loading import compile_named; compile_named(sys.argv[1:])"
+# Numba looks for LAPACK in SciPy, 0.15 s, which no kernel uses; at the end there is nothing to tidy up.
+COMPILE = """
+import os, sys
+sys.modules["scipy.linalg"] = None
+from nonsmooth.jit.loading import compile_named
+compile_named(sys.argv[1:])
+os._exit(0)
+"""
 MOST_PROCESSES = 4  # chosen: 250 MB each, and the largest entry point of a scene takes a third of all
-STARTUP_CODE = 12_000  # measured: bytes of code that compile while another process starts, some 2 s
-PACE = 3_000  # measured: bytes of code that a process compiles in a second beside others
+STARTUP_CODE = 8_000  # measured: bytes of code that compile while another process starts, some 0.8 s
+PACE = 8_000  # measured: bytes of code that a process compiles in a second beside others
+ONCE = 0.65  # measured: numba's part of the time
 WAIT = 300.0  # chosen: s for the other processes; what they have not compiled by then is compiled here
 
 
@@ -41,7 +51,7 @@ def load_all(entry_points: Iterable[Kernel]) -> None:
 
 def words_for(missing: list[Kernel], parts: list[list[Kernel]]) -> str:
     """What is said while these are compiled: their part of the package, and the time of the longest share."""
-    seconds = max(sum(map(size_of, part)) for part in parts) / PACE
+    seconds = max(map(work_of, parts)) / PACE
     *_, part, _ = missing[0].function.__module__.split(".")
     return words_of([kernel.function.__name__ for kernel in missing], seconds, f" of {part}")
 
@@ -71,17 +81,32 @@ def shares(kernels: list[Kernel], processes: int) -> list[list[Kernel]]:
     """Parts that take about as long to compile: for this process, with the first one, and for some to be started."""
     first, *others = kernels
     parts: list[list[Kernel]] = [[first], *([] for _ in range(1, processes))]
-    size = size_of(first)
-    sizes = [size] + [min(STARTUP_CODE, size)] * (processes - 1)
+    start = min(STARTUP_CODE, work_of(kernels) / (1 + processes))
     for kernel in sorted(others, key=size_of, reverse=True):
-        k = min(range(processes), key=lambda k: (sizes[k], k == 0))
-        parts[k].append(kernel)
-        sizes[k] += size_of(kernel)
+        ends = [(work_of([*part, kernel]) + (start if k > 0 else 0), k == 0) for k, part in enumerate(parts)]
+        parts[ends.index(min(ends))].append(kernel)
     return [part for part in parts if part]
+
+
+def work_of(kernels: list[Kernel]) -> float:
+    """Bytes of code that take as long as these take together in one process."""
+    together = set().union(*map(kernels_of, kernels))
+    return ONCE * bytes_of(together) + (1.0 - ONCE) * sum(map(size_of, kernels))
 
 
 def size_of(kernel: Kernel) -> int:
     """Bytes of the code of a kernel and of those that are compiled with it."""
+    return bytes_of(kernels_of(kernel))
+
+
+def bytes_of(kernels: Iterable[Kernel]) -> int:
+    """Bytes of the code of kernels themselves."""
+    return sum(len(each.function.__code__.co_code) for each in kernels)
+
+
+@functools.cache
+def kernels_of(kernel: Kernel) -> frozenset[Kernel]:
+    """A kernel and those that are compiled with it."""
     found, open_ends = {kernel}, [kernel]
     while open_ends:
         function = open_ends.pop().function
@@ -89,7 +114,7 @@ def size_of(kernel: Kernel) -> int:
         new = {other for other in read if isinstance(other, Kernel) and other.signature is None} - found
         found |= new
         open_ends += new
-    return sum(len(each.function.__code__.co_code) for each in found)
+    return frozenset(found)
 
 
 def may_start_process() -> bool:

@@ -1,14 +1,20 @@
 """Entry points that no process has compiled yet: processes share them, and one does where others cannot."""
 
+import gc
 import os
 import subprocess
 import sys
+import weakref
 
 import pytest
 
 from nonsmooth.contact.blocks.interior import direction, longest_step
 from nonsmooth.integrators.assembly.step import stages_of
-from nonsmooth.jit.loading import STARTUP_CODE, shares, size_of
+from nonsmooth.integrators.event_driven.impact import solve_impact
+from nonsmooth.integrators.event_driven.switching import switch_modes
+from nonsmooth.jit import cache
+from nonsmooth.jit.cache import no_collection
+from nonsmooth.jit.loading import STARTUP_CODE, kernels_of, shares, size_of, work_of
 
 LOAD = """
 import sys
@@ -45,7 +51,7 @@ def test_processes_have_about_as_much_to_compile(dim, processes):
     here, *elsewhere = shares(kernels, processes)
     assert here[0] is stages.take and len(elsewhere) == processes - 1
     assert sorted(map(id, kernels)) == sorted(id(kernel) for part in (here, *elsewhere) for kernel in part)
-    sizes = [sum(map(size_of, here)), *(STARTUP_CODE + sum(map(size_of, part)) for part in elsewhere)]
+    sizes = [work_of(here), *(STARTUP_CODE + work_of(part) for part in elsewhere)]
     even = sum(sizes) / processes
     assert max(sizes) <= max(1.2 * even, STARTUP_CODE + max(map(size_of, kernels)))
 
@@ -53,3 +59,56 @@ def test_processes_have_about_as_much_to_compile(dim, processes):
 def test_one_process_has_all():
     kernels = [direction, longest_step]
     assert shares(kernels, 1) == [kernels]
+
+
+def test_what_two_entry_points_share_is_counted_once_but_for_llvm():
+    shared = kernels_of(solve_impact) & kernels_of(switch_modes)
+    alone = size_of(solve_impact) + size_of(switch_modes)
+    assert len(shared) > 5 and work_of([solve_impact]) == pytest.approx(size_of(solve_impact))
+    assert 0.65 * alone < work_of([solve_impact, switch_modes]) < alone
+
+
+# what is left after a compilation
+
+
+class Ring:
+    """Garbage that only the collector finds."""
+
+    def __init__(self):
+        self.me = self
+
+
+def leave_a_ring():
+    with no_collection():
+        return weakref.ref(Ring())
+
+
+def test_garbage_of_a_compilation_is_left_to_the_next_collection(monkeypatch):
+    monkeypatch.setattr(cache, "_count_aside", 0)
+    ring = leave_a_ring()
+    assert ring() is not None and gc.isenabled() and gc.get_freeze_count() == 0
+    gc.collect()
+    assert ring() is None
+
+
+def test_much_garbage_is_collected_at_once(monkeypatch):
+    monkeypatch.setattr(cache, "_count_aside", cache.MOST_ASIDE)
+    assert leave_a_ring()() is None and cache._count_aside == 0
+
+
+def test_what_somebody_froze_stays_frozen():
+    gc.freeze()
+    try:
+        count = gc.get_freeze_count()
+        assert leave_a_ring()() is None and 2 * gc.get_freeze_count() > count > 0  # some go by themselves
+    finally:
+        gc.unfreeze()
+
+
+def test_a_collector_that_is_off_stays_off():
+    gc.disable()
+    try:
+        leave_a_ring()
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
