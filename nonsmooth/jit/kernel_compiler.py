@@ -6,7 +6,8 @@ Most of the time is numba's, in Python. Left out are, with their part of the tim
 
     passes that look for what no kernel has, and lists of the variables alive, made anew after each pass      7 %
     `del` of a variable, since kernels count no references                                                    6 %
-    LLVM's passes on a function by itself, before it is inlined and goes through them again                  10 %
+    LLVM's passes on a function by itself, before it is inlined and goes through them again, and those on a
+    module that numba takes twice, to find counted references between                                        10 %
     linking of each function into each that calls it                                                          5 %
     imports and registries looked through for each operation, and who listens to LLVM's lock                  5 %
     items of arrays and loops as numba writes them (`kernel_lowering`)                                       13 %
@@ -134,11 +135,10 @@ class EntryLibrary(JITCodeLibrary):
         for function in self._final_module.functions:
             if is_shared(function):
                 function.linkage = "internal"
-        if not self.has_short_loops:
-            return super()._optimize_final_module()
         tuning = llvm.create_pipeline_tuning_options(speed_level=3)
-        tuning.loop_vectorization = tuning.slp_vectorization = False
-        tuning.loop_unrolling = self.unrolls
+        tuning.slp_vectorization = False
+        tuning.loop_vectorization = not self.has_short_loops
+        tuning.loop_unrolling = self.unrolls or not self.has_short_loops
         passes = llvm.create_pass_builder(self._codegen._tm, tuning)
         passes.getModulePassManager().run(self._final_module, passes)
 
