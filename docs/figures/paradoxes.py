@@ -53,7 +53,7 @@ def rod_in_angle_and_friction(folder: Path) -> None:
     )  # fmt: skip
     least = ns.least_critical_friction(PainleveRod(), PainleveRod().state()[0], "th", (0.0, math.pi / 2))
     figure.axes[0].annotate(
-        f"least critical friction\n{least.mu:.4f} at {math.degrees(least.at):.2f}°", (least.at, least.mu), (0, -50),
+        f"least critical friction\n{least.mu:.4f} at {math.degrees(least.at):.2f}°", (least.at, least.mu), (14, -50),
         textcoords="offset points", ha="center", fontsize=9, arrowprops={"arrowstyle": "->"},
     )  # fmt: skip
     figure.savefig(folder / "rod_th_mu.png", dpi=150)

@@ -23,6 +23,7 @@ from nonsmooth.drawing.plots import (
     new_figure,
     save_figure,
     set_title,
+    title_rows,
 )
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.paradox.kinds import ParadoxKind
@@ -113,7 +114,7 @@ def plot_map(
         if is_geometric(chart[name].values):
             set_scale("log")
     axes.set_xlabel(axis_label(chart, axes_names[0]))
-    set_title(figure, held_fixed(chart, MAP_LETTERS) if title is None else title)
+    set_title(figure, held_fixed(chart, MAP_LETTERS) if title is None else "\n".join(title_rows(title, MAP_LETTERS)))
     return save_figure(figure, path)
 
 

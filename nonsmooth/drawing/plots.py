@@ -218,6 +218,12 @@ def broken(text: str, letters: int) -> list[str]:
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in textwrap.wrap(text, letters)]
 
 
+def title_rows(title: str, letters: int) -> list[str]:
+    """The rows of a title that was given, broken to so many letters where they are longer, no formula among them."""
+    joined = re.sub(r"\$[^$]*\$", lambda formula: formula[0].replace(" ", "\N{NO-BREAK SPACE}"), title)
+    return [row for given in joined.split("\n") for row in broken(given, letters)]
+
+
 def state_panels(solution: Solution) -> list[partial[None]]:
     """Coordinates and velocities, one axis for each unit; a picture over space and time of many with one unit."""
     names = coordinates_of(solution)

@@ -108,3 +108,15 @@ def test_no_letter_stands_over_another_in_figures_of_paradoxes():
     rod = BilateralRod()
     case = ns.classify(rod, 0.0, *rod.state())
     assert faults(plot_graphical_problem(case)) == [] == faults(plot_graphical_problem([("", case)] * 3))
+
+
+def test_a_title_that_is_longer_than_the_figure_is_broken_and_no_formula_with_it():
+    chart = ns.paradox_map(PainleveRod(mu=2.0), th=np.linspace(0.0, 1.57, 20), thdot=np.linspace(0.0, 8.0, 20))
+    formula = "$\\mu = 1.4$"
+    figure = plot_map(
+        chart,
+        title=f"Painlev\u00e9's rod, sliding motions of a slender rod whose friction is {formula}: until\nit sticks",
+    )
+    assert faults(figure) == []
+    rows = figure.get_suptitle().split("\n")
+    assert len(rows) == 3 and rows[-1] == "it sticks" and any(formula in row for row in rows)

@@ -28,7 +28,7 @@ from nonsmooth.contact.network.rounds import LEAST_SWEEPS, WORK_OF_ROUND, Rounds
 
 MOST_KICKS = 60  # measured: packings of 300 contacts that are solved take up to 30, of 500 up to 40
 WALK_SWEEPS = 20_000  # measured: walks alone solve 8 of 8 packings of 500 contacts, with 5000 sweeps 7
-WALKS_BEFORE_PATHS = 8  # chosen: of 300 contacts they take as long as a path does
+WALKS_BEFORE_PATHS = 8  # chosen: of 300 contacts they take some seconds, as a path does
 CIRCLE = 0.03  # measured: relative change of the nearest approach in two walks of the same circle
 KICK_SEED = 0  # chosen: any other one will do
 KICK_SIZES = (0.03, 0.1, 0.3, 1.0)  # chosen: s: for each there are packings that it serves best, as for those below
