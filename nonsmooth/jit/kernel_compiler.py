@@ -98,7 +98,11 @@ class RareLibrary(InnerLibrary):
 
 
 def parts_of(library: Any) -> list[Any]:
-    """A library with those that it calls, and what inner ones call, each once and after one that calls it."""
+    """A library with those that it calls, and what inner ones call, each once and after all that call it.
+
+    Those of numba's own are the last: every library names numba's counted memory, and the linker leaves out what nobody
+    has called so far. Who calls it later would take any function of that name in the process.
+    """
     found, open_ends = {library: None}, [library]
     while open_ends:
         each = open_ends.pop()
@@ -106,7 +110,7 @@ def parts_of(library: Any) -> list[Any]:
             new = [part for part in each._linking_libraries if part not in found]
             found.update(dict.fromkeys(new))
             open_ends += new
-    return list(found)
+    return sorted(found, key=lambda part: part is not library and not isinstance(part, InnerLibrary))
 
 
 def own_module(library: Any) -> Any:

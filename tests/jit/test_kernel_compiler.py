@@ -150,6 +150,32 @@ def test_what_is_called_from_several_kernels_is_linked_once():
     assert len(set(map(id, kernel_compiler.parts_of(result.library)))) == len(kernel_compiler.parts_of(result.library))
 
 
+OWN_LOOP = """
+import nonsmooth as ns
+from nonsmooth.catalogue import load
+from nonsmooth.runs import specialise
+from numba.core.runtime import rtsys
+
+ball = load("bouncing-ball")()
+ns.simulate(ball.system(), (0, 0.01), *ball.state(), integrator=ns.MoreauJean(dt=1e-3, specialise=True))
+(own,) = specialise._made.values()
+(result,) = own.dispatcher.overloads.values()
+defined = {each.name for each in rtsys.library._get_module_for_linking().functions if not each.is_declaration}
+assert "NRT_decref" in defined
+print(*[each.name for each in result.library._final_module.functions if each.is_declaration and each.name in defined])
+"""
+
+
+def test_numbas_counted_memory_is_linked_after_those_who_call_it(tmp_path):
+    """What numba defines is no symbol that is looked for in the process, where any module may have one of that name:
+    with numba 0.61 loops of one system released null pointers by a function of another that does not look at them."""
+    environment = {**os.environ, "NONSMOOTH_CACHE_DIR": str(tmp_path), "NONSMOOTH_QUIET": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", OWN_LOOP], capture_output=True, text=True, env=environment, timeout=300
+    )
+    assert done.returncode == 0 and done.stdout.strip() == "", done.stdout + done.stderr
+
+
 @kernel
 def fourfold(x):
     """Called by the next one."""
