@@ -47,8 +47,12 @@ class Kernel:
 
     @functools.cached_property
     def dispatcher(self) -> Any:
-        """The numba dispatcher of this kernel."""
-        from nonsmooth.jit.internals import numba
+        """The numba dispatcher of this kernel.
+
+        That of an entry point fills its slot at once: the linker knows code by names that numba counts up in each
+        process, so a later one from the disk, as the loop of one system, may have the same, and is found from then on.
+        """
+        from nonsmooth.jit.internals import machine_code_of, numba
         from nonsmooth.jit.kernel_compiler import EntryLibrary, ShortLoopLibrary, compiler_of
 
         bound = rebind(self.function, lambda kernel: kernel.callee)
@@ -56,7 +60,10 @@ class Kernel:
             return numba.njit(**KERNEL_OPTIONS)(bound)
         pipeline = compiler_of(ShortLoopLibrary if self.short_loops else EntryLibrary)
         options = {**KERNEL_OPTIONS, "pipeline_class": pipeline}
-        return compile_cached(bound, self.signature, self.function.__name__, kernel_stamp(self), **options)
+        dispatcher = compile_cached(bound, self.signature, self.function.__name__, kernel_stamp(self), **options)
+        if dispatcher.overloads:  # none where numba is switched off
+            self._slot.value = machine_code_of(dispatcher)
+        return dispatcher
 
     @functools.cached_property
     def inlined(self) -> Any:
@@ -90,10 +97,7 @@ class Kernel:
 
         Whoever runs a loop loads the entry points that it may reach: what a scene does not need is not compiled.
         """
-        if not self.is_loaded:
-            from nonsmooth.jit.internals import machine_code_of
-
-            self._slot.value = machine_code_of(self.dispatcher)
+        assert self.dispatcher is not None  # which fills it
 
     @property
     def is_loaded(self) -> bool:

@@ -7,7 +7,7 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.integrators.moreau_jean import step
-from nonsmooth.jit import fingerprint, interpreted, kernel, kernels
+from nonsmooth.jit import fingerprint, internals, interpreted, kernel, kernels
 from nonsmooth.numerics import rounding
 from nonsmooth.numerics.rounding import rounded_sum
 
@@ -32,6 +32,18 @@ def scaled_sum(x):
 def test_an_entry_point_agrees_with_its_source_run_by_python():
     x = np.linspace(0.0, 1.0, 7)
     assert scaled_sum(x) == interpreted(scaled_sum)(x) == pytest.approx(3.0 * x.sum(), rel=1e-15)
+
+
+def test_an_entry_point_that_was_called_from_python_has_its_address():
+    """Looked up later it may be that of another function, which was loaded meanwhile and has the same name."""
+
+    @kernel("float64(float64)")
+    def halved(x):
+        return 0.5 * x
+
+    assert not halved.is_loaded
+    assert halved(3.0) == 1.5 and halved.is_loaded
+    assert halved.address == internals.machine_code_of(halved.dispatcher)
 
 
 def test_the_stamp_of_an_entry_point_follows_the_constants_of_the_kernels_it_calls(monkeypatch):
