@@ -59,8 +59,9 @@ def chart(found: Any) -> dict[str, Any]:
 def cycle(found: Any) -> dict[str, Any]:
     """A periodic motion: period, multipliers, half the range of each coordinate, phases."""
     return {
-        "period": float(found.period), "is_stable": bool(found.is_stable), "residual": float(found.residual),
-        "stick_duration": float(found.stick_duration), "multipliers": plain(found.multipliers),
+        "period": float(found.period), "is_stable": bool(found.is_stable), "is_marginal": bool(found.is_marginal),
+        "residual": float(found.residual), "stick_duration": float(found.stick_duration),
+        "multipliers": plain(found.multipliers),
         "coordinates": [name for name, _ in found.system.described.coordinates],
         "amplitudes": plain(found.amplitudes), "drift": plain(found.drift),
         "start": {"q": plain(found.q[0]), "u": plain(found.u[0])},

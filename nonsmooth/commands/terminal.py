@@ -51,17 +51,22 @@ def show_warning(options: Mapping[str, str], message: Warning | str, category: t
 
 def as_typed(text: str, options: Mapping[str, str]) -> str:
     """A message of the library with its keywords as the options of the command: ``dt=`` is --dt, ``project=True`` is
-    --project, ``state=dict(th=0.8)`` is --state th=0.8; other keywords are left."""
+    --project, ``state=(q0, u0) or dict(th=0.8)`` is --state th=0.8; other keywords are left."""
 
     def typed(found: re.Match) -> str:
         word, value = options.get(found["name"]), found["value"] or ""
         if word is None:
             return found[0]
-        inner = re.fullmatch(r"dict\((.*)\)", value)
-        value = "" if value == "True" else inner[1].replace(",", "") if inner else value
+        if found["by_name"]:
+            value = found["by_name"].replace(",", "")
+        elif found["by_key"]:
+            value = found["by_key"].replace('"', "").replace(": ", "=")
+        elif value == "True":
+            value = ""
         return f"{word} {value}".rstrip()
 
-    return re.sub(r"(?<![\w.])(?P<name>[a-z]\w*)=(?P<value>True\b|dict\([^)]*\)|'[^']*'|[\d.eE+-]*\d)?", typed, text)
+    start = r"(?:\(q0, u0\) or )?(?:dict\((?P<by_name>[^)]*)\)|\{(?P<by_key>[^}]*)\})"
+    return re.sub(rf"(?<![\w.])(?P<name>[a-z]\w*)=(?P<value>True\b|{start}|'[^']*'|[\d.eE+-]*\d)?", typed, text)
 
 
 def complain(text: str) -> None:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 RATE_PIECES = 48  # chosen: of a phase, between which its rates change their sign at most once
 ATTRACTING = 1e-7  # chosen: a multiplier must lie so far inside the unit circle to count as attracting
+REPELLING = 1e-6  # derived: and so far outside to count as repelling: the accuracy of multipliers
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +134,12 @@ class LimitCycle(Worded):
     def is_stable(self) -> bool:
         """Whether every multiplier lies inside the unit circle."""
         return bool((np.abs(self.multipliers) < 1 - ATTRACTING).all())
+
+    @property
+    def is_marginal(self) -> bool:
+        """Whether none lies outside and one on the unit circle, as far as the accuracy tells: of a family of motions,
+        as of an undamped oscillator, or where the stability changes."""
+        return not self.is_stable and bool((np.abs(self.multipliers) < 1 + REPELLING).all())
 
     @cached_property
     def extremes(self) -> tuple[np.ndarray, np.ndarray]:

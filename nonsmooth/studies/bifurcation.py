@@ -62,6 +62,8 @@ def table(diagram: BifurcationDiagram) -> str:
 
 def points(found: np.ndarray) -> str:
     """The number of points, and the first of them."""
+    if not len(found):
+        return "none"
     more = ", ..." if len(found) > SHOWN_POINTS else ""
     return f"{len(found)}: " + " ".join(f"{x:.6g}" for x in found[:SHOWN_POINTS]) + more
 

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_instance, as_name, as_positive, as_vector, result_of
 from nonsmooth.checks.memory import require_memory
-from nonsmooth.errors import InvalidInput
+from nonsmooth.errors import InvalidInput, UnsettledWarning, warn_caller
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit.blocks import WORD
@@ -49,6 +49,7 @@ LEAST_SECTIONS = 8  # chosen: points of a section: a motion of as many periods i
 PERIODS: dict[str, Callable[[float], float]] = {  # of a forcing, by the unit of the parameter that says it
     "s": lambda period: period, "Hz": lambda frequency: 1.0 / frequency, "rad/s": lambda omega: 2.0 * math.pi / omega,
 }  # fmt: skip
+SHOWN_VALUES = 5  # chosen: of those where something is to be said
 STILL_MOTION = 1e-9  # chosen: of the coordinate's size: smaller motions are the end of a decay, or rounding
 
 
@@ -62,7 +63,8 @@ class BifurcationDiagram(Worded):
     coordinate : int
     values : ndarray (k,)
     upwards, downwards : tuple of k arrays
-        The distinct local maxima of the coordinate in the late part of each motion; for a motion at rest, its position.
+        The distinct local maxima of the coordinate in the late part of each motion; for a motion at rest, its position;
+        none for one that moves without a maximum there.
         Of a section its distinct values at whole periods of the forcing.
     opens : ndarray (2, k) of bool
         Whether a contact opened in the late part, upwards and downwards.
@@ -145,6 +147,11 @@ def bifurcation_diagram(
     CellFailure
         When a simulation cannot go on.
 
+    Warns
+    -----
+    UnsettledWarning
+        Where a motion has no maximum in the last fifth, being slower than that, or drifting.
+
     Examples
     --------
     A mass against a wall under a force cos(Omega t): it hits once a period at 1.5 rad/s, once in two at 3.8 rad/s.
@@ -200,6 +207,9 @@ def bifurcation_diagram(
     distinct = DISTINCT_MAXIMA * extent + STILL_MOTION * np.nanmax(np.abs(late))
     points_of = maxima if periods is None else apart
     peaks = [points_of(late[:, i], distinct) for i in range(late.shape[1])]
+    if periods is None:
+        moving = [any(not peaks_of(motion, distinct).size for motion in motions) for motions in np.moveaxis(late, 1, 0)]
+        warn_of_no_maxima(np.unique(chain.values[moving]), LATE * span)
     k = grid.size
     return BifurcationDiagram(
         parameter, coordinate, grid, tuple(peaks[:k]), tuple(peaks[:k - 1:-1]), np.array([opens[:k], opens[:k - 1:-1]]),
@@ -309,17 +319,30 @@ def was_open(run: Solution, t: float) -> bool:
 def apart(x: np.ndarray, distinct: float) -> np.ndarray:
     """The distinct values of several motions (s, m), increasing, but for NaN."""
     points = np.sort(x[np.isfinite(x)])
-    return points[np.concatenate([[True], np.diff(points) > distinct])]
+    return points[np.diff(points, prepend=-math.inf) > distinct]
+
+
+def warn_of_no_maxima(values: np.ndarray, window: float) -> None:
+    """Say at which values of the parameter (m,) a motion moves on without a maximum within the window [s]."""
+    if not values.size:
+        return
+    first = ", ".join(f"{value:g}" for value in values[:SHOWN_VALUES]) + (", ..." if len(values) > SHOWN_VALUES else "")
+    warn_caller(
+        f"at {len(values)} values ({first}) the coordinate moves without a maximum in the last fifth of the motion, "
+        f"{window:g} s: its period is longer, or it creeps or drifts; no point stands there; take a longer duration=",
+        UnsettledWarning,
+    )
 
 
 def maxima(x: np.ndarray, distinct: float) -> np.ndarray:
-    """The distinct local maxima of samples (m,), or of several motions (s, m), increasing; of a motion without one its
-    last sample."""
+    """The distinct local maxima of samples (m,), or of several motions (s, m), increasing; of a motion at rest its last
+    sample."""
     return apart(np.concatenate([peaks_of(motion, distinct) for motion in np.atleast_2d(x)]), distinct)
 
 
 def peaks_of(x: np.ndarray, distinct: float) -> np.ndarray:
-    """The local maxima of samples; the last sample where there is none."""
+    """The local maxima of samples; of a motion at rest the last one."""
+    if np.ptp(x) <= distinct:
+        return x[-1:]
     inner = x[1:-1]
-    peaks = inner[(inner > x[:-2]) & (inner >= x[2:])]
-    return x[-1:] if peaks.size == 0 or np.ptp(x) <= distinct else peaks
+    return inner[(inner > x[:-2]) & (inner >= x[2:])]

@@ -63,8 +63,10 @@ def study_cycle(
 def describe(cycle: LimitCycle) -> str:
     """Period, multipliers and phases of a cycle."""
     multipliers = ", ".join(f"{m:.6f}" for m in np.round(cycle.multipliers, 6) + 0.0)
+    marginal = "marginal (one of a family, or where the stability changes)"
+    verdict = "stable" if cycle.is_stable else marginal if cycle.is_marginal else "unstable"
     lines = [
-        f"period {cycle.period:.12g} s, {'stable' if cycle.is_stable else 'unstable'}, residual {cycle.residual:.1e}",
+        f"period {cycle.period:.12g} s, {verdict}, residual {cycle.residual:.1e}",
         f"Floquet multipliers {multipliers}",
         *([f"drift in a period {', '.join(f'{gone:.12g}' for gone in cycle.drift)}"] if cycle.drifts else []),
         f"{'begins [s]':>14} {'duration [s]':>14}  phase",

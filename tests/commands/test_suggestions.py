@@ -179,6 +179,8 @@ def test_a_press_of_tab_in_a_shell_completes_the_word(shell, typed, until, tmp_p
     ("give state=dict(th=0.8, thdot=-1)", "give --state th=0.8 thdot=-1"),
     ("selection='lift-off' or dt=1e-3", "--selection 'lift-off' or --dt 1e-3"),
     ("sliding= and integrator.dt=1 are left, and e = 0.5", "sliding= and integrator.dt=1 are left, and e = 0.5"),
+    ("give state=(q0, u0) or dict(x=..., th=...)", "give --state x=... th=..."),
+    ('give state=(q0, u0) or {"q[0]": ...}', "give --state q[0]=..."),
 ])  # fmt: skip
 def test_keywords_of_the_library_are_said_as_options(said, typed):
     options = {word.strip("-").replace("-", "_"): word

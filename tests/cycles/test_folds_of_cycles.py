@@ -58,7 +58,7 @@ def test_branch_goes_round_the_fold_where_stable_and_unstable_cycles_meet(branch
     assert branch.values[k] == fold.value and (np.diff(branch.values[: k + 1]) > 0).all()
     assert branch.values[k + 1 :].tolist() == [0.04, 0.03, 0.02]
     assert all(cycle.is_stable for cycle in branch.cycles[:k])
-    assert not any(cycle.is_stable for cycle in branch.cycles[k + 1 :])
+    assert not any(cycle.is_stable or cycle.is_marginal for cycle in branch.cycles[k + 1 :])
 
 
 def test_both_cycles_have_the_averaged_amplitudes(branch):

@@ -14,6 +14,7 @@ from nonsmooth.cycles.mode_flow import ContactState
 from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.cycles.shooting import Shooting, ending
 from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.studies.cycle import describe
 
 SLIDE, STICK, OPEN = ContactMode.SLIDE, ContactMode.STICK, ContactMode.OPEN
 LENGTH = 0.1  # N/k of the belt [m]
@@ -182,7 +183,9 @@ def test_cycle_read_from_an_event_driven_motion_is_the_same(sprag):
 
 
 def test_sprag_slip_returns_to_one_cycle_and_keeps_its_constraint(sprag):
-    assert sprag.is_stable and sprag.multipliers.size == 1 and abs(sprag.multipliers[0]) < 1e-6
+    assert (
+        sprag.is_stable and not sprag.is_marginal and sprag.multipliers.size == 1 and abs(sprag.multipliers[0]) < 1e-6
+    )
     rod = SpragSlip.set_1(cth=0.5)
     np.testing.assert_allclose(sprag.q[:, 0], rod.l * np.sin(sprag.q[:, 1]), atol=1e-9)
 
@@ -273,7 +276,8 @@ def test_an_impact_or_two_changes_at_once_are_refused(before, after, message):
 def test_periodic_motions_of_the_undamped_arm_form_a_family_and_are_not_called_stable():
     motion = ns.limit_cycle(FollowerForceArm(P=500.0))
     assert np.abs(motion.multipliers - 1).min() < 1e-2  # a second multiplier 1, to the root of the accuracy
-    assert not motion.is_stable and motion.residual < 1e-9
+    assert not motion.is_stable and motion.is_marginal and motion.residual < 1e-9
+    assert "marginal" in describe(motion)
     fast = 2 * np.pi / 54.716541708  # of a mode of small vibration: the period is near it
     assert motion.period == pytest.approx(fast, rel=1e-3)
 

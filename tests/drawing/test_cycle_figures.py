@@ -17,6 +17,7 @@ from nonsmooth.cycles.flow_map import flow_map
 from nonsmooth.cycles.mode_flow import ContactState, mode_flow
 from nonsmooth.drawing.cycle_plots import look, plot_branch, plot_cycle, plot_waterfall
 from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.studies.bifurcation import table
 from nonsmooth.studies.bifurcation_diagram import maxima
 from nonsmooth.studies.cycle import study_cycle
 from tests.drawing.looks import faults
@@ -142,6 +143,29 @@ def test_maxima_are_told_apart_and_rest_is_its_position():
     size = np.where(t % (4 * np.pi) < 2 * np.pi, 1.0, 2.0)
     np.testing.assert_allclose(maxima(size * np.sin(t), 1e-3), [1.0, 2.0], rtol=1e-12)
     assert maxima(np.full(10, 2.0), 1e-3).tolist() == [2.0]
+
+
+def test_a_motion_slower_than_the_late_part_has_no_point_there_and_it_is_said(recwarn):
+    """x = cos t has its maxima at whole turns: none from 8 to 10 s, where its last sample is no maximum either."""
+
+    class Free(NamedTuple):
+        k: float = 1.0
+
+    def mass(t, q, p, M):
+        M[0, 0] = 1.0
+
+    def force(t, q, u, p, h):
+        h[0] = -p.k * q[0]
+
+    swinging = ns.System(coordinates=[("x", "m")], mass=mass, force=force, parameters=Free())
+    options = {"state": {"x": 1.0}, "dt": 1e-3, "progress": False}
+    enough = ns.bifurcation_diagram(swinging, "k", [1.0], duration=50.0, **options)
+    np.testing.assert_allclose(enough.upwards[0], [1.0], rtol=1e-5)
+    assert not recwarn.list
+    with pytest.warns(ns.UnsettledWarning, match=r"at 1 values \(1\) .* without a maximum in the last fifth .*, 2 s"):
+        short = ns.bifurcation_diagram(swinging, "k", [1.0], duration=10.0, **options)
+    assert not short.upwards[0].size and "none" in table(short)
+    short.plot()
 
 
 @pytest.mark.parametrize("before, after, kind", [
