@@ -130,7 +130,7 @@ CALLS = {
     "Regularised": (ns.Regularised, {"v_s": 0.1}),
     "TangentialSpring": (ns.TangentialSpring, {"ratio": 0.8}),
     "classify": (ns.classify, {
-        "system": ROD, "t": 0.0, "q": Q, "u": U, "restitution": None, "tolerance": 1e-9,
+        "system": ROD, "t": 0.0, "q": Q, "u": U, "state": None, "restitution": None, "tolerance": 1e-9,
     }),
     "paradox_map": (ns.paradox_map, {
         "system": ROD, "t": 0.0, "state": None, "workers": 1, "kept": None, "th": [0.5, 1.0], "mu": [0.5, 2.0],
@@ -217,7 +217,7 @@ CALLS = {
         "system": BELT, "parameter": "vb", "values": [0.2], "cycle": None, "rtol": 1e-9,
     }),
     "bifurcation_diagram": (ns.bifurcation_diagram, {
-        "system": BELT, "parameter": "vb", "values": [0.2, 0.3], "coordinate": 0, "start": None, "duration": 1.0,
+        "system": BELT, "parameter": "vb", "values": [0.2, 0.3], "coordinate": 0, "start": None, "duration": 12.0,
         "dt": 1e-2, "forcing": None, "integrator": None,
     }),
     "Solution": (ns.Solution.load, {"path": "run.npz"}),
@@ -422,6 +422,9 @@ ROWS = [
     ("Regularised", {"v_s": 0.0}, r"v_s must be positive \[m/s\]; got 0"),
     ("classify", {"q": [0.0, 1.0]}, r"q must have 3 entries; got 2"),
     ("classify", {"t": nan}, r"t must be finite; got nan"),
+    ("classify", {"u": None}, r"a classification needs q and u, or state=\(q0, u0\) or dict\(th=..., thdot=...\)"),
+    ("classify", {"state": {"th": 0.1}}, r"either q and u, or state; got both"),
+    ("classify", {"q0": Q}, r"classify takes no q0=; its start is state=\(q0, u0\) or dict"),
     ("classify", {"restitution": 1.5}, r"restitution must lie in \[0, 1\]; got 1.5"),
     ("classify", {"tolerance": nan}, r"tolerance must be finite; got nan"),
     ("paradox_map", {"th": [nan, 1.0]}, r"th must be finite; th\[0\] is nan"),
@@ -516,7 +519,7 @@ ROWS = [
     ("continue_cycle", {"values": []}, r"values of vb must be at least one; got none"),
     ("continue_cycle", {"rtol": 2.0}, r"rtol must lie in \(0, 1\), it is a relative error; got 2"),
     ("bifurcation_diagram", {"forcing": -1.0}, r"forcing must be positive"),
-    ("bifurcation_diagram", {"forcing": 1.0}, r"last fifth of duration = 1 s must hold 8 periods .*; give duration=40"),
+    ("bifurcation_diagram", {"forcing": 1.0}, r"last fifth of duration = 12 s must hold 8 periods .*; give duration=40"),
     ("bifurcation_diagram", {"forcing": "vc"}, r"vc"),
     ("bifurcation_diagram", {"forcing": "m"}, r"forcing = 'm' must be a parameter whose unit .* got \[kg\]; give the"),
     ("bifurcation_diagram", {"integrator": 1e-3}, r"integrator must be an integrator"),

@@ -4,7 +4,7 @@
 {"th": 0.8, "thdot": -1.0}     variables of the model's state(...); without one coordinates and their
                                rates, the others zero
 {"q0": ..., "u0": ...}         the pair, by name
-{"q0[1]": 0.8}                 entries of it; the others as in the model's default state, or zero without one
+{"q0[1]": 0.8}                 entries of it, or "q[1]"; the others as in the model's default state, or zero without one
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from nonsmooth.checks.arrays import as_number, as_vector, result_of
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.mechanics.system import System, as_system
 
-COMPONENT = re.compile(r"([qu])0\[(\d+)\]")
+COMPONENT = re.compile(r"([qu])0?\[(\d+)\]")
 # met: of new users
 OF_INTEGRATORS = {"dt": "ns.MoreauJean(dt=...)", "rtol": "ns.Adaptive(rtol=...)", "method": "'auto'"}
 WRONG_WORDS = ("q0", "u0", "start", "guess", "state0", "x0", "y0", "initial_state", "initial")  # met: of new users

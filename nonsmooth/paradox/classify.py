@@ -19,6 +19,8 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.checks.arrays import as_fraction, as_number, as_vector
+from nonsmooth.errors import InvalidInput
+from nonsmooth.mechanics.start import answers_start, forms_of, start_of
 from nonsmooth.mechanics.system import BILATERAL, as_system
 from nonsmooth.paradox.alternatives import ImpactAlternative
 from nonsmooth.paradox.judgement import (
@@ -179,8 +181,9 @@ class Classification:
         return view(self, "dictionary")(self)
 
 
-def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None = None,
-             tolerance: float = 1e-9) -> Classification:  # fmt: skip
+@answers_start
+def classify(system: Any, t: float = 0.0, q: Any = None, u: Any = None, *, state: Any = None,
+             restitution: float | None = None, tolerance: float = 1e-9) -> Classification:  # fmt: skip
     """Find every solution of the contact problem at a state, and classify it.
 
     Parameters
@@ -190,6 +193,8 @@ def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None
         Time [s].
     q, u : array-like (n_q,), (n_u,)
         The state. Contacts with g_N = 0 and gamma_N = 0 take part, and all bilateral ones.
+    state : (q, u) or dict, optional
+        In their place, as of `simulate`: ``state=dict(th=0.8)``.
     restitution : float, optional
         Coefficient e of the impacts listed; each contact's own e_N when left out.
     tolerance : float
@@ -218,12 +223,17 @@ def classify(system: Any, t: float, q: Any, u: Any, *, restitution: float | None
     >>> rod = PainleveRod(mu=2.0)
     >>> ns.classify(rod, 0.0, *rod.state(thdot=0.0))
     Classification(INCONSISTENT, n_solutions=0, is_complete=True)
-    >>> c = ns.classify(rod, 0.0, *rod.state(thdot=6.0))
+    >>> c = ns.classify(rod, state=dict(thdot=6.0))
     >>> [(solution.modes, round(float(solution.la_N[0]), 6)) for solution in c.solutions]
     [(('free',), 0.0), (('slide -',), 6.813606)]
     """
-    system = as_system(system)
+    model, system = system, as_system(system)
     t = as_number("t", t, "s")
+    if state is not None and (q is not None or u is not None):
+        raise InvalidInput("give either q and u, or state; got both")
+    if state is None and (q is None or u is None):
+        raise InvalidInput(f"a classification needs q and u, or state={forms_of(model)}")
+    q, u = (q, u) if state is None else start_of(model, state)
     q, u = as_vector("q", q, system.n_q), as_vector("u", u, system.n_u)
     tolerance = as_fraction("tolerance", tolerance)
     e = None if restitution is None else as_fraction("restitution", restitution)
