@@ -98,7 +98,8 @@ def describe(small: Linearisation) -> str:
     at = small.equilibrium
     system = at.mode.system
     named = zip(system.described.coordinates, at.q, strict=True)
-    lines = ["steady sliding: " + ", ".join(f"{name} = {x:.9g} {unit}".rstrip() for (name, unit), x in named)]
+    where = "steady sliding" if np.any(at.gamma_F[at.mode.closed]) else "equilibrium"
+    lines = [f"{where}: " + ", ".join(f"{name} = {x:.9g} {unit}".rstrip() for (name, unit), x in named)]
     for i in at.mode.closed:
         name = system.described.contacts[i]
         lines.append(f"{name}: la_N = {at.la_N[i]:.9g} N, la_F = {at.la_F[i]:.9g} N, gamma_F = {at.gamma_F[i]:g} m/s")

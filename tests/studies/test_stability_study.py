@@ -179,3 +179,11 @@ def test_curves_of_two_eigenvalues_that_meet_go_through_the_point_where_they_do(
     (met,) = np.flatnonzero(~np.isin(values, curve.values))
     upper = np.sort_complex(eigenvalues[met])[-2:]
     assert upper[0] == upper[1] and values[met] == pytest.approx(0.5, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    "model, where", [("follower-force-arm", "equilibrium: "), ("belt-oscillator", "steady sliding: ")]
+)
+def test_a_state_in_which_nothing_slides_is_not_called_sliding(model, where, capsys):
+    assert main(["study", "stability", model, "--no-plot"]) == 0
+    assert capsys.readouterr().out.startswith(where)
