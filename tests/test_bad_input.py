@@ -519,7 +519,7 @@ ROWS = [
     ("continue_cycle", {"values": []}, r"values of vb must be at least one; got none"),
     ("continue_cycle", {"rtol": 2.0}, r"rtol must lie in \(0, 1\), it is a relative error; got 2"),
     ("bifurcation_diagram", {"forcing": -1.0}, r"forcing must be positive"),
-    ("bifurcation_diagram", {"forcing": 1.0}, r"last fifth of duration = 12 s must hold 8 periods .*; give duration=40"),
+    ("bifurcation_diagram", {"forcing": 1.0}, r"last fifth of duration = 12 s must hold 8 .*; give duration=40"),
     ("bifurcation_diagram", {"forcing": "vc"}, r"vc"),
     ("bifurcation_diagram", {"forcing": "m"}, r"forcing = 'm' must be a parameter whose unit .* got \[kg\]; give the"),
     ("bifurcation_diagram", {"integrator": 1e-3}, r"integrator must be an integrator"),
