@@ -26,6 +26,7 @@ from nonsmooth.mechanics.contact_problem import (
 from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import FORCE, GIVEN_FORCE, ROW_RATES
 from nonsmooth.numerics.dense import cholesky_solve
+from nonsmooth.numerics.rounding import NOTHING
 
 # derived: W' u is a fourth-order difference over the time in which the fastest coordinate moves by this much:
 # truncation (1e-4)^4 / 30 and rounding 1e-16 / 1e-4 both stay below 1e-11 of W' u where rows vary over a unit of the
@@ -114,7 +115,7 @@ def row_shift(sys, u):
     fastest = 1.0 if sys.has & ROWS_READ_T else 0.0
     for i in range(n):
         fastest = max(fastest, abs(u[i]))
-    return ROW_RATE_INCREMENT / fastest if fastest > 0.0 else ROW_RATE_INCREMENT
+    return ROW_RATE_INCREMENT / fastest if fastest > NOTHING else ROW_RATE_INCREMENT
 
 
 @kernel

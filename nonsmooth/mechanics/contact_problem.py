@@ -38,6 +38,7 @@ from nonsmooth.mechanics.system import (
     System,
 )
 from nonsmooth.numerics.dense import bandwidth, cholesky, cholesky_solve, cholesky_solve_rows, lu, lu_solve
+from nonsmooth.numerics.rounding import NOTHING
 
 # code: facts about a model, beside one bit for each function it has.
 MASS_IS_CONSTANT, ROWS_ARE_CONSTANT, SURFACES_ARE_CONSTANT = 1 << 16, 1 << 17, 1 << 18
@@ -222,7 +223,7 @@ def difference_forces(sys, t, q, u, by_velocity, work):
     for j in range(n):
         x_j = x[j]
         size = abs(x_j) + abs(work.trial[j])
-        step = FORCE_INCREMENT * size if size > 0.0 else FORCE_INCREMENT
+        step = FORCE_INCREMENT * size if size > NOTHING else FORCE_INCREMENT
         x[j] = x_j + step
         step = x[j] - x_j
         finished = evaluate(sys, FORCE, t, q, u, work.rhs)

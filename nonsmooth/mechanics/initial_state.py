@@ -40,7 +40,7 @@ from nonsmooth.mechanics.system import (
     evaluate,
 )
 from nonsmooth.numerics.quadratic_program import minimise
-from nonsmooth.numerics.rounding import rounding_of_sum
+from nonsmooth.numerics.rounding import NOTHING, rounding_of_sum
 
 judge_contact, name_mode, tolerate = (
     interpreted(rule) for rule in (find_situation, mode_of_situation, tolerances_of_state)
@@ -153,7 +153,7 @@ def project_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tup
     for _ in range(PROJECTIONS):
         rows, gaps, equality = _normal_rows(system, t, q, u, np.inf)
         violation = np.where(equality, np.abs(gaps), np.maximum(0.0, -gaps)).max(initial=0.0)
-        if violation <= rounding_of_sum(GAP_LEFT_ROUNDINGS, np.abs(q).max(initial=0.0)):
+        if violation <= rounding_of_sum(GAP_LEFT_ROUNDINGS, np.abs(q).max(initial=0.0)) + NOTHING:
             break
         q = q + _nearest(evaluate(system, MASS, t, q, u), rows, -gaps, equality)
     rows, _, equality = _normal_rows(system, t, q, u, largest_closed_gap(q))
@@ -178,7 +178,7 @@ def _normal_rows(
 
 def _nearest(M: np.ndarray, W: np.ndarray, bound: np.ndarray, equality: np.ndarray) -> np.ndarray:
     """argmin x.M x / 2 subject to W x >= bound (= bound where equality holds)."""
-    if len(bound) == 0 or not np.abs(bound).max() > 0:
+    if len(bound) == 0 or not np.abs(bound).max() > NOTHING:
         return np.zeros(len(M))
     size = np.abs(bound).max() / np.abs(W).max()
     mass = np.abs(M).max()

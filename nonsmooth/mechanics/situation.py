@@ -21,6 +21,7 @@ import numpy as np
 
 from nonsmooth.jit import kernel
 from nonsmooth.mechanics.system import BILATERAL, UNILATERAL, ContactMode
+from nonsmooth.numerics.rounding import NOTHING
 
 # chosen: a gap or a velocity is zero within this part of the state's own scale: about the square root of the rounding
 # unit, so that states typed with eight digits count as consistent
@@ -77,7 +78,8 @@ def is_still(gamma_F, still):
 @kernel
 def tolerances_of_state(length, speed, surface):
     """(near, slow, still) of a state with this largest coordinate, velocity and velocity of sliding."""
-    return STATE_ACCURACY * length, STATE_ACCURACY * speed, STATE_ACCURACY * max(speed, surface)
+    near, slow, still = STATE_ACCURACY * length, STATE_ACCURACY * speed, STATE_ACCURACY * max(speed, surface)
+    return near + NOTHING, slow + NOTHING, still + NOTHING
 
 
 @kernel
@@ -92,4 +94,4 @@ def mode_of_situation(situation, d):
 
 def largest_closed_gap(q: np.ndarray) -> float:
     """``near`` of a state with these coordinates [m]."""
-    return STATE_ACCURACY * float(np.abs(q).max(initial=0.0))
+    return STATE_ACCURACY * float(np.abs(q).max(initial=0.0)) + NOTHING

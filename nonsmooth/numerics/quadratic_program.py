@@ -53,7 +53,7 @@ def minimise(
                 form(P), q, *inequalities, *equalities, lb=lower, initvals=guess, solver=solver,
                 **settings_of(solver),
             )  # fmt: skip
-        except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError):
+        except Exception:  # each solver has exceptions of its own, and each is no answer
             return None
     return x if x is not None and np.isfinite(x).all() else None
 

@@ -23,6 +23,7 @@ UNIT_ROUNDOFF = 0.5 * EPS  # derived: u, the largest relative error of one round
 # derived: relative increments with the least error, of truncation and rounding together, of a forward and of a central
 # difference. Source: Nocedal and Wright, *Numerical Optimization*, 2nd edition, section 8.1
 FORWARD_INCREMENT, CENTRAL_INCREMENT = 2.0**-26, EPS ** (1 / 3)
+NOTHING = 2.0**-960  # derived: what has decayed so far is zero to a difference: its increment would have too few digits
 
 
 @kernel

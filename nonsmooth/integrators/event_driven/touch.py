@@ -87,7 +87,7 @@ def find_touching(sys, t, x, event, contacts, touch):
         touch.is_touching[i] = 1 if situation != Situation.OPEN else 0
         is_arrested = is_closing and contacts.mode[i] == ContactMode.SLIDE and event % N_FUNCTIONS == FRICTION
         is_slow = is_still(gamma_F, still)
-        if event == AT_START:  # a start says itself what rests
+        if event == AT_START and contacts.mode[i] != ContactMode.OPEN:  # it says what rests
             is_slow = contacts.mode[i] == ContactMode.STICK
         touch.is_resting[i] = 1 if is_slow or is_arrested else 0
     return True

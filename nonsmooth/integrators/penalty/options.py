@@ -27,7 +27,7 @@ from nonsmooth.integrators.records import State
 from nonsmooth.jit import load_all
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.system import BILATERAL, FORCE, GAP, GIVEN_FORCE, MASS, NORMAL, System, evaluate
-from nonsmooth.numerics.rounding import EPS, rounding_of_sum
+from nonsmooth.numerics.rounding import EPS, NOTHING, rounding_of_sum
 
 METHODS = ("compiled", "Radau", "BDF", "LSODA")
 # chosen: a start is a slip of the pen where a contact is indented by more than both: this part of the largest
@@ -218,7 +218,7 @@ class Penalty(LocatesEvents):
         W_N = evaluate(system, NORMAL, t, q, u)
         for i in range(system.n_c):
             depth = abs(gaps[i]) if system.kinds[i, 0] == BILATERAL else -gaps[i]
-            if depth <= DEEPEST * length:
+            if depth <= DEEPEST * length + NOTHING:
                 continue
             omega = constants[i, OMEGA]
             deepest = max(DEEPEST * length, STATIC_DEPTHS * abs(W_N[i] @ free) / omega**2)

@@ -39,7 +39,7 @@ from nonsmooth.mechanics.contact_problem import Work, row_velocities
 from nonsmooth.mechanics.laws import friction_coefficient, is_no_friction
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode
 from nonsmooth.numerics.dense import lu, lu_solve
-from nonsmooth.numerics.rounding import rounded_sum
+from nonsmooth.numerics.rounding import NOTHING, rounded_sum
 
 UNIQUE = CLOSURE  # code: of a bilateral contact, which has nothing to close
 FORWARD, BACKWARD = FRICTION, SIGN  # code: of a contact that sticks, the ways in which it may slide
@@ -136,7 +136,7 @@ def small_speed(sys, contacts):
 @kernel
 def rounded_length(n, contacts):
     """What rounding leaves of a gap that is zero [m]."""
-    return rounded_sum(EVENT_ROUNDINGS, longest(n, contacts))
+    return rounded_sum(EVENT_ROUNDINGS, longest(n, contacts)) + NOTHING
 
 
 @kernel
