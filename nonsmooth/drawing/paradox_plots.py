@@ -39,9 +39,11 @@ KINDS = {  # label, colour, hatching
     ParadoxKind.REGULAR: ("regular: one solution", *REGIONS[1][1:]),
     ParadoxKind.INDETERMINATE: ("indeterminate: several solutions", *REGIONS[2][1:]),
     ParadoxKind.NOT_ENUMERATED: ("not enumerated", "#e8e8e8", "xx"),
-    ParadoxKind.INADMISSIBLE: ("no contact at rest on its surface", "#bdbdbd", ""),
+    ParadoxKind.INADMISSIBLE: ("inadmissible: penetrates or lands", "#bdbdbd", ""),
     ParadoxKind.NOT_REACHED: ("not reached", "#ffffff", ".."),
 }
+COUNTED = (ParadoxKind.INCONSISTENT, ParadoxKind.REGULAR, ParadoxKind.INDETERMINATE)
+UNCOUNTED = -1  # code: of a region that gets no number, for its kind says that there is none
 CURVES = {"p": ("$p = 0$", "-"), "b": ("$b = 0$", "--"), "gamma_F": ("$\\gamma_F = 0$", ":")}
 HATCHES = "#8f8f8f"
 SMALLEST_LABEL = 2e-3  # chosen: of the map's area: a smaller region gets no label
@@ -145,8 +147,9 @@ def label_regions(axes: Any, chart: xarray.Dataset, names: list[str],
     from scipy.ndimage import distance_transform_edt, label
 
     x, y = (chart[name].values for name in names)
-    codes, name_of = regions or (chart.n_solutions.transpose(*names).values, str)
-    for code in np.unique(codes):
+    counts = chart.n_solutions.where(chart.kind.isin(COUNTED), UNCOUNTED).transpose(*names).values
+    codes, name_of = regions or (counts, str)
+    for code in np.unique(codes if regions else counts[counts != UNCOUNTED]):
         parts, count = label(codes == code)
         for part in range(1, count + 1):
             inside = parts == part

@@ -45,6 +45,13 @@ def test_named_regions_take_the_names_given():
     assert sorted(labels) == ["A0", "A1", "A2", "A3", "A4"]
 
 
+def test_states_without_a_problem_of_forces_get_no_number_of_solutions():
+    """A pendulum at a wall is free at angles above 0, and in the wall below, where no force is looked for."""
+    chart = ns.paradox_map(WallPendulum(), th=np.linspace(-1.0, 1.0, 21), m=np.linspace(1.0, 2.0, 5))
+    labels, legend = texts(plot_map(chart))
+    assert labels == ["1"] and legend == ["regular: one solution", "inadmissible: penetrates or lands"]
+
+
 def test_one_axis_shows_the_force_of_every_solution():
     chart = ns.paradox_map(PainleveRod(mu=2.0), th=np.linspace(0.0, 1.57, 50), thdot=5.0)
     axes = plot_map(chart).axes[0]
