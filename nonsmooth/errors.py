@@ -120,6 +120,8 @@ def nearest(name: Any, known: Any) -> str:
     """`` Did you mean 'x'?`` for the known names of which a wrong one is a part, as a rod, or an array, or the closest
     to a misspelt one, or the list of all."""
     names, typed = sorted(known), name if isinstance(name, str) else shown(name)
+    if not names:
+        return "there are none"
     close = [one for one in names if typed in parts_of(one) or one.startswith((f"{typed}[", f"{typed}."))]
     close = close or [one for one in [closest(typed, names)] if one]
     return f"did you mean {' or '.join(map(repr, close))}?" if close else f"known: {', '.join(names)}"

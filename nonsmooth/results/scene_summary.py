@@ -5,12 +5,16 @@ from __future__ import annotations
 import html
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.numerics.rounding import EPS
 from nonsmooth.results.scene_records import CONTACTS, LEDGER
 
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution
 
+ROUNDINGS_OF_ENERGY = 64  # chosen: of the largest energy or work, that a step may leave in the sum
 POWERS = ("force", "friction", "normal", "surface")  # defined: works that change the kinetic energy
 
 
@@ -86,8 +90,13 @@ def changes(solution: SceneSolution) -> dict[str, float]:
 def balance(change: dict[str, float], is_rest: str) -> str:
     """The kinetic energy as the sum of the works, and what the rest is."""
     works = ", ".join(f"{name} {change[name]:.6g}" for name in POWERS)
-    rest = change["kinetic"] - sum(change[name] for name in POWERS)
+    rest = rest_of(change)
     return f"energy: kinetic {change['kinetic']:+.6g} J = work of {works} J (the rest, {rest:+.1g} J, is {is_rest})"
+
+
+def rest_of(change: dict[str, float]) -> float:
+    """What the works leave of the change of the kinetic energy [J]."""
+    return change["kinetic"] - sum(change[name] for name in POWERS)
 
 
 def compliant_energy(solution: SceneSolution) -> list[str]:
@@ -102,8 +111,10 @@ def compliant_energy(solution: SceneSolution) -> list[str]:
 def energy(solution: SceneSolution) -> list[str]:
     """What became of the energy."""
     change = changes(solution)
+    largest = max(float(np.abs(solution.ledger[name]).max(initial=0.0)) for name in ("kinetic", *POWERS))
+    is_rounding = abs(rest_of(change)) <= ROUNDINGS_OF_ENERGY * EPS * max(1, solution.stats.steps) * largest
     return [
-        balance(change, "rounding"),
+        balance(change, "rounding" if is_rounding else "the error of the steps, less with a smaller dt"),
         f"  bodies moved beside their velocities: {change['projection']:+.3g} J of gravity",
     ]
 

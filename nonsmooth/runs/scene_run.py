@@ -109,6 +109,7 @@ class SceneRun:
             part_bodies(self.world)
         self.assembly = self._assemble()
         self.compile_time = time.perf_counter() - started
+        self.world.require_found(self.assembly.is_nowhere())
         self.n_touching = self.assembly.find_contacts()
         self.world.require_apart(self.n_touching, self.assembly.found)
         self.names = [body.name for body in scene.bodies]
@@ -242,11 +243,22 @@ class SceneRun:
         if progress is not None:
             self._show(progress)
 
+    def _guide(self) -> bool:
+        """Let guided bodies go where they are told; False where that is nowhere, which ends the run."""
+        try:
+            self.world.guide(self.now, self.dt)
+        except InvalidInput as refusal:
+            self.status, self.cause = Status.NOT_FINITE, refusal
+            self.spent = f"{refusal}; stopped at t = {self.now:.9g} s"
+            return False
+        return True
+
     def _take_steps(self, most: int) -> None:
         """Some steps, as many as end before the next look at the clock."""
         before, began = self.steps, time.perf_counter()
         if self.world.guided:
-            self.world.guide(self.now, self.dt)
+            if not self._guide():
+                return
             most = 1
         for watch in self.watches:
             most = watch.steps_at_once(self, most)
@@ -317,7 +329,9 @@ class SceneRun:
         where = f"t = {self.now:.9g} s"
         if self.status == Status.FINISHED:
             return "the end was reached"
-        if self.status in (Status.EVENT_REACHED, Status.EVENT_FAILED):
+        if self.status in (Status.EVENT_REACHED, Status.EVENT_FAILED) or (
+            self.status == Status.NOT_FINITE and self.cause is not None
+        ):
             return self.spent
         if self.status == Status.INTERRUPTED:
             return f"interrupted at {where}"

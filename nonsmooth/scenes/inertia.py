@@ -11,6 +11,7 @@ from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.mass_properties import combined, mass_of
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, quaternion_of
+from nonsmooth.scenes.ranges import HEAVIEST, LARGEST_MOMENT, require_between
 from nonsmooth.scenes.scene import Body
 
 MOMENT_ROUNDINGS = 64  # chosen: of moments that are sums over parts: what differs by less is equal
@@ -38,7 +39,10 @@ def inertia_of(body: Body, dim: int) -> Inertia:
         raise InvalidInput(f"{body.name} has a shape without volume, {body.shape!r}; round it, or fix the body")
     whole = combined(parts)
     mass = body.density * whole.mass if body.density is not None else float(body.mass)  # type: ignore[arg-type]
+    require_between(f"mass of {body.name}", mass, HEAVIEST, "kg")
     tensor = mass / whole.mass * whole.inertia if body.inertia is None else np.atleast_2d(body.inertia)
+    for moment in np.diag(tensor):
+        require_between(f"moment of inertia of {body.name}", float(moment), LARGEST_MOMENT, "kg m^2")
     if dim == 2:
         return Inertia(mass, whole.centroid, 0.0, tensor[0])
     return Inertia(mass, whole.centroid, *principal_axes(tensor))

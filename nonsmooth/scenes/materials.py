@@ -11,9 +11,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from nonsmooth.checks.arrays import as_fraction, as_non_negative
+from nonsmooth.checks.arrays import as_fraction
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.mechanics.laws import FrictionLaw
+from nonsmooth.scenes.ranges import as_friction
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Material:
                 f"mu of a material must be a number, bodies rub by Coulomb's law; got {shown(self.mu)}; a law of the "
                 "sliding speed stands at a contact of a System, Contact(mu=...)"
             )
-        object.__setattr__(self, "mu", as_non_negative("mu", self.mu))
+        object.__setattr__(self, "mu", as_friction("mu", self.mu))
         object.__setattr__(self, "e", as_fraction("e", self.e))
         if not isinstance(self.name, str):
             raise InvalidInput(f"the name of a material must be a text; got {shown(self.name)}")

@@ -23,7 +23,6 @@ from nonsmooth.checks.arrays import (
     as_floats,
     as_fraction,
     as_instance,
-    as_non_negative,
     as_number,
     as_positive,
     as_vector,
@@ -32,7 +31,8 @@ from nonsmooth.checks.parameters import numeric_fields
 from nonsmooth.errors import InvalidInput, nearest, shown
 from nonsmooth.mechanics.system import System
 from nonsmooth.scenes.materials import Material, of_pair
-from nonsmooth.scenes.shapes import PLANAR, SPATIAL, Segment, Shape, as_turn
+from nonsmooth.scenes.ranges import as_friction, as_mass, require_within
+from nonsmooth.scenes.shapes import PLANAR, SPATIAL, Shape, as_turn
 from nonsmooth.views import view
 
 
@@ -144,7 +144,7 @@ class Scene:
     __hash__ = None  # type: ignore[assignment]  # it grows: its system must not be kept as that of a model is
 
     def __post_init__(self) -> None:
-        gravity = as_vector("gravity", self.gravity)
+        gravity = require_within("gravity", as_vector("gravity", self.gravity), "m/s^2")
         if len(gravity) not in (PLANAR, SPATIAL):
             raise InvalidInput(f"gravity must have 2 entries (planar) or 3 (spatial) [m/s^2]; got {len(gravity)}")
         self.gravity = gravity
@@ -190,12 +190,12 @@ class Scene:
             raise InvalidInput(f"{name} needs either density= or mass=; got {'neither' if mass is None else 'both'}")
         given = {
             "density": None if density is None else as_positive(f"density of {name}", density, "kg/m^3"),
-            "mass": None if mass is None else as_positive(f"mass of {name}", mass, "kg"),
+            "mass": None if mass is None else as_mass(f"mass of {name}", mass),
             "inertia": None if inertia is None else as_inertia(f"inertia of {name}", inertia, self.dim),
             "surface_velocity": self._vector(f"surface_velocity of {name}", surface_velocity, None),
         }
         self._check_shape(name, shape)
-        if not shape.is_bounded or isinstance(shape, Segment):
+        if not shape.has_mass:
             raise InvalidInput(f"{name} has no mass, its shape is {shape!r}; add it by scene.fixed or scene.kinematic")
         return self._add(name, Kind.DYNAMIC, shape, material, position, turn, velocity, spin, given)
 
@@ -300,17 +300,20 @@ class Scene:
         a, b : Material or str
             Materials of bodies of this scene, or their names.
         mu, e : float, optional
-            What is left out goes by the rule of `Material`.
+            What is left out stays as it was, or goes by the rule of `Material`.
 
         Raises
         ------
         InvalidInput
-            For a material without a name, or a coefficient that breaks its rule.
+            For a material without a name, a coefficient that breaks its rule, and none at all.
         """
-        names = [self._material_name(material) for material in (a, b)]
-        self.pairs[frozenset(names)] = (
-            None if mu is None else as_non_negative("mu", mu),
-            None if e is None else as_fraction("e", e),
+        names = frozenset(self._material_name(material) for material in (a, b))
+        if mu is None and e is None:
+            raise InvalidInput(f"the pair {', '.join(sorted(names))} needs mu= or e=; got neither")
+        own_mu, own_e = self.pairs.get(names, (None, None))
+        self.pairs[names] = (
+            own_mu if mu is None else as_friction("mu", mu),
+            own_e if e is None else as_fraction("e", e),
         )
 
     def system(self, pairs: Any = None) -> System:
@@ -421,7 +424,7 @@ class Scene:
     def _vector(self, name: str, value: Any, default: float | None = 0.0) -> Any:
         if value is None:
             return None if default is None else np.full(self.dim, default)
-        return as_vector(name, value, self.dim)
+        return require_within(name, as_vector(name, value, self.dim), "in SI units")
 
     def _new_name(self, name: str | None) -> str:
         if name is None:
@@ -469,19 +472,26 @@ def coefficients_of(scene: Scene, a: Material, b: Material) -> tuple[float, floa
 
 
 def require_known_pairs(scene: Scene) -> None:
-    """Raise `InvalidInput` where a pair was given coefficients of which no body is made."""
-    names = {body.material.name for body in scene.bodies}
-    for pair in scene.pairs:
-        if not pair <= names:
-            unknown = sorted(pair - names)[0]
-            raise InvalidInput(f"scene.pair names a material {unknown!r} that no body is made of")
+    """Raise `InvalidInput` for coefficients of a pair of which no body is made, or two materials of a name."""
+    materials: dict[str, set[Material]] = {}
+    for body in scene.bodies:
+        materials.setdefault(body.material.name, set()).add(body.material)
+    for name in sorted(frozenset().union(*scene.pairs)):
+        if name not in materials:
+            raise InvalidInput(f"scene.pair names a material {name!r} that no body is made of")
+        if len(materials[name]) > 1:
+            first, second = sorted(map(repr, materials[name]))[:2]
+            raise InvalidInput(
+                f"scene.pair names a material {name!r}, and bodies are made of two, {first} and {second}; give one of "
+                "them another name"
+            )
 
 
 def as_spin(name: str, value: Any, dim: int) -> Any:
     """An angular velocity of the plane or of space [rad/s]; None: none."""
     if dim == PLANAR:
-        return 0.0 if value is None else as_number(name, value, "rad/s")
-    return np.zeros(3) if value is None else as_vector(name, value, 3)
+        return 0.0 if value is None else require_within(name, as_number(name, value, "rad/s"), "rad/s")
+    return np.zeros(3) if value is None else require_within(name, as_vector(name, value, 3), "rad/s")
 
 
 def as_inertia(name: str, value: Any, dim: int) -> Any:

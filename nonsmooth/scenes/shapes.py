@@ -13,9 +13,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_floats, as_listed, as_number, as_positive, as_vector
+from nonsmooth.checks.arrays import as_floats, as_listed, as_number, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.scenes.convex_hull import convex_hull
+from nonsmooth.scenes.ranges import OUTERMOST, as_length, require_within
 
 PLANAR, SPATIAL = 2, 3  # defined: coordinates of a point
 # chosen: relative to the extent of a polygon: turns and edges below it are taken for roundings of straight lines
@@ -34,11 +35,14 @@ class Shape:
     dim : tuple of int
         2 for the plane, 3 for space, or both.
     is_bounded : bool
-        Half-planes and half-spaces are not: they have no mass, and are fixed or move as they are told.
+        Half-planes and half-spaces are not.
+    has_mass : bool
+        What is not bounded has none, nor has a segment, or what is made of one: it is fixed or moves as it is told.
     """
 
     dim: ClassVar[tuple[int, ...]]
     is_bounded: ClassVar[bool] = True
+    has_mass: ClassVar[bool] = True
 
 
 @dataclass(frozen=True)
@@ -99,7 +103,7 @@ class Box(Shape):
         if len(lengths) not in (PLANAR, SPATIAL):
             raise InvalidInput(f"Box takes two lengths in the plane or three in space [m]; got {len(lengths)}")
         names = (f"lengths[{k}]" for k in range(len(lengths)))
-        checked = tuple(as_positive(name, length, "m") for name, length in zip(names, lengths, strict=True))
+        checked = tuple(as_length(name, length) for name, length in zip(names, lengths, strict=True))
         object.__setattr__(self, "lengths", checked)
 
     @property
@@ -155,7 +159,7 @@ class Polygon(Shape):
 
     def __init__(self, vertices: Any, radius: float = 0.0) -> None:
         object.__setattr__(self, "vertices", as_convex(vertices))
-        object.__setattr__(self, "radius", as_number("radius", radius, "m"))
+        object.__setattr__(self, "radius", require_within("radius", as_number("radius", radius, "m"), "m"))
         if self.radius < 0:
             raise InvalidInput(f"radius must not be negative; got {self.radius:g} m")
 
@@ -256,12 +260,13 @@ class Segment(Shape):
     """
 
     dim = (PLANAR,)
+    has_mass = False
     a: np.ndarray
     b: np.ndarray
 
     def __init__(self, a: Any, b: Any) -> None:
-        object.__setattr__(self, "a", as_vector("a", a, PLANAR))
-        object.__setattr__(self, "b", as_vector("b", b, PLANAR))
+        object.__setattr__(self, "a", require_within("a", as_vector("a", a, PLANAR), "m"))
+        object.__setattr__(self, "b", require_within("b", as_vector("b", b, PLANAR), "m"))
         if not np.linalg.norm(self.b - self.a) > 0:
             raise InvalidInput(f"the ends of a Segment must differ; both are {shown(tuple(self.a.tolist()))}")
 
@@ -271,17 +276,19 @@ class Segment(Shape):
 
 @dataclass(frozen=True, init=False, eq=False)
 class _Half(Shape):
-    is_bounded = False
+    is_bounded = has_mass = False
     normal: np.ndarray
     offset: float
 
     def __init__(self, normal: Any, offset: float = 0.0) -> None:
         vector = as_vector("normal", normal, self.dim[0])
-        length = float(np.linalg.norm(vector))
-        if not length > 0:
+        largest = float(np.abs(vector).max())
+        if not largest > 0:
             raise InvalidInput("normal must not be zero; it points out of the ground")
-        object.__setattr__(self, "normal", vector / length)
-        object.__setattr__(self, "offset", as_number("offset", offset, "m"))
+        if not 1.0 / OUTERMOST <= largest <= OUTERMOST:  # its square is no number
+            vector = vector / largest
+        object.__setattr__(self, "normal", vector / np.linalg.norm(vector))
+        object.__setattr__(self, "offset", require_within("offset", as_number("offset", offset, "m"), "m"))
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({tuple(self.normal.tolist())}, {self.offset:g})"
@@ -339,13 +346,18 @@ class Compound(Shape):
         if not parts:
             raise InvalidInput("a Compound needs at least one (shape, position)")
         object.__setattr__(self, "parts", tuple(_as_part(k, part) for k, part in enumerate(parts)))
-        if not self.dim:
+        if len(self.dim) > 1:
             raise InvalidInput("the parts of a Compound must all be planar, or all spatial")
 
     @property
     def dim(self) -> tuple[int, ...]:  # type: ignore[override]
-        """Where all of its parts can be."""
-        return tuple(d for d in (PLANAR, SPATIAL) if all(d in shape.dim for shape, _, _ in self.parts))
+        """Where all of its parts are put."""
+        return tuple({len(position) for _, position, _ in self.parts})
+
+    @property
+    def has_mass(self) -> bool:  # type: ignore[override]
+        """Whether all of its parts have."""
+        return all(shape.has_mass for shape, _, _ in self.parts)
 
     def __repr__(self) -> str:
         return f"Compound({', '.join(repr(shape) for shape, _, _ in self.parts)})"
@@ -358,7 +370,7 @@ def _as_part(k: int, part: Any) -> tuple[Shape, np.ndarray, Any]:
     shape = entries[0]
     if not shape.is_bounded or isinstance(shape, Compound):
         raise InvalidInput(f"part {k} of a Compound must be a bounded shape, and no Compound; got {shape!r}")
-    position = as_vector(f"position of part {k}", entries[1])
+    position = require_within(f"position of part {k}", as_vector(f"position of part {k}", entries[1]), "m")
     if len(position) not in shape.dim:
         raise InvalidInput(f"position of part {k} must have {shape.dim[0]} entries; got {len(position)}")
     turn = entries[2] if len(entries) == 3 else None
@@ -385,6 +397,7 @@ def as_convex(value: Any) -> np.ndarray:
         raise InvalidInput(f"vertices must be a (k, 2) array with k >= 3; got shape {vertices.shape}")
     if not np.isfinite(vertices).all():
         raise InvalidInput("vertices must be finite")
+    require_within("vertices", vertices, "m")
     size = float(np.ptp(vertices, axis=0).max())
     edges = np.roll(vertices, -1, axis=0) - vertices
     turns = _cross(np.roll(edges, 1, axis=0), edges)
@@ -407,6 +420,7 @@ def as_points(value: Any) -> np.ndarray:
         raise InvalidInput(f"points must be a (k, 3) array with k >= 4; got shape {points.shape}")
     if not np.isfinite(points).all():
         raise InvalidInput("points must be finite")
+    require_within("points", points, "m")
     widths = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     if not widths[2] > FLATTEST * widths[0]:
         raise InvalidInput("the points of a Polyhedron lie in a plane; give it a thickness")
@@ -418,4 +432,4 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _set_positive(shape: Any, name: str) -> None:
-    object.__setattr__(shape, name, as_positive(name, getattr(shape, name), "m"))
+    object.__setattr__(shape, name, as_length(name, getattr(shape, name)))

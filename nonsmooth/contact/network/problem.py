@@ -11,6 +11,9 @@ The residual is that of the natural map, in impulses:
 
     F_c = P_c - proj_K(P_c - rho_c (gamma_c + mu_c |gamma_c,T| e_N)),   rho_c = d / tr W_c,   residual = |F| / |P|
 
+Where masses of an island differ so much that the impulses of its light bodies are roundings of |P|, the residual is the
+largest of those of all its contacts and of its light ones alone, rho_c < UNSEEN^k max rho, k = 1, 2, ...
+
 A joint stands among the contacts, with the whole space in the place of K (joint.py).
 
 A compliant contact has R on the diagonal of G, gamma_c,N + R_c P_N in the place of gamma_c,N (its law is in
@@ -35,6 +38,10 @@ from nonsmooth.contact.network.joint import is_joint
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.numerics.rounding import EPS
+
+# chosen: part of the largest rho of an island below which contacts are judged by themselves: light bodies have at least
+# two digits where tol = 1e-8
+UNSEEN = 1e-6
 
 
 class Network(Block):
@@ -213,13 +220,34 @@ def square_of_joint(network, c, d, n):
 def island_residual(network, k, d, n):
     """|F| / |P| of island k at its velocities; its sums |F|^2, |P|^2 go to the islands."""
     islands = network.islands
-    F, P = 0.0, 0.0
+    F, P, least, largest = 0.0, 0.0, math.inf, 0.0
     for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
-        F_c, P_c = natural_map(network, islands.contacts[at], d, n)
+        c = islands.contacts[at]
+        F_c, P_c = natural_map(network, c, d, n)
         F += F_c
         P += P_c
+        least, largest = min(least, network.rho[c]), max(largest, network.rho[c])
     islands.F[k], islands.P[k] = F, P
-    return relative(F, P)
+    error = relative(F, P)
+    if error < math.inf and least < UNSEEN * largest:
+        return max(error, residual_of_light(network, k, least, largest, d, n))
+    return error
+
+
+@rare_kernel
+def residual_of_light(network, k, least, largest, d, n):
+    """The largest |F| / |P| of the light contacts of island k alone, whose rho are from ``least`` to ``largest``."""
+    islands, worst, bound = network.islands, 0.0, UNSEEN * largest
+    while least < bound:
+        F, P = 0.0, 0.0
+        for at in range(islands.contact_start[k], islands.contact_start[k + 1]):
+            c = islands.contacts[at]
+            if network.rho[c] < bound:
+                F_c, P_c = natural_map(network, c, d, n)
+                F += F_c
+                P += P_c
+        worst, bound = max(worst, relative(F, P)), UNSEEN * bound
+    return worst
 
 
 @kernel
@@ -232,14 +260,16 @@ def relative(F, P):
 
 @kernel
 def residual(network, d, n):
-    """|F| / |P| of all islands; that of each one goes to islands.residual."""
+    """|F| / |P| of all islands, or that of light contacts; that of each island goes to islands.residual."""
     islands = network.islands
-    F, P = 0.0, 0.0
+    F, P, of_light = 0.0, 0.0, 0.0
     for k in range(islands.count):
         islands.residual[k] = island_residual(network, k, d, n)
         F += islands.F[k]
         P += islands.P[k]
-    return relative(F, P)
+        if islands.residual[k] > relative(islands.F[k], islands.P[k]):
+            of_light = max(of_light, islands.residual[k])
+    return max(relative(F, P), of_light)
 
 
 @kernel

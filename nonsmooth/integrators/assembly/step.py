@@ -48,7 +48,7 @@ from nonsmooth.integrators.assembly.spins import keep_angular_momenta
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
 from nonsmooth.jit import Kernel, interpreted, load_all
 from nonsmooth.jit.blocks import Block, keep_rows, new
-from nonsmooth.scenes.detection import FIRST_JOINT, Found
+from nonsmooth.scenes.detection import FIRST_JOINT, NOT_FINITE, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import BOX, HALF_SPACE, Shapes
@@ -232,11 +232,16 @@ class Assembly:
                 return n
             if n > 0:
                 self._make_room(int(ROOM * n))
-            elif n > -(2**60):
+            elif n > NOT_FINITE:
                 self.scratch = self.stages.scratch(self.shapes, int(ROOM * -n))
                 self._write_places()
             else:
                 return 0
+
+    def is_nowhere(self) -> bool:
+        """Whether a body is so far out that contacts cannot be looked for."""
+        at = self.progress.places
+        return int(self.stages.find(at.shapes, at.motion, 0.0, 0.0, at.found, at.scratch)) == NOT_FINITE
 
     def write_rows(self, dt: float) -> None:
         """The rows of the contacts that were found, as of a step of a length [s]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_listed, as_vector, result_of
+from nonsmooth.checks.arrays import as_listed, as_vector, is_number, result_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
@@ -14,6 +14,7 @@ from nonsmooth.scenes.detection import Found
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_of, rotate, times
+from nonsmooth.scenes.ranges import require_within
 from nonsmooth.scenes.scene import Body, Kind, Scene, coefficients_of, require_known_pairs
 from nonsmooth.scenes.shape_rows import shape_block
 from nonsmooth.scenes.shapes import PLANAR, as_turn
@@ -132,6 +133,14 @@ class World:
                 f"{first} and {second} overlap at the start by {depth:.3g} m; move them apart, or give project=True"
             )
 
+    def require_found(self, is_nowhere: bool) -> None:
+        """Refuse a start at which a body is so far out that no cell of the broad phase holds it."""
+        if is_nowhere:
+            raise InvalidInput(
+                f"{self.lost()} is too far out at the start: beside its place a float64 has no room for the smallest "
+                "shape; put the origin nearer"
+            )
+
     def lost(self) -> str:
         """The first body whose place is not finite, or the one that is farthest out."""
         x = self.bodies.motion.x
@@ -172,10 +181,10 @@ def place_at(body: Body, t: float, dim: int) -> tuple[np.ndarray, float | np.nda
     name = f"motion of {body.name}"
     assert body.motion is not None
     said = result_of(f"{name} at t = {t:g} s", body.motion, t)
-    is_pair = isinstance(said, tuple | list) and len(said) == 2 and np.ndim(said[0]) == 1
+    is_pair = isinstance(said, tuple | list) and len(said) == 2 and not is_number(name, said[0])
     position, turn = said if is_pair else (said, None)
     as_listed(name, position, f"a position of {dim} numbers [m], or (position, turn)")
-    return as_vector(name, position, dim), as_turn(name, turn, dim)
+    return require_within(name, as_vector(name, position, dim), "m"), as_turn(name, turn, dim)
 
 
 def spin_between(here: np.ndarray, there: np.ndarray, dt: float) -> np.ndarray:

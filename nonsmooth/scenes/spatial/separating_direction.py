@@ -40,7 +40,7 @@ def separating_direction(shapes, scratch, i, j, most):
     close = CLOSE * (smaller if smaller > 0.0 else scale)
     middle = towards(scratch, i, j)
     s, n = nearest_points(shapes, scratch, i, j, (0.0, 0.0, 0.0), middle, scale, most)
-    if s >= most:
+    if s >= most and s > 0.0:  # 0 is no proof: so it is where they overlap
         return s, n
     s_i, n_i = best_face(shapes, scratch, i, j, i, 1.0)
     s_j, n_j = best_face(shapes, scratch, i, j, j, -1.0)

@@ -10,7 +10,20 @@ from nonsmooth.contact.network.gauss_seidel import gauss_seidel_planar, gauss_se
 from nonsmooth.contact.network.problem import judge_planar, judge_spatial, prepare_planar, prepare_spatial
 from nonsmooth.jit import interpreted
 from nonsmooth.numerics.rounding import EPS
-from tests.contact.network.problems import assembled, copy_of, heap, joined, judge, network_of, pyramid, stack
+from tests.contact.network.problems import (
+    GRAVITY,
+    STEP,
+    assembled,
+    box_mass,
+    copy_of,
+    falling,
+    heap,
+    joined,
+    judge,
+    network_of,
+    pyramid,
+    stack,
+)
 
 SCENES = {
     "stack": lambda: stack(3),
@@ -64,6 +77,24 @@ def test_residual_is_that_of_the_definition(scene):
     residual = judge(network)
     assert 1e-9 < residual < 1.0
     assert residual == pytest.approx(natural_map(network), rel=1e-9)
+
+
+@pytest.mark.parametrize("dimensions", [2, 3])
+def test_light_contacts_are_judged_by_themselves(dimensions):
+    """A box on the ground, solved, and one of a part of its mass on it, that of which alone is not: its residual is 1
+    where the heavy one's impulse has no digits for it, and else the part that its impulse is."""
+    up, half = np.eye(dimensions)[-1], 0.1
+    for ratio in (1e-3, 1e-9, 1e-20):
+        x = [np.zeros(dimensions), 0.3 * up, 0.5 * up]
+        M = [box_mass(half, dimensions), box_mass(half, dimensions), box_mass(half, dimensions, ratio)]
+        v = falling(3, dimensions, fixed=(0,))
+        network = network_of(x, M, v, [(0, 1, up, 0.2 * up, 0.0), (1, 2, up, 0.4 * up, 0.0)], fixed=(0,))
+        heavy = M[1][0, 0] * GRAVITY * STEP
+        network.P[0, 0] = heavy
+        share = dimensions / (1.0 + 2.5 * (dimensions - 1))  # rho of a box that a corner would turn, of its mass
+        assert judge(network) == pytest.approx(1.0 if ratio < 1e-6 else share * ratio, rel=2e-3)
+        network.P[:, 0] = heavy * (1.0 + ratio), heavy * ratio
+        assert judge(network) < 10 * EPS
 
 
 def test_problem_without_contacts_is_solved():

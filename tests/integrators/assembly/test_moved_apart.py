@@ -1,5 +1,7 @@
 """Starts that overlap, moved apart by ``project=True``: closed forms of the nearest places, no gap left, bits kept."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -162,3 +164,39 @@ def test_bodies_that_are_told_how_to_move_push_and_are_not_pushed():
     x = places(started(scene))
     np.testing.assert_allclose(x, [(0, 0), (0.1, 0.1)], atol=1e-13)
     assert (x[0] == 0.0).all()
+
+
+CORNERS = 0.04 * np.array([*np.eye(3), *-np.eye(3)])
+THIN = ns.Polygon([(-0.05, -0.03), (0.05, -0.03), (0.0, 0.06)])
+# a shape, and the radius of a ball about its origin that it holds
+HOLD = {
+    2: [(ns.Disc(0.05), 0.05), (ns.Box(0.1, 0.06), 0.03), (ns.Capsule(0.06, 0.03), 0.03), (THIN, 0.026),
+        (ns.Compound((ns.Disc(0.03), (0, 0)), (ns.Box(0.1, 0.02), (0, 0))), 0.03)],
+    3: [(ns.Sphere(0.05), 0.05), (ns.Box(0.1, 0.08, 0.06), 0.03), (ns.Capsule(0.06, 0.03), 0.03),
+        (ns.Cylinder(0.05, 0.08), 0.04), (ns.Ellipsoid(0.05, 0.04, 0.03), 0.03), (ns.Polyhedron(CORNERS), 0.023),
+        (ns.Compound((ns.Cylinder(0.03, 0.06), (0, 0, 0)), (ns.Polyhedron(CORNERS), (0, 0, 0))), 0.03)],
+}  # fmt: skip
+
+
+def any_turn(rng, dim):
+    turn = rng.normal(size=4)
+    return turn / np.linalg.norm(turn) if dim == 3 else turn[0]
+
+
+@pytest.mark.parametrize(
+    "dim, first, second",
+    [(dim, *pair) for dim in (2, 3) for pair in itertools.combinations_with_replacement(range(len(HOLD[dim])), 2)],
+)
+def test_every_pair_of_shapes_that_overlaps_is_refused_by_name_and_moved_apart_when_asked(dim, first, second):
+    """Balls that both hold overlap, and so do they, however they are turned. Overlaps of cylinders, ellipsoids and
+    polyhedra with one another and with boxes were once taken in silence."""
+    (a, r_a), (b, r_b), rng = HOLD[dim][first], HOLD[dim][second], np.random.default_rng((dim, first, second))
+    for share in (0.1, 0.6, 0.95):
+        way = rng.normal(size=dim)
+        scene = ns.Scene(gravity=-9.81 * np.eye(dim)[-1])
+        scene.body(a, mass=1.0, turn=any_turn(rng, dim), name="a")
+        place = share * (r_a + r_b) / np.linalg.norm(way) * way
+        scene.body(b, mass=2.0, position=place, turn=any_turn(rng, dim), name="b")
+        with pytest.raises(ns.InvalidInput, match="^a and b overlap at the start by"):
+            SceneRun(scene, (0, 0.1), STEP, 1, None)
+        assert least_gap(started(scene)) >= -EXACT * 0.1
