@@ -109,8 +109,8 @@ class SceneRun:
             part_bodies(self.world)
         self.assembly = self._assemble()
         self.compile_time = time.perf_counter() - started
-        self.world.require_found(self.assembly.is_nowhere())
         self.n_touching = self.assembly.find_contacts()
+        self.world.require_found(self.n_touching)
         self.world.require_apart(self.n_touching, self.assembly.found)
         self.names = [body.name for body in scene.bodies]
         self.pair_events = PairEvents(self) if EVENTS in self.recorder.kinds else None

@@ -75,7 +75,7 @@ def study_of_scene(
             data = data.assign(beside_columns(runs, progress))
         except KeyboardInterrupt:  # the runs that the study is of are finished
             data.attrs["interrupted"] = 1
-    return Study("stiffness", data, f"{getattr(problem.model, 'name', 'a scene')}: the penalty limit")
+    return Study("stiffness", data, f"{getattr(problem.model, 'name', '') or 'a scene'}: the penalty limit")
 
 
 class ScenePenaltyTask(ComparisonTask):

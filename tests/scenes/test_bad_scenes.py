@@ -277,12 +277,13 @@ def test_masses_and_moments_that_come_of_a_density_are_looked_at_too():
         ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3))
 
 
-def test_a_body_too_far_out_for_the_digits_of_its_place_is_refused_by_name():
+@pytest.mark.parametrize("project", [False, True])
+def test_a_body_too_far_out_for_the_digits_of_its_place_is_refused_by_name(project):
     scene = ns.Scene()
     scene.body(ns.Disc(0.1), mass=1.0, name="near")
     scene.body(ns.Disc(0.1), mass=1.0, position=(1e16, 0), name="far")
     with pytest.raises(ns.InvalidInput, match="^far is too far out at the start: .*; put the origin nearer$"):
-        ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3))
+        ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3), project=project)
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,14 @@ def test_a_stack_on_springs_is_wrong_by_the_sum_of_its_depths():
     assert study.notes() == []
 
 
+def test_a_scene_without_a_name_is_called_a_scene():
+    scene = ns.Scene(gravity=(0, -9.81))
+    scene.fixed(ns.HalfPlane((0, 1)))
+    scene.body(ns.Disc(0.1), mass=1.0, position=(0, 0.1))
+    study = ns.penalty_study(scene, (0, 0.1), stiffness=[1e5, 1e6], beside=[], progress=False)
+    assert study.title == "a scene: the penalty limit"
+
+
 def test_soft_springs_are_a_note_of_the_study():
     """At 1e4 N/m four boxes of 40 kg stand in one another."""
     study = ns.penalty_study(BoxStack(n=4, dim=2), (0, 0.1), stiffness=[1e4, 1e8], beside=[], progress=False)

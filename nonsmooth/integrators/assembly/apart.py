@@ -46,6 +46,7 @@ def part_bodies(world: World) -> None:
     assembly = Assembly(
         world.bodies, world.shapes, world.surfaces, world.joints, PART_TOL, PART_SWEEPS, False, False, 1.0
     )
+    world.require_found(assembly.find_contacts())
     x = world.bodies.motion.x
     start, is_nearest = x.copy(), False
     for iteration in range(MOST):
@@ -74,10 +75,10 @@ def write_problem(assembly: Assembly, way: float) -> float:
 
     Pairs are listed that may meet where bodies move as far as they penetrate, or as a way; returns the margin of that.
     """
-    n = assembly.find_contacts()
+    n = max(0, assembly.find_contacts())
     depth = -assembly.found.gap[:n].min(initial=0.0)
     margin = float(min(BOTH * max(depth, way) + NEARBY * assembly.largest, FARTHEST * assembly.largest))
-    n = assembly.find_contacts(margin)
+    n = max(0, assembly.find_contacts(margin))
     assembly.bodies.x_0[:] = assembly.bodies.motion.x
     network = assembly.network
     network.n_c = n

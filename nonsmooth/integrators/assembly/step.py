@@ -222,7 +222,8 @@ class Assembly:
             self.take_steps(float(self.progress.dt), 1)
 
     def find_contacts(self, margin: float = 0.0) -> int:
-        """The contacts at the present places with gaps below a margin [m], to ``found``; returns their number."""
+        """The contacts at the present places with gaps below a margin [m], to ``found``; returns their number, or
+        NOT_FINITE where a body is nowhere."""
         while True:
             places = self.progress.places
             n = int(self.stages.find(places.shapes, places.motion, 0.0, margin, places.found, places.scratch))
@@ -236,12 +237,7 @@ class Assembly:
                 self.scratch = self.stages.scratch(self.shapes, int(ROOM * -n))
                 self._write_places()
             else:
-                return 0
-
-    def is_nowhere(self) -> bool:
-        """Whether a body is so far out that contacts cannot be looked for."""
-        at = self.progress.places
-        return int(self.stages.find(at.shapes, at.motion, 0.0, 0.0, at.found, at.scratch)) == NOT_FINITE
+                return NOT_FINITE
 
     def write_rows(self, dt: float) -> None:
         """The rows of the contacts that were found, as of a step of a length [s]."""

@@ -10,7 +10,7 @@ from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.contacts import Surfaces
 from nonsmooth.integrators.assembly.joints import Joints
 from nonsmooth.jit.blocks import new
-from nonsmooth.scenes.detection import Found
+from nonsmooth.scenes.detection import NOT_FINITE, Found
 from nonsmooth.scenes.inertia import inertia_of
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, conjugate, inverse, place_of, rotate, times
@@ -133,9 +133,9 @@ class World:
                 f"{first} and {second} overlap at the start by {depth:.3g} m; move them apart, or give project=True"
             )
 
-    def require_found(self, is_nowhere: bool) -> None:
+    def require_found(self, n_c: int) -> None:
         """Refuse a start at which a body is so far out that no cell of the broad phase holds it."""
-        if is_nowhere:
+        if n_c == NOT_FINITE:
             raise InvalidInput(
                 f"{self.lost()} is too far out at the start: beside its place a float64 has no room for the smallest "
                 "shape; put the origin nearer"

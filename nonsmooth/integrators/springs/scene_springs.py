@@ -26,7 +26,7 @@ from nonsmooth.integrators.springs.steps import Course, Scales, take_spring_step
 from nonsmooth.integrators.springs.table import STAGES
 from nonsmooth.jit.blocks import new
 from nonsmooth.numerics.rounding import EPS
-from nonsmooth.scenes.detection import Found
+from nonsmooth.scenes.detection import NOT_FINITE, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
 from nonsmooth.scenes.shape_rows import POLYHEDRON, Shapes
@@ -126,7 +126,7 @@ class SceneSprings:
         """A step that Ctrl-C cut short has ended: the compiled steps come back whole."""
 
     def find_contacts(self) -> int:
-        """The contacts at the present places, to ``found``; returns their number."""
+        """The contacts at the present places, to ``found``; returns their number, or NOT_FINITE."""
         places = self.progress.places
         while True:
             n = int(self.kernels.find(places.shapes, places.motion, 0.0, 0.0, places.found, places.scratch))
@@ -134,11 +134,11 @@ class SceneSprings:
                 return n
             if n > 0:
                 self._make_room(int(ROOM * n))
-            elif n > -(2**60):
+            elif n > NOT_FINITE:
                 self.scratch = self.kernels.scratch(self.shapes, int(ROOM * -n))
                 self._write_places()
             else:
-                return 0
+                return NOT_FINITE
 
     def _make_room(self, m: int) -> None:
         """Blocks for m contacts; the springs are carried over, and rates are computed anew."""

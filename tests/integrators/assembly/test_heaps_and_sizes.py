@@ -15,23 +15,30 @@ HEXAGON = ns.Polygon(0.05 * np.stack([np.cos(np.arange(6) * math.pi / 3), np.sin
 COARSE = ns.ContactSolver(tol=1e-5)
 
 
+SEEDS = 16
+
+
 def collapsed(mu, seed):
-    """The slope [degrees] of what a column of 44 hexagons falls into, by the mean height and the mean distance from its
-    middle, of a triangle a third of its height and of half its base."""
+    """The slope [degrees] of what 44 hexagons fall into, by the mean height and the mean distance from the middle, of
+    a triangle a third of its height and of half its base. They are laid in bond: one on the other some columns stand
+    for seconds."""
     rng, scene = np.random.default_rng(seed), ns.Scene(gravity=(0, -G), material=ns.Material(mu=mu))
     scene.fixed(ns.HalfPlane((0, 1)), material=ns.Material(mu=0.8))
     for k in range(44):
-        place = (0.11 * (k % 4 - 1.5) + rng.uniform(-0.003, 0.003), 0.06 + 0.11 * (k // 4))
-        scene.body(HEXAGON, density=1000, position=place, turn=rng.uniform(0, 1))
-    x = ns.simulate(scene, (0, 2.0), integrator=ns.MoreauJean(DT, contacts=COARSE), every=1000).position[-1, 1:]
+        across = 0.12 * (k % 4 - 1.5) + 0.06 * (k // 4 % 2) + rng.uniform(-0.009, 0.009)
+        scene.body(HEXAGON, density=1000, position=(across, 0.06 + 0.11 * (k // 4)), turn=rng.uniform(0, 1))
+    x = ns.simulate(scene, (0, 1.5), integrator=ns.MoreauJean(DT, contacts=COARSE), every=1000).position[-1, 1:]
     return math.degrees(math.atan2(x[:, 1].mean(), np.abs(x[:, 0] - np.median(x[:, 0])).mean()))
 
 
 @pytest.mark.filterwarnings("ignore::nonsmooth.errors.ResidualWarning")
 @pytest.mark.filterwarnings("ignore::nonsmooth.errors.PenetrationWarning")
 def test_the_angle_of_repose_grows_with_friction():
-    angles = [np.mean([collapsed(mu, seed) for seed in range(2)]) for mu in (0.05, 0.2, 0.5)]
-    assert np.diff(angles).min() > 0.5 and angles[-1] - angles[0] > 4.0 and angles[-1] < 45.0, angles
+    """Means of 16 heaps, which do not grow by 2.6 of their standard errors by chance in 199 of 200 cases. Of 40 heaps
+    they are 4.6, 12.7 and 16.2 degrees with deviations of 0.6, 1.3 and 1.9: 22 and 6 standard errors."""
+    angles = np.array([[collapsed(mu, seed) for seed in range(SEEDS)] for mu in (0.05, 0.2, 0.5)])
+    mean, error = angles.mean(axis=1), angles.std(axis=1, ddof=1) / math.sqrt(SEEDS)
+    assert (np.diff(mean) > 2.6 * np.hypot(error[1:], error[:-1])).all() and angles.max() < 45.0, (mean, error)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
