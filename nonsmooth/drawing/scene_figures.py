@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 SCENE_WIDTH, LEAST_SCENE, MOST_SCENE = 5.0, 2.5, 7.0  # chosen: of a figure [in]; its height follows the scene
 FILL = {Kind.DYNAMIC: "#9ecae1", Kind.FIXED: "#d9d9d9", Kind.KINEMATIC: "#fdd0a2"}
 EDGE, GROUND = "#08306b", "#efefef"
-GROUND_MARGIN = 0.15  # chosen: of the size of the motion, by which the ground reaches farther
+GROUND_MARGIN = 0.15  # chosen: of the size of the motion, by which the ground reaches farther than its bodies
 WIDE_SCENE = 2.5  # chosen: a scene wider than this many heights has its instants one below the other
 CIRCLE_PIECES = 24  # chosen: pieces of a circle
 # defined: of an isometric camera: about the vertical and above the horizon, at which x, y and z are equally short [rad]
@@ -354,7 +354,15 @@ def grounds_seen(solution: SceneSolution, record: int, view: np.ndarray) -> list
     is_free = [body.kind == Kind.DYNAMIC for body in solution.bodies]
     centres = solution.position[:, is_free if any(is_free) else slice(None)].reshape(-1, 3)
     low, high = centres.min(axis=0), centres.max(axis=0)
-    margin = GROUND_MARGIN * float((high - low).max() or 1.0)
+    reach = max(
+        float(np.linalg.norm(corners - centre, axis=1).max()) + radius
+        for body, centre, place in zip(
+            solution.bodies, solution.position[record], places(solution, record), strict=True
+        )
+        for corners, radius in cores(body, place)
+        if body.kind == Kind.DYNAMIC or not any(is_free)
+    )
+    margin = reach + GROUND_MARGIN * float((high - low).max())
     corners = np.array(list(itertools.product(*zip(low - margin, high + margin, strict=True))))
     found = []
     for body, place in zip(solution.bodies, places(solution, record), strict=True):

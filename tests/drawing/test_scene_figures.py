@@ -15,7 +15,7 @@ from nonsmooth.drawing.animation import find_ffmpeg
 from nonsmooth.drawing.plots import new_figure
 from nonsmooth.drawing.scene import ARROW
 from nonsmooth.drawing.scene_contacts import scene_contact_marks
-from nonsmooth.drawing.scene_figures import AZIMUTH, FORESHORTENED, camera
+from nonsmooth.drawing.scene_figures import AZIMUTH, FORESHORTENED, camera, grounds_seen, spatial_extent
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +47,20 @@ def test_the_three_axes_are_equally_long_in_a_spatial_picture():
     np.testing.assert_allclose(lengths, FORESHORTENED, rtol=1e-15 * 4)
     np.testing.assert_allclose(camera() @ camera().T, np.eye(3), atol=1e-15)
     assert AZIMUTH < 0
+
+
+@pytest.mark.parametrize(
+    "shape, height", [(ns.Box(0.4, 0.3, 0.2), 0.1), (ns.Sphere(0.1), 0.1), (ns.Ellipsoid(2e-3, 1e-3, 1e-3), 1e-3)]
+)
+def test_the_ground_is_seen_on_all_sides_of_one_body_at_rest(shape, height):
+    """It was as wide as the body's centre moves."""
+    scene = ns.Scene(gravity=(0, 0, -9.81))
+    scene.fixed(ns.HalfSpace((0, 0, 1)))
+    scene.body(shape, mass=1.0, position=(1, 2, height))
+    sol = ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3))
+    (ground,) = grounds_seen(sol, 0, camera())
+    low, high = spatial_extent(sol)
+    assert ground[:, 0].min() < low[0] < high[0] < ground[:, 0].max() and ground[:, 1].min() < low[1]
 
 
 def thrown_disc():

@@ -1,0 +1,62 @@
+"""Bodies that meet where nothing pulls: what of their momenta is kept to rounding, and what to an order."""
+
+import numpy as np
+import pytest
+
+import nonsmooth as ns
+from nonsmooth.scenes.places import matrix_of
+
+LIKE, UNLIKE = {2: ns.Box(0.3, 0.2), 3: ns.Box(0.2, 0.2, 0.2)}, {3: ns.Box(0.3, 0.2, 0.1)}
+
+
+def momenta(dim, shape, e, mu, dt):
+    """Momentum and angular momentum of two spinning boxes before and after they meet: how far they
+    are from one another."""
+    rng, scene = np.random.default_rng(2), ns.Scene(gravity=[0.0] * dim, material=ns.Material(mu=mu, e=e))
+    sides = np.array(shape.lengths)
+    for k in range(2):
+        turn, spin = rng.normal(size=4), 3.0 * rng.normal(size=3)
+        place = np.array([0.5 * (2 * k - 1), 0.05 * k, 0.0])[:dim]
+        turn, spin = (turn[0], spin[0]) if dim == 2 else (turn / np.linalg.norm(turn), spin)
+        scene.body(
+            shape, mass=1.0 + k, position=place, velocity=[1.0 - 2 * k, *[0.0] * (dim - 1)], turn=turn, spin=spin
+        )
+    sol = ns.simulate(scene, (0, 1.0), integrator=ns.MoreauJean(dt=dt), every=10**6)
+    found = []
+    for record in (0, -1):
+        p, L = np.zeros(dim), np.zeros(3)
+        for k in range(2):
+            m, x, v, spin = 1.0 + k, sol.position[record, k], sol.velocity[record, k], sol.spin[record, k]
+            p += m * v
+            if dim == 2:
+                L[2] += m * (x[0] * v[1] - x[1] * v[0]) + m * (sides @ sides) / 12 * spin
+            else:
+                R = matrix_of(sol.turn[record, k])
+                L += m * np.cross(x, v) + R @ (m * (sides @ sides - sides**2) / 12 * (R.T @ spin))
+        found.append((p, L))
+    assert sol.velocity[-1, 0, 0] < 0.7  # they met
+    return [np.abs(after - before).max() for before, after in zip(*found, strict=True)]
+
+
+@pytest.mark.parametrize("e, mu", [(0.0, 0.5), (0.7, 0.3)])
+def test_planar_bodies_that_do_not_penetrate_keep_both_momenta_to_rounding(e, mu):
+    of_p, of_L = momenta(2, LIKE[2], e, mu, 1e-3)
+    assert of_p < 1e-14 and of_L < 1e-13
+
+
+@pytest.mark.parametrize(
+    "dim, shape, e, mu, order, part",
+    [
+        (2, LIKE[2], 1.0, 0.0, 2, 2.0),  # pushed apart, while they move: the square of what they turn in a step
+        (3, LIKE[3], 0.7, 0.3, 2, 2.0),
+        (3, LIKE[3], 1.0, 0.0, 2, 2.0),
+        (3, LIKE[3], 0.0, 0.5, 1, 0.05),  # one rolls on the other, with the arms of the middle of the step
+        (3, UNLIKE[3], 0.0, 0.5, 1, 0.5),  # impulses turn by the inertia of the place before them: |omega| dt of that
+        (3, UNLIKE[3], 0.7, 0.3, 1, 0.5),
+        (3, UNLIKE[3], 1.0, 0.0, 1, 0.5),
+    ],
+)
+def test_momentum_is_kept_to_rounding_and_the_angular_one_to_an_order(dim, shape, e, mu, order, part):
+    for dt in (4e-3, 1e-3, 2.5e-4):
+        of_p, of_L = momenta(dim, shape, e, mu, dt)
+        assert of_p < 1e-14 and of_L < part * dt**order
