@@ -137,6 +137,49 @@ def test_smoothed_friction_never_sticks_and_agrees_with_a_stiff_integrator():
     assert not (solution.mode == ns.ContactMode.STICK).any()
 
 
+@pytest.mark.parametrize("law", [
+    ns.Smoothed(m0=0.3, r=200.0), ns.Smoothed(m0=0.3, r=2e4, m1=0.1), ns.Friction(lambda v: 0.3 * math.tanh(50 * v)),
+], ids=["smoothed", "steep", "own"])  # fmt: skip
+def test_a_block_that_creeps_back_and_forth_on_two_feet_moves_as_on_one(law):
+    """The loads of its feet add up to its weight, so that friction that vanishes with the speed is that of one contact
+    with all of it. A step is solved to 1e-9 of g dt, 1e-11 m/s; 1500 of them in line are 1.5e-8 m/s."""
+
+    def push(t, q, u, p, h):
+        h[0] = p.F * math.sin(9.0 * t)
+        h[1] = -p.m * p.g
+
+    def masses(t, q, p, M):
+        M[0, 0] = p.m
+        M[1, 1] = p.m
+        M[2, 2] = 0.1
+
+    def feet(t, q, p, g_N):
+        g_N[0] = q[1] - 0.3 * math.sin(q[2])
+        g_N[1] = q[1] + 0.3 * math.sin(q[2])
+
+    def normals(t, q, p, W_N):
+        W_N[0, 1] = 1.0
+        W_N[0, 2] = -0.3 * math.cos(q[2])
+        W_N[1, 1] = 1.0
+        W_N[1, 2] = 0.3 * math.cos(q[2])
+
+    def tangents(t, q, p, W_F):
+        for i in range(2):
+            W_F[i, 0, 0] = 1.0
+            W_F[i, 0, 2] = 0.1
+
+    load, step = Block(m=2.0, F=4.0), ns.MoreauJean(dt=1e-3)
+    on_one = ns.simulate(block(ns.Contact(mu=law), load, force=push), (0, 1.5), [0, 0], [0.3, 0], integrator=step)
+    on_two = ns.simulate(
+        ns.System(n_q=3, mass=masses, force=push, gap=feet, normal=normals, tangent=tangents,
+                  contacts=[ns.Contact(mu=law)] * 2, parameters=load),
+        (0, 1.5), [0, 0, 0], [0.3, 0, 0], integrator=step,
+    )  # fmt: skip
+    assert (np.diff(np.sign(on_one.u[1:, 0])) != 0).sum() >= 3  # it turns back
+    assert np.allclose(on_two.u[:, 0], on_one.u[:, 0], rtol=0, atol=1.5e-8)
+    assert np.abs(on_two.P_N.sum(axis=1) - on_one.P_N[:, 0])[1:].max() < 1e-9
+
+
 def test_contacts_of_different_kinds_stand_in_one_system():
     """Block 1 slides on a floor, block 2 is held by a bilateral contact, block 3 is braked by a given force."""
 

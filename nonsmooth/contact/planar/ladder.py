@@ -9,7 +9,8 @@ Islands of contacts that are not coupled are solved apart (islands.py), one cont
    selection rule; where a census is not possible, or has to wait, as in 2;
 4. Lemke's method where contacts are redundant and the enumeration found nothing, and at last the enumeration that
    decides redundant contacts, which is compiled when a step first needs it;
-5. Gauss–Seidel over the contacts, each solved in closed form.
+5. Gauss–Seidel over the contacts, each solved in closed form, with its law of friction where that varies with the
+   speed; alone where friction vanishes with it.
 
 The semismooth Newton method is compiled for scenes of many contacts only. Whatever found the motion, redundant contacts
 share its impulses by ``hold_modes``.
@@ -69,7 +70,7 @@ from nonsmooth.jit import interpreted, kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.lcp.lemke import lemke
 from nonsmooth.mechanics.contact_problem import Problem
-from nonsmooth.mechanics.laws import static_coefficient
+from nonsmooth.mechanics.laws import can_stick, static_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode, System
 
 GAUSS_SEIDEL_SWEEPS = 20_000  # chosen: Gauss–Seidel
@@ -186,18 +187,45 @@ def solve_island(problem, planar):
         found = memory.told[closed[0]]
         planar.is_counted, planar.is_shared = 1 if found > 0 else 0, memory.is_shared[closed[0]]
         return Route.KEPT.value, max(1, found), 0.0
-    route, found = Route.FAILED.value, 0
     varies = has_varying_friction(problem)
-    for _ in range(SPEED_SWEEPS):
+    if varies:
+        route, found = find_speeds(problem, planar)
+    else:
         route, found = solve_with_fixed_friction(problem, planar)
-        if not varies or route <= Route.NO_SOLUTION or route == Route.GAUSS_SEIDEL:
-            break
-        if not update_friction(problem, planar):
-            break
     for k in range(problem.n):
         memory.told[closed[k]] = found if planar.is_counted == 1 else 0
         memory.is_shared[closed[k]] = planar.is_shared
     return route, found, planar.error
+
+
+@rare_kernel
+def find_speeds(problem, planar):
+    """The ladder with mu at the speeds that it leads to, by a fixed point, or where that finds none contact by contact,
+    each with its law, as where friction vanishes with the speed: no mode holds there at a mu that is given."""
+    route, found = Route.FAILED.value, 0
+    if all_can_stick(problem):
+        for _ in range(SPEED_SWEEPS):
+            route, found = solve_with_fixed_friction(problem, planar)
+            if route <= Route.NO_SOLUTION:
+                break
+            if route == Route.GAUSS_SEIDEL or not update_friction(problem, planar):
+                return route, found
+        if route > Route.NO_SOLUTION and residual(problem, planar) <= ACCEPTED_RESIDUAL:
+            return route, found
+    if gauss_seidel(problem, planar):
+        name_modes(STILL_VELOCITY, problem, planar)
+        planar.is_counted, planar.is_shared = 0, 0
+        return Route.GAUSS_SEIDEL.value, 1
+    return (Route.NO_SOLUTION if route == Route.NO_SOLUTION else Route.FAILED).value, 0
+
+
+@kernel
+def all_can_stick(problem):
+    """Whether no contact has friction that vanishes with its speed."""
+    for k in range(problem.n):
+        if problem.kinds[k, 1] > 0 and not can_stick(problem.laws, k):
+            return False
+    return True
 
 
 @kernel

@@ -6,6 +6,9 @@ A solution satisfies, with R = mu |P_N| (mu_s where it sticks),
 
     0 <= P_N _|_ gamma_N >= 0  (gamma_N = 0 for a bilateral contact),    P_F = proj_[-R, R](P_F - gamma_F / G_FF).
 
+Friction that vanishes with the speed opposes the velocity in the middle of the step, at which its mu is taken, in the
+place of gamma_F: against gamma_F it would jump where that changes its sign, with nothing that sticks between.
+
 What is left of these may be rounding. Summed in any order the r products of a row and c give, for a unit roundoff u,
 
     |fl(gamma_k) - gamma_k| <= (r + 1) u s_k + O(u^2),    s_k = sum_m |G_km| |P_m| + |c_k|,
@@ -33,7 +36,7 @@ from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_M
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, new
 from nonsmooth.mechanics.contact_problem import Problem
-from nonsmooth.mechanics.laws import copy_friction, depends_on_speed, friction_coefficient
+from nonsmooth.mechanics.laws import can_stick, copy_friction, depends_on_speed, friction_coefficient
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, UNILATERAL
 from nonsmooth.numerics.rounding import rounded_sum
 
@@ -201,7 +204,7 @@ def residual(problem, planar):
 
     A violation that is rounding counts as ACCEPTED_RESIDUAL.
     Normal: |min(|G_NN| P_N, gamma_N)|. Tangential, by the projection on the disc of radius mu |P_N|:
-    G_FF |P_F - proj(P_F - gamma_F / G_FF)|.
+    G_FF |P_F - proj(P_F - v / G_FF)|, v = gamma_F, or that of the middle of the step.
     """
     G, P, gamma = problem.G, problem.P, planar.gamma
     scale = velocities(problem, planar)
@@ -216,11 +219,14 @@ def residual(problem, planar):
         elif kind == BILATERAL:
             worst = max(worst, beyond_rounding(abs(gamma[a]), a, scale, problem))
         if problem.kinds[k, 1] > 0:
-            is_stuck = beyond_rounding(abs(gamma[t]), t, scale, problem) <= ACCEPTED_RESIDUAL * scale
+            has_static, v = can_stick(problem.laws, k), gamma[t]
+            if not has_static:
+                v = 0.5 * (problem.offset[t] + v)
+            is_stuck = has_static and beyond_rounding(abs(v), t, scale, problem) <= ACCEPTED_RESIDUAL * scale
             reach = (problem.mu_static[k] if is_stuck else problem.mu[k]) * max(
                 0.0, abs(P_N) if kind == BILATERAL else P_N
             )
-            pulled = P[t] - gamma[t] / G[t, t]
+            pulled = P[t] - v / G[t, t]
             violation = G[t, t] * abs(P[t] - max(-reach, min(reach, pulled)))
             worst = max(worst, beyond_rounding(violation, t, scale, problem))
     if not worst < np.inf:  # NaN

@@ -97,6 +97,8 @@ def mid_point_speed(k, problem, v, s, sigma):
         step = 1e-7 * v + 1e-12 * abs(offset) + 1e-300
         slope = (v + step - mid_speed(k, problem, v + step, s, sigma) - excess) / step
         v_new = v - excess / slope if slope > 0.0 else high
+        if abs(v_new - v) <= 4e-16 * v:  # what is left is rounding: a bisection would begin anew far off
+            break
         v = v_new if low < v_new < high else 0.5 * (low + high)
         if not high - low > 4e-16 * high:
             break
