@@ -67,11 +67,11 @@ class Ongoing:
         self.sys, self.state, self.memory = self.workspace.sys, self.workspace.state, self.workspace.memory
         skip(self.state.skips, kept)
         t_0, t_end = table.span
+        self.state.now = t_0
+        inspect_start(system, t_0, q0, u0, self.model)  # before a loop is compiled for a model that it refuses
         if isinstance(integrator, FixedStep):
             steps = (t_end - t_0) / integrator.dt
             self.own_loop = loop_of_system(integrator, self.model, self.sys, self.state, self.memory, steps)
-        self.state.now = t_0
-        inspect_start(system, t_0, q0, u0, self.model)
         if integrator.chooses_steps:
             check_mass(system, t_0, q0, u0)
         self._take_start(t_0, q0, u0, project)

@@ -102,6 +102,15 @@ def test_functions_that_allocate_index_from_the_end_and_raise_do_so_in_the_loop(
         run_of(system, OWN, ([1.0], [0.0]), 1.0)
 
 
+def test_a_model_that_fails_at_its_start_has_no_loop_compiled():
+    def force(t, q, u, p, h):
+        h[1] = -p.m * p.g
+
+    with pytest.raises(ns.InvalidInput, match="force"):
+        run_of(rebounding_ball(force=force), OWN, ([1.0], [0.0]))
+    assert not specialise._made
+
+
 def test_cells_of_a_sweep_are_the_same():
     found = [
         ns.sweep(
