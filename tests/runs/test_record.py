@@ -3,6 +3,7 @@
 import copy
 import json
 import pickle
+import tracemalloc
 import warnings
 
 import numpy as np
@@ -222,6 +223,21 @@ def test_cells_of_functions_are_measured_on_what_is_recorded():
 def test_a_loop_of_its_own_skips_what_the_generic_one_skips():
     own = run(*SCENES["ball"], integrator=ns.MoreauJean(dt=1e-3, specialise=True), record="motion")
     assert_is_part(own, run(*SCENES["ball"]), "motion")
+
+
+def test_memory_does_not_grow_with_the_steps_between_two_records():
+    """A ball at rest has no events: 2 10^6 steps more take 8 kB at most, where a number a step would be 16 MB."""
+
+    def peak(steps):
+        tracemalloc.start()
+        try:
+            run(BALL, BALL.state(height=0.05), steps * STEP.dt, every=steps)
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    peak(1000)  # makes what is made once in a process
+    assert peak(2_000_000) < peak(10_000) + 8192
 
 
 def test_a_scene_takes_the_same_short_word():
