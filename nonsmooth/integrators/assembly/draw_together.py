@@ -58,6 +58,7 @@ def draw_together(progress_at, d):
     if not find_parted(found, contacts, network, moves, tight):
         return
     n_c, count, waits, wait = network.n_c, network.islands.count, solver.waits, solver.wait
+    dear_waits, dear_wait = solver.dear_waits, solver.dear_wait
     rest_waits, rest_factors = solver.rest_waits, solver.rest_factors
     sight_waits, sight_wait = solver.sight_waits, solver.sight_wait
     copy_problem(network, held, n_c, count)
@@ -70,6 +71,7 @@ def draw_together(progress_at, d):
     take_push(network, moves)
     copy_problem(held, network, n_c, count)
     solver.waits, solver.wait = waits, wait
+    solver.dear_waits, solver.dear_wait = dear_waits, dear_wait
     solver.rest_waits, solver.rest_factors = rest_waits, rest_factors
     solver.sight_waits, solver.sight_wait = sight_waits, sight_wait
 

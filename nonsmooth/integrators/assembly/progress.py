@@ -230,7 +230,7 @@ def is_repeated(ledger, solver):
     for column in range(N_LEDGER):
         if ledger.work[column] != ledger.before[column]:
             return False
-    return solver.waits == 0
+    return solver.waits == 0 and solver.dear_waits == 0
 
 
 @kernel

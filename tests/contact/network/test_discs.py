@@ -6,7 +6,13 @@ import pytest
 from nonsmooth.contact.network.conjugate import conjugate_sweeps
 from nonsmooth.contact.network.problem import Network, island_velocities, prepare_planar
 from nonsmooth.contact.network.round_sweeps import are_round, round_sweeps
-from nonsmooth.contact.network.solve import PAYING_SWEEPS, Solver, solve_planar
+from nonsmooth.contact.network.solve import (
+    PAYING_SWEEPS,
+    SWEEPS_WHERE_DEEP,
+    Solver,
+    fastest_approach,
+    solve_planar,
+)
 from nonsmooth.jit import interpreted, kernel
 from nonsmooth.jit.blocks import view
 from tests.contact.network.problems import copy_of, heap, judge, pyramid
@@ -115,7 +121,7 @@ def test_sweeps_go_on_beyond_the_budget_only_while_the_tolerance_is_in_sight():
     network = heap(60, 2, seed=1)
     solve(network, over_relaxed(network, tol=1e-8, most_sweeps=most, most_factors=0))
     assert min(said(network, "is_met")) == 1 and most < max(said(network, "sweeps")) <= PAYING_SWEEPS * most
-    network = heap(60, 2, seed=1)
+    network = heap(400, 2, seed=1)
     solve(network, over_relaxed(network, tol=1e-14, most_sweeps=12, most_factors=0))
     assert max(said(network, "sweeps")) == 12 and min(said(network, "is_met")) == 0
 
@@ -135,6 +141,26 @@ def not_of_discs(what):
         network.M_inv[3] = np.linalg.inv(network.M[3])
     prepare(network)
     return network
+
+
+@pytest.mark.parametrize("scene", [lambda: heap(400, 2, speed=1.0), lambda: heap(216, 3, speed=1.0)])
+def test_sweeps_go_on_while_bodies_approach_faster_than_they_should(scene):
+    """Ten sweeps leave an approach that is 20 times the one asked for; where none is asked for it stays."""
+
+    def left(approach):
+        network = scene()
+        solver = over_relaxed(network, tol=1e-12, most_sweeps=10, most_factors=0)
+        solver.approach, solver.sight_waits = approach, 2
+        solve(network, solver)
+        count = network.islands.count
+        assert (judge(network) == network.islands.residual[:count]).all() and count == 1
+        return interpreted(fastest_approach)(network, 0, network.v.shape[1]), said(network, "sweeps")[0]
+
+    fastest, sweeps = left(0.0)
+    assert sweeps == 10 and left(2.0 * fastest) == (fastest, 10)
+    slow, more = left(0.05 * fastest)
+    assert slow <= 0.05 * fastest and 10 < more <= 10 * SWEEPS_WHERE_DEEP
+    assert left(1e-9 * fastest)[1] == 10 * SWEEPS_WHERE_DEEP
 
 
 @pytest.mark.parametrize("what", ["arm", "frame", "frames of two bodies", "inertia"])

@@ -10,6 +10,7 @@ from nonsmooth.contact.network.solve import (
     BY_START,
     BY_SWEEPS,
     EXACT_BODIES,
+    RETRY_FACTORS,
     SOLVED_TO_ROUNDING,
     Solver,
     solve_planar,
@@ -113,6 +114,34 @@ def test_residual_is_never_more_than_that_of_the_start(most_sweeps, most_factors
         prepare(network)
         solve(network, tol=1e-15, most_sweeps=most_sweeps, most_factors=most_factors)
         assert judge(network) <= start
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+def test_factors_of_some_bodies_say_nothing_of_those_of_many(is_first):
+    """Three factors solve 45 boxes that are nearly solved; 225 discs in motion they do not, which are then left out."""
+    few, many = pyramid(9), heap(225, 2)
+    assert solve(few, tol=1e-9) == 0
+    few.P[:] *= 1.0 + 1e-7
+    network = joined([few, many] if is_first else [many, few])
+    solver = solver_of(network, tol=1e-9, most_sweeps=1, most_factors=3)
+    assert solve(network, solver) == 0
+    assert sorted(said(network, "is_met")) == [0, 1] and said(network, "rung") == [BY_FACTORS] * 2
+    assert (solver.waits, solver.dear_waits) == (0, 1)
+    network.v_free[:, 0] += 1e-3
+    prepare(network)
+    assert solve(network, solver) == 0 and sorted(said(network, "rung")) == [BY_SWEEPS, BY_FACTORS]
+
+
+@pytest.mark.parametrize(("push", "rung"), [(1e-6, BY_FACTORS), (1e-1, BY_SWEEPS)])
+def test_many_boxes_that_took_many_factors_get_more_once_they_are_calm(push, rung):
+    """Solved from no impulses, then pushed aside on the floor: their start is near, or far off."""
+    network = pyramid(21)
+    solver = solver_of(network, tol=1e-9, most_sweeps=5)
+    assert solve(network, solver) == 0 and said(network, "is_met") == [1]
+    assert said(network, "factors")[0] > RETRY_FACTORS and (solver.dear_waits, solver.dear_wait) == (0, 1)
+    network.v_free[:-1, 0] += push
+    prepare(network)
+    assert solve(network, solver) == 0 and said(network, "rung") == [rung]
 
 
 def test_more_room_is_asked_for_and_then_enough():

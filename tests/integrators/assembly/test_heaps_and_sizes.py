@@ -8,6 +8,8 @@ import pytest
 import nonsmooth as ns
 from models.scenes import SphereBox
 from nonsmooth.integrators.assembly.progress import PREDICT
+from nonsmooth.integrators.assembly.project import SHARE
+from nonsmooth.integrators.assembly.step import DRIVEN_IN
 from nonsmooth.runs.scene_run import SceneRun
 
 G, DT = 9.81, 2e-3
@@ -39,6 +41,26 @@ def test_the_angle_of_repose_grows_with_friction():
     angles = np.array([[collapsed(mu, seed) for seed in range(SEEDS)] for mu in (0.05, 0.2, 0.5)])
     mean, error = angles.mean(axis=1), angles.std(axis=1, ddof=1) / math.sqrt(SEEDS)
     assert (np.diff(mean) > 2.6 * np.hypot(error[1:], error[:-1])).all() and angles.max() < 45.0, (mean, error)
+
+
+def falling_discs(seed, r=0.05, pitch=0.12, a_row=12):
+    """Five hundred discs over a floor between two walls, in rows up to 5 m that are not quite regular."""
+    rng, scene = np.random.default_rng(seed), ns.Scene(gravity=(0, -G), material=ns.Material(mu=0.5))
+    scene.fixed(ns.HalfPlane((0, 1)))
+    for side in (1, -1):
+        scene.fixed(ns.HalfPlane((side, 0), -0.5 * pitch * a_row))
+    for k in range(500):
+        place = pitch * np.array([k % a_row - 0.5 * (a_row - 1), k // a_row + 0.5])
+        scene.body(ns.Disc(r), density=1000, position=place + rng.uniform(-0.005, 0.005, 2))
+    return scene
+
+
+@pytest.mark.filterwarnings("ignore::nonsmooth.errors.ResidualWarning")
+@pytest.mark.parametrize("seed", range(3))
+def test_discs_that_fall_from_high_do_not_go_into_one_another(seed):
+    """A step lets them in by a part of their size, and takes a share of what is there back: d < 0.8 d + 3e-4 r."""
+    stats = ns.simulate(falling_discs(seed), (0, 1.0), integrator=ns.MoreauJean(DT), every=500).stats
+    assert 0.0 < stats.worst_penetration < DRIVEN_IN * 0.05 / SHARE
 
 
 @pytest.mark.parametrize("dim", [2, 3])
