@@ -116,6 +116,15 @@ def test_towers_with_masses_over_six_decades_stand(seed, dim):
     assert result.success, result.message
 
 
+@pytest.mark.parametrize(
+    ("size", "seed", "dim"), [(60, 408, 3), (90, 412, 3), (130, 407, 3), (160, 403, 2), (160, 411, 2)]
+)
+def test_tall_towers_stand_from_far_inside_the_cones(size, seed, dim):
+    """Paths from nearer by stop where a tenth of the motion is left."""
+    result = solve_contact(*FAMILIES["tower"](np.random.default_rng(seed), size, dim))
+    assert result.success, result.message
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_few_steps_settle_a_planar_packing_of_hundreds_of_contacts(seed):
     problem, _ = scale_problem(check_problem(*FAMILIES["packing"](np.random.default_rng(seed), 300, 2)))
