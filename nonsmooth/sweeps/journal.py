@@ -163,7 +163,7 @@ class Journal:
 
     def _damage(self, k: int) -> InvalidInput:
         return InvalidInput(
-            f"line {k} of the journal {str(self.path)!r} is damaged; delete that line and its cell is computed again"
+            f"line {k} of the journal {str(self.path)!r} is damaged; delete that line and its cells are computed again"
         )
 
     def _block(self, entry: dict[str, Any], k: int) -> tuple[np.ndarray, Batch]:
