@@ -142,6 +142,28 @@ def test_a_stack_whose_top_is_a_million_times_heavier_stands():
     assert sol.contacts(1.0).of("ground").P_N.sum() == pytest.approx(8.0 * (9 + 1e6) * G * DT, rel=1e-9)
 
 
+PRISM = ns.Polyhedron([(0.15 * math.cos(k * math.pi / 4), 0.15 * math.sin(k * math.pi / 4), z)
+                       for k in range(8) for z in (-0.1, 0.1)])  # fmt: skip
+
+
+@pytest.mark.parametrize("heavy", [(2,), (4,), (3, 7)])
+@pytest.mark.parametrize(
+    "shape, turn", [(ns.Cylinder(0.15, 0.2), UPRIGHT), (PRISM, (1, 0, 0, 0))], ids=["cylinders", "prisms"]
+)
+def test_what_stands_on_eight_points_bears_what_is_1e4_to_1e6_times_heavier_within_a_stack(shape, turn, heavy):
+    """Of 48 to 80 contacts, more than factors solve with such masses: it once moved by centimetres."""
+    for ratio in (1e4, 1e6):
+        scene = ns.Scene(gravity=(0, 0, -G), material=ns.Material(mu=0.5))
+        scene.fixed(ns.HalfSpace((0, 0, 1)), name="ground")
+        n = 10 if len(heavy) > 1 else 4 + heavy[0]
+        for k in range(n):
+            density = 1000 * (ratio if k in heavy else 1)
+            scene.body(shape, density=density, position=(0, 0, 0.1 + 0.2 * k), turn=turn)
+        awake = ns.MoreauJean(DT, contacts=ns.ContactSolver(may_sleep=False))
+        sol = ns.simulate(scene, (0, 0.1), integrator=awake, every=50)
+        assert sol.stats.missed == 0 and np.abs(sol.position - sol.position[0]).max() < 1e-7
+
+
 def test_the_order_of_bodies_changes_a_rolling_heap_by_rounding_only():
     """Solved to rounding, since it has no more than 32 bodies; what roundings grow by in 0.1 s is less than 1e4."""
     rng = np.random.default_rng(0)
