@@ -60,3 +60,28 @@ def test_momentum_is_kept_to_rounding_and_the_angular_one_to_an_order(dim, shape
     for dt in (4e-3, 1e-3, 2.5e-4):
         of_p, of_L = momenta(dim, shape, e, mu, dt)
         assert of_p < 1e-14 and of_L < part * dt**order
+
+
+@pytest.mark.filterwarnings("ignore::nonsmooth.errors.SimultaneousImpactWarning")
+@pytest.mark.parametrize("e", [0.0, 0.6])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_impulses_of_pairs_add_up_to_the_momentum_that_each_body_got(dim, e):
+    """From all steps, with landings and rebounds: what gravity does not give comes from the others."""
+    up, along = np.eye(dim)[-1], np.eye(dim)[0]
+    scene = ns.Scene(gravity=-9.81 * up, material=ns.Material(mu=0.3, e=e))
+    scene.fixed((ns.HalfPlane if dim == 2 else ns.HalfSpace)(up), name="ground")
+    for k in range(4):
+        shape = ns.Box(*[0.2] * dim) if k % 2 else (ns.Disc if dim == 2 else ns.Sphere)(0.1)
+        place = 0.03 * k * along + (0.2 + 0.25 * k) * up
+        scene.body(shape, mass=1.0 + k, position=place, velocity=0.5 * along, name=f"body {k}")
+    sol = ns.simulate(scene, (0, 0.8), integrator=ns.MoreauJean(dt=1e-3))
+    axes = ["P_x", "P_y", "P_z"][:dim]
+    pairs = sol.to_dataframe("contacts").groupby(["i", "j"])[axes].sum()
+    for k, m in enumerate(range(1, 5)):
+        name = f"body {k}"
+        got = (
+            pairs[pairs.index.get_level_values("j") == name].sum()
+            - pairs[pairs.index.get_level_values("i") == name].sum()
+        )
+        change = m * (sol[name].velocity[-1] - sol[name].velocity[0] + 9.81 * 0.8 * up)
+        np.testing.assert_allclose(got.values, change, atol=800 * 4 * np.finfo(float).eps * 32.0)
