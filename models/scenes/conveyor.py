@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nonsmooth.checks.arrays import as_count, as_number, as_positive
+from nonsmooth.errors import InvalidInput
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import Box, HalfPlane
@@ -69,6 +70,11 @@ class Conveyor:
         for name in ("a", "space", "length", "height"):
             as_positive(name, getattr(self, name), "m")
         as_number("v", self.v, "m/s")
+        if not (self.n - 1) * (self.a + self.space) < 0.5 * self.length:
+            raise InvalidInput(
+                f"n parcels of a, space between them, must stand on half of the length, {0.5 * self.length:g} m; got "
+                f"{self.n} of {self.a:g} m and {self.space:g} m"
+            )
         as_positive("density", self.density, "kg/m^2")
         as_positive("mu", self.mu)
         as_positive("g", self.g, "m/s^2")

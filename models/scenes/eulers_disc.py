@@ -73,6 +73,11 @@ class EulersDisc:
             as_positive(name, getattr(self, name), unit)
         if not 0 < as_number("tilt", self.tilt, "rad") < 0.5 * math.pi:
             raise InvalidInput(f"tilt must lie between 0 and a right angle; got {self.tilt:g} rad")
+        if not min(self._pull()) > 0:
+            raise InvalidInput(
+                f"thickness must be less, for a disc of {self.r:g} m, tilted by {self.tilt:g} rad, to go round on its "
+                f"rim; got {self.thickness:g} m"
+            )
 
     def scene(self) -> Scene:
         """The disc on the lowest point of its rim, its centre at rest, turning about the line from it to that point."""
@@ -89,9 +94,14 @@ class EulersDisc:
 
     def turn_rate(self) -> float:
         """The spin over the way from the centre to the point of contact, k [1/(m s)]."""
+        arm, change = self._pull()
+        return math.sqrt(self.g * math.sin(self.tilt) * arm / (self.r * change))
+
+    def _pull(self) -> tuple[float, float]:
+        """The arm of the weight about the point of contact [m], and what of the angular momentum it turns [m^3]."""
         h, s, c, r = 0.5 * self.thickness, math.sin(self.tilt), math.cos(self.tilt), self.r
         A, C = r**2 / 4 + h**2 / 3, r**2 / 2  # of a mass of 1
-        return math.sqrt(self.g * s * (r * c - h * s) / (r * (A * r * c - C * h * s)))
+        return r * c - h * s, A * r * c - C * h * s
 
     def precession(self) -> float:
         """How fast the point of contact goes round, Omega [rad/s]."""

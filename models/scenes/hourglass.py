@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_count, as_non_negative, as_positive
+from nonsmooth.checks.arrays import LARGEST_COUNT, as_count, as_index, as_non_negative, as_positive
 from nonsmooth.errors import InvalidInput
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
@@ -74,7 +74,7 @@ class Hourglass:
         as_positive("density", self.density, "kg/m^2")
         as_non_negative("mu", self.mu)
         as_positive("g", self.g, "m/s^2")
-        as_non_negative("seed", self.seed)
+        as_index("seed", self.seed, LARGEST_COUNT)
 
     def scene(self) -> Scene:
         """The discs at rest above the glass; the middle of its neck is the origin."""

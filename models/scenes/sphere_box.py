@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nonsmooth.checks.arrays import as_count, as_fraction, as_non_negative, as_positive
+from nonsmooth.checks.arrays import LARGEST_COUNT, as_count, as_fraction, as_index, as_non_negative, as_positive
 from nonsmooth.scenes.materials import Material
 from nonsmooth.scenes.scene import Scene
 from nonsmooth.scenes.shapes import HalfSpace, Sphere
@@ -69,7 +69,7 @@ class SphereBox:
         as_non_negative("mu", self.mu)
         as_fraction("e", self.e)
         as_positive("g", self.g, "m/s^2")
-        as_non_negative("seed", self.seed)
+        as_index("seed", self.seed, LARGEST_COUNT)
 
     def scene(self) -> Scene:
         """The spheres in the air, at rest, over the floor and between the four walls."""

@@ -49,6 +49,26 @@ def test_no_parameter_of_a_ready_scene_takes_nonsense(model):
                 model(**{field.name: bad})
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.errors.NonsmoothWarning")
+@pytest.mark.parametrize("model", READY, ids=lambda model: model.name)
+def test_what_parameters_do_not_fit_is_refused_in_a_sentence_before_a_step(model):
+    """A thick disc of Euler's, a seed of 0.5 and parcels behind the belt were errors of Python, or nonsense."""
+    for field in dataclasses.fields(model):
+        value = getattr(model(), field.name)
+        for odd in (0, -1, 1e-3, 1e3, 0.5 * value, 2 * value, -value, True):
+            if isinstance(value, int) and odd == 1e3:
+                continue  # of bodies: too many for a test
+            try:
+                one = model(**SMALL.get(model.name, {}) | {field.name: odd})
+                ns.simulate(one, (0, one.dt), integrator=ns.MoreauJean(dt=one.dt))
+            except ns.InvalidInput as refusal:
+                assert "\n" not in str(refusal)
+    with pytest.raises(
+        ns.InvalidInput, match="n parcels of a, space between them, must stand on half of the length, 1.5"
+    ):
+        models.scenes.Conveyor(n=40)
+
+
 @pytest.mark.parametrize("model", READY, ids=lambda model: model.name)
 def test_parameters_of_a_ready_scene_are_described(model):
     for field in dataclasses.fields(model):
