@@ -114,7 +114,7 @@ def draw_speeds(axes: Any, solution: SceneSolution, is_spin: bool) -> None:
     sizes = np.abs(values) if values.ndim == 2 else np.linalg.norm(values, axis=2)
     free = list(range(sizes.shape[1]))
     if solution.scene is not None:
-        free = [body.index for body in solution.scene.bodies if body.kind is Kind.DYNAMIC] or free
+        free = [body.index for body in solution.bodies if body.kind is Kind.DYNAMIC] or free
     k = thinning(solution)
     curves = {solution.names[i]: sizes[:, i] for i in free}
     if len(free) > FEW:

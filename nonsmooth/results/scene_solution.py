@@ -351,7 +351,7 @@ class SceneSolution:
 
     @property
     def bodies(self) -> list[Body]:
-        """The bodies of the scene, with their shapes.
+        """The bodies that the scene had in the run, with their shapes; it may have grown since.
 
         Raises
         ------
@@ -360,7 +360,7 @@ class SceneSolution:
         """
         if self.scene is None:
             raise InvalidInput("a run that was loaded has no shapes; give its scene: SceneSolution.load(path, scene)")
-        return self.scene.bodies
+        return self.scene.bodies[: len(self.names)]
 
     @property
     def q(self) -> np.ndarray:

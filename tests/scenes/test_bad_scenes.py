@@ -282,7 +282,7 @@ def test_a_body_too_far_out_for_the_digits_of_its_place_is_refused_by_name(proje
     scene = ns.Scene()
     scene.body(ns.Disc(0.1), mass=1.0, name="near")
     scene.body(ns.Disc(0.1), mass=1.0, position=(1e16, 0), name="far")
-    with pytest.raises(ns.InvalidInput, match="^far is too far out at the start: .*; put the origin nearer$"):
+    with pytest.raises(ns.InvalidInput, match="^far is nowhere at the start: .*; put the origin nearer$"):
         ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3), project=project)
 
 
@@ -322,3 +322,34 @@ def test_a_motion_that_says_no_place_is_refused_at_the_start_and_later_ends_the_
             ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3))
         if begins:
             assert "stopped at t = 0.004 s" in str(refusal.value) and len(refusal.value.solution.t) == 5
+
+
+def test_shapes_that_were_checked_are_not_written_into_afterwards():
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.0)])
+    pair = ns.Compound((ns.Capsule(0.1, 0.1), (0, 0, 0), (1, 0, 0, 0)))
+    body, ground = ns.Polyhedron(corners), ns.HalfSpace((0, 0, 1))
+    for array in (body.vertices, ground.normal, ns.Segment((0, 0), (1, 0)).b, *pair.parts[0][1:],
+                  ns.Polygon([(0, 0), (1, 0), (0, 1)]).vertices):  # fmt: skip
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 7.0
+    corners[0] = 7.0  # those of the user are copied
+    assert body.vertices.max() == 1.0
+
+
+def test_a_place_that_is_written_into_and_no_number_is_refused_at_the_start():
+    scene = hung()
+    scene["rod"].position[0] = nan
+    with pytest.raises(ns.InvalidInput, match="^rod is nowhere at the start"):
+        ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3))
+
+
+def test_a_run_is_drawn_as_it_was_when_its_scene_has_grown(tmp_path):
+    scene = hung()
+    solution = ns.simulate(scene, (0, 0.01), integrator=ns.MoreauJean(dt=1e-3))
+    scene.body(ns.Disc(0.1), mass=1.0, position=(3, 3), name="later")
+    solution.picture(tmp_path / "run.png")
+    solution.plot(tmp_path / "plot.png")
+    solution.view(tmp_path / "run.html")
+    assert [body.name for body in solution.bodies] == ["hook", "rod"] and "later" not in (
+        tmp_path / "run.html"
+    ).read_text()

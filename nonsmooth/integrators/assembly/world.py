@@ -137,8 +137,8 @@ class World:
         """Refuse a start at which a body is so far out that no cell of the broad phase holds it."""
         if n_c == NOT_FINITE:
             raise InvalidInput(
-                f"{self.lost()} is too far out at the start: beside its place a float64 has no room for the smallest "
-                "shape; put the origin nearer"
+                f"{self.lost()} is nowhere at the start: its place is not finite, or so far out that a float64 has no "
+                "room for the smallest shape beside it; put the origin nearer"
             )
 
     def lost(self) -> str:
