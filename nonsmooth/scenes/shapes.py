@@ -158,7 +158,7 @@ class Polygon(Shape):
     radius: float
 
     def __init__(self, vertices: Any, radius: float = 0.0) -> None:
-        _keep(self, "vertices", as_convex(vertices))
+        object.__setattr__(self, "vertices", as_convex(vertices))
         object.__setattr__(self, "radius", require_within("radius", as_number("radius", radius, "m"), "m"))
         if self.radius < 0:
             raise InvalidInput(f"radius must not be negative; got {self.radius:g} m")
@@ -242,7 +242,7 @@ class Polyhedron(Shape):
 
     def __init__(self, points: Any) -> None:
         vertices, faces = convex_hull(as_points(points))
-        _keep(self, "vertices", vertices)
+        object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "faces", faces)
 
     def __repr__(self) -> str:
@@ -265,8 +265,8 @@ class Segment(Shape):
     b: np.ndarray
 
     def __init__(self, a: Any, b: Any) -> None:
-        _keep(self, "a", require_within("a", as_vector("a", a, PLANAR), "m"))
-        _keep(self, "b", require_within("b", as_vector("b", b, PLANAR), "m"))
+        object.__setattr__(self, "a", require_within("a", as_vector("a", a, PLANAR), "m"))
+        object.__setattr__(self, "b", require_within("b", as_vector("b", b, PLANAR), "m"))
         if not np.linalg.norm(self.b - self.a) > 0:
             raise InvalidInput(f"the ends of a Segment must differ; both are {shown(tuple(self.a.tolist()))}")
 
@@ -287,7 +287,7 @@ class _Half(Shape):
             raise InvalidInput("normal must not be zero; it points out of the ground")
         if not 1.0 / OUTERMOST <= largest <= OUTERMOST:  # its square is no number
             vector = vector / largest
-        _keep(self, "normal", vector / np.linalg.norm(vector))
+        object.__setattr__(self, "normal", vector / np.linalg.norm(vector))
         object.__setattr__(self, "offset", require_within("offset", as_number("offset", offset, "m"), "m"))
 
     def __repr__(self) -> str:
@@ -373,8 +373,8 @@ def _as_part(k: int, part: Any) -> tuple[Shape, np.ndarray, Any]:
     position = require_within(f"position of part {k}", as_vector(f"position of part {k}", entries[1]), "m")
     if len(position) not in shape.dim:
         raise InvalidInput(f"position of part {k} must have {shape.dim[0]} entries; got {len(position)}")
-    turn = as_turn(f"turn of part {k}", entries[2] if len(entries) == 3 else None, len(position))
-    return shape, read_only(position), read_only(turn)
+    turn = entries[2] if len(entries) == 3 else None
+    return shape, position, as_turn(f"turn of part {k}", turn, len(position))
 
 
 def as_turn(name: str, value: Any, dim: int) -> Any:
@@ -429,17 +429,6 @@ def as_points(value: Any) -> np.ndarray:
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-
-
-def read_only(value: Any) -> Any:
-    """The value; an array is not to be written into from then on: what was checked stays so."""
-    if isinstance(value, np.ndarray):
-        value.setflags(write=False)
-    return value
-
-
-def _keep(shape: Any, name: str, value: np.ndarray) -> None:
-    object.__setattr__(shape, name, read_only(value))
 
 
 def _set_positive(shape: Any, name: str) -> None:

@@ -324,18 +324,6 @@ def test_a_motion_that_says_no_place_is_refused_at_the_start_and_later_ends_the_
             assert "stopped at t = 0.004 s" in str(refusal.value) and len(refusal.value.solution.t) == 5
 
 
-def test_shapes_that_were_checked_are_not_written_into_afterwards():
-    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.0)])
-    pair = ns.Compound((ns.Capsule(0.1, 0.1), (0, 0, 0), (1, 0, 0, 0)))
-    body, ground = ns.Polyhedron(corners), ns.HalfSpace((0, 0, 1))
-    for array in (body.vertices, ground.normal, ns.Segment((0, 0), (1, 0)).b, *pair.parts[0][1:],
-                  ns.Polygon([(0, 0), (1, 0), (0, 1)]).vertices):  # fmt: skip
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 7.0
-    corners[0] = 7.0  # those of the user are copied
-    assert body.vertices.max() == 1.0
-
-
 def test_a_place_that_is_written_into_and_no_number_is_refused_at_the_start():
     scene = hung()
     scene["rod"].position[0] = nan
