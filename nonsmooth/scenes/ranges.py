@@ -14,15 +14,15 @@ import numpy as np
 from nonsmooth.checks.arrays import as_non_negative, as_positive
 from nonsmooth.errors import InvalidInput
 
-OUTERMOST = 1e25  # chosen: of lengths, places, velocities and accelerations [m, m/s, m/s^2, rad/s]
+FARTHEST_PLACE = 1e25  # chosen: of lengths, places, velocities and accelerations [m, m/s, m/s^2, rad/s]
 HEAVIEST = 1e45  # chosen: of masses [kg]
-LARGEST_MOMENT = 1e95  # derived: HEAVIEST OUTERMOST^2 [kg m^2]
+LARGEST_MOMENT = 1e95  # derived: HEAVIEST FARTHEST_PLACE^2 [kg m^2]
 ROUGHEST = 1e12  # chosen: of coefficients of friction: nothing slides long before that
 
 
 def as_length(name: str, value: Any) -> float:
     """A positive number of metres, or `InvalidInput`."""
-    return require_between(name, as_positive(name, value, "m"), OUTERMOST, "m")
+    return require_between(name, as_positive(name, value, "m"), FARTHEST_PLACE, "m")
 
 
 def as_mass(name: str, value: Any) -> float:
@@ -48,6 +48,8 @@ def require_between(name: str, value: float, largest: float, unit: str) -> float
 def require_within(name: str, values: Any, unit: str) -> Any:
     """The values, or `InvalidInput` where one is larger than any place or velocity may be."""
     largest = float(np.abs(values).max(initial=0.0))
-    if not largest <= OUTERMOST:
-        raise InvalidInput(f"{name} must not be larger than {OUTERMOST:g} {unit}; its largest entry is {largest:g}")
+    if not largest <= FARTHEST_PLACE:
+        raise InvalidInput(
+            f"{name} must not be larger than {FARTHEST_PLACE:g} {unit}; its largest entry is {largest:g}"
+        )
     return values

@@ -16,7 +16,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_floats, as_listed, as_number, as_vector
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.scenes.convex_hull import convex_hull
-from nonsmooth.scenes.ranges import OUTERMOST, as_length, require_within
+from nonsmooth.scenes.ranges import FARTHEST_PLACE, as_length, require_within
 
 PLANAR, SPATIAL = 2, 3  # defined: coordinates of a point
 # chosen: relative to the extent of a polygon: turns and edges below it are taken for roundings of straight lines
@@ -285,7 +285,7 @@ class _Half(Shape):
         largest = float(np.abs(vector).max())
         if not largest > 0:
             raise InvalidInput("normal must not be zero; it points out of the ground")
-        if not 1.0 / OUTERMOST <= largest <= OUTERMOST:  # its square is no number
+        if not 1.0 / FARTHEST_PLACE <= largest <= FARTHEST_PLACE:  # its square is no number
             vector = vector / largest
         object.__setattr__(self, "normal", vector / np.linalg.norm(vector))
         object.__setattr__(self, "offset", require_within("offset", as_number("offset", offset, "m"), "m"))
