@@ -155,7 +155,7 @@ class KeptResults:
 
 
 # defined: what the linker knows once numba is imported: LLVM's own operations, Python, our slots, the C library
-KNOWN_SYMBOLS = re.compile(r"llvm\.|Py|nonsmooth\.|(sin|cos|tan|exp|log|pow|sqrt|fmod|atan2?)$")
+KNOWN_SYMBOLS = re.compile(r"llvm\.|_?Py|nonsmooth\.|(sin|cos|tan|exp|log|pow|sqrt|fmod|atan2?)$")
 HELPERS = {f"numba_{name}" for name in vars(_helperlib)["c_helpers"]}  # defined: numba's own, known as well
 
 

@@ -32,7 +32,8 @@ class Kernel:
         Compile the entry point without LLVM's loop vectorizer and unroller, whose prologues cost more than they save
         where loops run over two or three coordinates (a step of the rod: 470 ns with them, 410 ns without).
     is_rare : bool
-        Called, not inlined: what few steps reach stays out of the instruction cache.
+        What few steps reach. An inner kernel is called, not inlined, and stays out of the instruction cache; an entry
+        point is optimised less, in half of LLVM's time.
     """
 
     def __init__(
@@ -53,12 +54,12 @@ class Kernel:
         process, so a later one from the disk, as the loop of one system, may have the same, and is found from then on.
         """
         from nonsmooth.jit.internals import machine_code_of, numba
-        from nonsmooth.jit.kernel_compiler import EntryLibrary, ShortLoopLibrary, compiler_of
+        from nonsmooth.jit.kernel_compiler import compiler_of, library_of
 
         bound = rebind(self.function, lambda kernel: kernel.callee)
         if self.signature is None:
             return numba.njit(**KERNEL_OPTIONS)(bound)
-        pipeline = compiler_of(ShortLoopLibrary if self.short_loops else EntryLibrary)
+        pipeline = compiler_of(library_of(self.short_loops, self.is_rare))
         options = {**KERNEL_OPTIONS, "pipeline_class": pipeline}
         dispatcher = compile_cached(bound, self.signature, self.function.__name__, kernel_stamp(self), **options)
         if dispatcher.overloads:  # none where numba is switched off
@@ -219,9 +220,11 @@ def kernel(target: Callable | str, short_loops: bool = False) -> Any:
     return Kernel(target)
 
 
-def rare_kernel(function: Callable) -> Kernel:
-    """Mark an inner kernel that few steps reach: it is called, not inlined."""
-    return Kernel(function, is_rare=True)
+def rare_kernel(target: Callable | str, short_loops: bool = False) -> Any:
+    """Mark a kernel that few steps reach in the same way: an inner one is called, not inlined."""
+    if isinstance(target, str):
+        return lambda function: Kernel(function, target, short_loops, is_rare=True)
+    return Kernel(target, is_rare=True)
 
 
 @functools.cache

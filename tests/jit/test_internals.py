@@ -126,6 +126,15 @@ def test_code_that_needs_what_numba_makes_known_later_is_known(name):
     assert stands_alone(result) == is_alone
 
 
+def test_code_that_returns_nothing_stands_alone():
+    def clear(x):
+        x[0] = 0.0
+
+    dispatcher = numba.njit("void(float64[::1])", _nrt=False, pipeline_class=OurCompiler)(clear)
+    (result,) = dispatcher.overloads.values()
+    assert "_Py_NoneStruct" in result.library.get_llvm_str() and stands_alone(result)
+
+
 RUN = """
 import sys
 import numpy as np

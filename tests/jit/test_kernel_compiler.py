@@ -13,6 +13,7 @@ from nonsmooth.jit import internals, kernel, kernel_compiler, rare_kernel
 from nonsmooth.jit.kernel_compiler import (
     EntryLibrary,
     KernelCompiler,
+    RareEntryLibrary,
     ShortLoopLibrary,
     compiler_of,
     no_negative_indices,
@@ -30,6 +31,12 @@ def doubled(x):
 def tripled(x):
     """Called."""
     return 3.0 * x
+
+
+@kernel
+def picked(x, k, is_half):
+    """An item, or half of it."""
+    return x[k] * (0.5 if is_half else 1.0)
 
 
 def summed(x):
@@ -75,6 +82,28 @@ def test_short_loops_are_not_vectorised():
         y = np.zeros(9)
         dispatcher(np.arange(9.0), y)
         assert (y == 3.0 * np.arange(9.0)).all()
+
+
+def test_a_constant_argument_makes_no_second_function():
+    def entry(x, k):
+        return picked(x, 0, True) + 10.0 * picked(x, 1, False) + 100.0 * picked(x, k, k > 0)
+
+    bound = type(entry)(entry.__code__, {"picked": picked.callee}, "entry")
+    dispatcher, _ = compiled(bound, "float64(float64[::1], int64)", EntryLibrary)
+    assert len(picked.callee.overloads) == 1
+    assert dispatcher(np.array([2.0, 3.0, 4.0]), 2) == 231.0
+
+
+def test_rare_entry_points_do_the_same_with_a_loop_over_calls_left_as_it_is():
+    def entry(x):
+        for _ in range(4):
+            x = tripled(x) / 7.0
+        return x
+
+    bound = type(entry)(entry.__code__, {"tripled": tripled.callee}, "entry")
+    rare, often = (compiled(bound, "float64(float64)", library)[0] for library in (RareEntryLibrary, ShortLoopLibrary))
+    assert len(re.findall(r"call .*tripled", text_of(rare))) == 1  # four, where LLVM unrolls it first
+    assert rare(0.1).hex() == often(0.1).hex()
 
 
 def test_kernels_are_compiled_without_the_test_for_negative_indices():
