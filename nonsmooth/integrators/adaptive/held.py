@@ -21,7 +21,7 @@ from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS, new_veloc
 from nonsmooth.integrators.records import CLOSURE, FRICTION, N_FUNCTIONS, SIGN, book_energy
 from nonsmooth.integrators.rigid.modes import BACKWARD, FORWARD, list_islands
 from nonsmooth.integrators.rigid.rates import force_function, pressing_force, solve_island
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
 from nonsmooth.mechanics.contact_problem import (
@@ -77,20 +77,15 @@ def held_step(sys_at, t, dt, k, run_at):
     sys = view(sys_at, Sys)
     run = view(run_at, Extrapolation)
     contacts, trial, work = run.contacts, run.trial, run.contacts.work
-    has, n = sys.has, trial.q.shape[0]
+    n = trial.q.shape[0]
     run.counters.substeps += 1
     n_k = list_closed(sys, contacts)
     status, r = prepare_step(sys, t, dt, n_k, run)
     if status != Status.RUNNING:
         return status
-    for j in range(n):
-        run.u_mid[j] = trial.u[j]
-    for _ in range(2 if has & READS_U else 1):
-        status = find_new_velocity(sys, t + 0.5 * dt, dt, n_k, r, run)
-        if status != Status.RUNNING:
-            return status
-        for j in range(n):
-            run.u_mid[j] = 0.5 * (trial.u[j] + work.u_1[j])
+    status = find_end_velocity(sys, t + 0.5 * dt, dt, n_k, r, run)
+    if status != Status.RUNNING:
+        return status
     total = 0.0
     for j in range(n):
         total += 0.0 * (work.u_1[j] * work.u_1[j])
@@ -216,6 +211,24 @@ def carry_velocities(sys, t, dt, n_k, r, run):
 
 
 @kernel
+def find_end_velocity(sys, t_mid, dt, n_k, r, run):
+    """work.u_1 by the forces at u before the step, or where they read u by those in its middle; returns a Status.
+
+    By itself: LLVM unrolls the loops of an entry point before it inlines what they call.
+    """
+    u, u_mid, u_1 = run.trial.u, run.u_mid, run.contacts.work.u_1
+    for j in range(sys.n):
+        u_mid[j] = u[j]
+    for _ in range(2 if sys.has & READS_U else 1):
+        status = find_new_velocity(sys, t_mid, dt, n_k, r, run)
+        if status != Status.RUNNING:
+            return status
+        for j in range(sys.n):
+            u_mid[j] = 0.5 * (u[j] + u_1[j])
+    return Status.RUNNING.value
+
+
+@kernel
 def find_new_velocity(sys, t_mid, dt, n_k, r, run):
     """The velocities work.u_1 after the step, by the forces at u_mid; returns a Status."""
     n = sys.n
@@ -295,7 +308,7 @@ def coefficient(sys, i, v):
     return 2.0 * friction_coefficient(sys.laws, i, 0.0) - friction_coefficient(sys.laws, i, -v)
 
 
-@kernel
+@rare_kernel
 def settle_speeds(sys, n_k, r, run):
     """Newton's method for P where mu depends on the speed in the middle of the step: all r equations at once."""
     contacts, work = run.contacts, run.contacts.work

@@ -24,7 +24,7 @@ from nonsmooth.integrators.adaptive.events import find_event
 from nonsmooth.integrators.adaptive.held import held_step
 from nonsmooth.integrators.adaptive.loop import BUDGET_TRIES, run
 from nonsmooth.integrators.adaptive.polynomial import STEP_PIECES, highest_coefficients, slope_weights
-from nonsmooth.integrators.adaptive.scales import BAND, hold_modes
+from nonsmooth.integrators.adaptive.scales import BAND
 from nonsmooth.integrators.adaptive.state import N_ROWS, VELOCITY_DEGREE, Extrapolation, extrapolation_weights
 from nonsmooth.integrators.adaptive.step import try_step
 from nonsmooth.integrators.adaptive.substep import substep
@@ -36,6 +36,7 @@ from nonsmooth.integrators.moreau_jean.options import needs_newton
 from nonsmooth.integrators.moreau_jean.paradox import end_slide
 from nonsmooth.integrators.radau.method import SMALLEST_RTOL
 from nonsmooth.integrators.records import State
+from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.rates import rigid_events
 from nonsmooth.integrators.rigid.redundant import share_load
 from nonsmooth.jit import Kernel, load_all
@@ -93,8 +94,8 @@ class Adaptive(Integrator):
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        entry_points = [try_step, held_step, hold_modes, find_event, decide_modes, step_through, substep]
-        entry_points += [solve, rigid_events]
+        entry_points = [self.loop, try_step, held_step, find_event, decide_modes, step_through, substep]
+        entry_points += [solve, rigid_events, hold_constraints]
         if system.n_c * (1 + system.d) > 1:  # two rows may be one
             entry_points.append(share_load)
         if system.n_c > 1:

@@ -10,12 +10,9 @@ does within its bands is below the resolution.
 from __future__ import annotations
 
 from nonsmooth.integrators.radau.events import EVENT_ROUNDINGS
-from nonsmooth.integrators.rigid.hold import hold_constraints
-from nonsmooth.integrators.rigid.modes import RigidContacts
 from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.situation import Situation, find_situation, mode_of_situation
-from nonsmooth.mechanics.sys import Sys, evaluate
+from nonsmooth.mechanics.sys import evaluate
 from nonsmooth.mechanics.system import GAP, GAP_RATE, NORMAL, TANGENT
 from nonsmooth.numerics.rounding import rounded_sum
 
@@ -106,13 +103,6 @@ def length_of_instant(run):
         if acceleration > 0.0:
             shortest = min(shortest, part * run.tol[n + i] / acceleration)
     return max(shortest, run.clock.least)
-
-
-@kernel("int64(int64, float64, float64[::1], int64)", short_loops=True)
-def hold_modes(sys_at, t, x, contacts_at):
-    """Move a state onto the constraints of its modes (rigid/hold.py), compiled once; returns a Status."""
-    sys = view(sys_at, Sys)
-    return hold_constraints(sys, t, x, False, view(contacts_at, RigidContacts))
 
 
 @kernel

@@ -28,7 +28,7 @@ from nonsmooth.integrators.adaptive.jumps import (
     note_forces,
 )
 from nonsmooth.integrators.adaptive.polynomial import fit_polynomial, followed_growth
-from nonsmooth.integrators.adaptive.scales import evaluate_gaps, hold_modes, length_of_instant
+from nonsmooth.integrators.adaptive.scales import evaluate_gaps, length_of_instant
 from nonsmooth.integrators.adaptive.state import N_ROWS, Extrapolation
 from nonsmooth.integrators.adaptive.table import (
     LEAST_GAIN,
@@ -41,6 +41,7 @@ from nonsmooth.integrators.adaptive.table import (
     growth_of_step,
 )
 from nonsmooth.integrators.records import FORCE_WORK, N_LEDGER, State
+from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.sys import Sys
@@ -123,7 +124,7 @@ def end_step(sys, t, H, j, state_at, state, run_at, run):
         x[i] = state.q[i] + run.change[i]
         x[n + i] = state.u[i] + run.change[n + i]
     if n_c > 0:
-        status = hold_modes(address(sys), t + H, x, address(run.contacts))
+        status = hold_constraints(address(sys), t + H, x, False, address(run.contacts))
         if status != Status.RUNNING:
             return status, REFUSED, FAILED_STEP_PART
         book_constraint_work(n, state, run)

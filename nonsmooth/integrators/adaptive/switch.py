@@ -24,7 +24,7 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.events import NOWHERE, STANDS, arm_functions, event_values, find_fallen, set_bands
 from nonsmooth.integrators.adaptive.held import NO_LOAD
 from nonsmooth.integrators.adaptive.hops import drop_hops
-from nonsmooth.integrators.adaptive.scales import closed_gap, evaluate_gaps, hold_modes, is_parting, length_of_instant
+from nonsmooth.integrators.adaptive.scales import closed_gap, evaluate_gaps, is_parting, length_of_instant
 from nonsmooth.integrators.adaptive.state import (
     GO_ON,
     GO_THROUGH,
@@ -54,7 +54,8 @@ from nonsmooth.integrators.records import (
     take_together,
 )
 from nonsmooth.integrators.rigid.census import note_several, slides_alone
-from nonsmooth.jit import kernel
+from nonsmooth.integrators.rigid.hold import hold_constraints
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.laws import friction_coefficient, static_coefficient
 from nonsmooth.mechanics.sys import Sys
@@ -71,7 +72,7 @@ STAYED = 100.0
 MOST_STALLS = 8  # chosen: events at an instant, per contact: then the motion goes on by plain steps
 
 
-@kernel("Tuple((int64, boolean))(int64, float64, int64, int64)", short_loops=True)
+@rare_kernel("Tuple((int64, boolean))(int64, float64, int64, int64)", short_loops=True)
 def decide_modes(sys_at, t, state_at, run_at):
     """Jump and find modes at the beginning of a step: (Status, whether the velocities have jumped). What is to be done
     next is in counters.to_do."""
@@ -84,7 +85,7 @@ def decide_modes(sys_at, t, state_at, run_at):
     for i in range(n):
         x[i], x[n + i], run.u_0[i] = state.q[i], state.u[i], state.u[i]
     stop_slides(run)
-    status = hold_modes(sys_at, t, x, address(contacts))
+    status = hold_constraints(sys_at, t, x, False, address(contacts))
     has_jumped = False
     for k in range(JUMPS * n_c + 1):
         if status != Status.RUNNING:
@@ -150,7 +151,7 @@ def find_jump(sys, t, state, run):
     if not evaluate_gaps(sys, t, x, run.g_1, run.gamma_1, run):
         return Status.NOT_FINITE.value, True
     take_jump(sys, state, run)
-    return hold_modes(address(sys), t, x, address(contacts)), True
+    return hold_constraints(address(sys), t, x, False, address(contacts)), True
 
 
 @kernel
@@ -220,7 +221,7 @@ def find_modes(sys, t, state, run):
     for _ in range(n_c):
         if status != Status.RUNNING or counters.to_do != GO_ON or not drop_hops(sys, t, run):
             break
-        status = hold_modes(address(sys), t, run.x, address(contacts))
+        status = hold_constraints(address(sys), t, run.x, False, address(contacts))
         if status != Status.RUNNING or not evaluate_gaps(sys, t, run.x, run.g_1, run.gamma_1, run):
             return status if status != Status.RUNNING else Status.NOT_FINITE.value
         for i in range(n_c):
@@ -285,7 +286,7 @@ def probe_modes(sys, t, ahead, state, run):
         take_trial_mode(sys, i, run)
     for i in range(2 * n):
         run.y[i] = run.x[i]
-    status = hold_modes(address(sys), t, run.y, address(contacts))
+    status = hold_constraints(address(sys), t, run.y, False, address(contacts))
     if status != Status.RUNNING or not has_stayed(n, run):
         return status
     for i in range(n_c):

@@ -9,20 +9,21 @@ from __future__ import annotations
 
 from nonsmooth.errors import Status
 from nonsmooth.integrators.adaptive.polynomial import FIRST_1, note_slopes
-from nonsmooth.integrators.adaptive.scales import closed_gap, evaluate_gaps, farthest, hold_modes
+from nonsmooth.integrators.adaptive.scales import closed_gap, evaluate_gaps, farthest
 from nonsmooth.integrators.adaptive.state import Extrapolation
 from nonsmooth.integrators.adaptive.step import book_constraint_work
 from nonsmooth.integrators.adaptive.substep import RETAKE, substep
 from nonsmooth.integrators.adaptive.switch import take_trial_mode
 from nonsmooth.integrators.adaptive.table import begin_trial, note_node, write_change
 from nonsmooth.integrators.records import State
-from nonsmooth.jit import kernel
+from nonsmooth.integrators.rigid.hold import hold_constraints
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import UNILATERAL, ContactMode
 
 
-@kernel("Tuple((int64, boolean))(int64, float64, float64, int64, int64)", short_loops=True)
+@rare_kernel("Tuple((int64, boolean))(int64, float64, float64, int64, int64)", short_loops=True)
 def step_through(sys_at, t, H, state_at, run_at):
     """Try two plain steps in the time H, to run.x: (Status, whether they are accepted)."""
     sys = view(sys_at, Sys)
@@ -85,7 +86,7 @@ def end_through(sys, t_1, state, run):
         take_trial_mode(sys, i, run)
         if parts:
             contacts.mode[i], contacts.slip[i] = ContactMode.OPEN.value, 0
-    status = hold_modes(address(sys), t_1, x, address(contacts))
+    status = hold_constraints(address(sys), t_1, x, False, address(contacts))
     if status != Status.RUNNING:
         return status, False
     book_constraint_work(n, state, run)

@@ -27,7 +27,7 @@ from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.integrators.moreau_jean.struck_together import note_together
 from nonsmooth.integrators.records import State, book_contact_energy
 from nonsmooth.integrators.rigid.modes import NEARLY_SINGULAR, RigidContacts
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem
 from nonsmooth.mechanics.contact_problem import add_restitution, fill_problem, recall_impulses, row_velocities
@@ -42,7 +42,7 @@ from nonsmooth.numerics.rounding import rounded_sum
 CONE = 2.0 * NEARLY_SINGULAR
 
 
-@kernel("int64(int64, float64, float64[::1], int64, int64, int64)", short_loops=True)
+@rare_kernel("int64(int64, float64, float64[::1], int64, int64, int64)", short_loops=True)
 def solve_impact(sys_at, t, x, state_at, contacts_at, touch_at):
     """Change u by the impulses of the contacts marked in touch.strikes, and of those that touch and whose normal
     velocity these change; mark these too, book the impulses in x and in touch.P. Returns a Status."""

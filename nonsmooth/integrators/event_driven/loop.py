@@ -30,7 +30,7 @@ from nonsmooth.integrators.rigid.census import count_step, enters_region, note_s
 from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.modes import NEARLY_SINGULAR, RigidContacts, note_side
 from nonsmooth.integrators.rigid.rates import rigid_rates
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, ContactMode
@@ -57,7 +57,7 @@ def accept_step(sys_at, t, state_at, scratch_at):
     """Take the step that was tried, moved onto the constraints of its modes, to the time t; returns a Status."""
     sys, state, scratch = view(sys_at, Sys), view(state_at, State), view(scratch_at, Scratch)
     ode, contacts = scratch.ode, scratch.contacts
-    status = hold_constraints(sys, t, ode.x_1, False, contacts)
+    status = hold_constraints(sys_at, t, ode.x_1, False, address(contacts))
     if status == Status.RUNNING:
         status = radau_accept(sys_at, ode)
     if status != Status.RUNNING:
@@ -89,7 +89,7 @@ def slide_is_lost(sys, contacts, ode):
     return status == Status.RUNNING and contacts.numbers.determinant < NEARLY_SINGULAR
 
 
-@kernel(CHANGE_MODES, short_loops=True)
+@rare_kernel(CHANGE_MODES, short_loops=True)
 def change_modes(sys_at, every, state_at, record_at, scratch_at):
     """Change the modes after the event that waits, and begin anew with the rates of the new ones; returns a Status."""
     sys, state = view(sys_at, Sys), view(state_at, State)

@@ -29,6 +29,7 @@ from nonsmooth.integrators.radau.events import locate_event
 from nonsmooth.integrators.radau.located import AT_RESUMPTION, LocatesEvents
 from nonsmooth.integrators.radau.method import SMALLEST_RTOL, radau_shorten, radau_step
 from nonsmooth.integrators.records import N_WORKS, State
+from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.rates import rigid_events, rigid_rates
 from nonsmooth.integrators.rigid.redundant import share_load
 from nonsmooth.jit import load_all
@@ -87,7 +88,7 @@ class EventDriven(LocatesEvents):
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        entry_points = [self.loop, *self.callbacks, radau_step, radau_shorten, locate_event]
+        entry_points = [self.loop, *self.callbacks, hold_constraints, radau_step, radau_shorten, locate_event]
         if system.n_c > 0:
             entry_points += [find_modes, solve_impact, switch_modes, enumerate_modes]
         if system.n_c * (1 + system.d) > 1:  # two rows may be one

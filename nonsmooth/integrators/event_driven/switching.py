@@ -48,7 +48,7 @@ from nonsmooth.integrators.records import (
 from nonsmooth.integrators.rigid.hold import hold_constraints
 from nonsmooth.integrators.rigid.modes import SINGULAR_SLIDE, RigidContacts, rounded_length, small_speed
 from nonsmooth.integrators.rigid.rates import rigid_rates
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
 from nonsmooth.mechanics.contact_problem import Problem, evaluate_rows
@@ -61,7 +61,7 @@ MAX_IMPACTS = 64  # chosen: at one instant, per contact
 RESOLVED = 10.0  # chosen: times what rounding leaves of a gap: a lower bounce cannot be told from none
 
 
-@kernel("int64(int64, float64, float64, float64[::1], int64, int64, int64, int64)", short_loops=True)
+@rare_kernel("int64(int64, float64, float64, float64[::1], int64, int64, int64, int64)", short_loops=True)
 def switch_modes(sys_at, t, moment, x, state_at, contacts_at, touch_at, forces_at):
     """Handle the event contacts.facts.event at the state x; ``moment`` [s] is short against the motion.
 
@@ -97,7 +97,7 @@ def switch_modes(sys_at, t, moment, x, state_at, contacts_at, touch_at, forces_a
     gives_up = False
     for i in range(n_c):
         gives_up = gives_up or touch.accumulates[i] > 0.0
-    status = hold_constraints(sys, t, x, gives_up, contacts)
+    status = hold_constraints(sys_at, t, x, gives_up, contacts_at)
     note_events(sys, t, state, contacts, touch)
     contacts.facts.event = NO_EVENT
     return status
@@ -180,7 +180,7 @@ def end_series(sys, t, x, state, contacts, touch):
     return Status.RUNNING.value
 
 
-@kernel("int64(int64, float64, float64[::1], boolean, int64, int64, int64, int64)", short_loops=True)
+@rare_kernel("int64(int64, float64, float64[::1], boolean, int64, int64, int64, int64)", short_loops=True)
 def find_modes(sys_at, t, x, is_lost, state_at, contacts_at, touch_at, forces_at):
     """Give the contacts that touch their modes, with an impact without collision of the islands that have none.
 

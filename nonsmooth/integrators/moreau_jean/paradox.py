@@ -25,7 +25,7 @@ from nonsmooth.integrators.records import (
     describe_closed,
     set_mode,
 )
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.contact_problem import row_velocities
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
@@ -68,7 +68,7 @@ def note_paradoxes(sys, t, dt, n_k, state, scratch):
     return False
 
 
-@kernel(
+@rare_kernel(
     "boolean(int64, float64, float64, float64, int64, int64, int64, int64)",
     short_loops=True,
 )

@@ -14,6 +14,7 @@ import math
 from nonsmooth.errors import Status
 from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.integrators.rigid.modes import (
+    RigidContacts,
     closed_constraints,
     factorise,
     find_ratios,
@@ -23,23 +24,30 @@ from nonsmooth.integrators.rigid.modes import (
     solve_equations,
 )
 from nonsmooth.jit import kernel
-from nonsmooth.mechanics.sys import evaluate
+from nonsmooth.jit.blocks import view
+from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, ContactMode
 from nonsmooth.numerics.rounding import rounded_sum
 
 LINEARISATIONS = 4  # derived: the drift of a step is small: each squares it
 
 
-@kernel
-def hold_constraints(sys, t, x, with_friction, contacts):
+@kernel("int64(int64, float64, float64[::1], boolean, int64)", short_loops=True)
+def hold_constraints(sys_at, t, x, with_friction, contacts_at):
     """Move the state back onto the constraints of its modes, positions first; returns a Status.
 
     A rebound that is given up (with_friction) is taken off with the friction that belongs to its impulse. The gaps are
     written to the state.
     """
+    return hold(view(sys_at, Sys), t, x, with_friction, view(contacts_at, RigidContacts))
+
+
+@kernel
+def hold(sys, t, x, with_friction, contacts):
+    """The same, by itself: LLVM unrolls the loops of an entry point before it inlines what they call."""
     n, n_c = sys.n, sys.n_c
     if n_c == 0:
-        return Status.RUNNING
+        return Status.RUNNING.value
     n_k, m = 0, 0
     for _ in range(LINEARISATIONS):
         status, n_k = closed_constraints(sys, t, x, contacts)
@@ -49,20 +57,20 @@ def hold_constraints(sys, t, x, with_friction, contacts):
         if m > 0:
             factorise(m, False, contacts)
         if not move_positions(sys, t, m, x, contacts):
-            return Status.NOT_FINITE
+            return Status.NOT_FINITE.value
         if not contacts.numbers.drift > rounded_length(n, contacts):
             break
     if m == 0:
-        return Status.RUNNING
+        return Status.RUNNING.value
     if with_friction:
         if not find_ratios(sys, n_k, contacts):
-            return Status.NEGATIVE_FRICTION
+            return Status.NEGATIVE_FRICTION.value
         factorise(m, True, contacts)
     for e in range(m):
         contacts.b[e] = -contacts.gamma[contacts.contact[e], contacts.part[e]]
     solve_equations(m, contacts)
     add_corrections(sys, m, n, with_friction, x, contacts)
-    return Status.RUNNING
+    return Status.RUNNING.value
 
 
 @kernel

@@ -32,7 +32,7 @@ from nonsmooth.integrators.penalty.switching import fastest_velocity
 from nonsmooth.integrators.radau.events import EVENT_ROUNDINGS
 from nonsmooth.integrators.radau.stages import determinant_is_positive
 from nonsmooth.integrators.records import CLOSURE, FRICTION, SIGN
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints
 from nonsmooth.mechanics.acceleration_problem import acceleration_problem, constraint_problem, free_acceleration
 from nonsmooth.mechanics.contact_problem import Work, row_velocities
@@ -328,7 +328,7 @@ def decompose_alone(m, with_friction, contacts):
     return smallest
 
 
-@kernel
+@rare_kernel
 def regularise(m, contacts):
     """LU factors of A + shift."""
     A, factor, trace = contacts.A, contacts.factor, 0.0

@@ -51,7 +51,7 @@ from nonsmooth.integrators.rigid.modes import (
     solve_equations,
 )
 from nonsmooth.integrators.rigid.redundant import share_load
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.laws import depends_on_speed, static_coefficient
 from nonsmooth.mechanics.sys import Sys, evaluate
@@ -230,7 +230,7 @@ def solve_island(sys, island, n_k, asks_determinant, contacts):
     return m
 
 
-@kernel
+@rare_kernel
 def guess_load(sys, m, contacts):
     """A load of redundant contacts where its share cannot do without: it tells the sign of a bilateral force that
     sticks, and stays where there are more rows than are shared."""
