@@ -84,12 +84,12 @@ def test_short_loops_are_not_vectorised():
         assert (y == 3.0 * np.arange(9.0)).all()
 
 
-def test_a_constant_argument_makes_no_second_function():
+def test_in_rare_entry_points_a_constant_argument_makes_no_second_function():
     def entry(x, k):
         return picked(x, 0, True) + 10.0 * picked(x, 1, False) + 100.0 * picked(x, k, k > 0)
 
     bound = type(entry)(entry.__code__, {"picked": picked.callee}, "entry")
-    dispatcher, _ = compiled(bound, "float64(float64[::1], int64)", EntryLibrary)
+    dispatcher, _ = compiled(bound, "float64(float64[::1], int64)", RareEntryLibrary)
     assert len(picked.callee.overloads) == 1
     assert dispatcher(np.array([2.0, 3.0, 4.0]), 2) == 231.0
 
