@@ -47,7 +47,7 @@ def interpreter() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
         patch.setenv("NONSMOOTH_INTERPRET", "1")
         patch.setattr(blocks.Block, "address", property(lambda block: block), raising=False)  # it knows none
-        patch.setattr(Kernel, "dispatcher", property(interpreted))
+        patch.setattr(Kernel, "compiled", property(interpreted))
         patch.setattr(Kernel, "is_loaded", property(lambda kernel: True))
         yield
 

@@ -20,6 +20,7 @@ from nonsmooth.mechanics.system import FORCE, MASS, System
 @kernel(
     "boolean(int64, float64, float64[::1], float64[::1], float64[::1], float64[:, ::1], int64)",
     short_loops=True,
+    takes_arrays=True,
 )
 def accelerate(sys_at, t, q, u, a, gamma_F, work_at):
     """a[k] and gamma_F[:, k] at the states q[k], u[k]; False where a model function raised."""
@@ -54,7 +55,7 @@ class Oscillator:
         self._model = model_of(system)
         self._sys = new_sys(system, self._model.handle, model_facts(system))
         self._work = new(Work, n=system.n_u, n_c=system.n_c, d=system.d)
-        self._loop = accelerate.dispatcher if self._model.is_compiled else interpreted(accelerate)
+        self._loop = accelerate.compiled if self._model.is_compiled else interpreted(accelerate)
 
     def accelerations(self, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """y'' (n,) and gamma_F (n_c, n) at the states q, u (n,)."""

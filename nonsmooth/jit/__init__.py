@@ -30,16 +30,16 @@ whether that is still so; ``cache`` under which key it is kept, ``code_files`` i
 work between processes.
 """
 
-from nonsmooth.jit.cache import cache_directory, key_of
+from nonsmooth.jit.cache import MachineCode, cache_directory, key_of
 from nonsmooth.jit.fingerprint import identity
 from nonsmooth.jit.kernels import Callback, Kernel, handle_of, interpreted, kernel, rare_kernel
 from nonsmooth.jit.loading import load_all
-from nonsmooth.jit.models import CannotCompile, CompiledModel, call_model, compile_model, survey_of
+from nonsmooth.jit.models import CannotCompile, call_model, compile_model, survey_of
 from nonsmooth.jit.own_law import call_law
 from nonsmooth.jit.parameters import Unpack, unpack_of
 
 __all__ = [
-    "Callback", "CannotCompile", "CompiledModel", "Kernel", "Unpack", "cache_directory", "call_law", "call_model",
+    "Callback", "CannotCompile", "Kernel", "MachineCode", "Unpack", "cache_directory", "call_law", "call_model",
     "compile_model", "handle_of", "identity", "interpreted", "kernel", "key_of", "load_all", "rare_kernel", "survey_of",
     "unpack_of",
 ]  # fmt: skip

@@ -17,9 +17,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from nonsmooth.jit.code_files import ENDING, CodeFile, usable
+from nonsmooth.jit.object_code import Linked, linked
+from nonsmooth.jit.surroundings import surroundings
 from nonsmooth.jit.waiting import sentence, waiting
 
 PACKAGE = Path(__file__).parent
@@ -65,21 +65,49 @@ def generators_hash() -> str:
     return hashlib.sha256(b"".join(path.read_bytes() for path in GENERATORS)).hexdigest()
 
 
-def surroundings() -> tuple[str, ...]:
-    """Versions, processor and options that machine code depends on."""
-    from nonsmooth.jit import internals
+class Compiled:
+    """Machine code that was compiled in this process, as long as this object lives.
 
-    return (f"numpy {np.__version__}", *internals.surroundings())
+    Attributes
+    ----------
+    address : int
+        Where its function begins.
+    """
+
+    def __init__(self, dispatcher: Any) -> None:
+        from nonsmooth.jit.internals import machine_code_of
+
+        self.dispatcher = dispatcher
+        self.address = machine_code_of(dispatcher)
 
 
-def compile_cached(function: Callable, signature: Any, name: str, key: str, **options: Any) -> Any:
-    """Compile for one signature, reading or filling the disk cache under the given key."""
+MachineCode = Compiled | Linked
+
+
+def machine_code(
+    make: Callable[[], Callable], signature: str, name: str, key: str, options: Callable[[], dict[str, Any]]
+) -> MachineCode:
+    """The machine code of a function that is called by its address: from the disk, or of what ``make`` returns, with
+    numba's ``options()``."""
+    found = code_file(name, key).load(linked)
+    return found or Compiled(compile_cached(make(), signature, name, key, by_address=True, **options()))
+
+
+def compile_cached(
+    function: Callable, signature: str, name: str, key: str, by_address: bool = False, **options: Any
+) -> Any:
+    """The dispatcher of numba for one signature, from the disk or compiled and kept there under the given key.
+
+    What is called ``by_address`` alone has no wrapper for Python.
+    """
     from nonsmooth.jit.internals import keep_results, numba
 
+    if by_address:
+        options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     dispatcher = numba.njit(**options)(function)
     if not numba.config.DISABLE_JIT:
         file = code_file(name, key)
-        keep_results(dispatcher, file)
+        keep_results(dispatcher, file, by_address)
         with contextlib.nullcontext() if file.exists else waiting(lambda: words_of([name], ONE_TIME)), no_collection():
             dispatcher.compile(signature)
         dispatcher.disable_compile()

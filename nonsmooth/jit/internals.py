@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import pickle
 import re
-import sys
 from collections.abc import Callable
 from typing import Any
 
 from nonsmooth.errors import UnsupportedVersion
+from nonsmooth.jit.object_code import ObjectCode, object_code
 
 # measured: versions of numba: the first that was tested, and the first that was not
 LOWEST, UNTESTED = (0, 61, 2), (0, 69)
@@ -39,11 +39,10 @@ def require_tested(version: str) -> None:
 
 require_tested(numba.__version__)
 
-import llvmlite
 import llvmlite.binding as llvm
 from numba import _helperlib
 from numba.core import base as base
-from numba.core import ccallback, config, dispatcher, entrypoints, extending, serialize
+from numba.core import ccallback, dispatcher, entrypoints, extending, serialize
 from numba.core import cgutils as cgutils
 from numba.core import ir as ir
 from numba.core import sigutils as sigutils
@@ -126,16 +125,25 @@ UNRESOLVED = ".numba.unresolved$"  # before the name of a function that is looke
 
 
 class KeptResults:
-    """What a dispatcher asks before it compiles, and hands its result to: numba's interface of a disk cache."""
+    """What a dispatcher asks before it compiles, and hands its result to: numba's interface of a disk cache.
 
-    def __init__(self, cache_file: Any) -> None:
-        self._cache_file = cache_file
+    Parameters
+    ----------
+    cache_file : CodeFile
+    by_address : bool
+        Whether the function is called by its address alone, not by the dispatcher.
+    """
+
+    def __init__(self, cache_file: Any, by_address: bool = False) -> None:
+        self._cache_file, self._by_address = cache_file, by_address
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """The compiled function as it was kept, or None."""
 
-        def rebuild(payload: bytes) -> CompileResult:
+        def rebuild(payload: bytes) -> CompileResult | None:
             """The function; what numba implements is made known to the linker where that is needed (0.2 s)."""
+            if object_code(payload) is not None:  # which did not link
+                return None
             stands_alone, parts = pickle.loads(payload)
             if not stands_alone:
                 target.refresh()
@@ -144,9 +152,14 @@ class KeptResults:
         return self._cache_file.load(rebuild)
 
     def save_overload(self, signature: Any, result: CompileResult) -> None:
-        """Keep a compiled function, if it can run in another process."""
-        if can_be_kept(result):
-            self._cache_file.save(serialize.dumps((stands_alone(result), result._reduce())))
+        """Keep a compiled function, if it can run in another process: its object code alone where that is enough."""
+        if not can_be_kept(result):
+            return
+        is_alone = stands_alone(result)
+        if is_alone and self._by_address:
+            self._cache_file.save(object_code_of(result).to_bytes())
+        else:
+            self._cache_file.save(serialize.dumps((is_alone, result._reduce())))
 
     @property
     def cache_path(self) -> str:
@@ -155,7 +168,7 @@ class KeptResults:
 
 
 # defined: what the linker knows once numba is imported: LLVM's own operations, Python, our slots, the C library
-KNOWN_SYMBOLS = re.compile(r"llvm\.|_?Py|nonsmooth\.|(sin|cos|tan|exp|log|pow|sqrt|fmod|atan2?)$")
+KNOWN_SYMBOLS = re.compile(r"llvm\.|_?Py|nonsmooth\.|(sin|cos|tan|exp|log|pow|sqrt|fmod|atan2?|frexp|ldexp)$")
 HELPERS = {f"numba_{name}" for name in vars(_helperlib)["c_helpers"]}  # defined: numba's own, known as well
 
 
@@ -179,24 +192,23 @@ def can_be_kept(result: Any) -> bool:
     )
 
 
-def keep_results(dispatcher: Any, cache_file: Any) -> None:
+def object_code_of(result: Any) -> ObjectCode:
+    """The object code of a function that was just compiled."""
+    module = result.library._final_module
+    symbols = (each.name for each in (*module.functions, *module.global_variables) if each.is_declaration)
+    needed = tuple(name for name in symbols if not name.startswith("llvm."))
+    return ObjectCode(result.fndesc.llvm_func_name, needed, result.library._get_compiled_object())
+
+
+def keep_results(dispatcher: Any, cache_file: Any, by_address: bool) -> None:
     """Let a dispatcher read and fill a file of machine code."""
-    dispatcher._cache = KeptResults(cache_file)
+    dispatcher._cache = KeptResults(cache_file, by_address)
 
 
 def machine_code_of(dispatcher: Any) -> int:
     """The address of the one function that a dispatcher has compiled, without numba's wrapper for Python."""
     result = next(iter(dispatcher.overloads.values()))
     return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
-
-
-def surroundings() -> tuple[str, ...]:
-    """What machine code depends on beside its source: versions, processor, and numba's options."""
-    processor = cpu_target.target_context.codegen().magic_tuple()
-    options = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "ENABLE_AVX", "USING_SVML", "DEBUGINFO_DEFAULT")
-    chosen = [f"{name}={getattr(config, name, None)}" for name in options]
-    python = f"{sys.implementation.name} {sys.version_info[:3]} {sys.maxsize.bit_length() + 1} bits"
-    return python, f"numba {numba.__version__}", f"llvmlite {llvmlite.__version__}", *map(str, processor), *chosen
 
 
 # What users compile with numba: its source, and the same compiled afresh.

@@ -133,6 +133,7 @@ class EntryLibrary(JITCodeLibrary):
         for part in parts_of(self)[1:]:
             self._final_module.link_in(own_module(part), preserve=True)
         self._linking_libraries.clear()
+        call_c_library(self._final_module)
         super().finalize()
 
     def _optimize_final_module(self) -> None:
@@ -145,6 +146,18 @@ class EntryLibrary(JITCodeLibrary):
         tuning.loop_unrolling = self.unrolls or not self.has_short_loops
         passes = llvm.create_pass_builder(self._codegen._tm, tuning)
         passes.getModulePassManager().run(self._final_module, passes)
+
+
+def call_c_library(module: Any) -> None:
+    """Let functions that numba has in its own library, of finite numbers the same, be those of C: a later process links
+    them without numba."""
+    for function in module.functions:
+        name = function.name.removeprefix("numba_")
+        if name in OF_C_LIBRARY and name != function.name and llvm.address_of_symbol(name):
+            function.name = name
+
+
+OF_C_LIBRARY = ("frexp", "ldexp")
 
 
 class ShortLoopLibrary(EntryLibrary):

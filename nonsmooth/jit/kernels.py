@@ -5,13 +5,14 @@ from __future__ import annotations
 import ctypes
 import functools
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from nonsmooth.jit.bytecode import reading
-from nonsmooth.jit.cache import compile_cached, is_cached, key_of
+from nonsmooth.jit.cache import MachineCode, compile_cached, is_cached, key_of, machine_code
 from nonsmooth.jit.fingerprint import digest
 from nonsmooth.jit.former_names import known_as
+from nonsmooth.jit.object_code import function_at
 
 OPTIONS = {"nogil": True, "error_model": "numpy"}  # no fastmath: two runs agree bit for bit
 # Kernels allocate nothing, so they need none of numba's reference counts.
@@ -34,37 +35,53 @@ class Kernel:
     is_rare : bool
         What few steps reach. An inner kernel is called, not inlined, and stays out of the instruction cache; an entry
         point is optimised less, in half of LLVM's time.
+    takes_arrays : bool
+        An entry point that Python hands arrays to. Numba makes a wrapper for it, and is imported where it is called;
+        those that are called by compiled code alone, or by Python with numbers, need neither.
     """
 
     def __init__(
-        self, function: Callable, signature: str | None = None, short_loops: bool = False, is_rare: bool = False
+        self,
+        function: Callable,
+        signature: str | None = None,
+        short_loops: bool = False,
+        is_rare: bool = False,
+        takes_arrays: bool = False,
     ) -> None:
         self.function = function
         self.signature = signature
         self.short_loops = short_loops
         self.is_rare = is_rare
+        self.takes_arrays = takes_arrays
         self._slot = ctypes.c_size_t(0)
         functools.update_wrapper(self, function)
 
     @functools.cached_property
     def dispatcher(self) -> Any:
-        """The numba dispatcher of this kernel.
+        """The numba dispatcher of an inner kernel, or of one that ``takes_arrays``.
 
         That of an entry point fills its slot at once: the linker knows code by names that numba counts up in each
-        process, so a later one from the disk, as the loop of one system, may have the same, and is found from then on.
+        process, so a later one from the disk may have the same, and is found from then on.
         """
         from nonsmooth.jit.internals import machine_code_of, numba
-        from nonsmooth.jit.kernel_compiler import compiler_of, library_of
 
-        bound = rebind(self.function, lambda kernel: kernel.callee)
         if self.signature is None:
-            return numba.njit(**KERNEL_OPTIONS)(bound)
-        pipeline = compiler_of(library_of(self.short_loops, self.is_rare))
-        options = {**KERNEL_OPTIONS, "pipeline_class": pipeline}
-        dispatcher = compile_cached(bound, self.signature, self.function.__name__, kernel_stamp(self), **options)
+            return numba.njit(**KERNEL_OPTIONS)(self._bound())
+        dispatcher = compile_cached(self._bound(), *self._kept_as(), **self._options())
         if dispatcher.overloads:  # none where numba is switched off
             self._slot.value = machine_code_of(dispatcher)
         return dispatcher
+
+    def _bound(self) -> Callable:
+        return rebind(self.function, lambda kernel: kernel.callee)
+
+    def _kept_as(self) -> tuple[str, str, str]:
+        return self.signature or "", self.function.__name__, kernel_stamp(self)
+
+    def _options(self) -> dict[str, Any]:
+        from nonsmooth.jit.kernel_compiler import compiler_of, library_of
+
+        return {**KERNEL_OPTIONS, "pipeline_class": compiler_of(library_of(self.short_loops, self.is_rare))}
 
     @functools.cached_property
     def inlined(self) -> Any:
@@ -98,7 +115,22 @@ class Kernel:
 
         Whoever runs a loop loads the entry points that it may reach: what a scene does not need is not compiled.
         """
-        assert self.dispatcher is not None  # which fills it
+        if self.is_loaded:
+            return
+        if not self.takes_arrays:
+            make_slots_known([self])
+            code = machine_code(self._bound, *self._kept_as(), self._options)
+            _machine_code.append(code)
+            self._slot.value = code.address
+        else:
+            assert self.dispatcher is not None  # which fills it
+
+    @functools.cached_property
+    def compiled(self) -> Callable:
+        """What Python calls: numba's dispatcher, or the address where only numbers are handed over."""
+        if self.takes_arrays or self.signature is None:
+            return self.dispatcher  # type: ignore[no-any-return]
+        return function_at(self.address, self.signature)
 
     @property
     def is_loaded(self) -> bool:
@@ -117,7 +149,25 @@ class Kernel:
         return int(self._slot.value)
 
     def __call__(self, *args: Any) -> Any:
-        return self.dispatcher(*args)
+        return self.compiled(*args)
+
+
+_machine_code: list[MachineCode] = []  # entry points stay as long as the process
+
+
+def make_slots_known(kernels: Iterable[Kernel]) -> None:
+    """Tell the linker the slots that these look for, and what is inlined in them."""
+    open_ends, met = list(kernels), set[Kernel]()
+    while open_ends:
+        function = open_ends.pop().function
+        read = [function.__globals__.get(name) for name, *_ in reading(function.__code__).names]
+        new = {each for each in read if isinstance(each, Kernel) and not isinstance(each, Callback)} - met
+        met |= new
+        for each in new:
+            if each.signature is None:
+                open_ends.append(each)
+            else:
+                each.slot_symbol()
 
 
 def inner_dispatcher(function: Callable, is_rare: bool = False) -> Any:
@@ -213,10 +263,10 @@ def _call_back_interpreted(function: Callable, *arguments: Any) -> Any:
     return function(*arguments)
 
 
-def kernel(target: Callable | str, short_loops: bool = False) -> Any:
+def kernel(target: Callable | str, short_loops: bool = False, takes_arrays: bool = False) -> Any:
     """Mark a function as a kernel: ``@kernel`` for inner ones, ``@kernel("int64(float64[::1])")`` for entry points."""
     if isinstance(target, str):
-        return lambda function: Kernel(function, target, short_loops)
+        return lambda function: Kernel(function, target, short_loops, takes_arrays=takes_arrays)
     return Kernel(target)
 
 

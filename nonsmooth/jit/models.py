@@ -7,11 +7,13 @@ import linecache
 import math
 import os
 import re
+import sys
 import types
 from collections.abc import Callable
+from importlib.metadata import entry_points
 from typing import Any, TypeVar
 
-from nonsmooth.jit.cache import cache_directory, compile_cached, is_cached, is_usable, key_of
+from nonsmooth.jit.cache import MachineCode, cache_directory, is_cached, is_usable, key_of, machine_code
 from nonsmooth.jit.fingerprint import LooseSurvey, Survey, Unidentified, python_function
 from nonsmooth.jit.kernels import OPTIONS, Kernel
 from nonsmooth.jit.parameters import Unpack
@@ -34,22 +36,6 @@ class CannotIdentify(CannotCompile):
     """A model function reads something that cannot be told from another one."""
 
     cure = "Read numbers, arrays, tuples, functions, or attributes of a module only."
-
-
-class CompiledModel:
-    """The machine address of a model's functions.
-
-    Attributes
-    ----------
-    address : int
-        What the compiled loops take as ``model``.
-    """
-
-    def __init__(self, dispatcher: Any) -> None:
-        from nonsmooth.jit.internals import machine_code_of
-
-        self._dispatcher = dispatcher  # keeps the machine code alive
-        self.address = machine_code_of(dispatcher)
 
 
 MODEL_SIGNATURE = "void(int64, float64, CPointer(float64), CPointer(float64), CPointer(float64), CPointer(float64))"
@@ -85,13 +71,16 @@ def survey_of(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int
 
 
 def _add_extensions(survey: Survey) -> None:
-    """Add what others than numba taught it of functions and types that are not theirs.
+    """Add what others than numba taught it of functions and types that are not theirs; nobody taught one that is not
+    imported, nor would as it is.
 
     Raises
     ------
     CannotIdentify
         Where such an extension has changed: numba goes on with what it made of it first.
     """
+    if "numba" not in sys.modules and not entry_points(group="numba_extensions"):
+        return
     from nonsmooth.jit.internals import extensions
 
     for function in extensions():
@@ -107,7 +96,7 @@ _extensions: dict[Callable, bytes] = {}  # as they were when first met
 
 
 def compile_model(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int,
-                  survey: Survey | None = None) -> CompiledModel:  # fmt: skip
+                  survey: Survey | None = None) -> MachineCode:  # fmt: skip
     """Compile a model's functions into one and return its address.
 
     Parameters
@@ -142,14 +131,16 @@ def words_about(functions: Functions) -> str:
     return sentence(f"the model functions {', '.join(names)}", "new, or changed", seconds, folder)
 
 
-def _compile(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int, key: str) -> CompiledModel:
+def _compile(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int, key: str) -> MachineCode:
     """The machine code, from disk if it is there."""
-    from nonsmooth.jit.internals import OurCompiler
 
-    def compiled(adapter: Callable) -> CompiledModel:
-        return CompiledModel(
-            compile_cached(adapter, MODEL_SIGNATURE, "model", key, **OPTIONS, pipeline_class=OurCompiler)
-        )
+    def options() -> dict[str, Any]:
+        from nonsmooth.jit.internals import OurCompiler
+
+        return {**OPTIONS, "pipeline_class": OurCompiler}
+
+    def compiled(adapter: Callable[[], Callable]) -> MachineCode:
+        return machine_code(adapter, MODEL_SIGNATURE, "model", key, options)
 
     try:
         return _first_compiled((functions, n_q, n_u, unpack, n_p), key, compiled)
@@ -165,12 +156,12 @@ def _compile(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int,
     ) from reason
 
 
-def _first_compiled(source: Source, key: str, compiled: Callable[[Callable], Made]) -> Made:
+def _first_compiled(source: Source, key: str, compiled: Callable[[Callable[[], Callable]], Made]) -> Made:
     """What is made of the adapter: functions inlined halve the compile time; numba refuses it for a few constructs."""
     try:
-        return compiled(_adapter(*source, "always", key))
+        return compiled(lambda: _adapter(*source, "always", key))
     except Exception:  # numba raises many unrelated types
-        return compiled(_adapter(*source, "never", key))
+        return compiled(lambda: _adapter(*source, "never", key))
 
 
 def inlined_model(source: Source, survey: str) -> Any:
@@ -186,8 +177,8 @@ def inlined_model(source: Source, survey: str) -> Any:
     from nonsmooth.jit.internals import ModelType, numba
     from nonsmooth.jit.kernel_compiler import InlinedCompiler
 
-    def compiled(adapter: Callable) -> Any:
-        dispatcher = numba.njit(**OPTIONS, pipeline_class=InlinedCompiler)(adapter)
+    def compiled(adapter: Callable[[], Callable]) -> Any:
+        dispatcher = numba.njit(**OPTIONS, pipeline_class=InlinedCompiler)(adapter())
         dispatcher.compile(MODEL_SIGNATURE)
         return ModelType(survey, next(iter(dispatcher.overloads.values())))
 

@@ -16,9 +16,10 @@ from typing import Any, NamedTuple
 
 from nonsmooth.jit.beside import begin
 from nonsmooth.jit.blocks import Known, view, view_with
-from nonsmooth.jit.cache import cache_directory, compile_cached, is_cached, is_usable, key_of
-from nonsmooth.jit.kernels import KERNEL_OPTIONS, Callback, Kernel, inner_dispatcher, rebind
+from nonsmooth.jit.cache import cache_directory, is_cached, is_usable, key_of, machine_code
+from nonsmooth.jit.kernels import KERNEL_OPTIONS, Callback, Kernel, inner_dispatcher, make_slots_known, rebind
 from nonsmooth.jit.models import Source, inlined_model
+from nonsmooth.jit.object_code import function_at
 from nonsmooth.jit.waiting import sentence, silent, waiting
 
 COMPILE_TIME = 4.0  # measured: s
@@ -47,13 +48,13 @@ class Specialised:
 
     Attributes
     ----------
-    dispatcher : callable
+    compiled : callable
         What Python calls, once it is loaded.
     address : int
         Where its machine code begins: what a `Callback` calls; 0 before it is loaded.
     """
 
-    dispatcher: Any = None
+    compiled: Any = None
     address = 0
     is_begun = False  # whether a thread compiles it
     refusal: BaseException | None = None  # why that could not
@@ -77,19 +78,21 @@ class Specialised:
 
     def load(self) -> None:
         """Compile it, or read it from disk, unless this process has it."""
-        from nonsmooth.jit.internals import machine_code_of
-        from nonsmooth.jit.kernel_compiler import EntryLibrary, OneSystemLibrary, compiler_of
-
         if self.address:
             return
         loop = self.parts.loop
-        library = OneSystemLibrary if loop.short_loops else EntryLibrary
-        options = {**KERNEL_OPTIONS, "pipeline_class": compiler_of(library)}
-        is_on_disk = self.is_on_disk
-        with contextlib.nullcontext() if is_on_disk else waiting(words):
-            function = loop.function if is_on_disk else self._bound()
-            self.dispatcher = compile_cached(function, loop.signature, self.name, self.key, **options)
-        self.address = machine_code_of(self.dispatcher)
+        signature = loop.signature or ""
+        make_slots_known([loop, self.parts.step, *self.parts.inlined])
+        with contextlib.nullcontext() if self.is_on_disk else waiting(words):
+            self.code = machine_code(self._bound, signature, self.name, self.key, self._options)
+        self.compiled = function_at(self.code.address, signature)
+        self.address = self.code.address
+
+    def _options(self) -> dict[str, Any]:
+        from nonsmooth.jit.kernel_compiler import EntryLibrary, OneSystemLibrary, compiler_of
+
+        library = OneSystemLibrary if self.parts.loop.short_loops else EntryLibrary
+        return {**KERNEL_OPTIONS, "pipeline_class": compiler_of(library)}
 
     def load_beside(self) -> None:
         """Begin to compile it in a thread of its own; it can be called once ``address`` is known."""

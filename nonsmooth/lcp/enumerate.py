@@ -245,7 +245,7 @@ def _in_units_of(A: np.ndarray, b: np.ndarray, face: _Face, column: np.ndarray) 
 TREE = "int64(float64[:, ::1], float64[::1], int8[::1], float64[:, :, ::1], int8[:, :, ::1], int8[::1], int8[:, ::1])"
 
 
-@kernel(TREE)
+@kernel(TREE, takes_arrays=True)
 def tree_entry(A, b, free, tableaux, kinds, choice, found):
     """Write the active sets of all leaves that survive; return how many, at most the rows of `found`.
 

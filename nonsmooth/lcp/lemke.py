@@ -248,7 +248,7 @@ LEMKE = (
 )
 
 
-@kernel(LEMKE)
+@kernel(LEMKE, takes_arrays=True)
 def lemke_entry(A, b, z, tableau, scales, basis, max_pivots):
     """`lemke` for calls from Python: returns (status, pivots)."""
     return lemke(b.shape[0], A, b, z, tableau, scales, basis, max_pivots)
@@ -256,7 +256,8 @@ def lemke_entry(A, b, z, tableau, scales, basis, max_pivots):
 
 @kernel(
     "Tuple((int64, int64, float64))(float64[:, ::1], float64[::1], float64[::1], float64[::1], float64[:, ::1],"
-    "float64[:, ::1], int64[::1], int64)"
+    "float64[:, ::1], int64[::1], int64)",
+    takes_arrays=True,
 )
 def judged_lemke(A, b, z, w, tableau, scales, basis, max_pivots):
     """`lemke`, and w and the residual of what it leaves, in one call: (status, pivots, residual)."""

@@ -150,7 +150,8 @@ WORKSPACE = "Tuple((float64[:, ::1], float64[:, ::1], int64[::1]))"
 
 @kernel(
     "Tuple((int64, float64))(float64[:, ::1], float64[::1], boolean[::1], float64[::1], float64[::1],"
-    f" Tuple(({WORKSPACE}, {WORKSPACE}, float64[:, ::1], float64[:, ::1], int64[:, ::1])), int64)"
+    f" Tuple(({WORKSPACE}, {WORKSPACE}, float64[:, ::1], float64[:, ::1], int64[:, ::1])), int64)",
+    takes_arrays=True,
 )
 def solve_mixed(A, b, free, z, w, memory, most):
     """Write z and w; (pivots, residual), which is inf where this way leads nowhere. ``most`` bounds the pivots."""

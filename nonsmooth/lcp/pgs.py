@@ -42,7 +42,7 @@ def pgs(n, A, b, z, tol, max_sweeps):
     return MAX_ITERATIONS, max_sweeps
 
 
-@kernel("UniTuple(int64, 2)(float64[:, ::1], float64[::1], float64[::1], float64, int64)")
+@kernel("UniTuple(int64, 2)(float64[:, ::1], float64[::1], float64[::1], float64, int64)", takes_arrays=True)
 def pgs_entry(A, b, z, tol, max_sweeps):
     """`pgs` for calls from Python."""
     return pgs(b.shape[0], A, b, z, tol, max_sweeps)
@@ -53,7 +53,7 @@ SPARSE = (
 )
 
 
-@kernel(SPARSE)
+@kernel(SPARSE, takes_arrays=True)
 def pgs_sparse_entry(data, indices, indptr, diagonal, b, z, tol, max_sweeps):
     """`pgs` for a matrix in compressed rows with its diagonal beside it, for calls from Python."""
     n = b.shape[0]

@@ -101,7 +101,7 @@ PIVOTING = (
 )
 
 
-@kernel(PIVOTING)
+@kernel(PIVOTING, takes_arrays=True)
 def pivoting_entry(A, b, z, lu, scales, active, max_iterations):
     """`pivoting` for calls from Python: returns (status, iterations)."""
     return pivoting(b.shape[0], A, b, z, lu, scales, active, max_iterations)

@@ -123,7 +123,7 @@ def judge(n, A, b, z, w):
     return lcp_residual(n, A, b, z)
 
 
-@kernel("float64(float64[:, ::1], float64[::1], float64[::1], float64[::1])")
+@kernel("float64(float64[:, ::1], float64[::1], float64[::1], float64[::1])", takes_arrays=True)
 def judge_solution(A, b, z, w):
     """`judge` for calls from Python."""
     return judge(b.shape[0], A, b, z, w)

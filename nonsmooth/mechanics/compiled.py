@@ -11,18 +11,11 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import InterpretedWarning, warn_caller
-from nonsmooth.jit import CannotCompile, Unpack, call_model, kernel
+from nonsmooth.jit import CannotCompile, Unpack
 from nonsmooth.jit.watch import Watch
 from nonsmooth.mechanics.own_law import require_compiled_laws
 from nonsmooth.mechanics.shelf import Model, Same, Shelf
 from nonsmooth.mechanics.system import TAKES_U, System
-
-
-@kernel("boolean(int64, int64, float64, float64[::1], float64[::1], float64[::1], float64[::1])")
-def call_once(model, which, t, q, u, p, out):
-    """Call one function of a model from Python; False if it raised."""
-    return call_model(model, which, t, q, u, p, out)
-
 
 _loops: weakref.WeakKeyDictionary[System, dict[Any, tuple[Model, Callable]]] = weakref.WeakKeyDictionary()
 

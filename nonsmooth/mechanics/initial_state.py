@@ -17,7 +17,7 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import interpreted
-from nonsmooth.mechanics.compiled import Model, call_once
+from nonsmooth.mechanics.compiled import Model
 from nonsmooth.mechanics.situation import (
     CONTRADICTIONS,
     Situation,
@@ -106,10 +106,11 @@ def _by_code(system: System, model: Model, t: float, q: np.ndarray, u: np.ndarra
     """The same by the machine code of the functions; None where one raises, or a number is not finite: their source
     says which."""
     functions, written = system.functions, {}
+    places = [given.ctypes.data for given in (q, u, system.p)]
     for which in OF_CONTACTS:
         if which in functions:
             out = written[which] = np.zeros(system.shape_of(which))
-            if not call_once.dispatcher(model.handle, which, t, q, u, system.p, out.ravel()):
+            if not model.call(which, t, *places, out.ctypes.data):
                 return None
     values = [column.tolist() for column in _combined(system, u, written)]
     return values if all(map(math.isfinite, itertools.chain(*values))) else None

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
-from nonsmooth.jit import CannotCompile, CompiledModel, Unpack, compile_model, interpreted, key_of, survey_of
+from nonsmooth.jit import CannotCompile, MachineCode, Unpack, compile_model, interpreted, key_of, survey_of
+from nonsmooth.jit.object_code import model_at
 from nonsmooth.jit.watch import CHANGED, Watch
 
 
@@ -33,12 +35,17 @@ class Model:
         """Whether it does what the functions do now: nothing that they read has changed since it was compiled."""
         return self._watch.holds()
 
+    @functools.cached_property
+    def call(self) -> Callable[..., bool]:
+        """The machine code of a compiled one for calls from Python (`model_at`)."""
+        return model_at(self.handle)
+
     def loop(self, integrator: Any, system: Any) -> Callable:
         """The integrator's loop that fits this model: compiled, or its source."""
         if not self.is_compiled:
             return interpreted(integrator.loop)
         integrator.load(system)
-        return integrator.loop.dispatcher
+        return integrator.loop.compiled
 
 
 class Shelf:
@@ -50,7 +57,7 @@ class Shelf:
     def __init__(self, functions: dict[int, Any], n_q: int, n_u: int, unpack: Unpack, n_p: int) -> None:
         self._arguments = functions, n_q, n_u, unpack, n_p
         self._made_from, self._watch = b"", CHANGED
-        self._made: CompiledModel | CannotCompile | None = None
+        self._made: MachineCode | CannotCompile | None = None
         self._model: Model | None = None
 
     def model(self) -> Model:
@@ -76,7 +83,7 @@ class Shelf:
             except CannotCompile as reason:
                 self._made = reason
         made = self._made
-        if isinstance(made, CompiledModel):
+        if isinstance(made, MachineCode):
             self._model = Model(made.address, made, True, survey.watch, (key_of(made_from), self._arguments))
         else:
             self._model = None

@@ -18,7 +18,7 @@ from nonsmooth.errors import InvalidInput, said_by
 from nonsmooth.jit import cache_directory
 from nonsmooth.jit.fingerprint import calls_compiled
 from nonsmooth.mechanics.agreement import DIFFERENCE_STEPS, generic_direction
-from nonsmooth.mechanics.compiled import Model, call_once
+from nonsmooth.mechanics.compiled import Model
 from nonsmooth.mechanics.returned import shape_fault
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, TAKES_U, TANGENT, System
 
@@ -125,6 +125,7 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
     if not model.is_compiled:
         return
     q, u = q + DIFFERENCE_STEPS[0] * generic_direction(q.size), u + DIFFERENCE_STEPS[0] * generic_direction(u.size)
+    places = [given.ctypes.data for given in (q, u, system.p)]
     with np.errstate(all="ignore"):
         for which, function in system.functions.items():
             if calls_compiled(function):
@@ -134,7 +135,7 @@ def require_same_code(system: System, model: Model, t: float, q: np.ndarray, u: 
                 system.call(which, t, q, u, written)
             except Exception:  # it is defined at the state only
                 continue
-            is_done = call_once(model.handle, which, t, q, u, system.p, found)
+            is_done = model.call(which, t, *places, found.ctypes.data)
             written = written.ravel()
             other = np.abs(found - written) > SAME_CODE * np.abs(written).max(initial=0.0)
             if is_done and other.any():

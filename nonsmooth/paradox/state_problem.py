@@ -176,7 +176,7 @@ class Desk:
         self.sys = new_sys(system, model.handle, has)
         if model.is_compiled:
             load_all(ENTRY_POINTS)
-        self._search = forces_at_state.dispatcher if model.is_compiled else interpreted(forces_at_state)
+        self._search = forces_at_state.compiled if model.is_compiled else interpreted(forces_at_state)
         blocks = self.sys, self.arrays
         self._sys, self._arrays = [block.address if model.is_compiled else block for block in blocks]
 

@@ -97,7 +97,7 @@ class Ongoing:
     def step_loop(self, max_steps: int) -> int:
         """Take at most so many steps; returns a Status."""
         if self.own_loop is not None and self.own_loop.address:
-            self.loop, self.own_loop = self.own_loop.dispatcher, None
+            self.loop, self.own_loop = self.own_loop.compiled, None
         blocks = self.sys, self.schedule, self.state, self.record, self.memory
         if blocks != self.workspace.handed[0]:
             set_handles(self.integrator, self.model.is_compiled, self.sys, self.schedule, self.memory)

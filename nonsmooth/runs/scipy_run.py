@@ -206,7 +206,7 @@ class ScipyRun(Run):
 
     def _call(self, kernel: Kernel, *arguments: Any) -> int:
         handed = [self.handed(part)[0] if isinstance(part, Block) else part for part in (self.sys, *arguments)]
-        return (kernel.dispatcher if self.model.is_compiled else interpreted(kernel))(*handed)
+        return (kernel.compiled if self.model.is_compiled else interpreted(kernel))(*handed)
 
     def _accept(self, status: int) -> None:
         if status != Status.RUNNING:

@@ -112,7 +112,11 @@ class Cells(Block):
     period_change: Array[Floats, "N", "n"]  # part of it by which those of the earlier crossings and the later differ
 
 
-@kernel("void(int64, int64, int64, float64[:, ::1], float64[:, ::1], int64, int64, int64)", short_loops=True)
+@kernel(
+    "void(int64, int64, int64, float64[:, ::1], float64[:, ::1], int64, int64, int64)",
+    short_loops=True,
+    takes_arrays=True,
+)
 def run_cells(sys_at, schedule_at, cells_at, state_words, memory_words, state_at, record_at, memory_at):
     """Run the cells of a call as far as its steps go; the records of its window are reduced to low, high, period."""
     sys, schedule = view(sys_at, Sys), view(schedule_at, Schedule)
@@ -503,7 +507,7 @@ class BlockRun:
                 here.is_patient = self.integrator.load_for_retry(engine.system, self.memory, self.is_compiled)
 
     def _call(self) -> None:
-        kernel = run_cells.dispatcher if self.is_compiled else interpreted(run_cells)
+        kernel = run_cells.compiled if self.is_compiled else interpreted(run_cells)
         blocks = self.sys, self.schedule, self.cells, self.state, self.record, self.memory
         handed: list[Any] = [block.address if self.is_compiled else block for block in blocks]
         with np.errstate(all="ignore"):  # of the interpreted loop; what is not finite the loop itself finds

@@ -188,7 +188,7 @@ from numba.core.runtime import rtsys
 ball = load("bouncing-ball")()
 ns.simulate(ball.system(), (0, 0.01), *ball.state(), integrator=ns.MoreauJean(dt=1e-3, specialise=True))
 (own,) = specialise._made.values()
-(result,) = own.dispatcher.overloads.values()
+(result,) = own.code.dispatcher.overloads.values()
 defined = {each.name for each in rtsys.library._get_module_for_linking().functions if not each.is_declaration}
 assert "NRT_decref" in defined
 print(*[each.name for each in result.library._final_module.functions if each.is_declaration and each.name in defined])

@@ -7,7 +7,8 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.integrators.moreau_jean import step
-from nonsmooth.jit import fingerprint, internals, interpreted, kernel, kernels
+from nonsmooth.jit import fingerprint, interpreted, kernel, kernels
+from nonsmooth.jit.object_code import function_at
 from nonsmooth.numerics import rounding
 from nonsmooth.numerics.rounding import rounded_sum
 
@@ -43,7 +44,7 @@ def test_an_entry_point_that_was_called_from_python_has_its_address():
 
     assert not halved.is_loaded
     assert halved(3.0) == 1.5 and halved.is_loaded
-    assert halved.address == internals.machine_code_of(halved.dispatcher)
+    assert function_at(halved.address, halved.signature)(5.0) == 2.5
 
 
 def test_the_stamp_of_an_entry_point_follows_the_constants_of_the_kernels_it_calls(monkeypatch):

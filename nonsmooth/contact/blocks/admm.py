@@ -87,7 +87,7 @@ def _uhat(problem: Problem, P: np.ndarray) -> np.ndarray:
     return gamma.ravel()
 
 
-@kernel("void(float64[::1], int64, float64[::1])")
+@kernel("void(float64[::1], int64, float64[::1])", takes_arrays=True)
 def project(mu, dim, x):
     """Project every contact of x on its friction cone, in place."""
     for i in range(mu.shape[0]):

@@ -68,7 +68,8 @@ def error_of(mu, rho, P, gamma, dim):
 
 @kernel(
     "Tuple((int64, float64, float64))(Tuple((float64[:, :, ::1], int32[::1], int32[::1])), float64[::1], float64[::1],"
-    " float64[::1], float64[::1], float64[::1], float64, int64)"
+    " float64[::1], float64[::1], float64[::1], float64, int64)",
+    takes_arrays=True,
 )
 def sweep_few(rows, c, mu, P, gamma, rho, tol, most):
     """Sweep from P, ``most`` times at most: (sweeps, error, error with rho = 1); the error is inf where it is given up.

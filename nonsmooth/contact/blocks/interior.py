@@ -121,7 +121,10 @@ class InteriorPoint:
         direction(mu, dim, self.w, self.target, solve(self.rhs), self.dx, self.dy)
 
 
-@kernel("void(float64[::1], int64, float64[::1], float64, float64[::1], float64[:, ::1], float64[:, ::1])")
+@kernel(
+    "void(float64[::1], int64, float64[::1], float64, float64[::1], float64[:, ::1], float64[:, ::1])",
+    takes_arrays=True,
+)
 def enter(mu, dim, gamma, start, P, x, y):
     """x and y inside the cones by ``start``, next to P and its velocities; P follows x."""
     for i in range(mu.shape[0]):
@@ -143,13 +146,15 @@ def _write(mu, dim, x, P):
             P[i * dim + a] = x[i, a]
 
 
-@kernel("void(float64[::1], int64, float64[:, ::1], float64[::1])")
+@kernel("void(float64[::1], int64, float64[:, ::1], float64[::1])", takes_arrays=True)
 def leave(mu, dim, x, P):
     """P = S^-1 x."""
     _write(mu, dim, x, P)
 
 
-@kernel("float64(float64[::1], int64, float64[::1], float64[:, ::1], float64[:, ::1], float64[:, ::1])")
+@kernel(
+    "float64(float64[::1], int64, float64[::1], float64[:, ::1], float64[:, ::1], float64[:, ::1])", takes_arrays=True
+)
 def find_residual(mu, dim, gamma, x, y, residual):
     """Write R; returns the mean gap x . y."""
     gap = 0.0
@@ -167,7 +172,8 @@ def find_residual(mu, dim, gamma, x, y, residual):
 
 @kernel(
     "void(float64[::1], int64, float64, float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, :, ::1],"
-    " float64[:, :, ::1])"
+    " float64[:, :, ::1])",
+    takes_arrays=True,
 )
 def linearise(mu, dim, theta, x, y, w, A, B):
     """Write W (as w, eta) and the blocks A = S W^-2 S, B of the matrix A + B G."""
@@ -196,7 +202,10 @@ def linearise(mu, dim, theta, x, y, w, A, B):
             B[i, 0, a] = theta * s * y[i, a] / y_T if y_T > 0.0 else 0.0
 
 
-@kernel("void(float64[::1], int64, float64, float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1])")
+@kernel(
+    "void(float64[::1], int64, float64, float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1])",
+    takes_arrays=True,
+)
 def right_side(mu, dim, theta, y, target, residual, rhs):
     """S (r - (I + theta E) R)."""
     for i in range(mu.shape[0]):
@@ -208,7 +217,10 @@ def right_side(mu, dim, theta, y, target, residual, rhs):
             rhs[i * dim + a] = target[i, a] - residual[i, a] if mu[i] > 0.0 else 0.0
 
 
-@kernel("void(float64[::1], int64, float64[:, ::1], float64[:, ::1], float64[::1], float64[:, ::1], float64[:, ::1])")
+@kernel(
+    "void(float64[::1], int64, float64[:, ::1], float64[:, ::1], float64[::1], float64[:, ::1], float64[:, ::1])",
+    takes_arrays=True,
+)
 def direction(mu, dim, w, target, dP, dx, dy):
     """The steps dx = S dP and dy = r - W^-2 dx."""
     for i in range(mu.shape[0]):
@@ -222,7 +234,10 @@ def direction(mu, dim, w, target, dP, dx, dy):
         dy[i, 2] = target[i, 2] - inverse * (dx[i, 2] - share * w[i, 2])
 
 
-@kernel("void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64[:, ::1])")
+@kernel(
+    "void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64[:, ::1])",
+    takes_arrays=True,
+)
 def correct(w, y, dx, dy, tau, target):
     """Write r = -y + W^-1 q, q the vector with (W y) o q = tau e_N - (W^-1 dx) o (W dy)."""
     for i in range(w.shape[0]):
@@ -238,7 +253,10 @@ def correct(w, y, dx, dy, tau, target):
         target[i, 2] = q_2 - y[i, 2]
 
 
-@kernel("UniTuple(float64, 2)(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], float64)")
+@kernel(
+    "UniTuple(float64, 2)(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], float64)",
+    takes_arrays=True,
+)
 def longest_step(x, y, dx, dy, boundary):
     """The step length, at most 1 and ``boundary`` of the way out of the cones, and the mean gap after it."""
     out = math.inf

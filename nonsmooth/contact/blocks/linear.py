@@ -67,7 +67,8 @@ def jacobian_entry(G, k, on_diagonal, A, B, i, a, b):
 
 @kernel(
     "void(float64[:, :, ::1], int32[::1], int32[::1], float64[:, :, ::1], float64[:, :, ::1], float64[::1],"
-    " int32[::1], int32[::1])"
+    " int32[::1], int32[::1])",
+    takes_arrays=True,
 )
 def fill_rows(G, indices, indptr, A, B, data, columns, starts):
     """Write A + B G in scalar compressed rows."""
@@ -84,7 +85,10 @@ def fill_rows(G, indices, indptr, A, B, data, columns, starts):
     starts[starts.shape[0] - 1] = at
 
 
-@kernel("void(float64[:, :, ::1], int32[::1], int32[::1], float64[:, :, ::1], float64[:, :, ::1], float64[::1, :])")
+@kernel(
+    "void(float64[:, :, ::1], int32[::1], int32[::1], float64[:, :, ::1], float64[:, :, ::1], float64[::1, :])",
+    takes_arrays=True,
+)
 def fill_full(G, indices, indptr, A, B, matrix):
     """Write A + B G into a full matrix of zeros in Fortran order."""
     dim = G.shape[1]

@@ -67,13 +67,13 @@ def natural_map(mu, rho, weight, P, gamma, dim):
     return math.sqrt(total)
 
 
-@kernel("void(float64[:, :, ::1], int32[::1], int32[::1], float64[::1], float64[::1], float64[::1])")
+@kernel("void(float64[:, :, ::1], int32[::1], int32[::1], float64[::1], float64[::1], float64[::1])", takes_arrays=True)
 def velocity_entry(G, indices, indptr, c, P, gamma):
     """`velocity` for calls from Python."""
     velocity(G, indices, indptr, c, P, gamma)
 
 
-@kernel("float64(float64[::1], float64[::1], float64[::1], float64[::1], float64[::1], int64)")
+@kernel("float64(float64[::1], float64[::1], float64[::1], float64[::1], float64[::1], int64)", takes_arrays=True)
 def natural_map_entry(mu, rho, weight, P, gamma, dim):
     """`natural_map` for calls from Python."""
     return natural_map(mu, rho, weight, P, gamma, dim)

@@ -167,7 +167,8 @@ def alart_curnier(G, mu, rho, P, gamma, A, B, F):
 
 @kernel(
     "void(float64[:, :, ::1], float64[::1], float64[::1], float64[::1], float64[::1], float64[:, :, ::1],"
-    " float64[:, :, ::1], float64[::1])"
+    " float64[:, :, ::1], float64[::1])",
+    takes_arrays=True,
 )
 def alart_curnier_entry(G, mu, rho, P, gamma, A, B, F):
     """`alart_curnier` for calls from Python."""

@@ -94,7 +94,8 @@ def search(problem, P, x, trial, at, bound):
 @kernel(
     "Tuple((int64, float64, float64))(Tuple((float64[:, :, ::1], int32[::1], int32[::1])), float64[::1], float64[::1],"
     " float64[::1], float64[::1], float64[::1], Tuple((float64[:, :, :, ::1], float64[:, ::1], float64[:, ::1],"
-    " int64[::1])), float64)"
+    " int64[::1])), float64)",
+    takes_arrays=True,
 )
 def step_few(rows, c, mu, P, gamma, rho, memory, tol):
     """Newton steps from P: (steps, error, error with rho = 1); the error is inf where it is given up.

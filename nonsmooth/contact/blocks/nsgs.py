@@ -145,7 +145,8 @@ def sweep(rows, c, mu, stretch, P, omega):
 
 @kernel(
     "Tuple((int64, float64))(Tuple((float64[:, :, ::1], int32[::1], int32[::1])), float64[::1], float64[::1],"
-    " float64[::1], float64[::1], float64, float64, int64)"
+    " float64[::1], float64[::1], float64, float64, int64)",
+    takes_arrays=True,
 )
 def nsgs(rows, c, mu, stretch, P, omega, tol, most):
     """Sweep until the change is below tol, ``most`` times at most; returns the sweeps and the square of the change.

@@ -57,7 +57,8 @@ def velocity_of_one(G, c, P, gamma, dim):
 
 @kernel(
     "UniTuple(float64, 2)(float64[:, :, ::1], float64[::1], float64[::1], float64[::1], float64[::1],"
-    " float64[:, :, ::1])"
+    " float64[:, :, ::1])",
+    takes_arrays=True,
 )
 def solve_one(G, c, mu, P, gamma, scaled):
     """Write P and gamma of the contact with block G (1, dim, dim); the errors with rho and with rho = 1.

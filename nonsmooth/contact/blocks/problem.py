@@ -172,6 +172,7 @@ def begin_block(G, columns, slot, j, count):
 
 @kernel(
     "int64(float64[::1], int32[::1], int32[::1], float64[:, :, ::1], int32[::1], int32[::1], int32[::1])",
+    takes_arrays=True,
 )
 def cut_rows(data, indices, indptr, G, columns, starts, slot):
     """Cut scalar compressed rows into blocks, the diagonal ones always present; returns their number.

@@ -261,7 +261,7 @@ def linearise(network_at, direct_at, point_at, k):
     return 1 if is_regular else 0
 
 
-@kernel("void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1])")
+@kernel("void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1])", takes_arrays=True)
 def to_dual(w, dx, dy, dual_x, dual_y):
     """W^-2 dx and W^2 dy."""
     for row in range(dx.shape[0]):
@@ -272,7 +272,7 @@ def to_dual(w, dx, dy, dual_x, dual_y):
         store(dual_x, row, x_N, x_1, x_2)
 
 
-@kernel("float64(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1])")
+@kernel("float64(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1])", takes_arrays=True)
 def room(x, y, dx, dy):
     """How many times the step one may go until a contact leaves its cones."""
     out = math.inf

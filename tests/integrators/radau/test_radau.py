@@ -112,7 +112,7 @@ def integrate(rates, x0, t_end, rtol, kinematic=0, quadratures=0, a=0.0):
         entry_point.load()
     block = new_ode(rates.address, x0, kinematic, quadratures, rtol)
     rate = rate_of(a)
-    status = Status(march.dispatcher(rate.address, t_end, block.address))
+    status = Status(march(rate.address, t_end, block.address))
     return status, block
 
 
@@ -166,7 +166,7 @@ def test_rounding_of_rates_at_rest_does_not_shorten_the_steps(rate):
         entry_point.load()
     block, sys = new_ode(all_but_rest.address, [0.0], 0, 0, 1e-14), rate_of(rate)
     for second in range(1, 101):
-        status = march.dispatcher(sys.address, float(second), block.address)
+        status = march(sys.address, float(second), block.address)
         assert Status(status) == Status.FINISHED
     assert block.counters.accepted == 100
 
@@ -178,7 +178,7 @@ def test_event_is_located_to_the_error_of_the_method():
         entry_point.load()
     ode, events = new_ode(oscillator.address, [1.0, 0.0], 1, 0, rtol), new(Events, n_events=1, n_x=2)
     events.functions = falls_below_half.address
-    status = march_to_event.dispatcher(0, 3.0, ode.address, events.address)
+    status = march_to_event(0, 3.0, ode.address, events.address)
     assert status == Status.FINISHED
     assert abs(ode.x[0] - 0.5) < 1e-15  # Newton's method ends at rounding
     assert abs(ode.clock.now - math.pi / 3) < 30 * rtol  # the error of some thirty steps

@@ -1,0 +1,200 @@
+"""Object code, linked by LLVM and called by its address: a later process runs what is on the disk without numba.
+
+Numba's import takes 0.28 s, and 6 ms an entry point what it makes of its own files: types, a wrapper for Python, the
+intermediate code. Linked alone each takes 0.6 ms. Called from Python by `ctypes` a function takes 1 us, by numba's
+wrapper 0.2 us. All functions that numba compiles have one form:
+
+    int32 f(result *, raised **, arguments ...)         0 where nothing was raised
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import pickle
+import re
+from collections.abc import Callable, Iterable
+from itertools import chain
+from typing import Any, NamedTuple
+
+import numpy as np
+
+HEAD = b"object code\n"  # of what is kept
+TYPES: dict[str, Any] = {"int64": ctypes.c_int64, "float64": ctypes.c_double, "boolean": ctypes.c_bool}
+VECTOR = "float64[::1]"
+PARTS = [
+    ctypes.c_void_p,
+    ctypes.c_void_p,
+    ctypes.c_int64,
+    ctypes.c_int64,
+    ctypes.c_void_p,
+    ctypes.c_int64,
+    ctypes.c_int64,
+]
+SIGNATURE = re.compile(r"(?:(?P<one>\w+)|Tuple\(\((?P<several>[\w, ]+)\)\))\((?P<arguments>(?:[\w, ]|\[::1\])+)\)")
+MODEL = ctypes.CFUNCTYPE(ctypes.c_int32, *2 * [ctypes.c_void_p], ctypes.c_int64, ctypes.c_double,
+                         *4 * [ctypes.c_void_p])  # fmt: skip
+
+
+class ObjectCode(NamedTuple):
+    """The object code of one function.
+
+    Attributes
+    ----------
+    symbol : str
+        Its name to the linker.
+    needed : tuple of str
+        The names of what it calls and reads elsewhere.
+    code : bytes
+    """
+
+    symbol: str
+    needed: tuple[str, ...]
+    code: bytes
+
+    def to_bytes(self) -> bytes:
+        """As it is kept in a file."""
+        return HEAD + json.dumps([self.symbol, self.needed]).encode() + b"\n" + self.code
+
+
+def object_code(payload: bytes) -> ObjectCode | None:
+    """What `ObjectCode.to_bytes` wrote; None of something else."""
+    if not payload.startswith(HEAD):
+        return None
+    line, code = payload[len(HEAD) :].split(b"\n", 1)
+    symbol, needed = json.loads(line)
+    return ObjectCode(symbol, tuple(needed), code)
+
+
+class Linked:
+    """Object code in memory, as long as this object lives.
+
+    Attributes
+    ----------
+    address : int
+        Where its function begins.
+    """
+
+    def __init__(self, part: ObjectCode) -> None:
+        import llvmlite.binding as llvm
+
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+        machine = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine()
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+        require_known(part.needed)  # an engine makes known what the process has
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(part.code))
+        self._engine.finalize_object()
+        self.address = int(self._engine.get_function_address(part.symbol))
+
+
+def require_known(symbols: Iterable[str]) -> None:
+    """Numba is imported where the linker finds something with its help alone; LLVM ends the process where something is
+    missing.
+
+    Raises
+    ------
+    LookupError
+        Where something is not found at all.
+    """
+    import llvmlite.binding as llvm
+
+    missing = [symbol for symbol in symbols if not llvm.address_of_symbol(symbol)]
+    if missing:
+        from nonsmooth.jit.internals import cpu_target
+
+        assert cpu_target.target_context is not None  # made as it is asked for
+        missing = [symbol for symbol in missing if not llvm.address_of_symbol(symbol)]
+    if missing:
+        raise LookupError(f"the linker does not know {missing[0]}")
+
+
+def linked(payload: bytes) -> Linked | None:
+    """Link what is kept in a file; None where it is something else."""
+    part = object_code(payload)
+    return None if part is None else Linked(part)
+
+
+# Calls from Python.
+
+
+class Raised(ctypes.Structure):
+    """What a function hands back of an exception: the class, the arguments and the place, pickled."""
+
+    _fields_ = [("pickled", ctypes.c_void_p), ("size", ctypes.c_int32)]  # noqa: RUF012
+
+
+def function_at(address: int, signature: str) -> Callable[..., Any]:
+    """What Python calls for machine code of numba's form; other threads run meanwhile.
+
+    Raises
+    ------
+    TypeError
+        Where the signature has something else than numbers, vectors of float64, and numbers returned.
+    """
+    found = SIGNATURE.fullmatch(signature)
+    if found is None:
+        raise TypeError(f"Python calls no entry point {signature} by its address: mark it with takes_arrays=True")
+    result, several, arguments = found["one"], found["several"], found["arguments"].split(", ")
+    vectors = [k for k, name in enumerate(arguments) if name == VECTOR]
+    types = [kind for name in arguments for kind in (PARTS if name == VECTOR else [TYPES[name]])]
+    call = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *types)(address)
+    Room = several_of(several.split(", ")) if several else TYPES.get(result, ctypes.c_void_p)
+    byref = ctypes.byref
+
+    def function(*given: Any) -> Any:
+        room, raised = Room(), ctypes.c_void_p()
+        if vectors:
+            given = tuple(chain.from_iterable(parts_of(x) if isinstance(x, np.ndarray) else (x,) for x in given))
+        if call(byref(room), byref(raised), *given) != 0:
+            raise exception_of(Raised.from_address(raised.value or 0))
+        return room.values() if several else room.value
+
+    return function
+
+
+def several_of(names: list[str]) -> Any:
+    """Room for some numbers that are returned."""
+
+    class Several(ctypes.Structure):
+        """As numba returns a tuple."""
+
+        _fields_ = [(f"_{k}", TYPES[name]) for k, name in enumerate(names)]  # noqa: RUF012
+
+        def values(self) -> tuple[Any, ...]:
+            """The numbers."""
+            return tuple([getattr(self, name) for name, *_ in self._fields_])
+
+    return Several
+
+
+def parts_of(vector: np.ndarray) -> tuple[Any, ...]:
+    """What numba makes of a vector: without an owner, numbers, bytes each, their place, length and stride.
+
+    Raises
+    ------
+    TypeError
+        Where it is none of float64 without gaps.
+    """
+    if vector.dtype != np.float64 or vector.ndim != 1 or not vector.flags.c_contiguous:
+        raise TypeError(f"compiled code takes a vector of float64 without gaps, not {vector.dtype} {vector.shape}")
+    return None, None, vector.size, 8, vector.ctypes.data, vector.size, 8
+
+
+def model_at(address: int) -> Callable[..., bool]:
+    """What Python calls for machine code of a model, ``model(which, t, q, u, p, out)``, with the places of arrays of
+    float64 without gaps; whether it raised nothing."""
+    call = MODEL(address)
+    byref = ctypes.byref
+
+    def function(which: int, t: float, q: int, u: int, p: int, out: int) -> bool:
+        nothing, raised = ctypes.c_void_p(), ctypes.c_void_p()
+        return call(byref(nothing), byref(raised), which, t, q, u, p, out) == 0  # type: ignore[no-any-return]
+
+    return function
+
+
+def exception_of(raised: Raised) -> BaseException:
+    """The exception that compiled code raised."""
+    kind, arguments, *_ = pickle.loads(ctypes.string_at(raised.pickled, raised.size))
+    return kind(*arguments or ())  # type: ignore[no-any-return]

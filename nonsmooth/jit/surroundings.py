@@ -1,0 +1,86 @@
+"""What machine code depends on beside its source: versions, processor, and numba's options, told without numba.
+
+Its import takes 0.28 s, and a process that finds all its code on the disk needs nothing else of it (`object_code`). Its
+version is read from its file, and its options are found by its own file of options, which reads the environment and
+`.numba_config.yaml`; once numba is imported, they are what it has.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import importlib.util
+import re
+import sys
+import types
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+CHOSEN = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "ENABLE_AVX", "CPU_NAME", "CPU_FEATURES",
+          "DISABLE_INTEL_SVML", "DEBUGINFO_DEFAULT")  # fmt: skip
+SVML = {"linux": "libsvml.so", "darwin": "libsvml.dylib", "win32": "svml_dispmd"}  # defined: where numba looks for it
+
+
+def surroundings() -> tuple[str, ...]:
+    """Each as a text."""
+    options = options_of_numba()
+    python = f"{sys.implementation.name} {sys.version_info[:3]} {sys.maxsize.bit_length() + 1} bits"
+    return python, *fixed(), *(f"{name}={getattr(options, name, None)}" for name in CHOSEN)
+
+
+@functools.cache
+def fixed() -> tuple[str, ...]:
+    """What stays as it is within a process."""
+    import llvmlite
+    import llvmlite.binding as llvm
+
+    versions = f"numpy {np.__version__}", f"numba {version_of_numba()}", f"llvmlite {llvmlite.__version__}"
+    features = llvm.get_host_cpu_features().flatten()
+    return *versions, llvm.get_process_triple(), llvm.get_host_cpu_name(), features, f"SVML={has_svml()}"
+
+
+def version_of_numba() -> str:
+    """The version that is installed, from the file that was written as it was built."""
+    file = folder_of_numba() / "_version.py"
+    found = re.search(r'"version": "(.+)"', file.read_text()) if file.is_file() else None
+    return found[1] if found else str(importlib.import_module("numba").__version__)
+
+
+def folder_of_numba() -> Path:
+    """Where numba is installed.
+
+    Raises
+    ------
+    UnsupportedVersion
+        Where there is none, or it cannot be imported.
+    """
+    spec = importlib.util.find_spec("numba")
+    if spec is None or spec.origin is None:
+        from nonsmooth.jit.internals import numba  # which says what is wrong
+
+        return Path(numba.__file__).parent
+    return Path(spec.origin).parent
+
+
+def options_of_numba() -> types.ModuleType:
+    """Numba's options: what it has, or would have if it were imported."""
+    return sys.modules.get("numba.core.config") or _options_by_themselves()
+
+
+@functools.cache
+def _options_by_themselves() -> types.ModuleType:
+    spec: Any = importlib.util.spec_from_file_location("options", folder_of_numba() / "core" / "config.py")
+    options = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(options)
+    return options
+
+
+def has_svml() -> bool:
+    """Whether the vector functions of Intel's library are there, which numba takes where they are."""
+    try:
+        ctypes.CDLL(SVML[sys.platform])
+    except (OSError, KeyError):
+        return False
+    return True

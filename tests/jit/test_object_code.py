@@ -1,0 +1,142 @@
+"""Object code is linked and called without numba, and does the same."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from nonsmooth.jit import cache, interpreted, kernel, kernels
+from nonsmooth.jit.cache import Compiled
+from nonsmooth.jit.object_code import Linked, ObjectCode, function_at, linked, object_code
+
+
+@kernel("float64(int64, float64, boolean, float64[::1])")
+def weighted(n, a, is_twice, x):
+    """(2) a sum of the first n."""
+    total = 0.0
+    for i in range(n):
+        total += x[i]
+    return 2.0 * a * total if is_twice else a * total
+
+
+@kernel("Tuple((int64, float64, boolean))(float64[::1], float64[::1])")
+def compared(x, y):
+    """Where they differ most, by how much, and whether they do."""
+    k, most = 0, 0.0
+    for i in range(x.shape[0]):
+        if abs(x[i] - y[i]) > most:
+            k, most = i, abs(x[i] - y[i])
+    return k, most, most > 0.0
+
+
+@kernel("void(float64[::1])")
+def halve(x):
+    """x / 2, in place."""
+    for i in range(x.shape[0]):
+        x[i] *= 0.5
+
+
+@kernel("int64(int64)")
+def called_through_its_slot(n):
+    """A call of another entry point."""
+    return squared(n) + 1
+
+
+@kernel("int64(int64)")
+def squared(n):
+    """n^2."""
+    return n * n
+
+
+X, Y = np.linspace(-1.0, 2.0, 7), np.array([-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 5.0])
+
+
+@pytest.mark.parametrize(("entry", "given"), [
+    (weighted, (5, 0.3, True, X)), (weighted, (np.int64(7), np.float64(0.3), False, Y)), (compared, (X, Y)),
+    (compared, (X, X)), (called_through_its_slot, (-7,)),
+])  # fmt: skip
+def test_calls_by_address_return_what_the_source_does(entry, given):
+    squared.load()
+    expected = interpreted(entry)(*given)
+    assert entry(*given) == expected and type(entry(*given)) is type(expected if isinstance(expected, tuple) else 1.0 if
+                                                                     isinstance(expected, float) else 1)  # fmt: skip
+
+
+def test_what_is_written_in_place_is_written():
+    x = X.copy()
+    assert halve(x) is None
+    np.testing.assert_array_equal(x, 0.5 * X)
+
+
+@pytest.mark.parametrize("wrong", [X.astype(np.float32), X[::2], X.reshape(1, 7), np.arange(3)])
+def test_what_is_no_vector_of_float64_without_gaps_is_refused(wrong):
+    with pytest.raises(TypeError, match="takes a vector of float64 without gaps, not "):
+        halve(wrong)
+
+
+def test_what_cannot_be_called_by_address_is_refused():
+    with pytest.raises(
+        TypeError, match=r"Python calls no entry point void\(float64\[:, ::1\]\) by its address: mark it"
+    ):
+        function_at(0, "void(float64[:, ::1])")
+
+
+def kept(entry):
+    """What stands on the disk of an entry point."""
+    entry.load()
+    return cache.code_file(entry.function.__name__, kernels.kernel_stamp(entry)).load(lambda payload: payload)
+
+
+def test_code_from_the_disk_does_the_same_at_another_address():
+    payload = kept(weighted)
+    assert object_code(payload).to_bytes() == payload
+    again = linked(payload)
+    assert again.address not in (0, weighted.address)
+    assert function_at(again.address, weighted.signature)(5, 0.3, True, X) == weighted(5, 0.3, True, X)
+
+
+def test_a_slot_is_found_by_code_from_the_disk():
+    squared.load()
+    kernels.make_slots_known([called_through_its_slot])
+    again = linked(kept(called_through_its_slot))
+    assert function_at(again.address, "int64(int64)")(12) == 145
+
+
+def test_what_numba_pickled_is_no_object_code():
+    assert linked(b"\x80\x04") is None
+
+
+def test_a_symbol_that_nobody_knows_is_an_exception_and_not_the_end_of_the_process():
+    part = object_code(kept(squared))
+    with pytest.raises(LookupError, match="does not know no_such_function"):
+        Linked(ObjectCode(part.symbol, ("no_such_function",), part.code))
+
+
+def test_it_is_one_process_that_compiles():
+    """Else the tests above would compare compiled code with itself."""
+    assert isinstance(cache.machine_code(lambda: squared.function, "int64(int64)", "unknown", 64 * "0", dict), Compiled)
+
+
+RAISES = """
+import numpy as np
+from nonsmooth.jit import kernel
+@kernel("float64(float64[::1], int64)")
+def item(x, k):
+    return x[k]
+print(item(np.ones(3), 2))
+try:
+    item(np.ones(3), 3)
+except IndexError as error:
+    print(error)
+"""
+
+
+def test_what_compiled_code_raises_is_raised(tmp_path):
+    environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1", "NONSMOOTH_CACHE_DIR": str(tmp_path)}
+    for _ in range(2):  # compiled, and from the disk
+        done = subprocess.run(
+            [sys.executable, "-c", RAISES], env=environment, capture_output=True, text=True, timeout=120
+        )
+        assert done.stdout == "1.0\nindex is out of bounds\n", done.stderr
