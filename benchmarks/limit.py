@@ -61,12 +61,12 @@ ENTRY_POINTS = {
     "the loop over records": "nonsmooth.integrators.fixed_step:run",
     "one step": "nonsmooth.integrators.moreau_jean.step:step",
     "its contact problem": "nonsmooth.integrators.moreau_jean.contact:solve",
-    "calls of a function from Python": "nonsmooth.mechanics.compiled:call_once",
 }
 COMPILE = """import sys, time
 module, name = sys.argv[1].split(":")
 __import__(module)
-import nonsmooth.jit.internals
+if sys.argv[2] == "compile":
+    import nonsmooth.jit.internals
 started = time.process_time()
 getattr(sys.modules[module], name).load()
 print(time.process_time() - started)"""
@@ -268,12 +268,13 @@ def time_of(call: Callable[[], object]) -> float:
 
 def print_first_use() -> None:
     """A table of what a first use compiles, and of what a later one loads."""
-    seconds = {"an empty interpreter that imports numpy and numba": ("", script("import numpy, numba"))}
+    programs = {"imports numpy": "import numpy", "imports numpy and numba": "import numpy, numba"}
+    seconds = {f"an empty interpreter that {does}": ("", script(program)) for does, program in programs.items()}
     rows: dict[str, dict[str, str]] = {"compiled [s]": {}, "loaded [s]": {}}
     for name, entry in ENTRY_POINTS.items():
         with tempfile.TemporaryDirectory() as folder:
-            rows["compiled [s]"][name] = f"{load_time(entry, folder):.2f}"
-            rows["loaded [s]"][name] = f"{load_time(entry, folder):.3f}"
+            rows["compiled [s]"][name] = f"{load_time(entry, folder, 'compile'):.2f}"
+            rows["loaded [s]"][name] = f"{load_time(entry, folder, 'load'):.3f}"
     for name, (first, later) in seconds.items():
         rows["compiled [s]"][name], rows["loaded [s]"][name] = first, f"{later:.2f}"
     print("## A first use\n")
@@ -281,15 +282,20 @@ def print_first_use() -> None:
     print(
         "\nEach entry point in a process of its own: what numba and LLVM do once in a process is in each of them.\n"
         "Processes share the work of a first use: as many as there are cores, four at most. The last\n"
-        "line is the clock of a start.\n"
+        "lines are the clock of a start; what is loaded needs no numba.\n"
     )
 
 
-def load_time(entry: str, cache: str) -> float:
-    """Seconds of the processor for an entry point in a fresh process."""
+def load_time(entry: str, cache: str, what: str) -> float:
+    """Seconds of the processor for an entry point in a fresh process, which imports numba before if it is to compile."""
     environment = {**os.environ, "NONSMOOTH_CACHE_DIR": cache}
     done = subprocess.run(
-        [sys.executable, "-c", COMPILE, entry], env=environment, cwd=ROOT, capture_output=True, text=True, check=True
+        [sys.executable, "-c", COMPILE, entry, what],
+        env=environment,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     return float(done.stdout)
 

@@ -1,4 +1,4 @@
-"""Compilation: the only package that touches numba.
+"""Compilation: the only package that touches numba, and only where something is compiled.
 
 Two kinds of function are compiled.
 
@@ -26,8 +26,9 @@ sizes and options built in (``specialised``).
 has what is used of numba beside its public interface, of which ``kernel_compiler`` and ``kernel_lowering`` make what
 compiles kernels. ``fingerprint`` says what code is made from, by what ``bytecode``
 finds that it reads and ``libraries`` know by name (where a module moved, by that of ``former_names``); ``watch``
-whether that is still so; ``cache`` under which key it is kept, ``code_files`` in which form; ``loading`` shares the
-work between processes.
+whether that is still so, ``surroundings`` on what else it depends; ``cache`` under which key it is kept, ``code_files``
+in which form; ``object_code`` links and calls it in a later process, without numba; ``loading`` shares the work between
+processes.
 """
 
 from nonsmooth.jit.cache import MachineCode, cache_directory, key_of

@@ -95,7 +95,8 @@ class Kernel:
 
     def call_identity(self) -> bytes:
         """What a kernel that calls this one depends on: its code, and the slot that it is called through."""
-        facts = (self.signature, self.short_loops, self.is_rare, self.slot_name if self.signature else None)
+        slot = self.slot_name if self.signature else None
+        facts = (self.signature, self.short_loops, self.is_rare, self.takes_arrays, slot)
         return repr(facts).encode() + digest(self.function)
 
     @property

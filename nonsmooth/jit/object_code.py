@@ -32,7 +32,7 @@ PARTS = [
     ctypes.c_int64,
 ]
 SIGNATURE = re.compile(r"(?:(?P<one>\w+)|Tuple\(\((?P<several>[\w, ]+)\)\))\((?P<arguments>(?:[\w, ]|\[::1\])+)\)")
-MODEL = ctypes.CFUNCTYPE(ctypes.c_int32, *2 * [ctypes.c_void_p], ctypes.c_int64, ctypes.c_double,
+MODEL = ctypes.PYFUNCTYPE(ctypes.c_int32, *2 * [ctypes.c_void_p], ctypes.c_int64, ctypes.c_double,
                          *4 * [ctypes.c_void_p])  # fmt: skip
 
 
@@ -140,13 +140,14 @@ def function_at(address: int, signature: str) -> Callable[..., Any]:
     types = [kind for name in arguments for kind in (PARTS if name == VECTOR else [TYPES[name]])]
     call = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *types)(address)
     Room = several_of(several.split(", ")) if several else TYPES.get(result, ctypes.c_void_p)
-    byref = ctypes.byref
+    raised, byref = ctypes.c_void_p(), ctypes.byref
+    to_raised = byref(raised)
 
     def function(*given: Any) -> Any:
-        room, raised = Room(), ctypes.c_void_p()
+        room = Room()
         if vectors:
             given = tuple(chain.from_iterable(parts_of(x) if isinstance(x, np.ndarray) else (x,) for x in given))
-        if call(byref(room), byref(raised), *given) != 0:
+        if call(byref(room), to_raised, *given) != 0:
             raise exception_of(Raised.from_address(raised.value or 0))
         return room.values() if several else room.value
 
@@ -182,14 +183,12 @@ def parts_of(vector: np.ndarray) -> tuple[Any, ...]:
 
 
 def model_at(address: int) -> Callable[..., bool]:
-    """What Python calls for machine code of a model, ``model(which, t, q, u, p, out)``, with the places of arrays of
-    float64 without gaps; whether it raised nothing."""
-    call = MODEL(address)
-    byref = ctypes.byref
+    """What Python calls for machine code of a model, ``model(which, t, q, u, p, out)``, with the places of numbers, or
+    arrays of `ctypes`; whether it raised nothing."""
+    call, nothing = MODEL(address), ctypes.byref(ctypes.c_void_p())
 
-    def function(which: int, t: float, q: int, u: int, p: int, out: int) -> bool:
-        nothing, raised = ctypes.c_void_p(), ctypes.c_void_p()
-        return call(byref(nothing), byref(raised), which, t, q, u, p, out) == 0  # type: ignore[no-any-return]
+    def function(which: int, t: float, q: Any, u: Any, p: Any, out: Any) -> bool:
+        return call(nothing, nothing, which, t, q, u, p, out) == 0  # type: ignore[no-any-return]
 
     return function
 

@@ -8,9 +8,12 @@ Source: Moreau (1988), section 5; Boyd, Vandenberghe, *Convex Optimization* (200
 
 from __future__ import annotations
 
+import ctypes
+import functools
 import itertools
 import math
 import weakref
+from operator import mul
 from typing import NamedTuple
 
 import numpy as np
@@ -97,37 +100,55 @@ def _largest(values: list[float]) -> float:
 
 def contact_state(system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """g_N (n_c,), gamma_N (n_c,) and gamma_F (n_c,) at a state; zero where a contact has no such row."""
-    return _combined(
-        system, u, {which: evaluate(system, which, t, q, u) for which in OF_CONTACTS & system.functions.keys()}
-    )
+    of_contacts = OF_CONTACTS & system.functions.keys()
+    written = {which: evaluate(system, which, t, q, u).ravel().tolist() for which in of_contacts}
+    g_N, gamma_N, gamma_F = map(np.array, _combined(system, u.tolist(), written))
+    return g_N, gamma_N, gamma_F
 
 
-def _by_code(system: System, model: Model, t: float, q: np.ndarray, u: np.ndarray) -> list[list[float]] | None:
+Columns = tuple[list[float], list[float], list[float]]
+
+
+def _by_code(system: System, model: Model, t: float, q: np.ndarray, u: np.ndarray) -> Columns | None:
     """The same by the machine code of the functions; None where one raises, or a number is not finite: their source
     says which."""
-    functions, written = system.functions, {}
-    places = [given.ctypes.data for given in (q, u, system.p)]
+    functions, written, n_q, n_u = system.functions, {}, q.size, u.size
+    given = numbers([*q.tolist(), *u.tolist(), *system.p.tolist()])
+    places = given, ctypes.byref(given, 8 * n_q), ctypes.byref(given, 8 * (n_q + n_u))
     for which in OF_CONTACTS:
         if which in functions:
-            out = written[which] = np.zeros(system.shape_of(which))
-            if not model.call(which, t, *places, out.ctypes.data):
+            out = room_for(math.prod(system.shape_of(which)))()
+            if not model.call(which, t, *places, out):
                 return None
-    values = [column.tolist() for column in _combined(system, u, written)]
+            written[which] = out[:]
+    values = _combined(system, u.tolist(), written)
     return values if all(map(math.isfinite, itertools.chain(*values))) else None
 
 
-def _combined(
-    system: System, u: np.ndarray, written: dict[int, np.ndarray]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+def numbers(values: list[float]) -> ctypes.Array:
+    """Numbers as compiled code takes them: for some few faster than an array, whose place takes 1 us to be found."""
+    return room_for(len(values))(*values)
+
+
+@functools.cache
+def room_for(n: int) -> type[ctypes.Array]:
+    """The type of n numbers, which takes as long to be found as they take to be written."""
+    return ctypes.c_double * n
+
+
+def _combined(system: System, u: list[float], written: dict[int, list[float]]) -> Columns:
     """Gaps and velocities of the contacts from what the functions wrote."""
-    zero = np.zeros(system.n_c)
-    gamma_N = written[NORMAL] @ u if NORMAL in written else zero
-    gamma_F = written[TANGENT][:, 0] @ u if TANGENT in written else zero
-    if GAP_RATE in written:
-        gamma_N = gamma_N + written[GAP_RATE]
-    if SURFACE_VELOCITY in written and system.d > 0:
-        gamma_F = gamma_F + written[SURFACE_VELOCITY][:, 0]
-    return written.get(GAP, zero), gamma_N, gamma_F
+    n_c, d, n_u = system.n_c, system.d, len(u)
+    zero = n_c * [0.0]
+
+    def velocities(which: int, which_given: int, rows: int) -> list[float]:
+        """Of the first of so many rows of each contact, and what is given of it."""
+        W, w = written.get(which), written.get(which_given)
+        own = zero if W is None else [sum(map(mul, W[k : k + n_u], u)) for k in range(0, len(W), rows * n_u)]
+        return own if w is None else [a + b for a, b in zip(own, w[::rows], strict=True)]
+
+    gamma_F = velocities(TANGENT, SURFACE_VELOCITY, d) if d > 0 else zero
+    return written.get(GAP, zero), velocities(NORMAL, GAP_RATE, 1), gamma_F
 
 
 def check_mass(system: System, t: float, q: np.ndarray, u: np.ndarray) -> None:

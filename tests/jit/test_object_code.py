@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from nonsmooth.jit import cache, interpreted, kernel, kernels
-from nonsmooth.jit.cache import Compiled
 from nonsmooth.jit.object_code import Linked, ObjectCode, function_at, linked, object_code
 
 
@@ -112,11 +111,6 @@ def test_a_symbol_that_nobody_knows_is_an_exception_and_not_the_end_of_the_proce
     part = object_code(kept(squared))
     with pytest.raises(LookupError, match="does not know no_such_function"):
         Linked(ObjectCode(part.symbol, ("no_such_function",), part.code))
-
-
-def test_it_is_one_process_that_compiles():
-    """Else the tests above would compare compiled code with itself."""
-    assert isinstance(cache.machine_code(lambda: squared.function, "int64(int64)", "unknown", 64 * "0", dict), Compiled)
 
 
 RAISES = """
