@@ -287,7 +287,7 @@ def print_first_use() -> None:
 
 
 def load_time(entry: str, cache: str, what: str) -> float:
-    """Seconds of the processor for an entry point in a fresh process, which imports numba before if it is to compile."""
+    """Seconds of the processor for an entry point in a fresh process, which imports numba first if it compiles."""
     environment = {**os.environ, "NONSMOOTH_CACHE_DIR": cache}
     done = subprocess.run(
         [sys.executable, "-c", COMPILE, entry, what],

@@ -6,6 +6,7 @@ tested versions is refused then, since a part that means something else there wo
 
 from __future__ import annotations
 
+import ctypes
 import pickle
 import re
 from collections.abc import Callable
@@ -203,6 +204,19 @@ def object_code_of(result: Any) -> ObjectCode:
 def keep_results(dispatcher: Any, cache_file: Any, by_address: bool) -> None:
     """Let a dispatcher read and fill a file of machine code."""
     dispatcher._cache = KeptResults(cache_file, by_address)
+
+
+class Raised(ctypes.Structure):
+    """What a function hands back of an exception: the class, the arguments and the place, pickled."""
+
+    _fields_ = [("pickled", ctypes.c_void_p), ("size", ctypes.c_int32)]  # noqa: RUF012
+
+
+def exception_at(address: Any) -> BaseException:
+    """The exception that compiled code raised, by where it says which."""
+    raised = Raised.from_address(address)
+    kind, arguments, *_ = pickle.loads(ctypes.string_at(raised.pickled, raised.size))
+    return kind(*arguments or ())  # type: ignore[no-any-return]
 
 
 def machine_code_of(dispatcher: Any) -> int:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import ctypes
 import json
-import pickle
 import re
 from collections.abc import Callable, Iterable
 from itertools import chain
@@ -118,12 +117,6 @@ def linked(payload: bytes) -> Linked | None:
 # Calls from Python.
 
 
-class Raised(ctypes.Structure):
-    """What a function hands back of an exception: the class, the arguments and the place, pickled."""
-
-    _fields_ = [("pickled", ctypes.c_void_p), ("size", ctypes.c_int32)]  # noqa: RUF012
-
-
 def function_at(address: int, signature: str) -> Callable[..., Any]:
     """What Python calls for machine code of numba's form; other threads run meanwhile.
 
@@ -148,7 +141,9 @@ def function_at(address: int, signature: str) -> Callable[..., Any]:
         if vectors:
             given = tuple(chain.from_iterable(parts_of(x) if isinstance(x, np.ndarray) else (x,) for x in given))
         if call(byref(room), to_raised, *given) != 0:
-            raise exception_of(Raised.from_address(raised.value or 0))
+            from nonsmooth.jit.internals import exception_at
+
+            raise exception_at(raised.value)
         return room.values() if several else room.value
 
     return function
@@ -191,9 +186,3 @@ def model_at(address: int) -> Callable[..., bool]:
         return call(nothing, nothing, which, t, q, u, p, out) == 0  # type: ignore[no-any-return]
 
     return function
-
-
-def exception_of(raised: Raised) -> BaseException:
-    """The exception that compiled code raised."""
-    kind, arguments, *_ = pickle.loads(ctypes.string_at(raised.pickled, raised.size))
-    return kind(*arguments or ())  # type: ignore[no-any-return]

@@ -2,7 +2,7 @@
 
 Its import takes 0.28 s, and a process that finds all its code on the disk needs nothing else of it (`object_code`). Its
 version is read from its file, and its options are found by its own file of options, which reads the environment and
-`.numba_config.yaml`; once numba is imported, they are what it has.
+its file in the working folder; once numba is imported, they are what it has.
 """
 
 from __future__ import annotations
