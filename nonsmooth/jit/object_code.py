@@ -21,15 +21,8 @@ import numpy as np
 HEAD = b"object code\n"  # of what is kept
 TYPES: dict[str, Any] = {"int64": ctypes.c_int64, "float64": ctypes.c_double, "boolean": ctypes.c_bool}
 VECTOR = "float64[::1]"
-PARTS = [
-    ctypes.c_void_p,
-    ctypes.c_void_p,
-    ctypes.c_int64,
-    ctypes.c_int64,
-    ctypes.c_void_p,
-    ctypes.c_int64,
-    ctypes.c_int64,
-]
+# defined: owner and its parent, numbers, bytes each, place, length, stride
+PARTS = [*2 * [ctypes.c_void_p], *2 * [ctypes.c_int64], ctypes.c_void_p, *2 * [ctypes.c_int64]]
 SIGNATURE = re.compile(r"(?:(?P<one>\w+)|Tuple\(\((?P<several>[\w, ]+)\)\))\((?P<arguments>(?:[\w, ]|\[::1\])+)\)")
 MODEL = ctypes.PYFUNCTYPE(ctypes.c_int32, *2 * [ctypes.c_void_p], ctypes.c_int64, ctypes.c_double,
                          *4 * [ctypes.c_void_p])  # fmt: skip
