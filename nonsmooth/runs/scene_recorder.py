@@ -218,7 +218,8 @@ class SceneRecorder:
         if run.status == Status.RUNNING:
             room = GROWTH * rows
             try:
-                require_memory(room / self.rows * sum(column.nbytes for column in self.records.values()), "records", "")
+                held = sum(column.nbytes for column in self.records.values())
+                require_memory(room / len(self.records["t"]) * held, "records", "")
             except InvalidInput:
                 run.stop("the free memory, which records of all steps would exceed,")
                 room = rows + 1
