@@ -42,6 +42,7 @@ _HOME = {
     "SceneEvent": "results.scene_events",
     "SceneEvents": "results.scene_events",
     "SceneEventKind": "results.scene_events",
+    "SceneParadox": "results.scene_paradoxes",
     "ContactSolver": "integrators.moreau_jean.contact_solver",
     "lagrangian": "symbolic.lagrangian",
     "lagrangian_of": "symbolic.lagrangian",

@@ -252,7 +252,7 @@ RESULTS = {
     "Stats", "Event", "ParadoxEvent", "Classification", "Episode", "Study", "LCPResult", "ContactResult", "Equilibrium",
     "Linearisation", "EigenPath", "StabilityBoundary", "AveragedMotion", "LimitCycle", "CycleBranch",
     "BifurcationDiagram", "Motion", "StateAt", "WorkPrecision", "Body", "SceneStats", "SceneContacts", "BodyMotion",
-    "BodyState", "SceneEvent", "SceneEvents", "Joint", "JointImpulses",
+    "BodyState", "SceneEvent", "SceneEvents", "SceneParadox", "Joint", "JointImpulses",
 }  # fmt: skip
 
 DIRECTIONS = np.random.default_rng(0).normal(size=(300, 3))

@@ -159,3 +159,12 @@ def units_of_state(model: Any) -> dict[str, Any]:
 def attrs_as_json(attrs: Any) -> dict[str, Any]:
     """Attributes of a Dataset."""
     return {str(name): plain(value) if hasattr(value, "tolist") else value for name, value in attrs.items()}
+
+
+def event_as_json(event: Any) -> dict[str, Any]:
+    """An event with its kinds and modes by name."""
+    from dataclasses import asdict
+    from enum import IntEnum
+
+    fields = {key: value.name if isinstance(value, IntEnum) else value for key, value in asdict(event).items()}
+    return fields | ({"choice": event.choice} if hasattr(event, "choice") else {})

@@ -9,7 +9,7 @@ from typing import Any
 
 from nonsmooth.checks.files import ANIMATION_ENDINGS, FIGURE_ENDINGS, PAGE_ENDINGS
 from nonsmooth.commands.integrators import add_integrator, new_integrator
-from nonsmooth.commands.outputs import add_drawn, add_printed, add_progress, add_saved, progress_of_run
+from nonsmooth.commands.outputs import add_drawn, add_printed, add_progress, add_saved, event_as_json, progress_of_run
 from nonsmooth.commands.run_scene import (
     require_kinds,
     require_scene_options,
@@ -291,12 +291,3 @@ def records(
     if "mode" in columns:
         columns["mode"] = [[ContactMode(code).name for code in row] for row in columns["mode"]]
     return columns
-
-
-def event_as_json(event: Any) -> dict[str, Any]:
-    """An event with its kinds and modes by name."""
-    from dataclasses import asdict
-    from enum import IntEnum
-
-    fields = {key: value.name if isinstance(value, IntEnum) else value for key, value in asdict(event).items()}
-    return fields | ({"choice": event.choice} if hasattr(event, "choice") else {})

@@ -6,6 +6,7 @@ import argparse
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from nonsmooth.commands.outputs import event_as_json
 from nonsmooth.errors import InvalidInput
 from nonsmooth.results.failures import StepFailure
 
@@ -79,6 +80,7 @@ def scene_as_json(solution: SceneSolution) -> dict[str, Any]:
         **({"contacts": contacts_as_json(solution)} if CONTACTS in kept else {}),
         "units": UNITS | {"P": "N" if solution.stats.springs else "N s"},
         "stats": asdict(solution.stats),
+        "paradoxes": [event_as_json(event) for event in solution.paradoxes],
         **({"ledger": {name: float(column[-1]) for name, column in solution.ledger.items()}} if LEDGER in kept else {}),
         "about": solution.about,
     }

@@ -31,6 +31,8 @@ N_FUNCTIONS = 3  # derived: how many these are
 EVENT_T, EVENT_KIND, EVENT_CONTACT, EVENT_MODE_0, EVENT_SLIP_0, EVENT_MODE_1, EVENT_SLIP_1 = range(7)
 EVENT_P_N, EVENT_P_F, EVENT_GAMMA_N, EVENT_GAMMA_F, EVENT_SOLUTIONS, EVENT_FOUND = range(7, 13)
 EVENT_WIDTH = 13  # derived: columns in all
+EVENT_I, EVENT_J = 13, 14  # code: columns of the bodies, behind these, of a paradox of a scene
+PARADOX_WIDTH = 15  # derived: columns in all of one
 MODE_CHANGE, IMPACT, INCONSISTENT, INDETERMINATE = range(4)
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.results.checkpoint import SCENE_KIND, Layout, end_of, read_state, rows_of
+from nonsmooth.results.scene_paradoxes import no_rows
 from nonsmooth.results.scene_records import CONTACTS, contact_row, record_row
 from nonsmooth.results.scene_solution import SceneSolution, SceneStats, columns_of
 
@@ -51,6 +52,7 @@ def load_scene_checkpoint(path: Path, scene: Scene | None = None, is_verified: b
         **columns_of(records, contacts, tuple(kinds)), stats=SceneStats(**about["stats"]), status=status,
         message=message, names=names_of(kept), scene=scene, centres=kept["centres"], about=about["about"],
         joint_names=[str(name) for name in kept.get("joint_names", ())],
+        paradox_rows=kept.get("paradox_rows", no_rows()),
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from nonsmooth.checks.arrays import as_number
 from nonsmooth.errors import InvalidInput, Status, nearest, shown
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.recorded import Recorded
+from nonsmooth.results.scene_paradoxes import SceneParadox, no_rows, paradox_of
 from nonsmooth.results.scene_records import (
     BODIES,
     CONTACTS,
@@ -87,6 +88,10 @@ class SceneStats:
         Of a run with compliant contacts.
     islands_asleep : int
         Islands that were left out of steps, counted step by step: nothing of them is looked for, written or solved.
+    inconsistent : int
+        Slides without a force, each of them an impact without collision (``paradoxes`` has them).
+    indeterminate_steps : int
+        Steps in which an island had several solutions.
     worst_joint_drift, last_joint_drift : float
         The farthest apart that the points of a joint were at the beginning of a step [m], over all steps and of the
         last one.
@@ -118,6 +123,8 @@ class SceneStats:
     rebounds_limited: int = 0
     worst_joint_drift: float = 0.0
     last_joint_drift: float = 0.0
+    inconsistent: int = 0
+    indeterminate_steps: int = 0
 
 
 class BodyState(NamedTuple):
@@ -310,6 +317,8 @@ class SceneSolution:
         Of mass, in the frames of the shapes [m].
     joint_names : list of str
         The joints, in the order of ``joint_impulses``.
+    paradox_rows : (m, 15)
+        ``paradoxes`` as numbers.
     """
 
     t: np.ndarray
@@ -332,6 +341,12 @@ class SceneSolution:
     t_events: list[np.ndarray] = field(default_factory=list)
     about: dict[str, Any] = field(default_factory=dict)
     joint_names: list[str] = field(default_factory=list)
+    paradox_rows: np.ndarray = field(default_factory=no_rows)
+
+    @property
+    def paradoxes(self) -> list[SceneParadox]:
+        """Where islands of few contacts had no solution, or several: the first 200 of a run."""
+        return [paradox_of(row, self.names, self.dim) for row in self.paradox_rows]
 
     @property
     def success(self) -> bool:

@@ -20,6 +20,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_instance
 from nonsmooth.checks.files import as_path, as_place, refusals
 from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.integrators.records import EVENT_I, EVENT_J, EVENT_KIND, INCONSISTENT, INDETERMINATE, PARADOX_WIDTH
 from nonsmooth.results import scene_records as records
 from nonsmooth.results.forms import REAL, WHOLE, Form, Rule, require_forms
 from nonsmooth.results.hdf5 import read_sealed, seal_of, write_hdf5
@@ -27,6 +28,7 @@ from nonsmooth.results.netcdf import put_run, read_run_within
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.scene_checkpoint import load_scene_checkpoint
 from nonsmooth.results.scene_events import SceneEventKind, SceneEvents
+from nonsmooth.results.scene_paradoxes import no_rows
 from nonsmooth.results.scene_solution import ContactColumns, SceneSolution, SceneStats, SpringStats
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.store import ENDINGS, HDF5, LEDGER, NETCDF, fill_hdf5
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 
 SCENE_SCHEMA, SCENE_KIND = 1, "scene"  # code: of the form of the file
 CONTACTS, EVENTS, T_EVENTS = "contacts/", "events/", "t_events/"
+PARADOX_ROWS = "paradox_rows"
 ARRAYS: dict[str, Rule] = {
     "t": (REAL, ("n_t",)), "residual": (REAL, ("n_t",)), "penetration": (REAL, ("n_t",)),
     "centres": (REAL, ("n_b", "d")),
@@ -82,6 +85,8 @@ def _arrays_of(solution: SceneSolution) -> dict[str, np.ndarray]:
         arrays |= {EVENTS + name: getattr(solution.events, name) for name in EVENT_COLUMNS}
     if records.CONTACTS in solution.recorded and solution.joint_names:
         arrays[records.JOINT_IMPULSES] = solution.joint_impulses
+    if len(solution.paradox_rows):
+        arrays[PARADOX_ROWS] = solution.paradox_rows
     return arrays | {f"{T_EVENTS}{k}": times for k, times in enumerate(solution.t_events)}
 
 
@@ -134,6 +139,7 @@ def _check(forms: Mapping[str, Form]) -> None:
     rules |= {records.JOINT_IMPULSES: (REAL, ("n_t", "n_j", "d"))} if records.JOINT_IMPULSES in forms else {}
     rules |= {EVENTS + name: rule for name, rule in EVENT_COLUMNS.items() if EVENTS + "t" in forms}
     rules |= {name: (REAL, (name,)) for name in forms if name.startswith(T_EVENTS)}
+    rules |= {PARADOX_ROWS: (REAL, ("n_paradoxes", PARADOX_WIDTH))} if PARADOX_ROWS in forms else {}
     sizes = require_forms(forms, rules)
     if sizes["d"] not in (2, 3) or (has_contacts and sizes["n_offsets"] != sizes["n_t"] + 1):
         raise ValueError("its arrays do not fit one another")
@@ -161,7 +167,7 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneSolu
         **columns, ledger=ledger or None, all_contacts=_contacts(arrays, len(names)), events=_events(arrays, names),
         t_events=_times_of_events(arrays),
         stats=stats_of(about["stats"]), status=Status(about["status"]), message=about["message"], names=names,
-        scene=None, about=about["about"],
+        scene=None, about=about["about"], paradox_rows=_paradoxes(arrays, names),
     )  # fmt: skip
 
 
@@ -197,6 +203,15 @@ def _events(arrays: dict[str, np.ndarray], names: list[str]) -> SceneEvents | No
     if not np.isin(columns["kind"], list(SceneEventKind)).all():
         raise ValueError("its events have kinds that are not there")
     return SceneEvents(**columns, names=names)
+
+
+def _paradoxes(arrays: dict[str, np.ndarray], names: list[str]) -> np.ndarray:
+    """Where rigid contact left open what happens."""
+    rows = arrays.get(PARADOX_ROWS, no_rows())
+    require_bodies("paradoxes", rows[:, [EVENT_I, EVENT_J]], len(names))
+    if not np.isin(rows[:, EVENT_KIND], (INCONSISTENT, INDETERMINATE)).all():
+        raise ValueError("its paradoxes have kinds that are not there")
+    return rows
 
 
 def _times_of_events(arrays: dict[str, np.ndarray]) -> list[np.ndarray]:

@@ -10,6 +10,7 @@ import numpy as np
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.numerics.rounding import EPS
 from nonsmooth.results.scene_records import CONTACTS, LEDGER
+from nonsmooth.results.summary import ENTRIES_SHOWN, counted_paradoxes, paradox_line
 
 if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution
@@ -33,6 +34,7 @@ def summary(solution: SceneSolution) -> str:
             f"most {stats.most_contacts}",
             f"worst residual {stats.worst_residual:.1e}, of the last step {stats.last_residual:.1e}{missed}",
             f"worst penetration {stats.worst_penetration:.3g} m, of the last step {stats.last_penetration:.3g} m",
+            *paradoxes(solution),
             *joints(solution),
             *(energy(solution) if LEDGER in solution.recorded else []),
             f"{stats.steps} steps, {stats.impacts} with rebounds"
@@ -71,6 +73,21 @@ def modes(solution: SceneSolution) -> str:
         return ""
     found, named = solution.contacts().mode, (ContactMode.STICK, ContactMode.SLIDE, ContactMode.OPEN)
     return f" ({', '.join(f'{int((found == mode).sum())} {mode.name.lower()}' for mode in named)})"
+
+
+def paradoxes(solution: SceneSolution) -> list[str]:
+    """Where rigid contact left open what happens, of a run in which it did."""
+    stats, events = solution.stats, solution.paradoxes
+    if not events:
+        return []
+    episodes = sum(event.n_solutions > 0 for event in events)
+    shown = events[:ENTRIES_SHOWN]
+    more = [f"  ... and {len(events) - len(shown)} more"] if len(events) > len(shown) else []
+    return [
+        counted_paradoxes(stats.inconsistent, episodes, stats.indeterminate_steps, stats.steps),
+        *(paradox_line(event, f"{event.i}, {event.j}") for event in shown),
+        *more,
+    ]
 
 
 def joints(solution: SceneSolution) -> list[str]:

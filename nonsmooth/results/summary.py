@@ -112,16 +112,23 @@ def _paradoxes(solution: Solution) -> list[str]:
     steps, uncounted = solution.stats.indeterminate_steps, solution.stats.uncounted
     names = _contacts(solution)
     missed = f"; in {uncounted} the solutions were not counted" if uncounted else ""
-    lines = [
-        f"paradoxes: {inconsistent} inconsistent, {_count(len(rows) - inconsistent, 'indeterminate episode')} "
-        f"({steps} of {solution.stats.steps} steps had several solutions{missed})"
-    ]
-    lines += [f"  {event.t:12.6f} s  {names[event.contact]}  {_paradox(event)}" for event in paradoxes]
+    lines = [counted_paradoxes(inconsistent, len(rows) - inconsistent, steps, solution.stats.steps, missed)]
+    lines += [paradox_line(event, names[event.contact]) for event in paradoxes]
     return lines + _counted(rows[ENTRIES_SHOWN:], paradox_in_words)
 
 
-def _paradox(event: ParadoxEvent) -> str:
-    return f"{paradox_in_words(event)}, P_N = {event.P_N:.6g} N s, P_F = {event.P_F:.6g} N s"
+def counted_paradoxes(inconsistent: int, episodes: int, several: int, steps: int, missed: str = "") -> str:
+    """How many paradoxes there were in so many steps, of which some had several solutions."""
+    return (
+        f"paradoxes: {inconsistent} inconsistent, {_count(episodes, 'indeterminate episode')} "
+        f"({several} of {steps} steps had several solutions{missed})"
+    )
+
+
+def paradox_line(event: ParadoxEvent, where: str) -> str:
+    """A paradox with its time and its place, what was taken and with which impulses."""
+    what = f"{paradox_in_words(event)}, P_N = {event.P_N:.6g} N s, P_F = {event.P_F:.6g} N s"
+    return f"  {event.t:12.6f} s  {where}  {what}"
 
 
 def paradox_in_words(event: ParadoxEvent) -> str:

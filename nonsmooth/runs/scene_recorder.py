@@ -70,6 +70,9 @@ class RunOfScene(Protocol):
     def watched(self) -> dict[str, Any]:
         """Events, and times of those of the user."""
 
+    def paradox_rows(self) -> np.ndarray:
+        """Where rigid contact left open what happens."""
+
     def stats(self) -> SceneStats:
         """What it cost."""
 

@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from typing import Any
 
+import numpy as np
+
 from nonsmooth.contact.network.parallel import Desks
 from nonsmooth.errors import (
     EnergyGainWarning,
@@ -264,7 +266,7 @@ class SceneRun:
             most = watch.steps_at_once(self, most)
         t = self.now
         with interrupts_held_back():  # a step is whole, or it is not begun
-            end = self.assembly.take_steps(self.dt, min(most, self._block))
+            end = self.assembly.take_steps(self.dt, min(most, self._block), t)
         if end != DONE:
             self.status = ENDS[end]
         else:
@@ -280,9 +282,14 @@ class SceneRun:
         """End the run as an event of the user says."""
         self.status, self.spent, self.cause = stop.status, stop.message, stop.cause
 
+    def paradox_rows(self) -> np.ndarray:
+        """Where rigid contact left open what happens, as a solution has it."""
+        paradoxes = self.assembly.paradoxes
+        return paradoxes.rows[: int(paradoxes.count)].copy()
+
     def watched(self) -> dict[str, Any]:
         """Events, and times of those of the user, as a solution has them."""
-        columns: dict[str, Any] = {}
+        columns: dict[str, Any] = {"paradox_rows": self.paradox_rows()}
         if self.pair_events is not None:
             columns["events"] = self.pair_events.events(self.names)
         if self.watch is not None:
@@ -314,6 +321,7 @@ class SceneRun:
             struck_together=counts["together"], first_together=self._first_together(),
             rebounds_limited=counts["limited"],
             worst_joint_drift=figures["drift"], last_joint_drift=figures["last_drift"],
+            inconsistent=int(assembly.paradoxes.inconsistent), indeterminate_steps=int(assembly.paradoxes.several),
         )  # fmt: skip
 
     def _first_together(self) -> str:

@@ -115,7 +115,7 @@ class StreamingSceneRecorder(SceneRecorder):
         stats = replace(run.stats(), wall_time=self.store.wall_time + run.wall_time)
         arrays = self._memory(run) | {
             "sizes": run.assembly.sizes, "place": np.array(run.place), "names": np.array(run.names),
-            "centres": run.centres,
+            "centres": run.centres, "paradox_rows": run.paradox_rows(),
         }  # fmt: skip
         if run.scene.joints:
             arrays["joint_names"] = np.array([joint.name for joint in run.scene.joints])

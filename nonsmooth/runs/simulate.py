@@ -316,6 +316,11 @@ def require_plain(q0: Any, u0: Any, state: Any, selection: Any) -> None:
     given = {"q0": q0, "u0": u0, "state": state}
     given |= {"selection": None if selection == "compliant-limit" else selection}
     taken = [f"{name}=" for name, value in given.items() if value is not None]
+    if taken == ["selection="]:
+        raise InvalidInput(
+            "a scene takes no selection=: where few contacts have several solutions it takes that of compliant-limit; "
+            "scene.system() takes the other rules"
+        )
     if taken:
         raise InvalidInput(f"a scene takes no {taken[0]}: its bodies have their start, and its contacts are found")
 

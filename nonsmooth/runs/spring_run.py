@@ -7,12 +7,15 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+import numpy as np
+
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators.assembly.progress import DONE, LOST
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.integrators.springs.scene_springs import SceneSprings
 from nonsmooth.integrators.springs.steps import VANISHED
 from nonsmooth.jit.blocks import named_numbers
+from nonsmooth.results.scene_paradoxes import no_rows
 from nonsmooth.results.scene_records import DAMPING, ELASTIC, EVENTS, WORKS
 from nonsmooth.results.scene_solution import SceneStats, SpringStats
 from nonsmooth.runs.run import next_block
@@ -114,6 +117,10 @@ class SpringRun(SceneRun):
             self.assembly.tol, 0.0, 0.0, 0, figures["penetration"], figures["last_penetration"], self.wall_time,
             self.compile_time, springs=springs,
         )  # fmt: skip
+
+    def paradox_rows(self) -> np.ndarray:
+        """None: springs have a motion whatever the friction."""
+        return no_rows()
 
     def message(self) -> str:
         """How the run ended, in a sentence."""

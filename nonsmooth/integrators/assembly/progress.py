@@ -24,7 +24,7 @@ SHARED_FACTORS = 16
 # where a step goes on when there is room for what it found
 PREDICT, FIND, SOLVE, REBOUND = range(4)
 # how a run of steps comes back
-DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, NOT_MET, LOST, UNSOLVED, TOGETHER = range(8)
+DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, NOT_MET, LOST, UNSOLVED, TOGETHER, DOUBTFUL, EXAMINED = range(10)
 
 
 class Places(Block):
@@ -45,6 +45,7 @@ class Places(Block):
     asleep: int
     joints: int
     held: int
+    doubts: int
 
 
 class Counts(Block):
@@ -98,6 +99,8 @@ class Progress(Block):
     threads: int  # that may solve islands at once
     is_shared: int  # whether they have, on the problem at hand
     factors: int  # of the problem before
+    is_asked: int  # whether islands of the step at hand have been asked for their solutions
+    is_examined: int  # whether some were doubtful
     is_strict: int  # whether a step that misses its tolerance ends the run
     has_restitution: int
     is_resting: int  # whether the last step changed nothing: the next one of its length would be the same

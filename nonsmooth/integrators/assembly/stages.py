@@ -16,6 +16,7 @@ from nonsmooth.contact.network.solve import solve_planar, solve_spatial
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, write_contacts_planar, write_contacts_spatial
+from nonsmooth.integrators.assembly.doubtful import find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.held_closed import hold_closed
@@ -31,6 +32,8 @@ from nonsmooth.integrators.assembly.joints import (
 from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
     DONE,
+    DOUBTFUL,
+    EXAMINED,
     FIND,
     LOST,
     MORE_CONTACTS,
@@ -95,6 +98,9 @@ def take_steps(progress, most, d):
         if end != DONE:
             return end
         note_rest(bodies, network, progress)
+        if progress.is_examined == 1:
+            progress.is_examined = 0
+            return EXAMINED
     return DONE
 
 
@@ -111,8 +117,13 @@ def take_step(progress, d):
         end = find(progress, places, network, d)
         if end != DONE:
             return end
-        progress.stage = SOLVE
+        progress.stage, progress.is_asked = SOLVE, 0
     if progress.stage == SOLVE:
+        if progress.is_asked == 0:
+            progress.is_asked = 1
+            if has_doubts(places, progress, d):
+                progress.is_examined = 1
+                return DOUBTFUL
         end = solve(progress, places, network, d)
         if end != DONE:
             return end
@@ -216,6 +227,15 @@ def prepare(places, d):
     else:
         turn_inertia(places.bodies, places.network)
         prepare_spatial(places.network)
+
+
+@kernel
+def has_doubts(places, progress, d):
+    """Whether an island of few contacts may have no solution, or several."""
+    is_start = 1 if progress.counts.steps == 0 else 0
+    if d == 2:
+        return find_doubtful_planar(places.bodies, places.found, places.network, places.doubts, is_start) > 0
+    return find_doubtful_spatial(places.bodies, places.found, places.network, places.doubts, is_start) > 0
 
 
 @kernel

@@ -6,6 +6,7 @@ then made larger, with all that is in it.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -16,9 +17,11 @@ from nonsmooth.contact.network.parallel import Desks
 from nonsmooth.contact.network.problem import Network, judge_planar, judge_spatial, prepare_planar, prepare_spatial
 from nonsmooth.contact.network.rescue import rescue
 from nonsmooth.contact.network.solve import OVER_RELAXATION, Solver, solve_planar, solve_spatial
+from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.integrators.assembly.bodies import Bodies
 from nonsmooth.integrators.assembly.book import Ledger, book_impact, book_landing, book_step
 from nonsmooth.integrators.assembly.contacts import Contacts, Surfaces, write_contacts_planar, write_contacts_spatial
+from nonsmooth.integrators.assembly.doubtful import FEW_TOUCHING, Doubts, find_doubtful_planar, find_doubtful_spatial
 from nonsmooth.integrators.assembly.draw_together import Held, draw_together
 from nonsmooth.integrators.assembly.energy_limit import limit_rebounds
 from nonsmooth.integrators.assembly.held_closed import hold_closed
@@ -29,8 +32,12 @@ from nonsmooth.integrators.assembly.joints import (
     leave_out_joined,
     write_joints,
 )
+from nonsmooth.integrators.assembly.paradox import Verdict, examine, load_dense_core
+from nonsmooth.integrators.assembly.paradox_events import Paradoxes, tell
 from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
+    DOUBTFUL,
+    EXAMINED,
     FIND,
     MORE_CONTACTS,
     MORE_FACTORS,
@@ -48,6 +55,8 @@ from nonsmooth.integrators.assembly.spins import keep_angular_momenta
 from nonsmooth.integrators.assembly.stages import take_steps_planar, take_steps_spatial
 from nonsmooth.jit import Kernel, interpreted, load_all
 from nonsmooth.jit.blocks import Block, keep_rows, new
+from nonsmooth.mechanics.situation import largest_closed_gap
+from nonsmooth.numerics.rounding import EPS
 from nonsmooth.scenes.detection import FIRST_JOINT, NOT_FINITE, Found
 from nonsmooth.scenes.planar.find_contacts import find_contacts as find_contacts_planar
 from nonsmooth.scenes.planar.placement import planar_scratch
@@ -85,10 +94,11 @@ PLACES = (
     "asleep",
     "joints",
     "held",
+    "doubts",
 )
 
 # defined: blocks that a step takes something from that the step before left
-CARRIED = ("bodies", "found", "contacts", "network", "moves", "ledger", "solver", "asleep", "progress")
+CARRIED = ("bodies", "found", "contacts", "network", "moves", "ledger", "solver", "asleep", "progress", "paradoxes")
 
 
 class Stages(NamedTuple):
@@ -110,13 +120,29 @@ def stages_of(
     """Those of the plane or of space, with those of shapes; nothing of the other is compiled, no impact where
     nothing rebounds, and no joint where there is none."""
     if dim == 2:
-        others = [predict_planar, write_contacts_planar, prepare_planar, solve_planar, judge_planar, move_bodies_planar]
+        others = [
+            predict_planar,
+            find_doubtful_planar,
+            write_contacts_planar,
+            prepare_planar,
+            solve_planar,
+            judge_planar,
+            move_bodies_planar,
+        ]
         others += [begin_impact_planar, *OF_REBOUNDS] if has_restitution else []
         others += [leave_out_joined, write_joints, draw_together] if has_joints else []
         return Stages(
             take_steps_planar, find_contacts_planar, planar_scratch, (*others, hold_closed, let_sleep, book_step)
         )
-    others = [predict_spatial, turn_inertia, write_contacts_spatial, prepare_spatial, solve_spatial, judge_spatial]
+    others = [
+        predict_spatial,
+        find_doubtful_spatial,
+        turn_inertia,
+        write_contacts_spatial,
+        prepare_spatial,
+        solve_spatial,
+        judge_spatial,
+    ]
     others += [begin_impact_spatial, *OF_REBOUNDS] if has_restitution else []
     others += [leave_out_joined, write_joints, draw_together, keep_angular_momenta] if has_joints else []
     others += contacts_of_shapes
@@ -177,12 +203,16 @@ class Assembly:
         self.network: Network = new(Network, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
         self.desks = Desks(1)
         self.unsolved: Matrices | None = None  # what ends a run that is strict
+        self.doubts: Doubts = new(Doubts, n_b=len(bodies.mass))
+        self.doubts.near = largest_closed_gap(bodies.motion.x[:, : self.dim])
+        self.paradoxes, self.verdicts = new(Paradoxes), list[Verdict]()
+        self.examined = 0.0  # the beginning of the step that these are of [s]
         self.has_room = False
         self.solver: Solver = new(Solver, fill=0, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
         self._make_room(2 * n_s + 16 + int(joints.count))
 
-    def take_steps(self, dt: float, most: int) -> int:
-        """Take so many steps; returns DONE, LOST or UNSOLVED."""
+    def take_steps(self, dt: float, most: int, t: float = 0.0) -> int:
+        """Take so many steps, from a time t [s] that events are told by; returns DONE, LOST or UNSOLVED."""
         progress = self.progress
         progress.dt, progress.threads = dt, self.desks.threads
         self.solver.approach = DRIVEN_IN[self.dim] * self.smallest / dt
@@ -193,7 +223,14 @@ class Assembly:
             left = most - (int(progress.counts.steps) - first)
             left += 1 if progress.stage == REBOUND else 0  # a step that rebounds is counted, and not at its end
             end = int(self.stages.take(progress.address, left))
-            if end == MORE_CONTACTS:
+            if self.verdicts and progress.stage == PREDICT:
+                tell(self, self.paradoxes, self.verdicts, self.examined)
+                self.verdicts = []
+            if end == DOUBTFUL:
+                self.examined, self.verdicts = t + (int(progress.counts.steps) - first) * dt, examine(self)
+            elif end == EXAMINED:
+                continue
+            elif end == MORE_CONTACTS:
                 self._make_room(int(ROOM * int(progress.wanted)))
             elif end == MORE_PAIRS:
                 self.scratch = self.stages.scratch(self.shapes, int(ROOM * int(progress.wanted)))
@@ -209,6 +246,18 @@ class Assembly:
                 self._make_solver()
             else:
                 return end
+
+    @functools.cached_property
+    def dense_core(self) -> Planar:
+        """Which knows all solutions of few contacts."""
+        return load_dense_core(FEW_TOUCHING)
+
+    def reach_of(self, bodies: np.ndarray) -> np.ndarray:
+        """How far the shapes of bodies reach, of unbounded ones the largest [m]."""
+        shapes = self.shapes
+        reach = shapes.reach + shapes.radius
+        of_body = [reach[shapes.body == b].max(initial=0.0) for b in bodies]
+        return np.where(np.isfinite(of_body) & (np.array(of_body) > 0.0), of_body, max(self.largest, EPS))
 
     def _solve_together(self) -> None:
         """Let several threads solve the islands of the problem at hand, with as much room as they ask for."""

@@ -53,7 +53,7 @@ def test_what_is_not_recorded_of_springs_is_refused_by_name_and_changes_no_bit(r
 
 @pytest.mark.parametrize("window", [1, 600])
 def test_records_of_more_steps_than_there_was_room_for_are_those_of_one_window(run, monkeypatch, window):
-    """Windows of two records, which the room for all of them grows with, and of more than there is room for at first."""
+    """Windows of two records, which the room for all of them grows with; of more than there is room for at first."""
     monkeypatch.setattr("nonsmooth.runs.scene_recorder.SCENE_WINDOW", window)
     small = ns.simulate(sliding_block(), (0, 0.05), integrator=SPRINGS, every=3)
     assert len(run.t) > 8
