@@ -41,6 +41,8 @@ _HOME = {
     "BodyState": "results.scene_solution",
     "SceneEvent": "results.scene_events",
     "SceneEvents": "results.scene_events",
+    "ScenePair": "results.scene_pairs",
+    "ScenePairs": "results.scene_pairs",
     "SceneEventKind": "results.scene_events",
     "SceneParadox": "results.scene_paradoxes",
     "ContactSolver": "integrators.moreau_jean.contact_solver",

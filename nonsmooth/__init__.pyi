@@ -86,6 +86,8 @@ from nonsmooth.results.motion import StateAt as StateAt
 from nonsmooth.results.scene_events import SceneEvent as SceneEvent
 from nonsmooth.results.scene_events import SceneEventKind as SceneEventKind
 from nonsmooth.results.scene_events import SceneEvents as SceneEvents
+from nonsmooth.results.scene_pairs import ScenePair as ScenePair
+from nonsmooth.results.scene_pairs import ScenePairs as ScenePairs
 from nonsmooth.results.scene_paradoxes import SceneParadox as SceneParadox
 from nonsmooth.results.scene_solution import BodyMotion as BodyMotion
 from nonsmooth.results.scene_solution import BodyState as BodyState

@@ -252,7 +252,7 @@ RESULTS = {
     "Stats", "Event", "ParadoxEvent", "Classification", "Episode", "Study", "LCPResult", "ContactResult", "Equilibrium",
     "Linearisation", "EigenPath", "StabilityBoundary", "AveragedMotion", "LimitCycle", "CycleBranch",
     "BifurcationDiagram", "Motion", "StateAt", "WorkPrecision", "Body", "SceneStats", "SceneContacts", "BodyMotion",
-    "BodyState", "SceneEvent", "SceneEvents", "SceneParadox", "Joint", "JointImpulses",
+    "BodyState", "SceneEvent", "SceneEvents", "SceneParadox", "ScenePair", "ScenePairs", "Joint", "JointImpulses",
 }  # fmt: skip
 
 DIRECTIONS = np.random.default_rng(0).normal(size=(300, 3))
@@ -381,7 +381,7 @@ ROWS = [
     (
         "simulate",
         IN_A_SCENE | {"record": ("event",)},
-        r"record must be some of 'bodies', 'contacts', 'ledger', 'events'",
+        r"record must be some of 'bodies', 'contacts', 'ledger', 'events', 'pairs'",
     ),
     ("simulate", {"record": ["bodies"]}, r"record must be some of 'coordinates', 'velocities', 'gaps', 'impulses'"),
     ("RunTask", {"record": "ledgers"}, r"record must be some of .*'ledger', 'events', 'motion'; got 'ledgers'"),

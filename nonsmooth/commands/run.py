@@ -70,7 +70,7 @@ def add_run(run: argparse.ArgumentParser) -> None:
     run.add_argument(
         "--record", nargs="+", metavar="KIND",
         help="what is recorded: coordinates, velocities, gaps, impulses, modes, ledger, events; of a scene bodies, "
-        "contacts, ledger, events; or motion",
+        "contacts, ledger, events, pairs; or motion",
     )  # fmt: skip
     add_saved(run, "save the solution (.npz, .h5 or .nc)")
     run.add_argument(

@@ -23,7 +23,7 @@ from nonsmooth.results.checkpoint import EVENT_NAMES
 from nonsmooth.results.netcdf import NETCDF_KIND
 from nonsmooth.results.recorded import EVENTS, IMPULSES, LEDGER, MODES
 from nonsmooth.results.scene_events import SceneEventKind
-from nonsmooth.results.scene_records import BODIES, CONTACTS, ELASTIC, ENERGIES
+from nonsmooth.results.scene_records import BODIES, CONTACTS, ELASTIC, ENERGIES, PAIRS
 from nonsmooth.results.scene_solution import modes_of, normal_and_friction
 from nonsmooth.results.seal import seal
 from nonsmooth.results.solution import EventKind
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from nonsmooth.results.scene_solution import SceneSolution
     from nonsmooth.results.solution import Solution
 
-SYSTEM_TABLES, SCENE_TABLES = ("records", "events"), ("bodies", "contacts", "records", "events")
+SYSTEM_TABLES, SCENE_TABLES = ("records", "events"), ("bodies", "contacts", "records", "events", "pairs")
 AXES = ("x", "y", "z")
 Variable = tuple[tuple[str, ...], Any, dict[str, str]]
 
@@ -225,6 +225,8 @@ def scene_dataset(solution: SceneSolution) -> xarray.Dataset:
         data |= ledger_of(solution)
     if EVENTS in solution.recorded:
         data |= event_variables(solution)
+    if PAIRS in solution.recorded:
+        data |= pair_variables(solution)
     for k, times in enumerate(solution.t_events):
         data[f"t_events_{k}"] = column(f"found_{k}", times, "s", f"when function {k} of the user reached zero")
     coordinates: dict[str, Any] = {
@@ -283,6 +285,24 @@ def event_variables(solution: SceneSolution) -> dict[str, Variable]:
     }
 
 
+def pair_variables(solution: SceneSolution) -> dict[str, Variable]:
+    """What pairs of bodies exchanged, record by record."""
+    found = solution.pairs
+    works = {"normal": "normal impulses", "friction": "friction", "surface": "guided bodies and running surfaces"}
+    return {
+        "pair_t": column("pair", found.t, "s", "end of the interval of a pair"),
+        "pair_record": column("pair", found.record, "1", "record at which it ends"),
+        "pair_i": column("pair", found.i, "1", "first body"),
+        "pair_j": column("pair", found.j, "1", "second body"),
+        "pair_joint": column("pair", found.joint, "1", "joint that holds them, -1 where they touch"),
+        "pair_P": column("pair axis", found.P, "N s", "impulse on body j since the record before"),
+        **{
+            f"pair_{name}": column("pair", getattr(found, name), "J", f"work by {by} since the record before")
+            for name, by in works.items()
+        },
+    }
+
+
 def record_of(offsets: np.ndarray) -> np.ndarray:
     """The record of each contact."""
     return np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
@@ -296,6 +316,8 @@ def scene_table(solution: SceneSolution, what: str = "bodies") -> pandas.DataFra
         return pandas.DataFrame(event_columns(solution))
     if what == "contacts":
         return pandas.DataFrame(contact_columns(solution))
+    if what == "pairs":
+        return pandas.DataFrame(pair_columns(solution))
     if what == "records":
         columns = {"t": solution.t, "residual": solution.residual, "penetration": solution.penetration}
         works = solution.ledger if LEDGER in solution.recorded else {}
@@ -327,6 +349,15 @@ def event_columns(solution: SceneSolution) -> dict[str, np.ndarray]:
     kinds = np.array([kind.name for kind in SceneEventKind], dtype=object)
     columns = {"t": found.t, "kind": kinds[found.kind], "i": names[found.i], "j": names[found.j], "P_N": found.P_N}
     return columns | split("P", found.P, AXES[: solution.dim])
+
+
+def pair_columns(solution: SceneSolution) -> dict[str, np.ndarray]:
+    """What pairs of bodies exchanged, with their names."""
+    found, names = solution.pairs, np.array(solution.names, dtype=object)
+    joints = np.array([*solution.joint_names, ""], dtype=object)  # the last one is that of no joint
+    columns = {"t": found.t, "record": found.record, "i": names[found.i], "j": names[found.j]}
+    columns |= {"joint": joints[found.joint]} | split("P", found.P, AXES[: solution.dim])
+    return columns | {f"{name} [J]": np.asarray(getattr(found, name)) for name in ("normal", "friction", "surface")}
 
 
 def contact_columns(solution: SceneSolution) -> dict[str, np.ndarray]:

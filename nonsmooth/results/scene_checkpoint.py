@@ -2,8 +2,9 @@
 
     records.npy    one row a record: t, residual, penetration, and what was asked for of bodies, contacts and ledger
     contacts.npy   one row a contact of a record, record after record
+    pairs.npy      one row a pair of bodies and record, where it was asked for
 
-Contacts are written before the records that count them, so that no record is without its contacts.
+Contacts and pairs are written before the records that count them, so that no record is without them.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.results.checkpoint import SCENE_KIND, Layout, end_of, read_state, rows_of
+from nonsmooth.results.scene_pairs import pairs_of
 from nonsmooth.results.scene_paradoxes import no_rows
-from nonsmooth.results.scene_records import CONTACTS, contact_row, record_row
+from nonsmooth.results.scene_records import CONTACTS, PAIRS, record_row, rows_beside
 from nonsmooth.results.scene_solution import SceneSolution, SceneStats, columns_of
 
 if TYPE_CHECKING:
@@ -25,9 +27,7 @@ if TYPE_CHECKING:
 
 def scene_layout(n_b: int, dim: int, kinds: tuple[str, ...], n_j: int = 0) -> Layout:
     """Of so many bodies in the plane or in space, and joints."""
-    rows = {"records": record_row(n_b, dim, kinds, n_j=n_j)}
-    if CONTACTS in kinds:
-        rows["contacts"] = contact_row(dim)
+    rows = {"records": record_row(n_b, dim, kinds, n_j=n_j)} | rows_beside(dim, kinds)
     return Layout(SCENE_KIND, [n_b, dim, list(kinds), *([n_j] if n_j else [])], rows)
 
 
@@ -42,16 +42,19 @@ def load_scene_checkpoint(path: Path, scene: Scene | None = None, is_verified: b
     about, kept = read_state(path, SCENE_KIND)
     n_b, dim, kinds, *n_j = about["shape"]
     rows = rows_of(path, about, scene_layout(n_b, dim, tuple(kinds), *n_j).rows, is_verified)
-    records, contacts = rows["records"], rows.get("contacts")
-    if contacts is not None:
-        records = records[: np.searchsorted(np.cumsum(records["n_contacts"]), len(contacts), side="right")]
-    if len(records) < about["records"]:
-        raise InvalidInput(f"the checkpoint {str(path)!r} is damaged: contacts of its records are not there")
+    records = rows.pop("records")
+    for kind, beside in rows.items():
+        records = records[: np.searchsorted(np.cumsum(records[f"n_{kind}"]), len(beside), side="right")]
+        if len(records) < about["records"]:
+            raise InvalidInput(f"the checkpoint {str(path)!r} is damaged: {kind} of its records are not there")
     status, message = end_of(about)
+    columns, names = columns_of(records, rows.get(CONTACTS), tuple(kinds)), names_of(kept)
+    joint_names = [str(name) for name in kept.get("joint_names", ())]
+    if PAIRS in rows:
+        columns[PAIRS] = pairs_of(records, rows[PAIRS], names, joint_names)
     return SceneSolution(
-        **columns_of(records, contacts, tuple(kinds)), stats=SceneStats(**about["stats"]), status=status,
-        message=message, names=names_of(kept), scene=scene, centres=kept["centres"], about=about["about"],
-        joint_names=[str(name) for name in kept.get("joint_names", ())],
+        **columns, stats=SceneStats(**about["stats"]), status=status, message=message, names=names, scene=scene,
+        centres=kept["centres"], about=about["about"], joint_names=joint_names,
         paradox_rows=kept.get("paradox_rows", no_rows()),
     )  # fmt: skip
 

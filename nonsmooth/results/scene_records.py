@@ -11,16 +11,16 @@ from nonsmooth.results.recorded import EVENTS, LEDGER, chosen_kinds
 WORKS = ("force", "friction", "normal", "surface", "projection")  # defined: columns of the ledger
 ENERGIES = ("kinetic", "potential")
 ELASTIC, DAMPING = "elastic", "damping"  # defined: columns of the ledger where contacts are compliant, beside WORKS
-BODIES, CONTACTS = "bodies", "contacts"
+BODIES, CONTACTS, PAIRS = "bodies", "contacts", "pairs"
 UNASKED = (BODIES, CONTACTS, LEDGER)  # what is recorded where nothing is said
-KINDS = (*UNASKED, EVENTS)
+KINDS = (*UNASKED, EVENTS, PAIRS)
 OF_BODIES = ("position", "turn", "velocity", "spin")
 JOINT_IMPULSES = "joint_impulses"  # of joints, kept with the contacts
 SCALAR = ("t", "residual", "penetration")  # that are always recorded
 
 
 def as_kinds(record: Any) -> tuple[str, ...]:
-    """What is recorded, in the order of ``KINDS``; all but events where nothing is said."""
+    """What is recorded, in the order of ``KINDS``; all but events and pairs where nothing is said."""
     return chosen_kinds(record, KINDS, UNASKED, motion=(BODIES,))
 
 
@@ -37,6 +37,8 @@ def record_row(n_b: int, dim: int, kinds: tuple[str, ...], works: tuple[str, ...
             columns.append((JOINT_IMPULSES, "<f8", (n_j, dim)))
     if LEDGER in kinds:
         columns += [(name, "<f8", ()) for name in (*ENERGIES, *works)]
+    if PAIRS in kinds:
+        columns.append(("n_pairs", "<i8", ()))
     return np.dtype(columns)
 
 
@@ -44,6 +46,18 @@ def contact_row(dim: int) -> np.dtype:
     """A contact of a record."""
     columns: list[Any] = [("i", "<i8"), ("j", "<i8"), ("point", "<f8", (dim,)), ("normal", "<f8", (dim,))]
     return np.dtype([*columns, ("gap", "<f8"), ("P", "<f8", (dim,)), ("mu", "<f8")])
+
+
+def pair_row(dim: int) -> np.dtype:
+    """What a pair of bodies exchanged between two records."""
+    columns: list[Any] = [("i", "<i8"), ("j", "<i8"), ("joint", "<i8"), ("P", "<f8", (dim,))]
+    return np.dtype([*columns, ("normal", "<f8"), ("friction", "<f8"), ("surface", "<f8")])
+
+
+def rows_beside(dim: int, kinds: tuple[str, ...]) -> dict[str, np.dtype]:
+    """What stands beside the records, as many rows as there are in each of them."""
+    rows = {CONTACTS: contact_row(dim), PAIRS: pair_row(dim)}
+    return {kind: row for kind, row in rows.items() if kind in kinds}
 
 
 def event_row(dim: int) -> np.dtype:

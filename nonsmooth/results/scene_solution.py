@@ -22,6 +22,7 @@ from nonsmooth.results.scene_records import (
     KINDS,
     LEDGER,
     OF_BODIES,
+    PAIRS,
     SCALAR,
     WORKS,
 )
@@ -250,7 +251,7 @@ def columns_of(
     columns: dict[str, Any] = {name: records[name] for name in SCALAR}
     columns |= {name: records[name] if BODIES in kinds else None for name in OF_BODIES}
     columns["ledger"] = {name: records[name] for name in (*ENERGIES, *works)} if LEDGER in kinds else None
-    columns["all_contacts"] = columns["events"] = columns[JOINT_IMPULSES] = None
+    columns["all_contacts"] = columns["events"] = columns[PAIRS] = columns[JOINT_IMPULSES] = None
     if CONTACTS in kinds:
         offsets = np.concatenate(([0], np.cumsum(records["n_contacts"], dtype=np.int64)))
         of_contacts = (contacts[name][: offsets[-1]] for name in ContactColumns._fields[1:])
@@ -300,6 +301,9 @@ class SceneSolution:
         "damping", which is a part of that by "normal" and "friction".
     events : SceneEvents
         Landings, partings, slips and sticks of pairs of bodies, where ``record=`` asked for them.
+    pairs : ScenePairs
+        What each pair of bodies exchanged since the record before, impulses and works, where ``record=`` asked for
+        them.
     joint_impulses : (n_t, n_j, 2|3)
         Of the last step before each record, on the second body of each joint, in the axes of the world [N s]; kept with
         the contacts. ``joint(name)`` gives those of one.
@@ -337,6 +341,7 @@ class SceneSolution:
     all_contacts: Recorded = Recorded(CONTACTS)
     ledger: Recorded = Recorded(LEDGER)
     events: Recorded = Recorded(EVENTS)
+    pairs: Recorded = Recorded(PAIRS)
     joint_impulses: Recorded = Recorded(CONTACTS)
     t_events: list[np.ndarray] = field(default_factory=list)
     about: dict[str, Any] = field(default_factory=dict)
@@ -360,8 +365,8 @@ class SceneSolution:
 
     @property
     def recorded(self) -> tuple[str, ...]:
-        """What was recorded: "bodies", "contacts", "ledger", "events"."""
-        columns = {BODIES: "position", CONTACTS: "all_contacts", LEDGER: "ledger", EVENTS: "events"}
+        """What was recorded: "bodies", "contacts", "ledger", "events", "pairs"."""
+        columns = {BODIES: "position", CONTACTS: "all_contacts", LEDGER: "ledger", EVENTS: "events", PAIRS: "pairs"}
         return tuple(kind for kind in KINDS if vars(self)[columns[kind]] is not None)
 
     @property
@@ -499,9 +504,9 @@ class SceneSolution:
 
         Parameters
         ----------
-        what : {"bodies", "contacts", "records", "events"}
-            A row a body of each record, a contact of each record with the names of its bodies, a record, or an event
-            of a pair of bodies.
+        what : {"bodies", "contacts", "records", "events", "pairs"}
+            A row a body of each record, a contact of each record with the names of its bodies, a record, an event of a
+            pair of bodies, or what a pair exchanged since the record before.
 
         Returns
         -------

@@ -1,8 +1,9 @@
 """Runs of scenes on disk: .npz always, .h5 with the extra [io], as `results/store.py` keeps other solutions.
 
 Arrays stand under their attribute names, those of contacts under ``contacts/<column>``, the ledger under
-``ledger/<column>``, events under ``events/<column>``, times of those of function k of the user under ``t_events/<k>``;
-the names of the bodies and the rest are one JSON text ``about``. Shapes are not stored.
+``ledger/<column>``, events under ``events/<column>``, pairs under ``pairs/<column>``, times of those of function k of
+the user under ``t_events/<k>``; the names of the bodies and the rest are one JSON text ``about``. Shapes are not
+stored.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from nonsmooth.results.netcdf import put_run, read_run_within
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.scene_checkpoint import load_scene_checkpoint
 from nonsmooth.results.scene_events import SceneEventKind, SceneEvents
+from nonsmooth.results.scene_pairs import ScenePairs
 from nonsmooth.results.scene_paradoxes import no_rows
 from nonsmooth.results.scene_solution import ContactColumns, SceneSolution, SceneStats, SpringStats
 from nonsmooth.results.seal import require_kind
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
     from nonsmooth.scenes.scene import Scene
 
 SCENE_SCHEMA, SCENE_KIND = 1, "scene"  # code: of the form of the file
-CONTACTS, EVENTS, T_EVENTS = "contacts/", "events/", "t_events/"
+CONTACTS, EVENTS, PAIRS, T_EVENTS = "contacts/", "events/", "pairs/", "t_events/"
 PARADOX_ROWS = "paradox_rows"
 ARRAYS: dict[str, Rule] = {
     "t": (REAL, ("n_t",)), "residual": (REAL, ("n_t",)), "penetration": (REAL, ("n_t",)),
@@ -52,6 +54,11 @@ COLUMNS: dict[str, Rule] = {
 EVENT_COLUMNS: dict[str, Rule] = {
     "t": (REAL, ("n_e",)), "kind": (WHOLE, ("n_e",)), "i": (WHOLE, ("n_e",)), "j": (WHOLE, ("n_e",)),
     "P_N": (REAL, ("n_e",)), "P": (REAL, ("n_e", "d")),
+}  # fmt: skip
+PAIR_COLUMNS: dict[str, Rule] = {
+    "t": (REAL, ("n_p",)), "record": (WHOLE, ("n_p",)), "i": (WHOLE, ("n_p",)), "j": (WHOLE, ("n_p",)),
+    "joint": (WHOLE, ("n_p",)), "P": (REAL, ("n_p", "d")), "normal": (REAL, ("n_p",)), "friction": (REAL, ("n_p",)),
+    "surface": (REAL, ("n_p",)),
 }  # fmt: skip
 
 
@@ -83,6 +90,8 @@ def _arrays_of(solution: SceneSolution) -> dict[str, np.ndarray]:
         arrays |= {LEDGER + name: column for name, column in solution.ledger.items()}
     if records.EVENTS in solution.recorded:
         arrays |= {EVENTS + name: getattr(solution.events, name) for name in EVENT_COLUMNS}
+    if records.PAIRS in solution.recorded:
+        arrays |= {PAIRS + name: getattr(solution.pairs, name) for name in PAIR_COLUMNS}
     if records.CONTACTS in solution.recorded and solution.joint_names:
         arrays[records.JOINT_IMPULSES] = solution.joint_impulses
     if len(solution.paradox_rows):
@@ -138,6 +147,7 @@ def _check(forms: Mapping[str, Form]) -> None:
     rules |= {name: (REAL, ("n_t",)) for name in forms if name.startswith(LEDGER)}
     rules |= {records.JOINT_IMPULSES: (REAL, ("n_t", "n_j", "d"))} if records.JOINT_IMPULSES in forms else {}
     rules |= {EVENTS + name: rule for name, rule in EVENT_COLUMNS.items() if EVENTS + "t" in forms}
+    rules |= {PAIRS + name: rule for name, rule in PAIR_COLUMNS.items() if PAIRS + "t" in forms}
     rules |= {name: (REAL, (name,)) for name in forms if name.startswith(T_EVENTS)}
     rules |= {PARADOX_ROWS: (REAL, ("n_paradoxes", PARADOX_WIDTH))} if PARADOX_ROWS in forms else {}
     sizes = require_forms(forms, rules)
@@ -165,7 +175,7 @@ def _solution(about: dict[str, Any], arrays: dict[str, np.ndarray]) -> SceneSolu
     columns |= _joints(about, arrays)
     return SceneSolution(
         **columns, ledger=ledger or None, all_contacts=_contacts(arrays, len(names)), events=_events(arrays, names),
-        t_events=_times_of_events(arrays),
+        pairs=_pairs(arrays, names, columns["joint_names"]), t_events=_times_of_events(arrays),
         stats=stats_of(about["stats"]), status=Status(about["status"]), message=about["message"], names=names,
         scene=None, about=about["about"], paradox_rows=_paradoxes(arrays, names),
     )  # fmt: skip
@@ -212,6 +222,20 @@ def _paradoxes(arrays: dict[str, np.ndarray], names: list[str]) -> np.ndarray:
     if not np.isin(rows[:, EVENT_KIND], (INCONSISTENT, INDETERMINATE)).all():
         raise ValueError("its paradoxes have kinds that are not there")
     return rows
+
+
+def _pairs(arrays: dict[str, np.ndarray], names: list[str], joint_names: list[str]) -> ScenePairs | None:
+    """What pairs of bodies exchanged, where it was kept."""
+    if PAIRS + "t" not in arrays:
+        return None
+    columns = {name: arrays[PAIRS + name] for name in PAIR_COLUMNS}
+    require_bodies("pairs", np.concatenate((columns["i"], columns["j"])), len(names))
+    joint, record = columns["joint"], columns["record"]
+    if ((joint < -1) | (joint >= len(joint_names))).any():
+        raise ValueError("its pairs name joints that are not there")
+    if ((record < 0) | (record >= len(arrays["t"]))).any():
+        raise ValueError("its pairs are of records that are not there")
+    return ScenePairs(**columns, names=names, joint_names=joint_names)
 
 
 def _times_of_events(arrays: dict[str, np.ndarray]) -> list[np.ndarray]:

@@ -12,8 +12,19 @@ import numpy as np
 
 from nonsmooth.checks.memory import require_memory
 from nonsmooth.errors import InvalidInput, Status
+from nonsmooth.integrators.assembly.pairs import exchanged
 from nonsmooth.integrators.assembly.world import World
-from nonsmooth.results.scene_records import BODIES, CONTACTS, JOINT_IMPULSES, LEDGER, UNASKED, contact_row, record_row
+from nonsmooth.results.scene_pairs import pairs_of
+from nonsmooth.results.scene_records import (
+    BODIES,
+    CONTACTS,
+    JOINT_IMPULSES,
+    LEDGER,
+    PAIRS,
+    UNASKED,
+    record_row,
+    rows_beside,
+)
 from nonsmooth.results.scene_solution import SceneSolution, SceneStats, columns_of
 from nonsmooth.runs.times import RecordTimes
 from nonsmooth.runs.user_events import Stop
@@ -100,9 +111,14 @@ class Window:
         rows = min(run.table.count, rows) if run.is_counted else rows
         self.t, self.worst, self.works = np.empty(rows), np.empty((rows, 2)), np.empty((rows, len(run.works)))
         self.x, self.v = np.empty((rows, *motion.x.shape)), np.empty((rows, *motion.v.shape))
-        self.contacts: list[Rows] = []
+        self.beside = rows_beside(self.world.dim, kinds)
+        self._clear()
         joints = len(run.scene.joints) if CONTACTS in kinds else 0
         self.pulls = np.empty((rows, joints, run.scene.dim))
+
+    def _clear(self) -> None:
+        self.count = 0
+        self.parts: dict[str, list[Rows]] = {kind: [] for kind in self.beside}  # rows that stand beside the records
 
     @property
     def is_full(self) -> bool:
@@ -118,13 +134,15 @@ class Window:
         if LEDGER in self.kinds:
             self.works[k] = run.assembly.ledger.work
         if CONTACTS in self.kinds:
-            self.contacts.append(contacts_of(run))
+            self.parts[CONTACTS].append(contacts_of(run))
+        if PAIRS in self.kinds:
+            self.parts[PAIRS].append(exchanged(run.assembly.pairs))
         if self.pulls.size:
             self.pulls[k] = run.assembly.joint_impulses() if run.steps else 0.0
         self.count = k + 1
 
-    def take(self) -> tuple[Rows, Rows]:
-        """Take the records out: their columns, and those of their contacts."""
+    def take(self) -> tuple[Rows, dict[str, Rows]]:
+        """Take the records out: their columns, and those of what stands beside them, by kind."""
         n, dim = self.count, self.world.dim
         x, v = self.x[:n], self.v[:n]
         columns: Rows = {"t": self.t[:n], "residual": self.worst[:n, 0], "penetration": self.worst[:n, 1]}
@@ -133,14 +151,14 @@ class Window:
             columns |= {"position": x[:, :, :dim], "turn": turn, "velocity": v[:, :, :dim], "spin": spin}
         if LEDGER in self.kinds:
             columns |= self.world.energies(x, v) | {name: self.works[:n, w] for w, name in enumerate(self.works_of)}
-        contacts: Rows = {}
-        if CONTACTS in self.kinds:
-            columns["n_contacts"] = np.array([len(found["i"]) for found in self.contacts], np.int64)
-            contacts = joined(self.contacts, dim)
+        beside = {}
+        for kind, row in self.beside.items():
+            columns[f"n_{kind}"] = np.array([len(found["i"]) for found in self.parts[kind]], np.int64)
+            beside[kind] = joined(self.parts[kind], row)
         if self.pulls.size:
             columns[JOINT_IMPULSES] = self.pulls[:n]
-        self.count, self.contacts = 0, []
-        return columns, contacts
+        self._clear()
+        return columns, beside
 
 
 def contacts_of(run: RunOfScene) -> Rows:
@@ -157,9 +175,8 @@ def row_of(run: RunOfScene, kinds: tuple[str, ...]) -> np.dtype:
     return record_row(len(scene.bodies), scene.dim, kinds, run.works, len(scene.joints))
 
 
-def joined(parts: list[Rows], dim: int) -> Rows:
-    """Columns of contacts, one record behind the other."""
-    row = contact_row(dim)
+def joined(parts: list[Rows], row: np.dtype) -> Rows:
+    """Columns of such rows, one record behind the other."""
     none = np.empty(0, row)
     return {name: np.concatenate([none[name], *(part[name] for part in parts)]) for name in row.names or ()}
 
@@ -170,7 +187,7 @@ class SceneRecorder:
     Parameters
     ----------
     kinds : tuple of str
-        "bodies", "contacts", "ledger": what is kept beside times, residuals and penetrations.
+        Of "bodies", "contacts", "ledger", "events", "pairs": what is kept beside times, residuals and penetrations.
     """
 
     def __init__(self, kinds: tuple[str, ...] = UNASKED) -> None:
@@ -184,13 +201,16 @@ class SceneRecorder:
 
     def begin(self, run: RunOfScene) -> None:
         """Get ready before the first record; contacts are reckoned to stay as many as there are at the start."""
-        count, dim = run.table.count, run.scene.dim
+        count = run.table.count
         self.window = Window(run, self.kinds)
         row = row_of(run, self.kinds)
         self.records = {name: np.zeros((count + 1, *row[name].shape), row[name].base) for name in row.names or ()}
-        self.rows, self.contacts, self.held, self.looked = 0, list[Rows](), 0, 0
-        if CONTACTS in self.kinds:
-            needed = (row.itemsize + float(contact_row(dim).itemsize) * run.n_touching) * count
+        self.beside = rows_beside(run.scene.dim, self.kinds)
+        self.parts: dict[str, list[Rows]] = {kind: [] for kind in self.beside}
+        self.rows, self.held, self.looked = 0, 0, 0  # records; bytes of what stands beside them
+        if self.beside:
+            each = sum(row.itemsize for row in self.beside.values())
+            needed = (row.itemsize + float(each) * run.n_touching) * count
             what = f"{count} records of {run.n_touching} contacts"
             require_memory(needed, what, "take a larger every or dt, record=('bodies',), or checkpoint=")
 
@@ -202,16 +222,16 @@ class SceneRecorder:
 
     def empty(self, run: RunOfScene) -> None:
         """Empty the window."""
-        columns, contacts = self.window.take()
+        columns, beside = self.window.take()
         n = len(columns["t"])
         self._require_rows(run, self.rows + n)
         for name, column in columns.items():
             self.records[name][self.rows : self.rows + n] = column
         self.rows += n
-        if CONTACTS in self.kinds:
-            self.contacts.append(contacts)
-            self.held += len(contacts["i"])
-            self._require_room_for_contacts(run)
+        for kind, rows in beside.items():
+            self.parts[kind].append(rows)
+            self.held += self.beside[kind].itemsize * len(rows["i"])
+        self._require_room_beside(run)
 
     def _require_rows(self, run: RunOfScene, rows: int) -> None:
         """Room for so many records, of a run whose number of records is that of its steps."""
@@ -231,14 +251,14 @@ class SceneRecorder:
             grown[: self.rows] = column[: self.rows]
             self.records[name] = grown
 
-    def _require_room_for_contacts(self, run: RunOfScene) -> None:
-        """Stop a run whose contacts, each time they have doubled, would not fit at the rate so far."""
+    def _require_room_beside(self, run: RunOfScene) -> None:
+        """Stop a run whose contacts and pairs, each time they have doubled, would not fit at the rate so far."""
         if self.held < 2 * self.looked or run.status != Status.RUNNING:
             return
         self.looked = self.held
         left = self.held / self.rows * (run.table.count - self.rows if run.is_counted else self.rows)
         try:
-            require_memory(contact_row(run.scene.dim).itemsize * left, "contacts", "")
+            require_memory(left, "contacts", "")
         except InvalidInput:
             run.stop("the free memory, which contacts of all records would exceed,")
 
@@ -257,9 +277,12 @@ class SceneRecorder:
     def solution(self, run: RunOfScene) -> SceneSolution:
         """What was computed."""
         records = {name: column[: self.rows] for name, column in self.records.items()}
-        columns = columns_of(records, joined(self.contacts, run.scene.dim), self.kinds, run.works) | run.watched()
+        beside = {kind: joined(self.parts[kind], row) for kind, row in self.beside.items()}
+        columns = columns_of(records, beside.get(CONTACTS, {}), self.kinds, run.works) | run.watched()
+        joint_names = [joint.name for joint in run.scene.joints]
+        if PAIRS in self.kinds:
+            columns[PAIRS] = pairs_of(records, beside[PAIRS], run.names, joint_names)
         return SceneSolution(
             **columns, stats=run.stats(), status=run.status, message=run.message(), names=run.names, scene=run.scene,
-            centres=run.world.frames[:, : run.scene.dim], about=run.about(),
-            joint_names=[joint.name for joint in run.scene.joints],
+            centres=run.world.frames[:, : run.scene.dim], about=run.about(), joint_names=joint_names,
         )  # fmt: skip

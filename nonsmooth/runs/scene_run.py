@@ -32,7 +32,7 @@ from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, EventFunctionError, ModelFunctionError, ProgressError, StepFailure
 from nonsmooth.results.scene_problem import SceneProblem
-from nonsmooth.results.scene_records import EVENTS, WORKS, as_kinds
+from nonsmooth.results.scene_records import EVENTS, PAIRS, WORKS, as_kinds
 from nonsmooth.results.scene_solution import SceneSolution, SceneStats
 from nonsmooth.runs.identity import facts_of_scene_run
 from nonsmooth.runs.pair_events import PairEvents
@@ -137,6 +137,7 @@ class SceneRun:
         assembly = Assembly(
             world.bodies, world.shapes, world.surfaces, world.joints, options.tol, options.sweeps,
             options.on_residual == "raise", options.may_sleep, self.integrator.theta,
+            PAIRS in self.recorder.kinds,
         )  # fmt: skip
         if compliance is not None:
             assembly.progress.tight = math.inf  # what springs give way to is not taken back
@@ -221,6 +222,8 @@ class SceneRun:
         self.recorder.write(self, self.now)
         figures = self.assembly.progress.figures
         figures.since_residual = figures.since_penetration = 0.0
+        if PAIRS in self.recorder.kinds:
+            self.assembly.begin_pairs()
         self.has_record = True
 
     @property

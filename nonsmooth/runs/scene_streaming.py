@@ -63,7 +63,7 @@ class StreamingSceneRecorder(SceneRecorder):
 
     def _take_kept(self, run: RunOfScene) -> None:
         kept = self.store.kept
-        if kept.get("sizes", np.empty(0)).shape != (2,) or kept.get("place", np.empty(0)).shape != (3,):
+        if kept.get("sizes", np.empty(0)).shape != (3,) or kept.get("place", np.empty(0)).shape != (3,):
             raise InvalidInput(f"the checkpoint {str(self.store.path)!r} is damaged: sizes has another size")
         run.assembly.restore(kept["sizes"])
         require_sizes(self.store, self._memory(run))
@@ -106,8 +106,8 @@ class StreamingSceneRecorder(SceneRecorder):
 
     def _rows(self) -> Rows:
         """The records of the window as rows of the files."""
-        columns, contacts = self.window.take()
-        parts = {"records": columns, "contacts": contacts} if contacts else {"records": columns}
+        columns, beside = self.window.take()
+        parts = {"records": columns} | beside
         return {name: as_rows(part, self.store.layout.rows[name]) for name, part in parts.items()}
 
     def _keep(self, run: RunOfScene) -> None:

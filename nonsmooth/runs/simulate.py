@@ -177,7 +177,8 @@ def simulate(
         "events", all of these if left out; "motion" is short for the first two. What is left out is not computed where
         the motion does not need it, and takes no memory; asked for, it raises `InvalidInput` (docs/recording.md). Of a
         scene: beside times, residuals and penetrations, of "bodies", "contacts" and "ledger", all of these if left
-        out, and "events": landings, partings, slips and sticks of every pair of bodies; "motion" is "bodies".
+        out, "events": landings, partings, slips and sticks of every pair of bodies, and "pairs": the impulses and works
+        that each pair exchanged since the record before; "motion" is "bodies".
     view : bool
         Show the run in a browser while it goes on; the address is printed on stderr. Needs the extra [live]
         (docs/viewer.md).

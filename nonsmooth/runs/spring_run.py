@@ -16,7 +16,7 @@ from nonsmooth.integrators.springs.scene_springs import SceneSprings
 from nonsmooth.integrators.springs.steps import VANISHED
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.scene_paradoxes import no_rows
-from nonsmooth.results.scene_records import DAMPING, ELASTIC, EVENTS, WORKS
+from nonsmooth.results.scene_records import DAMPING, ELASTIC, EVENTS, PAIRS, WORKS
 from nonsmooth.results.scene_solution import SceneStats, SpringStats
 from nonsmooth.runs.run import next_block
 from nonsmooth.runs.scene_recorder import SceneRecorder
@@ -58,6 +58,11 @@ class SpringRun(SceneRun):
     ) -> None:  # fmt: skip
         if functions or (recorder is not None and EVENTS in recorder.kinds):
             raise InvalidInput('Penalty looks for no events in a scene; leave out events= and "events" of record=')
+        if recorder is not None and PAIRS in recorder.kinds:
+            raise InvalidInput(
+                'Penalty sums up nothing by pairs of bodies; leave "pairs" out of record=, or take '
+                "MoreauJean(dt, compliance=...)"
+            )
         require_no_joints(scene, "Penalty")
         times, self.every = record_times(t_span, every, t_eval)
         self.is_counted = self.every == 0

@@ -13,6 +13,7 @@ import pytest
 import nonsmooth as ns
 from nonsmooth.commands.cli import main
 from nonsmooth.results import checkpoint as store
+from nonsmooth.results.scene_pairs import COLUMNS
 from nonsmooth.runs import scene_recorder
 
 pytestmark = pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")  # of small heaps
@@ -54,7 +55,7 @@ def chain_in_a_heap():
 
 SCENES = {
     "heap": falling, "spatial heap": lambda: falling(3, n=4), "moved stack": stack_on_a_table_that_moves,
-    "chain in a heap": chain_in_a_heap,
+    "chain in a heap": chain_in_a_heap, "rest": lambda: falling(n=1, e=0.0),
 }  # fmt: skip
 
 
@@ -68,6 +69,8 @@ def bits(solution):
     if "contacts" in solution.recorded:
         columns |= {f"contacts {name}": column for name, column in solution.all_contacts._asdict().items()}
         columns["joint_impulses"] = solution.joint_impulses
+    if "pairs" in solution.recorded:
+        columns |= {f"pairs {name}": getattr(solution.pairs, name) for name in COLUMNS}
     stats = {name: value for name, value in asdict(solution.stats).items() if name not in OF_TIME}
     return {name: np.ascontiguousarray(column).tobytes() for name, column in columns.items()} | stats
 
@@ -81,20 +84,21 @@ def small(monkeypatch):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_stopped_every_few_steps_goes_on_to_the_same_bits(small, tmp_path, name):
-    whole = ns.simulate(SCENES[name](), (0, 0.4), **STEP)
+    all_kinds = STEP | {"record": ("bodies", "contacts", "ledger", "pairs")}
+    whole = ns.simulate(SCENES[name](), (0, 0.4), **all_kinds)
     stops, path = 0, tmp_path / "run.nsc"
-    again = dict(checkpoint=path, resume=path, on_failure="return")
-    while not (cut := ns.simulate(SCENES[name](), (0, 0.4), **STEP, **again, max_steps=17 * (stops + 1))).success:
+    again = all_kinds | dict(checkpoint=path, resume=path, on_failure="return")
+    while not (cut := ns.simulate(SCENES[name](), (0, 0.4), **again, max_steps=17 * (stops + 1))).success:
         stops += 1
         assert cut.status == ns.Status.BUDGET_SPENT and cut.stats.steps == 17 * stops
         assert cut.t[-1] == pytest.approx(17 * stops * DT, abs=1e-12)
     assert stops == 11 and bits(cut) == bits(whole)
-    assert bits(ns.simulate(SCENES[name](), (0, 0.4), **STEP, resume=path)) == bits(whole)  # it is read, not run
+    assert bits(ns.simulate(SCENES[name](), (0, 0.4), **all_kinds, resume=path)) == bits(whole)  # it is read, not run
 
 
-@pytest.mark.parametrize("record", [("bodies",), "contacts", ("ledger", "bodies"), ()])
+@pytest.mark.parametrize("record", [("bodies",), "contacts", ("ledger", "bodies"), "pairs", ()])
 def test_what_is_not_recorded_is_refused_by_name_and_changes_no_bit_of_the_rest(small, tmp_path, record):
-    whole = bits(ns.simulate(falling(), (0, 0.2), **STEP))
+    whole = bits(ns.simulate(falling(), (0, 0.2), **STEP, record=("bodies", "contacts", "ledger", "pairs")))
     in_memory = ns.simulate(falling(), (0, 0.2), **STEP, record=record)
     streamed = ns.simulate(falling(), (0, 0.2), **STEP, record=record, checkpoint=tmp_path / "run.nsc")
     in_memory.save(tmp_path / "run.npz")
@@ -103,7 +107,7 @@ def test_what_is_not_recorded_is_refused_by_name_and_changes_no_bit_of_the_rest(
         assert set(solution.recorded) == set([record] if isinstance(record, str) else record)
         assert bits(solution).items() <= whole.items()
         assert "steps" in solution.summary() and repr(solution)
-    columns = {"bodies": "position", "contacts": "all_contacts", "ledger": "ledger"}
+    columns = {"bodies": "position", "contacts": "all_contacts", "ledger": "ledger", "pairs": "pairs"}
     for kind in columns.keys() - set(in_memory.recorded):
         with pytest.raises(ns.InvalidInput, match=rf'{columns[kind]} was not recorded; .*record=\("{kind}"'):
             getattr(in_memory, columns[kind])

@@ -24,7 +24,9 @@ SHARED_FACTORS = 16
 # where a step goes on when there is room for what it found
 PREDICT, FIND, SOLVE, REBOUND = range(4)
 # how a run of steps comes back
-DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, NOT_MET, LOST, UNSOLVED, TOGETHER, DOUBTFUL, EXAMINED = range(10)
+DONE, MORE_CONTACTS, MORE_PAIRS, MORE_FACTORS, NOT_MET, LOST, UNSOLVED, TOGETHER, DOUBTFUL, EXAMINED, MORE_BOOKS = (
+    range(11)
+)
 
 
 class Places(Block):
@@ -46,6 +48,7 @@ class Places(Block):
     joints: int
     held: int
     doubts: int
+    pairs: int
 
 
 class Counts(Block):

@@ -29,6 +29,7 @@ from nonsmooth.integrators.assembly.joints import (
     leave_out_joined,
     write_joints,
 )
+from nonsmooth.integrators.assembly.pairs import Pairs, book_pairs, repeat_pairs
 from nonsmooth.integrators.assembly.planar import predict_planar
 from nonsmooth.integrators.assembly.progress import (
     DONE,
@@ -36,6 +37,7 @@ from nonsmooth.integrators.assembly.progress import (
     EXAMINED,
     FIND,
     LOST,
+    MORE_BOOKS,
     MORE_CONTACTS,
     MORE_FACTORS,
     MORE_PAIRS,
@@ -92,6 +94,8 @@ def take_steps(progress, most, d):
     for step in range(most):
         if is_asleep(bodies, progress):
             leave_out(network, view(progress.places.asleep, Asleep), most - step, progress)
+            if view(progress.places.pairs, Pairs).is_asked == 1:
+                repeat_pairs(progress.places.pairs, most - step)
             return DONE
         progress.is_resting = 0
         end = take_step(progress, d)
@@ -135,6 +139,7 @@ def take_step(progress, d):
             return end
         progress.counts.limited += limit_rebounds(places.bodies, places.contacts, places.network, d)
         gain = book_impact(places.bodies, places.contacts, places.network, places.ledger)
+        book_by_pairs(places, 1)
         note_gain(gain, view(places.ledger, Ledger), progress)
         note_together(places, progress.counts)
         progress.stage = PREDICT
@@ -171,6 +176,10 @@ def find(progress, places, network, d):
     end = find_among_awake(progress, places, network, d)
     if end != DONE:
         return end
+    pairs = view(places.pairs, Pairs)
+    if pairs.is_asked == 1 and pairs.count + network.n_c > pairs.i.shape[0]:
+        progress.wanted = pairs.count + network.n_c
+        return MORE_BOOKS
     if d == 2:
         write_contacts_planar(
             places.bodies, places.shapes, places.surfaces, places.found, places.contacts, places.network, dt
@@ -283,7 +292,15 @@ def move(progress, places, network, d):
     if progress.may_sleep == 1:
         let_sleep(bodies, found, places.network, places.moves, places.solver, places.asleep, dt)
     book_step(bodies, found, places.contacts, places.network, places.moves, places.ledger, dt, is_pushed)
+    book_by_pairs(places, 0)
     note_turns(view(bodies, Bodies), view(places.shapes, Shapes), network, dt, progress)
+
+
+@kernel
+def book_by_pairs(places, is_impact):
+    """Book what each pair of bodies did, where that is asked for."""
+    if view(places.pairs, Pairs).is_asked == 1:
+        book_pairs(places.bodies, places.found, places.network, places.asleep, places.pairs, is_impact)
 
 
 @kernel

@@ -32,6 +32,7 @@ from nonsmooth.integrators.assembly.joints import (
     leave_out_joined,
     write_joints,
 )
+from nonsmooth.integrators.assembly.pairs import OF_PAIRS, Pairs, begin_pairs, with_room
 from nonsmooth.integrators.assembly.paradox import Verdict, examine, load_dense_core
 from nonsmooth.integrators.assembly.paradox_events import Paradoxes, tell
 from nonsmooth.integrators.assembly.planar import predict_planar
@@ -39,6 +40,7 @@ from nonsmooth.integrators.assembly.progress import (
     DOUBTFUL,
     EXAMINED,
     FIND,
+    MORE_BOOKS,
     MORE_CONTACTS,
     MORE_FACTORS,
     MORE_PAIRS,
@@ -95,10 +97,13 @@ PLACES = (
     "joints",
     "held",
     "doubts",
+    "pairs",
 )
 
 # defined: blocks that a step takes something from that the step before left
-CARRIED = ("bodies", "found", "contacts", "network", "moves", "ledger", "solver", "asleep", "progress", "paradoxes")
+CARRIED = (
+    "bodies", "found", "contacts", "network", "moves", "ledger", "solver", "asleep", "pairs", "progress", "paradoxes",
+)  # fmt: skip
 
 
 class Stages(NamedTuple):
@@ -114,11 +119,9 @@ class Stages(NamedTuple):
         load_all([self.take, self.find, *self.others])
 
 
-def stages_of(
-    dim: int, has_restitution: bool, has_joints: bool = False, contacts_of_shapes: tuple[Kernel, ...] = ()
-) -> Stages:
-    """Those of the plane or of space, with those of shapes; nothing of the other is compiled, no impact where
-    nothing rebounds, and no joint where there is none."""
+def stages_of(dim: int, has_restitution: bool, has_joints: bool = False, rare: tuple[Kernel, ...] = ()) -> Stages:
+    """Those of the plane or of space, with rare ones of the scene and its run; nothing of the other is compiled, no
+    impact where nothing rebounds, and no joint where there is none."""
     if dim == 2:
         others = [
             predict_planar,
@@ -131,9 +134,8 @@ def stages_of(
         ]
         others += [begin_impact_planar, *OF_REBOUNDS] if has_restitution else []
         others += [leave_out_joined, write_joints, draw_together] if has_joints else []
-        return Stages(
-            take_steps_planar, find_contacts_planar, planar_scratch, (*others, hold_closed, let_sleep, book_step)
-        )
+        others += [*rare, hold_closed, let_sleep, book_step]
+        return Stages(take_steps_planar, find_contacts_planar, planar_scratch, tuple(others))
     others = [
         predict_spatial,
         find_doubtful_spatial,
@@ -145,7 +147,7 @@ def stages_of(
     ]
     others += [begin_impact_spatial, *OF_REBOUNDS] if has_restitution else []
     others += [leave_out_joined, write_joints, draw_together, keep_angular_momenta] if has_joints else []
-    others += contacts_of_shapes
+    others += rare
     others += [move_bodies_spatial, hold_closed, let_sleep, book_step]
     return Stages(take_steps_spatial, find_contacts_spatial, spatial_scratch, tuple(others))
 
@@ -174,16 +176,19 @@ class Assembly:
         Whether steps that would change nothing may be left out.
     theta : float
         Weight of the new velocity in the places of islands without impacts.
+    keeps_pairs : bool
+        Whether what each pair of bodies exchanges is summed up (pairs.py).
     """
 
     def __init__(
         self, bodies: Bodies, shapes: Shapes, surfaces: Surfaces, joints: Joints, tol: float, sweeps: int,
-        is_strict: bool, may_sleep: bool, theta: float,
+        is_strict: bool, may_sleep: bool, theta: float, keeps_pairs: bool = False,
     ) -> None:  # fmt: skip
         self.bodies, self.shapes, self.surfaces, self.joints = bodies, shapes, surfaces, joints
         self.dim, n_s = len(bodies.gravity), len(shapes.body)
         has_restitution = bool((surfaces.e > 0).any())
-        self.stages = stages_of(self.dim, has_restitution, joints.count > 0, contacts_of(shapes, self.dim))
+        rare = contacts_of(shapes, self.dim) + (OF_PAIRS if keeps_pairs else ())
+        self.stages = stages_of(self.dim, has_restitution, joints.count > 0, rare)
         self.stages.load()
         self.ledger, self.progress = new(Ledger), new(Progress)
         self.tol, self.sweeps = tol, sweeps
@@ -208,6 +213,8 @@ class Assembly:
         self.paradoxes, self.verdicts = new(Paradoxes), list[Verdict]()
         self.examined = 0.0  # the beginning of the step that these are of [s]
         self.has_room = False
+        self.pairs: Pairs = new(Pairs, n_p=2 * n_s + 16 if keeps_pairs else 0, d=self.dim)
+        self.pairs.is_asked = keeps_pairs
         self.solver: Solver = new(Solver, fill=0, m=0, n_b=0, d=self.dim, n=3 * (self.dim - 1))
         self._make_room(2 * n_s + 16 + int(joints.count))
 
@@ -235,6 +242,8 @@ class Assembly:
             elif end == MORE_PAIRS:
                 self.scratch = self.stages.scratch(self.shapes, int(ROOM * int(progress.wanted)))
                 self._write_places()
+            elif end == MORE_BOOKS:
+                self._make_room_for_pairs(int(ROOM * int(progress.wanted)))
             elif end == NOT_MET:
                 rescue(self.network, self.tol)
                 if progress.is_strict:
@@ -330,6 +339,10 @@ class Assembly:
             impulses[interpreted(joint_of)(keys[rows])] = P[rows]
         return impulses
 
+    def begin_pairs(self) -> None:
+        """What pairs of bodies exchange is summed up anew."""
+        begin_pairs(self.pairs.address)
+
     @property
     def desk(self) -> Block:
         """Where islands are solved, but by other threads."""
@@ -353,12 +366,14 @@ class Assembly:
 
     @property
     def sizes(self) -> np.ndarray:
-        """Of the blocks: contacts and factors that there is room for."""
-        return np.array([len(self.found.gap), self.fill])
+        """Of the blocks: contacts, factors and pairs that there is room for."""
+        return np.array([len(self.found.gap), self.fill, len(self.pairs.i)])
 
     def restore(self, sizes: np.ndarray) -> None:
         """Blocks of such sizes, into which what was carried may be copied; ``go_on`` afterwards."""
-        m, self.fill = map(int, sizes)
+        m, self.fill, n_p = map(int, sizes)
+        if self.pairs.is_asked:
+            self._make_room_for_pairs(n_p)
         self._make_room(m)
 
     def go_on(self) -> None:
@@ -387,6 +402,11 @@ class Assembly:
             network.v[:], network.v_free[:] = self.network.v, self.network.v_free
         self.network, self.asleep = network, asleep
         self._make_solver()
+
+    def _make_room_for_pairs(self, n_p: int) -> None:
+        """A block for n_p pairs, with those that there are."""
+        self.pairs = with_room(self.pairs, n_p, self.dim)
+        self._write_places()
 
     def _make_solver(self) -> None:
         """The memory of the solvers, for the contacts and the factors that there is room for."""

@@ -13,6 +13,7 @@ from models import BeadChain, WallPendulum
 from nonsmooth.integrators.assembly.stages import take_steps
 from nonsmooth.integrators.assembly.step import PLACES
 from nonsmooth.jit import interpreted
+from nonsmooth.runs.scene_recorder import SceneRecorder
 from nonsmooth.runs.scene_run import SceneRun
 from nonsmooth.scenes.places import conjugate, rotate
 
@@ -425,7 +426,7 @@ def test_the_interpreter_takes_steps_of_the_bits_of_compiled_code(dim):
         scene["link 2"].velocity[0] = 0.3  # and it drags on the ground
         ground = ns.HalfPlane((0, 1)) if dim == 2 else ns.HalfSpace((0, 0, 1))
         scene.fixed(ground, position=[0] * (dim - 1) + [-0.29], name="ground")
-        return SceneRun(scene, (0, 5 * dt), ns.MoreauJean(dt=dt), 1, None).assembly
+        return SceneRun(scene, (0, 5 * dt), ns.MoreauJean(dt=dt), 1, None, SceneRecorder(("pairs",))).assembly
 
     one, other = begun(), begun()
     one.take_steps(2e-3, 5)
@@ -435,6 +436,7 @@ def test_the_interpreter_takes_steps_of_the_bits_of_compiled_code(dim):
     fields["places"] = SimpleNamespace(motion=other.bodies.motion, **blocks)
     assert interpreted(take_steps)(SimpleNamespace(**fields), 5, dim) == 0
     assert other.progress.figures.drift > 1e-5 and one.network.n_c > len(one.joints.i)
-    for name in ("bodies", "contacts", "ledger"):
+    assert one.pairs.count == 4  # three joints, and the ground
+    for name in ("bodies", "contacts", "ledger", "pairs"):
         found, expected = (getattr(run, name).words.view(np.int64) for run in (other, one))
         np.testing.assert_array_equal(found, expected)
