@@ -183,7 +183,10 @@ def test_scene_with_a_joint_is_no_system(ask):
         ({"selection": "lift-off"}, "a scene takes no selection="),
         ({"checkpoint": 3}, "checkpoint must be the path of a file; got 3"),
         ({"checkpoint": "a", "resume": "b"}, "checkpoint and resume must be the same path"),
-        ({"record": "body"}, "record must be some of 'bodies', 'contacts', 'ledger', 'events', 'motion'; got 'body'"),
+        (
+            {"record": "body"},
+            "record must be some of 'bodies', 'contacts', 'ledger', 'events', 'pairs', 'motion'; got 'body'",
+        ),
         ({"record": 3}, "record must be some of"),
         ({"record": ["bodies", 1]}, "record must be some of"),
         ({"integrator": ns.EventDriven()}, r"a scene is integrated by MoreauJean\(dt=...\); got EventDriven"),
