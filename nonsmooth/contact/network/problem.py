@@ -54,6 +54,7 @@ class Network(Block):
     J_i: Array[Floats, "m", "d", "n"]  # its rows
     J_j: Array[Floats, "m", "d", "n"]
     b: Array[Floats, "m", "d"]  # [m/s]
+    turn: Array[Floats, "m", "d"]  # of b, what guided bodies add by turning within the step
     mu: Array[Floats, "m"]  # or JOINED, of a joint
     soft: Array[Floats, "m"]  # R of a compliant contact [1/kg]; 0 of a rigid one
     P: Array[Floats, "m", "d"]  # [N s], also the start of every solver

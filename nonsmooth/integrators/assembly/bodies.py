@@ -4,9 +4,9 @@ Places and velocities are those of the centre of mass and the principal axes (`M
 that are fixed or told how to move stand among the others: impulses do not move them.
 
 Contacts of bodies that are pressed without impacts, and of guided ones, are looked for where these are in the middle
-of the step, x_0 + dt/2 v_0: so sliding is of second order, and a ball that rolls on a turning table errs by a quarter
-of what it would from x_0. Those of others are looked for at x_0: an impulse there keeps the angular momentum of bodies
-that move with the velocity after it to rounding.
+of the step, x_0 + dt/2 v_0: so sliding is of second order, as is what guided bodies carry (guided.py). Those of others
+are looked for at x_0: an impulse there keeps the angular momentum of bodies that move with the velocity after it to
+rounding.
 """
 
 from __future__ import annotations
@@ -23,8 +23,11 @@ class Bodies(Block, n="3 * (dim - 1)", n_x="4 * dim - 5", moments="2 * dim - 3")
     motion: Motion  # at the time of the state; in a step, with the impulses found so far
     x_0: Array[Floats, "n_b", "n_x"]  # places at the beginning of the step
     v_0: Array[Floats, "n_b", "n"]  # and velocities
-    v_free: Array[Floats, "n_b", "n"]  # at its end, were there no contact
+    v_free: Array[Floats, "n_b", "n"]  # at its end, were there no contact; of guided ones at t = dt/2 (1 + lead)
     v_mid: Array[Floats, "n_b", "n"]  # and in its middle
+    gain: Array[Floats, "n_b", "n"]  # by which the velocity of a guided one changes in half a step
+    gain_before: Array[Floats, "n_b", "n"]  # and in half of the step before, as it was told; NaN at the start
+    lead: float  # 2 - 2 theta: by how much of half a step its velocities are ahead of its middle
     mass: Array[Floats, "n_b"]  # [kg]
     moments: Array[Floats, "n_b", "moments"]  # of inertia about the principal axes [kg m^2]
     surface: Array[Floats, "n_b", "dim"]  # velocity of its surface, in its own axes [m/s]

@@ -47,7 +47,7 @@ def book_contact(bodies, network, c, v_before, d, n):
         P = network.P[c, row]
         if P == 0.0:
             continue
-        own, given = 0.0, network.b[c, row] if row > 0 and not is_joint(network, c) else 0.0
+        own, given = 0.0, network.b[c, row] - network.turn[c, row] if row > 0 and not is_joint(network, c) else 0.0
         for x in range(n):
             part = 0.5 * network.J_i[c, row, x] * (v_before[i, x] + network.v[i, x])
             own += part if moves[i] == 1 else 0.0

@@ -21,6 +21,7 @@ from typing import Annotated as Array
 from nonsmooth.contact.network.joint import acts
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.guided import ask_of_guides
 from nonsmooth.integrators.assembly.planar import write_rows_planar
 from nonsmooth.integrators.assembly.spatial import write_rows_spatial
 from nonsmooth.jit import kernel
@@ -116,6 +117,7 @@ def write_contacts_planar(bodies_at, shapes_at, surfaces_at, found_at, contacts_
         write_gap(bodies, found, c, dt, 3, network)
         if surfaces.is_compliant == 1:
             write_compliance(surfaces, found, c, dt, network)
+        ask_of_guides(bodies, found, network, c, 2, dt)
         at = contacts.source[c]
         network.P[c, 0], network.P[c, 1] = 0.0, 0.0
         if at >= 0 and has_same_normal(found, contacts, c, at):
@@ -139,6 +141,7 @@ def write_contacts_spatial(bodies_at, shapes_at, surfaces_at, found_at, contacts
         write_gap(bodies, found, c, dt, 6, network)
         if surfaces.is_compliant == 1:
             write_compliance(surfaces, found, c, dt, network)
+        ask_of_guides(bodies, found, network, c, 3, dt)
         at = contacts.source[c]
         is_kept = at >= 0 and has_same_normal(found, contacts, c, at)
         for row in range(3):

@@ -61,10 +61,10 @@ def hold_island(found, network, k, widest):
         c = islands.contacts[at]
         is_rigid = network.soft[c] == 0.0 and not is_joint(network, c)
         if is_rigid and network.P[c, 0] > 0.0 and 0.0 < found.gap[c] <= widest:
-            network.b[c, 0] = 0.0
+            network.b[c, 0] = network.turn[c, 0]
 
 
 @kernel
 def is_held(found, network, c):
     """Whether the gap of contact c is held: open, and not asked to close."""
-    return found.gap[c] > 0.0 and network.b[c, 0] == 0.0
+    return found.gap[c] > 0.0 and network.b[c, 0] == network.turn[c, 0]

@@ -96,7 +96,7 @@ def write_impact(bodies, shapes, found, contacts, network, dt, d):
             left = found.gap[c] / dt + moved
             network.b[c, 0] = left + far if left > 0.0 and contacts.e[c] > 0.0 else max(0.0, left)
         for row in range(d):
-            network.P[c, row] = 0.0
+            network.P[c, row] = network.turn[c, row] = 0.0
     for b in range(network.v.shape[0]):
         for x in range(n):
             network.v_free[b, x] = network.v[b, x]

@@ -8,6 +8,7 @@ from __future__ import annotations
 from math import cos, sin
 
 from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.guided import lead_guide
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 
@@ -32,6 +33,8 @@ def predict_planar_body(bodies, b, dt):
         gain = dt * g[k] if k < 2 and is_free else 0.0
         v_free[b, k] = v[b, k] + gain
         v_mid[b, k] = v[b, k] + 0.5 * gain
+    if bodies.motion.moves[b] == 0:
+        lead_guide(bodies, b)
     bodies.ahead[b] = 0.5 * dt if bodies.keeps[b] == 1 or bodies.motion.moves[b] == 0 else 0.0
     move_planar(bodies, b, bodies.ahead[b], v_0)
 

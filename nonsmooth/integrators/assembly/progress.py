@@ -255,10 +255,10 @@ def is_asleep(bodies, progress):
     """Whether the next step would repeat the last one: of the same length, and with nothing told to move."""
     if progress.is_resting == 0 or progress.dt != progress.dt_at_rest:
         return False
-    v = bodies.motion.v
+    v, gain = bodies.motion.v, bodies.gain
     for b in range(v.shape[0]):
         for x in range(v.shape[1]):
-            if v[b, x] != 0.0:
+            if v[b, x] != 0.0 or gain[b, x] != 0.0:
                 return False
     return True
 

@@ -21,6 +21,7 @@ from nonsmooth.contact.network.problem import Network
 from nonsmooth.contact.network.rest import is_at_rest
 from nonsmooth.contact.network.solve import EXACT_BODIES, ROUNDED_OF_MANY, bodies_of
 from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.guided import change_of_guides, has_guide, turn_of_guides
 from nonsmooth.integrators.assembly.held_closed import is_held
 from nonsmooth.integrators.assembly.planar import move_planar
 from nonsmooth.integrators.assembly.spatial import move_spatial
@@ -115,6 +116,10 @@ def find_landings(bodies, found, network, dt, n, moves):
             before, size = normal_velocity(network, c, bodies.v_0, n)
             after, _ = normal_velocity(network, c, network.v, n)
             limit = still + EXACT_VELOCITY * size
+            if has_guide(bodies, network, c):
+                before += turn_of_guides(bodies, network, c, 0, 0.0)
+                after += turn_of_guides(bodies, network, c, 0, dt)
+                limit += change_of_guides(bodies, network, c, bodies.gravity.shape[0])
             gap = max(found.gap[c], 0.0)
             if (network.P[c, 0] > 0.0 and before < -limit) or gap + 0.5 * dt * (before + after) < -dt * limit:
                 moves.lands[k] = 1
@@ -127,6 +132,8 @@ def find_move(bodies, network, theta, n, moves):
     for b in range(bodies.mass.shape[0]):
         k = network.islands.of[b]
         weight = 2.0 if k >= 0 and moves.lands[k] == 1 else 2.0 * theta
+        if bodies.motion.moves[b] == 0:
+            weight = 1.0  # by v_mid, whatever theta is
         for x in range(n):
             mean = bodies.v_mid[b, x] + 0.5 * (network.v[b, x] - bodies.v_free[b, x])
             bodies.v_move[b, x] = (2.0 - weight) * mean + (weight - 1.0) * network.v[b, x]

@@ -121,7 +121,7 @@ def is_fixed_point(bodies, network, moves, solver, k):
 def is_driven(bodies, network, c):
     """Whether contact c is with a body that is guided along, or is pressed where a surface runs."""
     for b in (network.i[c], network.j[c]):
-        if bodies.motion.moves[b] == 0 and not stands(bodies.motion, b):
+        if bodies.motion.moves[b] == 0 and not stands(bodies, b):
             return True
     if network.P[c, 0] > 0.0:
         for row in range(1, network.b.shape[1]):
@@ -172,14 +172,14 @@ def mark_guides(bodies, is_any_asleep):
     motion = bodies.motion
     for b in range(motion.moves.shape[0]):
         if motion.moves[b] == 0:
-            motion.still[b] = 1 if is_any_asleep and stands(motion, b) else 0
+            motion.still[b] = 1 if is_any_asleep and stands(bodies, b) else 0
 
 
 @kernel
-def stands(motion, b):
-    """Whether body b has no velocity."""
-    for x in range(motion.v.shape[1]):
-        if motion.v[b, x] != 0.0:
+def stands(bodies, b):
+    """Whether body b has no velocity, and is told of none."""
+    for x in range(bodies.gain.shape[1]):
+        if bodies.motion.v[b, x] != 0.0 or bodies.gain[b, x] != 0.0:
             return False
     return True
 

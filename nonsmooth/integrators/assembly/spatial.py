@@ -18,6 +18,7 @@ from math import sqrt
 
 from nonsmooth.contact.network.problem import Network
 from nonsmooth.integrators.assembly.bodies import Bodies
+from nonsmooth.integrators.assembly.guided import lead_guide
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.numerics.rounding import rounded_sum
@@ -152,6 +153,8 @@ def predict_spatial_body(bodies, b, dt):
         v_mid[b, 3], v_mid[b, 4], v_mid[b, 5] = m_0, m_1, m_2
         v_free[b, 3], v_free[b, 4], v_free[b, 5] = e_0, e_1, e_2
         v_0[b, 3], v_0[b, 4], v_0[b, 5] = e_0, e_1, e_2  # of the same energy: impulses are booked from here
+    if bodies.motion.moves[b] == 0:
+        lead_guide(bodies, b)
     bodies.ahead[b] = 0.5 * dt if bodies.keeps[b] == 1 or bodies.motion.moves[b] == 0 else 0.0
     move_spatial(bodies, b, bodies.ahead[b], v_0)
 

@@ -198,6 +198,7 @@ class Assembly:
         progress.may_sleep = may_sleep
         progress.has_restitution, progress.is_strict = has_restitution, is_strict
         progress.theta = theta
+        bodies.lead = 2.0 - 2.0 * theta
         self.smallest = float(bounded.min(initial=np.inf))
         progress.tight = TIGHT * self.smallest if len(bounded) else 0.0
         self.gravity = float(np.linalg.norm(bodies.gravity))

@@ -21,6 +21,7 @@ from nonsmooth.scenes.shapes import PLANAR, as_turn
 
 # chosen: of the smaller of two bodies: a start may penetrate by this part of it, as bodies that were laid by hand do
 OVERLAP = 1e-3
+GAIN_GROWTH = 2.0  # chosen: times what a velocity gained in the step before, that it may gain: more is a jump
 
 
 class World:
@@ -43,6 +44,7 @@ class World:
         n_b = len(scene.bodies)
         self.bodies = new(Bodies, n_b=n_b, dim=scene.dim)
         self.bodies.gravity[:] = scene.gravity
+        self.bodies.gain_before[:] = np.nan
         self.frames = np.tile(ORIGIN[scene.dim], (n_b, 1))  # of the principal axes in those of the shape
         rows, materials = [], []
         self.material_numbers: dict[int, int] = {}
@@ -107,13 +109,15 @@ class World:
         return joints
 
     def guide(self, t: float, dt: float) -> None:
-        """Let guided bodies move evenly from where they are to where they are told to be at t + dt."""
-        motion, d = self.bodies.motion, self.dim
+        """Let guided bodies move from where they are to where they are told to be at t + dt, by the middle of that."""
+        bodies, d = self.bodies, self.dim
         for body in self.guided:
-            place = place_of(*place_at(body, t + dt, d))
-            here = motion.x[body.index]
-            motion.v[body.index, :d] = (place[:d] - here[:d]) / dt
-            motion.v[body.index, d:] = spin_between(here[d:], place[d:], dt)
+            here, b = bodies.motion.x[body.index], body.index
+            half, there = (place_of(*place_at(body, t + part * dt, d)) for part in (0.5, 1.0))
+            bodies.motion.v[b] = velocity_between(here, there, dt)
+            told = velocity_between(half, there, 0.5 * dt) - velocity_between(here, half, 0.5 * dt)
+            most = GAIN_GROWTH * np.abs(bodies.gain_before[b])  # NaN at the start, which fmin passes over
+            bodies.gain[b], bodies.gain_before[b] = np.copysign(np.fmin(np.abs(told), most), told), told
 
     def deepest_pair(self, n_c: int, found: Found) -> tuple[str, str, float]:
         """The bodies that are deepest in one another, of the contacts found, and how deep they are [m]."""
@@ -185,6 +189,13 @@ def place_at(body: Body, t: float, dim: int) -> tuple[np.ndarray, float | np.nda
     position, turn = said if is_pair else (said, None)
     as_listed(name, position, f"a position of {dim} numbers [m], or (position, turn)")
     return require_within(name, as_vector(name, position, dim), "m"), as_turn(name, turn, dim)
+
+
+def velocity_between(here: np.ndarray, there: np.ndarray, dt: float) -> np.ndarray:
+    """The velocity (n,) that moves a body from one place (n_x,) to the other."""
+    if len(here) == 3:
+        return (there - here) / dt
+    return np.concatenate(((there[:3] - here[:3]) / dt, spin_between(here[3:], there[3:], dt)))
 
 
 def spin_between(here: np.ndarray, there: np.ndarray, dt: float) -> np.ndarray:

@@ -52,9 +52,8 @@ def circle_error(simulate, dt):
 
 def test_ball_on_a_turntable_goes_round_at_two_sevenths_of_its_rate(simulate):
     errors = [circle_error(simulate, math.pi / steps) for steps in (800, 1600)]
-    # rolls: the no-slip condition is taken with the place before the step, an error of first order
-    assert errors[1] < 2e-3
-    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
+    assert errors[1] < 2e-5
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
 
 
 @pytest.mark.parametrize("w_1, w_3", [(3.0, 2.0), (1.0, 6.0)])
