@@ -55,6 +55,7 @@ class Shapes(Block):
     radius: Array[Floats, "n_s"]  # [m] by which the core is made rounder
     size: Array[Floats, "n_s", "3"]  # [m] half lengths of the core; spatial
     reach: Array[Floats, "n_s"]  # [m] of the core about its place; inf for half-planes and half-spaces
+    rank: Array[Ints, "n_s"]  # in an order of the geometries alone; the same of shapes that look the same
     first: Array[Ints, "n_s"]  # rows in vertices; planar
     count: Array[Ints, "n_s"]
     vertices: Array[Floats, "n_w", "2"]  # [m] in the shape's axes, and of the edge that begins there:
@@ -109,7 +110,15 @@ def shape_block(rows: Sequence[ShapeRow], apart: Sequence[tuple[int, int]] = ())
         fill_edges(shapes, slice(first, first + len(hull)), hull)
         first += len(hull)
     fill_solids(shapes.solids, rows)
+    shapes.rank[:] = ranks_of(rows)
     return shapes
+
+
+def ranks_of(rows: Sequence[ShapeRow]) -> list[int]:
+    """The number of each shape among the different ones, by kind, measures and vertices: whichever rows they are."""
+    looks = [(row.kind, row.radius, *row.size, np.asarray(row.vertices, dtype=float).tobytes()) for row in rows]
+    rank = {look: k for k, look in enumerate(sorted(set(looks)))}
+    return [rank[look] for look in looks]
 
 
 def reach_of(row: ShapeRow, hull: np.ndarray) -> float:

@@ -30,7 +30,7 @@ from __future__ import annotations
 import math
 
 from nonsmooth.jit import kernel
-from nonsmooth.scenes.detection import FACE_PREFERENCE, SAME_PLACE, same_place
+from nonsmooth.scenes.detection import FACE_PREFERENCE, SAME_PLACE, in_order, same_place
 
 
 @kernel
@@ -38,16 +38,17 @@ def hull_on_hull(shapes, scratch, i, j, limit):
     """The points of a pair whose gaps are below the limit; returns how many."""
     if shapes.count[i] == 1 and shapes.count[j] == 1:
         return disc_on_disc(shapes, scratch, i, j, limit)
-    most = limit + shapes.radius[i] + shapes.radius[j]
-    s_i, face_i = farthest_face(shapes, scratch, i, j, most)
-    if s_i >= most:
+    c, most = scratch.centre, limit + shapes.radius[i] + shapes.radius[j]
+    a, b = in_order(shapes, i, j, (c[j, 0] - c[i, 0], c[j, 1] - c[i, 1], 0.0))
+    s_a, face_a = farthest_face(shapes, scratch, a, b, most)
+    if s_a >= most:
         return 0
-    s_j, face_j = farthest_face(shapes, scratch, j, i, most)
-    if s_j >= most:
+    s_b, face_b = farthest_face(shapes, scratch, b, a, most)
+    if s_b >= most:
         return 0
-    if face_i >= 0 and s_j <= s_i + FACE_PREFERENCE * (shapes.reach[i] + shapes.reach[j]):
-        return clip(shapes, scratch, i, j, face_i, 1.0)
-    return clip(shapes, scratch, j, i, face_j, -1.0)
+    if face_a >= 0 and s_b <= s_a + FACE_PREFERENCE * (shapes.reach[a] + shapes.reach[b]):
+        return clip(shapes, scratch, a, b, face_a, 1.0 if a == i else -1.0)
+    return clip(shapes, scratch, b, a, face_b, 1.0 if b == i else -1.0)
 
 
 @kernel

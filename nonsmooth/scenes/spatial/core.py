@@ -3,7 +3,7 @@
 vertex  bits 0, 1, 2: on the positive side of the axes x, y, z; along an axis without length on none
 edge    4 axis + the bits of the two other axes, in their order
 
-feature   vertex of i;   256 + vertex of j;   512 + 600 edge of i + edge of j
+feature   vertex of i;   256 + vertex of j;   512 + 600 edge of i + edge of j;   512 + 600^2 the nearest points
 
 A polyhedron has up to 200 vertices and 594 edges, so that these are numbers of 19 bits.
 """
@@ -16,6 +16,7 @@ VERTEX_OF_J = 256  # code: first feature of the vertices of j
 TWO_EDGES = 512  # code: first feature of pairs of edges
 EDGES = 600  # code: by which pairs of edges are numbered, more than a shape has
 BOX_EDGES = 12  # derived: of a box
+NEAREST_POINTS = TWO_EDGES + EDGES * EDGES  # code: feature of the nearest points where no corner is
 
 
 @kernel
@@ -103,6 +104,26 @@ def note_place(scratch, n, s, x, y, z, back):
     manifold.point[n, 0] = c[s, 0] + x + back * manifold.normal[n, 0]
     manifold.point[n, 1] = c[s, 1] + y + back * manifold.normal[n, 1]
     manifold.point[n, 2] = c[s, 2] + z + back * manifold.normal[n, 2]
+
+
+@kernel
+def turn_over(manifold, n):
+    """The points of a pair (j, i) become those of (i, j)."""
+    for k in range(n):
+        manifold.feature[k] = exchanged(manifold.feature[k])
+        for a in range(3):
+            manifold.normal[k, a] = -manifold.normal[k, a]
+
+
+@kernel
+def exchanged(feature):
+    """The feature of a pair (i, j) as one of (j, i)."""
+    if feature < TWO_EDGES:
+        return feature + (VERTEX_OF_J if feature < VERTEX_OF_J else -VERTEX_OF_J)
+    if feature == NEAREST_POINTS:
+        return feature
+    edge_i, edge_j = (feature - TWO_EDGES) // EDGES, (feature - TWO_EDGES) % EDGES
+    return TWO_EDGES + EDGES * edge_j + edge_i
 
 
 @kernel

@@ -10,11 +10,11 @@ from __future__ import annotations
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.scenes.broad_phase import find_pairs
-from nonsmooth.scenes.detection import NOT_FINITE, Found, Motion, is_finite, key_of
+from nonsmooth.scenes.detection import NOT_FINITE, Found, Motion, in_order, is_finite, key_of
 from nonsmooth.scenes.shape_rows import BOX, CAPSULE, HALF_SPACE, SPHERE, Shapes
 from nonsmooth.scenes.spatial.boxes import core_on_core
 from nonsmooth.scenes.spatial.capsules import capsule_on_capsule
-from nonsmooth.scenes.spatial.core import order_points
+from nonsmooth.scenes.spatial.core import between, order_points, turn_over
 from nonsmooth.scenes.spatial.half_space import core_on_half_space
 from nonsmooth.scenes.spatial.placement import SpatialScratch, place_shapes
 from nonsmooth.scenes.spatial.rotation import cross
@@ -73,10 +73,13 @@ def touch(shapes, scratch, i, j, limit):
         return sphere_on_core(shapes, scratch, i, j, limit, True)
     if kind_j == SPHERE:
         return sphere_on_core(shapes, scratch, j, i, limit, False)
+    a, b = in_order(shapes, i, j, between(scratch, i, j))
     if kind_i == CAPSULE and kind_j == CAPSULE:
-        n = capsule_on_capsule(shapes, scratch, i, j, limit)
+        n = capsule_on_capsule(shapes, scratch, a, b, limit)
     else:
-        n = core_on_core(shapes, scratch, i, j, limit)
+        n = core_on_core(shapes, scratch, a, b, limit)
+    if a != i:
+        turn_over(scratch.manifold, n)
     order_points(scratch.manifold, n)
     return n
 

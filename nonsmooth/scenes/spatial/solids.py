@@ -17,16 +17,15 @@ import math
 
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import view
+from nonsmooth.scenes.detection import in_order
 from nonsmooth.scenes.shape_rows import CYLINDER, ELLIPSOID, HALF_SPACE, SPHERE, Shapes
-from nonsmooth.scenes.spatial.core import EDGES, TWO_EDGES, note, note_place, order_points
+from nonsmooth.scenes.spatial.core import NEAREST_POINTS, between, note, note_place, order_points, turn_over
 from nonsmooth.scenes.spatial.nearest_points import nearest_points
 from nonsmooth.scenes.spatial.overlay import overlay
 from nonsmooth.scenes.spatial.placement import SpatialScratch
 from nonsmooth.scenes.spatial.round_solids import solid_on_half_space, sphere_on_cylinder
 from nonsmooth.scenes.spatial.separating_direction import CLOSE, FACE_OVER_POINTS, separating_direction
 from nonsmooth.scenes.spatial.turned_faces import contact_axes, turned_face
-
-NEAREST_POINTS = TWO_EDGES + EDGES * EDGES  # code: feature of the nearest points where no corner is
 
 
 @kernel("int64(int64, int64, int64, int64, float64)")
@@ -42,7 +41,10 @@ def solid_contact(shapes_at, scratch_at, i, j, limit):
     elif kind_i == CYLINDER and kind_j == SPHERE:
         n = sphere_on_cylinder(shapes, scratch, j, i, limit, False)
     else:
-        n = convex_on_convex(shapes, scratch, i, j, limit)
+        a, b = in_order(shapes, i, j, between(scratch, i, j))
+        n = convex_on_convex(shapes, scratch, a, b, limit)
+        if a != i:
+            turn_over(scratch.manifold, n)
     order_points(scratch.manifold, n)
     return n
 
@@ -53,8 +55,13 @@ def further_points(shapes_at, scratch_at, i, j, limit):
     of their faces over one another; how many points there are then. An edge that lands swings another corner down."""
     shapes, scratch = view(shapes_at, Shapes), view(scratch_at, SpatialScratch)
     manifold = scratch.manifold
+    a, b = in_order(shapes, i, j, between(scratch, i, j))
+    if a != i:
+        turn_over(manifold, 1)
     normal = (manifold.normal[0, 0], manifold.normal[0, 1], manifold.normal[0, 2])
-    n = with_faces(shapes, scratch, i, j, normal, limit, 1)
+    n = with_faces(shapes, scratch, a, b, normal, limit, 1)
+    if a != i:
+        turn_over(manifold, n)
     order_points(manifold, n)
     return n
 

@@ -1,5 +1,6 @@
 """Heaps, friction of box on box, sizes from 1e-3 to 1e3 m, masses of 1 to 1e6, orders of bodies, a million steps."""
 
+import itertools
 import math
 
 import numpy as np
@@ -11,6 +12,7 @@ from nonsmooth.integrators.assembly.progress import PREDICT
 from nonsmooth.integrators.assembly.project import SHARE
 from nonsmooth.integrators.assembly.step import DRIVEN_IN
 from nonsmooth.runs.scene_run import SceneRun
+from tests.scenes.spatial.test_solids import shape_of
 
 G, DT = 9.81, 2e-3
 HEXAGON = ns.Polygon(0.05 * np.stack([np.cos(np.arange(6) * math.pi / 3), np.sin(np.arange(6) * math.pi / 3)], axis=1))
@@ -177,6 +179,31 @@ def test_the_order_of_bodies_changes_a_rolling_heap_by_rounding_only():
         sol = ns.simulate(scene, (0, 0.1), integrator=ns.MoreauJean(DT))
         runs.append(np.array([sol[f"disc {k}"].position for k in range(12)]))
     assert np.abs(runs[0] - runs[1]).max() < 1e-12 and np.ptp(runs[0], axis=1).max() > 0.01
+
+
+def thrown_at_one_another(names, order, seed):
+    """Velocities and spins of two bodies after 0.15 s, in which they met at 16 m/s; how many points they touched in."""
+    rng = np.random.default_rng(seed)
+    turns, spins, places = rng.normal(size=(2, 4)), rng.uniform(-4, 4, (2, 3)), rng.uniform(-0.05, 0.05, (2, 3))
+    turns, places[:, 0] = turns / np.linalg.norm(turns, axis=1)[:, None], [-0.9, 0.9]
+    scene = ns.Scene(gravity=(0, 0, 0), material=ns.Material(mu=0.4, e=0.5))
+    for k in order:
+        state = {"turn": turns[k], "velocity": (8 - 16 * k, *places[k, :2]), "spin": spins[k]}
+        scene.body(shape_of(names[k]), density=1000, position=places[k], **state, name=f"{k}")
+    sol = ns.simulate(scene, (0, 0.15), integrator=ns.MoreauJean(1e-3))
+    return np.array([[sol[f"{k}"].velocity[-1], sol[f"{k}"].spin[-1]] for k in (0, 1)]), sol.stats.most_contacts
+
+
+KINDS = ("gem", "box", "capsule", "ellipsoid", "needle", "sphere")
+
+
+@pytest.mark.parametrize("names", list(itertools.combinations_with_replacement(KINDS, 2)), ids="-".join)
+def test_which_of_two_thrown_bodies_is_named_first_changes_their_velocities_by_rounding_only(names):
+    """It once did by 1e-3 m/s and rad/s, since the normal of round cores is known to a root of a rounding."""
+    for seed in range(3):
+        one, points = thrown_at_one_another(names, (0, 1), seed)
+        assert points > 0
+        assert np.abs(one - thrown_at_one_another(names, (1, 0), seed)[0]).max() < 1e-12
 
 
 @pytest.mark.stress

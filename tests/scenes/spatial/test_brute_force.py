@@ -138,7 +138,7 @@ def brought_together(scene, places):
         nearest = np.argmin(gap)
         if abs(gap[nearest]) < 1e-12:
             break
-        places[1, :3] -= gap[nearest] * normal[nearest]
+        places[1, : normal.shape[1]] -= gap[nearest] * normal[nearest]
     return places
 
 
