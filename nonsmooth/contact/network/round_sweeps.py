@@ -1,8 +1,8 @@
 """Sweeps of islands of discs and spheres by their rows: conjugate, or over-relaxed ones that leave out what is open.
 
     conjugate:     ``conjugate``, with omega = 1
-    over-relaxed:  every fifth sweep of discs and every tenth of spheres, and the last one, which has omega = 1, visits
-                   all contacts, the others those that had an impulse then
+    over-relaxed:  every fifth sweep of discs and every tenth of spheres, and the last one, which has omega = 1 at most,
+                   visits all contacts, the others those that had an impulse then
 
 A third to a half of the contacts of a falling heap are open: to leave them out saves 7 to 18 % of the time, and the
 residuals after as many sweeps are the same (six problems each of 1000 discs and spheres). Measured: 6 ns a contact and
@@ -72,7 +72,7 @@ def over_relaxed_sweeps(network, rows, k, most, tol, omega, d):
     for count in range(most):
         is_last = count == most - 1
         if is_last or count % every == 0:
-            change, size, pressed = sweep_all(network, rows, k, 1.0 if is_last else omega, d)
+            change, size, pressed = sweep_all(network, rows, k, min(omega, 1.0) if is_last else omega, d)
             if change <= tol * tol * size:
                 return count + 1
         else:
