@@ -24,16 +24,17 @@ sizes and options built in (``specialised``).
 ``kernels`` marks them, ``models`` binds a user's functions, whose helpers ``twins`` compiles with them and whose ``p``
 ``parameters`` makes; ``own_law`` is a friction law of the user's; ``internals``
 has what is used of numba beside its public interface, of which ``kernel_compiler`` and ``kernel_lowering`` make what
-compiles kernels. ``fingerprint`` says what code is made from, by what ``bytecode``
-finds that it reads and ``libraries`` know by name (where a module moved, by that of ``former_names``); ``watch``
-whether that is still so, ``surroundings`` on what else it depends; ``cache`` under which key it is kept, ``code_files``
-in which form; ``object_code`` links and calls it in a later process, without numba; ``loading`` shares the work between
-processes.
+compiles kernels. ``late`` loads what few runs reach when it is first called. ``fingerprint`` says what code is made
+from, by what ``bytecode`` finds that it reads and ``libraries`` know by name (where a module moved, by that of
+``former_names``); ``watch`` whether that is still so, ``surroundings`` on what else it depends; ``cache`` under which
+key it is kept, ``code_files`` in which form; ``object_code`` links and calls it in a later process, without numba;
+``loading`` shares the work between processes.
 """
 
 from nonsmooth.jit.cache import MachineCode, cache_directory, key_of
 from nonsmooth.jit.fingerprint import identity
-from nonsmooth.jit.kernels import Callback, Kernel, handle_of, interpreted, kernel, rare_kernel
+from nonsmooth.jit.kernels import Callback, Kernel, handle_of, interpreted, kernel, late_kernel, rare_kernel
+from nonsmooth.jit.late import running_time, waited
 from nonsmooth.jit.loading import load_all
 from nonsmooth.jit.models import CannotCompile, call_model, compile_model, survey_of
 from nonsmooth.jit.own_law import call_law
@@ -41,6 +42,6 @@ from nonsmooth.jit.parameters import Unpack, unpack_of
 
 __all__ = [
     "Callback", "CannotCompile", "Kernel", "MachineCode", "Unpack", "cache_directory", "call_law", "call_model",
-    "compile_model", "handle_of", "identity", "interpreted", "kernel", "key_of", "load_all", "rare_kernel", "survey_of",
-    "unpack_of",
+    "compile_model", "handle_of", "identity", "interpreted", "kernel", "key_of", "late_kernel", "load_all",
+    "rare_kernel", "running_time", "survey_of", "unpack_of", "waited",
 ]  # fmt: skip

@@ -41,6 +41,7 @@ def require_tested(version: str) -> None:
 require_tested(numba.__version__)
 
 import llvmlite.binding as llvm
+from llvmlite.binding.ffi import lib as llvm_library
 from numba import _helperlib
 from numba.core import base as base
 from numba.core import ccallback, dispatcher, entrypoints, extending, serialize
@@ -62,7 +63,7 @@ from numba.core.typed_passes import NoPythonBackend as NoPythonBackend
 from numba.core.typed_passes import NopythonTypeInference as NopythonTypeInference
 from numba.core.typed_passes import PreLowerStripPhis as PreLowerStripPhis
 from numba.core.types import functions as functions
-from numba.core.typing import templates
+from numba.core.typing import context, templates
 from numba.core.typing.templates import AttributeTemplate as AttributeTemplate
 from numba.core.untyped_passes import FixupArgs as FixupArgs
 from numba.core.untyped_passes import RewriteSemanticConstants as RewriteSemanticConstants
@@ -70,6 +71,8 @@ from numba.core.untyped_passes import TranslateByteCode as TranslateByteCode
 from numba.np import arrayobj as arrayobj
 from numba.np.ufunc import dufunc, gufunc
 
+TypingContext: Any = context.BaseContext
+llvm_lock: Any = llvm_library._lock  # of LLVM, with those who listen when it is taken
 Dispatcher: Any = dispatcher.Dispatcher
 DUFunc: Any = dufunc.DUFunc
 GUFunc: Any = gufunc.GUFunc

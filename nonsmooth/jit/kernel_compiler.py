@@ -33,12 +33,14 @@ from nonsmooth.jit.internals import (
     PreLowerStripPhis,
     RewriteSemanticConstants,
     TranslateByteCode,
+    TypingContext,
     arrayobj,
     base,
     build_definitions,
     cpu_target,
     functions,
     is_shared,
+    llvm_lock,
     reconstruct_ssa,
     rewrite_registry,
 )
@@ -253,7 +255,7 @@ class KernelCompiler(OurCompiler):
         """Compile with the shortcuts, unless nobody waits for it any more."""
         go_on()
         constants = plain_arguments() if self.library is RareEntryLibrary else contextlib.nullcontext()
-        with no_negative_indices(), known_calls(), known_registries(), constants:
+        with no_negative_indices(), known_calls(), known_attributes(), known_registries(), no_listeners(), constants:
             return super().compile_extra(function)
 
 
@@ -311,6 +313,30 @@ def known_calls() -> Any:
 
 
 _resolved_calls: dict[Any, Any] = {}
+
+
+def known_attributes() -> Any:
+    """Keep the type of an attribute of a type in the same way; that of a module's is the type of its value."""
+    before = TypingContext.resolve_getattr
+
+    def resolve(self: Any, kind: Any, name: str) -> Any:
+        """What is known, else numba's own answer."""
+        if isinstance(kind, numba.types.Module):
+            return before(self, kind, name)
+        if (kind, name) not in _resolved_attributes:
+            _resolved_attributes[kind, name] = before(self, kind, name)
+        return _resolved_attributes[kind, name]
+
+    return replaced(TypingContext, "resolve_getattr", resolve)
+
+
+_resolved_attributes: dict[Any, Any] = {}
+
+
+def no_listeners() -> Any:
+    """Call LLVM without a word to those who measure for how long: numba tells them twice at each of some thousand
+    calls."""
+    return replaced(llvm_lock, "_cblist", [])
 
 
 def plain_arguments() -> Any:

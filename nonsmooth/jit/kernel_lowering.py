@@ -3,6 +3,8 @@
     x[i, j]                 numba puts the array into memory, asks an overload, and goes through shapes and strides;
                             here the address is data + 8 (i lengths[1] + j), of an array that stands in a register
     for k in range(a, b)    numba divides by the step, and raises where that is 0; here a counter runs from b - a to 0
+    x = y                   numba reads the old value, which might have to be freed, and asks LLVM for the size of
+                            each variable, for debuggers; here it is stored
 
 So a kernel takes a tenth less time to compile. The arithmetic is the same, and so are the bits of a result. All else is
 left to numba, and so are all indices where it is asked to check them (``NUMBA_BOUNDSCHECK``).
@@ -45,6 +47,22 @@ class KernelLower(Lower):
         if isinstance(inst, ir.StaticSetItem) and isinstance(self.typeof(inst.target.name), nb.Array):
             return self.lower_setitem(inst.target, inst.index_var, inst.value, self.fndesc.calltypes[inst])
         return super().lower_inst(inst)
+
+    def alloca_lltype(self, name: str, lltype: Any, datamodel: Any = None) -> Any:
+        """The place of a variable on the stack."""
+        return cgutils.alloca_once(self.builder, lltype, name=name, zfill=False)
+
+    def storevar(self, value: Any, name: str, argidx: int | None = None) -> None:
+        """Give a variable its value: one that is assigned once is the value itself."""
+        if name in self._singly_assigned_vars:
+            self._blk_local_varmap[name] = value
+        else:
+            self.builder.store(value, self.getvar(name))
+
+    def loadvar(self, name: str) -> Any:
+        """The value of a variable."""
+        value = self._blk_local_varmap.get(name)
+        return self.builder.load(self.getvar(name)) if value is None else value
 
     def lower_expr(self, kind: Any, expr: Any) -> Any:
         """An expression, as a value of a type."""

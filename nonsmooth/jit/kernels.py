@@ -8,6 +8,7 @@ import types
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from nonsmooth.jit import late
 from nonsmooth.jit.bytecode import reading
 from nonsmooth.jit.cache import MachineCode, compile_cached, is_cached, key_of, machine_code
 from nonsmooth.jit.fingerprint import digest
@@ -38,6 +39,8 @@ class Kernel:
     takes_arrays : bool
         An entry point that Python hands arrays to. Numba makes a wrapper for it, and is imported where it is called;
         those that are called by compiled code alone, or by Python with numbers, need neither.
+    is_late : bool
+        What few runs reach: such an entry point is loaded when it is first called (late.py).
     """
 
     def __init__(
@@ -47,12 +50,14 @@ class Kernel:
         short_loops: bool = False,
         is_rare: bool = False,
         takes_arrays: bool = False,
+        is_late: bool = False,
     ) -> None:
         self.function = function
         self.signature = signature
         self.short_loops = short_loops
         self.is_rare = is_rare
         self.takes_arrays = takes_arrays
+        self.is_late = is_late
         self._slot = ctypes.c_size_t(0)
         functools.update_wrapper(self, function)
 
@@ -96,7 +101,7 @@ class Kernel:
     def call_identity(self) -> bytes:
         """What a kernel that calls this one depends on: its code, and the slot that it is called through."""
         slot = self.slot_name if self.signature else None
-        facts = (self.signature, self.short_loops, self.is_rare, self.takes_arrays, slot)
+        facts = (self.signature, self.short_loops, self.is_rare, self.takes_arrays, self.is_late, slot)
         return repr(facts).encode() + digest(self.function)
 
     @property
@@ -108,13 +113,17 @@ class Kernel:
         """The name of the slot, which is made known to the linker here."""
         import llvmlite.binding as llvm
 
-        llvm.add_symbol(self.slot_name, ctypes.addressof(self._slot))
+        slot = ctypes.addressof(self._slot)
+        llvm.add_symbol(self.slot_name, slot)
+        if self.is_late:
+            late.know(slot, self.function.__name__, self.load)
         return self.slot_name
 
     def load(self) -> None:
         """Compile an entry point, or read it from disk, and fill its slot.
 
-        Whoever runs a loop loads the entry points that it may reach: what a scene does not need is not compiled.
+        Whoever runs a loop loads the entry points that it may reach, but for those that are loaded late: what a scene
+        does not need is not compiled.
         """
         if self.is_loaded:
             return
@@ -160,9 +169,7 @@ def make_slots_known(kernels: Iterable[Kernel]) -> None:
     """Tell the linker the slots that these look for, and what is inlined in them."""
     open_ends, met = list(kernels), set[Kernel]()
     while open_ends:
-        function = open_ends.pop().function
-        read = [function.__globals__.get(name) for name, *_ in reading(function.__code__).names]
-        new = {each for each in read if isinstance(each, Kernel) and not isinstance(each, Callback)} - met
+        new = {each for each in called_by(open_ends.pop()) if not isinstance(each, Callback)} - met
         met |= new
         for each in new:
             if each.signature is None:
@@ -210,8 +217,9 @@ def _external(kernel: Kernel) -> Any:
         if slot is None:
             slot = cgutils.add_global_variable(builder.module, pointer_type, symbol)
             slot.linkage = "external"
-        _, value = convention.call_function(builder, builder.load(slot), result, arguments, values)
-        return value
+        if kernel.is_late:
+            late.generate_fetch(context, builder, slot)
+        return call_through(context, builder, builder.load(slot), result, arguments, values, reaches_late(kernel))
 
     @intrinsic
     def call(typing_context, *args):  # type: ignore[no-untyped-def]
@@ -221,6 +229,36 @@ def _external(kernel: Kernel) -> Any:
         return result(nb.StarArgTuple.from_types(args)), generate
 
     return call
+
+
+def call_through(
+    context: Any, builder: Any, function: Any, result: Any, arguments: Any, values: list[Any], may_fail: bool
+) -> Any:
+    """The machine code of a call of an entry point; one that may come to code that cannot be loaded hands on what that
+    raises."""
+    convention = context.call_conv
+    status, value = convention.call_function(builder, function, result, arguments, values)
+    if may_fail:
+        with builder.if_then(status.is_error, likely=False):
+            convention.return_status_propagate(builder, status)
+    return value
+
+
+def called_by(kernel: Kernel) -> set[Kernel]:
+    """The kernels that the source of a kernel names."""
+    read = (kernel.function.__globals__.get(name) for name, *_ in reading(kernel.function.__code__).names)
+    return {other for other in read if isinstance(other, Kernel)}
+
+
+@functools.cache
+def reaches_late(kernel: Kernel) -> bool:
+    """Whether a call of a kernel may come to one that is loaded late; one by an address may."""
+    found, open_ends = {kernel}, [kernel]
+    while open_ends:
+        new = called_by(open_ends.pop()) - found
+        found |= new
+        open_ends += new
+    return any(other.is_late or isinstance(other, Callback) for other in found)
 
 
 class Callback(Kernel):
@@ -247,8 +285,7 @@ class Callback(Kernel):
             pointer, *given = cgutils.unpack_tuple(builder, args[0])
             convention = context.call_conv
             function = builder.inttoptr(pointer, convention.get_function_type(result, arguments).as_pointer())
-            _, value = convention.call_function(builder, function, result, arguments, given)
-            return value
+            return call_through(context, builder, function, result, arguments, given, True)
 
         @intrinsic
         def call(typing_context, *args):  # type: ignore[no-untyped-def]
@@ -276,6 +313,11 @@ def rare_kernel(target: Callable | str, short_loops: bool = False) -> Any:
     if isinstance(target, str):
         return lambda function: Kernel(function, target, short_loops, is_rare=True)
     return Kernel(target, is_rare=True)
+
+
+def late_kernel(signature: str, short_loops: bool = False) -> Any:
+    """Mark an entry point that few runs reach: it is loaded when it is first called."""
+    return lambda function: Kernel(function, signature, short_loops, is_rare=True, is_late=True)
 
 
 @functools.cache

@@ -15,9 +15,8 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 
-from nonsmooth.jit.bytecode import reading
 from nonsmooth.jit.cache import is_usable, words_of
-from nonsmooth.jit.kernels import Kernel
+from nonsmooth.jit.kernels import Kernel, called_by
 from nonsmooth.jit.waiting import waiting
 
 ROOT = Path(__file__).parents[2]  # where the package is imported from
@@ -109,9 +108,7 @@ def kernels_of(kernel: Kernel) -> frozenset[Kernel]:
     """A kernel and those that are compiled with it."""
     found, open_ends = {kernel}, [kernel]
     while open_ends:
-        function = open_ends.pop().function
-        read = (function.__globals__.get(name) for name, *_ in reading(function.__code__).names)
-        new = {other for other in read if isinstance(other, Kernel) and other.signature is None} - found
+        new = {other for other in called_by(open_ends.pop()) if other.signature is None} - found
         found |= new
         open_ends += new
     return frozenset(found)

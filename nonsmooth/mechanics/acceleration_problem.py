@@ -11,10 +11,12 @@ from __future__ import annotations
 
 from nonsmooth.errors import Status
 from nonsmooth.jit import kernel
+from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.contact_problem import (
     ROWS_ARE_CONSTANT,
     ROWS_READ_T,
     SURFACES_ARE_CONSTANT,
+    Work,
     apply_inverse,
     delassus,
     evaluate_rows,
@@ -23,7 +25,7 @@ from nonsmooth.mechanics.contact_problem import (
     row_velocities,
     stack_rows,
 )
-from nonsmooth.mechanics.sys import evaluate
+from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import FORCE, GIVEN_FORCE, ROW_RATES
 from nonsmooth.numerics.dense import cholesky_solve
 from nonsmooth.numerics.rounding import NOTHING
@@ -59,6 +61,14 @@ def acceleration_problem(sys, t, q, u, n_k, rates, work):
         work.gamma_0[k] = rates[0, k]
     delassus(n, r, work)
     return Status.RUNNING if is_finite(n, r, work) else Status.NOT_FINITE, r
+
+
+@kernel(
+    "Tuple((int64, int64))(int64, float64, float64[::1], float64[::1], int64, float64[:, ::1], int64)", short_loops=True
+)
+def acceleration_problem_apart(sys_at, t, q, u, n_k, rates, work_at):
+    """The same as an entry point: one copy for all that set it up now and then."""
+    return acceleration_problem(view(sys_at, Sys), t, q, u, n_k, rates, view(work_at, Work))
 
 
 @kernel

@@ -19,6 +19,7 @@ from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import interpreted, load_all
 from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.compiled import Model, model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.inspection import inspect_instant
@@ -29,7 +30,8 @@ from nonsmooth.numerics.rounding import rounding_of_sum
 
 STATE_ROUNDINGS = 900  # chosen: of the terms of a sum: a smaller sum is zero
 _memory = threading.local()
-ENTRY_POINTS = (enumerate_modes, forces_at_state)  # what a search may reach, but for redundant contacts
+# what a search may reach, but for redundant contacts
+ENTRY_POINTS = (enumerate_modes, forces_at_state, acceleration_problem_apart)
 WHY = CONTRADICTIONS | {
     Situation.LANDING: "{name} approaches with gamma_N = {gamma_N:g} m/s: an impact comes first; classify the "
     "state after it",

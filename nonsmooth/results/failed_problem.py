@@ -17,7 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from nonsmooth.checks.files import as_path, as_place, refusals
+from nonsmooth.contact.planar.energetic import spring_back
 from nonsmooth.contact.planar.enumerate import enumerate_modes
+from nonsmooth.contact.planar.impacts import strike
 from nonsmooth.contact.planar.ladder import pivot, solve_planar
 from nonsmooth.contact.planar.newton import solve_by_newton
 from nonsmooth.contact.planar.redundant import enumerate_redundant
@@ -112,7 +114,7 @@ class FailedProblem(Worded):
         state.P[:], state.mode[:], state.slip[:] = self.P_before, self.mode_before, self.slip_before
         planar = scratch.planar
         planar.can_decide_redundant = planar.has_newton = n > 1
-        many = (solve_planar, enumerate_modes, pivot, enumerate_redundant, solve_by_newton)
+        many = (solve_planar, enumerate_modes, pivot, enumerate_redundant, solve_by_newton, strike, spring_back)
         load_all((solve, *many) if n > 1 else (solve,))
         sys = new(Sys, n_p=0, n_c=n)
         sys.n, sys.n_c, sys.kinds[:], sys.laws[:] = 1, n, self.kinds, self.laws

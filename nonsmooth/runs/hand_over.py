@@ -11,7 +11,6 @@ begins with small steps, and where nothing but stepping helps, some ten stretche
 from __future__ import annotations
 
 import math
-import time
 import warnings
 from typing import NamedTuple, cast
 
@@ -22,6 +21,7 @@ from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import EVENT_CONTACT, EVENT_T, Columns, State
+from nonsmooth.jit import running_time
 from nonsmooth.jit.blocks import numbers
 from nonsmooth.mechanics.initial_state import project_state
 from nonsmooth.results.solution import Solution
@@ -121,7 +121,7 @@ def step_over(run: HandingRun, stepper: Integrator, why: int) -> int:
         warnings.simplefilter("ignore", InitialStateWarning)
         other = begin_stretch(run, stepper, t, t_end)
     most = min(MOST_STEPS << run.doublings, run.budget - int(run.state.counters.steps))
-    other.advance(max(0.0, run.deadline - time.perf_counter()), None, max(1, most) if stepper.chooses_steps else None)
+    other.advance(max(0.0, run.deadline - running_time()), None, max(1, most) if stepper.chooses_steps else None)
     add_counts(run.state, other.state)
     if other.status not in ((Status.FINISHED, Status.BUDGET_SPENT) if stepper.chooses_steps else (Status.FINISHED,)):
         return int(other.status)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import functools
 import math
 import sys
-import time
 from collections.abc import Callable
 from contextlib import closing
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -19,6 +18,7 @@ from nonsmooth.errors import Status, said_by
 from nonsmooth.integrators.contract import Integrator, Schedule
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import Columns, Record
+from nonsmooth.jit import running_time, waited
 from nonsmooth.jit.blocks import numbers
 from nonsmooth.mechanics.inspection import END, found_contradiction, is_due
 from nonsmooth.mechanics.own_law import find_fault
@@ -117,7 +117,7 @@ class Run(Ongoing):
     interrupted = 0  # runs of this process that Ctrl-C cut short: who makes many of them ends with the first
     watch: Watch | None = None
     budget = sys.maxsize  # steps
-    deadline = math.inf  # [s] of the clock
+    deadline = math.inf  # [s] of `running_time`
     spent = ""  # which budget was used up
     cause: BaseException | None = None  # of a failure, an exception of the user's
     bad_law = ""  # which friction law of the user's is none, and where
@@ -138,12 +138,12 @@ class Run(Ongoing):
     def _run_blocks(
         self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None
     ) -> None:
-        block, started = FIRST_BLOCK, time.perf_counter()
+        block, started, waited_before = FIRST_BLOCK, running_time(), waited()
         self.budget = sys.maxsize if max_steps is None else max_steps
         self.deadline = math.inf if max_wall_time is None else started + max_wall_time
         try:
             while self.status == Status.RUNNING:
-                began, before = time.perf_counter(), int(self.state.counters.steps)
+                began, before = running_time(), int(self.state.counters.steps)
                 if before >= self.budget and self.fraction_done() < 1.0:
                     self.status, self.spent = Status.BUDGET_SPENT, f"max_steps = {max_steps}"
                     break
@@ -154,7 +154,7 @@ class Run(Ongoing):
                     self.status = Status.RUNNING
                 if self.status == Status.RUNNING and is_due(self.system, self.state.mode.tobytes()):
                     self._inspect()
-                now = time.perf_counter()
+                now = running_time()
                 self.wall_time = now - started
                 if self.status == Status.RUNNING:
                     block = next_block(int(self.state.counters.steps) - before, now - began)
@@ -166,7 +166,8 @@ class Run(Ongoing):
             Run.interrupted += 1
             self.status = Status.INTERRUPTED
             self.recorder.take_events(self)
-        self.wall_time = time.perf_counter() - started
+        self.wall_time = running_time() - started
+        self.compile_time += waited() - waited_before
         if self.status not in WITHOUT_CULPRIT and self._culprit():
             self.status = Status.NOT_FINITE  # whatever NaN looked like to the step: no mode admissible, M indefinite
         if self.status not in WITHOUT_CULPRIT and self.system.own_laws:

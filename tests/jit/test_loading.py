@@ -10,8 +10,8 @@ import pytest
 
 from nonsmooth.contact.blocks.interior import direction, longest_step
 from nonsmooth.integrators.assembly.step import stages_of
-from nonsmooth.integrators.event_driven.impact import solve_impact
-from nonsmooth.integrators.event_driven.switching import switch_modes
+from nonsmooth.integrators.rigid.hold import hold_constraints
+from nonsmooth.integrators.rigid.rates import rigid_forces
 from nonsmooth.jit import cache
 from nonsmooth.jit.cache import no_collection
 from nonsmooth.jit.loading import STARTUP_CODE, kernels_of, shares, size_of, work_of
@@ -62,10 +62,10 @@ def test_one_process_has_all():
 
 
 def test_what_two_entry_points_share_is_counted_once_but_for_llvm():
-    shared = kernels_of(solve_impact) & kernels_of(switch_modes)
-    alone = size_of(solve_impact) + size_of(switch_modes)
-    assert len(shared) > 5 and work_of([solve_impact]) == pytest.approx(size_of(solve_impact))
-    assert 0.65 * alone < work_of([solve_impact, switch_modes]) < alone
+    shared = kernels_of(rigid_forces) & kernels_of(hold_constraints)
+    alone = size_of(rigid_forces) + size_of(hold_constraints)
+    assert len(shared) > 5 and work_of([rigid_forces]) == pytest.approx(size_of(rigid_forces))
+    assert 0.65 * alone < work_of([rigid_forces, hold_constraints]) < alone
 
 
 # what is left after a compilation

@@ -29,7 +29,7 @@ from nonsmooth.contact.planar.single import FREE, PULL_MINUS, PULL_PLUS, SLIDE_M
 from nonsmooth.errors import Status
 from nonsmooth.jit import kernel
 from nonsmooth.jit.blocks import Block, Floats, Ints, address, view
-from nonsmooth.mechanics.acceleration_problem import acceleration_problem
+from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.contact_problem import Work, evaluate_rows, row_velocities
 from nonsmooth.mechanics.laws import friction_coefficient, static_coefficient
 from nonsmooth.mechanics.situation import Situation, find_situation, tolerances_of_state
@@ -106,7 +106,7 @@ def forces_at_state(sys_at, t, q, u, forces_at):
 def forces_of_closed(sys, t, q, u, n_k, forces):
     """All forces of the n_k contacts in work.closed, whose slip and gamma are known: (outcome, solutions, rows)."""
     work, kinds, laws = forces.work, sys.kinds, sys.laws
-    status, r = acceleration_problem(sys, t, q, u, n_k, forces.rates, work)
+    status, r = acceleration_problem_apart(address(sys), t, q, u, n_k, forces.rates, address(work))
     if status != Status.RUNNING:
         return Outcome.NOT_FINITE.value, 0, r
     for k in range(n_k):

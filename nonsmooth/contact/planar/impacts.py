@@ -36,11 +36,14 @@ import math
 
 from nonsmooth.contact.planar.energetic import spring_back
 from nonsmooth.contact.planar.ladder import Route, solve_planar
+from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.contact.planar.single import BORDER_WIDTH, FREE, SLIDE_MINUS, SLIDE_PLUS, STICK
 from nonsmooth.jit import Kernel, kernel, rare_kernel
-from nonsmooth.jit.blocks import address
+from nonsmooth.jit.blocks import address, view
+from nonsmooth.mechanics.contact_problem import Work
 from nonsmooth.mechanics.impact import impulse_map
 from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N, LAW_IMPACT, ImpactLaw, friction_coefficient
+from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import System
 
 SLOWEST_BLOW = 1e-10  # chosen: of the fastest approach: what strikes slower is rounding of what struck before
@@ -52,8 +55,10 @@ HALVINGS = 50  # derived: of the restitution, to the last place but three
 
 def kernels_of_shock(system: System) -> list[Kernel]:
     """Entry points that an impact of several contacts of the system needs."""
-    is_energetic = system.n_c > 1 and (system.law_numbers[:, LAW_IMPACT] == ImpactLaw.ENERGETIC).any()
-    return [spring_back] if is_energetic else []
+    law = system.law_numbers[:, LAW_IMPACT]
+    if system.n_c < 2 or not law.any():
+        return []
+    return [strike, spring_back] if (law == ImpactLaw.ENERGETIC).any() else [strike]
 
 
 @kernel
@@ -62,10 +67,11 @@ def has_shock(n_k, sys, work):
     return n_k > 1 and sys.laws[work.closed[0], LAW_IMPACT] != 0.0
 
 
-@rare_kernel
-def strike(sys, n_k, slow, work, planar):
+@rare_kernel("boolean(int64, int64, float64, int64, int64)", short_loops=True)
+def strike(sys_at, n_k, slow, work_at, planar_at):
     """Find the impulses of a shock from work.gamma_0, to work.shock, and take it into work.c, which is kept in
     work.c_kept; velocities within ``slow`` are none. False where the compression has no solution."""
+    sys, work, planar = view(sys_at, Sys), view(work_at, Work), view(planar_at, Planar)
     c, gamma_0, shock, start = work.c, work.gamma_0, work.shock, work.start
     fastest = 0.0
     for a in range(start[n_k]):

@@ -29,7 +29,6 @@ from nonsmooth.integrators.adaptive.state import N_ROWS, VELOCITY_DEGREE, Extrap
 from nonsmooth.integrators.adaptive.step import try_step
 from nonsmooth.integrators.adaptive.substep import substep
 from nonsmooth.integrators.adaptive.switch import EVENTS_AT_INSTANT, decide_modes
-from nonsmooth.integrators.adaptive.through import step_through
 from nonsmooth.integrators.contract import Handles, Integrator, Schedule, Suspect
 from nonsmooth.integrators.moreau_jean.contact import solve
 from nonsmooth.integrators.moreau_jean.options import needs_newton
@@ -37,10 +36,10 @@ from nonsmooth.integrators.moreau_jean.paradox import end_slide
 from nonsmooth.integrators.radau.method import SMALLEST_RTOL
 from nonsmooth.integrators.records import State
 from nonsmooth.integrators.rigid.hold import hold_constraints
-from nonsmooth.integrators.rigid.rates import rigid_events
-from nonsmooth.integrators.rigid.redundant import share_load
+from nonsmooth.integrators.rigid.rates import rigid_events, rigid_forces
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.laws import LAW_C, LAW_IMPACT
 from nonsmooth.mechanics.sys import Sys
@@ -94,16 +93,14 @@ class Adaptive(Integrator):
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        entry_points = [self.loop, try_step, held_step, find_event, decide_modes, step_through, substep]
-        entry_points += [solve, rigid_events, hold_constraints]
-        if system.n_c * (1 + system.d) > 1:  # two rows may be one
-            entry_points.append(share_load)
+        entry_points = [self.loop, try_step, held_step, find_event, decide_modes, substep]
+        entry_points += [solve, rigid_events, rigid_forces, hold_constraints]
         if system.n_c > 1:
             entry_points += [solve_planar, enumerate_modes, enumerate_redundant, pivot, *kernels_of_shock(system)]
         if needs_newton(system):
             entry_points.append(solve_by_newton)
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
-            entry_points.append(end_slide)
+            entry_points += [end_slide, acceleration_problem_apart]
         load_all(entry_points)
 
     def memory(self, system: System, selection: int) -> Extrapolation:

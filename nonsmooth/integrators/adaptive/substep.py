@@ -25,7 +25,7 @@ from nonsmooth.integrators.adaptive.state import THETA, Extrapolation
 from nonsmooth.integrators.moreau_jean.contact import solve
 from nonsmooth.integrators.moreau_jean.paradox import note_paradoxes
 from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS, accept_step, all_finite, new_velocity
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.acceleration_problem import find_row_rates, row_shift
 from nonsmooth.mechanics.contact_problem import (
@@ -51,7 +51,7 @@ DROPPED = 0.1  # chosen: of the tolerance of a gap: the height of a bounce that 
 RETAKE = -1
 
 
-@kernel("int64(int64, float64, float64, int64)", short_loops=True)
+@rare_kernel("int64(int64, float64, float64, int64)", short_loops=True)
 def substep(sys_at, t, dt, run_at):
     """Advance ``run.trial`` by one step, or by the impact before it (RETAKE); returns a Status."""
     sys = view(sys_at, Sys)

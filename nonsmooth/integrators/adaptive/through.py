@@ -17,13 +17,13 @@ from nonsmooth.integrators.adaptive.switch import take_trial_mode
 from nonsmooth.integrators.adaptive.table import begin_trial, note_node, write_change
 from nonsmooth.integrators.records import State
 from nonsmooth.integrators.rigid.hold import hold_constraints
-from nonsmooth.jit import kernel, rare_kernel
+from nonsmooth.jit import kernel, late_kernel
 from nonsmooth.jit.blocks import address, view
 from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import UNILATERAL, ContactMode
 
 
-@rare_kernel("Tuple((int64, boolean))(int64, float64, float64, int64, int64)", short_loops=True)
+@late_kernel("Tuple((int64, boolean))(int64, float64, float64, int64, int64)", short_loops=True)
 def step_through(sys_at, t, H, state_at, run_at):
     """Try two plain steps in the time H, to run.x: (Status, whether they are accepted)."""
     sys = view(sys_at, Sys)

@@ -29,7 +29,7 @@ from nonsmooth.integrators.records import State, book_contact_energy
 from nonsmooth.integrators.rigid.modes import NEARLY_SINGULAR, RigidContacts
 from nonsmooth.jit import kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
-from nonsmooth.mechanics.acceleration_problem import acceleration_problem
+from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.contact_problem import add_restitution, fill_problem, recall_impulses, row_velocities
 from nonsmooth.mechanics.impact import follows_own_law, impulses_by_law
 from nonsmooth.mechanics.laws import LAW_E_F, friction_coefficient, static_coefficient
@@ -57,7 +57,7 @@ def solve_impact(sys_at, t, x, state_at, contacts_at, touch_at):
         if touch.is_touching[i] == 1 and kinds[i, 0] != GIVEN_FORCE:
             work.closed[n_k], touch.spread[n_k] = i, touch.strikes[i]
             n_k += 1
-    status, _ = acceleration_problem(sys, t, contacts.q, contacts.u, n_k, contacts.rates, work)
+    status, _ = acceleration_problem_apart(address(sys), t, contacts.q, contacts.u, n_k, contacts.rates, address(work))
     if status != Status.RUNNING:
         return status
     spread_strike(n_k, work.start, work.G, touch.spread)
@@ -87,7 +87,9 @@ def solve_impact_of(sys, island, t, x, n_touching, state, contacts, touch):
     if n_k == 0:
         return Status.RUNNING.value
     if n_k < n_touching:
-        status, _ = acceleration_problem(sys, t, contacts.q, contacts.u, n_k, contacts.rates, work)
+        status, _ = acceleration_problem_apart(
+            address(sys), t, contacts.q, contacts.u, n_k, contacts.rates, address(work)
+        )
         if status != Status.RUNNING:
             return status
     r = row_velocities(sys, n_k, contacts.u, work)
@@ -128,7 +130,7 @@ def find_impulses(sys, n_k, contacts, touch):
     if n_k > 1:
         recall_impulses(touch.none, work)
         is_struck = touch.impact != WITHOUT_COLLISION and touch.impact != END_OF_SERIES and has_shock(n_k, sys, work)
-        if is_struck and not strike(sys, n_k, contacts.numbers.atol, work, planar):
+        if is_struck and not strike(address(sys), n_k, contacts.numbers.atol, address(work), address(planar)):
             return False
         route, _, _, _ = solve_planar(address(work), address(planar))
         if is_struck:

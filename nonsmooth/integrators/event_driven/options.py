@@ -24,16 +24,18 @@ from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.impact import solve_impact
 from nonsmooth.integrators.event_driven.loop import Scratch, accept_step, change_modes, fill_header
 from nonsmooth.integrators.event_driven.switching import find_modes, switch_modes
+from nonsmooth.integrators.event_driven.touch import find_touching
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.radau.events import locate_event
 from nonsmooth.integrators.radau.located import AT_RESUMPTION, LocatesEvents
 from nonsmooth.integrators.radau.method import SMALLEST_RTOL, radau_shorten, radau_step
+from nonsmooth.integrators.radau.stages import newton
 from nonsmooth.integrators.records import N_WORKS, State
 from nonsmooth.integrators.rigid.hold import hold_constraints
-from nonsmooth.integrators.rigid.rates import rigid_events, rigid_rates
-from nonsmooth.integrators.rigid.redundant import share_load
+from nonsmooth.integrators.rigid.rates import rigid_events, rigid_forces, rigid_rates
 from nonsmooth.jit import load_all
 from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.system import System
 
 
@@ -88,11 +90,11 @@ class EventDriven(LocatesEvents):
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach for this system."""
-        entry_points = [self.loop, *self.callbacks, hold_constraints, radau_step, radau_shorten, locate_event]
+        entry_points = [self.loop, *self.callbacks, rigid_forces, hold_constraints]
+        entry_points += [radau_step, radau_shorten, newton, locate_event]
         if system.n_c > 0:
-            entry_points += [find_modes, solve_impact, switch_modes, enumerate_modes]
-        if system.n_c * (1 + system.d) > 1:  # two rows may be one
-            entry_points.append(share_load)
+            entry_points += [find_modes, solve_impact, switch_modes, find_touching, enumerate_modes]
+            entry_points.append(acceleration_problem_apart)
         if system.n_c > 1:
             entry_points += [enumerate_redundant, solve_planar, pivot, *kernels_of_shock(system)]
         load_all(entry_points)

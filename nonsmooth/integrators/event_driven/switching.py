@@ -130,7 +130,7 @@ def resolve_impacts(sys, t, x, event, state, contacts, touch):
     n_c = sys.n_c
     has_struck = False
     for attempt in range(MAX_IMPACTS * n_c + 1):
-        if not find_touching(sys, t, x, event, contacts, touch):
+        if not find_touching(address(sys), t, x, event, address(contacts), address(touch)):
             return Status.NOT_FINITE.value, has_struck
         speed = small_speed(sys, contacts)
         is_struck = False
@@ -172,7 +172,7 @@ def end_series(sys, t, x, state, contacts, touch):
     status = solve_impact(address(sys), t, x, address(state), address(contacts), address(touch))
     if status != Status.RUNNING:
         return status
-    if not find_touching(sys, t, x, NO_EVENT, contacts, touch):
+    if not find_touching(address(sys), t, x, NO_EVENT, address(contacts), address(touch)):
         return Status.NOT_FINITE.value
     for i in range(n_c):
         if touch.is_touching[i] == 1 and abs(touch.gamma[i, 0]) > speed:
@@ -389,7 +389,8 @@ def resolve_lost_slides(sys, t, x, state, contacts, touch):
     if after == before:
         state.counters.failed_contact = -1
         return Status.NO_SOLUTION
-    return Status.RUNNING if find_touching(sys, t, x, NO_EVENT, contacts, touch) else Status.NOT_FINITE
+    is_finite = find_touching(address(sys), t, x, NO_EVENT, address(contacts), address(touch))
+    return Status.RUNNING if is_finite else Status.NOT_FINITE
 
 
 @kernel

@@ -11,12 +11,12 @@ from typing import Annotated as Array
 from nonsmooth.contact.planar.problem import Planar
 from nonsmooth.integrators.radau.located import AT_START
 from nonsmooth.integrators.records import FRICTION, N_FUNCTIONS, N_LEDGER, N_WORKS
-from nonsmooth.integrators.rigid.modes import rounded_length, small_speed
-from nonsmooth.jit import kernel
-from nonsmooth.jit.blocks import Block, Floats, Ints
+from nonsmooth.integrators.rigid.modes import RigidContacts, rounded_length, small_speed
+from nonsmooth.jit import rare_kernel
+from nonsmooth.jit.blocks import Block, Floats, Ints, view
 from nonsmooth.mechanics.contact_problem import evaluate_rows, row_velocities
 from nonsmooth.mechanics.situation import Situation, find_situation, is_still
-from nonsmooth.mechanics.sys import evaluate
+from nonsmooth.mechanics.sys import Sys, evaluate
 from nonsmooth.mechanics.system import GAP, GIVEN_FORCE, ContactMode
 
 # code: of an impact: by Newton's law; without restitution, the end of a series; without collision, which must stick
@@ -52,9 +52,10 @@ class Touch(Block, r="max(1, n_c * (1 + d))", row=f"2 * n + 3 * n_c + {N_WORKS}"
     planar: Array[Planar, "n = max(1, n_c)"]
 
 
-@kernel
-def find_touching(sys, t, x, event, contacts, touch):
+@rare_kernel("boolean(int64, float64, float64[::1], int64, int64, int64)", short_loops=True)
+def find_touching(sys_at, t, x, event, contacts_at, touch_at):
     """Which contacts touch and rest, and their velocities; False if a model function raised."""
+    sys, contacts, touch = view(sys_at, Sys), view(contacts_at, RigidContacts), view(touch_at, Touch)
     work, kinds = contacts.work, sys.kinds
     n, n_c = sys.n, sys.n_c
     for j in range(n):

@@ -84,7 +84,7 @@ def solve(sys_at, selection, dt, n_k, state_at, scratch_at):
         return Status.RUNNING
     recall_impulses(state.P, work)
     is_struck = scratch.options.stiffness == 0.0 and has_shock(n_k, sys, work)
-    if is_struck and not strike(sys, n_k, 0.0, work, scratch.planar):
+    if is_struck and not strike(address(sys), n_k, 0.0, address(work), address(scratch.planar)):
         state.counters.failed_contact = -1
         return Status.NOT_SOLVED
     route, found, pivots, residual = solve_planar(address(work), address(scratch.planar))

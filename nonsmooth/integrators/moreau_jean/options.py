@@ -33,6 +33,7 @@ from nonsmooth.integrators.moreau_jean.step import step
 from nonsmooth.integrators.records import State
 from nonsmooth.jit import Kernel, load_all
 from nonsmooth.jit.blocks import new
+from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.system import GIVEN_FORCE, System
 
 
@@ -126,7 +127,7 @@ class MoreauJean(FixedStep):
         if needs_newton(system):
             entry_points.append(solve_by_newton)
         if system.d > 0 and (system.kinds[:, 0] != GIVEN_FORCE).any():
-            entry_points.append(end_slide)
+            entry_points += [end_slide, acceleration_problem_apart]
         if self.projection:
             entry_points.append(project)
         load_all(entry_points)

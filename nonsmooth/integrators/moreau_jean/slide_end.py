@@ -13,7 +13,8 @@ from __future__ import annotations
 
 from nonsmooth.errors import Status
 from nonsmooth.jit import kernel
-from nonsmooth.mechanics.acceleration_problem import acceleration_problem
+from nonsmooth.jit.blocks import address
+from nonsmooth.mechanics.acceleration_problem import acceleration_problem_apart
 from nonsmooth.mechanics.system import BILATERAL
 
 
@@ -36,7 +37,9 @@ def had_no_force(sys, mu, t, dt, n_k, k, state, scratch):
         for i in range(n):
             work.trial[i] = q[i] + ahead * dt * u[i]
             work.rhs[i] = u[i] + ahead * work.du[i]
-        status, _ = acceleration_problem(sys, t + ahead * dt, work.trial, work.rhs, n_k, scratch.rates, there)
+        status, _ = acceleration_problem_apart(
+            address(sys), t + ahead * dt, work.trial, work.rhs, n_k, scratch.rates, address(there)
+        )
         if status == Status.RUNNING:
             is_bilateral = sys.kinds[there.closed[0], 0] == BILATERAL
             if has_no_sliding_force(is_bilateral, slip, mu, there.G[0, 0], there.G[0, 1], there.c[0]):

@@ -23,6 +23,7 @@ from nonsmooth.integrators.penalty.switching import begin_contacts, contact_even
 from nonsmooth.integrators.radau.events import locate_event
 from nonsmooth.integrators.radau.located import LocatesEvents
 from nonsmooth.integrators.radau.method import SMALLEST_RTOL, radau_shorten, radau_step
+from nonsmooth.integrators.radau.stages import newton
 from nonsmooth.integrators.records import State
 from nonsmooth.jit import load_all
 from nonsmooth.jit.blocks import new
@@ -127,7 +128,8 @@ class Penalty(LocatesEvents):
 
     def load(self, system: System) -> None:
         """Compile what the loop may reach."""
-        of_method = (self.loop, radau_step, radau_shorten, locate_event) if self.is_compiled else (evaluate_contacts,)
+        of_radau = (self.loop, radau_step, radau_shorten, newton, locate_event)
+        of_method = of_radau if self.is_compiled else (evaluate_contacts,)
         load_all((*self.callbacks, begin_contacts, *of_method))
 
     def memory(self, system: System, selection: int) -> Scratch:

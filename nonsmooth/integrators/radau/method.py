@@ -67,7 +67,7 @@ def radau_step(sys, h_max, ode_at):
             clock.step = 0.5 * h
             continue
         guess_stages(h, ode)
-        converged, iterations, rate = newton(sys, h, ode)
+        converged, iterations, rate = newton(sys, h, ode_at)
         if not converged:
             if flags.is_current == 0:
                 flags.has_jacobian = 0
@@ -146,7 +146,7 @@ def radau_shorten(sys, h, ode_at):
             ode.W[s, i] = total
     while True:
         if factorise(h, ode):
-            converged, _, _ = newton(sys, h, ode)
+            converged, _, _ = newton(sys, h, ode_at)
             if converged:
                 break
         if ode.flags.is_current != 0:

@@ -19,7 +19,7 @@ from typing import Annotated as Array
 
 from nonsmooth.errors import Status
 from nonsmooth.jit import Callback, kernel
-from nonsmooth.jit.blocks import Block, Floats, Handle, Ints
+from nonsmooth.jit.blocks import Block, Floats, Handle, Ints, view
 from nonsmooth.numerics.complex_dense import complex_lu, complex_lu_solve
 from nonsmooth.numerics.dense import lu, lu_solve
 from nonsmooth.numerics.rounding import EPS, FORWARD_INCREMENT
@@ -227,9 +227,10 @@ def guess_stages(h, ode):
             W[s, i] = T_INVERSE[s][0] * Z[0, i] + T_INVERSE[s][1] * Z[1, i] + T_INVERSE[s][2] * Z[2, i]
 
 
-@kernel
-def newton(sys, h, ode):
+@kernel("Tuple((boolean, int64, float64))(int64, float64, int64)", short_loops=True)
+def newton(sys, h, ode_at):
     """Solve the stages by Newton's method; returns (converged, iterations, rate of convergence)."""
+    ode = view(ode_at, Radau)
     n, N = ode.W.shape[1], ode.x.shape[0]
     clock, x, Z, W, F, trial, f = ode.clock, ode.x, ode.Z, ode.W, ode.F, ode.trial, ode.f
     tolerance = max(10.0 * EPS / clock.rtol, min(0.03, math.sqrt(clock.rtol)))

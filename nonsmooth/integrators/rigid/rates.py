@@ -63,6 +63,12 @@ from nonsmooth.numerics.rounding import rounded_sum, rounding_of_sum
 BROKEN_FORCE = -rounding_of_sum(8, 1.0)
 
 
+@kernel("int64(int64, float64, float64[::1], int64)", short_loops=True)
+def rigid_forces(sys_at, t, x, contacts_at):
+    """The forces at a state, for the rates and the event functions; returns a Status."""
+    return find_forces(view(sys_at, Sys), t, x, view(contacts_at, RigidContacts))
+
+
 @kernel(RATES, short_loops=True)
 def rigid_rates(sys_at, contacts_at, t, x, out):
     """x' with x = (q, u, g_N, P_N, P_F, works); a radau ``rates`` function. Returns a Status."""
@@ -70,7 +76,7 @@ def rigid_rates(sys_at, contacts_at, t, x, out):
     contacts = view(contacts_at, RigidContacts)
     work, la, gamma = contacts.work, contacts.la, contacts.gamma
     n, n_c = sys.n, sys.n_c
-    status = find_forces(sys, t, x, contacts)
+    status = rigid_forces(sys_at, t, x, contacts_at)
     if status != Status.RUNNING:
         return status
     total = 0.0
@@ -101,7 +107,7 @@ def rigid_events(sys_at, contacts_at, t, x, out):
     sys = view(sys_at, Sys)
     contacts = view(contacts_at, RigidContacts)
     contacts.facts.margin_asked = contacts.facts.follows_margin
-    status = find_forces(sys, t, x, contacts)
+    status = rigid_forces(sys_at, t, x, contacts_at)
     contacts.facts.margin_asked = 0
     if status != Status.RUNNING:
         return status
@@ -209,8 +215,7 @@ def solve_island(sys, island, n_k, asks_determinant, contacts):
                 contacts.b[e] -= work.G[a, work.start[k]] * la[i, 1]
     smallest = decompose_both(m, contacts) if asks_determinant else decompose_alone(m, True, contacts)
     if smallest < DISTINCT_ROWS and m > 1:
-        guess_load(sys, m, contacts)
-        share_load(address(sys), m, address(contacts))
+        share(sys, m, contacts)
     else:
         if smallest == 0.0:
             regularise(m, contacts)
@@ -231,9 +236,9 @@ def solve_island(sys, island, n_k, asks_determinant, contacts):
 
 
 @rare_kernel
-def guess_load(sys, m, contacts):
-    """A load of redundant contacts where its share cannot do without: it tells the sign of a bilateral force that
-    sticks, and stays where there are more rows than are shared."""
+def share(sys, m, contacts):
+    """The share of the load of redundant contacts, from a guess where it cannot do without: that tells the sign of a
+    bilateral force that sticks, and stays where there are more rows than are shared."""
     needs_guess = m > contacts.redundant.planar.family.B.shape[0]
     for e in range(m):
         i = contacts.contact[e]
@@ -241,6 +246,7 @@ def guess_load(sys, m, contacts):
     if needs_guess:
         regularise(m, contacts)
         solve_equations(m, contacts)
+    share_load(address(sys), m, address(contacts))
 
 
 @kernel

@@ -22,7 +22,7 @@ from nonsmooth.contact.planar.least_share import find_least
 from nonsmooth.contact.planar.redundant import eliminate_completely, impulse_inequality, least_admissible
 from nonsmooth.contact.planar.single import BORDER_WIDTH
 from nonsmooth.integrators.rigid.modes import RigidContacts
-from nonsmooth.jit import kernel
+from nonsmooth.jit import kernel, late_kernel
 from nonsmooth.jit.blocks import view
 from nonsmooth.mechanics.laws import static_coefficient
 from nonsmooth.mechanics.sys import Sys
@@ -42,7 +42,7 @@ LEAST_MARGIN = 1e-9
 VANISHING = 1e-10  # derived: of the other rows' terms, where its own vanish: W' u by differences has an error of 1e-11
 
 
-@kernel("void(int64, int64, int64)", short_loops=True)
+@late_kernel("void(int64, int64, int64)", short_loops=True)
 def share_load(sys_at, m, contacts_at):
     """Overwrite contacts.z by the admissible forces of least squares of the m equations, or where there are none by the
     least forces of all, and say which in the facts; of more contacts than there is room for, z stays."""

@@ -51,6 +51,7 @@ def test_random_starts_reach_their_end():
     assert [seed for seed in range(80) if not reaches_its_end(seed)] == []
 
 
+@pytest.mark.filterwarnings("ignore::nonsmooth.SimultaneousImpactWarning")
 @GAINING
 @pytest.mark.stress
 def test_many_random_starts_reach_their_end():
