@@ -241,9 +241,10 @@ def rank_in_slide(mode: int, is_saddle: bool) -> int:
     return int(rank_of_mode(FREE if mode == FREE else SLIDE_PLUS, is_saddle, False, False, Selection.COMPLIANT_LIMIT))
 
 
-def load_dense_core(n: int) -> Planar:
-    """The memory of the dense core for n contacts; its code is loaded when a scene first needs it."""
-    load_all([solve_planar, enumerate_modes, enumerate_redundant])
+def load_dense_core(n: int, dim: int) -> Planar:
+    """The memory of the dense core for n contacts; its code is loaded when a scene first needs it, in space that of the
+    enumeration alone."""
+    load_all([enumerate_modes] if dim == 3 else [enumerate_modes, solve_planar, enumerate_redundant])
     planar = new(Planar, n=max(2, n), d=1)
-    planar.can_decide_redundant = 1
+    planar.can_decide_redundant = 1 if dim == 2 else 0
     return planar

@@ -260,7 +260,7 @@ class Assembly:
     @functools.cached_property
     def dense_core(self) -> Planar:
         """Which knows all solutions of few contacts."""
-        return load_dense_core(FEW_TOUCHING)
+        return load_dense_core(FEW_TOUCHING, self.dim)
 
     def reach_of(self, bodies: np.ndarray) -> np.ndarray:
         """How far the shapes of bodies reach, of unbounded ones the largest [m]."""
