@@ -32,6 +32,8 @@ PLANAR = "tests/integrators/assembly/test_planar_scenes.py::"
 FOUND = "tests/scenes/planar/test_find_contacts.py::"
 SPATIAL = "tests/integrators/assembly/test_spatial_scenes.py::"
 ELASTIC = "tests/integrators/assembly/test_elastic_impacts.py::"
+PAIRS = "tests/integrators/assembly/test_pairs.py::"
+GUIDED = "tests/integrators/assembly/test_guided_bodies.py::"
 MUTATIONS = {
     "friction pushes the way it slides": Mutation(
         "contact/planar/single.py", "P_F = -s * mu * sigma * P_N", "P_F = s * mu * sigma * P_N",
@@ -173,6 +175,22 @@ MUTATIONS = {
     "a belt takes what it gives": Mutation(
         "integrators/assembly/book.py", "        surface -= P * given", "        surface += P * given",
         PLANAR + "test_work_of_a_belt_under_a_body_that_stands_is_booked_at_every_step",
+    ),
+    "what is left out at rest exchanges nothing": Mutation(
+        "integrators/assembly/pairs.py", "            pairs.times[row] += steps\n", "",
+        PAIRS + "test_what_sleeps_goes_on_with_its_weight_and_no_bit_depends_on_its_sleep",
+    ),
+    "pairs that rebound have the impulse of their landing alone": Mutation(
+        "integrators/assembly/stages.py", "        book_by_pairs(places, 1)\n", "",
+        PAIRS + "test_two_discs_that_collide_at_an_angle_exchange_what_each_loses",
+    ),
+    "the point beneath what is carried stays behind": Mutation(
+        "integrators/assembly/guided.py", "total -= turn_of_guide(", "total -= 0.0 * turn_of_guide(",
+        GUIDED + "test_what_lies_on_a_turntable_goes_out_to_third_order_and_back_to_second",
+    ),
+    "a jump of a guided body is an acceleration": Mutation(
+        "integrators/assembly/world.py", "np.fmin(np.abs(told), most)", "np.abs(told)",
+        GUIDED + "test_a_kick_that_begins_within_a_step_throws_at_its_speed",
     ),
     "what stands on one floor is one island": Mutation(
         "contact/network/islands.py", "if can_move(network.M_inv, body, n) else -1", "",
