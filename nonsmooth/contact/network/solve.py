@@ -97,6 +97,7 @@ class Solver(Block):
     sight_wait: int  # how many these were the last time
     rest_waits: int  # problems for which large islands at rest are not brought to rounding
     rest_factors: int  # that were made for it since the last of these
+    contradicted: int  # steps since a large island at rest was not solved, whose small gaps cannot all close; 0: none
     conjugate: Conjugate
     rows: RoundRows  # of discs and spheres
     direct: Direct
@@ -159,6 +160,8 @@ def solve_island(network, solver, desk, k, is_next, d, n):
         has_room = polish(network, solver, desk, k, floor, is_direct, d, n)
     if has_room:
         islands.is_met[k] = is_met(network, solver, k, d, n)
+        if islands.is_met[k] == 0 and bodies > EXACT_BODIES and is_at_rest(network, k, n):
+            solver.contradicted = max(1, solver.contradicted)
     return has_room
 
 

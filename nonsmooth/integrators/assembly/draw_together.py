@@ -60,7 +60,7 @@ def draw_together(progress_at, d):
     n_c, count, waits, wait = network.n_c, network.islands.count, solver.waits, solver.wait
     dear_waits, dear_wait = solver.dear_waits, solver.dear_wait
     rest_waits, rest_factors = solver.rest_waits, solver.rest_factors
-    sight_waits, sight_wait = solver.sight_waits, solver.sight_wait
+    sight_waits, sight_wait, contradicted = solver.sight_waits, solver.sight_wait, solver.contradicted
     copy_problem(network, held, n_c, count)
     write_drifts(found, contacts, network, moves, progress.dt)
     if d == 2:
@@ -73,7 +73,7 @@ def draw_together(progress_at, d):
     solver.waits, solver.wait = waits, wait
     solver.dear_waits, solver.dear_wait = dear_waits, dear_wait
     solver.rest_waits, solver.rest_factors = rest_waits, rest_factors
-    solver.sight_waits, solver.sight_wait = sight_waits, sight_wait
+    solver.sight_waits, solver.sight_wait, solver.contradicted = sight_waits, sight_wait, contradicted
 
 
 @kernel
