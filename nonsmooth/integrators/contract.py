@@ -43,7 +43,7 @@ from nonsmooth.mechanics.system import System
 LOOP = "int64(int64, int64, int64, int64, int64, int64)"
 loop_at = Callback(LOOP)
 STEP = "int64(int64, float64, float64, int64, int64)"
-step_at = Callback(STEP)
+step_at = Callback(STEP, may_fail=False)  # no step of a fixed length comes to what is loaded late
 # derived: rows of events that a contact may need at one moment, or in a fixed step: an impact, a paradox, what its
 # forces or its mode are then
 EVENTS_AT_ONCE = 3

@@ -258,7 +258,7 @@ def reaches_late(kernel: Kernel) -> bool:
         new = called_by(open_ends.pop()) - found
         found |= new
         open_ends += new
-    return any(other.is_late or isinstance(other, Callback) for other in found)
+    return any(other.may_fail if isinstance(other, Callback) else other.is_late for other in found)
 
 
 class Callback(Kernel):
@@ -266,10 +266,21 @@ class Callback(Kernel):
 
     So a kernel that serves several problems (an integrator of differential equations) is compiled once. In the
     interpreter the address is a Python function.
+
+    Parameters
+    ----------
+    signature : str
+    may_fail : bool
+        Whether what is called may come to an entry point that is loaded late, whose failure is then handed on.
     """
 
-    def __init__(self, signature: str) -> None:
+    def __init__(self, signature: str, may_fail: bool = True) -> None:
         super().__init__(_call_back_interpreted, signature)
+        self.may_fail = may_fail
+
+    def call_identity(self) -> bytes:
+        """What a kernel that calls an address depends on."""
+        return super().call_identity() + repr(self.may_fail).encode()
 
     @functools.cached_property
     def callee(self) -> Any:  # type: ignore[override]
@@ -285,7 +296,7 @@ class Callback(Kernel):
             pointer, *given = cgutils.unpack_tuple(builder, args[0])
             convention = context.call_conv
             function = builder.inttoptr(pointer, convention.get_function_type(result, arguments).as_pointer())
-            return call_through(context, builder, function, result, arguments, given, True)
+            return call_through(context, builder, function, result, arguments, given, self.may_fail)
 
         @intrinsic
         def call(typing_context, *args):  # type: ignore[no-untyped-def]
