@@ -20,10 +20,9 @@ import numpy as np
 
 HEAD = b"object code\n"  # of what is kept
 TYPES: dict[str, Any] = {"int64": ctypes.c_int64, "float64": ctypes.c_double, "boolean": ctypes.c_bool}
-VECTOR = "float64[::1]"
-# defined: owner and its parent, numbers, bytes each, place, length, stride
-PARTS = [*2 * [ctypes.c_void_p], *2 * [ctypes.c_int64], ctypes.c_void_p, *2 * [ctypes.c_int64]]
-SIGNATURE = re.compile(r"(?:(?P<one>\w+)|Tuple\(\((?P<several>[\w, ]+)\)\))\((?P<arguments>(?:[\w, ]|\[::1\])+)\)")
+NUMBERS = r"\w+(?:, \w+)*"
+KINDS = re.compile(r"\w+(?:\[(?::, )*::1\])?")  # of arguments: numbers, and arrays of float64 without gaps
+SIGNATURE = re.compile(rf"(?:(?P<one>\w+)|Tuple\(\((?P<several>{NUMBERS})\)\))\((?P<given>[^()]+)\)")
 MODEL = ctypes.PYFUNCTYPE(ctypes.c_int32, *2 * [ctypes.c_void_p], ctypes.c_int64, ctypes.c_double,
                          *4 * [ctypes.c_void_p])  # fmt: skip
 
@@ -116,23 +115,24 @@ def function_at(address: int, signature: str) -> Callable[..., Any]:
     Raises
     ------
     TypeError
-        Where the signature has something else than numbers, vectors of float64, and numbers returned.
+        Where the signature has something else than numbers, arrays of float64, and numbers returned.
     """
     found = SIGNATURE.fullmatch(signature)
-    if found is None:
+    kinds = KINDS.findall(found["given"]) if found else []
+    if found is None or ", ".join(kinds) != found["given"] or not all(is_known(kind) for kind in kinds):
         raise TypeError(f"Python calls no entry point {signature} by its address: mark it with takes_arrays=True")
-    result, several, arguments = found["one"], found["several"], found["arguments"].split(", ")
-    vectors = [k for k, name in enumerate(arguments) if name == VECTOR]
-    types = [kind for name in arguments for kind in (PARTS if name == VECTOR else [TYPES[name]])]
+    several = found["several"]
+    axes = [0 if name in TYPES else 1 + name.count(",") for name in kinds]
+    types = chain.from_iterable(array_types(n) if n else (TYPES[name],) for name, n in zip(kinds, axes, strict=True))
     call = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *types)(address)
-    Room = several_of(several.split(", ")) if several else TYPES.get(result, ctypes.c_void_p)
+    Room = several_of(several.split(", ")) if several else TYPES.get(found["one"], ctypes.c_void_p)
     raised, byref = ctypes.c_void_p(), ctypes.byref
     to_raised = byref(raised)
 
     def function(*given: Any) -> Any:
         room = Room()
-        if vectors:
-            given = tuple(chain.from_iterable(parts_of(x) if isinstance(x, np.ndarray) else (x,) for x in given))
+        if any(axes):
+            given = tuple(chain.from_iterable(map(parts_of, given, axes)))
         if call(byref(room), to_raised, *given) != 0:
             from nonsmooth.jit.internals import exception_at
 
@@ -140,6 +140,16 @@ def function_at(address: int, signature: str) -> Callable[..., Any]:
         return room.values() if several else room.value
 
     return function
+
+
+def is_known(kind: str) -> bool:
+    """Whether Python can hand over arguments of a kind."""
+    return kind in TYPES or kind.startswith("float64[")
+
+
+def array_types(axes: int) -> list[Any]:
+    """Owner and its parent, numbers, bytes each, place, lengths, strides."""
+    return [*2 * [ctypes.c_void_p], *2 * [ctypes.c_int64], ctypes.c_void_p, *2 * axes * [ctypes.c_int64]]
 
 
 def several_of(names: list[str]) -> Any:
@@ -157,17 +167,20 @@ def several_of(names: list[str]) -> Any:
     return Several
 
 
-def parts_of(vector: np.ndarray) -> tuple[Any, ...]:
-    """What numba makes of a vector: without an owner, numbers, bytes each, their place, length and stride.
+def parts_of(value: Any, axes: int) -> tuple[Any, ...]:
+    """A number; or what numba makes of an array: no owner, numbers, bytes each, their place, lengths and strides.
 
     Raises
     ------
     TypeError
-        Where it is none of float64 without gaps.
+        Where it is none of float64 without gaps, with so many axes.
     """
-    if vector.dtype != np.float64 or vector.ndim != 1 or not vector.flags.c_contiguous:
-        raise TypeError(f"compiled code takes a vector of float64 without gaps, not {vector.dtype} {vector.shape}")
-    return None, None, vector.size, 8, vector.ctypes.data, vector.size, 8
+    if axes == 0:
+        return (value,)
+    if value.dtype != np.float64 or value.ndim != axes or not value.flags.c_contiguous:
+        wanted = f"an array of float64 without gaps and with {axes} axes"
+        raise TypeError(f"compiled code takes {wanted}, not {value.dtype} {value.shape}")
+    return None, None, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides
 
 
 def model_at(address: int) -> Callable[..., bool]:

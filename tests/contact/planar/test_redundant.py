@@ -8,11 +8,8 @@ from scipy.optimize import linprog
 
 from nonsmooth.contact.planar.problem import Planar, problem_of
 from nonsmooth.contact.planar.redundant import enumerate_redundant
-from nonsmooth.jit import Kernel
 from nonsmooth.jit.blocks import new
 from nonsmooth.mechanics.system import BILATERAL, UNILATERAL
-
-all_solutions = Kernel(enumerate_redundant.function, enumerate_redundant.signature, takes_arrays=True)
 
 FREE, STICK, PLUS, MINUS, PULL_PLUS, PULL_MINUS = range(6)
 SLIP = {PLUS: 1, MINUS: -1, PULL_PLUS: 1, PULL_MINUS: -1}
@@ -22,7 +19,7 @@ def solutions(G, c, mu, kinds):
     """Impulses found, (found, 2 n)."""
     problem = problem_of(np.array([(kind, 1) for kind in kinds]), G, c, mu, mu)
     planar = new(Planar, n=len(mu), d=1)
-    found = all_solutions(problem.address, G, planar.address)
+    found = enumerate_redundant(problem.address, G, planar.address)
     return planar.tree.solutions[:found].copy(), planar.tree.modes[:found].copy()
 
 
