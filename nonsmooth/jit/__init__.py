@@ -27,7 +27,7 @@ has what is used of numba beside its public interface, of which ``kernel_compile
 compiles kernels. ``late`` loads what few runs reach when it is first called. ``fingerprint`` says what code is made
 from, by what ``bytecode`` finds that it reads and ``libraries`` know by name (where a module moved, by that of
 ``former_names``); ``watch`` whether that is still so, ``surroundings`` on what else it depends; ``cache`` under which
-key it is kept, ``code_files`` in which form; ``object_code`` links and calls it in a later process, without numba;
+key it is kept, ``code_files`` in which form; ``linking`` calls it in a later process, without numba;
 ``loading`` shares the work between processes.
 """
 

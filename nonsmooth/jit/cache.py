@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from nonsmooth.jit.code_files import ENDING, CodeFile, usable
-from nonsmooth.jit.object_code import Linked, linked
+from nonsmooth.jit.linking import Linked, linked
 from nonsmooth.jit.surroundings import surroundings
 from nonsmooth.jit.waiting import sentence, waiting
 

@@ -13,7 +13,7 @@ from nonsmooth.jit.bytecode import reading
 from nonsmooth.jit.cache import MachineCode, compile_cached, is_cached, key_of, machine_code
 from nonsmooth.jit.fingerprint import digest
 from nonsmooth.jit.former_names import known_as
-from nonsmooth.jit.object_code import function_at
+from nonsmooth.jit.linking import function_at
 
 OPTIONS = {"nogil": True, "error_model": "numpy"}  # no fastmath: two runs agree bit for bit
 # Kernels allocate nothing, so they need none of numba's reference counts.

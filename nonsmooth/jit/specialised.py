@@ -18,8 +18,8 @@ from nonsmooth.jit.beside import begin
 from nonsmooth.jit.blocks import Known, view, view_with
 from nonsmooth.jit.cache import cache_directory, is_cached, is_usable, key_of, machine_code
 from nonsmooth.jit.kernels import KERNEL_OPTIONS, Callback, Kernel, inner_dispatcher, make_slots_known, rebind
+from nonsmooth.jit.linking import function_at
 from nonsmooth.jit.models import Source, inlined_model
-from nonsmooth.jit.object_code import function_at
 from nonsmooth.jit.waiting import sentence, silent, waiting
 
 COMPILE_TIME = 4.0  # measured: s

@@ -1,6 +1,6 @@
 """What machine code depends on beside its source: versions, processor, and numba's options, told without numba.
 
-Its import takes 0.28 s, and a process that finds all its code on the disk needs nothing else of it (`object_code`). Its
+Its import takes 0.28 s, and a process that finds all its code on the disk needs nothing else of it (`linking`). Its
 version is read from its file, and its options are found by its own file of options, which reads the environment and
 its file in the working folder; once numba is imported, they are what it has.
 """

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from nonsmooth.jit import CannotCompile, MachineCode, Unpack, compile_model, interpreted, key_of, survey_of
-from nonsmooth.jit.object_code import model_at
+from nonsmooth.jit.linking import model_at
 from nonsmooth.jit.watch import CHANGED, Watch
 
 

@@ -8,7 +8,7 @@ import pytest
 import nonsmooth as ns
 from nonsmooth.integrators.moreau_jean import step
 from nonsmooth.jit import fingerprint, interpreted, kernel, kernels
-from nonsmooth.jit.object_code import function_at
+from nonsmooth.jit.linking import function_at
 from nonsmooth.numerics import rounding
 from nonsmooth.numerics.rounding import rounded_sum
 

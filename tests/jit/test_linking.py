@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from nonsmooth.jit import cache, interpreted, kernel, kernels
-from nonsmooth.jit.object_code import Linked, ObjectCode, function_at, linked, object_code
+from nonsmooth.jit.linking import Linked, function_at, linked
+from nonsmooth.jit.object_code import ObjectCode, object_code
 
 
 @kernel("float64(int64, float64, boolean, float64[::1])")
