@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from nonsmooth.jit.code_files import ENDING, CodeFile, usable
+from nonsmooth.jit.late import stopped_clock
 from nonsmooth.jit.linking import Linked, linked
 from nonsmooth.jit.surroundings import surroundings
 from nonsmooth.jit.waiting import sentence, waiting
@@ -108,7 +109,8 @@ def compile_cached(
     if not numba.config.DISABLE_JIT:
         file = code_file(name, key)
         keep_results(dispatcher, file, by_address)
-        with contextlib.nullcontext() if file.exists else waiting(lambda: words_of([name], ONE_TIME)), no_collection():
+        telling = contextlib.nullcontext() if file.exists else waiting(lambda: words_of([name], ONE_TIME))
+        with telling, stopped_clock(), no_collection():
             dispatcher.compile(signature)
         dispatcher.disable_compile()
     return dispatcher

@@ -7,7 +7,8 @@
 The call is made where the loop has come to, so all bits of the run are those with everything loaded before it. Threads
 that reach one at once wait for the first of them. Ctrl-C waits until it is loaded and is then handed on, so that the
 loop stops between two steps, as ever. One that cannot be loaded ends the loop by `NotLoaded`: every call from one entry
-point into another hands an exception on. The clock of a run stands still meanwhile (`running_time`).
+point into another hands an exception on. The clock of a run stands still meanwhile (`running_time`), as it does
+wherever something is compiled.
 """
 
 from __future__ import annotations
@@ -40,16 +41,14 @@ class NotLoaded(NonsmoothError, RuntimeError):
 @ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_size_t)
 def fetch(slot: int) -> int:
     """Load the entry point of a slot; called by machine code, to which no exception can pass."""
-    began, (name, load) = time.perf_counter(), _loaders[slot]
+    name, load = _loaders[slot]
     try:
-        with interrupts_counted() as interrupts, _lock:
+        with stopped_clock(), interrupts_counted() as interrupts, _lock:
             load()
         return FETCHED_INTERRUPTED if interrupts else FETCHED
     except BaseException as reason:
         _of_thread.reason = f"the run has come to {name}, which cannot be compiled or loaded: {said_by(reason)}"
         return NOT_FETCHED
-    finally:
-        _of_thread.waited = waited() + time.perf_counter() - began
 
 
 @contextlib.contextmanager
@@ -67,8 +66,18 @@ def interrupts_counted() -> Iterator[list[int]]:
         signal.signal(signal.SIGINT, before)
 
 
+@contextlib.contextmanager
+def stopped_clock() -> Iterator[None]:
+    """Stop the clock of a run: what is done in here is no part of it."""
+    before, began = waited(), time.perf_counter()
+    try:
+        yield
+    finally:
+        _of_thread.waited = before + time.perf_counter() - began
+
+
 def waited() -> float:
-    """How long this thread has waited for such entry points [s]."""
+    """How long this thread has waited for what a run came to [s]."""
     return float(getattr(_of_thread, "waited", 0.0))
 
 

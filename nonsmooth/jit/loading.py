@@ -17,6 +17,7 @@ from pathlib import Path
 
 from nonsmooth.jit.cache import is_usable, words_of
 from nonsmooth.jit.kernels import Kernel, called_by
+from nonsmooth.jit.late import stopped_clock
 from nonsmooth.jit.waiting import waiting
 
 ROOT = Path(__file__).parents[2]  # where the package is imported from
@@ -44,7 +45,7 @@ def load_all(entry_points: Iterable[Kernel]) -> None:
     is_shared = len(missing) > 1 and may_start_process() and is_usable()
     parts = shares(missing, min(os.cpu_count() or 1, MOST_PROCESSES) if is_shared else 1)
     words = words_for(missing, parts)  # before one of them is on disk, which would look like a change of the others
-    with waiting(lambda: words):
+    with waiting(lambda: words), stopped_clock():
         _load(entry_points, parts)
 
 

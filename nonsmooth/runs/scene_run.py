@@ -29,6 +29,7 @@ from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.jit import running_time, waited
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, EventFunctionError, ModelFunctionError, ProgressError, StepFailure
 from nonsmooth.results.scene_problem import SceneProblem
@@ -156,7 +157,8 @@ class SceneRun:
     def _run_intervals(
         self, max_wall_time: float | None, progress: Callable[[float], None] | None, max_steps: int | None
     ) -> None:
-        self.started = started = time.perf_counter()
+        self.started, waited_before = running_time(), waited()
+        started = self.started
         deadline = math.inf if max_wall_time is None else started + max_wall_time
         budget = sys.maxsize if max_steps is None else max_steps
         self._looked, self._block = started, 1
@@ -189,7 +191,8 @@ class SceneRun:
         finally:
             if self.status not in (Status.FINISHED, Status.RUNNING):
                 self.assembly.end_step()
-            self.wall_time = time.perf_counter() - started
+            self.wall_time = running_time() - started
+            self.compile_time += waited() - waited_before
 
     def _intervals(self) -> Iterator[tuple[float, float, int, float]]:
         """Start, step, number of steps and end of the intervals between records, from the present one on."""
@@ -238,7 +241,7 @@ class SceneRun:
 
     def _look(self, deadline: float, progress: Callable[[float], None] | None, max_wall_time: float | None) -> None:
         """Look at the clock, now and then, and show how far the run is."""
-        now = time.perf_counter()
+        now = running_time()
         if now - self._looked < LOOK_EVERY:
             return
         self._looked, self.wall_time = now, now - self.started
@@ -260,7 +263,7 @@ class SceneRun:
 
     def _take_steps(self, most: int) -> None:
         """Some steps, as many as end before the next look at the clock."""
-        before, began = self.steps, time.perf_counter()
+        before, began = self.steps, running_time()
         if self.world.guided:
             if not self._guide():
                 return
@@ -275,7 +278,7 @@ class SceneRun:
         else:
             for watch in self.watches:
                 watch.look(self, t, self.now)
-        self._block = next_block(self.steps - before, time.perf_counter() - began)
+        self._block = next_block(self.steps - before, running_time() - began)
 
     def stop(self, spent: str) -> None:
         """End the run before its time."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -14,6 +13,7 @@ from nonsmooth.integrators.assembly.progress import DONE, LOST
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.integrators.springs.scene_springs import SceneSprings
 from nonsmooth.integrators.springs.steps import VANISHED
+from nonsmooth.jit import running_time
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.scene_paradoxes import no_rows
 from nonsmooth.results.scene_records import DAMPING, ELASTIC, EVENTS, PAIRS, WORKS
@@ -96,13 +96,13 @@ class SpringRun(SceneRun):
 
     def _take_steps(self, most: int) -> None:
         """Some steps, as many as end before the next look at the clock."""
-        before, began = self.steps, time.perf_counter()
+        before, began = self.steps, running_time()
         with interrupts_held_back():  # a step is whole, or it is not begun
             end = self.assembly.go_to(self.target, min(most, self._block))
         if end != DONE:
             self.status = SPRING_ENDS[end]
             self.assembly.network.n_c = 0  # those of a step that was tried in vain
-        self._block = next_block(self.steps - before, time.perf_counter() - began)
+        self._block = next_block(self.steps - before, running_time() - began)
 
     @property
     def now(self) -> float:

@@ -15,6 +15,7 @@ from nonsmooth.catalogue import BilateralRod, RockingBlock
 from nonsmooth.errors import NonsmoothError
 from nonsmooth.jit import Callback, cache, interpreted, kernel, late, late_kernel, running_time, waited
 from nonsmooth.jit.kernels import called_by, reaches_late
+from nonsmooth.jit.late import stopped_clock
 
 STEP = "int64(int64, float64[::1])"
 
@@ -213,3 +214,13 @@ def entry_points_below(entry):
             elif not isinstance(other, Callback):
                 below.add(other)
     return below
+
+
+def test_what_is_compiled_within_a_run_is_no_part_of_its_clock():
+    """Also where one wait is within another."""
+    began, first = running_time(), waited()
+    with stopped_clock():
+        time.sleep(0.1)
+        with stopped_clock():
+            time.sleep(0.2)
+    assert running_time() - began < 0.1 and 0.3 < waited() - first < 1.0
