@@ -27,8 +27,17 @@ FETCH_SYMBOL = "nonsmooth.fetch"  # defined: the linker's name of `fetch`
 NOT_FETCHED, FETCHED, FETCHED_INTERRUPTED = range(3)  # code: what `fetch` returns
 
 _lock = threading.RLock()
-_of_thread = threading.local()  # waited: s; reason: why the last one could not be loaded
 _loaders: dict[int, tuple[str, Callable[[], None]]] = {}  # by the address of the slot: name, and what fills it
+
+
+class OfThread(threading.local):
+    """What a thread knows of its own waiting."""
+
+    waited = 0.0  # [s]
+    reason = ""  # why the last one could not be loaded
+
+
+_of_thread = OfThread()
 
 
 class NotLoaded(NonsmoothError, RuntimeError):
@@ -78,12 +87,12 @@ def stopped_clock() -> Iterator[None]:
 
 def waited() -> float:
     """How long this thread has waited for what a run came to [s]."""
-    return float(getattr(_of_thread, "waited", 0.0))
+    return _of_thread.waited
 
 
 def running_time() -> float:
     """The clock of a run [s]: what this thread takes without such waiting."""
-    return time.perf_counter() - waited()
+    return time.perf_counter() - _of_thread.waited
 
 
 def know(slot: int, name: str, load: Callable[[], None]) -> None:

@@ -101,15 +101,16 @@ def function_at(address: int, signature: str) -> Callable[..., Any]:
 
     def function(*given: Any) -> Any:
         room = Room()
-        if any(axes):
-            given = tuple(chain.from_iterable(map(parts_of, given, axes)))
-        if call(byref(room), to_raised, *given) != 0:
+        if call(byref(room), to_raised, *given):
             from nonsmooth.jit.internals import exception_at
 
             raise exception_at(raised.value)
         return room.values() if several else room.value
 
-    return function
+    def with_arrays(*given: Any) -> Any:
+        return function(*chain.from_iterable(map(parts_of, given, axes)))
+
+    return with_arrays if any(axes) else function
 
 
 def is_known(kind: str) -> bool:
