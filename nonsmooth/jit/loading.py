@@ -41,7 +41,8 @@ def load_all(entry_points: Iterable[Kernel]) -> None:
     entry_points = list(entry_points)
     missing = [kernel for kernel in entry_points if not kernel.is_loaded and not kernel.is_on_disk]
     if not missing:
-        return _load(entry_points, [[]])
+        with stopped_clock():
+            return _load(entry_points, [[]])
     is_shared = len(missing) > 1 and may_start_process() and is_usable()
     parts = shares(missing, min(os.cpu_count() or 1, MOST_PROCESSES) if is_shared else 1)
     words = words_for(missing, parts)  # before one of them is on disk, which would look like a change of the others
