@@ -37,8 +37,9 @@ class Kernel:
         What few steps reach. An inner kernel is called, not inlined, and stays out of the instruction cache; an entry
         point is optimised less, in half of LLVM's time.
     takes_arrays : bool
-        An entry point that Python hands arrays to. Numba makes a wrapper for it, and is imported where it is called;
-        those that are called by compiled code alone, or by Python with numbers, need neither.
+        An entry point that Python hands arrays to, often or of other kinds than float64. Numba makes a wrapper for it,
+        and is imported where it is called; those that are called by compiled code, or by Python with numbers, need
+        neither.
     is_late : bool
         What few runs reach: such an entry point is loaded when it is first called (late.py).
     """
@@ -137,7 +138,7 @@ class Kernel:
 
     @functools.cached_property
     def compiled(self) -> Callable:
-        """What Python calls: numba's dispatcher, or the address where only numbers are handed over."""
+        """What Python calls: numba's dispatcher for one that ``takes_arrays``, else the address."""
         if self.takes_arrays or self.signature is None:
             return self.dispatcher  # type: ignore[no-any-return]
         return function_at(self.address, self.signature)

@@ -71,8 +71,9 @@ def survey_of(functions: Functions, n_q: int, n_u: int, unpack: Unpack, n_p: int
 
 
 def _add_extensions(survey: Survey) -> None:
-    """Add what others than numba taught it of functions and types that are not theirs; nobody taught one that is not
-    imported, nor would as it is.
+    """Add what others than numba taught it of functions and types that are not theirs.
+
+    Where it is not imported nobody has, and who would as it is imported is announced among the installed packages.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """What machine code depends on beside its source: versions, processor, and numba's options, told without numba.
 
 Its import takes 0.28 s, and a process that finds all its code on the disk needs nothing else of it (`linking`). Its
-version is read from its file, and its options are found by its own file of options, which reads the environment and
-its file in the working folder; once numba is imported, they are what it has.
+version is read from a file of its own. Its options are made by its own module of options, run alone, which reads the
+environment and `.numba_config` in the working folder; once numba is imported, they are what it has.
 """
 
 from __future__ import annotations
@@ -37,8 +37,18 @@ def fixed() -> tuple[str, ...]:
     import llvmlite.binding as llvm
 
     versions = f"numpy {np.__version__}", f"numba {version_of_numba()}", f"llvmlite {llvmlite.__version__}"
-    features = llvm.get_host_cpu_features().flatten()
-    return *versions, llvm.get_process_triple(), llvm.get_host_cpu_name(), features, f"SVML={has_svml()}"
+    processor = llvm.get_process_triple(), llvm.get_host_cpu_name(), features_of_processor()
+    return *versions, *processor, f"SVML={has_svml()}"
+
+
+def features_of_processor() -> str:
+    """Its instructions; nothing where LLVM knows none, as to numba."""
+    import llvmlite.binding as llvm
+
+    try:
+        return str(llvm.get_host_cpu_features().flatten())
+    except RuntimeError:
+        return ""
 
 
 def version_of_numba() -> str:

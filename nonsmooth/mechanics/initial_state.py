@@ -9,7 +9,6 @@ Source: Moreau (1988), section 5; Boyd, Vandenberghe, *Convex Optimization* (200
 from __future__ import annotations
 
 import ctypes
-import functools
 import itertools
 import math
 import weakref
@@ -20,6 +19,8 @@ import numpy as np
 
 from nonsmooth.errors import InvalidInput
 from nonsmooth.jit import interpreted
+from nonsmooth.jit.blocks import WORD
+from nonsmooth.jit.linking import doubles
 from nonsmooth.mechanics.compiled import Model
 from nonsmooth.mechanics.situation import (
     CONTRADICTIONS,
@@ -113,27 +114,17 @@ def _by_code(system: System, model: Model, t: float, q: np.ndarray, u: np.ndarra
     """The same by the machine code of the functions; None where one raises, or a number is not finite: their source
     says which."""
     functions, written, n_q, n_u = system.functions, {}, q.size, u.size
-    given = numbers([*q.tolist(), *u.tolist(), *system.p.tolist()])
-    places = given, ctypes.byref(given, 8 * n_q), ctypes.byref(given, 8 * (n_q + n_u))
+    values = [*q.tolist(), *u.tolist(), *system.p.tolist()]
+    given = doubles(len(values))(*values)
+    places = given, ctypes.byref(given, WORD * n_q), ctypes.byref(given, WORD * (n_q + n_u))
     for which in OF_CONTACTS:
         if which in functions:
-            out = room_for(math.prod(system.shape_of(which)))()
+            out = doubles(math.prod(system.shape_of(which)))()
             if not model.call(which, t, *places, out):
                 return None
             written[which] = out[:]
-    values = _combined(system, u.tolist(), written)
-    return values if all(map(math.isfinite, itertools.chain(*values))) else None
-
-
-def numbers(values: list[float]) -> ctypes.Array:
-    """Numbers as compiled code takes them: for some few faster than an array, whose place takes 1 us to be found."""
-    return room_for(len(values))(*values)
-
-
-@functools.cache
-def room_for(n: int) -> type[ctypes.Array]:
-    """The type of n numbers, which takes as long to be found as they take to be written."""
-    return ctypes.c_double * n
+    columns = _combined(system, u.tolist(), written)
+    return columns if all(map(math.isfinite, itertools.chain(*columns))) else None
 
 
 def _combined(system: System, u: list[float], written: dict[int, list[float]]) -> Columns:

@@ -1,6 +1,7 @@
 """Object code is linked and called without numba, and does the same."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -85,9 +86,14 @@ def test_what_is_no_vector_of_float64_without_gaps_is_refused(wrong):
         halve(wrong)
 
 
-def test_what_cannot_be_called_by_address_is_refused():
-    with pytest.raises(TypeError, match=r"Python calls no entry point void\(int64\[::1\]\) by its address: mark it"):
-        function_at(0, "void(int64[::1])")
+@pytest.mark.parametrize("signature", [
+    "void(int64[::1])", "int32(int64)", "float64(float32)", "Tuple((int64, int8))(int64)", "UniTuple(int64, 2)(int64)",
+    "int64(Tuple((int64, int64)))", "void(float64[:, :])",
+])  # fmt: skip
+def test_what_cannot_be_called_by_address_is_refused(signature):
+    """A result of another type would be other bits, read as a number."""
+    with pytest.raises(TypeError, match=f"^Python calls no entry point {re.escape(signature)} by its address: mark it"):
+        function_at(0, signature)
 
 
 def kept(entry):
