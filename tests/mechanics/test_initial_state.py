@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
+from nonsmooth.mechanics.compiled import model_of
+from nonsmooth.mechanics.initial_state import _by_code, contact_state
 
 STEP = ns.MoreauJean(dt=1e-6)
 
@@ -114,3 +116,45 @@ def test_penetrating_feet_are_moved_out_by_the_least_motion(seed):
     solution = ns.simulate(table(), (0, 1e-6), q0, [0.0, 0.0], integrator=STEP, project=True)
     assert np.allclose(solution.q[0], nearest(M, q0, W, np.zeros(3)), atol=1e-12)
     assert (W @ solution.q[0] >= -1e-15).all()
+
+
+ROWS = np.array([[0.3, -1.2, 0.7], [-0.4, 0.5, 1.1]])
+LIFTS, BELTS = np.array([0.25, -0.75]), np.array([1.5, -2.5])  # [m/s]
+
+
+def two_on_belts():
+    """Two contacts of three coordinates, on floors that rise and belts that run."""
+
+    def mass(t, q, p, M):
+        for k in range(3):
+            M[k, k] = 1.0
+
+    def gap(t, q, p, g_N):
+        g_N[0] = 0.3 * q[0] - 1.2 * q[1] + 0.7 * q[2] + 0.25 * t
+        g_N[1] = -0.4 * q[0] + 0.5 * q[1] + 1.1 * q[2] - 0.75 * t
+
+    def tangent(t, q, p, W_F):
+        for k in range(3):
+            W_F[0, 0, k] = 0.5 * (k - 1.0)
+            W_F[1, 0, k] = 1.0 / (1.0 + k)
+
+    def surface_velocity(t, q, p, w_F):
+        w_F[0, 0], w_F[1, 0] = 1.5, -2.5
+
+    contacts = [ns.Contact(mu=0.3), ns.Contact(mu=0.3)]
+    return ns.System(n_q=3, mass=mass, force=still, gap=gap, tangent=tangent, surface_velocity=surface_velocity,
+                     contacts=contacts)  # fmt: skip
+
+
+def still(t, q, u, p, h):
+    h[0] = 0.0
+
+
+def test_velocities_of_contacts_are_those_of_their_rows_floors_and_belts():
+    """By machine code and by the functions: gamma_N = W_N u + w_N, gamma_F = W_F u + w_F."""
+    system, q, u = two_on_belts(), np.array([0.2, -0.1, 0.4]), np.array([1.0, -2.0, 0.5])
+    tangents = np.array([[-0.5, 0.0, 0.5], [1.0, 1.0 / 2.0, 1.0 / 3.0]])
+    expected = ROWS @ q, ROWS @ u + LIFTS, tangents @ u + BELTS
+    for found in (contact_state(system, 0.0, q, u), _by_code(system, model_of(system), 0.0, q, u)):
+        for column, right in zip(found, expected, strict=True):
+            np.testing.assert_allclose(column, right, rtol=0, atol=1e-14 * 8)  # sums of four products of up to 3
