@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import signal
 import sys
 from typing import NoReturn
 
@@ -12,7 +13,8 @@ from nonsmooth.errors import INTERRUPTED
 
 def program(home: str = "nonsmooth.commands.cli") -> NoReturn:
     """Run the command line whose ``main`` is in a module. After Ctrl-C the process ends at once: taking compiled code
-    down takes some 0.3 s. It may come as early as among the imports."""
+    down takes some 0.3 s. It may come as early as among the imports, or when all is done and said: then it is ignored,
+    as the system would end the process without a word or its code."""
     try:
         code = importlib.import_module(home).main()
     except KeyboardInterrupt:
@@ -20,6 +22,7 @@ def program(home: str = "nonsmooth.commands.cli") -> NoReturn:
         code = INTERRUPTED
     if code == INTERRUPTED:
         end_at_once()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     raise SystemExit(code)
 
 

@@ -20,7 +20,7 @@ from nonsmooth.studies.comparison import ComparisonTask
 pytest.importorskip("xarray")
 
 PROMPT = 1.0  # s: half a second is promised, of a machine that nobody else works on
-LONG = ["--t-end", "1e5", "--every", "1000000", "--no-plot"]
+LONG = ["--t-end", "1e8", "--every", "1000000000", "--no-plot"]  # half an hour of the fastest: 1e11 steps
 COMMANDS = [
     ["run", "bouncing-ball", *LONG],
     ["run", "sprag-slip", "--integrator", "penalty", "--stiffness", "1e8", *LONG],
@@ -64,6 +64,23 @@ def assert_ends_soon(words, after, folder):
         program.kill()
     assert program.returncode == 130 and "nonsmooth: interrupted" in said and "Traceback" not in said, said
     assert time.perf_counter() - began < PROMPT
+
+
+def test_ctrl_c_after_the_last_word_changes_no_exit_code():
+    """It comes among what is done at exit, and when the interpreter has given its handlers back."""
+    code = """
+import atexit, os, signal, sys
+class Left:
+    def __del__(self, kill=os.kill, process=os.getpid(), number=signal.SIGINT): kill(process, number)
+left = sys.left = Left()
+atexit.register(signal.raise_signal, signal.SIGINT)
+sys.argv = ["nonsmooth", *sys.argv[1:]]
+from nonsmooth.__main__ import program
+program()
+"""
+    for words, expected in ((["list"], 0), (["run", "nobody"], 2)):
+        ended = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, timeout=60)
+        assert ended.returncode == expected and "KeyboardInterrupt" not in ended.stderr, ended
 
 
 def test_nothing_is_raised_within_a_compilation():
