@@ -213,13 +213,13 @@ def print_step() -> None:
 def print_call() -> None:
     """A table of the stages of one `simulate` call of one step."""
     from nonsmooth.mechanics.compiled import loop_of
-    from nonsmooth.mechanics.initial_state import examine_state
+    from nonsmooth.mechanics.initial_state import ContactsByCode, examine_state
     from nonsmooth.mechanics.start import the_start
 
     system, method, th = sliding_rod(), MoreauJean(dt=DT), math.pi / 3
     q, u, span = np.array([0.0, math.sin(th), th]), np.array([1.0, 0.0, 0.0]), (0.0, DT)
     simulate(system, span, q, u, integrator=method)
-    model = loop_of(system, method)[0]
+    by_code = ContactsByCode(system, loop_of(system, method)[0], q, u, system.p)
 
     def up_to(stage: int) -> Callable[[], None]:
         def call() -> None:
@@ -239,7 +239,7 @@ def print_call() -> None:
 
     calls: dict[str, Callable[[], object]] = {
         "checks of the start, q0 and u0": lambda: the_start(system, q, u, None, system),
-        "modes of the contacts at the start": lambda: examine_state(system, model, 0, 0.0, q, u),
+        "modes of the contacts at the start": lambda: examine_state(system, 0.0, q, u, by_code),
         "up to the first block of steps": up_to(0),
         "and the step, with its book-keeping": up_to(1),
         "and a solution that nobody has asked yet": up_to(2),

@@ -81,10 +81,11 @@ def is_due(system: System, occasion: bytes) -> bool:
 
 def looks_of(system: System) -> Counter[bytes]:
     """How often systems of this one's class came by, by occasion."""
-    if system not in _looks:
+    looks = _looks.get(system)
+    if looks is None:
         signs = np.sign(system.p).tobytes()
-        _looks[system] = _of_class(tuple(system.functions.items()), system.kinds.tobytes(), signs)
-    return _looks[system]
+        looks = _looks[system] = _of_class(tuple(system.functions.items()), system.kinds.tobytes(), signs)
+    return looks
 
 
 @functools.lru_cache(maxsize=256)

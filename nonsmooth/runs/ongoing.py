@@ -82,17 +82,18 @@ class Ongoing:
     def _take_start(self, t: float, q0: np.ndarray, u0: np.ndarray, project: bool) -> None:
         """The state at the start, and the modes of rigid contacts there."""
         system, state = self.system, self.state
+        state.q[:], state.u[:] = q0, u0
         if self.integrator.is_rigid:
-            start = examine_state(system, self.model, int(self.sys.has), t, q0, u0)
+            start = examine_state(system, t, q0, u0, self.workspace.contacts)
         if project:
             q0, u0 = project_state(system, t, q0, u0)
+            state.q[:], state.u[:] = q0, u0
         if self.integrator.is_rigid:
             if project:
-                start = examine_state(system, self.model, int(self.sys.has), t, q0, u0)
+                start = examine_state(system, t, q0, u0, self.workspace.contacts)
             if not start.is_admissible and (not project or self.integrator.chooses_steps):
                 warn_caller(start.message, InitialStateWarning)
             state.mode[:], state.slip[:] = start.mode, start.slip
-        state.q[:], state.u[:] = q0, u0
 
     def step_loop(self, max_steps: int) -> int:
         """Take at most so many steps; returns a Status."""
@@ -159,7 +160,9 @@ def motion_between(integrator: Integrator, record: Columns, events: np.ndarray) 
 
 
 def skip(skips: Skips, kept: tuple[str, ...]) -> None:
-    """Have a loop leave out what is not kept."""
+    """Have a loop leave out what is not kept; a fresh one leaves out nothing."""
+    if kept == KINDS:
+        return
     skips.ledger, skips.impulses, skips.events = (kind not in kept for kind in (LEDGER, IMPULSES, EVENTS))
 
 

@@ -117,7 +117,9 @@ class Recorder:
         """All events in the order of their times: a contact that closes after bounces is dated by their end."""
         if not self.events:
             return np.zeros((0, EVENT_WIDTH))
-        rows = np.concatenate(self.events)
+        rows = np.concatenate(self.events) if len(self.events) > 1 else self.events[0]
+        if len(rows) == 1:
+            return rows
         return rows[np.argsort(rows[:, EVENT_T], kind="stable")]
 
     def stored(self, run: Ongoing) -> Solution | None:

@@ -16,7 +16,8 @@ from nonsmooth.integrators.records import Record, State
 from nonsmooth.jit.blocks import Block, handles_of, new
 from nonsmooth.mechanics.compiled import Model
 from nonsmooth.mechanics.contact_problem import model_facts
-from nonsmooth.mechanics.sys import fill_numbers, new_sys
+from nonsmooth.mechanics.initial_state import ContactsByCode
+from nonsmooth.mechanics.sys import Sys, fill_numbers, new_sys
 from nonsmooth.mechanics.system import System
 from nonsmooth.runs.times import RecordTimes, Timetable
 
@@ -36,6 +37,7 @@ class Workspace:
         capacity = EVENT_CAPACITY + integrator.events_at_once * system.n_c
         self.state = new(State, n=system.n_u, n_c=system.n_c, d=system.d, capacity=capacity)
         self.memory: Any = integrator.memory(system, selection)
+        self.contacts = contacts_by_code(system, model, self.state, self.sys)
         # rows of events, the last of the words of a header, are read as far as they were written
         self._header = self.state.words[: -self.state.events.size or None]
         self.fresh = self._header.copy(), self.memory.words.copy()
@@ -78,6 +80,11 @@ class Workspace:
     def lends(self, record: Record) -> bool:
         """Whether the next run will write into a record."""
         return record is self._record
+
+
+def contacts_by_code(system: System, model: Model, state: State, sys: Sys) -> ContactsByCode | None:
+    """What finds gaps and velocities of contacts at the state of a block; None without machine code or contacts."""
+    return ContactsByCode(system, model, state.q, state.u, sys.p) if model.is_compiled and system.n_c > 0 else None
 
 
 _idle: weakref.WeakKeyDictionary[System, dict[Any, list[Workspace]]] = weakref.WeakKeyDictionary()

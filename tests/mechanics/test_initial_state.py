@@ -9,7 +9,7 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.mechanics.compiled import model_of
-from nonsmooth.mechanics.initial_state import _by_code, contact_state
+from nonsmooth.mechanics.initial_state import ContactsByCode, contact_state
 
 STEP = ns.MoreauJean(dt=1e-6)
 
@@ -155,6 +155,7 @@ def test_velocities_of_contacts_are_those_of_their_rows_floors_and_belts():
     system, q, u = two_on_belts(), np.array([0.2, -0.1, 0.4]), np.array([1.0, -2.0, 0.5])
     tangents = np.array([[-0.5, 0.0, 0.5], [1.0, 1.0 / 2.0, 1.0 / 3.0]])
     expected = ROWS @ q, ROWS @ u + LIFTS, tangents @ u + BELTS
-    for found in (contact_state(system, 0.0, q, u), _by_code(system, model_of(system), 0.0, q, u)):
+    by_code = ContactsByCode(system, model_of(system), q, u, system.p)
+    for found in (contact_state(system, 0.0, q, u), by_code.columns(0.0)):
         for column, right in zip(found, expected, strict=True):
             np.testing.assert_allclose(column, right, rtol=0, atol=1e-14 * 8)  # sums of four products of up to 3

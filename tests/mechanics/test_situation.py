@@ -8,8 +8,6 @@ import pytest
 import nonsmooth as ns
 from models import BilateralRod, InclinedBlock, PainleveRod, RockingBlock
 from nonsmooth.jit import interpreted
-from nonsmooth.mechanics.compiled import model_of
-from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.initial_state import examine_state
 from nonsmooth.mechanics.situation import (
     STATE_ACCURACY,
@@ -90,7 +88,7 @@ def test_a_start_and_its_classification_agree_on_the_border_of_a_closed_gap_and_
     system, (q, u) = model.system(), model.state(**({"slip": 0.0} if isinstance(model, InclinedBlock) else {}))
     for part, direction in itertools.product((0.5, 2.0), np.eye(system.n_u)):
         for q_1, u_1 in ((q + part * largest_closed_gap(q) * direction, u), (q, u + part * STATE_ACCURACY * direction)):
-            start = examine_state(system, model_of(system), model_facts(system), 0.0, q_1, u_1)
+            start = examine_state(system, 0.0, q_1, u_1)
             try:
                 found = ns.classify(system, 0.0, q_1, u_1)
             except ns.InvalidInput as error:
@@ -120,7 +118,7 @@ def test_methods_that_decide_within_tolerances_begin_with_the_modes_of_the_situa
     what the situation does, through the first moments of the motion."""
     system = block(ns.Contact(mu=0.3, e_N=0.5))
     q, u = np.array([0.0, height]), np.array(velocity)
-    start = examine_state(system, model_of(system), model_facts(system), 0.0, q, u)
+    start = examine_state(system, 0.0, q, u)
     motion = ns.simulate(system, (0.0, 0.02), q, u, integrator=method(1e-6, 1e-8))
     assert start.mode[0] == expected and len(motion.events) == 0
     assert (motion.mode[:, 0] == expected).all()

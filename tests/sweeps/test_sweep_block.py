@@ -23,7 +23,6 @@ from models.sprag_slip import SpragSlip
 from nonsmooth.integrators.records import Counters, State, Worst
 from nonsmooth.jit import interpreted
 from nonsmooth.jit.blocks import fields_of, new
-from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.contact_problem import Work, model_facts
 from nonsmooth.mechanics.initial_modes import ADMISSIBLE, initial_modes
 from nonsmooth.mechanics.initial_state import examine_state
@@ -120,7 +119,7 @@ def test_modes_at_a_start_are_those_that_simulate_finds(model):
     for trial in range(40):
         q = q_0 + (0 if trial % 2 else 0.1) * rng.standard_normal(n)
         u = u_0 * (trial % 3) + (trial % 5 == 0) * rng.standard_normal(n)
-        expected = examine_state(system, model_of(system), model_facts(system), 0.0, q, u)
+        expected = examine_state(system, 0.0, q, u)
         state = new(State, n=n, n_c=n_c, d=d, capacity=1)
         work = new(Work, n=n, n_c=n_c, d=d)
         state.q[:], state.u[:] = q, u
