@@ -52,6 +52,6 @@ def require_no_run(arguments: argparse.Namespace) -> None:
 def saved_run(model: Any, path: Path) -> Any:
     """The run of a scene that was saved; `InvalidInput` for one of another scene."""
     from nonsmooth.results.scene_solution import SceneSolution
-    from nonsmooth.scenes.scene import as_scene
+    from nonsmooth.scenes.given import as_scene
 
     return SceneSolution.load(path, as_scene(model))

@@ -49,10 +49,10 @@ def require_units(model: Any, axes: list[Axis]) -> None:
 def with_set(found: Any, changes: dict[str, float]) -> Any:
     """A class with its defaults, or an instance, with some parameters changed."""
     from nonsmooth.mechanics.system import with_values
-    from nonsmooth.scenes.scene import Scene
+    from nonsmooth.scenes.given import is_scene_object
 
     model = made(found) if isinstance(found, type) else found
-    if isinstance(model, Scene):
+    if is_scene_object(model):
         if changes:
             name = next(iter(changes))
             raise UnknownName(f"there is no parameter {name!r}; a Scene has none, a class that builds it may have them")
@@ -72,6 +72,6 @@ def made(cls: type) -> Any:
 def is_scene(model: Any) -> bool:
     """Whether it is a scene of bodies, or what builds one."""
     from nonsmooth.mechanics.system import System
-    from nonsmooth.scenes.scene import Scene
+    from nonsmooth.scenes.given import is_scene_object
 
-    return isinstance(model, Scene) or not (isinstance(model, System) or callable(getattr(model, "system", None)))
+    return is_scene_object(model) or not (isinstance(model, System) or callable(getattr(model, "system", None)))

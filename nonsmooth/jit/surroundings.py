@@ -7,6 +7,8 @@ environment and `.numba_config` in the working folder; once numba is imported, t
 
 from __future__ import annotations
 
+import builtins
+import contextlib
 import ctypes
 import functools
 import importlib.util
@@ -20,6 +22,8 @@ import numpy as np
 
 CHOSEN = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "ENABLE_AVX", "CPU_NAME", "CPU_FEATURES",
           "DISABLE_INTEL_SVML", "DEBUGINFO_DEFAULT")  # fmt: skip
+FILES_OF_OPTIONS = ".numba_config.*"  # defined: by numba, in the working folder
+OF_NUMBA = {"numba", "llvmlite"}  # defined: the packages that are part of it
 SVML = {"linux": "libsvml.so", "darwin": "libsvml.dylib", "win32": "svml_dispmd"}  # defined: where numba looks for it
 
 
@@ -81,10 +85,26 @@ def options_of_numba() -> types.ModuleType:
 
 @functools.cache
 def _options_by_themselves() -> types.ModuleType:
+    if not any(Path().glob(FILES_OF_OPTIONS)):
+        with contextlib.suppress(ImportError):
+            return _module_of_options(__builtins__={**vars(builtins), "__import__": _import_own})
+    return _module_of_options()
+
+
+def _module_of_options(**names: Any) -> types.ModuleType:
+    """The module, run with some names in it."""
     spec: Any = importlib.util.spec_from_file_location("options", folder_of_numba() / "core" / "config.py")
     options = importlib.util.module_from_spec(spec)
+    vars(options).update(names)
     spec.loader.exec_module(options)
     return options
+
+
+def _import_own(name: str, *given: Any) -> Any:
+    """Without what reads the file of options, where there is none: that takes 10 ms, and the module does without."""
+    if name.partition(".")[0] not in sys.stdlib_module_names | OF_NUMBA:
+        raise ImportError(f"{name} has nothing to read")
+    return builtins.__import__(name, *given)
 
 
 def has_svml() -> bool:

@@ -25,7 +25,7 @@ from nonsmooth.runs.times import make_timetable
 from nonsmooth.runs.user_events import OF_SCENE, OF_SYSTEM, as_functions
 from nonsmooth.runs.watched import watch_of
 from nonsmooth.runs.workspace import give_back
-from nonsmooth.scenes.scene import as_scene
+from nonsmooth.scenes.given import as_scene
 from nonsmooth.signals.telling import listener
 
 if TYPE_CHECKING:

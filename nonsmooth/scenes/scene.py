@@ -12,7 +12,7 @@ A scene is a description: it is not changed by a run, and may be run again.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, is_dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
 
@@ -27,7 +27,6 @@ from nonsmooth.checks.arrays import (
     as_positive,
     as_vector,
 )
-from nonsmooth.checks.parameters import numeric_fields
 from nonsmooth.errors import InvalidInput, nearest, shown
 from nonsmooth.mechanics.system import System
 from nonsmooth.scenes.materials import Material, of_pair
@@ -448,20 +447,6 @@ class Scene:
                 f"a pair is one of materials with names, as ns.Material(mu=0.8, name='rubber'); got {shown(material)}"
             )
         return name
-
-
-def as_scene(candidate: Any) -> Scene | None:
-    """The scene itself, or the one that a ready scene builds with its ``scene()`` method; None for what has none."""
-    if isinstance(candidate, Scene):
-        return candidate
-    if isinstance(candidate, type) or not callable(getattr(candidate, "scene", None)):
-        return None
-    name = type(candidate).__name__
-    scene = as_instance(f"what scene() of {name} returns", candidate.scene(), Scene, "an ns.Scene")
-    scene.name = scene.name or str(getattr(candidate, "name", name))
-    has_fields = is_dataclass(candidate) or hasattr(candidate, "_fields")
-    scene.built_from = numeric_fields(candidate) if has_fields else None
-    return scene
 
 
 def coefficients_of(scene: Scene, a: Material, b: Material) -> tuple[float, float]:

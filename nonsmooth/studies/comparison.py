@@ -20,7 +20,7 @@ from nonsmooth.mechanics.start import the_start
 from nonsmooth.mechanics.system import as_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.times import as_span
-from nonsmooth.scenes.scene import as_scene
+from nonsmooth.scenes.given import as_scene
 from nonsmooth.signals.telling import tell_in_parts
 from nonsmooth.studies.reference import Observed, Problem, Reference, SceneProblem
 from nonsmooth.sweeps.progress import ANNOUNCED_TIME

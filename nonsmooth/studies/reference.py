@@ -21,7 +21,8 @@ from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.mechanics.system import System, as_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.simulate import simulate_whole
-from nonsmooth.scenes.scene import Scene, as_scene
+from nonsmooth.scenes.given import as_scene
+from nonsmooth.scenes.scene import Scene
 from nonsmooth.studies.matched_events import Entrances
 from nonsmooth.sweeps.task import identity_of_model
 

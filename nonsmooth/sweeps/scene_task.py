@@ -11,7 +11,7 @@ from nonsmooth.results.scene_records import as_kinds
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.runs.simulate import require_integrator, simulate_whole
 from nonsmooth.runs.times import as_span
-from nonsmooth.scenes.scene import as_scene
+from nonsmooth.scenes.given import as_scene
 from nonsmooth.sweeps.task import FunctionTask, as_values, name_of
 
 

@@ -24,9 +24,9 @@ print(*alone, sep="\\n")
 ROOT = Path(__file__).parents[2]
 
 
-def told(folder, **options):
+def told(folder, code=TELL, **options):
     environment = {**os.environ, "PYTHONPATH": str(ROOT), **options}
-    command = [sys.executable, "-c", TELL]
+    command = [sys.executable, "-c", code]
     done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -63,3 +63,14 @@ def test_an_option_that_is_set_within_the_process_belongs_to_the_key(option, mon
 def test_the_version_and_the_vector_functions_are_those_that_numba_finds():
     assert version_of_numba() == numba.__version__
     assert has_svml() or not config.USING_SVML
+
+
+def test_the_reader_of_the_file_of_options_is_loaded_where_there_is_one(tmp_path):
+    """As is whatever a version of numba may need to tell its options."""
+    code = (
+        "import sys; from nonsmooth.jit.surroundings import surroundings; surroundings(); print('yaml' in sys.modules)"
+    )
+    assert told(tmp_path, code) == "False\n"
+    pytest.importorskip("yaml", reason="numba reads its file by PyYAML")
+    (tmp_path / ".numba_config.yaml").write_text("boundscheck: 0\n")
+    assert told(tmp_path, code) == "True\n"
