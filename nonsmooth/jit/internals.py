@@ -44,8 +44,9 @@ import llvmlite.binding as llvm
 from llvmlite.binding.ffi import lib as llvm_library
 from numba import _helperlib
 from numba.core import base as base
-from numba.core import ccallback, dispatcher, entrypoints, extending, serialize
+from numba.core import ccallback, dispatcher, entrypoints, errors, extending, serialize
 from numba.core import cgutils as cgutils
+from numba.core import interpreter as interpreter
 from numba.core import ir as ir
 from numba.core import sigutils as sigutils
 from numba.core.codegen import JITCodeLibrary as JITCodeLibrary
@@ -72,6 +73,7 @@ from numba.np import arrayobj as arrayobj
 from numba.np.ufunc import dufunc, gufunc
 
 TypingContext: Any = context.BaseContext
+WarningsFixer: Any = errors.WarningsFixer  # type: ignore[attr-defined]
 llvm_lock: Any = llvm_library._lock  # of LLVM, with those who listen when it is taken
 Dispatcher: Any = dispatcher.Dispatcher
 DUFunc: Any = dufunc.DUFunc

@@ -11,6 +11,7 @@ Most of the time is numba's, in Python. Left out are, with their part of the tim
     linking of each function into each that calls it                                                          5 %
     imports and registries looked through for each operation, and who listens to LLVM's lock                  5 %
     items of arrays and loops as numba writes them (`kernel_lowering`)                                       13 %
+    two rewrites that ask each statement what it reads, and warnings collected for each type                  4 %
 """
 
 from __future__ import annotations
@@ -34,11 +35,13 @@ from nonsmooth.jit.internals import (
     RewriteSemanticConstants,
     TranslateByteCode,
     TypingContext,
+    WarningsFixer,
     arrayobj,
     base,
     build_definitions,
     cpu_target,
     functions,
+    interpreter,
     is_shared,
     llvm_lock,
     reconstruct_ssa,
@@ -255,7 +258,10 @@ class KernelCompiler(OurCompiler):
         """Compile with the shortcuts, unless nobody waits for it any more."""
         go_on()
         constants = plain_arguments() if self.library is RareEntryLibrary else contextlib.nullcontext()
-        with no_negative_indices(), known_calls(), known_attributes(), known_registries(), no_listeners(), constants:
+        with contextlib.ExitStack() as shortcuts:
+            for shortcut in SHORTCUTS:
+                shortcuts.enter_context(shortcut())
+            shortcuts.enter_context(constants)
             return super().compile_extra(function)
 
 
@@ -339,6 +345,29 @@ def no_listeners() -> Any:
     return replaced(llvm_lock, "_cblist", [])
 
 
+@contextlib.contextmanager
+def no_contexts_and_dictionaries() -> Iterator[None]:
+    """Leave out two rewrites of what no kernel has, each of which asks every statement what it reads."""
+    with (
+        replaced(interpreter, "peep_hole_delete_with_exit", _as_it_is),
+        replaced(interpreter, "peep_hole_fuse_dict_add_updates", _as_it_is),
+    ):
+        yield
+
+
+def _as_it_is(source: Any) -> Any:
+    return source
+
+
+def no_collected_warnings() -> Any:
+    """Let a warning of numba's be told as it comes: it sets up Python's filters anew for each of some thousand types
+    that it looks for, to collect them."""
+    return replaced(WarningsFixer, "catch_warnings", lambda *_, **__: _nothing)
+
+
+_nothing = contextlib.nullcontext()
+
+
 def plain_arguments() -> Any:
     """Compile what is called with a constant here and with a variable there once: to numba each constant is a type of
     its own (a fifth of the functions of an event-driven run). For rare entry points, with what is compiled for them:
@@ -370,3 +399,8 @@ def known_registries() -> Iterator[None]:
 
 
 _has_loc = functools.cache(base._has_loc)
+
+SHORTCUTS = (
+    no_negative_indices, known_calls, known_attributes, known_registries, no_listeners, no_contexts_and_dictionaries,
+    no_collected_warnings,
+)  # fmt: skip
