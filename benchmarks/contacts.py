@@ -19,7 +19,7 @@ from benchmarks.contact_scenes import Block, block
 from benchmarks.stress_scenes import Tower, stack, tower
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.mechanics.system import Contact, System
-from nonsmooth.results.solution import Stats
+from nonsmooth.results.stats import Stats
 from nonsmooth.runs.simulate import simulate
 
 DT = 1e-3  # step [s]

@@ -31,7 +31,8 @@ from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.mechanics.system import NORMAL, System, evaluate
-from nonsmooth.results.solution import EventKind, Solution
+from nonsmooth.results.events import EventKind
+from nonsmooth.results.solution import Solution
 from nonsmooth.runs.simulate import SELECTIONS, simulate_whole
 
 T_END = 0.3  # s

@@ -72,6 +72,9 @@ from nonsmooth.paradox.friction import critical_friction as critical_friction
 from nonsmooth.paradox.friction import least_critical_friction as least_critical_friction
 from nonsmooth.paradox.kinds import ParadoxFlag as ParadoxFlag
 from nonsmooth.paradox.kinds import ParadoxKind as ParadoxKind
+from nonsmooth.results.events import Event as Event
+from nonsmooth.results.events import EventKind as EventKind
+from nonsmooth.results.events import ParadoxEvent as ParadoxEvent
 from nonsmooth.results.failures import BudgetSpent as BudgetSpent
 from nonsmooth.results.failures import EventFunctionError as EventFunctionError
 from nonsmooth.results.failures import ModelFunctionError as ModelFunctionError
@@ -95,11 +98,8 @@ from nonsmooth.results.scene_solution import JointImpulses as JointImpulses
 from nonsmooth.results.scene_solution import SceneContacts as SceneContacts
 from nonsmooth.results.scene_solution import SceneSolution as SceneSolution
 from nonsmooth.results.scene_solution import SceneStats as SceneStats
-from nonsmooth.results.solution import Event as Event
-from nonsmooth.results.solution import EventKind as EventKind
-from nonsmooth.results.solution import ParadoxEvent as ParadoxEvent
 from nonsmooth.results.solution import Solution as Solution
-from nonsmooth.results.solution import Stats as Stats
+from nonsmooth.results.stats import Stats as Stats
 from nonsmooth.runs.choice import Auto as Auto
 from nonsmooth.runs.simulate import simulate as simulate
 from nonsmooth.scenes.materials import Material as Material

@@ -13,7 +13,7 @@ from nonsmooth.cycles.jump import Jump
 from nonsmooth.cycles.mode_flow import ContactState, Margin, mode_flow
 from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.mechanics.system import ContactMode, System
-from nonsmooth.results.solution import mode_name
+from nonsmooth.results.events import mode_name
 from nonsmooth.views import Worded, view
 
 if TYPE_CHECKING:

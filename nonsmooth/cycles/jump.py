@@ -25,7 +25,7 @@ from nonsmooth.mechanics.impact import first_phase, follows_own_law, impulse_map
 from nonsmooth.mechanics.laws import LAW_E_F, LAW_E_N, LAW_IMPACT
 from nonsmooth.mechanics.system import GIVEN_FORCE, MASS, NORMAL, TANGENT
 from nonsmooth.numerics.complex_step import complexified
-from nonsmooth.results.solution import Event
+from nonsmooth.results.events import Event
 
 impulses_of_law, slide_of = complexified(impulse_map), complexified(first_phase)
 STOPPED_VELOCITY = 1e-7  # chosen: of the velocity before: what is left of one that the impact brings to zero

@@ -21,7 +21,8 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.records import EVENT_KIND, EVENT_T, IMPACT, INCONSISTENT
 from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode, System
-from nonsmooth.results.solution import Event, Solution
+from nonsmooth.results.events import Event
+from nonsmooth.results.solution import Solution
 from nonsmooth.runs.simulate import simulate_whole
 
 ARTEFACT = 2  # chosen: runs of no more records are transitions blurred by a fixed time step

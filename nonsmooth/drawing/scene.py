@@ -18,7 +18,7 @@ from nonsmooth.drawing.labels import LETTER
 from nonsmooth.drawing.plots import LETTERS, nearest_records, new_figure, save_figure
 from nonsmooth.errors import InvalidInput, shown
 from nonsmooth.mechanics.system import ContactMode
-from nonsmooth.results.solution import mode_name
+from nonsmooth.results.events import mode_name
 
 if TYPE_CHECKING:
     from nonsmooth.results.solution import Solution

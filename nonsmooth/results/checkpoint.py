@@ -31,12 +31,15 @@ from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, N_LEDGER
 from nonsmooth.mechanics.description import numbered, of_names
 from nonsmooth.mechanics.system import System
 from nonsmooth.results.checked_array import CheckedArray, checksums_of, verified_rows
+from nonsmooth.results.events import MAX_EVENTS
 from nonsmooth.results.growing_array import map_rows
+from nonsmooth.results.ledger import finder_of_ledger
 from nonsmooth.results.motion import of_records
 from nonsmooth.results.npz import fill_npz, read_npz
 from nonsmooth.results.recorded import IMPULSES, KINDS, LEDGER
 from nonsmooth.results.seal import require_kind
-from nonsmooth.results.solution import KIND_OF, MAX_EVENTS, PER_RECORD, Solution, Stats, finder_of_ledger
+from nonsmooth.results.solution import KIND_OF, PER_RECORD, Solution
+from nonsmooth.results.stats import Stats
 
 CHECKPOINT_SCHEMA, KIND, SCENE_KIND = 1, "checkpoint", "scenecheckpoint"  # code: of the form of the file
 READERS = {KIND: ("System", "ns.Solution.load"), SCENE_KIND: ("scene", "ns.SceneSolution.load")}

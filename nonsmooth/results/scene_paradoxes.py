@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nonsmooth.integrators.records import EVENT_I, EVENT_J, PARADOX_WIDTH
-from nonsmooth.results.solution import ParadoxEvent, event_of
+from nonsmooth.results.events import ParadoxEvent, event_of
 
 WITHOUT_SIGN = {"slide +": "slide", "slide -": "slide"}  # in space, where a slide has a direction
 

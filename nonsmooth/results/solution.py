@@ -1,11 +1,14 @@
-"""What a run gives back: states, impulses, modes, events, energy ledger, figures of merit."""
+"""What a run gives back: the columns of its records, and what is found from them once it is asked for.
+
+Beside it: events as objects (events.py), the energy ledger (ledger.py), what the run cost and its worst figures
+(stats.py), the motion between the records (motion.py); who draws, saves and words a solution (nonsmooth/views.py).
+"""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +19,11 @@ from nonsmooth.checks.arrays import as_name
 from nonsmooth.errors import InvalidInput, Status
 from nonsmooth.integrators import records
 from nonsmooth.integrators.fixed_step import FixedStep
-from nonsmooth.jit.blocks import fields_of, numbers
 from nonsmooth.mechanics.description import Description, numbered, title_of
-from nonsmooth.mechanics.system import MASS, POTENTIAL, ContactMode, System
+from nonsmooth.mechanics.system import System
+from nonsmooth.results.events import Event, ParadoxEvent, event_of
 from nonsmooth.results.forms import REAL, WHOLE, Rule
+from nonsmooth.results.ledger import finder_of_ledger, ledger_behind_start
 from nonsmooth.results.motion import Motion, Side, StateAt
 from nonsmooth.results.recorded import (
     COORDINATES,
@@ -31,189 +35,10 @@ from nonsmooth.results.recorded import (
     LEDGER,
     MODES,
     VELOCITIES,
-    Recorded,
     not_recorded,
 )
+from nonsmooth.results.stats import Stats
 from nonsmooth.views import view
-
-
-class EventKind(IntEnum):
-    """What happened at an event."""
-
-    MODE_CHANGE = records.MODE_CHANGE
-    IMPACT = records.IMPACT
-    INCONSISTENT = records.INCONSISTENT
-    INDETERMINATE = records.INDETERMINATE
-
-
-WHOLE_COLUMNS = (  # code: of an event; its impulses and velocities are no whole numbers, and may be infinite
-    records.EVENT_KIND, records.EVENT_CONTACT, records.EVENT_MODE_0, records.EVENT_SLIP_0, records.EVENT_MODE_1,
-    records.EVENT_SLIP_1, records.EVENT_SOLUTIONS, records.EVENT_FOUND,
-)  # fmt: skip
-MOST_NAMED = 5  # chosen: contacts by name in a message
-NONE_TOGETHER = 0, ""  # of a run in which no contacts were hit at once
-MAX_EVENTS = 200_000  # chosen: kept in a solution; the rest are counted
-CANDIDATE_NAMES = ("free", "stick", "slide +", "slide -", "slide + (P_N < 0)", "slide - (P_N < 0)")
-
-
-@dataclass(frozen=True)
-class Event:
-    """A change at one contact, found in the step that begins at t.
-
-    Attributes
-    ----------
-    t : float
-        Beginning of the step [s].
-    kind : EventKind
-    contact : int
-    mode_before, mode_after : ContactMode
-    slip_before, slip_after : int
-        Signs of sliding.
-    P_N, P_F : float
-        Impulses of the step [N s].
-    gamma_N, gamma_F : float
-        Contact velocities before the step [m/s].
-    """
-
-    t: float
-    kind: EventKind
-    contact: int
-    mode_before: ContactMode
-    slip_before: int
-    mode_after: ContactMode
-    slip_after: int
-    P_N: float
-    P_F: float
-    gamma_N: float
-    gamma_F: float
-
-
-@dataclass(frozen=True)
-class ParadoxEvent(Event):
-    """A step whose sliding had no force (INCONSISTENT: an impact without collision), or the first step of an episode in
-    which the contact problem had several solutions (INDETERMINATE).
-
-    Attributes
-    ----------
-    n_solutions : int
-        Number of solutions of the rigid problem: 0 where sliding was inconsistent.
-    alternatives : tuple of str
-        The admissible modes among which the selection rule chose, where they are known one by one; none where sliding
-        was inconsistent.
-    """
-
-    n_solutions: int
-    alternatives: tuple[str, ...]
-
-    @property
-    def choice(self) -> str:
-        """The mode that was taken: of an impact without collision, the mode after it."""
-        return mode_name(self.mode_after, self.slip_after)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Stats:
-    """What a run cost, and its worst figures.
-
-    Attributes
-    ----------
-    steps, lcp_solved, lcp_skipped, lcp_kept : int
-        Steps; contact problems solved; steps without a closed contact; problems answered by the impulses or
-        the modes of the step before.
-    pivots : int
-        Of Lemke's method.
-    indeterminate_steps : int
-        Steps whose problem had several solutions.
-    worst_residual : float
-        Of the accepted contact problems, relative to max |c|.
-    worst_penetration : float
-        Deepest gap at a mid-point [m].
-    ledger_error : float
-        Largest error of the energy balance of one step, relative to the sum of the sizes of the terms of a step,
-        the largest so far; of a run whose ledger was recorded.
-    energy_gains : int
-        Impacts, or steps with an impact, in which the contacts gained energy, as Newton's law with friction lets them
-        (docs/theory/moreau_jean.md); of rigid contacts.
-    worst_energy_gain : float
-        The most that one of them gained [J].
-    struck_together : int
-        Impacts, or steps with an impact, in which Newton's law with e_N > 0 rebounded several coupled contacts at once.
-    first_together : str
-        When the first of them was, and which contacts it struck.
-    uncounted : int
-        Contact problems of several contacts whose solutions were not counted: neither certified to be one, nor
-        enumerated, nor near enough to a problem that was (docs/theory/selection.md).
-    shared : int
-        Contact problems in which redundant contacts share a load: their impulses are one admissible share of many
-        (docs/theory/moreau_jean.md).
-    wall_time, compile_time : float
-        [s]
-    rejected, evaluations, jacobians, factorisations : int
-        Of an integrator that chooses its steps: steps that were refused, evaluations of the rates, Jacobians, and
-        factorisations of its linear systems.
-    """
-
-    steps: int
-    lcp_solved: int
-    lcp_skipped: int
-    lcp_kept: int
-    pivots: int
-    indeterminate_steps: int
-    events_dropped: int
-    worst_residual: float
-    worst_penetration: float
-    ledger_error: float
-    wall_time: float
-    compile_time: float
-    is_compiled: bool
-    energy_gains: int = 0
-    worst_energy_gain: float = 0.0
-    uncounted: int = 0
-    shared: int = 0
-    rejected: int = 0
-    evaluations: int = 0
-    jacobians: int = 0
-    factorisations: int = 0
-    struck_together: int = 0
-    first_together: str = ""
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Stats) and vars(self) == vars(other)
-
-    def __hash__(self) -> int:
-        return hash(tuple(vars(self).values()))
-
-    def __repr__(self) -> str:
-        return f"Stats({', '.join(f'{name}={value!r}' for name, value in self.as_dict().items())})"
-
-    def as_dict(self) -> dict[str, Any]:
-        """The figures by name, as far as they are known."""
-        return {name: value for name, value in vars(self).items() if value is not None}
-
-    @classmethod
-    def from_run(cls, state: records.State, system: System, *about: Any) -> Stats:
-        """From the counters and the worst figures that a run left in its state; ``about``: see ``of_numbers``."""
-        struck = int(state.together.count), first_together(system, state.together)
-        return cls.of_numbers(numbers(state.counters).tolist(), numbers(state.worst).tolist(), struck, *about)
-
-    @classmethod
-    def of_numbers(
-        cls, counters: list[int], worst_figures: list[float], struck: tuple[int, str], wall_time: float,
-        compile_time: float, dropped: int, is_compiled: bool, recorded: tuple[str, ...],
-    ) -> Stats:  # fmt: skip
-        """From the numbers of a run's counters and worst figures, and its impacts at several contacts at once."""
-        c = dict(zip(fields_of(records.Counters), counters, strict=True))
-        worst = dict(zip(fields_of(records.Worst), worst_figures, strict=True))
-        known_error: Any = worst["ledger_error"] if LEDGER in recorded else None
-        return cls(
-            c["steps"], c["solved"], c["skipped"], c["kept"], c["pivots"], c["several"], dropped + c["events_lost"],
-            worst["residual"], worst["penetration"], known_error, wall_time,
-            compile_time, is_compiled, c["gains"], worst["gain"], c["uncounted"], c["shared"], c["rejected"],
-            c["evaluations"], c["jacobians"], c["factorisations"], *struck,
-        )  # fmt: skip
-
-
-setattr(Stats, "ledger_error", Recorded(LEDGER, "ledger_error"))  # noqa: B010  # to a type checker it stays a number
 
 # the columns of the records, in memory and in every file: dtype and shape
 PER_RECORD: dict[str, Rule] = {
@@ -221,7 +46,6 @@ PER_RECORD: dict[str, Rule] = {
     "P_N": (REAL, ("n_t", "n_c")), "P_F": (REAL, ("n_t", "n_c", "d")), "mode": (WHOLE, ("n_t", "n_c")),
     "slip": (WHOLE, ("n_t", "n_c")),
 }  # fmt: skip
-
 
 # the kind of each field that is there if its kind was recorded
 KIND_OF = {
@@ -333,7 +157,7 @@ class Solution:
         own = self.__getstate__()
         changes = {name: own[name][1:] for name in (*PER_RECORD, "la") if own[name] is not None}
         if own["find_ledger"] is not None:
-            changes["find_ledger"] = functools.partial(_ledger_behind_start, own["find_ledger"], len(self.t))
+            changes["find_ledger"] = functools.partial(ledger_behind_start, own["find_ledger"], len(self.t))
         return self.changed(**changes, theta=None)  # a step less than the motion has
 
     @property
@@ -582,46 +406,9 @@ def rest_of_run(
     }  # fmt: skip
 
 
-def mode_name(mode: int, slip: int) -> str:
-    """A mode as a person would write it; a closed contact without friction is not locked: it slides freely."""
-    name = "closed" if mode == ContactMode.LOCKED else ContactMode(mode).name.lower()
-    return name + {1: " +", -1: " -", 0: ""}[int(slip)]
-
-
-def first_together(system: System, together: records.Together) -> str:
-    """When contacts were first struck together, and which; nothing where they never were."""
-    if not together.count:
-        return ""
-    names = [system.described.contacts[i] for i in np.flatnonzero(together.struck)]
-    more = [f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED + 1 else []
-    names = (names[:MOST_NAMED] if more else names) + more
-    return f"at t = {float(together.t):.6g} s {', '.join(names[:-1])} and {names[-1]}"
-
-
-def rebound_together(stats: Stats) -> str:
-    """What is to be said of a run in which Newton's law decided several contacts at once."""
-    times = "" if stats.struck_together == 1 else f" ({stats.struck_together} times in all)"
-    return (
-        f"{stats.first_together} were hit at once{times}, and Newton's law of impact with e_N > 0 rebounds them "
-        "together, one answer of many: impact='sequential' strikes one after the other, as a smaller dt does where "
-        "they are apart, impact='poisson' gives back what was compressed, impact='energetic' gives it back as equal "
-        "springs do, e_N = 0 has no rebound, and impact='newton' chooses this answer"
-    )
-
-
 def theta_of(integrator: Any) -> float | None:
     """Where a time stepping takes its forces; None of a method that keeps its steps."""
     return float(integrator.theta) if isinstance(integrator, FixedStep) else None
-
-
-def energy_gain(stats: Stats) -> str:
-    """What is to be said of a run whose contacts gained energy."""
-    impacts = "one impact" if stats.energy_gains == 1 else f"{stats.energy_gains} impacts"
-    return (
-        f"the contacts gained energy in {impacts}, up to {stats.worst_energy_gain:.3g} J: Newton's law of impact lets "
-        "them where coefficients differ, as e_N > 0 with friction of e_F = 0; a single contact with "
-        "impact='energetic', or one e for e_N and e_F of all contacts, does not gain"
-    )
 
 
 @functools.lru_cache(maxsize=64)
@@ -637,82 +424,3 @@ def about_run(system: System, integrator: Any) -> dict[str, Any]:
         "integrator": words_of(integrator),
         **system.parameter_values,
     }
-
-
-def works_by_name(columns: np.ndarray) -> dict[str, np.ndarray]:
-    """The works since the start (m, 5) as the ledger's columns."""
-    names = ("force", "friction", "normal", "surface", "projection")
-    return {name: columns[:, k] for k, name in enumerate(names)}
-
-
-def finder_of_ledger(
-    system: System | None, record: Any, recorded: tuple[str, ...]
-) -> Callable[[Any], dict[str, np.ndarray]] | None:
-    """What finds the ledger at some rows of a record: without the system, or its motion, the works alone."""
-    if LEDGER not in recorded:
-        return None
-    if system is None or COORDINATES not in recorded or VELOCITIES not in recorded:
-        return functools.partial(_works_at, record.ledger)
-    return functools.partial(ledger_of, system, record.t, record.q, record.u, record.ledger)
-
-
-def _works_at(works: np.ndarray, rows: Any) -> dict[str, np.ndarray]:
-    return works_by_name(works[rows])
-
-
-def ledger_of(
-    system: System, t: np.ndarray, q: np.ndarray, u: np.ndarray, works: np.ndarray, rows: Any
-) -> dict[str, np.ndarray]:
-    """Energies and works at some rows of a record."""
-    ledger = works_by_name(works[rows])
-    ledger["kinetic"] = kinetic_energy(system, t[rows], q[rows], u[rows])
-    if mass_changes(system):
-        change = ledger["kinetic"] - kinetic_energy(system, t[:1], q[:1], u[:1])
-        ledger["mass"] = change - sum(ledger[name] for name in ("force", "friction", "normal", "surface"))
-    if POTENTIAL in system.functions:
-        states = zip(t[rows], q[rows], u[rows], strict=True)
-        ledger["potential"] = np.array([system.evaluate(POTENTIAL, *state)[0] for state in states])
-    return ledger
-
-
-def _ledger_behind_start(
-    find_ledger: Callable[[Any], dict[str, np.ndarray]], m: int, rows: Any
-) -> dict[str, np.ndarray]:
-    """The ledger at some rows of a record of m rows, its first one not counted."""
-    return find_ledger(np.arange(1, m)[rows])
-
-
-def mass_changes(system: System) -> bool:
-    """Whether M depends on the coordinates or the time."""
-    return system.reads(MASS, "q") or system.reads(MASS, "t")
-
-
-def kinetic_energy(system: System, t: np.ndarray, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """(u, M u)/2 at each of the states (m,), (m, n), (m, n)."""
-    if mass_changes(system):
-        masses = np.array([system.evaluate(MASS, *state) for state in zip(t, q, u, strict=True)])
-        return 0.5 * np.einsum("ki,kij,kj->k", u, masses, u)
-    return 0.5 * np.einsum("ki,ij,kj->k", u, system.evaluate(MASS, t[0], q[0], u[0]), u)
-
-
-def event_of(row: np.ndarray) -> Event:
-    """A row of the events as an object."""
-    integer = {k: int(row[k]) for k in WHOLE_COLUMNS}
-    fields: dict[str, Any] = {
-        "t": float(row[records.EVENT_T]),
-        "kind": EventKind(integer[records.EVENT_KIND]),
-        "contact": integer[records.EVENT_CONTACT],
-        "mode_before": ContactMode(integer[records.EVENT_MODE_0]),
-        "slip_before": integer[records.EVENT_SLIP_0],
-        "mode_after": ContactMode(integer[records.EVENT_MODE_1]),
-        "slip_after": integer[records.EVENT_SLIP_1],
-        "P_N": float(row[records.EVENT_P_N]),
-        "P_F": float(row[records.EVENT_P_F]),
-        "gamma_N": float(row[records.EVENT_GAMMA_N]),
-        "gamma_F": float(row[records.EVENT_GAMMA_F]),
-    }
-    if integer[records.EVENT_KIND] < records.INCONSISTENT:
-        return Event(**fields)
-    found = integer[records.EVENT_FOUND] if integer[records.EVENT_SOLUTIONS] > 0 else 0
-    alternatives = tuple(name for k, name in enumerate(CANDIDATE_NAMES) if found >> k & 1)
-    return ParadoxEvent(**fields, n_solutions=integer[records.EVENT_SOLUTIONS], alternatives=alternatives)

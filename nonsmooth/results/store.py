@@ -27,7 +27,8 @@ from nonsmooth.results.motion import Motion, of_records
 from nonsmooth.results.netcdf import put_run, read_run_within
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.seal import require_kind
-from nonsmooth.results.solution import KIND_OF, PER_RECORD, Solution, Stats
+from nonsmooth.results.solution import KIND_OF, PER_RECORD, Solution
+from nonsmooth.results.stats import Stats
 from nonsmooth.views import view
 
 SOLUTION_SCHEMA, KIND = 1, "solution"  # code: of the form of the file

@@ -21,11 +21,13 @@ from nonsmooth.integrators.records import (
     INCONSISTENT,
     MODE_CHANGE,
 )
+from nonsmooth.results.events import event_of, mode_name
 from nonsmooth.results.recorded import EVENTS, KINDS, LEDGER, MODES
-from nonsmooth.results.solution import energy_gain, event_of, mode_name, rebound_together
+from nonsmooth.results.stats import energy_gain, rebound_together
 
 if TYPE_CHECKING:
-    from nonsmooth.results.solution import Event, ParadoxEvent, Solution
+    from nonsmooth.results.events import Event, ParadoxEvent
+    from nonsmooth.results.solution import Solution
 
 ALIKE = [EVENT_KIND, EVENT_MODE_0, EVENT_SLIP_0, EVENT_MODE_1, EVENT_SLIP_1, EVENT_SOLUTIONS, EVENT_FOUND]
 ENTRIES_SHOWN = 12  # chosen: entries of a sequence before the rest is counted

@@ -23,7 +23,7 @@ from nonsmooth.mechanics.sys import Sys
 from nonsmooth.mechanics.system import GAP, System
 from nonsmooth.results.motion import Motion, of_records
 from nonsmooth.results.recorded import COLUMNS_OF, EVENTS, IMPULSES, KINDS, LEDGER
-from nonsmooth.results.solution import Stats
+from nonsmooth.results.stats import Stats
 from nonsmooth.runs.specialise import loop_of_system
 from nonsmooth.runs.times import Timetable
 from nonsmooth.runs.user_events import Stop

@@ -13,8 +13,9 @@ from nonsmooth.errors import Status
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.fixed_step import FixedStep
 from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH, Columns, Record, bytes_of_record, no_rows
+from nonsmooth.results.events import MAX_EVENTS
 from nonsmooth.results.recorded import KINDS
-from nonsmooth.results.solution import MAX_EVENTS, Solution
+from nonsmooth.results.solution import Solution
 from nonsmooth.runs.ongoing import STEPS_PER_VISIT, Ongoing, columns_of, left_out
 
 ROW_CAPACITY = 4096  # chosen: rows between two visits of Python

@@ -32,7 +32,8 @@ from nonsmooth.results.failures import (
 )
 from nonsmooth.results.motion import Motion, join_motions
 from nonsmooth.results.recorded import EVENTS, KINDS_BETWEEN, KINDS_OF_MOTION
-from nonsmooth.results.solution import NONE_TOGETHER, Solution, Stats, rest_of_run
+from nonsmooth.results.solution import Solution, rest_of_run
+from nonsmooth.results.stats import NONE_TOGETHER, Stats
 from nonsmooth.runs.ongoing import Ongoing, columns_of, motion_between
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.times import Timetable

@@ -17,7 +17,8 @@ from nonsmooth.integrators.contract import Choice, Integrator
 from nonsmooth.mechanics.start import answers_start, the_start
 from nonsmooth.mechanics.system import UNILATERAL, System, as_system
 from nonsmooth.results.recorded import kinds_of_system
-from nonsmooth.results.solution import Solution, Stats, energy_gain, rebound_together
+from nonsmooth.results.solution import Solution
+from nonsmooth.results.stats import Stats, energy_gain, rebound_together
 from nonsmooth.runs.recorder import Recorder
 from nonsmooth.runs.run import Run
 from nonsmooth.runs.seen import looked_at, require_live

@@ -24,8 +24,10 @@ from nonsmooth.integrators.records import Columns, Record, bytes_of_record
 from nonsmooth.jit.blocks import numbers
 from nonsmooth.mechanics.description import names_in_file
 from nonsmooth.results.checkpoint import EVENT_ROW, Checkpoint, Shape, layout_of, load_checkpoint
+from nonsmooth.results.events import MAX_EVENTS
 from nonsmooth.results.recorded import EVENTS, KINDS
-from nonsmooth.results.solution import MAX_EVENTS, Solution, Stats, about_run, per_record, theta_of
+from nonsmooth.results.solution import Solution, about_run, per_record, theta_of
+from nonsmooth.results.stats import Stats
 from nonsmooth.runs.ongoing import Ongoing, left_out
 from nonsmooth.runs.recorder import Recorder, new_rows, stands_behind
 from nonsmooth.signals.interruption import interrupts_held_back

@@ -22,7 +22,8 @@ from nonsmooth.integrators.records import (
     EVENT_T,
     IMPACT,
 )
-from nonsmooth.results.solution import Solution, mode_name
+from nonsmooth.results.events import mode_name
+from nonsmooth.results.solution import Solution
 
 MATCHED = 8  # chosen: events of the reference that are looked at, from the first on
 ENTRANCE = [EVENT_CONTACT, EVENT_MODE_1, EVENT_SLIP_1]  # what is entered

@@ -21,7 +21,8 @@ from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.mechanics.start import answers_start
-from nonsmooth.results.solution import Solution, mode_name
+from nonsmooth.results.events import mode_name
+from nonsmooth.results.solution import Solution
 from nonsmooth.studies.affordable import Choice, choose_affordable, require_affordable
 from nonsmooth.studies.comparison import ComparisonTask, as_motion, run_comparison
 from nonsmooth.studies.equal_restitution import RESTITUTIONS, chosen_damping, compared

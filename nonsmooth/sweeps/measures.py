@@ -30,7 +30,8 @@ from nonsmooth.integrators.records import (
     Worst,
 )
 from nonsmooth.jit.blocks import fields_of
-from nonsmooth.results.solution import Solution, mode_name
+from nonsmooth.results.events import mode_name
+from nonsmooth.results.solution import Solution
 from nonsmooth.sweeps.block_engine import N_CODES, STILL_COORDINATE, Cells
 from nonsmooth.sweeps.task import OF_COORDINATE, Variable
 

@@ -28,7 +28,7 @@ from nonsmooth.mechanics.initial_modes import ADMISSIBLE, initial_modes
 from nonsmooth.mechanics.initial_state import examine_state
 from nonsmooth.mechanics.sys import new_sys
 from nonsmooth.mechanics.system import Contact, System
-from nonsmooth.results.solution import Stats
+from nonsmooth.results.stats import Stats
 from nonsmooth.sweeps import block_engine
 from nonsmooth.sweeps.block_engine import BlockEngine
 from nonsmooth.sweeps.run_rows import RowBuilder

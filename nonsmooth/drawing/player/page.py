@@ -20,7 +20,7 @@ from nonsmooth.checks.files import PAGE_ENDINGS, as_place, whole_file
 from nonsmooth.drawing.colours import CYCLE, RED, STRIPS
 from nonsmooth.drawing.player.film import Body, Contacts, Film, MarkKind, Shape
 from nonsmooth.drawing.player.packing import LEVELS, packed, quantised, rounded
-from nonsmooth.results.solution import mode_name
+from nonsmooth.results.events import mode_name
 from nonsmooth.views import view
 
 SCRIPTS = ("unpack.js", "contacts.js", "plane.js", "space.js", "charts.js", "player.js")

@@ -20,13 +20,14 @@ from nonsmooth.drawing.scene import scene_model
 from nonsmooth.integrators.records import EVENT_T, EVENT_WIDTH
 from nonsmooth.jit import interpreted
 from nonsmooth.mechanics.laws import static_coefficient
+from nonsmooth.results.events import ParadoxEvent, event_of
 from nonsmooth.results.recorded import COORDINATES, EVENTS, GAPS, IMPULSES, LEDGER, MODES, VELOCITIES
 from nonsmooth.results.scene_records import ELASTIC, ENERGIES
-from nonsmooth.results.solution import ParadoxEvent, event_of
 from nonsmooth.results.summary import change_in_words, paradox_in_words
 
 if TYPE_CHECKING:
-    from nonsmooth.results.solution import Event, Solution
+    from nonsmooth.results.events import Event
+    from nonsmooth.results.solution import Solution
 
 RECORDS_SHOWN = 1200  # chosen: frames equally spaced in time: 20 s at 60 a second
 EVENTS_SHOWN = 400  # chosen: marked on the time line, the record before and the one after among the frames

@@ -1,0 +1,152 @@
+"""What a run cost, its worst figures, and what is said of those that its user has to know."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nonsmooth.integrators import records
+from nonsmooth.jit.blocks import fields_of, numbers
+from nonsmooth.mechanics.system import System
+from nonsmooth.results.recorded import LEDGER, Recorded
+
+MOST_NAMED = 5  # chosen: contacts by name in a message
+NONE_TOGETHER = 0, ""  # of a run in which no contacts were hit at once
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Stats:
+    """What a run cost, and its worst figures.
+
+    Attributes
+    ----------
+    steps, lcp_solved, lcp_skipped, lcp_kept : int
+        Steps; contact problems solved; steps without a closed contact; problems answered by the impulses or
+        the modes of the step before.
+    pivots : int
+        Of Lemke's method.
+    indeterminate_steps : int
+        Steps whose problem had several solutions.
+    worst_residual : float
+        Of the accepted contact problems, relative to max |c|.
+    worst_penetration : float
+        Deepest gap at a mid-point [m].
+    ledger_error : float
+        Largest error of the energy balance of one step, relative to the sum of the sizes of the terms of a step,
+        the largest so far; of a run whose ledger was recorded.
+    energy_gains : int
+        Impacts, or steps with an impact, in which the contacts gained energy, as Newton's law with friction lets them
+        (docs/theory/moreau_jean.md); of rigid contacts.
+    worst_energy_gain : float
+        The most that one of them gained [J].
+    struck_together : int
+        Impacts, or steps with an impact, in which Newton's law with e_N > 0 rebounded several coupled contacts at once.
+    first_together : str
+        When the first of them was, and which contacts it struck.
+    uncounted : int
+        Contact problems of several contacts whose solutions were not counted: neither certified to be one, nor
+        enumerated, nor near enough to a problem that was (docs/theory/selection.md).
+    shared : int
+        Contact problems in which redundant contacts share a load: their impulses are one admissible share of many
+        (docs/theory/moreau_jean.md).
+    wall_time, compile_time : float
+        [s]
+    rejected, evaluations, jacobians, factorisations : int
+        Of an integrator that chooses its steps: steps that were refused, evaluations of the rates, Jacobians, and
+        factorisations of its linear systems.
+    """
+
+    steps: int
+    lcp_solved: int
+    lcp_skipped: int
+    lcp_kept: int
+    pivots: int
+    indeterminate_steps: int
+    events_dropped: int
+    worst_residual: float
+    worst_penetration: float
+    ledger_error: float
+    wall_time: float
+    compile_time: float
+    is_compiled: bool
+    energy_gains: int = 0
+    worst_energy_gain: float = 0.0
+    uncounted: int = 0
+    shared: int = 0
+    rejected: int = 0
+    evaluations: int = 0
+    jacobians: int = 0
+    factorisations: int = 0
+    struck_together: int = 0
+    first_together: str = ""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Stats) and vars(self) == vars(other)
+
+    def __hash__(self) -> int:
+        return hash(tuple(vars(self).values()))
+
+    def __repr__(self) -> str:
+        return f"Stats({', '.join(f'{name}={value!r}' for name, value in self.as_dict().items())})"
+
+    def as_dict(self) -> dict[str, Any]:
+        """The figures by name, as far as they are known."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
+    @classmethod
+    def from_run(cls, state: records.State, system: System, *about: Any) -> Stats:
+        """From the counters and the worst figures that a run left in its state; ``about``: see ``of_numbers``."""
+        struck = int(state.together.count), first_together(system, state.together)
+        return cls.of_numbers(numbers(state.counters).tolist(), numbers(state.worst).tolist(), struck, *about)
+
+    @classmethod
+    def of_numbers(
+        cls, counters: list[int], worst_figures: list[float], struck: tuple[int, str], wall_time: float,
+        compile_time: float, dropped: int, is_compiled: bool, recorded: tuple[str, ...],
+    ) -> Stats:  # fmt: skip
+        """From the numbers of a run's counters and worst figures, and its impacts at several contacts at once."""
+        c = dict(zip(fields_of(records.Counters), counters, strict=True))
+        worst = dict(zip(fields_of(records.Worst), worst_figures, strict=True))
+        known_error: Any = worst["ledger_error"] if LEDGER in recorded else None
+        return cls(
+            c["steps"], c["solved"], c["skipped"], c["kept"], c["pivots"], c["several"], dropped + c["events_lost"],
+            worst["residual"], worst["penetration"], known_error, wall_time,
+            compile_time, is_compiled, c["gains"], worst["gain"], c["uncounted"], c["shared"], c["rejected"],
+            c["evaluations"], c["jacobians"], c["factorisations"], *struck,
+        )  # fmt: skip
+
+
+setattr(Stats, "ledger_error", Recorded(LEDGER, "ledger_error"))  # noqa: B010  # to a type checker it stays a number
+
+
+def first_together(system: System, together: records.Together) -> str:
+    """When contacts were first struck together, and which; nothing where they never were."""
+    if not together.count:
+        return ""
+    names = [system.described.contacts[i] for i in np.flatnonzero(together.struck)]
+    more = [f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED + 1 else []
+    names = (names[:MOST_NAMED] if more else names) + more
+    return f"at t = {float(together.t):.6g} s {', '.join(names[:-1])} and {names[-1]}"
+
+
+def rebound_together(stats: Stats) -> str:
+    """What is to be said of a run in which Newton's law decided several contacts at once."""
+    times = "" if stats.struck_together == 1 else f" ({stats.struck_together} times in all)"
+    return (
+        f"{stats.first_together} were hit at once{times}, and Newton's law of impact with e_N > 0 rebounds them "
+        "together, one answer of many: impact='sequential' strikes one after the other, as a smaller dt does where "
+        "they are apart, impact='poisson' gives back what was compressed, impact='energetic' gives it back as equal "
+        "springs do, e_N = 0 has no rebound, and impact='newton' chooses this answer"
+    )
+
+
+def energy_gain(stats: Stats) -> str:
+    """What is to be said of a run whose contacts gained energy."""
+    impacts = "one impact" if stats.energy_gains == 1 else f"{stats.energy_gains} impacts"
+    return (
+        f"the contacts gained energy in {impacts}, up to {stats.worst_energy_gain:.3g} J: Newton's law of impact lets "
+        "them where coefficients differ, as e_N > 0 with friction of e_F = 0; a single contact with "
+        "impact='energetic', or one e for e_N and e_F of all contacts, does not gain"
+    )
