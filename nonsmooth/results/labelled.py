@@ -23,9 +23,9 @@ from nonsmooth.results.checkpoint import EVENT_NAMES
 from nonsmooth.results.events import EventKind
 from nonsmooth.results.netcdf import NETCDF_KIND
 from nonsmooth.results.recorded import EVENTS, IMPULSES, LEDGER, MODES
+from nonsmooth.results.scene_contacts import modes_of, normal_and_friction
 from nonsmooth.results.scene_events import SceneEventKind
 from nonsmooth.results.scene_records import BODIES, CONTACTS, ELASTIC, ENERGIES, PAIRS
-from nonsmooth.results.scene_solution import modes_of, normal_and_friction
 from nonsmooth.results.seal import seal
 
 if TYPE_CHECKING:

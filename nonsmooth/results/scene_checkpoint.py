@@ -19,7 +19,8 @@ from nonsmooth.results.checkpoint import SCENE_KIND, Layout, end_of, read_state,
 from nonsmooth.results.scene_pairs import pairs_of
 from nonsmooth.results.scene_paradoxes import no_rows
 from nonsmooth.results.scene_records import CONTACTS, PAIRS, record_row, rows_beside
-from nonsmooth.results.scene_solution import SceneSolution, SceneStats, columns_of
+from nonsmooth.results.scene_solution import SceneSolution, columns_of
+from nonsmooth.results.scene_stats import SceneStats
 
 if TYPE_CHECKING:
     from nonsmooth.scenes.scene import Scene

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nonsmooth.results.scene_solution import index_of
+from nonsmooth.results.scene_bodies import index_of
 
 
 class SceneEventKind(IntEnum):

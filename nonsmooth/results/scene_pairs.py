@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nonsmooth.results.scene_solution import index_of
+from nonsmooth.results.scene_bodies import index_of
 
 
 class ScenePair(NamedTuple):

@@ -1,17 +1,22 @@
-"""The result of `simulate` for a scene: bodies as arrays, contacts of each record beside one another."""
+"""The result of `simulate` for a scene: bodies as arrays, contacts of each record beside one another.
+
+Beside it: a body or a joint by name (scene_bodies.py), the contacts of a record (scene_contacts.py), events, pairs and
+paradoxes (scene_events.py, scene_pairs.py, scene_paradoxes.py), what the run cost (scene_stats.py).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nonsmooth.checks.arrays import as_number
 from nonsmooth.errors import InvalidInput, Status, nearest, shown
-from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.recorded import Recorded
+from nonsmooth.results.scene_bodies import BodyMotion, JointImpulses, index_of
+from nonsmooth.results.scene_contacts import ContactColumns, SceneContacts, contacts_in
 from nonsmooth.results.scene_paradoxes import SceneParadox, no_rows, paradox_of
 from nonsmooth.results.scene_records import (
     BODIES,
@@ -26,219 +31,13 @@ from nonsmooth.results.scene_records import (
     SCALAR,
     WORKS,
 )
-from nonsmooth.views import Worded, view
+from nonsmooth.results.scene_stats import SceneStats
+from nonsmooth.views import view
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from nonsmooth.scenes.scene import Body, Scene
-
-
-class SpringStats(NamedTuple):
-    """What the steps of a run with compliant contacts were."""
-
-    omega: float  # sqrt(k/m) of the lightest body [1/s]
-    longest_allowed: float  # step, 1/omega [s]
-    longest: float  # that was taken [s]
-    shortest: float  # [s]
-    rejected: int  # whose error was too large
-
-
-@dataclass(frozen=True)
-class SceneStats:
-    """What a run of a scene cost, and its worst figures.
-
-    Attributes
-    ----------
-    steps : int
-    contacts, most_contacts : int
-        That were candidates: of the last step, and of the step that had the most.
-    islands : int
-        Groups of bodies that touch, of the last step.
-    methods : dict of str to int
-        How many contact problems, of islands and steps, each method ended; "kept" for those that the impulses of the
-        step before already solved.
-    sweeps, factorisations : int
-        Of block Gauss-Seidel, and of Newton's method.
-    impacts : int
-        Steps in which contacts rebounded.
-    asleep : int
-        Steps that were left out: the step before began and ended at rest and needed no solution, so all are alike.
-    tol : float
-        The residual asked for, relative to the impulses.
-    worst_residual, last_residual : float
-        Over all steps and of the last one: |natural map| / |impulses|, recomputed.
-    missed : int
-        Steps whose residual stayed above ``tol``.
-    worst_penetration, last_penetration : float
-        Deepest gap at the beginning of a step [m], over all steps and of the last one.
-    wall_time, compile_time : float
-        [s]
-    energy_gains : int
-        Steps in which the contacts gained energy as they rebounded, as Newton's law of impact lets them.
-    worst_energy_gain : float
-        The most that they gained in one [J].
-    struck_together : int
-        Steps in which a body was struck by several others, and Newton's law with e > 0 rebounded them at once.
-    first_together : str
-        When the first of them was, and the body.
-    rebounds_limited : int
-        Steps in which several contacts rebounded, and their impulses were scaled: Newton's law asked for more energy
-        than the e^2 of what they had taken.
-    springs : SpringStats, optional
-        Of a run with compliant contacts.
-    islands_asleep : int
-        Islands that were left out of steps, counted step by step: nothing of them is looked for, written or solved.
-    inconsistent : int
-        Slides without a force, each of them an impact without collision (``paradoxes`` has them).
-    indeterminate_steps : int
-        Steps in which an island had several solutions.
-    worst_joint_drift, last_joint_drift : float
-        The farthest apart that the points of a joint were at the beginning of a step [m], over all steps and of the
-        last one.
-    """
-
-    steps: int
-    contacts: int
-    most_contacts: int
-    islands: int
-    methods: dict[str, int]
-    sweeps: int
-    factorisations: int
-    impacts: int
-    asleep: int
-    tol: float
-    worst_residual: float
-    last_residual: float
-    missed: int
-    worst_penetration: float
-    last_penetration: float
-    wall_time: float
-    compile_time: float
-    energy_gains: int = 0
-    worst_energy_gain: float = 0.0
-    struck_together: int = 0
-    first_together: str = ""
-    springs: SpringStats | None = None
-    islands_asleep: int = 0
-    rebounds_limited: int = 0
-    worst_joint_drift: float = 0.0
-    last_joint_drift: float = 0.0
-    inconsistent: int = 0
-    indeterminate_steps: int = 0
-
-
-class BodyState(NamedTuple):
-    """A body at one time, as a function of ``events=`` is given it."""
-
-    position: np.ndarray  # (2|3,) of the centre of mass [m]
-    turn: float | np.ndarray  # angle [rad], or (4,) unit quaternion (w, x, y, z)
-    velocity: np.ndarray  # (2|3,) [m/s]
-    spin: float | np.ndarray  # [rad/s], or (3,) in the axes of the world
-
-
-class BodyMotion(NamedTuple):
-    """The motion of one body."""
-
-    t: np.ndarray  # (n_t,) [s]
-    position: np.ndarray  # (n_t, 2|3) of the centre of mass [m]
-    turn: np.ndarray  # (n_t,) angle [rad], or (n_t, 4) unit quaternion (w, x, y, z)
-    velocity: np.ndarray  # (n_t, 2|3) [m/s]
-    spin: np.ndarray  # (n_t,) or (n_t, 3), in the axes of the world [rad/s]
-
-    def __repr__(self) -> str:
-        return view(Worded, "repr")(self)
-
-    def _repr_html_(self) -> str:
-        return view(Worded, "html")(self)
-
-
-class JointImpulses(NamedTuple):
-    """The impulses that held two bodies together."""
-
-    t: np.ndarray  # (n_t,) [s]
-    P: np.ndarray  # (n_t, 2|3) of the last step before each record, on the second body, in the axes of the world [N s]
-
-    def __repr__(self) -> str:
-        return view(Worded, "repr")(self)
-
-    def _repr_html_(self) -> str:
-        return view(Worded, "html")(self)
-
-
-@dataclass(frozen=True, eq=False)
-class SceneContacts:
-    """The contacts of one record; ``i`` pushes ``j`` along ``normal``.
-
-    Attributes
-    ----------
-    t : float
-        [s]
-    i, j : (m,) indices of bodies
-    point, normal : (m, 2|3)
-        Midway between the surfaces [m], and out of body i.
-    gap : (m,) before the last step [m]
-    P : (m, 2|3)
-        Impulses of the last step in the axes of the world, on body j [N s]; of a run with compliant contacts the forces
-        [N].
-    P_N, P_F : (m,)
-        Their normal part, and the size of their tangential part.
-    mode : (m,) ContactMode
-    names : (n_b,) of all bodies
-    """
-
-    t: float
-    i: np.ndarray
-    j: np.ndarray
-    point: np.ndarray
-    normal: np.ndarray
-    gap: np.ndarray
-    P: np.ndarray
-    mu: np.ndarray
-    names: list[str]
-
-    def __len__(self) -> int:
-        return len(self.i)
-
-    @property
-    def P_N(self) -> np.ndarray:
-        """Normal impulses [N s]."""
-        return normal_and_friction(self.P, self.normal)[0]
-
-    @property
-    def P_F(self) -> np.ndarray:
-        """Sizes of the tangential impulses [N s]."""
-        return normal_and_friction(self.P, self.normal)[1]
-
-    @property
-    def mode(self) -> np.ndarray:
-        """OPEN without an impulse; STICK within the friction cone, SLIDE on it, to 1e-8 of it."""
-        return modes_of(*normal_and_friction(self.P, self.normal), self.mu)
-
-    def of(self, name: str) -> SceneContacts:
-        """Those of one body."""
-        k = index_of(name, self.names)
-        rows = np.flatnonzero((self.i == k) | (self.j == k))
-        return SceneContacts(
-            self.t, self.i[rows], self.j[rows], self.point[rows], self.normal[rows], self.gap[rows], self.P[rows],
-            self.mu[rows], self.names,
-        )  # fmt: skip
-
-    def __repr__(self) -> str:
-        loaded = int((self.P_N > 0).sum())
-        return f"SceneContacts({len(self)} at t = {self.t:.6g} s, {loaded} of them loaded)"
-
-
-def normal_and_friction(P: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Normal parts (m,) of impulses, and the sizes of their tangential parts."""
-    P_N = (P * normal).sum(axis=1)
-    return P_N, np.linalg.norm(P - P_N[:, None] * normal, axis=1)
-
-
-def modes_of(P_N: np.ndarray, P_F: np.ndarray, mu: np.ndarray) -> np.ndarray:
-    """What contacts with such impulses do."""
-    sliding = np.where(P_F >= mu * P_N * (1 - 1e-8), ContactMode.SLIDE, ContactMode.STICK)
-    return np.where(P_N > 0, sliding, ContactMode.OPEN)
 
 
 Columns = Any  # arrays by name: a dictionary, or a structured array
@@ -260,25 +59,6 @@ def columns_of(
         no_joints = np.zeros((len(records["t"]), 0, contacts["point"].shape[1]))
         columns[JOINT_IMPULSES] = records[JOINT_IMPULSES] if JOINT_IMPULSES in known else no_joints
     return columns
-
-
-class ContactColumns(NamedTuple):
-    """The contacts of all records, one behind the other; those of record k are offsets[k] to offsets[k + 1] - 1."""
-
-    offsets: np.ndarray
-    i: np.ndarray
-    j: np.ndarray
-    point: np.ndarray
-    normal: np.ndarray
-    gap: np.ndarray
-    P: np.ndarray
-    mu: np.ndarray
-
-    def __repr__(self) -> str:
-        return view(Worded, "repr")(self)
-
-    def _repr_html_(self) -> str:
-        return view(Worded, "html")(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -416,10 +196,7 @@ class SceneSolution:
             k = int(np.argmin(np.abs(self.t - t)))
         every = self.all_contacts
         rows = slice(every.offsets[k], every.offsets[k + 1])
-        return SceneContacts(
-            float(self.t[k]), every.i[rows], every.j[rows], every.point[rows], every.normal[rows], every.gap[rows],
-            every.P[rows], every.mu[rows], self.names,
-        )  # fmt: skip
+        return contacts_in(rows, every, float(self.t[k]), self.names)
 
     def joint(self, name: str) -> JointImpulses:
         """The impulses of a joint, by name.
@@ -536,13 +313,6 @@ class SceneSolution:
             f"SceneSolution({self.status.name}, t = {self.t[-1]:.6g} s, {len(self.names)} bodies, "
             f"{self.stats.steps} steps, worst residual {self.stats.worst_residual:.1e})"
         )
-
-
-def index_of(name: Any, names: list[str]) -> int:
-    """The place of a body among all, or `InvalidInput` with the name that is nearest."""
-    if name not in names:
-        raise InvalidInput(f"there is no body {shown(name)}; {nearest(name, names)}")
-    return names.index(name)
 
 
 def _side_by_side(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -28,10 +28,12 @@ from nonsmooth.results.hdf5 import read_sealed, seal_of, write_hdf5
 from nonsmooth.results.netcdf import put_run, read_run_within
 from nonsmooth.results.npz import Archive, read_npz, write_npz
 from nonsmooth.results.scene_checkpoint import load_scene_checkpoint
+from nonsmooth.results.scene_contacts import ContactColumns
 from nonsmooth.results.scene_events import SceneEventKind, SceneEvents
 from nonsmooth.results.scene_pairs import ScenePairs
 from nonsmooth.results.scene_paradoxes import no_rows
-from nonsmooth.results.scene_solution import ContactColumns, SceneSolution, SceneStats, SpringStats
+from nonsmooth.results.scene_solution import SceneSolution
+from nonsmooth.results.scene_stats import SceneStats, SpringStats
 from nonsmooth.results.seal import require_kind
 from nonsmooth.results.store import ENDINGS, HDF5, LEDGER, NETCDF, fill_hdf5
 from nonsmooth.views import view

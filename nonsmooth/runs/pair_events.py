@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from nonsmooth.mechanics.system import ContactMode
+from nonsmooth.results.scene_contacts import modes_of
 from nonsmooth.results.scene_events import SceneEventKind, SceneEvents
 from nonsmooth.results.scene_records import event_row
-from nonsmooth.results.scene_solution import modes_of
 from nonsmooth.runs.scene_recorder import RunOfScene
 
 MOST_EVENTS = 1_000_000  # chosen: that are kept: 64 MB in the plane, 72 in space

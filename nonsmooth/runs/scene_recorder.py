@@ -25,7 +25,8 @@ from nonsmooth.results.scene_records import (
     record_row,
     rows_beside,
 )
-from nonsmooth.results.scene_solution import SceneSolution, SceneStats, columns_of
+from nonsmooth.results.scene_solution import SceneSolution, columns_of
+from nonsmooth.results.scene_stats import SceneStats
 from nonsmooth.runs.times import RecordTimes
 from nonsmooth.runs.user_events import Stop
 from nonsmooth.scenes.scene import Scene

@@ -34,7 +34,8 @@ from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, EventFunctionError, ModelFunctionError, ProgressError, StepFailure
 from nonsmooth.results.scene_problem import SceneProblem
 from nonsmooth.results.scene_records import EVENTS, PAIRS, WORKS, as_kinds
-from nonsmooth.results.scene_solution import SceneSolution, SceneStats
+from nonsmooth.results.scene_solution import SceneSolution
+from nonsmooth.results.scene_stats import SceneStats
 from nonsmooth.runs.identity import facts_of_scene_run
 from nonsmooth.runs.pair_events import PairEvents
 from nonsmooth.runs.run import LOOK_EVERY, Run, next_block

@@ -13,7 +13,7 @@ import numpy as np
 
 from nonsmooth.errors import Status
 from nonsmooth.integrators.assembly.world import World
-from nonsmooth.results.scene_solution import BodyState, index_of
+from nonsmooth.results.scene_bodies import BodyState, index_of
 from nonsmooth.runs.scene_recorder import RunOfScene
 from nonsmooth.runs.user_events import OF_SCENE, EventFailed, Stop, UserEvent
 from nonsmooth.scenes.places import conjugate, times

@@ -17,7 +17,7 @@ from nonsmooth.jit import running_time
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.scene_paradoxes import no_rows
 from nonsmooth.results.scene_records import DAMPING, ELASTIC, EVENTS, PAIRS, WORKS
-from nonsmooth.results.scene_solution import SceneStats, SpringStats
+from nonsmooth.results.scene_stats import SceneStats, SpringStats
 from nonsmooth.runs.run import next_block
 from nonsmooth.runs.scene_recorder import SceneRecorder
 from nonsmooth.runs.scene_run import SOFT, SceneRun, require_no_joints

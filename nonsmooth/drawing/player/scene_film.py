@@ -14,7 +14,7 @@ from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, Sh
 from nonsmooth.drawing.player.solution_film import RECORDS_SHOWN, ledger_curves
 from nonsmooth.drawing.plots import nearest_records
 from nonsmooth.drawing.scene_figures import rounded
-from nonsmooth.results.scene_solution import SceneContacts
+from nonsmooth.results.scene_contacts import SceneContacts
 from nonsmooth.scenes import scene as scenes
 from nonsmooth.scenes.parts import Part, parts_of
 from nonsmooth.scenes.places import ORIGIN, compose, place_of, rotate
