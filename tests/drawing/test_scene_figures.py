@@ -15,7 +15,8 @@ from nonsmooth.drawing.animation import find_ffmpeg
 from nonsmooth.drawing.plots import new_figure
 from nonsmooth.drawing.scene import ARROW
 from nonsmooth.drawing.scene_contacts import scene_contact_marks
-from nonsmooth.drawing.scene_figures import AZIMUTH, FORESHORTENED, camera, grounds_seen, spatial_extent
+from nonsmooth.drawing.scene_figures import draw_bodies, extent_of
+from nonsmooth.drawing.spatial_bodies import AZIMUTH, FORESHORTENED, camera, grounds_seen, spatial_extent
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +69,15 @@ def thrown_disc():
     scene.fixed(ns.HalfPlane((0, 1)))
     scene.body(ns.Disc(0.1), density=1000, position=(0, 1), velocity=(1, 0))
     return ns.simulate(scene, (0, 0.4), integrator=ns.MoreauJean(dt=2e-3))
+
+
+def test_of_bodies_in_one_another_the_same_one_hides_the_other_in_every_frame(stack):
+    """What is drawn at one height is drawn as it was added: free, fixed and guided bodies."""
+    for record in range(20):
+        axes = new_figure(3.0, 3.0).subplots()
+        drawn = draw_bodies(axes, stack, record, extent_of(stack))
+        places = [axes.get_children().index(artist) for artist in drawn if artist.get_zorder() == 1]
+        assert len(places) == 3 and places == sorted(places)
 
 
 @pytest.mark.parametrize("ending", [".gif", ".webp"])

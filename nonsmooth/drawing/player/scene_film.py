@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nonsmooth.drawing.facets import has_facets, quarters_of, triangles_of
+from nonsmooth.drawing.planar_bodies import rounded
 from nonsmooth.drawing.player.film import Body, Contacts, Curve, Film, Shape, ShapeKind
 from nonsmooth.drawing.player.solution_film import RECORDS_SHOWN, ledger_curves
 from nonsmooth.drawing.plots import nearest_records
-from nonsmooth.drawing.scene_figures import rounded
 from nonsmooth.results.scene_contacts import SceneContacts
 from nonsmooth.scenes import scene as scenes
 from nonsmooth.scenes.parts import Part, parts_of

@@ -7,11 +7,12 @@ import pytest
 
 import nonsmooth as ns
 from models.scenes import BoxStack, CardHouse, MasonryArch, Turntable
+from nonsmooth.drawing.bodies import places
 from nonsmooth.drawing.facets import triangles_of
+from nonsmooth.drawing.planar_bodies import rounded
 from nonsmooth.drawing.player import scene_film
 from nonsmooth.drawing.player.film import ShapeKind
 from nonsmooth.drawing.player.scene_film import film_of_scene
-from nonsmooth.drawing.scene_figures import places, rounded
 from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.scenes.parts import parts_of
 from nonsmooth.scenes.places import compose, matrix_of, place_of
