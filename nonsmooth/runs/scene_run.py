@@ -1,8 +1,10 @@
-"""One run of a scene: step after step, until the end, a failure, Ctrl-C or the end of the budget."""
+"""One run of a scene: step after step, until the end, a failure, Ctrl-C or the end of the budget.
+
+`simulate` begins it in simulate_scene.py; what is said of its figures in the end is in scene_warnings.py.
+"""
 
 from __future__ import annotations
 
-import functools
 import math
 import sys
 import time
@@ -12,38 +14,23 @@ from typing import Any
 
 import numpy as np
 
-from nonsmooth.contact.network.parallel import Desks
-from nonsmooth.errors import (
-    EnergyGainWarning,
-    InvalidInput,
-    PenetrationWarning,
-    ResidualWarning,
-    SimultaneousImpactWarning,
-    Status,
-    said_by,
-    warn_caller,
-)
+from nonsmooth.errors import InvalidInput, Status, said_by
 from nonsmooth.integrators.assembly.apart import part_bodies
-from nonsmooth.integrators.assembly.progress import DONE, LOST, MOST_TURN, UNSOLVED
+from nonsmooth.integrators.assembly.progress import DONE, LOST, UNSOLVED
 from nonsmooth.integrators.assembly.step import Assembly
 from nonsmooth.integrators.assembly.world import World
-from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit import running_time, waited
 from nonsmooth.jit.blocks import named_numbers
 from nonsmooth.results.failures import BudgetSpent, EventFunctionError, ModelFunctionError, ProgressError, StepFailure
 from nonsmooth.results.scene_problem import SceneProblem
-from nonsmooth.results.scene_records import EVENTS, PAIRS, WORKS, as_kinds
+from nonsmooth.results.scene_records import EVENTS, PAIRS, WORKS
 from nonsmooth.results.scene_solution import SceneSolution
 from nonsmooth.results.scene_stats import SceneStats
-from nonsmooth.runs.identity import facts_of_scene_run
 from nonsmooth.runs.pair_events import PairEvents
 from nonsmooth.runs.run import LOOK_EVERY, Run, next_block
 from nonsmooth.runs.scene_recorder import SceneRecorder
-from nonsmooth.runs.scene_streaming import StreamingSceneRecorder
 from nonsmooth.runs.scene_user_events import SceneWatch
-from nonsmooth.runs.seen import looked_at
-from nonsmooth.runs.streaming import as_place
 from nonsmooth.runs.times import RecordTimes, grid_times
 from nonsmooth.runs.user_events import Stop
 from nonsmooth.scenes.scene import Scene
@@ -51,8 +38,6 @@ from nonsmooth.signals.interruption import interrupts_held_back
 
 SOFT = "the springs are soft for this motion, or what is thin passed through; a larger stiffness ends this"
 TIMES_AT_ONCE = 512  # chosen: record times that are held
-MOST_OF_A_CHAIN = 20  # chosen: bodies, as of a break at billiards: in a pile all blows meet others, and none is told
-DEEP = 0.01  # chosen: of the smallest shape: a penetration that is told
 ENDS = {LOST: Status.NOT_FINITE, UNSOLVED: Status.NOT_SOLVED}
 METHODS = {"kept": "kept", "sweeps": "swept", "augmented Lagrangian": "direct"}  # name: field of the counts
 FAILURES: dict[Status, type[StepFailure]] = {
@@ -403,124 +388,3 @@ def require_no_joints(scene: Scene, what: str) -> None:
         raise InvalidInput(
             f"{what} does not hold joints, and the scene has {scene.joints[0].name}; take MoreauJean(dt), rigid"
         )
-
-
-def simulate_scene(
-    kind: type[SceneRun], scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any,
-    project: bool, functions: Sequence[Callable], on_failure: str, max_steps: int | None, max_wall_time: float | None,
-    progress: Callable[[float], None] | bool | None, record: Any, checkpoint: Any, resume: Any, checkpoint_every: float,
-    view: bool, threads: int,
-) -> SceneSolution:  # fmt: skip
-    """`simulate` for a scene by a kind of run, its arguments checked but for those of times."""
-    kinds = as_kinds(record)
-    recorder = SceneRecorder(kinds)
-    if checkpoint is not None or resume is not None:
-        if not kind.is_resumed:
-            raise InvalidInput(
-                f"a run of a scene by {type(integrator).__name__} keeps no checkpoint; leave out checkpoint= and "
-                "resume=, or take MoreauJean(dt, compliance=...)"
-            )
-        require_no_events(kinds, functions)
-        facts = functools.partial(facts_of, t_span, every, t_eval, kinds, project)
-        recorder = StreamingSceneRecorder(kinds, facts, as_place(checkpoint, resume, checkpoint_every))
-    if threads > 1 and not kind.has_islands:
-        raise InvalidInput(
-            f"threads share the islands of a scene, and {type(integrator).__name__} solves none; leave out threads=, "
-            "or take MoreauJean(dt)"
-        )
-    run = kind(scene, t_span, integrator, every, t_eval, recorder, project, functions)  # type: ignore[arg-type]
-    if threads > 1:
-        run.assembly.desks = Desks(threads)
-    with looked_at(run, progress, view) as hear:
-        run.advance(max_wall_time, hear, max_steps)
-    solution = run.solution()
-    if solution.stats.missed and solution.success:
-        warn_caller(missed_residual(solution.stats), ResidualWarning)
-    if solution.stats.energy_gains:
-        warn_caller(rebound_gain(solution.stats), EnergyGainWarning)
-    if solution.stats.struck_together and len(scene.bodies) <= MOST_OF_A_CHAIN:
-        warn_caller(struck_by_several(solution.stats), SimultaneousImpactWarning)
-    if solution.stats.worst_penetration > DEEP * run.assembly.smallest:
-        warn_caller(deep_penetration(solution.stats, run.assembly.smallest, run.what_is_deep), PenetrationWarning)
-    if solution.stats.worst_joint_drift > DEEP * run.assembly.smallest:
-        warn_caller(far_drift(solution.stats, run.assembly), PenetrationWarning)
-    counts = run.assembly.progress.counts
-    if counts.spun:
-        name = scene.bodies[int(counts.spinner)].name
-        warn_caller(far_turn(name, int(counts.spun)), PenetrationWarning)
-    if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
-        raise run.failure(solution)
-    return solution
-
-
-def require_no_events(kinds: tuple[str, ...], functions: Sequence[Callable]) -> None:
-    """Raise `InvalidInput` where a run with a checkpoint is asked for events."""
-    if functions:
-        raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
-    if EVENTS in kinds:
-        raise InvalidInput(
-            'a checkpoint keeps no events; leave "events" out of record=, or leave out checkpoint= and resume='
-        )
-
-
-def facts_of(
-    t_span: tuple[float, float], every: int, t_eval: Any, kinds: tuple[str, ...], project: bool, run: SceneRun
-) -> dict[str, Any]:  # fmt: skip
-    """All that the bits of a run depend on."""
-    stages = run.assembly.stages
-    kernels = (stages.take, stages.find, *stages.others)
-    return facts_of_scene_run(run.world, kernels, run.integrator, t_span, every, t_eval, kinds, project)
-
-
-def rebound_gain(stats: SceneStats) -> str:
-    """What is to be said of a run whose contacts gained energy."""
-    return (
-        f"the contacts gained energy in {stats.energy_gains} impacts, up to {stats.worst_energy_gain:.3g} J: "
-        "Newton's law of impact lets them where e > 0 and friction acts, or several contacts are hit at once; "
-        "e = 0 gains nothing"
-    )
-
-
-def struck_by_several(stats: SceneStats) -> str:
-    """What is to be said of a run in which Newton's law decided impacts of several pairs at once."""
-    times = "" if stats.struck_together == 1 else f" (as bodies were in {stats.struck_together} steps)"
-    return (
-        f"{stats.first_together} was struck by several bodies at once{times}, and Newton's law of impact with e > 0 "
-        "rebounds them together, one answer of many: a smaller dt, or spaces wider than the way in a step, let blows "
-        "follow one another, and e = 0 has no rebound"
-    )
-
-
-def deep_penetration(stats: SceneStats, smallest: float, why: str) -> str:
-    """What is to be said of a run whose bodies were deep in one another."""
-    return (
-        f"bodies were up to {stats.worst_penetration:.2g} m in one another, and the smallest reaches {smallest:.2g} m: "
-        + why
-    )
-
-
-def far_drift(stats: SceneStats, assembly: Assembly) -> str:
-    """What is to be said of a run whose joints came apart."""
-    return (
-        f"the points of a joint were up to {stats.worst_joint_drift:.2g} m apart, and the smallest body reaches "
-        f"{assembly.smallest:.2g} m: velocities that a joint stops at the start, or bodies that turn far in a step or "
-        "swing faster than it under a pull; a smaller dt ends this"
-    )
-
-
-def far_turn(name: str, spun: int) -> str:
-    """What is to be said of a run in which a body turned far in a step while it touched."""
-    return (
-        f"{name} turned by more than {MOST_TURN:g} rad in a step while it touched, as bodies did {spun} times: "
-        "contacts are those of the beginning of a step, and what is thin may have passed through what it met; "
-        "a smaller dt ends this"
-    )
-
-
-def missed_residual(stats: SceneStats) -> str:
-    """What is to be said of a run whose contact problems were not all solved to the tolerance."""
-    return (
-        f"in {stats.missed} of {stats.steps} steps the contact problem was solved to less than tol = {stats.tol:g}, at "
-        f"worst to {stats.worst_residual:.2g}; more sweeps, or a larger tol, end this: "
-        "MoreauJean(dt, contacts=ns.ContactSolver(tol=..., sweeps=...))"
-    )

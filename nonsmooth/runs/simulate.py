@@ -247,7 +247,7 @@ def simulate(
     if threads > 1 and scene is None:
         raise InvalidInput("threads share the islands of a scene, and a system has none; leave out threads=")
     if scene is not None:
-        from nonsmooth.runs.scene_run import simulate_scene
+        from nonsmooth.runs.simulate_scene import simulate_scene
 
         of_scene = simulate_scene(
             kind_of_run(method), scene, t_span, method, every, t_eval, project, functions, on_failure, max_steps,

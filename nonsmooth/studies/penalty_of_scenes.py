@@ -22,7 +22,7 @@ from nonsmooth.integrators.assembly.world import World
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.penalty.options import Penalty
 from nonsmooth.integrators.springs.scene_springs import half_thickness
-from nonsmooth.runs.scene_run import DEEP
+from nonsmooth.runs.scene_warnings import DEEP
 from nonsmooth.studies.affordable import Choice, choose_affordable
 from nonsmooth.studies.comparison import ComparisonTask, run_comparison
 from nonsmooth.studies.equal_restitution import chosen_damping, compared

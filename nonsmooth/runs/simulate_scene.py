@@ -1,0 +1,80 @@
+"""`simulate` for a scene: the recorder that suits, what is refused, the run, what is said of it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from nonsmooth.contact.network.parallel import Desks
+from nonsmooth.errors import (
+    InvalidInput,
+    Status,
+)
+from nonsmooth.integrators.contract import Integrator
+from nonsmooth.results.scene_records import EVENTS, as_kinds
+from nonsmooth.results.scene_solution import SceneSolution
+from nonsmooth.runs.identity import facts_of_scene_run
+from nonsmooth.runs.scene_recorder import SceneRecorder
+from nonsmooth.runs.scene_run import SceneRun
+from nonsmooth.runs.scene_streaming import StreamingSceneRecorder
+from nonsmooth.runs.scene_warnings import warn_of
+from nonsmooth.runs.seen import looked_at
+from nonsmooth.runs.streaming import as_place
+from nonsmooth.scenes.scene import Scene
+
+
+def simulate_scene(
+    kind: type[SceneRun], scene: Scene, t_span: tuple[float, float], integrator: Integrator, every: int, t_eval: Any,
+    project: bool, functions: Sequence[Callable], on_failure: str, max_steps: int | None, max_wall_time: float | None,
+    progress: Callable[[float], None] | bool | None, record: Any, checkpoint: Any, resume: Any, checkpoint_every: float,
+    view: bool, threads: int,
+) -> SceneSolution:  # fmt: skip
+    """`simulate` for a scene by a kind of run, its arguments checked but for those of times."""
+    kinds = as_kinds(record)
+    recorder = SceneRecorder(kinds)
+    if checkpoint is not None or resume is not None:
+        require_resumable(kind, integrator, kinds, functions)
+        facts = functools.partial(facts_of, t_span, every, t_eval, kinds, project)
+        recorder = StreamingSceneRecorder(kinds, facts, as_place(checkpoint, resume, checkpoint_every))
+    if threads > 1 and not kind.has_islands:
+        raise InvalidInput(
+            f"threads share the islands of a scene, and {type(integrator).__name__} solves none; leave out threads=, "
+            "or take MoreauJean(dt)"
+        )
+    run = kind(scene, t_span, integrator, every, t_eval, recorder, project, functions)  # type: ignore[arg-type]
+    if threads > 1:
+        run.assembly.desks = Desks(threads)
+    with looked_at(run, progress, view) as hear:
+        run.advance(max_wall_time, hear, max_steps)
+    solution = run.solution()
+    warn_of(run, solution)
+    if not solution.success and solution.status != Status.INTERRUPTED and on_failure == "raise":
+        raise run.failure(solution)
+    return solution
+
+
+def require_resumable(
+    kind: type[SceneRun], integrator: Integrator, kinds: tuple[str, ...], functions: Sequence[Callable]
+) -> None:
+    """Raise `InvalidInput` where a run keeps no checkpoint, or one is asked for events beside it."""
+    if not kind.is_resumed:
+        raise InvalidInput(
+            f"a run of a scene by {type(integrator).__name__} keeps no checkpoint; leave out checkpoint= and "
+            "resume=, or take MoreauJean(dt, compliance=...)"
+        )
+    if functions:
+        raise InvalidInput("a run with a checkpoint looks for no events; leave out events=, or checkpoint= and resume=")
+    if EVENTS in kinds:
+        raise InvalidInput(
+            'a checkpoint keeps no events; leave "events" out of record=, or leave out checkpoint= and resume='
+        )
+
+
+def facts_of(
+    t_span: tuple[float, float], every: int, t_eval: Any, kinds: tuple[str, ...], project: bool, run: SceneRun
+) -> dict[str, Any]:  # fmt: skip
+    """All that the bits of a run depend on."""
+    stages = run.assembly.stages
+    kernels = (stages.take, stages.find, *stages.others)
+    return facts_of_scene_run(run.world, kernels, run.integrator, t_span, every, t_eval, kinds, project)
