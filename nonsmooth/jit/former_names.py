@@ -21,6 +21,7 @@ FORMER = {
     "contact.planar.enumerate": "contact_solvers.modes",
     "contact.planar.forces": "paradox.forces",
     "contact.planar.ladder": "contact_solvers.planar",
+    "contact.planar.lemke": "contact_solvers.planar",
     "contact.planar.newton": "contact_solvers.planar_newton",
     "contact.planar.redundant": "contact_solvers.redundant",
     "cycles.cycle": "stability.cycle",

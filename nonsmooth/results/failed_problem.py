@@ -20,7 +20,8 @@ from nonsmooth.checks.files import as_path, as_place, refusals
 from nonsmooth.contact.planar.energetic import spring_back
 from nonsmooth.contact.planar.enumerate import enumerate_modes
 from nonsmooth.contact.planar.impacts import strike
-from nonsmooth.contact.planar.ladder import pivot, solve_planar
+from nonsmooth.contact.planar.ladder import solve_planar
+from nonsmooth.contact.planar.lemke import pivot
 from nonsmooth.contact.planar.newton import solve_by_newton
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, Status

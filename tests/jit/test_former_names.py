@@ -6,12 +6,14 @@ import pytest
 
 import nonsmooth as ns
 from nonsmooth.checks.arrays import as_number
+from nonsmooth.contact.planar.lemke import pivot
 from nonsmooth.integrators.adaptive.loop import run
 from nonsmooth.jit.fingerprint import LooseSurvey
 from nonsmooth.jit.former_names import FORMER, known_as
 from nonsmooth.jit.libraries import library_path
 
-PARTED = {"results.events", "results.failures", "results.stats"}  # from what is left of the files that they were in
+# from what is left of the files that they were in
+PARTED = {"contact.planar.lemke", "results.events", "results.failures", "results.stats"}
 
 
 @pytest.mark.parametrize("module", FORMER)
@@ -45,6 +47,7 @@ def test_a_function_that_models_use_is_known_as_it_was():
 
 def test_the_slot_of_an_entry_point_is_named_as_it_was():
     assert run.slot_name == "nonsmooth.nonsmooth.integrators.adaptive_loop.run"
+    assert pivot.slot_name == "nonsmooth.nonsmooth.contact_solvers.planar.pivot"
 
 
 def test_public_classes_are_known_as_they_were():

@@ -4,24 +4,17 @@ Islands of contacts that are not coupled are solved apart (islands.py), one cont
 
 1. the impulses of the step before, where every contact rested: kept if they still balance (kept.py);
 2. where there is one motion, by a certificate (certificate.py) or by the last census (census.py): the modes of the step
-   before, if they still hold, else Newton's or Lemke's method;
+   before, if they still hold, else Newton's (newton.py) or Lemke's method (lemke.py);
 3. else every solution by enumeration of modes (planar/enumerate.py), of the contacts that reduction.py leaves, and the
    selection rule; where a census is not possible, or has to wait, as in 2;
 4. Lemke's method where contacts are redundant and the enumeration found nothing, and at last the enumeration that
-   decides redundant contacts, which is compiled when a step first needs it;
-5. Gauss–Seidel over the contacts, each solved in closed form, with its law of friction where that varies with the
-   speed; alone where friction vanishes with it.
+   decides redundant contacts (redundant.py), which is compiled when a step first needs it;
+5. Gauss–Seidel over the contacts (gauss_seidel.py), each solved in closed form, with its law of friction where that
+   varies with the speed; alone where friction vanishes with it.
 
 The semismooth Newton method is compiled for scenes of many contacts only. Whatever found the motion, redundant contacts
 share its impulses by ``hold_modes``.
 
-Lemke's problem, after Glocker, per contact with P_R = mu P_N + P_F and gamma_L the part of gamma_F to the left:
-
-    [gamma_N]   [G_NN - G_NF mu   G_NF   0] [P_N    ]   [c_N]
-    [gamma_R] = [G_FN - G_FF mu   G_FF   1] [P_R    ] + [c_F]
-    [P_L    ]   [     2 mu         -1    0] [gamma_L]   [ 0 ]
-
-Source: Glocker, Studer, *Multibody Syst. Dyn.* 13 (2005) 447.
 What is accepted satisfies the inclusions of ``problem.residual``.
 """
 
@@ -44,7 +37,9 @@ from nonsmooth.contact.planar.census import (
 )
 from nonsmooth.contact.planar.certificate import has_one_motion
 from nonsmooth.contact.planar.enumerate import MAX_LEAVES, enumerate_modes, leaves, select
+from nonsmooth.contact.planar.gauss_seidel import gauss_seidel
 from nonsmooth.contact.planar.kept import factor, hold_modes, keep_impulses, recall_modes
+from nonsmooth.contact.planar.lemke import can_be_faceted, solve_by_lemke
 from nonsmooth.contact.planar.newton import solve_by_newton
 from nonsmooth.contact.planar.problem import (
     ACCEPTED_RESIDUAL,
@@ -58,25 +53,15 @@ from nonsmooth.contact.planar.problem import (
 )
 from nonsmooth.contact.planar.reduction import count_modes, group_contacts
 from nonsmooth.contact.planar.redundant import enumerate_redundant
-from nonsmooth.contact.planar.single import (
-    SLIDE_PLUS,
-    STICK,
-    STILL_VELOCITY,
-    count,
-    slip_of,
-    solve_alone,
-)
+from nonsmooth.contact.planar.single import SLIDE_PLUS, STICK, STILL_VELOCITY, count, slip_of, solve_alone
 from nonsmooth.jit import interpreted, kernel, rare_kernel
 from nonsmooth.jit.blocks import address, view
-from nonsmooth.lcp.lemke import lemke
 from nonsmooth.mechanics.contact_problem import Problem
 from nonsmooth.mechanics.laws import can_stick, static_coefficient
-from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, ContactMode, System
+from nonsmooth.mechanics.system import GIVEN_FORCE, ContactMode, System
 
-GAUSS_SEIDEL_SWEEPS = 20_000  # chosen: Gauss–Seidel
 SAME_VELOCITIES = 1e-8  # chosen: of max |c|: velocities of one motion, both with a residual of ACCEPTED_RESIDUAL
 SPEED_SWEEPS = 50  # chosen: fixed point on mu(v) where several contacts slide
-LEMKE_PIVOTS = 50  # chosen: times the number of unknowns
 
 
 class Route(IntEnum):
@@ -437,130 +422,3 @@ def spread_friction(take, problem, planar):
 def exceeds_enumeration(system: System) -> bool:
     """Whether more contacts of the system may be closed at once than are enumerated."""
     return bool(interpreted(leaves)(system.n_c, system.kinds, MAX_LEAVES) > MAX_LEAVES)
-
-
-@kernel
-def can_be_faceted(problem):
-    """Whether the problem is a linear complementarity problem: a bilateral contact is none."""
-    for k in range(problem.n):
-        if problem.kinds[k, 0] == BILATERAL:
-            return False
-    return True
-
-
-@rare_kernel
-def solve_by_lemke(problem, planar):
-    """Lemke's method on Glocker's problem; True if the answer satisfies the inclusions."""
-    P, z = problem.P, planar.z
-    size = assemble_lcp(problem, planar)
-    pivots = pivot(size, planar.A, planar.b, z, planar.tableau, planar.scales, planar.basis, LEMKE_PIVOTS * size)
-    planar.pivots += pivots
-    row = 0
-    for k in range(problem.n):
-        d = problem.kinds[k, 1]
-        t = problem.start[k + 1] - 1
-        if problem.kinds[k, 0] == GIVEN_FORCE:
-            P[t] = z[row] - problem.mu[k] * problem.normal_impulse[k]
-            row += 2
-        else:
-            P[problem.start[k]] = z[row]
-            if d > 0:
-                P[t] = z[row + 1] - problem.mu[k] * z[row]
-            row += 1 + 2 * d
-    return residual(problem, planar) <= ACCEPTED_RESIDUAL
-
-
-@kernel(
-    "int64(int64, float64[:, ::1], float64[::1], float64[::1], float64[:, ::1], float64[:, ::1], int64[::1], int64)"
-)
-def pivot(size, A, b, z, tableau, scales, basis, max_pivots):
-    """Lemke's method as a part compiled for itself; returns the number of pivots."""
-    _, pivots = lemke(size, A, b, z, tableau, scales, basis, max_pivots)
-    return pivots
-
-
-@kernel
-def assemble_lcp(problem, planar):
-    """Fill A and b of Glocker's problem, contact by contact; returns its size."""
-    b = planar.b
-    row = 0
-    for k in range(problem.n):
-        first, size, column = problem.start[k], count_unknowns(k, problem), 0
-        for a in range(size):
-            b[row + a] = 0.0
-        for a in range(problem.start[k + 1] - first):
-            b[row + a] = problem.c[first + a]
-        for m in range(problem.n):
-            fill_columns(k, m, row, column, problem, planar)
-            column += count_unknowns(m, problem)
-        if problem.kinds[k, 1] > 0 and problem.kinds[k, 0] == GIVEN_FORCE:
-            b[row + 1] = 2.0 * problem.mu[k] * problem.normal_impulse[k]
-        row += size
-    return row
-
-
-@kernel
-def count_unknowns(k, problem):
-    """Number of unknowns of contact k in Glocker's problem."""
-    return (0 if problem.kinds[k, 0] == GIVEN_FORCE else 1) + 2 * problem.kinds[k, 1]
-
-
-@kernel
-def fill_columns(k, m, row, column, problem, planar):
-    """Block (k, m) of Glocker's matrix, which begins at a row and a column."""
-    A, b, G, mu, first = planar.A, planar.b, problem.G, problem.mu[m], problem.start[m]
-    is_given, d = problem.kinds[m, 0] == GIVEN_FORCE, problem.kinds[m, 1]
-    size, width, rows = count_unknowns(k, problem), count_unknowns(m, problem), problem.start[k + 1] - problem.start[k]
-    for a in range(size):
-        for e in range(width):
-            A[row + a, column + e] = 0.0
-    for a in range(rows):
-        g = problem.start[k] + a
-        A[row + a, column] = G[g, first]
-        if is_given:
-            b[row + a] -= G[g, first] * mu * problem.normal_impulse[m]
-        elif d > 0:
-            A[row + a, column] -= mu * G[g, first + 1]
-            A[row + a, column + 1] = G[g, first + 1]
-    if k == m and d > 0:
-        A[row + rows - 1, column + width - 1] = 1.0
-        A[row + size - 1, column + width - 2] = -1.0
-        if not is_given:
-            A[row + size - 1, column] = 2.0 * mu
-
-
-@rare_kernel
-def gauss_seidel(problem, planar):
-    """Each contact solved in closed form with the others held, in turn, until the residual is accepted."""
-    for row in range(problem.r):
-        problem.P[row] = 0.0
-    for sweep in range(GAUSS_SEIDEL_SWEEPS):
-        for k in range(problem.n):
-            relax(k, problem)
-        if sweep % 10 == 9:
-            residual(problem, planar)
-            update_friction(problem, planar)
-            if residual(problem, planar) <= ACCEPTED_RESIDUAL:
-                return True
-    return False
-
-
-@kernel
-def relax(k, problem):
-    """Solve contact k with the others held: for as long their impulses count to its c."""
-    c, a, t = problem.c, problem.start[k], problem.start[k + 1] - 1
-    c_a, c_t = c[a], c[t]
-    local_a, local_t = local_velocity(a, k, problem), local_velocity(t, k, problem)
-    c[a], c[t] = local_a, local_t
-    solve_alone(k, problem)
-    c[a], c[t] = c_a, c_t
-
-
-@kernel
-def local_velocity(row, k, problem):
-    """Velocity of a row of contact k from all impulses except its own."""
-    total = problem.c[row]
-    for m in range(problem.r):
-        if m < problem.start[k] or m >= problem.start[k + 1]:
-            total += problem.G[row, m] * problem.P[m]
-    return total

@@ -18,7 +18,8 @@ from typing import ClassVar
 from nonsmooth.checks.arrays import as_flag, as_instance, as_number, as_positive
 from nonsmooth.contact.planar.enumerate import enumerate_modes
 from nonsmooth.contact.planar.impacts import kernels_of_shock
-from nonsmooth.contact.planar.ladder import exceeds_enumeration, pivot, solve_planar
+from nonsmooth.contact.planar.ladder import exceeds_enumeration, solve_planar
+from nonsmooth.contact.planar.lemke import pivot
 from nonsmooth.contact.planar.newton import solve_by_newton
 from nonsmooth.contact.planar.redundant import enumerate_redundant
 from nonsmooth.errors import InvalidInput, shown

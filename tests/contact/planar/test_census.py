@@ -6,7 +6,8 @@ import nonsmooth as ns
 from benchmarks.contacts import at_rest, struck_stack
 from nonsmooth.contact.planar.census import MATERIAL
 from nonsmooth.contact.planar.enumerate import Tree, enumerate_modes
-from nonsmooth.contact.planar.ladder import Route, pivot, solve_planar
+from nonsmooth.contact.planar.ladder import Route, solve_planar
+from nonsmooth.contact.planar.lemke import pivot
 from nonsmooth.contact.planar.problem import Planar, problem_of
 from nonsmooth.contact.planar.single import FREE, SLIDE_PLUS, STICK
 from nonsmooth.contact.planar.single import slip_of as compiled_slip_of
