@@ -27,7 +27,7 @@ import numpy as np
 from nonsmooth.checks.arrays import as_fraction, as_non_negative, as_number, as_positive
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
 from nonsmooth.jit import call_law, kernel, rare_kernel
-from nonsmooth.mechanics.returned import takes
+from nonsmooth.mechanics.signatures import takes
 
 CONSTANT, STATIC_KINETIC, POLYNOMIAL, STRIBECK, SMOOTHED = 0, 1, 2, 3, 4  # code: laws of friction
 OWN = 99  # code: a law of the user's, whose row has addresses and is never read from a file

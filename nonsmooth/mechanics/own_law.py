@@ -20,8 +20,8 @@ from nonsmooth.errors import InvalidInput, said_by
 from nonsmooth.jit import CannotCompile, Unpack, call_law
 from nonsmooth.jit.own_law import LAWS, KnownLaw, numbers_at
 from nonsmooth.mechanics.laws import LAW_C, LAW_CODE, OWN, Friction
-from nonsmooth.mechanics.returned import takes
 from nonsmooth.mechanics.shelf import Same, Shelf
+from nonsmooth.mechanics.signatures import takes
 from nonsmooth.numerics.complex_step import complexified
 
 LAW_P = LAW_C + 1  # code: column of the address of the parameters, behind that of the handle

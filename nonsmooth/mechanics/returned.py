@@ -11,13 +11,11 @@ size compared each time. Shapes agree where they do without their axes of length
 from __future__ import annotations
 
 import ast
-import dis
 import functools
 import hashlib
-import inspect
 import linecache
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -25,33 +23,6 @@ import numpy as np
 from nonsmooth.numerics.continuation import CannotContinue, codes_of, source_tree
 
 NAMELESS = {"<lambda>", "_lambdifygenerated"}  # defined: by Python and SymPy
-
-
-def takes(function: Callable, arguments: tuple[str, ...]) -> bool:
-    """Whether a function can be called with these arguments; True when in doubt."""
-    try:
-        inspect.signature(function).bind(*arguments)
-    except TypeError:
-        return False
-    except Exception:  # without a signature, or an object that raises when it is asked
-        return True
-    return True
-
-
-def returns_values(function: Callable) -> bool:
-    """Whether a function with a return has something to return besides None; True when in doubt."""
-    function = getattr(function, "py_func", function)
-    code = getattr(function, "__code__", None)
-    return code is None or any(_returned(code))
-
-
-def _returned(code: types.CodeType) -> Iterator[bool]:
-    """Of each return of a code, whether it returns something."""
-    is_nothing = False
-    for instruction in dis.get_instructions(code):
-        if instruction.opname in ("RETURN_VALUE", "RETURN_CONST"):
-            yield not (instruction.argval is None if instruction.opname == "RETURN_CONST" else is_nothing)
-        is_nothing = instruction.opname == "LOAD_CONST" and instruction.argval is None
 
 
 def writing(name: str, function: Callable, takes_u: bool, shape: tuple[int, ...]) -> Callable:

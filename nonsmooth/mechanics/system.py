@@ -11,9 +11,7 @@ Laws* (2001). The symbols are those of docs/notation.md.
 
 from __future__ import annotations
 
-import dis
 import functools
-import inspect
 import types
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -43,7 +41,8 @@ from nonsmooth.mechanics.laws import (
     law_row,
 )
 from nonsmooth.mechanics.own_law import own_laws, require_values, write_handles
-from nonsmooth.mechanics.returned import returns_values, takes, writing
+from nonsmooth.mechanics.returned import writing
+from nonsmooth.mechanics.signatures import is_hashable, reads_argument, require_arguments, returns_values, takes
 
 # The model functions, in the order of the ``which`` argument of the compiled model.
 MASS, FORCE, GAP, NORMAL, TANGENT, SURFACE_VELOCITY, GAP_RATE, ROW_RATES = range(8)
@@ -320,7 +319,7 @@ class System:
         size, found = (self.n_q, self.n_c), {}
         if self.normal is None:
             found[NORMAL] = derived("normal", gap, size)
-        if self.gap_rate is None and _reads(getattr(self.gap, "__code__", None), 0):
+        if self.gap_rate is None and reads_argument(getattr(self.gap, "__code__", None), 0):
             found[GAP_RATE] = derived("gap_rate", gap, size)
         return found
 
@@ -429,7 +428,7 @@ class System:
         position = ("t", "q", "u").index(argument)
         function = self.functions[which]
         function = getattr(function, "derived_from", function)
-        return _reads(getattr(getattr(function, "returned_from", function), "__code__", None), position)
+        return reads_argument(getattr(getattr(function, "returned_from", function), "__code__", None), position)
 
     def with_parameters(self, **changes: float) -> System:
         """The same system with some parameters changed.
@@ -540,17 +539,6 @@ def with_values(model: Any, changes: dict[str, Any]) -> Any:
     return model.with_parameters(**changes) if isinstance(model, System) else with_changes(model, changes)
 
 
-@functools.cache
-def _reads(code: types.CodeType | None, position: int) -> bool:
-    if code is None:
-        return True
-    name = code.co_varnames[position]
-    return name in code.co_cellvars or any(
-        instruction.opname.startswith("LOAD_FAST") and name in str(instruction.argrepr).replace(",", " ").split()
-        for instruction in dis.get_instructions(code)
-    )
-
-
 def _check_functions(system: System) -> None:
     has_normal = [contact for contact in system.contacts if not contact.normal_force]
     needed = {
@@ -567,7 +555,7 @@ def _check_functions(system: System) -> None:
         function = getattr(system, name)
         if function is None or (name == "stiffness" and isinstance(function, str) and function == "differences"):
             continue
-        if not callable(function) or not _is_hashable(function):  # it is a key of what was compiled
+        if not callable(function) or not is_hashable(function):  # it is a key of what was compiled
             raise InvalidInput(f"{name} must be a function; got {type(function).__name__}")
         expected = arguments_of(which)
         if takes(function, expected) or not takes(function, expected[:-1]) or not returns_values(function):
@@ -577,37 +565,6 @@ def _check_functions(system: System) -> None:
 def arguments_of(which: int) -> tuple[str, ...]:
     """What a model function takes that writes."""
     return ("t", "q", "u", "p", "out") if which in TAKES_U else ("t", "q", "p", "out")
-
-
-def _is_hashable(value: Any) -> bool:
-    try:
-        hash(value)
-    except Exception:  # a list, or an object that raises
-        return False
-    return True
-
-
-def require_arguments(name: str, function: Callable[..., Any], expected: tuple[str, ...]) -> None:
-    """Refuse a function that cannot be called with so many arguments."""
-    if _is_hashable(function):
-        _require_arguments(name, function, expected)
-    else:
-        _require_arguments.__wrapped__(name, function, expected)
-
-
-@functools.lru_cache(maxsize=512)
-def _require_arguments(name: str, function: Callable[..., Any], expected: tuple[str, ...]) -> None:
-    try:
-        signature = inspect.signature(function)
-    except ValueError:  # a callable without a signature
-        return
-    except Exception:  # whatever an object raises that is asked what it takes
-        raise InvalidInput(f"{name} must be a function; got {shown(function)}") from None
-    try:
-        signature.bind(*expected)
-    except TypeError:
-        returns = ", which returns nothing in its place" if len(signature.parameters) == len(expected) - 1 else ""
-        raise InvalidInput(f"{name} must take ({', '.join(expected)}); got {name}{signature}{returns}") from None
 
 
 def idle_parameters(system: System | None) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_count, as_number
 from nonsmooth.errors import InvalidInput, Status, said_by, shown
-from nonsmooth.mechanics.system import require_arguments
+from nonsmooth.mechanics.signatures import require_arguments
 from nonsmooth.numerics.rounding import EPS, rounding_of_sum
 from nonsmooth.results.motion import Motion
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import nonsmooth as ns
-from nonsmooth.mechanics.returned import returns_values
+from nonsmooth.mechanics.signatures import returns_values
 from nonsmooth.mechanics.system import FORCE, GAP, MASS, NORMAL, TANGENT
 
 with warnings.catch_warnings():
