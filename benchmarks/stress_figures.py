@@ -22,18 +22,8 @@ from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.integrators.moreau_jean.step import VELOCITY_ROUNDINGS
 from nonsmooth.integrators.penalty.options import Penalty
-from nonsmooth.mechanics.system import (
-    BILATERAL,
-    FORCE,
-    GAP_RATE,
-    MASS,
-    NORMAL,
-    TANGENT,
-    UNILATERAL,
-    System,
-    as_system,
-    evaluate,
-)
+from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.system import BILATERAL, FORCE, GAP_RATE, MASS, NORMAL, TANGENT, UNILATERAL, System, evaluate
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.simulate import simulate_whole
 

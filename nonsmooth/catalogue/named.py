@@ -18,7 +18,8 @@ import numpy as np
 from nonsmooth.catalogue.entries import load, load_entry, model_entries
 from nonsmooth.catalogue.files import from_file, is_file, split
 from nonsmooth.errors import InvalidInput, said_by, shown
-from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.system import System
 
 Named = dict[str, Any]  # "place": text; "fields" of a class of models, or "parameters" of a System, by name
 

@@ -150,7 +150,7 @@ def plain(values: Any) -> Any:
 
 def units_of_state(model: Any) -> dict[str, Any]:
     """Units of the time, and of each coordinate and its rate; "" of those that nobody named."""
-    from nonsmooth.mechanics.system import as_system
+    from nonsmooth.mechanics.model_system import as_system
 
     units = [unit for _, unit in as_system(model).described.coordinates]
     return {"t": "s", "q": units, "u": [f"{unit}/s" if unit else "" for unit in units]}

@@ -182,7 +182,7 @@ def draw(
 
 def has_shape(model: Any) -> bool:
     """Whether there is something to draw."""
-    from nonsmooth.mechanics.system import as_system
+    from nonsmooth.mechanics.model_system import as_system
 
     return as_system(model).described.shape is not None
 

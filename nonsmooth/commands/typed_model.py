@@ -38,7 +38,7 @@ def typed_model(arguments: argparse.Namespace, takes_scenes: bool = False) -> An
 
 def require_units(model: Any, axes: list[Axis]) -> None:
     """Raise for an axis with another unit than the model's."""
-    from nonsmooth.mechanics.system import as_system
+    from nonsmooth.mechanics.model_system import as_system
     from nonsmooth.sweeps.axis_names import require_unit, unit_of
 
     system = as_system(model)
@@ -48,7 +48,7 @@ def require_units(model: Any, axes: list[Axis]) -> None:
 
 def with_set(found: Any, changes: dict[str, float]) -> Any:
     """A class with its defaults, or an instance, with some parameters changed."""
-    from nonsmooth.mechanics.system import with_values
+    from nonsmooth.mechanics.model_system import with_values
     from nonsmooth.scenes.given import is_scene_object
 
     model = made(found) if isinstance(found, type) else found

@@ -27,7 +27,8 @@ from nonsmooth.cycles.phase import PhaseGuess
 from nonsmooth.cycles.shooting import OtherSequence, Shooting
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven.options import EventDriven
-from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.system import System
 from nonsmooth.results.failures import StepFailure
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell

@@ -15,8 +15,9 @@ from nonsmooth.cycles.shooting import Shooting
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.event_driven.options import EventDriven
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import answers_start, describing, forms_of, own_state, start_of
-from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.mechanics.system import System
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.simulate import simulate_whole
 

@@ -31,7 +31,8 @@ from nonsmooth.drawing.labels import (
 )
 from nonsmooth.errors import MissingExtra
 from nonsmooth.mechanics.description import title_of as title_of_system
-from nonsmooth.mechanics.system import ContactMode, idle_parameters
+from nonsmooth.mechanics.model_system import idle_parameters
+from nonsmooth.mechanics.system import ContactMode
 from nonsmooth.results.events import mode_name
 from nonsmooth.results.recorded import COORDINATES, EVENTS, IMPULSES, LEDGER, MODES, VELOCITIES, not_recorded
 

@@ -29,7 +29,7 @@ from nonsmooth.checks.arrays import as_name, as_vector
 from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equilibrium, follow_equilibrium
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.system import as_system
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.signals.telling import tell
 from nonsmooth.views import Worded, view
 

@@ -20,9 +20,10 @@ from nonsmooth.checks.arrays import as_instance, as_number, as_vector
 from nonsmooth.equilibria.sliding_mode import SlidingMode, mu_of
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.initial_state import contact_state, evaluate
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.situation import largest_closed_gap
 from nonsmooth.mechanics.start import own_state
-from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, NORMAL_FORCE, System, as_system
+from nonsmooth.mechanics.system import BILATERAL, GIVEN_FORCE, NORMAL_FORCE, System
 from nonsmooth.views import Worded
 
 EQUILIBRIUM_NEWTON_STEPS = 60  # chosen: Newton steps before a guess is given up

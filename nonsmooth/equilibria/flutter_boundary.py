@@ -24,7 +24,7 @@ from nonsmooth.checks.arrays import as_name, as_vector
 from nonsmooth.equilibria.equilibrium import Equilibrium, NotIsolated, as_equilibrium, equilibrium, follow_equilibrium
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.system import as_system
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.views import Worded
 
 # chosen: 1/4096 of the bracket: near enough for one crossing, far enough for verdicts above rounding

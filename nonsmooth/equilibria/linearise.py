@@ -24,7 +24,7 @@ import numpy as np
 
 from nonsmooth.equilibria.equilibrium import Equilibrium, as_equilibrium, equilibrium
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.system import as_system
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.views import Worded
 
 # derived: a real part below this part of |s| counts as zero: a double eigenvalue is known to sqrt(eps) only

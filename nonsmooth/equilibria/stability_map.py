@@ -15,7 +15,7 @@ from nonsmooth.equilibria.linearise import linearise
 from nonsmooth.equilibria.sensitivity import eigenvalue_sensitivity
 from nonsmooth.errors import InvalidInput, MissingExtra, shown
 from nonsmooth.mechanics.description import title_of
-from nonsmooth.mechanics.system import as_system
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.units import unit_of_parameter
 from nonsmooth.signals.telling import tell
 

@@ -19,7 +19,8 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_number, as_vector, result_of
 from nonsmooth.errors import InvalidInput, UnknownName, nearest, shown
-from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.system import System
 
 COMPONENT = re.compile(r"([qu])0?\[(\d+)\]")
 # met: of new users

@@ -12,7 +12,6 @@ Laws* (2001). The symbols are those of docs/notation.md.
 from __future__ import annotations
 
 import functools
-import types
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
@@ -24,8 +23,7 @@ from nonsmooth.checks.arrays import as_count, as_flag, as_fraction, as_instance,
 from nonsmooth.checks.parameters import layout_of, numeric_fields, with_changes
 from nonsmooth.errors import InvalidInput, said_by, shown
 from nonsmooth.jit import Unpack, unpack_of
-from nonsmooth.jit.fingerprint import LooseSurvey
-from nonsmooth.jit.watch import MISSING, Watch
+from nonsmooth.jit.watch import Watch
 from nonsmooth.mechanics.derived_rows import derived, watch_on
 from nonsmooth.mechanics.description import Description, as_coordinates, described, require_drawn
 from nonsmooth.mechanics.laws import (
@@ -478,21 +476,6 @@ def _check_laws(system: System) -> None:
         )
 
 
-def as_system(candidate: Any) -> System:
-    """The system itself, or the one that a model builds with its ``system()`` method."""
-    if isinstance(candidate, System):
-        return candidate
-    if isinstance(candidate, type):
-        raise InvalidInput(f"a system or a model is needed; got the class {candidate.__name__}: call it first")
-    try:
-        return _model_system(candidate)
-    except TypeError:  # an unhashable model
-        pass
-    if not callable(getattr(candidate, "system", None)):
-        raise InvalidInput(f"a system or a model is needed; got {type(candidate).__name__} without a system() method")
-    return candidate.system()
-
-
 def evaluate(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
     """A model function's array, zeros where the system has no such function; `InvalidInput` when it raises."""
     if which not in system.functions:
@@ -504,39 +487,6 @@ def evaluate(system: System, which: int, t: float, q: np.ndarray, u: np.ndarray)
             f"the model function {system.name_of(which)} raised {said_by(error)}, at t = {t:g} s; it writes an "
             f"array of shape {system.shape_of(which)}"
         ) from error
-
-
-def _model_system(model: Any) -> System:
-    """The system of a model, built anew where its method ``system`` has changed, or what that reads."""
-    if not callable(getattr(model, "system", None)):
-        raise InvalidInput(f"a system or a model is needed; got {type(model).__name__} without a system() method")
-    kept = _kept(model)
-    if not kept or not kept[0][1].holds():
-        kept[:] = [(model.system(), _watch_on_method(type(model)))]
-    return kept[0][0]
-
-
-@functools.lru_cache(maxsize=64)
-def _kept(model: Any) -> list[tuple[System, Watch]]:
-    """Where the system of a model is kept, with the watch on what it was made from."""
-    return []
-
-
-def _watch_on_method(cls: type) -> Watch:
-    """On ``system`` and all that it reads."""
-    method = getattr(cls, "system", None)
-    survey = LooseSurvey(method)
-    survey.watch.name(vars(cls), "system", vars(cls).get("system", MISSING))  # type: ignore[arg-type]
-    if isinstance(method, types.FunctionType):
-        survey.function(method)
-    return survey.watch
-
-
-def with_values(model: Any, changes: dict[str, Any]) -> Any:
-    """A model or system with some parameters changed."""
-    if not changes:
-        return model
-    return model.with_parameters(**changes) if isinstance(model, System) else with_changes(model, changes)
 
 
 def _check_functions(system: System) -> None:
@@ -565,8 +515,3 @@ def _check_functions(system: System) -> None:
 def arguments_of(which: int) -> tuple[str, ...]:
     """What a model function takes that writes."""
     return ("t", "q", "u", "p", "out") if which in TAKES_U else ("t", "q", "p", "out")
-
-
-def idle_parameters(system: System | None) -> tuple[str, ...]:
-    """The parameters that a model does not read as it is chosen, its attribute ``idle``: titles leave them out."""
-    return tuple(getattr(system.parameters, "idle", ())) if system is not None else ()

@@ -20,8 +20,9 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_fraction, as_number, as_vector
 from nonsmooth.errors import InvalidInput
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import answers_start, forms_of, start_of
-from nonsmooth.mechanics.system import BILATERAL, as_system
+from nonsmooth.mechanics.system import BILATERAL
 from nonsmooth.paradox.alternatives import ImpactAlternative
 from nonsmooth.paradox.judgement import (
     Judgement,

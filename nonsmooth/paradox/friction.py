@@ -15,7 +15,8 @@ import numpy as np
 
 from nonsmooth.checks.arrays import as_number, as_vector
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.system import MASS, NORMAL, TANGENT, System, as_system
+from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.system import MASS, NORMAL, TANGENT, System
 
 SCANNED = 400  # chosen: points of a range, between which the critical friction is taken to have one minimum at most
 ANGLE = 1e-12  # chosen: G_NF below this part of sqrt(G_NN G_FF) is rounding: no friction couples sliding to the gap

@@ -21,6 +21,7 @@ from nonsmooth.mechanics.compiled import Model, Shelf, model_of
 from nonsmooth.mechanics.contact_problem import model_facts
 from nonsmooth.mechanics.inspection import inspect_instant
 from nonsmooth.mechanics.laws import LAW_C, LAW_E_F, LAW_E_N
+from nonsmooth.mechanics.model_system import as_system, with_values
 from nonsmooth.mechanics.start import (
     CoordinateState,
     describing,
@@ -32,7 +33,7 @@ from nonsmooth.mechanics.start import (
     variables_of,
 )
 from nonsmooth.mechanics.sys import new_sys
-from nonsmooth.mechanics.system import System, as_system, with_values
+from nonsmooth.mechanics.system import System
 from nonsmooth.paradox.search import NATURAL, PARAMETER, VARIABLE, Table, search_points
 from nonsmooth.paradox.state_problem import ENTRY_POINTS, decide_redundant
 

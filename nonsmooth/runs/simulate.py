@@ -14,8 +14,9 @@ from nonsmooth.checks.arrays import as_count, as_flag, as_name, as_positive
 from nonsmooth.contact.planar.single import Selection
 from nonsmooth.errors import EnergyGainWarning, InvalidInput, SimultaneousImpactWarning, Status, shown, warn_caller
 from nonsmooth.integrators.contract import Choice, Integrator
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import answers_start, the_start
-from nonsmooth.mechanics.system import UNILATERAL, System, as_system
+from nonsmooth.mechanics.system import UNILATERAL, System
 from nonsmooth.results.recorded import kinds_of_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.results.stats import Stats, energy_gain, rebound_together

@@ -29,8 +29,9 @@ from nonsmooth.errors import InvalidInput, UnsettledWarning, warn_caller
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.moreau_jean.options import MoreauJean
 from nonsmooth.jit.blocks import WORD
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import answers_start, describing, forms_of, own_state, start_of
-from nonsmooth.mechanics.system import ContactMode, System, as_system
+from nonsmooth.mechanics.system import ContactMode, System
 from nonsmooth.mechanics.units import unit_of_parameter
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.signals.telling import tell

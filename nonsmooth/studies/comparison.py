@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 
 from nonsmooth.checks.arrays import as_vector
 from nonsmooth.errors import InvalidInput
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import the_start
-from nonsmooth.mechanics.system import as_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.times import as_span
 from nonsmooth.scenes.given import as_scene

@@ -14,7 +14,7 @@ from nonsmooth.cycles.cycle import CyclePhase, LimitCycle
 from nonsmooth.cycles.cycle_branch import CycleBranch, continue_cycle
 from nonsmooth.cycles.limit_cycle import limit_cycle
 from nonsmooth.errors import InvalidInput
-from nonsmooth.mechanics.system import as_system
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.studies.stability import StabilityStudy
 from nonsmooth.views import view
 

@@ -18,7 +18,8 @@ from nonsmooth.checks.arrays import as_array, as_positive
 from nonsmooth.errors import InvalidInput, SimultaneousImpactWarning, Status, shown
 from nonsmooth.integrators.contract import Integrator
 from nonsmooth.integrators.event_driven.options import EventDriven
-from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.system import System
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.simulate import simulate_whole
 from nonsmooth.scenes.given import as_scene

@@ -18,8 +18,9 @@ from nonsmooth.equilibria.flutter_boundary import flutter_boundary
 from nonsmooth.equilibria.linearise import Linearisation, Verdict, linearise
 from nonsmooth.equilibria.stability_map import stability_map
 from nonsmooth.errors import InvalidInput
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import start_of
-from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.mechanics.system import System
 from nonsmooth.views import view
 
 

@@ -22,7 +22,7 @@ from nonsmooth.checks.arrays import as_count, as_flag
 from nonsmooth.errors import InvalidInput
 from nonsmooth.integrators.adaptive.options import Adaptive
 from nonsmooth.integrators.event_driven.options import EventDriven
-from nonsmooth.mechanics.system import as_system
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.results.failures import StepFailure
 from nonsmooth.signals.telling import listening, tell
 from nonsmooth.studies.comparison import as_problem

@@ -20,8 +20,9 @@ import numpy as np
 from nonsmooth.checks.arrays import as_instance
 from nonsmooth.checks.parameters import numeric_fields
 from nonsmooth.errors import InvalidInput, UnknownName, nearest
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import COMPONENT, state_function, variables_of
-from nonsmooth.mechanics.system import System, as_system
+from nonsmooth.mechanics.system import System
 from nonsmooth.mechanics.units import unit_of_parameter
 
 Columns = Mapping[str, np.ndarray]

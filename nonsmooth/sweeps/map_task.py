@@ -14,8 +14,8 @@ from nonsmooth.checks.arrays import as_count, as_number
 from nonsmooth.contact.planar.forces import Outcome
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.compiled import model_of
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.start import describing, own_state
-from nonsmooth.mechanics.system import as_system
 from nonsmooth.paradox.kinds import ParadoxKind
 from nonsmooth.paradox.points import Found, Points, as_state_function, held_fixed, load_search
 from nonsmooth.signals.interruption import Pieces

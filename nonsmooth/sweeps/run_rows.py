@@ -20,8 +20,9 @@ import numpy as np
 from nonsmooth.checks.parameters import numeric_fields, whole_fields
 from nonsmooth.errors import InvalidInput
 from nonsmooth.mechanics.laws import law_row
+from nonsmooth.mechanics.model_system import as_system, with_values
 from nonsmooth.mechanics.start import COMPONENT, CoordinateState, describing, own_state
-from nonsmooth.mechanics.system import System, as_system, with_values
+from nonsmooth.mechanics.system import System
 from nonsmooth.sweeps.axis_names import Columns, Parts
 
 Failures = Callable[[np.ndarray, Exception], None]  # takes the numbers of cells and what went wrong in them

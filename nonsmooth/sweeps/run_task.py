@@ -20,9 +20,10 @@ from nonsmooth.mechanics.compiled import model_of
 from nonsmooth.mechanics.description import title_of
 from nonsmooth.mechanics.initial_modes import INADMISSIBLE
 from nonsmooth.mechanics.inspection import inspect_start
+from nonsmooth.mechanics.model_system import as_system, idle_parameters
 from nonsmooth.mechanics.own_law import write_handles
 from nonsmooth.mechanics.start import answers_start, forms_of, own_state, split_state, start_of
-from nonsmooth.mechanics.system import System, as_system, idle_parameters
+from nonsmooth.mechanics.system import System
 from nonsmooth.results.recorded import KINDS, kinds_of_system
 from nonsmooth.results.solution import Solution
 from nonsmooth.runs.run import MESSAGES

@@ -26,7 +26,7 @@ from nonsmooth.errors import (
     shown,
 )
 from nonsmooth.jit import identity as identity_of
-from nonsmooth.mechanics.system import as_system
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.results.failures import StepFailure
 from nonsmooth.runs.run import Run
 

@@ -14,7 +14,8 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from nonsmooth.errors import InvalidInput, MissingExtra, said_by
-from nonsmooth.mechanics.system import FUNCTION_NAMES, TAKES_U, as_system
+from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.system import FUNCTION_NAMES, TAKES_U
 
 MOST_COORDINATES = 6  # chosen: coordinates: beyond them the closed form of an inverse fills pages
 

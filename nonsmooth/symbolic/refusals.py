@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from nonsmooth.errors import InvalidInput, said_by
-from nonsmooth.mechanics.system import MASS, NORMAL, System, as_system
+from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.system import MASS, NORMAL, System
 
 # chosen: of the largest singular value: 1e4 times rounding, far below what a mechanism shows on purpose
 DEPENDENT_DIRECTION = 1e-12

@@ -13,7 +13,7 @@ import pytest
 import nonsmooth as ns
 from nonsmooth.jit import models
 from nonsmooth.mechanics import shelf
-from nonsmooth.mechanics.system import as_system
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.numerics.complex_step import complexified, jacobian
 
 

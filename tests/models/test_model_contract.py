@@ -30,6 +30,7 @@ from models import (
 )
 from nonsmooth.errors import InvalidInput, UnknownName
 from nonsmooth.jit import call_model, compile_model, kernel
+from nonsmooth.mechanics.model_system import as_system
 from nonsmooth.mechanics.system import (
     DAMPING,
     FORCE,
@@ -42,7 +43,6 @@ from nonsmooth.mechanics.system import (
     SURFACE_VELOCITY,
     TAKES_U,
     TANGENT,
-    as_system,
 )
 
 MODELS = [

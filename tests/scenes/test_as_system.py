@@ -9,7 +9,8 @@ import pytest
 
 import nonsmooth as ns
 from models import PainleveRod, RockingBlock
-from nonsmooth.mechanics.system import GAP, NORMAL, ROW_RATES, SURFACE_VELOCITY, TANGENT, as_system
+from nonsmooth.mechanics.model_system import as_system
+from nonsmooth.mechanics.system import GAP, NORMAL, ROW_RATES, SURFACE_VELOCITY, TANGENT
 
 G = 9.81
 EPS = np.finfo(float).eps
