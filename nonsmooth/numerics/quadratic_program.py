@@ -27,7 +27,7 @@ def minimise(
     P: Any, q: np.ndarray, G: Any = None, h: Any = None, A: Any = None, b: Any = None, lower: Any = None,
     guess: Any = None, solver: str = "osqp",
 ) -> np.ndarray | None:  # fmt: skip
-    """The minimiser, or None where the solver gives none.
+    """The minimiser, or None where the solver gives none; what is wrong with the call itself is raised.
 
     Parameters
     ----------
@@ -53,9 +53,20 @@ def minimise(
                 form(P), q, *inequalities, *equalities, lb=lower, initvals=guess, solver=solver,
                 **settings_of(solver),
             )  # fmt: skip
-        except Exception:  # each solver has exceptions of its own, and each is no answer
+        except refusals():
             return None
     return x if x is not None and np.isfinite(x).all() else None
+
+
+def refusals() -> tuple[type[Exception], ...]:
+    """How solvers say that a program has no answer: by qpsolvers, which words most of them, by an exception of osqp's
+    own, by ArithmeticError (cvxopt) or ValueError (scs). A solver that is not there, options that it does not have, and
+    what is wrong in the program text are none of these.
+    """
+    import osqp
+    from qpsolvers.exceptions import ProblemError, SolverError
+
+    return ProblemError, SolverError, osqp.OSQPException, ArithmeticError, ValueError
 
 
 def settings_of(solver: str) -> dict[str, Any]:
